@@ -1,0 +1,69 @@
+#pragma once
+/// Version, and every compiler switch of the library. Kernel code: valid as C++17 and C++20.
+///
+/// Macros: TILEMESH_VERSION, TILEMESH_KERNEL, TILEMESH_EXPECT, TILEMESH_EXACT_BEGIN, TILEMESH_EXACT_END. No others.
+
+#define TILEMESH_VERSION 100 // major * 10000 + minor * 100 + patch
+
+#if defined(__FAST_MATH__)
+#    error "tilemesh: -ffast-math breaks the promise of equal bits and of finite pictures; build without it"
+#endif
+
+/// Views and rules that must vanish into the tile loop (host) or the vertex (IPU). Not for floating-point arithmetic: see
+/// TILEMESH_EXACT_BEGIN.
+#if defined(__GNUC__) || defined(__clang__)
+#    define TILEMESH_KERNEL [[gnu::always_inline]] inline
+#else
+#    define TILEMESH_KERNEL inline
+#endif
+
+/// Between these two, `a * b + c` is two roundings, whatever flags the user builds with: a fused operation happens only
+/// where `multiply_add` is written. Functions between them that do arithmetic must not be `always_inline`, because GCC gives
+/// an inlined body the options of the function it lands in.
+#if defined(__clang__)
+#    define TILEMESH_EXACT_BEGIN _Pragma("float_control(push)") _Pragma("clang fp contract(off)")
+#    define TILEMESH_EXACT_END _Pragma("float_control(pop)")
+#elif defined(__GNUC__)
+#    define TILEMESH_EXACT_BEGIN                                                                                               \
+        _Pragma("GCC push_options") _Pragma("GCC optimize(\"fp-contract=off\")")
+#    define TILEMESH_EXACT_END _Pragma("GCC pop_options")
+#else
+#    define TILEMESH_EXACT_BEGIN
+#    define TILEMESH_EXACT_END
+#endif
+
+/// Called when a promise to the library is broken inside a kernel. The one definition a program has of it decides what
+/// happens: the host engines (engine/contract.hpp) record the text and report tile and superstep after the barrier; a
+/// codelet build brings its own. It returns, so the caller of it must still be safe.
+extern "C" void tilemesh_contract_broken(char const* text) noexcept;
+
+namespace tilemesh::detail {
+[[gnu::cold]] inline bool broken(char const* text) noexcept
+{
+    tilemesh_contract_broken(text);
+    return false;
+}
+} // namespace tilemesh::detail
+
+/// True when `condition` holds; otherwise reports `text` and is false. With NDEBUG the condition alone, unreported: what is
+/// behind it stays safe either way, and no class layout changes.
+#if defined(NDEBUG)
+#    define TILEMESH_EXPECT(condition, text) (static_cast<bool>(condition))
+#else
+#    define TILEMESH_EXPECT(condition, text) ((condition) || ::tilemesh::detail::broken(text))
+#endif
+
+TILEMESH_EXACT_BEGIN
+namespace tilemesh {
+/// a * b + c, in one rounding where the target has a fused operation and in two where it has not: one rule a build.
+/// Emulating the fused form would be a library call for every term.
+inline float multiply_add(float a, float b, float c) noexcept
+{
+#if defined(__FMA__) || defined(__ARM_FEATURE_FMA) || defined(__IPU__)
+    return __builtin_fmaf(a, b, c);
+#else
+    return a * b + c;
+#endif
+}
+} // namespace tilemesh
+TILEMESH_EXACT_END

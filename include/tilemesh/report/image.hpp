@@ -1,0 +1,20 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace tilemesh::report {
+
+/// A linear RGB picture, row by row from the top left, three floats a pixel, unclamped, on a black background.
+struct Image {
+    std::uint32_t width = 0;
+    std::uint32_t height = 0;
+    std::vector<float> rgb; ///< 3 * width * height
+
+    Image() = default;
+    Image(std::uint32_t w, std::uint32_t h) : width(w), height(h), rgb(std::size_t{3} * w * h, 0.0f) {}
+    float* pixel(std::uint32_t x, std::uint32_t y) noexcept { return &rgb[3 * (std::size_t{y} * width + x)]; }
+    float const* pixel(std::uint32_t x, std::uint32_t y) const noexcept { return &rgb[3 * (std::size_t{y} * width + x)]; }
+};
+
+} // namespace tilemesh::report
