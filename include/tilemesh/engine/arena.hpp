@@ -1,0 +1,41 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <new>
+#include <sys/mman.h>
+#include <utility>
+
+namespace tilemesh::engine::detail {
+
+/// Zeroed 32-bit words that cost no memory until they are written: a machine's capacity is address space, its live records
+/// are memory. Throws std::bad_alloc when even the address space is not to be had.
+class Arena {
+public:
+    Arena() = default;
+    explicit Arena(std::size_t words) : bytes_(words * 4)
+    {
+        if (bytes_ == 0) return;
+        void* const p = ::mmap(nullptr, bytes_, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+        if (p == MAP_FAILED) throw std::bad_alloc{};
+        words_ = static_cast<std::uint32_t*>(p);
+    }
+    Arena(Arena&& other) noexcept : words_(std::exchange(other.words_, nullptr)), bytes_(std::exchange(other.bytes_, 0)) {}
+    Arena& operator=(Arena&& other) noexcept
+    {
+        std::swap(words_, other.words_);
+        std::swap(bytes_, other.bytes_);
+        return *this;
+    }
+    ~Arena()
+    {
+        if (words_ != nullptr) ::munmap(words_, bytes_);
+    }
+    std::uint32_t* data() const noexcept { return words_; }
+    std::size_t words() const noexcept { return bytes_ / 4; }
+
+private:
+    std::uint32_t* words_ = nullptr;
+    std::size_t bytes_ = 0;
+};
+
+} // namespace tilemesh::engine::detail

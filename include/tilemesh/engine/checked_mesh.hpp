@@ -1,0 +1,492 @@
+#pragma once
+#include <algorithm>
+#include <chrono>
+#include <exception>
+#include <tilemesh/engine/mesh.hpp>
+
+namespace tilemesh {
+
+/// How a CheckedMesh runs.
+struct CheckedMeshOptions {
+    bool digest = false;
+    /// Also run the tiles that need not run, and insist that this changes no word and sends nothing: the promise behind
+    /// `Vote`, without which a machine that runs every tile (the IPU) would differ.
+    bool check_quiet_tiles = true;
+};
+
+/// The sequential engine, which trusts nobody: tiles one by one in order, incoming and outgoing ends of channels in separate
+/// memory and copied by the exchange, guard words around every region and channel end, and what is dead (items beyond a
+/// list's size, mail that was read, slots not yet written) filled with a poison that is a NaN as a float.
+///
+/// Same members, counters, digests and pictures as Mesh. Beside Mesh's errors it reports a write outside a region or
+/// channel, a size above its capacity, a quiet tile that is not quiet, and two channels that share memory and both carry
+/// mail. Cost: about the live words of every tile, each superstep.
+template <class Program, class Machine = Mk2>
+class CheckedMesh : public engine::detail::Store<Program, Machine, true> {
+    using Base = engine::detail::Store<Program, Machine, true>;
+    using Clock = std::chrono::steady_clock;
+
+public:
+    using typename Base::Layout;
+    using typename Base::Links;
+    using typename Base::States;
+    using Options = CheckedMeshOptions;
+
+    explicit CheckedMesh(Grid grid, Options options = {}, Program program = {}) : Base(grid, program), options_(options)
+    {
+        make_ends(Links{});
+        busy_[0].assign(grid.size(), 0);
+        busy_[1].assign(grid.size(), 0);
+        engine::detail::list_steps(static_cast<Program*>(nullptr), names_);
+    }
+
+    template <class X>
+    void limit(std::uint32_t items)
+    {
+        if constexpr (tilemesh::detail::is_channel<X>) {
+            this->template limit_link<X>(items);
+            make_end<X>();
+        } else {
+            this->template limit_state<X>(items);
+        }
+    }
+    template <class C>
+    typename C::Receiver incoming(TileId t, Direction d) noexcept
+    {
+        return typename C::Receiver{end<C>(in_, 4 * this->grid_.index_of(t) + index(d))};
+    }
+    void observe(Observer observer) { observer_ = std::move(observer); }
+
+    RunCounters run()
+    {
+        if (broken_) throw Error("a mesh that stopped on an error cannot run again (its state is half a superstep); build a new one");
+        this->require_capacities(Links{});
+        run_ = {};
+        run_.steps = names_;
+        state_peak_.fill(0);
+        link_peak_.fill(0);
+        step_ = 0;
+        pass_ = 0;
+        for (auto& b : busy_) std::fill(b.begin(), b.end(), std::uint8_t{0});
+        engine::detail::broken_contract = &broken_text_;
+        try {
+            walk(this->program_);
+        } catch (...) {
+            broken_ = true;
+            engine::detail::broken_contract = nullptr;
+            throw;
+        }
+        engine::detail::broken_contract = nullptr;
+        add_peaks(States{}, Links{});
+        return std::move(run_);
+    }
+
+private:
+    static constexpr std::uint32_t links = Links::count + 1;
+    static constexpr std::uint32_t guard_words = Base::guard_words;
+    /// One side of a channel on all tiles: {size, note, most ever written} and guarded items a slot.
+    struct Ends {
+        std::vector<std::array<std::uint32_t, 4>> heads;
+        engine::detail::Arena items;
+        std::size_t stride = 0;
+        std::uint32_t capacity = 0;
+    };
+
+    struct Source {
+        CheckedMesh& mesh;
+        std::uint32_t tile;
+        Worker share;
+        template <class X>
+        Place state() noexcept
+        {
+            return mesh.template state_place<X>(tile);
+        }
+        template <class C>
+        Place in(Direction d) noexcept
+        {
+            return mesh.template end<C>(mesh.in_, 4 * tile + index(d));
+        }
+        template <class C>
+        Place out(Direction d) noexcept
+        {
+            return mesh.template end<C>(mesh.out_, 4 * tile + index(d));
+        }
+        template <class P>
+        P const* shared() noexcept
+        {
+            return mesh.Base::template shared<P>();
+        }
+        Here here() noexcept { return {mesh.grid_.tile(tile), mesh.grid_}; }
+        Worker worker() noexcept { return share; }
+    };
+
+    template <class C>
+    Place end(std::array<Ends, links>& side, std::uint32_t slot) noexcept
+    {
+        auto& e = side[Base::template index_of_link<C>()];
+        return {e.heads[slot].data(), e.items.data() + slot * e.stride + guard_words, e.capacity};
+    }
+    template <class... C>
+    void make_ends(Types<C...>)
+    {
+        (make_end<C>(), ...);
+    }
+    template <class C>
+    void make_end()
+    {
+        for (auto* side : {&in_, &out_}) {
+            auto& e = (*side)[Base::template index_of_link<C>()];
+            e.capacity = this->template link_capacity<C>();
+            e.stride = std::size_t{e.capacity} * C::Receiver::item_words + 2 * guard_words;
+            for (auto const& h : e.heads)
+                if (h[0] != 0)
+                    throw Error("new slots for channel " + engine::detail::text(name_of<C>()) +
+                                " (it carries mail of the last run); set limits before the first run");
+            auto const n = std::size_t{this->grid_.size()} * 4;
+            e.heads.assign(n, {0, 0, 0, engine::detail::guard_word});
+            e.items = engine::detail::Arena(n * e.stride);
+            bool const fill = n * e.stride <= (std::size_t{64} << 18);
+            for (std::size_t s = 0; s < n; ++s) {
+                auto* const items = e.items.data() + s * e.stride;
+                for (std::size_t g = 0; g < guard_words; ++g)
+                    items[g] = items[e.stride - 1 - g] = engine::detail::guard_word;
+                if (fill) std::fill(items + guard_words, items + e.stride - guard_words, engine::detail::poison_word);
+            }
+        }
+    }
+    template <class C>
+    void poison(Place p) noexcept // what a list of this end held is dead now
+    {
+        std::fill(p.items, p.items + std::size_t{p.head[0]} * C::Receiver::item_words, engine::detail::poison_word);
+        p.head[0] = p.head[1] = 0;
+    }
+
+    // --- one tile -------------------------------------------------------------------------------------------------------
+    [[noreturn]] void fail(std::uint32_t tile, std::string const& what) const
+    {
+        throw Error(what + " [tile " + engine::detail::text(this->grid_.tile(tile)) + ", superstep " + std::to_string(pass_) +
+                    " (" + names_[step_].kernel + ")]");
+    }
+    template <class Kernel>
+    Vote run_tile(std::uint32_t tile)
+    {
+        Vote vote = Vote::quiet;
+        if constexpr (KernelTraits<Kernel>::multi_worker) { // all workers, last first: their order must not matter
+            for (std::uint32_t w = Machine::workers; w-- > 0;) {
+                Source source{*this, tile, {w, Machine::workers}};
+                vote = run_kernel<Kernel>(source);
+            }
+        } else {
+            Source source{*this, tile, {0, 1}};
+            vote = run_kernel<Kernel>(source);
+        }
+        if (broken_text_ != nullptr) fail(tile, std::exchange(broken_text_, nullptr));
+        if (!this->guards_hold(tile, States{}))
+            fail(tile, "a kernel wrote outside a region of its tile, or a size above its capacity (its guard words are gone); "
+                       "use try_push and check indices");
+        check_ends(tile, typename KernelTraits<Kernel>::Links{});
+        return vote;
+    }
+    template <class... C>
+    void check_ends(std::uint32_t tile, Types<C...>)
+    {
+        (check_end<C>(tile), ...);
+    }
+    template <class C>
+    void check_end(std::uint32_t tile)
+    {
+        for (Direction d : news)
+            for (auto* side : {&in_, &out_}) {
+                auto const p = end<C>(*side, 4 * tile + index(d));
+                auto const words = std::size_t{p.capacity} * C::Receiver::item_words;
+                bool ok = p.head[3] == engine::detail::guard_word && p.head[0] <= p.capacity;
+                for (std::uint32_t g = 0; g < guard_words; ++g)
+                    ok = ok && p.items[words + g] == engine::detail::guard_word &&
+                         (p.items - guard_words)[g] == engine::detail::guard_word;
+                if (!ok)
+                    fail(tile, "a kernel wrote outside channel " + engine::detail::text(name_of<C>()) +
+                                   " (its guard words are gone, or its size is above its capacity); use try_push");
+            }
+    }
+    /// What a kernel may have changed on a tile: the states it takes without const, and what it sent.
+    template <class... A>
+    std::uint64_t digest_writable(std::uint32_t tile, Types<A...>)
+    {
+        std::uint64_t h = 0;
+        ((h = digest_argument(h, tile, static_cast<std::remove_reference_t<A>*>(nullptr))), ...);
+        return h;
+    }
+    template <class X>
+    std::uint64_t digest_argument(std::uint64_t h, std::uint32_t tile, X*)
+    {
+        if constexpr (!std::is_const_v<X> && !tilemesh::detail::is_end<X>)
+            return this->template digest_state<X>(h, tile);
+        else
+            return h;
+    }
+    template <class C>
+    std::uint64_t digest_argument(std::uint64_t h, std::uint32_t tile, Out<C>*)
+    {
+        for (Direction d : news) {
+            auto const p = end<C>(out_, 4 * tile + index(d));
+            h = engine::detail::mix(engine::detail::mix(h, p.head[0]), p.head[1]);
+        }
+        return h;
+    }
+
+    // --- one superstep --------------------------------------------------------------------------------------------------
+    template <class... A>
+    bool has_mail(std::uint32_t tile, Types<A...>)
+    {
+        return (mail_on(tile, static_cast<std::remove_reference_t<A>*>(nullptr)) || ...);
+    }
+    template <class X>
+    bool mail_on(std::uint32_t, X*)
+    {
+        return false;
+    }
+    template <class C>
+    bool mail_on(std::uint32_t tile, In<C>*)
+    {
+        return unread<C>(tile);
+    }
+    template <class C>
+    bool unread(std::uint32_t tile)
+    {
+        return std::any_of(std::begin(news), std::end(news), [&](Direction d) {
+            auto const p = end<C>(in_, 4 * tile + index(d));
+            return (p.head[0] | p.head[1]) != 0;
+        });
+    }
+    template <class K, class C>
+    void refuse_unread(std::uint32_t tile)
+    {
+        if constexpr (KernelTraits<K>::template writes<C> && !KernelTraits<K>::template reads<C>)
+            if (unread<C>(tile))
+                fail(0, "a kernel sends on a channel with unread mail (a bound cut the step that reads it); raise the bound, or "
+                        "let the sending kernel read the channel");
+    }
+    template <class K, class... C>
+    void refuse_unread(std::uint32_t tile, Types<C...>)
+    {
+        (refuse_unread<K, C>(tile), ...);
+    }
+
+    template <class Kernel, bool All>
+    bool superstep()
+    {
+        using Traits = KernelTraits<Kernel>;
+        auto const tiles = this->grid_.size();
+        auto& busy = busy_[parity_];
+        std::vector<std::uint8_t> runs(tiles, All ? 1 : 0);
+        bool any = All;
+        for (std::uint32_t t = 0; t < tiles && !All; ++t) {
+            runs[t] = busy[t] != 0 || has_mail(t, typename Traits::Arguments{});
+            any = any || runs[t] != 0;
+        }
+        if (!any) return false;
+        auto& counters = run_.steps[step_];
+        auto const messages_before = counters.messages;
+        auto const runs_before = counters.tile_runs;
+        for (std::uint32_t t = 0; t < tiles; ++t) refuse_unread<Kernel>(t, typename Traits::Links{});
+        for (std::uint32_t t = 0; t < tiles; ++t) {
+            if (runs[t] == 0) {
+                if (!options_.check_quiet_tiles) continue;
+                auto const before = digest_writable(t, typename Traits::Arguments{});
+                bool const busy_now = run_tile<Kernel>(t) == Vote::busy;
+                if (busy_now || digest_writable(t, typename Traits::Arguments{}) != before)
+                    fail(t, "a kernel changed, sent or voted busy on a tile that was quiet and had no mail (Vote says busy while "
+                            "running again without mail would change a word); vote busy earlier");
+                continue;
+            }
+            busy_[parity_ ^ 1u][t] = run_tile<Kernel>(t) == Vote::busy;
+            ++counters.tile_runs;
+            measure(t, typename Traits::Arguments{});
+        }
+        bool const sent = exchange<Kernel>(typename Traits::Links{});
+        check_shared_memory(Links{});
+        ++counters.passes;
+        counters.supersteps += sent ? 1 : 0;
+        if (sent) counters.capacity_bytes += capacity_bytes<Kernel>(typename Traits::Links{});
+        std::uint64_t digest = 0;
+        if (options_.digest) {
+            for (std::uint32_t t = 0; t < tiles; ++t)
+                digest += engine::detail::mix(digest_mail(t, Links{}), this->digest_states(t));
+            run_.digests.push_back(digest);
+        }
+        if (observer_)
+            observer_({names_[step_].kernel, step_, pass_, counters.messages - messages_before,
+                       counters.tile_runs - runs_before, digest});
+        std::fill(busy.begin(), busy.end(), std::uint8_t{0});
+        parity_ ^= 1u;
+        ++pass_;
+        return true;
+    }
+    template <class... A>
+    void measure(std::uint32_t tile, Types<A...>)
+    {
+        (measure_argument(tile, static_cast<std::remove_reference_t<A>*>(nullptr)), ...);
+    }
+    template <class X>
+    void measure_argument(std::uint32_t tile, X*)
+    {
+        if constexpr (tilemesh::detail::is_list<X> && !std::is_const_v<X>) {
+            auto const p = this->template state_place<X>(tile);
+            auto& peak = state_peak_[Base::template index_of_state<X>()];
+            peak = std::max(peak, p.head[0]);
+            // Dead items: from the size now to the largest size ever, which a guarded head keeps in its guard's neighbour.
+            auto& most = most_[Base::template index_of_state<X>()];
+            if (most.empty()) most.assign(this->grid_.size(), 0);
+            if (most[tile] > p.head[0])
+                std::fill(p.items + std::size_t{p.head[0]} * X::item_words, p.items + std::size_t{most[tile]} * X::item_words,
+                          engine::detail::poison_word);
+            most[tile] = p.head[0];
+        }
+    }
+    template <class C>
+    void measure_argument(std::uint32_t tile, Out<C>*)
+    {
+        auto& c = run_.steps[step_];
+        for (Direction d : news) {
+            auto const n = end<C>(out_, 4 * tile + index(d)).head[0];
+            c.messages += n;
+            c.live_bytes += std::uint64_t{n} * sizeof(typename C::value_type);
+            auto& peak = link_peak_[Base::template index_of_link<C>()];
+            peak = std::max(peak, n);
+        }
+    }
+    /// Kills what was read, then copies what was sent.
+    template <class K, class... C>
+    bool exchange(Types<C...>)
+    {
+        bool sent = false;
+        ((sent = exchange_one<K, C>() || sent), ...);
+        return sent;
+    }
+    template <class K, class C>
+    bool exchange_one()
+    {
+        auto const slots = 4 * this->grid_.size();
+        if constexpr (KernelTraits<K>::template reads<C>)
+            for (std::uint32_t s = 0; s < slots; ++s) poison<C>(end<C>(in_, s));
+        bool sent = false;
+        for (std::uint32_t s = 0; s < slots; ++s) {
+            auto const from = end<C>(out_, s);
+            if ((from.head[0] | from.head[1]) == 0) continue;
+            sent = true;
+            auto const t = this->grid_.tile(s / 4);
+            auto const d = news[s % 4];
+            auto const to = end<C>(in_, 4 * this->grid_.index_of(this->grid_.neighbour(t, d)) +
+                                            index(this->grid_.arrival(t, d)));
+            std::memcpy(to.items, from.items, std::size_t{from.head[0]} * C::Receiver::item_words * 4);
+            to.head[0] = from.head[0];
+            to.head[1] = from.head[1];
+            poison<C>(from);
+        }
+        return sent;
+    }
+    template <class... C>
+    void check_shared_memory(Types<C...>)
+    {
+        (check_shared_memory_of<C>(), ...);
+    }
+    template <class C>
+    void check_shared_memory_of()
+    {
+        using Host = typename tilemesh::detail::MemoryOf<C>::type;
+        if constexpr (!std::is_same_v<Host, C>)
+            for (std::uint32_t t = 0; t < this->grid_.size(); ++t)
+                if (unread<C>(t) && unread<Host>(t))
+                    fail(t, "channels " + engine::detail::text(name_of<C>()) + " and " + engine::detail::text(name_of<Host>()) +
+                                " both carry mail (memory_of says that they share their words); give each its own memory");
+    }
+    template <class K, class... C>
+    std::uint64_t capacity_bytes(Types<C...>) const noexcept
+    {
+        return (std::uint64_t{0} + ... +
+                (KernelTraits<K>::template writes<C>
+                     ? std::uint64_t{16} * this->grid_.size() * C::Receiver::words(this->template link_capacity<C>())
+                     : 0));
+    }
+    template <class... C>
+    std::uint64_t digest_mail(std::uint32_t tile, Types<C...>)
+    {
+        std::uint64_t h = 0;
+        auto const one = [&](auto tag) {
+            using L = typename decltype(tag)::type;
+            for (Direction d : news) {
+                auto const p = end<L>(in_, 4 * tile + index(d));
+                h = engine::detail::mix(h, p.head[1]);
+                h = engine::detail::mix_words(h, p.items, std::size_t{p.head[0]} * L::Receiver::item_words);
+            }
+        };
+        (one(tilemesh::detail::Tag<C>{}), ...);
+        return h;
+    }
+
+    // --- the program ----------------------------------------------------------------------------------------------------
+    template <class K>
+    void walk(Superstep<K> const&)
+    {
+        timed([&] { superstep<K, true>(); });
+    }
+    template <std::uint32_t N, class K>
+    void walk(Repeat<N, K> const&)
+    {
+        timed([&] {
+            for (std::uint32_t i = 0; i < N; ++i) superstep<K, true>();
+        });
+    }
+    template <class K>
+    void walk(UntilQuiet<K> const& step)
+    {
+        timed([&] {
+            for (auto n = step.at_most; n > 0 && superstep<K, false>(); --n) {}
+        });
+    }
+    template <class... S>
+    void walk(Sequence<S...> const& q)
+    {
+        std::apply([&](auto const&... s) { (walk(s), ...); }, q.steps);
+    }
+    template <class F>
+    void timed(F const& run)
+    {
+        auto const begin = Clock::now();
+        run();
+        run_.steps[step_].milliseconds = std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+        ++step_;
+    }
+    template <class... X, class... C>
+    void add_peaks(Types<X...>, Types<C...>)
+    {
+        auto const state = [&](auto tag) {
+            using S = typename decltype(tag)::type;
+            if constexpr (tilemesh::detail::is_list<S>) {
+                constexpr auto i = Base::template index_of_state<S>();
+                run_.peaks.push_back({engine::detail::text(name_of<S>()), state_peak_[i], this->capacity_[i]});
+            }
+        };
+        (state(tilemesh::detail::Tag<X>{}), ...);
+        (run_.peaks.push_back({engine::detail::text(name_of<C>()), link_peak_[Base::template index_of_link<C>()],
+                               this->template link_capacity<C>()}),
+         ...);
+    }
+
+    Options options_;
+    std::array<Ends, links> in_, out_;
+    std::vector<std::uint8_t> busy_[2];
+    std::uint32_t parity_ = 0;
+    std::array<std::uint32_t, States::count + 1> state_peak_{};
+    std::array<std::vector<std::uint32_t>, States::count + 1> most_;
+    std::array<std::uint32_t, links> link_peak_{};
+    std::vector<StepCounters> names_;
+    RunCounters run_;
+    Observer observer_;
+    char const* broken_text_ = nullptr;
+    std::uint32_t step_ = 0;
+    std::uint64_t pass_ = 0;
+    bool broken_ = false;
+};
+
+} // namespace tilemesh

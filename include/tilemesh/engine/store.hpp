@@ -1,0 +1,340 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <cstring>
+#include <string>
+#include <tilemesh/engine/arena.hpp>
+#include <tilemesh/engine/contract.hpp>
+#include <tilemesh/engine/counters.hpp>
+#include <tilemesh/error.hpp>
+#include <tilemesh/machine/tile.hpp>
+#include <tuple>
+#include <vector>
+
+namespace tilemesh::engine::detail {
+
+inline std::string text(Name name)
+{
+    return std::string(name.text, name.size);
+}
+inline std::string text(TileId t)
+{
+    return "(" + std::to_string(t.x()) + ", " + std::to_string(t.y()) + ")";
+}
+
+/// Words that no kernel may touch stand around each region of a guarded store, and what is dead is filled with a signalling
+/// pattern: read as a float it is a NaN, read as an index it is out of range.
+inline constexpr std::uint32_t guard_word = 0x7fa0beefu;
+inline constexpr std::uint32_t poison_word = 0x7fa0dead;
+
+/// Mixes one word into a digest (the finaliser of SplitMix64: Steele, Lea, Flood 2014).
+inline std::uint64_t mix(std::uint64_t h, std::uint64_t word) noexcept
+{
+    h += word + 0x9e3779b97f4a7c15u;
+    h = (h ^ (h >> 30)) * 0xbf58476d1ce4e5b9u;
+    h = (h ^ (h >> 27)) * 0x94d049bb133111ebu;
+    return h ^ (h >> 31);
+}
+inline std::uint64_t mix_words(std::uint64_t h, std::uint32_t const* words, std::size_t n) noexcept
+{
+    for (std::size_t i = 0; i < n; ++i) {
+        std::uint32_t w;
+        std::memcpy(&w, words + i, 4);
+        h = (h ^ w) * 0x100000001b3u; // FNV-1a, a word at a time
+    }
+    return mix(h, n);
+}
+
+/// The words of all tiles' states and broadcasts: what both engines have in common.
+///
+/// Heads of lists and small structs of a tile lie together in `hot`, so that a tile where little happens is one or two
+/// cache lines; items and large structs lie in one arena a region and cost memory only where they are live.
+template <class Program, class Machine, bool Guarded>
+class Store {
+public:
+    using Layout = Tile<Machine, Program>;
+    using States = typename Layout::States;
+    using Links = typename Layout::Links;
+    using Shareds = typename Layout::Shareds;
+
+    Store(Grid grid, Program program) : program_(program), grid_(grid)
+    {
+        if (grid.width == 0 || grid.height == 0 || grid.width > 65535 || grid.height > 65535)
+            throw Error("a grid of " + std::to_string(grid.width) + " x " + std::to_string(grid.height) +
+                        " tiles (each side is 1 to 65,535); choose another");
+        if (grid.size() > Machine::tiles)
+            throw Error("a grid of " + std::to_string(grid.width) + " x " + std::to_string(grid.height) + " = " +
+                        std::to_string(grid.size()) + " tiles (" + Machine::name + " has " + std::to_string(Machine::tiles) +
+                        "); choose a smaller grid, larger tiles or another machine");
+        hot_ = Arena(std::size_t{grid.size()} * hot_stride);
+        make(States{});
+        set_capacities(Links{});
+        guard_all(States{});
+    }
+
+    Grid grid() const noexcept { return grid_; }
+    Program& program() noexcept { return program_; }
+
+    /// Tile t's state X: a reference to a struct, or a view of a Buffer. Only between runs, or from an observer.
+    template <class X>
+    decltype(auto) state(TileId t) noexcept
+    {
+        auto const place = state_place<X>(grid_.index_of(t));
+        if constexpr (tilemesh::detail::is_list<X>)
+            return X{place};
+        else
+            return static_cast<X&>(*reinterpret_cast<X*>(place.items));
+    }
+    /// What every tile will hold as P in the next run.
+    template <class P>
+    P& broadcast() noexcept
+    {
+        return std::get<P>(shared_);
+    }
+
+    /// Bytes of SRAM on a tile with the capacities of now; dynamic channels included.
+    std::uint64_t sram_bytes() const noexcept { return sram_bytes(Links{}); }
+
+    TILEMESH_KERNEL TileId tile(std::uint32_t i) const noexcept { return grid_.tile(i); }
+
+    template <class X>
+    TILEMESH_KERNEL Place state_place(std::uint32_t tile) noexcept
+    {
+        auto* const hot = hot_.data() + std::size_t{tile} * hot_stride + hot_offset<X>();
+        constexpr auto i = index_of_state<X>();
+        if constexpr (tilemesh::detail::is_list<X>)
+            return {hot, items_[i].data() + std::size_t{tile} * stride<X>() + guard_words, capacity_[i]};
+        else if constexpr (is_small<X>)
+            return {nullptr, hot, 1};
+        else
+            return {nullptr, items_[i].data() + std::size_t{tile} * stride<X>() + guard_words, 1};
+    }
+    template <class P>
+    TILEMESH_KERNEL P const* shared() const noexcept
+    {
+        return &std::get<P>(shared_);
+    }
+
+protected:
+    static constexpr std::uint32_t guard_words = Guarded ? 4 : 0;
+    template <class X>
+    static constexpr bool is_small = !tilemesh::detail::is_list<X> && sizeof(X) <= 64;
+
+    template <class X>
+    static constexpr std::uint32_t index_of_state() noexcept
+    {
+        static_assert(tilemesh::detail::contains<X, States>, "no kernel of this program keeps this state");
+        return tilemesh::detail::index_in<X>(States{});
+    }
+    template <class C>
+    static constexpr std::uint32_t index_of_link() noexcept
+    {
+        static_assert(tilemesh::detail::contains<C, Links>, "no kernel of this program uses this channel");
+        return tilemesh::detail::index_in<C>(Links{});
+    }
+    template <class C>
+    std::uint32_t link_capacity() const noexcept
+    {
+        return link_capacity_[index_of_link<C>()];
+    }
+
+    template <class X>
+    void limit_state(std::uint32_t items)
+    {
+        auto& capacity = capacity_[index_of_state<X>()];
+        check_limit(name_of<X>(), items, X::static_capacity);
+        for (std::uint32_t i = 0; i < grid_.size(); ++i)
+            if (state_place<X>(i).head[0] > items)
+                throw Error("a limit of " + std::to_string(items) + " items for " + text(name_of<X>()) + " (tile " +
+                            text(grid_.tile(i)) + " holds " + std::to_string(state_place<X>(i).head[0]) +
+                            "); set limits before the mesh is loaded");
+        capacity = items;
+    }
+    template <class C>
+    void limit_link(std::uint32_t items)
+    {
+        if constexpr (C::static_capacity != dynamic_capacity) check_limit(name_of<C>(), items, C::static_capacity);
+        auto const before = std::exchange(link_capacity_[index_of_link<C>()], items);
+        if (sram_bytes() > Machine::sram_bytes) {
+            auto const over = sram_bytes() - Machine::sram_bytes;
+            link_capacity_[index_of_link<C>()] = before;
+            throw Error("channel " + text(name_of<C>()) + " with " + std::to_string(items) + " slots (the program is then " +
+                        std::to_string(over) + " bytes over a tile's SRAM); give it fewer slots");
+        }
+    }
+    template <class... C>
+    void require_capacities(Types<C...>) const
+    {
+        (require_capacity<C>(), ...);
+    }
+
+    /// All live words of tile i's states; what is beyond a list's size does not count.
+    std::uint64_t digest_states(std::uint32_t tile) noexcept { return digest_states(tile, States{}); }
+
+    template <class... X>
+    std::uint64_t digest_states(std::uint32_t tile, Types<X...>) noexcept
+    {
+        std::uint64_t h = tile;
+        ((h = digest_state<X>(h, tile)), ...);
+        return h;
+    }
+    template <class X>
+    std::uint64_t digest_state(std::uint64_t h, std::uint32_t tile) noexcept
+    {
+        auto const p = state_place<X>(tile);
+        if constexpr (tilemesh::detail::is_list<X>)
+            return mix_words(mix(h, p.head[0]), p.items, std::size_t{p.head[0]} * X::item_words);
+        else
+            return mix_words(h, p.items, sizeof(X) / 4);
+    }
+
+    Program program_;
+    Grid grid_;
+    std::array<std::uint32_t, Links::count + 1> link_capacity_{};
+    std::array<std::uint32_t, States::count + 1> capacity_{};
+    std::array<Arena, States::count + 1> items_;
+    Arena hot_;
+
+private:
+    template <class>
+    struct TupleOf;
+    template <class... P>
+    struct TupleOf<Types<P...>> {
+        using type = std::tuple<P...>;
+    };
+    typename TupleOf<Shareds>::type shared_{};
+
+    /// A struct that a kernel writes lies on its own cache line boundary only if large; guards stand after each piece.
+    template <class X>
+    static constexpr std::uint32_t hot_words() noexcept
+    {
+        if constexpr (tilemesh::detail::is_list<X>)
+            return 2 + (Guarded ? 1 : 0);
+        else
+            return is_small<X> ? sizeof(X) / 4 + (Guarded ? 1 : 0) : 0;
+    }
+    template <class... X>
+    static constexpr std::uint32_t all_hot_words(Types<X...>) noexcept
+    {
+        return (0u + ... + hot_words<X>());
+    }
+    template <class X, class... Y>
+    static constexpr std::uint32_t hot_offset_in(Types<Y...>) noexcept
+    {
+        std::uint32_t at = 0;
+        bool found = false;
+        ((found = found || std::is_same_v<X, Y>, at += found ? 0 : hot_words<Y>()), ...);
+        return at;
+    }
+    template <class X>
+    static constexpr std::uint32_t hot_offset() noexcept
+    {
+        return hot_offset_in<X>(States{});
+    }
+    template <class X>
+    static constexpr std::uint32_t stride() noexcept // an odd number of cache lines: neighbours fall on different sets
+    {
+        return ((Layout::template words<X>() + 2 * guard_words + 15u) & ~15u) | 16u;
+    }
+
+protected:
+    static constexpr std::uint32_t hot_stride = (all_hot_words(States{}) + 15u) & ~15u;
+
+    template <class... X>
+    bool guards_hold(std::uint32_t tile, Types<X...>) noexcept
+    {
+        return (guard_holds<X>(tile) && ...);
+    }
+    template <class X>
+    bool guard_holds(std::uint32_t tile) noexcept
+    {
+        auto const p = state_place<X>(tile);
+        bool ok = true;
+        if constexpr (tilemesh::detail::is_list<X>) {
+            ok = p.head[2] == guard_word && p.head[0] <= p.capacity;
+        } else if constexpr (is_small<X>) {
+            return p.items[sizeof(X) / 4] == guard_word;
+        }
+        auto const words = item_words_of<X>();
+        for (std::uint32_t i = 0; i < guard_words; ++i)
+            ok = ok && p.items[words + i] == guard_word && (p.items - guard_words)[i] == guard_word;
+        return ok;
+    }
+    template <class X>
+    static constexpr std::uint32_t item_words_of() noexcept
+    {
+        if constexpr (tilemesh::detail::is_list<X>)
+            return X::static_capacity * X::item_words;
+        else
+            return sizeof(X) / 4;
+    }
+
+private:
+    template <class... X>
+    void guard_all(Types<X...>)
+    {
+        if constexpr (Guarded) (guard<X>(), ...);
+    }
+    template <class X>
+    void guard()
+    {
+        constexpr std::size_t poisoned_at_once = std::size_t{64} << 18; // words: 64 MiB a region, beyond that only what died
+        bool const fill = tilemesh::detail::is_list<X> && std::size_t{grid_.size()} * item_words_of<X>() <= poisoned_at_once;
+        for (std::uint32_t i = 0; i < grid_.size(); ++i) {
+            auto const p = state_place<X>(i);
+            if constexpr (tilemesh::detail::is_list<X>)
+                p.head[2] = guard_word;
+            else if constexpr (is_small<X>) {
+                p.items[sizeof(X) / 4] = guard_word;
+                continue;
+            }
+            for (std::uint32_t g = 0; g < guard_words; ++g)
+                (p.items - guard_words)[g] = p.items[item_words_of<X>() + g] = guard_word;
+            if (fill) std::fill(p.items, p.items + item_words_of<X>(), poison_word);
+        }
+    }
+    template <class... X>
+    void make(Types<X...>)
+    {
+        (make_one<X>(), ...);
+    }
+    template <class X>
+    void make_one()
+    {
+        constexpr auto i = index_of_state<X>();
+        if constexpr (tilemesh::detail::is_list<X>) capacity_[i] = X::static_capacity;
+        if constexpr (!is_small<X>) items_[i] = Arena(std::size_t{grid_.size()} * stride<X>());
+    }
+    template <class... C>
+    void set_capacities(Types<C...>)
+    {
+        ((link_capacity_[index_of_link<C>()] = C::static_capacity == dynamic_capacity ? 0 : C::static_capacity), ...);
+    }
+    template <class... C>
+    std::uint64_t sram_bytes(Types<C...>) const noexcept
+    {
+        auto const extra = [&](auto tag) -> std::uint64_t {
+            using Link = typename decltype(tag)::type;
+            if constexpr (Link::static_capacity == dynamic_capacity)
+                return std::uint64_t{32} * Link::Receiver::item_words * link_capacity<Link>();
+            else
+                return 0;
+        };
+        return Layout::bytes + (std::uint64_t{0} + ... + extra(tilemesh::detail::Tag<C>{}));
+    }
+    template <class C>
+    void require_capacity() const
+    {
+        if (link_capacity<C>() == 0)
+            throw Error("channel " + text(name_of<C>()) + " has no slots (its capacity is dynamic and was never set, or was "
+                                                          "limited to 0); call limit<Channel>(slots) before run()");
+    }
+    static void check_limit(Name name, std::uint32_t items, std::uint32_t most)
+    {
+        if (items > most)
+            throw Error("a limit of " + std::to_string(items) + " items for " + text(name) + " (the program's layout has " +
+                        std::to_string(most) + "); choose a smaller limit or a program with more slots");
+    }
+};
+
+} // namespace tilemesh::engine::detail

@@ -1,0 +1,131 @@
+#pragma once
+#include <cstdint>
+#include <cstring>
+#include <tilemesh/config.hpp>
+#include <type_traits>
+
+namespace tilemesh {
+
+/// A capacity that is known only when the machine is set up. A dynamic capacity is not in the compile-time ledger; the
+/// engine checks it against the SRAM when it is set.
+inline constexpr std::uint32_t dynamic_capacity = 0xffffffffu;
+
+/// Capacity rules: `Fixed` is N itself, a constant in the code. `Limited` is a run-time limit of at most N: the same types
+/// and the same ledger over a whole sweep.
+struct Fixed {};
+struct Limited {};
+
+/// Words of a tile's SRAM that hold a list: two words of head, then the items. The head need not lie beside the items: a
+/// host engine keeps all heads together, a Poplar tensor holds both in one piece.
+struct Place {
+    std::uint32_t* head;     ///< {size, note}
+    std::uint32_t* items;    ///< capacity * sizeof(T) / 4 words
+    std::uint32_t capacity;  ///< in items; what a Fixed list ignores
+};
+
+namespace detail {
+template <std::uint32_t N, class Rule>
+class Extent {
+public:
+    TILEMESH_KERNEL constexpr explicit Extent(std::uint32_t n) noexcept : capacity_(n) {}
+    TILEMESH_KERNEL constexpr std::uint32_t capacity() const noexcept { return capacity_; }
+
+private:
+    std::uint32_t capacity_;
+};
+template <std::uint32_t N>
+class Extent<N, Fixed> {
+public:
+    TILEMESH_KERNEL constexpr explicit Extent(std::uint32_t) noexcept {}
+    TILEMESH_KERNEL static constexpr std::uint32_t capacity() noexcept { return N; }
+};
+
+/// What Buffer and the two ends of a Channel share: a view of a list in external words.
+template <class T, std::uint32_t N, class Rule>
+class List : Extent<N, std::conditional_t<N == dynamic_capacity, Limited, Rule>> {
+    using Base = Extent<N, std::conditional_t<N == dynamic_capacity, Limited, Rule>>;
+    static_assert(std::is_trivially_copyable_v<T> && alignof(T) <= 4 && sizeof(T) % 4 == 0,
+                  "an item is copied by the exchange fabric: it must be trivially copyable and whole 32-bit words");
+
+public:
+    using value_type = T;
+    static constexpr std::uint32_t static_capacity = N;
+    static constexpr std::uint32_t head_words = 2;
+    static constexpr std::uint32_t item_words = sizeof(T) / 4;
+    /// Words of a list of n items, head included.
+    TILEMESH_KERNEL static constexpr std::uint32_t words(std::uint32_t n) noexcept { return head_words + n * item_words; }
+
+    TILEMESH_KERNEL explicit List(Place p) noexcept
+        : Base(p.capacity), head_(p.head), items_(reinterpret_cast<T*>(p.items))
+    {
+    }
+    using Base::capacity;
+    TILEMESH_KERNEL std::uint32_t size() const noexcept { return head_[0]; }
+    TILEMESH_KERNEL std::uint32_t room() const noexcept { return size() < capacity() ? capacity() - size() : 0; }
+    TILEMESH_KERNEL bool empty() const noexcept { return size() == 0; }
+    TILEMESH_KERNEL T const* begin() const noexcept { return items_; }
+    TILEMESH_KERNEL T const* end() const noexcept { return items_ + size(); }
+    TILEMESH_KERNEL T const& operator[](std::uint32_t i) const noexcept { return items_[i]; }
+
+protected:
+    TILEMESH_KERNEL void append(T const& item) noexcept
+    {
+        std::memcpy(items_ + head_[0], &item, sizeof(T));
+        ++head_[0];
+    }
+    TILEMESH_KERNEL bool try_append(T const& item) noexcept
+    {
+        if (size() >= capacity()) return false;
+        append(item);
+        return true;
+    }
+    std::uint32_t* head_;
+    T* items_;
+};
+} // namespace detail
+
+/// A fixed-capacity list in a tile's SRAM: a view, the words belong to the tile. A program names its regions by types:
+/// `struct Storage : Buffer<Gaussian, 1800> { using Buffer::Buffer; };`
+///
+/// When full, `push` reports a broken contract and keeps the list as it is, `try_push` returns false, `unchecked_push` must
+/// not be called. Cost: N * sizeof(T) + 8 bytes of SRAM. Items must be read by the type they were written as.
+template <class T, std::uint32_t N = dynamic_capacity, class Rule = Fixed>
+class Buffer : public detail::List<T, N, Rule> {
+    using Base = detail::List<T, N, Rule>;
+
+public:
+    using Base::Base;
+    using Base::begin;
+    using Base::end;
+    using Base::operator[];
+    TILEMESH_KERNEL T* begin() noexcept { return this->items_; }
+    TILEMESH_KERNEL T* end() noexcept { return this->items_ + this->size(); }
+    TILEMESH_KERNEL T& operator[](std::uint32_t i) noexcept { return this->items_[i]; }
+
+    TILEMESH_KERNEL void push(T const& item) noexcept
+    {
+        if (TILEMESH_EXPECT(this->size() < this->capacity(), "push into a full buffer (its capacity is part of the "
+                                                             "program); use try_push and count what is refused"))
+            this->append(item);
+    }
+    [[nodiscard]] TILEMESH_KERNEL bool try_push(T const& item) noexcept { return this->try_append(item); }
+    TILEMESH_KERNEL void unchecked_push(T const& item) noexcept { this->append(item); }
+
+    /// Removes item i by moving the last one into its place: order is not kept.
+    TILEMESH_KERNEL void swap_remove(std::uint32_t i) noexcept
+    {
+        auto const last = --this->head_[0];
+        if (i != last) std::memcpy(this->items_ + i, this->items_ + last, sizeof(T));
+    }
+    /// Keeps the first n items, n <= size().
+    TILEMESH_KERNEL void truncate(std::uint32_t n) noexcept { this->head_[0] = n; }
+    /// Makes the size n, n <= capacity(): new items hold whatever their words held and must be written before they are read.
+    TILEMESH_KERNEL void resize(std::uint32_t n) noexcept
+    {
+        if (TILEMESH_EXPECT(n <= this->capacity(), "resize of a buffer beyond its capacity (its capacity is part of the "
+                                                   "program); give the region more slots"))
+            this->head_[0] = n;
+    }
+};
+
+} // namespace tilemesh

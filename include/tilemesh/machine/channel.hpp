@@ -1,0 +1,61 @@
+#pragma once
+#include <tilemesh/machine/buffer.hpp>
+#include <tilemesh/machine/grid.hpp>
+
+namespace tilemesh {
+
+/// A fixed-capacity link from a tile to each of its four neighbours: what is written in compute is readable after the
+/// exchange, until a kernel has read it once; the exchange overwrites. A program names its own:
+/// `struct Road : Channel<Gaussian, 400> {};`
+///
+/// A full channel refuses, it never overwrites: saturation is a result to be counted, not an error. Besides its messages it
+/// carries one `note`, a free word (credits); 0 when nobody wrote it.
+///
+/// `using memory_of = Other;` inside the named type says that it lies in the SRAM of channel Other, because never do both
+/// carry mail; the ledger counts the larger of the two and the sequential engine checks the promise.
+///
+/// Cost: 2 * (N * sizeof(T) + 8) bytes of SRAM a direction; the compile-time exchange moves the whole capacity.
+template <class T, std::uint32_t N = dynamic_capacity, class Rule = Fixed>
+struct Channel {
+    using value_type = T;
+    static constexpr std::uint32_t static_capacity = N;
+    static constexpr bool is_channel = true;
+
+    /// The reading end: what one neighbour sent in the superstep before.
+    class Receiver : public detail::List<T, N, Rule> {
+    public:
+        using detail::List<T, N, Rule>::List;
+        TILEMESH_KERNEL std::uint32_t note() const noexcept { return this->head_[1]; }
+    };
+
+    /// The writing end: empty when compute begins.
+    class Sender : public detail::List<T, N, Rule> {
+    public:
+        using detail::List<T, N, Rule>::List;
+        TILEMESH_KERNEL void push(T const& message) noexcept
+        {
+            if (TILEMESH_EXPECT(this->size() < this->capacity(), "push into a full channel (its capacity is part of the "
+                                                                 "program); use try_push and count what is refused"))
+                this->append(message);
+        }
+        [[nodiscard]] TILEMESH_KERNEL bool try_push(T const& message) noexcept { return this->try_append(message); }
+        TILEMESH_KERNEL void unchecked_push(T const& message) noexcept { this->append(message); }
+        TILEMESH_KERNEL void set_note(std::uint32_t word) noexcept { this->head_[1] = word; }
+    };
+};
+
+/// The four incoming ends of channel C, indexed by the side the messages came from.
+template <class C>
+struct In {
+    typename C::Receiver side[4];
+    TILEMESH_KERNEL typename C::Receiver const& operator[](Direction d) const noexcept { return side[index(d)]; }
+};
+
+/// The four outgoing ends of channel C. At an edge of the grid what is sent comes back to its own tile on the same side.
+template <class C>
+struct Out {
+    typename C::Sender side[4];
+    TILEMESH_KERNEL typename C::Sender& operator[](Direction d) noexcept { return side[index(d)]; }
+};
+
+} // namespace tilemesh

@@ -1,0 +1,72 @@
+#pragma once
+#include <cstdint>
+#include <tilemesh/config.hpp>
+
+namespace tilemesh {
+
+/// The four sides of a tile; y grows southwards, as rows of a picture do.
+enum class Direction : std::uint32_t { north, east, west, south };
+
+inline constexpr Direction news[4] = {Direction::north, Direction::east, Direction::west, Direction::south};
+inline constexpr Direction along_row[2] = {Direction::east, Direction::west};
+inline constexpr Direction along_column[2] = {Direction::north, Direction::south};
+
+TILEMESH_KERNEL constexpr std::uint32_t index(Direction d) noexcept
+{
+    return static_cast<std::uint32_t>(d);
+}
+TILEMESH_KERNEL constexpr Direction opposite(Direction d) noexcept
+{
+    return news[3 - index(d)];
+}
+
+/// A tile's column and row in one word, so that a record can carry it; each below 65,536.
+struct TileId {
+    std::uint32_t packed = 0;
+    TILEMESH_KERNEL static constexpr TileId at(std::uint32_t x, std::uint32_t y) noexcept { return {x | y << 16}; }
+    TILEMESH_KERNEL constexpr std::uint32_t x() const noexcept { return packed & 0xffffu; }
+    TILEMESH_KERNEL constexpr std::uint32_t y() const noexcept { return packed >> 16; }
+};
+TILEMESH_KERNEL constexpr bool operator==(TileId a, TileId b) noexcept
+{
+    return a.packed == b.packed;
+}
+#if __cplusplus < 202002L
+TILEMESH_KERNEL constexpr bool operator!=(TileId a, TileId b) noexcept
+{
+    return a.packed != b.packed;
+}
+#endif
+
+/// W x H tiles with north, east, west and south neighbours. The paper's is 40 x 36.
+struct Grid {
+    std::uint32_t width = 40;
+    std::uint32_t height = 36;
+
+    TILEMESH_KERNEL constexpr std::uint32_t size() const noexcept { return width * height; }
+    TILEMESH_KERNEL constexpr TileId tile(std::uint32_t i) const noexcept { return TileId::at(i % width, i / width); }
+    TILEMESH_KERNEL constexpr std::uint32_t index_of(TileId t) const noexcept { return t.y() * width + t.x(); }
+    TILEMESH_KERNEL constexpr bool has_neighbour(TileId t, Direction d) const noexcept
+    {
+        return d == Direction::north   ? t.y() > 0
+               : d == Direction::south ? t.y() + 1 < height
+               : d == Direction::west  ? t.x() > 0
+                                       : t.x() + 1 < width;
+    }
+    /// The tile on side `d`; at an edge the tile itself, because edges wrap channels to their own tile.
+    TILEMESH_KERNEL constexpr TileId neighbour(TileId t, Direction d) const noexcept
+    {
+        if (!has_neighbour(t, d)) return t;
+        return d == Direction::north   ? TileId::at(t.x(), t.y() - 1)
+               : d == Direction::south ? TileId::at(t.x(), t.y() + 1)
+               : d == Direction::west  ? TileId::at(t.x() - 1, t.y())
+                                       : TileId::at(t.x() + 1, t.y());
+    }
+    /// The side of `neighbour(t, d)` on which what `t` sends towards `d` arrives; at an edge it comes back on side `d`.
+    TILEMESH_KERNEL constexpr Direction arrival(TileId t, Direction d) const noexcept
+    {
+        return has_neighbour(t, d) ? opposite(d) : d;
+    }
+};
+
+} // namespace tilemesh

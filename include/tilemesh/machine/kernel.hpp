@@ -1,0 +1,294 @@
+#pragma once
+#include <tilemesh/machine/channel.hpp>
+#include <tilemesh/machine/superstep.hpp>
+#include <type_traits>
+
+namespace tilemesh {
+
+/// Parameters that every tile holds: host to all tiles, once a run. Cost: sizeof(P) bytes a tile.
+template <class P>
+class Broadcast {
+public:
+    using parameters = P;
+    static_assert(std::is_trivially_copyable_v<P> && alignof(P) <= 4 && sizeof(P) % 4 == 0,
+                  "Broadcast<P>: P is copied to every tile, it must be trivially copyable and whole 32-bit words");
+    TILEMESH_KERNEL explicit Broadcast(P const* p) noexcept : p_(p) {}
+    TILEMESH_KERNEL P const& operator*() const noexcept { return *p_; }
+    TILEMESH_KERNEL P const* operator->() const noexcept { return p_; }
+
+private:
+    P const* p_;
+};
+
+/// Asked for by a kernel that must know which tile it is.
+struct Here {
+    TileId tile;
+    Grid grid;
+};
+
+/// Asked for by a kernel that all of a tile's workers run at once: it takes items index, index + count, ... Its writes must
+/// be disjoint between workers, so it may neither send nor vote.
+struct Worker {
+    std::uint32_t index = 0;
+    std::uint32_t count = 1;
+};
+
+template <class... Ts>
+struct Types {
+    static constexpr std::uint32_t count = sizeof...(Ts);
+};
+
+namespace detail {
+template <class T, class L>
+inline constexpr bool contains = false;
+template <class T, class... L>
+inline constexpr bool contains<T, Types<L...>> = (std::is_same_v<T, L> || ...);
+
+template <class T, class... L>
+constexpr std::uint32_t index_in(Types<L...>) noexcept
+{
+    std::uint32_t i = 0, found = 0;
+    ((found = std::is_same_v<T, L> ? i : found, ++i), ...);
+    return found;
+}
+
+template <class L, class T>
+struct Insert;
+template <class... L, class T>
+struct Insert<Types<L...>, T> {
+    using type = std::conditional_t<contains<T, Types<L...>>, Types<L...>, Types<L..., T>>;
+};
+
+template <class X, class = void>
+inline constexpr bool is_list = false;
+template <class X>
+inline constexpr bool is_list<X, std::void_t<typename X::value_type, decltype(X::head_words)>> = true;
+template <class X, class = void>
+inline constexpr bool is_channel = false;
+template <class X>
+inline constexpr bool is_channel<X, std::void_t<decltype(X::is_channel)>> = true;
+template <class X>
+inline constexpr bool is_end = false;
+template <class C>
+inline constexpr bool is_end<In<C>> = true;
+template <class C>
+inline constexpr bool is_end<Out<C>> = true;
+template <class P>
+inline constexpr bool is_end<Broadcast<P>> = true;
+template <>
+inline constexpr bool is_end<Here> = true;
+template <>
+inline constexpr bool is_end<Worker> = true;
+
+/// What one parameter of a kernel contributes to the tile.
+struct NoRole {
+    using State = void;
+    using Link = void;
+    using Shared = void;
+    static constexpr bool reads = false, writes = false;
+};
+template <class A>
+struct Role : NoRole {
+    static_assert(!sizeof(A*), "unknown kernel parameter (a kernel takes X& or X const& for a tile's own state, and by value "
+                               "In<C>, Out<C>, Broadcast<P>, Here, Worker); change this parameter to one of them");
+};
+template <class X>
+struct Role<X&> : NoRole {
+    static_assert(!is_end<std::remove_const_t<X>>,
+                  "In<C>, Out<C>, Broadcast<P>, Here and Worker are views (a reference to one would outlive its superstep); "
+                  "take them by value");
+    static_assert(!is_channel<X>, "a channel is not state (its words are exchanged); take In<C> or Out<C> by value");
+    static_assert(is_list<X> || (std::is_trivially_copyable_v<X> && alignof(X) <= 4 && sizeof(X) % 4 == 0),
+                  "a tile's state is a Buffer or a trivially copyable struct of whole 32-bit words (it lives in SRAM and may "
+                  "be copied as words)");
+    using State = std::remove_const_t<X>;
+};
+template <class C>
+struct Role<In<C>> : NoRole {
+    static_assert(is_channel<C>, "In<C>: C is not a channel; write struct C : Channel<Message, slots> {}");
+    using Link = C;
+    static constexpr bool reads = true;
+};
+template <class C>
+struct Role<Out<C>> : NoRole {
+    static_assert(is_channel<C>, "Out<C>: C is not a channel; write struct C : Channel<Message, slots> {}");
+    using Link = C;
+    static constexpr bool writes = true;
+};
+template <class P>
+struct Role<Broadcast<P>> : NoRole {
+    using Shared = P;
+};
+template <>
+struct Role<Here> : NoRole {};
+template <>
+struct Role<Worker> : NoRole {};
+
+template <class F>
+struct Signature { // no operator() that can be named
+    static constexpr bool one_call = false, is_const = true, is_noexcept = true;
+    using Arguments = Types<>;
+    using Result = void;
+};
+template <bool Const, bool Noexcept, class R, class... A>
+struct SignatureIs {
+    static constexpr bool one_call = true, is_const = Const, is_noexcept = Noexcept;
+    using Arguments = Types<A...>;
+    using Result = R;
+};
+template <class K, class R, class... A>
+struct Signature<R (K::*)(A...) const noexcept> : SignatureIs<true, true, R, A...> {};
+template <class K, class R, class... A>
+struct Signature<R (K::*)(A...) const> : SignatureIs<true, false, R, A...> {};
+template <class K, class R, class... A>
+struct Signature<R (K::*)(A...) noexcept> : SignatureIs<false, true, R, A...> {};
+template <class K, class R, class... A>
+struct Signature<R (K::*)(A...)> : SignatureIs<false, false, R, A...> {};
+
+template <class K, class = void>
+struct CallOf : Signature<void> {};
+template <class K>
+struct CallOf<K, std::void_t<decltype(&K::operator())>> : Signature<decltype(&K::operator())> {};
+
+template <class L, class T>
+using InsertReal =
+    typename std::conditional_t<std::is_void_v<T>, std::common_type<L>, Insert<L, std::conditional_t<std::is_void_v<T>, int, T>>>::type;
+
+template <class S, class L, class P>
+struct Sets {
+    using States = S;
+    using Links = L;
+    using Shareds = P;
+};
+template <class Acc, class Args>
+struct Collect {
+    using type = Acc;
+};
+template <class S, class L, class P, class A, class... As>
+struct Collect<Sets<S, L, P>, Types<A, As...>>
+    : Collect<Sets<InsertReal<S, typename Role<A>::State>, InsertReal<L, typename Role<A>::Link>,
+                   InsertReal<P, typename Role<A>::Shared>>,
+              Types<As...>> {};
+} // namespace detail
+
+/// What a kernel's parameter list says. Every mistake is one sentence here.
+template <class K>
+struct KernelTraits : detail::CallOf<K> {
+    using Call = detail::CallOf<K>;
+    using typename Call::Arguments;
+    using typename Call::Result;
+    static_assert(Call::one_call, "a kernel has exactly one operator(), neither overloaded nor a template (its parameter "
+                                  "list is its declaration); make policies template parameters of the kernel's class");
+    static_assert(Call::is_const, "a kernel's operator() must be const noexcept (a kernel has no state of its own); add const");
+    static_assert(Call::is_noexcept, "a kernel's operator() must be const noexcept (tiles have no exceptions); add noexcept");
+    static_assert(std::is_empty_v<K>, "a kernel must be an empty class (members would not reach the tiles); take constants as "
+                                      "Broadcast<P> or as template parameters");
+    static_assert(std::is_void_v<Result> || std::is_same_v<Result, Vote>,
+                  "a kernel returns nothing or a Vote; keep other results in the tile's state");
+    template <class A>
+    static constexpr bool takes = detail::contains<A, Arguments>;
+    template <class... A>
+    static constexpr bool any_writes(Types<A...>) noexcept
+    {
+        return (detail::Role<A>::writes || ...);
+    }
+    static constexpr bool multi_worker = takes<Worker>;
+    static constexpr bool sends = any_writes(Arguments{});
+    static_assert(!multi_worker || (std::is_void_v<Result> && !sends),
+                  "a kernel that takes Worker may neither send nor vote (six workers would race); do that in a superstep of "
+                  "its own");
+    using Needs = typename detail::Collect<detail::Sets<Types<>, Types<>, Types<>>, Arguments>::type;
+    /// The channels this kernel reads or writes, in the order of its parameters.
+    using Links = typename Needs::Links;
+    template <class C>
+    static constexpr bool reads = takes<In<C>>;
+    template <class C>
+    static constexpr bool writes = takes<Out<C>>;
+};
+
+template <class Kernel, class Argument>
+inline constexpr bool takes = KernelTraits<Kernel>::template takes<Argument>;
+
+namespace detail {
+/// Everything a program touches, in the order in which its kernels name it; and whether each channel may hold unread mail.
+template <class Acc, class Node>
+struct Walk {
+    static_assert(!sizeof(Node*), "not a program (its parts are Superstep<K>, Repeat<N, K>, UntilQuiet<K>, Sequence<...>); wrap "
+                                  "the kernel in one of them");
+};
+template <class S, class L, class P, class K>
+struct Walk<Sets<S, L, P>, Superstep<K>> : Collect<Sets<S, L, P>, typename KernelTraits<K>::Arguments> {};
+template <class S, class L, class P, std::uint32_t N, class K>
+struct Walk<Sets<S, L, P>, Repeat<N, K>> : Collect<Sets<S, L, P>, typename KernelTraits<K>::Arguments> {};
+template <class S, class L, class P, class K>
+struct Walk<Sets<S, L, P>, UntilQuiet<K>> : Collect<Sets<S, L, P>, typename KernelTraits<K>::Arguments> {};
+template <class S, class L, class P>
+struct Walk<Sets<S, L, P>, Sequence<>> {
+    using type = Sets<S, L, P>;
+};
+template <class S, class L, class P, class Step, class... Steps>
+struct Walk<Sets<S, L, P>, Sequence<Step, Steps...>>
+    : Walk<typename Walk<Sets<S, L, P>, Step>::type, Sequence<Steps...>> {};
+
+/// Does C hold unread mail after this step, if it did (`before`) or did not before? Sets `clash` where a kernel sends over it.
+template <class C>
+struct Mail {
+    bool unread = false;
+    bool clash = false;
+    template <class K>
+    constexpr void step(bool repeated) noexcept
+    {
+        using T = KernelTraits<K>;
+        if constexpr (T::template writes<C> && !T::template reads<C>) {
+            clash = clash || unread || repeated;
+            unread = true;
+        } else if constexpr (T::template writes<C>) {
+            unread = true;
+        } else if constexpr (T::template reads<C>) {
+            unread = false;
+        }
+    }
+    template <class K>
+    constexpr void walk(Superstep<K>*) noexcept
+    {
+        step<K>(false);
+    }
+    template <std::uint32_t N, class K>
+    constexpr void walk(Repeat<N, K>*) noexcept
+    {
+        step<K>(N > 1);
+    }
+    template <class K>
+    constexpr void walk(UntilQuiet<K>*) noexcept // ends with everything read, or is cut off, which the engine watches
+    {
+        step<K>(true);
+        if constexpr (KernelTraits<K>::template reads<C>) unread = false;
+    }
+    template <class... Steps>
+    constexpr void walk(Sequence<Steps...>*) noexcept
+    {
+        (walk(static_cast<Steps*>(nullptr)), ...);
+    }
+};
+template <class Program, class C>
+constexpr bool sends_over_unread_mail() noexcept
+{
+    Mail<C> mail;
+    mail.walk(static_cast<Program*>(nullptr));
+    mail.walk(static_cast<Program*>(nullptr)); // programs run again and again
+    return mail.clash;
+}
+template <class Program, class C>
+struct ReadBeforeSent {
+    static_assert(!sends_over_unread_mail<Program, C>(),
+                  "a kernel of this program only sends on channel C while C still holds unread mail (the exchange would "
+                  "overwrite it); let that kernel take In<C>, or read C in a step before it");
+    static constexpr bool value = true;
+};
+} // namespace detail
+
+/// The states, channels and broadcasts of a program: `Sets<Types<...>, Types<...>, Types<...>>`.
+template <class Program>
+using Needs = typename detail::Walk<detail::Sets<Types<>, Types<>, Types<>>, Program>::type;
+
+} // namespace tilemesh

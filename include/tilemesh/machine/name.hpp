@@ -1,0 +1,51 @@
+#pragma once
+#include <cstdint>
+#include <type_traits>
+
+namespace tilemesh {
+
+/// A piece of a string literal: what a region, channel or kernel is called in reports. Costs nothing on a tile.
+struct Name {
+    char const* text;
+    std::uint32_t size;
+};
+
+namespace detail {
+template <class X, class = void>
+inline constexpr bool has_own_name = false;
+template <class X>
+inline constexpr bool has_own_name<X, std::void_t<decltype(X::name)>> = true;
+
+constexpr std::uint32_t length(char const* text) noexcept
+{
+    std::uint32_t n = 0;
+    while (text[n] != '\0') ++n;
+    return n;
+}
+
+/// "ns::Outer<A>::Inner" out of the compiler's own text for this function; only the last component, without arguments.
+template <class X>
+constexpr Name type_name() noexcept
+{
+    char const* const text = __PRETTY_FUNCTION__; // "... [with X = T; ...]" (GCC) or "... [X = T]" (Clang)
+    std::uint32_t from = 0;
+    while (!(text[from] == 'X' && text[from + 1] == ' ' && text[from + 2] == '=')) ++from;
+    from += 4;
+    std::uint32_t begin = from, to = from;
+    for (; text[to] != '<' && text[to] != ';' && text[to] != ']' && text[to] != '\0'; ++to)
+        if (text[to] == ':') begin = to + 1;
+    return {text + begin, to - begin};
+}
+} // namespace detail
+
+/// X's own `static constexpr char const* name`, or the name of the type.
+template <class X>
+constexpr Name name_of() noexcept
+{
+    if constexpr (detail::has_own_name<X>)
+        return {X::name, detail::length(X::name)};
+    else
+        return detail::type_name<X>();
+}
+
+} // namespace tilemesh

@@ -1,0 +1,30 @@
+#pragma once
+#include <cstdint>
+
+namespace tilemesh {
+
+/// Graphcore's Mk2 IPU (GC200). A machine is one type with these static members; describe another by writing them again.
+///
+/// tiles, sram_bytes, workers, clock: the paper, section "The Graphcore IPU". code_bytes is what is kept back on every tile
+/// for codelets, exchange code and stacks: the authors' later code measures "~130 KB code + stacks".
+struct Mk2 {
+    static constexpr char const* name = "mk2";
+    static constexpr std::uint32_t tiles = 1472;
+    static constexpr std::uint32_t sram_bytes = 624 * 1024;
+    static constexpr std::uint32_t code_bytes = 130 * 1024;
+    static constexpr std::uint32_t workers = 6;
+    static constexpr std::uint32_t clock_khz = 1'325'000;
+};
+
+/// A machine for tests and what-if questions: Mk2's workers and clock, any SRAM, any number of tiles.
+template <std::uint32_t SramBytes, std::uint32_t Tiles = 0xffffffffu>
+struct TestMachine {
+    static constexpr char const* name = "test";
+    static constexpr std::uint32_t tiles = Tiles;
+    static constexpr std::uint32_t sram_bytes = SramBytes;
+    static constexpr std::uint32_t code_bytes = 0;
+    static constexpr std::uint32_t workers = 6;
+    static constexpr std::uint32_t clock_khz = 1'325'000;
+};
+
+} // namespace tilemesh

@@ -1,0 +1,254 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <thread>
+#include <tilemesh/report/image.hpp>
+#include <tilemesh/splat/camera.hpp>
+#include <tilemesh/splat/gaussian.hpp>
+#include <tilemesh/splat/model.hpp>
+#include <vector>
+
+namespace tilemesh::report {
+
+/// Whether a reference applies the cut-offs of the model: `none` is the formula (R0 in numerics,
+/// section 1), `same` has ours (R1). R1 - R0 is what the cut-offs cost, a kernel's picture - R1
+/// what its rounding costs.
+enum class Cuts {
+    none, ///< no alpha_min, no alpha_max, no stop, no footprint
+    same  ///< alpha_min, alpha_max, the stop at transmittance_min (blend, then stop) and the
+          ///< footprint
+};
+
+namespace detail {
+
+using Matrix3 = std::array<std::array<double, 3>, 3>;
+
+inline Matrix3 operator*(Matrix3 const& a, Matrix3 const& b)
+{
+    Matrix3 product{};
+    for (std::size_t i = 0; i < 3; ++i)
+        for (std::size_t j = 0; j < 3; ++j)
+            for (std::size_t k = 0; k < 3; ++k) product[i][j] += a[i][k] * b[k][j];
+    return product;
+}
+
+inline Matrix3 transpose(Matrix3 const& m)
+{
+    return {
+        {{m[0][0], m[1][0], m[2][0]}, {m[0][1], m[1][1], m[2][1]}, {m[0][2], m[1][2], m[2][2]}}};
+}
+
+/// Rotation matrix of a quaternion w, x, y, z of any length but zero.
+inline Matrix3 rotation_of(float const (&quaternion)[4])
+{
+    double const length =
+        std::sqrt(double{quaternion[0]} * quaternion[0] + double{quaternion[1]} * quaternion[1] +
+                  double{quaternion[2]} * quaternion[2] + double{quaternion[3]} * quaternion[3]);
+    double const w = quaternion[0] / length;
+    double const x = quaternion[1] / length;
+    double const y = quaternion[2] / length;
+    double const z = quaternion[3] / length;
+    return {{{1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)},
+             {2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)},
+             {2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)}}};
+}
+
+/// A projected Gaussian: the mean and the inclusive rectangle in pixels, the conic in 1/pixel^2.
+struct ReferenceSplat {
+    double depth;
+    splat::GaussianId id;
+    double mean_x, mean_y;
+    double conic_xx, conic_xy, conic_yy;
+    double opacity;
+    std::array<double, 3> colour;
+    std::uint32_t first_x, last_x, first_y, last_y;
+};
+
+/// What a Gaussian is on the screen, or nothing when it cannot be seen. `faintest` is the smallest
+/// alpha that counts.
+inline std::optional<ReferenceSplat> project_reference(splat::Gaussian const& gaussian,
+                                                       splat::Camera const& camera,
+                                                       splat::Model const& model, Cuts cuts,
+                                                       double faintest)
+{
+    // View space: R (p - c).
+    Matrix3 world_to_view{};
+    std::array<double, 3> view{};
+    for (std::size_t i = 0; i < 3; ++i)
+        for (std::size_t j = 0; j < 3; ++j) {
+            world_to_view[i][j] = camera.rotation[i][j];
+            view[i] += world_to_view[i][j] * (double{gaussian.mean_world[j]} - camera.position[j]);
+        }
+    double const z = view[2];
+    if (!(z > camera.near_depth)) return std::nullopt;
+
+    // Covariance in world space: R S S^T R^T.
+    Matrix3 scale{};
+    for (std::size_t i = 0; i < 3; ++i) scale[i][i] = std::exp(double{gaussian.log_scale[i]});
+    auto const rotation = rotation_of(gaussian.rotation);
+    auto const sigma = rotation * scale * transpose(scale) * transpose(rotation);
+
+    // Covariance on the screen: J W Sigma W^T J^T + dilation; the third row of J is not used.
+    double slope_x = view[0] / z;
+    double slope_y = view[1] / z;
+    if (model.jacobian_limit > 0.0f) {
+        double const limit_x = model.jacobian_limit * (camera.width / (2.0 * camera.fx));
+        double const limit_y = model.jacobian_limit * (camera.height / (2.0 * camera.fy));
+        slope_x = std::max(-limit_x, std::min(limit_x, slope_x));
+        slope_y = std::max(-limit_y, std::min(limit_y, slope_y));
+    }
+    Matrix3 const jacobian{{{camera.fx / z, 0.0, -camera.fx * slope_x / z},
+                            {0.0, camera.fy / z, -camera.fy * slope_y / z},
+                            {0.0, 0.0, 0.0}}};
+    auto const to_screen = jacobian * world_to_view;
+    auto const covariance = to_screen * sigma * transpose(to_screen);
+    double const xx = covariance[0][0] + model.dilation;
+    double const xy = covariance[0][1];
+    double const yy = covariance[1][1] + model.dilation;
+    double const determinant = xx * yy - xy * xy;
+    if (!(xx > 0.0 && yy > 0.0 && determinant > 0.0 && std::isfinite(determinant)))
+        return std::nullopt;
+
+    ReferenceSplat splat{};
+    splat.depth = z;
+    splat.id = gaussian.id;
+    splat.mean_x = camera.fx * view[0] / z + camera.cx;
+    splat.mean_y = camera.fy * view[1] / z + camera.cy;
+    splat.conic_xx = yy / determinant;
+    splat.conic_xy = -xy / determinant;
+    splat.conic_yy = xx / determinant;
+    splat.opacity = gaussian.opacity;
+    bool finite =
+        std::isfinite(splat.mean_x) && std::isfinite(splat.mean_y) && std::isfinite(splat.opacity);
+    for (std::size_t i = 0; i < 3; ++i) {
+        splat.colour[i] = gaussian.colour[i];
+        finite = finite && std::isfinite(splat.colour[i]);
+    }
+    if (!finite || !(splat.opacity > faintest)) return std::nullopt;
+
+    // The pixels it may touch: the box around the ellipse alpha = faintest, or the paper's square.
+    double half_x = 0.0;
+    double half_y = 0.0;
+    if (cuts == Cuts::same && model.footprint == splat::Footprint::three_sigma_square) {
+        double const largest = (xx + yy) / 2.0 + std::hypot((xx - yy) / 2.0, xy);
+        half_x = half_y = std::ceil(3.0 * std::sqrt(largest));
+    } else {
+        double const sigmas = std::sqrt(2.0 * std::log(splat.opacity / faintest));
+        half_x = sigmas * std::sqrt(xx);
+        half_y = sigmas * std::sqrt(yy);
+    }
+    double const left = std::max(0.0, std::floor(splat.mean_x - half_x));
+    double const right = std::min(camera.width - 1.0, std::floor(splat.mean_x + half_x));
+    double const top = std::max(0.0, std::floor(splat.mean_y - half_y));
+    double const bottom = std::min(camera.height - 1.0, std::floor(splat.mean_y + half_y));
+    if (!(left <= right && top <= bottom)) return std::nullopt;
+    splat.first_x = static_cast<std::uint32_t>(left);
+    splat.last_x = static_cast<std::uint32_t>(right);
+    splat.first_y = static_cast<std::uint32_t>(top);
+    splat.last_y = static_cast<std::uint32_t>(bottom);
+    return splat;
+}
+
+/// Blends splats, nearest first, into the rows [begin, end) of `rgb` (3 * width doubles a row).
+inline void blend_reference_rows(std::span<ReferenceSplat const> nearest_first, std::uint32_t begin,
+                                 std::uint32_t end, std::uint32_t width, double faintest,
+                                 double alpha_max, double transmittance_min, std::span<double> rgb,
+                                 std::span<double> transmittance) noexcept
+{
+    for (auto const& splat : nearest_first)
+        for (auto y = std::max(begin, splat.first_y); y < end && y <= splat.last_y; ++y)
+            for (auto x = splat.first_x; x <= splat.last_x; ++x) {
+                auto const pixel = std::size_t{y} * width + x;
+                auto& through = transmittance[pixel];
+                if (through < transmittance_min) continue;
+                double const dx = x + 0.5 - splat.mean_x;
+                double const dy = y + 0.5 - splat.mean_y;
+                double const power = -0.5 * (splat.conic_xx * dx * dx + splat.conic_yy * dy * dy) -
+                                     splat.conic_xy * dx * dy;
+                // Rounding alone can make the form positive, where the ellipse is a needle.
+                double alpha = splat.opacity * std::exp(std::min(power, 0.0));
+                if (alpha < faintest) continue;
+                alpha = std::min(alpha, alpha_max);
+                for (std::size_t i = 0; i < 3; ++i)
+                    rgb[3 * pixel + i] += through * alpha * splat.colour[i];
+                through *= 1.0 - alpha;
+            }
+}
+
+} // namespace detail
+
+/// The picture of `render_double` before it is rounded to float: 3 * width * height doubles, row by
+/// row from the top left.
+inline std::vector<double> render_double_unrounded(std::span<splat::Gaussian const> gaussians,
+                                                   splat::Camera const& camera,
+                                                   splat::Model const& model, Cuts cuts,
+                                                   unsigned threads = 1, double skip_below = 1e-12)
+{
+    bool const same = cuts == Cuts::same;
+    double const faintest = same ? double{model.alpha_min} : std::max(skip_below, 0.0);
+    double const alpha_max = same ? double{model.alpha_max} : 1.0;
+    double const transmittance_min = same ? double{model.transmittance_min} : 0.0;
+
+    std::vector<detail::ReferenceSplat> splats;
+    for (auto const& gaussian : gaussians)
+        if (auto const splat = detail::project_reference(gaussian, camera, model, cuts, faintest))
+            splats.push_back(*splat);
+    std::stable_sort(splats.begin(), splats.end(), [](auto const& a, auto const& b) {
+        return a.depth != b.depth ? a.depth < b.depth : a.id < b.id;
+    });
+
+    auto const pixels = std::size_t{camera.width} * camera.height;
+    std::vector<double> rgb(3 * pixels, 0.0);
+    std::vector<double> transmittance(pixels, 1.0);
+    {
+        auto const bands = std::max(1u, std::min(threads, camera.height));
+        auto const border = [&](unsigned band) {
+            return static_cast<std::uint32_t>(std::uint64_t{camera.height} * band / bands);
+        };
+        auto const blend = [&](unsigned band) noexcept {
+            detail::blend_reference_rows(splats, border(band), border(band + 1), camera.width,
+                                         faintest, alpha_max, transmittance_min, rgb,
+                                         transmittance);
+        };
+        std::vector<std::jthread> workers;
+        workers.reserve(bands - 1);
+        for (unsigned band = 1; band < bands; ++band) workers.emplace_back(blend, band);
+        blend(0);
+    }
+    return rgb;
+}
+
+/// The picture that the model means, in double from the float32 records: slow, obvious, and by
+/// other formulas than the kernels' (EWA splatting, Zwicker et al. 2001, as 3D Gaussian Splatting
+/// writes it, Kerbl et al. 2023): covariance R S S^T R^T, screen covariance J W Sigma W^T J^T +
+/// dilation, conic by inversion, order by (depth, id) front to back. No tiles, no lists: every
+/// splat visits every pixel of its box.
+///
+/// A Gaussian whose depth is not greater than `near_depth`, whose projection or colour is not
+/// finite, or whose screen covariance is not positive definite contributes nothing. Ids must be
+/// unique. `model.transmittance_min` is at most 1.
+///
+/// `skip_below`, with `Cuts::none` only: terms with an alpha below it are left out; 0 leaves out
+/// none and costs splats x pixels. The result does not depend on `threads`, which cut the frame
+/// into horizontal bands.
+///
+/// Accuracy: about 1e-16 times the condition number of the screen covariance, before the rounding
+/// to float: 1e-9 for a needle of 1,000 pixels, worse than 1e-4 for one of 1e6. Cost: 32 bytes a
+/// pixel and some 10 ns for each pixel of each box.
+inline Image render_double(std::span<splat::Gaussian const> gaussians, splat::Camera const& camera,
+                           splat::Model const& model, Cuts cuts, unsigned threads = 1,
+                           double skip_below = 1e-12)
+{
+    auto const rgb = render_double_unrounded(gaussians, camera, model, cuts, threads, skip_below);
+    Image image{camera.width, camera.height};
+    std::transform(rgb.begin(), rgb.end(), image.rgb.begin(),
+                   [](double value) { return static_cast<float>(value); });
+    return image;
+}
+
+} // namespace tilemesh::report

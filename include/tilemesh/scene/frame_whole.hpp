@@ -1,0 +1,65 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <glm/vec3.hpp>
+#include <tilemesh/scene/map.hpp>
+#include <tilemesh/scene/pose.hpp>
+#include <tilemesh/splat/camera.hpp>
+#include <vector>
+
+namespace tilemesh::scene {
+
+/// A camera that shows a map whose cameras nobody knows: it looks along the world's +z (OpenCV: y down) from in front, with
+/// a horizontal field of view of 60 degrees, at the box that holds 5 % to 95 % of the means along each axis; far outliers do
+/// not count. Near plane 0.2, or a tenth of the distance to the box where that is less.
+///
+/// Takes any map: for an empty one the camera stands one unit before the origin; where all means are one point, the box is
+/// three median standard deviations wide. Throws `Error` for a side outside 1..65535. Costs one pass over the map an axis.
+inline splat::Camera frame_whole(Map const& map, Size size)
+{
+    Intrinsics lens = lens_from_field_of_view(60.0, size);
+    if (map.gaussians.empty()) return make_camera({glm::dmat3{1.0}, {0.0, 0.0, -1.0}}, lens);
+
+    // The middle 90 % of the means along each axis, kept to where a float still has room for the distance beside it.
+    constexpr double far_away = 1e30;
+    std::vector<double> values(map.gaussians.size());
+    auto const quantile = [&](double share) {
+        auto const index = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+        std::nth_element(values.begin(), values.begin() + index, values.end());
+        return std::clamp(values[static_cast<std::size_t>(index)], -far_away, far_away);
+    };
+    glm::dvec3 low{0.0}, high{0.0};
+    for (int axis = 0; axis < 3; ++axis) {
+        std::transform(map.gaussians.begin(), map.gaussians.end(), values.begin(),
+                       [&](splat::Gaussian const& g) { return static_cast<double>(g.mean_world[axis]); });
+        low[axis] = quantile(0.05);
+        high[axis] = quantile(0.95);
+    }
+
+    // What a Gaussian is wide itself: it matters where the means are one point or a line.
+    std::transform(map.gaussians.begin(), map.gaussians.end(), values.begin(),
+                   [](splat::Gaussian const& g) {
+                       float const* s = g.log_scale;
+                       return std::exp(static_cast<double>(std::max({s[0], s[1], s[2]})));
+                   });
+    double const around = 3.0 * quantile(0.5);
+
+    // A float coordinate of size c cannot tell apart what is nearer than 6e-8 c; a hundred of these steps give a view.
+    glm::dvec3 const centre = 0.5 * (low + high);
+    double const coordinate =
+        std::max({std::fabs(centre.x), std::fabs(centre.y), std::fabs(centre.z)});
+    double const least = std::max(1e-6, 6e-6 * coordinate);
+    double const half_width = std::max(0.5 * (high.x - low.x) + around, least);
+    double const half_height = std::max(0.5 * (high.y - low.y) + around, least);
+
+    // Step back from the front of the box until both its sides fit, with a tenth to spare.
+    double const distance = 1.1 * std::max(half_width * lens.fx / (0.5 * size.width),
+                                           half_height * lens.fy / (0.5 * size.height));
+    double const front = low.z - std::min(around, distance);
+    lens.near_depth = static_cast<float>(std::min(0.2, 0.1 * distance));
+    return make_camera({glm::dmat3{1.0}, {centre.x, centre.y, front - distance}}, lens);
+}
+
+} // namespace tilemesh::scene

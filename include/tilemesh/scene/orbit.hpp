@@ -1,0 +1,60 @@
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
+#include <glm/vec3.hpp>
+#include <tilemesh/scene/map.hpp>
+#include <tilemesh/scene/pose.hpp>
+#include <tilemesh/splat/camera.hpp>
+#include <vector>
+
+namespace tilemesh::scene {
+
+/// The per-axis median of the means, each Gaussian counted once: half of a map may be far outliers before it moves away.
+/// Of an even number the upper of the two middle values; the origin where the map is empty.
+inline glm::dvec3 robust_centre(Map const& map)
+{
+    glm::dvec3 centre{0.0};
+    if (map.gaussians.empty()) return centre;
+    std::vector<float> values(map.gaussians.size());
+    for (int axis = 0; axis < 3; ++axis) {
+        std::transform(map.gaussians.begin(), map.gaussians.end(), values.begin(),
+                       [&](splat::Gaussian const& g) { return g.mean_world[axis]; });
+        auto const middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+        std::nth_element(values.begin(), middle, values.end());
+        centre[axis] = static_cast<double>(*middle);
+    }
+    return centre;
+}
+
+/// `frames` cameras on a circle about the vertical axis (the world's y) through `target_world`. Frame 0 is `start`, bit for
+/// bit; frame k is `start` turned rigidly by k * `degrees_per_frame`, computed from k alone, so that nothing accumulates. A
+/// positive angle carries a camera that faces the axis to its own left, as the recorded orbits of the paper's maps do.
+inline std::vector<splat::Camera> orbit(splat::Camera const& start, glm::dvec3 target_world,
+                                        double degrees_per_frame, std::uint32_t frames)
+{
+    std::vector<splat::Camera> cameras;
+    cameras.reserve(frames);
+    Pose const pose = pose_of(start);
+    Intrinsics const lens = lens_of(start);
+    for (std::uint32_t k = 0; k < frames; ++k) {
+        if (k == 0) {
+            cameras.push_back(start);
+            continue;
+        }
+        // Whole turns are taken off first: the sine of a large angle loses digits.
+        constexpr double radians = 3.14159265358979323846 / 180.0;
+        double const angle = std::fmod(k * degrees_per_frame, 360.0) * radians;
+        double const c = std::cos(angle), s = std::sin(angle);
+        glm::dmat3 const turn{c, 0.0, -s, 0.0, 1.0, 0.0, s, 0.0, c};
+        cameras.push_back(make_camera(
+            {pose.rotation * glm::transpose(turn), target_world + turn * (pose.position - target_world)},
+            lens));
+    }
+    return cameras;
+}
+
+} // namespace tilemesh::scene

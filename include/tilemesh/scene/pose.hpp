@@ -1,0 +1,151 @@
+#pragma once
+#include <cmath>
+#include <cstdint>
+#include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
+#include <glm/vec3.hpp>
+#include <string>
+#include <tilemesh/error.hpp>
+#include <tilemesh/splat/camera.hpp>
+
+namespace tilemesh::scene {
+
+/// The size of a picture in pixels.
+struct Size {
+    std::uint32_t width, height;
+};
+
+/// The lens of a pinhole camera in double precision: fx, fy, cx, cy in pixels (OpenCV: pixel (0, 0) has its centre at
+/// (0.5, 0.5)), `near_depth` in world units.
+struct Intrinsics {
+    double fx, fy, cx, cy;
+    float near_depth;
+    std::uint32_t width, height;
+};
+
+/// Where a camera is, in double precision: a world point p is at `rotation * (p - position)` in the camera (OpenCV: x right,
+/// y down, z forward). `rotation` is world to camera and orthonormal; `position` is the camera centre in the world.
+struct Pose {
+    glm::dmat3 rotation{1.0};
+    glm::dvec3 position{0.0};
+};
+
+/// The rotation matrix of the quaternion w, x, y, z of any finite length but zero, for which the result is the identity.
+/// The largest component is scaled to 1 first, so that tiny and huge quaternions neither vanish nor overflow.
+inline glm::dmat3 rotation_matrix(double w, double x, double y, double z)
+{
+    double const largest = std::fmax(std::fmax(std::fabs(w), std::fabs(x)),
+                                     std::fmax(std::fabs(y), std::fabs(z)));
+    if (!(largest > 0.0)) return glm::dmat3{1.0};
+    w /= largest, x /= largest, y /= largest, z /= largest;
+    double const s = 2.0 / (w * w + x * x + y * y + z * z);
+    // GLM takes columns.
+    return {1.0 - s * (y * y + z * z), s * (x * y + w * z),       s * (x * z - w * y),
+            s * (x * y - w * z),       1.0 - s * (x * x + z * z), s * (y * z + w * x),
+            s * (x * z + w * y),       s * (y * z - w * x),       1.0 - s * (x * x + y * y)};
+}
+
+/// The camera that every tile holds: each number is rounded to float once, here.
+inline splat::Camera make_camera(Pose const& pose, Intrinsics const& lens)
+{
+    splat::Camera camera{};
+    for (int row = 0; row < 3; ++row) {
+        for (int column = 0; column < 3; ++column)
+            camera.rotation[row][column] = static_cast<float>(pose.rotation[column][row]);
+        camera.position[row] = static_cast<float>(pose.position[row]);
+    }
+    camera.fx = static_cast<float>(lens.fx);
+    camera.fy = static_cast<float>(lens.fy);
+    camera.cx = static_cast<float>(lens.cx);
+    camera.cy = static_cast<float>(lens.cy);
+    camera.near_depth = lens.near_depth;
+    camera.width = lens.width;
+    camera.height = lens.height;
+    return camera;
+}
+
+/// The pose of a camera, exactly: `make_camera(pose_of(c), lens_of(c))` has the bits of c.
+inline Pose pose_of(splat::Camera const& camera)
+{
+    Pose pose;
+    for (int row = 0; row < 3; ++row) {
+        for (int column = 0; column < 3; ++column)
+            pose.rotation[column][row] = static_cast<double>(camera.rotation[row][column]);
+        pose.position[row] = static_cast<double>(camera.position[row]);
+    }
+    return pose;
+}
+
+/// The lens of a camera, exactly.
+inline Intrinsics lens_of(splat::Camera const& camera)
+{
+    return {camera.fx,         camera.fy,    camera.cx,    camera.cy,
+            camera.near_depth, camera.width, camera.height};
+}
+
+/// The pose at `eye` that looks at `target`, its y axis as near to `down` as it can be (OpenCV: y points down, and so does
+/// the world's y by default). Throws `Error` where `target` is `eye`; where `down` lies along the line of sight, another
+/// axis takes its place.
+inline Pose look_at(glm::dvec3 eye, glm::dvec3 target, glm::dvec3 down = {0.0, 1.0, 0.0})
+{
+    double const distance = glm::length(target - eye);
+    if (!(distance > 0.0) || !std::isfinite(distance))
+        throw Error("a camera cannot look at its own position (eye and target are the same point or not "
+                    "finite); move one of them");
+    glm::dvec3 const forward = (target - eye) / distance;
+
+    // Below this sine the cross product is mostly rounding; the world axis farthest from the line of sight replaces `down`.
+    constexpr double parallel = 1e-9;
+    glm::dvec3 right = glm::cross(down, forward);
+    if (!(glm::length(right) > parallel * glm::length(down))) {
+        glm::dvec3 const other =
+            std::fabs(forward.z) < 0.9 ? glm::dvec3{0.0, 0.0, 1.0} : glm::dvec3{0.0, 1.0, 0.0};
+        right = glm::cross(other, forward);
+    }
+    right = glm::normalize(right);
+    return {glm::transpose(glm::dmat3{right, glm::cross(forward, right), forward}), eye};
+}
+
+namespace detail {
+inline void require_pixels(std::uint32_t width, std::uint32_t height)
+{
+    // 65,535: what a 16-bit pixel coordinate can name, and the limit of the camera files.
+    if (width == 0 || height == 0 || width > 65535 || height > 65535)
+        throw Error("a picture of " + std::to_string(width) + " x " + std::to_string(height) +
+                    " pixels cannot be rendered (each side is 1 to 65535); choose another size");
+}
+} // namespace detail
+
+/// A lens with square pixels, centred, that spans `degrees` from the left to the right border of the picture. Throws
+/// `Error` for an angle outside (0, 180) or a side outside 1..65535.
+inline Intrinsics lens_from_field_of_view(double degrees, Size size, float near_depth = 0.2f)
+{
+    detail::require_pixels(size.width, size.height);
+    if (!(degrees > 0.0 && degrees < 180.0))
+        throw Error("a horizontal field of view of " + std::to_string(degrees) +
+                    " degrees is no pinhole camera (it lies between 0 and 180); choose another angle");
+    constexpr double radians = 3.14159265358979323846 / 180.0;
+    double const focal = 0.5 * size.width / std::tan(0.5 * degrees * radians);
+    return {focal, focal, 0.5 * size.width, 0.5 * size.height, near_depth, size.width, size.height};
+}
+
+/// The same view in another size: the horizontal field of view stays, so fx, fy and cx scale by the ratio of the widths; cy
+/// keeps its share of the height, and the vertical field of view follows from the new shape. The size it already has gives
+/// back the same bits. Throws `Error` for a side outside 1..65535.
+inline splat::Camera resized(splat::Camera camera, std::uint32_t width, std::uint32_t height)
+{
+    detail::require_pixels(width, height);
+    detail::require_pixels(camera.width, camera.height);
+    double const across = static_cast<double>(width) / camera.width;
+    double const down = static_cast<double>(height) / camera.height;
+    camera.fx = static_cast<float>(across * static_cast<double>(camera.fx));
+    camera.fy = static_cast<float>(across * static_cast<double>(camera.fy));
+    camera.cx = static_cast<float>(across * static_cast<double>(camera.cx));
+    camera.cy = static_cast<float>(down * static_cast<double>(camera.cy));
+    camera.width = width;
+    camera.height = height;
+    return camera;
+}
+
+} // namespace tilemesh::scene

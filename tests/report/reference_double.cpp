@@ -1,0 +1,593 @@
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <doctest/doctest.h>
+#include <limits>
+#include <random>
+#include <tilemesh/report/image.hpp>
+#include <tilemesh/report/reference_double.hpp>
+#include <tilemesh/splat/camera.hpp>
+#include <tilemesh/splat/gaussian.hpp>
+#include <tilemesh/splat/model.hpp>
+#include <vector>
+
+namespace {
+
+using tilemesh::report::Cuts;
+using tilemesh::report::render_double;
+using tilemesh::report::render_double_unrounded;
+using tilemesh::splat::Camera;
+using tilemesh::splat::Footprint;
+using tilemesh::splat::Gaussian;
+using tilemesh::splat::GaussianId;
+using tilemesh::splat::Model;
+
+/// At the origin, looking along z; the principal point is off centre and the pixels are not square.
+Camera plain_camera(std::uint32_t width, std::uint32_t height)
+{
+    Camera camera{};
+    for (int i = 0; i < 3; ++i) camera.rotation[i][i] = 1.0f;
+    camera.fx = 40.0f;
+    camera.fy = 50.0f;
+    camera.cx = static_cast<float>(width) / 2 + 1.5f;
+    camera.cy = static_cast<float>(height) / 2 - 2.5f;
+    camera.near_depth = 0.25f;
+    camera.width = width;
+    camera.height = height;
+    return camera;
+}
+
+Gaussian ball(float x, float y, float z, float log_scale, float opacity, std::uint32_t id)
+{
+    Gaussian gaussian{};
+    gaussian.mean_world[0] = x;
+    gaussian.mean_world[1] = y;
+    gaussian.mean_world[2] = z;
+    gaussian.colour[0] = 1.0f;
+    gaussian.colour[1] = 0.5f;
+    gaussian.colour[2] = 0.25f;
+    gaussian.opacity = opacity;
+    gaussian.rotation[0] = 1.0f;
+    for (auto& value : gaussian.log_scale) value = log_scale;
+    gaussian.id = GaussianId{id};
+    return gaussian;
+}
+
+Gaussian coloured(Gaussian gaussian, float red, float green, float blue)
+{
+    gaussian.colour[0] = red;
+    gaussian.colour[1] = green;
+    gaussian.colour[2] = blue;
+    return gaussian;
+}
+
+/// Uniform in [low, high), the same on every standard library.
+float uniform(std::mt19937& random, double low, double high)
+{
+    return static_cast<float>(low + (high - low) * static_cast<double>(random()) * 0x1p-32);
+}
+
+/// A camera with every degree of freedom in use.
+Camera tilted_camera(std::uint32_t width, std::uint32_t height)
+{
+    auto camera = plain_camera(width, height);
+    // Rotation by the unit quaternion (0.8, 0.2, -0.4, 0.4).
+    float const rows[3][3] = {{0.36f, -0.8f, -0.48f}, {0.48f, 0.6f, -0.64f}, {0.8f, 0.0f, 0.6f}};
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) camera.rotation[i][j] = rows[i][j];
+    camera.position[0] = -2.0f;
+    camera.position[1] = 0.25f;
+    camera.position[2] = -1.5f;
+    return camera;
+}
+
+/// Balls, discs and needles around the point 2.5 in front of the tilted camera, some behind it,
+/// with bright and opaque ones.
+std::vector<Gaussian> random_gaussians(std::uint32_t count, std::uint32_t seed)
+{
+    std::mt19937 random{seed};
+    std::vector<Gaussian> gaussians(count);
+    for (std::uint32_t i = 0; i < count; ++i) {
+        auto& gaussian = gaussians[i];
+        for (auto& value : gaussian.mean_world) value = uniform(random, -1.8, 1.8);
+        for (auto& value : gaussian.colour) value = uniform(random, 0.0, 3.8);
+        gaussian.opacity = i % 9 == 0 ? 1.0f : uniform(random, 0.0, 1.0);
+        for (auto& value : gaussian.rotation) value = uniform(random, -3.0, 3.0);
+        for (auto& value : gaussian.log_scale) value = uniform(random, -6.0, -0.7);
+        gaussian.id = GaussianId{count - i};
+    }
+    return gaussians;
+}
+
+double largest_difference(std::vector<double> const& a, std::vector<double> const& b)
+{
+    REQUIRE(a.size() == b.size());
+    double largest = 0.0;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        auto const difference = std::abs(a[i] - b[i]);
+        if (!(difference <= largest)) largest = difference; // a NaN stays
+        if (std::isnan(largest)) return largest;
+    }
+    return largest;
+}
+
+double brightest(std::vector<double> const& rgb)
+{
+    return rgb.empty() ? 0.0 : *std::max_element(rgb.begin(), rgb.end());
+}
+
+/// The picture again, in long double and by other formulas: the screen covariance as V V^T with V =
+/// J W R S, the determinant from the cross product of V's rows (only sums of positives), the
+/// exponent by completing the square, and for every pixel the whole list in depth order.
+std::vector<double> guard_render(std::vector<Gaussian> const& gaussians, Camera const& camera,
+                                 Model const& model)
+{
+    using Real = long double;
+    struct Splat {
+        Real z, u, v, a, b, det, opacity;
+        Gaussian const* gaussian;
+    };
+    std::vector<Splat> splats;
+    for (auto const& g : gaussians) {
+        Real view[3];
+        for (int i = 0; i < 3; ++i) {
+            view[i] = 0;
+            for (int j = 0; j < 3; ++j)
+                view[i] += Real{camera.rotation[i][j]} *
+                           (Real{g.mean_world[j]} - Real{camera.position[j]});
+        }
+        if (!(view[2] > Real{camera.near_depth})) continue;
+        Real const x = view[0] / view[2];
+        Real const y = view[1] / view[2];
+        auto const clamped = [&](Real slope, Real size, Real focal) {
+            Real const limit = Real{model.jacobian_limit} * size / focal / 2;
+            return slope > limit ? limit : slope < -limit ? -limit : slope;
+        };
+        Real const jx = clamped(x, camera.width, camera.fx);
+        Real const jy = clamped(y, camera.height, camera.fy);
+
+        // Column k of R S is the local axis k, turned by q e_k q* / |q|^2, times its length.
+        Real const w = g.rotation[0];
+        Real const q[3] = {g.rotation[1], g.rotation[2], g.rotation[3]};
+        Real const norm = w * w + q[0] * q[0] + q[1] * q[1] + q[2] * q[2];
+        Real rows[2][3];
+        for (int k = 0; k < 3; ++k) {
+            // v' = ((w^2 - q.q) v + 2 (q.v) q + 2 w q x v) / |q|^2 with v = e_k.
+            Real axis[3];
+            int const next = (k + 1) % 3;
+            int const last = (k + 2) % 3;
+            axis[k] = w * w - (norm - w * w) + 2 * q[k] * q[k];
+            axis[next] = 2 * q[k] * q[next] + 2 * w * q[last];
+            axis[last] = 2 * q[k] * q[last] - 2 * w * q[next];
+            Real local[3];
+            for (int i = 0; i < 3; ++i) {
+                local[i] = 0;
+                for (int j = 0; j < 3; ++j) local[i] += Real{camera.rotation[i][j]} * axis[j];
+                local[i] *= std::exp(Real{g.log_scale[k]}) / norm;
+            }
+            rows[0][k] = Real{camera.fx} / view[2] * (local[0] - jx * local[2]);
+            rows[1][k] = Real{camera.fy} / view[2] * (local[1] - jy * local[2]);
+        }
+        Real a = 0;
+        Real b = 0;
+        Real c = 0;
+        Real cross = 0;
+        for (int k = 0; k < 3; ++k) {
+            int const next = (k + 1) % 3;
+            Real const area = rows[0][k] * rows[1][next] - rows[0][next] * rows[1][k];
+            a += rows[0][k] * rows[0][k];
+            b += rows[0][k] * rows[1][k];
+            c += rows[1][k] * rows[1][k];
+            cross += area * area;
+        }
+        Real const h = model.dilation;
+        splats.push_back({view[2], Real{camera.fx} * x + Real{camera.cx},
+                          Real{camera.fy} * y + Real{camera.cy}, a + h, b,
+                          cross + h * (a + c) + h * h, g.opacity, &g});
+    }
+    std::sort(splats.begin(), splats.end(), [](Splat const& l, Splat const& r) {
+        return l.z < r.z || (!(r.z < l.z) && l.gaussian->id < r.gaussian->id);
+    });
+    std::vector<double> picture;
+    for (std::uint32_t row = 0; row < camera.height; ++row)
+        for (std::uint32_t column = 0; column < camera.width; ++column) {
+            Real rgb[3] = {0, 0, 0};
+            Real through = 1;
+            for (auto const& s : splats) {
+                Real const dx = static_cast<Real>(column) + 0.5L - s.u;
+                Real const dy = static_cast<Real>(row) + 0.5L - s.v;
+                Real const e = dy - s.b / s.a * dx;
+                Real const alpha = s.opacity * std::exp(-(dx * dx / s.a + e * e * s.a / s.det) / 2);
+                for (int k = 0; k < 3; ++k) rgb[k] += through * alpha * Real{s.gaussian->colour[k]};
+                through -= through * alpha;
+            }
+            for (Real value : rgb) picture.push_back(static_cast<double>(value));
+        }
+    return picture;
+}
+
+} // namespace
+
+TEST_SUITE_BEGIN("report");
+
+TEST_CASE("one isotropic Gaussian on the axis is the closed formula")
+{
+    auto const camera = plain_camera(31, 23);
+    auto const gaussian = coloured(ball(0, 0, 2, -1.5f, 0.75f, 1), 3.8f, 1.0f, 0.0f);
+    auto const rgb = render_double_unrounded({&gaussian, 1}, camera, {}, Cuts::none, 1, 0.0);
+    REQUIRE(rgb.size() == 3 * 31 * 23);
+    double const dilation = Model{}.dilation;
+    double const sigma_x = 40.0 / 2.0 * std::exp(-1.5);
+    double const sigma_y = 50.0 / 2.0 * std::exp(-1.5);
+    double worst = 0.0;
+    for (int y = 0; y < 23; ++y)
+        for (int x = 0; x < 31; ++x) {
+            double const dx = x + 0.5 - 17.0; // cx = 31 / 2 + 1.5
+            double const dy = y + 0.5 - 9.0;  // cy = 23 / 2 - 2.5
+            double const alpha = 0.75 * std::exp(-0.5 * (dx * dx / (sigma_x * sigma_x + dilation) +
+                                                         dy * dy / (sigma_y * sigma_y + dilation)));
+            auto const* pixel = &rgb[static_cast<std::size_t>(3 * (31 * y + x))];
+            worst = std::max({worst, std::abs(pixel[0] - alpha * double{3.8f}),
+                              std::abs(pixel[1] - alpha), std::abs(pixel[2])});
+        }
+    CHECK(worst < 1e-15);
+    CHECK(brightest(rgb) > 2.5); // no value is clamped
+}
+
+TEST_CASE("the Jacobian's slope is clamped at the limit times half the field of view")
+{
+    // tan(half fov) is 64 / (2 * 40) = 0.8, so 1.3 of it is 1.04; the mean's slope is 1.5, and it
+    // lies at column 40 * 1.5 + cx.
+    auto const camera = plain_camera(64, 48);
+    auto const gaussian = ball(3, 0, 2, -0.5f, 0.9f, 1);
+    double const s = std::exp(-0.5);
+    double const mean_x = 60.0 + 33.5;
+    double seen[2] = {};
+    int run = 0;
+    for (float const limit : {1.3f, 0.0f}) {
+        CAPTURE(limit);
+        Model model;
+        model.jacobian_limit = limit;
+        auto const rgb = render_double_unrounded({&gaussian, 1}, camera, model, Cuts::none);
+        double const slope = limit > 0.0f ? double{limit} * 0.8 : 1.5;
+        double const xx = 20.0 * s * 20.0 * s * (1.0 + slope * slope) + double{model.dilation};
+        double const yy = 25.0 * s * 25.0 * s + double{model.dilation};
+        double const dx = 63.5 - mean_x;
+        double const dy = 20.5 - 21.5;
+        double const alpha = double{0.9f} * std::exp(-0.5 * (dx * dx / xx + dy * dy / yy));
+        CHECK(alpha > 0.01);
+        seen[run] = rgb[3 * (20 * 64 + 63)];
+        CHECK(std::abs(seen[run++] - alpha) < 1e-14);
+    }
+    CHECK(seen[1] > 1.5 * seen[0]);
+
+    // Downwards too: the limit there is 1.3 * 48 / (2 * 50) = 0.624.
+    auto const below = ball(0, -4, 2, -0.5f, 0.9f, 1);
+    auto const rgb = render_double_unrounded({&below, 1}, camera, {}, Cuts::none);
+    double const slope = double{1.3f} * 0.48;
+    double const yy = 25.0 * s * 25.0 * s * (1.0 + slope * slope) + double{Model{}.dilation};
+    double const xx = 20.0 * s * 20.0 * s + double{Model{}.dilation};
+    double const dy = 0.5 - (21.5 - 100.0);
+    double const dx = 33.5 - 33.5;
+    double const alpha = double{0.9f} * std::exp(-0.5 * (dx * dx / xx + dy * dy / yy));
+    CHECK(alpha > 1e-8);
+    CHECK(std::abs(rgb[3 * 33] - alpha) < 1e-14);
+}
+
+TEST_CASE("splats are blended front to back, ties by id")
+{
+    auto const camera = plain_camera(32, 32);
+    auto front = coloured(ball(0, 0, 2, 0, 0.5f, 7), 1, 0, 0);
+    auto back = coloured(ball(0, 0, 3, 0, 0.75f, 3), 0, 1, 0);
+    // Both means lie on the centre of pixel (17, 13), so that alpha is the opacity there.
+    auto const at_centre = [&](std::vector<Gaussian> const& gaussians) {
+        auto const rgb = render_double_unrounded(gaussians, camera, {}, Cuts::none);
+        auto const* pixel = &rgb[3 * (13 * 32 + 17)];
+        return std::vector<double>(pixel, pixel + 3);
+    };
+    using Rgb = std::vector<double>;
+    CHECK(at_centre({front, back}) == Rgb{0.5, 0.375, 0.0});
+    CHECK(at_centre({back, front}) == Rgb{0.5, 0.375, 0.0});
+
+    std::swap(front.mean_world[2], back.mean_world[2]);
+    CHECK(at_centre({front, back}) == Rgb{0.125, 0.75, 0.0});
+
+    // Equal depth: the smaller id is in front, wherever it stands in the list.
+    front.mean_world[2] = back.mean_world[2];
+    CHECK(at_centre({front, back}) == Rgb{0.125, 0.75, 0.0});
+    CHECK(at_centre({back, front}) == Rgb{0.125, 0.75, 0.0});
+    std::swap(front.id, back.id);
+    CHECK(at_centre({front, back}) == Rgb{0.5, 0.375, 0.0});
+    CHECK(at_centre({back, front}) == Rgb{0.5, 0.375, 0.0});
+}
+
+TEST_CASE("a mean is visible where its depth is greater than near")
+{
+    auto const camera = plain_camera(32, 32);
+    auto const seen = [&](float z) {
+        auto const gaussian = ball(0, 0, z, -3, 1.0f, 1);
+        return brightest(render_double_unrounded({&gaussian, 1}, camera, {}, Cuts::none));
+    };
+    CHECK(seen(-2.0f) == 0.0);
+    CHECK(seen(0.0f) == 0.0);
+    CHECK(seen(std::nextafter(0.25f, 0.0f)) == 0.0);
+    CHECK(seen(0.25f) == 0.0);
+    CHECK(seen(std::nextafter(0.25f, 1.0f)) > 0.5);
+    CHECK(seen(2.0f) > 0.5);
+}
+
+TEST_CASE("what cannot be projected contributes nothing")
+{
+    auto const camera = plain_camera(32, 32);
+    auto const good = ball(0, 0, 2, -1, 0.5f, 1);
+    auto const expected = render_double_unrounded({&good, 1}, camera, {}, Cuts::none);
+    CHECK(brightest(expected) > 0.4);
+    constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+    constexpr float infinity = std::numeric_limits<float>::infinity();
+
+    std::vector<Gaussian> bad(11, ball(0, 0, 1, -1, 0.5f, 2));
+    bad[0].rotation[0] = 0.0f; // no rotation at all
+    bad[1].rotation[2] = nan;
+    bad[2].mean_world[0] = nan;
+    bad[3].mean_world[2] = nan;
+    bad[4].mean_world[2] = infinity;
+    bad[5].log_scale[1] = infinity;
+    bad[6].log_scale[1] = nan;
+    bad[7].colour[2] = nan;
+    bad[8].opacity = nan;
+    bad[9].opacity = 0.0f;
+    bad[10].mean_world[1] = -infinity;
+    for (std::size_t i = 0; i < bad.size(); ++i) {
+        CAPTURE(i);
+        std::vector<Gaussian> const both{bad[i], good};
+        CHECK(render_double_unrounded(both, camera, {}, Cuts::none) == expected);
+        CHECK(render_double_unrounded(both, camera, {}, Cuts::none, 1, 0.0) ==
+              render_double_unrounded({&good, 1}, camera, {}, Cuts::none, 1, 0.0));
+    }
+
+    // A line seen without dilation has no area; with dilation it is seen.
+    auto line = ball(0, 0, 2, -1, 0.5f, 1);
+    line.log_scale[1] = line.log_scale[2] = -infinity;
+    Model sharp;
+    sharp.dilation = 0.0f;
+    CHECK(brightest(render_double_unrounded({&line, 1}, camera, sharp, Cuts::none)) == 0.0);
+    CHECK(brightest(render_double_unrounded({&line, 1}, camera, {}, Cuts::none)) > 0.4);
+    CHECK(brightest(render_double_unrounded({&good, 1}, camera, sharp, Cuts::none)) > 0.4);
+}
+
+TEST_CASE("a quaternion may have any length")
+{
+    auto const camera = tilted_camera(32, 24);
+    auto gaussians = random_gaussians(20, 4);
+    auto const expected = render_double_unrounded(gaussians, camera, {}, Cuts::none);
+    CHECK(brightest(expected) > 0.1);
+    for (auto& gaussian : gaussians)
+        for (auto& value : gaussian.rotation) value *= -0x1p-40f; // exact
+    CHECK(render_double_unrounded(gaussians, camera, {}, Cuts::none) == expected);
+}
+
+TEST_CASE("with cut-offs a term below alpha_min is skipped")
+{
+    auto const camera = plain_camera(48, 48);
+    auto const gaussian = ball(0, 0, 2, -1, 0.5f, 1);
+    Model const model;
+    auto const whole = render_double_unrounded({&gaussian, 1}, camera, model, Cuts::none, 1, 0.0);
+    auto const cut = render_double_unrounded({&gaussian, 1}, camera, model, Cuts::same);
+    double const alpha_min = double{1.0f / 255.0f};
+    std::size_t kept = 0;
+    std::size_t skipped = 0;
+    double faintest_kept = 1.0;
+    double brightest_skipped = 0.0;
+    std::size_t wrong = 0;
+    for (std::size_t i = 0; i < whole.size(); i += 3) {
+        double const alpha = whole[i]; // red is 1
+        bool const keep = alpha >= alpha_min;
+        wrong += cut[i] == (keep ? alpha : 0.0) ? 0 : 1;
+        if (keep) {
+            ++kept;
+            faintest_kept = std::min(faintest_kept, alpha);
+        } else {
+            ++skipped;
+            brightest_skipped = std::max(brightest_skipped, alpha);
+        }
+    }
+    CHECK(wrong == 0);
+    CHECK(kept > 500);
+    CHECK(skipped > 400);
+    CHECK(faintest_kept < 1.2 * alpha_min); // pixels lie close to the edge on both sides
+    CHECK(brightest_skipped > 0.8 * alpha_min);
+
+    // At and just above the threshold itself.
+    auto faint = ball(0, 0, 2, 0, model.alpha_min, 1);
+    CHECK(brightest(render_double_unrounded({&faint, 1}, camera, model, Cuts::same)) == 0.0);
+    CHECK(brightest(render_double_unrounded({&faint, 1}, camera, model, Cuts::none)) > 0.0039);
+    faint.opacity = std::nextafter(model.alpha_min, 1.0f);
+    CHECK(brightest(render_double_unrounded({&faint, 1}, camera, model, Cuts::same)) > 0.0039);
+}
+
+TEST_CASE("with cut-offs alpha is at most alpha_max")
+{
+    auto const camera = plain_camera(32, 32);
+    Model model;
+    model.alpha_max = 0.75f;
+    std::vector<Gaussian> const gaussians{coloured(ball(0, 0, 2, 0, 1.0f, 1), 1, 0, 0),
+                                          coloured(ball(0, 0, 3, 0, 0.5f, 2), 0, 1, 0)};
+    auto const centre = std::size_t{3 * (13 * 32 + 17)};
+    auto const cut = render_double_unrounded(gaussians, camera, model, Cuts::same);
+    CHECK(cut[centre] == 0.75);
+    CHECK(cut[centre + 1] == 0.125);
+    auto const whole = render_double_unrounded(gaussians, camera, model, Cuts::none);
+    CHECK(whole[centre] == 1.0);
+    CHECK(whole[centre + 1] == 0.0);
+}
+
+TEST_CASE("with cut-offs a pixel stops after the term that crosses transmittance_min")
+{
+    auto const camera = plain_camera(32, 32);
+    auto const centre = std::size_t{3 * (13 * 32 + 17)};
+    std::vector<Gaussian> const gaussians{coloured(ball(0, 0, 2, 0, 0.75f, 1), 1, 0, 0),
+                                          coloured(ball(0, 0, 3, 0, 0.75f, 2), 0, 1, 0),
+                                          coloured(ball(0, 0, 4, 0, 0.5f, 3), 0, 0, 1)};
+    // The transmittance is 1/4, 1/16, 1/32 behind the three.
+    struct Case {
+        float transmittance_min;
+        double green, blue;
+    };
+    for (auto const& [transmittance_min, green, blue] :
+         {Case{0.3f, 0.0, 0.0}, Case{0.25f, 0.1875, 0.0}, // "below" is strict
+          Case{0.07f, 0.1875, 0.0}, Case{0.0625f, 0.1875, 0.03125}, Case{0.0f, 0.1875, 0.03125}}) {
+        CAPTURE(transmittance_min);
+        Model model;
+        model.transmittance_min = transmittance_min;
+        auto const cut = render_double_unrounded(gaussians, camera, model, Cuts::same);
+        CHECK(cut[centre] == 0.75);
+        CHECK(cut[centre + 1] == green);
+        CHECK(cut[centre + 2] == blue);
+        auto const whole = render_double_unrounded(gaussians, camera, model, Cuts::none);
+        CHECK(whole[centre + 1] == 0.1875);
+        CHECK(whole[centre + 2] == 0.03125);
+    }
+}
+
+TEST_CASE("the three-sigma square ends at its columns and rows")
+{
+    auto const camera = plain_camera(96, 96); // the principal point is (49.5, 45.5)
+    auto gaussian = ball(0.03f, -0.02f, 2, -1.2f, 1.0f, 1);
+    gaussian.log_scale[1] = -2.0f;
+    Model model;
+    model.footprint = Footprint::three_sigma_square;
+    auto const cut = render_double_unrounded({&gaussian, 1}, camera, model, Cuts::same);
+    model.footprint = Footprint::opacity_box;
+    auto const box = render_double_unrounded({&gaussian, 1}, camera, model, Cuts::same);
+
+    double const z = 2.0;
+    double const x = double{0.03f} / z;
+    double const y = double{-0.02f} / z;
+    double const u = 40.0 * x + 49.5;
+    double const v = 50.0 * y + 45.5;
+    // The wider axis is along x: its standard deviation, hardly turned by the off-axis view.
+    double const sigma =
+        std::sqrt(20.0 * 20.0 * std::exp(2 * double{-1.2f}) + double{model.dilation});
+    double const half = std::ceil(3.0 * sigma);
+    CHECK(half - 3.0 * sigma > 0.01);
+    std::size_t wrong = 0;
+    std::size_t cut_off = 0;
+    for (int row = 0; row < 96; ++row)
+        for (int column = 0; column < 96; ++column) {
+            auto const i = static_cast<std::size_t>(3 * (96 * row + column));
+            bool const inside = std::floor(u - half) <= column && column <= std::floor(u + half) &&
+                                std::floor(v - half) <= row && row <= std::floor(v + half);
+            wrong += cut[i] == (inside ? box[i] : 0.0) ? 0 : 1;
+            cut_off += !inside && box[i] > 0.0 ? 1 : 0;
+        }
+    CHECK(wrong == 0);
+    CHECK(cut_off > 0);
+    // The first and the last column are in, their neighbours are not.
+    auto const red = [&](double column) {
+        return cut[3 * (96 * static_cast<std::size_t>(v) + static_cast<std::size_t>(column))];
+    };
+    CHECK(red(std::floor(u - half)) > 0.0);
+    CHECK(red(std::floor(u + half)) > 0.0);
+    CHECK(red(std::floor(u - half) - 1) == 0.0);
+    CHECK(red(std::floor(u + half) + 1) == 0.0);
+    CHECK(box[3 * (96 * static_cast<std::size_t>(v) +
+                   static_cast<std::size_t>(std::floor(u - half) - 1))] > 0.0);
+}
+
+TEST_CASE("the opacity box loses no term of alpha_min or more")
+{
+    auto const camera = tilted_camera(64, 48);
+    Model model;
+    model.transmittance_min = 0.0f;
+    Model square = model; // its square covers the frame where 3 sigma does
+    square.footprint = Footprint::three_sigma_square;
+    double more_than_square = 0.0;
+    for (auto const& gaussian : random_gaussians(100, 2)) {
+        auto const whole = render_double_unrounded({&gaussian, 1}, camera, model, Cuts::none, 1, 0);
+        auto const box = render_double_unrounded({&gaussian, 1}, camera, model, Cuts::same);
+        auto const cut = render_double_unrounded({&gaussian, 1}, camera, square, Cuts::same);
+        double const alpha_min = model.alpha_min;
+        std::size_t wrong = 0;
+        for (std::size_t i = 0; i < whole.size(); ++i) {
+            double const alpha = whole[i] / double{gaussian.colour[i % 3]};
+            if (std::abs(alpha - alpha_min) < 1e-12) continue; // either is right
+            wrong += box[i] == (alpha > alpha_min ? whole[i] : 0.0) ? 0 : 1;
+            more_than_square = std::max(more_than_square, box[i] - cut[i]);
+        }
+        CHECK(wrong == 0);
+    }
+    CHECK(more_than_square > 0.004);
+}
+
+TEST_CASE("terms below 1e-12 do not matter")
+{
+    for (std::uint32_t seed : {1u, 2u, 3u}) {
+        CAPTURE(seed);
+        auto const camera = tilted_camera(64, 48);
+        auto const gaussians = random_gaussians(200, seed);
+        auto const all = render_double_unrounded(gaussians, camera, {}, Cuts::none, 1, 0.0);
+        auto const most = render_double_unrounded(gaussians, camera, {}, Cuts::none);
+        auto const some = render_double_unrounded(gaussians, camera, {}, Cuts::none, 1, 1e-6);
+        CHECK(brightest(all) > 1.0);
+        CHECK(all != most); // something was skipped
+        CHECK(largest_difference(all, most) < 1e-11);
+        CHECK(largest_difference(all, some) > 1e-8); // and the knob is connected
+    }
+}
+
+TEST_CASE("the picture does not depend on the threads")
+{
+    auto const gaussians = random_gaussians(120, 7);
+    for (auto const cuts : {Cuts::none, Cuts::same}) {
+        auto const camera = tilted_camera(37, 29);
+        auto const one = render_double_unrounded(gaussians, camera, {}, cuts, 1);
+        CHECK(brightest(one) > 0.5);
+        for (unsigned threads : {0u, 2u, 3u, 29u, 64u}) {
+            CAPTURE(threads);
+            CHECK(render_double_unrounded(gaussians, camera, {}, cuts, threads) == one);
+        }
+    }
+    CHECK(render_double(gaussians, plain_camera(5, 1), {}, Cuts::none, 3).rgb.size() == 15);
+}
+
+TEST_CASE("the picture agrees with one in long double by other formulas")
+{
+    for (std::uint32_t seed : {11u, 12u}) {
+        CAPTURE(seed);
+        auto const camera = tilted_camera(48, 36);
+        auto const gaussians = random_gaussians(80, seed);
+        auto const rgb = render_double_unrounded(gaussians, camera, {}, Cuts::none, 1, 0.0);
+        CHECK(brightest(rgb) > 1.0);
+        CHECK(largest_difference(rgb, guard_render(gaussians, camera, {})) < 1e-12);
+    }
+}
+
+TEST_CASE("the image is the double picture rounded to float")
+{
+    auto const camera = tilted_camera(20, 16);
+    auto const gaussians = random_gaussians(50, 5);
+    for (auto const cuts : {Cuts::none, Cuts::same}) {
+        auto const rgb = render_double_unrounded(gaussians, camera, {}, cuts, 1, 1e-3);
+        auto const image = render_double(gaussians, camera, {}, cuts, 2, 1e-3);
+        CHECK(brightest(rgb) > 0.5);
+        CHECK(image.width == 20);
+        CHECK(image.height == 16);
+        REQUIRE(image.rgb.size() == rgb.size());
+        std::size_t wrong = 0;
+        for (std::size_t i = 0; i < rgb.size(); ++i)
+            wrong += image.rgb[i] == static_cast<float>(rgb[i]) ? 0 : 1;
+        CHECK(wrong == 0);
+    }
+}
+
+TEST_CASE("an empty scene is black and an empty frame is empty")
+{
+    auto const image = render_double({}, plain_camera(3, 2), {}, Cuts::none);
+    CHECK(image.rgb == std::vector<float>(18, 0.0f));
+    auto const gaussian = ball(0, 0, 2, -1, 0.5f, 1);
+    CHECK(render_double({&gaussian, 1}, plain_camera(0, 0), {}, Cuts::none, 4).rgb.empty());
+    CHECK(render_double({&gaussian, 1}, plain_camera(0, 9), {}, Cuts::same, 4).rgb.empty());
+}
+
+TEST_SUITE_END();
