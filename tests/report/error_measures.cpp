@@ -156,6 +156,11 @@ TEST_CASE("p99.9 is the nearest rank")
     CHECK(error.max_levels == 255.0 * 3000.0 / 4096.0);
     CHECK(near(error.mae, 1500.5 / 4096.0, 1e-13));
 
+    // 2997 values: ceil(2994.003) = 2995, so two are above.
+    Image shorter{999, 1};
+    for (std::size_t i = 0; i < 3; ++i) shorter.rgb[700 * i] = static_cast<float>(1 + i);
+    CHECK(compare(shorter, Image{999, 1}).p999_levels == 255.0);
+
     // 1002 values: ceil(1000.998) = 1001, so one value is above.
     Image other{334, 1};
     other.rgb[500] = 1.0f;
@@ -178,8 +183,7 @@ TEST_CASE("SSIM is that of its definition")
     struct Size {
         std::uint32_t width, height;
     };
-    for (auto const& size :
-         {Size{1, 1}, Size{2, 30}, Size{30, 3}, Size{11, 11}, Size{24, 19}}) {
+    for (auto const& size : {Size{1, 1}, Size{2, 30}, Size{30, 3}, Size{11, 11}, Size{24, 19}}) {
         auto const width = size.width;
         auto const height = size.height;
         CAPTURE(width);
@@ -252,6 +256,9 @@ TEST_CASE("pictures of different sizes are refused")
     CHECK(text.find("6 x 5") != std::string::npos);
     CHECK(text.find("5 x 6") != std::string::npos);
     CHECK(text.find("); ") != std::string::npos);
+    CHECK_FALSE(error_of(flat(6, 5, 0.5f), flat(5, 5, 0.5f)).empty());
+    CHECK_FALSE(error_of(flat(6, 5, 0.5f), flat(6, 4, 0.5f)).empty());
+    CHECK_FALSE(error_of(flat(6, 5, 0.5f), flat(10, 3, 0.5f)).empty());
     CHECK_FALSE(error_of(Image{}, Image{}).empty());
     auto bent = flat(6, 5, 0.5f);
     bent.rgb.pop_back();

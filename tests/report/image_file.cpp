@@ -264,6 +264,7 @@ TEST_CASE("a damaged PFM is refused")
     CHECK_FALSE(refused("PF\n5 4\n-1\n" + body));
     CHECK(refused("PF\n6 4\n-1\n" + body));
     CHECK(refused("PF\n4 6\n-1\n" + body)); // 24 pixels
+    CHECK(refused("PF\n9 2\n-1\n" + body)); // 18 pixels, and 20 / 9 = 2
     CHECK(refused("PF\n0 4\n-1\n" + body));
     CHECK(refused("PF\n0 0\n-1\n"));
     CHECK(refused("PF\n-5 -4\n-1\n" + body));

@@ -346,6 +346,22 @@ TEST_CASE("what cannot be projected contributes nothing")
               render_double_unrounded({&good, 1}, camera, {}, Cuts::none, 1, 0.0));
     }
 
+    // A camera that is not finite, and one that flattens the world into a line.
+    for (int axis : {0, 1}) {
+        auto broken = camera;
+        (axis == 0 ? broken.cx : broken.cy) = nan;
+        CHECK(brightest(render_double_unrounded({&good, 1}, broken, {}, Cuts::none)) == 0.0);
+    }
+    auto flat = camera;
+    flat.fy = flat.fx;
+    flat.rotation[1][0] = 1.0f;
+    flat.rotation[1][1] = 0.0f;
+    auto const unit = ball(0, 0, 2, 0, 0.5f, 1); // all variances are 400, the determinant 0
+    Model undilated;
+    undilated.dilation = 0.0f;
+    CHECK(brightest(render_double_unrounded({&unit, 1}, flat, undilated, Cuts::none)) == 0.0);
+    CHECK(brightest(render_double_unrounded({&unit, 1}, flat, {}, Cuts::none)) > 0.4);
+
     // A line seen without dilation has no area; with dilation it is seen.
     auto line = ball(0, 0, 2, -1, 0.5f, 1);
     line.log_scale[1] = line.log_scale[2] = -infinity;
@@ -434,16 +450,16 @@ TEST_CASE("with cut-offs a pixel stops after the term that crosses transmittance
         float transmittance_min;
         double green, blue;
     };
-    for (auto const& [transmittance_min, green, blue] :
+    for (auto const& each :
          {Case{0.3f, 0.0, 0.0}, Case{0.25f, 0.1875, 0.0}, // "below" is strict
           Case{0.07f, 0.1875, 0.0}, Case{0.0625f, 0.1875, 0.03125}, Case{0.0f, 0.1875, 0.03125}}) {
-        CAPTURE(transmittance_min);
+        CAPTURE(each.transmittance_min);
         Model model;
-        model.transmittance_min = transmittance_min;
+        model.transmittance_min = each.transmittance_min;
         auto const cut = render_double_unrounded(gaussians, camera, model, Cuts::same);
         CHECK(cut[centre] == 0.75);
-        CHECK(cut[centre + 1] == green);
-        CHECK(cut[centre + 2] == blue);
+        CHECK(cut[centre + 1] == each.green);
+        CHECK(cut[centre + 2] == each.blue);
         auto const whole = render_double_unrounded(gaussians, camera, model, Cuts::none);
         CHECK(whole[centre + 1] == 0.1875);
         CHECK(whole[centre + 2] == 0.03125);
@@ -453,46 +469,40 @@ TEST_CASE("with cut-offs a pixel stops after the term that crosses transmittance
 TEST_CASE("the three-sigma square ends at its columns and rows")
 {
     auto const camera = plain_camera(96, 96); // the principal point is (49.5, 45.5)
-    auto gaussian = ball(0.03f, -0.02f, 2, -1.2f, 1.0f, 1);
-    gaussian.log_scale[1] = -2.0f;
-    Model model;
-    model.footprint = Footprint::three_sigma_square;
-    auto const cut = render_double_unrounded({&gaussian, 1}, camera, model, Cuts::same);
-    model.footprint = Footprint::opacity_box;
-    auto const box = render_double_unrounded({&gaussian, 1}, camera, model, Cuts::same);
-
-    double const z = 2.0;
-    double const x = double{0.03f} / z;
-    double const y = double{-0.02f} / z;
-    double const u = 40.0 * x + 49.5;
-    double const v = 50.0 * y + 45.5;
-    // The wider axis is along x: its standard deviation, hardly turned by the off-axis view.
-    double const sigma =
-        std::sqrt(20.0 * 20.0 * std::exp(2 * double{-1.2f}) + double{model.dilation});
-    double const half = std::ceil(3.0 * sigma);
-    CHECK(half - 3.0 * sigma > 0.01);
-    std::size_t wrong = 0;
-    std::size_t cut_off = 0;
-    for (int row = 0; row < 96; ++row)
-        for (int column = 0; column < 96; ++column) {
-            auto const i = static_cast<std::size_t>(3 * (96 * row + column));
-            bool const inside = std::floor(u - half) <= column && column <= std::floor(u + half) &&
-                                std::floor(v - half) <= row && row <= std::floor(v + half);
-            wrong += cut[i] == (inside ? box[i] : 0.0) ? 0 : 1;
-            cut_off += !inside && box[i] > 0.0 ? 1 : 0;
-        }
-    CHECK(wrong == 0);
-    CHECK(cut_off > 0);
-    // The first and the last column are in, their neighbours are not.
-    auto const red = [&](double column) {
-        return cut[3 * (96 * static_cast<std::size_t>(v) + static_cast<std::size_t>(column))];
-    };
-    CHECK(red(std::floor(u - half)) > 0.0);
-    CHECK(red(std::floor(u + half)) > 0.0);
-    CHECK(red(std::floor(u - half) - 1) == 0.0);
-    CHECK(red(std::floor(u + half) + 1) == 0.0);
-    CHECK(box[3 * (96 * static_cast<std::size_t>(v) +
-                   static_cast<std::size_t>(std::floor(u - half) - 1))] > 0.0);
+    Model square;
+    square.footprint = Footprint::three_sigma_square;
+    // On the axis the variances on the screen are exact, and the longer one is along `axis`.
+    for (int axis : {0, 1}) {
+        CAPTURE(axis);
+        auto gaussian = ball(0, 0, 2, -2.0f, 1.0f, 1);
+        gaussian.log_scale[axis] = -1.25f;
+        auto const cut = render_double_unrounded({&gaussian, 1}, camera, square, Cuts::same);
+        auto const box = render_double_unrounded({&gaussian, 1}, camera, {}, Cuts::same);
+        double const s = (axis == 0 ? 20.0 : 25.0) * std::exp(-1.25);
+        double const half = std::ceil(3.0 * std::sqrt(s * s + double{square.dilation}));
+        std::size_t wrong = 0;
+        std::size_t first = 96;
+        std::size_t last = 0;
+        for (std::size_t row = 0; row < 96; ++row)
+            for (std::size_t column = 0; column < 96; ++column) {
+                auto const i = 3 * (96 * row + column);
+                auto const c = static_cast<double>(column);
+                auto const r = static_cast<double>(row);
+                bool const inside = std::floor(49.5 - half) <= c && c <= std::floor(49.5 + half) &&
+                                    std::floor(45.5 - half) <= r && r <= std::floor(45.5 + half);
+                wrong += cut[i] == (inside ? box[i] : 0.0) ? 0 : 1;
+                if (cut[i] == 0.0) continue;
+                first = std::min(first, axis == 0 ? column : row);
+                last = std::max(last, axis == 0 ? column : row);
+            }
+        CHECK(wrong == 0);
+        // The outermost pixels that are in, and just beyond them what the opacity box still has.
+        double const mean = axis == 0 ? 49.5 : 45.5;
+        CHECK(first == static_cast<std::size_t>(mean - half));
+        CHECK(last == static_cast<std::size_t>(mean + half));
+        for (auto const beyond : {first - 1, last + 1})
+            CHECK(box[axis == 0 ? 3 * (96 * 45 + beyond) : 3 * (96 * beyond + 49)] > 0.0);
+    }
 }
 
 TEST_CASE("the opacity box loses no term of alpha_min or more")
@@ -518,6 +528,18 @@ TEST_CASE("the opacity box loses no term of alpha_min or more")
         CHECK(wrong == 0);
     }
     CHECK(more_than_square > 0.004);
+
+    // 490 columns to each side: a box one part in a hundred too small loses four of them.
+    auto const wide = plain_camera(1200, 3);
+    auto const large = ball(0, 0, 2, 2, 1, 1);
+    auto const whole = render_double_unrounded({&large, 1}, wide, model, Cuts::none, 1, 0);
+    auto const box = render_double_unrounded({&large, 1}, wide, model, Cuts::same);
+    std::size_t wrong = 0;
+    for (std::size_t i = 0; i < whole.size(); i += 3)
+        wrong += box[i] == (whole[i] >= double{model.alpha_min} ? whole[i] : 0.0) ? 0 : 1;
+    CHECK(wrong == 0);
+    CHECK(box[0] == 0.0);
+    CHECK(box[3 * 600] > 0.9);
 }
 
 TEST_CASE("terms below 1e-12 do not matter")

@@ -219,6 +219,7 @@ private:
         Mesh& mesh;
         WorkerState const& me;
         std::uint32_t tile;
+        Worker share;
         template <class X>
         TILEMESH_KERNEL Place state() noexcept
         {
@@ -242,7 +243,7 @@ private:
             return mesh.Base::template shared<P>();
         }
         TILEMESH_KERNEL Here here() noexcept { return {mesh.grid_.tile(tile), mesh.grid_}; }
-        TILEMESH_KERNEL Worker worker() noexcept { return {0, 1}; } // one host thread takes all six shares
+        TILEMESH_KERNEL Worker worker() noexcept { return share; }
     };
 
     TILEMESH_KERNEL Place place(std::uint32_t link, std::uint32_t bank, std::uint32_t slot, std::uint32_t) noexcept
@@ -282,8 +283,13 @@ private:
     {
         char const* broken = nullptr;
         engine::detail::broken_contract = &broken;
-        Source source{*this, me, tile};
-        if (run_kernel<Kernel>(source) == Vote::busy) {
+        Source source{*this, me, tile, {0, 1}};
+        if constexpr (KernelTraits<Kernel>::multi_worker) { // one host thread takes the shares of all of the tile's workers
+            for (std::uint32_t w = 0; w < Machine::workers; ++w) {
+                source.share = {w, Machine::workers};
+                (void)run_kernel<Kernel>(source);
+            }
+        } else if (run_kernel<Kernel>(source) == Vote::busy) {
             me.busy[me.parity ^ 1u][tile / 64] |= std::uint64_t{1} << (tile % 64);
             me.any_busy[me.parity ^ 1u] = true;
         }

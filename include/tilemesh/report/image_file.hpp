@@ -62,11 +62,9 @@ inline void write_whole(std::filesystem::path const& path, std::string_view head
     out.write(header.data(), static_cast<std::streamsize>(header.size()));
     out.write(reinterpret_cast<char const*>(body.data()),
               static_cast<std::streamsize>(body.size()));
-    bool const written = out.good();
-    if (written) out.close();
-    if (!written || out.fail()) {
+    out.close();
+    if (!out) { // a failed write stays in the state
         auto const why = last_system_error();
-        out.close();
         std::error_code ignored;
         std::filesystem::remove(part, ignored);
         fail(why);

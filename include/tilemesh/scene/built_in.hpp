@@ -8,12 +8,14 @@
 
 namespace tilemesh::scene {
 
-/// The map that needs no file: a desk with a monitor that says TILEMESH, a keyboard, a mug, books, a ball, pencils and a
-/// plant, before thirteen blobs several metres wide. About 40,000 Gaussians, of every kind a SLAM map has: discs on surfaces,
-/// needles (anisotropy above 100), balls, blobs; 3 % are exactly opaque. Metres, y down; the desk top is y = 0.
+/// The map that needs no file: a desk with a monitor that says TILEMESH, a keyboard, a mug, books,
+/// a ball, pencils and a plant, before thirteen blobs several metres wide. About 40,000 Gaussians,
+/// of every kind a SLAM map has: discs on surfaces, needles (anisotropy above 100), balls, blobs; 3
+/// % are exactly opaque. Metres, y down; the desk top is y = 0.
 ///
-/// The same on every run. Its random numbers are integer arithmetic; positions and colours go through `sin`, `log` and
-/// `sqrt` in double precision and are rounded to float once, so a last bit may differ between C libraries.
+/// The same on every run. Its random numbers are integer arithmetic; positions and colours go
+/// through `sin`, `log` and `sqrt` in double precision and are rounded to float once, so a last bit
+/// may differ between C libraries.
 ///
 /// Cost: 2.4 MB and some 20 ms.
 inline Map built_in_map()
@@ -24,11 +26,12 @@ inline Map built_in_map()
     return map;
 }
 
-/// The camera that the built-in map is composed for: before the desk, at the eyes of somebody who sits there; 60 degrees wide.
-/// Throws `Error` for a side outside 1..65535.
+/// The camera that the built-in map is composed for: before the desk, at the eyes of somebody who
+/// sits there; 60 degrees wide. Throws `Error` for a side outside 1..65535.
 inline splat::Camera built_in_camera(Size size)
 {
-    return make_camera(look_at(detail::desk_eye, {0.0, -0.215, 0.10}), lens_from_field_of_view(60.0, size));
+    return make_camera(look_at(detail::desk_eye, {0.0, -0.215, 0.10}),
+                       lens_from_field_of_view(60.0, size));
 }
 
 } // namespace tilemesh::scene

@@ -19,7 +19,8 @@
 
 namespace tilemesh::scene {
 
-/// A camera of a camera file: "scene/name" names it; `file` is the map it was made for, and may be empty.
+/// A camera of a camera file: "scene/name" names it; `file` is the map it was made for, and may be
+/// empty.
 struct NamedCamera {
     std::string scene, file, name;
     splat::Camera camera;
@@ -30,7 +31,8 @@ namespace detail {
 /// One entry of `cameras[]`, with the words that name it in an error.
 class CameraEntry {
 public:
-    CameraEntry(nlohmann::json const& entry, std::string name) : entry_(entry), name_(std::move(name))
+    CameraEntry(nlohmann::json const& entry, std::string name)
+        : entry_(entry), name_(std::move(name))
     {
         if (!entry_.is_object()) refuse("it is not an object");
     }
@@ -62,7 +64,8 @@ public:
     double positive(char const* key) const
     {
         double const value = number(key);
-        if (!(static_cast<float>(value) > 0.0f)) refuse(std::string("\"") + key + "\" is not positive");
+        if (!(static_cast<float>(value) > 0.0f))
+            refuse(std::string("\"") + key + "\" is not positive");
         return value;
     }
 
@@ -74,7 +77,8 @@ public:
         return static_cast<std::uint32_t>(value);
     }
 
-    /// World to camera, four rows: the camera centre is -R^-1 t, so that R (p - c) = R p + t for this very R.
+    /// World to camera, four rows: the camera centre is -R^-1 t, so that R (p - c) = R p + t for
+    /// this very R.
     Pose pose(char const* key) const
     {
         auto const found = entry_.find(key);
@@ -86,9 +90,12 @@ public:
             auto const& line = (*found)[row];
             if (!line.is_array() || line.size() != 4)
                 refuse(std::string("\"") + key + "\" is not a 4x4 matrix");
-            for (std::size_t column = 0; column < 4; ++column) m[row][column] = finite(line[column], key);
+            for (std::size_t column = 0; column < 4; ++column)
+                m[row][column] = finite(line[column], key);
         }
-        if (std::fabs(m[3][0]) + std::fabs(m[3][1]) + std::fabs(m[3][2]) + std::fabs(m[3][3] - 1.0) > 1e-6)
+        if (std::fabs(m[3][0]) + std::fabs(m[3][1]) + std::fabs(m[3][2]) +
+                std::fabs(m[3][3] - 1.0) >
+            1e-6)
             refuse(std::string("the last row of \"") + key + "\" is not 0 0 0 1");
 
         Pose pose;
@@ -98,9 +105,11 @@ public:
         for (int row = 0; row < 3; ++row)
             for (int column = 0; column < 3; ++column)
                 if (!(std::fabs(square[column][row] - (row == column ? 1.0 : 0.0)) <= 1e-3))
-                    refuse(std::string("the rotation in \"") + key + "\" is not orthonormal within 1e-3");
+                    refuse(std::string("the rotation in \"") + key +
+                           "\" is not orthonormal within 1e-3");
         if (glm::determinant(pose.rotation) < 0.0)
-            refuse(std::string("the rotation in \"") + key + "\" is mirrored, its determinant is -1");
+            refuse(std::string("the rotation in \"") + key +
+                   "\" is mirrored, its determinant is -1");
         pose.position = -(glm::inverse(pose.rotation) * glm::dvec3{m[0][3], m[1][3], m[2][3]});
         return pose;
     }
@@ -127,12 +136,14 @@ inline std::string join(std::vector<std::string> const& words)
 
 } // namespace detail
 
-/// Reads a camera file: JSON, `cameras[]` with scene, name, width, height, fx, fy, cx, cy, `world_to_camera` (4x4, rows
-/// first), and optionally file and near (0.2). OpenCV convention, pixel (i, j) centred at (i + 0.5, j + 0.5).
+/// Reads a camera file: JSON, `cameras[]` with scene, name, width, height, fx, fy, cx, cy,
+/// `world_to_camera` (4x4, rows first), and optionally file and near (0.2). OpenCV convention,
+/// pixel (i, j) centred at (i + 0.5, j + 0.5).
 ///
-/// Throws `Error`, one line that names file and camera, for what cannot be read: a number that is missing or not finite, a
-/// side outside 1..65535, a focal length or near plane that is not positive, a rotation that is not orthonormal within 1e-3
-/// or is mirrored, two cameras of one name. An empty list is fine and gives no camera.
+/// Throws `Error`, one line that names file and camera, for what cannot be read: a number that is
+/// missing or not finite, a side outside 1..65535, a focal length or near plane that is not
+/// positive, a rotation that is not orthonormal within 1e-3 or is mirrored, two cameras of one
+/// name. An empty list is fine and gives no camera.
 inline std::vector<NamedCamera> load_cameras(std::filesystem::path const& path)
 {
     std::error_code ignored;
@@ -150,15 +161,18 @@ inline std::vector<NamedCamera> load_cameras(std::filesystem::path const& path)
         throw Error(path.string() + " is not JSON (" + broken.what() + "); name a camera file");
     }
     if (!file.is_object() || !file.contains("cameras") || !file["cameras"].is_array())
-        throw Error(path.string() + " is not a camera file (there is no list \"cameras\" in it); name a "
-                                    "JSON file with cameras[]");
+        throw Error(path.string() +
+                    " is not a camera file (there is no list \"cameras\" in it); name a "
+                    "JSON file with cameras[]");
 
     std::vector<NamedCamera> cameras;
     for (auto const& json : file["cameras"]) {
         std::string const where = path.string() + " camera ";
         detail::CameraEntry entry(json, where + std::to_string(cameras.size() + 1));
-        NamedCamera named{entry.text("scene"), entry.has("file") ? entry.text("file") : "",
-                          entry.text("name"), {}};
+        NamedCamera named{entry.text("scene"),
+                          entry.has("file") ? entry.text("file") : "",
+                          entry.text("name"),
+                          {}};
         entry.rename(where + named.scene + "/" + named.name);
         if (std::any_of(cameras.begin(), cameras.end(), [&](NamedCamera const& other) {
                 return other.scene == named.scene && other.name == named.name;
@@ -174,9 +188,10 @@ inline std::vector<NamedCamera> load_cameras(std::filesystem::path const& path)
     return cameras;
 }
 
-/// The cameras that `selector` means: "SCENE/NAME", or "NAME" where only one camera of the file has it. An empty selector
-/// means every camera whose scene is `map_name` or whose file is `map_name`, with its extension or without. Never empty:
-/// throws `Error` that lists the choices where nothing fits or a name is ambiguous.
+/// The cameras that `selector` means: "SCENE/NAME", or "NAME" where only one camera of the file has
+/// it. An empty selector means every camera whose scene is `map_name` or whose file is `map_name`,
+/// with its extension or without. Never empty: throws `Error` that lists the choices where nothing
+/// fits or a name is ambiguous.
 inline std::vector<NamedCamera> select_cameras(std::vector<NamedCamera> const& cameras,
                                                std::string const& selector,
                                                std::string const& map_name)
@@ -199,7 +214,8 @@ inline std::vector<NamedCamera> select_cameras(std::vector<NamedCamera> const& c
         throw Error("no camera belongs to map \"" + map_name + "\" (" + choices +
                     "); choose one by SCENE/NAME");
     if (chosen.empty())
-        throw Error("there is no camera \"" + selector + "\" (" + choices + "); choose one of these");
+        throw Error("there is no camera \"" + selector + "\" (" + choices +
+                    "); choose one of these");
     if (!selector.empty() && chosen.size() > 1) {
         std::vector<std::string> same;
         for (auto const& camera : chosen) same.push_back(camera.scene + "/" + camera.name);

@@ -11,29 +11,34 @@
 
 namespace tilemesh::scene {
 
-/// A camera that shows a map whose cameras nobody knows: it looks along the world's +z (OpenCV: y down) from in front, with
-/// a horizontal field of view of 60 degrees, at the box that holds 5 % to 95 % of the means along each axis; far outliers do
-/// not count. Near plane 0.2, or a tenth of the distance to the box where that is less.
+/// A camera that shows a map whose cameras nobody knows: it looks along the world's +z (OpenCV: y
+/// down) from in front, with a horizontal field of view of 60 degrees, at the box that holds 5 % to
+/// 95 % of the means along each axis; far outliers do not count. Near plane 0.2, or a tenth of the
+/// distance to the box where that is less.
 ///
-/// Takes any map: for an empty one the camera stands one unit before the origin; where all means are one point, the box is
-/// three median standard deviations wide. Throws `Error` for a side outside 1..65535. Costs one pass over the map an axis.
+/// Takes any map: for an empty one the camera stands one unit before the origin; where all means
+/// are one point, the box is three median standard deviations wide. Throws `Error` for a side
+/// outside 1..65535. Costs one pass over the map an axis.
 inline splat::Camera frame_whole(Map const& map, Size size)
 {
     Intrinsics lens = lens_from_field_of_view(60.0, size);
     if (map.gaussians.empty()) return make_camera({glm::dmat3{1.0}, {0.0, 0.0, -1.0}}, lens);
 
-    // The middle 90 % of the means along each axis, kept to where a float still has room for the distance beside it.
+    // The middle 90 % of the means along each axis, kept to where a float still has room for the
+    // distance beside it.
     constexpr double far_away = 1e30;
     std::vector<double> values(map.gaussians.size());
     auto const quantile = [&](double share) {
-        auto const index = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+        auto const index =
+            static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
         std::nth_element(values.begin(), values.begin() + index, values.end());
         return std::clamp(values[static_cast<std::size_t>(index)], -far_away, far_away);
     };
     glm::dvec3 low{0.0}, high{0.0};
     for (int axis = 0; axis < 3; ++axis) {
-        std::transform(map.gaussians.begin(), map.gaussians.end(), values.begin(),
-                       [&](splat::Gaussian const& g) { return static_cast<double>(g.mean_world[axis]); });
+        std::transform(
+            map.gaussians.begin(), map.gaussians.end(), values.begin(),
+            [&](splat::Gaussian const& g) { return static_cast<double>(g.mean_world[axis]); });
         low[axis] = quantile(0.05);
         high[axis] = quantile(0.95);
     }
@@ -46,7 +51,8 @@ inline splat::Camera frame_whole(Map const& map, Size size)
                    });
     double const around = 3.0 * quantile(0.5);
 
-    // A float coordinate of size c cannot tell apart what is nearer than 6e-8 c; a hundred of these steps give a view.
+    // A float coordinate of size c cannot tell apart what is nearer than 6e-8 c; a hundred of these
+    // steps give a view.
     glm::dvec3 const centre = 0.5 * (low + high);
     double const coordinate =
         std::max({std::fabs(centre.x), std::fabs(centre.y), std::fabs(centre.z)});

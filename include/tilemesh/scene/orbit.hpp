@@ -13,8 +13,9 @@
 
 namespace tilemesh::scene {
 
-/// The per-axis median of the means, each Gaussian counted once: half of a map may be far outliers before it moves away.
-/// Of an even number the upper of the two middle values; the origin where the map is empty.
+/// The per-axis median of the means, each Gaussian counted once: half of a map may be far outliers
+/// before it moves away. Of an even number the upper of the two middle values; the origin where the
+/// map is empty.
 inline glm::dvec3 robust_centre(Map const& map)
 {
     glm::dvec3 centre{0.0};
@@ -30,9 +31,10 @@ inline glm::dvec3 robust_centre(Map const& map)
     return centre;
 }
 
-/// `frames` cameras on a circle about the vertical axis (the world's y) through `target_world`. Frame 0 is `start`, bit for
-/// bit; frame k is `start` turned rigidly by k * `degrees_per_frame`, computed from k alone, so that nothing accumulates. A
-/// positive angle carries a camera that faces the axis to its own left, as the recorded orbits of the paper's maps do.
+/// `frames` cameras on a circle about the vertical axis (the world's y) through `target_world`.
+/// Frame 0 is `start`, bit for bit; frame k is `start` turned rigidly by k * `degrees_per_frame`,
+/// computed from k alone, so that nothing accumulates. A positive angle carries a camera that faces
+/// the axis to its own left, as the recorded orbits of the paper's maps do.
 inline std::vector<splat::Camera> orbit(splat::Camera const& start, glm::dvec3 target_world,
                                         double degrees_per_frame, std::uint32_t frames)
 {
@@ -50,9 +52,9 @@ inline std::vector<splat::Camera> orbit(splat::Camera const& start, glm::dvec3 t
         double const angle = std::fmod(k * degrees_per_frame, 360.0) * radians;
         double const c = std::cos(angle), s = std::sin(angle);
         glm::dmat3 const turn{c, 0.0, -s, 0.0, 1.0, 0.0, s, 0.0, c};
-        cameras.push_back(make_camera(
-            {pose.rotation * glm::transpose(turn), target_world + turn * (pose.position - target_world)},
-            lens));
+        cameras.push_back(make_camera({pose.rotation * glm::transpose(turn),
+                                       target_world + turn * (pose.position - target_world)},
+                                      lens));
     }
     return cameras;
 }

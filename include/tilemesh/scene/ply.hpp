@@ -22,7 +22,8 @@ namespace tilemesh::scene {
 
 namespace detail {
 
-static_assert(std::endian::native == std::endian::little, "words of a PLY body are copied, not swapped");
+static_assert(std::endian::native == std::endian::little,
+              "words of a PLY body are copied, not swapped");
 
 template <class T>
 double word_as_double(std::byte const* bytes)
@@ -64,25 +65,28 @@ inline char const* make_gaussian(std::array<double, 14> const& raw, splat::Gauss
         "scale_2 is not finite", "rot_0 is not finite",   "rot_1 is not finite",
         "rot_2 is not finite",   "rot_3 is not finite"};
 
-    // An infinite logit is an opacity of 0 or 1, and a log scale of -infinity a size of zero: both are meant. NaN fails
-    // every comparison. A number too large for a float counts as infinite.
+    // An infinite logit is an opacity of 0 or 1, and a log scale of -infinity a size of zero: both
+    // are meant. NaN fails every comparison. A number too large for a float counts as infinite.
     for (std::size_t i = 0; i < raw.size(); ++i) {
-        bool const meant = (i == 6 && std::fabs(raw[i]) <= infinity) || (i >= 7 && i < 10 && raw[i] < 0.0);
+        bool const meant =
+            (i == 6 && std::fabs(raw[i]) <= infinity) || (i >= 7 && i < 10 && raw[i] < 0.0);
         if (!meant && !(std::fabs(raw[i]) <= largest)) return not_finite[i];
     }
 
     for (std::size_t i = 0; i < 3; ++i) {
         g.mean_world[i] = static_cast<float>(raw[i]);
-        // 0.28209479 = 1 / (2 sqrt(pi)), the spherical harmonic of degree 0. Fused on every build: equal bits.
-        g.colour[i] = static_cast<float>(std::min(std::fmax(std::fma(0.28209479, raw[3 + i], 0.5), 0.0),
-                                                  largest));
-        // e^-87 = 1.6e-38 is the last whole step above the smallest normal float: below it a size is zero in float, and a
-        // finite number keeps the projection free of infinities.
+        // 0.28209479 = 1 / (2 sqrt(pi)), the spherical harmonic of degree 0. Fused on every build:
+        // equal bits.
+        g.colour[i] = static_cast<float>(
+            std::min(std::fmax(std::fma(0.28209479, raw[3 + i], 0.5), 0.0), largest));
+        // e^-87 = 1.6e-38 is the last whole step above the smallest normal float: below it a size
+        // is zero in float, and a finite number keeps the projection free of infinities.
         g.log_scale[i] = static_cast<float>(std::fmax(raw[7 + i], -87.0));
     }
     g.opacity = static_cast<float>(1.0 / (1.0 + std::exp(-raw[6])));
 
-    // The largest component becomes 1 before anything is squared: tiny and huge quaternions survive.
+    // The largest component becomes 1 before anything is squared: tiny and huge quaternions
+    // survive.
     double longest = 0.0;
     for (std::size_t i = 10; i < 14; ++i) longest = std::fmax(longest, std::fabs(raw[i]));
     if (longest == 0.0) return "rot_0..3 is zero";
@@ -93,8 +97,8 @@ inline char const* make_gaussian(std::array<double, 14> const& raw, splat::Gauss
     return nullptr;
 }
 
-/// Checks that the body holds what the header promises, in 64 bits and by division only: a count may be anything. Returns
-/// the bytes that follow the last row.
+/// Checks that the body holds what the header promises, in 64 bits and by division only: a count
+/// may be anything. Returns the bytes that follow the last row.
 inline std::uint64_t require_rows(PlyHeader const& header, std::uint64_t file_bytes,
                                   std::string const& file)
 {
@@ -115,14 +119,16 @@ inline std::uint64_t require_rows(PlyHeader const& header, std::uint64_t file_by
 
 } // namespace detail
 
-/// Reads a 3DGS map: binary little-endian PLY, the needed properties of element `vertex` found by name, in any order and of
-/// any scalar type. Stored are: the mean; colour `0.28209479 f_dc + 0.5`, clamped at 0 from below; the sigmoid of `opacity`;
-/// `scale_*` as it is, but not below -87; `rot_0..3` = w, x, y, z, normalised. `f_rest_*`, other properties and other
-/// elements are skipped, with a note.
+/// Reads a 3DGS map: binary little-endian PLY, the needed properties of element `vertex` found by
+/// name, in any order and of any scalar type. Stored are: the mean; colour `0.28209479 f_dc + 0.5`,
+/// clamped at 0 from below; the sigmoid of `opacity`; `scale_*` as it is, but not below -87;
+/// `rot_0..3` = w, x, y, z, normalised. `f_rest_*`, other properties and other elements are
+/// skipped, with a note.
 ///
-/// Rows that are not finite or have a zero quaternion are left out and counted; the notes name the first five, numbered
-/// from 1 as the ids are. An infinite `opacity` and a `scale` of -infinity are values. Throws `Error` for what is no such file
-/// and for a body shorter than its header promises, before any row is stored.
+/// Rows that are not finite or have a zero quaternion are left out and counted; the notes name the
+/// first five, numbered from 1 as the ids are. An infinite `opacity` and a `scale` of -infinity are
+/// values. Throws `Error` for what is no such file and for a body shorter than its header promises,
+/// before any row is stored.
 ///
 /// Cost: 60 bytes a Gaussian and 1 MiB; the file is read once.
 inline Map load_ply(std::filesystem::path const& path)
@@ -131,12 +137,12 @@ inline Map load_ply(std::filesystem::path const& path)
     std::string const file = path.string();
     std::error_code failed;
     fs::file_status const status = fs::status(path, failed);
-    if (!fs::exists(status))
-        throw Error(file + " cannot be opened (no such file); check the path");
+    if (!fs::exists(status)) throw Error(file + " cannot be opened (no such file); check the path");
     if (fs::is_directory(status))
         throw Error(file + " cannot be read (it is a directory); name a PLY file in it");
     std::uint64_t const file_bytes = fs::file_size(path, failed);
-    if (failed) throw Error(file + " cannot be read (" + failed.message() + "); name a regular file");
+    if (failed)
+        throw Error(file + " cannot be read (" + failed.message() + "); name a regular file");
     std::ifstream stream(path, std::ios::binary);
     if (!stream) throw Error(file + " cannot be opened (no permission); check its access rights");
 
@@ -148,15 +154,16 @@ inline Map load_ply(std::filesystem::path const& path)
     detail::PlyElement const* vertex = nullptr;
     std::uint64_t bytes_before = 0;
     for (auto const& element : header.elements) {
-        if (element.name == "vertex")
-            vertex = &element;
+        if (element.name == "vertex") vertex = &element;
         else
             map.notes.push_back("element " + detail::in_quotes(element.name) + ": " +
                                 std::to_string(element.count) + " rows skipped");
         if (!vertex) bytes_before += element.count * element.row_bytes;
     }
     if (!vertex)
-        throw Error(file + " has no element vertex (a 3DGS map keeps its Gaussians there); name a 3DGS map");
+        throw Error(
+            file +
+            " has no element vertex (a 3DGS map keeps its Gaussians there); name a 3DGS map");
     std::array<detail::PlyProperty const*, 14> columns{};
     std::string missing;
     for (std::size_t i = 0; i < columns.size(); ++i) {
@@ -165,17 +172,16 @@ inline Map load_ply(std::filesystem::path const& path)
             missing += (missing.empty() ? "" : ", ") + std::string(detail::needed_properties[i]);
     }
     if (!missing.empty())
-        throw Error(file + " has no property " + missing +
-                    " (a 3DGS map needs x y z, f_dc_0..2, opacity, scale_0..2, rot_0..3); name a 3DGS map");
+        throw Error(
+            file + " has no property " + missing +
+            " (a 3DGS map needs x y z, f_dc_0..2, opacity, scale_0..2, rot_0..3); name a 3DGS map");
     std::uint64_t rest = 0;
     std::string unused;
     for (auto const& property : vertex->properties) {
         auto const used = [&](auto const* column) { return column == &property; };
         if (std::any_of(columns.begin(), columns.end(), used)) continue;
-        if (property.name.rfind("f_rest_", 0) == 0)
-            ++rest;
-        else
-            unused += (unused.empty() ? "" : ", ") + property.name;
+        if (property.name.rfind("f_rest_", 0) == 0) ++rest;
+        else unused += (unused.empty() ? "" : ", ") + property.name;
     }
     if (rest)
         map.notes.push_back("f_rest_*: " + std::to_string(rest) +
@@ -212,7 +218,8 @@ inline Map load_ply(std::filesystem::path const& path)
             splat::Gaussian g;
             std::uint64_t const number = first + i + 1;
             if (char const* why = detail::make_gaussian(raw, g)) {
-                constexpr std::uint64_t named_rows = 5; // enough to find the cause, short enough to print
+                constexpr std::uint64_t named_rows =
+                    5; // enough to find the cause, short enough to print
                 if (++map.rejected <= named_rows)
                     map.notes.push_back("row " + std::to_string(number) + " rejected: " + why);
                 continue;

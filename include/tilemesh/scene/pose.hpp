@@ -16,27 +16,29 @@ struct Size {
     std::uint32_t width, height;
 };
 
-/// The lens of a pinhole camera in double precision: fx, fy, cx, cy in pixels (OpenCV: pixel (0, 0) has its centre at
-/// (0.5, 0.5)), `near_depth` in world units.
+/// The lens of a pinhole camera in double precision: fx, fy, cx, cy in pixels (OpenCV: pixel (0, 0)
+/// has its centre at (0.5, 0.5)), `near_depth` in world units.
 struct Intrinsics {
     double fx, fy, cx, cy;
     float near_depth;
     std::uint32_t width, height;
 };
 
-/// Where a camera is, in double precision: a world point p is at `rotation * (p - position)` in the camera (OpenCV: x right,
-/// y down, z forward). `rotation` is world to camera and orthonormal; `position` is the camera centre in the world.
+/// Where a camera is, in double precision: a world point p is at `rotation * (p - position)` in the
+/// camera (OpenCV: x right, y down, z forward). `rotation` is world to camera and orthonormal;
+/// `position` is the camera centre in the world.
 struct Pose {
     glm::dmat3 rotation{1.0};
     glm::dvec3 position{0.0};
 };
 
-/// The rotation matrix of the quaternion w, x, y, z of any finite length but zero, for which the result is the identity.
-/// The largest component is scaled to 1 first, so that tiny and huge quaternions neither vanish nor overflow.
+/// The rotation matrix of the quaternion w, x, y, z of any finite length but zero, for which the
+/// result is the identity. The largest component is scaled to 1 first, so that tiny and huge
+/// quaternions neither vanish nor overflow.
 inline glm::dmat3 rotation_matrix(double w, double x, double y, double z)
 {
-    double const largest = std::fmax(std::fmax(std::fabs(w), std::fabs(x)),
-                                     std::fmax(std::fabs(y), std::fabs(z)));
+    double const largest =
+        std::fmax(std::fmax(std::fabs(w), std::fabs(x)), std::fmax(std::fabs(y), std::fabs(z)));
     if (!(largest > 0.0)) return glm::dmat3{1.0};
     w /= largest, x /= largest, y /= largest, z /= largest;
     double const s = 2.0 / (w * w + x * x + y * y + z * z);
@@ -84,18 +86,20 @@ inline Intrinsics lens_of(splat::Camera const& camera)
             camera.near_depth, camera.width, camera.height};
 }
 
-/// The pose at `eye` that looks at `target`, its y axis as near to `down` as it can be (OpenCV: y points down, and so does
-/// the world's y by default). Throws `Error` where `target` is `eye`; where `down` lies along the line of sight, another
-/// axis takes its place.
+/// The pose at `eye` that looks at `target`, its y axis as near to `down` as it can be (OpenCV: y
+/// points down, and so does the world's y by default). Throws `Error` where `target` is `eye`;
+/// where `down` lies along the line of sight, another axis takes its place.
 inline Pose look_at(glm::dvec3 eye, glm::dvec3 target, glm::dvec3 down = {0.0, 1.0, 0.0})
 {
     double const distance = glm::length(target - eye);
     if (!(distance > 0.0) || !std::isfinite(distance))
-        throw Error("a camera cannot look at its own position (eye and target are the same point or not "
-                    "finite); move one of them");
+        throw Error(
+            "a camera cannot look at its own position (eye and target are the same point or not "
+            "finite); move one of them");
     glm::dvec3 const forward = (target - eye) / distance;
 
-    // Below this sine the cross product is mostly rounding; the world axis farthest from the line of sight replaces `down`.
+    // Below this sine the cross product is mostly rounding; the world axis farthest from the line
+    // of sight replaces `down`.
     constexpr double parallel = 1e-9;
     glm::dvec3 right = glm::cross(down, forward);
     if (!(glm::length(right) > parallel * glm::length(down))) {
@@ -117,22 +121,24 @@ inline void require_pixels(std::uint32_t width, std::uint32_t height)
 }
 } // namespace detail
 
-/// A lens with square pixels, centred, that spans `degrees` from the left to the right border of the picture. Throws
-/// `Error` for an angle outside (0, 180) or a side outside 1..65535.
+/// A lens with square pixels, centred, that spans `degrees` from the left to the right border of
+/// the picture. Throws `Error` for an angle outside (0, 180) or a side outside 1..65535.
 inline Intrinsics lens_from_field_of_view(double degrees, Size size, float near_depth = 0.2f)
 {
     detail::require_pixels(size.width, size.height);
     if (!(degrees > 0.0 && degrees < 180.0))
-        throw Error("a horizontal field of view of " + std::to_string(degrees) +
-                    " degrees is no pinhole camera (it lies between 0 and 180); choose another angle");
+        throw Error(
+            "a horizontal field of view of " + std::to_string(degrees) +
+            " degrees is no pinhole camera (it lies between 0 and 180); choose another angle");
     constexpr double radians = 3.14159265358979323846 / 180.0;
     double const focal = 0.5 * size.width / std::tan(0.5 * degrees * radians);
     return {focal, focal, 0.5 * size.width, 0.5 * size.height, near_depth, size.width, size.height};
 }
 
-/// The same view in another size: the horizontal field of view stays, so fx, fy and cx scale by the ratio of the widths; cy
-/// keeps its share of the height, and the vertical field of view follows from the new shape. The size it already has gives
-/// back the same bits. Throws `Error` for a side outside 1..65535.
+/// The same view in another size: the horizontal field of view stays, so fx, fy and cx scale by the
+/// ratio of the widths; cy keeps its share of the height, and the vertical field of view follows
+/// from the new shape. The size it already has gives back the same bits. Throws `Error` for a side
+/// outside 1..65535.
 inline splat::Camera resized(splat::Camera camera, std::uint32_t width, std::uint32_t height)
 {
     detail::require_pixels(width, height);

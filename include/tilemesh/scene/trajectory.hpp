@@ -44,7 +44,8 @@ inline TumLine parse_tum_line(std::string_view text)
         std::string_view word = text.substr(0, text.find_first_of(blanks));
         text.remove_prefix(word.size());
 
-        // A ninth field is counted, not read. `from_chars` takes no plus sign; some writers put one.
+        // A ninth field is counted, not read. `from_chars` takes no plus sign; some writers put
+        // one.
         if (count++ >= line.fields.size()) continue;
         if (word.front() == '+') word.remove_prefix(1);
         double& value = line.fields[count - 1];
@@ -64,16 +65,19 @@ inline TumLine parse_tum_line(std::string_view text)
 
 } // namespace detail
 
-/// Reads a trajectory in the format of the TUM RGB-D benchmark: a line a pose, `timestamp tx ty tz qx qy qz qw`, seconds and
-/// world units, camera to world; `#` starts a comment line, blank lines are skipped. Quaternions of any length but zero are
-/// normalised; timestamps may come in any order and are kept.
+/// Reads a trajectory in the format of the TUM RGB-D benchmark: a line a pose, `timestamp tx ty tz
+/// qx qy qz qw`, seconds and world units, camera to world; `#` starts a comment line, blank lines
+/// are skipped. Quaternions of any length but zero are normalised; timestamps may come in any order
+/// and are kept.
 ///
-/// Throws `Error` that names the first line that is none of these, and where no pose is found or the file cannot be read.
+/// Throws `Error` that names the first line that is none of these, and where no pose is found or
+/// the file cannot be read.
 inline Trajectory load_tum(std::filesystem::path const& path)
 {
     std::error_code ignored;
     if (std::filesystem::is_directory(path, ignored))
-        throw Error(path.string() + " cannot be read (it is a directory); name a TUM trajectory file");
+        throw Error(path.string() +
+                    " cannot be read (it is a directory); name a TUM trajectory file");
     std::ifstream stream(path, std::ios::binary);
     if (!stream)
         throw Error(path.string() +
@@ -86,8 +90,8 @@ inline Trajectory load_tum(std::filesystem::path const& path)
         if (begin == std::string::npos || text[begin] == '#') continue;
         detail::TumLine const line = detail::parse_tum_line(text);
         if (!line.why.empty())
-            throw Error(path.string() + " line " + std::to_string(number) +
-                        " is not a pose (" + line.why +
+            throw Error(path.string() + " line " + std::to_string(number) + " is not a pose (" +
+                        line.why +
                         "); write timestamp tx ty tz qx qy qz qw, or # before a comment");
         auto const& [seconds, tx, ty, tz, qx, qy, qz, qw] = line.fields;
         Pose const pose{glm::transpose(rotation_matrix(qw, qx, qy, qz)), {tx, ty, tz}};
@@ -97,13 +101,15 @@ inline Trajectory load_tum(std::filesystem::path const& path)
         throw Error(path.string() + " cannot be read to its end (the system reports a read error); "
                                     "check the disk or copy the file");
     if (trajectory.empty())
-        throw Error(path.string() +
-                    " holds no pose (every line is blank or a comment); name a TUM trajectory file");
+        throw Error(
+            path.string() +
+            " holds no pose (every line is blank or a comment); name a TUM trajectory file");
     return trajectory;
 }
 
-/// The motion since the first pose, carried out from `start`: pose k is start o (first^-1 o pose_k), composed as camera to
-/// world, so a step to the camera's right stays one. Pose 0 is `start` itself, bit for bit; nothing accumulates over k.
+/// The motion since the first pose, carried out from `start`: pose k is start o (first^-1 o
+/// pose_k), composed as camera to world, so a step to the camera's right stays one. Pose 0 is
+/// `start` itself, bit for bit; nothing accumulates over k.
 inline Trajectory relative_to_first(Trajectory trajectory, Pose const& start)
 {
     if (trajectory.empty()) return trajectory;

@@ -12,12 +12,16 @@ namespace tilemesh::scene::detail {
 /// PCG32 (O'Neill 2014, XSH-RR 64/32): integers only, so every platform draws the same numbers.
 class Pcg32 {
 public:
-    explicit Pcg32(std::uint64_t seed) : state_(seed + increment) { next(); }
+    explicit Pcg32(std::uint64_t seed, std::uint64_t stream = 54)
+        : state_(seed + (stream << 1 | 1)), increment_(stream << 1 | 1)
+    {
+        next();
+    }
 
     std::uint32_t next()
     {
         std::uint64_t const old = state_;
-        state_ = old * 6364136223846793005u + increment;
+        state_ = old * 6364136223846793005u + increment_;
         auto const word = static_cast<std::uint32_t>(((old >> 18) ^ old) >> 27);
         auto const turn = static_cast<std::uint32_t>(old >> 59);
         return (word >> turn) | (word << ((32 - turn) & 31));
@@ -28,16 +32,17 @@ public:
     double between(double low, double high) { return low + (high - low) * uniform(); }
 
 private:
-    static constexpr std::uint64_t increment = 1442695040888963407u;
-    std::uint64_t state_;
+    std::uint64_t state_, increment_;
 };
 
-/// Smooth noise in [0, 1) over the plane, period 1 between independent values: hashed lattice, cubic blend.
+/// Smooth noise in [0, 1) over the plane, period 1 between independent values: hashed lattice,
+/// cubic blend.
 inline double value_noise(double x, double y, std::uint32_t seed)
 {
     auto const lattice = [&](double cell_x, double cell_y) {
-        std::uint32_t h = seed + 0x9e3779b9u * static_cast<std::uint32_t>(static_cast<std::int32_t>(cell_x)) +
-                          0x85ebca6bu * static_cast<std::uint32_t>(static_cast<std::int32_t>(cell_y));
+        std::uint32_t h =
+            seed + 0x9e3779b9u * static_cast<std::uint32_t>(static_cast<std::int32_t>(cell_x)) +
+            0x85ebca6bu * static_cast<std::uint32_t>(static_cast<std::int32_t>(cell_y));
         h = (h ^ (h >> 16)) * 0x7feb352du;
         h = (h ^ (h >> 15)) * 0x846ca68bu;
         return (h ^ (h >> 16)) * 0x1p-32;
@@ -46,11 +51,13 @@ inline double value_noise(double x, double y, std::uint32_t seed)
     double u = x - cell_x, v = y - cell_y;
     u *= u * (3.0 - 2.0 * u), v *= v * (3.0 - 2.0 * v);
     double const top = lattice(cell_x, cell_y) * (1.0 - u) + lattice(cell_x + 1.0, cell_y) * u;
-    double const bottom = lattice(cell_x, cell_y + 1.0) * (1.0 - u) + lattice(cell_x + 1.0, cell_y + 1.0) * u;
+    double const bottom =
+        lattice(cell_x, cell_y + 1.0) * (1.0 - u) + lattice(cell_x + 1.0, cell_y + 1.0) * u;
     return top * (1.0 - v) + bottom * v;
 }
 
-/// A place on a surface: unit tangents u and v, the spacing of the samples along them, and what is painted there.
+/// A place on a surface: unit tangents u and v, the spacing of the samples along them, and what is
+/// painted there.
 struct Touch {
     glm::dvec3 place;
     glm::dvec3 along_u, along_v;
@@ -63,8 +70,10 @@ class Brush {
 public:
     explicit Brush(Map& map, std::uint64_t seed) : random(seed), map_(map) {}
 
-    /// One Gaussian with standard deviations `sigma` along the columns of `axes`, which are orthonormal.
-    void dab(glm::dvec3 place, glm::dmat3 const& axes, glm::dvec3 sigma, glm::dvec3 colour, double opacity)
+    /// One Gaussian with standard deviations `sigma` along the columns of `axes`, which are
+    /// orthonormal.
+    void dab(glm::dvec3 place, glm::dmat3 const& axes, glm::dvec3 sigma, glm::dvec3 colour,
+             double opacity)
     {
         splat::Gaussian g{};
         for (int i = 0; i < 3; ++i) {
@@ -78,8 +87,9 @@ public:
         map_.gaussians.push_back(g);
     }
 
-    /// A disc in the surface. At 0.68 of the spacing and 0.85 opaque, what lies below shows through by 3 to 4 % halfway
-    /// between samples of a square lattice, and an edge stays sharp to two thirds of a spacing.
+    /// A disc in the surface. At 0.68 of the spacing and 0.85 opaque, what lies below shows through
+    /// by 3 to 4 % halfway between samples of a square lattice, and an edge stays sharp to two
+    /// thirds of a spacing.
     void touch(Touch const& t, double fill = 0.68)
     {
         double const thin = 0.06 * std::fmin(t.spacing_u, t.spacing_v);
@@ -91,19 +101,22 @@ public:
     void needle(glm::dvec3 a, glm::dvec3 b, double radius, glm::dvec3 colour)
     {
         glm::dvec3 const along = glm::normalize(b - a);
-        glm::dvec3 const helper = std::fabs(along.y) < 0.9 ? glm::dvec3{0.0, 1.0, 0.0} : glm::dvec3{1.0, 0.0, 0.0};
+        glm::dvec3 const helper =
+            std::fabs(along.y) < 0.9 ? glm::dvec3{0.0, 1.0, 0.0} : glm::dvec3{1.0, 0.0, 0.0};
         glm::dvec3 const side = glm::normalize(glm::cross(helper, along));
         dab(0.5 * (a + b), {along, side, glm::cross(along, side)},
             {0.4 * glm::length(b - a), radius, radius}, colour, opacity());
     }
 
-    /// Three in a hundred are exactly opaque, as in maps that SLAM makes; the others are 0.85 to 0.98.
+    /// Three in a hundred are exactly opaque, as in maps that SLAM makes; the others are 0.85 to
+    /// 0.98.
     double opacity() { return random.uniform() < 0.03 ? 1.0 : random.between(0.85, 0.98); }
 
     Pcg32 random;
 
 private:
-    /// Shepperd's choice: the largest of w, x, y, z is computed by a root, so nothing is divided by a small number.
+    /// Shepperd's choice: the largest of w, x, y, z is computed by a root, so nothing is divided by
+    /// a small number.
     static void store_rotation(glm::dmat3 const& m, float (&out)[4])
     {
         double const trace = m[0][0] + m[1][1] + m[2][2];

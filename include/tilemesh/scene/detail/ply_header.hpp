@@ -47,7 +47,8 @@ struct PlyHeader {
     std::uint64_t bytes = 0; ///< where the body begins
 };
 
-/// Words of a file in an error text: at most 40 characters, printable ones only, so that the text stays one line.
+/// Words of a file in an error text: at most 40 characters, printable ones only, so that the text
+/// stays one line.
 inline std::string in_quotes(std::string_view text)
 {
     std::string out = "\"";
@@ -71,11 +72,21 @@ inline std::vector<std::string_view> words_of(std::string_view line)
 inline bool find_type(std::string_view name, PlyType& type)
 {
     constexpr std::array<std::pair<std::string_view, PlyType>, 16> names{{
-        {"char", PlyType::int8},     {"int8", PlyType::int8},       {"uchar", PlyType::uint8},
-        {"uint8", PlyType::uint8},   {"short", PlyType::int16},     {"int16", PlyType::int16},
-        {"ushort", PlyType::uint16}, {"uint16", PlyType::uint16},   {"int", PlyType::int32},
-        {"int32", PlyType::int32},   {"uint", PlyType::uint32},     {"uint32", PlyType::uint32},
-        {"float", PlyType::float32}, {"float32", PlyType::float32}, {"double", PlyType::float64},
+        {"char", PlyType::int8},
+        {"int8", PlyType::int8},
+        {"uchar", PlyType::uint8},
+        {"uint8", PlyType::uint8},
+        {"short", PlyType::int16},
+        {"int16", PlyType::int16},
+        {"ushort", PlyType::uint16},
+        {"uint16", PlyType::uint16},
+        {"int", PlyType::int32},
+        {"int32", PlyType::int32},
+        {"uint", PlyType::uint32},
+        {"uint32", PlyType::uint32},
+        {"float", PlyType::float32},
+        {"float32", PlyType::float32},
+        {"double", PlyType::float64},
         {"float64", PlyType::float64},
     }};
     for (auto const& [known, value] : names)
@@ -86,19 +97,20 @@ inline bool find_type(std::string_view name, PlyType& type)
     return false;
 }
 
-/// Reads the header of a binary little-endian PLY whose elements have scalar properties. Throws `Error`, which begins with
-/// `file` and names the line, for everything else. Reads at most 1 MiB: real headers have 2 KiB.
+/// Reads the header of a binary little-endian PLY whose elements have scalar properties. Throws
+/// `Error`, which begins with `file` and names the line, for everything else. Reads at most 256
+/// KiB: real headers have 2 KiB.
 inline PlyHeader read_ply_header(std::istream& stream, std::string const& file)
 {
-    constexpr std::uint64_t most_bytes = 1u << 20;
+    constexpr std::uint64_t most_bytes = 1u << 18;
     PlyHeader header;
     std::string line;
     std::uint64_t number = 0;
     bool format_seen = false;
 
     auto const refuse = [&](std::string const& why) {
-        throw Error(file + " has a header that cannot be read (line " + std::to_string(number) + ": " +
-                    why + "); export the map again as binary_little_endian PLY");
+        throw Error(file + " has a header that cannot be read (line " + std::to_string(number) +
+                    ": " + why + "); export the map again as binary_little_endian PLY");
     };
     auto const next_line = [&] {
         line.clear();
@@ -114,7 +126,8 @@ inline PlyHeader read_ply_header(std::istream& stream, std::string const& file)
         return false;
     };
 
-    // The magic word is asked for before anything else is looked at: a picture or an archive has no lines.
+    // The magic word is asked for before anything else is looked at: a picture or an archive has no
+    // lines.
     std::array<char, 3> magic{};
     stream.read(magic.data(), 3);
     if (stream.gcount() != 3 || std::string_view(magic.data(), 3) != "ply")
@@ -125,8 +138,9 @@ inline PlyHeader read_ply_header(std::istream& stream, std::string const& file)
 
     while (true) {
         if (!next_line())
-            throw Error(file + " has no end_header (the header is cut off or longer than 1 MiB); copy or "
-                               "export the map again");
+            throw Error(
+                file + " has no end_header (the header is cut off or longer than 256 KiB); copy or "
+                       "export the map again");
         auto const words = words_of(line);
         if (words.empty() || words[0] == "comment" || words[0] == "obj_info") continue;
         if (words[0] == "end_header") break;
@@ -134,22 +148,25 @@ inline PlyHeader read_ply_header(std::istream& stream, std::string const& file)
         if (words[0] == "format") {
             if (words.size() < 2) refuse("a format without a name");
             if (words[1] == "ascii")
-                throw Error(file + " is an ASCII PLY (only binary_little_endian is read so far); export "
-                                   "the map as binary_little_endian");
+                throw Error(file +
+                            " is an ASCII PLY (only binary_little_endian is read so far); export "
+                            "the map as binary_little_endian");
             if (words[1] == "binary_big_endian")
-                throw Error(file + " is a big-endian PLY (only binary_little_endian is read so far); "
-                                   "export the map as binary_little_endian");
+                throw Error(file +
+                            " is a big-endian PLY (only binary_little_endian is read so far); "
+                            "export the map as binary_little_endian");
             if (words[1] != "binary_little_endian") refuse("unknown format " + in_quotes(words[1]));
             format_seen = true;
         } else if (words[0] == "element") {
             if (words.size() != 3) refuse("an element needs a name and a count");
             PlyElement element{std::string(words[1]), 0, 0, {}};
-            auto const [end, error] = std::from_chars(
-                words[2].data(), words[2].data() + words[2].size(), element.count);
+            auto const [end, error] =
+                std::from_chars(words[2].data(), words[2].data() + words[2].size(), element.count);
             if (error != std::errc{} || end != words[2].data() + words[2].size())
                 refuse("the count " + in_quotes(words[2]) + " is not a whole number below 2^64");
             for (auto const& other : header.elements)
-                if (other.name == element.name) refuse("element " + in_quotes(words[1]) + " comes twice");
+                if (other.name == element.name)
+                    refuse("element " + in_quotes(words[1]) + " comes twice");
             header.elements.push_back(std::move(element));
         } else if (words[0] == "property") {
             if (header.elements.empty()) refuse("a property before the first element");

@@ -1,0 +1,390 @@
+#pragma once
+#include <algorithm>
+#include <chrono>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <tilemesh/engine/checked_mesh.hpp>
+#include <tilemesh/engine/mesh.hpp>
+#include <tilemesh/error.hpp>
+#include <tilemesh/report/frame_report.hpp>
+#include <tilemesh/report/image.hpp>
+#include <tilemesh/scene/map.hpp>
+#include <tilemesh/splat/frame_program.hpp>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+namespace tilemesh {
+
+/// Width and height of a grid in tiles, or of a tile in pixels.
+struct Extent2 {
+    std::uint32_t width = 0;
+    std::uint32_t height = 0;
+};
+
+/// What a Renderer may be told. Zeros mean "as the setup says".
+struct RendererOptions {
+    std::uint32_t threads = 1;
+    Extent2 grid{};                          ///< tiles; 0: follows from frame and tile, or 40 x 36
+    Extent2 tile{};                          ///< pixels; 0: the frame spread evenly over the grid
+    std::uint32_t hops = 0;                  ///< supersteps of routing, and of bloom, a frame; 0: until quiet
+    std::uint32_t channel_slots = 0;         ///< a limit, at most the setup's; for dynamic channels their size
+    std::uint32_t storage_slots = 0;         ///< a limit, at most the setup's
+    std::optional<splat::Footprint> footprint{};
+    bool digest = false;
+};
+
+/// A picture and what it took.
+struct RenderedFrame {
+    report::Image image;
+    report::FrameReport report;
+};
+
+/// Renders a map on a mesh of tiles, frame after frame: loads the map's records onto the tiles once, then runs the frame
+/// program for each camera. Records and copies stay on their tiles in between, so a small step moves little and a static view
+/// nothing.
+///
+/// `S` is a setup (splat/setup.hpp): machine, policies, bytes of every region. `Engine` is Mesh or CheckedMesh.
+///
+/// Errors: throws Error when the frame, the grid or the map does not fit the machine, or a limit is out of range. What finds no
+/// room while a frame runs is no error: it is listed in the frame's report by id and cause. With `Hold`, a record whose anchor
+/// tile is full is handed back to the host, which puts it onto the mesh again for the next view; with `Drop` it is gone, as on
+/// the paper's machine.
+template <class S = splat::Lossless, template <class, class> class Engine = Mesh>
+class BasicRenderer {
+public:
+    using Setup = S;
+    using Program = splat::Frame<S>;
+    using Machine = typename S::Machine;
+    using MeshType = Engine<Program, Machine>;
+    using Layout = Tile<Machine, Program>;
+
+    explicit BasicRenderer(scene::Map const& map, RendererOptions options = {}) : options_(options), gaussians_(map.gaussians)
+    {
+        for (auto const& g : gaussians_)
+            if (!row_of_.emplace(g.id, row_of_.size()).second || g.id == splat::GaussianId::none)
+                throw Error("two Gaussians with id " + std::to_string(static_cast<std::uint32_t>(g.id)) +
+                            ", or an id of 0 (a record is known by its id); number them from 1");
+    }
+
+    /// The rules of the picture; change them before a frame.
+    splat::Model& model() noexcept { return model_; }
+    splat::Model const& model() const noexcept { return model_; }
+
+    /// The mesh; exists once the first frame has been rendered or `prepare` was called.
+    MeshType& mesh() noexcept { return *mesh_; }
+    splat::Tiling const& tiling() const noexcept { return tiling_; }
+
+    /// Builds the mesh for frames of this size and loads the map, unless it stands already.
+    void prepare(std::uint32_t width, std::uint32_t height)
+    {
+        auto const [grid, tiling] = layout(width, height);
+        if (mesh_ && grid.width == mesh_->grid().width && grid.height == mesh_->grid().height) {
+            tiling_ = tiling;
+            return;
+        }
+        if (std::uint64_t{tiling.tile_width} * tiling.tile_height > S::tile_pixels)
+            throw Error("tiles of " + std::to_string(tiling.tile_width) + " x " + std::to_string(tiling.tile_height) +
+                        " pixels (setup " + S::name + " has a framebuffer of " + std::to_string(S::tile_pixels) +
+                        " pixels a tile); choose smaller tiles, a smaller frame or another machine");
+        typename MeshType::Options engine{};
+        engine.digest = options_.digest;
+        if constexpr (requires { engine.threads; }) engine.threads = options_.threads;
+        mesh_ = std::make_unique<MeshType>(grid, engine, splat::frame_program<S>(options_.hops));
+        if (options_.channel_slots != 0) {
+            mesh_->template limit<splat::Road<S>>(options_.channel_slots);
+            mesh_->template limit<splat::Beam<S>>(options_.channel_slots);
+        }
+        if (options_.storage_slots != 0) mesh_->template limit<splat::Storage<S>>(options_.storage_slots);
+        if (observer_) mesh_->observe(observer_);
+        tiling_ = tiling;
+        outside_.clear();
+        for (std::uint32_t i = 0; i < gaussians_.size(); ++i) outside_.push_back(i);
+        load();
+        if (!outside_.empty())
+            throw Error("a map of " + std::to_string(gaussians_.size()) + " Gaussians (" + std::to_string(grid.size()) +
+                        " tiles of " + std::to_string(capacity()) + " slots hold " +
+                        std::to_string(std::uint64_t{grid.size()} * capacity()) + "); choose more slots or a larger machine");
+        last_.reset();
+        dirty_ = cut_ = false;
+    }
+
+    /// Called after every superstep; see SuperstepEvent.
+    void observe(Observer observer)
+    {
+        observer_ = std::move(observer);
+        if (mesh_) mesh_->observe(observer_);
+    }
+
+    /// Renders one frame, starting from where the last one left the records.
+    RenderedFrame render(splat::Camera const& camera)
+    {
+        auto const begin = std::chrono::steady_clock::now();
+        prepare(camera.width, camera.height);
+        auto& frame = mesh_->template broadcast<splat::FrameParameters>();
+        splat::Model model = model_;
+        if (options_.footprint) model.footprint = *options_.footprint;
+        auto const view = splat::make_view(camera, model);
+        bool const changed = !last_ || __builtin_memcmp(&*last_, &view, sizeof view) != 0 ||
+                             __builtin_memcmp(&frame.tiling, &tiling_, sizeof tiling_) != 0;
+        if (changed && !outside_.empty()) load();
+        frame = {view, tiling_, changed ? 1u : 0u, changed && dirty_ ? 1u : 0u, cut_ ? 1u : 0u};
+
+        auto const run = mesh_->run();
+        RenderedFrame result{image(camera), account(run, camera)};
+        last_ = view;
+        cut_ = options_.hops != 0;
+        result.report.host_ms.total =
+            std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+        return result;
+    }
+
+    /// Where to look for each stage in RunCounters::steps: the order of splat::Frame.
+    enum Step : std::uint32_t { project, route, bloom_first, bloom, depth_sort, composite };
+
+private:
+    std::pair<Grid, splat::Tiling> layout(std::uint32_t width, std::uint32_t height) const
+    {
+        if (width == 0 || height == 0 || width > 65535 || height > 65535)
+            throw Error("a frame of " + std::to_string(width) + " x " + std::to_string(height) +
+                        " pixels (each side is 1 to 65,535); choose another size");
+        auto const parts = [](std::uint32_t size, std::uint32_t tile) { return (size + tile - 1) / tile; };
+        Extent2 grid = options_.grid, tile = options_.tile;
+        if (grid.width == 0 && tile.width == 0) grid = {40, 36};
+        if (tile.width == 0) tile = {parts(width, grid.width), parts(height, grid.height)};
+        if (grid.width == 0) grid = {parts(width, tile.width), parts(height, tile.height)};
+        if (std::uint64_t{grid.width} * tile.width < width || std::uint64_t{grid.height} * tile.height < height)
+            throw Error("a grid of " + std::to_string(grid.width) + " x " + std::to_string(grid.height) + " tiles of " +
+                        std::to_string(tile.width) + " x " + std::to_string(tile.height) + " pixels (the frame is " +
+                        std::to_string(width) + " x " + std::to_string(height) + "); choose more or larger tiles");
+        if (std::uint64_t{grid.width} * grid.height > Machine::tiles)
+            throw Error("a grid of " + std::to_string(grid.width) + " x " + std::to_string(grid.height) + " = " +
+                        std::to_string(std::uint64_t{grid.width} * grid.height) + " tiles (" + Machine::name + " has " +
+                        std::to_string(Machine::tiles) + "); choose larger tiles or another machine");
+        return {Grid{grid.width, grid.height}, splat::make_tiling(width, height, tile.width, tile.height)};
+    }
+    std::uint32_t capacity() const noexcept { return options_.storage_slots != 0 ? options_.storage_slots : S::storage_slots; }
+
+    /// Puts the records that are not on the mesh onto it: in order, an even share a tile; a tile that is full passes its share on.
+    void load()
+    {
+        std::vector<std::uint32_t> rest;
+        auto const grid = mesh_->grid();
+        auto const share = (outside_.size() + grid.size() - 1) / std::max(1u, grid.size());
+        std::size_t next = 0;
+        for (int round = 0; round < 2; ++round) // the second takes what full tiles passed on
+            for (std::uint32_t t = 0; t < grid.size() && next < outside_.size(); ++t) {
+                auto storage = mesh_->template state<splat::Storage<S>>(grid.tile(t));
+                auto marks = mesh_->template state<splat::Marks<S>>(grid.tile(t));
+                auto splats = mesh_->template state<splat::Splats<S>>(grid.tile(t));
+                for (std::size_t n = 0; (n < share || round == 1) && next < outside_.size(); ++n) {
+                    auto const& g = gaussians_[outside_[next]];
+                    if (!storage.try_push(g)) break;
+                    marks.unchecked_push({g.id, 0});
+                    splats.unchecked_push({});
+                    ++next;
+                }
+            }
+        outside_.erase(outside_.begin(), outside_.begin() + static_cast<std::ptrdiff_t>(next));
+    }
+
+    report::Image image(splat::Camera const& camera)
+    {
+        report::Image image(camera.width, camera.height);
+        for (std::uint32_t ty = 0; ty < tiling_.rows; ++ty)
+            for (std::uint32_t tx = 0; tx < tiling_.columns; ++tx) {
+                auto const rect = splat::pixels_of(tiling_, camera, TileId::at(tx, ty));
+                auto const framebuffer = mesh_->template state<splat::Framebuffer<S>>(TileId::at(tx, ty));
+                std::uint32_t i = 0;
+                for (auto y = rect.y0; y < rect.y1; ++y)
+                    for (auto x = rect.x0; x < rect.x1; ++x, ++i) {
+                        float* const to = image.pixel(x, y);
+                        for (std::uint32_t c = 0; c < 3; ++c) to[c] = channel(framebuffer[i], c);
+                    }
+            }
+        return image;
+    }
+    static float channel(splat::FloatPixel const& p, std::uint32_t c) noexcept { return p.rgb[c]; }
+    static float channel(splat::Rgbx8Pixel const& p, std::uint32_t c) noexcept
+    {
+        return static_cast<float>(p.word >> (8 * c) & 255u) / 255.0f;
+    }
+
+    report::FrameReport account(RunCounters const& run, splat::Camera const& camera)
+    {
+        report::FrameReport r;
+        splat::Counts sum{};
+        std::uint64_t visible = 0, parked = 0, moved = 0, hops = 0, waits = 0, copies = 0;
+        bool refused = false, lost_copies = false;
+        auto const grid = mesh_->grid();
+        for (std::uint32_t t = 0; t < grid.size(); ++t) {
+            auto const id = grid.tile(t);
+            auto const& c = mesh_->template state<splat::Counts>(id);
+            visible += c.visible;
+            parked += c.parked;
+            moved += c.moved;
+            hops += c.hops;
+            waits += std::uint64_t{c.channel_full} + c.no_credit;
+            r.refused.channel_full += c.channel_full;
+            r.refused.no_credit += c.no_credit;
+            r.refused.storage_full += c.storage_full;
+            r.refused.copies_full += c.copies_full;
+            r.refused.copies_refused += c.copies_refused;
+            refused = refused || c.storage_full != 0;
+            lost_copies = lost_copies || c.copies_full + c.copies_refused != 0;
+            for (auto const& m : mesh_->template state<splat::Marks<S>>(id)) copies += m.is(splat::Mark::copy);
+            auto const& w = mesh_->template state<splat::Work>(id);
+            for (std::uint32_t i = 0; i < splat::Work::max_workers; ++i) {
+                r.pairs += w.evaluated[i];
+                r.pairs_contributing += w.contributing[i];
+            }
+        }
+        (void)sum;
+        r.width = camera.width;
+        r.height = camera.height;
+        auto const& steps = run.steps;
+        r.supersteps = {steps[project].supersteps, steps[route].supersteps,
+                        steps[bloom_first].supersteps + steps[bloom].supersteps, steps[composite].supersteps};
+        r.messages = run.messages();
+        r.hops = hops;
+        for (auto const& s : steps) {
+            r.exchanged_live_bytes += s.live_bytes;
+            r.exchanged_capacity_bytes += s.capacity_bytes;
+        }
+        r.copies = copies;
+        r.gaussians.visible = visible;
+        r.gaussians.parked = parked;
+        r.gaussians.moved = moved;
+        r.gaussians.held = S::Saturation::holds ? waits : 0;
+        for (auto const& p : run.peaks) {
+            if (p.region == splat::Storage<S>::name) r.peak_storage = p.items;
+            if (p.region == splat::Road<S>::name || p.region == splat::Beam<S>::name)
+                r.peak_channel = std::max(r.peak_channel, p.items);
+        }
+        r.host_ms = {steps[project].milliseconds, steps[route].milliseconds,
+                     steps[bloom_first].milliseconds + steps[bloom].milliseconds,
+                     steps[depth_sort].milliseconds + steps[composite].milliseconds, 0};
+        r.digests = run.digests;
+
+        // Losses last until the records are sent again, so a frame that refused nothing may still show those of the last one.
+        dirty_ = lost_copies || (dirty_ && !last_view_was_new(camera));
+        if (refused || !lost_ids_.empty() || dirty_ || options_.hops != 0) list_losses(r);
+        return r;
+    }
+    bool last_view_was_new(splat::Camera const&) const noexcept
+    {
+        return mesh_->template broadcast<splat::FrameParameters>().view_changed != 0;
+    }
+
+    /// Compares what is on the mesh with what should be: every id once, and every tile that a footprint touches.
+    void list_losses(report::FrameReport& r)
+    {
+        using splat::Mark;
+        auto const grid = mesh_->grid();
+        std::vector<bool> owned(gaussians_.size(), false);
+        std::unordered_map<std::uint64_t, std::uint32_t> held; // (id, tile) -> mark bits
+        auto const key = [](splat::GaussianId id, std::uint32_t tile) {
+            return std::uint64_t{static_cast<std::uint32_t>(id)} << 32 | tile;
+        };
+        std::vector<std::pair<splat::GaussianId, splat::Splat>> owners;
+        for (std::uint32_t t = 0; t < grid.size(); ++t) {
+            auto const marks = mesh_->template state<splat::Marks<S>>(grid.tile(t));
+            auto const splats = mesh_->template state<splat::Splats<S>>(grid.tile(t));
+            for (std::uint32_t i = 0; i < marks.size(); ++i) {
+                held.emplace(key(marks[i].id, t), marks[i].bits);
+                if (marks[i].is(Mark::copy)) continue;
+                owned[row_of_.at(marks[i].id)] = true;
+                owners.emplace_back(marks[i].id, splats[i]);
+            }
+            auto const found = [&](splat::Gaussian const& g) {
+                owned[row_of_.at(g.id)] = true;
+                ++r.gaussians.under_way;
+            };
+            for (Direction d : news)
+                for (auto const& m : mesh_->template incoming<splat::Road<S>>(grid.tile(t), d))
+                    found(S::Addressing::record(m));
+            if constexpr (S::Saturation::holds) {
+                for (auto const& m : mesh_->template state<splat::Waiting<S, 0>>(grid.tile(t))) found(S::Addressing::record(m));
+                for (auto const& m : mesh_->template state<splat::Waiting<S, 1>>(grid.tile(t))) found(S::Addressing::record(m));
+            }
+        }
+        lost_ids_.clear();
+        outside_.clear();
+        for (std::uint32_t i = 0; i < gaussians_.size(); ++i)
+            if (!owned[i]) {
+                lost_ids_.push_back(gaussians_[i].id);
+                if constexpr (S::Saturation::holds) outside_.push_back(i);
+                r.lost.push_back({gaussians_[i].id, report::Loss::whole, S::Saturation::holds ? report::Cause::unplaced
+                                                                                           : report::Cause::storage_full});
+            }
+        (S::Saturation::holds ? r.gaussians.unplaced : r.gaussians.dropped) = lost_ids_.size();
+
+        for (auto const& [id, s] : owners) {
+            if (!s.visible()) continue;
+            auto const rect = s.rect();
+            bool dropped = false;
+            for (auto ty = rect.y0 / tiling_.tile_height; ty <= (rect.y1 - 1) / tiling_.tile_height; ++ty)
+                for (auto tx = rect.x0 / tiling_.tile_width; tx <= (rect.x1 - 1) / tiling_.tile_width; ++tx) {
+                    auto const t = TileId::at(tx, ty);
+                    auto const index = grid.index_of(t);
+                    if (held.count(key(id, index)) != 0) continue;
+                    // Up the tree to the first tile that has it; what stopped it there stopped everything behind.
+                    TileId at = t;
+                    Direction towards_child = Direction::north;
+                    auto bits = held.end();
+                    while (!(at == s.anchor) && (bits = held.find(key(id, grid.index_of(at)))) == held.end()) {
+                        auto const up = at.y() != s.anchor.y() ? (at.y() > s.anchor.y() ? Direction::north : Direction::south)
+                                                               : (at.x() > s.anchor.x() ? Direction::west : Direction::east);
+                        towards_child = opposite(up);
+                        at = grid.neighbour(at, up);
+                    }
+                    if (at == s.anchor) bits = held.find(key(id, grid.index_of(at)));
+                    report::Cause cause = report::Cause::late;
+                    if (bits != held.end() && (bits->second & Mark::refused(towards_child)) != 0)
+                        cause = report::Cause::channel_full;
+                    else if (bits != held.end() && (bits->second & Mark::shared(towards_child)) != 0 &&
+                             !in_beam(id, grid.neighbour(at, towards_child)))
+                        cause = report::Cause::storage_full;
+                    if (cause == report::Cause::late)
+                        ++r.late_copies;
+                    else
+                        ++r.lost_copies, dropped = true;
+                    r.lost.push_back({id, index, cause});
+                }
+            (void)dropped;
+        }
+    }
+    bool in_beam(splat::GaussianId id, TileId t)
+    {
+        for (Direction d : news)
+            for (auto const& m : mesh_->template incoming<splat::Beam<S>>(t, d))
+                if (S::Copies::id(m) == id) return true;
+        return false;
+    }
+
+    RendererOptions options_;
+    std::vector<splat::Gaussian> gaussians_;
+    std::unordered_map<splat::GaussianId, std::size_t> row_of_;
+    splat::Model model_ = [] {
+        splat::Model m;
+        m.footprint = S::footprint;
+        m.alpha_max = S::alpha_max;
+        return m;
+    }();
+    splat::Tiling tiling_{};
+    std::unique_ptr<MeshType> mesh_;
+    Observer observer_;
+    std::vector<std::uint32_t> outside_;             ///< rows that are not on the mesh and may be put back
+    std::vector<splat::GaussianId> lost_ids_;
+    std::optional<splat::View> last_;
+    bool dirty_ = false;                             ///< copies are missing that nobody will send again by itself
+    bool cut_ = false;                               ///< a bound may have left records under way
+};
+
+/// The default: `lossless` on Mk2, on host threads.
+using Renderer = BasicRenderer<>;
+
+} // namespace tilemesh

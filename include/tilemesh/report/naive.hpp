@@ -1,0 +1,61 @@
+#pragma once
+#include <algorithm>
+#include <cstdint>
+#include <span>
+#include <tilemesh/report/image.hpp>
+#include <tilemesh/splat/projection.hpp>
+#include <vector>
+
+TILEMESH_EXACT_BEGIN
+namespace tilemesh::report {
+
+/// Is this Gaussian missing from this pixel? For pictures of what a mesh had lost.
+struct NothingMissing {
+    bool operator()(splat::GaussianId, std::uint32_t, std::uint32_t) const noexcept { return false; }
+};
+
+/// The whole frame by a naive float32 loop, one Gaussian after the other over all its pixels: no tiles, no blocks, no lists.
+/// It shares with the kernels only the leaves `project` and `alpha_at`. Where the mesh loses nothing, its picture is this one,
+/// bit for bit.
+template <class Missing = NothingMissing>
+Image render_naive(std::span<splat::Gaussian const> gaussians, splat::Camera const& camera, splat::Model const& model,
+                   Missing const& missing = {})
+{
+    auto const view = splat::make_view(camera, model);
+    auto const tiling = splat::make_tiling(camera.width, camera.height, camera.width, camera.height);
+    struct Item {
+        splat::Splat splat;
+        splat::GaussianId id;
+    };
+    std::vector<Item> items;
+    for (auto const& g : gaussians) {
+        auto const s = splat::project(g, view, tiling);
+        if (s.visible()) items.push_back({s, g.id});
+    }
+    std::sort(items.begin(), items.end(), [](Item const& a, Item const& b) {
+        return a.splat.depth != b.splat.depth ? a.splat.depth < b.splat.depth : a.id < b.id;
+    });
+
+    Image image(camera.width, camera.height);
+    std::vector<float> transmittance(std::size_t{camera.width} * camera.height, 1.0f);
+    for (auto const& [s, id] : items) {
+        auto const r = s.rect();
+        for (auto y = r.y0; y < r.y1; ++y)
+            for (auto x = r.x0; x < r.x1; ++x) {
+                float& t = transmittance[std::size_t{y} * camera.width + x];
+                if (t < model.transmittance_min) continue;
+                float const alpha = std::min(splat::alpha_at(s, static_cast<float>(x) + 0.5f - camera.cx,
+                                                             static_cast<float>(y) + 0.5f - camera.cy),
+                                             model.alpha_max);
+                if (alpha < model.alpha_min || missing(id, x, y)) continue;
+                float const weight = alpha * t;
+                float* const pixel = image.pixel(x, y);
+                for (int c = 0; c < 3; ++c) pixel[c] = multiply_add(weight, s.colour[c], pixel[c]);
+                t = t - weight;
+            }
+    }
+    return image;
+}
+
+} // namespace tilemesh::report
+TILEMESH_EXACT_END

@@ -1,0 +1,74 @@
+#pragma once
+#include <tilemesh/splat/policies.hpp>
+
+namespace tilemesh::splat {
+
+/// Sends each record to every tile that its footprint touches and that does not hold it yet, along the tree of
+/// footprint.hpp; run until quiet.
+///
+/// Who holds what is known by fact, not by last frame's rectangle: `Mark::shared(d)` is set when a record is sent to side d
+/// or came from it. A copy is sent only where that bit is missing, so a static view sends nothing and a small step sends a few;
+/// when the root of the tree moves, a tile may be sent what it has, notes who else has it, and goes on. With `Hold` what finds
+/// no slot stays owed; with `Drop` it is given up and marked. The copy's storage is the sink: no credit, no FIFO, no dead-lock.
+///
+/// When quiet, and nothing was refused, the tiles that hold a record are exactly those that its footprint touches. Cost: one
+/// message a new copy, plus at most the width of the footprint in tiles when an anchor changes row.
+template <class S>
+struct Bloom {
+    static constexpr char const* name = "bloom";
+    using Copies = typename S::Copies;
+
+    Vote operator()(Here here, Broadcast<FrameParameters> frame, Storage<S>& storage, Marks<S>& marks, Splats<S>& splats,
+                    Debts& debts, Counts& counts, In<Beam<S>> in, Out<Beam<S>> out) const noexcept
+    {
+        auto const neighbour_covered = [&](Splat const& s, Direction d) noexcept {
+            return here.grid.has_neighbour(here.tile, d) &&
+                   covers(s, frame->tiling, here.grid.neighbour(here.tile, d));
+        };
+        // Sends slot i where it is owed; true when something remains owed.
+        auto const pay = [&](std::uint32_t i) noexcept {
+            bool owes = false;
+            for (Direction d : news) {
+                if (marks[i].is(Mark::shared(d)) || !is_child(splats[i].anchor, here.tile, d) ||
+                    !neighbour_covered(splats[i], d))
+                    continue;
+                if (out[d].try_push(Copies::make(storage[i], splats[i]))) {
+                    marks[i].bits |= Mark::shared(d);
+                } else if (S::Saturation::holds) {
+                    ++counts.channel_full;
+                    owes = true;
+                } else {
+                    ++counts.copies_refused;
+                    marks[i].bits |= Mark::shared(d) | Mark::refused(d);
+                }
+            }
+            return owes;
+        };
+
+        std::uint32_t open = 0;
+        for (Direction d : news)
+            for (auto const& message : in[d]) {
+                auto i = find(marks, Copies::id(message));
+                if (i == nowhere) {
+                    auto const s = Copies::splat(message, *frame);
+                    counts.projected += Copies::reusable ? 1 : 0;
+                    if (!covers(s, frame->tiling, here.tile)) continue; // under way since an older view
+                    i = storage.size();
+                    if (!storage.try_push(Copies::record(message))) {
+                        ++counts.copies_full;
+                        continue;
+                    }
+                    marks.unchecked_push({Copies::id(message), Mark::copy});
+                    splats.unchecked_push(s);
+                }
+                if (neighbour_covered(splats[i], d)) marks[i].bits |= Mark::shared(d);
+                open += debts.open == 0 && pay(i) ? 1 : 0;
+            }
+        if (debts.open != 0)
+            for (std::uint32_t i = 0, n = storage.size(); i < n; ++i) open += pay(i) ? 1 : 0;
+        debts.open = open;
+        return open == 0 ? Vote::quiet : Vote::busy;
+    }
+};
+
+} // namespace tilemesh::splat

@@ -1,0 +1,33 @@
+#pragma once
+#include <tilemesh/splat/projection.hpp>
+
+namespace tilemesh::splat {
+
+/// Does a splat's rectangle touch tile t? Pure compares; no division.
+inline bool covers(Splat const& s, Tiling const& tiling, TileId t) noexcept
+{
+    if (!s.visible()) return false;
+    auto const r = s.rect();
+    auto const x0 = t.x() * tiling.tile_width, y0 = t.y() * tiling.tile_height;
+    return r.x0 < x0 + tiling.tile_width && r.x1 > x0 && r.y0 < y0 + tiling.tile_height && r.y1 > y0;
+}
+
+/// The bloom tree (the paper, section "Tree-Pattern Bloom"): from the anchor along its row both ways, and from every tile of
+/// that row up and down its column. Is the neighbour on side `d` a child of tile `t` in the tree that is rooted at `anchor`?
+/// Every other tile of a rectangle around the anchor has exactly one parent, and it lies in the rectangle: no cycle, no copy
+/// twice, k - 1 messages for k tiles (tests/splat/footprint.cpp proves it at compile time).
+constexpr bool is_child(TileId anchor, TileId t, Direction d) noexcept
+{
+    switch (d) {
+    case Direction::east:
+        return t.y() == anchor.y() && t.x() >= anchor.x();
+    case Direction::west:
+        return t.y() == anchor.y() && t.x() <= anchor.x();
+    case Direction::south:
+        return t.y() >= anchor.y();
+    default:
+        return t.y() <= anchor.y();
+    }
+}
+
+} // namespace tilemesh::splat

@@ -1,0 +1,122 @@
+#pragma once
+#include <tilemesh/splat/regions.hpp>
+
+namespace tilemesh::splat {
+
+// --- routing rules ---------------------------------------------------------------------------------------------------------
+// A rule names the two sides of its first leg and the next side on the way. It must be dimension-ordered (Dally and Seitz
+// 1987): along the first axis until the coordinate fits, then along the other, never back. Only then are FIFOs and credits on
+// the first leg enough (routing.hpp). `is_dimension_ordered<Rule>()` proves it at compile time.
+
+/// Along the row, then along the column.
+struct RowFirst {
+    static constexpr char const* name = "row_first";
+    static constexpr Direction first_leg[2] = {Direction::west, Direction::east};
+    static constexpr Direction towards(TileId from, TileId to) noexcept // from != to
+    {
+        if (to.x() != from.x()) return to.x() > from.x() ? Direction::east : Direction::west;
+        return to.y() > from.y() ? Direction::south : Direction::north;
+    }
+};
+
+template <class Rule>
+constexpr bool is_dimension_ordered() noexcept
+{
+    constexpr Grid grid{5, 5};
+    for (std::uint32_t i = 0; i < grid.size(); ++i)
+        for (std::uint32_t j = 0; j < grid.size(); ++j) {
+            bool second = false;
+            std::uint32_t hops = 0;
+            for (TileId at = grid.tile(i); !(at == grid.tile(j)); ++hops) {
+                Direction const d = Rule::towards(at, grid.tile(j));
+                bool const first = d == Rule::first_leg[0] || d == Rule::first_leg[1];
+                if ((first && second) || hops > 8 || !grid.has_neighbour(at, d)) return false;
+                second = !first;
+                at = grid.neighbour(at, d);
+            }
+        }
+    return Rule::first_leg[0] == opposite(Rule::first_leg[1]);
+}
+
+// --- saturation ------------------------------------------------------------------------------------------------------------
+
+/// Nothing that was sent can be lost: see routing.hpp.
+struct Hold {
+    static constexpr char const* name = "hold";
+    static constexpr bool holds = true;
+};
+/// The paper's: no FIFO, no credit. A record that cannot go on takes a storage slot where it is and tries again; one that
+/// finds no slot is gone, and so is a copy that meets a full channel.
+struct Drop {
+    static constexpr char const* name = "drop";
+    static constexpr bool holds = false;
+};
+
+// --- what a routed message carries --------------------------------------------------------------------------------------------
+
+/// The anchor tile travels with the record: computed once a frame.
+struct Carried {
+    static constexpr char const* name = "carried";
+    using Message = Addressed;
+    static constexpr bool carried = true;
+    static Message make(Gaussian const& g, TileId anchor) noexcept { return {g, anchor}; }
+    static Gaussian const& record(Message const& m) noexcept { return m.record; }
+};
+/// The paper's 60 bytes: every tile on the way projects the record again.
+struct Recomputed {
+    static constexpr char const* name = "recomputed";
+    using Message = Gaussian;
+    static constexpr bool carried = false;
+    static Message make(Gaussian const& g, TileId) noexcept { return g; }
+    static Gaussian const& record(Message const& m) noexcept { return m; }
+};
+
+// --- what bloom sends -----------------------------------------------------------------------------------------------------------
+
+/// The 60-byte record; the receiver projects it, and keeps it for the next view.
+struct WorldCopies {
+    static constexpr char const* name = "world";
+    using Message = Gaussian;
+    static constexpr bool reusable = true;
+    static Message make(Gaussian const& g, Splat const&) noexcept { return g; }
+    static GaussianId id(Message const& m) noexcept { return m.id; }
+    static Gaussian record(Message const& m) noexcept { return m; }
+    static Splat splat(Message const& m, FrameParameters const& f) noexcept { return project(m, f.view, f.tiling); }
+};
+/// The projected record; nothing to compute at the receiver, but good for one view only: a new view blooms all copies anew.
+struct ScreenCopies {
+    static constexpr char const* name = "screen";
+    using Message = ScreenCopy;
+    static constexpr bool reusable = false;
+    static Message make(Gaussian const& g, Splat const& s) noexcept { return {s, g.id}; }
+    static GaussianId id(Message const& m) noexcept { return m.id; }
+    static Gaussian record(Message const& m) noexcept // only its id means anything
+    {
+        Gaussian g{};
+        g.id = m.id;
+        return g;
+    }
+    static Splat splat(Message const& m, FrameParameters const&) noexcept { return m.splat; }
+};
+
+// --- pixels ------------------------------------------------------------------------------------------------------------------------
+
+/// Linear RGB, unclamped: 12 bytes a pixel.
+struct FloatPixel {
+    static constexpr char const* name = "float";
+    float rgb[3];
+    static FloatPixel make(float r, float g, float b) noexcept { return {{r, g, b}}; }
+};
+/// The paper's: 8 bits a channel and a byte of padding, because the machine stores whole words.
+struct Rgbx8Pixel {
+    static constexpr char const* name = "rgbx8";
+    std::uint32_t word;
+    static Rgbx8Pixel make(float r, float g, float b) noexcept { return {level(r) | level(g) << 8 | level(b) << 16}; }
+    static std::uint32_t level(float v) noexcept // clamped to [0, 1], rounded to nearest; NaN becomes 0
+    {
+        if (!(v > 0.0f)) return 0;
+        return v < 1.0f ? static_cast<std::uint32_t>(v * 255.0f + 0.5f) : 255u;
+    }
+};
+
+} // namespace tilemesh::splat

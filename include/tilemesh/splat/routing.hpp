@@ -1,0 +1,228 @@
+#pragma once
+#include <tilemesh/splat/policies.hpp>
+
+/// Moves every record, one tile a superstep, to its anchor tile.
+///
+/// The protocol (`Hold`). A rule is dimension-ordered: a record goes along the first axis, then along the second, never
+/// back. Let c be the slots of a channel end and q those of a FIFO.
+///   1. Second-leg arrivals go first. At most c arrive on a side and each goes straight on to the opposite side, whose channel
+///      is empty when compute begins, or sinks: they never wait. A sink always accepts: into storage or, when that is full, out
+///      of the machine as `unplaced` (counted; the host knows it by id).
+///   2. First-leg arrivals may find no room ahead. They wait in a FIFO of their side, which is served before new arrivals.
+///   3. A tile tells its first-leg neighbours the fill of the FIFO on their side, as the note of the channel back. It sends
+///      to a first-leg neighbour at most q - (fill it was told) - (what it sent in the superstep before) records, and at
+///      most c.
+///   4. A tile's own records leave last.
+/// Nothing sent is lost: the fill told at superstep t is the fill after compute t. What was sent at t arrives at t + 1 and
+/// adds at most `sent(t)`; what is sent at t + 1 arrives at t + 2. So the fill after t + 2 is at most fill(t) + sent(t) +
+/// sent(t + 1) <= q. A tile with a waiting record votes busy, so a fill that is not told is 0; a tile that sent votes busy, so
+/// its memory of what it sent is one superstep old whenever it runs.
+/// No dead-lock: second-leg records never wait, so their channels empty in a bounded number of supersteps. A first-leg FIFO
+/// waits for a second-leg channel, or for the next FIFO in the same direction, and directions end at the edge: no cycle.
+/// Hence every superstep in which a record is under way moves one, for any capacities c, q >= 1 and any order of arrival.
+/// tests/splat/routing.cpp tries to break it at capacity 1, exhaustively on small grids.
+///
+/// Cost: without a full channel, W + H - 2 exchanges and one more compute from any placement; a record's bytes a hop.
+namespace tilemesh::splat {
+
+namespace detail {
+/// What routing does with one record, whatever the saturation policy.
+template <class S>
+struct RouteStep {
+    using Message = typename S::Addressing::Message;
+    using Rule = typename S::Routing;
+    static_assert(is_dimension_ordered<Rule>(),
+                  "this routing rule is not dimension-ordered (it may turn back from its second leg, so FIFOs and credits on "
+                  "the first leg do not prevent dead-lock); go along one axis until the coordinate fits, then the other");
+
+    Here const& here;
+    FrameParameters const& frame;
+    Storage<S>& storage;
+    Marks<S>& marks;
+    Splats<S>& splats;
+    Counts& counts;
+
+    /// Where a message goes now. Sets `splat` when it had to be projected.
+    bool is_home(Message const& m, TileId& anchor) const noexcept
+    {
+        if constexpr (S::Addressing::carried) {
+            anchor = m.anchor;
+            if (frame.readdress == 0) return anchor == here.tile;
+        }
+        auto const s = project(S::Addressing::record(m), frame.view, frame.tiling);
+        ++counts.projected;
+        anchor = s.anchor;
+        return !s.visible() || s.anchor == here.tile; // with nothing on screen it stays where it is
+    }
+    /// Puts a record into storage; false when it is full. A copy of it that is here already becomes the anchored record.
+    bool settle(Gaussian const& g) const noexcept
+    {
+        auto const s = project(g, frame.view, frame.tiling);
+        ++counts.projected;
+        auto const i = find(marks, g.id);
+        if (i != nowhere) {
+            storage[i] = g;
+            splats[i] = s;
+            marks[i].bits &= ~Mark::copy;
+            return true;
+        }
+        if (!storage.try_push(g)) {
+            ++counts.storage_full;
+            return false;
+        }
+        marks.unchecked_push({g.id, 0});
+        splats.unchecked_push(s);
+        return true;
+    }
+    /// Keeps a record that cannot go on as one of the tile's own, to leave later; false when storage is full.
+    bool keep(Gaussian const& g, Traffic& traffic) const noexcept
+    {
+        auto const before = storage.size();
+        if (!settle(g)) return false;
+        auto const i = storage.size() > before ? before : find(marks, g.id);
+        marks[i].bits |= Mark::leaving;
+        ++traffic.leaving;
+        return true;
+    }
+    /// Sends slot i's record on its way. Where the footprint still touches this tile, a copy stays.
+    template <class Side>
+    void depart(std::uint32_t i, Side& out) const noexcept
+    {
+        out.unchecked_push(S::Addressing::make(storage[i], splats[i].anchor));
+        ++counts.hops;
+        if (covers(splats[i], frame.tiling, here.tile))
+            marks[i].bits = (marks[i].bits | Mark::copy) & ~Mark::leaving;
+        else
+            remove_slot(storage, marks, splats, i);
+    }
+    /// Sends all leaving records for which `room(side)` says yes; returns how many stay behind.
+    template <class Outs, class Room>
+    std::uint32_t depart_all(Outs& out, Room const& room) const noexcept
+    {
+        std::uint32_t left = 0;
+        for (std::uint32_t i = storage.size(); i-- > 0;) {
+            if (!marks[i].is(Mark::leaving)) continue;
+            auto const d = Rule::towards(here.tile, splats[i].anchor);
+            if (room(d))
+                depart(i, out[d]);
+            else
+                ++left;
+        }
+        return left;
+    }
+};
+} // namespace detail
+
+template <class S, class Saturation = typename S::Saturation>
+struct Route;
+
+template <class S>
+struct Route<S, Hold> {
+    static constexpr char const* name = "route";
+    using Message = typename S::Addressing::Message;
+    using Rule = typename S::Routing;
+
+    Vote operator()(Here here, Broadcast<FrameParameters> frame, Storage<S>& storage, Marks<S>& marks, Splats<S>& splats,
+                    Waiting<S, 0>& waiting0, Waiting<S, 1>& waiting1, Traffic& traffic, Counts& counts, In<Road<S>> in,
+                    Out<Road<S>> out) const noexcept
+    {
+        detail::RouteStep<S> const step{here, *frame, storage, marks, splats, counts};
+
+        // How many records each side may take: its slots, and on the first leg what is promised behind it.
+        std::uint32_t limit[4];
+        bool short_of_credit[4] = {};
+        for (Direction d : news) limit[index(d)] = out[d].capacity();
+        for (std::uint32_t leg = 0; leg < 2; ++leg) {
+            Direction const d = Rule::first_leg[leg];
+            std::uint32_t const used = in[d].note() + traffic.sent[leg];
+            std::uint32_t const credit = used < waiting0.capacity() ? waiting0.capacity() - used : 0;
+            if (credit < limit[index(d)]) {
+                limit[index(d)] = credit;
+                short_of_credit[index(d)] = true;
+            }
+        }
+        auto const room = [&](Direction d) noexcept {
+            if (out[d].size() < limit[index(d)]) return true;
+            ++(short_of_credit[index(d)] ? counts.no_credit : counts.channel_full);
+            return false;
+        };
+        auto const go = [&](Message const& m) noexcept {
+            TileId anchor;
+            if (step.is_home(m, anchor)) {
+                (void)step.settle(S::Addressing::record(m)); // a full storage is counted: the record is unplaced
+                return true;
+            }
+            Direction const d = Rule::towards(here.tile, anchor);
+            if (!room(d)) return false;
+            out[d].unchecked_push(S::Addressing::make(S::Addressing::record(m), anchor));
+            ++counts.hops;
+            return true;
+        };
+        auto const serve = [&](auto& waiting, auto const& arrived) noexcept {
+            std::uint32_t kept = 0;
+            for (std::uint32_t i = 0, n = waiting.size(); i < n; ++i)
+                if (!go(waiting[i])) {
+                    if (kept != i) waiting[kept] = waiting[i];
+                    ++kept;
+                }
+            waiting.truncate(kept);
+            for (Message const& m : arrived)
+                if (!go(m)) waiting.push(m); // there is room: credits
+        };
+
+        // The second leg first: it cannot be in the way of anything. Only a record that was under way when the view changed
+        // (a bound cut the frame before) may have to turn and find no room: then it becomes one of this tile's own.
+        for (Direction d : news)
+            if (d != Rule::first_leg[0] && d != Rule::first_leg[1])
+                for (Message const& m : in[d])
+                    if (!go(m)) (void)step.keep(S::Addressing::record(m), traffic);
+        serve(waiting0, in[Rule::first_leg[0]]);
+        serve(waiting1, in[Rule::first_leg[1]]);
+        if (traffic.leaving != 0) traffic.leaving = step.depart_all(out, room);
+
+        out[Rule::first_leg[0]].set_note(waiting0.size());
+        out[Rule::first_leg[1]].set_note(waiting1.size());
+        for (std::uint32_t leg = 0; leg < 2; ++leg) traffic.sent[leg] = out[Rule::first_leg[leg]].size();
+        traffic.waiting = waiting0.size() + waiting1.size();
+        bool const quiet =
+            traffic.leaving == 0 && traffic.waiting == 0 && traffic.sent[0] == 0 && traffic.sent[1] == 0;
+        return quiet ? Vote::quiet : Vote::busy;
+    }
+};
+
+template <class S>
+struct Route<S, Drop> {
+    static constexpr char const* name = "route";
+    using Message = typename S::Addressing::Message;
+    using Rule = typename S::Routing;
+
+    Vote operator()(Here here, Broadcast<FrameParameters> frame, Storage<S>& storage, Marks<S>& marks, Splats<S>& splats,
+                    Traffic& traffic, Counts& counts, In<Road<S>> in, Out<Road<S>> out) const noexcept
+    {
+        detail::RouteStep<S> const step{here, *frame, storage, marks, splats, counts};
+        auto const room = [&](Direction d) noexcept {
+            if (out[d].size() < out[d].capacity()) return true;
+            ++counts.channel_full;
+            return false;
+        };
+        for (Direction from : news)
+            for (Message const& m : in[from]) {
+                TileId anchor;
+                if (step.is_home(m, anchor)) {
+                    (void)step.settle(S::Addressing::record(m));
+                    continue;
+                }
+                Direction const d = Rule::towards(here.tile, anchor);
+                if (room(d)) {
+                    out[d].unchecked_push(S::Addressing::make(S::Addressing::record(m), anchor));
+                    ++counts.hops;
+                } else {
+                    (void)step.keep(S::Addressing::record(m), traffic);
+                }
+            }
+        if (traffic.leaving != 0) traffic.leaving = step.depart_all(out, room);
+        return traffic.leaving == 0 ? Vote::quiet : Vote::busy;
+    }
+};
+
+} // namespace tilemesh::splat

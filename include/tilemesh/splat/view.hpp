@@ -1,0 +1,55 @@
+#pragma once
+#include <cstdint>
+#include <tilemesh/machine/grid.hpp>
+#include <tilemesh/splat/camera.hpp>
+#include <tilemesh/splat/model.hpp>
+#include <type_traits>
+
+TILEMESH_EXACT_BEGIN
+namespace tilemesh::splat {
+
+/// Camera and rules together, with what follows from both: the Jacobian's bounds on x/z and y/z. Made by `make_view`.
+struct View {
+    Camera camera;
+    Model model;
+    float slope_limit[2]; ///< jacobian_limit * tan(half field of view); huge where the limit is off
+};
+static_assert(std::is_trivially_copyable_v<View> && sizeof(View) == 76 + 24 + 8, "a view is plain words");
+
+inline View make_view(Camera const& camera, Model const& model) noexcept
+{
+    float const limit = model.jacobian_limit > 0 ? model.jacobian_limit * 0.5f : 1e30f;
+    return {camera,
+            model,
+            {limit * static_cast<float>(camera.width) / camera.fx, limit * static_cast<float>(camera.height) / camera.fy}};
+}
+
+/// How the frame is cut into tiles: tile (x, y) owns the pixels [x w, (x + 1) w) by [y h, (y + 1) h) of the frame. Tiles beyond
+/// columns x rows own none.
+struct Tiling {
+    std::uint32_t tile_width, tile_height; ///< pixels
+    std::uint32_t columns, rows;           ///< tiles that hold pixels
+};
+
+inline Tiling make_tiling(std::uint32_t width, std::uint32_t height, std::uint32_t tile_width, std::uint32_t tile_height) noexcept
+{
+    return {tile_width, tile_height, (width + tile_width - 1) / tile_width, (height + tile_height - 1) / tile_height};
+}
+
+/// A half-open rectangle of pixels; empty when x1 <= x0.
+struct PixelRect {
+    std::uint32_t x0, x1, y0, y1;
+    constexpr bool empty() const noexcept { return x1 <= x0 || y1 <= y0; }
+};
+
+/// The pixels of tile t, within the frame.
+inline PixelRect pixels_of(Tiling const& tiling, Camera const& camera, TileId t) noexcept
+{
+    if (t.x() >= tiling.columns || t.y() >= tiling.rows) return {0, 0, 0, 0};
+    auto const x0 = t.x() * tiling.tile_width, y0 = t.y() * tiling.tile_height;
+    auto const x1 = x0 + tiling.tile_width, y1 = y0 + tiling.tile_height;
+    return {x0, x1 < camera.width ? x1 : camera.width, y0, y1 < camera.height ? y1 : camera.height};
+}
+
+} // namespace tilemesh::splat
+TILEMESH_EXACT_END

@@ -1,0 +1,105 @@
+#pragma once
+#include <atomic>
+#include <cstdint>
+#include <cstdlib>
+#include <doctest/doctest.h>
+#include <filesystem>
+#include <fstream>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <string>
+#include <system_error>
+#include <tilemesh/error.hpp>
+#include <tilemesh/splat/camera.hpp>
+
+// What the scene tests share: files that remove themselves, the folder of real data, error texts.
+namespace scene_test {
+
+/// A file with these bytes in the temporary folder; gone at the end of its scope.
+class TempFile {
+public:
+    TempFile(std::string const& bytes, std::string const& extension)
+    {
+        static std::atomic<unsigned> counter{0};
+        static auto const run = static_cast<unsigned long long>(
+            std::filesystem::file_time_type::clock::now().time_since_epoch().count());
+        path_ = std::filesystem::temp_directory_path() /
+                ("tilemesh_scene_" + std::to_string(run) + "_" +
+                 std::to_string(reinterpret_cast<std::uintptr_t>(&counter)) + "_" +
+                 std::to_string(counter++) + extension);
+        std::ofstream(path_, std::ios::binary) << bytes;
+    }
+    ~TempFile()
+    {
+        std::error_code ignored;
+        std::filesystem::remove(path_, ignored);
+    }
+    TempFile(TempFile const&) = delete;
+    TempFile& operator=(TempFile const&) = delete;
+
+    std::filesystem::path const& path() const { return path_; }
+
+private:
+    std::filesystem::path path_;
+};
+
+/// A file of the real data set, or an empty path and a message where it is absent.
+inline std::filesystem::path data_file(std::string const& name)
+{
+#if defined(TILEMESH_DATA_DEFAULT)
+    std::string folder = TILEMESH_DATA_DEFAULT;
+#else
+    std::string folder = "../shared/data";
+#endif
+    if (char const* given = std::getenv("TILEMESH_DATA")) folder = given;
+    auto const path = std::filesystem::path(folder) / name;
+    if (std::filesystem::exists(path)) return path;
+    MESSAGE("skipped: ", path.string(), " is absent");
+    return {};
+}
+
+/// The text of the `tilemesh::Error` that `call` throws; "" where it throws none. The text must be
+/// one line of the form
+/// "<problem> (<why>); <what to do>".
+template <class Call>
+std::string error_of(Call call)
+{
+    try {
+        call();
+    } catch (tilemesh::Error const& error) {
+        std::string const text = error.what();
+        CHECK(text.find('\n') == std::string::npos);
+        CHECK(text.find(" (") != std::string::npos);
+        CHECK(text.find("); ") != std::string::npos);
+        return text;
+    }
+    return "";
+}
+
+inline bool has(std::string const& text, std::string const& part)
+{
+    bool const found = text.find(part) != std::string::npos;
+    if (!found) MESSAGE("\"", text, "\" lacks \"", part, "\"");
+    return found;
+}
+
+/// R (p - c) in double precision.
+inline glm::dvec3 to_view(tilemesh::splat::Camera const& camera, glm::dvec3 p)
+{
+    glm::dvec3 view{0.0};
+    for (int row = 0; row < 3; ++row)
+        for (int column = 0; column < 3; ++column)
+            view[row] += static_cast<double>(camera.rotation[row][column]) *
+                         (p[column] - static_cast<double>(camera.position[column]));
+    return view;
+}
+
+/// The pixel coordinates of a world point that lies before the camera.
+inline glm::dvec2 to_pixel(tilemesh::splat::Camera const& camera, glm::dvec3 p)
+{
+    auto const view = to_view(camera, p);
+    return {static_cast<double>(camera.fx) * view.x / view.z + static_cast<double>(camera.cx),
+            static_cast<double>(camera.fy) * view.y / view.z + static_cast<double>(camera.cy)};
+}
+
+} // namespace scene_test
