@@ -216,7 +216,6 @@ private:
     report::FrameReport account(RunCounters const& run, splat::Camera const& camera)
     {
         report::FrameReport r;
-        splat::Counts sum{};
         std::uint64_t visible = 0, parked = 0, moved = 0, hops = 0, waits = 0, copies = 0;
         bool refused = false, lost_copies = false;
         auto const grid = mesh_->grid();
@@ -242,7 +241,6 @@ private:
                 r.pairs_contributing += w.contributing[i];
             }
         }
-        (void)sum;
         r.width = camera.width;
         r.height = camera.height;
         auto const& steps = run.steps;
@@ -269,16 +267,11 @@ private:
                      steps[depth_sort].milliseconds + steps[composite].milliseconds, 0};
         r.digests = run.digests;
 
-        // Losses last until the records are sent again, so a frame that refused nothing may still show those of the last one.
-        dirty_ = lost_copies || (dirty_ && !last_view_was_new(camera));
+        // Losses last until the records are sent again: a frame that refused nothing may still lack what the last one lost.
+        dirty_ = lost_copies || (dirty_ && mesh_->template broadcast<splat::FrameParameters>().anew == 0);
         if (refused || !lost_ids_.empty() || dirty_ || options_.hops != 0) list_losses(r);
         return r;
     }
-    bool last_view_was_new(splat::Camera const&) const noexcept
-    {
-        return mesh_->template broadcast<splat::FrameParameters>().view_changed != 0;
-    }
-
     /// Compares what is on the mesh with what should be: every id once, and every tile that a footprint touches.
     void list_losses(report::FrameReport& r)
     {
@@ -325,7 +318,6 @@ private:
         for (auto const& [id, s] : owners) {
             if (!s.visible()) continue;
             auto const rect = s.rect();
-            bool dropped = false;
             for (auto ty = rect.y0 / tiling_.tile_height; ty <= (rect.y1 - 1) / tiling_.tile_height; ++ty)
                 for (auto tx = rect.x0 / tiling_.tile_width; tx <= (rect.x1 - 1) / tiling_.tile_width; ++tx) {
                     auto const t = TileId::at(tx, ty);
@@ -351,10 +343,9 @@ private:
                     if (cause == report::Cause::late)
                         ++r.late_copies;
                     else
-                        ++r.lost_copies, dropped = true;
+                        ++r.lost_copies;
                     r.lost.push_back({id, index, cause});
                 }
-            (void)dropped;
         }
     }
     bool in_beam(splat::GaussianId id, TileId t)

@@ -411,7 +411,7 @@ private:
     template <class K, class... C>
     bool sent_anything(WorkerState const& me, Types<C...>) const noexcept // before the banks flip
     {
-        auto const any = [&](auto tag) {
+        [[maybe_unused]] auto const any = [&](auto tag) {
             constexpr auto l = Base::template index_of_link<typename decltype(tag)::type>();
             return std::any_of(workers_.begin(), workers_.end(), [&](auto const& w) { return w.any_mail[l][me.bank[l]]; });
         };

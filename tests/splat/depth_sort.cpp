@@ -1,0 +1,71 @@
+#include "support.hpp"
+#include <doctest/doctest.h>
+
+using namespace tilemesh::splat;
+
+TEST_CASE("heap sort: every order of small inputs, and the hard ones")
+{
+    for (std::uint32_t n = 0; n <= 7; ++n) {
+        std::vector<std::uint32_t> permutation(n);
+        for (std::uint32_t i = 0; i < n; ++i) permutation[i] = i;
+        do {
+            auto keys = permutation;
+            tilemesh::splat::detail::heap_sort(keys.data(), n);
+            CHECK(std::is_sorted(keys.begin(), keys.end()));
+        } while (std::next_permutation(permutation.begin(), permutation.end()));
+    }
+    support::Random random(5);
+    for (std::uint32_t n : {8u, 100u, 3200u})
+        for (int kind = 0; kind < 4; ++kind) {
+            std::vector<SortKey> keys;
+            for (std::uint32_t i = 0; i < n; ++i)
+                keys.push_back({kind == 0 ? random.bits() : kind == 1 ? i : kind == 2 ? n - i : 7u, GaussianId{n - i}, i});
+            auto expected = keys;
+            std::sort(expected.begin(), expected.end());
+            tilemesh::splat::detail::heap_sort(keys.data(), n);
+            for (std::uint32_t i = 0; i < n; ++i) CHECK(keys[i].slot == expected[i].slot);
+        }
+}
+
+TEST_CASE("heap sort: at most 2 n log2 n compares, sorted or equal input included")
+{
+    struct Counted {
+        std::uint32_t value;
+        std::uint64_t* compares;
+        bool operator<(Counted const& other) const
+        {
+            ++*compares;
+            return value < other.value;
+        }
+    };
+    for (int kind = 0; kind < 3; ++kind) {
+        std::uint64_t compares = 0;
+        std::vector<Counted> keys;
+        for (std::uint32_t i = 0; i < 3200; ++i) keys.push_back({kind == 0 ? i : kind == 1 ? 3200 - i : 1, &compares});
+        tilemesh::splat::detail::heap_sort(keys.data(), 3200u);
+        CHECK(compares <= 2 * 3200 * 12);
+    }
+}
+
+TEST_CASE("sort keys: depth first, then id; bits of positive floats order as the floats do")
+{
+    CHECK(SortKey{1, GaussianId{9}, 0} < SortKey{2, GaussianId{1}, 0});
+    CHECK(SortKey{2, GaussianId{1}, 5} < SortKey{2, GaussianId{2}, 0});
+    CHECK_FALSE(SortKey{2, GaussianId{2}, 0} < SortKey{2, GaussianId{2}, 9});
+    support::Random random(6);
+    for (int i = 0; i < 1000; ++i) {
+        float const a = random.uniform(0.2f, 100), b = random.uniform(0.2f, 100);
+        CHECK((a < b) == (__builtin_bit_cast(std::uint32_t, a) < __builtin_bit_cast(std::uint32_t, b)));
+    }
+}
+
+TEST_CASE("depth ties: the picture does not depend on the order in which records were loaded")
+{
+    auto gaussians = support::cloud(300, 11);
+    for (auto& g : gaussians) g.mean_world[2] = 2; // all at one depth
+    auto const camera = support::lens(90, 60);
+    tilemesh::BasicRenderer<support::Small<8, 400>> first{support::map_of(gaussians), {.grid = {3, 3}}};
+    std::reverse(gaussians.begin(), gaussians.end());
+    tilemesh::BasicRenderer<support::Small<8, 400>> second{support::map_of(gaussians), {.grid = {3, 3}}};
+    CHECK(support::differing_pixels(first.render(camera).image, second.render(camera).image) == 0);
+}

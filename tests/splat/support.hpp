@@ -1,0 +1,234 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <set>
+#include <string>
+#include <tilemesh/renderer.hpp>
+#include <tilemesh/report/naive.hpp>
+#include <utility>
+#include <vector>
+
+namespace support {
+using namespace tilemesh;
+
+/// TILEMESH_FAST=1 shrinks heavy cases: sanitizer runs.
+inline bool fast()
+{
+    char const* const value = std::getenv("TILEMESH_FAST");
+    return value != nullptr && std::string(value) == "1";
+}
+
+/// The folder with real maps, or an empty path.
+inline std::filesystem::path data()
+{
+    char const* const value = std::getenv("TILEMESH_DATA");
+#ifdef TILEMESH_DATA_DEFAULT
+    std::filesystem::path const folder = value != nullptr ? value : TILEMESH_DATA_DEFAULT;
+#else
+    std::filesystem::path const folder = value != nullptr ? value : "../shared/data";
+#endif
+    return std::filesystem::is_directory(folder / "maps") ? folder : std::filesystem::path{};
+}
+
+/// The same numbers with every compiler and library: SplitMix64.
+class Random {
+public:
+    explicit Random(std::uint64_t seed) : state_(seed) {}
+    std::uint32_t bits()
+    {
+        std::uint64_t z = (state_ += 0x9e3779b97f4a7c15u);
+        z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+        z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+        return static_cast<std::uint32_t>((z ^ (z >> 31)) >> 32);
+    }
+    std::uint32_t below(std::uint32_t n) { return static_cast<std::uint32_t>(std::uint64_t{bits()} * n >> 32); }
+    float uniform(float low, float high) { return low + (high - low) * static_cast<float>(bits() >> 8) * 0x1p-24f; }
+
+private:
+    std::uint64_t state_;
+};
+
+/// Looks along +z from the origin; a mean at (x, y, 1) falls on pixel coordinate (x, y): one world unit is one pixel.
+inline splat::Camera flat_camera(std::uint32_t width, std::uint32_t height)
+{
+    splat::Camera c{};
+    for (int i = 0; i < 3; ++i) c.rotation[i][i] = 1;
+    c.fx = c.fy = 1;
+    c.near_depth = 0.2f;
+    c.width = width;
+    c.height = height;
+    return c;
+}
+
+/// An opaque-ish ball of standard deviation `sigma` pixels at pixel coordinate (x, y) of `flat_camera`, at depth 1.
+inline splat::Gaussian ball(std::uint32_t id, float x, float y, float sigma = 0.01f, float opacity = 0.9f)
+{
+    return {{x, y, 1}, {0.2f, 0.5f, 0.8f}, opacity, {1, 0, 0, 0}, {std::log(sigma), std::log(sigma), std::log(sigma)},
+            splat::GaussianId{id}};
+}
+
+/// A cloud in front of `lens`: balls, needles and discs, many of them larger than a tile, ties in depth.
+inline std::vector<splat::Gaussian> cloud(std::uint32_t n, std::uint64_t seed)
+{
+    Random random(seed);
+    std::vector<splat::Gaussian> out;
+    for (std::uint32_t i = 0; i < n; ++i) {
+        splat::Gaussian g{};
+        float const z = 1.0f + 0.25f * static_cast<float>(random.below(12)); // ties
+        g.mean_world[0] = random.uniform(-0.9f, 0.9f) * z;
+        g.mean_world[1] = random.uniform(-0.6f, 0.6f) * z;
+        g.mean_world[2] = z;
+        for (float& c : g.colour) c = random.uniform(0, 1.5f);
+        g.opacity = random.below(20) == 0 ? 1.0f : random.uniform(0.002f, 1.0f);
+        for (float& q : g.rotation) q = random.uniform(-1, 1);
+        for (float& s : g.log_scale) s = random.uniform(-7.0f, random.below(8) == 0 ? -0.7f : -3.0f);
+        g.id = splat::GaussianId{i + 1};
+        out.push_back(g);
+    }
+    return out;
+}
+/// A camera for `cloud`, turned by `turn` radians about y.
+inline splat::Camera lens(std::uint32_t width, std::uint32_t height, float turn = 0)
+{
+    splat::Camera c = flat_camera(width, height);
+    c.rotation[0][0] = c.rotation[2][2] = std::cos(turn);
+    c.rotation[0][2] = std::sin(turn);
+    c.rotation[2][0] = -std::sin(turn);
+    c.fx = c.fy = 0.6f * static_cast<float>(width);
+    c.cx = 0.5f * static_cast<float>(width);
+    c.cy = 0.5f * static_cast<float>(height) + 0.25f;
+    return c;
+}
+
+inline scene::Map map_of(std::vector<splat::Gaussian> gaussians)
+{
+    scene::Map map;
+    map.name = "test";
+    map.gaussians = std::move(gaussians);
+    return map;
+}
+
+/// How many pixels of two pictures differ in any bit.
+inline std::uint64_t differing_pixels(report::Image const& a, report::Image const& b)
+{
+    if (a.width != b.width || a.height != b.height) return ~std::uint64_t{0};
+    std::uint64_t n = 0;
+    for (std::uint32_t y = 0; y < a.height; ++y)
+        for (std::uint32_t x = 0; x < a.width; ++x) n += std::memcmp(a.pixel(x, y), b.pixel(x, y), 12) != 0 ? 1 : 0;
+    return n;
+}
+
+/// What a frame's report says is missing, for the naive picture.
+class Missing {
+public:
+    Missing(report::FrameReport const& r, splat::Tiling const& tiling, Grid grid) : tiling_(tiling), grid_(grid)
+    {
+        for (auto const& l : r.lost)
+            if (l.tile == report::Loss::whole)
+                whole_.insert(l.id);
+            else
+                copies_.insert({l.id, l.tile});
+    }
+    bool operator()(splat::GaussianId id, std::uint32_t x, std::uint32_t y) const
+    {
+        return whole_.count(id) != 0 ||
+               (!copies_.empty() &&
+                copies_.count({id, grid_.index_of(TileId::at(x / tiling_.tile_width, y / tiling_.tile_height))}) != 0);
+    }
+
+private:
+    splat::Tiling tiling_;
+    Grid grid_;
+    std::set<splat::GaussianId> whole_;
+    std::set<std::pair<splat::GaussianId, std::uint32_t>> copies_;
+};
+
+/// Slots for tests: any number of tiles, `Slots` a channel end and FIFO, `Records` of storage.
+template <std::uint32_t Slots, std::uint32_t Records, class Base = splat::Lossless, std::uint32_t Fifo = Slots>
+struct Small : Base {
+    using Machine = TestMachine<64u << 20>;
+    static constexpr bool lists_fit = true;
+    static constexpr std::uint32_t storage_slots = Records;
+    static constexpr std::uint32_t road_bytes = Slots * sizeof(typename Base::Addressing::Message);
+    static constexpr std::uint32_t beam_bytes = Slots * sizeof(typename Base::Copies::Message);
+    static constexpr std::uint32_t waiting_bytes = Fifo * sizeof(typename Base::Addressing::Message);
+    static constexpr std::uint32_t tile_pixels = 64 * 64;
+};
+
+/// Puts a record onto a tile, as a host would.
+template <class S, class M>
+bool put(M& mesh, TileId t, splat::Gaussian const& g)
+{
+    auto storage = mesh.template state<splat::Storage<S>>(t);
+    auto marks = mesh.template state<splat::Marks<S>>(t);
+    auto splats = mesh.template state<splat::Splats<S>>(t);
+    if (!storage.try_push(g)) return false;
+    marks.unchecked_push({g.id, 0});
+    splats.unchecked_push({});
+    return true;
+}
+
+/// Every id that the mesh owns (stored as anchored, under way or waiting), sorted; an id twice is there twice.
+template <class S, class M>
+std::vector<std::uint32_t> owned_ids(M& mesh)
+{
+    std::vector<std::uint32_t> ids;
+    auto const grid = mesh.grid();
+    auto const add = [&](splat::GaussianId id) { ids.push_back(static_cast<std::uint32_t>(id)); };
+    for (std::uint32_t i = 0; i < grid.size(); ++i) {
+        auto const t = grid.tile(i);
+        for (auto const& m : mesh.template state<splat::Marks<S>>(t))
+            if (!m.is(splat::Mark::copy)) add(m.id);
+        for (Direction d : news)
+            for (auto const& m : mesh.template incoming<splat::Road<S>>(t, d)) add(S::Addressing::record(m).id);
+        if constexpr (S::Saturation::holds) {
+            for (auto const& m : mesh.template state<splat::Waiting<S, 0>>(t)) add(S::Addressing::record(m).id);
+            for (auto const& m : mesh.template state<splat::Waiting<S, 1>>(t)) add(S::Addressing::record(m).id);
+        }
+    }
+    std::sort(ids.begin(), ids.end());
+    return ids;
+}
+
+/// Tiles on which the set of records differs from brute force: anchored exactly on its anchor tile (parked ones anywhere, once),
+/// a copy exactly on every other tile that its footprint touches.
+template <class S, class M>
+std::uint32_t wrong_tiles(M& mesh, std::vector<splat::Gaussian> const& gaussians, splat::View const& view,
+                          splat::Tiling const& tiling)
+{
+    auto const grid = mesh.grid();
+    std::vector<std::set<std::uint32_t>> want(grid.size()), have(grid.size());
+    std::vector<bool> twice(grid.size(), false);
+    std::set<std::uint32_t> parked;
+    for (auto const& g : gaussians) {
+        auto const s = splat::project(g, view, tiling);
+        auto const id = static_cast<std::uint32_t>(g.id);
+        if (!s.visible()) {
+            parked.insert(id);
+            continue;
+        }
+        for (std::uint32_t i = 0; i < grid.size(); ++i)
+            if (splat::covers(s, tiling, grid.tile(i))) want[i].insert(id << 1 | (s.anchor == grid.tile(i) ? 1u : 0u));
+    }
+    std::uint32_t parked_seen = 0;
+    for (std::uint32_t i = 0; i < grid.size(); ++i)
+        for (auto const& m : mesh.template state<splat::Marks<S>>(grid.tile(i))) {
+            auto const id = static_cast<std::uint32_t>(m.id);
+            bool const copy = m.is(splat::Mark::copy);
+            if (!copy && parked.count(id) != 0) {
+                ++parked_seen;
+                continue;
+            }
+            if (!have[i].insert(id << 1 | (copy ? 0u : 1u)).second || m.is(splat::Mark::leaving)) twice[i] = true;
+        }
+    std::uint32_t wrong = parked_seen == parked.size() ? 0 : 1;
+    for (std::uint32_t i = 0; i < grid.size(); ++i) wrong += want[i] != have[i] || twice[i] ? 1 : 0;
+    return wrong;
+}
+
+} // namespace support
