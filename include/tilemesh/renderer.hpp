@@ -52,7 +52,8 @@ struct RenderedFrame {
 /// Errors: throws Error when the frame, the grid or the map does not fit the machine, or a limit is out of range. What finds no
 /// room while a frame runs is no error: it is listed in the frame's report by id and cause. With `Hold`, a record whose anchor
 /// tile is full is handed back to the host, which puts it onto the mesh again for the next view; with `Drop` it is gone, as on
-/// the paper's machine.
+/// the paper's machine. Copies of an unplaced record that are left on other tiles are recalled by the host, and the frame is
+/// composited again, so that the picture shows a record whole or not at all.
 template <class S = splat::Lossless, template <class, class> class Engine = Mesh>
 class BasicRenderer {
 public:
@@ -133,8 +134,20 @@ public:
         if (changed && !outside_.empty()) load();
         frame = {view, tiling_, changed ? 1u : 0u, changed && dirty_ ? 1u : 0u, cut_ ? 1u : 0u};
 
-        auto const run = mesh_->run();
-        RenderedFrame result{image(camera), account(run, camera)};
+        auto report = account(mesh_->run(), camera);
+        if (recall_orphans()) {
+            // The frame again without them: nothing moves, but it is sorted and composited anew.
+            frame.view_changed = frame.anew = 0;
+            auto const again = account(mesh_->run(), camera);
+            report.copies = again.copies;
+            report.pairs = again.pairs;
+            report.pairs_contributing = again.pairs_contributing;
+            report.lost = again.lost;
+            report.lost_copies = again.lost_copies;
+            report.host_ms.composite += again.host_ms.composite;
+            report.digests.insert(report.digests.end(), again.digests.begin(), again.digests.end());
+        }
+        RenderedFrame result{image(camera), std::move(report)};
         last_ = view;
         cut_ = options_.hops != 0;
         result.report.host_ms.total =
@@ -306,13 +319,17 @@ private:
         }
         lost_ids_.clear();
         outside_.clear();
-        for (std::uint32_t i = 0; i < gaussians_.size(); ++i)
-            if (!owned[i]) {
-                lost_ids_.push_back(gaussians_[i].id);
-                if constexpr (S::Saturation::holds) outside_.push_back(i);
-                r.lost.push_back({gaussians_[i].id, report::Loss::whole, S::Saturation::holds ? report::Cause::unplaced
-                                                                                           : report::Cause::storage_full});
+        for (std::uint32_t i = 0; i < gaussians_.size(); ++i) {
+            if (owned[i]) continue;
+            lost_ids_.push_back(gaussians_[i].id);
+            if constexpr (S::Saturation::holds) {
+                outside_.push_back(i);
+                r.lost.push_back({gaussians_[i].id, report::Loss::whole, report::Cause::unplaced});
+            } else {
+                list_orphan(r, gaussians_[i], [&](std::uint32_t t) { return held.count(key(gaussians_[i].id, t)) != 0; });
             }
+        }
+        std::sort(lost_ids_.begin(), lost_ids_.end());
         (S::Saturation::holds ? r.gaussians.unplaced : r.gaussians.dropped) = lost_ids_.size();
 
         for (auto const& [id, s] : owners) {
@@ -347,6 +364,47 @@ private:
                     r.lost.push_back({id, index, cause});
                 }
         }
+    }
+    /// A record that is gone, but may have left copies: lists the tiles that lack one, or the record where all do.
+    template <class Held>
+    void list_orphan(report::FrameReport& r, splat::Gaussian const& g, Held const& held)
+    {
+        auto const& frame = mesh_->template broadcast<splat::FrameParameters>();
+        auto const s = splat::project(g, frame.view, tiling_);
+        std::vector<std::uint32_t> lacking;
+        bool any = false;
+        if (s.visible()) {
+            auto const rect = s.rect();
+            for (auto ty = rect.y0 / tiling_.tile_height; ty <= (rect.y1 - 1) / tiling_.tile_height; ++ty)
+                for (auto tx = rect.x0 / tiling_.tile_width; tx <= (rect.x1 - 1) / tiling_.tile_width; ++tx) {
+                    auto const t = mesh_->grid().index_of(TileId::at(tx, ty));
+                    if (held(t))
+                        any = true;
+                    else
+                        lacking.push_back(t);
+                }
+        }
+        if (!any) lacking.assign(1, report::Loss::whole);
+        for (auto t : lacking) r.lost.push_back({g.id, t, report::Cause::storage_full});
+    }
+    /// Takes the copies of unplaced records off the tiles; true when there were any.
+    bool recall_orphans()
+    {
+        if (!S::Saturation::holds || lost_ids_.empty()) return false;
+        bool any = false;
+        auto const grid = mesh_->grid();
+        for (std::uint32_t t = 0; t < grid.size(); ++t) {
+            auto storage = mesh_->template state<splat::Storage<S>>(grid.tile(t));
+            auto marks = mesh_->template state<splat::Marks<S>>(grid.tile(t));
+            auto splats = mesh_->template state<splat::Splats<S>>(grid.tile(t));
+            for (std::uint32_t i = storage.size(); i-- > 0;)
+                if (marks[i].is(splat::Mark::copy) &&
+                    std::binary_search(lost_ids_.begin(), lost_ids_.end(), marks[i].id)) {
+                    splat::remove_slot(storage, marks, splats, i);
+                    any = true;
+                }
+        }
+        return any;
     }
     bool in_beam(splat::GaussianId id, TileId t)
     {

@@ -53,22 +53,23 @@ private:
     std::uint64_t state_;
 };
 
-/// Looks along +z from the origin; a mean at (x, y, 1) falls on pixel coordinate (x, y): one world unit is one pixel.
+/// Looks along +z from the origin through a long lens: a mean at (x, y, 1000) falls on pixel coordinate (x, y), and one world
+/// unit there is one pixel.
 inline splat::Camera flat_camera(std::uint32_t width, std::uint32_t height)
 {
     splat::Camera c{};
     for (int i = 0; i < 3; ++i) c.rotation[i][i] = 1;
-    c.fx = c.fy = 1;
+    c.fx = c.fy = 1000;
     c.near_depth = 0.2f;
     c.width = width;
     c.height = height;
     return c;
 }
 
-/// An opaque-ish ball of standard deviation `sigma` pixels at pixel coordinate (x, y) of `flat_camera`, at depth 1.
+/// An opaque-ish ball of standard deviation `sigma` pixels at pixel coordinate (x, y) of `flat_camera`, at depth 1000.
 inline splat::Gaussian ball(std::uint32_t id, float x, float y, float sigma = 0.01f, float opacity = 0.9f)
 {
-    return {{x, y, 1}, {0.2f, 0.5f, 0.8f}, opacity, {1, 0, 0, 0}, {std::log(sigma), std::log(sigma), std::log(sigma)},
+    return {{x, y, 1000}, {0.2f, 0.5f, 0.8f}, opacity, {1, 0, 0, 0}, {std::log(sigma), std::log(sigma), std::log(sigma)},
             splat::GaussianId{id}};
 }
 
@@ -157,7 +158,7 @@ struct Small : Base {
     static constexpr std::uint32_t road_bytes = Slots * sizeof(typename Base::Addressing::Message);
     static constexpr std::uint32_t beam_bytes = Slots * sizeof(typename Base::Copies::Message);
     static constexpr std::uint32_t waiting_bytes = Fifo * sizeof(typename Base::Addressing::Message);
-    static constexpr std::uint32_t tile_pixels = 64 * 64;
+    static constexpr std::uint32_t tile_pixels = 128 * 128;
 };
 
 /// Puts a record onto a tile, as a host would.

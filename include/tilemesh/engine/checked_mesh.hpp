@@ -44,7 +44,9 @@ public:
     void limit(std::uint32_t items)
     {
         if constexpr (tilemesh::detail::is_channel<X>) {
-            this->template limit_link<X>(items);
+            bool mail = false;
+            for (std::uint32_t t = 0; t < this->grid_.size(); ++t) mail = mail || unread<X>(t);
+            this->template limit_link<X>(items, mail);
             make_end<X>();
         } else {
             this->template limit_state<X>(items);
@@ -68,15 +70,12 @@ public:
         step_ = 0;
         pass_ = 0;
         for (auto& b : busy_) std::fill(b.begin(), b.end(), std::uint8_t{0});
-        engine::detail::broken_contract = &broken_text_;
         try {
             walk(this->program_);
         } catch (...) {
             broken_ = true;
-            engine::detail::broken_contract = nullptr;
             throw;
         }
-        engine::detail::broken_contract = nullptr;
         add_peaks(States{}, Links{});
         return std::move(run_);
     }
@@ -138,10 +137,6 @@ private:
             auto& e = (*side)[Base::template index_of_link<C>()];
             e.capacity = this->template link_capacity<C>();
             e.stride = std::size_t{e.capacity} * C::Receiver::item_words + 2 * guard_words;
-            for (auto const& h : e.heads)
-                if (h[0] != 0)
-                    throw Error("new slots for channel " + engine::detail::text(name_of<C>()) +
-                                " (it carries mail of the last run); set limits before the first run");
             auto const n = std::size_t{this->grid_.size()} * 4;
             e.heads.assign(n, {0, 0, 0, engine::detail::guard_word});
             e.items = engine::detail::Arena(n * e.stride);
@@ -171,6 +166,8 @@ private:
     Vote run_tile(std::uint32_t tile)
     {
         Vote vote = Vote::quiet;
+        remember_sizes(tile, typename KernelTraits<Kernel>::Arguments{});
+        engine::detail::broken_contract = &broken_text_;
         if constexpr (KernelTraits<Kernel>::multi_worker) { // all workers, last first: their order must not matter
             for (std::uint32_t w = Machine::workers; w-- > 0;) {
                 Source source{*this, tile, {w, Machine::workers}};
@@ -180,6 +177,7 @@ private:
             Source source{*this, tile, {0, 1}};
             vote = run_kernel<Kernel>(source);
         }
+        engine::detail::broken_contract = nullptr; // an observer is no kernel
         if (broken_text_ != nullptr) fail(tile, std::exchange(broken_text_, nullptr));
         if (!this->guards_hold(tile, States{}))
             fail(tile, "a kernel wrote outside a region of its tile, or a size above its capacity (its guard words are gone); "
@@ -188,7 +186,7 @@ private:
         return vote;
     }
     template <class... C>
-    void check_ends(std::uint32_t tile, Types<C...>)
+    void check_ends([[maybe_unused]] std::uint32_t tile, Types<C...>)
     {
         (check_end<C>(tile), ...);
     }
@@ -267,7 +265,7 @@ private:
                         "let the sending kernel read the channel");
     }
     template <class K, class... C>
-    void refuse_unread(std::uint32_t tile, Types<C...>)
+    void refuse_unread([[maybe_unused]] std::uint32_t tile, Types<C...>)
     {
         (refuse_unread<K, C>(tile), ...);
     }
@@ -323,6 +321,20 @@ private:
         return true;
     }
     template <class... A>
+    void remember_sizes([[maybe_unused]] std::uint32_t tile, Types<A...>)
+    {
+        (remember_size(tile, static_cast<std::remove_reference_t<A>*>(nullptr)), ...);
+    }
+    template <class X>
+    void remember_size([[maybe_unused]] std::uint32_t tile, X*)
+    {
+        if constexpr (tilemesh::detail::is_list<X> && !std::is_const_v<X>) {
+            auto& most = most_[Base::template index_of_state<X>()];
+            if (most.empty()) most.assign(this->grid_.size(), 0);
+            most[tile] = std::max(most[tile], this->template state_place<X>(tile).head[0]);
+        }
+    }
+    template <class... A>
     void measure(std::uint32_t tile, Types<A...>)
     {
         (measure_argument(tile, static_cast<std::remove_reference_t<A>*>(nullptr)), ...);
@@ -334,9 +346,8 @@ private:
             auto const p = this->template state_place<X>(tile);
             auto& peak = state_peak_[Base::template index_of_state<X>()];
             peak = std::max(peak, p.head[0]);
-            // Dead items: from the size now to the largest size ever, which a guarded head keeps in its guard's neighbour.
+            // Dead items: from the size now to the size before.
             auto& most = most_[Base::template index_of_state<X>()];
-            if (most.empty()) most.assign(this->grid_.size(), 0);
             if (most[tile] > p.head[0])
                 std::fill(p.items + std::size_t{p.head[0]} * X::item_words, p.items + std::size_t{most[tile]} * X::item_words,
                           engine::detail::poison_word);

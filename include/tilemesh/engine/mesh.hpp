@@ -117,7 +117,7 @@ public:
     void limit(std::uint32_t items)
     {
         if constexpr (tilemesh::detail::is_channel<X>) {
-            this->template limit_link<X>(items);
+            this->template limit_link<X>(items, unread<X>(workers_[0]));
             make_bank<X>();
         } else {
             this->template limit_state<X>(items);
@@ -268,10 +268,6 @@ private:
         auto const stride = ((std::size_t{most} * C::Receiver::item_words + 15u) & ~std::size_t{15}) | 16u;
         for (int i : {0, 1}) {
             if (b.heads[i].data() == nullptr) b.heads[i] = engine::detail::Arena(n * 2);
-            for (std::size_t s = 0; s < n && stride != b.stride; ++s)
-                if (b.heads[i].data()[2 * s] != 0)
-                    throw Error("new slots for channel " + engine::detail::text(name_of<C>()) +
-                                " (it carries mail of the last run); set limits before the first run");
             if (stride != b.stride) b.items[i] = engine::detail::Arena(n * stride);
         }
         b.stride = stride;
@@ -490,9 +486,10 @@ private:
             messages += o.sent;
             runs += o.runs;
             digest += o.digest;
-            if (o.failure.text != nullptr && o.failure.tile <= failure_.tile) failure_ = o.failure;
+            if (o.failure.text != nullptr && o.failure.tile < failure_.tile) failure_ = o.failure;
         }
         if (options_.digest) digests_.push_back(digest);
+        engine::detail::broken_contract = nullptr; // an observer is no kernel
         try {
             if (failure_.text != nullptr) throw engine::detail::failed(this->grid_, failure_, kernel, pass_);
             if (observer_)

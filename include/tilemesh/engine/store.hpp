@@ -142,7 +142,7 @@ protected:
     void limit_state(std::uint32_t items)
     {
         auto& capacity = capacity_[index_of_state<X>()];
-        check_limit(name_of<X>(), items, X::static_capacity);
+        check_limit(name_of<X>(), items, X::static_capacity, X::has_limit);
         for (std::uint32_t i = 0; i < grid_.size(); ++i)
             if (state_place<X>(i).head[0] > items)
                 throw Error("a limit of " + std::to_string(items) + " items for " + text(name_of<X>()) + " (tile " +
@@ -150,10 +150,15 @@ protected:
                             "); set limits before the mesh is loaded");
         capacity = items;
     }
+    /// `unread`: whether this channel carries mail anywhere.
     template <class C>
-    void limit_link(std::uint32_t items)
+    void limit_link(std::uint32_t items, bool unread)
     {
-        if constexpr (C::static_capacity != dynamic_capacity) check_limit(name_of<C>(), items, C::static_capacity);
+        if (unread)
+            throw Error("new slots for channel " + text(name_of<C>()) +
+                        " (it carries mail of the last run); set limits before the first run");
+        if constexpr (C::static_capacity != dynamic_capacity)
+            check_limit(name_of<C>(), items, C::static_capacity, C::Receiver::has_limit);
         auto const before = std::exchange(link_capacity_[index_of_link<C>()], items);
         if (sram_bytes() > Machine::sram_bytes) {
             auto const over = sram_bytes() - Machine::sram_bytes;
@@ -329,8 +334,11 @@ private:
             throw Error("channel " + text(name_of<C>()) + " has no slots (its capacity is dynamic and was never set, or was "
                                                           "limited to 0); call limit<Channel>(slots) before run()");
     }
-    static void check_limit(Name name, std::uint32_t items, std::uint32_t most)
+    static void check_limit(Name name, std::uint32_t items, std::uint32_t most, bool has_limit)
     {
+        if (!has_limit && items != most)
+            throw Error("a limit of " + std::to_string(items) + " items for " + text(name) + " (its capacity of " +
+                        std::to_string(most) + " is Fixed, a constant in the kernels); declare it Limited");
         if (items > most)
             throw Error("a limit of " + std::to_string(items) + " items for " + text(name) + " (the program's layout has " +
                         std::to_string(most) + "); choose a smaller limit or a program with more slots");

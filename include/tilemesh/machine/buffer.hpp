@@ -50,6 +50,7 @@ class List : Extent<N, std::conditional_t<N == dynamic_capacity, Limited, Rule>>
 public:
     using value_type = T;
     static constexpr std::uint32_t static_capacity = N;
+    static constexpr bool has_limit = N == dynamic_capacity || std::is_same_v<Rule, Limited>;
     static constexpr std::uint32_t head_words = 2;
     static constexpr std::uint32_t item_words = sizeof(T) / 4;
     /// Words of a list of n items, head included.

@@ -31,10 +31,17 @@ constexpr Name type_name() noexcept
     std::uint32_t from = 0;
     while (!(text[from] == 'X' && text[from + 1] == ' ' && text[from + 2] == '=')) ++from;
     from += 4;
-    std::uint32_t begin = from, to = from;
-    for (; text[to] != '<' && text[to] != ';' && text[to] != ']' && text[to] != '\0'; ++to)
-        if (text[to] == ':') begin = to + 1;
-    return {text + begin, to - begin};
+    std::uint32_t begin = from, end = 0, depth = 0;
+    for (std::uint32_t to = from; text[to] != '\0'; ++to) {
+        char const c = text[to];
+        bool const last = depth == 0 && (c == ';' || c == ']');
+        if (end == 0 && depth == 0 && (c == '<' || last)) end = to;
+        if (last) break;
+        if (depth == 0 && c == ':') begin = to + 1, end = 0;
+        if (c == '<') ++depth;
+        if (c == '>') --depth;
+    }
+    return {text + begin, end - begin};
 }
 } // namespace detail
 

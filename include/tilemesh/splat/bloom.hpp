@@ -45,9 +45,12 @@ struct Bloom {
             return owes;
         };
 
+        // A projected copy that was under way when the view changed shows the old view; its sender has forgotten it.
+        bool const stale = !Copies::reusable && debts.first != 0 && frame->view_changed != 0;
         std::uint32_t open = 0;
         for (Direction d : news)
             for (auto const& message : in[d]) {
+                if (stale) break;
                 auto i = find(marks, Copies::id(message));
                 if (i == nowhere) {
                     auto const s = Copies::splat(message, *frame);
@@ -66,7 +69,7 @@ struct Bloom {
             }
         if (debts.open != 0)
             for (std::uint32_t i = 0, n = storage.size(); i < n; ++i) open += pay(i) ? 1 : 0;
-        debts.open = open;
+        debts = {open, 0};
         return open == 0 ? Vote::quiet : Vote::busy;
     }
 };

@@ -46,7 +46,7 @@ struct Project {
             }
             marks[i].bits = bits;
         }
-        debts.open = 1;
+        debts = {1, 1};
         return traffic.leaving + traffic.waiting + traffic.sent[0] + traffic.sent[1] != 0 ? Vote::busy : Vote::quiet;
     }
 };

@@ -31,6 +31,9 @@ struct Splat {
 };
 static_assert(sizeof(Splat) == 56 && std::is_trivially_copyable_v<Splat>, "a splat is 14 words");
 
+/// No light is brighter: what exceeds it is a broken record, and would spread as infinity or NaN. Real maps reach 3.8.
+inline constexpr float largest_colour = 1e6f;
+
 namespace detail {
 struct Float3 {
     float x, y, z;
@@ -82,6 +85,8 @@ inline Splat project(Gaussian const& g, View const& view, Tiling const& tiling) 
     Float3 const w2{c.rotation[2][0], c.rotation[2][1], c.rotation[2][2]};
     float const z = dot(w2, d);
     if (!(z > c.near_depth) || !(g.opacity >= m.alpha_min)) return s;
+    for (float channel : g.colour)
+        if (!(channel >= -largest_colour && channel <= largest_colour)) return s;
     float const slope_x = dot(w0, d) / z, slope_y = dot(w1, d) / z;
 
     // The Gaussian's axes: R from a quaternion of any length.
@@ -144,7 +149,7 @@ inline Splat project(Gaussian const& g, View const& view, Tiling const& tiling) 
     s.along = -0.5f / a;
     s.slope = b / a;
     s.across = -0.5f * a / determinant;
-    s.opacity = g.opacity;
+    s.opacity = g.opacity < 1.0f ? g.opacity : 1.0f;
     for (int i = 0; i < 3; ++i) s.colour[i] = g.colour[i];
     s.depth = z;
     s.faintest = -0.5f * ratio - 0.01f;

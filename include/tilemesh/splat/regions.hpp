@@ -100,6 +100,7 @@ struct Traffic {
 /// Whether stored records may owe copies that were not sent yet.
 struct Debts {
     std::uint32_t open;
+    std::uint32_t first;         ///< 1 until bloom has run once in this frame: mail is older than the view
 };
 
 /// Gaussian-pixel pairs, counted by each worker for itself.

@@ -1,0 +1,39 @@
+#pragma once
+#include "choice.hpp"
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+#include <tilemesh/renderer.hpp>
+#include <tilemesh/scene/pose.hpp>
+
+namespace render_map {
+
+/// The command line, checked as far as it can be without looking at a file.
+struct Options {
+    std::filesystem::path map;                        ///< empty: the built-in map
+    std::optional<std::filesystem::path> cameras;
+    std::optional<std::string> camera;                ///< SCENE/NAME, or NAME where it is unique
+    std::optional<double> orbit_degrees;              ///< a frame
+    std::uint32_t frames = 1;
+    std::optional<std::filesystem::path> trajectory;
+    bool relative = false;
+    std::optional<tilemesh::scene::Size> size;
+    Choice choice;
+    tilemesh::RendererOptions renderer;
+    std::optional<std::filesystem::path> out;         ///< empty: ./tilemesh_out
+    std::optional<std::filesystem::path> report;
+    bool pfm = false;
+    bool reference = false;
+    bool quiet = false;
+    bool help = false;
+};
+
+/// Throws `tilemesh::Error` for an unknown, repeated, malformed or contradictory option.
+Options parse_options(std::span<char const* const> words);
+
+/// What --help prints.
+std::string help_text();
+
+} // namespace render_map

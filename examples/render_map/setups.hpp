@@ -1,0 +1,15 @@
+#pragma once
+#include "choice.hpp"
+#include <memory>
+
+/// One function a compiled family of setups (`renderer_with_policies`), each in a .cpp of its own name.
+namespace render_map {
+
+using MakeRenderer = std::unique_ptr<AnyRenderer>(Choice const&, tilemesh::scene::Map const&,
+                                                  tilemesh::RendererOptions const&);
+MakeRenderer lossless_mk2_threads, lossless_mk2_sequential;
+MakeRenderer lossless_test_threads, lossless_test_sequential;
+MakeRenderer paper_mk2_threads, paper_mk2_sequential;
+MakeRenderer paper_test_threads, paper_test_sequential;
+
+} // namespace render_map

@@ -1,0 +1,68 @@
+#include "shots.hpp"
+#include <tilemesh/error.hpp>
+#include <tilemesh/scene/built_in.hpp>
+#include <tilemesh/scene/camera_json.hpp>
+#include <tilemesh/scene/frame_whole.hpp>
+#include <tilemesh/scene/orbit.hpp>
+#include <tilemesh/scene/trajectory.hpp>
+
+namespace render_map {
+
+namespace {
+
+namespace scene = tilemesh::scene;
+
+/// The cameras before anything moves them.
+std::vector<Shot> still_shots(Options const& options, scene::Map const& map)
+{
+    if (!options.cameras) {
+        auto const size = options.size.value_or(scene::Size{1280, 720});
+        if (options.map.empty()) return {{"built_in", scene::built_in_camera(size)}};
+        return {{"frame_whole", scene::frame_whole(map, size)}};
+    }
+    if (options.camera && options.camera->empty())
+        throw tilemesh::Error("--camera is empty (it takes SCENE/NAME); name a camera or leave the "
+                              "option out");
+    std::vector<Shot> shots;
+    for (auto const& chosen : scene::select_cameras(scene::load_cameras(*options.cameras),
+                                                    options.camera.value_or(""), map.name)) {
+        auto const camera =
+            options.size ? scene::resized(chosen.camera, options.size->width, options.size->height)
+                         : chosen.camera;
+        shots.push_back({chosen.scene + "/" + chosen.name, camera});
+    }
+    return shots;
+}
+
+} // namespace
+
+std::vector<Shot> make_shots(Options const& options, scene::Map const& map)
+{
+    auto const still = still_shots(options, map);
+    if (!options.orbit_degrees && !options.trajectory) return still;
+
+    auto const& start = still.front();
+    if (still.size() > 1)
+        throw tilemesh::Error("the camera that moves is not said (" + options.cameras->string() +
+                              " has " + std::to_string(still.size()) + " for map " + map.name +
+                              "); name one with --camera");
+    std::vector<Shot> shots;
+    auto const add = [&](std::string const& motion, tilemesh::splat::Camera const& camera) {
+        shots.push_back({motion + "[" + std::to_string(shots.size()) + "]", camera});
+    };
+    if (options.orbit_degrees) {
+        for (auto const& camera : scene::orbit(start.camera, scene::robust_centre(map),
+                                               *options.orbit_degrees, options.frames))
+            add(start.name + " orbit", camera);
+        return shots;
+    }
+    auto trajectory = scene::load_tum(*options.trajectory);
+    if (options.relative)
+        trajectory = scene::relative_to_first(std::move(trajectory), scene::pose_of(start.camera));
+    for (auto const& [seconds, pose] : trajectory)
+        add(options.trajectory->stem().string(),
+            scene::make_camera(pose, scene::lens_of(start.camera)));
+    return shots;
+}
+
+} // namespace render_map

@@ -1,0 +1,20 @@
+#pragma once
+#include "options.hpp"
+#include <string>
+#include <tilemesh/scene/map.hpp>
+#include <tilemesh/splat/camera.hpp>
+#include <vector>
+
+namespace render_map {
+
+/// A camera and what reports call it.
+struct Shot {
+    std::string name;
+    tilemesh::splat::Camera camera;
+};
+
+/// The cameras that the options mean, in the order in which they are rendered; at least one. Throws `tilemesh::Error` for a
+/// file that cannot be used and for a choice that is none.
+std::vector<Shot> make_shots(Options const& options, tilemesh::scene::Map const& map);
+
+} // namespace render_map

@@ -1,0 +1,190 @@
+#pragma once
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <span>
+#include <string>
+#include <tilemesh/machine/tile.hpp>
+#include <tilemesh/report/error_measures.hpp>
+#include <tilemesh/report/frame_report.hpp>
+#include <tilemesh/report/image_file.hpp>
+#include <vector>
+
+namespace tilemesh::report {
+
+/// One frame of a run: what it took, how it was cut into tiles and, where a reference was rendered, how far off it is.
+struct RunFrame {
+    FrameReport report;
+    std::string image;                             ///< the file that shows it; empty: none
+    std::array<std::uint32_t, 2> grid{};           ///< tiles, width and height
+    std::array<std::uint32_t, 2> tile_px{};        ///< pixels, width and height
+    std::optional<ErrorMeasures> error;            ///< against the double reference without cut-offs
+    std::optional<ErrorMeasures> error_same_cuts;  ///< against the double reference with ours
+};
+
+/// A whole run as a program describes it: everything report.json says beside the frames' own reports.
+struct RunReport {
+    struct {
+        std::string name;                          ///< "sloth", "built_in"
+        std::string path;                          ///< as the user gave it; empty for a map without a file
+        std::uint64_t gaussians = 0, rejected = 0;
+        std::vector<std::string> notes;
+    } map;
+    struct {
+        std::string name;
+        std::uint32_t sram_bytes = 0;              ///< of a tile
+        std::uint32_t storage_slots = 0;           ///< of a tile, after the user's limit
+        std::uint32_t channel_slots = 0;           ///< of a channel, after the user's limit
+        std::vector<Region> ledger;                ///< Tile<Machine, Program>::ledger()
+    } machine;
+    std::string preset, engine;
+    std::uint32_t threads = 1;
+    struct {
+        std::string routing, addressing, saturation, footprint, copies, pixels, arithmetic;
+        std::uint32_t hops = 0;                    ///< supersteps of routing and of bloom a frame; 0: until quiet
+    } policies;
+    std::vector<RunFrame> frames;
+};
+
+namespace detail {
+
+/// A number, or null where JSON has none: the PSNR of equal pictures is infinite.
+inline nlohmann::ordered_json finite_or_null(double value)
+{
+    return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
+}
+
+inline nlohmann::ordered_json json_of(ErrorMeasures const& e)
+{
+    return {{"rmse", finite_or_null(e.rmse)},
+            {"max_levels", finite_or_null(e.max_levels)},
+            {"p999_levels", finite_or_null(e.p999_levels)},
+            {"psnr_db", finite_or_null(e.psnr_db)},
+            {"ssim", finite_or_null(e.ssim)}};
+}
+
+inline nlohmann::ordered_json json_of(Loss const& loss)
+{
+    nlohmann::ordered_json json{{"id", static_cast<std::uint32_t>(loss.id)},
+                                {"cause", to_string(loss.cause)},
+                                {"tile", nullptr}};
+    if (loss.tile != Loss::whole) json["tile"] = loss.tile;
+    return json;
+}
+
+inline nlohmann::ordered_json json_of(RunFrame const& frame)
+{
+    using Json = nlohmann::ordered_json;
+    auto const& r = frame.report;
+    Json json;
+    json["camera"] = r.camera;
+    json["size_px"] = {r.width, r.height};
+    json["grid"] = frame.grid;
+    json["tile_px"] = frame.tile_px;
+    if (!frame.image.empty()) json["image"] = frame.image;
+    json["supersteps"] = {{"project", r.supersteps.project},
+                          {"route", r.supersteps.route},
+                          {"bloom", r.supersteps.bloom},
+                          {"composite", r.supersteps.composite}};
+    json["gaussians"] = {{"visible", r.gaussians.visible},   {"moved", r.gaussians.moved},
+                         {"held", r.gaussians.held},         {"dropped", r.gaussians.dropped},
+                         {"unplaced", r.gaussians.unplaced}, {"parked", r.gaussians.parked},
+                         {"under_way", r.gaussians.under_way}};
+    json["lost"] = Json::array();
+    for (auto const& loss : r.lost) json["lost"].push_back(json_of(loss));
+    json["copies"] = r.copies;
+    json["copies_lost"] = r.lost_copies;
+    json["copies_late"] = r.late_copies;
+    json["hops"] = r.hops;
+    json["messages"] = r.messages;
+    json["exchanged_bytes"] = {{"live", r.exchanged_live_bytes},
+                               {"capacity", r.exchanged_capacity_bytes}};
+    json["pairs"] = r.pairs;
+    json["pairs_contributing"] = r.pairs_contributing;
+    json["refused"] = {{"channel_full", r.refused.channel_full},
+                       {"no_credit", r.refused.no_credit},
+                       {"storage_full", r.refused.storage_full},
+                       {"copies_full", r.refused.copies_full},
+                       {"copies_refused", r.refused.copies_refused}};
+    json["peak"] = {{"storage", r.peak_storage}, {"channel", r.peak_channel}};
+    json["host_ms"] = {{"project", r.host_ms.project},
+                       {"route", r.host_ms.route},
+                       {"bloom", r.host_ms.bloom},
+                       {"composite", r.host_ms.composite},
+                       {"total", r.host_ms.total}};
+    if (frame.error) json["error"] = json_of(*frame.error);
+    if (frame.error_same_cuts) json["error_same_cuts"] = json_of(*frame.error_same_cuts);
+    return json;
+}
+
+inline nlohmann::ordered_json json_of(std::vector<Region> const& ledger)
+{
+    auto json = nlohmann::ordered_json::array();
+    for (auto const& region : ledger)
+        json.push_back({{"region", std::string(region.name.text, region.name.size)},
+                        {"bytes", region.bytes},
+                        {"what", region.what},
+                        {"budgeted", region.budgeted}});
+    return json;
+}
+
+} // namespace detail
+
+/// report.json of a run, keys in the order of the design document. What has no number is null: the PSNR of two equal
+/// pictures (it is infinite), the tile of a loss that is the record itself, the path of a map without a file.
+///
+/// `machine.grid` and `machine.tile_px` are those of the first frame; each frame has its own, since cameras may differ in
+/// size. Ledger entries with `budgeted` false are kept on the tile, but the budget of the preset has no room for them: then
+/// `machine.note` says so, and `machine.budgeted_bytes` leaves them out.
+inline nlohmann::ordered_json json_of(RunReport const& run)
+{
+    using Json = nlohmann::ordered_json;
+    Json json;
+    json["map"] = {{"name", run.map.name},
+                   {"path", run.map.path.empty() ? Json(nullptr) : Json(run.map.path)},
+                   {"gaussians", run.map.gaussians},
+                   {"rejected", run.map.rejected},
+                   {"notes", run.map.notes}};
+
+    auto& machine = json["machine"];
+    machine["name"] = run.machine.name;
+    machine["grid"] = run.frames.empty() ? Json(nullptr) : Json(run.frames.front().grid);
+    machine["tile_px"] = run.frames.empty() ? Json(nullptr) : Json(run.frames.front().tile_px);
+    machine["sram_bytes"] = run.machine.sram_bytes;
+    machine["storage_slots"] = run.machine.storage_slots;
+    machine["channel_slots"] = run.machine.channel_slots;
+    std::uint64_t budgeted = 0, outside = 0;
+    for (auto const& region : run.machine.ledger) (region.budgeted ? budgeted : outside) += region.bytes;
+    machine["budgeted_bytes"] = budgeted;
+    machine["ledger"] = detail::json_of(run.machine.ledger);
+    if (outside != 0)
+        machine["note"] = "regions with budgeted = false, " + std::to_string(outside) +
+                          " bytes, are lists that our kernels keep and that the budget of preset " + run.preset +
+                          " has no room for";
+
+    json["preset"] = run.preset;
+    json["policies"] = {{"routing", run.policies.routing},       {"addressing", run.policies.addressing},
+                        {"saturation", run.policies.saturation}, {"footprint", run.policies.footprint},
+                        {"copies", run.policies.copies},         {"pixels", run.policies.pixels},
+                        {"arithmetic", run.policies.arithmetic}};
+    json["policies"]["hops"] = run.policies.hops == 0 ? Json("quiet") : Json(run.policies.hops);
+    json["engine"] = run.engine;
+    json["threads"] = run.threads;
+    json["frames"] = Json::array();
+    for (auto const& frame : run.frames) json["frames"].push_back(detail::json_of(frame));
+    return json;
+}
+
+/// Writes `json_of(run)` as UTF-8 text, whole or not at all. Bytes of a path that are no UTF-8 become U+FFFD. Throws
+/// `tilemesh::Error` when the file cannot be written.
+inline void write_json(std::filesystem::path const& path, RunReport const& run)
+{
+    auto const text = json_of(run).dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + '\n';
+    detail::write_whole(path, text, std::span<std::byte const>{});
+}
+
+} // namespace tilemesh::report

@@ -1,0 +1,31 @@
+# Compiles SOURCE. Its first lines say what must happen: `// COMPILES`, or one or more `// EXPECT: <regex>`, of which the first must
+# match the first error (a user reads that one) and the others something in the compiler's output.
+set(NO_ECHO -fno-diagnostics-show-caret) # an echoed line of a header would match too
+if(CLANG)
+    set(NO_ECHO -fno-caret-diagnostics)
+endif()
+file(STRINGS "${SOURCE}" head REGEX "^// (EXPECT: |COMPILES)")
+set(ENV{LC_ALL} C)
+execute_process(
+    COMMAND ${COMPILER} -std=c++20 -fsyntax-only ${NO_ECHO} -I "${INCLUDE}" "${SOURCE}"
+    RESULT_VARIABLE failed OUTPUT_VARIABLE output ERROR_VARIABLE output)
+if(NOT head)
+    message(FATAL_ERROR "${SOURCE} says neither EXPECT nor COMPILES")
+elseif(head STREQUAL "// COMPILES")
+    if(failed)
+        message(FATAL_ERROR "must compile:\n${output}")
+    endif()
+    return()
+elseif(NOT failed)
+    message(FATAL_ERROR "must not compile")
+endif()
+string(REGEX MATCH "error: [^\n]*" first "${output}")
+set(where "${first}")
+foreach(line IN LISTS head)
+    string(REGEX REPLACE "^// EXPECT: " "" expected "${line}")
+    if(NOT where MATCHES "${expected}")
+        message(FATAL_ERROR "no match for: ${expected}\nfirst ${first}\n\nall of it:\n${output}")
+    endif()
+    set(where "${output}")
+endforeach()
+message(STATUS "${first}")

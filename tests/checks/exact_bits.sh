@@ -1,0 +1,28 @@
+#!/bin/sh
+# usage: exact_bits.sh COMPILER INCLUDE PROGRAM
+# Builds bits.cpp by plain command lines and wants the same bits from all that have the same `multiply_add`: whatever the
+# optimisation, and whether or not the user's flags let the compiler fuse a * b + c.
+set -eu
+compiler=$1 include=$2 program=$3
+failed=0
+
+group() { # a name, then one string of flags a build
+    name=$1 expected=
+    shift
+    for flags in "$@"; do
+        # shellcheck disable=SC2086
+        "$compiler" -std=c++20 $flags -I "$include" bits.cpp -o "$program" -pthread
+        bits=$("$program") || failed=1
+        printf '%s, %s:\n%s\n' "$name" "$flags" "$bits"
+        if [ -n "$expected" ] && [ "$bits" != "$expected" ]; then
+            echo "DIFFERENT from the build before"
+            failed=1
+        fi
+        expected=$bits
+    done
+}
+
+group "this machine" "-O3 -march=native" "-O3 -march=native -ffp-contract=off" "-O3 -march=native -ffp-contract=fast" \
+    "-O0 -march=native"
+group "any machine" "-O3" "-O0"
+exit $failed

@@ -1,0 +1,174 @@
+#include "support.hpp"
+#include <doctest/doctest.h>
+
+using namespace tilemesh;
+using namespace tilemesh::splat;
+
+namespace {
+/// Renders a hand-held path over a cloud and compares, after every frame, what each tile holds with brute force.
+template <class S, template <class, class> class Engine = Mesh>
+void check_copies(RendererOptions options, std::vector<float> const& turns)
+{
+    auto const gaussians = support::cloud(400, 21);
+    BasicRenderer<S, Engine> renderer{support::map_of(gaussians), options};
+    for (float turn : turns) {
+        auto const camera = support::lens(120, 80, turn);
+        auto const frame = renderer.render(camera);
+        auto const view = make_view(camera, renderer.model());
+        CHECK(support::wrong_tiles<S>(renderer.mesh(), gaussians, view, renderer.tiling()) == 0);
+        CHECK(frame.report.lost.empty());
+        CHECK(support::differing_pixels(frame.image, report::render_naive(gaussians, camera, renderer.model())) == 0);
+    }
+}
+std::vector<float> const path = {0, 0, 0.002f, 0.004f, 0.05f, -0.4f, 1.5f, 3.1f, 0.01f, 0.01f, 0.02f, -0.02f};
+
+struct ScreenBase : Lossless {
+    using Copies = ScreenCopies;
+};
+} // namespace
+
+TEST_CASE("bloom: after every frame the copies equal the overlap set: channels of 1, 2, 5 and 300, both engines")
+{
+    check_copies<support::Small<1, 400>>({.grid = {7, 6}}, path);
+    check_copies<support::Small<2, 400>>({.threads = 3, .grid = {5, 9}}, path);
+    check_copies<support::Small<5, 400>>({.threads = 2, .grid = {12, 8}}, path);
+    check_copies<support::Small<300, 400>>({.grid = {1, 1}}, path);
+    check_copies<support::Small<1, 400>, CheckedMesh>({.grid = {4, 3}}, path);
+    check_copies<support::Small<5, 400>, CheckedMesh>({.tile = {7, 13}}, path);
+}
+
+TEST_CASE("bloom: screen copies are good for one view and bloom anew for the next")
+{
+    check_copies<support::Small<5, 400, ScreenBase>>({.grid = {7, 6}}, path);
+    check_copies<support::Small<1, 400, ScreenBase>, CheckedMesh>({.grid = {4, 3}}, path);
+}
+
+TEST_CASE("bloom: k tiles cost k - 1 messages, a static view none, and a footprint that leaves a tile frees its slot")
+{
+    using S = support::Small<8, 20>;
+    // 9 x 9 tiles of 8 pixels; one ball whose box covers all of them.
+    std::vector<Gaussian> const one{support::ball(1, 36, 36, 16, 0.9f)};
+    BasicRenderer<S> renderer{support::map_of(one), {.tile = {8, 8}}};
+    auto camera = support::flat_camera(72, 72);
+    auto const first = renderer.render(camera);
+    CHECK(first.report.copies == 80);
+    CHECK(first.report.messages - first.report.hops == 80);
+    CHECK(first.report.supersteps.bloom == 8); // 4 along the row, 4 along the columns
+    auto const again = renderer.render(camera);
+    CHECK(again.report.messages == 0);
+    CHECK(again.report.supersteps.total() == 0);
+    CHECK(again.report.copies == 80);
+    CHECK(again.report.exchanged_live_bytes == 0);
+    CHECK(again.report.exchanged_capacity_bytes == 0);
+    camera.position[2] = -7000; // eight times as far: a sigma of 2 pixels about pixel 4.5
+    auto const far = renderer.render(camera);
+    CHECK(far.report.copies == 3);
+}
+
+TEST_CASE("bloom: an anchor that moves by a tile costs what is new, not the whole footprint")
+{
+    using S = support::Small<40, 20>;
+    std::vector<Gaussian> const one{support::ball(1, 70, 70, 10, 0.9f)};
+    BasicRenderer<S> renderer{support::map_of(one), {.tile = {8, 8}}};
+    auto camera = support::flat_camera(240, 240);
+    (void)renderer.render(camera);
+    for (auto const& [dx, dy] : {std::pair{8.0f, 0.0f}, {0.0f, 8.0f}}) {
+        camera.position[0] -= dx;
+        camera.position[1] -= dy;
+        auto const r = renderer.render(camera).report;
+        CHECK(r.gaussians.moved == 1);
+        CHECK(r.copies > 60);
+        CHECK(r.messages <= 1 + 2 * 11); // the record, a column or row of new copies, and at most a row that has them already
+        CHECK(r.messages >= 9);
+    }
+}
+
+TEST_CASE("drop: every copy that is missing is listed with its cause, and the picture lacks just these")
+{
+    struct Case {
+        char const* what;
+        report::Cause cause;
+    };
+    auto gaussians = support::cloud(500, 31);
+    auto const camera = support::lens(120, 80);
+    auto const check = [&](auto setup, RendererOptions const& options, report::Cause cause) {
+        using S = decltype(setup);
+        BasicRenderer<S> renderer{support::map_of(gaussians), options};
+        for (float turn : {0.0f, 0.0f, 0.03f}) {
+            auto const view = support::lens(120, 80, turn);
+            auto const frame = renderer.render(view);
+            auto const& r = frame.report;
+            REQUIRE_FALSE(r.lost.empty());
+            bool seen = false;
+            for (auto const& l : r.lost) seen = seen || l.cause == cause;
+            CHECK(seen);
+            if (S::Saturation::holds) CHECK(r.lost_copies + r.gaussians.unplaced == r.lost.size());
+            auto const full = report::render_naive(gaussians, view, renderer.model());
+            auto const without = report::render_naive(
+                gaussians, view, renderer.model(), support::Missing(r, renderer.tiling(), renderer.mesh().grid()));
+            // RGBX8 or float: what the framebuffer holds.
+            auto shown = without;
+            if constexpr (std::is_same_v<typename S::Pixel, Rgbx8Pixel>)
+                for (float& v : shown.rgb) v = static_cast<float>(Rgbx8Pixel::level(v)) / 255.0f;
+            CHECK(support::differing_pixels(frame.image, shown) == 0);
+            CHECK(support::differing_pixels(full, without) > 0);
+        }
+    };
+    (void)camera;
+    check(support::Small<2, 600, Paper>{}, {.grid = {7, 6}}, report::Cause::channel_full);
+    check(support::Small<300, 22, Paper>{}, {.grid = {7, 6}}, report::Cause::storage_full);
+    check(support::Small<300, 22, Lossless>{}, {.grid = {7, 6}}, report::Cause::storage_full);
+    // Two tiles' worth of records on one anchor tile: unplaced, by id.
+    for (auto& g : gaussians) g.mean_world[0] = g.mean_world[2] * 0.01f, g.mean_world[1] = g.mean_world[2] * 0.01f;
+    check(support::Small<300, 60, Lossless>{}, {.grid = {7, 6}}, report::Cause::unplaced);
+}
+
+TEST_CASE("hold: what was unplaced comes back when another view has room for it, and lost copies are sent again")
+{
+    using S = support::Small<300, 140>;
+    auto const gaussians = support::cloud(500, 31);
+    BasicRenderer<S> renderer{support::map_of(gaussians), {.grid = {7, 6}}};
+    auto near = support::lens(120, 80);
+    auto far = near;
+    far.position[2] = -30; // all on a few tiles
+    auto const crowded = renderer.render(far);
+    CHECK(crowded.report.gaussians.unplaced > 0);
+    CHECK(renderer.render(far).report.gaussians.unplaced == crowded.report.gaussians.unplaced); // static: nothing tried again
+    auto away = near; // looking the other way nothing is on screen and all have room
+    away.rotation[0][0] = away.rotation[2][2] = -1;
+    auto const parked = renderer.render(away);
+    CHECK(parked.report.gaussians.unplaced == 0);
+    CHECK(parked.report.lost.empty());
+    CHECK(parked.report.gaussians.parked == 500);
+}
+
+TEST_CASE("bounded hops: one superstep a frame converges to the picture, a static frame at a time")
+{
+    auto const check = [](auto setup) {
+        using S = decltype(setup);
+        auto const gaussians = support::cloud(300, 41);
+        BasicRenderer<S> renderer{support::map_of(gaussians), {.grid = {8, 6}, .hops = 1}};
+        for (float turn : {0.0f, 0.3f, 0.31f, -1.0f}) { // each starts while the one before is still under way
+            std::uint64_t differ = 1, frames = 0;
+            std::uint32_t const patience = turn == 0.31f ? 400 : 3;
+            for (; frames < patience && differ != 0; ++frames) {
+                auto const camera = support::lens(120, 80, turn);
+                auto const frame = renderer.render(camera);
+                CHECK(frame.report.supersteps.route <= 1);
+                CHECK(frame.report.supersteps.bloom <= 1);
+                auto const ids = support::owned_ids<S>(renderer.mesh());
+                CHECK(ids.size() == gaussians.size());
+                CHECK(std::adjacent_find(ids.begin(), ids.end()) == ids.end());
+                auto const naive = report::render_naive(gaussians, camera, renderer.model());
+                differ = support::differing_pixels(frame.image, naive);
+            }
+            if (patience == 400) {
+                CHECK(differ == 0);
+                CHECK(frames > 3); // it did take several frames
+            }
+        }
+    };
+    check(support::Small<300, 400>{});
+    check(support::Small<2, 400>{});
+    check(support::Small<300, 400, ScreenBase>{});
+}

@@ -1,0 +1,271 @@
+#include "support.hpp"
+#include <doctest/doctest.h>
+#include <map>
+
+using namespace tilemesh;
+using namespace tilemesh::splat;
+
+// One tile is 8 x 8 pixels; a ball in its middle touches no other tile, so that routing is alone.
+namespace {
+constexpr std::uint32_t tile_px = 8;
+
+template <class S>
+using RouteOnly = Sequence<Superstep<Project<S>>, UntilQuiet<Route<S>>>;
+
+struct Again : support::Small<3, 300> {
+    using Addressing = Recomputed;
+    static constexpr std::uint32_t road_bytes = 3 * sizeof(Gaussian);
+    static constexpr std::uint32_t waiting_bytes = 3 * sizeof(Gaussian);
+};
+
+Gaussian at_tile(std::uint32_t id, TileId t)
+{
+    return support::ball(id, static_cast<float>(t.x() * tile_px) + 4, static_cast<float>(t.y() * tile_px) + 4);
+}
+
+/// Routes `records` from their tiles, and checks after every superstep that every id is owned exactly once.
+template <class S, template <class, class> class Engine = Mesh>
+struct Job {
+    Engine<RouteOnly<S>, typename S::Machine> mesh;
+    std::vector<std::uint32_t> ids;
+    std::uint64_t supersteps = 0, refused_storage = 0;
+    std::uint32_t bad_supersteps = 0;
+
+    explicit Job(Grid grid) : mesh(grid)
+    {
+        mesh.template broadcast<FrameParameters>() = {
+            make_view(support::flat_camera(grid.width * tile_px, grid.height * tile_px), Model{}),
+            make_tiling(grid.width * tile_px, grid.height * tile_px, tile_px, tile_px), 1, 0, 0};
+        mesh.observe([this](SuperstepEvent const&) {
+            std::uint64_t gone = 0;
+            for (std::uint32_t i = 0; i < mesh.grid().size(); ++i)
+                gone += mesh.template state<Counts>(mesh.grid().tile(i)).storage_full;
+            auto const now = support::owned_ids<S>(mesh);
+            bool const distinct = std::adjacent_find(now.begin(), now.end()) == now.end();
+            if (!distinct || now.size() + gone != ids.size() || (gone == 0 && now != ids)) ++bad_supersteps;
+            refused_storage = gone;
+        });
+    }
+    void put(std::uint32_t id, TileId from, TileId to)
+    {
+        REQUIRE(support::put<S>(mesh, from, at_tile(id, to)));
+        ids.push_back(id);
+    }
+    /// Number of records that are not on their anchor tile in the end.
+    std::uint32_t run()
+    {
+        std::sort(ids.begin(), ids.end());
+        auto const run = mesh.run();
+        supersteps = run.steps[1].supersteps;
+        std::uint32_t away = 0, home = 0;
+        auto const grid = mesh.grid();
+        auto const& frame = mesh.template broadcast<FrameParameters>();
+        for (std::uint32_t i = 0; i < grid.size(); ++i)
+            for (auto const& g : mesh.template state<Storage<S>>(grid.tile(i)))
+                ++(project(g, frame.view, frame.tiling).anchor == grid.tile(i) ? home : away);
+        return away + static_cast<std::uint32_t>(ids.size() - refused_storage - home);
+    }
+};
+} // namespace
+
+TEST_CASE("routing: from every tile to every tile, one record takes |dx| + |dy| exchanges")
+{
+    using S = support::Small<1, 4>;
+    Grid const grid{4, 3};
+    for (std::uint32_t i = 0; i < grid.size(); ++i)
+        for (std::uint32_t j = 0; j < grid.size(); ++j) {
+            Job<S> job(grid);
+            auto const a = grid.tile(i), b = grid.tile(j);
+            job.put(1, a, b);
+            CHECK(job.run() == 0);
+            CHECK(job.bad_supersteps == 0);
+            CHECK(job.supersteps == (a.x() > b.x() ? a.x() - b.x() : b.x() - a.x()) + (a.y() > b.y() ? a.y() - b.y() : b.y() - a.y()));
+        }
+}
+
+TEST_CASE("routing: on every small grid, every pair of records arrives through channels and FIFOs of one")
+{
+    using S = support::Small<1, 4>;
+    for (auto const& grid : {Grid{1, 1}, Grid{2, 1}, Grid{1, 2}, Grid{2, 2}, Grid{3, 2}}) {
+        auto const n = grid.size();
+        for (std::uint32_t code = 0; code < n * n * n * n; ++code) {
+            Job<S, CheckedMesh> job(grid); // the checked engine: also runs every quiet tile
+            job.put(1, grid.tile(code % n), grid.tile(code / n % n));
+            job.put(2, grid.tile(code / n / n % n), grid.tile(code / n / n / n));
+            if (job.run() != 0 || job.bad_supersteps != 0) FAIL("code ", code, " on ", grid.width, "x", grid.height);
+        }
+    }
+}
+
+TEST_CASE("routing: all to one, one to all, reversal and random, channels of 1, 2 and 5: nothing lost, nothing stuck")
+{
+    Grid const grid{6, 5};
+    auto const check = [&](auto setup) {
+        using S = decltype(setup);
+        for (int kind = 0; kind < 6; ++kind)
+            for (std::uint32_t per_tile : {1u, 7u}) {
+                Job<S> job(grid);
+                support::Random random(static_cast<std::uint64_t>(kind) * 10 + per_tile);
+                std::uint32_t id = 0;
+                for (std::uint32_t i = 0; i < grid.size(); ++i)
+                    for (std::uint32_t k = 0; k < per_tile; ++k) {
+                        auto const here = grid.tile(i);
+                        auto const x = random.below(6), y = random.below(5);
+                        TileId const to = kind == 0   ? TileId::at(3, 2)
+                                          : kind == 1 ? TileId::at(5, 4)
+                                          : kind == 2 ? TileId::at(5 - here.x(), 4 - here.y())
+                                          : kind == 3 ? TileId::at(here.y(), 4 - std::min(here.x(), 4u))
+                                          : kind == 4 ? TileId::at(0, here.y() % 2 == 0 ? 4 : 0)
+                                                      : TileId::at(x, y);
+                        job.put(++id, here, to);
+                    }
+                CHECK(job.run() == 0);
+                CHECK(job.bad_supersteps == 0);
+                CHECK(job.refused_storage == 0);
+            }
+        Job<S> packed(grid); // everything starts on one tile
+        for (std::uint32_t id = 1; id <= 200; ++id) packed.put(id, TileId::at(2, 2), grid.tile(id % grid.size()));
+        CHECK(packed.run() == 0);
+        CHECK(packed.bad_supersteps == 0);
+    };
+    check(support::Small<1, 400>{});
+    check(support::Small<2, 400>{});
+    check(support::Small<5, 400>{});
+    check(support::Small<5, 400, Lossless, 1>{}); // FIFOs smaller than channels
+    check(support::Small<1, 400, Lossless, 9>{}); // and larger
+}
+
+TEST_CASE("routing: within W + H - 2 exchanges from any placement when no channel fills")
+{
+    using S = support::Small<400, 1200>;
+    Grid const grid{9, 7};
+    for (std::uint64_t seed = 0; seed < 12; ++seed) {
+        Job<S> job(grid);
+        support::Random random(seed);
+        for (std::uint32_t id = 1; id <= 600; ++id) {
+            auto const from = random.below(grid.size()), to = random.below(grid.size());
+            job.put(id, grid.tile(from), grid.tile(to));
+        }
+        job.put(601, TileId::at(0, 0), TileId::at(8, 6)); // corner to corner: the bound is reached
+        CHECK(job.run() == 0);
+        CHECK(job.supersteps == grid.width + grid.height - 2);
+    }
+    Job<S> paper(Grid{40, 36}); // the paper's grid: 74, not max(W, H) = 40
+    paper.put(1, TileId::at(0, 0), TileId::at(39, 35));
+    CHECK(paper.run() == 0);
+    CHECK(paper.supersteps == 74);
+}
+
+TEST_CASE("routing: a full storage refuses what arrives, counts it, and blocks nobody")
+{
+    using S = support::Small<2, 10>;
+    Grid const grid{5, 1};
+    Job<S> job(grid);
+    for (std::uint32_t id = 1; id <= 10; ++id) job.put(id, TileId::at(2, 0), TileId::at(2, 0)); // full to the last slot
+    for (std::uint32_t id = 11; id <= 14; ++id) job.put(id, TileId::at(0, 0), TileId::at(2, 0));
+    job.put(15, TileId::at(0, 0), TileId::at(4, 0)); // must pass the full tile
+    (void)job.run();
+    CHECK(job.bad_supersteps == 0);
+    CHECK(job.refused_storage == 4);
+    auto const ids = support::owned_ids<S>(job.mesh);
+    CHECK(ids.size() == 11);
+    CHECK(ids.back() == 15);
+    CHECK(job.mesh.state<Storage<S>>(TileId::at(4, 0)).size() == 1);
+}
+
+TEST_CASE("routing: n - 1, n and n + 1 records for a storage of n")
+{
+    using S = support::Small<3, 6>;
+    for (std::uint32_t n : {5u, 6u, 7u}) {
+        Job<S> job(Grid{3, 1});
+        for (std::uint32_t id = 1; id <= n; ++id) job.put(id, TileId::at(id % 2 == 0 ? 0 : 2, 0), TileId::at(1, 0));
+        (void)job.run();
+        CHECK(job.refused_storage == (n > 6 ? n - 6 : 0));
+        CHECK(job.mesh.state<Storage<S>>(TileId::at(1, 0)).size() == std::min(n, 6u));
+        CHECK(job.bad_supersteps == 0);
+    }
+}
+
+TEST_CASE("credits: at capacity 1 a sender never outruns the FIFO behind, whatever stands in the way")
+{
+    // Two rows of traffic that must turn into one full column: the FIFOs fill, and every superstep stays within credit. The
+    // engine reports a push into a full FIFO as an error; here the fill is watched as well.
+    using S = support::Small<1, 200, Lossless, 1>;
+    Grid const grid{7, 7};
+    Job<S> job(grid);
+    std::uint32_t id = 0;
+    for (std::uint32_t x = 0; x < 7; ++x)
+        for (std::uint32_t y = 0; y < 7; ++y)
+            for (int k = 0; k < 3; ++k) job.put(++id, TileId::at(x, y), TileId::at(3, y < 3 ? 6 : 0));
+    CHECK(job.run() == 0);
+    CHECK(job.bad_supersteps == 0);
+    std::uint64_t no_credit = 0;
+    for (std::uint32_t i = 0; i < grid.size(); ++i) no_credit += job.mesh.state<Counts>(grid.tile(i)).no_credit;
+    CHECK(no_credit > 0); // it was the credits that held the senders back
+}
+
+TEST_CASE("drop: a record that meets a full channel takes a slot where it is; only a full storage loses it")
+{
+    using S = support::Small<1, 30, Paper>;
+    Grid const grid{5, 5};
+    Job<S> job(grid);
+    std::uint32_t id = 0;
+    for (std::uint32_t i = 0; i < grid.size(); ++i) job.put(++id, grid.tile(i), TileId::at(2, 2));
+    CHECK(job.run() == 0);
+    CHECK(job.bad_supersteps == 0);
+    CHECK(job.refused_storage == 0);
+
+    using Tight = support::Small<1, 3, Paper>;
+    Job<Tight> tight(grid);
+    id = 0;
+    for (std::uint32_t i = 0; i < grid.size(); ++i) tight.put(++id, grid.tile(i), TileId::at(2, 2));
+    (void)tight.run();
+    CHECK(tight.bad_supersteps == 0); // what is gone is counted, what is there is there once
+    CHECK(tight.refused_storage > 0);
+}
+
+TEST_CASE("carried and recomputed addresses route alike")
+{
+    Grid const grid{6, 6};
+    Job<support::Small<3, 300>> carried(grid);
+    Job<Again> again(grid);
+    support::Random random(77);
+    for (std::uint32_t id = 1; id <= 300; ++id) {
+        auto const from = grid.tile(random.below(36)), to = grid.tile(random.below(36));
+        carried.put(id, from, to);
+        again.put(id, from, to);
+    }
+    CHECK(carried.run() == 0);
+    CHECK(again.run() == 0);
+    CHECK(carried.supersteps == again.supersteps);
+    for (std::uint32_t i = 0; i < grid.size(); ++i) {
+        auto const a = carried.mesh.state<Storage<support::Small<3, 300>>>(grid.tile(i));
+        auto const b = again.mesh.state<Storage<Again>>(grid.tile(i));
+        REQUIRE(a.size() == b.size());
+        for (std::uint32_t k = 0; k < a.size(); ++k) CHECK(a[k].id == b[k].id);
+    }
+}
+
+TEST_CASE("parked: what has nothing on screen stays where it is; an off-screen mean with pixels on screen goes to the edge tile")
+{
+    using S = support::Small<4, 10>;
+    Grid const grid{4, 4};
+    Job<S> job(grid);
+    job.ids = {1, 2, 3, 4};
+    auto behind = at_tile(1, TileId::at(0, 0));
+    behind.mean_world[2] = -1;
+    auto faint = at_tile(2, TileId::at(3, 3));
+    faint.opacity = 1.0f / 256;
+    REQUIRE(support::put<S>(job.mesh, TileId::at(1, 1), behind));
+    REQUIRE(support::put<S>(job.mesh, TileId::at(1, 2), faint));
+    REQUIRE(support::put<S>(job.mesh, TileId::at(2, 2), support::ball(3, 1e6f, 10)));
+    REQUIRE(support::put<S>(job.mesh, TileId::at(0, 0), support::ball(4, 36, 12, 4))); // 4 pixels right of the frame, reaches in
+    job.mesh.run();
+    CHECK(job.bad_supersteps == 0);
+    CHECK(job.mesh.state<Storage<S>>(TileId::at(1, 1)).size() == 1);
+    CHECK(job.mesh.state<Storage<S>>(TileId::at(1, 2)).size() == 1);
+    CHECK(job.mesh.state<Storage<S>>(TileId::at(2, 2)).size() == 1);
+    auto const edge = job.mesh.state<Storage<S>>(TileId::at(3, 1));
+    REQUIRE(edge.size() == 1);
+    CHECK(edge[0].id == GaussianId{4});
+}
