@@ -56,8 +56,8 @@ Description describe(Choice const& choice)
 std::unique_ptr<AnyRenderer> make_renderer(Choice const& choice, tilemesh::scene::Map const& map,
                                            tilemesh::RendererOptions options)
 {
-    // `prototype` is `paper` with fewer slots. A run-time limit gives the same frame and the same counters as a setup of
-    // its own (tests/checks/render_map_cli.sh compares nothing less), and saves 32 compiled setups.
+    // `prototype` is `paper` with fewer slots: a run-time limit gives the same frames and counters as a setup of its own,
+    // and saves 32 compiled setups.
     if (choice.preset == Preset::prototype) {
         auto const own = describe(choice);
         if (options.storage_slots == 0) options.storage_slots = own.storage_slots;

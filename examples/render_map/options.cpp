@@ -168,7 +168,7 @@ constexpr Option options[] = {
          o.choice.pixels = one_of<PixelKind>(
              name, text, {{"float", PixelKind::float32}, {"rgbx8", PixelKind::rgbx8}});
      }},
-    {"--arithmetic", "NAME", "precise [precise]",
+    {"--arithmetic", "NAME", "precise; fast is not in this version [precise]",
      [](Options&, auto name, auto text) {
          if (text == "fast")
              throw Error("--arithmetic cannot be \"fast\" (it is not available in this version); "
@@ -227,7 +227,7 @@ void check_together(Options const& o, std::vector<std::string_view> const& given
         throw Error("--orbit and --trajectory are both given (each moves the camera); choose one");
     if (o.choice.engine == EngineKind::sequential && is_given("--threads") &&
         o.renderer.threads != 1)
-        throw Error(std::string("--threads ") + std::to_string(o.renderer.threads) +
+        throw Error("--threads " + std::to_string(o.renderer.threads) +
                     " and --engine sequential are both given (that engine has one thread); leave "
                     "one of them out");
 
@@ -309,10 +309,11 @@ std::string help_text()
         "                                                      what the paper's machine loses\n";
     for (auto const& option : options) {
         for (auto const& group : groups)
-            if (group.first == option.name) text += "\n" + std::string(group.title) + "\n";
-        std::string line = "  " + std::string(option.name) + " " + std::string(option.value);
+            if (group.first == option.name) text.append("\n").append(group.title).append("\n");
+        std::string line = "  ";
+        line.append(option.name).append(" ").append(option.value);
         line.resize(std::max<std::size_t>(line.size() + 1, 24), ' ');
-        text += line + std::string(option.help) + "\n";
+        text.append(line).append(option.help).append("\n");
     }
     return text + "\nOptions take their value as the next word or behind '='. Exit status: 0; 2 "
                   "with one line on\nstandard error when something is wrong.\n";

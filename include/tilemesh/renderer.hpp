@@ -83,34 +83,23 @@ public:
     void prepare(std::uint32_t width, std::uint32_t height)
     {
         auto const [grid, tiling] = layout(width, height);
-        if (mesh_ && grid.width == mesh_->grid().width && grid.height == mesh_->grid().height) {
-            tiling_ = tiling;
-            return;
-        }
+        if (mesh_ && width == frame_.width && height == frame_.height) return;
         if (std::uint64_t{tiling.tile_width} * tiling.tile_height > S::tile_pixels)
             throw Error("tiles of " + std::to_string(tiling.tile_width) + " x " + std::to_string(tiling.tile_height) +
                         " pixels (setup " + S::name + " has a framebuffer of " + std::to_string(S::tile_pixels) +
                         " pixels a tile); choose smaller tiles, a smaller frame or another machine");
-        typename MeshType::Options engine{};
-        engine.digest = options_.digest;
-        if constexpr (requires { engine.threads; }) engine.threads = options_.threads;
-        mesh_ = std::make_unique<MeshType>(grid, engine, splat::frame_program<S>(options_.hops));
-        if (options_.channel_slots != 0) {
-            mesh_->template limit<splat::Road<S>>(options_.channel_slots);
-            mesh_->template limit<splat::Beam<S>>(options_.channel_slots);
-        }
-        if (options_.storage_slots != 0) mesh_->template limit<splat::Storage<S>>(options_.storage_slots);
-        if (observer_) mesh_->observe(observer_);
+        frame_ = {width, height};
         tiling_ = tiling;
-        outside_.clear();
-        for (std::uint32_t i = 0; i < gaussians_.size(); ++i) outside_.push_back(i);
-        load();
-        if (!outside_.empty())
-            throw Error("a map of " + std::to_string(gaussians_.size()) + " Gaussians (" + std::to_string(grid.size()) +
-                        " tiles of " + std::to_string(capacity()) + " slots hold " +
-                        std::to_string(std::uint64_t{grid.size()} * capacity()) + "); choose more slots or a larger machine");
-        last_.reset();
-        dirty_ = cut_ = false;
+        if (mesh_ && grid.width == mesh_->grid().width && grid.height == mesh_->grid().height) {
+            size_framebuffers();
+            return;
+        }
+        try {
+            build(grid);
+        } catch (...) {
+            mesh_.reset();
+            throw;
+        }
     }
 
     /// Called after every superstep; see SuperstepEvent.
@@ -159,6 +148,30 @@ public:
     enum Step : std::uint32_t { project, route, bloom_first, bloom, depth_sort, composite };
 
 private:
+    void build(Grid grid)
+    {
+        typename MeshType::Options engine{};
+        engine.digest = options_.digest;
+        if constexpr (requires { engine.threads; }) engine.threads = options_.threads;
+        mesh_ = std::make_unique<MeshType>(grid, engine, splat::frame_program<S>(options_.hops));
+        if (options_.channel_slots != 0) {
+            mesh_->template limit<splat::Road<S>>(options_.channel_slots);
+            mesh_->template limit<splat::Beam<S>>(options_.channel_slots);
+        }
+        if (options_.storage_slots != 0) mesh_->template limit<splat::Storage<S>>(options_.storage_slots);
+        if (observer_) mesh_->observe(observer_);
+        size_framebuffers();
+        outside_.clear();
+        for (std::uint32_t i = 0; i < gaussians_.size(); ++i) outside_.push_back(i);
+        load();
+        if (!outside_.empty())
+            throw Error("a map of " + std::to_string(gaussians_.size()) + " Gaussians (" + std::to_string(grid.size()) +
+                        " tiles of " + std::to_string(capacity()) + " slots hold " +
+                        std::to_string(std::uint64_t{grid.size()} * capacity()) + "); choose more slots or a larger machine");
+        last_.reset();
+        lost_ids_.clear();
+        dirty_ = cut_ = false;
+    }
     std::pair<Grid, splat::Tiling> layout(std::uint32_t width, std::uint32_t height) const
     {
         if (width == 0 || height == 0 || width > 65535 || height > 65535)
@@ -178,6 +191,21 @@ private:
                         std::to_string(std::uint64_t{grid.width} * grid.height) + " tiles (" + Machine::name + " has " +
                         std::to_string(Machine::tiles) + "); choose larger tiles or another machine");
         return {Grid{grid.width, grid.height}, splat::make_tiling(width, height, tile.width, tile.height)};
+    }
+    /// Gives every tile the pixels it owns, black.
+    void size_framebuffers()
+    {
+        splat::Camera frame{};
+        frame.width = frame_.width;
+        frame.height = frame_.height;
+        auto const grid = mesh_->grid();
+        for (std::uint32_t t = 0; t < grid.size(); ++t) {
+            auto const rect = splat::pixels_of(tiling_, frame, grid.tile(t));
+            auto framebuffer = mesh_->template state<splat::Framebuffer<S>>(grid.tile(t));
+            framebuffer.truncate(0);
+            for (std::uint32_t n = rect.empty() ? 0 : (rect.x1 - rect.x0) * (rect.y1 - rect.y0); n > 0; --n)
+                framebuffer.unchecked_push(S::Pixel::make(0, 0, 0));
+        }
     }
     std::uint32_t capacity() const noexcept { return options_.storage_slots != 0 ? options_.storage_slots : S::storage_slots; }
 
@@ -423,6 +451,7 @@ private:
         m.alpha_max = S::alpha_max;
         return m;
     }();
+    Extent2 frame_{};
     splat::Tiling tiling_{};
     std::unique_ptr<MeshType> mesh_;
     Observer observer_;

@@ -25,4 +25,13 @@ group() { # a name, then one string of flags a build
 group "this machine" "-O3 -march=native" "-O3 -march=native -ffp-contract=off" "-O3 -march=native -ffp-contract=fast" \
     "-O0 -march=native"
 group "any machine" "-O3" "-O0"
+
+# Clang marks what it may fuse: nothing in kernel code. (Its pictures alone would hardly show it.)
+if "$compiler" --version | grep -q clang; then
+    "$compiler" -std=c++20 -O0 -S -emit-llvm -gline-tables-only -I "$include" kernels.cpp -o "$program.ll"
+    if grep 'call .*llvm.fmuladd' "$program.ll"; then
+        grep -B40 'call .*llvm.fmuladd' "$program.ll" | grep '^define' && echo "^ may be fused there" && failed=1
+    fi
+    rm -f "$program.ll"
+fi
 exit $failed

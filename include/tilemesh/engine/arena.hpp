@@ -18,6 +18,8 @@ public:
         void* const p = ::mmap(nullptr, bytes_, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
         if (p == MAP_FAILED) throw std::bad_alloc{};
         words_ = static_cast<std::uint32_t*>(p);
+        // Where the system hands out huge pages unasked, the first word of each list would cost 2 MiB.
+        (void)::madvise(p, bytes_, MADV_NOHUGEPAGE);
     }
     Arena(Arena&& other) noexcept : words_(std::exchange(other.words_, nullptr)), bytes_(std::exchange(other.bytes_, 0)) {}
     Arena& operator=(Arena&& other) noexcept

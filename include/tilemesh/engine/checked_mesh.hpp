@@ -139,7 +139,7 @@ private:
             e.stride = std::size_t{e.capacity} * C::Receiver::item_words + 2 * guard_words;
             auto const n = std::size_t{this->grid_.size()} * 4;
             e.heads.assign(n, {0, 0, 0, engine::detail::guard_word});
-            e.items = engine::detail::Arena(n * e.stride);
+            e.items = engine::detail::Arena(n * e.stride + C::Receiver::item_words); // one item past the last end is ours, too
             bool const fill = n * e.stride <= (std::size_t{64} << 18);
             for (std::size_t s = 0; s < n; ++s) {
                 auto* const items = e.items.data() + s * e.stride;

@@ -4,6 +4,7 @@
 #include <bit>
 #include <chrono>
 #include <exception>
+#include <system_error>
 #include <thread>
 #include <tilemesh/engine/barrier.hpp>
 #include <tilemesh/engine/store.hpp>
@@ -100,15 +101,17 @@ public:
         make_banks(Links{});
         for (auto& w : workers_) w.make(bitmap_words_);
         engine::detail::list_steps(static_cast<Program*>(nullptr), steps_);
-        for (std::uint32_t w = 1; w < options_.threads; ++w) threads_.emplace_back([this, w] { serve(w); });
+        threads_.reserve(options_.threads);
+        try {
+            for (std::uint32_t w = 1; w < options_.threads; ++w) threads_.emplace_back([this, w] { serve(w); });
+        } catch (std::system_error const& e) {
+            auto const started = threads_.size() + 1;
+            join();
+            throw Error(std::to_string(options_.threads) + " threads (the system gave " + std::to_string(started) + ": " +
+                        e.what() + "); ask for fewer");
+        }
     }
-    ~Mesh()
-    {
-        stop_.store(true);
-        epoch_.fetch_add(1);
-        epoch_.notify_all();
-        for (auto& t : threads_) t.join();
-    }
+    ~Mesh() { join(); }
     Mesh(Mesh const&) = delete;
     Mesh& operator=(Mesh const&) = delete;
 
@@ -172,6 +175,14 @@ public:
     }
 
 private:
+    void join() noexcept
+    {
+        stop_.store(true);
+        epoch_.fetch_add(1);
+        epoch_.notify_all();
+        for (auto& t : threads_) t.join();
+    }
+
     using Bits = std::vector<std::uint64_t>;
     static constexpr std::uint32_t links = Links::count + 1;
     struct alignas(64) WorkerState {

@@ -308,7 +308,9 @@ private:
     {
         constexpr auto i = index_of_state<X>();
         if constexpr (tilemesh::detail::is_list<X>) capacity_[i] = X::static_capacity;
-        if constexpr (!is_small<X>) items_[i] = Arena(std::size_t{grid_.size()} * stride<X>());
+        auto slack = std::size_t{0}; // a guarded store outlives one item past the last region
+        if constexpr (Guarded && tilemesh::detail::is_list<X>) slack = X::item_words;
+        if constexpr (!is_small<X>) items_[i] = Arena(std::size_t{grid_.size()} * stride<X>() + slack);
     }
     template <class... C>
     void set_capacities(Types<C...>)

@@ -256,7 +256,7 @@ struct Mail {
     template <std::uint32_t N, class K>
     constexpr void walk(Repeat<N, K>*) noexcept
     {
-        if (N > 0) step<K>(N > 1);
+        if (N != 0) step<K>(N > 1);
     }
     template <class K>
     constexpr void walk(UntilQuiet<K>*) noexcept // ends with everything read, or is cut off, which the engine watches

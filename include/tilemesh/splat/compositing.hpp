@@ -81,7 +81,8 @@ inline bool finished(Block const& block, float transmittance_min) noexcept
 /// Blends the tile's pixels front to back, blend then stop: C += w c, T -= w with w = alpha T, until T < transmittance_min.
 /// `precise` arithmetic: bit-identical to the naive per-pixel loop over the whole frame, for any tiling.
 ///
-/// Runs on all workers; each takes whole blocks, so writes are disjoint. Cost: no exchange; 64 pairs for each splat that may be
+/// Requires a framebuffer of the tile's pixels (the host sizes it when it sets the tiling). Runs on all workers; each takes
+/// whole blocks, so writes are disjoint. Cost: no exchange; 64 pairs for each splat that may be
 /// seen in a block that is not finished.
 template <class S>
 struct Composite {

@@ -32,16 +32,14 @@ void heap_sort(Key* keys, std::uint32_t n) noexcept
 } // namespace detail
 
 /// Lists what touches the tile, front to back: by depth, ties by id, so that the order is a function of view and scene alone,
-/// the same on every tile and for every order of arrival. Also makes room for the tile's pixels. No exchange.
+/// the same on every tile and for every order of arrival. No exchange.
 template <class S>
 struct DepthSort {
     static constexpr char const* name = "depth sort";
 
     void operator()(Here here, Broadcast<FrameParameters> frame, Marks<S> const& marks, Splats<S> const& splats,
-                    Order<S>& order, Framebuffer<S>& framebuffer) const noexcept
+                    Order<S>& order) const noexcept
     {
-        auto const pixels = pixels_of(frame->tiling, frame->view.camera, here.tile);
-        framebuffer.resize(pixels.empty() ? 0 : (pixels.x1 - pixels.x0) * (pixels.y1 - pixels.y0));
         order.truncate(0);
         for (std::uint32_t i = 0, n = splats.size(); i < n; ++i)
             if (covers(splats[i], frame->tiling, here.tile))

@@ -68,7 +68,7 @@ struct Order : Buffer<SortKey, S::storage_slots> {
     static constexpr bool budgeted = S::lists_fit;
 };
 
-/// The tile's slice of the picture, row by row of the tile's own rectangle.
+/// The tile's slice of the picture, row by row of the tile's own rectangle; sized by the host when it sets the tiling.
 template <class S>
 struct Framebuffer : Buffer<typename S::Pixel, S::tile_pixels> {
     using Buffer<typename S::Pixel, S::tile_pixels>::Buffer;

@@ -1,0 +1,19 @@
+// A user's first program: a map, a camera, a picture. Run with the name of a 3DGS PLY file, or without for the built-in map.
+#include <iostream>
+#include <tilemesh/tilemesh.hpp>
+
+int main(int argc, char** argv)
+try {
+    auto const map = argc > 1 ? tilemesh::scene::load_ply(argv[1]) : tilemesh::scene::built_in_map();
+    auto const camera = tilemesh::scene::frame_whole(map, {1280, 720});
+
+    tilemesh::Renderer renderer{map};          // Mk2, 40 x 36 tiles, preset lossless
+    auto const frame = renderer.render(camera);
+
+    tilemesh::report::write_pfm("first_frame.pfm", frame.image);
+    tilemesh::report::write_ppm("first_frame.ppm", frame.image);
+    std::cout << frame.report;                 // supersteps, hops, moved, held, peaks, bytes, milliseconds by stage
+} catch (tilemesh::Error const& error) {
+    std::cerr << error.what() << '\n';
+    return 2;
+}

@@ -1,0 +1,209 @@
+#!/bin/sh
+# What render_map promises on its command line: pictures, report, one line and status 2 on bad input.
+# Usage: sh render_map_cli.sh PATH_TO_render_map
+set -u
+case $1 in
+/*) program=$1 ;;
+*) program=$PWD/$1 ;;
+esac
+work=$(mktemp -d) || exit 1
+trap 'rm -rf "$work"' EXIT
+cd "$work" || exit 1
+failures=0
+fail() {
+    echo "FAILED: $*"
+    failures=$((failures + 1))
+}
+
+small="--size 320x180 --quiet"
+
+# runs ARGUMENTS...: status 0, and silent on standard error.
+runs() {
+    # shellcheck disable=SC2086
+    "$program" "$@" >stdout 2>stderr </dev/null || fail "status $? of: $*: $(cat stderr)"
+    [ ! -s stderr ] || fail "standard error of: $*: $(cat stderr)"
+}
+
+# refuses PATTERN ARGUMENTS...: status 2, nothing on standard output, and exactly one line on standard error, "<problem>
+# (<why>); <what to do>", that matches the pattern.
+refuses() {
+    pattern=$1
+    shift
+    "$program" "$@" >stdout 2>stderr </dev/null
+    status=$?
+    [ $status -eq 2 ] || fail "status $status, not 2, of: $*"
+    [ ! -s stdout ] || fail "standard output of: $*"
+    [ "$(wc -l <stderr)" -eq 1 ] || fail "not one line: $*: $(cat stderr)"
+    grep -q '^[^(].* (.*); .' stderr || fail "not \"problem (why); what to do\": $(cat stderr)"
+    grep -q -e "$pattern" stderr || fail "\"$pattern\" is not in: $(cat stderr)"
+}
+
+same() { cmp -s "$1" "$2" || fail "$1 and $2 differ"; }
+# has FILE PATTERN
+has() { grep -q -e "$2" "$1" || fail "\"$2\" is not in $1"; }
+
+# --- a picture ---------------------------------------------------------------------------------
+runs --help
+for option in --cameras --camera --orbit --frames --trajectory --relative --size --preset --grid --tile --machine \
+    --channel-slots --storage-slots --saturation --footprint --copies --hops --pixels --arithmetic --engine --threads --out \
+    --float --reference --report --quiet; do
+    has stdout "^  $option "
+done
+
+runs --size 320x180
+has stdout "tilemesh_out/frame_0000.png"
+has stdout "^composite "
+[ "$(head -c 8 tilemesh_out/frame_0000.png | od -An -tx1 | tr -d ' \n')" = 89504e470d0a1a0a ] || fail "frame_0000.png is no PNG"
+[ ! -e tilemesh_out/frame_0000.pfm ] || fail "a PFM that nobody asked for"
+
+runs $small --out first --float --reference --report first.json
+[ ! -s stdout ] || fail "--quiet is not quiet"
+[ "$(find . -name '*.part' | wc -l)" -eq 0 ] || fail "a .part file is left"
+for key in map machine ledger preset threads frames supersteps gaussians lost copies hops exchanged_bytes pairs peak host_ms \
+    error error_same_cuts psnr_db; do
+    has first.json "\"$key\":"
+done
+if command -v python3 >/dev/null && python3 -c '' 2>/dev/null; then
+    python3 -m json.tool first.json >/dev/null || fail "first.json is no JSON"
+else
+    echo "skipped: python3 is absent, so nobody else parses first.json"
+fi
+
+# --- one picture, whatever renders it ----------------------------------------------------------
+for options in "--engine sequential" "--threads 1" "--threads=3" "--copies screen" "--saturation drop" "--grid 32x32" \
+    "--tile 9x7" "--machine test --tile 24x24" "--machine test --grid 1x1" "--machine test --tile 64x40 --engine sequential" \
+    "--channel-slots 5" "--footprint opacity_box --hops quiet --pixels float --arithmetic precise"; do
+    # shellcheck disable=SC2086
+    runs $small --out other --float $options
+    same first/frame_0000.pfm other/frame_0000.pfm
+    same first/frame_0000.png other/frame_0000.png
+    rm -r other
+done
+
+# The picture in bytes is the float picture, rounded.
+runs $small --out other --float --pixels rgbx8
+same first/frame_0000.png other/frame_0000.png
+if cmp -s first/frame_0000.pfm other/frame_0000.pfm; then fail "rgbx8 kept floats"; fi
+
+# One hop a frame: the first picture lacks what is still under way, and the report says what.
+runs $small --out other --float --hops 1 --report other.json
+if cmp -s first/frame_0000.pfm other/frame_0000.pfm; then fail "one hop was enough"; fi
+has other.json '"cause": "late"'
+
+# --- presets -----------------------------------------------------------------------------------
+for preset in lossless paper prototype; do
+    runs $small --out threads --float --preset $preset --report report.json
+    has report.json "\"preset\": \"$preset\""
+    runs $small --out sequential --float --preset $preset --engine sequential
+    same threads/frame_0000.pfm sequential/frame_0000.pfm
+done
+has report.json '"budgeted": false'
+has report.json '"note":'
+for copies in world screen; do
+    for pixels in float rgbx8; do
+        runs $small --out threads --float --preset paper --saturation hold --copies $copies --pixels $pixels
+        runs $small --out sequential --float --preset paper --saturation hold --copies $copies --pixels $pixels \
+            --engine sequential
+        same threads/frame_0000.pfm sequential/frame_0000.pfm
+    done
+done
+runs $small --preset prototype --storage-slots 60 --channel-slots 3 --report report.json
+has report.json '"cause": "channel_full"'
+has report.json '"cause": "storage_full"'
+has report.json '"storage_slots": 60,'
+has report.json '"channel_slots": 3,'
+
+# --- sequences ---------------------------------------------------------------------------------
+runs --size 320x180 --out orbit --orbit -0.5 --frames 3 --float --report orbit.json
+has stdout "3 frames"
+[ "$(find orbit -name 'frame_000[012].png' | wc -l)" -eq 3 ] || fail "not three frames"
+same first/frame_0000.pfm orbit/frame_0000.pfm
+if cmp -s orbit/frame_0000.pfm orbit/frame_0001.pfm; then fail "the orbit stands still"; fi
+has orbit.json '"camera": "built_in orbit\[2\]"'
+
+printf '# time x y z qx qy qz qw\n0 1 2 3 0 0 0 1\n1 1 2 3 0 0 0 1\n2 1.1 2 3 0 0 0 1\n' >walk.tum
+runs $small --out walk --trajectory walk.tum --relative --float --report walk.json
+same first/frame_0000.pfm walk/frame_0000.pfm
+same first/frame_0000.pfm walk/frame_0001.pfm
+if cmp -s walk/frame_0001.pfm walk/frame_0002.pfm; then fail "the walk stands still"; fi
+has walk.json '"camera": "walk\[2\]"'
+runs $small --out walk --trajectory walk.tum
+
+cat >cameras.json <<'JSON'
+{"cameras": [
+ {"scene": "built_in", "name": "a", "width": 320, "height": 180, "fx": 300, "fy": 300, "cx": 160, "cy": 90,
+  "world_to_camera": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 2], [0, 0, 0, 1]]},
+ {"scene": "built_in", "name": "b", "width": 160, "height": 90, "fx": 150, "fy": 150, "cx": 80, "cy": 45,
+  "world_to_camera": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 2], [0, 0, 0, 1]]}]}
+JSON
+runs --quiet --out all --cameras cameras.json --report all.json
+[ "$(find all -name '*.png' | wc -l)" -eq 2 ] || fail "not two cameras"
+has all.json '"camera": "built_in/b"'
+runs --quiet --out one --cameras cameras.json --camera b --size 320x180 --float
+runs --quiet --out two --cameras cameras.json --camera built_in/a --float
+same one/frame_0000.pfm two/frame_0000.pfm
+runs --quiet --out three --cameras cameras.json --camera a --orbit 1 --frames 2
+
+# --- what is refused ---------------------------------------------------------------------------
+refuses "no option --colour" --colour blue
+refuses "no option -x" -x
+refuses "given twice" --size 1x1 --size=2x2
+refuses "two maps" a.ply b.ply
+refuses "absent.ply" absent.ply
+refuses "directory" .
+printf 'not a map\n' >bad.ply
+refuses "bad.ply" bad.ply
+printf 'a\nb' >"$(printf 'two\nlines.ply')"
+refuses "two?lines.ply" "$(printf 'two\nlines.ply')"
+for option in --cameras --camera --orbit --frames --trajectory --size --preset --grid --tile --machine --channel-slots \
+    --storage-slots --saturation --footprint --copies --hops --pixels --arithmetic --engine --threads --out --report; do
+    refuses "^$option has no value" $option
+    refuses "^$option has no value" $option --quiet
+done
+for option in --preset --machine --saturation --footprint --copies --pixels --engine --arithmetic; do
+    refuses "there are .*choose one" $option nonsense
+done
+refuses "not available in this version" --arithmetic fast
+for option in --size --grid --tile; do
+    for value in 12 0x5 5x0 x 5x 5x5x5 65536x1 -1x5 1e1x5 " 5x5"; do refuses "two whole numbers" $option "$value"; done
+done
+for option in --frames --channel-slots --storage-slots --threads --hops; do
+    for value in 0 -1 1.5 x 99999999999999999999 "" 1k; do refuses "whole number" $option "$value"; done
+done
+for value in x nan inf "" 1x; do refuses "degrees" --orbit "$value"; done
+refuses "takes no value" --quiet=yes
+for option in --cameras --trajectory --out --report; do refuses "empty" $option ""; done
+refuses "without --cameras" --camera a
+refuses "without --orbit" --frames 3
+refuses "without --frames" --orbit 3
+refuses "without --trajectory" --relative
+refuses "both given" --orbit 1 --frames 2 --trajectory walk.tum
+refuses "both given" --engine sequential --threads 2
+refuses "has 2000" --storage-slots 2001
+refuses "has 800" --storage-slots 801 --preset prototype
+refuses "has 100)" --channel-slots 101 --preset prototype
+refuses "absent.json" --cameras absent.json
+refuses "no camera \"c\"" --cameras cameras.json --camera c
+refuses "camera that moves" --cameras cameras.json --orbit 1 --frames 2
+refuses "bad.ply is not JSON" --cameras bad.ply
+refuses "line 1" --trajectory bad.ply
+refuses "framebuffer" --size 1920x1080
+refuses "mk2 has 1472" --grid 64x64
+refuses "the frame is" --grid 2x2 --tile 16x20
+refuses "too large" --machine test --grid 65535x65535
+refuses "too large" --machine test --tile 1x1 --size 65535x1000
+refuses "too large" --machine test --size 65535x65535
+refuses "slots hold" $small --storage-slots 10
+: >file
+refuses "directory" $small --out file
+refuses "file" $small --out file/below
+refuses "report" $small --report absent/report.json
+refuses "report" $small --report .
+if [ "$(id -u)" -ne 0 ]; then
+    mkdir closed && chmod 555 closed
+    refuses "Permission" $small --out closed
+    refuses "Permission" $small --out closed/below
+fi
+
+[ $failures -eq 0 ] || { echo "$failures failures"; exit 1; }
+echo "render_map: all good"

@@ -1,0 +1,78 @@
+#!/bin/sh
+# usage: sources.sh PROJECT
+# Reads the headers as text: who may include whom, and what kernel code (machine/, splat/, config.hpp) may say. Comments and string
+# literals do not count.
+set -eu
+export LC_ALL=C
+cd "$1/include/tilemesh"
+failed=0
+refuse() { # a reason, then what was found (nothing: all is well)
+    if [ -n "$2" ]; then printf '%s:\n%s\n' "$1" "$2" && failed=1; fi
+}
+all=$(find . -name '*.hpp' | sed 's,^\./,,' | sort)
+kernel_code=$(ls config.hpp machine/*.hpp splat/*.hpp)
+
+# "file: included" for every direct include.
+# shellcheck disable=SC2086
+includes=$(grep -HE '^ *# *include' $all | sed -E 's/^([^:]*): *# *include *(.*)$/\1: \2/')
+ours() { printf '%s\n' "$includes" | grep -E "^$1[^:]*: <tilemesh/" | grep -vE ": <tilemesh/($2)" || true; }
+
+# Layers: an arrow points to what may be included.
+refuse "config.hpp includes nothing of ours" "$(ours 'config\.hpp' 'nothing')"
+refuse "machine/ includes machine/ and config.hpp" "$(ours machine/ 'machine/|config\.hpp')"
+refuse "splat/ includes splat/, machine/ and config.hpp" "$(ours splat/ 'splat/|machine/|config\.hpp')"
+refuse "error.hpp includes nothing of ours" "$(ours 'error\.hpp' 'nothing')"
+refuse "engine/ includes engine/, machine/, config.hpp and error.hpp" "$(ours engine/ 'engine/|machine/|config\.hpp|error\.hpp')"
+refuse "scene/ includes scene/, splat/ and below, and error.hpp" "$(ours scene/ 'scene/|splat/|machine/|config\.hpp|error\.hpp')"
+refuse "report/ includes report/, splat/ and below, and error.hpp" "$(ours report/ 'report/|splat/|machine/|config\.hpp|error\.hpp')"
+refuse "poplar/ is for poplar/ alone" "$(printf '%s\n' "$includes" | grep -v '^poplar/' | grep '<tilemesh/poplar/' || true)"
+refuse "tilemesh.hpp is for users" "$(printf '%s\n' "$includes" | grep '<tilemesh/tilemesh.hpp>' || true)"
+refuse "detail/ is for its own part" "$(printf '%s\n' "$includes" | grep -E '<tilemesh/[a-z]+/detail/' |
+    grep -vE '^([a-z]+)/[^:]*: <tilemesh/\1/detail/' || true)"
+refuse "full paths, in angle brackets" "$(printf '%s\n' "$includes" | grep '"' || true)"
+json='scene/camera_json\.hpp|report/json\.hpp' # what only the users of nlohmann-json include
+refuse "nlohmann-json is for $json" "$(printf '%s\n' "$includes" | grep nlohmann | grep -vE "^($json):" || true)"
+refuse "$json are for users" "$(printf '%s\n' "$includes" | grep -E "<tilemesh/($json)>" || true)"
+# shellcheck disable=SC2086
+refuse "no #pragma once" "$(grep -L '^#pragma once' $all || true)"
+umbrella=$(sed -nE 's/^#include <tilemesh\/(.*)>$/\1/p' tilemesh.hpp)
+refuse "missing in tilemesh.hpp" "$(printf '%s\n' $all | grep -E '^(machine|report|scene)/[a-z_]+\.hpp$' |
+    grep -vxE "$json" | grep -vxF "$umbrella" || true)"
+
+# Kernel code: what it includes.
+standard='array|cmath|cstddef|cstdint|cstring|initializer_list|limits|type_traits|utility|algorithm|tuple'
+glm='glm/(vec2|vec3|vec4|mat2x2|mat3x3|mat4x4)\.hpp'
+refuse "not among the headers of kernel code" "$(printf '%s\n' "$includes" | grep -E '^(config|machine/|splat/)' |
+    grep -vE ": <($standard|$glm|tilemesh/.*)>\$" || true)"
+
+# Kernel code: what it says. `code` prints "file:line:text" without comments and literals.
+code() {
+    for file in "$@"; do
+        sed -E 's/"(\\.|[^"\\])*"/""/g; s,//.*$,,' "$file" | grep -nE '[^ ]' | sed "s,^,$file:,"
+    done
+}
+text=$(code $kernel_code)
+says() { printf '%s\n' "$text" | grep -E "(^|[^A-Za-z0-9_])($1)([^A-Za-z0-9_]|\$)" || true; }
+refuse "block comments (this check reads lines)" "$(printf '%s\n' "$text" | grep -F '/*' || true)"
+refuse "double precision" "$(says 'double')"
+refuse "sizes are 32 bits" "$(says '(std::)?(size_t|ptrdiff_t|u?intptr_t)')"
+# machine/tile.hpp: the ledger is added up in 64 bits at compile time, so that a huge program cannot wrap into a small one.
+refuse "64-bit integers" "$(says '(std::)?u?int64_t|long' | grep -v '^machine/tile.hpp:' || true)"
+refuse "not for tiles" "$(says 'virtual|throw|try|catch|new|delete|dynamic_cast|typeid|goto|mutable|thread_local|asm|std::(function|string|vector|sort|thread|atomic|mutex|chrono)')"
+refuse "C++20 only" "$(says 'concept|requires|consteval|constinit|co_await|co_yield|co_return|std::(span|bit_cast|numbers)')"
+refuse "library trigonometry costs thousands of cycles" "$(says '(std::)?(sin|cos|tan|asin|acos|atan|atan2|sinh|cosh|tanh|pow)f?')"
+refuse "statics that change" "$(printf '%s\n' "$text" | grep -oE '^[^:]*:[0-9]+|(^|[^A-Za-z_])static +[^(;={]*[;={]' |
+    grep -v '^[a-z]*/\?[a-z_]*\.hpp:' | grep -v constexpr || true)"
+refuse "unknown macros" "$(printf '%s\n' "$text" | sed -nE 's/^([^:]*:[0-9]+): *# *define ([A-Za-z_]+).*/\1 \2/p' |
+    grep -vE ' TILEMESH_(VERSION|KERNEL|EXPECT|EXACT_BEGIN|EXACT_END)$' || true)"
+
+# kernels.cpp must be all of it.
+here="$1/tests/checks/kernels.cpp"
+for file in $kernel_code; do
+    if [ "$file" != config.hpp ] && ! grep -q "#include <tilemesh/$file>" "$here"; then
+        echo "tests/checks/kernels.cpp does not include $file" && failed=1
+    fi
+done
+refuse "test cases belong into .cpp files (ctest runs them file by file)" \
+    "$(grep -lE '^ *TEST_CASE' "$1"/tests/*/*.hpp 2>/dev/null || true)"
+exit $failed

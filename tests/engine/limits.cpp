@@ -1,0 +1,230 @@
+#include "everywhere.hpp"
+#include "programs.hpp"
+
+using namespace engine_test;
+
+namespace {
+
+struct Stock : Buffer<std::uint32_t, 8, Limited> {
+    using Buffer::Buffer;
+};
+struct Shelf : Buffer<std::uint32_t, 8> {
+    using Buffer::Buffer;
+};
+struct Pipe : Channel<std::uint32_t> {};             // dynamic
+struct Belt : Channel<std::uint32_t, 8, Limited> {};
+struct Rail : Channel<std::uint32_t, 8> {};          // fixed
+
+/// Fills everything it has, and counts; reads what came.
+template <class C>
+struct Stuff {
+    void operator()(Stock& stock, Shelf& shelf, In<C> in, Out<C> out) const noexcept
+    {
+        for (Direction d : news)
+            for (auto m : in[d])
+                if (!shelf.try_push(m)) break;
+        std::uint32_t n = 0;
+        while (stock.try_push(n)) ++n;
+        for (Direction d : news)
+            while (out[d].try_push(d == Direction::north ? 1u : 2u)) {}
+    }
+};
+template <class C>
+struct Empty {
+    void operator()(Stock& stock, Shelf& shelf, In<C>) const noexcept
+    {
+        stock.truncate(0);
+        shelf.truncate(0);
+    }
+};
+/// Leaves mail, or no mail, behind.
+template <class C>
+using Loaded = Superstep<Stuff<C>>;
+template <class C>
+using Drained = Sequence<Superstep<Stuff<C>>, Superstep<Empty<C>>>;
+
+struct Hint { // a note and no message
+    void operator()(In<Belt>, Out<Belt> out) const noexcept { out[Direction::east].set_note(1); }
+};
+
+} // namespace
+
+TEST_CASE("a dynamic channel needs limit<> before run, and then holds what it was given")
+{
+    on_each<Drained<Pipe>>({3, 2}, [](auto& mesh) {
+        auto const text = error_of([&] { mesh.run(); });
+        CHECK(has(text, "channel Pipe has no slots"));
+        CHECK(has(text, "; call limit<Channel>(slots) before run()"));
+        mesh.template limit<Pipe>(5); // the refusal broke nothing
+        auto const run = mesh.run();
+        CHECK(run.steps[0].messages == 6 * 4 * 5);
+        CHECK(run.steps[0].capacity_bytes == 16 * 6 * (2 + 5));
+        CHECK(run.peaks.back().capacity == 5);
+        CHECK(run.peaks.back().items == 5);
+    });
+}
+
+TEST_CASE("dynamic, Limited and Fixed channels of one size give the same words and counters")
+{
+    auto const fixed = everywhere<Drained<Rail>>({3, 2}, [](auto&) {});
+    auto const limited = everywhere<Drained<Belt>>({3, 2}, [](auto&) {});
+    auto const dynamic = everywhere<Drained<Pipe>>({3, 2}, [](auto& mesh) { mesh.template limit<Pipe>(8); });
+    for (auto const* other : {&limited.last(), &dynamic.last()})
+        for (std::size_t s = 0; s < 2; ++s) {
+            CHECK(fixed.step(s).messages == other->steps[s].messages);
+            CHECK(fixed.step(s).capacity_bytes == other->steps[s].capacity_bytes);
+            CHECK(fixed.step(s).tile_runs == other->steps[s].tile_runs);
+        }
+    CHECK(fixed.last().digests == limited.last().digests);
+    CHECK(fixed.last().digests == dynamic.last().digests);
+    CHECK(words_of(*fixed.mesh) == words_of(*limited.mesh));
+    CHECK(words_of(*fixed.mesh) == words_of(*dynamic.mesh));
+}
+
+TEST_CASE("the SRAM budget of a dynamic channel is checked when it is sized: exactly full fits, one slot over does not")
+{
+    // Two lists of 2 + 8 words, heads of 8 ends, 32 bytes a slot.
+    constexpr std::uint32_t base = 2 * 40 + 64, slots = 7;
+    using Exact = TestMachine<base + 32 * slots>;
+    static_assert(CheckedMesh<Drained<Pipe>, Exact>::Layout::bytes == base);
+    on_each<Drained<Pipe>, Exact>({2, 2}, [&](auto& mesh) {
+        CHECK(mesh.sram_bytes() == base);
+        mesh.template limit<Pipe>(slots);
+        CHECK(mesh.sram_bytes() == base + 32 * slots);
+        auto const text = error_of([&] { mesh.template limit<Pipe>(slots + 1); });
+        CHECK(has(text, "channel Pipe with 8 slots"));
+        CHECK(has(text, "32 bytes over"));
+        CHECK(has(text, "; give it fewer slots"));
+        CHECK(has(error_of([&] { mesh.template limit<Pipe>(slots + 100); }), " 3200 bytes over"));
+        CHECK(has(error_of([&] { mesh.template limit<Pipe>(0xffffffffu); }), " bytes over"));
+        CHECK(mesh.sram_bytes() == base + 32 * slots); // the last good size stands
+        CHECK(mesh.run().peaks.back().items == slots);
+    });
+}
+
+TEST_CASE("Limited: 1, N - 1 and N are obeyed by the kernels; N + 1 is refused")
+{
+    for (std::uint32_t limit : {1u, 7u, 8u}) {
+        CAPTURE(limit);
+        auto const p = everywhere<Loaded<Belt>>({3, 2}, [&](auto& mesh) {
+            mesh.template limit<Belt>(limit);
+            mesh.template limit<Stock>(limit);
+        });
+        CHECK(p.last().messages() == 6 * 4 * limit);
+        CHECK(p.step(0).capacity_bytes == 16 * 6 * (2 + limit));
+        CHECK(p.mesh->state<Stock>(TileId::at(1, 1)).size() == limit);
+        CHECK(p.mesh->state<Stock>(TileId::at(1, 1)).capacity() == limit);
+        CHECK(p.last().peaks[0].capacity == limit);
+        CHECK(p.last().peaks[0].items == limit);
+        CHECK(p.mesh->sram_bytes() == CheckedMesh<Loaded<Belt>>::Layout::bytes); // a limit frees no SRAM
+    }
+    on_each<Loaded<Belt>>({3, 2}, [](auto& mesh) {
+        auto const channel = error_of([&] { mesh.template limit<Belt>(9); });
+        CHECK(has(channel, "a limit of 9 items for Belt"));
+        CHECK(has(channel, "has 8"));
+        CHECK(has(error_of([&] { mesh.template limit<Stock>(9); }), "a limit of 9 items for Stock"));
+        CHECK(has(error_of([&] { mesh.template limit<Stock>(0xffffffffu); }), "for Stock"));
+        CHECK(mesh.run().messages() == 6 * 4 * 8); // as if nobody had asked
+    });
+}
+
+TEST_CASE("a buffer limited to 0 takes nothing; a channel limited to 0 is refused by run")
+{
+    on_each<Loaded<Belt>>({3, 2}, [](auto& mesh) {
+        mesh.template limit<Stock>(0);
+        CHECK(mesh.run().peaks[0].items == 0);
+        CHECK(mesh.template state<Stock>(TileId::at(0, 0)).empty());
+    });
+    on_each<Loaded<Belt>>({3, 2}, [](auto& mesh) {
+        mesh.template limit<Belt>(0);
+        CHECK(has(error_of([&] { mesh.run(); }), "channel Belt has no slots"));
+        mesh.template limit<Belt>(2);
+        CHECK(mesh.run().messages() == 6 * 4 * 2);
+    });
+}
+
+TEST_CASE("a Fixed capacity is in the kernels: a limit would not reach them, and is refused")
+{
+    on_each<Loaded<Rail>>({3, 2}, [](auto& mesh) {
+        for (std::uint32_t limit : {0u, 7u, 9u}) {
+            CAPTURE(limit);
+            CHECK(has(error_of([&] { mesh.template limit<Rail>(limit); }), "for Rail (its capacity of 8 is Fixed"));
+            CHECK(has(error_of([&] { mesh.template limit<Shelf>(limit); }), "for Shelf (its capacity of 8 is Fixed"));
+        }
+        mesh.template limit<Rail>(8); // what it is
+        CHECK(mesh.run().messages() == 6 * 4 * 8);
+    });
+}
+
+TEST_CASE("a loaded buffer keeps its room: a limit below what any tile holds is refused, with the tile")
+{
+    on_each<Loaded<Belt>>({3, 2}, [](auto& mesh) {
+        auto stock = mesh.template state<Stock>(TileId::at(2, 1));
+        for (std::uint32_t i = 0; i < 5; ++i) stock.push(i);
+        auto const text = error_of([&] { mesh.template limit<Stock>(4); });
+        CHECK(has(text, "a limit of 4 items for Stock"));
+        CHECK(has(text, "tile (2, 1) holds 5"));
+        CHECK(mesh.template state<Stock>(TileId::at(2, 1)).capacity() == 8);
+        mesh.template limit<Stock>(5);
+        CHECK(mesh.template state<Stock>(TileId::at(2, 1)).room() == 0);
+    });
+}
+
+TEST_CASE("a channel with mail under way keeps its slots; one that was read may change them")
+{
+    on_each<Loaded<Belt>>({3, 2}, [](auto& mesh) {
+        mesh.run();
+        for (std::uint32_t slots : {1u, 7u, 8u}) {
+            CAPTURE(slots);
+            CHECK(has(error_of([&] { mesh.template limit<Belt>(slots); }), "new slots for channel Belt (it carries mail"));
+        }
+        CHECK(mesh.template incoming<Belt>(TileId::at(1, 1), Direction::north).size() == 8);
+        CHECK(mesh.run().steps[0].capacity_bytes == 16 * 6 * (2 + 8)); // nothing changed
+    });
+    on_each<Loaded<Pipe>>({3, 2}, [](auto& mesh) {
+        mesh.template limit<Pipe>(3);
+        mesh.run();
+        CHECK(has(error_of([&] { mesh.template limit<Pipe>(30); }), "new slots for channel Pipe (it carries mail"));
+        CHECK(mesh.run().messages() == 6 * 4 * 3);
+    });
+    on_each<Superstep<Hint>>({3, 2}, [](auto& mesh) { // a note is mail
+        mesh.run();
+        CHECK(has(error_of([&] { mesh.template limit<Belt>(2); }), "it carries mail"));
+    });
+    on_each<Drained<Pipe>>({3, 2}, [](auto& mesh) {
+        for (std::uint32_t slots : {3u, 30u, 1u, 100u}) {
+            mesh.template limit<Pipe>(slots);
+            CHECK(mesh.run().messages() == std::uint64_t{6} * 4 * slots);
+        }
+    });
+}
+
+TEST_CASE("a grid that the machine does not have is refused: none, too many, too long")
+{
+    struct Four : TestMachine<4096, 4> {};
+    auto const refused = [](auto tag, Grid grid) {
+        using M = typename decltype(tag)::type;
+        return error_of([&] { M mesh{grid}; });
+    };
+    auto const check = [&](auto tag) {
+        CHECK(refused(tag, {2, 2}).empty());
+        CHECK(refused(tag, {1, 4}).empty());
+        CHECK(refused(tag, {1, 1}).empty());
+        CHECK(has(refused(tag, {5, 1}), "a grid of 5 x 1 = 5 tiles (test has 4)"));
+        CHECK(has(refused(tag, {2, 3}), "2 x 3 = 6 tiles"));
+        CHECK(has(refused(tag, {0, 3}), "a grid of 0 x 3 tiles"));
+        CHECK(has(refused(tag, {3, 0}), "a grid of 3 x 0 tiles"));
+        CHECK(has(refused(tag, {0, 0}), "; choose another"));
+        CHECK(has(refused(tag, {65536, 1}), "each side is 1 to 65,535"));
+        CHECK(has(refused(tag, {65536, 65536}), "each side is 1 to 65,535")); // their product is 0 in 32 bits
+    };
+    check(tilemesh::detail::Tag<Mesh<Heat<1>, Four>>{});
+    check(tilemesh::detail::Tag<CheckedMesh<Heat<1>, Four>>{});
+}
+
+TEST_CASE("Mk2 has 1,472 tiles, and no more")
+{
+    CHECK(error_of([] { Mesh<Heat<1>> mesh{Grid{1472, 1}}; }).empty());
+    CHECK(has(error_of([] { Mesh<Heat<1>> mesh{Grid{1473, 1}}; }), "(mk2 has 1472)"));
+    CHECK(has(error_of([] { CheckedMesh<Heat<1>> mesh{Grid{1473, 1}}; }), "(mk2 has 1472)"));
+}

@@ -1,0 +1,192 @@
+#include <cstdint>
+#include <doctest/doctest.h>
+#include <tilemesh/machine/kernel.hpp>
+#include <tilemesh/machine/tile.hpp>
+#include <type_traits>
+
+using namespace tilemesh;
+
+namespace {
+
+struct Level {
+    std::uint32_t word;
+};
+struct Pressure {
+    float bar[2];
+};
+struct Pile : Buffer<std::uint32_t, 8> {
+    using Buffer::Buffer;
+};
+struct Rate {
+    float per_step;
+};
+struct Limit {
+    std::uint32_t most;
+};
+struct Red : Channel<std::uint32_t, 2> {};
+struct Blue : Channel<std::uint32_t, 2> {};
+
+struct Everything {
+    Vote operator()(Level&, Pressure const&, Pile&, Broadcast<Rate>, In<Red>, Out<Blue>, Here) const noexcept
+    {
+        return Vote::quiet;
+    }
+};
+struct AllWorkers {
+    void operator()(Pile const&, In<Blue>, Worker) const noexcept {}
+};
+struct Nothing {
+    void operator()() const noexcept {}
+};
+
+// What a kernel's parameter list says.
+using T = KernelTraits<Everything>;
+static_assert(std::is_same_v<T::Arguments,
+                             Types<Level&, Pressure const&, Pile&, Broadcast<Rate>, In<Red>, Out<Blue>, Here>>);
+static_assert(std::is_same_v<T::Result, Vote> && std::is_same_v<KernelTraits<Nothing>::Result, void>);
+static_assert(takes<Everything, Level&> && takes<Everything, Pressure const&> && takes<Everything, Here>);
+static_assert(!takes<Everything, Level const&> && !takes<Everything, Pressure&>, "const is part of the declaration");
+static_assert(!takes<Everything, Worker> && takes<AllWorkers, Worker>);
+static_assert(takes<Everything, In<Red>> && !takes<Everything, Out<Red>> && !takes<Everything, In<Blue>>);
+static_assert(T::reads<Red> && !T::reads<Blue> && T::writes<Blue> && !T::writes<Red>);
+static_assert(T::sends && !KernelTraits<AllWorkers>::sends && !KernelTraits<Nothing>::sends);
+static_assert(!T::multi_worker && KernelTraits<AllWorkers>::multi_worker && !KernelTraits<Nothing>::multi_worker);
+static_assert(std::is_same_v<T::Links, Types<Red, Blue>>, "in the order of the parameters");
+static_assert(std::is_same_v<KernelTraits<AllWorkers>::Links, Types<Blue>>);
+static_assert(std::is_same_v<KernelTraits<Nothing>::Links, Types<>>);
+static_assert(std::is_same_v<T::Needs::States, Types<Level, Pressure, Pile>>, "const or not, one region");
+static_assert(std::is_same_v<T::Needs::Shareds, Types<Rate>>);
+
+struct BothEnds {
+    void operator()(Out<Blue>, In<Blue>, Level&, Level const&) const noexcept {}
+};
+static_assert(std::is_same_v<KernelTraits<BothEnds>::Links, Types<Blue>>, "a channel counts once");
+static_assert(std::is_same_v<KernelTraits<BothEnds>::Needs::States, Types<Level>>, "a state counts once");
+
+// What a program needs: the union over its kernels, once each, in the order in which they name it.
+struct First {
+    void operator()(Pressure&, Out<Red>, Broadcast<Limit>) const noexcept {}
+};
+using Nested = Sequence<Superstep<First>, Sequence<Repeat<3, Everything>, Sequence<>, UntilQuiet<AllWorkers>>, Superstep<First>>;
+static_assert(std::is_same_v<Needs<Nested>::States, Types<Pressure, Level, Pile>>);
+static_assert(std::is_same_v<Needs<Nested>::Links, Types<Red, Blue>>);
+static_assert(std::is_same_v<Needs<Nested>::Shareds, Types<Limit, Rate>>);
+static_assert(std::is_same_v<Needs<Superstep<Nothing>>, detail::Sets<Types<>, Types<>, Types<>>>);
+static_assert(std::is_same_v<Needs<Sequence<>>, detail::Sets<Types<>, Types<>, Types<>>>);
+static_assert(std::is_same_v<Needs<Repeat<1, Everything>>, Needs<UntilQuiet<Everything>>>);
+
+// Sending over unread mail. A program runs again and again, so what its end leaves, its beginning finds.
+struct Send {
+    void operator()(Out<Red>) const noexcept {}
+};
+struct Read {
+    void operator()(In<Red>) const noexcept {}
+};
+struct Relay {
+    void operator()(In<Red>, Out<Red>) const noexcept {}
+};
+template <class... Steps>
+constexpr bool clashes = detail::sends_over_unread_mail<Sequence<Steps...>, Red>();
+
+static_assert(clashes<Superstep<Send>>, "the second run sends over the first one's mail");
+static_assert(!clashes<Superstep<Read>> && !clashes<Superstep<Relay>> && !clashes<Superstep<Nothing>>);
+static_assert(!clashes<Superstep<Send>, Superstep<Read>>);
+static_assert(!clashes<Superstep<Read>, Superstep<Send>>, "cyclic: the read comes before the next send");
+static_assert(clashes<Superstep<Send>, Superstep<Send>, Superstep<Read>>);
+static_assert(clashes<Superstep<Read>, Superstep<Send>, Superstep<Send>>);
+static_assert(!clashes<Superstep<Send>, Superstep<Nothing>, Superstep<Nothing>, Superstep<Read>>, "mail outlives other steps");
+static_assert(clashes<Superstep<Send>, Superstep<Nothing>, Superstep<Send>, Superstep<Read>>);
+static_assert(!clashes<Superstep<Send>, Superstep<Read>, Superstep<Send>, Superstep<Read>>);
+static_assert(clashes<Superstep<Send>, Superstep<Relay>>, "a relay reads and sends: what it sent is unread");
+static_assert(!clashes<Superstep<Send>, Superstep<Relay>, Superstep<Read>>);
+static_assert(clashes<Superstep<Relay>, Superstep<Send>, Superstep<Read>>);
+static_assert(!clashes<Superstep<Send>, UntilQuiet<Relay>>, "until quiet ends with everything read");
+static_assert(!clashes<Superstep<Send>, UntilQuiet<Read>>);
+static_assert(clashes<UntilQuiet<Send>, Superstep<Read>>, "it may send twice");
+static_assert(clashes<Repeat<2, Send>, Superstep<Read>>);
+static_assert(!clashes<Repeat<1, Send>, Superstep<Read>>);
+static_assert(!clashes<Repeat<0, Send>, Superstep<Send>, Superstep<Read>>, "nothing is sent no times");
+static_assert(clashes<Superstep<Send>, Repeat<0, Read>>, "nothing is read no times");
+static_assert(!clashes<Superstep<Send>, Repeat<5, Read>>);
+static_assert(!clashes<Repeat<5, Relay>>);
+static_assert(clashes<Sequence<Superstep<Send>>, Sequence<Sequence<Superstep<Send>>>, Superstep<Read>>, "nesting hides nothing");
+static_assert(!clashes<Sequence<Superstep<Send>, Sequence<Superstep<Read>>>>);
+static_assert(!detail::sends_over_unread_mail<Superstep<Send>, Blue>(), "another channel's mail is no matter");
+
+/// An interpreter of one tile, as a unit test writes it: arrays on the stack.
+struct Alone {
+    std::uint32_t level[1] = {41};
+    float bar[2] = {1, 2};
+    std::uint32_t pile_head[2] = {}, pile[8] = {};
+    Rate rate{0.5f};
+    std::uint32_t heads[2][4][2] = {}, items[2][4][2] = {};
+    template <class X>
+    Place state() noexcept
+    {
+        if constexpr (std::is_same_v<X, Level>)
+            return {nullptr, level, 1};
+        else if constexpr (std::is_same_v<X, Pressure>)
+            return {nullptr, reinterpret_cast<std::uint32_t*>(bar), 1};
+        else
+            return {pile_head, pile, 8};
+    }
+    template <class C>
+    Place in(Direction d) noexcept
+    {
+        return {heads[0][index(d)], items[0][index(d)], 2};
+    }
+    template <class C>
+    Place out(Direction d) noexcept
+    {
+        return {heads[1][index(d)], items[1][index(d)], 2};
+    }
+    template <class P>
+    P const* shared() noexcept
+    {
+        return &rate;
+    }
+    Here here() noexcept { return {TileId::at(2, 1), {4, 3}}; }
+    Worker worker() noexcept { return {0, 1}; }
+};
+struct Touch {
+    Vote operator()(Level& level, Pressure const& pressure, Pile& pile, Broadcast<Rate> rate, In<Red> in, Out<Blue> out,
+                    Here here) const noexcept
+    {
+        ++level.word;
+        pile.push(here.tile.x() * 100 + here.tile.y() * 10 + here.grid.height);
+        for (Direction d : news)
+            for (auto m : in[d]) out[opposite(d)].push(m + static_cast<std::uint32_t>(2 * (*rate).per_step));
+        return pressure.bar[1] == 2.0f ? Vote::busy : Vote::quiet;
+    }
+};
+struct CountMe {
+    void operator()(Pile& pile, Worker w) const noexcept { pile.push(w.index * 10 + w.count); }
+};
+
+} // namespace
+
+TEST_CASE("run_kernel gives each parameter its own words and returns the vote")
+{
+    Alone tile;
+    tile.heads[0][index(Direction::west)][0] = 1;
+    tile.items[0][index(Direction::west)][0] = 6;
+    CHECK(run_kernel<Touch>(tile) == Vote::busy);
+    CHECK(tile.level[0] == 42);
+    CHECK(tile.pile_head[0] == 1);
+    CHECK(tile.pile[0] == 213);
+    CHECK(tile.heads[1][index(Direction::east)][0] == 1);
+    CHECK(tile.items[1][index(Direction::east)][0] == 7);
+    for (Direction d : {Direction::north, Direction::west, Direction::south}) CHECK(tile.heads[1][index(d)][0] == 0);
+    CHECK(tile.heads[0][index(Direction::west)][0] == 1); // reading is the interpreter's to record
+    tile.bar[1] = 3;
+    CHECK(run_kernel<Touch>(tile) == Vote::quiet);
+    CHECK(tile.level[0] == 43);
+}
+
+TEST_CASE("a kernel that returns nothing votes quiet, and a Worker is the interpreter's")
+{
+    Alone tile;
+    CHECK(run_kernel<CountMe>(tile) == Vote::quiet);
+    CHECK(tile.pile_head[0] == 1);
+    CHECK(tile.pile[0] == 1);
+}

@@ -1,0 +1,138 @@
+#include <cstdint>
+#include <doctest/doctest.h>
+#include <map>
+#include <string>
+#include <tilemesh/machine/tile.hpp>
+#include <tilemesh/splat/frame_program.hpp>
+
+using namespace tilemesh;
+using namespace tilemesh::splat;
+
+namespace {
+
+template <class S>
+using FrameTile = Tile<typename S::Machine, Frame<S>>;
+
+template <class S>
+std::map<std::string, Region> rows()
+{
+    std::map<std::string, Region> out;
+    for (Region const& r : FrameTile<S>::ledger()) {
+        auto const [at, is_new] = out.emplace(std::string(r.name.text, r.name.size), r);
+        CHECK_MESSAGE(is_new, "two rows are called ", at->first);
+    }
+    return out;
+}
+
+template <class S>
+std::string table()
+{
+    std::string out = std::string("ledger of ") + S::name + " on " + S::Machine::name + "\n";
+    for (Region const& r : FrameTile<S>::ledger())
+        out += std::string(r.name.text, r.name.size) + " (" + r.what + "): " + std::to_string(r.bytes) +
+               (r.budgeted ? "\n" : ", outside the budget\n");
+    return out + "sum: " + std::to_string(FrameTile<S>::bytes) + " of " + std::to_string(S::Machine::sram_bytes);
+}
+
+template <class S>
+std::uint64_t budgeted_sum()
+{
+    std::uint64_t sum = 0;
+    for (Region const& r : FrameTile<S>::ledger()) sum += r.budgeted ? r.bytes : 0;
+    return sum;
+}
+
+static_assert(sizeof(Gaussian) == 60, "the paper's record");
+
+/// Mk2 with more SRAM than there is.
+struct LargeMk2 : Mk2 {
+    static constexpr char const* name = "large mk2";
+    static constexpr std::uint32_t sram_bytes = 2 << 20;
+};
+
+/// What we would have liked: the paper's storage and channels, 800-slot FIFOs, and the screen cache that the kernels need.
+struct Wishes : Lossless {
+    static constexpr char const* name = "wishes";
+    using Machine = LargeMk2;
+    static constexpr std::uint32_t storage_slots = 3200;
+    static constexpr std::uint32_t road_bytes = 400 * sizeof(Addressed);
+    static constexpr std::uint32_t beam_bytes = 400 * sizeof(Gaussian);
+    static constexpr std::uint32_t waiting_bytes = 800 * sizeof(Addressed);
+};
+/// The same with one set of channels, as in the sum of 757 KB (which counts 40 bytes a slot for the screen cache).
+struct FewerWishes : Wishes {
+    static constexpr char const* name = "fewer wishes";
+    static constexpr bool one_channel_memory = true;
+};
+
+} // namespace
+
+TEST_CASE("the paper's ledger: framebuffer, channels, storage, code; the rest has no room in it")
+{
+    auto const ledger = rows<Paper>();
+    CHECK(ledger.at("framebuffer").bytes == 2'560 + 8);
+    CHECK(ledger.at("framebuffer").budgeted);
+    CHECK(ledger.at("road").bytes == 8 * (400 * 60 + 8));
+    CHECK(ledger.at("storage").bytes == 3'200 * 60 + 8);
+    CHECK(ledger.at("storage").budgeted);
+    CHECK(ledger.at("beam").bytes == 0); // the paper has one set of channels
+    CHECK(FrameTile<Paper>::channel_bytes<Beam<Paper>>() == 8 * (400 * 60 + 8));
+    CHECK(ledger.at("code and stacks").bytes == 130 * 1024);
+    for (char const* name : {"marks", "projected records", "sort keys"}) {
+        CAPTURE(name);
+        REQUIRE(ledger.count(name) == 1);
+        CHECK_FALSE(ledger.at(name).budgeted);
+        CHECK(ledger.at(name).bytes > 0);
+    }
+    CHECK(ledger.count("waiting (side 0)") == 0); // no FIFOs: `drop`
+    CHECK(ledger.at("marks").bytes == 3'200 * sizeof(Mark) + 8);
+    CHECK(ledger.at("projected records").bytes == 3'200 * sizeof(Splat) + 8);
+    CHECK(ledger.at("sort keys").bytes == 3'200 * sizeof(SortKey) + 8);
+    CHECK(FrameTile<Paper>::bytes == budgeted_sum<Paper>());
+    CHECK(FrameTile<Paper>::bytes <= 638'976);
+    auto const lists = ledger.at("marks").bytes + ledger.at("projected records").bytes + ledger.at("sort keys").bytes;
+    CHECK(FrameTile<Paper>::bytes + lists > 638'976); // said, not hidden
+    MESSAGE(table<Paper>());
+}
+
+TEST_CASE("the prototype's ledger: 100 and 800 records")
+{
+    auto const ledger = rows<Prototype>();
+    CHECK(ledger.at("road").bytes == 8 * (100 * 60 + 8));
+    CHECK(ledger.at("storage").bytes == 800 * 60 + 8);
+    CHECK(ledger.at("beam").bytes == 0);
+    CHECK(FrameTile<Prototype>::bytes == budgeted_sum<Prototype>());
+}
+
+TEST_CASE("our ledger: every region counts, and all of it fits")
+{
+    auto const ledger = rows<Lossless>();
+    for (auto const& [name, region] : ledger) {
+        CAPTURE(name);
+        CHECK(region.budgeted);
+    }
+    CHECK(ledger.at("storage").bytes == Lossless::storage_slots * 60 + 8);
+    CHECK(ledger.at("marks").bytes == Lossless::storage_slots * sizeof(Mark) + 8);
+    CHECK(ledger.at("projected records").bytes == Lossless::storage_slots * sizeof(Splat) + 8);
+    CHECK(ledger.at("sort keys").bytes == Lossless::storage_slots * sizeof(SortKey) + 8);
+    CHECK(ledger.at("framebuffer").bytes == 640 * 12 + 8); // float pixels
+    CHECK(ledger.at("road").bytes == 8 * (Lossless::road_bytes + 8));
+    CHECK(ledger.at("beam").bytes == 8 * (Lossless::beam_bytes + 8));
+    CHECK(ledger.at("waiting (side 0)").bytes == Lossless::waiting_bytes + 8);
+    CHECK(ledger.at("waiting (side 1)").bytes == Lossless::waiting_bytes + 8);
+    CHECK(ledger.at("code and stacks").bytes == 130 * 1024);
+    CHECK(FrameTile<Lossless>::bytes == budgeted_sum<Lossless>());
+    CHECK(FrameTile<Lossless>::bytes <= 638'976);
+    MESSAGE(table<Lossless>());
+}
+
+TEST_CASE("all of the paper's numbers and all that the kernels keep do not fit in 624 KiB")
+{
+    CHECK(FrameTile<Wishes>::bytes > Mk2::sram_bytes);
+    CHECK(FrameTile<Wishes>::bytes > FrameTile<FewerWishes>::bytes);
+    CHECK(FrameTile<FewerWishes>::bytes > 757'000);
+    CHECK(FrameTile<Wishes>::bytes == budgeted_sum<Wishes>());
+    CHECK(FrameTile<FewerWishes>::bytes == budgeted_sum<FewerWishes>());
+    CHECK(rows<FewerWishes>().at("beam").bytes == 0); // 60-byte copies lie within the 64-byte road
+    MESSAGE(table<Wishes>());
+}

@@ -1,0 +1,187 @@
+#include <cstdint>
+#include <doctest/doctest.h>
+#include <string>
+#include <tilemesh/machine/tile.hpp>
+#include <type_traits>
+
+using namespace tilemesh;
+
+namespace {
+
+// The heat program of the design document.
+struct Cell {
+    float kelvin;
+};
+struct Conductivity {
+    float per_step;
+};
+struct Wall : Channel<float, 1> {};
+struct Diffuse {
+    void operator()(Cell& cell, Broadcast<Conductivity> k, In<Wall> in, Out<Wall> out) const noexcept
+    {
+        float flow = 0;
+        for (auto d : news)
+            for (float neighbour : in[d]) flow += neighbour - cell.kelvin;
+        cell.kelvin += k->per_step * flow;
+        for (auto d : news) out[d].unchecked_push(cell.kelvin);
+    }
+};
+using Heat = Sequence<Repeat<1000, Diffuse>>;
+using HeatTile = Tile<Mk2, Heat>;
+
+// 1 word of state, 1 of broadcast, 8 ends of 2 + 1 words, 130 KiB kept back.
+static_assert(HeatTile::words<Cell>() == 1 && HeatTile::offset<Cell>() == 0 && HeatTile::state_words == 1);
+static_assert(HeatTile::channel_bytes<Wall>() == 96 && HeatTile::own_channel_bytes<Wall>() == 96);
+static_assert(HeatTile::bytes == 133'120 + 96 + 4 + 4);
+static_assert(HeatTile::region_count == 4 && HeatTile::ledger().size() == 4);
+
+std::string text(Name n) { return {n.text, n.size}; }
+
+template <class Ledger>
+std::uint64_t budgeted_sum(Ledger const& ledger)
+{
+    std::uint64_t sum = 0;
+    for (Region const& r : ledger) sum += r.budgeted ? r.bytes : 0;
+    return sum;
+}
+
+// Several states: order and offsets follow the parameter lists.
+struct Small {
+    std::uint32_t word[3];
+};
+struct List : Buffer<std::uint32_t, 10> {
+    using Buffer::Buffer;
+    static constexpr char const* name = "a list of ten";
+};
+struct Wide : Buffer<Small, 5, Limited> {
+    using Buffer::Buffer;
+};
+struct Extra : Buffer<std::uint32_t, 100> {
+    using Buffer::Buffer;
+    static constexpr bool budgeted = false;
+};
+struct Counted : Buffer<std::uint32_t, 1> {
+    using Buffer::Buffer;
+    static constexpr bool budgeted = true;
+};
+struct Keep {
+    void operator()(List&, Small const&, Extra&) const noexcept {}
+};
+struct KeepMore {
+    void operator()(Wide&, Small&, Counted&, Broadcast<Small>) const noexcept {}
+};
+using Kept = Tile<TestMachine<4096>, Sequence<Superstep<Keep>, Superstep<KeepMore>>>;
+static_assert(Kept::words<List>() == 12 && Kept::words<Small>() == 3 && Kept::words<Extra>() == 102);
+static_assert(Kept::words<Wide>() == 2 + 15 && Kept::words<Counted>() == 3);
+static_assert(Kept::offset<List>() == 0 && Kept::offset<Small>() == 12 && Kept::offset<Extra>() == 15);
+static_assert(Kept::offset<Wide>() == 117 && Kept::offset<Counted>() == 134 && Kept::state_words == 137);
+static_assert(Kept::bytes == 4 * (12 + 3 + 17 + 3) + 12, "all but what is outside the budget, and the broadcast");
+
+// Channels that share memory.
+template <std::uint32_t N>
+struct Road : Channel<std::uint32_t, N> {};
+template <std::uint32_t N, std::uint32_t M>
+struct Beam : Channel<Small, N> {
+    using memory_of = Road<M>;
+};
+template <class... C>
+struct Talk {
+    void operator()(In<C>... in, Out<C>... out) const noexcept
+    {
+        (void)std::initializer_list<int>{(static_cast<void>(in), static_cast<void>(out), 0)...};
+    }
+};
+template <class... C>
+using TalkTile = Tile<TestMachine<8192>, Superstep<Talk<C...>>>;
+
+// A road of N slots takes 32 (2 + N) bytes, a beam of N slots 32 (2 + 3 N).
+static_assert(TalkTile<Road<6>>::bytes == 256);
+static_assert(TalkTile<Road<6>, Beam<1, 6>>::bytes == 256, "the smaller one lies within");
+static_assert(TalkTile<Road<6>, Beam<2, 6>>::bytes == 256, "as large: nothing more");
+static_assert(TalkTile<Road<6>, Beam<3, 6>>::bytes == 352, "the larger of the two");
+static_assert(TalkTile<Road<6>, Beam<2, 6>>::own_channel_bytes<Beam<2, 6>>() == 0);
+static_assert(TalkTile<Road<6>, Beam<3, 6>>::own_channel_bytes<Beam<3, 6>>() == 96);
+static_assert(TalkTile<Beam<3, 6>, Road<6>>::bytes == 352, "whoever is named first");
+
+struct Free : Channel<std::uint32_t> {};
+static_assert(TalkTile<Free>::bytes == 64, "a dynamic channel counts as its heads; the engine counts the rest");
+static_assert(TalkTile<Free>::channel_bytes<Free>(10) == 32 * 12);
+
+// The budget's edge. One word more than the last that fits is a compile-time error, tested in tests/checks.
+template <std::uint32_t N>
+struct Load : Buffer<std::uint32_t, N> {
+    using Buffer<std::uint32_t, N>::Buffer;
+};
+template <std::uint32_t N>
+struct Use {
+    void operator()(Load<N>&, In<Wall>, Out<Wall>) const noexcept {}
+};
+template <std::uint32_t Sram, std::uint32_t N>
+using Loaded = Tile<TestMachine<Sram>, Superstep<Use<N>>>;
+constexpr std::uint32_t exact = 4 * (2 + 10) + 96;
+static_assert(Loaded<exact, 10>::bytes == exact, "exactly full fits");
+static_assert(Loaded<exact, 9>::bytes == exact - 4);
+static_assert(Loaded<exact + 4, 11>::bytes == exact + 4, "one word over needs one word more");
+static_assert(Loaded<exact, 0>::bytes == exact - 40);
+
+// A program that keeps nothing.
+struct Idle {
+    void operator()() const noexcept {}
+};
+static_assert(Tile<TestMachine<0>, Superstep<Idle>>::bytes == 0 && Tile<Mk2, Superstep<Idle>>::bytes == 133'120);
+static_assert(Tile<Mk2, Superstep<Idle>>::region_count == 1);
+
+/// The paper's machine, and one that a user describes.
+static_assert(Mk2::tiles == 1472 && Mk2::sram_bytes == 638'976 && Mk2::workers == 6 && Mk2::clock_khz == 1'325'000);
+struct Mine {
+    static constexpr char const* name = "mine";
+    static constexpr std::uint32_t tiles = 4, sram_bytes = 256, code_bytes = 100, workers = 2, clock_khz = 1;
+};
+static_assert(Tile<Mine, Heat>::bytes == 100 + 96 + 8);
+
+} // namespace
+
+TEST_CASE("the ledger of heat: channels, states, broadcasts, then code and stacks")
+{
+    constexpr auto ledger = HeatTile::ledger();
+    CHECK(text(ledger[0].name) == "Wall");
+    CHECK(ledger[0].bytes == 96);
+    CHECK(std::string(ledger[0].what) == "channel, 8 ends");
+    CHECK(text(ledger[1].name) == "Cell");
+    CHECK(ledger[1].bytes == 4);
+    CHECK(std::string(ledger[1].what) == "state");
+    CHECK(text(ledger[2].name) == "Conductivity");
+    CHECK(ledger[2].bytes == 4);
+    CHECK(std::string(ledger[2].what) == "broadcast");
+    CHECK(text(ledger[3].name) == "code and stacks");
+    CHECK(ledger[3].bytes == 133'120);
+    for (Region const& r : ledger) CHECK(r.budgeted);
+    CHECK(budgeted_sum(ledger) == HeatTile::bytes);
+}
+
+TEST_CASE("what is outside the budget is listed and not counted")
+{
+    constexpr auto ledger = Kept::ledger();
+    REQUIRE(ledger.size() == 7);
+    CHECK(text(ledger[0].name) == "a list of ten");
+    CHECK(text(ledger[2].name) == "Extra");
+    CHECK(ledger[2].bytes == 408);
+    CHECK_FALSE(ledger[2].budgeted);
+    CHECK(ledger[4].budgeted); // says so itself
+    CHECK(text(ledger[5].name) == "Small");
+    CHECK(std::string(ledger[5].what) == "broadcast"); // the same struct, kept twice, is two regions
+    CHECK(budgeted_sum(ledger) == Kept::bytes);
+}
+
+TEST_CASE("shared channel memory is one row's bytes, and rows add up to the total")
+{
+    constexpr auto within = TalkTile<Road<6>, Beam<1, 6>>::ledger();
+    CHECK(within[0].bytes == 256);
+    CHECK(within[1].bytes == 0);
+    CHECK(text(within[1].name) == "Beam");
+    CHECK(budgeted_sum(within) == TalkTile<Road<6>, Beam<1, 6>>::bytes);
+    constexpr auto beyond = TalkTile<Road<6>, Beam<3, 6>>::ledger();
+    CHECK(beyond[0].bytes == 256);
+    CHECK(beyond[1].bytes == 96);
+    CHECK(budgeted_sum(beyond) == TalkTile<Road<6>, Beam<3, 6>>::bytes);
+}

@@ -1,0 +1,191 @@
+#include <doctest/doctest.h>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <string>
+#include <tilemesh/error.hpp>
+#include <tilemesh/report/json.hpp>
+
+namespace report = tilemesh::report;
+using Json = nlohmann::ordered_json;
+
+namespace {
+
+report::ErrorMeasures measures(double psnr_db)
+{
+    return {.rmse = 0.25, .max_levels = 3, .p999_levels = 2, .psnr_db = psnr_db, .ssim = 0.5, .mae = 0, .share_over_one_level = 0};
+}
+
+/// A frame in which every number that the report holds is another one.
+report::RunFrame frame()
+{
+    report::RunFrame f;
+    auto& r = f.report;
+    r.camera = "sloth/front";
+    r.width = 1280;
+    r.height = 720;
+    r.supersteps = {1, 2, 3, 4};
+    r.gaussians = {.visible = 11, .moved = 12, .held = 13, .dropped = 14, .unplaced = 15, .parked = 16, .under_way = 17};
+    r.refused = {.channel_full = 21, .no_credit = 22, .storage_full = 23, .copies_full = 24, .copies_refused = 25};
+    r.lost = {{tilemesh::splat::GaussianId{7}, report::Loss::whole, report::Cause::unplaced},
+              {tilemesh::splat::GaussianId{8}, 1439, report::Cause::channel_full}};
+    r.copies = 31;
+    r.lost_copies = 32;
+    r.late_copies = 33;
+    r.messages = 34;
+    r.hops = 35;
+    r.exchanged_live_bytes = 36;
+    r.exchanged_capacity_bytes = 0xffffffffffffffffu;
+    r.pairs = 38;
+    r.pairs_contributing = 39;
+    r.peak_storage = 41;
+    r.peak_channel = 42;
+    r.host_ms = {.project = 0.5, .route = 1.5, .bloom = 2.5, .composite = 3.5, .total = 8.5};
+    f.image = "frame_0000.png";
+    f.grid = {40, 36};
+    f.tile_px = {32, 20};
+    return f;
+}
+
+report::RunReport run()
+{
+    report::RunReport r;
+    r.map = {"sloth", "maps/sloth.ply", 25161, 2, {"columns skipped: nx, ny, nz"}};
+    r.machine = {"mk2", 638976, 3200, 400, {{{"storage, and more", 7}, "state", 192008, true}}};
+    r.preset = "paper";
+    r.engine = "threads";
+    r.threads = 3;
+    r.policies = {"row_first", "recomputed", "drop", "three_sigma_square", "world", "rgbx8", "precise", 0};
+    r.frames = {frame()};
+    return r;
+}
+
+} // namespace
+
+TEST_SUITE_BEGIN("report");
+
+TEST_CASE("report.json says what ran")
+{
+    auto const json = report::json_of(run());
+    CHECK(json["map"] == Json{{"name", "sloth"},
+                              {"path", "maps/sloth.ply"},
+                              {"gaussians", 25161},
+                              {"rejected", 2},
+                              {"notes", {"columns skipped: nx, ny, nz"}}});
+    CHECK(json["preset"] == "paper");
+    CHECK(json["engine"] == "threads");
+    CHECK(json["threads"] == 3);
+    CHECK(json["policies"] == Json{{"routing", "row_first"},
+                                   {"addressing", "recomputed"},
+                                   {"saturation", "drop"},
+                                   {"footprint", "three_sigma_square"},
+                                   {"copies", "world"},
+                                   {"pixels", "rgbx8"},
+                                   {"arithmetic", "precise"},
+                                   {"hops", "quiet"}});
+    CHECK(json["frames"].size() == 1);
+
+    auto bounded = run();
+    bounded.policies.hops = 1;
+    bounded.map.path.clear();
+    CHECK(report::json_of(bounded)["policies"]["hops"] == 1);
+    CHECK(report::json_of(bounded)["map"]["path"].is_null());
+}
+
+TEST_CASE("report.json has the machine and its ledger")
+{
+    auto all = run();
+    auto json = report::json_of(all)["machine"];
+    CHECK(json["name"] == "mk2");
+    CHECK(json["grid"] == Json{40, 36});
+    CHECK(json["tile_px"] == Json{32, 20});
+    CHECK(json["sram_bytes"] == 638976);
+    CHECK(json["storage_slots"] == 3200);
+    CHECK(json["channel_slots"] == 400);
+    CHECK(json["ledger"] ==
+          Json::array({{{"region", "storage"}, {"bytes", 192008}, {"what", "state"}, {"budgeted", true}}}));
+    CHECK(json["budgeted_bytes"] == 192008);
+    CHECK_FALSE(json.contains("note"));
+
+    // What the paper's budget has no room for is listed, left out of the sum, and said.
+    all.machine.ledger.push_back({{"sort keys", 9}, "state", 38408, false});
+    json = report::json_of(all)["machine"];
+    CHECK(json["ledger"][1]["budgeted"] == false);
+    CHECK(json["budgeted_bytes"] == 192008);
+    auto const note = json["note"].get<std::string>();
+    CHECK(note.find("38408 bytes") != std::string::npos);
+    CHECK(note.find("preset paper") != std::string::npos);
+
+    all.frames.clear();
+    json = report::json_of(all);
+    CHECK(json["machine"]["grid"].is_null());
+    CHECK(json["frames"] == Json::array());
+}
+
+TEST_CASE("report.json has every number of a frame under its name")
+{
+    auto const json = report::json_of(run())["frames"][0];
+    Json const expected{
+        {"camera", "sloth/front"},
+        {"size_px", {1280, 720}},
+        {"grid", {40, 36}},
+        {"tile_px", {32, 20}},
+        {"image", "frame_0000.png"},
+        {"supersteps", {{"project", 1}, {"route", 2}, {"bloom", 3}, {"composite", 4}}},
+        {"gaussians",
+         {{"visible", 11}, {"moved", 12}, {"held", 13}, {"dropped", 14}, {"unplaced", 15}, {"parked", 16}, {"under_way", 17}}},
+        {"lost",
+         {{{"id", 7}, {"cause", "unplaced"}, {"tile", nullptr}}, {{"id", 8}, {"cause", "channel_full"}, {"tile", 1439}}}},
+        {"copies", 31},
+        {"copies_lost", 32},
+        {"copies_late", 33},
+        {"hops", 35},
+        {"messages", 34},
+        {"exchanged_bytes", {{"live", 36}, {"capacity", 0xffffffffffffffffu}}},
+        {"pairs", 38},
+        {"pairs_contributing", 39},
+        {"refused",
+         {{"channel_full", 21}, {"no_credit", 22}, {"storage_full", 23}, {"copies_full", 24}, {"copies_refused", 25}}},
+        {"peak", {{"storage", 41}, {"channel", 42}}},
+        {"host_ms", {{"project", 0.5}, {"route", 1.5}, {"bloom", 2.5}, {"composite", 3.5}, {"total", 8.5}}}};
+    CHECK(json == expected);
+}
+
+TEST_CASE("errors are in report.json where a reference was rendered; an infinite PSNR is null")
+{
+    auto all = run();
+    all.frames[0].error = measures(12.5);
+    all.frames[0].error_same_cuts = measures(std::numeric_limits<double>::infinity());
+    auto const json = report::json_of(all)["frames"][0];
+    CHECK(json["error"] ==
+          Json{{"rmse", 0.25}, {"max_levels", 3.0}, {"p999_levels", 2.0}, {"psnr_db", 12.5}, {"ssim", 0.5}});
+    CHECK(json["error_same_cuts"]["psnr_db"].is_null());
+    CHECK(json["error_same_cuts"]["rmse"] == 0.25);
+    CHECK_FALSE(report::json_of(run())["frames"][0].contains("error"));
+}
+
+TEST_CASE("report.json is written whole, or what was there stays")
+{
+    auto const folder = std::filesystem::temp_directory_path() /
+                        ("tilemesh_json_" +
+                         std::to_string(std::filesystem::file_time_type::clock::now().time_since_epoch().count()));
+    std::filesystem::create_directory(folder);
+    auto const path = folder / "report.json";
+    auto all = run();
+    all.map.path = "no utf-8: \xff";
+    report::write_json(path, all);
+    CHECK_FALSE(std::filesystem::exists(path.string() + ".part"));
+
+    std::ifstream in(path);
+    auto const read = Json::parse(in);
+    CHECK(read["map"]["path"] == "no utf-8: \xef\xbf\xbd");
+    CHECK(read["frames"] == report::json_of(all)["frames"]);
+    auto keys = std::string();
+    for (auto const& [key, value] : read.items()) keys += key + " ";
+    CHECK(keys == "map machine preset policies engine threads frames ");
+
+    CHECK_THROWS_AS(report::write_json(folder / "absent" / "report.json", all), tilemesh::Error);
+    std::filesystem::remove_all(folder);
+}
+
+TEST_SUITE_END();
