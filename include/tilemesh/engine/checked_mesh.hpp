@@ -208,7 +208,7 @@ private:
     }
     /// What a kernel may have changed on a tile: the states it takes without const, and what it sent.
     template <class... A>
-    std::uint64_t digest_writable(std::uint32_t tile, Types<A...>)
+    std::uint64_t digest_writable([[maybe_unused]] std::uint32_t tile, Types<A...>)
     {
         std::uint64_t h = 0;
         ((h = digest_argument(h, tile, static_cast<std::remove_reference_t<A>*>(nullptr))), ...);
@@ -234,7 +234,7 @@ private:
 
     // --- one superstep --------------------------------------------------------------------------------------------------
     template <class... A>
-    bool has_mail(std::uint32_t tile, Types<A...>)
+    bool has_mail([[maybe_unused]] std::uint32_t tile, Types<A...>)
     {
         return (mail_on(tile, static_cast<std::remove_reference_t<A>*>(nullptr)) || ...);
     }
@@ -335,7 +335,7 @@ private:
         }
     }
     template <class... A>
-    void measure(std::uint32_t tile, Types<A...>)
+    void measure([[maybe_unused]] std::uint32_t tile, Types<A...>)
     {
         (measure_argument(tile, static_cast<std::remove_reference_t<A>*>(nullptr)), ...);
     }
@@ -423,7 +423,7 @@ private:
     std::uint64_t digest_mail(std::uint32_t tile, Types<C...>)
     {
         std::uint64_t h = 0;
-        auto const one = [&](auto tag) {
+        [[maybe_unused]] auto const one = [&](auto tag) {
             using L = typename decltype(tag)::type;
             for (Direction d : news) {
                 auto const p = end<L>(in_, 4 * tile + index(d));
@@ -471,7 +471,7 @@ private:
     template <class... X, class... C>
     void add_peaks(Types<X...>, Types<C...>)
     {
-        auto const state = [&](auto tag) {
+        [[maybe_unused]] auto const state = [&](auto tag) {
             using S = typename decltype(tag)::type;
             if constexpr (tilemesh::detail::is_list<S>) {
                 constexpr auto i = Base::template index_of_state<S>();

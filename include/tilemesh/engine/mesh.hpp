@@ -523,7 +523,7 @@ private:
     std::uint64_t digest_mail(WorkerState const& me, std::uint32_t tile, Types<C...>) noexcept
     {
         std::uint64_t h = 0;
-        auto const one = [&](auto tag) {
+        [[maybe_unused]] auto const one = [&](auto tag) {
             using L = typename decltype(tag)::type;
             constexpr auto l = Base::template index_of_link<L>();
             for (Direction d : news) {
@@ -596,7 +596,7 @@ private:
     template <class... X, class... C>
     void add_peaks(RunCounters& run, Types<X...>, Types<C...>) const
     {
-        auto const state = [&](auto tag) {
+        [[maybe_unused]] auto const state = [&](auto tag) {
             using S = typename decltype(tag)::type;
             if constexpr (tilemesh::detail::is_list<S>) {
                 constexpr auto i = Base::template index_of_state<S>();
@@ -605,7 +605,7 @@ private:
                 run.peaks.push_back(peak);
             }
         };
-        auto const link = [&](auto tag) {
+        [[maybe_unused]] auto const link = [&](auto tag) {
             using L = typename decltype(tag)::type;
             constexpr auto l = Base::template index_of_link<L>();
             Peak peak{engine::detail::text(name_of<L>()), 0, this->template link_capacity<L>()};

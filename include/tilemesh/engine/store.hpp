@@ -246,7 +246,7 @@ protected:
     static constexpr std::uint32_t hot_stride = (all_hot_words(States{}) + 15u) & ~15u;
 
     template <class... X>
-    bool guards_hold(std::uint32_t tile, Types<X...>) noexcept
+    bool guards_hold([[maybe_unused]] std::uint32_t tile, Types<X...>) noexcept
     {
         return (guard_holds<X>(tile) && ...);
     }

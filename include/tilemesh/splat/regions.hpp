@@ -6,6 +6,7 @@ namespace tilemesh::splat {
 
 /// What the host tells every tile at the start of a frame.
 struct FrameParameters {
+    static constexpr char const* name = "frame parameters";
     View view;
     Tiling tiling;
     std::uint32_t view_changed;  ///< 0: the view of the last frame, whose splats still hold
@@ -77,6 +78,7 @@ struct Framebuffer : Buffer<typename S::Pixel, S::tile_pixels> {
 
 /// What a tile counts in a frame; Project begins it at zero. Exact on every engine.
 struct Counts {
+    static constexpr char const* name = "counters";
     std::uint32_t visible;       ///< anchored here or leaving, with something on screen
     std::uint32_t parked;        ///< nothing on screen: stays where it is
     std::uint32_t moved;         ///< anchored elsewhere since this frame
@@ -92,6 +94,7 @@ static_assert(sizeof(Counts) <= 64, "small enough to lie beside the heads of a t
 
 /// Flow control's memory: see routing.hpp.
 struct Traffic {
+    static constexpr char const* name = "credits and flow control";
     std::uint32_t leaving;       ///< records in storage that wait to go
     std::uint32_t waiting;       ///< records in the FIFOs
     std::uint32_t sent[2];       ///< on the first leg's two sides, in the superstep before
@@ -99,12 +102,14 @@ struct Traffic {
 
 /// Whether stored records may owe copies that were not sent yet.
 struct Debts {
+    static constexpr char const* name = "bloom debts";
     std::uint32_t open;
     std::uint32_t first;         ///< 1 until bloom has run once in this frame: mail is older than the view
 };
 
 /// Gaussian-pixel pairs, counted by each worker for itself.
 struct Work {
+    static constexpr char const* name = "pair counters";
     static constexpr std::uint32_t max_workers = 6;
     std::uint32_t evaluated[max_workers];
     std::uint32_t contributing[max_workers];

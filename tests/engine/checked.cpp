@@ -1,0 +1,425 @@
+// What the checked engine catches: kernels that break the rules, each in one way. None of them runs on Mesh.
+//
+// Not detectable, and so not here: workers of one tile that write the same word with the same value in any order.
+#include "everywhere.hpp"
+#include "programs.hpp"
+
+using namespace engine_test;
+using engine::detail::poison_word;
+
+namespace {
+
+struct Four : Buffer<std::uint32_t, 4> {
+    using Buffer::Buffer;
+};
+struct UpToFour : Buffer<std::uint32_t, 4, Limited> {
+    using Buffer::Buffer;
+};
+struct Big { // too large to lie beside the heads
+    std::uint32_t word[40];
+};
+struct Wide {
+    std::uint32_t id;
+    float data[14];
+};
+struct Wides : Buffer<Wide, 3> {
+    using Buffer::Buffer;
+};
+struct Wire : Channel<std::uint32_t, 2> {};
+struct Hose : Channel<Wide, 2> {};
+struct Out3 {
+    std::uint32_t word[3];
+};
+
+/// Does a thing on one tile.
+constexpr TileId culprit = TileId::at(1, 2);
+
+template <class Kernel, class Load>
+std::string caught(Load const& load)
+{
+    CheckedMesh<Superstep<Kernel>> mesh{{3, 4}};
+    load(mesh);
+    auto const text = error_of([&] { mesh.run(); });
+    if (!text.empty()) CHECK(has(error_of([&] { mesh.run(); }), "cannot run again"));
+    return text;
+}
+template <class Kernel>
+std::string caught()
+{
+    return caught<Kernel>([](auto&) {});
+}
+void check_place(std::string const& text, char const* kernel)
+{
+    CHECK(has(text, std::string("[tile (1, 2), superstep 0 (") + kernel + ")]"));
+}
+
+template <int Where>
+struct WritePast { // through operator[]: -1 before, 0 the last item, 1 just past the capacity
+    void operator()(Four& four, Here here) const noexcept
+    {
+        four.resize(4);
+        if (here.tile == culprit) four[static_cast<std::uint32_t>(3 + Where)] = 5;
+    }
+};
+struct WriteBefore {
+    void operator()(Four& four, Here here) const noexcept
+    {
+        if (here.tile == culprit) *(four.begin() - 1) = 5;
+    }
+};
+struct WritePastWide {
+    void operator()(Wides& wides, Here here) const noexcept
+    {
+        if (here.tile == culprit) wides[3].id = 5;
+    }
+};
+struct WriteLastWide {
+    void operator()(Wides& wides, Here here) const noexcept
+    {
+        if (here.tile == culprit) wides[2].data[13] = 5;
+    }
+};
+struct OverpushOnTheLastTile { // the whole item lies past the last region of the arena
+    void operator()(Wides& wides, Here here) const noexcept
+    {
+        if (here.tile == TileId::at(2, 3))
+            for (std::uint32_t i = 0; i < 4; ++i) wides.unchecked_push({});
+    }
+};
+template <std::uint32_t Size>
+struct SetSize {
+    void operator()(Four& four, Here here) const noexcept
+    {
+        if (here.tile == culprit) four.truncate(Size);
+    }
+};
+struct Overpush {
+    void operator()(Four& four, Here here) const noexcept
+    {
+        if (here.tile == culprit)
+            for (std::uint32_t i = 0; i < 5; ++i) four.unchecked_push(i);
+    }
+};
+struct OverpushLimit {
+    void operator()(UpToFour& list, Here here) const noexcept
+    {
+        if (here.tile == culprit)
+            for (std::uint32_t i = 0; i < 3; ++i) list.unchecked_push(i);
+    }
+};
+struct WritePastStruct {
+    void operator()(Out3& small, Here here) const noexcept
+    {
+        auto* const words = small.word;
+        if (here.tile == culprit) __builtin_memset(words + 2, 1, 8);
+    }
+};
+struct WritePastBig {
+    void operator()(Big& big, Here here) const noexcept
+    {
+        auto* const words = big.word;
+        if (here.tile == culprit) __builtin_memset(words + 39, 1, 8);
+    }
+};
+
+} // namespace
+
+TEST_CASE("a write outside a region is caught, with tile, superstep and kernel; one inside is not")
+{
+    char const* const outside = "a kernel wrote outside a region of its tile";
+    CHECK(caught<WritePast<0>>().empty());
+    CHECK(caught<WriteLastWide>().empty());
+    auto const past = caught<WritePast<1>>();
+    CHECK(has(past, outside));
+    CHECK(has(past, "; use try_push and check indices"));
+    check_place(past, "WritePast");
+    for (auto const& text : {caught<WritePast<2>>(), caught<WriteBefore>(), caught<WritePastWide>(), caught<WritePastStruct>(),
+                             caught<WritePastBig>()}) {
+        CHECK(has(text, outside));
+        CHECK(has(text, "[tile (1, 2), superstep 0 ("));
+    }
+    CHECK(has(caught<OverpushOnTheLastTile>(), "[tile (2, 3), superstep 0 ("));
+}
+
+TEST_CASE("a size above the capacity is caught, at n + 1 and not at n")
+{
+    CHECK(caught<SetSize<4>>().empty());
+    check_place(caught<SetSize<5>>(), "SetSize");
+    check_place(caught<SetSize<0xffffffffu>>(), "SetSize");
+    check_place(caught<Overpush>(), "Overpush");
+    auto const limited = [](std::uint32_t limit) {
+        return caught<OverpushLimit>([&](auto& mesh) { mesh.template limit<UpToFour>(limit); });
+    };
+    CHECK(limited(4).empty());
+    CHECK(limited(3).empty());
+    check_place(limited(2), "OverpushLimit"); // within the region, above the limit
+}
+
+namespace {
+
+template <std::uint32_t Count, Direction Side>
+struct OverSend {
+    void operator()(Here here, In<Wire>, Out<Wire> out) const noexcept
+    {
+        if (here.tile == culprit)
+            for (std::uint32_t i = 0; i < Count; ++i) out[Side].unchecked_push(i);
+    }
+};
+template <std::uint32_t Index>
+struct WriteInEnd {
+    void operator()(Here here, In<Wire> in) const noexcept
+    {
+        if (here.tile == culprit) const_cast<std::uint32_t&>(in[Direction::south][Index]) = 1;
+    }
+};
+struct OverSendWide {
+    void operator()(Here here, In<Hose>, Out<Hose> out) const noexcept
+    {
+        if (here.tile == TileId::at(2, 3))
+            for (std::uint32_t i = 0; i < 3; ++i) out[Direction::south].unchecked_push({});
+    }
+};
+
+} // namespace
+
+TEST_CASE("a message too many, and a write past a channel's end, are caught")
+{
+    CHECK(caught<OverSend<2, Direction::north>>().empty());
+    for (auto const& text : {caught<OverSend<3, Direction::north>>(), caught<OverSend<3, Direction::south>>(),
+                             caught<OverSend<6, Direction::east>>()}) {
+        CHECK(has(text, "a kernel wrote outside channel Wire"));
+        CHECK(has(text, "; use try_push"));
+        check_place(text, "OverSend");
+    }
+    CHECK(caught<WriteInEnd<1>>().empty());
+    check_place(caught<WriteInEnd<2>>(), "WriteInEnd");
+    CHECK(has(caught<OverSendWide>(), "a kernel wrote outside channel Hose"));
+    CHECK(has(caught<OverSendWide>(), "[tile (2, 3), superstep 0 ("));
+}
+
+namespace {
+
+enum class Sin { none, writes, sends, notes, votes, fills };
+
+struct Trigger { // keeps UntilQuiet going on tile (0, 0)
+    std::uint32_t left;
+};
+struct Diary {
+    std::uint32_t word;
+};
+struct Wake {
+    Vote operator()(Trigger const& trigger) const noexcept { return trigger.left != 0 ? Vote::busy : Vote::quiet; }
+};
+template <Sin What>
+struct Restless {
+    Vote operator()(Trigger& trigger, Diary& diary, Four& four, Here here, In<Wire>, Out<Wire> out) const noexcept
+    {
+        if (trigger.left != 0) --trigger.left;
+        if (here.tile == culprit) {
+            if (What == Sin::writes) ++diary.word;
+            if (What == Sin::sends) out[Direction::north].push(1);
+            if (What == Sin::notes) out[Direction::north].set_note(1);
+            if (What == Sin::votes) return Vote::busy;
+            if (What == Sin::fills) (void)four.try_push(1);
+        }
+        return trigger.left != 0 ? Vote::busy : Vote::quiet;
+    }
+};
+template <Sin What>
+std::string restless(bool check, std::uint32_t passes = 3)
+{
+    CheckedMesh<Sequence<Superstep<Wake>, UntilQuiet<Restless<What>>>> mesh{{3, 4}, {.check_quiet_tiles = check}};
+    mesh.template state<Trigger>(TileId::at(0, 0)).left = passes;
+    return error_of([&] { mesh.run(); });
+}
+
+} // namespace
+
+TEST_CASE("a quiet tile without mail that changes a word, sends or votes busy is caught")
+{
+    CHECK(restless<Sin::none>(true).empty());
+    for (auto const& text : {restless<Sin::writes>(true), restless<Sin::sends>(true), restless<Sin::notes>(true),
+                             restless<Sin::votes>(true), restless<Sin::fills>(true)}) {
+        CHECK(has(text, "a kernel changed, sent or voted busy on a tile that was quiet and had no mail"));
+        CHECK(has(text, "; vote busy earlier"));
+        CHECK(has(text, "[tile (1, 2), superstep 1 (Restless)]"));
+    }
+    CHECK(restless<Sin::writes>(true, 0).empty()); // nobody busy: no pass in which it could be seen
+    CHECK(restless<Sin::writes>(false).empty());   // not looked for
+}
+
+TEST_CASE("looking at quiet tiles changes neither counters nor states of an honest program")
+{
+    auto const run = [](bool check) {
+        CheckedMesh<Sequence<Superstep<Wake>, UntilQuiet<Restless<Sin::none>>>> mesh{{3, 4},
+                                                                                     {.digest = true, .check_quiet_tiles = check}};
+        mesh.state<Trigger>(TileId::at(2, 1)).left = 5;
+        auto counters = mesh.run();
+        return std::pair(counters, words_of(mesh));
+    };
+    auto const with = run(true), without = run(false);
+    check_same(with.first, without.first);
+    CHECK(with.second == without.second);
+    CHECK(with.first.steps[1].tile_runs == 5);
+}
+
+namespace {
+
+struct Found {
+    std::uint32_t word[4];
+};
+struct ReadStale { // all four slots, whatever the size
+    void operator()(Four const& four, Found& found) const noexcept
+    {
+        for (std::uint32_t i = 0; i < 4; ++i) found.word[i] = four[i];
+    }
+};
+struct FillThree {
+    void operator()(Four& four) const noexcept
+    {
+        four.truncate(0);
+        for (std::uint32_t i = 0; i < 3; ++i) four.push(70 + i);
+    }
+};
+struct KeepOne {
+    void operator()(Four& four) const noexcept { four.truncate(1); }
+};
+struct ReadOldMail {
+    void operator()(In<Wire> in, Found& found) const noexcept
+    {
+        for (std::uint32_t i = 0; i < 4; ++i) found.word[i] = in[news[i]][0];
+    }
+};
+struct SayNine {
+    void operator()(Out<Wire> out, Found& found) const noexcept
+    {
+        for (Direction d : news) out[d].push(9);
+        for (std::uint32_t i = 0; i < 4; ++i) found.word[i] = out[news[i]][1]; // the slot behind
+    }
+};
+struct Hear {
+    void operator()(In<Wire>) const noexcept {}
+};
+std::vector<std::uint32_t> found(auto& mesh)
+{
+    auto const& f = mesh.template state<Found>(culprit);
+    return {f.word, f.word + 4};
+}
+constexpr auto dead = poison_word;
+
+} // namespace
+
+TEST_CASE("what is dead is poison: slots never written, items beyond the size, mail that was read")
+{
+    using Words = std::vector<std::uint32_t>;
+    Grid const grid{3, 4};
+    {
+        CheckedMesh<Superstep<ReadStale>> mesh{grid};
+        mesh.run();
+        CHECK(found(mesh) == Words{dead, dead, dead, dead});
+    }
+    {
+        CheckedMesh<Sequence<Superstep<FillThree>, Superstep<ReadStale>>> mesh{grid};
+        mesh.run();
+        CHECK(found(mesh) == Words{70, 71, 72, dead});
+    }
+    {
+        CheckedMesh<Sequence<Superstep<FillThree>, Superstep<KeepOne>, Superstep<ReadStale>>> mesh{grid};
+        mesh.run();
+        CHECK(found(mesh) == Words{70, dead, dead, dead});
+        mesh.run();
+        CHECK(found(mesh) == Words{70, dead, dead, dead});
+    }
+    { // what the host loaded dies like what a kernel wrote
+        CheckedMesh<Sequence<Superstep<KeepOne>, Superstep<ReadStale>>> mesh{grid};
+        auto four = mesh.state<Four>(culprit);
+        for (std::uint32_t i = 0; i < 4; ++i) four.push(i + 1);
+        mesh.run();
+        CHECK(found(mesh) == Words{1, dead, dead, dead});
+    }
+    {
+        CheckedMesh<Sequence<Superstep<SayNine>, Superstep<ReadOldMail>>> mesh{grid};
+        mesh.run();
+        CHECK(found(mesh) == Words{9, 9, 9, 9});
+    }
+    {
+        CheckedMesh<Sequence<Superstep<SayNine>, Superstep<ReadOldMail>, Superstep<ReadOldMail>>> mesh{grid};
+        mesh.run();
+        CHECK(found(mesh) == Words{dead, dead, dead, dead});
+    }
+    { // a slot of an outgoing end that was not written
+        CheckedMesh<Sequence<Superstep<SayNine>, Superstep<Hear>>> mesh{grid};
+        mesh.run();
+        mesh.run();
+        CHECK(found(mesh) == Words{dead, dead, dead, dead});
+    }
+    float nan;
+    std::memcpy(&nan, &poison_word, 4);
+    CHECK(nan != nan); // read as a number it is none
+}
+
+namespace {
+
+template <std::uint32_t N>
+struct Upper : Channel<std::uint32_t, N> {};
+struct Lower : Channel<std::uint32_t, 1> {
+    using memory_of = Upper<2>;
+};
+template <bool Both>
+struct UseBoth {
+    void operator()(Here here, In<Upper<2>>, In<Lower>, Out<Upper<2>> upper, Out<Lower> lower) const noexcept
+    {
+        if (here.tile == TileId::at(1, 1)) upper[Direction::south].push(1); // both to (1, 2)
+        if (Both && here.tile == TileId::at(0, 2)) lower[Direction::east].push(1);
+        if (!Both && here.tile == TileId::at(0, 1)) lower[Direction::west].push(1);
+    }
+};
+struct SendUpper {
+    void operator()(Out<Upper<2>> out) const noexcept { out[Direction::north].push(1); }
+};
+struct SendLower {
+    void operator()(Out<Lower> out) const noexcept { out[Direction::north].set_note(1); }
+};
+struct ReadUpper {
+    void operator()(In<Upper<2>>) const noexcept {}
+};
+struct ReadLower {
+    void operator()(In<Lower>) const noexcept {}
+};
+
+} // namespace
+
+TEST_CASE("two channels that share memory and both carry mail on a tile are caught")
+{
+    CHECK(caught<UseBoth<false>>().empty()); // on different tiles
+    auto const text = caught<UseBoth<true>>();
+    CHECK(has(text, "channels Lower and Upper both carry mail"));
+    CHECK(has(text, "; give each its own memory"));
+    check_place(text, "UseBoth");
+
+    CheckedMesh<Sequence<Superstep<SendUpper>, Superstep<ReadUpper>, Superstep<SendLower>, Superstep<ReadLower>>> good{{3, 4}};
+    CHECK(error_of([&] { good.run(); }).empty());
+    CheckedMesh<Sequence<Superstep<SendUpper>, Superstep<SendLower>, Superstep<ReadUpper>, Superstep<ReadLower>>> bad{{3, 4}};
+    CHECK(has(error_of([&] { bad.run(); }), "[tile (0, 0), superstep 1 (SendLower)]"));
+}
+
+namespace {
+
+struct Claims {
+    std::uint32_t last;
+};
+struct LastWorkerWins { // workers that race: the engines run them in opposite orders
+    void operator()(Claims& claims, Worker worker) const noexcept { claims.last = worker.index; }
+};
+
+} // namespace
+
+TEST_CASE("workers run in the opposite order of Mesh: a race between them shows as a difference")
+{
+    CheckedMesh<Superstep<LastWorkerWins>> checked{{2, 1}, {.digest = true}};
+    Mesh<Superstep<LastWorkerWins>> mesh{{2, 1}, {.digest = true}};
+    auto const a = checked.run(), b = mesh.run();
+    CHECK(checked.state<Claims>(TileId::at(1, 0)).last == 0);
+    CHECK(mesh.state<Claims>(TileId::at(1, 0)).last == 5);
+    CHECK(a.digests != b.digests);
+}

@@ -1,0 +1,141 @@
+// Memory follows live records: an idle tile costs at most 256 bytes of the host's memory, whatever its capacity.
+#include "everywhere.hpp"
+#include <fstream>
+#include <new>
+#include <tilemesh/splat/frame_program.hpp>
+#include <unistd.h>
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#    define UNDER_SANITIZER 1
+#elif defined(__has_feature)
+#    if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer) || __has_feature(memory_sanitizer)
+#        define UNDER_SANITIZER 1
+#    endif
+#endif
+
+using namespace engine_test;
+
+namespace {
+
+#if defined(UNDER_SANITIZER)
+constexpr bool sanitized = true;
+#else
+constexpr bool sanitized = false;
+#endif
+
+/// Bytes of this process in memory now; 0 where the system does not say.
+std::int64_t resident_bytes()
+{
+    std::ifstream file("/proc/self/statm");
+    std::int64_t all = 0, resident = 0;
+    return file >> all >> resident ? resident * ::sysconf(_SC_PAGESIZE) : 0;
+}
+
+struct Item {
+    std::uint32_t word[15];
+};
+struct Store : Buffer<Item, 1000> {
+    using Buffer::Buffer;
+};
+struct Road : Channel<Item, 400> {};
+struct PassOn { // what is here goes east, what comes stays
+    void operator()(Store& store, In<Road> in, Out<Road> out) const noexcept
+    {
+        for (Item const& item : store)
+            if (!out[Direction::east].try_push(item)) break;
+        store.truncate(0);
+        for (Direction d : news)
+            for (Item const& item : in[d]) (void)store.try_push(item);
+    }
+};
+
+/// A tile of Mk2's SRAM, as many as wanted.
+struct Field : splat::Lossless {
+    using Machine = TestMachine<624 * 1024>;
+};
+
+constexpr Grid grid{400, 250};
+
+/// Resident bytes a tile that `make` and one run with nothing on the mesh add; negative where it cannot be measured.
+template <class M, class Prepare>
+double bytes_a_tile(std::uint32_t threads, Prepare const& prepare)
+{
+    auto const before = resident_bytes();
+    if (sanitized || before == 0) return -1;
+    try {
+        M mesh{grid, {.threads = threads}};
+        prepare(mesh);
+        for (int i = 0; i < 2; ++i) {
+            auto const run = mesh.run();
+            CHECK(run.messages() == 0);
+            CHECK(run.supersteps() == 0);
+        }
+        return static_cast<double>(resident_bytes() - before) / grid.size();
+    } catch (std::bad_alloc const&) { // address space is limited here
+        return -1;
+    }
+}
+
+} // namespace
+
+TEST_CASE("an idle tile of a small program costs at most 256 bytes")
+{
+    using Program = Sequence<Superstep<PassOn>, UntilQuiet<PassOn>>;
+    CHECK(Tile<Field::Machine, Program>::bytes > 200'000); // that is what it may hold
+    for (std::uint32_t threads : {1u, 2u}) {
+        CAPTURE(threads);
+        auto const bytes = bytes_a_tile<Mesh<Program, Field::Machine>>(threads, [](auto&) {});
+        if (bytes < 0) {
+            MESSAGE("not measured: no /proc/self/statm, too little address space, or a sanitizer");
+            return;
+        }
+        MESSAGE("small program: ", bytes, " bytes an idle tile");
+        CHECK(bytes > 0);
+        CHECK(bytes <= 256);
+    }
+}
+
+TEST_CASE("an idle tile of the splat frame costs at most 256 bytes")
+{
+    using Program = splat::Frame<Field>;
+    CHECK(Tile<Field::Machine, Program>::bytes > 500'000);
+    auto const bytes = bytes_a_tile<Mesh<Program, Field::Machine>>(1, [](auto& mesh) {
+        // A camera that shows nothing: no tile has pixels.
+        splat::Camera camera{};
+        camera.fx = camera.fy = 1000;
+        auto& frame = mesh.template broadcast<splat::FrameParameters>();
+        frame.view = splat::make_view(camera, {});
+        frame.tiling = splat::make_tiling(0, 0, 32, 20);
+        frame.view_changed = 1;
+    });
+    if (bytes < 0) {
+        MESSAGE("not measured: no /proc/self/statm, too little address space, or a sanitizer");
+        return;
+    }
+    MESSAGE("splat frame: ", bytes, " bytes an idle tile");
+    CHECK(bytes > 0);
+    CHECK(bytes <= 256);
+}
+
+TEST_CASE("memory follows live records: what one tile holds is paid for once, not by every tile")
+{
+    using Program = Sequence<Superstep<PassOn>, UntilQuiet<PassOn>>;
+    if (sanitized || resident_bytes() == 0) {
+        MESSAGE("not measured: no /proc/self/statm, or a sanitizer");
+        return;
+    }
+    Mesh<Program, Field::Machine> mesh{{200, 100}};
+    mesh.run();
+    auto const before = resident_bytes();
+    for (std::uint32_t x = 0; x < 10; ++x) {
+        auto store = mesh.state<Store>(TileId::at(x, 7));
+        for (std::uint32_t i = 0; i < 400; ++i) store.push({{x, i}});
+    }
+    CHECK(mesh.run().messages() == 4000);
+    auto const bytes = resident_bytes() - before;
+    // 240 KB in the stores, as much in the channels, again in the stores where they end: with page edges well below 2 MB.
+    CHECK(bytes < 2'000'000);
+    std::uint32_t held = 0;
+    for (std::uint32_t x = 0; x < 11; ++x) held += mesh.state<Store>(TileId::at(x, 7)).size();
+    CHECK(held == 4000);
+}
