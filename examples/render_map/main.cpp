@@ -3,11 +3,13 @@
 #include "options.hpp"
 #include "png.hpp"
 #include "shots.hpp"
+#include "summary.hpp"
 #include <algorithm>
+#include <cstddef>
+#include <cstdint>
 #include <exception>
 #include <filesystem>
 #include <iostream>
-#include <map>
 #include <new>
 #include <string>
 #include <system_error>
@@ -21,6 +23,8 @@
 #include <tilemesh/scene/built_in.hpp>
 #include <tilemesh/scene/ply.hpp>
 #include <unistd.h>
+#include <utility>
+#include <vector>
 
 namespace {
 
@@ -29,20 +33,6 @@ namespace scene = tilemesh::scene;
 namespace splat = tilemesh::splat;
 using render_map::Options;
 using report::thousands;
-
-std::string by(tilemesh::Extent2 e)
-{
-    return std::to_string(e.width) + " x " + std::to_string(e.height);
-}
-
-std::string decimals(double value, int digits)
-{
-    std::ostringstream out;
-    out.setf(std::ios::fixed);
-    out.precision(digits);
-    out << value;
-    return out.str();
-}
 
 /// One line on standard error that is written over; nothing unless that is a terminal and somebody wants to see it.
 class Progress {
@@ -61,16 +51,18 @@ private:
     bool shown_;
 };
 
-/// Sizes that would fill a host's memory before the library finds anything wrong with them. 2^22 tiles are 1 GiB of empty
-/// mesh at 256 bytes a tile, 2^26 pixels 2 GiB of picture, framebuffers and PNG.
+/// Sizes that would fill a host's memory before the library finds anything wrong with them. A tile that is in use takes some
+/// pages of the host's memory, about 18 KB: 2^18 tiles are 5 GB. 2^26 pixels are 2 GB of picture, framebuffers and PNG.
 void check_sizes(Options const& options, std::vector<render_map::Shot> const& shots)
 {
-    constexpr std::uint64_t most_tiles = 1u << 22, most_pixels = 1u << 26;
-    auto const& [grid, tile] = std::pair{options.renderer.grid, options.renderer.tile};
-    for (auto const& [name, camera] : shots) {
+    constexpr std::uint64_t most_tiles = 1u << 18, most_pixels = 1u << 26;
+    auto const grid = options.renderer.grid, tile = options.renderer.tile;
+    for (auto const& shot : shots) {
+        auto const& camera = shot.camera;
         auto const pixels = std::uint64_t{camera.width} * camera.height;
         if (pixels > most_pixels)
-            throw tilemesh::Error("a frame of " + by({camera.width, camera.height}) +
+            throw tilemesh::Error("a frame of " + std::to_string(camera.width) + " x " +
+                                  std::to_string(camera.height) +
                                   " pixels is too large (at most " + thousands(most_pixels) +
                                   " pixels are rendered at once); choose another --size");
         auto tiles = std::uint64_t{grid.width} * grid.height;
@@ -140,95 +132,6 @@ report::RunReport describe_run(Options const& options, scene::Map const& map)
     return run;
 }
 
-// --- what is printed ---------------------------------------------------------------------------
-
-void print_header(report::RunReport const& run)
-{
-    std::cout << "map " << run.map.name << ": " << thousands(run.map.gaussians) << " Gaussians";
-    if (run.map.rejected != 0) std::cout << ", " << thousands(run.map.rejected) << " rows rejected";
-    std::cout << '\n';
-    for (auto const& note : run.map.notes) std::cout << "  " << note << '\n';
-}
-
-void print_frame(report::RunReport const& run, report::RunFrame const& frame)
-{
-    auto const& r = frame.report;
-    std::cout << "camera " << r.camera << ", " << r.width << " x " << r.height << " pixels on "
-              << by({frame.grid[0], frame.grid[1]}) << " tiles of "
-              << by({frame.tile_px[0], frame.tile_px[1]}) << " (" << run.machine.name << ", preset "
-              << run.preset << ", " << run.engine << ", " << run.threads
-              << (run.threads == 1 ? " thread)\n\n" : " threads)\n\n")
-              << r;
-    std::map<std::string, std::uint64_t> lost;
-    for (auto const& loss : r.lost)
-        ++lost[std::string(loss.tile == report::Loss::whole ? "records " : "copies ") +
-               report::to_string(loss.cause)];
-    std::string separator = "missing in the picture: ";
-    for (auto const& [what, count] : lost) {
-        std::cout << separator << thousands(count) << " " << what;
-        separator = ", ";
-    }
-    if (!lost.empty()) std::cout << '\n';
-    auto const print_error = [](char const* name, report::ErrorMeasures const& e) {
-        std::cout << name << ": PSNR " << decimals(e.psnr_db, 2) << " dB, at most "
-                  << decimals(e.max_levels, 3) << " levels off (99.9 % below "
-                  << decimals(e.p999_levels, 3) << "), SSIM " << decimals(e.ssim, 6) << '\n';
-    };
-    if (frame.error) print_error("against double precision, no cut-offs", *frame.error);
-    if (frame.error_same_cuts)
-        print_error("against double precision, same cut-offs", *frame.error_same_cuts);
-}
-
-/// One line a frame, then the totals.
-void print_sequence(report::RunReport const& run)
-{
-    std::vector<std::string> headers{"frame",  "camera",   "supersteps", "moved", "held",
-                                     "missing", "messages", "pairs",      "ms"};
-    bool const reference = run.frames.front().error_same_cuts.has_value();
-    if (reference) headers.push_back("dB, same cuts");
-    report::Table table{headers};
-
-    std::uint64_t supersteps = 0, moved = 0, held = 0, missing = 0, messages = 0, pairs = 0;
-    double ms = 0, worst_db = std::numeric_limits<double>::infinity();
-    for (std::size_t i = 0; i < run.frames.size(); ++i) {
-        auto const& r = run.frames[i].report;
-        std::vector<std::string> row{std::to_string(i),
-                                     r.camera,
-                                     thousands(r.supersteps.total()),
-                                     thousands(r.gaussians.moved),
-                                     thousands(r.gaussians.held),
-                                     thousands(r.lost.size()),
-                                     thousands(r.messages),
-                                     thousands(r.pairs),
-                                     decimals(r.host_ms.total, 1)};
-        if (reference) {
-            auto const db = run.frames[i].error_same_cuts->psnr_db;
-            row.push_back(decimals(db, 2));
-            worst_db = std::min(worst_db, db);
-        }
-        table.add_row(row);
-        supersteps += r.supersteps.total();
-        moved += r.gaussians.moved;
-        held += r.gaussians.held;
-        missing += r.lost.size();
-        messages += r.messages;
-        pairs += r.pairs;
-        ms += r.host_ms.total;
-    }
-    std::vector<std::string> totals{"all",
-                                    thousands(run.frames.size()) + " frames",
-                                    thousands(supersteps),
-                                    thousands(moved),
-                                    thousands(held),
-                                    thousands(missing),
-                                    thousands(messages),
-                                    thousands(pairs),
-                                    decimals(ms, 1)};
-    if (reference) totals.push_back("worst " + decimals(worst_db, 2));
-    table.add_row(totals);
-    std::cout << table << '\n';
-}
-
 // --- the run -----------------------------------------------------------------------------------
 
 void run(Options const& options)
@@ -244,7 +147,8 @@ void run(Options const& options)
     auto result = describe_run(options, map);
     result.frames.reserve(shots.size());
     for (std::size_t i = 0; i < shots.size(); ++i) {
-        auto const& [name, camera] = shots[i];
+        auto const& name = shots[i].name;
+        auto const& camera = shots[i].camera;
         auto const say = [&](char const* what) {
             progress.say("frame " + std::to_string(i + 1) + " of " + std::to_string(shots.size()) +
                          ", " + name + ": " + what);
@@ -279,9 +183,7 @@ void run(Options const& options)
     if (options.report) report::write_json(*options.report, result);
     if (options.quiet) return;
 
-    print_header(result);
-    if (result.frames.size() > 1) print_sequence(result);
-    print_frame(result, result.frames.back());
+    render_map::print_summary(std::cout, result);
     std::cout << "\nwrote " << (out / result.frames.front().image).string();
     if (result.frames.size() > 1) std::cout << " to " << result.frames.back().image;
     if (options.pfm) std::cout << ", and each as .pfm";

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <tilemesh/splat/policies.hpp>
 #include <tilemesh/splat/setup.hpp>
+#include <type_traits>
 
 namespace render_map {
 

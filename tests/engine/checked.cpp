@@ -133,8 +133,8 @@ TEST_CASE("a write outside a region is caught, with tile, superstep and kernel; 
     CHECK(has(past, outside));
     CHECK(has(past, "; use try_push and check indices"));
     check_place(past, "WritePast");
-    for (auto const& text : {caught<WritePast<2>>(), caught<WriteBefore>(), caught<WritePastWide>(), caught<WritePastStruct>(),
-                             caught<WritePastBig>()}) {
+    for (auto const& text : {caught<WritePast<2>>(), caught<WriteBefore>(), caught<WritePastWide>(),
+                             caught<WritePastStruct>(), caught<WritePastBig>()}) {
         CHECK(has(text, outside));
         CHECK(has(text, "[tile (1, 2), superstep 0 ("));
     }
@@ -251,8 +251,8 @@ TEST_CASE("a quiet tile without mail that changes a word, sends or votes busy is
 TEST_CASE("looking at quiet tiles changes neither counters nor states of an honest program")
 {
     auto const run = [](bool check) {
-        CheckedMesh<Sequence<Superstep<Wake>, UntilQuiet<Restless<Sin::none>>>> mesh{{3, 4},
-                                                                                     {.digest = true, .check_quiet_tiles = check}};
+        CheckedMesh<Sequence<Superstep<Wake>, UntilQuiet<Restless<Sin::none>>>> mesh{
+            {3, 4}, {.digest = true, .check_quiet_tiles = check}};
         mesh.state<Trigger>(TileId::at(2, 1)).left = 5;
         auto counters = mesh.run();
         return std::pair(counters, words_of(mesh));
@@ -397,9 +397,11 @@ TEST_CASE("two channels that share memory and both carry mail on a tile are caug
     CHECK(has(text, "; give each its own memory"));
     check_place(text, "UseBoth");
 
-    CheckedMesh<Sequence<Superstep<SendUpper>, Superstep<ReadUpper>, Superstep<SendLower>, Superstep<ReadLower>>> good{{3, 4}};
+    CheckedMesh<Sequence<Superstep<SendUpper>, Superstep<ReadUpper>, Superstep<SendLower>, Superstep<ReadLower>>> good{
+        {3, 4}};
     CHECK(error_of([&] { good.run(); }).empty());
-    CheckedMesh<Sequence<Superstep<SendUpper>, Superstep<SendLower>, Superstep<ReadUpper>, Superstep<ReadLower>>> bad{{3, 4}};
+    CheckedMesh<Sequence<Superstep<SendUpper>, Superstep<SendLower>, Superstep<ReadUpper>, Superstep<ReadLower>>> bad{
+        {3, 4}};
     CHECK(has(error_of([&] { bad.run(); }), "[tile (0, 0), superstep 1 (SendLower)]"));
 }
 

@@ -202,6 +202,9 @@ std::string error_of(F const& f)
     }
     return {};
 }
-inline bool has(std::string const& text, std::string const& part) { return text.find(part) != std::string::npos; }
+inline bool has(std::string const& text, std::string const& part)
+{
+    return text.find(part) != std::string::npos;
+}
 
 } // namespace engine_test

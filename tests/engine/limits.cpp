@@ -11,9 +11,9 @@ struct Stock : Buffer<std::uint32_t, 8, Limited> {
 struct Shelf : Buffer<std::uint32_t, 8> {
     using Buffer::Buffer;
 };
-struct Pipe : Channel<std::uint32_t> {};             // dynamic
+struct Pipe : Channel<std::uint32_t> {}; // dynamic
 struct Belt : Channel<std::uint32_t, 8, Limited> {};
-struct Rail : Channel<std::uint32_t, 8> {};          // fixed
+struct Rail : Channel<std::uint32_t, 8> {}; // fixed
 
 /// Fills everything it has, and counts; reads what came.
 template <class C>
@@ -26,7 +26,8 @@ struct Stuff {
         std::uint32_t n = 0;
         while (stock.try_push(n)) ++n;
         for (Direction d : news)
-            while (out[d].try_push(d == Direction::north ? 1u : 2u)) {}
+            while (out[d].try_push(d == Direction::north ? 1u : 2u)) {
+            }
     }
 };
 template <class C>

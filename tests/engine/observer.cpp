@@ -13,7 +13,10 @@ struct Event {
     std::uint64_t pass, messages, tile_runs, digest;
     friend bool operator==(Event const&, Event const&) = default;
 };
-Event copy(SuperstepEvent const& e) { return {e.kernel, e.step, e.pass, e.messages, e.tile_runs, e.digest}; }
+Event copy(SuperstepEvent const& e)
+{
+    return {e.kernel, e.step, e.pass, e.messages, e.tile_runs, e.digest};
+}
 
 struct Stop : std::runtime_error {
     std::uint64_t pass;
@@ -43,7 +46,8 @@ std::uint64_t parcels_at_rest(M& mesh)
 {
     std::uint64_t n = 0;
     for (std::uint32_t i = 0; i < mesh.grid().size(); ++i)
-        n += mesh.template state<Inbox>(mesh.grid().tile(i)).size() + mesh.template state<Outbox>(mesh.grid().tile(i)).size();
+        n += mesh.template state<Inbox>(mesh.grid().tile(i)).size() +
+             mesh.template state<Outbox>(mesh.grid().tile(i)).size();
     return n;
 }
 

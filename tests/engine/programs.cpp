@@ -15,7 +15,9 @@ TEST_CASE("heat: two passes known by hand, then conservation, symmetry and decay
             mesh.template state<Cell>(TileId::at(2, 2)).kelvin = 1000;
             mesh.template state<Cell>(TileId::at(0, 0)).kelvin = 100;
         });
-        auto const at = [&](std::uint32_t x, std::uint32_t y) { return heat.mesh->template state<Cell>(TileId::at(x, y)).kelvin; };
+        auto const at = [&](std::uint32_t x, std::uint32_t y) {
+            return heat.mesh->template state<Cell>(TileId::at(x, y)).kelvin;
+        };
         CHECK(at(2, 2) == doctest::Approx(200));
         for (auto t : {TileId::at(1, 2), TileId::at(3, 2), TileId::at(2, 1), TileId::at(2, 3)})
             CHECK(at(t.x(), t.y()) == doctest::Approx(200));
@@ -41,7 +43,9 @@ TEST_CASE("heat: two passes known by hand, then conservation, symmetry and decay
                 mesh.template state<Cell>(TileId::at(size / 2, size / 2)).kelvin = 1000;
             },
             2);
-        auto const at = [&](std::uint32_t x, std::uint32_t y) { return heat.mesh->template state<Cell>(TileId::at(x, y)).kelvin; };
+        auto const at = [&](std::uint32_t x, std::uint32_t y) {
+            return heat.mesh->template state<Cell>(TileId::at(x, y)).kelvin;
+        };
         double sum = 0;
         for (std::uint32_t y = 0; y < size; ++y)
             for (std::uint32_t x = 0; x < size; ++x) {
@@ -153,10 +157,8 @@ TEST_CASE("bounce: one token, one tile a pass; idle tiles are not run")
         std::uint32_t x = 2;
         bool east = true;
         for (std::uint32_t i = 0; i < throws; ++i) {
-            if (east ? x + 1 < width : x > 0)
-                x = east ? x + 1 : x - 1;
-            else
-                east = !east;
+            if (east ? x + 1 < width : x > 0) x = east ? x + 1 : x - 1;
+            else east = !east;
             ++visits[x];
         }
         for (std::uint32_t y = 0; y < 3; ++y)
@@ -275,7 +277,8 @@ TEST_CASE("sorting network: random keys, rows of odd and even length and of one"
         auto const sorted = everywhere<decltype(program)>(grid, load);
         for (std::uint32_t y = 0; y < grid.height; ++y) {
             std::sort(rows[y].begin(), rows[y].end());
-            for (std::uint32_t x = 0; x < width; ++x) CHECK(sorted.mesh->template state<Key>(TileId::at(x, y)).value == rows[y][x]);
+            for (std::uint32_t x = 0; x < width; ++x)
+                CHECK(sorted.mesh->template state<Key>(TileId::at(x, y)).value == rows[y][x]);
         }
     };
     one(SortRows<1>{}, 1);

@@ -140,10 +140,8 @@ struct Depart {
     void operator()(Outbox& outbox, Inbox& inbox, Here here, Out<Road> out) const noexcept
     {
         for (Parcel const& p : outbox)
-            if (p.to == here.tile)
-                inbox.push(p);
-            else
-                out[towards(here.tile, p.to)].push(p);
+            if (p.to == here.tile) inbox.push(p);
+            else out[towards(here.tile, p.to)].push(p);
         outbox.truncate(0);
     }
 };
@@ -152,10 +150,8 @@ struct Deliver {
     {
         for (Direction from : news)
             for (Parcel const& p : in[from])
-                if (p.to == here.tile)
-                    inbox.push(p);
-                else
-                    out[towards(here.tile, p.to)].push(p);
+                if (p.to == here.tile) inbox.push(p);
+                else out[towards(here.tile, p.to)].push(p);
     }
 };
 using Post = Sequence<Superstep<Depart>, UntilQuiet<Deliver>>;

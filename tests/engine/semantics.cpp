@@ -287,7 +287,8 @@ struct ReadNote {
 
 TEST_CASE("a note alone is mail: it wakes its receiver, is read once, and makes an exchange")
 {
-    auto const p = everywhere<Sequence<Superstep<Notify<100>>, UntilQuiet<ReadNote>, Superstep<ReadNote>>>({4, 3}, seed_none);
+    auto const p =
+        everywhere<Sequence<Superstep<Notify<100>>, UntilQuiet<ReadNote>, Superstep<ReadNote>>>({4, 3}, seed_none);
     CHECK(p.step(0).supersteps == 1);
     CHECK(p.step(0).messages == 0);
     CHECK(p.step(0).live_bytes == 0);
@@ -457,8 +458,8 @@ TEST_CASE("an empty program, and one of kernels that take nothing, run")
 TEST_CASE("nested sequences are their steps in order")
 {
     using Flat = Sequence<Superstep<Send<Red>>, Superstep<Read<Red>>, Repeat<2, SendThenLook<Blue>>, Superstep<Read<Blue>>>;
-    using Nested = Sequence<Sequence<Superstep<Send<Red>>>, Sequence<Superstep<Read<Red>>, Sequence<Repeat<2, SendThenLook<Blue>>>>,
-                            Superstep<Read<Blue>>>;
+    using Nested = Sequence<Sequence<Superstep<Send<Red>>>,
+                            Sequence<Superstep<Read<Red>>, Sequence<Repeat<2, SendThenLook<Blue>>>>, Superstep<Read<Blue>>>;
     auto const flat = everywhere<Flat>({4, 3}, seed_all);
     auto const nested = everywhere<Nested>({4, 3}, seed_all);
     check_same(flat.last(), nested.last());

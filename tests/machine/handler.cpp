@@ -13,6 +13,12 @@ extern "C" void tilemesh_contract_broken(char const* text) noexcept
 }
 
 namespace machine_test {
-std::uint32_t broken_contracts() noexcept { return count; }
-std::string last_broken_contract() { return last; }
+std::uint32_t broken_contracts() noexcept
+{
+    return count;
+}
+std::string last_broken_contract()
+{
+    return last;
+}
 } // namespace machine_test

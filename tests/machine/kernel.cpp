@@ -41,8 +41,8 @@ struct Nothing {
 
 // What a kernel's parameter list says.
 using T = KernelTraits<Everything>;
-static_assert(std::is_same_v<T::Arguments,
-                             Types<Level&, Pressure const&, Pile&, Broadcast<Rate>, In<Red>, Out<Blue>, Here>>);
+static_assert(
+    std::is_same_v<T::Arguments, Types<Level&, Pressure const&, Pile&, Broadcast<Rate>, In<Red>, Out<Blue>, Here>>);
 static_assert(std::is_same_v<T::Result, Vote> && std::is_same_v<KernelTraits<Nothing>::Result, void>);
 static_assert(takes<Everything, Level&> && takes<Everything, Pressure const&> && takes<Everything, Here>);
 static_assert(!takes<Everything, Level const&> && !takes<Everything, Pressure&>, "const is part of the declaration");
@@ -67,7 +67,8 @@ static_assert(std::is_same_v<KernelTraits<BothEnds>::Needs::States, Types<Level>
 struct First {
     void operator()(Pressure&, Out<Red>, Broadcast<Limit>) const noexcept {}
 };
-using Nested = Sequence<Superstep<First>, Sequence<Repeat<3, Everything>, Sequence<>, UntilQuiet<AllWorkers>>, Superstep<First>>;
+using Nested =
+    Sequence<Superstep<First>, Sequence<Repeat<3, Everything>, Sequence<>, UntilQuiet<AllWorkers>>, Superstep<First>>;
 static_assert(std::is_same_v<Needs<Nested>::States, Types<Pressure, Level, Pile>>);
 static_assert(std::is_same_v<Needs<Nested>::Links, Types<Red, Blue>>);
 static_assert(std::is_same_v<Needs<Nested>::Shareds, Types<Limit, Rate>>);
@@ -94,7 +95,8 @@ static_assert(!clashes<Superstep<Send>, Superstep<Read>>);
 static_assert(!clashes<Superstep<Read>, Superstep<Send>>, "cyclic: the read comes before the next send");
 static_assert(clashes<Superstep<Send>, Superstep<Send>, Superstep<Read>>);
 static_assert(clashes<Superstep<Read>, Superstep<Send>, Superstep<Send>>);
-static_assert(!clashes<Superstep<Send>, Superstep<Nothing>, Superstep<Nothing>, Superstep<Read>>, "mail outlives other steps");
+static_assert(!clashes<Superstep<Send>, Superstep<Nothing>, Superstep<Nothing>, Superstep<Read>>,
+              "mail outlives other steps");
 static_assert(clashes<Superstep<Send>, Superstep<Nothing>, Superstep<Send>, Superstep<Read>>);
 static_assert(!clashes<Superstep<Send>, Superstep<Read>, Superstep<Send>, Superstep<Read>>);
 static_assert(clashes<Superstep<Send>, Superstep<Relay>>, "a relay reads and sends: what it sent is unread");
@@ -109,7 +111,8 @@ static_assert(!clashes<Repeat<0, Send>, Superstep<Send>, Superstep<Read>>, "noth
 static_assert(clashes<Superstep<Send>, Repeat<0, Read>>, "nothing is read no times");
 static_assert(!clashes<Superstep<Send>, Repeat<5, Read>>);
 static_assert(!clashes<Repeat<5, Relay>>);
-static_assert(clashes<Sequence<Superstep<Send>>, Sequence<Sequence<Superstep<Send>>>, Superstep<Read>>, "nesting hides nothing");
+static_assert(clashes<Sequence<Superstep<Send>>, Sequence<Sequence<Superstep<Send>>>, Superstep<Read>>,
+              "nesting hides nothing");
 static_assert(!clashes<Sequence<Superstep<Send>, Sequence<Superstep<Read>>>>);
 static_assert(!detail::sends_over_unread_mail<Superstep<Send>, Blue>(), "another channel's mail is no matter");
 
@@ -123,12 +126,9 @@ struct Alone {
     template <class X>
     Place state() noexcept
     {
-        if constexpr (std::is_same_v<X, Level>)
-            return {nullptr, level, 1};
-        else if constexpr (std::is_same_v<X, Pressure>)
-            return {nullptr, reinterpret_cast<std::uint32_t*>(bar), 1};
-        else
-            return {pile_head, pile, 8};
+        if constexpr (std::is_same_v<X, Level>) return {nullptr, level, 1};
+        else if constexpr (std::is_same_v<X, Pressure>) return {nullptr, reinterpret_cast<std::uint32_t*>(bar), 1};
+        else return {pile_head, pile, 8};
     }
     template <class C>
     Place in(Direction d) noexcept

@@ -135,4 +135,5 @@ TEST_CASE("all of the paper's numbers and all that the kernels keep do not fit i
     CHECK(FrameTile<FewerWishes>::bytes == budgeted_sum<FewerWishes>());
     CHECK(rows<FewerWishes>().at("beam").bytes == 0); // 60-byte copies lie within the 64-byte road
     MESSAGE(table<Wishes>());
+    MESSAGE(table<FewerWishes>());
 }

@@ -35,7 +35,10 @@ static_assert(HeatTile::channel_bytes<Wall>() == 96 && HeatTile::own_channel_byt
 static_assert(HeatTile::bytes == 133'120 + 96 + 4 + 4);
 static_assert(HeatTile::region_count == 4 && HeatTile::ledger().size() == 4);
 
-std::string text(Name n) { return {n.text, n.size}; }
+std::string text(Name n)
+{
+    return {n.text, n.size};
+}
 
 template <class Ledger>
 std::uint64_t budgeted_sum(Ledger const& ledger)
@@ -133,11 +136,15 @@ static_assert(Tile<Mk2, Superstep<Idle>>::region_count == 1);
 
 /// The paper's machine, and one that a user describes.
 static_assert(Mk2::tiles == 1472 && Mk2::sram_bytes == 638'976 && Mk2::workers == 6 && Mk2::clock_khz == 1'325'000);
+} // namespace
+namespace tile_test {
 struct Mine {
     static constexpr char const* name = "mine";
     static constexpr std::uint32_t tiles = 4, sram_bytes = 256, code_bytes = 100, workers = 2, clock_khz = 1;
 };
-static_assert(Tile<Mine, Heat>::bytes == 100 + 96 + 8);
+} // namespace tile_test
+namespace {
+static_assert(Tile<tile_test::Mine, Heat>::bytes == 100 + 96 + 8);
 
 } // namespace
 

@@ -1,0 +1,132 @@
+#include "summary.hpp"
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <map>
+#include <sstream>
+#include <string>
+#include <tilemesh/report/error_measures.hpp>
+#include <tilemesh/report/frame_report.hpp>
+#include <tilemesh/report/table.hpp>
+#include <vector>
+
+namespace render_map {
+
+namespace {
+
+namespace report = tilemesh::report;
+using report::thousands;
+
+std::string by(std::array<std::uint32_t, 2> const& size)
+{
+    return std::to_string(size[0]) + " x " + std::to_string(size[1]);
+}
+
+std::string decimals(double value, int digits)
+{
+    std::ostringstream out;
+    out.setf(std::ios::fixed);
+    out.precision(digits);
+    out << value;
+    return out.str();
+}
+
+void print_header(std::ostream& out, report::RunReport const& run)
+{
+    out << "map " << run.map.name << ": " << thousands(run.map.gaussians) << " Gaussians";
+    if (run.map.rejected != 0) out << ", " << thousands(run.map.rejected) << " rows rejected";
+    out << '\n';
+    for (auto const& note : run.map.notes) out << "  " << note << '\n';
+}
+
+void print_frame(std::ostream& out, report::RunReport const& run, report::RunFrame const& frame)
+{
+    auto const& r = frame.report;
+    out << "camera " << r.camera << ", " << r.width << " x " << r.height << " pixels on "
+              << by(frame.grid) << " tiles of "
+              << by(frame.tile_px) << " (" << run.machine.name << ", preset "
+              << run.preset << ", " << run.engine << ", " << run.threads
+              << (run.threads == 1 ? " thread)\n\n" : " threads)\n\n")
+              << r;
+    std::map<std::string, std::uint64_t> lost;
+    for (auto const& loss : r.lost)
+        ++lost[std::string(loss.tile == report::Loss::whole ? "records " : "copies ") +
+               report::to_string(loss.cause)];
+    std::string separator = "missing in the picture: ";
+    for (auto const& [what, count] : lost) {
+        out << separator << thousands(count) << " " << what;
+        separator = ", ";
+    }
+    if (!lost.empty()) out << '\n';
+    auto const print_error = [&out](char const* name, report::ErrorMeasures const& e) {
+        out << name << ": PSNR " << decimals(e.psnr_db, 2) << " dB, at most "
+                  << decimals(e.max_levels, 3) << " levels off (99.9 % below "
+                  << decimals(e.p999_levels, 3) << "), SSIM " << decimals(e.ssim, 6) << '\n';
+    };
+    if (frame.error) print_error("against double precision, no cut-offs", *frame.error);
+    if (frame.error_same_cuts)
+        print_error("against double precision, same cut-offs", *frame.error_same_cuts);
+}
+
+/// One line a frame, then the totals.
+void print_sequence(std::ostream& out, report::RunReport const& run)
+{
+    std::vector<std::string> headers{"frame",  "camera",   "supersteps", "moved", "held",
+                                     "missing", "messages", "pairs",      "ms"};
+    bool const reference = run.frames.front().error_same_cuts.has_value();
+    if (reference) headers.push_back("dB, same cuts");
+    report::Table table{headers};
+
+    std::uint64_t supersteps = 0, moved = 0, held = 0, missing = 0, messages = 0, pairs = 0;
+    double ms = 0, worst_db = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < run.frames.size(); ++i) {
+        auto const& r = run.frames[i].report;
+        std::vector<std::string> row{std::to_string(i),
+                                     r.camera,
+                                     thousands(r.supersteps.total()),
+                                     thousands(r.gaussians.moved),
+                                     thousands(r.gaussians.held),
+                                     thousands(r.lost.size()),
+                                     thousands(r.messages),
+                                     thousands(r.pairs),
+                                     decimals(r.host_ms.total, 1)};
+        if (reference) {
+            auto const db = run.frames[i].error_same_cuts->psnr_db;
+            row.push_back(decimals(db, 2));
+            worst_db = std::min(worst_db, db);
+        }
+        table.add_row(row);
+        supersteps += r.supersteps.total();
+        moved += r.gaussians.moved;
+        held += r.gaussians.held;
+        missing += r.lost.size();
+        messages += r.messages;
+        pairs += r.pairs;
+        ms += r.host_ms.total;
+    }
+    std::vector<std::string> totals{"all",
+                                    thousands(run.frames.size()) + " frames",
+                                    thousands(supersteps),
+                                    thousands(moved),
+                                    thousands(held),
+                                    thousands(missing),
+                                    thousands(messages),
+                                    thousands(pairs),
+                                    decimals(ms, 1)};
+    if (reference) totals.push_back("worst " + decimals(worst_db, 2));
+    table.add_row(totals);
+    out << table << '\n';
+}
+
+} // namespace
+
+void print_summary(std::ostream& out, report::RunReport const& run)
+{
+    print_header(out, run);
+    if (run.frames.size() > 1) print_sequence(out, run);
+    print_frame(out, run, run.frames.back());
+}
+
+} // namespace render_map
