@@ -188,15 +188,15 @@ inline std::vector<NamedCamera> load_cameras(std::filesystem::path const& path)
     return cameras;
 }
 
-/// The cameras that `selector` means: "SCENE/NAME", or "NAME" where only one camera of the file has
-/// it. An empty selector means every camera whose scene is `map_name` or whose file is `map_name`,
+/// The cameras that `selector` means: "SCENE/NAME", or "NAME" where only one camera of the file, or
+/// only one of the map's own scene, has it. An empty selector means every camera whose scene is `map_name` or whose file is `map_name`,
 /// with its extension or without. Never empty: throws `Error` that lists the choices where nothing
 /// fits or a name is ambiguous.
 inline std::vector<NamedCamera> select_cameras(std::vector<NamedCamera> const& cameras,
                                                std::string const& selector,
                                                std::string const& map_name)
 {
-    std::vector<NamedCamera> chosen;
+    std::vector<NamedCamera> chosen, of_this_map;
     std::vector<std::string> all;
     for (auto const& camera : cameras) {
         all.push_back(camera.scene + "/" + camera.name);
@@ -205,8 +205,12 @@ inline std::vector<NamedCamera> select_cameras(std::vector<NamedCamera> const& c
                             (!camera.file.empty() &&
                              (camera.file == map_name ||
                               std::filesystem::path(camera.file).stem().string() == map_name));
-        if (selector.empty() ? of_map : camera.name == selector) chosen.push_back(camera);
+        if (selector.empty() ? of_map : camera.name == selector) {
+            chosen.push_back(camera);
+            if (of_map) of_this_map.push_back(camera);
+        }
     }
+    if (of_this_map.size() == 1) return of_this_map;
 
     std::string const choices =
         all.empty() ? "the camera file is empty" : "there are " + detail::join(all);
