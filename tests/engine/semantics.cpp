@@ -184,8 +184,10 @@ TEST_CASE("votes hold for the next superstep alone, whatever steps make no pass 
     }
     SUBCASE("they do not outlive a run")
     {
-        auto const p = everywhere<Sequence<UntilQuiet<Unwind>, Superstep<Wind>>>({5, 4}, wind, 2);
-        CHECK(p.step(0).passes == 0);
+        auto const odd = everywhere<Sequence<UntilQuiet<Unwind>, Superstep<Wind>>>({5, 4}, wind, 3);
+        CHECK(odd.step(0).passes == 0);
+        auto const even = everywhere<Sequence<UntilQuiet<Unwind>, Superstep<Nothing>, Superstep<Wind>>>({5, 4}, wind, 3);
+        CHECK(even.step(0).passes == 0);
     }
     SUBCASE("a cut UntilQuiet hands them on")
     {

@@ -5,7 +5,6 @@
 #include <chrono>
 #include <exception>
 #include <system_error>
-#include <system_error>
 #include <thread>
 #include <tilemesh/engine/barrier.hpp>
 #include <tilemesh/engine/store.hpp>
@@ -104,12 +103,12 @@ public:
         engine::detail::list_steps(static_cast<Program*>(nullptr), steps_);
         threads_.reserve(options_.threads);
         try {
-            try {
             for (std::uint32_t w = 1; w < options_.threads; ++w) threads_.emplace_back([this, w] { serve(w); });
-        } catch (std::system_error const&) {
+        } catch (std::system_error const& e) {
+            auto const started = threads_.size() + 1;
             join();
-            throw Error("cannot start " + std::to_string(options_.threads) +
-                        " threads (the system refused one); choose fewer threads");
+            throw Error(std::to_string(options_.threads) + " threads (the system gave " + std::to_string(started) + ": " +
+                        e.what() + "); ask for fewer");
         }
     }
     ~Mesh() { join(); }
@@ -571,13 +570,6 @@ private:
         if (w == 0)
             me.steps[me.step].milliseconds = std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
         ++me.step;
-    }
-    void join() noexcept
-    {
-        stop_.store(true);
-        epoch_.fetch_add(1);
-        epoch_.notify_all();
-        for (auto& t : threads_) t.join();
     }
     void work(std::uint32_t w) noexcept
     {
