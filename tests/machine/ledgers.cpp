@@ -18,8 +18,8 @@ std::map<std::string, Region> rows()
 {
     std::map<std::string, Region> out;
     for (Region const& r : FrameTile<S>::ledger()) {
-        auto const [at, is_new] = out.emplace(std::string(r.name.text, r.name.size), r);
-        CHECK_MESSAGE(is_new, "two rows are called ", at->first);
+        std::string const name(r.name.text, r.name.size);
+        CHECK_MESSAGE(out.emplace(name, r).second, "two rows are called ", name);
     }
     return out;
 }
@@ -107,10 +107,7 @@ TEST_CASE("the prototype's ledger: 100 and 800 records")
 TEST_CASE("our ledger: every region counts, and all of it fits")
 {
     auto const ledger = rows<Lossless>();
-    for (auto const& [name, region] : ledger) {
-        CAPTURE(name);
-        CHECK(region.budgeted);
-    }
+    for (auto const& row : ledger) CHECK_MESSAGE(row.second.budgeted, row.first);
     CHECK(ledger.at("storage").bytes == Lossless::storage_slots * 60 + 8);
     CHECK(ledger.at("marks").bytes == Lossless::storage_slots * sizeof(Mark) + 8);
     CHECK(ledger.at("projected records").bytes == Lossless::storage_slots * sizeof(Splat) + 8);
