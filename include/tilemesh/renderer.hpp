@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdint>
-#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -11,9 +10,10 @@
 #include <tilemesh/error.hpp>
 #include <tilemesh/report/frame_report.hpp>
 #include <tilemesh/report/image.hpp>
+#include <tilemesh/report/losses.hpp>
 #include <tilemesh/scene/map.hpp>
 #include <tilemesh/splat/frame_program.hpp>
-#include <unordered_map>
+#include <unordered_set>
 #include <utility>
 #include <vector>
 
@@ -65,8 +65,12 @@ public:
 
     explicit BasicRenderer(scene::Map const& map, RendererOptions options = {}) : options_(options), gaussians_(map.gaussians)
     {
+        if (S::one_channel_memory && options.hops != 0)
+            throw Error(std::string("setup ") + S::name + " with bounded hops (its routing and bloom take turns in one set of " +
+                        "channels, which a bound would leave full); choose a setup with channels of their own");
+        std::unordered_set<splat::GaussianId> ids;
         for (auto const& g : gaussians_)
-            if (!row_of_.emplace(g.id, row_of_.size()).second || g.id == splat::GaussianId::none)
+            if (!ids.insert(g.id).second || g.id == splat::GaussianId::none)
                 throw Error("two Gaussians with id " + std::to_string(static_cast<std::uint32_t>(g.id)) +
                             ", or an id of 0 (a record is known by its id); number them from 1");
     }
@@ -113,6 +117,9 @@ public:
     RenderedFrame render(splat::Camera const& camera)
     {
         auto const begin = std::chrono::steady_clock::now();
+        if (!(camera.near_depth > 0) || !(camera.fx > 0) || !(camera.fy > 0))
+            throw Error("a camera whose near plane or focal length is not above 0 (nothing in front of it can be projected); "
+                        "correct the camera");
         prepare(camera.width, camera.height);
         auto& frame = mesh_->template broadcast<splat::FrameParameters>();
         splat::Model model = model_;
@@ -120,7 +127,7 @@ public:
         auto const view = splat::make_view(camera, model);
         bool const changed = !last_ || __builtin_memcmp(&*last_, &view, sizeof view) != 0 ||
                              __builtin_memcmp(&frame.tiling, &tiling_, sizeof tiling_) != 0;
-        if (changed && !outside_.empty()) load();
+        if (changed && S::Saturation::holds && !gone_.empty()) load();
         frame = {view, tiling_, changed ? 1u : 0u, changed && dirty_ ? 1u : 0u, cut_ ? 1u : 0u};
 
         auto report = account(mesh_->run(), camera);
@@ -161,15 +168,14 @@ private:
         if (options_.storage_slots != 0) mesh_->template limit<splat::Storage<S>>(options_.storage_slots);
         if (observer_) mesh_->observe(observer_);
         size_framebuffers();
-        outside_.clear();
-        for (std::uint32_t i = 0; i < gaussians_.size(); ++i) outside_.push_back(i);
+        last_.reset();
+        gone_.clear();
+        for (std::uint32_t i = 0; i < gaussians_.size(); ++i) gone_.push_back(i);
         load();
-        if (!outside_.empty())
+        if (!gone_.empty())
             throw Error("a map of " + std::to_string(gaussians_.size()) + " Gaussians (" + std::to_string(grid.size()) +
                         " tiles of " + std::to_string(capacity()) + " slots hold " +
                         std::to_string(std::uint64_t{grid.size()} * capacity()) + "); choose more slots or a larger machine");
-        last_.reset();
-        lost_ids_.clear();
         dirty_ = cut_ = false;
     }
     std::pair<Grid, splat::Tiling> layout(std::uint32_t width, std::uint32_t height) const
@@ -179,6 +185,8 @@ private:
                         " pixels (each side is 1 to 65,535); choose another size");
         auto const parts = [](std::uint32_t size, std::uint32_t tile) { return (size + tile - 1) / tile; };
         Extent2 grid = options_.grid, tile = options_.tile;
+        if ((grid.width == 0) != (grid.height == 0) || (tile.width == 0) != (tile.height == 0))
+            throw Error("a grid or tile with one side of 0 (0 means that both sides follow from the frame); give both sides");
         if (grid.width == 0 && tile.width == 0) grid = {40, 36};
         if (tile.width == 0) tile = {parts(width, grid.width), parts(height, grid.height)};
         if (grid.width == 0) grid = {parts(width, tile.width), parts(height, tile.height)};
@@ -209,27 +217,32 @@ private:
     }
     std::uint32_t capacity() const noexcept { return options_.storage_slots != 0 ? options_.storage_slots : S::storage_slots; }
 
-    /// Puts the records that are not on the mesh onto it: in order, an even share a tile; a tile that is full passes its share on.
+    /// Puts the records that are not on the mesh onto it: in order, an even share a tile; a tile that is full passes its share
+    /// on. Those that find no room stay in `gone_`.
     void load()
     {
-        std::vector<std::uint32_t> rest;
         auto const grid = mesh_->grid();
-        auto const share = (outside_.size() + grid.size() - 1) / std::max(1u, grid.size());
+        auto const share = (gone_.size() + grid.size() - 1) / grid.size();
         std::size_t next = 0;
         for (int round = 0; round < 2; ++round) // the second takes what full tiles passed on
-            for (std::uint32_t t = 0; t < grid.size() && next < outside_.size(); ++t) {
+            for (std::uint32_t t = 0; t < grid.size() && next < gone_.size(); ++t) {
                 auto storage = mesh_->template state<splat::Storage<S>>(grid.tile(t));
                 auto marks = mesh_->template state<splat::Marks<S>>(grid.tile(t));
                 auto splats = mesh_->template state<splat::Splats<S>>(grid.tile(t));
-                for (std::size_t n = 0; (n < share || round == 1) && next < outside_.size(); ++n) {
-                    auto const& g = gaussians_[outside_[next]];
+                for (std::size_t n = 0; (n < share || round == 1) && next < gone_.size(); ++n, ++next) {
+                    auto const& g = gaussians_[gone_[next]];
+                    auto const copy = last_ ? splat::find(marks, g.id) : splat::nowhere;
+                    if (copy != splat::nowhere) { // left behind when its record found no room
+                        storage[copy] = g;
+                        marks[copy].bits &= ~splat::Mark::copy;
+                        continue;
+                    }
                     if (!storage.try_push(g)) break;
                     marks.unchecked_push({g.id, 0});
                     splats.unchecked_push({});
-                    ++next;
                 }
             }
-        outside_.erase(outside_.begin(), outside_.begin() + static_cast<std::ptrdiff_t>(next));
+        gone_.erase(gone_.begin(), gone_.begin() + static_cast<std::ptrdiff_t>(next));
     }
 
     report::Image image(splat::Camera const& camera)
@@ -278,7 +291,7 @@ private:
             for (auto const& m : mesh_->template state<splat::Marks<S>>(id)) copies += m.is(splat::Mark::copy);
             auto const& w = mesh_->template state<splat::Work>(id);
             for (std::uint32_t i = 0; i < splat::Work::max_workers; ++i) {
-                r.pairs += w.evaluated[i];
+                r.pairs += std::uint64_t{w.blocks[i]} * splat::detail::block_width * splat::detail::block_height;
                 r.pairs_contributing += w.contributing[i];
             }
         }
@@ -310,115 +323,17 @@ private:
 
         // Losses last until the records are sent again: a frame that refused nothing may still lack what the last one lost.
         dirty_ = lost_copies || (dirty_ && mesh_->template broadcast<splat::FrameParameters>().anew == 0);
-        if (refused || !lost_ids_.empty() || dirty_ || options_.hops != 0) list_losses(r);
+        if (refused || !gone_.empty() || dirty_ || options_.hops != 0)
+            gone_ = report::LossFinder<S, MeshType>(*mesh_, gaussians_, options_.hops != 0).list(r);
         return r;
-    }
-    /// Compares what is on the mesh with what should be: every id once, and every tile that a footprint touches.
-    void list_losses(report::FrameReport& r)
-    {
-        using splat::Mark;
-        auto const grid = mesh_->grid();
-        std::vector<bool> owned(gaussians_.size(), false);
-        std::unordered_map<std::uint64_t, std::uint32_t> held; // (id, tile) -> mark bits
-        auto const key = [](splat::GaussianId id, std::uint32_t tile) {
-            return std::uint64_t{static_cast<std::uint32_t>(id)} << 32 | tile;
-        };
-        std::vector<std::pair<splat::GaussianId, splat::Splat>> owners;
-        for (std::uint32_t t = 0; t < grid.size(); ++t) {
-            auto const marks = mesh_->template state<splat::Marks<S>>(grid.tile(t));
-            auto const splats = mesh_->template state<splat::Splats<S>>(grid.tile(t));
-            for (std::uint32_t i = 0; i < marks.size(); ++i) {
-                held.emplace(key(marks[i].id, t), marks[i].bits);
-                if (marks[i].is(Mark::copy)) continue;
-                owned[row_of_.at(marks[i].id)] = true;
-                owners.emplace_back(marks[i].id, splats[i]);
-            }
-            auto const found = [&](splat::Gaussian const& g) {
-                owned[row_of_.at(g.id)] = true;
-                ++r.gaussians.under_way;
-            };
-            for (Direction d : news)
-                for (auto const& m : mesh_->template incoming<splat::Road<S>>(grid.tile(t), d))
-                    found(S::Addressing::record(m));
-            if constexpr (S::Saturation::holds) {
-                for (auto const& m : mesh_->template state<splat::Waiting<S, 0>>(grid.tile(t))) found(S::Addressing::record(m));
-                for (auto const& m : mesh_->template state<splat::Waiting<S, 1>>(grid.tile(t))) found(S::Addressing::record(m));
-            }
-        }
-        lost_ids_.clear();
-        outside_.clear();
-        for (std::uint32_t i = 0; i < gaussians_.size(); ++i) {
-            if (owned[i]) continue;
-            lost_ids_.push_back(gaussians_[i].id);
-            if constexpr (S::Saturation::holds) {
-                outside_.push_back(i);
-                r.lost.push_back({gaussians_[i].id, report::Loss::whole, report::Cause::unplaced});
-            } else {
-                list_orphan(r, gaussians_[i], [&](std::uint32_t t) { return held.count(key(gaussians_[i].id, t)) != 0; });
-            }
-        }
-        std::sort(lost_ids_.begin(), lost_ids_.end());
-        (S::Saturation::holds ? r.gaussians.unplaced : r.gaussians.dropped) = lost_ids_.size();
-
-        for (auto const& [id, s] : owners) {
-            if (!s.visible()) continue;
-            auto const rect = s.rect();
-            for (auto ty = rect.y0 / tiling_.tile_height; ty <= (rect.y1 - 1) / tiling_.tile_height; ++ty)
-                for (auto tx = rect.x0 / tiling_.tile_width; tx <= (rect.x1 - 1) / tiling_.tile_width; ++tx) {
-                    auto const t = TileId::at(tx, ty);
-                    auto const index = grid.index_of(t);
-                    if (held.count(key(id, index)) != 0) continue;
-                    // Up the tree to the first tile that has it; what stopped it there stopped everything behind.
-                    TileId at = t;
-                    Direction towards_child = Direction::north;
-                    auto bits = held.end();
-                    while (!(at == s.anchor) && (bits = held.find(key(id, grid.index_of(at)))) == held.end()) {
-                        auto const up = at.y() != s.anchor.y() ? (at.y() > s.anchor.y() ? Direction::north : Direction::south)
-                                                               : (at.x() > s.anchor.x() ? Direction::west : Direction::east);
-                        towards_child = opposite(up);
-                        at = grid.neighbour(at, up);
-                    }
-                    if (at == s.anchor) bits = held.find(key(id, grid.index_of(at)));
-                    report::Cause cause = report::Cause::late;
-                    if (bits != held.end() && (bits->second & Mark::refused(towards_child)) != 0)
-                        cause = report::Cause::channel_full;
-                    else if (bits != held.end() && (bits->second & Mark::shared(towards_child)) != 0 &&
-                             !in_beam(id, grid.neighbour(at, towards_child)))
-                        cause = report::Cause::storage_full;
-                    if (cause == report::Cause::late)
-                        ++r.late_copies;
-                    else
-                        ++r.lost_copies;
-                    r.lost.push_back({id, index, cause});
-                }
-        }
-    }
-    /// A record that is gone, but may have left copies: lists the tiles that lack one, or the record where all do.
-    template <class Held>
-    void list_orphan(report::FrameReport& r, splat::Gaussian const& g, Held const& held)
-    {
-        auto const& frame = mesh_->template broadcast<splat::FrameParameters>();
-        auto const s = splat::project(g, frame.view, tiling_);
-        std::vector<std::uint32_t> lacking;
-        bool any = false;
-        if (s.visible()) {
-            auto const rect = s.rect();
-            for (auto ty = rect.y0 / tiling_.tile_height; ty <= (rect.y1 - 1) / tiling_.tile_height; ++ty)
-                for (auto tx = rect.x0 / tiling_.tile_width; tx <= (rect.x1 - 1) / tiling_.tile_width; ++tx) {
-                    auto const t = mesh_->grid().index_of(TileId::at(tx, ty));
-                    if (held(t))
-                        any = true;
-                    else
-                        lacking.push_back(t);
-                }
-        }
-        if (!any) lacking.assign(1, report::Loss::whole);
-        for (auto t : lacking) r.lost.push_back({g.id, t, report::Cause::storage_full});
     }
     /// Takes the copies of unplaced records off the tiles; true when there were any.
     bool recall_orphans()
     {
-        if (!S::Saturation::holds || lost_ids_.empty()) return false;
+        if (!S::Saturation::holds || gone_.empty() || options_.hops != 0) return false;
+        std::vector<splat::GaussianId> ids;
+        for (auto row : gone_) ids.push_back(gaussians_[row].id);
+        std::sort(ids.begin(), ids.end());
         bool any = false;
         auto const grid = mesh_->grid();
         for (std::uint32_t t = 0; t < grid.size(); ++t) {
@@ -426,25 +341,15 @@ private:
             auto marks = mesh_->template state<splat::Marks<S>>(grid.tile(t));
             auto splats = mesh_->template state<splat::Splats<S>>(grid.tile(t));
             for (std::uint32_t i = storage.size(); i-- > 0;)
-                if (marks[i].is(splat::Mark::copy) &&
-                    std::binary_search(lost_ids_.begin(), lost_ids_.end(), marks[i].id)) {
+                if (marks[i].is(splat::Mark::copy) && std::binary_search(ids.begin(), ids.end(), marks[i].id)) {
                     splat::remove_slot(storage, marks, splats, i);
                     any = true;
                 }
         }
         return any;
     }
-    bool in_beam(splat::GaussianId id, TileId t)
-    {
-        for (Direction d : news)
-            for (auto const& m : mesh_->template incoming<splat::Beam<S>>(t, d))
-                if (S::Copies::id(m) == id) return true;
-        return false;
-    }
-
     RendererOptions options_;
     std::vector<splat::Gaussian> gaussians_;
-    std::unordered_map<splat::GaussianId, std::size_t> row_of_;
     splat::Model model_ = [] {
         splat::Model m;
         m.footprint = S::footprint;
@@ -455,8 +360,7 @@ private:
     splat::Tiling tiling_{};
     std::unique_ptr<MeshType> mesh_;
     Observer observer_;
-    std::vector<std::uint32_t> outside_;             ///< rows that are not on the mesh and may be put back
-    std::vector<splat::GaussianId> lost_ids_;
+    std::vector<std::uint32_t> gone_;                ///< rows that are nowhere on the mesh, in order
     std::optional<splat::View> last_;
     bool dirty_ = false;                             ///< copies are missing that nobody will send again by itself
     bool cut_ = false;                               ///< a bound may have left records under way

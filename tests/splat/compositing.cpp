@@ -216,6 +216,17 @@ TEST_CASE("bad requests are refused in one line")
     CHECK(message({.storage_slots = 2001}, support::lens(64, 64)).find("layout has 2000") != std::string::npos);
     CHECK(message({.grid = {2, 2}, .storage_slots = 12}, support::lens(32, 32)).find("50 Gaussians") != std::string::npos);
     CHECK(message({.grid = {2, 2}, .storage_slots = 13}, support::lens(32, 32)).empty());
+    CHECK(message({.grid = {8, 0}}, support::lens(64, 64)).find("one side of 0") != std::string::npos);
+    CHECK(message({.tile = {0, 8}}, support::lens(64, 64)).find("one side of 0") != std::string::npos);
+    auto blind = support::lens(64, 64);
+    blind.near_depth = 0;
+    CHECK(message({}, blind).find("near plane") != std::string::npos);
+    try {
+        BasicRenderer<Paper> renderer{map, {.hops = 1}};
+        FAIL("one set of channels cannot hold what a bound leaves in both");
+    } catch (Error const& e) {
+        CHECK(std::string(e.what()).find("bounded hops") != std::string::npos);
+    }
     auto none = support::lens(64, 64);
     none.width = 0;
     CHECK(message({}, none).find("0 x 64") != std::string::npos);

@@ -87,6 +87,8 @@ inline bool finished(Block const& block, float transmittance_min) noexcept
 template <class S>
 struct Composite {
     static constexpr char const* name = "composite";
+    static_assert(S::Machine::workers >= 1 && S::Machine::workers <= Work::max_workers,
+                  "a machine with more workers than Work counts for; raise Work::max_workers");
 
     void operator()(Here here, Broadcast<FrameParameters> frame, Splats<S> const& splats, Order<S> const& order,
                     Framebuffer<S>& framebuffer, Work& work, Worker worker) const noexcept
@@ -96,22 +98,22 @@ struct Composite {
         Camera const& camera = frame->view.camera;
         Model const& model = frame->view.model;
         auto const tile = pixels_of(frame->tiling, camera, here.tile);
-        std::uint32_t evaluated = 0, contributing = 0, number = 0;
+        std::uint32_t blocks = 0, contributing = 0, number = 0;
         if (!tile.empty()) {
             for (std::uint32_t by = tile.y0 / block_height * block_height; by < tile.y1; by += block_height)
                 for (std::uint32_t bx = tile.x0 / block_width * block_width; bx < tile.x1; bx += block_width) {
                     if (number++ % worker.count != worker.index) continue;
-                    composite_block(bx, by, tile, camera, model, splats, order, framebuffer, evaluated, contributing);
+                    composite_block(bx, by, tile, camera, model, splats, order, framebuffer, blocks, contributing);
                 }
         }
-        work.evaluated[worker.index] = evaluated;
+        work.blocks[worker.index] = blocks;
         work.contributing[worker.index] = contributing;
     }
 
 private:
     static void composite_block(std::uint32_t bx, std::uint32_t by, PixelRect const& tile, Camera const& camera,
                                 Model const& model, Splats<S> const& splats, Order<S> const& order,
-                                Framebuffer<S>& framebuffer, std::uint32_t& evaluated, std::uint32_t& contributing) noexcept
+                                Framebuffer<S>& framebuffer, std::uint32_t& blocks, std::uint32_t& contributing) noexcept
     {
         using detail::block_height;
         using detail::block_width;
@@ -135,7 +137,7 @@ private:
                                  ys[block_height - 1] - s.mean_px[1]))
                 continue;
             contributing += detail::blend(block, s, model, xs, ys, bx, by);
-            evaluated += block_width * block_height;
+            ++blocks;
             if (++blended % 8 == 0 && detail::finished(block, model.transmittance_min)) break;
         }
         for (std::uint32_t y = live.y0; y < live.y1; ++y)

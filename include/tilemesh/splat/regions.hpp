@@ -107,11 +107,11 @@ struct Debts {
     std::uint32_t first;         ///< 1 until bloom has run once in this frame: mail is older than the view
 };
 
-/// Gaussian-pixel pairs, counted by each worker for itself.
+/// Gaussian-pixel pairs, counted by each worker for itself; `blocks` in whole blocks, so that 32 bits hold any frame.
 struct Work {
     static constexpr char const* name = "pair counters";
     static constexpr std::uint32_t max_workers = 6;
-    std::uint32_t evaluated[max_workers];
+    std::uint32_t blocks[max_workers];
     std::uint32_t contributing[max_workers];
 };
 

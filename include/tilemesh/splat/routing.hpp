@@ -19,7 +19,8 @@
 /// its memory of what it sent is one superstep old whenever it runs.
 /// No dead-lock: second-leg records never wait, so their channels empty in a bounded number of supersteps. A first-leg FIFO
 /// waits for a second-leg channel, or for the next FIFO in the same direction, and directions end at the edge: no cycle.
-/// Hence every superstep in which a record is under way moves one, for any capacities c, q >= 1 and any order of arrival.
+/// Only where a bound cut the frame before and the view changed may a record turn back; such a one never waits in a FIFO or on
+/// the second leg: it goes, or becomes a record of the tile it is on, or is unplaced where that tile is full. Hence every superstep in which a record is under way moves one, for any capacities c, q >= 1 and any order of arrival.
 /// tests/splat/routing.cpp tries to break it at capacity 1, exhaustively on small grids.
 ///
 /// Cost: without a full channel, W + H - 2 exchanges and one more compute from any placement; a record's bytes a hop.
@@ -42,7 +43,7 @@ struct RouteStep {
     Splats<S>& splats;
     Counts& counts;
 
-    /// Where a message goes now. Sets `splat` when it had to be projected.
+    /// Is this the tile of the message's record? Sets `anchor`, by projecting where it is not carried or is out of date.
     bool is_home(Message const& m, TileId& anchor) const noexcept
     {
         if constexpr (S::Addressing::carried) {
@@ -120,6 +121,9 @@ template <class S>
 struct Route<S, Hold> {
     static constexpr char const* name = "route";
     using Message = typename S::Addressing::Message;
+    static_assert(S::template slots<Message>(S::waiting_bytes) >= 1,
+                  "a setup that holds needs FIFOs (without one no credit is ever given and nothing moves); give waiting_bytes "
+                  "room for at least one message");
     using Rule = typename S::Routing;
 
     Vote operator()(Here here, Broadcast<FrameParameters> frame, Storage<S>& storage, Marks<S>& marks, Splats<S>& splats,
@@ -135,7 +139,8 @@ struct Route<S, Hold> {
         for (std::uint32_t leg = 0; leg < 2; ++leg) {
             Direction const d = Rule::first_leg[leg];
             std::uint32_t const used = in[d].note() + traffic.sent[leg];
-            std::uint32_t const credit = used < waiting0.capacity() ? waiting0.capacity() - used : 0;
+            std::uint32_t const behind = leg == 0 ? waiting1.capacity() : waiting0.capacity(); // the FIFO it will meet there
+            std::uint32_t const credit = used < behind ? behind - used : 0;
             if (credit < limit[index(d)]) {
                 limit[index(d)] = credit;
                 short_of_credit[index(d)] = true;
@@ -158,16 +163,33 @@ struct Route<S, Hold> {
             ++counts.hops;
             return true;
         };
-        auto const serve = [&](auto& waiting, auto const& arrived) noexcept {
+        // A record that was under way when the view changed may have to turn back. Two that wait for each other's FIFO would
+        // wait for ever: it becomes one of this tile's own instead.
+        auto const turns_back = [&](Message const& m, Direction from) noexcept {
+            if (frame->readdress == 0) return false;
+            auto const anchor = project(S::Addressing::record(m), frame->view, frame->tiling).anchor;
+            return Rule::towards(here.tile, anchor) == from;
+        };
+        auto const serve = [&](auto& waiting, auto const& arrived, Direction from) noexcept {
             std::uint32_t kept = 0;
-            for (std::uint32_t i = 0, n = waiting.size(); i < n; ++i)
-                if (!go(waiting[i])) {
-                    if (kept != i) waiting[kept] = waiting[i];
-                    ++kept;
+            for (std::uint32_t i = 0, n = waiting.size(); i < n; ++i) {
+                if (go(waiting[i])) continue;
+                if (turns_back(waiting[i], from)) {
+                    (void)step.keep(S::Addressing::record(waiting[i]), traffic);
+                    continue;
                 }
+                if (kept != i) waiting[kept] = waiting[i];
+                ++kept;
+            }
             waiting.truncate(kept);
-            for (Message const& m : arrived)
-                if (!go(m)) waiting.push(m); // there is room: credits
+            for (Message const& m : arrived) {
+                if (go(m)) continue;
+                if (turns_back(m, from))
+                    (void)step.keep(S::Addressing::record(m), traffic);
+                else if (!TILEMESH_EXPECT(waiting.try_push(m), "a FIFO was sent more than its credit (flow control is broken); "
+                                                               "report this"))
+                    ++counts.storage_full;
+            }
         };
 
         // The second leg first: it cannot be in the way of anything. Only a record that was under way when the view changed
@@ -176,8 +198,8 @@ struct Route<S, Hold> {
             if (d != Rule::first_leg[0] && d != Rule::first_leg[1])
                 for (Message const& m : in[d])
                     if (!go(m)) (void)step.keep(S::Addressing::record(m), traffic);
-        serve(waiting0, in[Rule::first_leg[0]]);
-        serve(waiting1, in[Rule::first_leg[1]]);
+        serve(waiting0, in[Rule::first_leg[0]], Rule::first_leg[0]);
+        serve(waiting1, in[Rule::first_leg[1]], Rule::first_leg[1]);
         if (traffic.leaving != 0) traffic.leaving = step.depart_all(out, room);
 
         out[Rule::first_leg[0]].set_note(waiting0.size());

@@ -1,0 +1,150 @@
+#pragma once
+#include <algorithm>
+#include <cstdint>
+#include <span>
+#include <tilemesh/report/frame_report.hpp>
+#include <tilemesh/splat/regions.hpp>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+namespace tilemesh::report {
+
+/// Compares what is on a mesh with what should be: every record once, and a copy on every tile that its footprint touches.
+/// Knows nothing of what happened: it reads facts, so what it lists is all that the picture lacks, whatever was counted.
+///
+/// `S` is a setup; `Machine` a Mesh or CheckedMesh between runs. Costs a look at every stored record: only for frames in which
+/// something was refused or may be under way.
+template <class S, class Machine>
+class LossFinder {
+public:
+    /// `bounded`: the frame's hops are, so that records may be under way and copies of lost records stay on their tiles.
+    LossFinder(Machine& mesh, std::span<splat::Gaussian const> gaussians, bool bounded)
+        : mesh_(mesh), frame_(mesh.template broadcast<splat::FrameParameters>()), gaussians_(gaussians), bounded_(bounded)
+    {
+        auto const grid = mesh_.grid();
+        for (std::uint32_t t = 0; t < grid.size(); ++t) {
+            auto const marks = mesh_.template state<splat::Marks<S>>(grid.tile(t));
+            auto const splats = mesh_.template state<splat::Splats<S>>(grid.tile(t));
+            for (std::uint32_t i = 0; i < marks.size(); ++i) {
+                held_.emplace(key(marks[i].id, t), marks[i].bits);
+                if (!marks[i].is(splat::Mark::copy)) owners_.emplace(marks[i].id, splats[i]);
+            }
+            for (Direction d : news)
+                for (auto const& m : mesh_.template incoming<splat::Road<S>>(grid.tile(t), d))
+                    under_way_.push_back(S::Addressing::record(m));
+            if constexpr (S::Saturation::holds) {
+                for (auto const& m : mesh_.template state<splat::Waiting<S, 0>>(grid.tile(t)))
+                    under_way_.push_back(S::Addressing::record(m));
+                for (auto const& m : mesh_.template state<splat::Waiting<S, 1>>(grid.tile(t)))
+                    under_way_.push_back(S::Addressing::record(m));
+            }
+        }
+    }
+
+    /// Fills `lost` and its sums in the report. Returns the rows of `gaussians` that are nowhere on the mesh, in order.
+    std::vector<std::uint32_t> list(FrameReport& r)
+    {
+        std::unordered_map<splat::GaussianId, bool> moving;
+        r.gaussians.under_way = under_way_.size();
+        for (auto const& g : under_way_) {
+            moving.emplace(g.id, true);
+            list_without_owner(r, g, Cause::late);
+        }
+        std::vector<std::uint32_t> gone;
+        for (std::uint32_t row = 0; row < gaussians_.size(); ++row) {
+            auto const& g = gaussians_[row];
+            if (owners_.count(g.id) != 0 || moving.count(g.id) != 0) continue;
+            gone.push_back(row);
+            if (S::Saturation::holds && !bounded_)
+                r.lost.push_back({g.id, Loss::whole, Cause::unplaced}); // the host recalls its copies
+            else
+                list_without_owner(r, g, S::Saturation::holds ? Cause::unplaced : Cause::storage_full);
+        }
+        (S::Saturation::holds ? r.gaussians.unplaced : r.gaussians.dropped) = gone.size();
+        for (auto const& g : gaussians_) {
+            auto const owner = owners_.find(g.id);
+            if (owner != owners_.end()) list_missing_copies(r, g.id, owner->second);
+        }
+        return gone;
+    }
+
+private:
+    static std::uint64_t key(splat::GaussianId id, std::uint32_t tile) noexcept
+    {
+        return std::uint64_t{static_cast<std::uint32_t>(id)} << 32 | tile;
+    }
+    /// Calls f(tile) for each tile that the splat touches.
+    template <class F>
+    void for_each_tile(splat::Splat const& s, F const& f) const
+    {
+        if (!s.visible()) return;
+        auto const rect = s.rect();
+        auto const& tiling = frame_.tiling;
+        for (auto y = rect.y0 / tiling.tile_height; y <= (rect.y1 - 1) / tiling.tile_height; ++y)
+            for (auto x = rect.x0 / tiling.tile_width; x <= (rect.x1 - 1) / tiling.tile_width; ++x) f(TileId::at(x, y));
+    }
+    /// A record that no tile owns but that may have left copies: the tiles that lack one, or the record where all do.
+    void list_without_owner(FrameReport& r, splat::Gaussian const& g, Cause cause)
+    {
+        auto const s = splat::project(g, frame_.view, frame_.tiling);
+        if (!s.visible() && cause == Cause::late) return; // nothing to be late for
+        std::vector<std::uint32_t> lacking;
+        bool any = false;
+        for_each_tile(s, [&](TileId t) {
+            auto const index = mesh_.grid().index_of(t);
+            if (held_.count(key(g.id, index)) != 0)
+                any = true;
+            else
+                lacking.push_back(index);
+        });
+        if (!any) lacking.assign(1, Loss::whole);
+        for (auto t : lacking) r.lost.push_back({g.id, t, cause});
+    }
+    void list_missing_copies(FrameReport& r, splat::GaussianId id, splat::Splat const& s)
+    {
+        for_each_tile(s, [&](TileId t) {
+            auto const index = mesh_.grid().index_of(t);
+            if (held_.count(key(id, index)) != 0) return;
+            auto const cause = why_missing(id, s.anchor, t);
+            ++(cause == Cause::late ? r.late_copies : r.lost_copies);
+            r.lost.push_back({id, index, cause});
+        });
+    }
+    /// Up the tree from a tile without the copy to the first that has it: what stopped it there stopped all behind.
+    Cause why_missing(splat::GaussianId id, TileId anchor, TileId t)
+    {
+        auto const grid = mesh_.grid();
+        Direction towards_child = Direction::north;
+        auto holder = held_.end();
+        for (TileId at = t; !(at == anchor) && holder == held_.end();) {
+            Direction const up = at.y() != anchor.y() ? (at.y() > anchor.y() ? Direction::north : Direction::south)
+                                                      : (at.x() > anchor.x() ? Direction::west : Direction::east);
+            towards_child = opposite(up);
+            t = at;
+            at = grid.neighbour(at, up);
+            holder = held_.find(key(id, grid.index_of(at)));
+        }
+        if (holder == held_.end()) return Cause::late; // the record itself has not arrived
+        if ((holder->second & splat::Mark::refused(towards_child)) != 0) return Cause::channel_full;
+        if ((holder->second & splat::Mark::shared(towards_child)) != 0 && !in_beam(id, t)) return Cause::storage_full;
+        return Cause::late;
+    }
+    bool in_beam(splat::GaussianId id, TileId t)
+    {
+        for (Direction d : news)
+            for (auto const& m : mesh_.template incoming<splat::Beam<S>>(t, d))
+                if (S::Copies::id(m) == id) return true;
+        return false;
+    }
+
+    Machine& mesh_;
+    splat::FrameParameters frame_;
+    std::span<splat::Gaussian const> gaussians_;
+    bool bounded_;
+    std::unordered_map<std::uint64_t, std::uint32_t> held_; ///< (id, tile) -> the bits of its mark
+    std::unordered_map<splat::GaussianId, splat::Splat> owners_;
+    std::vector<splat::Gaussian> under_way_;
+};
+
+} // namespace tilemesh::report
