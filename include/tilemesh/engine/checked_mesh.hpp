@@ -16,7 +16,8 @@ struct CheckedMeshOptions {
 
 /// The sequential engine, which trusts nobody: tiles one by one in order, incoming and outgoing ends of channels in separate
 /// memory and copied by the exchange, guard words around every region and channel end, and what is dead (items beyond a
-/// list's size, mail that was read, slots not yet written) filled with a poison that is a NaN as a float.
+/// list's size, mail that was read, and in regions of up to 64 MiB the slots not yet written) filled with a poison that is a
+/// NaN as a float.
 ///
 /// Same members, counters, digests and pictures as Mesh. Beside Mesh's errors it reports a write outside a region or
 /// channel, a size above its capacity, a quiet tile that is not quiet, and two channels that share memory and both carry

@@ -58,7 +58,7 @@ struct Bank {
 
 /// How a Mesh runs.
 struct MeshOptions {
-    std::uint32_t threads = 1;
+    std::uint32_t threads = 1; ///< at most 1,024: a claim of tiles each would be all they do
     bool digest = false; ///< RunCounters::digests: costs a pass over all live words each superstep
 };
 
@@ -85,8 +85,10 @@ public:
 
     explicit Mesh(Grid grid, Options options = {}, Program program = {})
         : Base(grid, program), options_(options), barrier_(std::max(options.threads, 1u)),
-          workers_(std::max(options.threads, 1u))
+          workers_(std::clamp(options.threads, 1u, 1024u))
     {
+        if (options.threads > 1024)
+            throw Error(std::to_string(options.threads) + " threads (a mesh runs on at most 1,024); ask for fewer");
         options_.threads = std::max(options.threads, 1u);
         bitmap_words_ = (grid.size() + 63) / 64;
         // About 32 claims a thread and superstep; whole multiples of 16 tiles, so that claims rarely share a bitmap word.
@@ -132,8 +134,7 @@ public:
     typename C::Receiver incoming(TileId t, Direction d) noexcept
     {
         auto const l = Base::template index_of_link<C>();
-        return typename C::Receiver{place(l, workers_[0].bank[l] ^ 1u, 4 * this->grid_.index_of(t) + index(d),
-                                          C::Receiver::item_words)};
+        return typename C::Receiver{place(l, workers_[0].bank[l] ^ 1u, 4 * this->grid_.index_of(t) + index(d))};
     }
 
     /// Called after every superstep by the thread that called run().
@@ -240,13 +241,13 @@ private:
         TILEMESH_KERNEL Place in(Direction d) noexcept
         {
             constexpr auto l = Base::template index_of_link<C>();
-            return mesh.place(l, me.bank[l] ^ 1u, 4 * tile + index(d), C::Receiver::item_words);
+            return mesh.place(l, me.bank[l] ^ 1u, 4 * tile + index(d));
         }
         template <class C>
         TILEMESH_KERNEL Place out(Direction d) noexcept
         {
             constexpr auto l = Base::template index_of_link<C>();
-            return mesh.place(l, me.bank[l], mesh.slots_[4 * std::size_t{tile} + index(d)], C::Sender::item_words);
+            return mesh.place(l, me.bank[l], mesh.slots_[4 * std::size_t{tile} + index(d)]);
         }
         template <class P>
         TILEMESH_KERNEL P const* shared() noexcept
@@ -257,7 +258,7 @@ private:
         TILEMESH_KERNEL Worker worker() noexcept { return share; }
     };
 
-    TILEMESH_KERNEL Place place(std::uint32_t link, std::uint32_t bank, std::uint32_t slot, std::uint32_t) noexcept
+    TILEMESH_KERNEL Place place(std::uint32_t link, std::uint32_t bank, std::uint32_t slot) noexcept
     {
         auto const& b = banks_[link];
         return {b.heads[bank].data() + 2 * std::size_t{slot}, b.items[bank].data() + std::size_t{slot} * b.stride, b.capacity};
@@ -527,7 +528,7 @@ private:
             using L = typename decltype(tag)::type;
             constexpr auto l = Base::template index_of_link<L>();
             for (Direction d : news) {
-                auto const p = place(l, me.bank[l] ^ 1u, 4 * tile + index(d), L::Receiver::item_words);
+                auto const p = place(l, me.bank[l] ^ 1u, 4 * tile + index(d));
                 h = engine::detail::mix(h, p.head[1]);
                 h = engine::detail::mix_words(h, p.items, std::size_t{p.head[0]} * L::Receiver::item_words);
             }

@@ -209,7 +209,7 @@ private:
     };
     typename TupleOf<Shareds>::type shared_{};
 
-    /// A struct that a kernel writes lies on its own cache line boundary only if large; guards stand after each piece.
+    /// Words of X beside the other heads and small structs of its tile; in a guarded store one guard word follows each.
     template <class X>
     static constexpr std::uint32_t hot_words() noexcept
     {

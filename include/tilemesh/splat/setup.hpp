@@ -26,7 +26,7 @@ struct SetupDefaults {
     }
 };
 
-/// The default: nothing is lost, float pixels, and a ledger that holds all that the kernels keep (618 KB of Mk2's 624).
+/// The default: nothing is lost, float pixels, and a ledger that holds all that the kernels keep (622.3 KiB of Mk2's 624).
 ///
 /// Two sets of channels instead of one, at half the paper's size: the most that two real maps and motions up to 2 degrees a
 /// frame put into one channel is 165 records (speed notes), and a full channel costs supersteps, not records.
