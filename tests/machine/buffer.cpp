@@ -302,7 +302,7 @@ TEST_CASE("a buffer is written through begin() and []")
     for (auto& v : b) v *= 2;
     b[1] = 9;
     CHECK(contents(b) == Values{6, 9, 4});
-    std::sort(b.begin(), b.end());
-    CHECK(contents(b) == Values{4, 6, 9});
+    std::reverse(b.begin(), b.end()); // std::sort draws a false -Warray-bounds from GCC 12 here
+    CHECK(contents(b) == Values{4, 9, 6});
     CHECK(words.items[4] == canary);
 }
