@@ -20,6 +20,7 @@
 #include <tilemesh/report/frame_report.hpp>
 #include <tilemesh/report/image.hpp>
 #include <tilemesh/report/image_file.hpp>
+#include <tilemesh/report/losses.hpp>
 #include <tilemesh/report/naive.hpp>
 #include <tilemesh/report/reference_double.hpp>
 #include <tilemesh/report/table.hpp>

@@ -1,6 +1,7 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <tilemesh/config.hpp>
 #include <vector>
 
 namespace tilemesh::report {

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <tilemesh/config.hpp>
 
 namespace tilemesh::splat {
 
