@@ -1,5 +1,5 @@
 // EXPECT: this routing rule is not dimension-ordered
-#include <tilemesh/machine/tile.hpp>
+#include "source.hpp"
 #include <tilemesh/splat/frame_program.hpp>
 
 // Along the longer way first: it changes from columns to rows and back.
@@ -16,18 +16,6 @@ struct LongestFirst {
 };
 struct Setup : tilemesh::splat::Lossless {
     using Routing = LongestFirst;
-};
-struct Source {
-    template <class X>
-    tilemesh::Place state();
-    template <class C>
-    tilemesh::Place in(tilemesh::Direction);
-    template <class C>
-    tilemesh::Place out(tilemesh::Direction);
-    template <class P>
-    P const* shared();
-    tilemesh::Here here();
-    tilemesh::Worker worker();
 };
 
 tilemesh::Vote run(Source& source)

@@ -1,5 +1,5 @@
 // EXPECT: a machine with more workers than Work counts for
-#include <tilemesh/machine/tile.hpp>
+#include "source.hpp"
 #include <tilemesh/splat/frame_program.hpp>
 
 struct EightWorkers : tilemesh::Mk2 {
@@ -7,18 +7,6 @@ struct EightWorkers : tilemesh::Mk2 {
 };
 struct Setup : tilemesh::splat::Lossless {
     using Machine = EightWorkers;
-};
-struct Source {
-    template <class X>
-    tilemesh::Place state();
-    template <class C>
-    tilemesh::Place in(tilemesh::Direction);
-    template <class C>
-    tilemesh::Place out(tilemesh::Direction);
-    template <class P>
-    P const* shared();
-    tilemesh::Here here();
-    tilemesh::Worker worker();
 };
 
 tilemesh::Vote run(Source& source)
