@@ -5,7 +5,8 @@
 
 #define TILEMESH_VERSION 100 // major * 10000 + minor * 100 + patch
 
-#if defined(__FAST_MATH__)
+#if defined(__FAST_MATH__) || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__ > 0) || defined(__ASSOCIATIVE_MATH__) ||  \
+    defined(__RECIPROCAL_MATH__)
 #    error "tilemesh: -ffast-math breaks the promise of equal bits and of finite pictures; build without it"
 #endif
 
@@ -17,8 +18,8 @@
 #    define TILEMESH_KERNEL inline
 #endif
 
-/// Between these two, `a * b + c` is two roundings, whatever flags the user builds with: a fused operation happens only
-/// where `multiply_add` is written. Functions between them that do arithmetic must not be `always_inline`, because GCC gives
+/// Between these two, `a * b + c` is two roundings, whatever the compiler's default (GCC fuses by default where the target can):
+/// a fused operation happens only where `multiply_add` is written. Clang's explicit `-ffp-contract=fast` overrides it. Functions between them that do arithmetic must not be `always_inline`, because GCC gives
 /// an inlined body the options of the function it lands in.
 #if defined(__clang__)
 #    define TILEMESH_EXACT_BEGIN _Pragma("float_control(push)") _Pragma("clang fp contract(off)")

@@ -63,10 +63,6 @@ template <class X, class = void>
 inline constexpr bool is_list = false;
 template <class X>
 inline constexpr bool is_list<X, std::void_t<typename X::value_type, decltype(X::head_words)>> = true;
-template <class X, class = void>
-inline constexpr bool is_channel = false;
-template <class X>
-inline constexpr bool is_channel<X, std::void_t<decltype(X::is_channel)>> = true;
 template <class X>
 inline constexpr bool is_end = false;
 template <class C>
@@ -105,13 +101,11 @@ struct Role<X&> : NoRole {
 };
 template <class C>
 struct Role<In<C>> : NoRole {
-    static_assert(is_channel<C>, "In<C>: C is not a channel; write struct C : Channel<Message, slots> {}");
     using Link = C;
     static constexpr bool reads = true;
 };
 template <class C>
 struct Role<Out<C>> : NoRole {
-    static_assert(is_channel<C>, "Out<C>: C is not a channel; write struct C : Channel<Message, slots> {}");
     using Link = C;
     static constexpr bool writes = true;
 };

@@ -1,6 +1,7 @@
 #pragma once
 #include <tilemesh/splat/regions.hpp>
 
+TILEMESH_EXACT_BEGIN
 namespace tilemesh::splat {
 
 // --- routing rules ---------------------------------------------------------------------------------------------------------
@@ -120,3 +121,4 @@ struct Rgbx8Pixel {
 };
 
 } // namespace tilemesh::splat
+TILEMESH_EXACT_END

@@ -1,4 +1,3 @@
-// EXPECT: In<C>: C is not a channel|no type named .Receiver.
 // EXPECT: In<C>: C is not a channel
 #include <tilemesh/machine/tile.hpp>
 
