@@ -270,25 +270,20 @@ private:
     report::FrameReport account(RunCounters const& run, splat::Camera const& camera)
     {
         report::FrameReport r;
-        std::uint64_t visible = 0, parked = 0, moved = 0, hops = 0, waits = 0, copies = 0;
-        bool refused = false, lost_copies = false;
         auto const grid = mesh_->grid();
         for (std::uint32_t t = 0; t < grid.size(); ++t) {
             auto const id = grid.tile(t);
             auto const& c = mesh_->template state<splat::Counts>(id);
-            visible += c.visible;
-            parked += c.parked;
-            moved += c.moved;
-            hops += c.hops;
-            waits += std::uint64_t{c.channel_full} + c.no_credit;
+            r.gaussians.visible += c.visible;
+            r.gaussians.parked += c.parked;
+            r.gaussians.moved += c.moved;
+            r.hops += c.hops;
             r.refused.channel_full += c.channel_full;
             r.refused.no_credit += c.no_credit;
             r.refused.storage_full += c.storage_full;
             r.refused.copies_full += c.copies_full;
             r.refused.copies_refused += c.copies_refused;
-            refused = refused || c.storage_full != 0;
-            lost_copies = lost_copies || c.copies_full + c.copies_refused != 0;
-            for (auto const& m : mesh_->template state<splat::Marks<S>>(id)) copies += m.is(splat::Mark::copy);
+            for (auto const& m : mesh_->template state<splat::Marks<S>>(id)) r.copies += m.is(splat::Mark::copy);
             auto const& w = mesh_->template state<splat::Work>(id);
             for (std::uint32_t i = 0; i < splat::Work::max_workers; ++i) {
                 r.pairs += std::uint64_t{w.blocks[i]} * splat::detail::block_width * splat::detail::block_height;
@@ -301,16 +296,11 @@ private:
         r.supersteps = {steps[project].supersteps, steps[route].supersteps,
                         steps[bloom_first].supersteps + steps[bloom].supersteps, steps[composite].supersteps};
         r.messages = run.messages();
-        r.hops = hops;
         for (auto const& s : steps) {
             r.exchanged_live_bytes += s.live_bytes;
             r.exchanged_capacity_bytes += s.capacity_bytes;
         }
-        r.copies = copies;
-        r.gaussians.visible = visible;
-        r.gaussians.parked = parked;
-        r.gaussians.moved = moved;
-        r.gaussians.held = S::Saturation::holds ? waits : 0;
+        r.gaussians.held = S::Saturation::holds ? r.refused.channel_full + r.refused.no_credit : 0;
         for (auto const& p : run.peaks) {
             if (p.region == splat::Storage<S>::name) r.peak_storage = p.items;
             if (p.region == splat::Road<S>::name || p.region == splat::Beam<S>::name)
@@ -322,8 +312,9 @@ private:
         r.digests = run.digests;
 
         // Losses last until the records are sent again: a frame that refused nothing may still lack what the last one lost.
+        bool const lost_copies = r.refused.copies_full + r.refused.copies_refused != 0;
         dirty_ = lost_copies || (dirty_ && mesh_->template broadcast<splat::FrameParameters>().anew == 0);
-        if (refused || !gone_.empty() || dirty_ || options_.hops != 0)
+        if (r.refused.storage_full != 0 || !gone_.empty() || dirty_ || options_.hops != 0)
             gone_ = report::LossFinder<S, MeshType>(*mesh_, gaussians_, options_.hops != 0).list(r);
         return r;
     }
@@ -348,6 +339,7 @@ private:
         }
         return any;
     }
+
     RendererOptions options_;
     std::vector<splat::Gaussian> gaussians_;
     splat::Model model_ = [] {

@@ -125,11 +125,6 @@ private:
         else
             return detail::is_budgeted<X> ? 4 * words<X>() : 0;
     }
-    template <class Best, class... Rest>
-    static constexpr auto largest(Types<Best>, Types<Rest...>) noexcept
-    {
-        return largest_of<Best, Rest...>();
-    }
     template <class Best>
     static constexpr auto largest_of() noexcept
     {
