@@ -36,9 +36,10 @@ template <class Base>
 Description describe_on(Choice const& choice)
 {
     auto const description = []<class S>(Type<S>) { return description_of<S>(); };
-    return choice.machine == MachineKind::mk2
-               ? with_policies<Base>(choice, description)
-               : with_policies<splat::Roomy<Base>>(choice, description);
+    auto const on = [&]<class Machine>(Type<Machine>) {
+        return choice.planes() ? with_planes<Machine>(choice, description) : with_policies<Machine>(choice, description);
+    };
+    return choice.machine == MachineKind::mk2 ? on(Type<Base>{}) : on(Type<splat::Roomy<Base>>{});
 }
 
 } // namespace
@@ -46,9 +47,12 @@ Description describe_on(Choice const& choice)
 Description describe(Choice const& choice)
 {
     switch (choice.preset) {
-    case Preset::lossless: return describe_on<splat::Lossless>(choice);
-    case Preset::paper: return describe_on<splat::Paper>(choice);
-    case Preset::prototype: break;
+    case Preset::lossless:
+        return describe_on<splat::Lossless>(choice);
+    case Preset::paper:
+        return describe_on<splat::Paper>(choice);
+    case Preset::prototype:
+        break;
     }
     return describe_on<splat::Prototype>(choice);
 }
@@ -63,6 +67,7 @@ std::unique_ptr<AnyRenderer> make_renderer(Choice const& choice, tilemesh::scene
         if (options.storage_slots == 0) options.storage_slots = own.storage_slots;
         if (options.channel_slots == 0) options.channel_slots = own.channel_slots;
     }
+    if (choice.planes()) return (choice.preset == Preset::lossless ? lossless_planes : paper_planes)(choice, map, options);
     bool const threads = choice.engine == EngineKind::threads;
     bool const mk2 = choice.machine == MachineKind::mk2;
     auto const pick = [&](MakeRenderer& on_mk2, MakeRenderer& sequential_on_mk2, MakeRenderer& on_test,
@@ -71,10 +76,8 @@ std::unique_ptr<AnyRenderer> make_renderer(Choice const& choice, tilemesh::scene
                    : (threads ? on_test : sequential_on_test)(choice, map, options);
     };
     return choice.preset == Preset::lossless
-               ? pick(lossless_mk2_threads, lossless_mk2_sequential, lossless_test_threads,
-                      lossless_test_sequential)
-               : pick(paper_mk2_threads, paper_mk2_sequential, paper_test_threads,
-                      paper_test_sequential);
+               ? pick(lossless_mk2_threads, lossless_mk2_sequential, lossless_test_threads, lossless_test_sequential)
+               : pick(paper_mk2_threads, paper_mk2_sequential, paper_test_threads, paper_test_sequential);
 }
 
 } // namespace render_map

@@ -24,6 +24,9 @@ struct Choice {
     std::optional<SaturationKind> saturation{};
     std::optional<CopiesKind> copies{};
     std::optional<PixelKind> pixels{};
+    bool depth = false, alpha = false; ///< with the preset's own policies, on host threads; parse_options refuses the rest
+
+    bool planes() const noexcept { return depth || alpha; }
 };
 
 /// What a choice means: names for the report, the ledger of a tile, and the capacities that the user's limits may not exceed.

@@ -10,26 +10,19 @@ namespace render_map {
 template <class Setup, template <class, class> class Engine>
 class RendererOf final : public AnyRenderer {
 public:
-    RendererOf(tilemesh::scene::Map const& map, tilemesh::RendererOptions const& options)
-        : renderer_(map, options)
+    RendererOf(tilemesh::scene::Map const& map, tilemesh::RendererOptions const& options) : renderer_(map, options)
     {
         if (options.footprint) renderer_.model().footprint = *options.footprint;
     }
 
-    tilemesh::RenderedFrame render(tilemesh::splat::Camera const& camera) override
-    {
-        return renderer_.render(camera);
-    }
+    tilemesh::RenderedFrame render(tilemesh::splat::Camera const& camera) override { return renderer_.render(camera); }
     tilemesh::splat::Model const& model() const override { return renderer_.model(); }
     tilemesh::Extent2 grid() override
     {
         auto const grid = renderer_.mesh().grid();
         return {grid.width, grid.height};
     }
-    tilemesh::Extent2 tile() override
-    {
-        return {renderer_.tiling().tile_width, renderer_.tiling().tile_height};
-    }
+    tilemesh::Extent2 tile() override { return {renderer_.tiling().tile_width, renderer_.tiling().tile_height}; }
 
 private:
     tilemesh::BasicRenderer<Setup, Engine> renderer_;
@@ -44,6 +37,18 @@ std::unique_ptr<AnyRenderer> renderer_with_policies(Choice const& choice, tileme
     return with_policies<Base>(choice, [&]<class S>(Type<S>) -> std::unique_ptr<AnyRenderer> {
         return std::make_unique<RendererOf<S, Engine>>(map, options);
     });
+}
+
+/// The renderer of Base, on either machine, with the planes of a choice: six setups.
+template <class Base>
+std::unique_ptr<AnyRenderer> renderer_with_planes(Choice const& choice, tilemesh::scene::Map const& map,
+                                                  tilemesh::RendererOptions const& options)
+{
+    auto const make = [&]<class S>(Type<S>) -> std::unique_ptr<AnyRenderer> {
+        return std::make_unique<RendererOf<S, tilemesh::Mesh>>(map, options);
+    };
+    return choice.machine == MachineKind::mk2 ? with_planes<Base>(choice, make)
+                                              : with_planes<tilemesh::splat::Roomy<Base>>(choice, make);
 }
 
 } // namespace render_map

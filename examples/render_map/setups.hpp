@@ -11,5 +11,6 @@ MakeRenderer lossless_mk2_threads, lossless_mk2_sequential;
 MakeRenderer lossless_test_threads, lossless_test_sequential;
 MakeRenderer paper_mk2_threads, paper_mk2_sequential;
 MakeRenderer paper_test_threads, paper_test_sequential;
+MakeRenderer lossless_planes, paper_planes; ///< either machine, on threads
 
 } // namespace render_map

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <tilemesh/splat/policies.hpp>
 #include <tilemesh/splat/setup.hpp>
+#include <tilemesh/splat/with_pixel.hpp>
 #include <type_traits>
 
 namespace render_map {
@@ -27,6 +28,17 @@ struct Type {
     using type = T;
 };
 
+/// Calls `use` with the Type of Base and the planes of a choice that has some.
+template <class Base, class Use>
+auto with_planes(Choice const& choice, Use&& use)
+{
+    namespace splat = tilemesh::splat;
+    using Pixel = typename Base::Pixel;
+    if (choice.depth && choice.alpha) return use(Type<splat::WithPixel<Base, splat::WithAlpha<splat::WithDepth<Pixel>>>>{});
+    return choice.depth ? use(Type<splat::WithPixel<Base, splat::WithDepth<Pixel>>>{})
+                        : use(Type<splat::WithPixel<Base, splat::WithAlpha<Pixel>>>{});
+}
+
 /// Calls `use` with the Type of Base under the policies of a choice; the preset's own where it names none.
 template <class Base, class Use>
 auto with_policies(Choice const& choice, Use&& use)
@@ -35,12 +47,10 @@ auto with_policies(Choice const& choice, Use&& use)
     using Saturation = typename Base::Saturation;
     using Copies = typename Base::Copies;
     using Pixel = typename Base::Pixel;
-    auto const saturation =
-        choice.saturation.value_or(Saturation::holds ? SaturationKind::hold : SaturationKind::drop);
-    auto const copies =
-        choice.copies.value_or(Copies::reusable ? CopiesKind::world : CopiesKind::screen);
-    auto const pixels = choice.pixels.value_or(
-        std::is_same_v<Pixel, splat::FloatPixel> ? PixelKind::float32 : PixelKind::rgbx8);
+    auto const saturation = choice.saturation.value_or(Saturation::holds ? SaturationKind::hold : SaturationKind::drop);
+    auto const copies = choice.copies.value_or(Copies::reusable ? CopiesKind::world : CopiesKind::screen);
+    auto const pixels =
+        choice.pixels.value_or(std::is_same_v<Pixel, splat::FloatPixel> ? PixelKind::float32 : PixelKind::rgbx8);
 
     auto const pick_pixels = [&]<class S, class C>(Type<S>, Type<C>) {
         return pixels == PixelKind::float32 ? use(Type<Variant<Base, S, C, splat::FloatPixel>>{})
@@ -50,8 +60,7 @@ auto with_policies(Choice const& choice, Use&& use)
         return copies == CopiesKind::world ? pick_pixels(s, Type<splat::WorldCopies>{})
                                            : pick_pixels(s, Type<splat::ScreenCopies>{});
     };
-    return saturation == SaturationKind::hold ? pick_copies(Type<splat::Hold>{})
-                                              : pick_copies(Type<splat::Drop>{});
+    return saturation == SaturationKind::hold ? pick_copies(Type<splat::Hold>{}) : pick_copies(Type<splat::Drop>{});
 }
 
 } // namespace render_map

@@ -12,7 +12,7 @@
 #include <tilemesh/report/image.hpp>
 #include <tilemesh/report/losses.hpp>
 #include <tilemesh/scene/map.hpp>
-#include <tilemesh/splat/frame_program.hpp>
+#include <tilemesh/splat/with_pixel.hpp>
 #include <unordered_set>
 #include <utility>
 #include <vector>
@@ -40,6 +40,8 @@ struct RendererOptions {
 /// A picture and what it took.
 struct RenderedFrame {
     report::Image image;
+    report::Plane depth; ///< view z in world units, 0 where nothing is; empty unless the setup's pixels have it (WithDepth)
+    report::Plane alpha; ///< share of the pixel that is covered; empty unless the setup's pixels have it (WithAlpha)
     report::FrameReport report;
 };
 
@@ -143,7 +145,8 @@ public:
             report.host_ms.composite += again.host_ms.composite;
             report.digests.insert(report.digests.end(), again.digests.begin(), again.digests.end());
         }
-        RenderedFrame result{image(camera), std::move(report)};
+        RenderedFrame result = picture(camera);
+        result.report = std::move(report);
         last_ = view;
         cut_ = options_.hops != 0;
         result.report.host_ms.total =
@@ -212,7 +215,7 @@ private:
             auto framebuffer = mesh_->template state<splat::Framebuffer<S>>(grid.tile(t));
             framebuffer.truncate(0);
             for (std::uint32_t n = rect.empty() ? 0 : (rect.x1 - rect.x0) * (rect.y1 - rect.y0); n > 0; --n)
-                framebuffer.unchecked_push(S::Pixel::make(0, 0, 0));
+                framebuffer.unchecked_push(S::Pixel::make(splat::nothing_blended));
         }
     }
     std::uint32_t capacity() const noexcept { return options_.storage_slots != 0 ? options_.storage_slots : S::storage_slots; }
@@ -245,26 +248,42 @@ private:
         gone_.erase(gone_.begin(), gone_.begin() + static_cast<std::ptrdiff_t>(next));
     }
 
-    report::Image image(splat::Camera const& camera)
+    RenderedFrame picture(splat::Camera const& camera)
     {
-        report::Image image(camera.width, camera.height);
+        RenderedFrame result;
+        result.image = report::Image(camera.width, camera.height);
+        if constexpr (S::Pixel::has_depth) result.depth = report::Plane(camera.width, camera.height);
+        if constexpr (S::Pixel::has_alpha) result.alpha = report::Plane(camera.width, camera.height);
         for (std::uint32_t ty = 0; ty < tiling_.rows; ++ty)
             for (std::uint32_t tx = 0; tx < tiling_.columns; ++tx) {
                 auto const rect = splat::pixels_of(tiling_, camera, TileId::at(tx, ty));
                 auto const framebuffer = mesh_->template state<splat::Framebuffer<S>>(TileId::at(tx, ty));
                 std::uint32_t i = 0;
                 for (auto y = rect.y0; y < rect.y1; ++y)
-                    for (auto x = rect.x0; x < rect.x1; ++x, ++i) {
-                        float* const to = image.pixel(x, y);
-                        for (std::uint32_t c = 0; c < 3; ++c) to[c] = channel(framebuffer[i], c);
-                    }
+                    for (auto x = rect.x0; x < rect.x1; ++x, ++i) show(framebuffer[i], x, y, result);
             }
-        return image;
+        return result;
     }
-    static float channel(splat::FloatPixel const& p, std::uint32_t c) noexcept { return p.rgb[c]; }
-    static float channel(splat::Rgbx8Pixel const& p, std::uint32_t c) noexcept
+    static void show(splat::FloatPixel const& p, std::uint32_t x, std::uint32_t y, RenderedFrame& to) noexcept
     {
-        return static_cast<float>(p.word >> (8 * c) & 255u) / 255.0f;
+        for (std::uint32_t c = 0; c < 3; ++c) to.image.pixel(x, y)[c] = p.rgb[c];
+    }
+    static void show(splat::Rgbx8Pixel const& p, std::uint32_t x, std::uint32_t y, RenderedFrame& to) noexcept
+    {
+        for (std::uint32_t c = 0; c < 3; ++c)
+            to.image.pixel(x, y)[c] = static_cast<float>(p.word >> (8 * c) & 255u) / 255.0f;
+    }
+    template <class Colour>
+    static void show(splat::WithDepth<Colour> const& p, std::uint32_t x, std::uint32_t y, RenderedFrame& to) noexcept
+    {
+        show(p.colour, x, y, to);
+        to.depth.at(x, y) = p.depth;
+    }
+    template <class Colour>
+    static void show(splat::WithAlpha<Colour> const& p, std::uint32_t x, std::uint32_t y, RenderedFrame& to) noexcept
+    {
+        show(p.colour, x, y, to);
+        to.alpha.at(x, y) = p.alpha;
     }
 
     report::FrameReport account(RunCounters const& run, splat::Camera const& camera)

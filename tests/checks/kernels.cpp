@@ -24,6 +24,7 @@
 #include <tilemesh/splat/routing.hpp>
 #include <tilemesh/splat/setup.hpp>
 #include <tilemesh/splat/view.hpp>
+#include <tilemesh/splat/with_pixel.hpp>
 
 namespace {
 using namespace tilemesh;
@@ -90,6 +91,7 @@ struct Screen : splat::Lossless {
     using Pixel = splat::Rgbx8Pixel;
     static constexpr bool one_channel_memory = true;
 };
+using Planes = splat::WithPixel<splat::Lossless, splat::WithAlpha<splat::WithDepth<splat::FloatPixel>>>;
 } // namespace
 
 #define KERNELS(prefix, Setup)                                                                                                 \
@@ -103,3 +105,4 @@ KERNELS(lossless, splat::Lossless)
 KERNELS(paper, splat::Paper)
 KERNELS(prototype, splat::Prototype)
 KERNELS(screen, Screen)
+KERNELS(planes, Planes)

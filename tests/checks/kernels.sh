@@ -6,7 +6,7 @@ set -eu
 export LC_ALL=C
 compiler=$1 nm=$2 include=$3 object=$4 standard=$5
 
-frames="-Wframe-larger-than=2048" # bytes of stack; compositing keeps a block of 1 KiB
+frames="-Wframe-larger-than=2048" # bytes of stack; compositing keeps a block of 1 KiB, 1.5 KiB with depth
 if "$compiler" --version | grep -q 'Free Software Foundation'; then frames="$frames -Wstack-usage=2048"; fi
 # shellcheck disable=SC2086
 "$compiler" "-std=c++$standard" -O2 -fno-exceptions -fno-rtti -Wall -Wextra -Wconversion -Wshadow -Wdouble-promotion -Wvla \

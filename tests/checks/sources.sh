@@ -56,8 +56,8 @@ says() { printf '%s\n' "$text" | grep -E "(^|[^A-Za-z0-9_])($1)([^A-Za-z0-9_]|\$
 refuse "block comments (this check reads lines)" "$(printf '%s\n' "$text" | grep -F '/*' || true)"
 refuse "double precision" "$(says 'double')"
 refuse "sizes are 32 bits" "$(says '(std::)?(size_t|ptrdiff_t|u?intptr_t)')"
-# machine/tile.hpp: the ledger is added up in 64 bits at compile time, so that a huge program cannot wrap into a small one.
-refuse "64-bit integers" "$(says '(std::)?u?int64_t|long' | grep -v '^machine/tile.hpp:' || true)"
+# The ledger is added up in 64 bits at compile time, so that a huge program cannot wrap into a small one.
+refuse "64-bit integers" "$(says '(std::)?u?int64_t|long' | grep -vE '^(machine/tile|splat/with_pixel)\.hpp:' || true)"
 refuse "not for tiles" "$(says 'virtual|throw|try|catch|new|delete|dynamic_cast|typeid|goto|mutable|thread_local|asm|std::(function|string|vector|sort|thread|atomic|mutex|chrono)')"
 refuse "C++20 only" "$(says 'concept|requires|consteval|constinit|co_await|co_yield|co_return|std::(span|bit_cast|numbers)')"
 refuse "library trigonometry costs thousands of cycles" "$(says '(std::)?(sin|cos|tan|asin|acos|atan|atan2|sinh|cosh|tanh|pow)f?')"

@@ -171,9 +171,10 @@ TEST_CASE("every cut-off, footprint and clamp: mesh and naive loop agree bit for
 
 TEST_CASE("rgbx8: the float picture rounded to levels, clamped, padded")
 {
-    CHECK(Rgbx8Pixel::make(0, 0.5f, 1).word == (0u | 128u << 8 | 255u << 16));
-    CHECK(Rgbx8Pixel::make(-1, 3.8f, 0.499f / 255).word == (0u | 255u << 8));
-    CHECK(Rgbx8Pixel::make(0.5f / 255, 1.5f / 255, std::nanf("")).word == (1u | 2u << 8));
+    auto const word = [](float r, float g, float b) { return Rgbx8Pixel::make({{r, g, b}, 1, 0, 0}).word; };
+    CHECK(word(0, 0.5f, 1) == (0u | 128u << 8 | 255u << 16));
+    CHECK(word(-1, 3.8f, 0.499f / 255) == (0u | 255u << 8));
+    CHECK(word(0.5f / 255, 1.5f / 255, std::nanf("")) == (1u | 2u << 8));
     auto const camera = support::lens(120, 80);
     auto const gaussians = support::cloud(200, 95);
     auto const exact = on_mesh(gaussians, camera);

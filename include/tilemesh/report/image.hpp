@@ -18,4 +18,17 @@ struct Image {
     float const* pixel(std::uint32_t x, std::uint32_t y) const noexcept { return &rgb[3 * (std::size_t{y} * width + x)]; }
 };
 
+/// One float a pixel, row by row from the top left: a depth map, or how much of each pixel is covered. Empty where nobody asked.
+struct Plane {
+    std::uint32_t width = 0;
+    std::uint32_t height = 0;
+    std::vector<float> values; ///< width * height
+
+    Plane() = default;
+    Plane(std::uint32_t w, std::uint32_t h) : width(w), height(h), values(std::size_t{w} * h, 0.0f) {}
+    bool empty() const noexcept { return values.empty(); }
+    float& at(std::uint32_t x, std::uint32_t y) noexcept { return values[std::size_t{y} * width + x]; }
+    float at(std::uint32_t x, std::uint32_t y) const noexcept { return values[std::size_t{y} * width + x]; }
+};
+
 } // namespace tilemesh::report

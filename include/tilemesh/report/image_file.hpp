@@ -124,23 +124,42 @@ inline void write_ppm(std::filesystem::path const& path, Image const& image)
     detail::write_whole(path, header, rgb8(image));
 }
 
-/// Portable float map ("PF"): linear RGB float32, every bit as in the picture, little endian (scale
-/// -1.0), rows from the bottom to the top as the format demands (Debevec's description, as Netpbm's
-/// `pfm(5)` gives it).
+namespace detail {
+/// `channels` floats a pixel, rows from the bottom to the top as the format demands (Debevec's description, as Netpbm's `pfm(5)`
+/// gives it), little endian (scale -1.0).
+inline void write_rows_as_pfm(std::filesystem::path const& path, std::uint32_t width, std::uint32_t height,
+                              std::uint32_t channels, std::span<float const> values)
+{
+    auto const header = (channels == 3 ? "PF\n" : "Pf\n") + std::to_string(width) + ' ' + std::to_string(height) + "\n-1.0\n";
+    std::vector<std::byte> body(4 * values.size());
+    auto* to = body.data();
+    auto const row = std::size_t{channels} * width;
+    for (std::size_t y = height; y-- > 0;)
+        for (float value : values.subspan(y * row, row)) {
+            store_float(value, to);
+            to += 4;
+        }
+    write_whole(path, header, body);
+}
+} // namespace detail
+
+/// Portable float map ("PF"): linear RGB float32, every bit as in the picture.
 ///
 /// Throws `tilemesh::Error` for a picture without pixels and when the file cannot be written; then
 /// no file is left behind.
 inline void write_pfm(std::filesystem::path const& path, Image const& image)
 {
     detail::expect_pixels(image, "write " + path.string());
-    auto const header =
-        "PF\n" + std::to_string(image.width) + ' ' + std::to_string(image.height) + "\n-1.0\n";
-    std::vector<std::byte> body(4 * image.rgb.size());
-    auto* to = body.data();
-    for (std::uint32_t y = image.height; y-- > 0;)
-        for (std::size_t i = 0; i < std::size_t{3} * image.width; ++i, to += 4)
-            detail::store_float(image.pixel(0, y)[i], to);
-    detail::write_whole(path, header, body);
+    detail::write_rows_as_pfm(path, image.width, image.height, 3, image.rgb);
+}
+
+/// The same for one float a pixel ("Pf").
+inline void write_pfm(std::filesystem::path const& path, Plane const& plane)
+{
+    if (plane.empty() || plane.values.size() != std::size_t{plane.width} * plane.height)
+        throw Error("cannot write " + path.string() + " (" + std::to_string(plane.values.size()) +
+                    " floats are not width x height, or none); render with a setup whose pixels have this plane");
+    detail::write_rows_as_pfm(path, plane.width, plane.height, 1, plane.values);
 }
 
 /// A colour PFM of either byte order with scale 1 or -1. Values are taken as they are, infinities

@@ -1,6 +1,7 @@
 #pragma once
 #include <cmath>
 #include <tilemesh/splat/policies.hpp>
+#include <type_traits>
 
 TILEMESH_EXACT_BEGIN
 namespace tilemesh::splat {
@@ -12,7 +13,7 @@ inline float clamped(float v, float low, float high) noexcept
 }
 
 /// Pixels are blended in blocks that lie on the frame's pixel grid, whatever the tiling: a block that a tile border cuts is
-/// evaluated whole and masked. 16 x 4 divides the paper's 32 x 20 tile; its state is 1 KiB of stack.
+/// evaluated whole and masked. 16 x 4 divides the paper's 32 x 20 tile; its state is 1 KiB of stack, 1.5 KiB with depth.
 inline constexpr std::uint32_t block_width = 16, block_height = 4;
 
 /// May a pixel of this block see the splat? The largest power over the block's pixel centres, from the point of the block
@@ -39,11 +40,18 @@ struct Block {
     float red[block_height][block_width];
     float green[block_height][block_width];
     float blue[block_height][block_width];
+    static constexpr bool has_depth = false;
+};
+struct DepthBlock : Block {
+    float weight[block_height][block_width];
+    float depth[block_height][block_width];
+    static constexpr bool has_depth = true;
 };
 
 /// Blends one splat into a block; returns how many pixels took part. `xs`, `ys`: pixel centres relative to the principal point.
 /// Every lane does what the naive loop does for its pixel: a lane that takes no part adds 0, which changes no bit.
-inline std::uint32_t blend(Block& block, Splat const& s, Model const& m, float const* xs, float const* ys, std::uint32_t column,
+template <class AnyBlock>
+std::uint32_t blend(AnyBlock& block, Splat const& s, Model const& m, float const* xs, float const* ys, std::uint32_t column,
                            std::uint32_t row) noexcept
 {
     auto const rect = s.rect();
@@ -62,11 +70,26 @@ inline std::uint32_t blend(Block& block, Splat const& s, Model const& m, float c
             block.green[j][i] = multiply_add(weight, s.colour[1], block.green[j][i]);
             block.blue[j][i] = multiply_add(weight, s.colour[2], block.blue[j][i]);
             block.transmittance[j][i] = t - weight;
+            if constexpr (AnyBlock::has_depth) {
+                block.weight[j][i] = block.weight[j][i] + weight;
+                block.depth[j][i] = multiply_add(weight, s.depth, block.depth[j][i]);
+            }
             hits += takes_part ? 1 : 0;
         }
         contributing += hits;
     }
     return contributing;
+}
+
+template <class AnyBlock>
+Blended blended(AnyBlock const& block, std::uint32_t row, std::uint32_t column) noexcept
+{
+    Blended b{{block.red[row][column], block.green[row][column], block.blue[row][column]}, block.transmittance[row][column], 0, 0};
+    if constexpr (AnyBlock::has_depth) {
+        b.weight = block.weight[row][column];
+        b.depth = block.depth[row][column];
+    }
+    return b;
 }
 
 inline bool finished(Block const& block, float transmittance_min) noexcept
@@ -120,7 +143,7 @@ private:
         float xs[block_width], ys[block_height];
         for (std::uint32_t i = 0; i < block_width; ++i) xs[i] = static_cast<float>(bx + i) + 0.5f - camera.cx;
         for (std::uint32_t j = 0; j < block_height; ++j) ys[j] = static_cast<float>(by + j) + 0.5f - camera.cy;
-        detail::Block block{};
+        std::conditional_t<S::Pixel::has_depth, detail::DepthBlock, detail::Block> block{};
         PixelRect const live{bx > tile.x0 ? bx : tile.x0, bx + block_width < tile.x1 ? bx + block_width : tile.x1,
                              by > tile.y0 ? by : tile.y0, by + block_height < tile.y1 ? by + block_height : tile.y1};
         for (std::uint32_t j = 0; j < block_height; ++j)
@@ -142,8 +165,8 @@ private:
         }
         for (std::uint32_t y = live.y0; y < live.y1; ++y)
             for (std::uint32_t x = live.x0; x < live.x1; ++x)
-                framebuffer[(y - tile.y0) * (tile.x1 - tile.x0) + (x - tile.x0)] = S::Pixel::make(
-                    block.red[y - by][x - bx], block.green[y - by][x - bx], block.blue[y - by][x - bx]);
+                framebuffer[(y - tile.y0) * (tile.x1 - tile.x0) + (x - tile.x0)] =
+                    S::Pixel::make(detail::blended(block, y - by, x - bx));
     }
 };
 

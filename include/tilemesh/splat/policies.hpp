@@ -101,23 +101,56 @@ struct ScreenCopies {
 };
 
 // --- pixels ------------------------------------------------------------------------------------------------------------------------
+// What a tile keeps of a pixel: plain words, made from what blending leaves. `has_depth` says whether blending must sum depths.
+
+/// What blending leaves of one pixel, with w = alpha T of every Gaussian that took part.
+struct Blended {
+    float rgb[3];        ///< sum(w c)
+    float transmittance; ///< T: 1 where nothing is
+    float weight;        ///< sum(w); only where the pixel has a depth
+    float depth;         ///< sum(w z); only where the pixel has a depth
+};
+inline constexpr Blended nothing_blended{{0, 0, 0}, 1, 0, 0};
 
 /// Linear RGB, unclamped: 12 bytes a pixel.
 struct FloatPixel {
     static constexpr char const* name = "float";
+    static constexpr bool has_depth = false, has_alpha = false;
     float rgb[3];
-    static FloatPixel make(float r, float g, float b) noexcept { return {{r, g, b}}; }
+    static FloatPixel make(Blended const& b) noexcept { return {{b.rgb[0], b.rgb[1], b.rgb[2]}}; }
 };
 /// The paper's: 8 bits a channel and a byte of padding, because the machine stores whole words.
 struct Rgbx8Pixel {
     static constexpr char const* name = "rgbx8";
+    static constexpr bool has_depth = false, has_alpha = false;
     std::uint32_t word;
-    static Rgbx8Pixel make(float r, float g, float b) noexcept { return {level(r) | level(g) << 8 | level(b) << 16}; }
+    static Rgbx8Pixel make(Blended const& b) noexcept
+    {
+        return {level(b.rgb[0]) | level(b.rgb[1]) << 8 | level(b.rgb[2]) << 16};
+    }
     static std::uint32_t level(float v) noexcept // clamped to [0, 1], rounded to nearest; NaN becomes 0
     {
         if (!(v > 0.0f)) return 0;
         return v < 1.0f ? static_cast<std::uint32_t>(v * 255.0f + 0.5f) : 255u;
     }
+};
+/// And the depth that the pixel shows, sum(w z) / sum(w): view z in world units, 0 where nothing is. 4 bytes more a pixel.
+template <class Colour>
+struct WithDepth {
+    static constexpr char const* name = Colour::name;
+    static constexpr bool has_depth = true, has_alpha = Colour::has_alpha;
+    Colour colour;
+    float depth;
+    static WithDepth make(Blended const& b) noexcept { return {Colour::make(b), b.weight > 0.0f ? b.depth / b.weight : 0.0f}; }
+};
+/// And how much of the pixel is covered, 1 - T. 4 bytes more a pixel.
+template <class Colour>
+struct WithAlpha {
+    static constexpr char const* name = Colour::name;
+    static constexpr bool has_depth = Colour::has_depth, has_alpha = true;
+    Colour colour;
+    float alpha;
+    static WithAlpha make(Blended const& b) noexcept { return {Colour::make(b), 1.0f - b.transmittance}; }
 };
 
 } // namespace tilemesh::splat
