@@ -1,0 +1,50 @@
+// A machine of your own, its ledger, and what a channel slot is worth on it: supersteps and refusals of a cold start.
+#include <cstdint>
+#include <iostream>
+#include <string>
+#include <tilemesh/tilemesh.hpp>
+
+using namespace tilemesh;
+
+struct Camera256 {                                        // many small tiles, as behind a sensor
+    static constexpr char const* name = "camera256";
+    static constexpr std::uint32_t tiles = 4096;
+    static constexpr std::uint32_t sram_bytes = 256 * 1024;
+    static constexpr std::uint32_t code_bytes = 40 * 1024;
+    static constexpr std::uint32_t workers = 4;
+    static constexpr std::uint32_t clock_khz = 800'000;
+};
+struct Small : splat::Lossless {                          // what does not fit in the SRAM does not compile
+    static constexpr char const* name = "small";
+    using Machine = Camera256;
+    static constexpr std::uint32_t storage_slots = 700;
+    static constexpr std::uint32_t road_bytes = 100 * sizeof(splat::Addressed);
+    static constexpr std::uint32_t beam_bytes = 100 * sizeof(splat::Gaussian);
+    static constexpr std::uint32_t waiting_bytes = 100 * sizeof(splat::Addressed);
+    static constexpr std::uint32_t tile_pixels = 16 * 12;
+};
+
+int main()
+{
+    using Layout = BasicRenderer<Small>::Layout;
+    for (Region const& r : Layout::ledger())
+        std::cout << std::string(r.name.text, r.name.size) << ": " << r.bytes << " bytes\n";
+    std::cout << "sum: " << Layout::bytes << " of " << Camera256::sram_bytes << "\n\n";
+
+    auto const map = scene::built_in_map();
+    auto const camera = scene::built_in_camera({960, 540});
+    report::Table table{{"slots a channel", "supersteps", "refusals", "unplaced", "copies lost", "fullest tile"}};
+    std::uint64_t refused_before = 0;
+    bool grows = true;
+    for (std::uint32_t slots : {100u, 50u, 20u, 10u, 5u}) {
+        auto const frame = BasicRenderer<Small>{map, {.tile = {16, 12}, .channel_slots = slots}}.render(camera);
+        auto const& r = frame.report;
+        using report::thousands;
+        table.add_row({std::to_string(slots), std::to_string(r.supersteps.total()), thousands(r.gaussians.held),
+                       thousands(r.gaussians.unplaced), thousands(r.lost_copies), thousands(r.peak_storage)});
+        grows = grows && r.gaussians.held > refused_before;
+        refused_before = r.gaussians.held;
+    }
+    std::cout << table;
+    return grows ? 0 : 1; // fewer slots, more refusals
+}
