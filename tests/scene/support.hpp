@@ -21,12 +21,11 @@ public:
     TempFile(std::string const& bytes, std::string const& extension)
     {
         static std::atomic<unsigned> counter{0};
-        static auto const run = static_cast<unsigned long long>(
-            std::filesystem::file_time_type::clock::now().time_since_epoch().count());
+        static auto const run =
+            static_cast<unsigned long long>(std::filesystem::file_time_type::clock::now().time_since_epoch().count());
         path_ = std::filesystem::temp_directory_path() /
                 ("tilemesh_scene_" + std::to_string(run) + "_" +
-                 std::to_string(reinterpret_cast<std::uintptr_t>(&counter)) + "_" +
-                 std::to_string(counter++) + extension);
+                 std::to_string(reinterpret_cast<std::uintptr_t>(&counter)) + "_" + std::to_string(counter++) + extension);
         std::ofstream(path_, std::ios::binary) << bytes;
     }
     ~TempFile()

@@ -1,20 +1,19 @@
 #pragma once
 #include <cstdint>
-#include <stdexcept>
 #include <string>
 #include <tilemesh/splat/gaussian.hpp>
 #include <vector>
 
 namespace tilemesh::scene {
 
-/// A map in host memory: what a file or the built-in scene gives. Ids are 1 + the row in the file, so that a report names
-/// rows a user can find; rows that were rejected leave their id unused.
+/// A map in host memory: what a file or the built-in scene gives; it may be empty. Ids are 1 + the row in the file, so that a
+/// report names rows a user can find; rows that were rejected leave their id unused.
 struct Map {
-    std::string name;                         ///< "sloth", or "built_in"
-    std::string path;                         ///< as the user gave it; empty for the built-in map
+    std::string name; ///< "sloth", or "built_in"
+    std::string path; ///< as the user gave it; empty for the built-in map
     std::vector<splat::Gaussian> gaussians;
-    std::uint64_t rejected = 0;               ///< rows that are not finite or have no rotation
-    std::vector<std::string> notes;           ///< one line each: what was skipped or rejected, and why
+    std::uint64_t rejected = 0;     ///< rows that are not finite or have no rotation; these and `gaussians` are all rows
+    std::vector<std::string> notes; ///< one line each: what was skipped or rejected, and why
 };
 
 } // namespace tilemesh::scene

@@ -1,0 +1,111 @@
+#pragma once
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <istream>
+#include <string>
+#include <string_view>
+#include <tilemesh/error.hpp>
+#include <utility>
+#include <vector>
+
+namespace tilemesh::scene::detail {
+
+/// Text of a file in a message: at most 40 characters, printable ones only, so that the message stays one line.
+inline std::string printable(std::string_view text)
+{
+    std::string out;
+    for (char c : text.substr(0, 40)) out += c >= ' ' && c <= '~' ? c : '?';
+    return text.size() > 40 ? out.append("...") : out;
+}
+/// The name of a file in a message: whole, but in one line.
+inline std::string one_line(std::string name)
+{
+    for (char& c : name)
+        if (static_cast<unsigned char>(c) < ' ' || c == 0x7f) c = '?';
+    return name;
+}
+inline std::string in_quotes(std::string_view text)
+{
+    return std::string(1, '"').append(printable(text)).append(1, '"');
+}
+
+/// The bytes of a stream from where it stands to its end, read once and in order, at most 1 MiB of them in memory. Throws
+/// `Error`, which begins with `file`, where the stream has no known size or ends before it.
+class ByteSource {
+public:
+    static constexpr std::size_t capacity = std::size_t{1} << 20;
+
+    ByteSource(std::istream& stream, std::string file) : stream_(stream), file_(std::move(file))
+    {
+        auto const first = stream_.tellg();
+        stream_.seekg(0, std::ios::end);
+        auto const last = stream_.tellg();
+        stream_.seekg(first);
+        if (!stream_ || first < 0 || last < first)
+            throw Error(file_ + " cannot be read (its size is not known); copy it to a regular file");
+        size_ = static_cast<std::uint64_t>(last - first);
+        buffer_.resize(static_cast<std::size_t>(std::min<std::uint64_t>(size_, capacity)));
+    }
+
+    std::uint64_t size() const { return size_; }
+    std::uint64_t left() const { return size_ - fetched_ + (end_ - begin_); }
+
+    /// The next `n` bytes, at most `capacity`, valid until the next call; null, and nothing is taken, where fewer are left.
+    unsigned char const* take(std::size_t n)
+    {
+        if (end_ - begin_ < n && !fetch(n)) return nullptr;
+        begin_ += n;
+        return buffer_.data() + begin_ - n;
+    }
+    /// The next byte, or -1 at the end; `peek` leaves it there.
+    int get() { return begin_ < end_ || fetch(1) ? buffer_[begin_++] : -1; }
+    int peek() { return begin_ < end_ || fetch(1) ? buffer_[begin_] : -1; }
+
+    /// Do the next bytes equal `text`? Takes none.
+    bool begins_with(std::string_view text)
+    {
+        return (end_ - begin_ >= text.size() || fetch(text.size())) &&
+               std::memcmp(buffer_.data() + begin_, text.data(), text.size()) == 0;
+    }
+    /// Passes over `n` bytes; false, and nothing is passed, where fewer are left.
+    bool skip(std::uint64_t n)
+    {
+        if (n > left()) return false;
+        std::uint64_t const here = std::min<std::uint64_t>(n, end_ - begin_);
+        begin_ += static_cast<std::size_t>(here);
+        if (here == n) return true;
+        stream_.seekg(static_cast<std::streamoff>(n - here), std::ios::cur);
+        fetched_ += n - here;
+        return true;
+    }
+
+private:
+    /// Makes `n` bytes stand in one piece; false where fewer are left.
+    bool fetch(std::size_t n)
+    {
+        if (n > left()) return false;
+        std::copy(buffer_.begin() + static_cast<std::ptrdiff_t>(begin_),
+                  buffer_.begin() + static_cast<std::ptrdiff_t>(end_), buffer_.begin());
+        end_ -= begin_;
+        begin_ = 0;
+        auto const more = static_cast<std::size_t>(std::min<std::uint64_t>(buffer_.size() - end_, size_ - fetched_));
+        stream_.read(reinterpret_cast<char*>(buffer_.data() + end_), static_cast<std::streamsize>(more));
+        if (!stream_)
+            throw Error(file_ + " cannot be read to its end (from byte " + std::to_string(fetched_) +
+                        " on: it changed, or the disk failed); copy the file and try again");
+        end_ += more;
+        fetched_ += more;
+        return true;
+    }
+
+    std::istream& stream_;
+    std::string file_;
+    std::uint64_t size_ = 0;
+    std::uint64_t fetched_ = 0;         ///< bytes that were read or passed over
+    std::vector<unsigned char> buffer_; ///< [begin_, end_) is read and not yet taken
+    std::size_t begin_ = 0, end_ = 0;
+};
+
+} // namespace tilemesh::scene::detail

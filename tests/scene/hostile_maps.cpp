@@ -1,0 +1,250 @@
+#include "../splat/support.hpp"
+#include "ply_writer.hpp"
+#include "support.hpp"
+#include <cmath>
+#include <cstdint>
+#include <doctest/doctest.h>
+#include <initializer_list>
+#include <string>
+#include <tilemesh/renderer.hpp>
+#include <tilemesh/report/naive.hpp>
+#include <tilemesh/scene/ply.hpp>
+#include <vector>
+
+// Maps with hostile numbers, from their file to the picture: every pixel is finite, the picture is the naive one, no Gaussian
+// is lost uncounted.
+using namespace scene_test;
+using namespace tilemesh;
+
+namespace {
+
+constexpr int x = 0, y = 1, z = 2, f_dc_0 = 3, opacity = 6, scale_0 = 7, rot_0 = 10;
+
+/// At the origin, looking along z.
+splat::Camera front()
+{
+    auto camera = support::flat_camera(64, 48);
+    camera.fx = camera.fy = 40;
+    camera.cx = 32;
+    camera.cy = 24.25f;
+    return camera;
+}
+
+/// A ball in front of the camera.
+Row ball(double at_x, double at_y, double at_z)
+{
+    return {{at_x, at_y, at_z, 0.5, -0.25, 1, 2, -1.5, -1.5, -1.5, 1, 0.25, 0, 0}};
+}
+
+/// Six plain rows, and the fourth in the middle and in front of them, for a hostile value.
+std::vector<Row> rows_around(Row const& middle)
+{
+    return {ball(-1, -1, 4), ball(1, -1, 4.5), ball(-1, 1, 5), middle, ball(1, 1, 4), ball(0, 0.5, 6), ball(0.2, 0, 2.5)};
+}
+
+/// Renders what was loaded in three views, with both footprints, and checks each picture and its counters. Was any record
+/// without a place?
+bool render_all(scene::Map const& map, splat::Camera const& camera)
+{
+    auto turned = support::lens(64, 48, 0.3f);
+    turned.position[0] = camera.position[0] + 0.5f;
+    auto back = camera;
+    back.rotation[0][0] = back.rotation[2][2] = -1;
+    bool any_unplaced = false;
+    for (auto const footprint : {splat::Footprint::opacity_box, splat::Footprint::three_sigma_square}) {
+        Renderer renderer{map, {.grid = {4, 3}, .footprint = footprint}};
+        auto model = renderer.model();
+        model.footprint = footprint;
+        for (auto const& view : {camera, turned, back}) {
+            auto const frame = renderer.render(view);
+            auto const& r = frame.report;
+            std::size_t not_finite = 0;
+            for (float v : frame.image.rgb) not_finite += std::isfinite(v) ? 0 : 1;
+            CHECK(not_finite == 0);
+            CHECK(support::differing_pixels(frame.image, report::render_naive(map.gaussians, view, model,
+                                                                              support::Missing(r, renderer.tiling(),
+                                                                                               renderer.mesh().grid()))) ==
+                  0);
+            auto const& n = r.gaussians;
+            // Counted when the frame begins; of these some may find no room.
+            CHECK(n.visible + n.parked == map.gaussians.size());
+            CHECK(support::owned_ids<splat::Lossless>(renderer.mesh()).size() + n.unplaced == map.gaussians.size());
+            CHECK(n.dropped + n.under_way == 0);
+            CHECK(r.lost.size() == n.unplaced + r.lost_copies);
+            any_unplaced = any_unplaced || n.unplaced != 0;
+        }
+    }
+    return any_unplaced;
+}
+
+/// One hostile row beside six plain ones.
+void try_row(Row const& row, std::uint64_t rejected = 0)
+{
+    Ply ply;
+    ply.rows = rows_around(row);
+    auto const map = read(ply);
+    CHECK(map.rejected == rejected);
+    REQUIRE(map.gaussians.size() + map.rejected == ply.rows.size());
+    CHECK_FALSE(render_all(map, front()));
+}
+
+void try_value(int field, double value, std::uint64_t rejected = 0)
+{
+    CAPTURE(names[field]);
+    CAPTURE(value);
+    Row row = ball(0, 0, 3);
+    row.f[field] = value;
+    try_row(row, rejected);
+}
+
+double const inf = static_cast<double>(infinity);
+
+} // namespace
+
+TEST_CASE("what cannot be drawn leaves the picture of the others as it is")
+{
+    auto const picture = [](Row const& row) {
+        Ply ply;
+        ply.rows = rows_around(row);
+        Renderer renderer{read(ply), {.grid = {4, 3}}};
+        return renderer.render(front()).image;
+    };
+    auto const others = picture(ball(0, 0, -5));
+    CHECK(support::differing_pixels(picture(ball(0, 0, 3)), others) > 100);
+    auto const changes = [&](std::initializer_list<int> fields, double value) {
+        Row row = ball(0, 0, 3);
+        for (int field : fields) row.f[field] = value;
+        return support::differing_pixels(picture(row), others);
+    };
+    for (double value : {1e30, -1e30, 3e38, -3e38}) CHECK(changes({x}, value) == 0);
+    for (double value : {-1e30, -3e38, 0.2, 1e-40}) CHECK(changes({z}, value) == 0);
+    for (double value : {3.6e6, 1e30, 3e38}) CHECK(changes({f_dc_0 + 1}, value) == 0);
+    for (double value : {-1000.0, -3e38, -inf}) CHECK(changes({opacity}, value) == 0);
+    for (double value : {50.0, 100.0, 1e30, 3e38}) CHECK(changes({scale_0, scale_0 + 1, scale_0 + 2}, value) == 0);
+    CHECK(changes({rot_0, rot_0 + 1}, 0) == 0);
+    CHECK(changes({opacity}, inf) > 100);
+    CHECK(changes({scale_0}, -inf) > 10);
+}
+
+TEST_CASE("hostile positions")
+{
+    for (int field : {x, y, z})
+        for (double value : {1e30, -1e30, 3e38, -3e38, 1e-40, -1e-40, 1e-45, 0.2, -0.0}) try_value(field, value);
+    for (double value : {1e30, 3e38, -3e38, 1e-40}) try_row({{value, value, value, 0, 0, 0, 2, -1, -1, -1, 1, 0, 0, 0}});
+    for (int field : {x, y, z})
+        for (double value : {inf, -inf}) try_value(field, value, 1);
+}
+
+TEST_CASE("hostile colours")
+{
+    for (int field : {f_dc_0, f_dc_0 + 1, f_dc_0 + 2}) {
+        for (double value : {1e30, -1e30, 3e38, -3e38, 3.5e6, 3.6e6, 1e-45}) try_value(field, value);
+        for (double value : {inf, -inf}) try_value(field, value, 1);
+    }
+}
+
+TEST_CASE("hostile opacities")
+{
+    for (double value : {1000.0, -1000.0, 1e30, -1e30, 3e38, -3e38, inf, -inf, 17.0, -5.537334, 1e-45})
+        try_value(opacity, value);
+}
+
+TEST_CASE("hostile sizes")
+{
+    for (int axis = 0; axis < 3; ++axis) {
+        for (double value : {100.0, -100.0, 1e30, -1e30, 3e38, -3e38, 20.0, 43.0, 44.0, 88.0, 89.0, -87.0, -43.0, -inf})
+            try_value(scale_0 + axis, value);
+        try_value(scale_0 + axis, inf, 1);
+    }
+    for (double value : {100.0, -100.0, 1e30, -1e30, 20.0, 22.0, 43.0, 44.0, -inf}) {
+        CAPTURE(value);
+        Row row = ball(0.3, 0.1, 3);
+        for (int axis = 0; axis < 3; ++axis) row.f[scale_0 + axis] = value;
+        try_row(row);
+        row.f[scale_0] = -100; // a disc
+        try_row(row);
+        row.f[scale_0 + 1] = -100; // a needle
+        try_row(row);
+    }
+}
+
+TEST_CASE("hostile quaternions")
+{
+    for (double value : {1e-45, 1e-40, 1e30, 3e38, -3e38, -1e-45})
+        for (int component = 0; component < 4; ++component) {
+            CAPTURE(value);
+            CAPTURE(component);
+            Row row = ball(0, 0, 3);
+            row.f[scale_0] = 0.5;
+            row.f[rot_0 + component] = value;
+            try_row(row);
+            for (int i = 0; i < 4; ++i) row.f[rot_0 + i] = i == component ? value : 0.0;
+            try_row(row);
+            for (int i = 0; i < 4; ++i) row.f[rot_0 + i] = value;
+            try_row(row);
+        }
+    Row row = ball(0, 0, 3);
+    for (int i = 0; i < 4; ++i) row.f[rot_0 + i] = 0;
+    try_row(row, 1);
+}
+
+TEST_CASE("a camera at a Gaussian's centre, a hair before it, inside a huge one")
+{
+    for (double const depth : {0.0, 1e-45, 0.2, 0.2000001, 0.5, -1.0})
+        for (double const size : {-87.0, -10.0, -1.5, 0.0, 3.0, 10.0, 30.0, 1e30}) {
+            CAPTURE(depth);
+            CAPTURE(size);
+            Row row = ball(0, 0, depth);
+            for (int axis = 0; axis < 3; ++axis) row.f[scale_0 + axis] = size;
+            try_row(row);
+        }
+    // The near plane as close as it can be.
+    Ply ply;
+    ply.rows = rows_around(ball(0, 0, 1e-38));
+    ply.rows[4] = ball(1e-30, 0, 1e-30);
+    auto camera = front();
+    for (float const near : {1e-45f, 1e-38f, 1e-20f}) {
+        camera.near_depth = near;
+        CHECK_FALSE(render_all(read(ply), camera));
+    }
+}
+
+TEST_CASE("a camera so far away that depths are infinite")
+{
+    Ply ply;
+    ply.rows = rows_around(ball(0, 0, 3e38));
+    ply.rows[4] = ball(0, 0, 3e38);
+    ply.rows[5] = ball(3e38, 0, 3e38);
+    auto camera = front();
+    for (float const away : {-3e38f, -1e30f, 3e38f}) {
+        camera.position[2] = away;
+        CHECK_FALSE(render_all(read(ply), camera));
+    }
+}
+
+TEST_CASE("many Gaussians at one point: equal depths, then more than a tile can store")
+{
+    for (std::size_t const count : {std::size_t{1000}, std::size_t{2600}}) {
+        CAPTURE(count);
+        Ply ply;
+        ply.rows.assign(count, ball(0.1, 0.1, 3));
+        for (std::size_t i = 0; i < count; ++i) {
+            ply.rows[i].f[f_dc_0] = 0.01 * static_cast<double>(i % 100);
+            ply.rows[i].f[opacity] = -4.0 + 0.001 * static_cast<double>(i);
+        }
+        auto const map = read(ply);
+        REQUIRE(map.gaussians.size() == count);
+        CHECK(render_all(map, front()) == (count > splat::Lossless::storage_slots));
+    }
+}
+
+TEST_CASE("an empty map renders black")
+{
+    Ply ply;
+    ply.rows.clear();
+    auto const map = read(ply);
+    CHECK_FALSE(render_all(map, front()));
+    Renderer renderer{map, {.grid = {4, 3}}};
+    auto const frame = renderer.render(front());
+    for (float v : frame.image.rgb) REQUIRE(v == 0.0f);
+}
