@@ -32,12 +32,12 @@ struct Loss {
 struct FrameReport {
     std::string camera;
     std::uint32_t width = 0, height = 0;
-    struct {
+    struct Supersteps {
         std::uint64_t project = 0, route = 0, bloom = 0, composite = 0;
         std::uint64_t total() const noexcept { return project + route + bloom + composite; }
     } supersteps;                              ///< exchanges that carried something
     struct {
-        std::uint64_t visible = 0;             ///< something on screen
+        std::uint64_t visible = 0;             ///< something on screen when the frame begins; the unplaced are among them
         std::uint64_t moved = 0;               ///< whose anchor changed
         std::uint64_t held = 0;                ///< refusals of a full channel or missing credit: three waits count three
         std::uint64_t dropped = 0;             ///< gone for good (`drop`)

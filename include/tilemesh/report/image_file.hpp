@@ -18,14 +18,12 @@
 #include <system_error>
 #include <tilemesh/error.hpp>
 #include <tilemesh/report/image.hpp>
+#include <tilemesh/report/whole_file.hpp>
 #include <vector>
 
 /// Pictures in files. PFM keeps every bit of the linear floats; PPM and `rgb8` are for eyes.
 ///
-/// A file is written whole or not at all: the bytes go to "<name>.part" beside it, every write and
-/// the close are checked, then the part is renamed over the name. On failure the part is removed,
-/// what had the name before is untouched, and `tilemesh::Error` says why. Two writers of one name
-/// at the same time are not told apart.
+/// A file is written whole or not at all: see `write_whole`.
 
 namespace tilemesh::report {
 namespace detail {
@@ -42,40 +40,6 @@ inline void expect_pixels(Image const& image, std::string const& action)
     if (image.rgb.size() != std::size_t{3} * image.width * image.height)
         throw Error("cannot " + action + " (" + std::to_string(image.rgb.size()) +
                     " floats are not 3 x width x height); keep rgb in step with the size");
-}
-
-/// Cost: one copy of the bytes on disk beside the old file until the rename.
-inline void write_whole(std::filesystem::path const& path, std::string_view header,
-                        std::span<std::byte const> body)
-{
-    auto const fail = [&](std::string const& why) {
-        throw Error("cannot write " + path.string() + " (" + why +
-                    "); name a writable place with room for " +
-                    std::to_string(header.size() + body.size()) + " bytes");
-    };
-    auto part = path;
-    part += ".part";
-    errno = 0;
-    std::ofstream out{part, std::ios::binary | std::ios::trunc};
-    if (!out) fail(last_system_error());
-
-    out.write(header.data(), static_cast<std::streamsize>(header.size()));
-    out.write(reinterpret_cast<char const*>(body.data()),
-              static_cast<std::streamsize>(body.size()));
-    out.close();
-    if (!out) { // a failed write stays in the state
-        auto const why = last_system_error();
-        std::error_code ignored;
-        std::filesystem::remove(part, ignored);
-        fail(why);
-    }
-    std::error_code refused;
-    std::filesystem::rename(part, path, refused);
-    if (refused) {
-        std::error_code ignored;
-        std::filesystem::remove(part, ignored);
-        fail(refused.message());
-    }
 }
 
 inline void store_float(float value, std::byte* to) noexcept
@@ -121,7 +85,7 @@ inline void write_ppm(std::filesystem::path const& path, Image const& image)
     detail::expect_pixels(image, "write " + path.string());
     auto const header =
         "P6\n" + std::to_string(image.width) + ' ' + std::to_string(image.height) + "\n255\n";
-    detail::write_whole(path, header, rgb8(image));
+    write_whole(path, header, rgb8(image));
 }
 
 namespace detail {

@@ -1,0 +1,68 @@
+#pragma once
+#include <cerrno>
+#include <cstddef>
+#include <cstdio>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <tilemesh/error.hpp>
+
+namespace tilemesh::report {
+
+/// Writes `header`, then `body`, as the file `path`: whole or not at all.
+///
+/// The bytes go to a new file beside it, "<name>.part" or, where that is taken, "<name>.2.part" and so on; every write and the
+/// close are checked; then it is renamed over the name. So what has the name is always whole: of two writers at the same time
+/// the one that ends last has it. On failure the part is removed and what had the name before is untouched; a process that is
+/// killed leaves its part. A symbolic link is followed. A device or a pipe keeps nothing: the bytes go straight into it.
+///
+/// Throws `tilemesh::Error` with the system's reason when the bytes cannot be written. Cost: the bytes on disk, beside those of
+/// the old file until the rename; no copy in memory.
+inline void write_whole(std::filesystem::path const& path, std::string_view header, std::span<std::byte const> body = {})
+{
+    namespace fs = std::filesystem;
+    std::error_code ignored;
+    auto const type = fs::status(path, ignored).type();
+    bool const straight = type == fs::file_type::character || type == fs::file_type::block || type == fs::file_type::fifo ||
+                          type == fs::file_type::socket;
+    auto name = fs::is_symlink(path, ignored) ? fs::weakly_canonical(path, ignored) : path;
+    if (name.empty()) name = path;
+
+    auto const fail = [&](std::error_code why) {
+        throw Error("cannot write " + path.string() + " (" + why.message() + "); name a writable place with room for " +
+                    std::to_string(header.size() + body.size()) + " bytes");
+    };
+    auto const system_error = [] { return std::error_code(errno != 0 ? errno : EIO, std::generic_category()); };
+    if (type == fs::file_type::directory) fail(std::make_error_code(std::errc::is_a_directory));
+
+    // Mode x: nobody else has this part.
+    auto part = name;
+    std::FILE* file = nullptr;
+    errno = 0;
+    if (straight) file = std::fopen(name.string().c_str(), "wb");
+    for (unsigned number = 1; !straight && !file; ++number) {
+        part = name;
+        part += (number == 1 ? "" : "." + std::to_string(number)) + ".part";
+        errno = 0;
+        file = std::fopen(part.string().c_str(), "wbx");
+        if (!file && errno != EEXIST) break;
+    }
+    if (!file) fail(system_error());
+
+    auto const put = [file](void const* bytes, std::size_t size) {
+        return size == 0 || std::fwrite(bytes, 1, size, file) == size;
+    };
+    errno = 0;
+    auto why = put(header.data(), header.size()) && put(body.data(), body.size()) && std::fflush(file) == 0
+                   ? std::error_code()
+                   : system_error();
+    if (std::fclose(file) != 0 && !why) why = system_error();
+    if (!why && !straight) fs::rename(part, name, why);
+    if (!why) return;
+    if (!straight) fs::remove(part, ignored);
+    fail(why);
+}
+
+} // namespace tilemesh::report

@@ -1,0 +1,154 @@
+#include <array>
+#include <cstddef>
+#include <doctest/doctest.h>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <span>
+#include <string>
+#include <thread>
+#include <tilemesh/error.hpp>
+#include <tilemesh/report/whole_file.hpp>
+#include <vector>
+#if defined(__linux__)
+#    include <csignal>
+#    include <sys/resource.h>
+#endif
+
+namespace {
+
+namespace fs = std::filesystem;
+using tilemesh::report::write_whole;
+
+/// A folder of its own; gone at the end of the scope.
+struct Folder {
+    fs::path path = fs::temp_directory_path() /
+                    ("tilemesh_whole_" + std::to_string(fs::file_time_type::clock::now().time_since_epoch().count()));
+    Folder() { fs::create_directory(path); }
+    ~Folder() { fs::remove_all(path); }
+
+    std::size_t files() const
+    {
+        return static_cast<std::size_t>(std::distance(fs::directory_iterator(path), fs::directory_iterator()));
+    }
+};
+
+std::string contents(fs::path const& path)
+{
+    std::ifstream in(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+}
+
+} // namespace
+
+TEST_SUITE_BEGIN("report");
+
+TEST_CASE("a whole file is its header and its body, and replaces what had the name")
+{
+    Folder const folder;
+    auto const path = folder.path / "a";
+    std::array const body{std::byte{'\0'}, std::byte{0xff}};
+    write_whole(path, "head", body);
+    CHECK(contents(path) == std::string("head\0\xff", 6));
+    write_whole(path, "");
+    CHECK(contents(path).empty());
+    CHECK(folder.files() == 1);
+}
+
+TEST_CASE("a file that cannot be written leaves nothing, and what was there")
+{
+    Folder const folder;
+    CHECK_THROWS_WITH_AS(write_whole(folder.path / "absent" / "a", "x"), doctest::Contains("room for 1 bytes"),
+                         tilemesh::Error);
+    CHECK_THROWS_WITH_AS(write_whole(folder.path, "x"), doctest::Contains("directory"), tilemesh::Error);
+    CHECK_THROWS_AS(write_whole(folder.path / std::string(300, 'n'), "x"), tilemesh::Error);
+    CHECK(folder.files() == 0);
+}
+
+#if defined(__linux__)
+TEST_CASE("a disk that is full leaves what had the name, and no part")
+{
+    // A file-size limit of this process stands for the disk: a write beyond it fails with EFBIG once SIGXFSZ is ignored.
+    struct FullDisk {
+        rlimit before{};
+        void (*handler)(int) = std::signal(SIGXFSZ, SIG_IGN);
+        FullDisk()
+        {
+            getrlimit(RLIMIT_FSIZE, &before);
+            rlimit none{0, before.rlim_max};
+            setrlimit(RLIMIT_FSIZE, &none);
+        }
+        ~FullDisk()
+        {
+            setrlimit(RLIMIT_FSIZE, &before);
+            std::signal(SIGXFSZ, handler);
+        }
+    };
+    Folder const folder;
+    auto const path = folder.path / "a";
+    write_whole(path, "the old file");
+    // Small enough to fail at the flush, and large enough to fail at a write.
+    for (std::size_t size : {1u, 1'000'000u}) {
+        CAPTURE(size);
+        {
+            FullDisk const full;
+            CHECK_THROWS_WITH_AS(write_whole(path, std::string(size, 'x')), doctest::Contains("File too large"),
+                                 tilemesh::Error);
+        }
+        CHECK(contents(path) == "the old file");
+        CHECK(folder.files() == 1);
+    }
+}
+#endif
+
+TEST_CASE("the part of another writer is left alone")
+{
+    Folder const folder;
+    auto const path = folder.path / "a";
+    std::ofstream(path.string() + ".part") << "theirs";
+    std::ofstream(path.string() + ".2.part") << "theirs too";
+    write_whole(path, "ours");
+    CHECK(contents(path) == "ours");
+    CHECK(contents(path.string() + ".part") == "theirs");
+    CHECK(contents(path.string() + ".2.part") == "theirs too");
+    CHECK(folder.files() == 3);
+}
+
+TEST_CASE("of many writers at once, one has the name, whole")
+{
+    Folder const folder;
+    auto const path = folder.path / "a";
+    {
+        std::vector<std::jthread> writers;
+        for (char letter = 'a'; letter < 'e'; ++letter)
+            writers.emplace_back([=] {
+                for (int i = 0; i < 50; ++i) write_whole(path, std::string(100'000, letter));
+            });
+    }
+    auto const text = contents(path);
+    CHECK(text.size() == 100'000);
+    CHECK(text.find_first_not_of(text[0]) == std::string::npos);
+    CHECK(folder.files() == 1);
+}
+
+TEST_CASE("a link is followed, a device stays a device")
+{
+    Folder const folder;
+    auto const path = folder.path / "a", link = folder.path / "link";
+    write_whole(path, "old");
+    fs::create_symlink(path, link);
+    write_whole(link, "new");
+    CHECK(fs::is_symlink(link));
+    CHECK(contents(path) == "new");
+
+    if (!fs::is_character_file("/dev/null") || !fs::is_character_file("/dev/full")) {
+        MESSAGE("skipped: there is no /dev/null or no /dev/full");
+        return;
+    }
+    write_whole("/dev/null", "gone");
+    CHECK(fs::is_character_file("/dev/null"));
+    CHECK_THROWS_AS(write_whole("/dev/full", "no room"), tilemesh::Error);
+    CHECK(fs::is_character_file("/dev/full"));
+}
+
+TEST_SUITE_END();
