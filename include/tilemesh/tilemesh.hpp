@@ -24,9 +24,12 @@
 #include <tilemesh/report/naive.hpp>
 #include <tilemesh/report/reference_double.hpp>
 #include <tilemesh/report/table.hpp>
+#include <tilemesh/report/whole_file.hpp>
 #include <tilemesh/scene/built_in.hpp>
+#include <tilemesh/scene/colmap.hpp>
 #include <tilemesh/scene/frame_whole.hpp>
 #include <tilemesh/scene/map.hpp>
+#include <tilemesh/scene/named_camera.hpp>
 #include <tilemesh/scene/orbit.hpp>
 #include <tilemesh/scene/ply.hpp>
 #include <tilemesh/scene/pose.hpp>

@@ -1,14 +1,18 @@
 #include "support.hpp"
 #include <cmath>
-#include <cstring>
+#include <cstdint>
 #include <doctest/doctest.h>
+#include <filesystem>
 #include <fstream>
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
 #include <glm/vec3.hpp>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <string>
+#include <sys/stat.h>
 #include <tilemesh/scene/camera_json.hpp>
+#include <tilemesh/scene/named_camera.hpp>
 #include <tilemesh/scene/pose.hpp>
 #include <vector>
 
@@ -45,6 +49,29 @@ std::vector<scene::NamedCamera> load(std::vector<json> const& cameras)
 {
     TempFile const file(file_of(cameras), ".json");
     return scene::load_cameras(file.path());
+}
+
+json training(std::string const& name, int id)
+{
+    return {{"id", id},
+            {"img_name", name},
+            {"width", 640},
+            {"height", 480},
+            {"position", {3.0, -2.0, -1.0}},
+            {"rotation", {{0.0, 0.0, -1.0}, {0.0, 1.0, 0.0}, {1.0, 0.0, 0.0}}},
+            {"fy", 510.0},
+            {"fx", 500.0}};
+}
+
+std::string file_of_training(std::vector<json> const& cameras)
+{
+    return json(cameras).dump();
+}
+
+std::vector<scene::NamedCamera> load_training(std::vector<json> const& cameras)
+{
+    std::istringstream stream(file_of_training(cameras));
+    return scene::read_cameras_json(stream, "cameras.json");
 }
 
 template <class Change>
@@ -106,12 +133,21 @@ TEST_CASE("what is wrong with a camera is said in one line that names it")
         CHECK(says(refusal([&](json& c) { c["height"] = side; }), "1 to 65535"));
     }
     for (char const* key : {"fx", "fy", "near"})
-        for (double const value : {0.0, -1.0, 1e-60}) {
-            CHECK(says(refusal([&](json& c) { c[key] = value; }), "not positive"));
-            CHECK(says(refusal([&](json& c) { c[key] = value; }), key));
-        }
-    CHECK(says(refusal([](json& c) { c["cx"] = nullptr; }), "not a finite number"));
-    CHECK(says(refusal([](json& c) { c["cx"] = 1e300; }), "not a finite number"));
+        for (double const value : {0.0, -1.0})
+            CHECK(says(refusal([&](json& c) { c[key] = value; }), (std::string(key) + " is not positive").c_str()));
+    CHECK(says(refusal([](json& c) { c["near"] = 1e-60; }), "near is not positive"));
+    for (double const value : {1e-60, 1e-30, 0.47})
+        CHECK(says(refusal([&](json& c) { c["fy"] = value; }), "fy is below a thousandth of the picture's side"));
+    CHECK(refusal([](json& c) { c["fy"] = 0.48; }).empty());
+    for (double const value : {1e30, 16777217.0})
+        CHECK(says(refusal([&](json& c) { c["fx"] = value; }), "fx is above 2^24 pixels"));
+    CHECK(refusal([](json& c) { c["fx"] = 16777216.0; }).empty());
+    CHECK(says(refusal([](json& c) { c["cy"] = -1e30; }), "cy is more than 2^24 pixels away"));
+    CHECK(says(refusal([](json& c) { c["cx"] = nullptr; }), "\"cx\" is not a number"));
+    CHECK(says(refusal([](json& c) { c["cx"] = "320"; }), "\"cx\" is not a number"));
+    CHECK(says(refusal([](json& c) { c["cx"] = true; }), "\"cx\" is not a number"));
+    CHECK(says(refusal([](json& c) { c["cx"] = 1e300; }), "not a number within 1e37"));
+    CHECK(says(refusal([](json& c) { c["world_to_camera"][1][3] = -1e38; }), "not a number within 1e37"));
     CHECK(says(refusal([](json& c) { c["world_to_camera"].erase(3); }), "4x4"));
     CHECK(says(refusal([](json& c) { c["world_to_camera"][1].push_back(0); }), "4x4"));
     CHECK(says(refusal([](json& c) { c["world_to_camera"][3][0] = 1; }), "last row"));
@@ -120,6 +156,9 @@ TEST_CASE("what is wrong with a camera is said in one line that names it")
     CHECK(refusal([](json& c) { c["world_to_camera"][0][2] = 1.0004; }).empty());
 
     CHECK(has(refusal([](json& c) { c.erase("name"); }), "camera 2"));
+    CHECK(has(refusal([](json& c) { c["name"] = ""; }), "\"name\" is empty"));
+    CHECK(has(refusal([](json& c) { c["name"] = "two\nlines"; }), "\"name\" is not one line of text"));
+    CHECK(has(refusal([](json& c) { c["scene"] = "a\u2028b"; }), "\"scene\" is not one line of text"));
     CHECK(has(refusal([](json& c) { c["scene"] = 7; }), "\"scene\" is not a string"));
     CHECK(has(refusal([](json& c) { c["name"] = "front"; }), "same scene and name"));
     CHECK(has(refusal([](json& c) { c = 5; }), "camera 2"));
@@ -129,13 +168,148 @@ TEST_CASE("what is wrong with a camera is said in one line that names it")
 TEST_CASE("what is no camera file is refused")
 {
     auto const folder = std::filesystem::temp_directory_path();
-    CHECK(
-        has(error_of([&] { scene::load_cameras(folder / "tilemesh_none.json"); }), "no such file"));
+    CHECK(has(error_of([&] { scene::load_cameras(folder / "tilemesh_none.json"); }), "no such file"));
     CHECK(has(error_of([&] { scene::load_cameras(folder); }), "directory"));
     CHECK(has(refused_text(""), "not JSON"));
     CHECK(has(refused_text("{\"cameras\": [\n1,"), "not JSON"));
-    CHECK(has(refused_text("[]"), "cameras"));
-    CHECK(has(refused_text("{\"cameras\": 3}"), "cameras"));
+    CHECK(has(refused_text("7"), "cameras[]"));
+    CHECK(has(refused_text("{\"cameras\": 3}"), "cameras[]"));
+    CHECK(has(refused_text("{\"camera_angle_x\": 0.7, \"frames\": []}"), "transforms.json of nerfstudio or Blender"));
+    CHECK(has(refused_text("[3]"), "camera 1 is not usable (it is not an object)"));
+    CHECK(has(refused_text("{\"cameras\": [{\"fx\": 1e999}]}"), "number overflow"));
+}
+
+TEST_CASE("no byte of a camera file breaks the one line of its error")
+{
+    std::string every = "\"";
+    for (int byte = 255; byte >= 0; --byte) every += static_cast<char>(byte);
+    for (std::string const& text : {every, "[\"" + std::string(100000, 'x'), std::string("[\"\xe2\x80\xa8 \xff\n\x7f")}) {
+        std::string const error = refused_text(text);
+        CHECK(has(error, "not JSON"));
+        CHECK(error.size() < 1000);
+        for (char const c : error) CHECK((c >= ' ' && c <= '~'));
+    }
+    auto camera = entry("desk", "Z\u00fcrich \u6771\u4eac");
+    camera["fx"] = 0;
+    CHECK(has(error_of([&] { load({camera}); }), "desk/Z\u00fcrich \u6771\u4eac is not usable"));
+}
+
+TEST_CASE("neither depth nor length of JSON exhausts the stack or the memory")
+{
+    for (std::string const open : {"[", "{\"a\":"}) {
+        std::string deep;
+        for (int i = 0; i < 1000000; ++i) deep += open;
+        CHECK(has(refused_text(deep), "nested deeper than 64 levels"));
+    }
+    std::string many = "[0";
+    for (int i = 0; i < (1 << 24); ++i) many += ",0";
+    CHECK(has(refused_text(many + "]"), "more than 16777216 values"));
+
+    TempFile const file("{}", ".json");
+    std::filesystem::resize_file(file.path(), (std::uintmax_t{256} << 20) + 1);
+    CHECK(has(error_of([&] { scene::load_cameras(file.path()); }), "268435457 bytes, 268435456 are read"));
+}
+
+TEST_CASE("pipes and devices are not opened")
+{
+    CHECK(has(error_of([] { scene::load_cameras("/dev/zero"); }), "a pipe or a device"));
+    TempFile const file("", ".json");
+    std::filesystem::remove(file.path());
+    REQUIRE(::mkfifo(file.path().c_str(), 0600) == 0);
+    CHECK(has(error_of([&] { scene::load_cameras(file.path()); }), "a pipe or a device"));
+}
+
+TEST_CASE("a byte order mark is skipped, and a stream serves as a file does")
+{
+    std::string const text = file_of({entry("desk", "front")});
+    TempFile const file("\xef\xbb\xbf" + text, ".json");
+    CHECK(scene::load_cameras(file.path()).size() == 1);
+    std::istringstream stream(text);
+    CHECK(scene::read_cameras_json(stream, "here").size() == 1);
+    std::istringstream broken("{");
+    CHECK(error_of([&] { scene::read_cameras_json(broken, "here"); }).starts_with("here is not JSON"));
+}
+
+TEST_CASE("the cameras of a 3DGS training are read field by field")
+{
+    // A quarter turn about y: the camera looks along world -x.
+    TempFile const file(file_of_training({training("img_1", 0)}), ".json");
+    auto const cameras = scene::load_cameras(file.path());
+    REQUIRE(cameras.size() == 1);
+    CHECK(cameras[0].scene.empty());
+    CHECK(cameras[0].file.empty());
+    CHECK(cameras[0].name == "img_1");
+    CHECK(scene::label(cameras[0]) == "img_1");
+    // The same camera in our own form has the same bits.
+    json own = entry("", "img_1");
+    own["cx"] = 320.0;
+    own["cy"] = 240.0;
+    own.erase("near");
+    CHECK(splat::same_view(cameras[0].camera, load({own})[0].camera));
+
+    CHECK(load_training({}).empty());
+    // x right of the camera is world +z: `rotation` holds the camera's axes in its columns.
+    auto const view = to_view(cameras[0].camera, {3, -2, 0});
+    CHECK(view.x == 1.0);
+    CHECK(view.z == 0.0);
+}
+
+TEST_CASE("pictures of a training that share a name are told apart by id")
+{
+    auto const cameras = load_training({training("a", 0), training("b", 1), training("a", 2)});
+    REQUIRE(cameras.size() == 3);
+    CHECK(cameras[0].name == "a#0");
+    CHECK(cameras[1].name == "b");
+    CHECK(cameras[2].name == "a#2");
+    CHECK(has(error_of([] { load_training({training("a", 2), training("a", 2)}); }), "camera a#2 is not usable (another"));
+    CHECK(has(error_of([] { load_training({training("a#0", 5), training("a", 0), training("a", 1)}); }), "camera a#0"));
+    json without = training("a", 1);
+    without.erase("id");
+    CHECK(load_training({training("b", 0), without}).size() == 2);
+    CHECK(has(error_of([&] { load_training({training("a", 0), without}); }), "it has no \"id\""));
+    without["id"] = 1.5;
+    CHECK(has(error_of([&] { load_training({training("a", 0), without}); }), "\"id\" is not a whole number"));
+}
+
+TEST_CASE("what is wrong with a camera of a training is said")
+{
+    auto const refusal_of = [](auto change) {
+        json broken = training("left", 1);
+        change(broken);
+        return error_of([&] { load_training({training("front", 0), broken}); });
+    };
+    for (char const* key : {"width", "height", "fx", "fy", "position", "rotation"}) {
+        CHECK(has(refusal_of([&](json& c) { c.erase(key); }), key));
+        CHECK(has(refusal_of([&](json& c) { c[key] = "wide"; }), "camera left is not usable"));
+    }
+    CHECK(has(refusal_of([](json& c) { c.erase("img_name"); }), "camera 2 is not usable (it has no \"img_name\")"));
+    CHECK(has(refusal_of([](json& c) { c["width"] = 1280.5; }), "1 to 65535"));
+    CHECK(has(refusal_of([](json& c) { c["position"].push_back(1); }), "\"position\" is not 3 numbers"));
+    CHECK(has(refusal_of([](json& c) { c["position"][0] = 1e38; }), "not a number within 1e37"));
+    CHECK(has(refusal_of([](json& c) { c["rotation"][2].erase(1); }), "\"rotation\" is not a 3x3 matrix"));
+    CHECK(has(refusal_of([](json& c) { c["rotation"][0][2] = -1.01; }), "orthonormal"));
+    CHECK(has(refusal_of([](json& c) { c["rotation"][0][2] = 1; }), "mirrored"));
+    CHECK(has(refusal_of([](json& c) { c["fx"] = 1e-30; }), "below a thousandth"));
+}
+
+TEST_CASE("a camera without a scene belongs to every map")
+{
+    auto cameras = load_training({training("a", 0), training("b", 1)});
+    CHECK(scene::select_cameras(cameras, "", "sloth").size() == 2);
+    CHECK(scene::select_cameras(cameras, "b", "sloth")[0].name == "b");
+    CHECK(has(error_of([&] { scene::select_cameras(cameras, "c", "sloth"); }), "there are a, b"));
+
+    json loose = entry("", "front");
+    loose.erase("scene");
+    auto const mixed = load({entry("desk", "front"), loose, entry("hall", "front")});
+    CHECK(scene::label(mixed[0]) == "desk/front");
+    CHECK(scene::label(mixed[1]) == "front");
+    CHECK(scene::select_cameras(mixed, "", "desk").size() == 2);
+    CHECK(scene::select_cameras(mixed, "", "attic").size() == 1);
+    CHECK(scene::select_cameras(mixed, "front", "desk")[0].scene.empty()); // its label, in full
+
+    for (int i = 0; i < 100; ++i) cameras.push_back({"", "", std::string("c").append(std::to_string(i)), {}});
+    CHECK(has(error_of([&] { scene::select_cameras(cameras, "none", ""); }), "c16, c17 and 82 more"));
 }
 
 TEST_CASE("a selector finds its cameras or lists the choices")
@@ -143,8 +317,7 @@ TEST_CASE("a selector finds its cameras or lists the choices")
     auto const all = load({entry("desk", "front"), entry("desk", "left"), entry("hall", "front")});
     auto const names = [&](std::string const& selector, std::string const& map) {
         std::string text;
-        for (auto const& c : scene::select_cameras(all, selector, map))
-            text += c.scene + "/" + c.name + " ";
+        for (auto const& c : scene::select_cameras(all, selector, map)) text += c.scene + "/" + c.name + " ";
         return text;
     };
     CHECK(names("hall/front", "desk") == "hall/front ");
@@ -181,13 +354,12 @@ TEST_CASE("the cameras of the paper's maps show points where their matrices do")
     auto const file = json::parse(stream);
     for (std::size_t i = 0; i < cameras.size(); ++i) {
         auto const& m = file["cameras"][i]["world_to_camera"];
-        for (glm::dvec3 const p :
-             {glm::dvec3{0, 0, 0}, glm::dvec3{1, 2, 3}, glm::dvec3{-2, 0.5, 4}}) {
+        for (glm::dvec3 const p : {glm::dvec3{0, 0, 0}, glm::dvec3{1, 2, 3}, glm::dvec3{-2, 0.5, 4}}) {
             auto const view = to_view(cameras[i].camera, p);
             for (int row = 0; row < 3; ++row) {
                 auto const& r = m[static_cast<std::size_t>(row)];
-                double const expected = r[0].get<double>() * p.x + r[1].get<double>() * p.y +
-                                        r[2].get<double>() * p.z + r[3].get<double>();
+                double const expected =
+                    r[0].get<double>() * p.x + r[1].get<double>() * p.y + r[2].get<double>() * p.z + r[3].get<double>();
                 CHECK(std::fabs(view[row] - expected) < 1e-5);
             }
         }
@@ -230,10 +402,7 @@ TEST_CASE("a field of view spans the picture from border to border")
     CHECK(lens.cy == 200.0);
     CHECK(lens.near_depth == 0.2f);
     for (double const bad : {0.0, -1.0, 180.0, std::nan("")})
-        CHECK(has(error_of([&] {
-                      scene::lens_from_field_of_view(bad, {10, 10});
-                  }),
-                  "field of view"));
+        CHECK(has(error_of([&] { scene::lens_from_field_of_view(bad, {10, 10}); }), "field of view"));
     CHECK(has(error_of([&] { scene::lens_from_field_of_view(60, {0, 10}); }), "0 x 10"));
     CHECK(has(error_of([&] { scene::lens_from_field_of_view(60, {10, 65536}); }), "65536"));
 }
@@ -265,8 +434,7 @@ TEST_CASE("a camera survives the way to a pose and back in every bit")
                                0.01f,
                                11,
                                12};
-    CHECK(splat::same_view(scene::make_camera(scene::pose_of(camera), scene::lens_of(camera)),
-                           camera));
+    CHECK(splat::same_view(scene::make_camera(scene::pose_of(camera), scene::lens_of(camera)), camera));
 }
 
 TEST_CASE("quaternions turn as they should at any length")
@@ -274,15 +442,12 @@ TEST_CASE("quaternions turn as they should at any length")
     double const h = std::sqrt(0.5);
     for (double const length : {1.0, 1e-300, 1e300}) {
         // A quarter turn about z carries x to y.
-        auto const turned =
-            scene::rotation_matrix(h * length, 0, 0, h * length) * glm::dvec3{1, 0, 0};
+        auto const turned = scene::rotation_matrix(h * length, 0, 0, h * length) * glm::dvec3{1, 0, 0};
         CHECK(std::fabs(turned.x) < 1e-15);
         CHECK(turned.y == doctest::Approx(1.0));
         // About x: y to z. About y: z to x.
-        CHECK((scene::rotation_matrix(h * length, h * length, 0, 0) * glm::dvec3{0, 1, 0}).z ==
-              doctest::Approx(1.0));
-        CHECK((scene::rotation_matrix(h * length, 0, h * length, 0) * glm::dvec3{0, 0, 1}).x ==
-              doctest::Approx(1.0));
+        CHECK((scene::rotation_matrix(h * length, h * length, 0, 0) * glm::dvec3{0, 1, 0}).z == doctest::Approx(1.0));
+        CHECK((scene::rotation_matrix(h * length, 0, h * length, 0) * glm::dvec3{0, 0, 1}).x == doctest::Approx(1.0));
     }
     CHECK(scene::rotation_matrix(0, 0, 0, 0) == glm::dmat3{1.0});
 }

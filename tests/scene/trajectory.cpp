@@ -1,15 +1,19 @@
 #include "support.hpp"
 #include <cmath>
+#include <cstddef>
 #include <doctest/doctest.h>
+#include <filesystem>
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
 #include <glm/vec3.hpp>
+#include <sstream>
 #include <string>
 #include <tilemesh/scene/camera_json.hpp>
 #include <tilemesh/scene/pose.hpp>
 #include <tilemesh/scene/trajectory.hpp>
 #include <utility>
+#include <vector>
 
 using namespace scene_test;
 using namespace tilemesh;
@@ -63,8 +67,87 @@ TEST_CASE("a bad line is named by its number")
     CHECK(has(refusal("0 0 0 0 0 0 0 0\n"), "zero"));
     CHECK(has(refusal("0 0 x 0 0 0 0 1\n"), "field 3"));
     CHECK(has(refusal("0 0 0 1.2.3 0 0 0 1\n"), "field 4"));
-    for (char const* bad : {"nan", "inf", "-inf", "1e999", "+", "1,0"})
+    for (char const* bad : {"nan", "inf", "-inf", "1e999", "1e38", "+", "+-1", "--1", "0x1"})
         CHECK(has(refusal(std::string("0 0 0 0 0 0 0 ") + bad), "field 8"));
+}
+
+TEST_CASE("comments, blank lines and line ends are where writers put them")
+{
+    auto const poses =
+        load("\xef\xbb\xbf# head\r\n0 1 0 0 0 0 0 1 # tail, with commas, 1, 2\r\n\r\n#\n1 2 0 0 0 0 0 1#\n  # end");
+    REQUIRE(poses.size() == 2);
+    CHECK(poses[0].pose.position.x == 1.0);
+    CHECK(poses[1].pose.position.x == 2.0);
+    CHECK(load("\xef\xbb\xbf"
+               "0 0 0 0 0 0 0 1")
+              .size() == 1);
+    CHECK(has(refusal("0 0 0 0 0 0 # 0 1\n"), "6 fields"));
+}
+
+TEST_CASE("files of other formats are refused by name")
+{
+    std::string const euroc = refusal("#timestamp, p_RS_R_x [m], p_RS_R_y [m]\n"
+                                      "1403636580838555648,4.688,-1.786,0.783,0.534,-0.153,-0.827,-0.082,-0.027\n");
+    CHECK(has(euroc, "line 2"));
+    CHECK(has(euroc, "looks like the CSV of EuRoC); convert it: nanoseconds to seconds"));
+    CHECK(has(refusal("0,5 0 0 0 0 0 0 1\n"), "it has a comma; TUM files are separated by blanks"));
+    CHECK(has(refusal("1 0 0 0 0 1 0 0 0 0 1 0\n"), "12 fields where 8 are needed; this looks like the poses of KITTI"));
+}
+
+TEST_CASE("the memory that a trajectory takes is bounded")
+{
+    std::string const pose = "0 0 0 0 0 0 0 1\n";
+    auto const of = [](std::string const& text, std::size_t most) {
+        return error_of([&] {
+            std::istringstream stream(text);
+            scene::read_tum(stream, "here", most);
+        });
+    };
+    CHECK(of(pose + pose + "#\n", 2).empty());
+    CHECK(has(of(pose + pose + pose, 2), "here is too long (more than 2 poses)"));
+    CHECK(of("#" + std::string(65535, 'x') + "\n" + pose, 2).empty());
+    CHECK(of("#" + std::string(65535, 'x') + "\r\n" + pose, 2) ==
+          "here line 1 is too long (more than 65536 bytes); name a text file");
+    CHECK(has(of(pose + std::string(65537, ' '), 2), "here line 2 is too long"));
+    CHECK(has(of(std::string(1000000, '\0'), 2), "here line 1 is too long"));
+    CHECK(of(pose + std::string(65536, ' '), 2).empty());
+}
+
+TEST_CASE("what is odd about stamps and quaternions is noted, and nothing else")
+{
+    auto const notes = [](std::vector<double> const& stamps, std::string const& quaternion = "0 0 0 1") {
+        std::string text;
+        for (double const stamp : stamps) text += std::to_string(stamp) + " 0 0 0 " + quaternion + "\n";
+        auto const trajectory = load(text);
+        REQUIRE(trajectory.size() == stamps.size());
+        for (std::size_t i = 0; i < stamps.size(); ++i) CHECK(trajectory[i].seconds == stamps[i]);
+        return scene::trajectory_notes(trajectory);
+    };
+    using Lines = std::vector<std::string>;
+    CHECK(notes({5}) == Lines{});
+    CHECK(notes({0, 1, 2, 7}) == Lines{});
+    CHECK(notes({0, 1, 2, 7.5, 8, 20, 21}) ==
+          Lines{"gaps above 5 times the median step of 1 s: 2, the longest lasts 12 s, before pose 6 at 20"});
+    CHECK(notes({0, 1, 2, 1.5, 2.5, 2.25}) == Lines{"stamps that go back in time: 2, the first is pose 4 at 1.5 after 2"});
+    CHECK(notes({1, 1, 2, 2, 2}) == Lines{"stamps that an earlier pose has too: 3"});
+    CHECK(notes({0, 1, 0, 1}) == Lines{"stamps that go back in time: 1, the first is pose 3 at 0 after 1",
+                                       "stamps that an earlier pose has too: 2"});
+    CHECK(notes({0, 1}, "0 0 0 1.009") == Lines{});
+    CHECK(notes({0, 1}, "0 0 0.6 -0.7") == Lines{"quaternions normalised whose length was off 1 by more than 0.01: 2"});
+    CHECK(notes({3, 3, 1, 2, 30}, "0 0 0 2").size() == 4);
+    CHECK(scene::trajectory_notes({}).empty());
+}
+
+TEST_CASE("the recorded trajectories have no notes but the gaps that are in them")
+{
+    for (char const* name : {"fr1_xyz", "sloth_orbit", "salad_orbit"}) {
+        auto const path = data_file("trajectories/" + std::string(name) + ".tum");
+        if (path.empty()) continue;
+        auto const trajectory = scene::load_tum(path);
+        for (auto const& note : scene::trajectory_notes(trajectory)) MESSAGE(name, ": ", note);
+        CHECK(scene::trajectory_notes(trajectory).empty());
+        CHECK(trajectory.far_from_unit == 0);
+    }
 }
 
 TEST_CASE("a file without a pose, or no file, is refused")
@@ -74,6 +157,7 @@ TEST_CASE("a file without a pose, or no file, is refused")
     auto const folder = std::filesystem::temp_directory_path();
     CHECK(has(error_of([&] { scene::load_tum(folder / "tilemesh_none.tum"); }), "no such file"));
     CHECK(has(error_of([&] { scene::load_tum(folder); }), "directory"));
+    CHECK(has(error_of([] { scene::load_tum("/dev/zero"); }), "a pipe or a device"));
 }
 
 TEST_CASE("motion since the first pose is carried out from the start, in the camera's own axes")
@@ -87,8 +171,7 @@ TEST_CASE("motion since the first pose is carried out from the start, in the cam
     CHECK(moved[0].pose.position == start.position);
     CHECK(moved[1].seconds == 1.0);
     CHECK(glm::length(moved[1].pose.position - glm::dvec3{1, 0, 1}) < 1e-9);
-    CHECK((moved[1].pose.rotation * glm::dvec3{1, 0, 0}).z ==
-          doctest::Approx(1.0)); // looks along +x
+    CHECK((moved[1].pose.rotation * glm::dvec3{1, 0, 0}).z == doctest::Approx(1.0)); // looks along +x
     CHECK(scene::relative_to_first({}, start).empty());
 }
 
@@ -116,8 +199,7 @@ TEST_CASE("the recorded orbits begin at the benchmark cameras")
         if (orbit.empty() || file.empty()) continue;
         auto const poses = scene::load_tum(orbit);
         CHECK(poses.size() == 720);
-        auto const named =
-            scene::select_cameras(scene::load_cameras(file), name + "/benchmark", name);
+        auto const named = scene::select_cameras(scene::load_cameras(file), name + "/benchmark", name);
         scene::Pose const expected = scene::pose_of(named.at(0).camera);
         CHECK(distance(poses[0].pose.rotation, expected.rotation) < 1e-4);
         CHECK(glm::length(poses[0].pose.position - expected.position) < 1e-4);

@@ -1,15 +1,20 @@
 #pragma once
+#include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
+#include <glm/vec3.hpp>
+#include <istream>
+#include <limits>
 #include <string>
 #include <string_view>
-#include <system_error>
 #include <tilemesh/error.hpp>
+#include <tilemesh/scene/detail/text_input.hpp>
 #include <tilemesh/scene/pose.hpp>
 #include <vector>
 
@@ -21,90 +26,147 @@ struct StampedPose {
     Pose pose;
 };
 
-/// Poses in the order of their file; never empty when it comes from `load_tum`.
-using Trajectory = std::vector<StampedPose>;
+/// Poses in the order of their file; never empty when it comes from a file.
+struct Trajectory : std::vector<StampedPose> {
+    using std::vector<StampedPose>::vector;
+    /// Quaternions of the file whose length was off 1 by more than 1e-2: rounding to two decimals does not reach that.
+    std::uint64_t far_from_unit = 0;
+};
+
+/// 2^24 poses: four days at 48 a second, and 2 GB.
+inline constexpr std::size_t most_poses = std::size_t{1} << 24;
 
 namespace detail {
 
-/// The eight numbers of a TUM line; `why` says what is wrong with it and is empty where nothing is.
+/// The eight numbers of a TUM line. `why` says what is wrong with it and is empty where nothing is; `advice`, what to do.
 struct TumLine {
     std::array<double, 8> fields{};
     std::string why;
+    std::string advice = "write timestamp tx ty tz qx qy qz qw, or # before a comment";
 };
 
 inline TumLine parse_tum_line(std::string_view text)
 {
-    constexpr std::string_view blanks = " \t\r\v\f";
     TumLine line;
-    std::size_t count = 0;
-    for (;;) {
-        std::size_t const begin = text.find_first_not_of(blanks);
-        if (begin == std::string_view::npos) break;
-        text.remove_prefix(begin);
-        std::string_view word = text.substr(0, text.find_first_of(blanks));
-        text.remove_prefix(word.size());
+    // EuRoC's ground truth has at least eight fields, seven commas.
+    auto const commas = std::count(text.begin(), text.end(), ',');
+    if (commas >= 7) {
+        line.why = "TUM files are separated by blanks; this looks like the CSV of EuRoC";
+        line.advice = "convert it: nanoseconds to seconds, and px py pz qw qx qy qz to tx ty tz qx qy qz qw";
+        return line;
+    }
+    if (commas > 0) {
+        line.why = "it has a comma; TUM files are separated by blanks, and their decimals by a point";
+        return line;
+    }
 
-        // A ninth field is counted, not read. `from_chars` takes no plus sign; some writers put
-        // one.
+    std::size_t count = 0;
+    for (std::string_view word = take_word(text); !word.empty(); word = take_word(text)) {
+        // A ninth field is counted, not read.
         if (count++ >= line.fields.size()) continue;
-        if (word.front() == '+') word.remove_prefix(1);
         double& value = line.fields[count - 1];
-        auto const [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-        if (error != std::errc{} || end != word.data() + word.size() || !std::isfinite(value)) {
-            line.why = "field " + std::to_string(count) + " is not a finite number";
+        if (!parse_number(word, value) || !(std::fabs(value) <= largest_number)) {
+            line.why = "field " + std::to_string(count) + " is not a finite number, or above 1e37";
             return line;
         }
     }
-    if (count != line.fields.size())
+    if (count == 12) {
+        line.why = "12 fields where 8 are needed; this looks like the poses of KITTI";
+        line.advice = "convert it: rows of a 3x4 camera-to-world matrix to timestamp tx ty tz qx qy qz qw";
+    } else if (count != line.fields.size()) {
         line.why = std::to_string(count) + " fields where 8 are needed";
-    else if (line.fields[4] == 0.0 && line.fields[5] == 0.0 && line.fields[6] == 0.0 &&
-             line.fields[7] == 0.0)
+    } else if (line.fields[4] == 0.0 && line.fields[5] == 0.0 && line.fields[6] == 0.0 && line.fields[7] == 0.0) {
         line.why = "its quaternion is zero";
+    }
     return line;
 }
 
 } // namespace detail
 
-/// Reads a trajectory in the format of the TUM RGB-D benchmark: a line a pose, `timestamp tx ty tz
-/// qx qy qz qw`, seconds and world units, camera to world; `#` starts a comment line, blank lines
-/// are skipped. Quaternions of any length but zero are normalised; timestamps may come in any order
-/// and are kept.
+/// Reads a trajectory in the format of the TUM RGB-D benchmark: a line a pose, `timestamp tx ty tz qx qy qz qw`, seconds and
+/// world units, camera to world, separated by blanks; `#` starts a comment, on a line of its own or after a pose; blank lines are
+/// skipped. Quaternions of any length but zero are normalised; timestamps may come in any order and are kept in it, what is odd
+/// about them say `trajectory_notes`.
 ///
-/// Throws `Error` that names the first line that is none of these, and where no pose is found or
-/// the file cannot be read.
-inline Trajectory load_tum(std::filesystem::path const& path)
+/// Throws `Error` that names the first line that is none of these, where no pose is found, and where there are more than `most`.
+/// `name` is what errors call the file. Costs 104 bytes a pose, up to three times that while it grows.
+inline Trajectory read_tum(std::istream& stream, std::string const& name, std::size_t most = most_poses)
 {
-    std::error_code ignored;
-    if (std::filesystem::is_directory(path, ignored))
-        throw Error(path.string() +
-                    " cannot be read (it is a directory); name a TUM trajectory file");
-    std::ifstream stream(path, std::ios::binary);
-    if (!stream)
-        throw Error(path.string() +
-                    " cannot be opened (no such file, or no permission); check the path");
-
     Trajectory trajectory;
-    std::string text;
-    for (std::uint64_t number = 1; std::getline(stream, text); ++number) {
-        std::size_t const begin = text.find_first_not_of(" \t\r\v\f");
-        if (begin == std::string::npos || text[begin] == '#') continue;
+    detail::LineReader lines(stream, name);
+    while (lines.next()) {
+        std::string_view const text = lines.text().substr(0, lines.text().find('#'));
+        if (text.find_first_not_of(detail::blanks) == std::string_view::npos) continue;
         detail::TumLine const line = detail::parse_tum_line(text);
-        if (!line.why.empty())
-            throw Error(path.string() + " line " + std::to_string(number) + " is not a pose (" +
-                        line.why +
-                        "); write timestamp tx ty tz qx qy qz qw, or # before a comment");
-        auto const& [seconds, tx, ty, tz, qx, qy, qz, qw] = line.fields;
+        if (!line.why.empty()) throw Error(lines.place() + " is not a pose (" + line.why + "); " + line.advice);
+        if (trajectory.size() == most)
+            throw Error(name + " is too long (more than " + std::to_string(most) + " poses); split it");
+        auto const [seconds, tx, ty, tz, qx, qy, qz, qw] = line.fields;
         Pose const pose{glm::transpose(rotation_matrix(qw, qx, qy, qz)), {tx, ty, tz}};
         trajectory.push_back({seconds, pose});
+        double const length = std::hypot(std::hypot(qx, qy), std::hypot(qz, qw));
+        if (!(std::fabs(length - 1.0) <= 1e-2)) ++trajectory.far_from_unit;
     }
-    if (stream.bad())
-        throw Error(path.string() + " cannot be read to its end (the system reports a read error); "
-                                    "check the disk or copy the file");
     if (trajectory.empty())
-        throw Error(
-            path.string() +
-            " holds no pose (every line is blank or a comment); name a TUM trajectory file");
+        throw Error(name + " holds no pose (every line is blank or a comment); name a TUM trajectory file");
     return trajectory;
+}
+
+/// Reads a TUM trajectory from a file, as `read_tum` does. Throws `Error` also where the file cannot be read or is no regular
+/// file.
+inline Trajectory load_tum(std::filesystem::path const& path)
+{
+    // The number of poses is what is bounded, not that of comments.
+    auto stream = detail::open_file(path, std::numeric_limits<std::uint64_t>::max(), "a TUM trajectory file");
+    return read_tum(stream, detail::shown_path(path));
+}
+
+/// What is odd about a trajectory's stamps and quaternions, at most four lines: stamps that go back in time; stamps that another
+/// pose has too; gaps above 5 times the median of the steps forward; quaternions far from unit length. Empty where nothing is.
+/// Poses are numbered from 1 in the file's order. Costs a sort of the stamps.
+inline std::vector<std::string> trajectory_notes(Trajectory const& trajectory)
+{
+    std::vector<std::string> notes;
+    auto const seconds = [&](std::size_t i) { return trajectory[i].seconds; };
+    auto const at = [&](std::size_t i) { return "pose " + std::to_string(i + 1) + " at " + detail::text_of(seconds(i)); };
+
+    std::size_t back = 0, first_back = 0;
+    std::vector<double> steps;
+    for (std::size_t i = 1; i < trajectory.size(); ++i) {
+        double const step = seconds(i) - seconds(i - 1);
+        if (step < 0.0 && back++ == 0) first_back = i;
+        if (step > 0.0) steps.push_back(step);
+    }
+    if (back > 0)
+        notes.push_back("stamps that go back in time: " + std::to_string(back) + ", the first is " + at(first_back) +
+                        " after " + detail::text_of(seconds(first_back - 1)));
+
+    std::vector<double> sorted;
+    for (auto const& stamped : trajectory) sorted.push_back(stamped.seconds);
+    std::sort(sorted.begin(), sorted.end());
+    auto const distinct = std::unique(sorted.begin(), sorted.end());
+    if (distinct != sorted.end())
+        notes.push_back("stamps that an earlier pose has too: " + std::to_string(sorted.end() - distinct));
+
+    if (!steps.empty()) {
+        auto const middle = steps.begin() + static_cast<std::ptrdiff_t>((steps.size() - 1) / 2);
+        std::nth_element(steps.begin(), middle, steps.end());
+        double const median = *middle;
+        std::size_t gaps = 0, longest = 0;
+        for (std::size_t i = 1; i < trajectory.size(); ++i) {
+            double const step = seconds(i) - seconds(i - 1);
+            if (!(step > 5.0 * median)) continue;
+            if (gaps++ == 0 || step > seconds(longest) - seconds(longest - 1)) longest = i;
+        }
+        if (gaps > 0)
+            notes.push_back("gaps above 5 times the median step of " + detail::text_of(median) +
+                            " s: " + std::to_string(gaps) + ", the longest lasts " +
+                            detail::text_of(seconds(longest) - seconds(longest - 1)) + " s, before " + at(longest));
+    }
+    if (trajectory.far_from_unit > 0)
+        notes.push_back("quaternions normalised whose length was off 1 by more than 0.01: " +
+                        std::to_string(trajectory.far_from_unit));
+    return notes;
 }
 
 /// The motion since the first pose, carried out from `start`: pose k is start o (first^-1 o

@@ -1,0 +1,181 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <istream>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <tilemesh/error.hpp>
+#include <utility>
+
+// What the readers of cameras and trajectories share. Their files may hold anything: no line is longer than what is kept of it,
+// and no byte of them breaks the one line of an error.
+namespace tilemesh::scene::detail {
+
+/// The largest number that is taken, in any field: a tenth of the largest float, so that sums and rotated vectors of a few such
+/// numbers stay finite when they are rounded.
+inline constexpr double largest_number = 1e37;
+
+/// The bytes of the UTF-8 character that `text` begins with; 0 where that is none, a control character or a line separator.
+inline std::size_t character_bytes(std::string_view text)
+{
+    auto const byte = [&](std::size_t i) { return i < text.size() ? static_cast<unsigned char>(text[i]) : 0u; };
+    unsigned const lead = byte(0);
+    if (lead < 0x80) return lead >= 0x20 && lead != 0x7f ? 1 : 0;
+    if (lead < 0xc2 || lead > 0xf4) return 0;
+    std::size_t const bytes = lead >= 0xf0 ? 4 : lead >= 0xe0 ? 3 : 2;
+    unsigned code = lead & (0x7fu >> bytes);
+    for (std::size_t i = 1; i < bytes; ++i) {
+        if ((byte(i) & 0xc0) != 0x80) return 0;
+        code = (code << 6) | (byte(i) & 0x3f);
+    }
+    unsigned const least = bytes == 4 ? 0x10000 : bytes == 3 ? 0x800 : 0xa0;
+    bool const surrogate = code >= 0xd800 && code <= 0xdfff;
+    bool const separator = code == 0x2028 || code == 0x2029;
+    return code < least || code > 0x10ffff || surrogate || separator ? 0 : bytes;
+}
+
+/// Text of a file as an error may show it: whatever is no character becomes "?", and after `most` bytes comes "...".
+inline std::string shown(std::string_view text, std::size_t most = 200)
+{
+    std::string out;
+    while (!text.empty() && out.size() < most) {
+        std::size_t const bytes = character_bytes(text);
+        if (bytes == 0) out += '?';
+        else out.append(text.substr(0, bytes));
+        text.remove_prefix(bytes == 0 ? 1 : bytes);
+    }
+    if (!text.empty()) out += "...";
+    return out;
+}
+
+/// A path as an error shows it, whole.
+inline std::string shown_path(std::filesystem::path const& path)
+{
+    std::string const text = path.string();
+    return shown(text, text.size());
+}
+
+/// Characters only: a name that can stand in a report and in one line.
+inline bool is_plain(std::string_view text)
+{
+    while (!text.empty()) {
+        std::size_t const bytes = character_bytes(text);
+        if (bytes == 0) return false;
+        text.remove_prefix(bytes);
+    }
+    return true;
+}
+
+inline constexpr std::string_view blanks = " \t\r\v\f";
+
+/// Takes the next word off `text`; empty where there is none.
+inline std::string_view take_word(std::string_view& text)
+{
+    text.remove_prefix(std::min(text.find_first_not_of(blanks), text.size()));
+    std::string_view const word = text.substr(0, text.find_first_of(blanks));
+    text.remove_prefix(word.size());
+    return word;
+}
+
+/// The number that `word` is, all of it; false where it is none. `from_chars` takes no plus sign; some writers put one.
+template <class T>
+bool parse_number(std::string_view word, T& value)
+{
+    if (word.size() > 1 && word[0] == '+' && word[1] != '-') word.remove_prefix(1);
+    auto const [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+    return error == std::errc{} && end == word.data() + word.size() && !word.empty();
+}
+
+/// The shortest text that is this number.
+inline std::string text_of(double value)
+{
+    std::array<char, 32> text{}; // 24 characters at most: "-1.7976931348623157e+308"
+    auto const [end, error] = std::to_chars(text.data(), text.data() + text.size(), value);
+    return {text.data(), end};
+}
+
+/// Opens a regular file, and nothing that waits or never ends (a pipe, a device). Throws `Error` where that cannot be done and
+/// where the file is longer than `most_bytes`; `wanted` says what to name instead.
+inline std::ifstream open_file(std::filesystem::path const& path, std::uint64_t most_bytes, std::string const& wanted)
+{
+    namespace fs = std::filesystem;
+    std::string const name = shown_path(path);
+    std::error_code failed;
+    fs::file_status const status = fs::status(path, failed);
+    if (status.type() == fs::file_type::not_found) throw Error(name + " cannot be opened (no such file); check the path");
+    if (status.type() == fs::file_type::none)
+        throw Error(name + " cannot be opened (" + failed.message() + "); check the path");
+    if (fs::is_directory(status)) throw Error(name + " cannot be read (it is a directory); name " + wanted);
+    if (!fs::is_regular_file(status))
+        throw Error(name + " cannot be read (it is a pipe or a device); copy it to a file, and name " + wanted);
+    std::uint64_t const bytes = fs::file_size(path, failed);
+    if (!failed && bytes > most_bytes)
+        throw Error(name + " is too long (" + std::to_string(bytes) + " bytes, " + std::to_string(most_bytes) +
+                    " are read); name " + wanted);
+    std::ifstream stream(path, std::ios::binary);
+    if (!stream) throw Error(name + " cannot be opened (no permission); check its access rights");
+    return stream;
+}
+
+/// Reads lines that end in LF or CR LF, the last one also without; skips a byte order mark. Keeps one line of at most 64 KiB:
+/// real ones have some hundred bytes.
+class LineReader {
+public:
+    static constexpr std::size_t most_bytes = 65536;
+
+    /// `name` is what errors call the file.
+    LineReader(std::istream& stream, std::string name)
+        : stream_(stream), name_(std::move(name)), buffer_(most_bytes + 1, '\0')
+    {}
+
+    /// Goes to the next line; false where there is none. Throws `Error` for a line that is too long.
+    bool next()
+    {
+        bool const there = next_part();
+        if (!whole_)
+            throw Error(place() + " is too long (more than " + std::to_string(most_bytes) + " bytes); name a text file");
+        return there;
+    }
+
+    /// The same for a line of any length, 64 KiB at a time: the line goes on until it is `whole`.
+    bool next_part()
+    {
+        if (whole_) ++number_;
+        stream_.getline(buffer_.data(), static_cast<std::streamsize>(buffer_.size()));
+        auto const taken = static_cast<std::size_t>(stream_.gcount());
+        if (stream_.bad())
+            throw Error(name_ +
+                        " cannot be read to its end (the system reports a read error); check the disk or copy the file");
+        bool const first = number_ == 1 && whole_;
+        whole_ = !stream_.fail() || taken == 0;
+        bool const there = !stream_.fail() || taken > 0;
+        if (!whole_) stream_.clear(stream_.rdstate() & ~std::ios::failbit);
+        bool const ends_in_lf = there && whole_ && !stream_.eof();
+        text_ = std::string_view(buffer_).substr(0, taken - (ends_in_lf ? 1 : 0));
+        if (whole_ && text_.ends_with('\r')) text_.remove_suffix(1);
+        if (first && text_.starts_with("\xef\xbb\xbf")) text_.remove_prefix(3);
+        return there;
+    }
+
+    std::string_view text() const { return text_; }
+    bool whole() const { return whole_; }
+    /// "FILE line 7"
+    std::string place() const { return name_ + " line " + std::to_string(number_); }
+
+private:
+    std::istream& stream_;
+    std::string name_;
+    std::string buffer_;
+    std::string_view text_;
+    std::uint64_t number_ = 0;
+    bool whole_ = true;
+};
+
+} // namespace tilemesh::scene::detail

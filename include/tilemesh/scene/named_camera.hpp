@@ -1,0 +1,118 @@
+#pragma once
+#include <cmath>
+#include <cstddef>
+#include <filesystem>
+#include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
+#include <string>
+#include <string_view>
+#include <tilemesh/error.hpp>
+#include <tilemesh/scene/detail/text_input.hpp>
+#include <tilemesh/scene/pose.hpp>
+#include <tilemesh/splat/camera.hpp>
+#include <vector>
+
+namespace tilemesh::scene {
+
+/// A camera of a camera file. `file` is the map it was made for, and may be empty. So may `scene`: then the camera belongs to
+/// every map.
+struct NamedCamera {
+    std::string scene, file, name;
+    splat::Camera camera;
+};
+
+/// The near plane of cameras whose file says none, in world units: where the rasteriser of 3DGS begins.
+inline constexpr float default_near = 0.2f;
+
+/// What a camera is called and selected by: "SCENE/NAME", or NAME alone where there is no scene.
+inline std::string label(NamedCamera const& camera)
+{
+    return camera.scene.empty() ? camera.name : camera.scene + "/" + camera.name;
+}
+
+namespace detail {
+
+/// What makes a pose and a lens no camera that can be rendered; empty where nothing does. The numbers are finite, the sides 1 to
+/// 65535.
+inline std::string fault_of(Pose const& pose, Intrinsics const& lens)
+{
+    glm::dmat3 const square = glm::transpose(pose.rotation) * pose.rotation;
+    for (int row = 0; row < 3; ++row)
+        for (int column = 0; column < 3; ++column)
+            if (!(std::fabs(square[column][row] - (row == column ? 1.0 : 0.0)) <= 1e-3))
+                return "its rotation is not orthonormal within 1e-3";
+    if (!(glm::determinant(pose.rotation) > 0.0)) return "its rotation is mirrored, the determinant is -1";
+
+    // 2^24 pixels: there one step of a direction in float, 2^-24, is as wide as a pixel, and neighbouring pixel coordinates begin
+    // to coincide. A thousandth of a side: the picture spans 179.8 degrees.
+    constexpr double most_px = 16777216.0, least_share = 1e-3;
+    struct Axis {
+        char const *focal_name, *centre_name;
+        double focal, centre, side;
+    };
+    for (auto const& [focal_name, centre_name, focal, centre, side] :
+         {Axis{"fx", "cx", lens.fx, lens.cx, static_cast<double>(lens.width)},
+          Axis{"fy", "cy", lens.fy, lens.cy, static_cast<double>(lens.height)}}) {
+        std::string const f = focal_name;
+        if (!(focal > 0.0)) return f + " is not positive";
+        if (!(focal >= least_share * side)) return f + " is below a thousandth of the picture's side";
+        if (!(focal <= most_px)) return f + " is above 2^24 pixels";
+        if (!(std::fabs(centre) <= most_px)) return std::string(centre_name) + " is more than 2^24 pixels away";
+    }
+    if (!(lens.near_depth > 0.0f)) return "near is not positive";
+    return "";
+}
+
+/// Names one after another; the first twenty of many.
+inline std::string list_of(std::vector<std::string> const& names)
+{
+    constexpr std::size_t most = 20;
+    std::string text;
+    for (std::size_t i = 0; i < names.size() && i < most; ++i) {
+        if (i > 0) text += ", ";
+        text += shown(names[i]);
+    }
+    if (names.size() > most) text.append(" and ").append(std::to_string(names.size() - most)).append(" more");
+    return text;
+}
+
+} // namespace detail
+
+/// The cameras that `selector` means: a label, or a NAME where only one camera of the file, or only one of the map's own, has it.
+/// An empty selector means every camera of the map: those without a scene, those whose scene is `map_name` and those whose file
+/// is `map_name`, with its extension or without. Never empty: throws `Error` that lists the choices where nothing fits or a name
+/// is ambiguous.
+inline std::vector<NamedCamera> select_cameras(std::vector<NamedCamera> const& cameras, std::string const& selector,
+                                               std::string const& map_name)
+{
+    std::vector<NamedCamera> chosen, of_this_map;
+    std::vector<std::string> all;
+    for (auto const& camera : cameras) {
+        all.push_back(label(camera));
+        if (selector == all.back()) return {camera};
+        bool const of_map = camera.scene.empty() || camera.scene == map_name ||
+                            (!camera.file.empty() &&
+                             (camera.file == map_name || std::filesystem::path(camera.file).stem().string() == map_name));
+        if (selector.empty() ? of_map : camera.name == selector) {
+            chosen.push_back(camera);
+            if (of_map) of_this_map.push_back(camera);
+        }
+    }
+    if (of_this_map.size() == 1) return of_this_map;
+
+    std::string const choices = all.empty() ? "the camera file is empty" : "there are " + detail::list_of(all);
+    if (chosen.empty() && selector.empty())
+        throw Error("no camera belongs to map \"" + detail::shown(map_name) + "\" (" + choices +
+                    "); choose one by SCENE/NAME");
+    if (chosen.empty())
+        throw Error("there is no camera \"" + detail::shown(selector) + "\" (" + choices + "); choose one of these");
+    if (!selector.empty() && chosen.size() > 1) {
+        std::vector<std::string> same;
+        for (auto const& camera : chosen) same.push_back(label(camera));
+        throw Error("camera \"" + detail::shown(selector) + "\" is ambiguous (" + detail::list_of(same) +
+                    "); write SCENE/NAME");
+    }
+    return chosen;
+}
+
+} // namespace tilemesh::scene

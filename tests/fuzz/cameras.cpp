@@ -1,0 +1,119 @@
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <sstream>
+#include <string>
+#include <string_view>
+#include <tilemesh/error.hpp>
+#include <tilemesh/scene/camera_json.hpp>
+#include <tilemesh/scene/colmap.hpp>
+#include <tilemesh/scene/named_camera.hpp>
+#include <tilemesh/splat/camera.hpp>
+#include <vector>
+
+namespace {
+
+using namespace tilemesh;
+
+void require(bool holds, char const* what)
+{
+    if (holds) return;
+    std::fprintf(stderr, "broken: %s\n", what);
+    std::abort();
+}
+
+void require_one_line(std::string_view text)
+{
+    require(text.find(" (") != text.npos && text.find("); ") != text.npos,
+            "an error has a problem, a reason and an advice");
+    require(std::none_of(text.begin(), text.end(), [](char c) { return (c >= 0 && c < ' ') || c == 0x7f; }),
+            "an error is one line");
+}
+
+// One camera in each form of JSON; what stands between two '~' is a number that may be replaced.
+constexpr std::string_view own_form =
+    R"({"cameras":[{"name":"a","width":~9~,"height":~9~,"fx":~9~,"fy":~9~,"cx":~4~,"cy":~4~,"near":~1~,"world_to_camera":)"
+    R"([[~1~,~0~,~0~,~1~],[~0~,~1~,~0~,~2~],[~0~,~0~,~1~,~3~],[~0~,~0~,~0~,~1~]]}]})";
+constexpr std::string_view training_form =
+    R"([{"id":~0~,"img_name":"a","width":~9~,"height":~9~,"position":[~3~,~-2~,~-1~],"rotation":)"
+    R"([[~1~,~0~,~0~],[~0~,~1~,~0~],[~0~,~0~,~1~]],"fx":~9~,"fy":~9~}])";
+
+/// `form` after edits such as "d1e30;h-1": a letter for the number ('a' is the first) and what takes its place.
+std::string edited(std::string_view form, std::string_view edits)
+{
+    std::vector<std::string> parts{""};
+    for (char const c : form) {
+        if (c == '~') parts.emplace_back();
+        else parts.back() += c;
+    }
+    while (!edits.empty()) {
+        std::string_view const edit = edits.substr(0, edits.find(';'));
+        edits.remove_prefix(std::min(edit.size() + 1, edits.size()));
+        if (edit.empty()) continue;
+        std::size_t const number = static_cast<unsigned char>(edit[0] - 'a') % (parts.size() / 2);
+        parts[2 * number + 1] = edit.substr(1);
+    }
+    std::string text;
+    for (auto const& part : parts) text += part;
+    return text;
+}
+
+/// The first byte chooses. 'C': COLMAP, the rest is cameras.txt, a NUL or '|', images.txt. 'O', 'T': edits of our own form and of
+/// that of a training. All else is JSON.
+std::vector<scene::NamedCamera> read(std::string const& text)
+{
+    if (!text.starts_with('C')) {
+        std::istringstream stream(text.starts_with('O')   ? edited(own_form, text.substr(1))
+                                  : text.starts_with('T') ? edited(training_form, text.substr(1))
+                                                          : text);
+        return scene::read_cameras_json(stream, "file");
+    }
+    std::size_t const middle = std::min(text.find_first_of(std::string_view("\0|", 2), 1), text.size());
+    std::istringstream cameras_txt(text.substr(1, middle - 1)), images_txt(text.substr(std::min(middle + 1, text.size())));
+    return scene::read_colmap(cameras_txt, images_txt);
+}
+
+void require_camera(splat::Camera const& c)
+{
+    for (int i = 0; i < 3; ++i) {
+        require(std::isfinite(c.position[i]), "the centre is finite");
+        for (int j = 0; j < 3; ++j) {
+            double product = 0.0;
+            for (int k = 0; k < 3; ++k)
+                product += static_cast<double>(c.rotation[k][i]) * static_cast<double>(c.rotation[k][j]);
+            require(std::fabs(product - (i == j ? 1.0 : 0.0)) <= 2e-3, "the rotation is orthonormal");
+        }
+    }
+    auto const& r = c.rotation;
+    require(r[0][0] * (r[1][1] * r[2][2] - r[1][2] * r[2][1]) - r[0][1] * (r[1][0] * r[2][2] - r[1][2] * r[2][0]) +
+                    r[0][2] * (r[1][0] * r[2][1] - r[1][1] * r[2][0]) >
+                0.0f,
+            "the rotation is not mirrored");
+    require(std::isfinite(c.fx) && c.fx > 0.0f && std::isfinite(c.fy) && c.fy > 0.0f, "focal lengths are positive");
+    require(std::isfinite(c.cx) && std::isfinite(c.cy), "the principal point is finite");
+    require(std::isfinite(c.near_depth) && c.near_depth > 0.0f, "near is positive");
+    require(c.width >= 1 && c.width <= 65535 && c.height >= 1 && c.height <= 65535, "sides are 1 to 65535");
+}
+
+} // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(std::uint8_t const* data, std::size_t size)
+{
+    try {
+        auto const cameras = read({reinterpret_cast<char const*>(data), size});
+        for (auto const& camera : cameras) {
+            require_camera(camera.camera);
+            require(!camera.name.empty(), "a camera has a name");
+            auto const label = scene::label(camera);
+            auto const chosen = scene::select_cameras(cameras, label, "map");
+            require(chosen.size() == 1 && splat::same_view(chosen[0].camera, camera.camera), "a label selects its camera");
+        }
+        scene::select_cameras(cameras, "", "map");
+    } catch (Error const& error) {
+        require_one_line(error.what());
+    }
+    return 0;
+}

@@ -1,0 +1,76 @@
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
+#include <glm/vec3.hpp>
+#include <sstream>
+#include <string>
+#include <string_view>
+#include <tilemesh/error.hpp>
+#include <tilemesh/scene/pose.hpp>
+#include <tilemesh/scene/trajectory.hpp>
+#include <tilemesh/splat/camera.hpp>
+
+namespace {
+
+using namespace tilemesh;
+
+void require(bool holds, char const* what)
+{
+    if (holds) return;
+    std::fprintf(stderr, "broken: %s\n", what);
+    std::abort();
+}
+
+bool is_one_line(std::string_view text)
+{
+    return !text.empty() && std::none_of(text.begin(), text.end(), [](char c) { return (c >= 0 && c < ' ') || c == 0x7f; });
+}
+
+/// The camera that is rendered from a pose: finite, and a rotation.
+void require_camera(scene::Pose const& pose)
+{
+    auto const camera = scene::make_camera(pose, {500.0, 500.0, 320.0, 240.0, 0.2f, 640, 480});
+    glm::dmat3 const square = glm::transpose(pose.rotation) * pose.rotation;
+    for (int i = 0; i < 3; ++i) {
+        require(std::isfinite(camera.position[i]), "the centre is finite");
+        for (int j = 0; j < 3; ++j)
+            require(std::fabs(square[i][j] - (i == j ? 1.0 : 0.0)) <= 1e-12, "the rotation is orthonormal");
+    }
+    require(glm::determinant(pose.rotation) > 0.0, "the rotation is not mirrored");
+}
+
+} // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(std::uint8_t const* data, std::size_t size)
+{
+    try {
+        std::istringstream stream(std::string{reinterpret_cast<char const*>(data), size});
+        auto const trajectory = scene::read_tum(stream, "file", 100);
+        require(!trajectory.empty() && trajectory.size() <= 100, "there are poses, and no more than asked for");
+        require(trajectory.far_from_unit <= trajectory.size(), "each quaternion counts once");
+        for (auto const& stamped : trajectory) {
+            require(std::isfinite(stamped.seconds), "stamps are finite");
+            require_camera(stamped.pose);
+        }
+
+        auto const notes = scene::trajectory_notes(trajectory);
+        require(notes.size() <= 4 && std::all_of(notes.begin(), notes.end(), is_one_line), "notes are a handful of lines");
+
+        auto const start = scene::look_at({1.0, 2.0, 3.0}, {-4.0, 0.0, 9.0});
+        auto const moved = scene::relative_to_first(trajectory, start);
+        require(moved.size() == trajectory.size(), "motion keeps every pose");
+        require(moved[0].pose.rotation == start.rotation && moved[0].pose.position == start.position,
+                "motion begins at the start");
+        for (auto const& stamped : moved) require_camera(stamped.pose);
+    } catch (Error const& error) {
+        std::string_view const text = error.what();
+        require(is_one_line(text) && text.find(" (") != text.npos && text.find("); ") != text.npos,
+                "an error is one line: a problem, a reason and an advice");
+    }
+    return 0;
+}
