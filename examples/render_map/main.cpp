@@ -1,9 +1,14 @@
 // render_map: a 3D Gaussian map in, pictures and a report out. `render_map --help` lists the options.
 #include "choice.hpp"
+#include "limits.hpp"
 #include "options.hpp"
+#include "outputs.hpp"
 #include "png.hpp"
+#include "process.hpp"
+#include "progress.hpp"
 #include "shots.hpp"
 #include "summary.hpp"
+#include "text.hpp"
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -11,6 +16,7 @@
 #include <filesystem>
 #include <iostream>
 #include <new>
+#include <sstream>
 #include <string>
 #include <system_error>
 #include <tilemesh/error.hpp>
@@ -24,7 +30,6 @@
 #include <tilemesh/scene/ply.hpp>
 #include <unistd.h>
 #include <utility>
-#include <vector>
 
 namespace {
 
@@ -32,76 +37,8 @@ namespace report = tilemesh::report;
 namespace scene = tilemesh::scene;
 namespace splat = tilemesh::splat;
 using render_map::Options;
+using render_map::Progress;
 using report::thousands;
-
-/// One line on standard error that is written over; nothing unless that is a terminal and somebody wants to see it.
-class Progress {
-public:
-    explicit Progress(bool wanted) : shown_(wanted && isatty(STDERR_FILENO) == 1) {}
-    ~Progress() { say(""); }
-    Progress(Progress const&) = delete;
-    Progress& operator=(Progress const&) = delete;
-
-    void say(std::string const& text) const
-    {
-        if (shown_) std::cerr << "\r\033[K" << text << std::flush;
-    }
-
-private:
-    bool shown_;
-};
-
-/// Sizes that would fill a host's memory before the library finds anything wrong with them. A tile that is in use takes some
-/// pages of the host's memory, about 18 KB: 2^18 tiles are 5 GB. 2^26 pixels are 2 GB of picture, framebuffers and PNG.
-void check_sizes(Options const& options, std::vector<render_map::Shot> const& shots)
-{
-    constexpr std::uint64_t most_tiles = 1u << 18, most_pixels = 1u << 26;
-    auto const grid = options.renderer.grid, tile = options.renderer.tile;
-    for (auto const& shot : shots) {
-        auto const& camera = shot.camera;
-        auto const pixels = std::uint64_t{camera.width} * camera.height;
-        if (pixels > most_pixels)
-            throw tilemesh::Error("a frame of " + std::to_string(camera.width) + " x " +
-                                  std::to_string(camera.height) +
-                                  " pixels is too large (at most " + thousands(most_pixels) +
-                                  " pixels are rendered at once); choose another --size");
-        auto tiles = std::uint64_t{grid.width} * grid.height;
-        if (grid.width == 0 && tile.width != 0)
-            tiles = std::uint64_t{(camera.width + tile.width - 1) / tile.width} *
-                    ((camera.height + tile.height - 1) / tile.height);
-        if (tiles > most_tiles)
-            throw tilemesh::Error("a grid of " + thousands(tiles) +
-                                  " tiles is too large (this program simulates at most " +
-                                  thousands(most_tiles) +
-                                  "); choose larger tiles or a smaller --grid");
-    }
-}
-
-/// Makes the folder for the pictures and looks whether the report can go where it should: better now than after an hour.
-std::filesystem::path prepare_outputs(Options const& options)
-{
-    auto const out = options.out.value_or("tilemesh_out");
-    std::error_code refused;
-    std::filesystem::create_directories(out, refused);
-    if (refused || !std::filesystem::is_directory(out))
-        throw tilemesh::Error("cannot write to " + out.string() + " (" +
-                              (refused ? refused.message() : "it is no directory") +
-                              "); name a writable directory with --out");
-    if (options.report) {
-        auto const folder = std::filesystem::absolute(*options.report).parent_path();
-        if (std::filesystem::is_directory(*options.report) || !std::filesystem::is_directory(folder))
-            throw tilemesh::Error("cannot write the report to " + options.report->string() +
-                                  " (that is a directory, or is in none); name a file with --report");
-    }
-    return out;
-}
-
-std::string file_name(std::size_t frame, char const* extension)
-{
-    auto digits = std::to_string(frame);
-    if (digits.size() < 4) digits.insert(0, 4 - digits.size(), '0');
-    return "frame_" + digits + extension;
-}
 
 char const* to_string(splat::Footprint footprint)
 {
@@ -132,71 +69,122 @@ report::RunReport describe_run(Options const& options, scene::Map const& map)
     return run;
 }
 
+/// An empty map has no picture, whatever its header says.
+void require_gaussians(scene::Map const& map)
+{
+    if (!map.gaussians.empty()) return;
+    auto why =
+        map.rejected == 0 ? std::string("it has no rows") : "all of its " + thousands(map.rejected) + " rows are rejected";
+    for (auto const& note : map.notes)
+        if (note.starts_with("row ")) {
+            why += ": " + note;
+            break;
+        }
+    throw tilemesh::Error(map.path + " has no Gaussian to render (" + why + "); name another map, or export it again");
+}
+
 // --- the run -----------------------------------------------------------------------------------
 
-void run(Options const& options)
+/// Writes what was rendered, and says in `frame` under which names.
+void write_frame(Options const& options, std::filesystem::path const& out, std::size_t index,
+                 tilemesh::RenderedFrame const& rendered, report::RunFrame& frame)
 {
-    Progress const progress(!options.quiet);
+    frame.image = render_map::frame_file(index, ".png");
+    render_map::write_png(out / frame.image, rendered.image);
+    if (options.pfm) report::write_pfm(out / render_map::frame_file(index, ".pfm"), rendered.image);
+    if (options.choice.depth) {
+        frame.depth = render_map::frame_file(index, ".depth.pfm");
+        report::write_pfm(out / frame.depth, rendered.depth);
+    }
+    if (options.choice.alpha) {
+        frame.alpha = render_map::frame_file(index, ".alpha.pfm");
+        report::write_pfm(out / frame.alpha, rendered.alpha);
+    }
+}
+
+/// "frame_0000.png", or "frame_0000.png to frame_0059.png, and each as .pfm and .depth.pfm".
+std::string written_files(Options const& options, report::RunReport const& run)
+{
+    auto text = run.frames.front().image;
+    if (run.frames.size() > 1) text += " to " + run.frames.back().image;
+    std::string separator = run.frames.size() > 1 ? ", and each as " : ", and as ";
+    for (auto const& [wanted, extension] : {std::pair(options.pfm, ".pfm"), std::pair(options.choice.depth, ".depth.pfm"),
+                                            std::pair(options.choice.alpha, ".alpha.pfm")})
+        if (wanted) {
+            text.append(separator).append(extension);
+            separator = " and ";
+        }
+    if (options.report) text += ", and " + options.report->string();
+    return text;
+}
+
+/// Renders and writes every frame, or those before an interrupt; the exit status.
+int run(Options const& options)
+{
+    Progress progress(!options.quiet);
     progress.say("loading the map");
     auto const map = options.map.empty() ? scene::built_in_map() : scene::load_ply(options.map);
-    auto const shots = render_map::make_shots(options, map);
-    check_sizes(options, shots);
-    auto const renderer = render_map::make_renderer(options.choice, map, options.renderer);
-    auto const out = prepare_outputs(options);
-
+    require_gaussians(map);
     auto result = describe_run(options, map);
-    result.frames.reserve(shots.size());
-    for (std::size_t i = 0; i < shots.size(); ++i) {
-        auto const& name = shots[i].name;
+    auto const shots = render_map::make_shots(options, map, result.notes);
+    render_map::check_sizes(options, shots);
+    auto const renderer = render_map::make_renderer(options.choice, map, options.renderer);
+    auto const out = render_map::prepare_outputs(options, shots.size());
+
+    for (std::size_t i = 0; i < shots.size() && render_map::interrupt() == 0; ++i) {
         auto const& camera = shots[i].camera;
-        auto const say = [&](char const* what) {
-            progress.say("frame " + std::to_string(i + 1) + " of " + std::to_string(shots.size()) +
-                         ", " + name + ": " + what);
-        };
-        say("rendering");
+        progress.begin_frame(shots[i].name, shots.size());
+        progress.say_frame("rendering");
         auto rendered = renderer->render(camera);
         report::RunFrame frame;
         frame.report = std::move(rendered.report);
-        frame.report.camera = name;
+        frame.report.camera = shots[i].name;
         frame.grid = {renderer->grid().width, renderer->grid().height};
         frame.tile_px = {renderer->tile().width, renderer->tile().height};
 
-        say("writing");
-        frame.image = file_name(i, ".png");
-        render_map::write_png(out / frame.image, rendered.image);
-        if (options.pfm) report::write_pfm(out / file_name(i, ".pfm"), rendered.image);
-
-        if (options.reference) {
+        progress.say_frame("writing");
+        write_frame(options, out, i, rendered, frame);
+        // Two references take longer than all the rest: an interrupted frame goes without.
+        if (options.reference && render_map::interrupt() == 0) {
             auto const error = [&](report::Cuts cuts) {
-                return report::compare(rendered.image,
-                                       report::render_double(map.gaussians, camera, renderer->model(),
-                                                             cuts, options.renderer.threads));
+                return report::compare(rendered.image, report::render_double(map.gaussians, camera, renderer->model(), cuts,
+                                                                             options.renderer.threads));
             };
-            say("reference without cut-offs");
+            progress.say_frame("reference without cut-offs");
             frame.error = error(report::Cuts::none);
-            say("reference with the same cut-offs");
+            progress.say_frame("reference with the same cut-offs");
             frame.error_same_cuts = error(report::Cuts::same);
         }
         result.frames.push_back(std::move(frame));
     }
     progress.say("");
-    if (options.report) report::write_json(*options.report, result);
-    if (options.quiet) return;
 
-    render_map::print_summary(std::cout, result);
-    std::cout << "\nwrote " << (out / result.frames.front().image).string();
-    if (result.frames.size() > 1) std::cout << " to " << result.frames.back().image;
-    if (options.pfm) std::cout << ", and each as .pfm";
-    if (options.report) std::cout << ", and " << options.report->string();
-    std::cout << '\n';
+    std::string stopped;
+    if (auto const signal = render_map::interrupt()) {
+        auto const of = std::to_string(shots.size()) + " (" + render_map::signal_name(signal) + ")";
+        stopped = result.frames.empty() ? "interrupted before frame 1 of " + of + "; no picture is written, start again"
+                                        : "interrupted after frame " + std::to_string(result.frames.size()) + " of " + of +
+                                              "; the frames written are whole, start again for the rest";
+        result.notes.push_back(stopped.substr(0, stopped.find(';')));
+    }
+    if (options.report) report::write_json(*options.report, result);
+    if (!stopped.empty()) {
+        std::cerr << stopped << std::endl;
+        return 128 + render_map::interrupt();
+    }
+    if (options.quiet) return 0;
+
+    std::ostringstream summary;
+    render_map::print_summary(summary, result);
+    summary << "\nwrote " << render_map::one_line((out / written_files(options, result)).string()) << '\n';
+    render_map::print(summary.str(), "the pictures are written; --quiet leaves the summary out");
+    return 0;
 }
 
 /// Bad input ends in one line, whatever the names in it hold.
-int refuse(std::string text)
+int refuse(std::string const& text)
 {
-    std::replace_if(
-        text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }, '?');
-    std::cerr << text << std::endl;
+    std::cerr << render_map::one_line(text) << std::endl;
     return 2;
 }
 
@@ -204,15 +192,17 @@ int refuse(std::string text)
 
 int main(int argc, char** argv)
 {
+    render_map::make_outputs_fail_softly();
     try {
         auto const options = render_map::parse_options(
             {argv + std::min(argc, 1), static_cast<std::size_t>(std::max(argc - 1, 0))});
-        if (options.help) {
-            std::cout << render_map::help_text();
+        if (options.help || options.version) {
+            render_map::print(options.help ? render_map::help_text() : render_map::version_text(),
+                              "send it to a file or a terminal with room");
             return 0;
         }
-        run(options);
-        return 0;
+        render_map::note_interrupts(!options.quiet && isatty(STDERR_FILENO) == 1);
+        return run(options);
     } catch (tilemesh::Error const& error) {
         return refuse(error.what());
     } catch (std::bad_alloc const&) {

@@ -1,10 +1,14 @@
 #include "options.hpp"
+#include "text.hpp"
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <numeric>
 #include <string_view>
 #include <thread>
+#include <tilemesh/config.hpp>
 #include <tilemesh/error.hpp>
+#include <utility>
 #include <vector>
 
 namespace render_map {
@@ -15,14 +19,19 @@ using tilemesh::Error;
 
 // --- values ------------------------------------------------------------------------------------
 
+/// What the user wrote, short enough that the rest of the error can be found: 60 bytes tell any typing error.
+std::string in_quotes(std::string_view text)
+{
+    return "\"" + one_line(std::string(text), 60) + "\"";
+}
+
 std::uint32_t whole_number(std::string_view option, std::string_view text, std::uint32_t most)
 {
     std::uint32_t value = 0;
     auto const [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (error != std::errc{} || end != text.data() + text.size() || value == 0 || value > most)
-        throw Error(std::string(option) + " cannot be \"" + std::string(text) +
-                    "\" (it takes a whole number from 1 to " + std::to_string(most) +
-                    "); write for example " + std::string(option) + " 1");
+        throw Error(std::string(option) + " cannot be " + in_quotes(text) + " (it takes a whole number from 1 to " +
+                    std::to_string(most) + "); write for example " + std::string(option) + " 1");
     return value;
 }
 
@@ -41,9 +50,9 @@ tilemesh::Extent2 extent(std::string_view option, std::string_view text, char co
     if (x != std::string_view::npos)
         result = {number(text.substr(0, x)), number(text.substr(x + 1))};
     if (result.width == 0 || result.height == 0)
-        throw Error(std::string(option) + " cannot be \"" + std::string(text) +
-                    "\" (it takes WxH, two whole numbers from 1 to 65535); write for example " +
-                    std::string(option) + " " + example);
+        throw Error(std::string(option) + " cannot be " + in_quotes(text) +
+                    " (it takes WxH, two whole numbers from 1 to 65535); write for example " + std::string(option) + " " +
+                    example);
     return result;
 }
 
@@ -53,9 +62,8 @@ double degrees(std::string_view option, std::string_view text)
     auto const digits = text.substr(text.starts_with('+') ? 1 : 0);
     auto const [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
     if (error != std::errc{} || end != digits.data() + digits.size() || !std::isfinite(value))
-        throw Error(std::string(option) + " cannot be \"" + std::string(text) +
-                    "\" (it takes degrees a frame, a number); write for example " +
-                    std::string(option) + " 0.5");
+        throw Error(std::string(option) + " cannot be " + in_quotes(text) +
+                    " (it takes degrees a frame, a number); write for example " + std::string(option) + " 0.5");
     return value;
 }
 
@@ -80,8 +88,8 @@ T one_of(std::string_view option, std::string_view text, Word<T> const (&words)[
         if (text == word) return value;
         choices += (choices.empty() ? "" : ", ") + std::string(word);
     }
-    throw Error(std::string(option) + " cannot be \"" + std::string(text) + "\" (there are " +
-                choices + "); choose one of these");
+    throw Error(std::string(option) + " cannot be " + in_quotes(text) + " (there are " + choices +
+                "); choose one of these");
 }
 
 // --- options -----------------------------------------------------------------------------------
@@ -99,10 +107,16 @@ constexpr std::uint32_t most_frames = 1'000'000;
 constexpr std::uint32_t most_threads = 1024;
 
 constexpr Option options[] = {
-    {"--cameras", "FILE", "cameras from a JSON file; without --camera all of the map's scene",
+    {"--cameras", "FILE", "cameras from a file (see below); without --camera all of the map's scene",
      [](Options& o, auto name, auto text) { o.cameras = file(name, text); }},
     {"--camera", "SCENE/NAME", "one camera of that file; NAME alone where it is unique",
-     [](Options& o, auto, auto text) { o.camera = text; }},
+     [](Options& o, auto name, auto text) {
+         // Longer than any name in a camera file; the error that lists the names would not fit a screen.
+         if (text.empty() || text.size() > 255)
+             throw Error(std::string(name) + " cannot be " + in_quotes(text) +
+                         " (it takes SCENE/NAME, 1 to 255 bytes); name a camera or leave the option out");
+         o.camera = text;
+     }},
     {"--orbit", "DEGREES", "turn the camera about the map's middle, so far a frame",
      [](Options& o, auto name, auto text) { o.orbit_degrees = degrees(name, text); }},
     {"--frames", "N", "frames of the orbit",
@@ -134,13 +148,9 @@ constexpr Option options[] = {
     {"--tile", "WxH", "pixels of a tile [the frame spread evenly over the grid]",
      [](Options& o, auto name, auto text) { o.renderer.tile = extent(name, text, "32x20"); }},
     {"--channel-slots", "N", "at most N records in a channel [the preset's]",
-     [](Options& o, auto name, auto text) {
-         o.renderer.channel_slots = whole_number(name, text, 0xffffffffu);
-     }},
+     [](Options& o, auto name, auto text) { o.renderer.channel_slots = whole_number(name, text, 0xffffffffu); }},
     {"--storage-slots", "N", "at most N records on a tile [the preset's]",
-     [](Options& o, auto name, auto text) {
-         o.renderer.storage_slots = whole_number(name, text, 0xffffffffu);
-     }},
+     [](Options& o, auto name, auto text) { o.renderer.storage_slots = whole_number(name, text, 0xffffffffu); }},
     {"--saturation", "NAME", "hold | drop [the preset's]",
      [](Options& o, auto name, auto text) {
          o.choice.saturation = one_of<SaturationKind>(
@@ -183,20 +193,22 @@ constexpr Option options[] = {
              {{"threads", EngineKind::threads}, {"sequential", EngineKind::sequential}});
      }},
     {"--threads", "N", "host threads [all of this machine's]",
-     [](Options& o, auto name, auto text) {
-         o.renderer.threads = whole_number(name, text, most_threads);
-     }},
+     [](Options& o, auto name, auto text) { o.renderer.threads = whole_number(name, text, most_threads); }},
 
     {"--out", "DIR", "where frame_0000.png ... go [tilemesh_out]",
      [](Options& o, auto name, auto text) { o.out = file(name, text); }},
     {"--float", "", "also frame_0000.pfm: linear float32, unclamped, on black",
      [](Options& o, auto, auto) { o.pfm = true; }},
+    {"--depth", "", "also frame_0000.depth.pfm: view z in world units, 0 where nothing is",
+     [](Options& o, auto, auto) { o.choice.depth = true; }},
+    {"--alpha", "", "also frame_0000.alpha.pfm: how much of each pixel is covered, 0 to 1",
+     [](Options& o, auto, auto) { o.choice.alpha = true; }},
     {"--reference", "", "also render in double, with and without cut-offs, and compare (slow)",
      [](Options& o, auto, auto) { o.reference = true; }},
     {"--report", "FILE", "everything counted, as JSON",
      [](Options& o, auto name, auto text) { o.report = file(name, text); }},
-    {"--quiet", "", "no progress, no table",
-     [](Options& o, auto, auto) { o.quiet = true; }},
+    {"--quiet", "", "no progress, no table", [](Options& o, auto, auto) { o.quiet = true; }},
+    {"--version", "", "the version", [](Options& o, auto, auto) { o.version = true; }},
     {"--help", "", "this text", [](Options& o, auto, auto) { o.help = true; }},
 };
 
@@ -231,6 +243,27 @@ void check_together(Options const& o, std::vector<std::string_view> const& given
                     " and --engine sequential are both given (that engine has one thread); leave "
                     "one of them out");
 
+    // Planes are compiled for each preset's own policies, on host threads.
+    if (o.choice.planes()) {
+        std::string const plane = o.choice.depth ? "--depth" : "--alpha";
+        auto const with_its_own = [&](std::string const& option, auto Choice::*asked, std::string Description::*policy) {
+            Choice preset, changed;
+            preset.preset = changed.preset = o.choice.preset;
+            preset.machine = changed.machine = o.choice.machine;
+            changed.*asked = o.choice.*asked;
+            auto const is = describe(preset), would_be = describe(changed);
+            if (would_be.*policy != is.*policy)
+                throw Error(plane + " and " + option + " " + would_be.*policy + " are both given (planes come with the " +
+                            is.*policy + " of preset " + is.preset + "); leave out " + option);
+        };
+        with_its_own("--saturation", &Choice::saturation, &Description::saturation);
+        with_its_own("--copies", &Choice::copies, &Description::copies);
+        with_its_own("--pixels", &Choice::pixels, &Description::pixels);
+        if (o.choice.engine == EngineKind::sequential)
+            throw Error(plane +
+                        " and --engine sequential are both given (planes come with host threads); leave out --engine");
+    }
+
     auto const own = describe(o.choice);
     auto const at_most = [&](std::string_view option, std::uint32_t asked, std::uint32_t most) {
         if (asked > most)
@@ -242,19 +275,59 @@ void check_together(Options const& o, std::vector<std::string_view> const& given
     at_most("--channel-slots", o.renderer.channel_slots, own.channel_slots);
 }
 
+/// The least number of insertions, deletions, exchanges and swaps of neighbours that make one word of the other.
+std::size_t edit_distance(std::string_view a, std::string_view b)
+{
+    std::vector<std::size_t> before_last, last, row(b.size() + 1);
+    std::iota(row.begin(), row.end(), std::size_t{0});
+    for (std::size_t i = 1; i <= a.size(); ++i) {
+        before_last = std::exchange(last, row);
+        row[0] = i;
+        for (std::size_t j = 1; j <= b.size(); ++j) {
+            row[j] = std::min({last[j] + 1, row[j - 1] + 1, last[j - 1] + (a[i - 1] != b[j - 1])});
+            if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
+                row[j] = std::min(row[j], before_last[j - 2] + 1);
+        }
+    }
+    return row.back();
+}
+
+/// What to do about an option that is none: the option that is at most a third of its letters away, or begins like it.
+std::string remedy_for(std::string_view unknown)
+{
+    std::string_view nearest;
+    std::size_t least = 100; // above every name's length
+    if (unknown.size() < least)
+        for (auto const& option : options) {
+            auto distance = edit_distance(unknown, option.name);
+            if (unknown.size() > 3 && option.name.starts_with(unknown)) distance = 1;
+            if (distance < least && 3 * distance <= option.name.size()) {
+                least = distance;
+                nearest = option.name;
+            }
+        }
+    if (nearest.empty()) return "see render_map --help";
+    return "write " + std::string(nearest) + ", or see render_map --help";
+}
+
 } // namespace
 
 Options parse_options(std::span<char const* const> words)
 {
     Options result;
     std::vector<std::string_view> given;
+    bool options_end = false;
     for (std::size_t i = 0; i < words.size(); ++i) {
         std::string_view const word = words[i];
-        if (!word.starts_with('-')) {
+        if (options_end || !word.starts_with('-')) {
             if (!result.map.empty())
-                throw Error("two maps, " + result.map.string() + " and " + std::string(word) +
+                throw Error("two maps, " + in_quotes(result.map.string()) + " and " + in_quotes(word) +
                             " (one run renders one map); name one");
             result.map = file("the map's name", word);
+            continue;
+        }
+        if (word == "--") {
+            options_end = true;
             continue;
         }
 
@@ -263,29 +336,28 @@ Options parse_options(std::span<char const* const> words)
         auto const* const option = std::find_if(
             std::begin(options), std::end(options), [&](Option const& o) { return o.name == name; });
         if (option == std::end(options))
-            throw Error("there is no option " + std::string(name) +
-                        " (render_map does not know it); see render_map --help");
+            throw Error("there is no option " + one_line(std::string(name), 60) + " (render_map does not know it); " +
+                        remedy_for(name));
         if (std::find(given.begin(), given.end(), option->name) != given.end())
-            throw Error(std::string(name) + " is given twice (which one counts is not said); leave "
-                                            "one out");
+            throw Error(std::string(name) + " is given twice (which one counts is not said); leave one out");
         given.push_back(option->name);
 
         std::string_view text;
         if (option->value.empty()) {
             if (equals != std::string_view::npos)
-                throw Error(std::string(name) + " takes no value (it is there or not); write " +
-                            std::string(name) + " alone");
+                throw Error(std::string(name) + " takes no value (it is there or not); write " + std::string(name) +
+                            " alone");
         } else if (equals != std::string_view::npos) {
             text = word.substr(equals + 1);
         } else if (i + 1 < words.size() && !std::string_view(words[i + 1]).starts_with("--")) {
             text = words[++i];
         } else {
-            throw Error(std::string(name) + " has no value (it takes " +
-                        std::string(option->value) + "); write it behind the option");
+            throw Error(std::string(name) + " has no value (it takes " + std::string(option->value) +
+                        "); write it behind the option, or behind = where it begins with --");
         }
         option->set(result, option->name, text);
+        if (result.help || result.version) return result;
     }
-    if (result.help) return result;
 
     if (result.renderer.threads == 0 ||
         std::find(given.begin(), given.end(), "--threads") == given.end())
@@ -297,16 +369,31 @@ Options parse_options(std::span<char const* const> words)
     return result;
 }
 
+std::string version_text()
+{
+    return "render_map (tilemesh) " + std::to_string(TILEMESH_VERSION / 10000) + "." +
+           std::to_string(TILEMESH_VERSION / 100 % 100) + "." + std::to_string(TILEMESH_VERSION % 100) + "\n";
+}
+
 std::string help_text()
 {
-    std::string text =
-        "render_map [MAP.ply] [options]\n"
-        "Renders a 3D Gaussian map on a simulated mesh of tiles, each with its own SRAM and four\n"
-        "neighbours. Without a map: the built-in desk.\n\n"
-        "  render_map                                          the built-in map, one picture\n"
-        "  render_map room.ply --orbit 0.5 --frames 60         walk around a map of your own\n"
-        "  render_map room.ply --preset paper --reference --report report.json\n"
-        "                                                      what the paper's machine loses\n";
+    std::string text = "render_map [MAP.ply] [options]\n"
+                       "Renders a 3D Gaussian map on a simulated mesh of tiles, each with its own SRAM and four\n"
+                       "neighbours, and counts what that takes. Without a map: the built-in desk.\n"
+                       "\n"
+                       "A picture of my map, from a camera that frames it:\n"
+                       "  render_map room.ply\n"
+                       "From the cameras of my SLAM system or training, all or one of them:\n"
+                       "  render_map room.ply --cameras cameras.json\n"
+                       "  render_map room.ply --cameras sparse/0 --camera frame_0042.jpg\n"
+                       "A fly-around, with 60 frames of half a degree:\n"
+                       "  render_map room.ply --orbit 0.5 --frames 60\n"
+                       "A hand-held camera, its motion carried out from the camera that frames the map:\n"
+                       "  render_map room.ply --trajectory fr1_desk.txt --relative\n"
+                       "What channels that are too small do to the picture:\n"
+                       "  render_map room.ply --preset prototype --channel-slots 10 --report report.json\n"
+                       "How far off double precision the picture is:\n"
+                       "  render_map room.ply --reference\n";
     for (auto const& option : options) {
         for (auto const& group : groups)
             if (group.first == option.name) text.append("\n").append(group.title).append("\n");
@@ -315,8 +402,27 @@ std::string help_text()
         line.resize(std::max<std::size_t>(line.size() + 1, 24), ' ');
         text.append(line).append(option.help).append("\n");
     }
-    return text + "\nOptions take their value as the next word or behind '='. Exit status: 0; 2 "
-                  "with one line on\nstandard error when something is wrong.\n";
+    return text + "\n"
+                  "An option takes its value as the next word or behind '='; after -- every word is a map.\n"
+                  "\n"
+                  "What can be read\n"
+                  "  Maps are 3DGS PLY files. Cameras: tilemesh's own JSON (cameras[] with world_to_camera), the\n"
+                  "  cameras.json of 3DGS training, or COLMAP's cameras.txt and images.txt (one of them, or their\n"
+                  "  folder). Trajectories: TUM, a line a pose, timestamp tx ty tz qx qy qz qw, camera to world.\n"
+                  "\n"
+                  "Conventions\n"
+                  "  World units are the map's. Cameras as in OpenCV: x right, y down, z forward; the centre of\n"
+                  "  pixel (i, j) is (i + 0.5, j + 0.5). Colours are written as they are trained, no gamma. What\n"
+                  "  the numbers of a report mean: include/tilemesh/report/frame_report.hpp and json.hpp.\n"
+                  "\n"
+                  "What is written\n"
+                  "  DIR/frame_0000.png, frame_0001.png, ... and what else was asked for. A file has its name\n"
+                  "  only when it is whole. Ctrl-C finishes the frame in work, writes the report of the frames that\n"
+                  "  are done, and ends; a second one ends at once.\n"
+                  "\n"
+                  "Exit status\n"
+                  "  0; 2 with one line on standard error when something is wrong: what, why, and what to do;\n"
+                  "  130 after SIGINT (Ctrl-C), 143 after SIGTERM.\n";
 }
 
 } // namespace render_map

@@ -24,16 +24,21 @@ struct Options {
     tilemesh::RendererOptions renderer;
     std::optional<std::filesystem::path> out;         ///< empty: ./tilemesh_out
     std::optional<std::filesystem::path> report;
-    bool pfm = false;
+    bool pfm = false; ///< planes are in `choice`
     bool reference = false;
     bool quiet = false;
     bool help = false;
+    bool version = false;
 };
 
-/// Throws `tilemesh::Error` for an unknown, repeated, malformed or contradictory option.
+/// Throws `tilemesh::Error` for an unknown, repeated, malformed or contradictory option. After "--" every word is a map. Where
+/// help or version is asked for, nothing else is looked at.
 Options parse_options(std::span<char const* const> words);
 
 /// What --help prints.
 std::string help_text();
+
+/// What --version prints.
+std::string version_text();
 
 } // namespace render_map

@@ -1,13 +1,25 @@
 #include "png.hpp"
-#include <cerrno>
 #include <cstddef>
-#include <fstream>
+#include <cstdlib>
+#include <new>
 #include <string>
-#include <system_error>
-#include <tilemesh/error.hpp>
 #include <tilemesh/report/image_file.hpp>
+#include <tilemesh/report/whole_file.hpp>
+
+namespace {
+/// realloc as stb uses it, but where it has no memory stb ends the process or writes through the null pointer. What the
+/// encoder holds is lost then; the program ends with one line.
+void* reallocate(void* old, std::size_t bytes)
+{
+    if (auto* const memory = std::realloc(old, bytes)) return memory;
+    throw std::bad_alloc();
+}
+} // namespace
 
 // The one translation unit that holds stb; Debian and others keep its headers in a folder of their own.
+#define STBIW_MALLOC(bytes) reallocate(nullptr, static_cast<std::size_t>(bytes))
+#define STBIW_REALLOC(old, bytes) reallocate(old, static_cast<std::size_t>(bytes))
+#define STBIW_FREE(memory) std::free(memory)
 #define STB_IMAGE_WRITE_STATIC
 #define STB_IMAGE_WRITE_IMPLEMENTATION
 #if __has_include(<stb/stb_image_write.h>)
@@ -18,10 +30,6 @@
 
 void render_map::write_png(std::filesystem::path const& path, tilemesh::report::Image const& image)
 {
-    auto const fail = [&](std::string const& why) {
-        throw tilemesh::Error("cannot write " + path.string() + " (" + why +
-                              "); name a writable place with room for the pictures");
-    };
     auto const rgb = tilemesh::report::rgb8(image);
     std::string png;
     auto const append = [](void* to, void* data, int size) {
@@ -31,24 +39,7 @@ void render_map::write_png(std::filesystem::path const& path, tilemesh::report::
     if (stbi_write_png_to_func(append, &png, static_cast<int>(image.width),
                                static_cast<int>(image.height), 3, rgb.data(),
                                static_cast<int>(3 * image.width)) == 0)
-        fail("the PNG encoder has no memory");
+        throw std::bad_alloc();
 
-    auto part = path;
-    part += ".part";
-    std::error_code ignored;
-    errno = 0;
-    std::ofstream out(part, std::ios::binary | std::ios::trunc);
-    out.write(png.data(), static_cast<std::streamsize>(png.size()));
-    out.close();
-    if (!out) {
-        auto const why = std::generic_category().message(errno != 0 ? errno : EIO);
-        std::filesystem::remove(part, ignored);
-        fail(why);
-    }
-    std::error_code refused;
-    std::filesystem::rename(part, path, refused);
-    if (refused) {
-        std::filesystem::remove(part, ignored);
-        fail(refused.message());
-    }
+    tilemesh::report::write_whole(path, png);
 }

@@ -5,6 +5,7 @@
 #include <tilemesh/scene/frame_whole.hpp>
 #include <tilemesh/scene/orbit.hpp>
 #include <tilemesh/scene/trajectory.hpp>
+#include <utility>
 
 namespace render_map {
 
@@ -20,23 +21,20 @@ std::vector<Shot> still_shots(Options const& options, scene::Map const& map)
         if (options.map.empty()) return {{"built_in", scene::built_in_camera(size)}};
         return {{"frame_whole", scene::frame_whole(map, size)}};
     }
-    if (options.camera && options.camera->empty())
-        throw tilemesh::Error("--camera is empty (it takes SCENE/NAME); name a camera or leave the "
-                              "option out");
     std::vector<Shot> shots;
     for (auto const& chosen : scene::select_cameras(scene::load_cameras(*options.cameras),
                                                     options.camera.value_or(""), map.name)) {
         auto const camera =
             options.size ? scene::resized(chosen.camera, options.size->width, options.size->height)
                          : chosen.camera;
-        shots.push_back({chosen.scene + "/" + chosen.name, camera});
+        shots.push_back({scene::label(chosen), camera});
     }
     return shots;
 }
 
 } // namespace
 
-std::vector<Shot> make_shots(Options const& options, scene::Map const& map)
+std::vector<Shot> make_shots(Options const& options, scene::Map const& map, std::vector<std::string>& notes)
 {
     auto const still = still_shots(options, map);
     if (!options.orbit_degrees && !options.trajectory) return still;
@@ -57,6 +55,8 @@ std::vector<Shot> make_shots(Options const& options, scene::Map const& map)
         return shots;
     }
     auto trajectory = scene::load_tum(*options.trajectory);
+    for (auto const& note : scene::trajectory_notes(trajectory))
+        notes.push_back(options.trajectory->filename().string().append(": ").append(note));
     if (options.relative)
         trajectory = scene::relative_to_first(std::move(trajectory), scene::pose_of(start.camera));
     for (auto const& [seconds, pose] : trajectory)

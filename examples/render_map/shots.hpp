@@ -13,8 +13,9 @@ struct Shot {
     tilemesh::splat::Camera camera;
 };
 
-/// The cameras that the options mean, in the order in which they are rendered; at least one. Throws `tilemesh::Error` for a
-/// file that cannot be used and for a choice that is none.
-std::vector<Shot> make_shots(Options const& options, tilemesh::scene::Map const& map);
+/// The cameras that the options mean, in the order in which they are rendered; at least one. What a reader noted about its
+/// file is added to `notes`, one line each. Throws `tilemesh::Error` for a file that cannot be used and for a choice that is
+/// none.
+std::vector<Shot> make_shots(Options const& options, tilemesh::scene::Map const& map, std::vector<std::string>& notes);
 
 } // namespace render_map

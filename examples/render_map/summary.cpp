@@ -1,4 +1,5 @@
 #include "summary.hpp"
+#include "text.hpp"
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -35,21 +36,19 @@ std::string decimals(double value, int digits)
 
 void print_header(std::ostream& out, report::RunReport const& run)
 {
-    out << "map " << run.map.name << ": " << thousands(run.map.gaussians) << " Gaussians";
+    out << "map " << one_line(run.map.name) << ": " << thousands(run.map.gaussians) << " Gaussians";
     if (run.map.rejected != 0) out << ", " << thousands(run.map.rejected) << " rows rejected";
     out << '\n';
-    for (auto const& note : run.map.notes) out << "  " << note << '\n';
+    for (auto const* notes : {&run.map.notes, &run.notes})
+        for (auto const& note : *notes) out << "  " << one_line(note) << '\n';
 }
 
 void print_frame(std::ostream& out, report::RunReport const& run, report::RunFrame const& frame)
 {
     auto const& r = frame.report;
-    out << "camera " << r.camera << ", " << r.width << " x " << r.height << " pixels on "
-              << by(frame.grid) << " tiles of "
-              << by(frame.tile_px) << " (" << run.machine.name << ", preset "
-              << run.preset << ", " << run.engine << ", " << run.threads
-              << (run.threads == 1 ? " thread)\n\n" : " threads)\n\n")
-              << r;
+    out << "camera " << one_line(r.camera) << ", " << r.width << " x " << r.height << " pixels on " << by(frame.grid)
+        << " tiles of " << by(frame.tile_px) << " (" << run.machine.name << ", preset " << run.preset << ", " << run.engine
+        << ", " << run.threads << (run.threads == 1 ? " thread)\n\n" : " threads)\n\n") << r;
     std::map<std::string, std::uint64_t> lost;
     for (auto const& loss : r.lost)
         ++lost[std::string(loss.tile == report::Loss::whole ? "records " : "copies ") +
@@ -84,7 +83,7 @@ void print_sequence(std::ostream& out, report::RunReport const& run)
     for (std::size_t i = 0; i < run.frames.size(); ++i) {
         auto const& r = run.frames[i].report;
         std::vector<std::string> row{std::to_string(i),
-                                     r.camera,
+                                     one_line(r.camera, 60),
                                      thousands(r.supersteps.total()),
                                      thousands(r.gaussians.moved),
                                      thousands(r.gaussians.held),

@@ -1,54 +1,21 @@
 #!/bin/sh
 # What render_map promises on its command line: pictures, report, one line and status 2 on bad input.
 # Usage: sh render_map_cli.sh PATH_TO_render_map
-set -u
-case $1 in
-/*) program=$1 ;;
-*) program=$PWD/$1 ;;
-esac
-work=$(mktemp -d) || exit 1
-trap 'rm -rf "$work"' EXIT
-cd "$work" || exit 1
-failures=0
-fail() {
-    echo "FAILED: $*"
-    failures=$((failures + 1))
-}
+# shellcheck source=render_map_common.sh
+. "$(dirname "$0")/render_map_common.sh"
 
 small="--size 320x180 --quiet"
-
-# runs ARGUMENTS...: status 0, and silent on standard error.
-runs() {
-    # shellcheck disable=SC2086
-    "$program" "$@" >stdout 2>stderr </dev/null || fail "status $? of: $*: $(cat stderr)"
-    [ ! -s stderr ] || fail "standard error of: $*: $(cat stderr)"
-}
-
-# refuses PATTERN ARGUMENTS...: status 2, nothing on standard output, and exactly one line on standard error, "<problem>
-# (<why>); <what to do>", that matches the pattern.
-refuses() {
-    pattern=$1
-    shift
-    "$program" "$@" >stdout 2>stderr </dev/null
-    status=$?
-    [ $status -eq 2 ] || fail "status $status, not 2, of: $*"
-    [ ! -s stdout ] || fail "standard output of: $*"
-    [ "$(wc -l <stderr)" -eq 1 ] || fail "not one line: $*: $(cat stderr)"
-    grep -q '^[^(].* (.*); .' stderr || fail "not \"problem (why); what to do\": $(cat stderr)"
-    grep -q -e "$pattern" stderr || fail "\"$pattern\" is not in: $(cat stderr)"
-}
-
-same() { cmp -s "$1" "$2" || fail "$1 and $2 differ"; }
-# has FILE PATTERN
-has() { grep -q -e "$2" "$1" || fail "\"$2\" is not in $1"; }
 
 # --- a picture ---------------------------------------------------------------------------------
 runs --help
 for option in --cameras --camera --orbit --frames --trajectory --relative --size --preset --grid --tile --machine \
     --channel-slots --storage-slots --saturation --footprint --copies --hops --pixels --arithmetic --engine --threads --out \
-    --float --reference --report --quiet; do
+    --float --depth --alpha --reference --report --quiet --version --help; do
     has stdout "^  $option "
 done
+[ "$(awk '{ if (length($0) > most) most = length($0) } END { print most }' stdout)" -le 100 ] || fail "the help is too wide"
+runs --version
+grep -q '^render_map (tilemesh) [0-9]*\.[0-9]*\.[0-9]*$' stdout || fail "the version is $(cat stdout)"
 
 runs --size 320x180
 has stdout "tilemesh_out/frame_0000.png"
@@ -58,16 +25,12 @@ has stdout "^composite "
 
 runs $small --out first --float --reference --report first.json
 [ ! -s stdout ] || fail "--quiet is not quiet"
-[ "$(find . -name '*.part' | wc -l)" -eq 0 ] || fail "a .part file is left"
+has_no_parts .
 for key in map machine ledger preset threads frames supersteps gaussians lost copies hops exchanged_bytes pairs peak host_ms \
     error error_same_cuts psnr_db; do
     has first.json "\"$key\":"
 done
-if command -v python3 >/dev/null && python3 -c '' 2>/dev/null; then
-    python3 -m json.tool first.json >/dev/null || fail "first.json is no JSON"
-else
-    echo "skipped: python3 is absent, so nobody else parses first.json"
-fi
+is_json first.json
 
 # --- one picture, whatever renders it ----------------------------------------------------------
 for options in "--engine sequential" "--threads 1" "--threads=3" "--copies screen" "--saturation drop" "--grid 32x32" \
@@ -89,6 +52,23 @@ if cmp -s first/frame_0000.pfm other/frame_0000.pfm; then fail "rgbx8 kept float
 runs $small --out other --float --hops 1 --report other.json
 if cmp -s first/frame_0000.pfm other/frame_0000.pfm; then fail "one hop was enough"; fi
 has other.json '"cause": "late"'
+
+# --- planes ------------------------------------------------------------------------------------
+for preset in lossless paper prototype; do
+    runs $small --out plain --float --preset $preset
+    runs $small --out planes --float --preset $preset --depth --alpha --report planes.json
+    same plain/frame_0000.pfm planes/frame_0000.pfm
+    for plane in depth alpha; do
+        has planes.json "\"$plane\": \"frame_0000.$plane.pfm\""
+        [ "$(head -c 2 planes/frame_0000.$plane.pfm)" = Pf ] || fail "frame_0000.$plane.pfm is no grey PFM"
+        runs $small --out one_plane --preset $preset --$plane
+        same planes/frame_0000.$plane.pfm one_plane/frame_0000.$plane.pfm
+    done
+    [ "$(find one_plane -name '*.depth.pfm' | wc -l)" -eq 1 ] || fail "a plane that was asked for is missing"
+    rm -r plain planes one_plane
+done
+runs --size 320x180 --depth --alpha
+has stdout "and as .depth.pfm and .alpha.pfm"
 
 # --- presets -----------------------------------------------------------------------------------
 for preset in lossless paper prototype; do
@@ -128,7 +108,10 @@ same first/frame_0000.pfm walk/frame_0001.pfm
 if cmp -s walk/frame_0001.pfm walk/frame_0002.pfm; then fail "the walk stands still"; fi
 has walk.json '"camera": "walk\[2\]"'
 runs $small --out walk --trajectory walk.tum
-
+printf '2 1 2 3 0 0 0 1\n1 1 2 3 0 0 0 1\n' >back.tum
+runs --size 320x180 --trajectory back.tum --relative --report back.json
+has stdout "^  back.tum: stamps that go back in time"
+has back.json '"back.tum: stamps that go back in time'
 cat >cameras.json <<'JSON'
 {"cameras": [
  {"scene": "built_in", "name": "a", "width": 320, "height": 180, "fx": 300, "fy": 300, "cx": 160, "cy": 90,
@@ -144,8 +127,22 @@ runs --quiet --out two --cameras cameras.json --camera built_in/a --float
 same one/frame_0000.pfm two/frame_0000.pfm
 runs --quiet --out three --cameras cameras.json --camera a --orbit 1 --frames 2
 
+# --- progress ----------------------------------------------------------------------------------
+# Nothing where standard error is no terminal (`runs` sees to that); with one, how long it will take.
+if have_python && python3 -c 'import pty' 2>/dev/null; then
+    python3 -c 'import pty, sys; sys.exit(pty.spawn(sys.argv[1:]) >> 8)' "$program" --size 320x180 --orbit 1 --frames 3 \
+        </dev/null >terminal 2>&1 || fail "status $? on a terminal"
+    has terminal "frame 1 of 3, built_in orbit\[0\]: rendering..\[K"
+    has terminal "frame 3 of 3, built_in orbit\[2\]: rendering, [0-9]*:[0-9][0-9] left"
+else
+    skip "python3 is absent, so there is no terminal to look at"
+fi
+
 # --- what is refused ---------------------------------------------------------------------------
 refuses "no option --colour" --colour blue
+refuses "write --camera, or see" --camrea a
+refuses "write --trajectory, or see" --traj walk.tum
+refuses "^[^;]*; see render_map --help" --nonsense
 refuses "no option -x" -x
 refuses "given twice" --size 1x1 --size=2x2
 refuses "two maps" a.ply b.ply
@@ -205,5 +202,4 @@ if [ "$(id -u)" -ne 0 ]; then
     refuses "Permission" $small --out closed/below
 fi
 
-[ $failures -eq 0 ] || { echo "$failures failures"; exit 1; }
-echo "render_map: all good"
+finish

@@ -88,8 +88,11 @@ TEST_CASE("report.json says what ran")
     auto bounded = run();
     bounded.policies.hops = 1;
     bounded.map.path.clear();
+    bounded.notes = {"interrupted"};
     CHECK(report::json_of(bounded)["policies"]["hops"] == 1);
     CHECK(report::json_of(bounded)["map"]["path"].is_null());
+    CHECK(json["notes"] == Json::array());
+    CHECK(report::json_of(bounded)["notes"] == Json::array({"interrupted"}));
 }
 
 TEST_CASE("report.json has the machine and its ledger")
@@ -149,6 +152,12 @@ TEST_CASE("report.json has every number of a frame under its name")
         {"peak", {{"storage", 41}, {"channel", 42}}},
         {"host_ms", {{"project", 0.5}, {"route", 1.5}, {"bloom", 2.5}, {"composite", 3.5}, {"total", 8.5}}}};
     CHECK(json == expected);
+
+    auto planes = run();
+    planes.frames[0].depth = "frame_0000.depth.pfm";
+    planes.frames[0].alpha = "frame_0000.alpha.pfm";
+    CHECK(report::json_of(planes)["frames"][0]["depth"] == "frame_0000.depth.pfm");
+    CHECK(report::json_of(planes)["frames"][0]["alpha"] == "frame_0000.alpha.pfm");
 }
 
 TEST_CASE("errors are in report.json where a reference was rendered; an infinite PSNR is null")
@@ -182,7 +191,7 @@ TEST_CASE("report.json is written whole, or what was there stays")
     CHECK(read["frames"] == report::json_of(all)["frames"]);
     auto keys = std::string();
     for (auto const& [key, value] : read.items()) keys += key + " ";
-    CHECK(keys == "map machine preset policies engine threads frames ");
+    CHECK(keys == "map machine preset policies engine threads notes frames ");
 
     CHECK_THROWS_AS(report::write_json(folder / "absent" / "report.json", all), tilemesh::Error);
     std::filesystem::remove_all(folder);

@@ -1,17 +1,15 @@
 #pragma once
 #include <array>
 #include <cmath>
-#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <span>
 #include <string>
 #include <tilemesh/machine/tile.hpp>
 #include <tilemesh/report/error_measures.hpp>
 #include <tilemesh/report/frame_report.hpp>
-#include <tilemesh/report/image_file.hpp>
+#include <tilemesh/report/whole_file.hpp>
 #include <vector>
 
 namespace tilemesh::report {
@@ -20,6 +18,7 @@ namespace tilemesh::report {
 struct RunFrame {
     FrameReport report;
     std::string image;                             ///< the file that shows it; empty: none
+    std::string depth, alpha;                      ///< the files of its planes; empty: none
     std::array<std::uint32_t, 2> grid{};           ///< tiles, width and height
     std::array<std::uint32_t, 2> tile_px{};        ///< pixels, width and height
     std::optional<ErrorMeasures> error;            ///< against the double reference without cut-offs
@@ -47,6 +46,7 @@ struct RunReport {
         std::string routing, addressing, saturation, footprint, copies, pixels, arithmetic;
         std::uint32_t hops = 0;                    ///< supersteps of routing and of bloom a frame; 0: until quiet
     } policies;
+    std::vector<std::string> notes; ///< what the run left out, beside what the map's own notes say
     std::vector<RunFrame> frames;
 };
 
@@ -86,6 +86,8 @@ inline nlohmann::ordered_json json_of(RunFrame const& frame)
     json["grid"] = frame.grid;
     json["tile_px"] = frame.tile_px;
     if (!frame.image.empty()) json["image"] = frame.image;
+    if (!frame.depth.empty()) json["depth"] = frame.depth;
+    if (!frame.alpha.empty()) json["alpha"] = frame.alpha;
     json["supersteps"] = {{"project", r.supersteps.project},
                           {"route", r.supersteps.route},
                           {"bloom", r.supersteps.bloom},
@@ -174,6 +176,7 @@ inline nlohmann::ordered_json json_of(RunReport const& run)
     json["policies"]["hops"] = run.policies.hops == 0 ? Json("quiet") : Json(run.policies.hops);
     json["engine"] = run.engine;
     json["threads"] = run.threads;
+    json["notes"] = run.notes;
     json["frames"] = Json::array();
     for (auto const& frame : run.frames) json["frames"].push_back(detail::json_of(frame));
     return json;
@@ -184,7 +187,7 @@ inline nlohmann::ordered_json json_of(RunReport const& run)
 inline void write_json(std::filesystem::path const& path, RunReport const& run)
 {
     auto const text = json_of(run).dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + '\n';
-    detail::write_whole(path, text, std::span<std::byte const>{});
+    write_whole(path, text);
 }
 
 } // namespace tilemesh::report

@@ -44,7 +44,8 @@ inline void write_whole(std::filesystem::path const& path, std::string_view head
     if (straight) file = std::fopen(name.string().c_str(), "wb");
     for (unsigned number = 1; !straight && !file; ++number) {
         part = name;
-        part += (number == 1 ? "" : "." + std::to_string(number)) + ".part";
+        if (number > 1) part.concat(".").concat(std::to_string(number));
+        part += ".part";
         errno = 0;
         file = std::fopen(part.string().c_str(), "wbx");
         if (!file && errno != EEXIST) break;

@@ -4,17 +4,16 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
 #include <istream>
 #include <limits>
 #include <string>
-#include <system_error>
 #include <tilemesh/error.hpp>
 #include <tilemesh/scene/detail/ply_gaussian.hpp>
 #include <tilemesh/scene/detail/ply_header.hpp>
 #include <tilemesh/scene/detail/ply_kind.hpp>
 #include <tilemesh/scene/detail/ply_rows.hpp>
 #include <tilemesh/scene/detail/ply_source.hpp>
+#include <tilemesh/scene/detail/text_input.hpp>
 #include <tilemesh/scene/map.hpp>
 #include <tilemesh/splat/gaussian.hpp>
 
@@ -51,7 +50,7 @@ inline void note_skipped(PlyHeader const& header, PlyElement const& vertex, PlyC
     for (auto const& property : vertex.properties) {
         if (std::find(columns.begin(), columns.end(), &property) != columns.end()) continue;
         if (property.name.starts_with("f_rest_")) ++rest;
-        else if (++others <= 2 * named_in_notes) names.append(names.empty() ? "" : ", ").append(printable(property.name));
+        else if (++others <= 2 * named_in_notes) names.append(names.empty() ? "" : ", ").append(shown(property.name, 40));
     }
     if (rest != 0) map.notes.push_back(note_on_rest(rest));
     if (others > 2 * named_in_notes) names += " and " + std::to_string(others - 2 * named_in_notes) + " more";
@@ -76,7 +75,7 @@ inline void note_skipped(PlyHeader const& header, PlyElement const& vertex, PlyC
 /// that are there, not by the header: at most 60 bytes for 14 of the file.
 inline Map read_ply(std::istream& stream, std::string const& name)
 {
-    std::string const file = detail::one_line(name);
+    std::string const file = detail::shown(name, name.size());
     detail::ByteSource source(stream, file);
     detail::require_ply(source, file);
     detail::PlyHeader const header = detail::read_ply_header(source, file);
@@ -132,17 +131,7 @@ inline Map read_ply(std::istream& stream, std::string const& name)
 /// cannot be opened, throws `Error`.
 inline Map load_ply(std::filesystem::path const& path)
 {
-    namespace fs = std::filesystem;
-    std::string const file = detail::one_line(path.string());
-    std::error_code failed;
-    fs::file_status const status = fs::status(path, failed);
-    if (status.type() == fs::file_type::not_found) throw Error(file + " cannot be opened (no such file); check the path");
-    if (fs::is_directory(status)) throw Error(file + " cannot be read (it is a directory); name a PLY file in it");
-    if (failed) throw Error(file + " cannot be opened (" + failed.message() + "); check the path and its access rights");
-    if (!fs::is_regular_file(status))
-        throw Error(file + " cannot be read (it is a pipe, a socket or a device); copy it to a regular file");
-    std::ifstream stream(path, std::ios::binary);
-    if (!stream) throw Error(file + " cannot be opened (no permission); check its access rights");
+    auto stream = detail::open_file(path, std::numeric_limits<std::uint64_t>::max(), "a 3DGS map");
     return read_ply(stream, path.string());
 }
 

@@ -7,28 +7,16 @@
 #include <string>
 #include <string_view>
 #include <tilemesh/error.hpp>
+#include <tilemesh/scene/detail/text_input.hpp>
 #include <utility>
 #include <vector>
 
 namespace tilemesh::scene::detail {
 
-/// Text of a file in a message: at most 40 characters, printable ones only, so that the message stays one line.
-inline std::string printable(std::string_view text)
-{
-    std::string out;
-    for (char c : text.substr(0, 40)) out += c >= ' ' && c <= '~' ? c : '?';
-    return text.size() > 40 ? out.append("...") : out;
-}
-/// The name of a file in a message: whole, but in one line.
-inline std::string one_line(std::string name)
-{
-    for (char& c : name)
-        if (static_cast<unsigned char>(c) < ' ' || c == 0x7f) c = '?';
-    return name;
-}
+/// Words of a header in a message.
 inline std::string in_quotes(std::string_view text)
 {
-    return std::string(1, '"').append(printable(text)).append(1, '"');
+    return std::string(1, '"').append(shown(text, 40)).append(1, '"');
 }
 
 /// The bytes of a stream from where it stands to its end, read once and in order, at most 1 MiB of them in memory. Throws

@@ -1,0 +1,139 @@
+#include "limits.hpp"
+#include <algorithm>
+#include <cstdint>
+#include <string>
+#include <tilemesh/error.hpp>
+#include <tilemesh/report/table.hpp>
+#include <tilemesh/splat/setup.hpp>
+
+namespace render_map {
+
+namespace {
+
+namespace splat = tilemesh::splat;
+using tilemesh::Error;
+using tilemesh::Extent2;
+using tilemesh::report::thousands;
+
+std::string by(std::uint64_t width, std::uint64_t height)
+{
+    return std::to_string(width) + " x " + std::to_string(height);
+}
+
+/// "--size 1280x720"
+std::string words(char const* option, Extent2 value)
+{
+    return std::string(option).append(" ") + std::to_string(value.width) + "x" + std::to_string(value.height);
+}
+
+std::uint32_t parts(std::uint32_t size, std::uint32_t tile)
+{
+    return (size + tile - 1) / tile;
+}
+
+// --- the host's memory -------------------------------------------------------------------------
+
+/// What a frame takes, to a byte a pixel: framebuffers and picture 12 each and 4 more for each plane; then, one after the
+/// other, the PNG encoder (3 of bytes, 3 filtered, 6 of a buffer that doubles, 3 of its result), a PFM (12), or the reference
+/// (error_measures.hpp: 12 and 40).
+std::uint64_t bytes_a_pixel(Options const& options)
+{
+    std::uint64_t const planes = (options.choice.depth ? 4u : 0u) + (options.choice.alpha ? 4u : 0u);
+    return 2 * (12 + planes) + (options.reference ? 52 : 15);
+}
+
+/// A frame may take what a small host has; a tile that is in use takes some pages, about 18 KB: 2^18 tiles are 5 GB.
+constexpr std::uint64_t most_bytes = std::uint64_t{4} << 30, most_tiles = 1u << 18;
+
+std::string gibibytes(std::uint64_t bytes)
+{
+    auto const tenths = (bytes * 10 + (1u << 29)) >> 30;
+    return std::to_string(tenths / 10) + "." + std::to_string(tenths % 10) + " GiB";
+}
+
+void check_memory(Options const& options, Extent2 frame)
+{
+    auto const bytes = bytes_a_pixel(options) * frame.width * frame.height;
+    if (bytes > most_bytes)
+        throw Error("a frame of " + by(frame.width, frame.height) + " pixels is too large (" +
+                    (options.reference ? "picture, framebuffers and the reference in double need "
+                                       : "picture, framebuffers and the PNG encoder need ") +
+                    gibibytes(bytes) + ", and render_map takes at most " + gibibytes(most_bytes) +
+                    "); choose a smaller --size" + (options.reference ? " or leave out --reference" : ""));
+
+    auto const grid = options.renderer.grid, tile = options.renderer.tile;
+    auto tiles = std::uint64_t{grid.width} * grid.height;
+    if (grid.width == 0 && tile.width != 0)
+        tiles = std::uint64_t{parts(frame.width, tile.width)} * parts(frame.height, tile.height);
+    if (tiles > most_tiles)
+        throw Error("a grid of " + thousands(tiles) + " tiles is too large (this program simulates at most " +
+                    thousands(most_tiles) + "); choose larger tiles or a smaller --grid");
+}
+
+// --- framebuffers ------------------------------------------------------------------------------
+
+constexpr Extent2 default_grid{40, 36};
+
+/// The pixels of a tile when the frame is spread over the default grid.
+Extent2 default_tile(Extent2 frame)
+{
+    return {parts(frame.width, default_grid.width), parts(frame.height, default_grid.height)};
+}
+
+/// The tile with the shortest border with which machine mk2 can hold the frame; 0 x 0: there is none.
+Extent2 tile_that_fits(Extent2 frame, std::uint32_t tile_pixels)
+{
+    Extent2 best;
+    for (std::uint32_t width = 1; width <= std::min(frame.width, tile_pixels); ++width) {
+        auto const height = std::min(frame.height, tile_pixels / width);
+        auto const tiles = std::uint64_t{parts(frame.width, width)} * parts(frame.height, height);
+        if (tiles <= tilemesh::Mk2::tiles && (best.width == 0 || width + height < best.width + best.height))
+            best = {width, height};
+    }
+    return best;
+}
+
+void check_framebuffers(Options const& options, Extent2 frame)
+{
+    static_assert(splat::Lossless::tile_pixels == splat::Paper::tile_pixels &&
+                      splat::Lossless::tile_pixels == splat::Prototype::tile_pixels,
+                  "one number for the presets");
+    constexpr auto tile_pixels = splat::Lossless::tile_pixels;
+    auto const fits = [](Extent2 size) {
+        auto const tile = default_tile(size);
+        return std::uint64_t{tile.width} * tile.height <= tile_pixels;
+    };
+    bool const decided = options.renderer.grid.width != 0 || options.renderer.tile.width != 0;
+    if (options.choice.machine != MachineKind::mk2 || decided || fits(frame)) return;
+
+    // The largest frame of this shape: the longer side loses a pixel at a time, the other follows.
+    auto smaller = frame;
+    auto const shrink = [](std::uint32_t& longer, std::uint32_t& shorter, std::uint64_t of_longer,
+                           std::uint64_t of_shorter) {
+        --longer;
+        shorter = static_cast<std::uint32_t>((longer * of_shorter + of_longer - 1) / of_longer);
+    };
+    while (!fits(smaller)) {
+        if (frame.width >= frame.height) shrink(smaller.width, smaller.height, frame.width, frame.height);
+        else shrink(smaller.height, smaller.width, frame.height, frame.width);
+    }
+    auto const other = tile_that_fits(frame, tile_pixels);
+    auto const tile = default_tile(frame);
+    throw Error("a frame of " + by(frame.width, frame.height) + " pixels does not fit on machine mk2 (" +
+                by(default_grid.width, default_grid.height) + " tiles would have " + by(tile.width, tile.height) +
+                " pixels each, and the framebuffer of a tile has " + std::to_string(tile_pixels) + "); write " +
+                (other.width != 0 ? words("--tile", other) + ", " : "") + words("--size", smaller) + " or --machine test");
+}
+
+} // namespace
+
+void check_sizes(Options const& options, std::vector<Shot> const& shots)
+{
+    for (auto const& shot : shots) {
+        Extent2 const frame{shot.camera.width, shot.camera.height};
+        check_memory(options, frame);
+        check_framebuffers(options, frame);
+    }
+}
+
+} // namespace render_map

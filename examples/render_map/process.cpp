@@ -1,0 +1,66 @@
+#include "process.hpp"
+#include <atomic>
+#include <cerrno>
+#include <csignal>
+#include <cstring>
+#include <fcntl.h>
+#include <unistd.h>
+
+namespace render_map {
+
+namespace {
+
+std::atomic<int> noted{0};
+std::atomic<bool> announced{false};
+static_assert(std::atomic<int>::is_always_lock_free && std::atomic<bool>::is_always_lock_free,
+              "a signal handler may use them");
+
+constexpr int interrupts[] = {SIGINT, SIGTERM};
+
+// Only what POSIX allows in a handler, and errno as it was.
+extern "C" void note_interrupt(int signal)
+{
+    int const before = errno;
+    noted = signal;
+    for (int each : interrupts) std::signal(each, SIG_DFL);
+    constexpr char text[] = "\nfinishing this frame; interrupt again to stop at once\n";
+    if (announced && write(STDERR_FILENO, text, sizeof text - 1) < 0) announced = false;
+    errno = before;
+}
+
+} // namespace
+
+void make_outputs_fail_softly()
+{
+    // The lowest free number is the one that open takes; the other direction makes every use an error.
+    for (int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+        if (fcntl(stream, F_GETFD) == -1 && errno == EBADF)
+            (void)open("/dev/null", stream == STDIN_FILENO ? O_WRONLY : O_RDONLY);
+    std::signal(SIGPIPE, SIG_IGN);
+    std::signal(SIGXFSZ, SIG_IGN);
+}
+
+void note_interrupts(bool announce)
+{
+    announced = announce;
+    for (int signal : interrupts) {
+        struct sigaction action;
+        if (sigaction(signal, nullptr, &action) != 0 || action.sa_handler == SIG_IGN) continue;
+        std::memset(&action, 0, sizeof action);
+        action.sa_handler = note_interrupt;
+        action.sa_flags = SA_RESTART;
+        (void)sigaction(signal, &action, nullptr);
+    }
+}
+
+int interrupt() noexcept
+{
+    return noted;
+}
+
+char const* signal_name(int signal) noexcept
+{
+    return signal == SIGTERM ? "SIGTERM" : "SIGINT";
+}
+
+} // namespace render_map

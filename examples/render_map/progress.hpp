@@ -1,0 +1,72 @@
+#pragma once
+#include "text.hpp"
+#include <algorithm>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <iostream>
+#include <string>
+#include <unistd.h>
+#include <vector>
+
+namespace render_map {
+
+/// 41 as "0:41", 3675 as "1:01:15".
+inline std::string clock_text(std::uint64_t seconds)
+{
+    auto const two = [](std::uint64_t number) { return (number < 10 ? ":0" : ":") + std::to_string(number); };
+    auto const minutes = seconds / 60;
+    if (minutes < 60) return std::to_string(minutes) + two(seconds % 60);
+    return std::to_string(minutes / 60) + two(minutes % 60) + two(seconds % 60);
+}
+
+/// One line on standard error that is written over; nothing unless that is a terminal and somebody wants to see it.
+class Progress {
+public:
+    explicit Progress(bool wanted) : shown_(wanted && isatty(STDERR_FILENO) == 1) {}
+    ~Progress() { say(""); }
+    Progress(Progress const&) = delete;
+    Progress& operator=(Progress const&) = delete;
+
+    void say(std::string const& text) const
+    {
+        if (shown_) std::cerr << "\r\033[K" << text << std::flush;
+    }
+
+    /// The next frame of so many begins.
+    void begin_frame(std::string const& name, std::size_t frames)
+    {
+        frames_ = frames;
+        auto const now = Clock::now();
+        if (begun_++ != 0) took_.push_back(std::chrono::duration<double>(now - began_).count());
+        began_ = now;
+        // 40 characters of a name: the line must fit into a terminal, or it is not written over but piles up.
+        frame_ = "frame " + std::to_string(begun_) + " of " + std::to_string(frames_) + ", " + one_line(name, 40) + ": ";
+    }
+
+    /// What the frame is at, and how long all the frames that are left will take: each as long as the middle one of the last
+    /// nine, which one slow frame does not change.
+    void say_frame(char const* what) const
+    {
+        auto text = frame_ + what;
+        if (!took_.empty()) {
+            std::vector<double> last(took_.end() - std::min<std::ptrdiff_t>(9, std::ssize(took_)), took_.end());
+            auto const middle = last.begin() + std::ssize(last) / 2;
+            std::nth_element(last.begin(), middle, last.end());
+            auto const spent = std::chrono::duration<double>(Clock::now() - began_).count();
+            auto const left = *middle * static_cast<double>(frames_ - begun_ + 1) - std::min(spent, *middle);
+            text += ", " + clock_text(static_cast<std::uint64_t>(left + 0.5)) + " left";
+        }
+        say(text);
+    }
+
+private:
+    using Clock = std::chrono::steady_clock;
+    bool shown_;
+    std::size_t frames_ = 0, begun_ = 0;
+    std::string frame_;
+    Clock::time_point began_;
+    std::vector<double> took_; ///< seconds, of each frame that is done
+};
+
+} // namespace render_map

@@ -1,0 +1,23 @@
+#pragma once
+#include <algorithm>
+#include <cstddef>
+#include <string>
+
+namespace render_map {
+
+/// A text that may hold anything a file or a command line does, as one line of a terminal: control characters become '?', and
+/// of a text longer than `most` bytes the middle is left out, so that its beginning and its end can be read.
+inline std::string one_line(std::string text, std::size_t most = 1000)
+{
+    std::replace_if(
+        text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }, '?');
+    if (text.size() <= most) return text;
+    // A cut does not split a UTF-8 character: its later bytes are 10xxxxxx.
+    auto const inside = [&](std::size_t at) { return (static_cast<unsigned char>(text[at]) & 0xc0) == 0x80; };
+    std::size_t begin = most / 2, end = text.size() - most / 2;
+    while (begin > 0 && inside(begin)) --begin;
+    while (end < text.size() && inside(end)) ++end;
+    return text.substr(0, begin).append("...").append(text, end);
+}
+
+} // namespace render_map
