@@ -2,6 +2,7 @@
 #include "everywhere.hpp"
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <set>
 
 using namespace engine_test;
@@ -305,4 +306,21 @@ TEST_CASE("digests tell machines apart: another start, another superstep, anothe
         CHECK(a[i] != b[i]);
         CHECK(a[i] != c[i]);
     }
+}
+
+TEST_CASE("digests cover what is under way: two machines that differ in a message alone")
+{
+    auto const thrown = [](auto mesh, std::uint32_t throws) {
+        mesh->template state<Ball>(TileId::at(1, 0)).throws = throws;
+        return mesh->run().digests.at(0); // the ball is in the air, and all states are the same words
+    };
+    auto const checked = [] {
+        return std::make_unique<CheckedMesh<Bounce>>(Grid{3, 1}, CheckedMeshOptions{.digest = true});
+    };
+    auto const threads = [] {
+        return std::make_unique<Mesh<Bounce>>(Grid{3, 1}, MeshOptions{.threads = 2, .digest = true});
+    };
+    CHECK(thrown(checked(), 5) == thrown(checked(), 5));
+    CHECK(thrown(checked(), 5) != thrown(checked(), 6));
+    CHECK(thrown(threads(), 5) != thrown(threads(), 6));
 }

@@ -205,3 +205,14 @@ TEST_CASE("the recorded orbits begin at the benchmark cameras")
         CHECK(glm::length(poses[0].pose.position - expected.position) < 1e-4);
     }
 }
+
+TEST_CASE("the turn since the first pose is made in the camera's own axes: turns do not commute")
+{
+    // A quarter turn about x, then one about another axis; the start looks along world +x.
+    auto const recorded = load("0 0 0 0 0.70710678118 0 0 0.70710678118\n1 0 0 0 0.5 0.5 0.5 0.5\n");
+    scene::Pose const start = scene::look_at({0, 0, 0}, {1, 0, 0});
+    auto const moved = scene::relative_to_first(recorded, start);
+    // Camera to world: start o first^-1 o pose_1.
+    auto const expected = glm::transpose(start.rotation) * recorded[0].pose.rotation * glm::transpose(recorded[1].pose.rotation);
+    CHECK(distance(glm::transpose(moved[1].pose.rotation), expected) < 1e-9);
+}

@@ -136,6 +136,18 @@ TEST_CASE("hold: what was unplaced comes back when another view has room for it,
     CHECK(parked.report.gaussians.parked == 500);
 }
 
+TEST_CASE("hold: `held` counts every wait, for a slot as for a credit, of one frame")
+{
+    using S = support::Small<1, 400>;
+    BasicRenderer<S> renderer{support::map_of(support::cloud(400, 21)), {.grid = {7, 6}}};
+    auto const r = renderer.render(support::lens(120, 80)).report;
+    CHECK(r.refused.channel_full > 0);
+    CHECK(r.refused.no_credit > 0);
+    CHECK(r.gaussians.held == r.refused.channel_full + r.refused.no_credit);
+    CHECK(r.gaussians.dropped == 0);
+    CHECK(renderer.render(support::lens(120, 80)).report.gaussians.held == 0); // a static view waits for nothing
+}
+
 TEST_CASE("bounded hops: one superstep a frame; every frame lacks just what is listed, and a static view converges")
 {
     auto const check = [](auto tag, auto setup, std::uint32_t hops) {
