@@ -118,7 +118,40 @@ std::string written_files(Options const& options, report::RunReport const& run)
     return text;
 }
 
-/// Renders and writes every frame, or those before an interrupt; the exit status.
+/// Renders and writes every frame, or those before an interrupt, into `result`.
+void render_frames(Options const& options, scene::Map const& map, std::vector<render_map::Shot> const& shots,
+                   render_map::AnyRenderer& renderer, std::filesystem::path const& out, Progress& progress,
+                   report::RunReport& result)
+{
+    for (std::size_t i = 0; i < shots.size() && render_map::interrupt() == 0; ++i) {
+        auto const& camera = shots[i].camera;
+        progress.begin_frame(shots[i].name, shots.size());
+        progress.say_frame("rendering");
+        auto rendered = renderer.render(camera);
+        report::RunFrame frame;
+        frame.report = std::move(rendered.report);
+        frame.report.camera = shots[i].name;
+        frame.grid = {renderer.grid().width, renderer.grid().height};
+        frame.tile_px = {renderer.tile().width, renderer.tile().height};
+
+        progress.say_frame("writing");
+        write_frame(options, out, i, rendered, frame);
+        // Two references take longer than all the rest: an interrupted frame goes without.
+        if (options.reference && render_map::interrupt() == 0) {
+            auto const error = [&](report::Cuts cuts) {
+                return report::compare(rendered.image, report::render_double(map.gaussians, camera, renderer.model(), cuts,
+                                                                             options.renderer.threads));
+            };
+            progress.say_frame("reference 1 of 2");
+            frame.error = error(report::Cuts::none);
+            progress.say_frame("reference 2 of 2");
+            frame.error_same_cuts = error(report::Cuts::same);
+        }
+        result.frames.push_back(std::move(frame));
+    }
+}
+
+/// The whole run; the exit status.
 int run(Options const& options)
 {
     Progress progress(!options.quiet);
@@ -131,31 +164,19 @@ int run(Options const& options)
     auto const renderer = render_map::make_renderer(options.choice, map, options.renderer);
     auto const out = render_map::prepare_outputs(options, shots.size());
 
-    for (std::size_t i = 0; i < shots.size() && render_map::interrupt() == 0; ++i) {
-        auto const& camera = shots[i].camera;
-        progress.begin_frame(shots[i].name, shots.size());
-        progress.say_frame("rendering");
-        auto rendered = renderer->render(camera);
-        report::RunFrame frame;
-        frame.report = std::move(rendered.report);
-        frame.report.camera = shots[i].name;
-        frame.grid = {renderer->grid().width, renderer->grid().height};
-        frame.tile_px = {renderer->tile().width, renderer->tile().height};
-
-        progress.say_frame("writing");
-        write_frame(options, out, i, rendered, frame);
-        // Two references take longer than all the rest: an interrupted frame goes without.
-        if (options.reference && render_map::interrupt() == 0) {
-            auto const error = [&](report::Cuts cuts) {
-                return report::compare(rendered.image, report::render_double(map.gaussians, camera, renderer->model(), cuts,
-                                                                             options.renderer.threads));
-            };
-            progress.say_frame("reference without cut-offs");
-            frame.error = error(report::Cuts::none);
-            progress.say_frame("reference with the same cut-offs");
-            frame.error_same_cuts = error(report::Cuts::same);
+    try {
+        render_frames(options, map, shots, *renderer, out, progress, result);
+    } catch (std::exception const& error) {
+        // The frames that are done are written; their report must not be lost with the one that failed.
+        if (options.report && !result.frames.empty()) {
+            result.notes.push_back("stopped after frame " + std::to_string(result.frames.size()) + " of " +
+                                   std::to_string(shots.size()) + ": " + error.what());
+            try {
+                report::write_json(*options.report, result);
+            } catch (std::exception const&) { // the first error is the one to tell
+            }
         }
-        result.frames.push_back(std::move(frame));
+        throw;
     }
     progress.say("");
 

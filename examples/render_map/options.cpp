@@ -101,8 +101,6 @@ struct Option {
     void (*set)(Options&, std::string_view option, std::string_view text);
 };
 
-/// Most frames of an orbit: beyond it the list of cameras alone takes more memory than a large map.
-constexpr std::uint32_t most_frames = 1'000'000;
 /// More threads than any host that this runs on has; a typing error should not start a million.
 constexpr std::uint32_t most_threads = 1024;
 

@@ -10,6 +10,9 @@
 
 namespace render_map {
 
+/// Most frames of a run: beyond it the list of cameras alone takes more memory than a large map.
+inline constexpr std::uint32_t most_frames = 1'000'000;
+
 /// The command line, checked as far as it can be without looking at a file.
 struct Options {
     std::filesystem::path map;                        ///< empty: the built-in map

@@ -3,6 +3,7 @@
 #include <iostream>
 #include <system_error>
 #include <tilemesh/error.hpp>
+#include <tilemesh/report/whole_file.hpp>
 #include <unistd.h>
 
 namespace render_map {
@@ -35,9 +36,9 @@ void check_report(Options const& options, fs::path const& out, std::size_t frame
     auto const refuse = [&](std::string const& why) {
         throw Error("cannot write the report to " + report.string() + " (" + why + "); name another file with --report");
     };
-    auto const folder = fs::absolute(report).parent_path();
     std::error_code refused;
     auto const status = fs::status(report, refused);
+    auto const folder = fs::absolute(fs::is_other(status) ? report : tilemesh::report::behind_links(report)).parent_path();
     if (fs::is_directory(status)) refuse("it is a directory");
     if (refused && fs::exists(status)) refuse(refused.message());
     if (!fs::is_directory(folder, refused)) refuse("there is no directory " + folder.string());

@@ -40,8 +40,8 @@ public:
         auto const now = Clock::now();
         if (begun_++ != 0) took_.push_back(std::chrono::duration<double>(now - began_).count());
         began_ = now;
-        // 40 characters of a name: the line must fit into a terminal, or it is not written over but piles up.
-        frame_ = "frame " + std::to_string(begun_) + " of " + std::to_string(frames_) + ", " + one_line(name, 40) + ": ";
+        // 30 characters of a name: the line must fit into 80 columns, or it is not written over but piles up.
+        frame_ = "frame " + std::to_string(begun_) + " of " + std::to_string(frames_) + ", " + one_line(name, 30) + ": ";
     }
 
     /// What the frame is at, and how long all the frames that are left will take: each as long as the middle one of the last

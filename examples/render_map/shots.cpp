@@ -54,7 +54,7 @@ std::vector<Shot> make_shots(Options const& options, scene::Map const& map, std:
             add(start.name + " orbit", camera);
         return shots;
     }
-    auto trajectory = scene::load_tum(*options.trajectory);
+    auto trajectory = scene::load_tum(*options.trajectory, most_frames);
     for (auto const& note : scene::trajectory_notes(trajectory))
         notes.push_back(options.trajectory->filename().string().append(": ").append(note));
     if (options.relative)

@@ -11,6 +11,9 @@ inline std::string one_line(std::string text, std::size_t most = 1000)
 {
     std::replace_if(
         text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }, '?');
+    // U+0080 to U+009F are control characters too: c2 80 to c2 9f in UTF-8.
+    for (std::size_t i = 0; i + 1 < text.size(); ++i)
+        if (text[i] == '\xc2' && (static_cast<unsigned char>(text[i + 1]) & 0xe0) == 0x80) text[i] = text[i + 1] = '?';
     if (text.size() <= most) return text;
     // A cut does not split a UTF-8 character: its later bytes are 10xxxxxx.
     auto const inside = [&](std::size_t at) { return (static_cast<unsigned char>(text[at]) & 0xc0) == 0x80; };

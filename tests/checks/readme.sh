@@ -1,11 +1,11 @@
 #!/bin/sh
 # usage: readme.sh PROJECT [render_map]
 # What README.md shows is what the project holds: every block of C++ or CMake is part of the file named in the comment above it, every
-# file that is named exists, and every `render_map` line runs. tests/README.md: every test file exists, and so do the cases quoted.
+# file that is named exists, every `render_map` line runs, and the examples print what it says they print. tests/README.md: every test file exists, and so do the cases quoted.
 set -u
 export LC_ALL=C
 project=$1 program=${2:-}
-cd "$project" || exit 1
+cd "$project" && project=$(pwd) || exit 1
 failed=0
 fail() { echo "$*" && failed=1; }
 
@@ -83,6 +83,22 @@ while read -r _ arguments; do
     "$program" $arguments --quiet >out 2>&1 </dev/null || fail "render_map $arguments: $(cat out)"
     rm -rf tilemesh_out
 done <lines
+# The output of an example, below `<!-- output of NAME -->`: each line, but for host times and the one count that depends on how the
+# target rounds (with or without fused multiplication: README says so).
+exact() { sed -E '/contributing/d; s/^( *(project|route|bloom|composite|frame) +[0-9]+) +[0-9.]+$/\1/'; }
+outputs=0
+for name in $(sed -n 's/^<!-- output of \([a-z_]*\) -->$/\1/p' "$project/README.md"); do
+    outputs=$((outputs + 1))
+    "$(dirname "$program")/$name" >printed 2>&1 </dev/null || fail "$name: $(cat printed)"
+    exact <printed >exact_printed
+    sed -n "/^<!-- output of $name -->\$/,\$p" "$project/README.md" | awk '/^```/ { n++; next } n == 1 { print } n == 2 { exit }' |
+        exact >block
+    [ -s block ] || fail "README.md shows nothing of $name"
+    while IFS= read -r line; do
+        grep -qxF -- "$line" exact_printed || fail "$name does not print: $line"
+    done <block
+done
+[ "$outputs" -ge 2 ] || fail "only $outputs outputs of examples were found in README.md"
 [ "$runs" -ge 4 ] || fail "only $runs render_map lines were found in README.md"
-echo "$blocks blocks, $runs commands"
+echo "$blocks blocks, $runs commands, $outputs outputs"
 exit $failed

@@ -225,6 +225,13 @@ has_whole_pictures limited
 has_no_parts limited
 [ ! -e limited/frame_0000.pfm ] || fail "a file that could not be written has its name"
 
+# What ends a run in the middle does not take the report of the frames before.
+mkdir -p stopped/frame_0001.png/in_the_way
+refuses "cannot write stopped/frame_0001.png" $small map.ply --out stopped --orbit 1 --frames 3 --report stopped.json
+is_json stopped.json
+has stopped.json "stopped after frame 1 of 3"
+has_no_parts stopped
+
 mkdir disk
 if mount -t tmpfs -o size=64k none disk 2>/dev/null; then
     trap 'umount "$work/disk"; rm -rf "$work"' EXIT

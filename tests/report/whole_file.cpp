@@ -140,6 +140,12 @@ TEST_CASE("a link is followed, a device stays a device")
     write_whole(link, "new");
     CHECK(fs::is_symlink(link));
     CHECK(contents(path) == "new");
+    fs::create_symlink("absent", folder.path / "dangling"); // relative to its own folder
+    write_whole(folder.path / "dangling", "there now");
+    CHECK(fs::is_symlink(folder.path / "dangling"));
+    CHECK(contents(folder.path / "absent") == "there now");
+    fs::create_symlink("ring", folder.path / "ring");
+    CHECK_THROWS_WITH_AS(write_whole(folder.path / "ring", "x"), doctest::Contains("in a ring"), tilemesh::Error);
 
     if (!fs::is_character_file("/dev/null") || !fs::is_character_file("/dev/full")) {
         MESSAGE("skipped: there is no /dev/null or no /dev/full");

@@ -234,6 +234,7 @@ TEST_CASE("the line of 2-D points may have any length, and must be there")
 {
     std::string const first = "1 1 0 0 0 0 0 0 1 a.png\n", second = "2 1 0 0 0 0 0 0 1 b.png\n";
     CHECK(has(refusal(lenses, first + second), "i.txt line 2 does not list the 2-D points of image \"a.png\""));
+    CHECK(has(refusal(lenses, first + "2 1 0.5 0 0 0 0 4 1 001 002 003\n"), "does not list the 2-D points"));
     CHECK(has(refusal(lenses, first + "1 2\n"), "put an empty line after each image"));
     CHECK(read(lenses, first).size() == 1);
     // Around the 64 KiB that are read at a time, with words that lie across.

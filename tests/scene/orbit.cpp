@@ -6,6 +6,7 @@
 #include <glm/mat3x3.hpp>
 #include <glm/vec3.hpp>
 #include <limits>
+#include <tilemesh/scene/built_in.hpp>
 #include <tilemesh/scene/frame_whole.hpp>
 #include <tilemesh/scene/map.hpp>
 #include <tilemesh/scene/orbit.hpp>
@@ -184,4 +185,15 @@ TEST_CASE("the near plane follows the map down")
 {
     CHECK(scene::frame_whole(map_of({at(0, 0, 0, 0.0f)}), {64, 64}).near_depth == 0.2f);
     CHECK(scene::frame_whole(map_of({at(0, 0, 0, -9.0f)}), {64, 64}).near_depth < 1e-3f);
+}
+
+TEST_CASE("an orbit of any finite step stays finite")
+{
+    auto const start = scene::built_in_camera({64, 48});
+    for (double degrees : {1e308, -1e308, 1e17, 5e-324})
+        for (auto const& camera : scene::orbit(start, {0, 0, 0}, degrees, 5))
+            for (int i = 0; i < 3; ++i) {
+                CHECK(std::isfinite(camera.position[i]));
+                CHECK(std::abs(camera.rotation[i][0]) <= 1.0f);
+            }
 }

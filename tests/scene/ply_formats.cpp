@@ -90,6 +90,7 @@ TEST_CASE("ASCII numbers: signs, exponents, words, and what is none")
                                 {"+.5E+1", 5.0f},
                                 {"5.", 5.0f},
                                 {"1e-400", 0.0f},
+                                {"3.4028235e38", 3.40282347e38f},
                                 {"-0", 0.0f}}) {
         CAPTURE(example.first);
         auto const map = x(example.first);
@@ -108,6 +109,7 @@ TEST_CASE("ASCII numbers: signs, exponents, words, and what is none")
     }
     CHECK(has(refusal(ascii_row(std::string("1\0", 2) + plain_row.substr(1))), "\"1?\" is not a number"));
     CHECK(has(refusal(ascii_row(std::string(513, '1') + plain_row.substr(1))), "more than 512 characters"));
+    CHECK(x("0." + std::string(400, '0') + "1").gaussians.at(0).mean_world[0] == 0.0f);
     CHECK(x(std::string(509, '0') + "1.5").gaussians.at(0).mean_world[0] == 1.5f);
 
     auto const opacity = [](std::string const& word) {

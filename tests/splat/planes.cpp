@@ -142,6 +142,29 @@ TEST_CASE("planes: against double, with the same cut-offs")
     CHECK(far_off < frame.depth.values.size() / 500);
 }
 
+TEST_CASE("planes: a depth beyond the range of float is not drawn, and spoils no pixel")
+{
+    // Along the view the far one is at infinity in float, and its direction is finite.
+    auto camera = support::lens(64, 48);
+    float const third = 0.57735027f, half = 0.70710678f, sixth = 0.40824829f;
+    float const rows[3][3] = {{half, -half, 0}, {sixth, sixth, -2 * sixth}, {third, third, third}};
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) camera.rotation[i][j] = rows[i][j];
+    auto gaussians = support::cloud(3, 174);
+    float const places[3][3] = {{1, 1, 1}, {1.5f, 1.2f, 1.3f}, {2.5e38f, 2.5e38f, 2.5e38f}};
+    for (std::size_t i = 0; i < 3; ++i)
+        for (std::size_t j = 0; j < 3; ++j) gaussians[i].mean_world[j] = places[i][j], gaussians[i].log_scale[j] = -2;
+    for (auto& g : gaussians) g.opacity = 0.9f;
+    auto const frame = on_mesh<Both>(gaussians, camera);
+    std::size_t seen = 0;
+    for (float d : frame.depth.values) {
+        CHECK(d >= 0.0f);
+        CHECK(d < 10.0f);
+        seen += d > 0;
+    }
+    CHECK(seen > 10);
+}
+
 TEST_CASE("planes: with the paper's pixels too")
 {
     auto const camera = support::lens(60, 40);

@@ -134,15 +134,8 @@ inline nlohmann::ordered_json json_of(std::vector<Region> const& ledger)
     return json;
 }
 
-} // namespace detail
-
-/// report.json of a run, keys in the order of the design document. What has no number is null: the PSNR of two equal
-/// pictures (it is infinite), the tile of a loss that is the record itself, the path of a map without a file.
-///
-/// `machine.grid` and `machine.tile_px` are those of the first frame; each frame has its own, since cameras may differ in
-/// size. Ledger entries with `budgeted` false are kept on the tile, but the budget of the preset has no room for them: then
-/// `machine.note` says so, and `machine.budgeted_bytes` leaves them out.
-inline nlohmann::ordered_json json_of(RunReport const& run)
+/// All but the frames.
+inline nlohmann::ordered_json json_of_head(RunReport const& run)
 {
     using Json = nlohmann::ordered_json;
     Json json;
@@ -177,17 +170,44 @@ inline nlohmann::ordered_json json_of(RunReport const& run)
     json["engine"] = run.engine;
     json["threads"] = run.threads;
     json["notes"] = run.notes;
-    json["frames"] = Json::array();
+    return json;
+}
+
+} // namespace detail
+
+/// report.json of a run, keys in the order of the design document. What has no number is null: the PSNR of two equal
+/// pictures (it is infinite), the tile of a loss that is the record itself, the path of a map without a file.
+///
+/// `machine.grid` and `machine.tile_px` are those of the first frame; each frame has its own, since cameras may differ in
+/// size. Ledger entries with `budgeted` false are kept on the tile, but the budget of the preset has no room for them: then
+/// `machine.note` says so, and `machine.budgeted_bytes` leaves them out.
+inline nlohmann::ordered_json json_of(RunReport const& run)
+{
+    auto json = detail::json_of_head(run);
+    json["frames"] = nlohmann::ordered_json::array();
     for (auto const& frame : run.frames) json["frames"].push_back(detail::json_of(frame));
     return json;
 }
 
 /// Writes `json_of(run)` as UTF-8 text, whole or not at all. Bytes of a path that are no UTF-8 become U+FFFD. Throws
-/// `tilemesh::Error` when the file cannot be written.
+/// `tilemesh::Error` when the file cannot be written. Cost: memory for one frame's text at a time; a frame that lacks 100,000 copies
+/// has 15 MB of it.
 inline void write_json(std::filesystem::path const& path, RunReport const& run)
 {
-    auto const text = json_of(run).dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + '\n';
-    write_whole(path, text);
+    auto const text_of = [](nlohmann::ordered_json const& json) {
+        return json.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+    };
+    detail::write_in_pieces(path, "the report", [&](auto const& put) {
+        auto head = text_of(detail::json_of_head(run));
+        head.resize(head.size() - 2); // without "\n}"
+        put(head);
+        put(",\n \"frames\": [");
+        for (auto const& frame : run.frames) {
+            put(&frame == run.frames.data() ? "\n" : ",\n");
+            put(text_of(detail::json_of(frame)));
+        }
+        put("\n ]\n}\n");
+    });
 }
 
 } // namespace tilemesh::report

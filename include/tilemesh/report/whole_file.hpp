@@ -11,33 +11,37 @@
 
 namespace tilemesh::report {
 
-/// Writes `header`, then `body`, as the file `path`: whole or not at all.
-///
-/// The bytes go to a new file beside it, "<name>.part" or, where that is taken, "<name>.2.part" and so on; every write and the
-/// close are checked; then it is renamed over the name. So what has the name is always whole: of two writers at the same time
-/// the one that ends last has it. On failure the part is removed and what had the name before is untouched; a process that is
-/// killed leaves its part. A symbolic link is followed. A device or a pipe keeps nothing: the bytes go straight into it.
-///
-/// Throws `tilemesh::Error` with the system's reason when the bytes cannot be written. Cost: the bytes on disk, beside those of
-/// the old file until the rename; no copy in memory.
-inline void write_whole(std::filesystem::path const& path, std::string_view header, std::span<std::byte const> body = {})
+/// Where the bytes for `path` go: what a symbolic link names, whether that is there or not. Throws `Error` for a ring of links.
+inline std::filesystem::path behind_links(std::filesystem::path path)
+{
+    std::error_code ignored;
+    for (int links = 0; std::filesystem::is_symlink(std::filesystem::symlink_status(path, ignored)); ++links) {
+        if (links == 40) // as many as Linux follows
+            throw Error("cannot write " + path.string() + " (its symbolic links lead in a ring); name another file");
+        path = path.parent_path() / std::filesystem::read_symlink(path, ignored);
+    }
+    return path;
+}
+
+namespace detail {
+/// `write_whole` for bytes that are made piece by piece: `produce` is called with `put(text)`, which it calls for each piece. `room`
+/// is how much the error asks for.
+template <class Produce>
+void write_in_pieces(std::filesystem::path const& path, std::string const& room, Produce produce)
 {
     namespace fs = std::filesystem;
     std::error_code ignored;
     auto const type = fs::status(path, ignored).type();
     bool const straight = type == fs::file_type::character || type == fs::file_type::block || type == fs::file_type::fifo ||
                           type == fs::file_type::socket;
-    auto name = fs::is_symlink(path, ignored) ? fs::weakly_canonical(path, ignored) : path;
-    if (name.empty()) name = path;
-
     auto const fail = [&](std::error_code why) {
-        throw Error("cannot write " + path.string() + " (" + why.message() + "); name a writable place with room for " +
-                    std::to_string(header.size() + body.size()) + " bytes");
+        throw Error("cannot write " + path.string() + " (" + why.message() + "); name a writable place with room for " + room);
     };
     auto const system_error = [] { return std::error_code(errno != 0 ? errno : EIO, std::generic_category()); };
     if (type == fs::file_type::directory) fail(std::make_error_code(std::errc::is_a_directory));
 
     // Mode x: nobody else has this part.
+    auto const name = straight ? path : behind_links(path);
     auto part = name;
     std::FILE* file = nullptr;
     errno = 0;
@@ -52,18 +56,42 @@ inline void write_whole(std::filesystem::path const& path, std::string_view head
     }
     if (!file) fail(system_error());
 
-    auto const put = [file](void const* bytes, std::size_t size) {
-        return size == 0 || std::fwrite(bytes, 1, size, file) == size;
-    };
+    std::error_code why;
     errno = 0;
-    auto why = put(header.data(), header.size()) && put(body.data(), body.size()) && std::fflush(file) == 0
-                   ? std::error_code()
-                   : system_error();
+    auto const put = [&](std::string_view bytes) {
+        if (!why && !bytes.empty() && std::fwrite(bytes.data(), 1, bytes.size(), file) != bytes.size()) why = system_error();
+    };
+    try {
+        produce(put);
+    } catch (...) {
+        std::fclose(file);
+        if (!straight) fs::remove(part, ignored);
+        throw;
+    }
+    if (!why && std::fflush(file) != 0) why = system_error();
     if (std::fclose(file) != 0 && !why) why = system_error();
     if (!why && !straight) fs::rename(part, name, why);
     if (!why) return;
     if (!straight) fs::remove(part, ignored);
     fail(why);
+}
+} // namespace detail
+
+/// Writes `header`, then `body`, as the file `path`: whole or not at all.
+///
+/// The bytes go to a new file beside it, "<name>.part" or, where that is taken, "<name>.2.part" and so on; every write and the
+/// close are checked; then it is renamed over the name. So what has the name is always whole: of two writers at the same time
+/// the one that ends last has it. On failure the part is removed and what had the name before is untouched; a process that is
+/// killed leaves its part. A file that is replaced gets the permissions of a new one. A symbolic link is followed. A device or a pipe keeps nothing: the bytes go straight into it.
+///
+/// Throws `tilemesh::Error` with the system's reason when the bytes cannot be written. Cost: the bytes on disk, beside those of
+/// the old file until the rename; no copy in memory.
+inline void write_whole(std::filesystem::path const& path, std::string_view header, std::span<std::byte const> body = {})
+{
+    detail::write_in_pieces(path, std::to_string(header.size() + body.size()) + " bytes", [&](auto const& put) {
+        put(header);
+        put({reinterpret_cast<char const*>(body.data()), body.size()});
+    });
 }
 
 } // namespace tilemesh::report

@@ -82,8 +82,8 @@ inline std::unordered_map<std::uint32_t, Intrinsics> read_colmap_lenses(std::ist
     return lenses;
 }
 
-/// Skips the line of 2-D points that follows an image: triples of numbers, of any length, none at the end of the file. False
-/// where it is something else, such as the next image.
+/// Skips the line of 2-D points that follows an image: triples of two numbers and a whole one, of any length, none at the end of
+/// the file. False where it is something else, such as the next image.
 inline bool skip_colmap_points(LineReader& lines)
 {
     std::uint64_t words = 0;
@@ -94,6 +94,7 @@ inline bool skip_colmap_points(LineReader& lines)
             // The letters are those of nan and inf.
             if (!blank && std::string_view("0123456789+-.eEnaif").find(c) == std::string_view::npos) return false;
             if (!blank && !in_word) ++words;
+            if (!blank && words % 3 == 0 && std::string_view("0123456789+-").find(c) == std::string_view::npos) return false;
             in_word = !blank;
         }
         if (lines.whole()) break;

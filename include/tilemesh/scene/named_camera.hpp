@@ -5,7 +5,6 @@
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
 #include <string>
-#include <string_view>
 #include <tilemesh/error.hpp>
 #include <tilemesh/scene/detail/text_input.hpp>
 #include <tilemesh/scene/pose.hpp>

@@ -49,7 +49,7 @@ inline std::vector<splat::Camera> orbit(splat::Camera const& start, glm::dvec3 t
         }
         // Whole turns are taken off first: the sine of a large angle loses digits.
         constexpr double radians = 3.14159265358979323846 / 180.0;
-        double const angle = std::fmod(k * degrees_per_frame, 360.0) * radians;
+        double const angle = std::fmod(k * std::fmod(degrees_per_frame, 360.0), 360.0) * radians;
         double const c = std::cos(angle), s = std::sin(angle);
         glm::dmat3 const turn{c, 0.0, -s, 0.0, 1.0, 0.0, s, 0.0, c};
         cameras.push_back(make_camera({pose.rotation * glm::transpose(turn),

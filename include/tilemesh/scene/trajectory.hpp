@@ -114,11 +114,11 @@ inline Trajectory read_tum(std::istream& stream, std::string const& name, std::s
 
 /// Reads a TUM trajectory from a file, as `read_tum` does. Throws `Error` also where the file cannot be read or is no regular
 /// file.
-inline Trajectory load_tum(std::filesystem::path const& path)
+inline Trajectory load_tum(std::filesystem::path const& path, std::size_t most = most_poses)
 {
     // The number of poses is what is bounded, not that of comments.
     auto stream = detail::open_file(path, std::numeric_limits<std::uint64_t>::max(), "a TUM trajectory file");
-    return read_tum(stream, detail::shown_path(path));
+    return read_tum(stream, detail::shown_path(path), most);
 }
 
 /// What is odd about a trajectory's stamps and quaternions, at most four lines: stamps that go back in time; stamps that another

@@ -125,6 +125,7 @@ inline Splat project(Gaussian const& g, View const& view, Tiling const& tiling) 
     float const determinant = dot(minor, minor) + multiply_add(h, a0 + c0, h * h);
     constexpr float huge = 1e37f; // beyond it the inverse is not a normal number
     if (!(a < huge) || !(cc < huge) || !(determinant > 0.0f) || !(determinant < huge)) return s;
+    if (!(z < huge)) return s; // an infinite depth would be NaN in pixels that take no part
 
     // The footprint, rounded outward to whole pixels.
     float const ratio = 2.0f * std::log(g.opacity / m.alpha_min);

@@ -244,13 +244,15 @@ private:
         auto const [end, error] = std::from_chars(word_.data() + (plus ? 1 : 0), last, value);
         if (end == last && error == std::errc::result_out_of_range) {
             constexpr double infinity = std::numeric_limits<double>::infinity();
-            if (word().find_first_of("eE") != word().npos && word()[word().find_first_of("eE") + 1] == '-') return 0.0;
+            auto const exponent = word().find_first_of("eE");
+            bool const tiny = exponent != word().npos ? word()[exponent + 1] == '-'
+                                                      : word().substr(0, word().find('.')).find_first_not_of("+-0") == word().npos;
+            if (tiny) return 0.0;
             return word_[0] == '-' ? -infinity : infinity;
         }
         if (error != std::errc{} || end != last) refuse(in_quotes(word()) + " is not a number");
-        constexpr double largest = static_cast<double>(std::numeric_limits<float>::max());
-        return type == PlyType::float32 && std::fabs(value) <= largest ? static_cast<double>(static_cast<float>(value))
-                                                                       : value;
+        constexpr double too_large = 0x1.ffffffp127; // rounds to 2^128
+        return type == PlyType::float32 && std::fabs(value) < too_large ? static_cast<double>(static_cast<float>(value)) : value;
     }
 
     ByteSource& source_;
