@@ -43,18 +43,18 @@ fi
 # In the chroot one is root and has no sudo.
 printf '#!/bin/sh\nexec "$@"\n' >"$root/usr/local/bin/sudo"
 chmod +x "$root/usr/local/bin/sudo"
-mkdir "$root/root/tilemesh"
-git -C "$repository" archive HEAD | tar -x -C "$root/root/tilemesh"
+mkdir "$root/tilemesh"
+git -C "$repository" archive HEAD | tar -x -C "$root/tilemesh"
 
 # A shell command in the chroot, in a bare environment; what it mounts and starts ends with it.
-environment=(HOME=/root PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin LC_ALL=C.UTF-8
+environment=(HOME=/ PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin LC_ALL=C.UTF-8
     DEBIAN_FRONTEND=noninteractive)
 for name in http_proxy https_proxy no_proxy; do
     if [ -n "${!name:-}" ]; then environment+=("$name=${!name}"); fi
 done
 inside() {
     env -i "${environment[@]}" unshare --mount --pid --fork --kill-child \
-        sh -c 'mount -t proc proc "$1/proc" && mount -t devpts devpts "$1/dev/pts" && exec chroot "$1" sh -c "cd /root/tilemesh && $2"' sh "$root" "$1"
+        sh -c 'mount -t proc proc "$1/proc" && mount -t devpts devpts "$1/dev/pts" && exec chroot "$1" sh -c "cd /tilemesh && $2"' sh "$root" "$1"
 }
 
 inside 'apt-get update -q'

@@ -1,9 +1,8 @@
+#include "require.hpp"
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstdio>
-#include <cstdlib>
 #include <sstream>
 #include <string>
 #include <string_view>
@@ -17,21 +16,6 @@
 namespace {
 
 using namespace tilemesh;
-
-void require(bool holds, char const* what)
-{
-    if (holds) return;
-    std::fprintf(stderr, "broken: %s\n", what);
-    std::abort();
-}
-
-void require_one_line(std::string_view text)
-{
-    require(text.find(" (") != text.npos && text.find("); ") != text.npos,
-            "an error has a problem, a reason and an advice");
-    require(std::none_of(text.begin(), text.end(), [](char c) { return (c >= 0 && c < ' ') || c == 0x7f; }),
-            "an error is one line");
-}
 
 // One camera in each form of JSON; what stands between two '~' is a number that may be replaced.
 constexpr std::string_view own_form =
@@ -113,7 +97,7 @@ extern "C" int LLVMFuzzerTestOneInput(std::uint8_t const* data, std::size_t size
         }
         scene::select_cameras(cameras, "", "map");
     } catch (Error const& error) {
-        require_one_line(error.what());
+        require_error(error.what());
     }
     return 0;
 }

@@ -1,8 +1,7 @@
+#include "require.hpp"
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstdio>
-#include <cstdlib>
 #include <sstream>
 #include <string>
 #include <tilemesh/error.hpp>
@@ -12,13 +11,6 @@
 
 // Any bytes are a map whose promises hold, or an Error of one line.
 namespace {
-
-void require(bool holds, char const* what)
-{
-    if (holds) return;
-    std::fprintf(stderr, "broken: %s\n", what);
-    std::abort();
-}
 
 bool finite(float const* values, int n)
 {
@@ -73,8 +65,7 @@ extern "C" int LLVMFuzzerTestOneInput(std::uint8_t const* data, std::size_t size
         check(tilemesh::scene::read_ply(stream, "fuzz.ply"), bytes);
     } catch (tilemesh::Error const& error) {
         std::string const text = error.what();
-        require(text.find_first_of("\n\r") == std::string::npos, "errors have one line");
-        require(text.find(" (") < text.find("); "), "errors say problem, reason, advice");
+        require_error(text);
         require(text.size() < 2000, "errors are short");
     }
     return 0;

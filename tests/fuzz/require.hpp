@@ -1,0 +1,26 @@
+#pragma once
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <string_view>
+
+/// What holds for every input; a fuzzer takes an abort for a finding.
+inline void require(bool holds, char const* what)
+{
+    if (holds) return;
+    std::fprintf(stderr, "broken: %s\n", what);
+    std::abort();
+}
+
+/// Without control characters.
+inline bool is_one_line(std::string_view text)
+{
+    return !text.empty() && std::none_of(text.begin(), text.end(), [](char c) { return (c >= 0 && c < ' ') || c == 0x7f; });
+}
+
+/// An error is "problem (why); what to do".
+inline void require_error(std::string_view text)
+{
+    require(text.find(" (") != text.npos && text.find("); ") != text.npos, "an error has a problem, a reason and an advice");
+    require(is_one_line(text), "an error is one line");
+}
