@@ -117,9 +117,9 @@ constexpr Option options[] = {
      }},
     {"--orbit", "DEGREES", "turn the camera about the map's middle, so far a frame",
      [](Options& o, auto name, auto text) { o.orbit_degrees = degrees(name, text); }},
-    {"--frames", "N", "frames of the orbit",
+    {"--frames", "N", "frames of the orbit, or the first N poses of the trajectory",
      [](Options& o, auto name, auto text) { o.frames = whole_number(name, text, most_frames); }},
-    {"--trajectory", "FILE", "one frame a pose of a TUM trajectory (camera to world)",
+    {"--trajectory", "FILE", "a frame for each pose of a TUM file (camera to world), lens of --camera",
      [](Options& o, auto name, auto text) { o.trajectory = file(name, text); }},
     {"--relative", "", "the trajectory's motion since its first pose, on top of the camera",
      [](Options& o, auto, auto) { o.relative = true; }},
@@ -230,7 +230,7 @@ void check_together(Options const& o, std::vector<std::string_view> const& given
                         why + "); add " + std::string(other) + " or leave it out");
     };
     needs("--camera", "--cameras", "a camera is looked up in a camera file");
-    needs("--frames", "--orbit", "it counts the frames of an orbit");
+    if (!o.trajectory) needs("--frames", "--orbit", "it counts the frames of an orbit or of a --trajectory");
     needs("--orbit", "--frames", "an orbit has as many frames as you ask for");
     needs("--relative", "--trajectory", "it says how to read a trajectory");
     if (o.orbit_degrees && o.trajectory)

@@ -19,7 +19,7 @@ struct Options {
     std::optional<std::filesystem::path> cameras;
     std::optional<std::string> camera;                ///< SCENE/NAME, or NAME where it is unique
     std::optional<double> orbit_degrees;              ///< a frame
-    std::uint32_t frames = 1;
+    std::uint32_t frames = 0;                          ///< of the orbit, or at most of the trajectory; 0: all
     std::optional<std::filesystem::path> trajectory;
     bool relative = false;
     std::optional<tilemesh::scene::Size> size;

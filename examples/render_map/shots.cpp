@@ -14,11 +14,14 @@ namespace {
 namespace scene = tilemesh::scene;
 
 /// The cameras before anything moves them.
-std::vector<Shot> still_shots(Options const& options, scene::Map const& map)
+std::vector<Shot> still_shots(Options const& options, scene::Map const& map, std::vector<std::string>& notes)
 {
     if (!options.cameras) {
         auto const size = options.size.value_or(scene::Size{1280, 720});
         if (options.map.empty()) return {{"built_in", scene::built_in_camera(size)}};
+        if (!options.trajectory)
+            notes.push_back("no camera is named: this one is a guess, along +z at the middle of the map; look around with --orbit 90 "
+                            "--frames 4, or name yours with --cameras");
         return {{"frame_whole", scene::frame_whole(map, size)}};
     }
     std::vector<Shot> shots;
@@ -36,7 +39,7 @@ std::vector<Shot> still_shots(Options const& options, scene::Map const& map)
 
 std::vector<Shot> make_shots(Options const& options, scene::Map const& map, std::vector<std::string>& notes)
 {
-    auto const still = still_shots(options, map);
+    auto const still = still_shots(options, map, notes);
     if (!options.orbit_degrees && !options.trajectory) return still;
 
     auto const& start = still.front();
@@ -57,6 +60,9 @@ std::vector<Shot> make_shots(Options const& options, scene::Map const& map, std:
     auto trajectory = scene::load_tum(*options.trajectory, most_frames);
     for (auto const& note : scene::trajectory_notes(trajectory))
         notes.push_back(options.trajectory->filename().string().append(": ").append(note));
+    if (!options.cameras)
+        notes.push_back("the lens is a guess (a trajectory says none): name yours with --cameras FILE --camera NAME");
+    if (options.frames != 0 && options.frames < trajectory.size()) trajectory.resize(options.frames);
     if (options.relative)
         trajectory = scene::relative_to_first(std::move(trajectory), scene::pose_of(start.camera));
     for (auto const& [seconds, pose] : trajectory)

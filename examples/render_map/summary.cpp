@@ -58,6 +58,10 @@ void print_frame(std::ostream& out, report::RunReport const& run, report::RunFra
         out << separator << thousands(count) << " " << what;
         separator = ", ";
     }
+    bool const full = std::any_of(r.lost.begin(), r.lost.end(), [](auto const& loss) {
+        return loss.cause == report::Cause::storage_full || loss.cause == report::Cause::unplaced;
+    });
+    if (full && run.machine.name == std::string(tilemesh::Mk2::name)) out << "; tiles are full, --machine test has room for all";
     if (!lost.empty()) out << '\n';
     auto const print_error = [&out](char const* name, report::ErrorMeasures const& e) {
         out << name << ": PSNR " << decimals(e.psnr_db, 2) << " dB, at most "

@@ -200,7 +200,7 @@ private:
         if (std::uint64_t{grid.width} * grid.height > Machine::tiles)
             throw Error("a grid of " + std::to_string(grid.width) + " x " + std::to_string(grid.height) + " = " +
                         std::to_string(std::uint64_t{grid.width} * grid.height) + " tiles (" + Machine::name + " has " +
-                        std::to_string(Machine::tiles) + "); choose larger tiles or another machine");
+                        std::to_string(Machine::tiles) + "); choose larger tiles, a smaller grid or another machine");
         return {Grid{grid.width, grid.height}, splat::make_tiling(width, height, tile.width, tile.height)};
     }
     /// Gives every tile the pixels it owns, black.

@@ -1,6 +1,9 @@
 #pragma once
 /// The whole library, for users; nothing in include/ includes this. `scene/camera_json.hpp` is left out because it needs
 /// nlohmann-json: include it beside this one.
+#if __cplusplus < 202002L
+#error "tilemesh: the host side needs C++20; build with -std=c++20"
+#endif
 #include <tilemesh/config.hpp>
 #include <tilemesh/engine/checked_mesh.hpp>
 #include <tilemesh/engine/contract.hpp>

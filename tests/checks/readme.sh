@@ -60,17 +60,15 @@ if [ -z "$program" ]; then
     exit $failed
 fi
 cd "$work" || exit 1
-# A map of three balls, a camera for it, a walk.
+# A map of three balls, README's own camera for it, a walk.
 {
     printf 'ply\nformat ascii 1.0\nelement vertex 3\n'
     for p in x y z f_dc_0 f_dc_1 f_dc_2 opacity scale_0 scale_1 scale_2 rot_0 rot_1 rot_2 rot_3; do echo "property float $p"; done
     printf 'end_header\n'
     for x in -1 0 1; do echo "$x 0 3 1 0.5 0 2 -1 -1 -1 1 0 0 0"; done
 } >room.ply
-cat >cameras.json <<'END'
-{"cameras": [{"scene": "room", "name": "door", "width": 1280, "height": 720, "fx": 900, "fy": 900, "cx": 640, "cy": 360,
-  "world_to_camera": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]}]}
-END
+awk '/^```/ { inside = /^```json$/; next } inside' "$project/README.md" >cameras.json
+[ -s cameras.json ] || fail "README.md shows no camera file"
 mkdir -p colmap/sparse/0
 printf '1 PINHOLE 1280 720 900 900 640 360\n' >colmap/sparse/0/cameras.txt
 printf '1 1 0 0 0 0 0 0 1 door.jpg\n\n' >colmap/sparse/0/images.txt

@@ -112,6 +112,10 @@ printf '2 1 2 3 0 0 0 1\n1 1 2 3 0 0 0 1\n' >back.tum
 runs --size 320x180 --trajectory back.tum --relative --report back.json
 has stdout "^  back.tum: stamps that go back in time"
 has back.json '"back.tum: stamps that go back in time'
+has back.json '"the lens is a guess'
+runs $small --out first_two --trajectory walk.tum --relative --frames 2 --float
+[ "$(find first_two -name '*.png' | wc -l)" -eq 2 ] || fail "not the first two poses"
+same walk/frame_0001.pfm first_two/frame_0001.pfm
 cat >cameras.json <<'JSON'
 {"cameras": [
  {"scene": "built_in", "name": "a", "width": 320, "height": 180, "fx": 300, "fy": 300, "cx": 160, "cy": 90,

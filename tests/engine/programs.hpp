@@ -13,7 +13,7 @@ using namespace tilemesh;
 /// Room for anything, any number of tiles.
 using Bench = TestMachine<64u << 20>;
 
-// --- heat: the design document's program ------------------------------------------------------------------------------------
+// --- heat ------------------------------------------------------------------------------------
 struct Cell {
     float kelvin;
 };

@@ -8,7 +8,7 @@ using namespace tilemesh;
 
 namespace {
 
-// The heat program of the design document.
+// A heat program.
 struct Cell {
     float kelvin;
 };

@@ -175,7 +175,7 @@ inline nlohmann::ordered_json json_of_head(RunReport const& run)
 
 } // namespace detail
 
-/// report.json of a run, keys in the order of the design document. What has no number is null: the PSNR of two equal
+/// report.json of a run, keys in a fixed order. What has no number is null: the PSNR of two equal
 /// pictures (it is infinite), the tile of a loss that is the record itself, the path of a map without a file.
 ///
 /// `machine.grid` and `machine.tile_px` are those of the first frame; each frame has its own, since cameras may differ in

@@ -29,13 +29,13 @@ struct SetupDefaults {
 /// The default: nothing is lost, float pixels, and a ledger that holds all that the kernels keep (622.3 KiB of Mk2's 624).
 ///
 /// Two sets of channels instead of one, at half the paper's size: the most that two real maps and motions up to 2 degrees a
-/// frame put into one channel is 165 records (speed notes), and a full channel costs supersteps, not records.
+/// frame put into one channel is 165 records (measured), and a full channel costs supersteps, not records.
 struct Lossless : SetupDefaults {
     static constexpr char const* name = "lossless";
     static constexpr std::uint32_t storage_slots = 2000;      ///< anchors and copies; 136 bytes each with marks, splats, keys
     static constexpr std::uint32_t road_bytes = 200 * sizeof(Addressed);
     static constexpr std::uint32_t beam_bytes = 200 * sizeof(Gaussian);
-    static constexpr std::uint32_t waiting_bytes = 200 * sizeof(Addressed); ///< costs no superstep up to 100,000 records (spike)
+    static constexpr std::uint32_t waiting_bytes = 200 * sizeof(Addressed); ///< costs no superstep up to 100,000 records (measured)
     static constexpr std::uint32_t tile_pixels = 32 * 20;
 };
 

@@ -1,0 +1,26 @@
+// Several frames with depth, on more threads: each frame starts from where the last one left the records.
+#include <iostream>
+#include <string>
+#include <thread>
+#include <tilemesh/tilemesh.hpp>
+
+using namespace tilemesh;
+using WithDepth = splat::WithPixel<splat::Lossless, splat::WithDepth<splat::FloatPixel>>; // 6 of 2,000 slots make room for it
+
+int main(int argc, char** argv)
+try {
+    auto const map = argc > 1 ? scene::load_ply(argv[1]) : scene::built_in_map();
+    auto const first = scene::frame_whole(map, {640, 360});
+    BasicRenderer<WithDepth> renderer{map, {.threads = std::thread::hardware_concurrency()}};
+    int number = 0;
+    for (auto const& camera : scene::orbit(first, scene::robust_centre(map), 5.0, 4)) { // degrees a frame, frames
+        auto const frame = renderer.render(camera);
+        auto const name = "walk_" + std::to_string(number++);
+        report::write_ppm(name + ".ppm", frame.image);
+        report::write_pfm(name + ".depth.pfm", frame.depth);
+        std::cout << name << ": " << frame.report.gaussians.moved << " moved, " << frame.report.messages << " messages\n";
+    }
+} catch (tilemesh::Error const& error) {
+    std::cerr << error.what() << '\n';
+    return 2;
+}
