@@ -1,6 +1,7 @@
 #pragma once
 #include "choice.hpp"
 #include <cstdint>
+#include <tilemesh/error.hpp>
 #include <tilemesh/splat/policies.hpp>
 #include <tilemesh/splat/setup.hpp>
 #include <tilemesh/splat/with_pixel.hpp>
@@ -22,6 +23,13 @@ struct Variant : Base {
             ? static_cast<std::uint32_t>(200 * sizeof(typename Base::Addressing::Message))
             : Base::waiting_bytes;
 };
+
+/// A build for the compiler's and the sanitizers' sake compiles an eighth of the setups.
+#if defined(RENDER_MAP_OWN_POLICIES)
+inline constexpr bool own_policies_only = true;
+#else
+inline constexpr bool own_policies_only = false;
+#endif
 
 template <class T>
 struct Type {
@@ -52,15 +60,25 @@ auto with_policies(Choice const& choice, Use&& use)
     auto const pixels =
         choice.pixels.value_or(std::is_same_v<Pixel, splat::FloatPixel> ? PixelKind::float32 : PixelKind::rgbx8);
 
-    auto const pick_pixels = [&]<class S, class C>(Type<S>, Type<C>) {
-        return pixels == PixelKind::float32 ? use(Type<Variant<Base, S, C, splat::FloatPixel>>{})
-                                            : use(Type<Variant<Base, S, C, splat::Rgbx8Pixel>>{});
-    };
-    auto const pick_copies = [&]<class S>(Type<S> s) {
-        return copies == CopiesKind::world ? pick_pixels(s, Type<splat::WorldCopies>{})
-                                           : pick_pixels(s, Type<splat::ScreenCopies>{});
-    };
-    return saturation == SaturationKind::hold ? pick_copies(Type<splat::Hold>{}) : pick_copies(Type<splat::Drop>{});
+    if constexpr (own_policies_only) {
+        if (saturation != (Saturation::holds ? SaturationKind::hold : SaturationKind::drop) ||
+            copies != (Copies::reusable ? CopiesKind::world : CopiesKind::screen) ||
+            pixels != (std::is_same_v<Pixel, splat::FloatPixel> ? PixelKind::float32 : PixelKind::rgbx8))
+            throw tilemesh::Error(
+                "--saturation, --copies or --pixels is not the preset's own (this build has no others: it was "
+                "made with TILEMESH_RENDER_MAP_POLICIES=OFF); leave it out, or build with ON");
+        return use(Type<Variant<Base, Saturation, Copies, Pixel>>{});
+    } else {
+        auto const pick_pixels = [&]<class S, class C>(Type<S>, Type<C>) {
+            return pixels == PixelKind::float32 ? use(Type<Variant<Base, S, C, splat::FloatPixel>>{})
+                                                : use(Type<Variant<Base, S, C, splat::Rgbx8Pixel>>{});
+        };
+        auto const pick_copies = [&]<class S>(Type<S> s) {
+            return copies == CopiesKind::world ? pick_pixels(s, Type<splat::WorldCopies>{})
+                                               : pick_pixels(s, Type<splat::ScreenCopies>{});
+        };
+        return saturation == SaturationKind::hold ? pick_copies(Type<splat::Hold>{}) : pick_copies(Type<splat::Drop>{});
+    }
 }
 
 } // namespace render_map
