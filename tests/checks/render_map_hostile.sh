@@ -150,6 +150,7 @@ done
 refuses "the frame is" map.ply --grid 2x2 --tile 16x20
 for plane in --depth --alpha; do
     refuses "leave out --engine" map.ply $plane --engine sequential
+    if own_policies; then skip "this build has the presets' own policies alone" && continue; fi
     refuses "leave out --pixels" map.ply $plane --pixels rgbx8
     refuses "leave out --copies" map.ply $plane --copies screen
     refuses "leave out --saturation" map.ply $plane --saturation drop
