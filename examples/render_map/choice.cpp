@@ -1,6 +1,9 @@
 #include "choice.hpp"
 #include "setups.hpp"
 #include "variant.hpp"
+#include <string>
+#include <tilemesh/error.hpp>
+#include <tilemesh/scene/demand.hpp>
 #include <tilemesh/splat/frame_program.hpp>
 
 namespace render_map {
@@ -57,27 +60,83 @@ Description describe(Choice const& choice)
     return describe_on<splat::Prototype>(choice);
 }
 
-std::unique_ptr<AnyRenderer> make_renderer(Choice const& choice, tilemesh::scene::Map const& map,
-                                           tilemesh::RendererOptions options)
+namespace {
+
+/// Harmonics are compiled with the preset's own policies, on host threads.
+void require_compiled_for_harmonics(Choice const& choice, std::uint32_t degree)
 {
-    // `prototype` is `paper` with fewer slots: a run-time limit gives the same frames and counters as a setup of its own,
-    // and saves 32 compiled setups.
-    if (choice.preset == Preset::prototype) {
-        auto const own = describe(choice);
-        if (options.storage_slots == 0) options.storage_slots = own.storage_slots;
-        if (options.channel_slots == 0) options.channel_slots = own.channel_slots;
-    }
-    if (choice.planes()) return (choice.preset == Preset::lossless ? lossless_planes : paper_planes)(choice, map, options);
+    std::string option;
+    Choice preset;
+    preset.preset = choice.preset;
+    preset.machine = choice.machine;
+    auto const own = describe(preset), asked = describe(choice);
+    if (choice.engine == EngineKind::sequential) option = "--engine sequential";
+    else if (choice.planes() && choice.preset != Preset::lossless) option = choice.depth ? "--depth" : "--alpha";
+    else if (asked.saturation != own.saturation) option = "--saturation " + asked.saturation;
+    else if (asked.copies != own.copies) option = "--copies " + asked.copies;
+    else if (!choice.planes() && asked.pixels != own.pixels) option = "--pixels " + asked.pixels;
+    if (!option.empty())
+        throw tilemesh::Error(option + " with a map of view-dependent colour, degree " + std::to_string(degree) +
+                              " (this program has harmonics with preset " + own.preset +
+                              "'s own policies, on host threads); leave it out, or add --sh-degree 0");
+}
+
+/// Whether the demand may choose the setup: lossless as it is, on host threads.
+bool may_be_fitted(Choice const& choice)
+{
+    Choice own;
+    own.machine = choice.machine;
+    auto const is = describe(own), asked = describe(choice);
+    return choice.preset == Preset::lossless && choice.engine == EngineKind::threads && !choice.planes() &&
+           asked.saturation == is.saturation && asked.copies == is.copies && asked.pixels == is.pixels;
+}
+
+std::unique_ptr<AnyRenderer> make_unchecked(Choice const& choice, tilemesh::scene::Map const& map,
+                                            tilemesh::scene::Demand const& demand, tilemesh::RendererOptions options)
+{
     bool const threads = choice.engine == EngineKind::threads;
     bool const mk2 = choice.machine == MachineKind::mk2;
+    if (may_be_fitted(choice))
+        if (auto fitted = (mk2 ? fitted_mk2 : fitted_test)(map, demand, options)) return fitted;
+
+    auto const needed = tilemesh::scene::needed(map, demand);
+    if (demand.sh_degree != 0) return (choice.planes() ? shaded_planes : paper_shaded)(choice, needed, options);
+    if (choice.planes()) return (choice.preset == Preset::lossless ? lossless_planes : paper_planes)(choice, needed, options);
     auto const pick = [&](MakeRenderer& on_mk2, MakeRenderer& sequential_on_mk2, MakeRenderer& on_test,
                           MakeRenderer& sequential_on_test) {
-        return mk2 ? (threads ? on_mk2 : sequential_on_mk2)(choice, map, options)
-                   : (threads ? on_test : sequential_on_test)(choice, map, options);
+        return mk2 ? (threads ? on_mk2 : sequential_on_mk2)(choice, needed, options)
+                   : (threads ? on_test : sequential_on_test)(choice, needed, options);
     };
     return choice.preset == Preset::lossless
                ? pick(lossless_mk2_threads, lossless_mk2_sequential, lossless_test_threads, lossless_test_sequential)
                : pick(paper_mk2_threads, paper_mk2_sequential, paper_test_threads, paper_test_sequential);
+}
+
+} // namespace
+
+std::unique_ptr<AnyRenderer> make_renderer(Choice const& choice, tilemesh::scene::Map const& map,
+                                           tilemesh::scene::Demand const& demand, tilemesh::RendererOptions options)
+{
+    if (demand.sh_degree != 0) require_compiled_for_harmonics(choice, demand.sh_degree);
+    // `prototype` is `paper` with fewer slots: a run-time limit gives the same frames and counters as a setup of its own,
+    // and saves 32 compiled setups. Its bytes are what counts: longer records have fewer slots in them.
+    if (choice.preset == Preset::prototype) {
+        auto const own = describe(choice);
+        auto const record = 60u + 12u * splat::harmonics_per_channel(demand.sh_degree);
+        auto const slots = [&](std::uint32_t of_60) { return static_cast<std::uint32_t>(std::uint64_t{of_60} * 60 / record); };
+        if (options.storage_slots == 0) options.storage_slots = slots(own.storage_slots);
+        if (options.channel_slots == 0) options.channel_slots = slots(own.channel_slots);
+    }
+    auto renderer = make_unchecked(choice, map, demand, options);
+    auto const at_most = [&](char const* option, std::uint32_t asked, std::uint32_t most) {
+        if (asked > most && most != 0)
+            throw tilemesh::Error(std::string(option) + " cannot be " + std::to_string(asked) + " (records of degree " +
+                                  std::to_string(demand.sh_degree) + " leave " + std::to_string(most) +
+                                  "); choose fewer, or a lower --sh-degree");
+    };
+    at_most("--storage-slots", options.storage_slots, renderer->storage_slots());
+    at_most("--channel-slots", options.channel_slots, renderer->channel_slots());
+    return renderer;
 }
 
 } // namespace render_map

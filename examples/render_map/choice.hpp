@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 #include <tilemesh/machine/tile.hpp>
-#include <tilemesh/renderer.hpp>
+#include <tilemesh/fit_renderer.hpp>
 #include <vector>
 
 namespace render_map {
@@ -26,6 +26,8 @@ struct Choice {
     std::optional<PixelKind> pixels{};
     bool depth = false, alpha = false; ///< with the preset's own policies, on host threads; parse_options refuses the rest
 
+    bool fit = true;                   ///< false: all that the preset has, whatever the scene needs
+
     bool planes() const noexcept { return depth || alpha; }
 };
 
@@ -40,18 +42,11 @@ struct Description {
 };
 Description describe(Choice const& choice);
 
-/// A BasicRenderer whose setup and engine were chosen at run time.
-class AnyRenderer {
-public:
-    virtual ~AnyRenderer() = default;
-    virtual tilemesh::RenderedFrame render(tilemesh::splat::Camera const& camera) = 0;
-    virtual tilemesh::splat::Model const& model() const = 0;
-    virtual tilemesh::Extent2 grid() = 0; ///< tiles; of the last frame
-    virtual tilemesh::Extent2 tile() = 0; ///< pixels; of the last frame
-};
+using tilemesh::AnyRenderer;
 
-/// Throws `tilemesh::Error` for a map or limits that the setup has no room for.
+/// The renderer of a choice, as small as the demand allows where the choice leaves that open. Throws `tilemesh::Error` for a
+/// map or limits that the setup has no room for, and for harmonics with a choice that is not compiled for them.
 std::unique_ptr<AnyRenderer> make_renderer(Choice const& choice, tilemesh::scene::Map const& map,
-                                           tilemesh::RendererOptions options);
+                                           tilemesh::scene::Demand const& demand, tilemesh::RendererOptions options);
 
 } // namespace render_map

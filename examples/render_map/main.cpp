@@ -1,5 +1,6 @@
 // render_map: a 3D Gaussian map in, pictures and a report out. `render_map --help` lists the options.
 #include "choice.hpp"
+#include "explain.hpp"
 #include "limits.hpp"
 #include "options.hpp"
 #include "outputs.hpp"
@@ -19,6 +20,7 @@
 #include <sstream>
 #include <string>
 #include <system_error>
+#include <type_traits>
 #include <tilemesh/error.hpp>
 #include <tilemesh/report/error_measures.hpp>
 #include <tilemesh/report/frame_report.hpp>
@@ -28,8 +30,10 @@
 #include <tilemesh/report/table.hpp>
 #include <tilemesh/scene/built_in.hpp>
 #include <tilemesh/scene/ply.hpp>
+#include <tilemesh/scene/records.hpp>
 #include <unistd.h>
 #include <utility>
+#include <vector>
 
 namespace {
 
@@ -45,9 +49,14 @@ char const* to_string(splat::Footprint footprint)
     return footprint == splat::Footprint::opacity_box ? "opacity_box" : "three_sigma_square";
 }
 
-report::RunReport describe_run(Options const& options, scene::Map const& map)
+report::RunReport describe_run(Options const& options, scene::Map const& map, render_map::AnyRenderer const& renderer)
 {
-    auto const setup = render_map::describe(options.choice);
+    auto setup = render_map::describe(options.choice);
+    if (renderer.sh_degree() != 0 || !renderer.routes()) { // not the preset's own records or channels
+        setup.ledger = renderer.ledger();
+        setup.storage_slots = renderer.storage_slots();
+        setup.channel_slots = renderer.channel_slots();
+    }
     auto const limited = [](std::uint32_t asked, std::uint32_t own) { return asked != 0 ? asked : own; };
     report::RunReport run;
     run.map = {map.name, map.path, map.gaussians.size(), map.rejected, map.notes};
@@ -118,10 +127,29 @@ std::string written_files(Options const& options, report::RunReport const& run)
     return text;
 }
 
+/// The double reference of the whole map, whatever was left out.
+report::Image reference_of(scene::Map const& map, splat::Camera const& camera, splat::Model const& model, report::Cuts cuts,
+                           unsigned threads)
+{
+    auto const of_degree = [&]<std::uint32_t degree>(std::integral_constant<std::uint32_t, degree>) {
+        return report::render_double(scene::records<splat::GaussianOfDegree<degree>>(map), camera, model, cuts, threads);
+    };
+    switch (map.sh_degree) {
+    case 0:
+        return report::render_double(map.gaussians, camera, model, cuts, threads);
+    case 1:
+        return of_degree(std::integral_constant<std::uint32_t, 1>{});
+    case 2:
+        return of_degree(std::integral_constant<std::uint32_t, 2>{});
+    default:
+        return of_degree(std::integral_constant<std::uint32_t, 3>{});
+    }
+}
+
 /// Renders and writes every frame, or those before an interrupt, into `result`.
 void render_frames(Options const& options, scene::Map const& map, std::vector<render_map::Shot> const& shots,
-                   render_map::AnyRenderer& renderer, std::filesystem::path const& out, Progress& progress,
-                   report::RunReport& result)
+                   std::uint64_t not_loaded, render_map::AnyRenderer& renderer, std::filesystem::path const& out,
+                   Progress& progress, report::RunReport& result)
 {
     for (std::size_t i = 0; i < shots.size() && render_map::interrupt() == 0; ++i) {
         auto const& camera = shots[i].camera;
@@ -130,6 +158,7 @@ void render_frames(Options const& options, scene::Map const& map, std::vector<re
         auto rendered = renderer.render(camera);
         report::RunFrame frame;
         frame.report = std::move(rendered.report);
+        frame.report.gaussians.parked += not_loaded; // nothing on screen, and stays where it is: with the host
         frame.report.camera = shots[i].name;
         frame.grid = {renderer.grid().width, renderer.grid().height};
         frame.tile_px = {renderer.tile().width, renderer.tile().height};
@@ -139,8 +168,8 @@ void render_frames(Options const& options, scene::Map const& map, std::vector<re
         // Two references take longer than all the rest: an interrupted frame goes without.
         if (options.reference && render_map::interrupt() == 0) {
             auto const error = [&](report::Cuts cuts) {
-                return report::compare(rendered.image, report::render_double(map.gaussians, camera, renderer.model(), cuts,
-                                                                             options.renderer.threads));
+                return report::compare(rendered.image,
+                                       reference_of(map, camera, renderer.model(), cuts, options.renderer.threads));
             };
             progress.say_frame("reference 1 of 2");
             frame.error = error(report::Cuts::none);
@@ -156,16 +185,27 @@ int run(Options const& options)
 {
     Progress progress(!options.quiet);
     progress.say("loading the map");
-    auto const map = options.map.empty() ? scene::built_in_map() : scene::load_ply(options.map);
+    auto map = options.map.empty() ? scene::built_in_map() : scene::load_ply(options.map);
     require_gaussians(map);
-    auto result = describe_run(options, map);
-    auto const shots = render_map::make_shots(options, map, result.notes);
+    std::vector<std::string> notes;
+    if (options.sh_degree < map.sh_degree) {
+        notes.push_back("view-dependent colour above degree " + std::to_string(options.sh_degree) + " left out (--sh-degree); the map has degree " +
+                        std::to_string(map.sh_degree));
+        map = scene::at_degree(std::move(map), options.sh_degree);
+    }
+    auto const shots = render_map::make_shots(options, map, notes);
     render_map::check_sizes(options, shots);
-    auto const renderer = render_map::make_renderer(options.choice, map, options.renderer);
+    std::vector<splat::Camera> path;
+    for (auto const& shot : shots) path.push_back(shot.camera);
+    auto const needs = render_map::needs_of(options, map, path);
+    auto const renderer = render_map::make_renderer(options.choice, map, needs.used, options.renderer);
+    auto result = describe_run(options, map, *renderer);
+    result.notes = notes;
+    result.features = render_map::features(options, needs, map, *renderer);
     auto const out = render_map::prepare_outputs(options, shots.size());
 
     try {
-        render_frames(options, map, shots, *renderer, out, progress, result);
+        render_frames(options, map, shots, needs.used.culled, *renderer, out, progress, result);
     } catch (std::exception const& error) {
         // The frames that are done are written; their report must not be lost with the one that failed.
         if (options.report && !result.frames.empty()) {
@@ -193,9 +233,12 @@ int run(Options const& options)
         std::cerr << stopped << std::endl;
         return 128 + render_map::interrupt();
     }
-    if (options.quiet) return 0;
-
     std::ostringstream summary;
+    if (options.explain) render_map::explain(summary, result);
+    if (options.quiet) {
+        render_map::print(summary.str(), "the pictures are written; leave out --explain");
+        return 0;
+    }
     render_map::print_summary(summary, result);
     summary << "\nwrote " << render_map::one_line((out / written_files(options, result)).string()) << '\n';
     render_map::print(summary.str(), "the pictures are written; --quiet leaves the summary out");

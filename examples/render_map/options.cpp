@@ -184,6 +184,13 @@ constexpr Option options[] = {
          (void)one_of<int>(name, text, {{"precise", 0}});
      }},
 
+    {"--sh-degree", "N", "view-dependent colour up to this degree, 0 to 3 [the map's]",
+     [](Options& o, auto name, auto text) {
+         o.sh_degree = one_of<std::uint32_t>(name, text, {{"0", 0}, {"1", 1}, {"2", 2}, {"3", 3}});
+     }},
+    {"--fit", "NAME", "scene: leave out what map and cameras do not need | off: all of the preset [scene]",
+     [](Options& o, auto name, auto text) { o.choice.fit = one_of<bool>(name, text, {{"scene", true}, {"off", false}}); }},
+
     {"--engine", "NAME", "threads | sequential: slower, checks every write [threads]",
      [](Options& o, auto name, auto text) {
          o.choice.engine = one_of<EngineKind>(
@@ -205,6 +212,8 @@ constexpr Option options[] = {
      [](Options& o, auto, auto) { o.reference = true; }},
     {"--report", "FILE", "everything counted, as JSON",
      [](Options& o, auto name, auto text) { o.report = file(name, text); }},
+    {"--explain", "", "what was left out for this map and these cameras, and why",
+     [](Options& o, auto, auto) { o.explain = true; }},
     {"--quiet", "", "no progress, no table", [](Options& o, auto, auto) { o.quiet = true; }},
     {"--version", "", "the version", [](Options& o, auto, auto) { o.version = true; }},
     {"--help", "", "this text", [](Options& o, auto, auto) { o.help = true; }},

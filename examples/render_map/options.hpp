@@ -27,6 +27,8 @@ struct Options {
     tilemesh::RendererOptions renderer;
     std::optional<std::filesystem::path> out;         ///< empty: ./tilemesh_out
     std::optional<std::filesystem::path> report;
+    std::uint32_t sh_degree = 3;                      ///< at most
+    bool explain = false;
     bool pfm = false; ///< planes are in `choice`
     bool reference = false;
     bool quiet = false;

@@ -20,7 +20,7 @@ struct Variant : Base {
     using Pixel = PixelPolicy;
     static constexpr std::uint32_t waiting_bytes =
         Saturation::holds && Base::waiting_bytes == 0
-            ? static_cast<std::uint32_t>(200 * sizeof(typename Base::Addressing::Message))
+            ? static_cast<std::uint32_t>(200 * sizeof(tilemesh::splat::RoadMessage<Base>))
             : Base::waiting_bytes;
 };
 

@@ -12,6 +12,7 @@
 #include <tilemesh/report/image.hpp>
 #include <tilemesh/report/losses.hpp>
 #include <tilemesh/scene/map.hpp>
+#include <tilemesh/scene/records.hpp>
 #include <tilemesh/splat/with_pixel.hpp>
 #include <unordered_set>
 #include <utility>
@@ -32,10 +33,23 @@ struct RendererOptions {
     Extent2 tile{};                          ///< pixels; 0: the frame spread evenly over the grid
     std::uint32_t hops = 0;                  ///< supersteps of routing, and of bloom, a frame; 0: until quiet
     std::uint32_t channel_slots = 0;         ///< a limit, at most the setup's; for dynamic channels their size
+    std::uint32_t waiting_slots = 0;         ///< of each of routing's FIFOs; a limit, at most the setup's
     std::uint32_t storage_slots = 0;         ///< a limit, at most the setup's
     std::optional<splat::Footprint> footprint{};
     bool digest = false;
 };
+
+/// How a frame is cut: `tile` where it is given, or else evenly over `grid`, or over 40 x 36 tiles.
+inline splat::Tiling tiling_for(RendererOptions const& options, std::uint32_t width, std::uint32_t height) noexcept
+{
+    auto const parts = [](std::uint32_t size, std::uint32_t tile) { return (size + tile - 1) / tile; };
+    auto tile = options.tile;
+    if (tile.width == 0 || tile.height == 0) {
+        Extent2 const grid = options.grid.width == 0 || options.grid.height == 0 ? Extent2{40, 36} : options.grid;
+        tile = {parts(width, grid.width), parts(height, grid.height)};
+    }
+    return splat::make_tiling(width, height, tile.width, tile.height);
+}
 
 /// A picture and what it took.
 struct RenderedFrame {
@@ -61,11 +75,13 @@ class BasicRenderer {
 public:
     using Setup = S;
     using Program = splat::Frame<S>;
+    using Steps = splat::FrameSteps<S>;
+    using Record = typename S::Record;
     using Machine = typename S::Machine;
     using MeshType = Engine<Program, Machine>;
     using Layout = Tile<Machine, Program>;
 
-    explicit BasicRenderer(scene::Map const& map, RendererOptions options = {}) : options_(options), gaussians_(map.gaussians)
+    explicit BasicRenderer(scene::Map const& map, RendererOptions options = {}) : options_(options), gaussians_(scene::records<Record>(map))
     {
         if (S::one_channel_memory && options.hops != 0)
             throw Error(std::string("setup ") + S::name + " with bounded hops (its routing and bloom take turns in one set of " +
@@ -129,7 +145,11 @@ public:
         auto const view = splat::make_view(camera, model);
         bool const changed = !last_ || __builtin_memcmp(&*last_, &view, sizeof view) != 0 ||
                              __builtin_memcmp(&frame.tiling, &tiling_, sizeof tiling_) != 0;
-        if (changed && S::Saturation::holds && !gone_.empty()) load();
+        if constexpr (!S::routes) {
+            if (changed) place(view);
+        } else {
+            if (changed && S::Saturation::holds && !gone_.empty()) load();
+        }
         frame = {view, tiling_, changed ? 1u : 0u, changed && dirty_ ? 1u : 0u, cut_ ? 1u : 0u};
 
         auto report = account(mesh_->run(), camera);
@@ -154,9 +174,6 @@ public:
         return result;
     }
 
-    /// Where to look for each stage in RunCounters::steps: the order of splat::Frame.
-    enum Step : std::uint32_t { project, route, bloom_first, bloom, depth_sort, composite };
-
 private:
     void build(Grid grid)
     {
@@ -165,21 +182,27 @@ private:
         if constexpr (requires { engine.threads; }) engine.threads = options_.threads;
         mesh_ = std::make_unique<MeshType>(grid, engine, splat::frame_program<S>(options_.hops));
         if (options_.channel_slots != 0) {
-            mesh_->template limit<splat::Road<S>>(options_.channel_slots);
-            mesh_->template limit<splat::Beam<S>>(options_.channel_slots);
+            if constexpr (S::routes) mesh_->template limit<splat::Road<S>>(options_.channel_slots);
+            if constexpr (S::blooms) mesh_->template limit<splat::Beam<S>>(options_.channel_slots);
         }
+        if constexpr (S::routes && S::Saturation::holds)
+            if (options_.waiting_slots != 0) {
+                mesh_->template limit<splat::Waiting<S, 0>>(options_.waiting_slots);
+                mesh_->template limit<splat::Waiting<S, 1>>(options_.waiting_slots);
+            }
         if (options_.storage_slots != 0) mesh_->template limit<splat::Storage<S>>(options_.storage_slots);
         if (observer_) mesh_->observe(observer_);
         size_framebuffers();
         last_.reset();
         gone_.clear();
+        dirty_ = cut_ = false;
+        if constexpr (!S::routes) return; // each view places the records
         for (std::uint32_t i = 0; i < gaussians_.size(); ++i) gone_.push_back(i);
         load();
         if (!gone_.empty())
             throw Error("a map of " + std::to_string(gaussians_.size()) + " Gaussians (" + std::to_string(grid.size()) +
                         " tiles of " + std::to_string(capacity()) + " slots hold " +
                         std::to_string(std::uint64_t{grid.size()} * capacity()) + "); choose more slots or a larger machine");
-        dirty_ = cut_ = false;
     }
     std::pair<Grid, splat::Tiling> layout(std::uint32_t width, std::uint32_t height) const
     {
@@ -187,11 +210,12 @@ private:
             throw Error("a frame of " + std::to_string(width) + " x " + std::to_string(height) +
                         " pixels (each side is 1 to 65,535); choose another size");
         auto const parts = [](std::uint32_t size, std::uint32_t tile) { return (size + tile - 1) / tile; };
-        Extent2 grid = options_.grid, tile = options_.tile;
-        if ((grid.width == 0) != (grid.height == 0) || (tile.width == 0) != (tile.height == 0))
+        auto const tiling = tiling_for(options_, width, height);
+        Extent2 grid = options_.grid;
+        Extent2 const tile = {tiling.tile_width, tiling.tile_height};
+        if ((grid.width == 0) != (grid.height == 0) || (options_.tile.width == 0) != (options_.tile.height == 0))
             throw Error("a grid or tile with one side of 0 (0 means that both sides follow from the frame); give both sides");
-        if (grid.width == 0 && tile.width == 0) grid = {40, 36};
-        if (tile.width == 0) tile = {parts(width, grid.width), parts(height, grid.height)};
+        if (grid.width == 0 && options_.tile.width == 0) grid = {40, 36};
         if (grid.width == 0) grid = {parts(width, tile.width), parts(height, tile.height)};
         if (std::uint64_t{grid.width} * tile.width < width || std::uint64_t{grid.height} * tile.height < height)
             throw Error("a grid of " + std::to_string(grid.width) + " x " + std::to_string(grid.height) + " tiles of " +
@@ -201,7 +225,7 @@ private:
             throw Error("a grid of " + std::to_string(grid.width) + " x " + std::to_string(grid.height) + " = " +
                         std::to_string(std::uint64_t{grid.width} * grid.height) + " tiles (" + Machine::name + " has " +
                         std::to_string(Machine::tiles) + "); choose larger tiles, a smaller grid or another machine");
-        return {Grid{grid.width, grid.height}, splat::make_tiling(width, height, tile.width, tile.height)};
+        return {Grid{grid.width, grid.height}, tiling};
     }
     /// Gives every tile the pixels it owns, black.
     void size_framebuffers()
@@ -246,6 +270,34 @@ private:
                 }
             }
         gone_.erase(gone_.begin(), gone_.begin() + static_cast<std::ptrdiff_t>(next));
+    }
+
+    /// Without routing: puts the records that have something on screen onto their anchor tiles, in order; what finds its tile
+    /// full goes to `gone_`, and what has nothing on screen stays with the host.
+    void place(splat::View const& view)
+    {
+        auto const grid = mesh_->grid();
+        for (std::uint32_t t = 0; t < grid.size(); ++t) {
+            mesh_->template state<splat::Storage<S>>(grid.tile(t)).truncate(0);
+            mesh_->template state<splat::Marks<S>>(grid.tile(t)).truncate(0);
+            mesh_->template state<splat::Splats<S>>(grid.tile(t)).truncate(0);
+        }
+        gone_.clear();
+        parked_ = 0;
+        for (std::uint32_t row = 0; row < gaussians_.size(); ++row) {
+            auto const& g = gaussians_[row];
+            auto const s = splat::project(g, view, tiling_);
+            if (!s.visible()) {
+                ++parked_;
+                continue;
+            }
+            if (!mesh_->template state<splat::Storage<S>>(s.anchor).try_push(g)) {
+                gone_.push_back(row);
+                continue;
+            }
+            mesh_->template state<splat::Marks<S>>(s.anchor).unchecked_push({g.id, 0});
+            mesh_->template state<splat::Splats<S>>(s.anchor).unchecked_push(s);
+        }
     }
 
     RenderedFrame picture(splat::Camera const& camera)
@@ -311,11 +363,13 @@ private:
         }
         r.width = camera.width;
         r.height = camera.height;
-        auto const& steps = run.steps;
-        r.supersteps = {steps[project].supersteps, steps[route].supersteps,
-                        steps[bloom_first].supersteps + steps[bloom].supersteps, steps[composite].supersteps};
+        // A step that the setup does without took nothing.
+        auto const supersteps = [&](std::uint32_t step) { return step == Steps::none ? 0u : run.steps[step].supersteps; };
+        auto const milliseconds = [&](std::uint32_t step) { return step == Steps::none ? 0.0 : run.steps[step].milliseconds; };
+        r.supersteps = {supersteps(Steps::project), supersteps(Steps::route),
+                        supersteps(Steps::bloom_first) + supersteps(Steps::bloom), supersteps(Steps::composite)};
         r.messages = run.messages();
-        for (auto const& s : steps) {
+        for (auto const& s : run.steps) {
             r.exchanged_live_bytes += s.live_bytes;
             r.exchanged_capacity_bytes += s.capacity_bytes;
         }
@@ -325,17 +379,32 @@ private:
             if (p.region == splat::Road<S>::name || p.region == splat::Beam<S>::name)
                 r.peak_channel = std::max(r.peak_channel, p.items);
         }
-        r.host_ms = {steps[project].milliseconds, steps[route].milliseconds,
-                     steps[bloom_first].milliseconds + steps[bloom].milliseconds,
-                     steps[depth_sort].milliseconds + steps[composite].milliseconds, 0};
+        r.host_ms = {milliseconds(Steps::project), milliseconds(Steps::route),
+                     milliseconds(Steps::bloom_first) + milliseconds(Steps::bloom),
+                     milliseconds(Steps::depth_sort) + milliseconds(Steps::composite), 0};
         r.digests = run.digests;
 
         // Losses last until the records are sent again: a frame that refused nothing may still lack what the last one lost.
         bool const lost_copies = r.refused.copies_full + r.refused.copies_refused != 0;
         dirty_ = lost_copies || (dirty_ && mesh_->template broadcast<splat::FrameParameters>().anew == 0);
-        if (r.refused.storage_full != 0 || !gone_.empty() || dirty_ || options_.hops != 0)
+        bool spans = false;
+        if constexpr (!S::blooms) spans = any_spans();
+        if constexpr (!S::routes) {
+            r.gaussians.visible += gone_.size();
+            r.gaussians.parked += parked_;
+        }
+        if (r.refused.storage_full != 0 || !gone_.empty() || dirty_ || options_.hops != 0 || spans)
             gone_ = report::LossFinder<S, MeshType>(*mesh_, gaussians_, options_.hops != 0).list(r);
         return r;
+    }
+    /// Without bloom: does a footprint leave its anchor tile?
+    bool any_spans()
+    {
+        auto const grid = mesh_->grid();
+        for (std::uint32_t t = 0; t < grid.size(); ++t)
+            for (auto const& s : mesh_->template state<splat::Splats<S>>(grid.tile(t)))
+                if (s.visible() && splat::tiles_of(s, tiling_).count() > 1) return true;
+        return false;
     }
     /// Takes the copies of unplaced records off the tiles; true when there were any.
     bool recall_orphans()
@@ -360,7 +429,7 @@ private:
     }
 
     RendererOptions options_;
-    std::vector<splat::Gaussian> gaussians_;
+    std::vector<Record> gaussians_;
     splat::Model model_ = [] {
         splat::Model m;
         m.footprint = S::footprint;
@@ -371,6 +440,7 @@ private:
     splat::Tiling tiling_{};
     std::unique_ptr<MeshType> mesh_;
     Observer observer_;
+    std::uint64_t parked_ = 0;                       ///< rows with nothing on screen that stay here: without routing
     std::vector<std::uint32_t> gone_;                ///< rows that are nowhere on the mesh, in order
     std::optional<splat::View> last_;
     bool dirty_ = false;                             ///< copies are missing that nobody will send again by itself

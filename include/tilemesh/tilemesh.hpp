@@ -10,6 +10,7 @@
 #include <tilemesh/engine/counters.hpp>
 #include <tilemesh/engine/mesh.hpp>
 #include <tilemesh/error.hpp>
+#include <tilemesh/fit_renderer.hpp>
 #include <tilemesh/machine/buffer.hpp>
 #include <tilemesh/machine/channel.hpp>
 #include <tilemesh/machine/grid.hpp>
@@ -30,11 +31,15 @@
 #include <tilemesh/report/whole_file.hpp>
 #include <tilemesh/scene/built_in.hpp>
 #include <tilemesh/scene/colmap.hpp>
+#include <tilemesh/scene/demand.hpp>
 #include <tilemesh/scene/frame_whole.hpp>
 #include <tilemesh/scene/map.hpp>
 #include <tilemesh/scene/named_camera.hpp>
 #include <tilemesh/scene/orbit.hpp>
 #include <tilemesh/scene/ply.hpp>
 #include <tilemesh/scene/pose.hpp>
+#include <tilemesh/scene/records.hpp>
 #include <tilemesh/scene/trajectory.hpp>
+#include <tilemesh/splat/fitted.hpp>
 #include <tilemesh/splat/frame_program.hpp>
+#include <tilemesh/splat/with_pixel.hpp>

@@ -13,10 +13,12 @@
 #include <tilemesh/splat/compositing.hpp>
 #include <tilemesh/splat/depth_sort.hpp>
 #include <tilemesh/splat/exponential.hpp>
+#include <tilemesh/splat/fitted.hpp>
 #include <tilemesh/splat/footprint.hpp>
 #include <tilemesh/splat/frame_program.hpp>
 #include <tilemesh/splat/frame_start.hpp>
 #include <tilemesh/splat/gaussian.hpp>
+#include <tilemesh/splat/harmonics.hpp>
 #include <tilemesh/splat/model.hpp>
 #include <tilemesh/splat/policies.hpp>
 #include <tilemesh/splat/projection.hpp>
@@ -77,11 +79,11 @@ struct Source {
     Worker worker() const noexcept { return sram.worker; }
 };
 
-template <class Setup, template <class...> class Kernel>
+template <class Setup, class Kernel>
 std::uint32_t run(Sram const& sram) noexcept
 {
     Source<Setup> source{sram};
-    return static_cast<std::uint32_t>(run_kernel<Kernel<Setup>>(source));
+    return static_cast<std::uint32_t>(run_kernel<Kernel>(source));
 }
 
 /// The paper's drops with the records that the receiver need not project, and the other way round.
@@ -91,18 +93,32 @@ struct Screen : splat::Lossless {
     using Pixel = splat::Rgbx8Pixel;
     static constexpr bool one_channel_memory = true;
 };
+using Shaded = splat::Fitted<splat::Lossless, 3>;
+using Still = splat::Fitted<splat::Lossless, 0, false>;
+using Alone = splat::Fitted<splat::Lossless, 1, false, false>;
 using Planes = splat::WithPixel<splat::Lossless, splat::WithAlpha<splat::WithDepth<splat::FloatPixel>>>;
 } // namespace
 
-#define KERNELS(prefix, Setup)                                                                                                 \
-    extern "C" std::uint32_t prefix##_project(Sram const& s) noexcept { return run<Setup, splat::Project>(s); }                \
-    extern "C" std::uint32_t prefix##_route(Sram const& s) noexcept { return run<Setup, splat::Route>(s); }                    \
-    extern "C" std::uint32_t prefix##_bloom(Sram const& s) noexcept { return run<Setup, splat::Bloom>(s); }                    \
-    extern "C" std::uint32_t prefix##_depth_sort(Sram const& s) noexcept { return run<Setup, splat::DepthSort>(s); }           \
-    extern "C" std::uint32_t prefix##_composite(Sram const& s) noexcept { return run<Setup, splat::Composite>(s); }
+#define KERNEL(prefix, kernel, Setup, Kernel)                                                                                     \
+    extern "C" std::uint32_t prefix##_##kernel(Sram const& s) noexcept { return run<Setup, splat::Kernel<Setup>>(s); }
+#define ALL_KERNELS(prefix, Setup)                                                                                               \
+    KERNEL(prefix, project, Setup, Project)                                                                                      \
+    KERNEL(prefix, route, Setup, Route)                                                                                          \
+    KERNEL(prefix, bloom, Setup, Bloom)                                                                                          \
+    KERNEL(prefix, depth_sort, Setup, DepthSort)                                                                                 \
+    KERNEL(prefix, composite, Setup, Composite)
 
-KERNELS(lossless, splat::Lossless)
-KERNELS(paper, splat::Paper)
-KERNELS(prototype, splat::Prototype)
-KERNELS(screen, Screen)
-KERNELS(planes, Planes)
+ALL_KERNELS(lossless, splat::Lossless)
+ALL_KERNELS(paper, splat::Paper)
+ALL_KERNELS(prototype, splat::Prototype)
+ALL_KERNELS(screen, Screen)
+ALL_KERNELS(planes, Planes)
+ALL_KERNELS(shaded, Shaded)
+
+// What a still scene and one that stays within its tiles leave out.
+KERNEL(still, project, Still, Project)
+KERNEL(still, bloom, Still, Bloom)
+KERNEL(still, composite, Still, Composite)
+KERNEL(alone, project, Alone, Project)
+KERNEL(alone, depth_sort, Alone, DepthSort)
+KERNEL(alone, composite, Alone, Composite)

@@ -191,7 +191,7 @@ TEST_CASE("report.json is written whole, or what was there stays")
     CHECK(read["frames"] == report::json_of(all)["frames"]);
     auto keys = std::string();
     for (auto const& [key, value] : read.items()) keys += key + " ";
-    CHECK(keys == "map machine preset policies engine threads notes frames ");
+    CHECK(keys == "map machine preset policies features engine threads notes frames ");
 
     CHECK_THROWS_AS(report::write_json(folder / "absent" / "report.json", all), tilemesh::Error);
     std::filesystem::remove_all(folder);

@@ -4,6 +4,7 @@
 #include <doctest/doctest.h>
 #include <string>
 #include <tilemesh/scene/ply.hpp>
+#include <tilemesh/scene/records.hpp>
 #include <utility>
 
 using namespace scene_test;
@@ -218,14 +219,44 @@ TEST_CASE("lists: counts below zero, too large, of no integer type")
     CHECK(has(refusal(x), "a list as property x"));
 }
 
-TEST_CASE("view-dependent colour of every degree is skipped, and named")
+TEST_CASE("view-dependent colour: every degree up to 3 is read, channel by channel, in every format")
+{
+    for (auto const& [columns, degree] : {std::pair{0, 0u}, std::pair{9, 1u}, std::pair{24, 2u}, std::pair{45, 3u}})
+        for (char const* format : {little, big, ascii}) {
+            Ply ply = several(3);
+            ply.rest = columns;
+            ply.rest_counts = true;
+            ply.format = format;
+            auto const map = read(ply);
+            CHECK(map.notes.empty());
+            CHECK(map.sh_degree == degree);
+            REQUIRE(map.harmonics.size() == 3 * static_cast<std::size_t>(columns));
+            auto const per_channel = static_cast<std::size_t>(columns) / 3;
+            for (std::size_t row = 0; row < 3; ++row)
+                for (std::size_t k = 0; k < per_channel; ++k)
+                    for (std::size_t c = 0; c < 3; ++c)
+                        CHECK(map.harmonics[row * 3 * per_channel + 3 * k + c] ==
+                              static_cast<float>(c * per_channel + k + 1 + 100 * row));
+            auto plain = read(several(3));
+            CHECK(same_records(tilemesh::scene::at_degree(map, 0), plain));
+        }
+}
+
+TEST_CASE("view-dependent colour: the part of degree 0 is clamped only where nothing is added to it")
+{
+    Ply ply;
+    ply.rows[0].f[3] = -10;
+    CHECK(read(ply).gaussians[0].colour[0] == 0);
+    ply.rest = 9;
+    ply.rest_counts = true;
+    CHECK(read(ply).gaussians[0].colour[0] == doctest::Approx(0.5 - 2.8209479));
+    CHECK(tilemesh::scene::at_degree(read(ply), 0).gaussians[0].colour[0] == 0);
+}
+
+TEST_CASE("view-dependent colour: what is no degree is skipped and named, a degree above 3 is read up to 3, bad rows are rejected")
 {
     for (auto const& [columns, note] :
-         {std::pair{9, "view-dependent colour of degree 1 (9 columns f_rest_*) skipped"},
-          std::pair{24, "view-dependent colour of degree 2 (24 columns f_rest_*) skipped"},
-          std::pair{45, "view-dependent colour of degree 3 (45 columns f_rest_*) skipped"},
-          std::pair{72, "view-dependent colour of degree 4 (72 columns f_rest_*) skipped"},
-          std::pair{1, "1 columns f_rest_* skipped (they fit no degree of view-dependent colour: 9, 24, 45)"},
+         {std::pair{1, "1 columns f_rest_* skipped (they fit no degree of view-dependent colour: 9, 24, 45)"},
           std::pair{44, "44 columns f_rest_* skipped (they fit no degree of view-dependent colour: 9, 24, 45)"}})
         for (char const* format : {little, big, ascii}) {
             Ply ply = several(2);
@@ -235,7 +266,26 @@ TEST_CASE("view-dependent colour of every degree is skipped, and named")
             CHECK(same_records(map, read(several(2))));
             REQUIRE(map.notes.size() == 1);
             CHECK(map.notes[0] == note);
+            CHECK(map.harmonics.empty());
         }
+    Ply ply = several(2);
+    ply.rest = 72;
+    ply.rest_counts = true;
+    auto const map = read(ply);
+    CHECK(map.sh_degree == 3);
+    REQUIRE(map.notes.size() == 1);
+    CHECK(map.notes[0] == "view-dependent colour of degree 4 (72 columns f_rest_*) read up to degree 3");
+    REQUIRE(map.harmonics.size() == 90);
+    CHECK(map.harmonics[1] == 25.0f); // green's first coefficient: 24 columns a channel
+    CHECK(map.harmonics[42] == 15.0f);
+
+    ply.rest = 9;
+    ply.rest_counts = false;
+    auto const none = read(ply);
+    CHECK(none.rejected == 2);
+    CHECK(none.gaussians.empty());
+    CHECK(none.harmonics.empty());
+    CHECK(has(none.notes[0], "row 1 rejected: f_rest_0 is not finite"));
 }
 
 TEST_CASE("other columns are named, at most ten of them")

@@ -52,7 +52,8 @@ struct Ply {
     std::string format = little;
     bool doubles = false;
     bool lists = false; ///< in each row, as the third property: as many short as the row's index
-    int rest = 0;       ///< columns f_rest_*, in the middle; not a number each
+    int rest = 0;       ///< columns f_rest_*, in the middle
+    bool rest_counts = false; ///< column f_rest_i of a row is i + 1 + 100 rows; else not a number
     std::string count;  ///< instead of the number of rows
     std::string line_end = "\n";
     std::string elements_before, elements_after, bytes_before, bytes_after;
@@ -74,7 +75,8 @@ struct Ply {
         std::string out;
         for (std::size_t k = 0; k < order.size(); ++k) {
             if (k == 3)
-                for (int i = 0; i < rest; ++i) put(out, not_a_number, format);
+                for (int i = 0; i < rest; ++i)
+                    put(out, rest_counts ? static_cast<float>(i + 1) + 100.0f * static_cast<float>(index) : static_cast<float>(not_a_number), format);
             if (k == 2 && lists) {
                 put(out, static_cast<std::uint8_t>(index), format);
                 for (std::size_t i = 0; i < index; ++i) put(out, static_cast<std::int16_t>(-7), format);

@@ -155,9 +155,9 @@ struct Small : Base {
     using Machine = TestMachine<64u << 20>;
     static constexpr bool lists_fit = true;
     static constexpr std::uint32_t storage_slots = Records;
-    static constexpr std::uint32_t road_bytes = Slots * sizeof(typename Base::Addressing::Message);
-    static constexpr std::uint32_t beam_bytes = Slots * sizeof(typename Base::Copies::Message);
-    static constexpr std::uint32_t waiting_bytes = Fifo * sizeof(typename Base::Addressing::Message);
+    static constexpr std::uint32_t road_bytes = Slots * sizeof(splat::RoadMessage<Base>);
+    static constexpr std::uint32_t beam_bytes = Slots * sizeof(splat::BeamMessage<Base>);
+    static constexpr std::uint32_t waiting_bytes = Fifo * sizeof(splat::RoadMessage<Base>);
     static constexpr std::uint32_t tile_pixels = 128 * 128;
 };
 

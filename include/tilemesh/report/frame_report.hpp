@@ -13,11 +13,12 @@ enum class Cause : std::uint32_t {
     unplaced,      ///< its anchor tile has no storage left (`hold`): the host has it
     storage_full,  ///< it, or the copy, found no storage slot: gone
     channel_full,  ///< the copy found no slot in the channel (`drop`)
-    late           ///< under way: the frame's hops are bounded
+    late,          ///< under way: the frame's hops are bounded
+    no_bloom       ///< the setup does not bloom, and the footprint leaves the anchor tile
 };
 inline char const* to_string(Cause cause) noexcept
 {
-    constexpr char const* names[] = {"unplaced", "storage_full", "channel_full", "late"};
+    constexpr char const* names[] = {"unplaced", "storage_full", "channel_full", "late", "no_bloom"};
     return names[static_cast<std::uint32_t>(cause)];
 }
 

@@ -46,6 +46,12 @@ struct RunReport {
         std::string routing, addressing, saturation, footprint, copies, pixels, arithmetic;
         std::uint32_t hops = 0;                    ///< supersteps of routing and of bloom a frame; 0: until quiet
     } policies;
+    struct Feature {
+        std::string name;                          ///< "routing"
+        bool kept = true;                          ///< false: not compiled into what ran, or not loaded
+        std::string why;
+    };
+    std::vector<Feature> features;                 ///< what the scene was found to need
     std::vector<std::string> notes; ///< what the run left out, beside what the map's own notes say
     std::vector<RunFrame> frames;
 };
@@ -167,6 +173,9 @@ inline nlohmann::ordered_json json_of_head(RunReport const& run)
                         {"copies", run.policies.copies},         {"pixels", run.policies.pixels},
                         {"arithmetic", run.policies.arithmetic}};
     json["policies"]["hops"] = run.policies.hops == 0 ? Json("quiet") : Json(run.policies.hops);
+    json["features"] = Json::array();
+    for (auto const& feature : run.features)
+        json["features"].push_back({{"feature", feature.name}, {"kept", feature.kept}, {"why", feature.why}});
     json["engine"] = run.engine;
     json["threads"] = run.threads;
     json["notes"] = run.notes;

@@ -18,8 +18,10 @@ namespace tilemesh::report {
 template <class S, class Machine>
 class LossFinder {
 public:
+    using Record = typename S::Record;
+
     /// `bounded`: the frame's hops are, so that records may be under way and copies of lost records stay on their tiles.
-    LossFinder(Machine& mesh, std::span<splat::Gaussian const> gaussians, bool bounded)
+    LossFinder(Machine& mesh, std::span<Record const> gaussians, bool bounded)
         : mesh_(mesh), frame_(mesh.template broadcast<splat::FrameParameters>()), gaussians_(gaussians), bounded_(bounded)
     {
         auto const grid = mesh_.grid();
@@ -30,10 +32,11 @@ public:
                 held_.emplace(key(marks[i].id, t), marks[i].bits);
                 if (!marks[i].is(splat::Mark::copy)) owners_.emplace(marks[i].id, splats[i]);
             }
-            for (Direction d : news)
-                for (auto const& m : mesh_.template incoming<splat::Road<S>>(grid.tile(t), d))
-                    under_way_.push_back(S::Addressing::record(m));
-            if constexpr (S::Saturation::holds) {
+            if constexpr (S::routes)
+                for (Direction d : news)
+                    for (auto const& m : mesh_.template incoming<splat::Road<S>>(grid.tile(t), d))
+                        under_way_.push_back(S::Addressing::record(m));
+            if constexpr (S::routes && S::Saturation::holds) {
                 for (auto const& m : mesh_.template state<splat::Waiting<S, 0>>(grid.tile(t)))
                     under_way_.push_back(S::Addressing::record(m));
                 for (auto const& m : mesh_.template state<splat::Waiting<S, 1>>(grid.tile(t)))
@@ -55,6 +58,8 @@ public:
         for (std::uint32_t row = 0; row < gaussians_.size(); ++row) {
             auto const& g = gaussians_[row];
             if (owners_.count(g.id) != 0 || moving.count(g.id) != 0) continue;
+            // Where the host places the records it keeps those with nothing on screen.
+            if (!S::routes && !splat::project(g, frame_.view, frame_.tiling).visible()) continue;
             gone.push_back(row);
             if (S::Saturation::holds && !bounded_)
                 r.lost.push_back({g.id, Loss::whole, Cause::unplaced}); // the host recalls its copies
@@ -79,13 +84,12 @@ private:
     void for_each_tile(splat::Splat const& s, F const& f) const
     {
         if (!s.visible()) return;
-        auto const rect = s.rect();
-        auto const& tiling = frame_.tiling;
-        for (auto y = rect.y0 / tiling.tile_height; y <= (rect.y1 - 1) / tiling.tile_height; ++y)
-            for (auto x = rect.x0 / tiling.tile_width; x <= (rect.x1 - 1) / tiling.tile_width; ++x) f(TileId::at(x, y));
+        auto const range = splat::tiles_of(s, frame_.tiling);
+        for (auto y = range.first.y(); y <= range.last.y(); ++y)
+            for (auto x = range.first.x(); x <= range.last.x(); ++x) f(TileId::at(x, y));
     }
     /// A record that no tile owns but that may have left copies: the tiles that lack one, or the record where all do.
-    void list_without_owner(FrameReport& r, splat::Gaussian const& g, Cause cause)
+    void list_without_owner(FrameReport& r, Record const& g, Cause cause)
     {
         auto const s = splat::project(g, frame_.view, frame_.tiling);
         if (!s.visible() && cause == Cause::late) return; // nothing to be late for
@@ -126,25 +130,27 @@ private:
             holder = held_.find(key(id, grid.index_of(at)));
         }
         if (holder == held_.end()) return Cause::late; // the record itself has not arrived
+        if constexpr (!S::blooms) return Cause::no_bloom;
         if ((holder->second & splat::Mark::refused(towards_child)) != 0) return Cause::channel_full;
         if ((holder->second & splat::Mark::shared(towards_child)) != 0 && !in_beam(id, t)) return Cause::storage_full;
         return Cause::late;
     }
     bool in_beam(splat::GaussianId id, TileId t)
     {
-        for (Direction d : news)
-            for (auto const& m : mesh_.template incoming<splat::Beam<S>>(t, d))
-                if (S::Copies::id(m) == id) return true;
+        if constexpr (S::blooms)
+            for (Direction d : news)
+                for (auto const& m : mesh_.template incoming<splat::Beam<S>>(t, d))
+                    if (m.id == id) return true;
         return false;
     }
 
     Machine& mesh_;
     splat::FrameParameters frame_;
-    std::span<splat::Gaussian const> gaussians_;
+    std::span<Record const> gaussians_;
     bool bounded_;
     std::unordered_map<std::uint64_t, std::uint32_t> held_; ///< (id, tile) -> the bits of its mark
     std::unordered_map<splat::GaussianId, splat::Splat> owners_;
-    std::vector<splat::Gaussian> under_way_;
+    std::vector<Record> under_way_;
 };
 
 } // namespace tilemesh::report

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <span>
 #include <tilemesh/report/image.hpp>
-#include <tilemesh/splat/projection.hpp>
+#include <tilemesh/splat/harmonics.hpp>
 #include <vector>
 
 TILEMESH_EXACT_BEGIN
@@ -17,8 +17,10 @@ struct NothingMissing {
 /// The whole frame by a naive float32 loop, one Gaussian after the other over all its pixels: no tiles, no blocks, no lists.
 /// It shares with the kernels only the leaves `project` and `alpha_at`. Where the mesh loses nothing, its picture is this one,
 /// bit for bit.
-template <class Missing = NothingMissing>
-Image render_naive(std::span<splat::Gaussian const> gaussians, splat::Camera const& camera, splat::Model const& model,
+///
+/// `gaussians` is a range of records of any degree.
+template <class Records = std::span<splat::Gaussian const>, class Missing = NothingMissing>
+Image render_naive(Records const& gaussians, splat::Camera const& camera, splat::Model const& model,
                    Missing const& missing = {})
 {
     auto const view = splat::make_view(camera, model);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstdlib>
 #include <optional>
 #include <span>
 #include <thread>
@@ -58,6 +59,53 @@ inline Matrix3 rotation_of(float const (&quaternion)[4])
              {2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)}}};
 }
 
+/// The real spherical harmonic of degree l and order m in the unit direction (x, y, z), with the
+/// Condon-Shortley sign, by its definition: K P_l^|m|(z) times the cosine or sine of m phi.
+inline double harmonic(int l, int m, double x, double y, double z)
+{
+    int const order = std::abs(m);
+    double const radius = std::hypot(x, y);
+    double const phi = radius > 0.0 ? std::atan2(y, x) : 0.0;
+    double const sign = order % 2 != 0 ? -1.0 : 1.0; // std::assoc_legendre is without it
+    double const pi = 3.14159265358979323846;
+    double factorials = 1.0; // (l - |m|)! / (l + |m|)!
+    for (int i = l - order + 1; i <= l + order; ++i) factorials /= i;
+    double legendre = 1.0; // P_m^m, then upwards in l
+    for (int i = 1; i <= order; ++i) legendre *= (2.0 * i - 1.0) * radius;
+    double previous = 0.0;
+    for (int i = order + 1; i <= l; ++i) {
+        double const next = ((2.0 * i - 1.0) * z * legendre - (i + order - 1.0) * previous) / (i - order);
+        previous = legendre;
+        legendre = next;
+    }
+    double const norm = std::sqrt((2.0 * l + 1.0) / (4.0 * pi) * factorials);
+    if (m == 0) return norm * legendre;
+    return sign * std::sqrt(2.0) * norm * legendre *
+           (m > 0 ? std::cos(order * phi) : std::sin(order * phi));
+}
+
+/// The colour that the camera sees of a record.
+template <class Record>
+std::array<double, 3> colour_seen(Record const& gaussian, splat::Camera const& camera)
+{
+    std::array<double, 3> colour{gaussian.colour[0], gaussian.colour[1], gaussian.colour[2]};
+    if constexpr (Record::sh_degree > 0) {
+        std::array<double, 3> d{};
+        for (std::size_t i = 0; i < 3; ++i)
+            d[i] = double{gaussian.mean_world[i]} - camera.position[i];
+        double const length = std::hypot(d[0], d[1], d[2]);
+        std::size_t k = 0;
+        for (int l = 1; l <= static_cast<int>(Record::sh_degree); ++l)
+            for (int m = -l; m <= l; ++m, ++k) {
+                double const basis = harmonic(l, m, d[0] / length, d[1] / length, d[2] / length);
+                for (std::size_t c = 0; c < 3; ++c)
+                    colour[c] += basis * double{gaussian.harmonics[3 * k + c]};
+            }
+        for (double& c : colour) c = std::isnan(c) ? c : std::max(c, 0.0);
+    }
+    return colour;
+}
+
 /// A projected Gaussian: the mean and the inclusive rectangle in pixels, the conic in 1/pixel^2.
 struct ReferenceSplat {
     double depth;
@@ -71,10 +119,10 @@ struct ReferenceSplat {
 
 /// What a Gaussian is on the screen, or nothing when it cannot be seen. `faintest` is the smallest
 /// alpha that counts.
-inline std::optional<ReferenceSplat> project_reference(splat::Gaussian const& gaussian,
-                                                       splat::Camera const& camera,
-                                                       splat::Model const& model, Cuts cuts,
-                                                       double faintest)
+template <class Record>
+std::optional<ReferenceSplat> project_reference(Record const& gaussian, splat::Camera const& camera,
+                                                splat::Model const& model, Cuts cuts,
+                                                double faintest)
 {
     // View space: R (p - c).
     Matrix3 world_to_view{};
@@ -125,8 +173,8 @@ inline std::optional<ReferenceSplat> project_reference(splat::Gaussian const& ga
     splat.opacity = gaussian.opacity;
     bool finite =
         std::isfinite(splat.mean_x) && std::isfinite(splat.mean_y) && std::isfinite(splat.opacity);
+    splat.colour = colour_seen(gaussian, camera);
     for (std::size_t i = 0; i < 3; ++i) {
-        splat.colour[i] = gaussian.colour[i];
         finite = finite && std::isfinite(splat.colour[i]);
     }
     if (!finite || !(splat.opacity > faintest)) return std::nullopt;
@@ -184,10 +232,11 @@ inline void blend_reference_rows(std::span<ReferenceSplat const> nearest_first, 
 
 /// The picture of `render_double` before it is rounded to float: 3 * width * height doubles, row by
 /// row from the top left.
-inline std::vector<double> render_double_unrounded(std::span<splat::Gaussian const> gaussians,
-                                                   splat::Camera const& camera,
-                                                   splat::Model const& model, Cuts cuts,
-                                                   unsigned threads = 1, double skip_below = 1e-12)
+template <class Records = std::span<splat::Gaussian const>>
+std::vector<double> render_double_unrounded(Records const& gaussians,
+                                            splat::Camera const& camera, splat::Model const& model,
+                                            Cuts cuts, unsigned threads = 1,
+                                            double skip_below = 1e-12)
 {
     bool const same = cuts == Cuts::same;
     double const faintest = same ? double{model.alpha_min} : std::max(skip_below, 0.0);
@@ -240,9 +289,12 @@ inline std::vector<double> render_double_unrounded(std::span<splat::Gaussian con
 /// Accuracy: about 1e-16 times the condition number of the screen covariance, before the rounding
 /// to float: 1e-9 for a needle of 1,000 pixels, worse than 1e-4 for one of 1e6. Cost: 32 bytes a
 /// pixel and some 10 ns for each pixel of each box.
-inline Image render_double(std::span<splat::Gaussian const> gaussians, splat::Camera const& camera,
-                           splat::Model const& model, Cuts cuts, unsigned threads = 1,
-                           double skip_below = 1e-12)
+///
+/// `gaussians` is a range of records of any degree; harmonics are evaluated by their definition.
+template <class Records = std::span<splat::Gaussian const>>
+Image render_double(Records const& gaussians, splat::Camera const& camera,
+                    splat::Model const& model, Cuts cuts, unsigned threads = 1,
+                    double skip_below = 1e-12)
 {
     auto const rgb = render_double_unrounded(gaussians, camera, model, cuts, threads, skip_below);
     Image image{camera.width, camera.height};

@@ -12,6 +12,8 @@ struct Map {
     std::string name; ///< "sloth", or "built_in"
     std::string path; ///< as the user gave it; empty for the built-in map
     std::vector<splat::Gaussian> gaussians;
+    std::uint32_t sh_degree = 0;    ///< of the spherical harmonics; above 0 the colours in `gaussians` are not clamped
+    std::vector<float> harmonics;   ///< for each Gaussian as in splat::ShadedGaussian<sh_degree>; empty at degree 0
     std::uint64_t rejected = 0;     ///< rows that are not finite or have no rotation; these and `gaussians` are all rows
     std::vector<std::string> notes; ///< one line each: what was skipped or rejected, and why
 };

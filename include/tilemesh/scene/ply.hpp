@@ -1,6 +1,7 @@
 #pragma once
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -25,20 +26,23 @@ namespace detail {
 /// print.
 inline constexpr std::uint64_t named_in_notes = 5;
 
-/// Spherical harmonics of degrees 1 to d have d (d + 2) coefficients for each of red, green and blue.
-inline std::string note_on_rest(std::uint64_t columns)
+inline std::string note_on_rest(PlyHarmonics const& found)
 {
-    for (std::uint64_t degree = 1; 3 * degree * (degree + 2) <= columns; ++degree)
-        if (3 * degree * (degree + 2) == columns)
-            return "view-dependent colour of degree " + std::to_string(degree) + " (" + std::to_string(columns) +
-                   " columns f_rest_*) skipped";
-    return std::to_string(columns) + " columns f_rest_* skipped (they fit no degree of view-dependent colour: 9, 24, 45)";
+    auto const degree = [](std::uint32_t d) { return "view-dependent colour of degree " + std::to_string(d); };
+    if (found.degree != 0 && found.degree < found.file_degree)
+        return degree(found.file_degree) + " (" + std::to_string(found.columns) + " columns f_rest_*) read up to degree " +
+               std::to_string(found.degree);
+    if (found.file_degree != 0)
+        return degree(found.file_degree) + " (" + std::to_string(found.columns) +
+               " columns f_rest_*) skipped (they are not numbers f_rest_0 to f_rest_" + std::to_string(found.columns - 1) + ")";
+    return std::to_string(found.columns) + " columns f_rest_* skipped (they fit no degree of view-dependent colour: 9, 24, 45)";
 }
 
 /// What of a file is not used, one line each.
-inline void note_skipped(PlyHeader const& header, PlyElement const& vertex, PlyColumns const& columns, Map& map)
+inline void note_skipped(PlyHeader const& header, PlyElement const& vertex, PlyColumns const& columns,
+                         PlyHarmonics const& harmonics, Map& map)
 {
-    std::uint64_t elements = 0, rest = 0, others = 0;
+    std::uint64_t elements = 0, others = 0;
     for (auto const& element : header.elements)
         if (&element != &vertex && ++elements <= named_in_notes)
             map.notes.push_back("element " + in_quotes(element.name) + ": " + std::to_string(element.count) +
@@ -49,10 +53,10 @@ inline void note_skipped(PlyHeader const& header, PlyElement const& vertex, PlyC
     std::string names;
     for (auto const& property : vertex.properties) {
         if (std::find(columns.begin(), columns.end(), &property) != columns.end()) continue;
-        if (property.name.starts_with("f_rest_")) ++rest;
-        else if (++others <= 2 * named_in_notes) names.append(names.empty() ? "" : ", ").append(shown(property.name, 40));
+        if (!property.name.starts_with("f_rest_") && ++others <= 2 * named_in_notes) names.append(names.empty() ? "" : ", ").append(shown(property.name, 40));
     }
-    if (rest != 0) map.notes.push_back(note_on_rest(rest));
+    if (harmonics.columns != 0 && (harmonics.degree == 0 || harmonics.degree < harmonics.file_degree))
+        map.notes.push_back(note_on_rest(harmonics));
     if (others > 2 * named_in_notes) names += " and " + std::to_string(others - 2 * named_in_notes) + " more";
     if (others != 0) map.notes.push_back("columns skipped: " + names);
     if (vertex.count == 0) map.notes.push_back("element \"vertex\" has no rows: the map is empty");
@@ -63,16 +67,16 @@ inline void note_skipped(PlyHeader const& header, PlyElement const& vertex, PlyC
 /// Reads a 3DGS map from a stream that can seek, from where it stands to its end: a PLY, ASCII or binary in either order of
 /// bytes, the needed properties of element `vertex` found by name, in any order and of any scalar type. `name` is what
 /// messages call it. Stored are: the mean; colour `0.28209479 f_dc + 0.5`, clamped at 0 from below; the sigmoid of `opacity`;
-/// `scale_*` as it is, but not below -87; `rot_0..3` = w, x, y, z, normalised. `f_rest_*`, other properties and other elements,
-/// lists among them, are skipped, with a note. A file without rows is an empty map, with a note.
+/// `scale_*` as it is, but not below -87; `rot_0..3` = w, x, y, z, normalised; harmonics of degree 1 to 3 (`f_rest_*`: 9, 24 or
+/// 45 columns), the colour then unclamped. Other properties and other elements, lists among them, are skipped, with a note. A file without rows is an empty map, with a note.
 ///
 /// Rows that are not finite or have a zero quaternion are left out and counted; the notes name the first five, numbered from 1
 /// as the ids are. An infinite `opacity` and a `scale` of -infinity are values. An ASCII row is one line; a file may lack its
 /// last line end, with a note, for the last number may be cut off then. Throws `Error` for what is no such file, with what it
 /// is where that shows, and for a body that is shorter than its header promises.
 ///
-/// Cost: 60 bytes a Gaussian and 1 MiB, in every format; the stream is read once. What is set aside is bounded by the bytes
-/// that are there, not by the header: at most 60 bytes for 14 of the file.
+/// Cost: 60 bytes a Gaussian, with harmonics 96, 156 or 240, and 1 MiB, in every format; the stream is read once. What is set aside is bounded by the bytes
+/// that are there, not by the header: at most 60 bytes for 14 of the file (240 for 59).
 inline Map read_ply(std::istream& stream, std::string const& name)
 {
     std::string const file = detail::shown(name, name.size());
@@ -80,24 +84,37 @@ inline Map read_ply(std::istream& stream, std::string const& name)
     detail::require_ply(source, file);
     detail::PlyHeader const header = detail::read_ply_header(source, file);
     detail::PlyElement const& vertex = detail::require_vertex(header, file);
-    detail::PlyColumns const columns = detail::find_columns(vertex, file);
+    detail::PlyColumns columns = detail::find_columns(vertex, file);
+    detail::PlyHarmonics const harmonics = detail::find_harmonics(vertex, columns);
     detail::require_rows(header, source.left(), file);
     // Ids are 32 bits wide and 0 is none.
     if (vertex.count > std::numeric_limits<std::uint32_t>::max())
         throw Error(file + " has " + std::to_string(vertex.count) + " rows (an id has 32 bits); split the map");
 
-    Map map{std::filesystem::path(name).stem().string(), name, {}, 0, {}};
-    detail::note_skipped(header, vertex, columns, map);
+    Map map;
+    map.name = std::filesystem::path(name).stem().string();
+    map.path = name;
+    map.sh_degree = harmonics.degree;
+    detail::note_skipped(header, vertex, columns, harmonics, map);
     map.gaussians.reserve(static_cast<std::size_t>(vertex.count));
+    std::size_t const first = detail::needed_properties.size();
+    map.harmonics.reserve(static_cast<std::size_t>(vertex.count) * (columns.size() - first));
+    std::string why_not;
+    auto const reject = [&](std::uint64_t number, char const* why) {
+        if (++map.rejected <= detail::named_in_notes)
+            map.notes.push_back("row " + std::to_string(number) + " rejected: " + why);
+    };
     auto const keep = [&](std::uint64_t number, detail::GaussianRow const& row) {
         splat::Gaussian g;
-        if (char const* why = detail::make_gaussian(row, g)) {
-            if (++map.rejected <= detail::named_in_notes)
-                map.notes.push_back("row " + std::to_string(number) + " rejected: " + why);
-            return;
-        }
+        if (char const* why = detail::make_gaussian(row, g, map.sh_degree == 0)) return reject(number, why);
+        for (std::size_t i = first; i < columns.size(); ++i)
+            if (!(std::fabs(row[i]) <= static_cast<double>(std::numeric_limits<float>::max()))) {
+                why_not = columns[i]->name + " is not finite";
+                return reject(number, why_not.c_str());
+            }
         g.id = splat::GaussianId{static_cast<std::uint32_t>(number)};
         map.gaussians.push_back(g);
+        for (std::size_t i = first; i < columns.size(); ++i) map.harmonics.push_back(static_cast<float>(row[i]));
     };
     auto const read = [&](auto&& rows) {
         for (auto const& element : header.elements)

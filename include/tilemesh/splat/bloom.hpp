@@ -51,17 +51,17 @@ struct Bloom {
         for (Direction d : news)
             for (auto const& message : in[d]) {
                 if (stale) break;
-                auto i = find(marks, Copies::id(message));
+                auto i = find(marks, message.id);
                 if (i == nowhere) {
                     auto const s = Copies::splat(message, *frame);
                     counts.projected += Copies::reusable ? 1 : 0;
                     if (!covers(s, frame->tiling, here.tile)) continue; // under way since an older view
                     i = storage.size();
-                    if (!storage.try_push(Copies::record(message))) {
+                    if (!storage.try_push(Copies::template record<typename S::Record>(message))) {
                         ++counts.copies_full;
                         continue;
                     }
-                    marks.unchecked_push({Copies::id(message), Mark::copy});
+                    marks.unchecked_push({message.id, Mark::copy});
                     splats.unchecked_push(s);
                 }
                 if (neighbour_covered(splats[i], d)) marks[i].bits |= Mark::shared(d);

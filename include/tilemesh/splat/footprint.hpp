@@ -1,5 +1,5 @@
 #pragma once
-#include <tilemesh/splat/projection.hpp>
+#include <tilemesh/splat/harmonics.hpp>
 
 namespace tilemesh::splat {
 
@@ -10,6 +10,21 @@ inline bool covers(Splat const& s, Tiling const& tiling, TileId t) noexcept
     auto const r = s.rect();
     auto const x0 = t.x() * tiling.tile_width, y0 = t.y() * tiling.tile_height;
     return r.x0 < x0 + tiling.tile_width && r.x1 > x0 && r.y0 < y0 + tiling.tile_height && r.y1 > y0;
+}
+
+/// The tiles that a splat's rectangle touches, first to last, both inclusive.
+struct TileRange {
+    TileId first, last;
+    constexpr std::uint32_t columns() const noexcept { return last.x() - first.x() + 1; }
+    constexpr std::uint32_t rows() const noexcept { return last.y() - first.y() + 1; }
+    constexpr std::uint32_t count() const noexcept { return columns() * rows(); }
+};
+/// Requires a visible splat.
+inline TileRange tiles_of(Splat const& s, Tiling const& tiling) noexcept
+{
+    auto const r = s.rect();
+    return {TileId::at(r.x0 / tiling.tile_width, r.y0 / tiling.tile_height),
+            TileId::at((r.x1 - 1) / tiling.tile_width, (r.y1 - 1) / tiling.tile_height)};
 }
 
 /// The bloom tree (the paper, section "Tree-Pattern Bloom"): from the anchor along its row both ways, and from every tile of

@@ -58,46 +58,78 @@ struct Drop {
 /// The anchor tile travels with the record: computed once a frame.
 struct Carried {
     static constexpr char const* name = "carried";
-    using Message = Addressed;
+    template <class Record>
+    using Message = AddressedRecord<Record>;
     static constexpr bool carried = true;
-    static Message make(Gaussian const& g, TileId anchor) noexcept { return {g, anchor}; }
-    static Gaussian const& record(Message const& m) noexcept { return m.record; }
+    template <class Record>
+    static AddressedRecord<Record> make(Record const& g, TileId anchor) noexcept
+    {
+        return {g, anchor};
+    }
+    template <class Record>
+    static Record const& record(AddressedRecord<Record> const& m) noexcept
+    {
+        return m.record;
+    }
 };
 /// The paper's 60 bytes: every tile on the way projects the record again.
 struct Recomputed {
     static constexpr char const* name = "recomputed";
-    using Message = Gaussian;
+    template <class Record>
+    using Message = Record;
     static constexpr bool carried = false;
-    static Message make(Gaussian const& g, TileId) noexcept { return g; }
-    static Gaussian const& record(Message const& m) noexcept { return m; }
+    template <class Record>
+    static Record make(Record const& g, TileId) noexcept
+    {
+        return g;
+    }
+    template <class Record>
+    static Record const& record(Record const& m) noexcept
+    {
+        return m;
+    }
 };
 
 // --- what bloom sends -----------------------------------------------------------------------------------------------------------
 
-/// The 60-byte record; the receiver projects it, and keeps it for the next view.
+/// The record, 60 bytes at degree 0; the receiver projects it, and keeps it for the next view.
 struct WorldCopies {
     static constexpr char const* name = "world";
-    using Message = Gaussian;
+    template <class Record>
+    using Message = Record;
     static constexpr bool reusable = true;
-    static Message make(Gaussian const& g, Splat const&) noexcept { return g; }
-    static GaussianId id(Message const& m) noexcept { return m.id; }
-    static Gaussian record(Message const& m) noexcept { return m; }
-    static Splat splat(Message const& m, FrameParameters const& f) noexcept { return project(m, f.view, f.tiling); }
+    template <class Record>
+    static Record make(Record const& g, Splat const&) noexcept
+    {
+        return g;
+    }
+    template <class Record>
+    static Record const& record(Record const& m) noexcept
+    {
+        return m;
+    }
+    template <class Record>
+    static Splat splat(Record const& m, FrameParameters const& f) noexcept
+    {
+        return project(m, f.view, f.tiling);
+    }
 };
-/// The projected record; nothing to compute at the receiver, but good for one view only: a new view blooms all copies anew.
+/// The projected record; nothing to compute at the receiver, and 60 bytes at any degree, but good for one view only: a new
+/// view blooms all copies anew.
 struct ScreenCopies {
     static constexpr char const* name = "screen";
+    template <class Record>
     using Message = ScreenCopy;
     static constexpr bool reusable = false;
-    static Message make(Gaussian const& g, Splat const& s) noexcept { return {s, g.id}; }
-    static GaussianId id(Message const& m) noexcept { return m.id; }
-    static Gaussian record(Message const& m) noexcept // only its id means anything
+    static ScreenCopy make(Gaussian const& g, Splat const& s) noexcept { return {s, g.id}; }
+    template <class Record>
+    static Record record(ScreenCopy const& m) noexcept // only its id means anything
     {
-        Gaussian g{};
+        Record g{};
         g.id = m.id;
         return g;
     }
-    static Splat splat(Message const& m, FrameParameters const&) noexcept { return m.splat; }
+    static Splat splat(ScreenCopy const& m, FrameParameters const&) noexcept { return m.splat; }
 };
 
 // --- pixels ------------------------------------------------------------------------------------------------------------------------

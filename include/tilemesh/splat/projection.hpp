@@ -1,6 +1,7 @@
 #pragma once
 #include <cmath>
 #include <cstdint>
+#include <initializer_list>
 #include <tilemesh/splat/exponential.hpp>
 #include <tilemesh/splat/gaussian.hpp>
 #include <tilemesh/splat/view.hpp>
@@ -42,6 +43,51 @@ inline float dot(Float3 a, Float3 b) noexcept
 {
     return multiply_add(a.x, b.x, multiply_add(a.y, b.y, a.z * b.z));
 }
+
+/// The power of two at or below v > 0, between 2^-126 and 2^126; its inverse is a power of two as well.
+inline float power_of_two_below(float v) noexcept
+{
+    constexpr std::uint32_t one_step = 1u << 23;
+    std::uint32_t const exponent = __builtin_bit_cast(std::uint32_t, v) & 0x7f800000u;
+    return __builtin_bit_cast(float, exponent < one_step ? one_step : exponent > 253 * one_step ? 253 * one_step : exponent);
+}
+inline float inverse_of_power(float power) noexcept
+{
+    return __builtin_bit_cast(float, (254u << 23) - __builtin_bit_cast(std::uint32_t, power));
+}
+
+/// V = J W R S and what its covariance V V^T needs: `axis[i]` are the columns of W R in view space, `normal` what the closed
+/// determinant needs of each.
+struct Factor {
+    Float3 axis[3];
+    float jx, jy;             ///< the Jacobian's slopes
+    float px_per_x, px_per_y; ///< focal length over depth
+    float a, b, c;            ///< V V^T
+    float determinant;        ///< of V V^T: a sum of squares, never a difference
+
+    float longest; ///< the largest entry of V
+
+    void multiply(float const (&scale)[3]) noexcept
+    {
+        float v1[3], v2[3], normal[3];
+        longest = 0;
+        for (int i = 0; i < 3; ++i) {
+            float const depth = axis[i].z;
+            v1[i] = px_per_x * scale[i] * multiply_add(-jx, depth, axis[i].x);
+            v2[i] = px_per_y * scale[i] * multiply_add(-jy, depth, axis[i].y);
+            normal[i] = multiply_add(axis[i].x, jx, multiply_add(axis[i].y, jy, depth));
+            for (float v : {v1[i], v2[i]}) longest = std::fabs(v) > longest ? std::fabs(v) : longest;
+        }
+        Float3 const row1{v1[0], v1[1], v1[2]}, row2{v2[0], v2[1], v2[2]};
+        a = dot(row1, row1);
+        c = dot(row2, row2);
+        b = dot(row1, row2);
+        float const area = px_per_x * px_per_y;
+        Float3 const minor{area * scale[1] * scale[2] * normal[0], area * scale[2] * scale[0] * normal[1],
+                           area * scale[0] * scale[1] * normal[2]};
+        determinant = dot(minor, minor);
+    }
+};
 
 /// The pixels [floor(centre - reach), floor(centre + reach)] within [0, size), as x0 | x1 << 16; 0 when there are none.
 /// Compared as floats before any conversion: a radius of 3e9 must not wrap.
@@ -89,41 +135,53 @@ inline Splat project(Gaussian const& g, View const& view, Tiling const& tiling) 
         if (!(channel >= -largest_colour && channel <= largest_colour)) return s;
     float const slope_x = dot(w0, d) / z, slope_y = dot(w1, d) / z;
 
-    // The Gaussian's axes: R from a quaternion of any length.
-    float const qw = g.rotation[0], qx = g.rotation[1], qy = g.rotation[2], qz = g.rotation[3];
-    float const two = 2.0f / multiply_add(qw, qw, multiply_add(qx, qx, multiply_add(qy, qy, qz * qz)));
+    // The Gaussian's axes: R from a quaternion of any length; one whose square leaves the floats' range is scaled first.
+    float q[4] = {g.rotation[0], g.rotation[1], g.rotation[2], g.rotation[3]};
+    float norm = multiply_add(q[0], q[0], multiply_add(q[1], q[1], multiply_add(q[2], q[2], q[3] * q[3])));
+    if (!(norm > 1e-30f && norm < 1e30f)) {
+        float largest = 0;
+        for (float v : q) largest = std::fabs(v) > largest ? std::fabs(v) : largest;
+        float const shrink = detail::inverse_of_power(detail::power_of_two_below(largest));
+        for (float& v : q) v *= shrink;
+        norm = multiply_add(q[0], q[0], multiply_add(q[1], q[1], multiply_add(q[2], q[2], q[3] * q[3])));
+    }
+    float const qw = q[0], qx = q[1], qy = q[2], qz = q[3];
+    float const two = 2.0f / norm;
     float const xx = two * qx * qx, yy = two * qy * qy, zz = two * qz * qz;
     float const xy = two * qx * qy, xz = two * qx * qz, yz = two * qy * qz;
     float const wx = two * qw * qx, wy = two * qw * qy, wz = two * qw * qz;
     Float3 const axis[3] = {{1.0f - (yy + zz), xy + wz, xz - wy},
                             {xy - wz, 1.0f - (xx + zz), yz + wx},
                             {xz + wy, yz - wx, 1.0f - (xx + yy)}};
-    float const scale[3] = {exponential(g.log_scale[0]), exponential(g.log_scale[1]), exponential(g.log_scale[2])};
+    float scale[3] = {exponential(g.log_scale[0]), exponential(g.log_scale[1]), exponential(g.log_scale[2])};
 
-    // The rows of V, and the normal of each axis pair for the determinant.
+    // V and its covariance.
     float const jx = slope_x < -view.slope_limit[0] ? -view.slope_limit[0]
                      : slope_x > view.slope_limit[0] ? view.slope_limit[0]
                                                      : slope_x;
     float const jy = slope_y < -view.slope_limit[1] ? -view.slope_limit[1]
                      : slope_y > view.slope_limit[1] ? view.slope_limit[1]
                                                      : slope_y;
-    float const px_per_x = c.fx / z, px_per_y = c.fy / z;
-    float v1[3], v2[3], normal[3];
-    for (int i = 0; i < 3; ++i) {
-        float const x = dot(w0, axis[i]), y = dot(w1, axis[i]), depth = dot(w2, axis[i]);
-        v1[i] = px_per_x * scale[i] * multiply_add(-jx, depth, x);
-        v2[i] = px_per_y * scale[i] * multiply_add(-jy, depth, y);
-        normal[i] = multiply_add(x, jx, multiply_add(y, jy, depth));
+    detail::Factor f{{}, jx, jy, c.fx / z, c.fy / z, 0, 0, 0, 0, 0};
+    for (int i = 0; i < 3; ++i) f.axis[i] = {dot(w0, axis[i]), dot(w1, axis[i]), dot(w2, axis[i])};
+    f.multiply(scale);
+
+    // Beyond 1e9 pixels the determinant would leave the floats' range: compute in units of a power of two of pixels. No axis
+    // is longer than 1e18 pixels; that a real frame cannot see.
+    float unit = 1.0f, per_unit = 1.0f;
+    if (!(f.longest < 1e9f)) {
+        float const most = 1e18f / (f.px_per_x > f.px_per_y ? f.px_per_x : f.px_per_y);
+        for (float& v : scale) v = v < most ? v : most;
+        f.multiply(scale);
+        unit = detail::power_of_two_below(f.longest);
+        per_unit = detail::inverse_of_power(unit);
+        for (float& v : scale) v *= per_unit;
+        f.multiply(scale);
     }
-    Float3 const row1{v1[0], v1[1], v1[2]}, row2{v2[0], v2[1], v2[2]};
-    float const a0 = dot(row1, row1), c0 = dot(row2, row2), b = dot(row1, row2);
-    float const area = px_per_x * px_per_y;
-    Float3 const minor{area * scale[1] * scale[2] * normal[0], area * scale[2] * scale[0] * normal[1],
-                       area * scale[0] * scale[1] * normal[2]};
-    float const h = m.dilation;
-    float const a = a0 + h, cc = c0 + h;
-    float const determinant = dot(minor, minor) + multiply_add(h, a0 + c0, h * h);
-    constexpr float huge = 1e37f; // beyond it the inverse is not a normal number
+    float const h = m.dilation * per_unit * per_unit;
+    float const a = f.a + h, cc = f.c + h, b = f.b;
+    float const determinant = f.determinant + multiply_add(h, f.a + f.c, h * h);
+    constexpr float huge = 1e37f; // what exceeds it was not finite
     if (!(a < huge) || !(cc < huge) || !(determinant > 0.0f) || !(determinant < huge)) return s;
     if (!(z < huge)) return s; // an infinite depth would be NaN in pixels that take no part
 
@@ -132,12 +190,12 @@ inline Splat project(Gaussian const& g, View const& view, Tiling const& tiling) 
     float reach_x, reach_y;
     if (m.footprint == Footprint::opacity_box) {
         float const t = std::sqrt(ratio) * 1.00001f; // log and square root are rounded; the box is a superset
-        reach_x = t * std::sqrt(a);
-        reach_y = t * std::sqrt(cc);
+        reach_x = t * std::sqrt(a) * unit;
+        reach_y = t * std::sqrt(cc) * unit;
     } else {
         float const half = 0.5f * (a - cc);
         float const largest = 0.5f * (a + cc) + std::sqrt(multiply_add(half, half, b * b));
-        reach_x = reach_y = std::ceil(3.0f * std::sqrt(largest));
+        reach_x = reach_y = std::ceil(3.0f * std::sqrt(largest) * unit);
     }
     float const mean_x = c.fx * slope_x, mean_y = c.fy * slope_y;
     float const u = mean_x + c.cx, v = mean_y + c.cy;
@@ -147,9 +205,9 @@ inline Splat project(Gaussian const& g, View const& view, Tiling const& tiling) 
 
     s.mean_px[0] = mean_x;
     s.mean_px[1] = mean_y;
-    s.along = -0.5f / a;
+    s.along = -0.5f / a * per_unit * per_unit;
     s.slope = b / a;
-    s.across = -0.5f * a / determinant;
+    s.across = -0.5f * a / determinant * per_unit * per_unit;
     s.opacity = g.opacity < 1.0f ? g.opacity : 1.0f;
     for (int i = 0; i < 3; ++i) s.colour[i] = g.colour[i];
     s.depth = z;

@@ -19,8 +19,8 @@ struct FrameParameters {
 /// The records a tile holds: Gaussians anchored here, and the copies that bloom brought. `Marks` and `Splats` go with it,
 /// slot by slot.
 template <class S>
-struct Storage : Buffer<Gaussian, S::storage_slots, Limited> {
-    using Buffer<Gaussian, S::storage_slots, Limited>::Buffer;
+struct Storage : Buffer<typename S::Record, S::storage_slots, Limited> {
+    using Buffer<typename S::Record, S::storage_slots, Limited>::Buffer;
     static constexpr char const* name = "storage";
 };
 
@@ -117,11 +117,13 @@ struct Work {
 
 // --- channels ------------------------------------------------------------------------------------------------------------
 
-/// A record with its anchor tile, computed once a frame: 64 bytes.
-struct Addressed {
-    Gaussian record;
+/// A record with its anchor tile, computed once a frame: 64 bytes at degree 0.
+template <class Record>
+struct AddressedRecord {
+    Record record;
     TileId anchor;
 };
+using Addressed = AddressedRecord<Gaussian>;
 /// The projected form of a copy: 60 bytes, good for this frame's view only.
 struct ScreenCopy {
     Splat splat;
@@ -129,14 +131,20 @@ struct ScreenCopy {
 };
 static_assert(sizeof(Addressed) == 64 && sizeof(ScreenCopy) == 60, "messages are whole records");
 
+/// What routing and bloom send under a setup.
+template <class S>
+using RoadMessage = typename S::Addressing::template Message<typename S::Record>;
+template <class S>
+using BeamMessage = typename S::Copies::template Message<typename S::Record>;
+
 /// Carries records to their anchor tiles.
 template <class S>
-struct Road : Channel<typename S::Addressing::Message, S::template slots<typename S::Addressing::Message>(S::road_bytes), typename S::ChannelRule> {
+struct Road : Channel<RoadMessage<S>, S::template slots<RoadMessage<S>>(S::road_bytes), typename S::ChannelRule> {
     static constexpr char const* name = "road";
 };
 /// Carries copies from a record's anchor tile to all tiles its footprint touches.
-template <class S, bool Own = !S::one_channel_memory>
-struct Beam : Channel<typename S::Copies::Message, S::template slots<typename S::Copies::Message>(S::beam_bytes), typename S::ChannelRule> {
+template <class S, bool Own = !S::one_channel_memory || !S::routes>
+struct Beam : Channel<BeamMessage<S>, S::template slots<BeamMessage<S>>(S::beam_bytes), typename S::ChannelRule> {
     static constexpr char const* name = "beam";
 };
 /// The paper has one set of channels: routing is over when bloom begins.
@@ -147,10 +155,19 @@ struct Beam<S, false> : Beam<S, true> {
 
 /// Records under way that arrived on the first leg and found no room ahead; one FIFO a side of that leg.
 template <class S, std::uint32_t Side>
-struct Waiting : Buffer<typename S::Addressing::Message, S::template slots<typename S::Addressing::Message>(S::waiting_bytes), Limited> {
-    using Buffer<typename S::Addressing::Message, S::template slots<typename S::Addressing::Message>(S::waiting_bytes), Limited>::Buffer;
+struct Waiting : Buffer<RoadMessage<S>, S::template slots<RoadMessage<S>>(S::waiting_bytes), Limited> {
+    using Buffer<RoadMessage<S>, S::template slots<RoadMessage<S>>(S::waiting_bytes), Limited>::Buffer;
     static constexpr char const* name = Side == 0 ? "waiting (side 0)" : "waiting (side 1)";
 };
+
+namespace detail {
+/// SRAM that one slot of storage takes, with what goes with it slot by slot.
+template <class S>
+constexpr std::uint32_t slot_bytes() noexcept
+{
+    return static_cast<std::uint32_t>(sizeof(typename S::Record) + (S::lists_fit ? sizeof(Mark) + sizeof(Splat) + sizeof(SortKey) : 0));
+}
+} // namespace detail
 
 // --- helpers that several kernels share ------------------------------------------------------------------------------------
 

@@ -30,7 +30,8 @@ namespace detail {
 /// What routing does with one record, whatever the saturation policy.
 template <class S>
 struct RouteStep {
-    using Message = typename S::Addressing::Message;
+    using Record = typename S::Record;
+    using Message = RoadMessage<S>;
     using Rule = typename S::Routing;
     static_assert(is_dimension_ordered<Rule>(),
                   "this routing rule is not dimension-ordered (it may turn back from its second leg, so FIFOs and credits on "
@@ -56,7 +57,7 @@ struct RouteStep {
         return !s.visible() || s.anchor == here.tile; // with nothing on screen it stays where it is
     }
     /// Puts a record into storage; false when it is full. A copy of it that is here already becomes the anchored record.
-    bool settle(Gaussian const& g) const noexcept
+    bool settle(Record const& g) const noexcept
     {
         auto const s = project(g, frame.view, frame.tiling);
         ++counts.projected;
@@ -76,7 +77,7 @@ struct RouteStep {
         return true;
     }
     /// Keeps a record that cannot go on as one of the tile's own, to leave later; false when storage is full.
-    bool keep(Gaussian const& g, Traffic& traffic) const noexcept
+    bool keep(Record const& g, Traffic& traffic) const noexcept
     {
         auto const before = storage.size();
         if (!settle(g)) return false;
@@ -120,7 +121,7 @@ struct Route;
 template <class S>
 struct Route<S, Hold> {
     static constexpr char const* name = "route";
-    using Message = typename S::Addressing::Message;
+    using Message = RoadMessage<S>;
     static_assert(S::template slots<Message>(S::waiting_bytes) >= 1,
                   "a setup that holds needs FIFOs (without one no credit is ever given and nothing moves); give waiting_bytes "
                   "room for at least one message");
@@ -215,7 +216,7 @@ struct Route<S, Hold> {
 template <class S>
 struct Route<S, Drop> {
     static constexpr char const* name = "route";
-    using Message = typename S::Addressing::Message;
+    using Message = RoadMessage<S>;
     using Rule = typename S::Routing;
 
     Vote operator()(Here here, Broadcast<FrameParameters> frame, Storage<S>& storage, Marks<S>& marks, Splats<S>& splats,

@@ -8,12 +8,15 @@ namespace tilemesh::splat {
 /// record. Derive from one and change what you want; names appear in every report.
 struct SetupDefaults {
     using Machine = Mk2;
+    using Record = Gaussian;                          ///< or ShadedGaussian<Degree>, for colour that depends on the view
     using Routing = RowFirst;
     using Saturation = Hold;
     using Addressing = Carried;
     using Copies = WorldCopies;
     using Pixel = FloatPixel;
     using ChannelRule = Limited;
+    static constexpr bool routes = true;              ///< false: the host places each record on its anchor tile, view by view
+    static constexpr bool blooms = true;              ///< false: nothing may touch two tiles; what does is listed as lost
     static constexpr bool one_channel_memory = false; ///< road and beam lie in the same SRAM
     static constexpr bool lists_fit = true;           ///< marks, projected records and sort keys count against the SRAM
     static constexpr Footprint footprint = Footprint::opacity_box;
@@ -47,6 +50,8 @@ struct Paper : SetupDefaults {
     using Saturation = Drop;
     using Addressing = Recomputed;
     using Pixel = Rgbx8Pixel;
+    static constexpr bool routes = true;              ///< false: the host places each record on its anchor tile, view by view
+    static constexpr bool blooms = true;              ///< false: nothing may touch two tiles; what does is listed as lost
     static constexpr bool one_channel_memory = true;
     static constexpr bool lists_fit = false;
     static constexpr Footprint footprint = Footprint::three_sigma_square;

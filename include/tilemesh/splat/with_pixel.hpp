@@ -1,7 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <tilemesh/machine/tile.hpp>
-#include <tilemesh/splat/frame_program.hpp>
+#include <tilemesh/splat/fitted.hpp>
 
 namespace tilemesh::splat {
 
@@ -15,9 +15,7 @@ constexpr std::uint32_t slots_for_pixels() noexcept
     constexpr std::uint64_t old_bytes = std::uint64_t{sizeof(typename Base::Pixel)} * Base::tile_pixels;
     constexpr std::uint64_t new_bytes = std::uint64_t{sizeof(P)} * Base::tile_pixels;
     constexpr std::uint64_t missing = new_bytes > old_bytes + room ? new_bytes - old_bytes - room : 0;
-    constexpr std::uint64_t slot_bytes =
-        sizeof(Gaussian) + (Base::lists_fit ? sizeof(Mark) + sizeof(Splat) + sizeof(SortKey) : 0);
-    return static_cast<std::uint32_t>((missing + slot_bytes - 1) / slot_bytes);
+    return static_cast<std::uint32_t>((missing + slot_bytes<Base>() - 1) / slot_bytes<Base>());
 }
 } // namespace detail
 

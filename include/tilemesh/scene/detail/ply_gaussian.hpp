@@ -3,12 +3,14 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <string>
 #include <string_view>
 #include <tilemesh/error.hpp>
 #include <tilemesh/scene/detail/ply_header.hpp>
 #include <tilemesh/splat/gaussian.hpp>
+#include <vector>
 
 namespace tilemesh::scene::detail {
 
@@ -16,15 +18,16 @@ namespace tilemesh::scene::detail {
 inline constexpr std::array<std::string_view, 14> needed_properties{"x",      "y",       "z",       "f_dc_0",  "f_dc_1",
                                                                     "f_dc_2", "opacity", "scale_0", "scale_1", "scale_2",
                                                                     "rot_0",  "rot_1",   "rot_2",   "rot_3"};
-using GaussianRow = std::array<double, needed_properties.size()>;
+/// And up to 45 coefficients of harmonics, red, green and blue of one after the other.
+using GaussianRow = std::array<double, needed_properties.size() + 45>;
 
-/// Where they are; all null: an element that is passed over.
-using PlyColumns = std::array<PlyProperty const*, needed_properties.size()>;
+/// Where they are, and behind them the coefficients of harmonics that are read; empty: an element that is passed over.
+using PlyColumns = std::vector<PlyProperty const*>;
 
 /// Finds them by name. Throws `Error` for those that are absent or lists.
 inline PlyColumns find_columns(PlyElement const& vertex, std::string const& file)
 {
-    PlyColumns columns{};
+    PlyColumns columns(needed_properties.size());
     std::string missing;
     for (std::size_t i = 0; i < columns.size(); ++i) {
         columns[i] = vertex.find(needed_properties[i]);
@@ -39,8 +42,37 @@ inline PlyColumns find_columns(PlyElement const& vertex, std::string const& file
     return columns;
 }
 
-/// Turns the raw fields of a row into a record without its id. Null, or what is wrong with the row.
-inline char const* make_gaussian(GaussianRow const& raw, splat::Gaussian& g)
+/// Harmonics of the highest degree that a map has, and that we read.
+struct PlyHarmonics {
+    std::uint64_t columns = 0; ///< f_rest_*
+    std::uint32_t file_degree = 0, degree = 0; ///< 0: none, or not a degree that we know
+};
+/// Counts the columns f_rest_* and adds those of degree 1 to 3 to `columns`. The file has all of red, then all of green, then
+/// all of blue.
+inline PlyHarmonics find_harmonics(PlyElement const& vertex, PlyColumns& columns)
+{
+    PlyHarmonics found;
+    for (auto const& property : vertex.properties) found.columns += property.name.starts_with("f_rest_") ? 1 : 0;
+    std::uint32_t degree = 0;
+    while (3 * std::uint64_t{splat::harmonics_per_channel(degree)} < found.columns && degree < 100) ++degree;
+    std::uint32_t const in_file = splat::harmonics_per_channel(degree);
+    if (degree == 0 || 3 * std::uint64_t{in_file} != found.columns) return found;
+    found.file_degree = degree;
+    PlyColumns all = columns;
+    for (std::uint32_t k = 0; k < splat::harmonics_per_channel(std::min(degree, 3u)); ++k)
+        for (std::uint32_t channel = 0; channel < 3; ++channel) {
+            auto const* const property = vertex.find("f_rest_" + std::to_string(channel * in_file + k));
+            if (!property || property->is_list()) return found; // no numbering that we know
+            all.push_back(property);
+        }
+    columns = all;
+    found.degree = std::min(degree, 3u);
+    return found;
+}
+
+/// Turns the raw fields of a row into a record without its id; its colour is not clamped where harmonics are added to it. Null, or what is
+/// wrong with the row.
+inline char const* make_gaussian(GaussianRow const& raw, splat::Gaussian& g, bool clamp_colour = true)
 {
     constexpr double infinity = std::numeric_limits<double>::infinity();
     constexpr double largest = static_cast<double>(std::numeric_limits<float>::max());
@@ -52,7 +84,7 @@ inline char const* make_gaussian(GaussianRow const& raw, splat::Gaussian& g)
 
     // An infinite logit is an opacity of 0 or 1, and a log scale of -infinity a size of zero: both are meant. NaN fails every
     // comparison. A number too large for a float counts as infinite.
-    for (std::size_t i = 0; i < raw.size(); ++i) {
+    for (std::size_t i = 0; i < needed_properties.size(); ++i) {
         bool const meant = (i == 6 && std::fabs(raw[i]) <= infinity) || (i >= 7 && i < 10 && raw[i] < 0.0);
         if (!meant && !(std::fabs(raw[i]) <= largest)) return not_finite[i];
     }
@@ -60,7 +92,8 @@ inline char const* make_gaussian(GaussianRow const& raw, splat::Gaussian& g)
     for (std::size_t i = 0; i < 3; ++i) {
         g.mean_world[i] = static_cast<float>(raw[i]);
         // 0.28209479 = 1 / (2 sqrt(pi)), the spherical harmonic of degree 0. Fused on every build: equal bits.
-        g.colour[i] = static_cast<float>(std::min(std::fmax(std::fma(0.28209479, raw[3 + i], 0.5), 0.0), largest));
+        double const colour = std::fma(0.28209479, raw[3 + i], 0.5);
+        g.colour[i] = static_cast<float>(std::clamp(colour, clamp_colour ? 0.0 : -largest, largest));
         // e^-87 = 1.6e-38 is the last whole step above the smallest normal float: below it a size is zero in float, and a
         // finite number keeps the projection free of infinities.
         g.log_scale[i] = static_cast<float>(std::fmax(raw[7 + i], -87.0));

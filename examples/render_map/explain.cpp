@@ -1,0 +1,141 @@
+#include "explain.hpp"
+#include "text.hpp"
+#include <cstdint>
+#include <span>
+#include <sstream>
+#include <string>
+#include <tilemesh/report/table.hpp>
+#include <tilemesh/splat/fitted.hpp>
+#include <utility>
+
+namespace render_map {
+
+namespace {
+
+namespace scene = tilemesh::scene;
+namespace splat = tilemesh::splat;
+using tilemesh::report::thousands;
+
+std::string short_number(float v)
+{
+    std::ostringstream out;
+    out.precision(3);
+    out << v;
+    return out.str();
+}
+
+/// The first option that asks for the machine as it is; empty: none.
+std::string exploring_option(Options const& o)
+{
+    if (!o.choice.fit) return "--fit off";
+    if (o.choice.preset != Preset::lossless) return "the preset is another's machine";
+    if (o.choice.engine != EngineKind::threads) return "--engine sequential";
+    if (o.renderer.hops != 0) return "--hops";
+    if (o.renderer.channel_slots != 0) return "--channel-slots";
+    if (o.renderer.storage_slots != 0) return "--storage-slots";
+    if (o.choice.saturation) return "--saturation";
+    if (o.choice.copies) return "--copies";
+    if (o.choice.pixels) return "--pixels";
+    if (o.choice.planes()) return o.choice.depth ? "--depth" : "--alpha";
+    return {};
+}
+
+std::string bytes_a_tile(std::uint32_t bytes)
+{
+    return thousands(bytes) + " bytes a tile";
+}
+
+std::string of_all(std::uint64_t n, std::uint64_t all)
+{
+    return thousands(n) + " of " + thousands(all) + (all == 1 ? " record" : " records");
+}
+
+} // namespace
+
+Needs needs_of(Options const& options, scene::Map const& map, std::vector<splat::Camera> const& path)
+{
+    Needs needs;
+    splat::Model model;
+    if (options.choice.preset != Preset::lossless) model.footprint = splat::Paper::footprint;
+    if (options.renderer.footprint) model.footprint = *options.renderer.footprint;
+    needs.seen = scene::demand_of(map, std::span(path), model, [&](splat::Camera const& camera) {
+        return tilemesh::tiling_for(options.renderer, camera.width, camera.height);
+    });
+    needs.used = needs.seen;
+    needs.kept_because = exploring_option(options);
+    if (!needs.kept_because.empty()) {
+        needs.used.moves = needs.used.spans = true;
+        needs.used.visible.clear();
+        needs.used.culled = 0;
+    }
+    if (!options.choice.fit) needs.used.sh_degree = map.sh_degree;
+    return needs;
+}
+
+std::vector<tilemesh::report::RunReport::Feature> features(Options const& options, Needs const& needs, scene::Map const& map,
+                                                           AnyRenderer const& renderer)
+{
+    using Base = splat::Lossless;
+    auto const& seen = needs.seen;
+    std::vector<tilemesh::report::RunReport::Feature> out;
+    auto const idle = [&](std::string const& why) {
+        return why + "; kept: " + (needs.kept_because.empty() ? "no smaller machine is compiled for this" : needs.kept_because);
+    };
+
+    auto const degree = renderer.sh_degree();
+    std::string colour = degree == 0 ? "the map has one colour a record"
+                                     : of_all(seen.shaded, seen.gaussians) + " have coefficients, up to degree " +
+                                           std::to_string(seen.sh_degree);
+    if (degree < map.sh_degree) colour = "its coefficients are 0";
+    if (degree > seen.sh_degree) colour += "; compiled for degree " + std::to_string(degree);
+    out.push_back({"view-dependent colour", degree != 0,
+                   colour + ": a record of " + std::to_string(renderer.record_bytes()) + " bytes, " +
+                       thousands(renderer.storage_slots()) + " slots a tile"});
+
+    bool const still = !seen.moves;
+    std::string const views = thousands(seen.views) + (seen.views == 1 ? " view" : " views");
+    if (!renderer.routes())
+        out.push_back({"routing", false,
+                       (seen.views == 1 ? "one view, so nothing moves" : "all " + views + " are the same, so nothing moves") +
+                           std::string("; the host puts each record onto its anchor tile; frees ") +
+                           bytes_a_tile(splat::detail::routing_bytes<Base>())});
+    else
+        out.push_back({"routing", true, still ? idle(views + ", nothing moves") : views + " that differ: anchors may change"});
+
+    auto const footprint = "the largest footprint touches " + std::to_string(seen.footprint_columns) + " x " +
+                           std::to_string(seen.footprint_rows) + " tiles";
+    if (!renderer.blooms())
+        out.push_back({"bloom", false, footprint + "; frees " + bytes_a_tile(splat::detail::bloom_bytes<Base>())});
+    else
+        out.push_back({"bloom", true, seen.spans ? footprint : idle(footprint)});
+
+    out.push_back({"records", needs.used.culled == 0,
+                   seen.culled == 0 ? "each has something on screen in some view"
+                   : needs.used.culled == 0
+                       ? idle(of_all(seen.culled, seen.gaussians) + " have nothing on screen in any view")
+                       : of_all(seen.culled, seen.gaussians) + " have nothing on screen in any view and are not loaded, " +
+                             thousands(seen.too_faint) + " of them because they are too faint in all views"});
+
+    auto const clamp = of_all(seen.nearly_opaque, seen.gaussians) + " are more opaque than that";
+    out.push_back({"0.99 clamp", options.choice.preset != Preset::lossless, clamp + "; opacity is " +
+                                                                                short_number(seen.least_opacity) + " to " +
+                                                                                short_number(seen.greatest_opacity)});
+    out.push_back({"order by id", true,
+                   seen.ties == 0 ? "no two records have one depth in the first view, but they may in another"
+                                  : of_all(seen.ties, seen.gaussians) + " have the depth of another in the first view"});
+    for (auto const& [name, asked] : {std::pair("depth", options.choice.depth), std::pair("alpha", options.choice.alpha)})
+        out.push_back({name, asked, asked ? "asked for" : "not asked for: 4 bytes less a pixel"});
+    return out;
+}
+
+void explain(std::ostream& out, tilemesh::report::RunReport const& run)
+{
+    out << "what map " << one_line(run.map.name) << " and its cameras need:\n";
+    for (auto const& feature : run.features) {
+        std::string line = "  " + feature.name;
+        line.resize(25, ' ');
+        out << line << (feature.kept ? "kept      " : "left out  ") << feature.why << '\n';
+    }
+}
+
+} // namespace render_map

@@ -1,0 +1,99 @@
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <tilemesh/renderer.hpp>
+#include <tilemesh/scene/demand.hpp>
+#include <tilemesh/splat/fitted.hpp>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace tilemesh {
+
+/// A BasicRenderer whose setup was chosen at run time.
+class AnyRenderer {
+public:
+    virtual ~AnyRenderer() = default;
+    virtual RenderedFrame render(splat::Camera const& camera) = 0;
+    virtual splat::Model& model() = 0;
+    virtual Extent2 grid() = 0;                           ///< tiles; of the last frame
+    virtual Extent2 tile() = 0;                           ///< pixels; of the last frame
+
+    virtual std::uint32_t sh_degree() const = 0;          ///< of a record
+    virtual bool routes() const = 0;
+    virtual bool blooms() const = 0;
+    virtual std::uint32_t record_bytes() const = 0;
+    virtual std::uint32_t storage_slots() const = 0;
+    virtual std::uint32_t channel_slots() const = 0;      ///< of a channel that bloom or routing has; 0: none
+    virtual std::vector<Region> ledger() const = 0;
+};
+
+/// AnyRenderer over one setup and engine.
+template <class S, template <class, class> class Engine = Mesh>
+class RendererOf final : public AnyRenderer {
+public:
+    using Renderer = BasicRenderer<S, Engine>;
+
+    RendererOf(scene::Map const& map, RendererOptions const& options) : renderer_(map, options)
+    {
+        if (options.footprint) renderer_.model().footprint = *options.footprint;
+    }
+
+    RenderedFrame render(splat::Camera const& camera) override { return renderer_.render(camera); }
+    splat::Model& model() override { return renderer_.model(); }
+    Extent2 grid() override
+    {
+        auto const grid = renderer_.mesh().grid();
+        return {grid.width, grid.height};
+    }
+    Extent2 tile() override { return {renderer_.tiling().tile_width, renderer_.tiling().tile_height}; }
+
+    std::uint32_t sh_degree() const override { return S::Record::sh_degree; }
+    bool routes() const override { return S::routes; }
+    bool blooms() const override { return S::blooms; }
+    std::uint32_t record_bytes() const override { return sizeof(typename S::Record); }
+    std::uint32_t storage_slots() const override { return S::storage_slots; }
+    std::uint32_t channel_slots() const override
+    {
+        if constexpr (S::blooms) return splat::Beam<S>::static_capacity;
+        else return S::routes ? splat::Road<S>::static_capacity : 0;
+    }
+    std::vector<Region> ledger() const override
+    {
+        auto const regions = Renderer::Layout::ledger();
+        return {regions.begin(), regions.end()};
+    }
+
+private:
+    Renderer renderer_;
+};
+
+/// Does setup S do all that a scene demands?
+template <class S>
+bool meets(scene::Demand const& demand) noexcept
+{
+    return S::Record::sh_degree >= demand.sh_degree && (S::routes || !demand.moves) && (S::blooms || !demand.spans);
+}
+
+/// The renderer of the first of `Setups` that does all that the scene demands, on host threads; name the smallest first. Each
+/// costs seconds of compile time. Empty where none does. The records that no view shows are not loaded: see scene::needed.
+template <class... Setups>
+std::unique_ptr<AnyRenderer> fit_renderer(scene::Map const& map, scene::Demand const& demand, RendererOptions const& options = {})
+{
+    std::unique_ptr<AnyRenderer> renderer;
+    auto const try_one = [&]<class S>(std::type_identity<S>) {
+        if (!renderer && meets<S>(demand)) renderer = std::make_unique<RendererOf<S>>(scene::needed(map, demand), options);
+    };
+    (try_one(std::type_identity<Setups>{}), ...);
+    return renderer;
+}
+
+/// A renderer for a map of any degree and any cameras, with records that hold just its degree.
+template <class Base = splat::Lossless>
+std::unique_ptr<AnyRenderer> fit_renderer(scene::Map const& map, RendererOptions const& options = {})
+{
+    using splat::Fitted;
+    return fit_renderer<Base, Fitted<Base, 1>, Fitted<Base, 2>, Fitted<Base, 3>>(map, scene::demand_of(map), options);
+}
+
+} // namespace tilemesh

@@ -1,0 +1,126 @@
+#pragma once
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <tilemesh/scene/map.hpp>
+#include <tilemesh/splat/footprint.hpp>
+#include <vector>
+
+namespace tilemesh::scene {
+
+/// What a map seen along a path of cameras needs of a machine: found by one scan, used to leave out the rest.
+struct Demand {
+    std::uint64_t gaussians = 0;         ///< of the map
+    std::uint64_t views = 0;             ///< cameras of the path; 0: any camera may come
+    std::uint32_t sh_degree = 0;         ///< the highest with a coefficient that is not 0
+    std::uint64_t shaded = 0;            ///< records with such a coefficient
+    float least_opacity = 1, greatest_opacity = 0;
+    std::uint64_t nearly_opaque = 0;     ///< records whose opacity is above 0.99, where the paper clamps
+    std::uint64_t too_faint = 0;         ///< records whose opacity is under alpha_min: culled in every view of any camera
+    std::uint64_t culled = 0;            ///< records with nothing on screen in any view of the path; those above are among them
+    std::uint64_t ties = 0;              ///< in the first view: visible records with the depth of another
+    std::uint32_t footprint_columns = 0; ///< tiles that the largest footprint touches, in the views that were scanned whole
+    std::uint32_t footprint_rows = 0;
+    bool moves = true;                   ///< two views differ: anchors change
+    bool spans = true;                   ///< some footprint touches two tiles
+    std::vector<bool> visible;           ///< row by row: has something on screen in some view; empty: any may have
+};
+
+/// The demand of a map whose cameras are not known: everything may move and span.
+inline Demand demand_of(Map const& map, splat::Model const& model = {})
+{
+    Demand d;
+    d.gaussians = map.gaussians.size();
+    for (auto const& g : map.gaussians) {
+        d.least_opacity = std::min(d.least_opacity, g.opacity);
+        d.greatest_opacity = std::max(d.greatest_opacity, g.opacity);
+        d.nearly_opaque += g.opacity > 0.99f ? 1 : 0;
+        d.too_faint += g.opacity >= model.alpha_min ? 0 : 1;
+    }
+    std::size_t const floats = 3 * splat::harmonics_per_channel(map.sh_degree);
+    for (std::size_t row = 0; row < map.gaussians.size() && floats != 0; ++row) {
+        auto const* const h = map.harmonics.data() + row * floats;
+        auto used = floats;
+        while (used > 0 && h[used - 1] == 0) --used;
+        d.shaded += used != 0 ? 1 : 0;
+        while (3 * splat::harmonics_per_channel(d.sh_degree) < used) ++d.sh_degree;
+    }
+    return d;
+}
+
+/// The demand along a path. `tiling_of(camera)` says how that camera's frame is cut. Conservative where the scan ends early:
+/// after 200 million projections what has not been seen yet counts as visible.
+///
+/// Cost: a projection for each record and each of the first 16 views; after them, until a record is seen, one for each view.
+template <class TilingOf>
+Demand demand_of(Map const& map, std::span<splat::Camera const> path, splat::Model const& model, TilingOf const& tiling_of)
+{
+    Demand d = demand_of(map, model);
+    d.views = path.size();
+    if (path.empty()) return d;
+    d.moves = std::any_of(path.begin(), path.end(), [&](auto const& c) { return !splat::same_view(c, path.front()); });
+    d.spans = false;
+    d.visible.assign(map.gaussians.size(), false);
+
+    constexpr std::uint64_t most_projections = 200'000'000, whole_views = 16;
+    std::vector<std::uint32_t> unseen(map.gaussians.size());
+    for (std::uint32_t row = 0; row < unseen.size(); ++row) unseen[row] = row;
+    std::vector<float> depths;
+    std::uint64_t projections = 0;
+    for (std::size_t i = 0; i < path.size() && (d.moves || i == 0); ++i) {
+        auto const view = splat::make_view(path[i], model);
+        auto const tiling = tiling_of(path[i]);
+        bool const whole = i < whole_views || !d.spans;
+        auto const look = [&](std::uint32_t row) {
+            auto const s = splat::project(map.gaussians[row], view, tiling);
+            ++projections;
+            if (!s.visible()) return;
+            d.visible[row] = true;
+            auto const tiles = splat::tiles_of(s, tiling);
+            d.spans = d.spans || tiles.count() > 1;
+            d.footprint_columns = std::max(d.footprint_columns, tiles.columns());
+            d.footprint_rows = std::max(d.footprint_rows, tiles.rows());
+            if (i == 0) depths.push_back(s.depth);
+        };
+        if (whole)
+            for (std::uint32_t row = 0; row < map.gaussians.size(); ++row) look(row);
+        else
+            for (auto row : unseen) look(row);
+        std::erase_if(unseen, [&](std::uint32_t row) { return d.visible[row]; });
+        if (projections > most_projections && i + 1 < path.size()) {
+            for (auto row : unseen) d.visible[row] = map.gaussians[row].opacity >= model.alpha_min;
+            d.spans = true;
+            break;
+        }
+    }
+    d.culled = static_cast<std::uint64_t>(std::count(d.visible.begin(), d.visible.end(), false));
+    std::sort(depths.begin(), depths.end());
+    for (std::size_t i = 0; i < depths.size(); ++i)
+        d.ties += (i > 0 && depths[i] == depths[i - 1]) || (i + 1 < depths.size() && depths[i] == depths[i + 1]) ? 1 : 0;
+    return d;
+}
+
+/// The map without the records that no view of the path shows, and without the coefficients that are 0 in all of them.
+inline Map needed(Map map, Demand const& demand)
+{
+    std::size_t const floats = 3 * splat::harmonics_per_channel(map.sh_degree);
+    std::size_t const kept_floats = 3 * splat::harmonics_per_channel(demand.sh_degree);
+    bool const clamp = map.sh_degree > 0 && demand.sh_degree == 0;
+    std::size_t kept = 0;
+    for (std::size_t row = 0; row < map.gaussians.size(); ++row) {
+        if (!demand.visible.empty() && !demand.visible[row]) continue;
+        map.gaussians[kept] = map.gaussians[row];
+        if (clamp)
+            for (float& c : map.gaussians[kept].colour) c = std::max(c, 0.0f);
+        std::copy_n(map.harmonics.begin() + static_cast<std::ptrdiff_t>(row * floats), kept_floats,
+                    map.harmonics.begin() + static_cast<std::ptrdiff_t>(kept * kept_floats));
+        ++kept;
+    }
+    map.gaussians.resize(kept);
+    map.harmonics.resize(kept * kept_floats);
+    map.sh_degree = demand.sh_degree;
+    return map;
+}
+
+} // namespace tilemesh::scene

@@ -1,0 +1,53 @@
+#pragma once
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <tilemesh/error.hpp>
+#include <tilemesh/scene/map.hpp>
+#include <tilemesh/splat/gaussian.hpp>
+#include <vector>
+
+namespace tilemesh::scene {
+
+/// The map's records, of the type that a setup stores. Harmonics that a map lacks are zero, which changes no bit of the
+/// picture. Throws `Error` where the map has a higher degree than the record: `at_degree` says that you mean it.
+template <class Record>
+std::vector<Record> records(Map const& map)
+{
+    if (map.sh_degree > Record::sh_degree)
+        throw Error("a map with view-dependent colour of degree " + std::to_string(map.sh_degree) +
+                    " (the setup's records hold degree " + std::to_string(Record::sh_degree) +
+                    "); render it with fit_renderer or a Fitted<Lossless, " + std::to_string(map.sh_degree) +
+                    "> setup, or give up the rest with scene::at_degree");
+    if constexpr (Record::sh_degree == 0) {
+        return map.gaussians;
+    } else {
+        std::size_t const floats = 3 * splat::harmonics_per_channel(map.sh_degree);
+        std::vector<Record> out(map.gaussians.size());
+        for (std::size_t i = 0; i < out.size(); ++i) {
+            static_cast<splat::Gaussian&>(out[i]) = map.gaussians[i];
+            std::copy_n(map.harmonics.begin() + static_cast<std::ptrdiff_t>(i * floats), floats, out[i].harmonics);
+        }
+        return out;
+    }
+}
+
+/// The map with harmonics up to `degree` only. At degree 0 its colours are clamped at 0, as those of a map without harmonics
+/// are: what a viewer without view-dependent colour shows.
+inline Map at_degree(Map map, std::uint32_t degree)
+{
+    if (degree >= map.sh_degree) return map;
+    std::size_t const from = 3 * splat::harmonics_per_channel(map.sh_degree), to = 3 * splat::harmonics_per_channel(degree);
+    for (std::size_t i = 0; i < map.gaussians.size(); ++i) {
+        auto const row = map.harmonics.begin() + static_cast<std::ptrdiff_t>(i * from);
+        std::copy_n(row, to, map.harmonics.begin() + static_cast<std::ptrdiff_t>(i * to));
+        if (degree == 0)
+            for (float& c : map.gaussians[i].colour) c = std::max(c, 0.0f);
+    }
+    map.harmonics.resize(map.gaussians.size() * to);
+    map.sh_degree = degree;
+    return map;
+}
+
+} // namespace tilemesh::scene
