@@ -116,10 +116,11 @@ std::vector<tilemesh::report::RunReport::Feature> features(Options const& option
                        : of_all(seen.culled, seen.gaussians) + " have nothing on screen in any view and are not loaded, " +
                              thousands(seen.too_faint) + " of them because they are too faint in all views"});
 
-    auto const clamp = of_all(seen.nearly_opaque, seen.gaussians) + " are more opaque than that";
-    out.push_back({"0.99 clamp", options.choice.preset != Preset::lossless, clamp + "; opacity is " +
-                                                                                short_number(seen.least_opacity) + " to " +
-                                                                                short_number(seen.greatest_opacity)});
+    bool const clamps = options.choice.preset != Preset::lossless;
+    out.push_back({"clamp of alpha at 0.99", clamps,
+                   of_all(seen.nearly_opaque, seen.gaussians) + " are more opaque than that (opacity is " +
+                       short_number(seen.least_opacity) + " to " + short_number(seen.greatest_opacity) + ")" +
+                       (clamps ? ", and the preset clamps" : "; lossless blends them as they are")});
     out.push_back({"order by id", true,
                    seen.ties == 0 ? "no two records have one depth in the first view, but they may in another"
                                   : of_all(seen.ties, seen.gaussians) + " have the depth of another in the first view"});

@@ -188,7 +188,7 @@ constexpr Option options[] = {
      [](Options& o, auto name, auto text) {
          o.sh_degree = one_of<std::uint32_t>(name, text, {{"0", 0}, {"1", 1}, {"2", 2}, {"3", 3}});
      }},
-    {"--fit", "NAME", "scene: leave out what map and cameras do not need | off: all of the preset [scene]",
+    {"--fit", "NAME", "scene: leave out what map and cameras do not need | off [scene]",
      [](Options& o, auto name, auto text) { o.choice.fit = one_of<bool>(name, text, {{"scene", true}, {"off", false}}); }},
 
     {"--engine", "NAME", "threads | sequential: slower, checks every write [threads]",

@@ -81,13 +81,15 @@ while read -r _ arguments; do
     "$program" $arguments --quiet >out 2>&1 </dev/null || fail "render_map $arguments: $(cat out)"
     rm -rf tilemesh_out
 done <lines
-# The output of an example, below `<!-- output of NAME -->`: each line, but for host times and the one count that depends on how the
+# The output of a program, below `<!-- output of COMMAND -->`: each line, but for host times and the one count that depends on how the
 # target rounds (with or without fused multiplication: README says so).
 exact() { sed -E '/contributing/d; s/^( *(project|route|bloom|composite|frame) +[0-9]+) +[0-9.]+$/\1/'; }
 outputs=0
-for name in $(sed -n 's/^<!-- output of \([a-z_]*\) -->$/\1/p' "$project/README.md"); do
+sed -n 's/^<!-- output of \([a-z_].*\) -->$/\1/p' "$project/README.md" >names
+while IFS= read -r name; do
     outputs=$((outputs + 1))
-    "$(dirname "$program")/$name" >printed 2>&1 </dev/null || fail "$name: $(cat printed)"
+    # shellcheck disable=SC2086
+    "$(dirname "$program")"/$name >printed 2>&1 </dev/null || fail "$name: $(cat printed)"
     exact <printed >exact_printed
     sed -n "/^<!-- output of $name -->\$/,\$p" "$project/README.md" | awk '/^```/ { n++; next } n == 1 { print } n == 2 { exit }' |
         exact >block
@@ -95,7 +97,7 @@ for name in $(sed -n 's/^<!-- output of \([a-z_]*\) -->$/\1/p' "$project/README.
     while IFS= read -r line; do
         grep -qxF -- "$line" exact_printed || fail "$name does not print: $line"
     done <block
-done
+done <names
 [ "$outputs" -ge 2 ] || fail "only $outputs outputs of examples were found in README.md"
 [ "$runs" -ge 4 ] || fail "only $runs render_map lines were found in README.md"
 echo "$blocks blocks, $runs commands, $outputs outputs"

@@ -9,8 +9,8 @@ small="--size 320x180 --quiet"
 # --- a picture ---------------------------------------------------------------------------------
 runs --help
 for option in --cameras --camera --orbit --frames --trajectory --relative --size --preset --grid --tile --machine \
-    --channel-slots --storage-slots --saturation --footprint --copies --hops --pixels --arithmetic --engine --threads --out \
-    --float --depth --alpha --reference --report --quiet --version --help; do
+    --channel-slots --storage-slots --saturation --footprint --copies --hops --pixels --arithmetic --sh-degree --fit --engine \
+    --threads --out --float --depth --alpha --reference --report --explain --quiet --version --help; do
     has stdout "^  $option "
 done
 [ "$(awk '{ if (length($0) > most) most = length($0) } END { print most }' stdout)" -le 100 ] || fail "the help is too wide"
@@ -95,6 +95,78 @@ has report.json '"cause": "channel_full"'
 has report.json '"cause": "storage_full"'
 has report.json '"storage_slots": 60,'
 has report.json '"channel_slots": 3,'
+
+# --- what the scene does not need ---------------------------------------------------------------
+runs $small --out fitted --float --explain --report fitted.json
+has stdout "^  routing  *left out  one view, so nothing moves"
+has stdout "^  bloom  *kept  "
+has stdout "^  depth  *left out"
+has fitted.json '"feature": "routing"'
+has fitted.json '"route": 0'
+if grep -q '"region": "road"' fitted.json; then fail "a road that nobody takes is in the ledger"; fi
+runs $small --out unfitted --float --explain --fit off --report unfitted.json
+same fitted/frame_0000.pfm unfitted/frame_0000.pfm
+has stdout "^  routing  *kept .*kept: --fit off"
+has unfitted.json '"region": "road"'
+if grep -q '"route": 0' unfitted.json; then fail "--fit off has no routing"; fi
+runs $small --explain --hops quiet --channel-slots 50
+has stdout "^  routing  *kept .*--channel-slots"
+runs --quiet --size 320x180 --out walked --float --orbit 3 --frames 2 --explain --report walked.json
+has stdout "^  routing  *kept      2 views that differ"
+[ "$(wc -l <stdout)" -lt 12 ] || fail "--quiet --explain prints more than it explains"
+runs --size 320x180 --out walked_off --float --orbit 3 --frames 2 --fit off
+same walked/frame_0001.pfm walked_off/frame_0001.pfm
+# One tile for the frame: nothing spans two.
+runs --size 320x180 --out whole --float --machine test --tile 320x180 --explain --report whole.json
+has stdout "^  bloom  *left out  the largest footprint touches 1 x 1 tiles"
+has whole.json '"bloom": 0'
+has whole.json '"messages": 0'
+if grep -qE '"region": "(road|beam|bloom debts|credits and flow control)"' whole.json; then fail "an unused region is in the ledger"; fi
+runs --size 320x180 --out whole_off --float --machine test --tile 320x180 --fit off
+same whole/frame_0000.pfm whole_off/frame_0000.pfm
+
+# --- view-dependent colour ---------------------------------------------------------------------
+shaded() { # COLUMNS VALUE: a map of three balls with that many columns of harmonics
+    printf 'ply\nformat ascii 1.0\nelement vertex 3\n'
+    for p in x y z f_dc_0 f_dc_1 f_dc_2 opacity scale_0 scale_1 scale_2 rot_0 rot_1 rot_2 rot_3; do echo "property float $p"; done
+    i=0
+    while [ $i -lt "$1" ]; do echo "property float f_rest_$i" && i=$((i + 1)); done
+    echo end_header
+    for x in -1 0 1; do
+        printf '%s 0 3 1 0.5 0 2 -1 -1 -1 1 0 0 0' $x
+        i=0
+        while [ $i -lt "$1" ]; do printf ' %s' "$2" && i=$((i + 1)); done
+        echo
+    done
+}
+shaded 0 0 >plain.ply
+shaded 45 0 >zero.ply
+for columns in 9 24 45; do shaded $columns 0.3 >shaded_$columns.ply; done
+runs plain.ply $small --out plain --float
+runs zero.ply $small --out zero --float --report zero.json --explain
+has stdout "view-dependent colour *left out *its coefficients are 0"
+same plain/frame_0000.pfm zero/frame_0000.pfm
+for columns in 9 24 45; do
+    runs shaded_$columns.ply $small --out shaded --float --reference --report shaded.json
+    if cmp -s plain/frame_0000.pfm shaded/frame_0000.pfm; then fail "$columns columns of harmonics change nothing"; fi
+    awk '/"error_same_cuts"/ { f = 1 } f && /"psnr_db"/ { gsub(/[^0-9.]/, ""); exit !($0 + 0 > 90) }' shaded.json ||
+        fail "the picture with harmonics is far from the reference"
+    runs shaded_$columns.ply --size 320x180 --out base --float --sh-degree 0
+    has stdout "view-dependent colour above degree 0 left out"
+    same plain/frame_0000.pfm base/frame_0000.pfm
+    runs shaded_$columns.ply $small --out planes --float --depth
+    same shaded/frame_0000.pfm planes/frame_0000.pfm
+    runs shaded_$columns.ply --size 320x180 --orbit 5 --frames 2 --machine test
+    rm -r shaded base planes
+done
+runs shaded_45.ply $small --preset paper
+runs shaded_45.ply $small --preset prototype --machine test
+refuses "--engine sequential with a map of view-dependent colour, degree 3" shaded_45.ply $small --engine sequential
+refuses "--depth with a map of view-dependent colour" shaded_45.ply $small --preset paper --depth
+refuses "--storage-slots cannot be 2000" shaded_45.ply $small --storage-slots 2000
+refuses "--sh-degree cannot be" --sh-degree 4
+refuses "--fit cannot be" --fit me
+if [ -n "$policies" ]; then refuses "--copies screen with a map" shaded_9.ply $small --copies screen; fi
 
 # --- sequences ---------------------------------------------------------------------------------
 runs --size 320x180 --out orbit --orbit -0.5 --frames 3 --float --report orbit.json

@@ -99,19 +99,18 @@ inline Map read_ply(std::istream& stream, std::string const& name)
     map.gaussians.reserve(static_cast<std::size_t>(vertex.count));
     std::size_t const first = detail::needed_properties.size();
     map.harmonics.reserve(static_cast<std::size_t>(vertex.count) * (columns.size() - first));
-    std::string why_not;
-    auto const reject = [&](std::uint64_t number, char const* why) {
-        if (++map.rejected <= detail::named_in_notes)
-            map.notes.push_back("row " + std::to_string(number) + " rejected: " + why);
-    };
     auto const keep = [&](std::uint64_t number, detail::GaussianRow const& row) {
-        splat::Gaussian g;
-        if (char const* why = detail::make_gaussian(row, g, map.sh_degree == 0)) return reject(number, why);
-        for (std::size_t i = first; i < columns.size(); ++i)
-            if (!(std::fabs(row[i]) <= static_cast<double>(std::numeric_limits<float>::max()))) {
-                why_not = columns[i]->name + " is not finite";
-                return reject(number, why_not.c_str());
-            }
+        splat::Gaussian g{};
+        char const* const wrong = detail::make_gaussian(row, g, map.sh_degree == 0);
+        std::string why = wrong ? wrong : "";
+        for (std::size_t i = first; i < columns.size() && why.empty(); ++i)
+            if (!(std::fabs(row[i]) <= static_cast<double>(std::numeric_limits<float>::max())))
+                why = columns[i]->name + " is not finite";
+        if (!why.empty()) {
+            if (++map.rejected <= detail::named_in_notes)
+                map.notes.push_back("row " + std::to_string(number) + " rejected: " + why);
+            return;
+        }
         g.id = splat::GaussianId{static_cast<std::uint32_t>(number)};
         map.gaussians.push_back(g);
         for (std::size_t i = first; i < columns.size(); ++i) map.harmonics.push_back(static_cast<float>(row[i]));

@@ -1,0 +1,31 @@
+// Any map, with the colour that its harmonics give from each side, on the smallest machine that its cameras need:
+// view_dependent [MAP.ply].
+#include <iostream>
+#include <span>
+#include <tilemesh/tilemesh.hpp>
+#include <vector>
+
+using namespace tilemesh;
+
+int main(int argc, char** argv)
+try {
+    using splat::Fitted, splat::Lossless;
+    auto const map = argc > 1 ? scene::load_ply(argv[1]) : scene::built_in_map();
+    std::vector<splat::Camera> const path{scene::frame_whole(map, {1280, 720})}; // all cameras that will come
+
+    auto const tiling = [](splat::Camera const& camera) { return tiling_for({}, camera.width, camera.height); };
+    auto const demand = scene::demand_of(map, std::span(path), splat::Model{}, tiling);
+    // The first that does all that is needed: one view needs no routing, and a record is as long as its harmonics.
+    auto const renderer = fit_renderer<Fitted<Lossless, 0, false>, Lossless, Fitted<Lossless, 3, false>, Fitted<Lossless, 3>>(
+        map, demand);
+    auto const frame = renderer->render(path[0]);
+
+    std::cout << "degree " << demand.sh_degree << ": records of " << renderer->record_bytes() << " bytes, "
+              << renderer->storage_slots() << " slots a tile, " << demand.culled << " records not loaded, "
+              << (renderer->routes() ? "with" : "without") << " routing\n";
+    report::write_ppm("view_dependent.ppm", frame.image);
+    return frame.report.lost.empty() ? 0 : 1;
+} catch (Error const& error) {
+    std::cerr << error.what() << '\n';
+    return 2;
+}
