@@ -83,13 +83,13 @@ std::vector<tilemesh::report::RunReport::Feature> features(Options const& option
     };
 
     auto const degree = renderer.sh_degree();
-    std::string colour = degree == 0 ? "the map has one colour a record"
+    std::string colour = degree == 0 ? "the map has none"
                                      : of_all(seen.shaded, seen.gaussians) + " have coefficients, up to degree " +
                                            std::to_string(seen.sh_degree);
     if (degree < map.sh_degree) colour = "its coefficients are 0";
     if (degree > seen.sh_degree) colour += "; compiled for degree " + std::to_string(degree);
     out.push_back({"view-dependent colour", degree != 0,
-                   colour + ": a record of " + std::to_string(renderer.record_bytes()) + " bytes, " +
+                   colour + "; a record of " + std::to_string(renderer.record_bytes()) + " bytes, " +
                        thousands(renderer.storage_slots()) + " slots a tile"});
 
     bool const still = !seen.moves;
@@ -113,11 +113,11 @@ std::vector<tilemesh::report::RunReport::Feature> features(Options const& option
                    seen.culled == 0 ? "each has something on screen in some view"
                    : needs.used.culled == 0
                        ? idle(of_all(seen.culled, seen.gaussians) + " have nothing on screen in any view")
-                       : of_all(seen.culled, seen.gaussians) + " have nothing on screen in any view and are not loaded, " +
-                             thousands(seen.too_faint) + " of them because they are too faint in all views"});
+                       : of_all(seen.culled, seen.gaussians) + " have nothing on screen in any view: not loaded" +
+                             (seen.too_faint == 0 ? "" : " (" + thousands(seen.too_faint) + " are too faint for any)")});
 
     bool const clamps = options.choice.preset != Preset::lossless;
-    out.push_back({"clamp of alpha at 0.99", clamps,
+    out.push_back({"clamp at 0.99", clamps,
                    of_all(seen.nearly_opaque, seen.gaussians) + " are more opaque than that (opacity is " +
                        short_number(seen.least_opacity) + " to " + short_number(seen.greatest_opacity) + ")" +
                        (clamps ? ", and the preset clamps" : "; lossless blends them as they are")});
