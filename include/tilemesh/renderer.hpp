@@ -196,7 +196,10 @@ private:
         last_.reset();
         gone_.clear();
         dirty_ = cut_ = false;
-        if constexpr (!S::routes) return; // each view places the records
+        if constexpr (S::routes) load_all(grid); // otherwise each view places the records
+    }
+    void load_all(Grid grid)
+    {
         for (std::uint32_t i = 0; i < gaussians_.size(); ++i) gone_.push_back(i);
         load();
         if (!gone_.empty())
@@ -295,7 +298,9 @@ private:
                 gone_.push_back(row);
                 continue;
             }
-            mesh_->template state<splat::Marks<S>>(s.anchor).unchecked_push({g.id, 0});
+            splat::MarkOf<S> mark{};
+            mark.id = g.id;
+            mesh_->template state<splat::Marks<S>>(s.anchor).unchecked_push(mark);
             mesh_->template state<splat::Splats<S>>(s.anchor).unchecked_push(s);
         }
     }

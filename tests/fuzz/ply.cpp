@@ -36,6 +36,10 @@ void check(tilemesh::scene::Map const& map, std::string const& bytes)
         require(note.size() < 2000, "notes are short");
         require(note.find_first_of("\n\r") == std::string::npos, "notes have one line");
     }
+    require(map.sh_degree <= 3, "no degree above 3");
+    auto const floats = std::size_t{3} * tilemesh::splat::harmonics_per_channel(map.sh_degree);
+    require(map.harmonics.size() == map.gaussians.size() * floats, "harmonics go with the Gaussians");
+    require(finite(map.harmonics.data(), static_cast<int>(map.harmonics.size())), "harmonics are finite");
     std::uint32_t last = 0;
     for (auto const& g : map.gaussians) {
         auto const id = static_cast<std::uint32_t>(g.id);
@@ -48,7 +52,7 @@ void check(tilemesh::scene::Map const& map, std::string const& bytes)
         for (float q : g.rotation) squares += q * q;
         require(std::fabs(squares - 1.0f) < 2e-3f, "quaternions are normalised");
         for (int i = 0; i < 3; ++i) {
-            require(g.colour[i] >= 0.0f, "colour is not negative");
+            require(map.sh_degree != 0 || g.colour[i] >= 0.0f, "a colour that nothing is added to is not negative");
             require(g.log_scale[i] >= -87.0f, "log_scale is not below -87");
         }
     }

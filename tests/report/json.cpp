@@ -173,6 +173,17 @@ TEST_CASE("errors are in report.json where a reference was rendered; an infinite
     CHECK_FALSE(report::json_of(run())["frames"][0].contains("error"));
 }
 
+TEST_CASE("what was left out, and why, is in report.json")
+{
+    auto all = run();
+    CHECK(report::json_of(all)["features"] == Json::array());
+    all.features = {{"routing", false, "one view"}, {"bloom", true, "2 x 1 tiles"}};
+    auto const json = report::json_of(all)["features"];
+    REQUIRE(json.size() == 2);
+    CHECK(json[0] == Json{{"feature", "routing"}, {"kept", false}, {"why", "one view"}});
+    CHECK(json[1]["kept"] == true);
+}
+
 TEST_CASE("report.json is written whole, or what was there stays")
 {
     auto const folder = std::filesystem::temp_directory_path() /

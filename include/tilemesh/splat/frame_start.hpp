@@ -13,7 +13,7 @@ std::uint32_t begin_frame(Here const& here, FrameParameters const& frame, Storag
     std::uint32_t leaving = 0;
     bool const forget = frame.anew != 0 || (!S::Copies::reusable && frame.view_changed != 0);
     for (std::uint32_t i = storage.size(); i-- > 0;) {
-        bool const copy = marks[i].is(Mark::copy);
+        bool const copy = S::blooms && marks[i].is(Mark::copy);
         if (copy && !S::Copies::reusable) { // its splat is all there is of it, and it is good for one view
             if (forget) remove_slot(storage, marks, splats, i);
             continue;
@@ -25,7 +25,7 @@ std::uint32_t begin_frame(Here const& here, FrameParameters const& frame, Storag
             continue;
         }
         splats[i] = s;
-        std::uint32_t bits = marks[i].bits;
+        [[maybe_unused]] std::uint32_t bits = marks[i].bits;
         if constexpr (S::blooms)
             for (Direction d : news)
                 if (forget || !here.grid.has_neighbour(here.tile, d) ||
@@ -40,7 +40,7 @@ std::uint32_t begin_frame(Here const& here, FrameParameters const& frame, Storag
             }
             ++(s.visible() ? counts.visible : counts.parked);
         }
-        marks[i].bits = bits;
+        if constexpr (S::routes || S::blooms) marks[i].bits = bits;
     }
     return leaving;
 }

@@ -37,9 +37,17 @@ struct Mark {
     static constexpr std::uint32_t refused(Direction d) noexcept { return 16u << index(d); }
     bool is(std::uint32_t bit) const noexcept { return (bits & bit) != 0; }
 };
+/// The same where nothing routes or blooms: each record is anchored where it is.
+struct AnchorMark {
+    GaussianId id;
+    static constexpr std::uint32_t bits = 0;
+    bool is(std::uint32_t) const noexcept { return false; }
+};
 template <class S>
-struct Marks : Buffer<Mark, S::storage_slots> {
-    using Buffer<Mark, S::storage_slots>::Buffer;
+using MarkOf = std::conditional_t<S::routes || S::blooms, Mark, AnchorMark>;
+template <class S>
+struct Marks : Buffer<MarkOf<S>, S::storage_slots> {
+    using Buffer<MarkOf<S>, S::storage_slots>::Buffer;
     static constexpr char const* name = "marks";
     static constexpr bool budgeted = S::lists_fit;
 };
@@ -165,7 +173,7 @@ namespace detail {
 template <class S>
 constexpr std::uint32_t slot_bytes() noexcept
 {
-    return static_cast<std::uint32_t>(sizeof(typename S::Record) + (S::lists_fit ? sizeof(Mark) + sizeof(Splat) + sizeof(SortKey) : 0));
+    return static_cast<std::uint32_t>(sizeof(typename S::Record) + (S::lists_fit ? sizeof(MarkOf<S>) + sizeof(Splat) + sizeof(SortKey) : 0));
 }
 } // namespace detail
 

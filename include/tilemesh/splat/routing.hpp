@@ -61,7 +61,7 @@ struct RouteStep {
     {
         auto const s = project(g, frame.view, frame.tiling);
         ++counts.projected;
-        auto const i = find(marks, g.id);
+        auto const i = S::blooms ? find(marks, g.id) : nowhere; // no copies without bloom
         if (i != nowhere) {
             storage[i] = g;
             splats[i] = s;
@@ -86,13 +86,14 @@ struct RouteStep {
         ++traffic.leaving;
         return true;
     }
-    /// Sends slot i's record on its way. Where the footprint still touches this tile, a copy stays.
+    /// Sends slot i's record on its way. Where the footprint still touches this tile, a copy stays, unless
+    /// the setup does not bloom.
     template <class Side>
     void depart(std::uint32_t i, Side& out) const noexcept
     {
         out.unchecked_push(S::Addressing::make(storage[i], splats[i].anchor));
         ++counts.hops;
-        if (covers(splats[i], frame.tiling, here.tile))
+        if (S::blooms && covers(splats[i], frame.tiling, here.tile))
             marks[i].bits = (marks[i].bits | Mark::copy) & ~Mark::leaving;
         else
             remove_slot(storage, marks, splats, i);

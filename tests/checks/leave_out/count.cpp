@@ -1,0 +1,63 @@
+// What each feature takes of a tile, and of a frame: the built-in map at 1280 x 720 on 40 x 36 tiles of Mk2 (the last row: on one tile), a
+// cold start and the same view again. A line a setup: its name in setups.hpp, then the cells of leave_out_table.sh.
+#include "setups.hpp"
+#include <iostream>
+#include <tilemesh/renderer.hpp>
+#include <tilemesh/report/table.hpp>
+#include <tilemesh/scene/built_in.hpp>
+
+namespace {
+using namespace tilemesh;
+
+template <class Renderer>
+std::uint64_t projections(Renderer& renderer)
+{
+    std::uint64_t n = 0;
+    auto const grid = renderer.mesh().grid();
+    for (std::uint32_t t = 0; t < grid.size(); ++t) n += renderer.mesh().template state<splat::Counts>(grid.tile(t)).projected;
+    return n;
+}
+
+template <class S>
+void row(char const* name, scene::Map const& map, RendererOptions const& options = {})
+{
+    using Layout = Tile<typename S::Machine, splat::Frame<S>>;
+    constexpr std::uint32_t slot = splat::detail::slot_bytes<S>();
+    auto const camera = scene::built_in_camera({1280, 720});
+    BasicRenderer<S> renderer{map, options};
+    auto const cold = renderer.render(camera).report;
+    auto const cold_projections = projections(renderer);
+    auto const still = renderer.render(camera).report;
+    auto const cells = {std::uint64_t{sizeof(typename S::Record)},
+                        std::uint64_t{slot},
+                        Layout::bytes - S::Machine::code_bytes - std::uint64_t{slot} * S::storage_slots,
+                        std::uint64_t{S::storage_slots},
+                        cold.supersteps.total(),
+                        cold.messages,
+                        cold_projections,
+                        still.supersteps.total(),
+                        still.messages,
+                        projections(renderer),
+                        still.pairs,
+                        std::uint64_t{still.lost.size()}};
+    std::cout << name;
+    for (auto const cell : cells) std::cout << ' ' << report::thousands(cell);
+    std::cout << std::endl;
+}
+} // namespace
+
+int main()
+{
+    auto const map = scene::built_in_map();
+    row<leave_out::minimal>("minimal", map);
+    row<leave_out::with_bloom>("with_bloom", map);
+    row<leave_out::with_routing>("with_routing", map);
+    row<leave_out::both>("both", map);
+    row<leave_out::degree_1>("degree_1", map);
+    row<leave_out::degree_2>("degree_2", map);
+    row<leave_out::degree_3>("degree_3", map);
+    row<leave_out::with_depth>("with_depth", map);
+    row<leave_out::with_alpha>("with_alpha", map);
+    row<leave_out::everything>("everything", map);
+    row<leave_out::one_tile>("one_tile", map, {.grid = {1, 1}});
+}

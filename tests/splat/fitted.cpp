@@ -1,0 +1,413 @@
+// What a setup does without costs no byte and no counter, and what it has but does not need changes no bit.
+#include "support.hpp"
+#include <doctest/doctest.h>
+#include <map>
+
+using namespace tilemesh;
+using namespace tilemesh::splat;
+
+namespace {
+// --- bytes -----------------------------------------------------------------------------------------------------------------------
+static_assert(sizeof(GaussianOfDegree<0>) == 60 && sizeof(GaussianOfDegree<1>) == 96 && sizeof(GaussianOfDegree<2>) == 156 &&
+              sizeof(GaussianOfDegree<3>) == 240);
+template <std::uint32_t Degree>
+constexpr std::size_t road_message = sizeof(RoadMessage<Fitted<Lossless, Degree>>);
+static_assert(road_message<0> == 64 && road_message<1> == 100 && road_message<2> == 160 && road_message<3> == 244);
+static_assert(sizeof(BeamMessage<Fitted<Lossless, 0>>) == 60 && sizeof(BeamMessage<Fitted<Lossless, 3>>) == 240);
+static_assert(sizeof(FloatPixel) == 12 && sizeof(WithDepth<FloatPixel>) == 16 && sizeof(WithAlpha<FloatPixel>) == 16 &&
+              sizeof(WithAlpha<WithDepth<FloatPixel>>) == 20 && sizeof(WithDepth<Rgbx8Pixel>) == 8);
+
+// Slots of storage on Mk2: all, without routing, without bloom, with neither.
+template <std::uint32_t Degree, std::uint32_t All, std::uint32_t NoRouting, std::uint32_t NoBloom, std::uint32_t Neither>
+constexpr bool has_slots = Fitted<Lossless, Degree>::storage_slots == All &&
+                           Fitted<Lossless, Degree, false, true>::storage_slots == NoRouting &&
+                           Fitted<Lossless, Degree, true, false>::storage_slots == NoBloom &&
+                           Fitted<Lossless, Degree, false, false>::storage_slots == Neither;
+static_assert(has_slots<0, 2000, 2941, 2706, 3758>);
+static_assert(has_slots<1, 1581, 2326, 2139, 2953>);
+static_assert(has_slots<2, 1172, 1724, 1586, 2176>);
+static_assert(has_slots<3, 860, 1266, 1164, 1590>);
+
+using Ledger = std::map<std::string, std::uint32_t>;
+template <class S>
+Ledger ledger()
+{
+    Ledger out;
+    for (Region const& r : Tile<Mk2, Frame<S>>::ledger()) out[std::string(r.name.text, r.name.size)] += r.bytes;
+    return out;
+}
+std::set<std::string> names(Ledger const& rows)
+{
+    std::set<std::string> out;
+    for (auto const& row : rows) out.insert(row.first);
+    return out;
+}
+std::set<std::string> const always = {"storage",     "marks",       "projected records", "counters",       "sort keys",
+                                      "framebuffer", "pair counters", "frame parameters",  "code and stacks"};
+std::set<std::string> const of_routing = {"road", "waiting (side 0)", "waiting (side 1)", "credits and flow control"};
+std::set<std::string> const of_bloom = {"beam", "bloom debts"};
+
+/// The ledger of Lossless says what routing and bloom take; a setup without them has the rows that it needs, and their bytes as slots.
+template <std::uint32_t Degree, bool Routes, bool Blooms>
+void check_ledger()
+{
+    using S = Fitted<Lossless, Degree, Routes, Blooms>;
+    INFO("degree ", Degree, Routes ? ", routing" : "", Blooms ? ", bloom" : "");
+    auto const whole = ledger<Lossless>(), rows = ledger<S>();
+    auto expected = always;
+    std::uint32_t for_slots = Lossless::storage_slots * (60 + sizeof(Mark) + sizeof(Splat) + sizeof(SortKey));
+    for (auto const& [used, group] : {std::pair{Routes, of_routing}, std::pair{Blooms, of_bloom}})
+        for (auto const& name : group) {
+            if (used)
+                expected.insert(name);
+            else
+                for_slots += whole.at(name);
+        }
+    CHECK(names(rows) == expected);
+    CHECK(S::storage_slots == for_slots / (sizeof(typename S::Record) + sizeof(MarkOf<S>) + sizeof(Splat) + sizeof(SortKey)));
+    CHECK(Tile<Mk2, Frame<S>>::bytes <= Tile<Mk2, Frame<Lossless>>::bytes);
+    CHECK(Tile<Mk2, Frame<S>>::bytes <= Mk2::sram_bytes);
+    std::uint64_t sum = 0;
+    for (auto const& row : rows) sum += row.second;
+    CHECK(sum == Tile<Mk2, Frame<S>>::bytes);
+    CHECK(rows.at("storage") == 8 + S::storage_slots * sizeof(typename S::Record));
+}
+template <std::uint32_t Degree>
+void check_ledgers()
+{
+    check_ledger<Degree, true, true>();
+    check_ledger<Degree, false, true>();
+    check_ledger<Degree, true, false>();
+    check_ledger<Degree, false, false>();
+}
+
+// --- frames ------------------------------------------------------------------------------------------------------------------------
+using Room = support::Small<400, 1000>;
+using Whole = Fitted<Room, 0>;
+using Shaded = Fitted<Room, 3>;
+using NoRouting = Fitted<Room, 0, false, true>;
+using NoBloom = WithPixel<Fitted<Room, 0, true, false>, WithAlpha<WithDepth<FloatPixel>>>; // its planes change no colour
+using Minimal = Fitted<Room, 0, false, false>;
+
+/// What a frame took, without bytes and milliseconds.
+std::string counted(report::FrameReport const& r)
+{
+    std::string out;
+    for (auto const& [name, count] : std::initializer_list<std::pair<char const*, std::uint64_t>>{
+             {"project", r.supersteps.project},      {"route", r.supersteps.route},       {"bloom", r.supersteps.bloom},
+             {"composite", r.supersteps.composite},  {"visible", r.gaussians.visible},    {"moved", r.gaussians.moved},
+             {"held", r.gaussians.held},             {"dropped", r.gaussians.dropped},    {"unplaced", r.gaussians.unplaced},
+             {"parked", r.gaussians.parked},         {"under way", r.gaussians.under_way}, {"copies", r.copies},
+             {"lost", r.lost.size()},                {"messages", r.messages},            {"hops", r.hops},
+             {"pairs", r.pairs},                     {"contributing", r.pairs_contributing}, {"peak storage", r.peak_storage},
+             {"peak channel", r.peak_channel}})
+        out += std::string(name) + " " + std::to_string(count) + ", ";
+    return out;
+}
+bool no_routing(report::FrameReport const& r)
+{
+    return r.supersteps.route == 0 && r.hops == 0 && r.gaussians.moved == 0 && r.gaussians.under_way == 0 && r.refused.no_credit == 0;
+}
+bool no_bloom(report::FrameReport const& r)
+{
+    return r.supersteps.bloom == 0 && r.copies == 0 && r.messages == r.hops && r.refused.copies_full == 0 &&
+           r.refused.copies_refused == 0;
+}
+bool no_exchange(report::FrameReport const& r)
+{
+    return r.supersteps.total() == 0 && r.messages == 0 && r.exchanged_live_bytes == 0 && r.exchanged_capacity_bytes == 0 &&
+           r.peak_channel == 0;
+}
+std::set<std::pair<std::uint32_t, std::uint32_t>> listed(report::FrameReport const& r, report::Cause cause)
+{
+    std::set<std::pair<std::uint32_t, std::uint32_t>> out;
+    for (auto const& l : r.lost)
+        if (l.cause == cause) CHECK(out.insert({static_cast<std::uint32_t>(l.id), l.tile}).second);
+    return out;
+}
+
+/// By brute force, in order of the map: what a host that places records finds no slot for, and what lacks a copy without bloom.
+struct Expected {
+    std::set<std::pair<std::uint32_t, std::uint32_t>> unplaced, copies;
+    std::vector<std::set<std::uint32_t>> anchored; ///< by tile
+};
+Expected expected(std::vector<Gaussian> const& gaussians, Camera const& camera, Tiling const& tiling, Grid grid, std::uint32_t slots)
+{
+    Expected e;
+    e.anchored.resize(grid.size());
+    for (auto const& g : gaussians) {
+        auto const s = project(g, make_view(camera, {}), tiling);
+        if (!s.visible()) continue;
+        auto const id = static_cast<std::uint32_t>(g.id);
+        auto& anchored = e.anchored[grid.index_of(s.anchor)];
+        if (anchored.size() == slots) {
+            e.unplaced.insert({id, report::Loss::whole});
+            continue;
+        }
+        anchored.insert(id);
+        for (std::uint32_t t = 0; t < grid.size(); ++t)
+            if (covers(s, tiling, grid.tile(t)) && !(grid.tile(t) == s.anchor)) e.copies.insert({id, t});
+    }
+    return e;
+}
+/// Tiles that hold other anchored records, or other copies, than brute force says; `copies` false: that hold any copy.
+template <class S, class R>
+std::uint32_t wrong_tiles(R& renderer, Expected const& e, bool copies)
+{
+    auto const grid = renderer.mesh().grid();
+    std::uint32_t wrong = 0;
+    for (std::uint32_t t = 0; t < grid.size(); ++t) {
+        std::set<std::uint32_t> anchored, brought, want;
+        bool twice = false;
+        for (auto const& m : renderer.mesh().template state<Marks<S>>(grid.tile(t)))
+            twice |= !(m.is(Mark::copy) ? brought : anchored).insert(static_cast<std::uint32_t>(m.id)).second;
+        for (auto const& [id, tile] : e.copies)
+            if (copies && tile == t) want.insert(id);
+        wrong += twice || anchored != e.anchored[t] || brought != want ? 1 : 0;
+    }
+    return wrong;
+}
+
+constexpr RendererOptions tiles_of_16{.grid = {4, 3}, .tile = {16, 16}};
+/// A ball in the middle of each tile of 16 x 16 pixels, several behind each other; none touches a second tile.
+std::vector<Gaussian> middles(Camera const& camera)
+{
+    std::vector<Gaussian> out;
+    std::uint32_t id = 0;
+    for (std::uint32_t layer = 0; layer < 4; ++layer)
+        for (std::uint32_t y = 0; y < 3; ++y)
+            for (std::uint32_t x = 0; x < 4; ++x) {
+                auto g = support::ball(++id, 16.0f * static_cast<float>(x) + 7.0f + 0.5f * static_cast<float>(layer),
+                                       16.0f * static_cast<float>(y) + 8.0f, 0.4f + 0.2f * static_cast<float>(layer), 0.3f);
+                g.colour[0] = 0.1f * static_cast<float>(x + layer);
+                out.push_back(g);
+            }
+    auto const tiling = make_tiling(camera.width, camera.height, 16, 16);
+    for (auto const& g : out) REQUIRE(tiles_of(project(g, make_view(camera, {}), tiling), tiling).count() == 1);
+    return out;
+}
+} // namespace
+
+TEST_CASE("fitted: the ledger has no row of what is left out, its bytes are slots of storage")
+{
+    check_ledgers<0>();
+    check_ledgers<1>();
+    check_ledgers<2>();
+    check_ledgers<3>();
+    CHECK(ledger<Fitted<Lossless, 0>>() == ledger<Lossless>());
+}
+
+TEST_CASE("fitted: records with room for harmonics that are zero change no bit and no counter")
+{
+    auto const gaussians = support::cloud(250, 181);
+    BasicRenderer<Whole> plain{support::map_of(gaussians), tiles_of_16};
+    BasicRenderer<Shaded> shaded{support::map_of(gaussians), tiles_of_16};
+    for (float turn : {0.0f, 0.0f, 0.02f, 0.4f}) {
+        auto const camera = support::lens(64, 48, turn);
+        auto const a = plain.render(camera), b = shaded.render(camera);
+        INFO("turn ", turn);
+        CHECK(a.report.gaussians.held + b.report.gaussians.held == 0); // a channel has bytes, so that fewer of the larger fit
+        CHECK(support::differing_pixels(a.image, b.image) == 0);
+        CHECK(support::differing_pixels(a.image, report::render_naive(gaussians, camera, Model{})) == 0);
+        CHECK(counted(a.report) == counted(b.report));
+        auto const copies = a.report.messages - a.report.hops;
+        CHECK(a.report.exchanged_live_bytes >= 64 * a.report.hops + 60 * copies);
+        CHECK(b.report.exchanged_live_bytes - a.report.exchanged_live_bytes == 180 * (a.report.hops + copies));
+    }
+}
+
+TEST_CASE("fitted: routing that has nothing to do changes no bit and no counter")
+{
+    auto gaussians = support::cloud(250, 182);
+    auto const camera = support::lens(64, 48);
+    auto const tiling = make_tiling(64, 48, 16, 16);
+    // What has nothing on screen is parked on a tile or stays with the host: that only the peak of storage would show.
+    std::erase_if(gaussians, [&](Gaussian const& g) { return !project(g, make_view(camera, {}), tiling).visible(); });
+    BasicRenderer<Whole> routes{support::map_of(gaussians), tiles_of_16};
+    BasicRenderer<NoRouting> placed{support::map_of(gaussians), tiles_of_16};
+    auto const cold = routes.render(camera), first = placed.render(camera);
+    CHECK(cold.report.supersteps.route > 0);
+    CHECK(cold.report.gaussians.moved > 0);
+    CHECK(no_routing(first.report));
+    CHECK(first.report.supersteps.bloom == cold.report.supersteps.bloom);
+    CHECK(first.report.messages == cold.report.messages - cold.report.hops);
+    auto const naive = report::render_naive(gaussians, camera, Model{});
+    for (int frame = 0; frame < 2; ++frame) {
+        auto const still = routes.render(camera), same = placed.render(camera);
+        CHECK(counted(still.report) == counted(same.report));
+        CHECK(still.report.pairs == first.report.pairs);
+        CHECK(no_exchange(still.report));
+        CHECK(no_exchange(same.report));
+        CHECK(no_routing(same.report));
+        CHECK(support::differing_pixels(still.image, naive) == 0);
+        CHECK(support::differing_pixels(same.image, naive) == 0);
+    }
+    CHECK(support::differing_pixels(first.image, naive) == 0);
+}
+
+TEST_CASE("fitted: bloom where nothing spans a tile changes no bit and no counter")
+{
+    auto camera = support::flat_camera(64, 48);
+    auto const gaussians = middles(camera);
+    BasicRenderer<Whole> whole{support::map_of(gaussians), tiles_of_16};
+    BasicRenderer<NoBloom> routes{support::map_of(gaussians), tiles_of_16};
+    BasicRenderer<NoRouting> blooms{support::map_of(gaussians), tiles_of_16};
+    BasicRenderer<Minimal> minimal{support::map_of(gaussians), tiles_of_16};
+    auto const check = [&](bool moved) {
+        auto const naive = report::render_naive(gaussians, camera, Model{});
+        auto const a = whole.render(camera), b = routes.render(camera), c = blooms.render(camera), d = minimal.render(camera);
+        for (auto const* frame : {&a, &b, &c, &d}) {
+            CHECK(support::differing_pixels(frame->image, naive) == 0);
+            CHECK(no_bloom(frame->report));
+            CHECK(frame->report.lost.empty());
+            CHECK(frame->report.gaussians.visible == d.report.gaussians.visible);
+            CHECK(frame->report.gaussians.parked == d.report.gaussians.parked);
+            CHECK(frame->report.pairs == d.report.pairs);
+            CHECK(frame->report.pairs_contributing == d.report.pairs_contributing);
+        }
+        CHECK((a.report.supersteps.route > 0) == moved);
+        CHECK(counted(a.report) == counted(b.report));
+        CHECK(a.report.exchanged_live_bytes == b.report.exchanged_live_bytes);
+        CHECK(counted(c.report) == counted(d.report));
+        CHECK(no_exchange(c.report));
+        CHECK(no_exchange(d.report));
+    };
+    check(true);
+    CHECK(minimal.render(camera).report.gaussians.visible == gaussians.size());
+    check(false);
+    camera.cx += 16; // every record one tile to the right; those of the last column leave the frame
+    check(true);
+    check(false);
+}
+
+TEST_CASE("fitted: one tile that holds the frame needs neither; its planes change no colour")
+{
+    auto const gaussians = support::cloud(250, 183);
+    RendererOptions const one{.grid = {1, 1}};
+    BasicRenderer<Whole> whole{support::map_of(gaussians), one};
+    BasicRenderer<Minimal> minimal{support::map_of(gaussians), one};
+    BasicRenderer<NoBloom> planes{support::map_of(gaussians), one};
+    for (float turn : {0.0f, 0.0f, 0.3f}) {
+        auto const camera = support::lens(64, 48, turn);
+        auto const a = whole.render(camera), b = minimal.render(camera), c = planes.render(camera);
+        CHECK(support::differing_pixels(b.image, report::render_naive(gaussians, camera, Model{})) == 0);
+        CHECK(support::differing_pixels(a.image, b.image) == 0);
+        CHECK(support::differing_pixels(c.image, b.image) == 0);
+        CHECK(counted(a.report) == counted(c.report));
+        CHECK(no_exchange(a.report));
+        CHECK(no_exchange(b.report));
+        CHECK(no_routing(b.report));
+        CHECK(no_bloom(b.report));
+        CHECK(a.report.pairs == b.report.pairs);
+        CHECK(a.report.pairs_contributing == b.report.pairs_contributing);
+        CHECK(a.report.gaussians.visible == b.report.gaussians.visible);
+        CHECK(a.report.gaussians.parked == b.report.gaussians.parked);
+        CHECK(b.depth.empty());
+        CHECK(b.alpha.empty());
+        CHECK(c.depth.values.size() == 64 * 48);
+        CHECK(c.alpha.values.size() == 64 * 48);
+        CHECK(*std::max_element(c.alpha.values.begin(), c.alpha.values.end()) > 0.5f);
+    }
+    auto const nothing = BasicRenderer<Minimal>{support::map_of({}), one}.render(support::lens(64, 48));
+    CHECK(nothing.report.pairs == 0);
+    CHECK(*std::max_element(nothing.image.rgb.begin(), nothing.image.rgb.end()) == 0.0f);
+}
+
+TEST_CASE("fitted: without bloom a footprint ends at its anchor tile, and every copy that is missing is listed")
+{
+    auto const gaussians = support::cloud(250, 184);
+    auto const check = [&](auto& renderer, auto setup, float turn) {
+        using S = decltype(setup);
+        auto const camera = support::lens(64, 48, turn);
+        auto const frame = renderer.render(camera);
+        auto const grid = renderer.mesh().grid();
+        auto const e = expected(gaussians, camera, renderer.tiling(), grid, S::storage_slots);
+        INFO("turn ", turn);
+        CHECK(listed(frame.report, report::Cause::no_bloom) == e.copies);
+        CHECK(frame.report.lost.size() == e.copies.size());
+        CHECK(frame.report.lost_copies == e.copies.size());
+        CHECK(no_bloom(frame.report));
+        if constexpr (!S::routes) {
+            CHECK(no_routing(frame.report));
+            CHECK(wrong_tiles<S>(renderer, e, false) == 0);
+        }
+        auto const lacking = report::render_naive(gaussians, camera, Model{}, support::Missing(frame.report, renderer.tiling(), grid));
+        CHECK(support::differing_pixels(frame.image, lacking) == 0);
+        if (!e.copies.empty())
+            CHECK(support::differing_pixels(frame.image, report::render_naive(gaussians, camera, Model{})) > 0);
+        return e.copies.size();
+    };
+    BasicRenderer<Minimal> minimal{support::map_of(gaussians), tiles_of_16};
+    BasicRenderer<NoBloom> routes{support::map_of(gaussians), tiles_of_16};
+    for (float turn : {0.0f, 0.0f, 0.3f, -0.2f}) {
+        CHECK(check(minimal, Minimal{}, turn) > 50);
+        CHECK(check(routes, NoBloom{}, turn) > 50);
+    }
+    CHECK(check(minimal, Minimal{}, 3.14159265f) == 0); // the cloud is behind the camera
+    CHECK(check(minimal, Minimal{}, 0.1f) > 50);
+}
+
+TEST_CASE("fitted: without routing the host places every view anew, on both engines and any number of threads")
+{
+    auto const gaussians = support::cloud(300, 185);
+    auto const options = [](std::uint32_t threads) {
+        auto o = tiles_of_16;
+        o.threads = threads;
+        o.digest = true;
+        return o;
+    };
+    BasicRenderer<NoRouting> placed{support::map_of(gaussians), options(1)}, threads{support::map_of(gaussians), options(3)};
+    BasicRenderer<NoRouting, CheckedMesh> checked{support::map_of(gaussians), options(1)};
+    for (float turn : {0.0f, 0.4f, 0.4f, -0.5f, 3.14159265f, 0.01f, 0.0f}) {
+        auto const camera = support::lens(64, 48, turn);
+        auto const frame = placed.render(camera);
+        INFO("turn ", turn);
+        CHECK(support::differing_pixels(frame.image, report::render_naive(gaussians, camera, Model{})) == 0);
+        CHECK(frame.report.lost.empty());
+        CHECK(no_routing(frame.report));
+        CHECK(frame.report.gaussians.visible + frame.report.gaussians.parked == gaussians.size());
+        auto const e = expected(gaussians, camera, placed.tiling(), placed.mesh().grid(), NoRouting::storage_slots);
+        CHECK(wrong_tiles<NoRouting>(placed, e, true) == 0);
+        CHECK(frame.report.copies == e.copies.size());
+        CHECK(frame.report.messages >= (turn == 0.4f ? 0 : frame.report.copies)); // each is sent anew, but in a view twice
+        for (auto const& other : {threads.render(camera), checked.render(camera)}) {
+            CHECK(support::differing_pixels(other.image, frame.image) == 0);
+            CHECK(counted(other.report) == counted(frame.report));
+            CHECK(other.report.digests == frame.report.digests);
+            CHECK(other.report.exchanged_live_bytes == frame.report.exchanged_live_bytes);
+        }
+    }
+}
+
+TEST_CASE("fitted: without routing what finds its tile full is listed, and the picture lacks just that")
+{
+    auto const gaussians = support::cloud(300, 186);
+    auto options = tiles_of_16;
+    options.storage_slots = 20;
+    BasicRenderer<Minimal> minimal{support::map_of(gaussians), options};
+    BasicRenderer<NoRouting> blooms{support::map_of(gaussians), options};
+    std::uint64_t most_unplaced = 0;
+    for (float turn : {0.0f, 0.0f, 0.5f, 3.14159265f, 0.9f, 0.0f}) {
+        auto const camera = support::lens(64, 48, turn);
+        auto const a = minimal.render(camera), b = blooms.render(camera);
+        auto const grid = minimal.mesh().grid();
+        auto const e = expected(gaussians, camera, minimal.tiling(), grid, 20);
+        INFO("turn ", turn);
+        most_unplaced = std::max<std::uint64_t>(most_unplaced, e.unplaced.size());
+        CHECK(listed(a.report, report::Cause::unplaced) == e.unplaced);
+        CHECK(listed(a.report, report::Cause::no_bloom) == e.copies);
+        CHECK(a.report.lost.size() == e.unplaced.size() + e.copies.size());
+        CHECK(listed(b.report, report::Cause::unplaced) == e.unplaced);
+        CHECK(listed(b.report, report::Cause::storage_full).size() == b.report.lost_copies);
+        CHECK(b.report.copies + b.report.lost_copies == e.copies.size());
+        for (auto const* frame : {&a, &b}) {
+            CHECK(frame->report.gaussians.unplaced == e.unplaced.size());
+            CHECK(frame->report.gaussians.visible + frame->report.gaussians.parked == gaussians.size());
+            CHECK(no_routing(frame->report));
+            auto const lacking =
+                report::render_naive(gaussians, camera, Model{}, support::Missing(frame->report, minimal.tiling(), grid));
+            CHECK(support::differing_pixels(frame->image, lacking) == 0);
+        }
+    }
+    CHECK(most_unplaced > 20);
+}
