@@ -138,6 +138,9 @@ public:
         if (!(camera.near_depth > 0) || !(camera.fx > 0) || !(camera.fy > 0))
             throw Error("a camera whose near plane or focal length is not above 0 (nothing in front of it can be projected); "
                         "correct the camera");
+        if (!(model_.alpha_min >= 0) || !(model_.alpha_max >= 0) || !(model_.transmittance_min >= 0) || !(model_.dilation >= 0))
+            throw Error("a model whose alpha_min, alpha_max, transmittance_min or dilation is negative or not a number (it would "
+                        "blend what is not light); correct the model");
         prepare(camera.width, camera.height);
         auto& frame = mesh_->template broadcast<splat::FrameParameters>();
         splat::Model model = model_;

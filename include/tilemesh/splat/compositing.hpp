@@ -16,6 +16,14 @@ inline float clamped(float v, float low, float high) noexcept
 /// evaluated whole and masked. 16 x 4 divides the paper's 32 x 20 tile; its state is 1 KiB of stack, 1.5 KiB with depth.
 inline constexpr std::uint32_t block_width = 16, block_height = 4;
 
+/// How far v is from w beyond what rounding makes of two such numbers (2^-21 of them: 8 roundings); 0 for NaN. Of a needle whose
+/// mean is far from the frame, v - w may be nothing but rounding.
+inline float beyond_rounding(float v, float w) noexcept
+{
+    float const rounding = 0x1p-21f * (std::fabs(v) + std::fabs(w)), distance = std::fabs(v - w);
+    return distance > rounding ? distance - rounding : 0.0f;
+}
+
 /// May a pixel of this block see the splat? The largest power over the block's pixel centres, from the point of the block
 /// nearest to the mean in the splat's own metric: never wrong to say yes, and the margin (2 % of alpha and 1e-4 of the power)
 /// is far above the rounding of either side. (x0, x1, y0, y1): the block's outermost pixel centres relative to the mean.
@@ -24,11 +32,11 @@ inline bool reaches(Splat const& s, float x0, float x1, float y0, float y1) noex
     // On the side of the block that faces the mean, the best point of the vertical and of the horizontal edge.
     float const x = clamped(0.0f, x0, x1), y = clamped(0.0f, y0, y1);
     float const best_y = clamped(s.slope * x, y0, y1);
-    float const off1 = best_y - s.slope * x;
+    float const off1 = beyond_rounding(best_y, s.slope * x);
     float const power1 = s.along * x * x + s.across * off1 * off1;
     float const steep = s.across * s.slope;
     float const best_x = clamped(steep * y / (s.along + steep * s.slope), x0, x1);
-    float const off2 = y - s.slope * best_x;
+    float const off2 = beyond_rounding(y, s.slope * best_x);
     float const power2 = s.along * best_x * best_x + s.across * off2 * off2;
     float const power = power1 > power2 ? power1 : power2;
     return !(power * (1.0f - 1e-4f) + 0.02f < s.faintest); // NaN says yes

@@ -212,7 +212,8 @@ inline Splat project(Gaussian const& g, View const& view, Tiling const& tiling) 
     s.opacity = g.opacity < 1.0f ? g.opacity : 1.0f;
     for (int i = 0; i < 3; ++i) s.colour[i] = g.colour[i];
     s.depth = z;
-    s.faintest = -0.5f * ratio - 0.01f;
+    // Where alpha_min is about e^-87, the exponential's end, or subnormal, every power counts.
+    s.faintest = m.alpha_min > 1e-36f ? -0.5f * ratio - 0.01f : -std::numeric_limits<float>::infinity();
     s.columns = columns;
     s.rows = rows;
     s.anchor = TileId::at(detail::pixel_within(u, columns) / tiling.tile_width,

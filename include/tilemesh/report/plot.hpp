@@ -1,0 +1,269 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <limits>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <tilemesh/error.hpp>
+#include <tilemesh/report/whole_file.hpp>
+#include <utility>
+#include <vector>
+
+namespace tilemesh::report {
+
+enum class PlotScale { linear, logarithmic };
+
+/// One axis of a plot. Without bounds it spans the finite values of all series; a linear one is widened to whole ticks.
+struct PlotAxis {
+    std::string label; ///< what and in which unit
+    PlotScale scale = PlotScale::linear;
+    std::optional<double> low{}, high{}; ///< finite, low < high, above 0 where the scale is logarithmic
+};
+
+/// How two neighbouring points are joined: by a line, or by the first one's value until the second begins.
+enum class PlotLine { straight, step };
+
+/// Points that belong together, in the order in which they are joined. A y of +infinity (the PSNR of equal pictures) is drawn on
+/// a line of its own above the others; a NaN, or -infinity, is a gap.
+struct PlotSeries {
+    std::string name;
+    std::vector<std::pair<double, double>> points; ///< x, which is finite, and y
+    PlotLine line = PlotLine::straight;
+    std::uint32_t colour = 0; ///< one of eight that colour-blind eyes tell apart; 8 is 0 again
+    bool dashed = false;
+};
+
+/// A diagram for a report: title, axes with ticks, lines with dots, a legend on the right.
+struct Plot {
+    std::string title;
+    PlotAxis x, y;
+    std::vector<PlotSeries> series;
+    std::string infinity = "inf";            ///< the name of the line where infinite values are
+    std::uint32_t width = 800, height = 420; ///< of the whole picture, in pixels; 320 x 200 or more
+};
+
+namespace detail {
+
+/// The palette of Okabe and Ito (2008), black first.
+inline constexpr std::array<char const*, 8> plot_colours = {"#000000", "#e69f00", "#56b4e9", "#009e73",
+                                                            "#0072b2", "#d55e00", "#cc79a7", "#999999"};
+
+/// A number as plain decimals, without a locale.
+inline std::string plot_number(double value, int decimals)
+{
+    std::array<char, 400> text{};
+    auto const end = std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::fixed, decimals);
+    std::string const out(text.data(), end.ptr);
+    return out.find_first_not_of("-0.") == std::string::npos && out[0] == '-' ? out.substr(1) : out; // no -0.0
+}
+inline std::string plot_text(std::string_view text)
+{
+    std::string out;
+    for (char const c : text) switch (c) {
+        case '<':
+            out += "&lt;";
+            break;
+        case '>':
+            out += "&gt;";
+            break;
+        case '&':
+            out += "&amp;";
+            break;
+        case '"':
+            out += "&quot;";
+            break;
+        default:
+            out += static_cast<unsigned char>(c) < 32 ? ' ' : c; // control characters are no XML
+        }
+    return out;
+}
+
+struct PlotTick {
+    double at;
+    std::string text;
+};
+
+/// A range of values laid onto a range of pixels.
+class PlotRange {
+public:
+    PlotRange(PlotAxis const& axis, char const* which, double least, double most, double from_px, double to_px)
+        : log_(axis.scale == PlotScale::logarithmic), from_px_(from_px), to_px_(to_px)
+    {
+        for (auto const& bound : {axis.low, axis.high})
+            if (bound && (!std::isfinite(*bound) || (log_ && !(*bound > 0))))
+                refuse(which, "a bound of it is not finite, or not above 0 on a logarithmic scale");
+        low_ = axis.low.value_or(least), high_ = axis.high.value_or(most);
+        if (low_ > high_ && !(axis.low && axis.high)) // no value, or all beyond the one bound that is given
+            low_ = axis.low.value_or(log_ ? high_ / 10 : high_ - 1), high_ = axis.high.value_or(log_ ? low_ * 10 : low_ + 1);
+        if (!std::isfinite(low_) || !std::isfinite(high_)) low_ = 1, high_ = 10; // not one value
+        if (log_ && !(low_ > 0)) refuse(which, "a value of 0 or below has no place on a logarithmic scale");
+        if (axis.low && axis.high && !(low_ < high_)) refuse(which, "its bounds are not in order");
+        if (!(low_ < high_)) { // one value: some room on both sides
+            double const room = low_ == 0 ? 1 : std::fabs(low_) / 2;
+            if (!axis.low) low_ = log_ ? low_ / 2 : low_ - room;
+            if (!axis.high) high_ = log_ ? high_ * 2 : high_ + room;
+        }
+        if (!std::isfinite(high_ - low_) || !(low_ < high_) || (log_ && !(low_ > 0))) refuse(which, "it spans more than a double holds");
+        log_ ? log_ticks() : linear_ticks(!axis.low, !axis.high);
+    }
+    double px(double value) const
+    {
+        double const t = log_ ? std::log(value / low_) / std::log(high_ / low_) : (value - low_) / (high_ - low_);
+        return from_px_ + t * (to_px_ - from_px_);
+    }
+    bool has(double value) const { return !log_ || value > 0; }
+    std::vector<PlotTick> const& ticks() const { return ticks_; }
+
+private:
+    [[noreturn]] static void refuse(char const* which, char const* why)
+    {
+        throw Error(std::string("the ") + which + " axis cannot be drawn (" + why + "); choose other bounds or a linear scale");
+    }
+    /// Steps of 1, 2 or 5 times a power of ten; about five.
+    void linear_ticks(bool widen_low, bool widen_high)
+    {
+        double const raw = (high_ - low_) / 5;
+        int const exponent = static_cast<int>(std::floor(std::log10(raw)));
+        double const unit = std::pow(10.0, exponent);
+        double const step = raw / unit > 5 ? 10 * unit : raw / unit > 2 ? 5 * unit : raw / unit > 1 ? 2 * unit : unit;
+        if (widen_low) low_ = std::floor(low_ / step) * step;
+        if (widen_high) high_ = std::ceil(high_ / step) * step;
+        int const decimals = std::clamp(-static_cast<int>(std::floor(std::log10(step) + 1e-9)), 0, 300);
+        double const first = std::ceil(low_ / step - 1e-9);
+        for (int i = 0; i <= 20 && (first + i) * step <= high_ + 1e-9 * step; ++i)
+            ticks_.push_back({(first + i) * step, plot_number((first + i) * step, decimals)});
+    }
+    /// Every power of ten; where these are few, 2 and 5 times it too.
+    void log_ticks()
+    {
+        int const begin = static_cast<int>(std::floor(std::log10(low_))), end = static_cast<int>(std::ceil(std::log10(high_)));
+        int const skip = std::max(1, (end - begin) / 10);
+        for (int e = begin; e <= end; e += skip)
+            for (int const times : {1, 2, 5}) {
+                double const at = times * std::pow(10.0, e);
+                if ((times != 1 && end - begin > 4) || at < low_ * (1 - 1e-9) || at > high_ * (1 + 1e-9)) continue;
+                ticks_.push_back({at, plot_number(at, std::clamp(-e, 0, 300))});
+            }
+    }
+
+    bool log_;
+    double from_px_, to_px_, low_ = 0, high_ = 0;
+    std::vector<PlotTick> ticks_;
+};
+
+} // namespace detail
+
+/// The plot as an SVG document of its own: no script, no style sheet, no font but the reader's sans-serif, on white. The same text on
+/// every run. Throws `Error` for a picture under 320 x 200, bounds that are not finite or not in order, an x that is not finite, and a
+/// value of 0 or below on a logarithmic scale. Costs some 60 bytes a point.
+inline std::string svg(Plot const& plot)
+{
+    using detail::plot_number;
+    using detail::plot_text;
+    if (plot.width < 320 || plot.height < 200)
+        throw Error("a plot of " + std::to_string(plot.width) + " x " + std::to_string(plot.height) +
+                    " pixels (axes and legend take 320 x 200); choose a larger one");
+    double least[2], most[2];
+    for (int i = 0; i < 2; ++i) least[i] = std::numeric_limits<double>::infinity(), most[i] = -least[i];
+    bool infinite = false;
+    std::size_t longest = 0;
+    for (auto const& series : plot.series) {
+        longest = std::max(longest, series.name.size());
+        for (auto const& [x, y] : series.points) {
+            if (!std::isfinite(x))
+                throw Error("series \"" + series.name + "\" cannot be drawn (an x of it is not finite); leave that point out");
+            least[0] = std::min(least[0], x), most[0] = std::max(most[0], x);
+            infinite = infinite || (std::isinf(y) && y > 0);
+            if (std::isfinite(y)) least[1] = std::min(least[1], y), most[1] = std::max(most[1], y);
+        }
+    }
+
+    // Room for the legend, the labels and the line of infinite values; 6.5 pixels a letter of 12.
+    double const legend = std::min(60 + 6.5 * static_cast<double>(longest), 0.45 * plot.width);
+    double const left = 64, right = plot.width - legend - 8, bottom = plot.height - 52.0, top = 36, infinity_px = top + 8;
+    detail::PlotRange const x(plot.x, "x", least[0], most[0], left, right);
+    detail::PlotRange const y(plot.y, "y", least[1], most[1], bottom, infinite ? top + 28 : top);
+
+    std::string out;
+    auto const number = [](double v) { return plot_number(v, 1); };
+    auto const line = [&](double x0, double y0, double x1, double y1, char const* stroke) {
+        out += "<line x1=\"" + number(x0) + "\" y1=\"" + number(y0) + "\" x2=\"" + number(x1) + "\" y2=\"" + number(y1) + "\" stroke=\"" +
+               stroke + "\"/>\n";
+    };
+    auto const text = [&](double at_x, double at_y, char const* more, std::string const& what) {
+        out += "<text x=\"" + number(at_x) + "\" y=\"" + number(at_y) + "\"" + more + ">" + plot_text(what) + "</text>\n";
+    };
+    auto const size = "width=\"" + std::to_string(plot.width) + "\" height=\"" + std::to_string(plot.height) + "\"";
+    out += "<svg xmlns=\"http://www.w3.org/2000/svg\" " + size + " viewBox=\"0 0 " + std::to_string(plot.width) + " " +
+           std::to_string(plot.height) + "\" font-family=\"sans-serif\" font-size=\"12\">\n<rect " + size +
+           " fill=\"#ffffff\"/>\n<clipPath id=\"area\"><rect x=\"" + number(left - 4) + "\" y=\"" + number(top - 4) + "\" width=\"" +
+           number(right - left + 8) + "\" height=\"" + number(bottom - top + 8) + "\"/></clipPath>\n";
+    text((left + right) / 2, 20, " text-anchor=\"middle\" font-size=\"15\"", plot.title);
+
+    // Grid, ticks, labels.
+    for (auto const& tick : x.ticks()) {
+        line(x.px(tick.at), top, x.px(tick.at), bottom, "#dddddd");
+        text(x.px(tick.at), bottom + 16, " text-anchor=\"middle\"", tick.text);
+    }
+    for (auto const& tick : y.ticks()) {
+        line(left, y.px(tick.at), right, y.px(tick.at), "#dddddd");
+        text(left - 6, y.px(tick.at) + 4, " text-anchor=\"end\"", tick.text);
+    }
+    if (infinite) {
+        line(left, infinity_px, right, infinity_px, "#999999");
+        text(left - 6, infinity_px + 4, " text-anchor=\"end\"", plot.infinity);
+    }
+    line(left, bottom, right, bottom, "#000000");
+    line(left, top, left, bottom, "#000000");
+    text((left + right) / 2, bottom + 38, " text-anchor=\"middle\"", plot.x.label);
+    auto const turn = " text-anchor=\"middle\" transform=\"rotate(-90 16 " + number((top + bottom) / 2) + ")\"";
+    text(16, (top + bottom) / 2, turn.c_str(), plot.y.label);
+
+    // Lines and dots, cut to the area; then the legend.
+    for (std::size_t i = 0; i < plot.series.size(); ++i) {
+        auto const& series = plot.series[i];
+        std::string const colour = detail::plot_colours[series.colour % detail::plot_colours.size()];
+        std::string path, dots;
+        bool joined = false;
+        double before = 0;
+        for (auto const& [at, value] : series.points) {
+            bool const drawn = std::isfinite(value) ? true : value > 0;
+            if (!drawn) {
+                joined = false;
+                continue;
+            }
+            if (!x.has(at) || (std::isfinite(value) && !y.has(value)))
+                throw Error("series \"" + series.name +
+                            "\" cannot be drawn (a value of 0 or below on a logarithmic scale); choose a linear scale");
+            double const px = x.px(at), py = std::isfinite(value) ? y.px(value) : infinity_px;
+            if (joined && series.line == PlotLine::step) path += "L" + number(px) + " " + number(before);
+            path += (joined ? "L" : "M") + number(px) + " " + number(py);
+            dots += "<circle cx=\"" + number(px) + "\" cy=\"" + number(py) + "\" r=\"2.5\"/>";
+            before = py;
+            joined = true;
+        }
+        std::string const stroke =
+            " fill=\"none\" stroke=\"" + colour + "\" stroke-width=\"1.8\"" + (series.dashed ? " stroke-dasharray=\"6 4\"" : "");
+        if (!path.empty())
+            out +=
+                "<g clip-path=\"url(#area)\"><path d=\"" + path + "\"" + stroke + "/>\n<g fill=\"" + colour + "\">" + dots + "</g></g>\n";
+        double const row = top + 8 + 18 * static_cast<double>(i);
+        out += "<path d=\"M" + number(right + 12) + " " + number(row) + "h30\"" + stroke + "/>\n";
+        text(right + 48, row + 4, "", series.name);
+    }
+    return out + "</svg>\n";
+}
+
+/// Writes `svg(plot)` as a file, whole or not at all (`write_whole`). Throws `Error` as both do.
+inline void write_svg(std::filesystem::path const& path, Plot const& plot)
+{
+    write_whole(path, svg(plot));
+}
+
+} // namespace tilemesh::report

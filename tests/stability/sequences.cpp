@@ -1,0 +1,555 @@
+#include "machines.hpp"
+#include "naive_kernel.hpp"
+#include "../splat/support.hpp"
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <doctest/doctest.h>
+#include <glm/matrix.hpp>
+#include <limits>
+#include <memory>
+#include <string>
+#include <tilemesh/scene/built_in.hpp>
+#include <tilemesh/scene/camera_json.hpp>
+#include <tilemesh/scene/orbit.hpp>
+#include <tilemesh/scene/ply.hpp>
+#include <tilemesh/scene/trajectory.hpp>
+#include <utility>
+#include <vector>
+
+// Frame after frame on one renderer: whatever the camera did before, a frame is the one that a new renderer gives for its pose.
+using namespace tilemesh;
+using namespace tilemesh::splat;
+using stability::Kind;
+using stability::Runner;
+
+namespace {
+
+/// One block of compositing each: 5 x 12 tiles for 80 x 45 pixels.
+RendererOptions const small_tiles{.tile = {16, 4}};
+
+bool finite(std::vector<float> const& values)
+{
+    // The exponent is all ones: a compare of integers, for it sees every pixel of every frame.
+    return std::none_of(values.begin(), values.end(),
+                        [](float v) { return (__builtin_bit_cast(std::uint32_t, v) & 0x7f800000u) == 0x7f800000u; });
+}
+bool finite(RenderedFrame const& f)
+{
+    return finite(f.image.rgb) && finite(f.depth.values) && finite(f.alpha.values);
+}
+bool same_bits(std::vector<float> const& a, std::vector<float> const& b)
+{
+    return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0);
+}
+/// Colour, depth and alpha.
+bool same_picture(RenderedFrame const& a, RenderedFrame const& b)
+{
+    return a.image.width == b.image.width && same_bits(a.image.rgb, b.image.rgb) && same_bits(a.depth.values, b.depth.values) &&
+           same_bits(a.alpha.values, b.alpha.values);
+}
+bool lacks_nothing(report::FrameReport const& r)
+{
+    return r.lost.empty() && r.lost_copies == 0 && r.late_copies == 0 && r.gaussians.dropped == 0 && r.gaussians.unplaced == 0 &&
+           r.gaussians.under_way == 0;
+}
+std::vector<std::uint32_t> ids_of(scene::Map const& map)
+{
+    std::vector<std::uint32_t> ids;
+    for (auto const& g : map.gaussians) ids.push_back(static_cast<std::uint32_t>(g.id));
+    std::sort(ids.begin(), ids.end());
+    return ids;
+}
+/// Every n-th row.
+scene::Map thinned(scene::Map map, std::size_t n)
+{
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < map.gaussians.size(); i += n) map.gaussians[kept++] = map.gaussians[i];
+    map.gaussians.resize(kept);
+    return map;
+}
+
+/// A map and a camera path through it that has no end: round and round, or forwards and backwards.
+struct Sequence {
+    std::string name;
+    scene::Map map;
+    std::vector<Camera> path;
+    bool round;
+
+    Camera const& at(std::size_t k) const
+    {
+        if (round) return path[k % path.size()];
+        std::size_t const back = 2 * (path.size() - 1), i = k % back;
+        return path[i < path.size() ? i : back - i];
+    }
+};
+
+/// The start moved by hand: a walk whose acceleration is random and whose velocity and offset are drawn back to zero.
+std::vector<Camera> hand_held(Camera const& start, std::uint32_t frames, std::uint64_t seed)
+{
+    support::Random random(seed);
+    auto const pose = scene::pose_of(start);
+    auto const lens = scene::lens_of(start);
+    double offset[6] = {}, velocity[6] = {};
+    std::vector<Camera> path{start};
+    while (path.size() < frames) {
+        for (int i = 0; i < 6; ++i) {
+            velocity[i] = 0.92 * velocity[i] + 0.002 * double{random.uniform(-1, 1)} - 0.001 * offset[i];
+            offset[i] += velocity[i];
+        }
+        glm::dmat3 const turn = scene::rotation_matrix(1, offset[0], offset[1], offset[2]);
+        path.push_back(scene::make_camera({turn * pose.rotation, pose.position + glm::dvec3{offset[3], offset[4], offset[5]}}, lens));
+    }
+    return path;
+}
+std::vector<Camera> cameras_of(scene::Trajectory const& trajectory, scene::Intrinsics const& lens)
+{
+    std::vector<Camera> path;
+    for (auto const& stamped : trajectory) path.push_back(scene::make_camera(stamped.pose, lens));
+    return path;
+}
+
+/// The authors' slow orbit of 0.125 degrees a frame and real hand-held motion on their maps; where these are absent, the same
+/// orbit and a walk on the built-in map. `n`: every n-th row of a map.
+std::vector<Sequence> sequences(scene::Size size, std::size_t n)
+{
+    std::vector<Sequence> out;
+    if (auto const data = support::data(); !data.empty()) {
+        auto const cameras = scene::load_cameras(data / "cameras.json");
+        for (auto const& [scene_name, motion] : {std::pair{"sloth", "fr1_xyz"}, std::pair{"salad", "fr2_desk"}}) {
+            std::string const name = scene_name;
+            auto const map = thinned(scene::load_ply(data / "maps" / (name + ".ply")), n);
+            auto const camera = [&](char const* which) {
+                auto const found = scene::select_cameras(cameras, name + "/" + which, name);
+                return scene::resized(found.front().camera, size.width, size.height);
+            };
+            auto const folder = data / "trajectories";
+            auto const orbit = scene::load_tum(folder / (name + "_slow_orbit.tum"));
+            out.push_back({name + ", slow orbit", map, cameras_of(orbit, scene::lens_of(camera("benchmark"))), true});
+            auto const start = camera("front");
+            auto const hand = scene::relative_to_first(scene::load_tum(folder / (std::string(motion) + ".tum")), scene::pose_of(start));
+            out.push_back({name + ", " + motion, map, cameras_of(hand, scene::lens_of(start)), false});
+        }
+        return out;
+    }
+    auto const map = thinned(scene::built_in_map(), n);
+    auto const start = scene::built_in_camera(size);
+    out.push_back({"built-in, slow orbit", map, scene::orbit(start, scene::robust_centre(map), 0.125, 2880), true});
+    out.push_back({"built-in, hand-held", map, hand_held(start, 3000, 7), false});
+    return out;
+}
+
+/// Plays the sequence on one renderer; every `step` frames a new one renders the same pose.
+void play(Sequence const& s, Kind kind, RendererOptions const& options, std::size_t frames, std::size_t step)
+{
+    INFO(s.name);
+    auto const runner = stability::make_runner(kind, s.map, options);
+    auto const ids = ids_of(s.map);
+    std::uint64_t lacking = 0, not_finite = 0, not_counted = 0, moved = 0, still = 0;
+    report::Image last;
+    for (std::size_t k = 0; k < frames; ++k) {
+        auto const& camera = s.at(k);
+        auto const frame = runner->render(camera);
+        auto const& gaussians = frame.report.gaussians;
+        lacking += lacks_nothing(frame.report) ? 0 : 1;
+        not_finite += finite(frame) ? 0 : 1;
+        not_counted += gaussians.visible + gaussians.parked == ids.size() ? 0 : 1;
+        if (k > 0) moved += gaussians.moved;
+        still += same_bits(last.rgb, frame.image.rgb) ? 1 : 0;
+        last = frame.image;
+        if ((k + 1) % step != 0) continue;
+        INFO("frame ", k);
+        auto const cold = stability::render(kind, s.map, camera, options);
+        CHECK(same_picture(frame, cold));
+        CHECK(runner->wrong_tiles(camera) == 0);
+        CHECK((runner->owned_ids() == ids));
+        // The way was another one: a cold start sends every record and every copy.
+        CHECK(frame.report.messages < cold.report.messages);
+    }
+    CHECK(lacking == 0);
+    CHECK(not_finite == 0);
+    CHECK(not_counted == 0);
+    // Something happened: records change tiles, and hardly a frame is as the last.
+    CHECK(moved > frames);
+    CHECK(still * 100 <= frames);
+}
+
+} // namespace
+
+// Every 48th row of the maps and 80 x 45 pixels on 5 x 12 tiles; the slow case below takes whole maps.
+TEST_CASE("10,000 frames of slow orbit and of hand-held motion: every 500 the picture is that of a cold start")
+{
+    if (support::data().empty()) MESSAGE("skipped: the authors' orbits and recorded motion; the built-in map stands in");
+    bool const fast = support::fast();
+    for (auto const& s : sequences({80, 45}, 48)) play(s, Kind::roomy, small_tiles, fast ? 1000 : 10'000, fast ? 250 : 500);
+}
+
+TEST_CASE("slow: 10,000 frames of whole maps at 640x360 on 40 x 36 tiles, cold starts every 500")
+{
+    for (auto const& s : sequences({640, 360}, 1)) play(s, Kind::mk2, {.threads = 2}, 10'000, 500);
+}
+
+namespace {
+
+/// One renderer whose every frame is compared with a new renderer's and with the naive picture.
+class Film {
+public:
+    Film(Kind kind, scene::Map map, RendererOptions options)
+        : kind_(kind), map_(std::move(map)), options_(options), ids_(ids_of(map_)), runner_(stability::make_runner(kind, map_, options))
+    {
+    }
+    Model& model() { return runner_->model(); }
+    std::size_t size() const { return ids_.size(); }
+
+    /// The next frame; nothing may be lost.
+    RenderedFrame frame(Camera const& camera)
+    {
+        auto const frame = runner_->render(camera);
+        INFO("frame ", number_++);
+        CHECK(same_picture(frame, stability::render(kind_, map_, camera, options_, &runner_->model())));
+        CHECK(runner_->differing_pixels(frame, camera) == 0);
+        CHECK(runner_->wrong_tiles(camera) == 0);
+        CHECK((runner_->owned_ids() == ids_));
+        CHECK(lacks_nothing(frame.report));
+        CHECK(finite(frame));
+        return frame;
+    }
+    /// The next frame of a machine that may lose: what the picture lacks is what the report lists, and no id is there twice.
+    RenderedFrame frame_with_losses(Camera const& camera)
+    {
+        auto const frame = runner_->render(camera);
+        INFO("frame ", number_++);
+        CHECK(runner_->differing_pixels(frame, camera) == 0);
+        CHECK(finite(frame));
+        auto const owned = runner_->owned_ids();
+        CHECK(std::adjacent_find(owned.begin(), owned.end()) == owned.end());
+        CHECK(std::includes(ids_.begin(), ids_.end(), owned.begin(), owned.end()));
+        CHECK(owned.size() + frame.report.gaussians.dropped == ids_.size());
+        return frame;
+    }
+    template <class Cameras>
+    void frames(Cameras const& cameras)
+    {
+        for (Camera const& c : cameras) (void)frame(c);
+    }
+    Runner& runner() { return *runner_; }
+
+private:
+    Kind kind_;
+    scene::Map map_;
+    RendererOptions options_;
+    std::vector<std::uint32_t> ids_;
+    std::unique_ptr<Runner> runner_;
+    std::uint32_t number_ = 0;
+};
+
+/// A desk of 1,000 Gaussians and 300 balls, needles and discs, many of them larger than a tile.
+scene::Map mixed_map()
+{
+    auto map = thinned(scene::built_in_map(), 40);
+    auto const first = static_cast<std::uint32_t>(scene::built_in_map().gaussians.size());
+    for (auto g : support::cloud(300, 11)) {
+        g.id = GaussianId{first + static_cast<std::uint32_t>(g.id)};
+        map.gaussians.push_back(g);
+    }
+    return map;
+}
+Camera desk_camera()
+{
+    return scene::built_in_camera({96, 54});
+}
+/// The camera moved by (x, y, z) along its own axes, then turned about its vertical axis.
+Camera moved(Camera const& from, double x, double y, double z, double degrees = 0)
+{
+    auto pose = scene::pose_of(from);
+    pose.position += glm::transpose(pose.rotation) * glm::dvec3{x, y, z};
+    double const half = degrees * 3.14159265358979323846 / 360;
+    pose.rotation = scene::rotation_matrix(std::cos(half), 0, std::sin(half), 0) * pose.rotation;
+    return scene::make_camera(pose, scene::lens_of(from));
+}
+/// Turned about its line of sight.
+Camera rolled(Camera const& from, double degrees)
+{
+    auto pose = scene::pose_of(from);
+    double const half = degrees * 3.14159265358979323846 / 360;
+    pose.rotation = scene::rotation_matrix(std::cos(half), 0, 0, std::sin(half)) * pose.rotation;
+    return scene::make_camera(pose, scene::lens_of(from));
+}
+double lit(RenderedFrame const& f)
+{
+    double sum = 0;
+    for (float v : f.image.rgb) sum += double{v};
+    return sum;
+}
+
+} // namespace
+
+TEST_CASE("jumps: far away and back, through the scene, inside it, behind it")
+{
+    Film film(Kind::roomy, mixed_map(), small_tiles);
+    auto const home = desk_camera();
+    auto const picture = film.frame(home);
+    CHECK(lit(picture) > 1000);
+    for (double far : {10.0, 1e3, 1e6, 1e12}) {
+        INFO("by ", far);
+        (void)film.frame(moved(home, 0, 0, -far));
+        CHECK(same_picture(film.frame(home), picture));
+        (void)film.frame(moved(home, far, 0, 0));
+        (void)film.frame(moved(home, 0, -far, far, 180));
+        CHECK(same_picture(film.frame(home), picture));
+    }
+    // Straight through, and out behind; then from there back at it, and home.
+    for (int k = 0; k <= 12; ++k) (void)film.frame(moved(home, 0, 0, 0.15 * k));
+    for (int k = 0; k < 4; ++k) (void)film.frame(moved(home, 0, 0, 0.9, 90.0 * k));
+    (void)film.frame(moved(home, 0, 0, 3, 180));
+    CHECK(same_picture(film.frame(home), picture));
+    // Anywhere, looking anywhere.
+    support::Random random(5);
+    auto const anywhere = [&] { return double{random.uniform(-3, 3)}; };
+    for (int k = 0; k < (support::fast() ? 10 : 40); ++k)
+        (void)film.frame(rolled(moved(home, anywhere(), anywhere(), anywhere(), 60 * anywhere()), 60 * anywhere()));
+    CHECK(same_picture(film.frame(home), picture));
+}
+
+TEST_CASE("a view that repeats sends nothing, and one that comes back is the same")
+{
+    Film film(Kind::roomy, mixed_map(), small_tiles);
+    auto const home = desk_camera(), aside = moved(home, 0.1, -0.05, 0.02, 2);
+    auto const picture = film.frame(home);
+    for (int k = 0; k < 50; ++k) {
+        auto const again = film.runner().render(home);
+        CHECK(again.report.messages == 0);
+        CHECK(again.report.hops == 0);
+        CHECK(again.report.gaussians.moved == 0);
+        CHECK(again.report.supersteps.total() == 0);
+        CHECK(again.report.exchanged_live_bytes == 0);
+        CHECK(same_picture(again, picture));
+    }
+    // To and fro: from the second time on all is periodic, to the last counter.
+    report::FrameReport first[2];
+    auto const other = film.frame(aside);
+    for (int k = 0; k < 200; ++k) {
+        auto const frame = film.runner().render(k % 2 == 0 ? home : aside);
+        CHECK(same_picture(frame, k % 2 == 0 ? picture : other));
+        if (k < 2) first[k] = frame.report;
+        auto const& expected = first[k % 2];
+        CHECK(frame.report.messages == expected.messages);
+        CHECK(frame.report.gaussians.moved == expected.gaussians.moved);
+        CHECK(frame.report.copies == expected.copies);
+        CHECK(frame.report.supersteps.total() == expected.supersteps.total());
+        CHECK(lacks_nothing(frame.report));
+    }
+    CHECK(first[0].gaussians.moved > 100);
+    CHECK_FALSE(same_picture(picture, other));
+    (void)film.frame(home);
+}
+
+TEST_CASE("gaps: a path of which frames are missing")
+{
+    auto const map = mixed_map();
+    auto const path = scene::orbit(desk_camera(), scene::robust_centre(map), 0.5, 720);
+    Film film(Kind::roomy, map, small_tiles);
+    support::Random random(6);
+    std::uint32_t frames = 0;
+    for (std::uint32_t at = 0; at < path.size(); at += 1 + (random.below(3) == 0 ? random.below(support::fast() ? 300 : 60) : 0), ++frames)
+        if (frames < (support::fast() ? 15 : 60)) (void)film.frame(path[at]);
+}
+
+TEST_CASE("poses beyond all bounds and with nothing in sight: a black picture, and everything is still there")
+{
+    Film film(Kind::roomy, mixed_map(), small_tiles);
+    auto const home = desk_camera();
+    auto const picture = film.frame(home);
+    auto const nothing = [&](Camera const& c) {
+        auto const frame = film.frame(c);
+        CHECK(frame.report.gaussians.visible == 0);
+        CHECK(frame.report.gaussians.parked == film.size());
+        CHECK(frame.report.messages == 0);
+        CHECK(std::all_of(frame.image.rgb.begin(), frame.image.rgb.end(), [](float v) { return v == 0; }));
+        CHECK(std::all_of(frame.depth.values.begin(), frame.depth.values.end(), [](float v) { return v == 0; }));
+    };
+    nothing(moved(home, 0, 0, -60, 180)); // looks the other way
+    nothing(moved(home, 0, 0, 1e6));
+    CHECK(same_picture(film.frame(home), picture));
+    for (float end : {1e6f, 1e20f, 1e30f, std::numeric_limits<float>::max()})
+        for (int axis = 0; axis < 3; ++axis)
+            for (float sign : {-1.0f, 1.0f}) {
+                auto c = home;
+                c.position[axis] = sign * end;
+                (void)film.frame(c);
+            }
+    auto away = home;
+    away.position[2] = std::numeric_limits<float>::max();
+    nothing(away);
+    auto nearest = home;
+    nearest.near_depth = 1e30f;
+    nothing(nearest);
+    CHECK(same_picture(film.frame(home), picture));
+}
+
+TEST_CASE("roll, zoom, near plane, principal point, rules and size may change from frame to frame")
+{
+    Film film(Kind::roomy, mixed_map(), small_tiles);
+    auto const home = desk_camera();
+    auto const picture = film.frame(home);
+    for (double degrees : {180.0, 90.0, 270.0, 1.0, 181.0}) (void)film.frame(rolled(home, degrees));
+    (void)film.frame(home);
+
+    for (float zoom : {1.1f, 4.0f, 50.0f, 1e4f, 1e8f, 0.5f, 0.1f, 1e-3f, 1e-8f}) {
+        auto c = home;
+        c.fx *= zoom;
+        c.fy *= zoom;
+        (void)film.frame(c);
+        c.fy = home.fy; // stretched
+        (void)film.frame(c);
+    }
+    (void)film.frame(home);
+
+    for (float near_depth : {0.01f, 1.0f, 1.3f, 1e-30f, 3.0f, 0.2f}) {
+        auto c = home;
+        c.near_depth = near_depth;
+        (void)film.frame(c);
+    }
+    for (float offset : {-30.0f, 1000.0f, 0.25f, 1e8f}) {
+        auto c = home;
+        c.cx += offset;
+        c.cy -= offset;
+        (void)film.frame(c);
+    }
+    CHECK(same_picture(film.frame(home), picture));
+
+    auto const rules = film.model();
+    film.model().footprint = Footprint::three_sigma_square;
+    CHECK_FALSE(same_picture(film.frame(home), picture));
+    film.model().dilation = 3;
+    (void)film.frame(home);
+    film.model() = rules;
+    film.model().alpha_min = 0.1f;
+    film.model().alpha_max = 0.99f;
+    (void)film.frame(home);
+    film.model() = rules;
+    film.model().jacobian_limit = 0;
+    (void)film.frame(home);
+    film.model() = rules;
+    CHECK(same_picture(film.frame(home), picture));
+}
+
+TEST_CASE("the size may change from frame to frame, on a grid that follows it and on one that stays")
+{
+    for (auto const& options : {small_tiles, RendererOptions{.grid = {6, 9}}}) {
+        INFO("grid ", options.grid.width);
+        Film film(Kind::roomy, mixed_map(), options);
+        auto const home = desk_camera();
+        auto const picture = film.frame(home);
+        for (auto const& size : {scene::Size{96, 55}, {160, 90}, {1, 1}, {17, 70}, {64, 3}, {200, 40}})
+            (void)film.frame(scene::resized(home, size.width, size.height));
+        CHECK(same_picture(film.frame(home), picture));
+    }
+}
+
+TEST_CASE("a camera that is refused changes nothing")
+{
+    Film film(Kind::roomy, mixed_map(), small_tiles);
+    auto const home = desk_camera();
+    auto const picture = film.frame(home);
+    for (float bad : {0.0f, -1.0f, std::numeric_limits<float>::quiet_NaN()})
+        for (int field = 0; field < 3; ++field) {
+            auto c = home;
+            (field == 0 ? c.fx : field == 1 ? c.fy : c.near_depth) = bad;
+            CHECK_THROWS_AS((void)film.runner().render(c), Error);
+        }
+    auto c = home;
+    c.width = 0;
+    CHECK_THROWS_AS((void)film.runner().render(c), Error);
+    auto const again = film.frame(home);
+    CHECK(same_picture(again, picture));
+    CHECK(again.report.messages == 0);
+}
+
+TEST_CASE("map and camera moved by 1e6 together: not a bit of the picture changes")
+{
+    // A sixteenth is the step of floats from 2^19 to 2^20: on that grid the move is exact.
+    auto map = thinned(scene::built_in_map(), support::fast() ? 40 : 4);
+    auto camera = scene::built_in_camera({320, 180});
+    for (auto& g : map.gaussians)
+        for (float& v : g.mean_world) v = std::round(16 * v) / 16;
+    for (float& v : camera.position) v = std::round(16 * v) / 16;
+    auto far_map = map;
+    auto far_camera = camera;
+    float const by[3] = {1e6f, -1e6f, 1e6f};
+    std::uint64_t inexact = 0;
+    for (int i = 0; i < 3; ++i) {
+        far_camera.position[i] += by[i];
+        for (std::size_t k = 0; k < map.gaussians.size(); ++k) {
+            float& v = far_map.gaussians[k].mean_world[i];
+            v += by[i];
+            inexact += double{v} - double{by[i]} == double{map.gaussians[k].mean_world[i]} ? 0 : 1;
+        }
+        inexact += double{far_camera.position[i]} - double{by[i]} == double{camera.position[i]} ? 0 : 1;
+    }
+    REQUIRE(inexact == 0);
+
+    RendererOptions const options{.tile = {32, 20}};
+    auto const near_by = stability::render(Kind::roomy, map, camera, options);
+    auto const far_off = stability::render(Kind::roomy, far_map, far_camera, options);
+    CHECK(lit(near_by) > 1000);
+    CHECK(same_picture(near_by, far_off));
+    CHECK(near_by.report.messages == far_off.report.messages);
+
+    // The same camera at 1280 x 720, and what W p + t makes of it.
+    auto const shown = scene::resized(camera, 1280, 720), far_shown = scene::resized(far_camera, 1280, 720);
+    auto const view = make_view(shown, Model{}), far_view = make_view(far_shown, Model{});
+    auto const tiling = make_tiling(1280, 720, 1280, 720);
+    std::vector<double> off_by;
+    double ours = 0;
+    for (std::size_t k = 0; k < map.gaussians.size(); ++k) {
+        auto const s = project(map.gaussians[k], view, tiling);
+        if (!s.visible()) continue;
+        auto const t = project(far_map.gaussians[k], far_view, tiling);
+        ours = std::max(ours, std::hypot(double{s.mean_px[0]} - double{t.mean_px[0]}, double{s.mean_px[1]} - double{t.mean_px[1]}));
+        if (std::fabs(s.mean_px[0]) > 640 || std::fabs(s.mean_px[1]) > 360) continue;
+        auto const p = naive::view_point(far_shown, far_map.gaussians[k].mean_world);
+        if (p.z <= shown.near_depth) {
+            off_by.push_back(1e9); // vanished
+            continue;
+        }
+        off_by.push_back(std::hypot(double{shown.fx * p.x / p.z - s.mean_px[0]}, double{shown.fy * p.y / p.z - s.mean_px[1]}));
+    }
+    std::sort(off_by.begin(), off_by.end());
+    REQUIRE(off_by.size() > 100);
+    INFO("naive: median ", off_by[off_by.size() / 2], ", largest ", off_by.back(), " px");
+    CHECK(ours == 0);
+    CHECK(off_by[off_by.size() / 2] > 5);
+    CHECK(off_by.back() > 20);
+}
+
+TEST_CASE("drop under hostile motion: what the picture lacks is what the report lists, frame after frame")
+{
+    auto options = small_tiles;
+    options.channel_slots = 12;
+    options.storage_slots = 130;
+    Film film(Kind::drop, mixed_map(), options);
+    auto const home = desk_camera();
+    std::uint64_t copies_lost = 0;
+    auto const show = [&](Camera const& c) {
+        auto const r = film.frame_with_losses(c).report;
+        copies_lost += r.lost_copies;
+        return r.gaussians.dropped;
+    };
+    (void)show(home);
+    for (int k = 0; k < 5; ++k) (void)show(home);
+    for (auto const& c : hand_held(home, support::fast() ? 10 : 60, 3)) (void)show(c);
+    for (int k = 0; k < (support::fast() ? 10 : 200); ++k) (void)show(k % 2 == 0 ? home : moved(home, 0.1, 0, 0, 5));
+    for (int k = 0; k < 5; ++k) (void)show(moved(home, 0, 0, 0.3 * k, 70.0 * k));
+    (void)show(moved(home, 0, 0, -60, 180));
+    (void)show(moved(home, 1e30, 0, 0));
+    (void)show(rolled(home, 180));
+    auto wide = home;
+    wide.fx = wide.fy = 0.1f;
+    auto const dropped = show(wide); // all onto a few tiles
+    CHECK(show(home) >= dropped);    // gone is gone
+    CHECK(copies_lost > 0);
+    CHECK(dropped > 0);
+    CHECK(dropped < film.size());
+}
