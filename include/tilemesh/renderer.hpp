@@ -153,7 +153,7 @@ public:
         } else {
             if (changed && S::Saturation::holds && !gone_.empty()) load();
         }
-        frame = {view, tiling_, changed ? 1u : 0u, changed && dirty_ ? 1u : 0u, cut_ ? 1u : 0u};
+        frame = {view, tiling_, changed ? 1u : 0u, changed && full_ ? 1u : 0u, cut_ ? 1u : 0u};
 
         auto report = account(mesh_->run(), camera);
         if (recall_orphans()) {
@@ -198,7 +198,7 @@ private:
         size_framebuffers();
         last_.reset();
         gone_.clear();
-        dirty_ = cut_ = false;
+        full_ = refused_ = cut_ = false;
         if constexpr (S::routes) load_all(grid); // otherwise each view places the records
     }
     void load_all(Grid grid)
@@ -393,15 +393,16 @@ private:
         r.digests = run.digests;
 
         // Losses last until the records are sent again: a frame that refused nothing may still lack what the last one lost.
-        bool const lost_copies = r.refused.copies_full + r.refused.copies_refused != 0;
-        dirty_ = lost_copies || (dirty_ && mesh_->template broadcast<splat::FrameParameters>().anew == 0);
+        auto const& frame = mesh_->template broadcast<splat::FrameParameters>();
+        full_ = r.refused.copies_full != 0 || (full_ && frame.anew == 0);
+        refused_ = r.refused.copies_refused != 0 || (refused_ && frame.view_changed == 0);
         bool spans = false;
         if constexpr (!S::blooms) spans = any_spans();
         if constexpr (!S::routes) {
             r.gaussians.visible += gone_.size();
             r.gaussians.parked += parked_;
         }
-        if (r.refused.storage_full != 0 || !gone_.empty() || dirty_ || options_.hops != 0 || spans)
+        if (r.refused.storage_full != 0 || !gone_.empty() || full_ || refused_ || options_.hops != 0 || spans)
             gone_ = report::LossFinder<S, MeshType>(*mesh_, gaussians_, options_.hops != 0).list(r);
         return r;
     }
@@ -451,7 +452,8 @@ private:
     std::uint64_t parked_ = 0;                       ///< rows with nothing on screen that stay here: without routing
     std::vector<std::uint32_t> gone_;                ///< rows that are nowhere on the mesh, in order
     std::optional<splat::View> last_;
-    bool dirty_ = false;                             ///< copies are missing that nobody will send again by itself
+    bool full_ = false;                              ///< copies are missing that found no storage: nobody sends them again by itself
+    bool refused_ = false;                           ///< copies are missing that met a full channel: owed again in a new view
     bool cut_ = false;                               ///< a bound may have left records under way
 };
 

@@ -26,6 +26,7 @@
 #include <tilemesh/report/image_file.hpp>
 #include <tilemesh/report/losses.hpp>
 #include <tilemesh/report/naive.hpp>
+#include <tilemesh/report/plot.hpp>
 #include <tilemesh/report/reference_double.hpp>
 #include <tilemesh/report/table.hpp>
 #include <tilemesh/report/whole_file.hpp>

@@ -148,6 +148,29 @@ TEST_CASE("hold: `held` counts every wait, for a slot as for a credit, of one fr
     CHECK(renderer.render(support::lens(120, 80)).report.gaussians.held == 0); // a static view waits for nothing
 }
 
+TEST_CASE("drop: what a full channel refused is owed again in the next view, and nothing else is")
+{
+    auto const gaussians = support::cloud(250, 53);
+    BasicRenderer<support::Small<2, 600, Paper>> renderer{support::map_of(gaussians), {.grid = {7, 6}}};
+    auto camera = support::lens(96, 80);
+    auto const first = renderer.render(camera).report;
+    REQUIRE(first.lost_copies > 50);
+    auto before = first;
+    std::uint32_t frames = 0;
+    for (; frames < 200 && before.lost_copies != 0; ++frames) {
+        camera.cx += 1e-4f; // a new view, in which next to nothing moves
+        auto const now = renderer.render(camera).report;
+        CHECK(now.messages <= before.lost_copies + 20); // an anchor or two may cross a border
+        CHECK(now.lost_copies <= before.lost_copies + 5);
+        before = now;
+    }
+    CHECK(before.lost_copies == 0);
+    CHECK(frames > 1);
+    auto const again = renderer.render(camera).report;
+    CHECK(again.lost.empty());
+    CHECK(again.messages == 0);
+}
+
 TEST_CASE("bounded hops: one superstep a frame; every frame lacks just what is listed, and a static view converges")
 {
     auto const check = [](auto tag, auto setup, std::uint32_t hops) {

@@ -28,7 +28,8 @@ std::uint32_t begin_frame(Here const& here, FrameParameters const& frame, Storag
         [[maybe_unused]] std::uint32_t bits = marks[i].bits;
         if constexpr (S::blooms)
             for (Direction d : news)
-                if (forget || !here.grid.has_neighbour(here.tile, d) ||
+                if (forget || (frame.view_changed != 0 && (bits & Mark::refused(d)) != 0) ||
+                    !here.grid.has_neighbour(here.tile, d) ||
                     !covers(s, frame.tiling, here.grid.neighbour(here.tile, d)))
                     bits &= ~(Mark::shared(d) | Mark::refused(d));
         if (!copy) {
@@ -55,7 +56,7 @@ inline Vote vote_to_route(Traffic& traffic, std::uint32_t leaving) noexcept
 /// copies whose footprint left the tile. Votes busy where a record must leave or waits.
 ///
 /// After this, on every tile: a copy is here only if its footprint touches the tile; `Mark::shared(d)` is set only if the
-/// neighbour on side d holds the record. Both tiles of a pair decide with the same words and the same view, so no message is
+/// neighbour on side d holds the record; what a full channel refused is owed again in a new view. Both tiles of a pair decide with the same words and the same view, so no message is
 /// needed for a copy to end. Cost: one projection a stored record; no exchange. A setup that does not route or bloom keeps
 /// nothing for it.
 template <class S, bool Routes = S::routes, bool Blooms = S::blooms>

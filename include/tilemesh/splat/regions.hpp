@@ -10,7 +10,7 @@ struct FrameParameters {
     View view;
     Tiling tiling;
     std::uint32_t view_changed;  ///< 0: the view of the last frame, whose splats still hold
-    std::uint32_t anew;          ///< 1: trust no neighbour to hold a copy (after a frame that lost some): send all again
+    std::uint32_t anew;          ///< 1: trust no neighbour to hold a copy (after a full storage lost some): send all again
     std::uint32_t readdress;     ///< 1: what is under way was addressed in another view (a bound cut the last frame)
 };
 

@@ -1,0 +1,23 @@
+#pragma once
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace channel_capacity {
+
+struct Options {
+    std::filesystem::path data;               ///< with maps/, trajectories/ and cameras.json; empty where there is none
+    std::filesystem::path csv, latency;       ///< empty: not written
+    std::filesystem::path plots;              ///< a folder; empty: none
+    std::vector<std::string> scenes, motions; ///< all where none is named
+    std::uint32_t threads = 1;                ///< motions measured at a time
+    bool quick = false;
+    bool help = false;
+};
+
+/// Throws tilemesh::Error for what is no option, or no value of one.
+Options parse(std::vector<std::string> const& words);
+std::string help();
+
+} // namespace channel_capacity

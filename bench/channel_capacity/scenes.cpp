@@ -1,0 +1,83 @@
+#include "scenes.hpp"
+#include <algorithm>
+#include <cstdlib>
+#include <tilemesh/error.hpp>
+#include <tilemesh/scene/built_in.hpp>
+#include <tilemesh/scene/camera_json.hpp>
+#include <tilemesh/scene/frame_whole.hpp>
+#include <tilemesh/scene/orbit.hpp>
+#include <tilemesh/scene/ply.hpp>
+#include <tilemesh/scene/trajectory.hpp>
+
+namespace channel_capacity {
+
+namespace {
+
+namespace fs = std::filesystem;
+namespace scene = tilemesh::scene;
+
+fs::path map_file(std::string const& name, fs::path const& data)
+{
+    return data / "maps" / (name + ".ply");
+}
+fs::path trajectory_file(std::string const& name, fs::path const& data)
+{
+    return data / "trajectories" / (name + ".tum");
+}
+bool is_authors(std::string const& name)
+{
+    return name == "sloth" || name == "salad";
+}
+
+} // namespace
+
+bool has_scene(std::string const& name, fs::path const& data)
+{
+    if (name == "built_in") return true;
+    return !data.empty() && fs::exists(map_file(name, data)) && (!is_authors(name) || fs::exists(data / "cameras.json"));
+}
+
+bool has_motion(std::string const& motion, fs::path const& data)
+{
+    return (motion != "fr1_xyz" && motion != "fr2_desk") || (!data.empty() && fs::exists(trajectory_file(motion, data)));
+}
+
+Scene load_scene(std::string const& name, fs::path const& data, scene::Size size)
+{
+    if (name == "built_in") return {scene::built_in_map(), scene::built_in_camera(size)};
+    auto map = scene::load_ply(map_file(name, data));
+    if (!is_authors(name)) {
+        auto const camera = scene::frame_whole(map, size);
+        return {std::move(map), camera};
+    }
+    auto const chosen = scene::select_cameras(scene::load_cameras(data / "cameras.json"), name + "/benchmark", name);
+    return {std::move(map), scene::resized(chosen.front().camera, size.width, size.height)};
+}
+
+std::vector<tilemesh::splat::Camera> cameras_of(std::string const& motion, Scene const& scene_, std::uint32_t frames, fs::path const& data)
+{
+    auto const& start = scene_.camera;
+    std::vector<tilemesh::splat::Camera> cameras{start};
+    if (motion == "static") {
+        cameras.resize(frames + 1, start);
+    } else if (motion.rfind("orbit", 0) == 0) {
+        double const degrees = std::strtod(motion.c_str() + 5, nullptr);
+        cameras = scene::orbit(start, scene::robust_centre(scene_.map), degrees, frames + 1);
+    } else if (motion == "teleport" && is_authors(scene_.map.name)) {
+        auto const poses = scene::load_tum(trajectory_file(scene_.map.name + "_teleport", data));
+        for (std::uint32_t i = 0; i < frames; ++i)
+            cameras.push_back(scene::make_camera(poses[i % poses.size()].pose, scene::lens_of(start)));
+    } else if (motion == "teleport") {
+        // Multiples of the golden angle: no two frames are near each other, with any number of frames.
+        for (std::uint32_t i = 0; i < frames; ++i)
+            cameras.push_back(scene::orbit(start, scene::robust_centre(scene_.map), 137.50776405 * (i + 1), 2).back());
+    } else {
+        auto poses = scene::load_tum(trajectory_file(motion, data));
+        poses.resize(std::min<std::size_t>(poses.size(), frames + 1));
+        poses = scene::relative_to_first(std::move(poses), scene::pose_of(start));
+        for (std::size_t i = 1; i < poses.size(); ++i) cameras.push_back(scene::make_camera(poses[i].pose, scene::lens_of(start)));
+    }
+    return cameras;
+}
+
+} // namespace channel_capacity

@@ -1,0 +1,247 @@
+#include <cmath>
+#include <cstddef>
+#include <cstdlib>
+#include <doctest/doctest.h>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <limits>
+#include <string>
+#include <tilemesh/error.hpp>
+#include <tilemesh/report/plot.hpp>
+#include <utility>
+#include <vector>
+
+namespace {
+
+using tilemesh::Error;
+using tilemesh::report::Plot;
+using tilemesh::report::PlotLine;
+using tilemesh::report::PlotScale;
+using tilemesh::report::PlotSeries;
+using tilemesh::report::svg;
+using Points = std::vector<std::pair<double, double>>;
+
+constexpr double infinite = std::numeric_limits<double>::infinity();
+constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
+
+/// Is every element closed, in order, and every quote and entity whole? A document that is read by any XML parser.
+bool well_formed(std::string const& text)
+{
+    std::vector<std::string> open;
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        if (text[i] == '&') {
+            auto const entity = text.substr(i, text.find(';', i) - i);
+            if (entity != "&lt" && entity != "&gt" && entity != "&amp" && entity != "&quot") return false;
+        }
+        if (text[i] == '>') return false;
+        if (text[i] != '<') continue;
+        auto end = i;
+        for (bool quoted = false; ++end < text.size();) {
+            if (text[end] == '"') quoted = !quoted;
+            if (quoted && text[end] == '<') return false;
+            if (!quoted && text[end] == '>') break;
+        }
+        if (end == text.size()) return false;
+        auto const tag = text.substr(i + 1, end - i - 1);
+        auto const name = tag.substr(0, tag.find_first_of(" /", 1));
+        if (tag[0] == '/') {
+            if (open.empty() || "/" + open.back() != tag) return false;
+            open.pop_back();
+        } else if (tag.back() != '/') {
+            open.push_back(name);
+        }
+        i = end;
+    }
+    return open.empty();
+}
+
+/// All numbers behind `before` in the text.
+std::vector<double> numbers_after(std::string const& text, std::string const& before)
+{
+    std::vector<double> out;
+    for (auto at = text.find(before); at != std::string::npos; at = text.find(before, at + 1))
+        out.push_back(std::strtod(text.c_str() + at + before.size(), nullptr));
+    return out;
+}
+/// The path of the only series.
+std::string path_of(std::string const& text)
+{
+    auto const begin = text.find("<path d=\"", text.find("<g clip-path")) + 9;
+    return text.substr(begin, text.find('"', begin) - begin);
+}
+std::size_t count(std::string const& text, std::string const& what)
+{
+    std::size_t n = 0;
+    for (auto at = text.find(what); at != std::string::npos; at = text.find(what, at + 1)) ++n;
+    return n;
+}
+
+Plot plot_of(Points points, PlotScale x = PlotScale::linear, PlotScale y = PlotScale::linear)
+{
+    Plot plot;
+    plot.title = "title";
+    plot.x = {.label = "across", .scale = x};
+    plot.y = {.label = "up", .scale = y};
+    plot.series.push_back({.name = "one", .points = std::move(points)});
+    return plot;
+}
+
+} // namespace
+
+TEST_SUITE_BEGIN("report");
+
+TEST_CASE("a linear plot lays values evenly, up is more")
+{
+    auto const text = svg(plot_of({{0, 0}, {5, 10}, {10, 40}}));
+    CHECK(well_formed(text));
+    auto const x = numbers_after(text, "cx=\""), y = numbers_after(text, "cy=\"");
+    REQUIRE(x.size() == 3);
+    CHECK(x[1] - x[0] == doctest::Approx(x[2] - x[1]).epsilon(0.001));
+    CHECK(x[0] < x[1]);
+    CHECK(y[0] - y[2] == doctest::Approx(4 * (y[0] - y[1])).epsilon(0.002));
+    CHECK(y[1] < y[0]);
+    for (char const* word : {">title<", ">across<", ">up<", ">one<", ">0<", ">10<", ">40<"})
+        CHECK_MESSAGE(text.find(word) != std::string::npos, word);
+}
+
+TEST_CASE("a logarithmic axis gives every factor the same length")
+{
+    auto const text = svg(plot_of({{1, 1}, {10, 1}, {100, 2}, {400, 2}}, PlotScale::logarithmic));
+    auto const x = numbers_after(text, "cx=\"");
+    REQUIRE(x.size() == 4);
+    CHECK(x[1] - x[0] == doctest::Approx(x[2] - x[1]).epsilon(0.002));
+    CHECK((x[3] - x[2]) / (x[1] - x[0]) == doctest::Approx(std::log10(4.0)).epsilon(0.002));
+    for (char const* tick : {">1<", ">2<", ">5<", ">10<", ">20<", ">50<", ">100<", ">200<"})
+        CHECK_MESSAGE(text.find(tick) != std::string::npos, tick);
+    CHECK(text.find(">500<") == std::string::npos); // beyond the last value
+
+    auto const wide = svg(plot_of({{1e-3, 1e-12}, {1, 1}, {10, 1e9}}, PlotScale::logarithmic, PlotScale::logarithmic));
+    CHECK(well_formed(wide));
+    CHECK(wide.find(">0.001<") != std::string::npos);
+    CHECK(count(wide, "<text") < 40); // no tick a decade over 21 of them times three
+}
+
+TEST_CASE("infinite values have their own line, above all others; NaN is a gap")
+{
+    auto const text = svg(plot_of({{1, 30}, {2, infinite}, {3, 60}, {4, not_a_number}, {5, 40}, {6, -infinite}}));
+    CHECK(well_formed(text));
+    auto const y = numbers_after(text, "cy=\"");
+    REQUIRE(y.size() == 4);
+    CHECK(y[1] < y[2] - 10);
+    CHECK(text.find(">inf<") != std::string::npos);
+    auto const path = path_of(text);
+    CHECK(count(path, "M") == 2); // before the gap, behind it
+    CHECK(count(path, "L") == 2);
+    CHECK(text.find("nan") == std::string::npos);
+    CHECK(svg(plot_of({{1, 30}, {2, 60}})).find(">inf<") == std::string::npos);
+
+    auto const nothing_finite = svg(plot_of({{1, infinite}, {2, infinite}}));
+    CHECK(well_formed(nothing_finite));
+    CHECK(numbers_after(nothing_finite, "cy=\"").size() == 2);
+}
+
+TEST_CASE("a step keeps its value until the next one begins")
+{
+    auto plot = plot_of({{0, 0}, {1, 10}, {2, 5}});
+    CHECK(count(path_of(svg(plot)), "L") == 2);
+    plot.series[0].line = PlotLine::step;
+    auto const path = path_of(svg(plot));
+    CHECK(count(path, "L") == 4);
+    auto const y = numbers_after(svg(plot), "cy=\"");
+    // The first L ends at the first value's height.
+    auto const first = path.substr(path.find('L'));
+    CHECK(std::strtod(first.c_str() + first.find(' '), nullptr) == doctest::Approx(y[0]));
+}
+
+TEST_CASE("ticks are round numbers, with the digits they need and no more")
+{
+    CHECK(svg(plot_of({{0, 0.1}, {1, 0.45}})).find(">0.3<") != std::string::npos);
+    CHECK(svg(plot_of({{0, -3}, {1, 3}})).find(">-2<") != std::string::npos);
+    CHECK(svg(plot_of({{0, -3}, {1, 3}})).find(">-0<") == std::string::npos);
+    CHECK(svg(plot_of({{0, 0}, {1, 123456}})).find(">100000<") != std::string::npos);
+    for (Points const& points : {Points{}, Points{{0, 0}}, Points{{7, 7}, {7, 7}}, Points{{-5, -5}}, Points{{0, not_a_number}},
+                                 Points{{1, 1e300}, {2, -1e300}}, Points{{1, 1e-300}, {2, 2e-300}}, Points{{1, 1e15}, {2, 1e15 + 1}}}) {
+        auto const text = svg(plot_of(points));
+        CHECK(well_formed(text));
+        CHECK(text.find("nan") == std::string::npos);
+        CHECK(text.find("\"inf") == std::string::npos);
+        CHECK(count(text, "<text") < 40);
+    }
+}
+
+TEST_CASE("bounds cut what is outside, at the area's border")
+{
+    auto plot = plot_of({{1, 5}, {2, 50}, {3, 500}});
+    plot.y.high = 100;
+    plot.y.low = 0;
+    auto const text = svg(plot);
+    CHECK(text.find(">500<") == std::string::npos);
+    CHECK(text.find(">100<") != std::string::npos);
+    CHECK(text.find("clip-path=\"url(#area)\"") != std::string::npos);
+    plot.y.high.reset();
+    plot.y.low = 1000; // above all values
+    CHECK(well_formed(svg(plot)));
+}
+
+TEST_CASE("names may hold what XML reserves")
+{
+    auto plot = plot_of({{0, 1}, {1, 2}});
+    plot.title = "a < b & \"c\" > d\n\x01";
+    plot.series[0].name = "<script>";
+    auto const text = svg(plot);
+    CHECK(well_formed(text));
+    CHECK(text.find("a &lt; b &amp; &quot;c&quot; &gt; d  <") != std::string::npos);
+    CHECK(text.find("<script>") == std::string::npos);
+}
+
+TEST_CASE("series are told apart by colour and dashes, and listed in order")
+{
+    auto plot = plot_of({{0, 1}, {1, 2}});
+    plot.series.push_back({.name = "two", .points = {{0, 2}}, .colour = 5, .dashed = true});
+    plot.series.push_back({.name = "three", .points = {}, .colour = 13});
+    auto const text = svg(plot);
+    CHECK(well_formed(text));
+    CHECK(count(text, "stroke-dasharray") == 2);   // its line and its sample
+    CHECK(count(text, "stroke=\"#d55e00\"") == 3); // 13 is 5 again; three has no line, but a sample
+    CHECK(text.find(">one<") < text.find(">two<"));
+    CHECK(text.find(">two<") < text.find(">three<"));
+}
+
+TEST_CASE("what cannot be drawn is refused")
+{
+    CHECK_THROWS_AS(svg(plot_of({{0, 1}, {1, 2}}, PlotScale::logarithmic)), Error);
+    CHECK_THROWS_AS(svg(plot_of({{1, -1}, {2, 2}}, PlotScale::linear, PlotScale::logarithmic)), Error);
+    CHECK_THROWS_AS(svg(plot_of({{not_a_number, 1}})), Error);
+    CHECK_THROWS_AS(svg(plot_of({{infinite, 1}})), Error);
+    auto plot = plot_of({{1, 1}, {2, 2}});
+    plot.x.low = 3;
+    plot.x.high = 3;
+    CHECK_THROWS_AS(svg(plot), Error);
+    plot.x.high = infinite;
+    CHECK_THROWS_AS(svg(plot), Error);
+    CHECK_THROWS_AS(svg(plot_of({{0, -1.7e308}, {1, 1.7e308}})), Error);
+    CHECK_THROWS_AS(svg(plot_of({{1.7e308, 1}}, PlotScale::logarithmic)), Error);
+    plot = plot_of({{0, 1}, {2, 2}}, PlotScale::logarithmic);
+    plot.x.low = 1; // the range is good, the value is not
+    CHECK_THROWS_AS(svg(plot), Error);
+    plot = plot_of({{1, 1}});
+    plot.width = 319;
+    CHECK_THROWS_AS(svg(plot), Error);
+    plot.width = 320;
+    plot.height = 200;
+    CHECK(well_formed(svg(plot)));
+}
+
+TEST_CASE("the file is the text, whole")
+{
+    auto const path = std::filesystem::temp_directory_path() / "tilemesh_plot_test.svg";
+    auto const plot = plot_of({{0, 1}, {1, infinite}});
+    tilemesh::report::write_svg(path, plot);
+    std::ifstream in(path, std::ios::binary);
+    CHECK(std::string(std::istreambuf_iterator<char>(in), {}) == svg(plot));
+    std::filesystem::remove(path);
+    CHECK_THROWS_AS(tilemesh::report::write_svg(path / "no" / "folder.svg", plot), Error);
+}
+
+TEST_SUITE_END();
