@@ -15,9 +15,8 @@ try {
 
     auto const tiling = [](splat::Camera const& camera) { return tiling_for({}, camera.width, camera.height); };
     auto const demand = scene::demand_of(map, std::span(path), splat::Model{}, tiling);
-    // The first that does all that is needed: one view needs no routing, and a record is as long as its harmonics.
-    auto const renderer = fit_renderer<Fitted<Lossless, 0, false>, Lossless, Fitted<Lossless, 3, false>, Fitted<Lossless, 3>>(
-        map, demand);
+    // The first that does all that is needed: a record is as long as its harmonics, and one view needs no routing.
+    auto const renderer = fit_renderer<Fitted<Lossless, 0, false>, Fitted<Lossless, 3, false>>(map, demand);
     auto const frame = renderer->render(path[0]);
 
     std::cout << "degree " << demand.sh_degree << ": records of " << renderer->record_bytes() << " bytes, "

@@ -70,15 +70,16 @@ void require_compiled_for_harmonics(Choice const& choice, std::uint32_t degree)
     preset.preset = choice.preset;
     preset.machine = choice.machine;
     auto const own = describe(preset), asked = describe(choice);
-    if (choice.engine == EngineKind::sequential) option = "--engine sequential";
+    if (choice.preset == Preset::prototype) option = "--preset prototype";
+    else if (choice.engine == EngineKind::sequential) option = "--engine sequential";
     else if (choice.planes() && choice.preset != Preset::lossless) option = choice.depth ? "--depth" : "--alpha";
     else if (asked.saturation != own.saturation) option = "--saturation " + asked.saturation;
     else if (asked.copies != own.copies) option = "--copies " + asked.copies;
     else if (!choice.planes() && asked.pixels != own.pixels) option = "--pixels " + asked.pixels;
     if (!option.empty())
         throw tilemesh::Error(option + " with a map of view-dependent colour, degree " + std::to_string(degree) +
-                              " (this program has harmonics with preset " + own.preset +
-                              "'s own policies, on host threads); leave it out, or add --sh-degree 0");
+                              " (this program has harmonics with the own policies of presets lossless and paper, on host "
+                              "threads); leave it out, or add --sh-degree 0");
 }
 
 /// Whether the demand may choose the setup: lossless as it is, on host threads.
@@ -119,15 +120,14 @@ std::unique_ptr<AnyRenderer> make_renderer(Choice const& choice, tilemesh::scene
 {
     if (demand.sh_degree != 0) require_compiled_for_harmonics(choice, demand.sh_degree);
     // `prototype` is `paper` with fewer slots: a run-time limit gives the same frames and counters as a setup of its own,
-    // and saves 32 compiled setups. Its bytes are what counts: longer records have fewer slots in them.
+    // and saves 32 compiled setups.
     if (choice.preset == Preset::prototype) {
         auto const own = describe(choice);
-        auto const record = 60u + 12u * splat::harmonics_per_channel(demand.sh_degree);
-        auto const slots = [&](std::uint32_t of_60) { return static_cast<std::uint32_t>(std::uint64_t{of_60} * 60 / record); };
-        if (options.storage_slots == 0) options.storage_slots = slots(own.storage_slots);
-        if (options.channel_slots == 0) options.channel_slots = slots(own.channel_slots);
+        if (options.storage_slots == 0) options.storage_slots = own.storage_slots;
+        if (options.channel_slots == 0) options.channel_slots = own.channel_slots;
     }
     auto renderer = make_unchecked(choice, map, demand, options);
+    renderer->hold_to(demand);
     auto const at_most = [&](char const* option, std::uint32_t asked, std::uint32_t most) {
         if (asked > most && most != 0)
             throw tilemesh::Error(std::string(option) + " cannot be " + std::to_string(asked) + " (records of degree " +

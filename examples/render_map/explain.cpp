@@ -28,7 +28,7 @@ std::string short_number(float v)
 std::string exploring_option(Options const& o)
 {
     if (!o.choice.fit) return "--fit off";
-    if (o.choice.preset != Preset::lossless) return "the preset is another's machine";
+    if (o.choice.preset != Preset::lossless) return o.choice.preset == Preset::paper ? "--preset paper" : "--preset prototype";
     if (o.choice.engine != EngineKind::threads) return "--engine sequential";
     if (o.renderer.hops != 0) return "--hops";
     if (o.renderer.channel_slots != 0) return "--channel-slots";
@@ -73,7 +73,7 @@ Needs needs_of(Options const& options, scene::Map const& map, std::vector<splat:
 }
 
 std::vector<tilemesh::report::RunReport::Feature> features(Options const& options, Needs const& needs, scene::Map const& map,
-                                                           AnyRenderer const& renderer)
+                                                           std::uint32_t file_degree, AnyRenderer const& renderer)
 {
     using Base = splat::Lossless;
     auto const& seen = needs.seen;
@@ -83,14 +83,16 @@ std::vector<tilemesh::report::RunReport::Feature> features(Options const& option
     };
 
     auto const degree = renderer.sh_degree();
-    std::string colour = degree == 0 ? "the map has none"
-                                     : of_all(seen.shaded, seen.gaussians) + " have coefficients, up to degree " +
-                                           std::to_string(seen.sh_degree);
-    if (degree < map.sh_degree) colour = "its coefficients are 0";
+    std::string colour;
+    if (file_degree > map.sh_degree) colour = "--sh-degree " + std::to_string(map.sh_degree) + " of the map's " + std::to_string(file_degree);
+    else if (map.sh_degree == 0) colour = "the map has none";
+    else if (seen.sh_degree == 0) colour = "its coefficients are 0";
+    else colour = of_all(seen.shaded, seen.gaussians) + " have coefficients, up to degree " + std::to_string(seen.sh_degree);
     if (degree > seen.sh_degree) colour += "; compiled for degree " + std::to_string(degree);
+    auto const limit = options.renderer.storage_slots;
     out.push_back({"view-dependent colour", degree != 0,
                    colour + "; a record of " + std::to_string(renderer.record_bytes()) + " bytes, " +
-                       thousands(renderer.storage_slots()) + " slots a tile"});
+                       thousands(limit != 0 ? limit : renderer.storage_slots()) + " slots a tile"});
 
     bool const still = !seen.moves;
     std::string const views = thousands(seen.views) + (seen.views == 1 ? " view" : " views");
@@ -98,14 +100,15 @@ std::vector<tilemesh::report::RunReport::Feature> features(Options const& option
         out.push_back({"routing", false,
                        (seen.views == 1 ? "one view, so nothing moves" : "all " + views + " are the same, so nothing moves") +
                            std::string("; the host puts each record onto its anchor tile; frees ") +
-                           bytes_a_tile(splat::detail::routing_bytes<Base>())});
+                           bytes_a_tile(splat::routing_bytes<Base>())});
     else
         out.push_back({"routing", true, still ? idle(views + ", nothing moves") : views + " that differ: anchors may change"});
 
     auto const footprint = "the largest footprint touches " + std::to_string(seen.footprint_columns) + " x " +
-                           std::to_string(seen.footprint_rows) + " tiles";
+                           std::to_string(seen.footprint_rows) + " tiles" +
+                           (seen.views > scene::views_scanned_whole ? " in the views looked at" : "");
     if (!renderer.blooms())
-        out.push_back({"bloom", false, footprint + "; frees " + bytes_a_tile(splat::detail::bloom_bytes<Base>())});
+        out.push_back({"bloom", false, footprint + "; frees " + bytes_a_tile(splat::bloom_bytes<Base>())});
     else
         out.push_back({"bloom", true, seen.spans ? footprint : idle(footprint)});
 
@@ -124,8 +127,11 @@ std::vector<tilemesh::report::RunReport::Feature> features(Options const& option
     out.push_back({"order by id", true,
                    seen.ties == 0 ? "no two records have one depth in the first view, but they may in another"
                                   : of_all(seen.ties, seen.gaussians) + " have the depth of another in the first view"});
-    for (auto const& [name, asked] : {std::pair("depth", options.choice.depth), std::pair("alpha", options.choice.alpha)})
-        out.push_back({name, asked, asked ? "asked for" : "not asked for: 4 bytes less a pixel"});
+    auto const plane = [&](char const* name, bool asked, bool kept) {
+        out.push_back({name, kept, asked ? "asked for" : kept ? "compiled together with the other plane" : "not asked for: 4 bytes less a pixel"});
+    };
+    plane("depth", options.choice.depth, renderer.has_depth());
+    plane("alpha", options.choice.alpha, renderer.has_alpha());
     return out;
 }
 

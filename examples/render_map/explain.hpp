@@ -17,9 +17,10 @@ struct Needs {
 /// Scans map and cameras. Options that explore the machine (capacities, hops, policies, other presets) keep all of it.
 Needs needs_of(Options const& options, tilemesh::scene::Map const& map, std::vector<tilemesh::splat::Camera> const& path);
 
-/// Feature by feature what runs, what does not, and why.
+/// Feature by feature what runs, what does not, and why. `file_degree` is that of the harmonics before --sh-degree.
 std::vector<tilemesh::report::RunReport::Feature> features(Options const& options, Needs const& needs,
-                                                           tilemesh::scene::Map const& map, AnyRenderer const& renderer);
+                                                           tilemesh::scene::Map const& map, std::uint32_t file_degree,
+                                                           AnyRenderer const& renderer);
 
 /// The features as --explain prints them.
 void explain(std::ostream& out, tilemesh::report::RunReport const& run);

@@ -148,8 +148,8 @@ report::Image reference_of(scene::Map const& map, splat::Camera const& camera, s
 
 /// Renders and writes every frame, or those before an interrupt, into `result`.
 void render_frames(Options const& options, scene::Map const& map, std::vector<render_map::Shot> const& shots,
-                   std::uint64_t not_loaded, render_map::AnyRenderer& renderer, std::filesystem::path const& out,
-                   Progress& progress, report::RunReport& result)
+                   render_map::AnyRenderer& renderer, std::filesystem::path const& out, Progress& progress,
+                   report::RunReport& result)
 {
     for (std::size_t i = 0; i < shots.size() && render_map::interrupt() == 0; ++i) {
         auto const& camera = shots[i].camera;
@@ -158,7 +158,6 @@ void render_frames(Options const& options, scene::Map const& map, std::vector<re
         auto rendered = renderer.render(camera);
         report::RunFrame frame;
         frame.report = std::move(rendered.report);
-        frame.report.gaussians.parked += not_loaded; // nothing on screen, and stays where it is: with the host
         frame.report.camera = shots[i].name;
         frame.grid = {renderer.grid().width, renderer.grid().height};
         frame.tile_px = {renderer.tile().width, renderer.tile().height};
@@ -188,24 +187,26 @@ int run(Options const& options)
     auto map = options.map.empty() ? scene::built_in_map() : scene::load_ply(options.map);
     require_gaussians(map);
     std::vector<std::string> notes;
+    auto const file_degree = map.sh_degree;
     if (options.sh_degree < map.sh_degree) {
-        notes.push_back("view-dependent colour above degree " + std::to_string(options.sh_degree) + " left out (--sh-degree); the map has degree " +
-                        std::to_string(map.sh_degree));
+        notes.push_back("view-dependent colour above degree " + std::to_string(options.sh_degree) +
+                        " left out (--sh-degree); the map has degree " + std::to_string(map.sh_degree));
         map = scene::at_degree(std::move(map), options.sh_degree);
     }
     auto const shots = render_map::make_shots(options, map, notes);
     render_map::check_sizes(options, shots);
     std::vector<splat::Camera> path;
     for (auto const& shot : shots) path.push_back(shot.camera);
+    progress.say("looking what the scene needs");
     auto const needs = render_map::needs_of(options, map, path);
     auto const renderer = render_map::make_renderer(options.choice, map, needs.used, options.renderer);
     auto result = describe_run(options, map, *renderer);
     result.notes = notes;
-    result.features = render_map::features(options, needs, map, *renderer);
+    result.features = render_map::features(options, needs, map, file_degree, *renderer);
     auto const out = render_map::prepare_outputs(options, shots.size());
 
     try {
-        render_frames(options, map, shots, needs.used.culled, *renderer, out, progress, result);
+        render_frames(options, map, shots, *renderer, out, progress, result);
     } catch (std::exception const& error) {
         // The frames that are done are written; their report must not be lost with the one that failed.
         if (options.report && !result.frames.empty()) {

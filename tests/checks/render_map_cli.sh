@@ -160,7 +160,9 @@ for columns in 9 24 45; do
     rm -r shaded base planes
 done
 runs shaded_45.ply $small --preset paper
-runs shaded_45.ply $small --preset prototype --machine test
+refuses "--preset prototype with a map of view-dependent colour" shaded_45.ply $small --preset prototype
+run shaded_45.ply --size 320x180 --out explained --depth --explain >stdout
+has stdout "^  alpha  *kept      compiled together"
 refuses "--engine sequential with a map of view-dependent colour, degree 3" shaded_45.ply $small --engine sequential
 refuses "--depth with a map of view-dependent colour" shaded_45.ply $small --preset paper --depth
 refuses "--storage-slots cannot be 2000" shaded_45.ply $small --storage-slots 2000

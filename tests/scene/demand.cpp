@@ -144,3 +144,33 @@ TEST_CASE("records: of the setup's degree, with zeros above the map's")
     CHECK(scene::records<splat::Gaussian>(lower).size() == 2);
     CHECK(scene::at_degree(map, 3).sh_degree == 1);
 }
+
+TEST_CASE("demand: what does not belong together is refused, or takes the least")
+{
+    auto map = support::map_of({support::ball(1, 8, 8), support::ball(2, 9, 8)});
+    map.sh_degree = 2;
+    for (int i = 0; i < 48; ++i) map.harmonics.push_back(1);
+    auto const d = demand_of(map);
+    auto const lower = scene::needed(scene::at_degree(map, 1), d); // the degree was cut after the scan
+    CHECK(lower.sh_degree == 1);
+    CHECK(lower.harmonics.size() == 18);
+    CHECK_THROWS_AS(scene::needed(support::map_of({support::ball(1, 8, 8)}), d), Error);
+    map.harmonics.pop_back();
+    CHECK_THROWS_AS(scene::records<splat::ShadedGaussian<3>>(map), Error);
+    CHECK_THROWS_AS(scene::at_degree(map, 1), Error);
+}
+
+TEST_CASE("demand: it holds for the views that were scanned, with their model, and for any where nothing is left out")
+{
+    auto const camera = support::flat_camera(64, 64);
+    auto other = camera;
+    other.cx = 1;
+    splat::Model fainter;
+    fainter.alpha_min = 1e-3f;
+    auto const view = splat::make_view(camera, splat::Model{});
+    auto const d = along(support::map_of({support::ball(1, 8, 8), support::ball(2, 900, 8)}), {camera});
+    CHECK(d.holds_for(view));
+    CHECK_FALSE(d.holds_for(splat::make_view(other, splat::Model{})));
+    CHECK_FALSE(d.holds_for(splat::make_view(camera, fainter)));
+    CHECK(along(support::map_of({support::ball(1, 8, 8)}), {camera}).holds_for(splat::make_view(other, splat::Model{})));
+}

@@ -2,6 +2,8 @@
 #include "support.hpp"
 #include <doctest/doctest.h>
 #include <map>
+#include <span>
+#include <tilemesh/fit_renderer.hpp>
 
 using namespace tilemesh;
 using namespace tilemesh::splat;
@@ -410,4 +412,37 @@ TEST_CASE("fitted: without routing what finds its tile full is listed, and the p
         }
     }
     CHECK(most_unplaced > 20);
+}
+
+TEST_CASE("without routing, bounded hops: what was under way in another view is no copy's proof; a static view shows all in the end")
+{
+    auto const gaussians = support::cloud(250, 184);
+    for (std::uint32_t hops : {1u, 2u}) {
+        BasicRenderer<NoRouting> renderer{support::map_of(gaussians), {.grid = {6, 5}, .hops = hops}};
+        for (int i = 0; i < 8; ++i) (void)renderer.render(support::lens(96, 80, 0.07f * static_cast<float>(i)));
+        report::FrameReport last;
+        for (int i = 0; i < 30; ++i) last = renderer.render(support::lens(96, 80, 0.2f)).report;
+        CHECK(last.lost.empty());
+        CHECK(last.copies > 100);
+    }
+}
+
+TEST_CASE("a view that the demand was not made for is refused while records are missing; what is not loaded counts as parked")
+{
+    auto const gaussians = support::cloud(250, 184);
+    auto const map = support::map_of(gaussians);
+    std::vector<splat::Camera> const path{support::lens(96, 80, 1.0f)};
+    RendererOptions const options{.grid = {6, 5}};
+    auto const demand = scene::demand_of(map, std::span(path), splat::Model{}, [&](splat::Camera const& c) {
+        return tiling_for(options, c.width, c.height);
+    });
+    REQUIRE(demand.culled > 0);
+    auto const renderer = fit_renderer<NoRouting>(map, demand, options);
+    REQUIRE(renderer);
+    auto const r = renderer->render(path[0]).report;
+    CHECK(r.gaussians.visible + r.gaussians.parked == gaussians.size());
+    CHECK_THROWS_WITH_AS(renderer->render(support::lens(96, 80)),
+                         doctest::Contains("a view that the demand was not made for"), Error);
+    renderer->model().alpha_min = 0.001f;
+    CHECK_THROWS_AS(renderer->render(path[0]), Error);
 }

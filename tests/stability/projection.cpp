@@ -1026,3 +1026,21 @@ TEST_CASE("row 38: 1.5 million full-screen splats on 1,440 tiles are counted in 
     report({38, "1,491,309 full-screen splats x 1,440 tiles", "a 32-bit count is negative",
             "64 bits; no tile's own count overflows", "exact", true});
 }
+
+TEST_CASE("a needle of any length along the ray is the point that it looks like from its end")
+{
+    auto camera = support::flat_camera(64, 64);
+    camera.cx = camera.cy = 32;
+    for (float log_scale : {0.0f, 20.0f, 82.0f, 85.0f, 88.0f, 1e30f}) {
+        auto g = support::ball(1, 0, 0, 0.1f);
+        g.mean_world[2] = 3;
+        g.log_scale[2] = log_scale;
+        g.log_scale[0] = g.log_scale[1] = -8.0f;
+        auto const s = tilemesh::splat::project(g, tilemesh::splat::make_view(camera, tilemesh::splat::Model{}), tilemesh::splat::make_tiling(64, 64, 16, 16));
+        INFO("log scale ", log_scale);
+        REQUIRE(s.visible());
+        CHECK(s.along == doctest::Approx(-0.5 / (0.3 + std::pow(1000.0 / 3 * std::exp(-8.0), 2))));
+        CHECK(s.across == doctest::Approx(s.along));
+        CHECK(tilemesh::splat::alpha_at(s, 0.5f, 0.5f) < g.opacity);
+    }
+}

@@ -66,7 +66,7 @@ inline double harmonic(int l, int m, double x, double y, double z)
     int const order = std::abs(m);
     double const radius = std::hypot(x, y);
     double const phi = radius > 0.0 ? std::atan2(y, x) : 0.0;
-    double const sign = order % 2 != 0 ? -1.0 : 1.0; // std::assoc_legendre is without it
+    double const sign = order % 2 != 0 ? -1.0 : 1.0;
     double const pi = 3.14159265358979323846;
     double factorials = 1.0; // (l - |m|)! / (l + |m|)!
     for (int i = l - order + 1; i <= l + order; ++i) factorials /= i;

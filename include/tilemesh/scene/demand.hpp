@@ -1,8 +1,12 @@
 #pragma once
 #include <algorithm>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <span>
+#include <string>
+#include <tilemesh/error.hpp>
 #include <tilemesh/scene/map.hpp>
 #include <tilemesh/splat/footprint.hpp>
 #include <vector>
@@ -25,6 +29,21 @@ struct Demand {
     bool moves = true;                   ///< two views differ: anchors change
     bool spans = true;                   ///< some footprint touches two tiles
     std::vector<bool> visible;           ///< row by row: has something on screen in some view; empty: any may have
+    std::vector<std::uint64_t> scanned;  ///< the views of the path as `key_of` them, in order
+
+    static std::uint64_t key_of(splat::View const& view) noexcept // FNV-1a (Fowler, Noll, Vo) of its bytes
+    {
+        unsigned char bytes[sizeof view];
+        std::memcpy(bytes, &view, sizeof view);
+        std::uint64_t key = 0xcbf29ce484222325u;
+        for (unsigned char byte : bytes) key = (key ^ byte) * 0x100000001b3u;
+        return key;
+    }
+    /// May this view be rendered with what `needed` keeps?
+    bool holds_for(splat::View const& view) const
+    {
+        return culled == 0 || std::binary_search(scanned.begin(), scanned.end(), key_of(view));
+    }
 };
 
 /// The demand of a map whose cameras are not known: everything may move and span.
@@ -49,21 +68,27 @@ inline Demand demand_of(Map const& map, splat::Model const& model = {})
     return d;
 }
 
-/// The demand along a path. `tiling_of(camera)` says how that camera's frame is cut. Conservative where the scan ends early:
-/// after 200 million projections what has not been seen yet counts as visible.
+/// Views of a path in which every record is looked at.
+inline constexpr std::size_t views_scanned_whole = 16;
+
+/// The demand along a path, under a model; other cameras and other rules may need more (`Demand::holds_for`). `tiling_of(camera)`
+/// says how that camera's frame is cut. Conservative where the scan ends early: after 200 million projections what has not been
+/// seen yet counts as visible.
 ///
 /// Cost: a projection for each record and each of the first 16 views; after them, until a record is seen, one for each view.
-template <class TilingOf>
+template <std::invocable<splat::Camera const&> TilingOf>
 Demand demand_of(Map const& map, std::span<splat::Camera const> path, splat::Model const& model, TilingOf const& tiling_of)
 {
     Demand d = demand_of(map, model);
     d.views = path.size();
     if (path.empty()) return d;
     d.moves = std::any_of(path.begin(), path.end(), [&](auto const& c) { return !splat::same_view(c, path.front()); });
+    for (auto const& camera : path) d.scanned.push_back(Demand::key_of(splat::make_view(camera, model)));
+    std::sort(d.scanned.begin(), d.scanned.end());
     d.spans = false;
     d.visible.assign(map.gaussians.size(), false);
 
-    constexpr std::uint64_t most_projections = 200'000'000, whole_views = 16;
+    constexpr std::uint64_t most_projections = 200'000'000;
     std::vector<std::uint32_t> unseen(map.gaussians.size());
     for (std::uint32_t row = 0; row < unseen.size(); ++row) unseen[row] = row;
     std::vector<float> depths;
@@ -71,7 +96,7 @@ Demand demand_of(Map const& map, std::span<splat::Camera const> path, splat::Mod
     for (std::size_t i = 0; i < path.size() && (d.moves || i == 0); ++i) {
         auto const view = splat::make_view(path[i], model);
         auto const tiling = tiling_of(path[i]);
-        bool const whole = i < whole_views || !d.spans;
+        bool const whole = i < views_scanned_whole || !d.spans;
         auto const look = [&](std::uint32_t row) {
             auto const s = splat::project(map.gaussians[row], view, tiling);
             ++projections;
@@ -101,25 +126,32 @@ Demand demand_of(Map const& map, std::span<splat::Camera const> path, splat::Mod
     return d;
 }
 
-/// The map without the records that no view of the path shows, and without the coefficients that are 0 in all of them.
+/// The map without the records that no view of the path shows, and without the coefficients that are 0 in all of them: for the
+/// views that the demand was made for. Throws `Error` for a demand of another map.
 inline Map needed(Map map, Demand const& demand)
 {
+    if (demand.gaussians != map.gaussians.size())
+        throw Error("a demand of " + std::to_string(demand.gaussians) + " Gaussians (the map has " +
+                    std::to_string(map.gaussians.size()) + "); make the demand of this map");
+    std::uint32_t const degree = std::min(demand.sh_degree, map.sh_degree);
+    if (demand.visible.empty() && degree == map.sh_degree) return map;
     std::size_t const floats = 3 * splat::harmonics_per_channel(map.sh_degree);
-    std::size_t const kept_floats = 3 * splat::harmonics_per_channel(demand.sh_degree);
-    bool const clamp = map.sh_degree > 0 && demand.sh_degree == 0;
+    std::size_t const kept_floats = 3 * splat::harmonics_per_channel(degree);
+    bool const clamp = map.sh_degree > 0 && degree == 0;
     std::size_t kept = 0;
     for (std::size_t row = 0; row < map.gaussians.size(); ++row) {
         if (!demand.visible.empty() && !demand.visible[row]) continue;
         map.gaussians[kept] = map.gaussians[row];
         if (clamp)
             for (float& c : map.gaussians[kept].colour) c = std::max(c, 0.0f);
-        std::copy_n(map.harmonics.begin() + static_cast<std::ptrdiff_t>(row * floats), kept_floats,
-                    map.harmonics.begin() + static_cast<std::ptrdiff_t>(kept * kept_floats));
+        if (row * floats != kept * kept_floats)
+            std::copy_n(map.harmonics.begin() + static_cast<std::ptrdiff_t>(row * floats), kept_floats,
+                        map.harmonics.begin() + static_cast<std::ptrdiff_t>(kept * kept_floats));
         ++kept;
     }
     map.gaussians.resize(kept);
     map.harmonics.resize(kept * kept_floats);
-    map.sh_degree = demand.sh_degree;
+    map.sh_degree = degree;
     return map;
 }
 

@@ -53,7 +53,8 @@ inline void note_skipped(PlyHeader const& header, PlyElement const& vertex, PlyC
     std::string names;
     for (auto const& property : vertex.properties) {
         if (std::find(columns.begin(), columns.end(), &property) != columns.end()) continue;
-        if (!property.name.starts_with("f_rest_") && ++others <= 2 * named_in_notes) names.append(names.empty() ? "" : ", ").append(shown(property.name, 40));
+        if (!property.name.starts_with("f_rest_") && ++others <= 2 * named_in_notes)
+            names.append(names.empty() ? "" : ", ").append(shown(property.name, 40));
     }
     if (harmonics.columns != 0 && (harmonics.degree == 0 || harmonics.degree < harmonics.file_degree))
         map.notes.push_back(note_on_rest(harmonics));
@@ -68,15 +69,16 @@ inline void note_skipped(PlyHeader const& header, PlyElement const& vertex, PlyC
 /// bytes, the needed properties of element `vertex` found by name, in any order and of any scalar type. `name` is what
 /// messages call it. Stored are: the mean; colour `0.28209479 f_dc + 0.5`, clamped at 0 from below; the sigmoid of `opacity`;
 /// `scale_*` as it is, but not below -87; `rot_0..3` = w, x, y, z, normalised; harmonics of degree 1 to 3 (`f_rest_*`: 9, 24 or
-/// 45 columns), the colour then unclamped. Other properties and other elements, lists among them, are skipped, with a note. A file without rows is an empty map, with a note.
+/// 45 columns), the colour then unclamped. Other properties and other elements, lists among them, are skipped, with a note. A
+/// file without rows is an empty map, with a note.
 ///
 /// Rows that are not finite or have a zero quaternion are left out and counted; the notes name the first five, numbered from 1
 /// as the ids are. An infinite `opacity` and a `scale` of -infinity are values. An ASCII row is one line; a file may lack its
 /// last line end, with a note, for the last number may be cut off then. Throws `Error` for what is no such file, with what it
 /// is where that shows, and for a body that is shorter than its header promises.
 ///
-/// Cost: 60 bytes a Gaussian, with harmonics 96, 156 or 240, and 1 MiB, in every format; the stream is read once. What is set aside is bounded by the bytes
-/// that are there, not by the header: at most 60 bytes for 14 of the file (240 for 59).
+/// Cost: 60 bytes a Gaussian, with harmonics 96, 156 or 240, and 1 MiB, in every format; the stream is read once. What is set
+/// aside is bounded by the bytes that are there, not by the header: at most 60 bytes for 14 of the file (240 for 59).
 inline Map read_ply(std::istream& stream, std::string const& name)
 {
     std::string const file = detail::shown(name, name.size());

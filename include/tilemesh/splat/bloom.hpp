@@ -45,8 +45,9 @@ struct Bloom {
             return owes;
         };
 
-        // A projected copy that was under way when the view changed shows the old view; its sender has forgotten it.
-        bool const stale = !Copies::reusable && debts.first != 0 && frame->view_changed != 0;
+        // What was under way when the view changed: a projected copy shows the old view, and its sender has forgotten it; where the
+        // host places the records, nobody is what its sender thought it was.
+        bool const stale = (!Copies::reusable || !S::routes) && debts.first != 0 && frame->view_changed != 0;
         std::uint32_t open = 0;
         for (Direction d : news)
             for (auto const& message : in[d]) {

@@ -4,8 +4,7 @@
 
 namespace tilemesh::splat {
 
-namespace detail {
-/// SRAM that a setup needs no more when it does not route, or does not bloom.
+/// SRAM of a tile that a setup needs for routing, and for bloom: what it frees without.
 template <class S>
 constexpr std::uint32_t routing_bytes() noexcept
 {
@@ -18,7 +17,6 @@ constexpr std::uint32_t bloom_bytes() noexcept
 {
     return 8 * 4 * Beam<S>::Receiver::words(Beam<S>::static_capacity) + static_cast<std::uint32_t>(sizeof(Debts));
 }
-} // namespace detail
 
 /// `Base` cut to what a scene needs: harmonics up to `Degree`, and routing and bloom only where they have something to do
 /// (scene/demand.hpp finds out). The bytes of the channels stay as they are, so their slots follow from the record's size. Storage
@@ -41,8 +39,8 @@ private:
 
 public:
     static constexpr std::uint32_t storage_slots =
-        (Base::storage_slots * detail::slot_bytes<Base>() + (Routes ? 0 : detail::routing_bytes<Base>()) +
-         (Blooms ? 0 : detail::bloom_bytes<Base>())) /
+        (Base::storage_slots * detail::slot_bytes<Base>() + (Routes ? 0 : routing_bytes<Base>()) +
+         (Blooms ? 0 : bloom_bytes<Base>())) /
         detail::slot_bytes<Slot>();
 };
 

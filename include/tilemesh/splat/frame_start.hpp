@@ -56,8 +56,8 @@ inline Vote vote_to_route(Traffic& traffic, std::uint32_t leaving) noexcept
 /// copies whose footprint left the tile. Votes busy where a record must leave or waits.
 ///
 /// After this, on every tile: a copy is here only if its footprint touches the tile; `Mark::shared(d)` is set only if the
-/// neighbour on side d holds the record; what a full channel refused is owed again in a new view. Both tiles of a pair decide with the same words and the same view, so no message is
-/// needed for a copy to end. Cost: one projection a stored record; no exchange. A setup that does not route or bloom keeps
+/// neighbour on side d holds the record; what a full channel refused is owed again in a new view. Both tiles of a pair decide
+/// with the same words and the same view, so no message is needed for a copy to end. Cost: one projection a stored record; no exchange. A setup that does not route or bloom keeps
 /// nothing for it.
 template <class S, bool Routes = S::routes, bool Blooms = S::blooms>
 struct Project;

@@ -8,8 +8,8 @@ namespace tilemesh::splat {
 /// A Gaussian's identity, unique in a map. 0 marks a free slot and is never an id (the paper, section "Routing protocol").
 enum class GaussianId : std::uint32_t { none = 0 };
 
-/// One primitive of a map, of one colour from all sides: the record a tile stores and a channel carries (the paper's table in section "Gaussian
-/// Representation"): 60 bytes of plain words.
+/// One primitive of a map, of one colour from all sides: the record a tile stores and a channel carries (the paper's table in
+/// section "Gaussian Representation"): 60 bytes of plain words.
 ///
 /// Spaces and units: `mean_world` in world units; `colour` is linear RGB, `0.28209479 f_dc + 0.5` clamped at 0 from below
 /// (real maps reach 3.8: never clamp above); `opacity` in [0, 1], after the sigmoid; `rotation` is a quaternion w, x, y, z

@@ -8,7 +8,7 @@ namespace tilemesh::splat {
 
 namespace detail {
 /// The real spherical harmonics of degree 1 to `Degree` in direction `d`, in the order and with the signs of 3D Gaussian
-/// Splatting (Kerbl et al. 2023): those with an odd power of x or y carry the Condon-Shortley sign. The constants are
+/// Splatting (Kerbl et al. 2023): those of odd order m carry the Condon-Shortley sign. The constants are
 /// sqrt(3 / 4 pi), sqrt(15 / 4 pi), sqrt(5 / 16 pi), sqrt(35 / 32 pi), sqrt(105 / 4 pi), sqrt(21 / 32 pi), sqrt(7 / 16 pi).
 template <std::uint32_t Degree>
 void harmonic_basis(Float3 const& d, float (&basis)[harmonics_per_channel(Degree)]) noexcept

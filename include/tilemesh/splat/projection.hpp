@@ -168,10 +168,11 @@ inline Splat project(Gaussian const& g, View const& view, Tiling const& tiling) 
     f.multiply(scale);
 
     // Beyond 1e9 pixels the determinant would leave the floats' range: compute in units of a power of two of pixels. No axis
-    // is longer than 1e18 pixels; that a real frame cannot see.
+    // is longer than 1e18 pixels; that a real frame cannot see. An infinite length along the ray is NaN across it.
     float unit = 1.0f, per_unit = 1.0f;
-    if (!(f.longest < 1e9f)) {
-        float const most = 1e18f / (f.px_per_x > f.px_per_y ? f.px_per_x : f.px_per_y);
+    if (!(f.longest < 1e9f && f.a + f.c < 1e37f)) {
+        float const steepest = std::fabs(jx) > std::fabs(jy) ? std::fabs(jx) : std::fabs(jy);
+        float const most = 1e18f / ((f.px_per_x > f.px_per_y ? f.px_per_x : f.px_per_y) * (1.0f + steepest));
         for (float& v : scale) v = v < most ? v : most;
         f.multiply(scale);
         unit = detail::power_of_two_below(f.longest);

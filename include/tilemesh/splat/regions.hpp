@@ -173,7 +173,8 @@ namespace detail {
 template <class S>
 constexpr std::uint32_t slot_bytes() noexcept
 {
-    return static_cast<std::uint32_t>(sizeof(typename S::Record) + (S::lists_fit ? sizeof(MarkOf<S>) + sizeof(Splat) + sizeof(SortKey) : 0));
+    return static_cast<std::uint32_t>(sizeof(typename S::Record) +
+                                      (S::lists_fit ? sizeof(MarkOf<S>) + sizeof(Splat) + sizeof(SortKey) : 0));
 }
 } // namespace detail
 

@@ -15,7 +15,8 @@ struct SetupDefaults {
     using Copies = WorldCopies;
     using Pixel = FloatPixel;
     using ChannelRule = Limited;
-    static constexpr bool routes = true;              ///< false: the host places each record on its anchor tile, view by view
+    /// False: the host places each record on its anchor tile, view by view, and what found no room again in the next view.
+    static constexpr bool routes = true;
     static constexpr bool blooms = true;              ///< false: nothing may touch two tiles; what does is listed as lost
     static constexpr bool one_channel_memory = false; ///< road and beam lie in the same SRAM
     static constexpr bool lists_fit = true;           ///< marks, projected records and sort keys count against the SRAM
@@ -50,8 +51,6 @@ struct Paper : SetupDefaults {
     using Saturation = Drop;
     using Addressing = Recomputed;
     using Pixel = Rgbx8Pixel;
-    static constexpr bool routes = true;              ///< false: the host places each record on its anchor tile, view by view
-    static constexpr bool blooms = true;              ///< false: nothing may touch two tiles; what does is listed as lost
     static constexpr bool one_channel_memory = true;
     static constexpr bool lists_fit = false;
     static constexpr Footprint footprint = Footprint::three_sigma_square;
