@@ -22,8 +22,8 @@ try {
     std::cout << "degree " << demand.sh_degree << ": records of " << renderer->record_bytes() << " bytes, "
               << renderer->storage_slots() << " slots a tile, " << demand.culled << " records not loaded, "
               << (renderer->routes() ? "with" : "without") << " routing\n";
+    if (!frame.report.lost.empty()) std::cout << frame.report.lost.size() << " records and copies found no room\n";
     report::write_ppm("view_dependent.ppm", frame.image);
-    return frame.report.lost.empty() ? 0 : 1;
 } catch (Error const& error) {
     std::cerr << error.what() << '\n';
     return 2;

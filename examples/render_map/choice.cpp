@@ -76,6 +76,9 @@ void require_compiled_for_harmonics(Choice const& choice, std::uint32_t degree)
     else if (asked.saturation != own.saturation) option = "--saturation " + asked.saturation;
     else if (asked.copies != own.copies) option = "--copies " + asked.copies;
     else if (!choice.planes() && asked.pixels != own.pixels) option = "--pixels " + asked.pixels;
+    if (choice.planes() && choice.preset == Preset::paper)
+        throw tilemesh::Error(option + " with preset paper and a map of view-dependent colour, degree " + std::to_string(degree) +
+                              " (planes of such a map are compiled for preset lossless); leave out --preset, or add --sh-degree 0");
     if (!option.empty())
         throw tilemesh::Error(option + " with a map of view-dependent colour, degree " + std::to_string(degree) +
                               " (this program has harmonics with the own policies of presets lossless and paper, on host "

@@ -24,6 +24,15 @@ std::string short_number(float v)
     return out.str();
 }
 
+/// What routing takes of a tile of lossless with records of this degree.
+std::uint32_t routing_bytes(std::uint32_t degree)
+{
+    using Base = splat::Lossless;
+    constexpr std::uint32_t bytes[] = {splat::routing_bytes<Base>(), splat::routing_bytes<splat::Fitted<Base, 1>>(),
+                                       splat::routing_bytes<splat::Fitted<Base, 2>>(), splat::routing_bytes<splat::Fitted<Base, 3>>()};
+    return bytes[degree];
+}
+
 /// The first option that asks for the machine as it is; empty: none.
 std::string exploring_option(Options const& o)
 {
@@ -100,7 +109,7 @@ std::vector<tilemesh::report::RunReport::Feature> features(Options const& option
         out.push_back({"routing", false,
                        (seen.views == 1 ? "one view, so nothing moves" : "all " + views + " are the same, so nothing moves") +
                            std::string("; the host puts each record onto its anchor tile; frees ") +
-                           bytes_a_tile(splat::routing_bytes<Base>())});
+                           bytes_a_tile(routing_bytes(degree))});
     else
         out.push_back({"routing", true, still ? idle(views + ", nothing moves") : views + " that differ: anchors may change"});
 
@@ -123,7 +132,7 @@ std::vector<tilemesh::report::RunReport::Feature> features(Options const& option
     out.push_back({"clamp at 0.99", clamps,
                    of_all(seen.nearly_opaque, seen.gaussians) + " are more opaque than that (opacity is " +
                        short_number(seen.least_opacity) + " to " + short_number(seen.greatest_opacity) + ")" +
-                       (clamps ? ", and the preset clamps" : "; lossless blends them as they are")});
+                       (clamps ? ", and the preset clamps" : "; preset lossless never clamps")});
     out.push_back({"order by id", true,
                    seen.ties == 0 ? "no two records have one depth in the first view, but they may in another"
                                   : of_all(seen.ties, seen.gaussians) + " have the depth of another in the first view"});

@@ -199,6 +199,11 @@ int run(Options const& options)
     for (auto const& shot : shots) path.push_back(shot.camera);
     progress.say("looking what the scene needs");
     auto const needs = render_map::needs_of(options, map, path);
+    if (needs.seen.culled == map.gaussians.size())
+        notes.push_back("nothing of the map is on screen in any view: check the camera, or the trajectory's frame (--relative)");
+    if (options.choice.planes() && needs.used.sh_degree != 0)
+        notes.push_back("planes of a map with view-dependent colour take records of degree 3: where copies find no room, "
+                        "--sh-degree 0 in a run of its own has the same depth and alpha with more room");
     auto const renderer = render_map::make_renderer(options.choice, map, needs.used, options.renderer);
     auto result = describe_run(options, map, *renderer);
     result.notes = notes;

@@ -98,7 +98,7 @@ bool meets(scene::Demand const& demand) noexcept
 }
 
 /// The renderer of the first of `Setups` that does all that the scene demands, on host threads; name the smallest first. Each
-/// costs seconds of compile time. Empty where none does. The records that no view shows are not loaded (scene::needed).
+/// costs seconds of compile time. Throws Error where none does. The records that no view shows are not loaded (scene::needed).
 template <class... Setups>
 std::unique_ptr<AnyRenderer> fit_renderer(scene::Map const& map, scene::Demand const& demand, RendererOptions const& options = {})
 {
@@ -111,6 +111,10 @@ std::unique_ptr<AnyRenderer> fit_renderer(scene::Map const& map, scene::Demand c
         renderer->hold_to(demand);
     };
     (try_one(std::type_identity<Setups>{}), ...);
+    if (!renderer)
+        throw Error("a scene that none of the setups named can render (it needs degree " + std::to_string(demand.sh_degree) +
+                    (demand.moves ? ", routing" : "") + (demand.spans ? ", bloom" : "") +
+                    "); name a Fitted setup that has these too");
     return renderer;
 }
 

@@ -164,7 +164,7 @@ refuses "--preset prototype with a map of view-dependent colour" shaded_45.ply $
 run shaded_45.ply --size 320x180 --out explained --depth --explain >stdout
 has stdout "^  alpha  *kept      compiled together"
 refuses "--engine sequential with a map of view-dependent colour, degree 3" shaded_45.ply $small --engine sequential
-refuses "--depth with a map of view-dependent colour" shaded_45.ply $small --preset paper --depth
+refuses "--depth with preset paper and a map of view-dependent colour" shaded_45.ply $small --preset paper --depth
 refuses "--storage-slots cannot be 2000" shaded_45.ply $small --storage-slots 2000
 refuses "--sh-degree cannot be" --sh-degree 4
 refuses "--fit cannot be" --fit me
