@@ -24,13 +24,13 @@ void harmonic_basis(Float3 const& d, float (&basis)[harmonics_per_channel(Degree
         basis[6] = -1.0925484f * (d.x * d.z);
         basis[7] = 0.54627422f * (xx - yy);
         if constexpr (Degree >= 3) {
-            basis[8] = -0.59004359f * d.y * (3.0f * xx - yy);
+            basis[8] = -0.59004359f * d.y * multiply_add(3.0f, xx, -yy);
             basis[9] = 2.8906114f * (d.x * d.y) * d.z;
             basis[10] = -0.45704580f * d.y * (4.0f * zz - xx - yy);
-            basis[11] = 0.37317633f * d.z * (2.0f * zz - 3.0f * xx - 3.0f * yy);
+            basis[11] = 0.37317633f * d.z * multiply_add(-3.0f, xx + yy, 2.0f * zz);
             basis[12] = -0.45704580f * d.x * (4.0f * zz - xx - yy);
             basis[13] = 1.4453057f * d.z * (xx - yy);
-            basis[14] = -0.59004359f * d.x * (xx - 3.0f * yy);
+            basis[14] = -0.59004359f * d.x * multiply_add(-3.0f, yy, xx);
         }
     }
 }

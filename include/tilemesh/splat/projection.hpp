@@ -83,7 +83,8 @@ struct Factor {
         b = dot(row1, row2);
         // |v1 x v2|^2: from the rounded rows, so that an error of a row is in a and c and here alike. Alpha depends on their
         // ratio: a determinant of its own rounding puts rho at 56 for a disc seen along its plane, this one at 1.8.
-        Float3 const minor{v1[1] * v2[2] - v1[2] * v2[1], v1[2] * v2[0] - v1[0] * v2[2], v1[0] * v2[1] - v1[1] * v2[0]};
+        Float3 const minor{multiply_add(v1[1], v2[2], -(v1[2] * v2[1])), multiply_add(v1[2], v2[0], -(v1[0] * v2[2])),
+                           multiply_add(v1[0], v2[1], -(v1[1] * v2[0]))};
         determinant = dot(minor, minor);
     }
 };
