@@ -42,9 +42,14 @@ auto with_planes(Choice const& choice, Use&& use)
 {
     namespace splat = tilemesh::splat;
     using Pixel = typename Base::Pixel;
-    if (choice.depth && choice.alpha) return use(Type<splat::WithPixel<Base, splat::WithAlpha<splat::WithDepth<Pixel>>>>{});
-    return choice.depth ? use(Type<splat::WithPixel<Base, splat::WithDepth<Pixel>>>{})
-                        : use(Type<splat::WithPixel<Base, splat::WithAlpha<Pixel>>>{});
+    using Both = splat::WithPixel<Base, splat::WithAlpha<splat::WithDepth<Pixel>>>;
+    if constexpr (own_policies_only) {
+        return use(Type<Both>{});
+    } else {
+        if (choice.depth && choice.alpha) return use(Type<Both>{});
+        return choice.depth ? use(Type<splat::WithPixel<Base, splat::WithDepth<Pixel>>>{})
+                            : use(Type<splat::WithPixel<Base, splat::WithAlpha<Pixel>>>{});
+    }
 }
 
 /// Calls `use` with the Type of Base under the policies of a choice; the preset's own where it names none.
