@@ -1,9 +1,11 @@
 #pragma once
-#include "scenes.hpp"
+#include <common/scenes.hpp>
 #include <string>
 #include <vector>
 
 namespace channel_capacity {
+
+using bench::Scene;
 
 /// How late Gaussians are whose anchor moved `distance` tiles (along the row plus along the column), where a frame has `hops` hops.
 /// A frame is late when the record is not on its anchor tile at its end; 0: it was there in the frame that saw the new view.

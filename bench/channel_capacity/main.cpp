@@ -26,6 +26,10 @@
 namespace {
 
 using namespace channel_capacity;
+using bench::chosen;
+using bench::has_motion;
+using bench::has_scene;
+using bench::load_scene;
 
 /// Runs the jobs in order on so many threads; throws what the first of those that failed threw, when all are done.
 void run_all(std::vector<std::function<void()>> const& jobs, std::uint32_t threads)
@@ -74,9 +78,6 @@ struct LatencyPart {
 int run(Options const& options)
 {
     auto const begin = std::chrono::steady_clock::now();
-    auto const chosen = [](std::vector<std::string> const& named, std::string const& name) {
-        return named.empty() || std::find(named.begin(), named.end(), name) != named.end();
-    };
     tilemesh::scene::Size const size = options.quick ? tilemesh::scene::Size{640, 360} : tilemesh::scene::Size{1280, 720};
     tilemesh::scene::Size const small{320, 180}; // for latency: distances are in tiles, the same in any size
 
@@ -106,9 +107,7 @@ int run(Options const& options)
             if (!options.quick || hops == 1 || hops == 4)
                 latencies.push_back({name, {}, {}}), latencies.back().latency.rows.push_back({.scene = name, .hops = hops});
     }
-    for (auto const* file : {&options.csv, &options.latency}) // minutes later is too late to find out
-        if (!file->empty() && file->has_parent_path() && !std::filesystem::is_directory(file->parent_path()))
-            throw tilemesh::Error("cannot write " + file->string() + " (its folder is not there); name a place that is");
+    for (auto const* file : {&options.csv, &options.latency}) bench::expect_folder_of(*file);
     if (!options.plots.empty()) {
         std::error_code why;
         std::filesystem::create_directories(options.plots, why);

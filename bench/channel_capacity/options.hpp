@@ -1,4 +1,5 @@
 #pragma once
+#include <common/options.hpp>
 #include <cstdint>
 #include <filesystem>
 #include <string>
@@ -6,14 +7,11 @@
 
 namespace channel_capacity {
 
-struct Options {
-    std::filesystem::path data;               ///< with maps/, trajectories/ and cameras.json; empty where there is none
-    std::filesystem::path csv, latency;       ///< empty: not written
+struct Options : bench::Options {
+    std::filesystem::path latency;            ///< empty: not written
     std::filesystem::path plots;              ///< a folder; empty: none
     std::vector<std::string> scenes, motions; ///< all where none is named
     std::uint32_t threads = 1;                ///< motions measured at a time
-    bool quick = false;
-    bool help = false;
 };
 
 /// Throws tilemesh::Error for what is no option, or no value of one.

@@ -11,10 +11,12 @@ namespace splat = tilemesh::splat;
 /// The preset `lossless` on Mk2: what holds.
 struct Held : splat::Lossless {
     static constexpr char const* name = "lossless, hold";
+    static constexpr splat::Arithmetic arithmetic = splat::Arithmetic::precise; // pictures are compared with the naive one
 };
 /// The same with the paper's saturation: no FIFOs, so that its bytes go further.
 struct Dropped : splat::Lossless {
     static constexpr char const* name = "lossless, drop";
+    static constexpr splat::Arithmetic arithmetic = splat::Arithmetic::precise;
     using Saturation = splat::Drop;
     static constexpr std::uint32_t waiting_bytes = 0;
 };

@@ -1,11 +1,15 @@
 #pragma once
 #include "machine.hpp"
-#include "scenes.hpp"
+#include <common/scenes.hpp>
 #include <string>
 #include <tilemesh/report/error_measures.hpp>
 #include <vector>
 
 namespace channel_capacity {
+
+using bench::motion_names;
+using bench::Scene;
+using bench::scene_names;
 
 /// One setting: a scene, a motion, and how the SRAM was split. Sums and worst values are over the measured frames: with `static` the
 /// cold start itself (records in the file's order, evenly over the tiles); with every other motion all frames but the first,

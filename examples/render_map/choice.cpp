@@ -32,6 +32,7 @@ Description description_of()
     static_assert(splat::Road<S>::static_capacity == splat::Beam<S>::static_capacity,
                   "--channel-slots is one number for both channels");
     d.footprint = S::footprint;
+    d.arithmetic = S::arithmetic;
     return d;
 }
 

@@ -39,6 +39,7 @@ struct Description {
     std::vector<tilemesh::Region> ledger;
     std::uint32_t storage_slots = 0, channel_slots = 0;
     tilemesh::splat::Footprint footprint{};
+    tilemesh::splat::Arithmetic arithmetic{};
 };
 Description describe(Choice const& choice);
 

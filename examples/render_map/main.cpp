@@ -48,6 +48,10 @@ char const* to_string(splat::Footprint footprint)
 {
     return footprint == splat::Footprint::opacity_box ? "opacity_box" : "three_sigma_square";
 }
+char const* to_string(splat::Arithmetic arithmetic)
+{
+    return arithmetic == splat::Arithmetic::precise ? "precise" : "fast";
+}
 
 report::RunReport describe_run(Options const& options, scene::Map const& map, render_map::AnyRenderer const& renderer)
 {
@@ -73,7 +77,7 @@ report::RunReport describe_run(Options const& options, scene::Map const& map, re
                     to_string(options.renderer.footprint.value_or(setup.footprint)),
                     setup.copies,
                     setup.pixels,
-                    "precise",
+                    to_string(options.renderer.arithmetic.value_or(setup.arithmetic)),
                     options.renderer.hops};
     return run;
 }

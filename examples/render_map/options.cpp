@@ -176,12 +176,11 @@ constexpr Option options[] = {
          o.choice.pixels = one_of<PixelKind>(
              name, text, {{"float", PixelKind::float32}, {"rgbx8", PixelKind::rgbx8}});
      }},
-    {"--arithmetic", "NAME", "precise; fast is not in this version [precise]",
-     [](Options&, auto name, auto text) {
-         if (text == "fast")
-             throw Error("--arithmetic cannot be \"fast\" (it is not available in this version); "
-                         "choose precise");
-         (void)one_of<int>(name, text, {{"precise", 0}});
+    {"--arithmetic", "NAME", "precise: the bits of the naive loop | fast: within 2e-5 of its alpha [fast]",
+     [](Options& o, auto name, auto text) {
+         using tilemesh::splat::Arithmetic;
+         o.renderer.arithmetic =
+             one_of<Arithmetic>(name, text, {{"precise", Arithmetic::precise}, {"fast", Arithmetic::fast}});
      }},
 
     {"--sh-degree", "N", "view-dependent colour up to this degree, 0 to 3 [the map's]",

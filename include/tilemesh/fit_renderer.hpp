@@ -34,11 +34,23 @@ public:
     virtual std::vector<Region> ledger() const = 0;
 };
 
+namespace detail {
+/// What renders setup S: on host threads by reference, on the engine that checks by value, so that it is the other's oracle.
+template <class S, template <class, class> class Engine>
+struct Renders {
+    using type = BasicRenderer<S, Engine>;
+};
+template <class S>
+struct Renders<S, Mesh> {
+    using type = BasicRenderer<std::conditional_t<has_dynamic_channel<S>(), S, splat::Referenced<S>>, Mesh>;
+};
+} // namespace detail
+
 /// AnyRenderer over one setup and engine.
 template <class S, template <class, class> class Engine = Mesh>
 class RendererOf final : public AnyRenderer {
 public:
-    using Renderer = BasicRenderer<S, Engine>;
+    using Renderer = typename detail::Renders<S, Engine>::type;
 
     RendererOf(scene::Map const& map, RendererOptions const& options) : renderer_(map, options)
     {

@@ -13,7 +13,9 @@
 #include <tilemesh/report/losses.hpp>
 #include <tilemesh/scene/map.hpp>
 #include <tilemesh/scene/records.hpp>
+#include <tilemesh/screen_cache.hpp>
 #include <tilemesh/splat/with_pixel.hpp>
+#include <type_traits>
 #include <unordered_set>
 #include <utility>
 #include <vector>
@@ -36,6 +38,7 @@ struct RendererOptions {
     std::uint32_t waiting_slots = 0;         ///< of each of routing's FIFOs; a limit, at most the setup's
     std::uint32_t storage_slots = 0;         ///< a limit, at most the setup's
     std::optional<splat::Footprint> footprint{};
+    std::optional<splat::Arithmetic> arithmetic{};
     bool digest = false;
 };
 
@@ -51,6 +54,14 @@ inline splat::Tiling tiling_for(RendererOptions const& options, std::uint32_t wi
     return splat::make_tiling(width, height, tile.width, tile.height);
 }
 
+/// Does a setup leave the size of a channel to the run?
+template <class S>
+constexpr bool has_dynamic_channel() noexcept
+{
+    return (S::routes && splat::Road<S>::static_capacity == dynamic_capacity) ||
+           (S::blooms && splat::Beam<S>::static_capacity == dynamic_capacity);
+}
+
 /// A picture and what it took.
 struct RenderedFrame {
     report::Image image;
@@ -63,7 +74,9 @@ struct RenderedFrame {
 /// program for each camera. Records and copies stay on their tiles in between, so a small step moves little and a static view
 /// nothing.
 ///
-/// `S` is a setup (splat/setup.hpp): machine, policies, bytes of every region. `Engine` is Mesh or CheckedMesh.
+/// `S` is a setup (splat/setup.hpp): machine, policies, bytes of every region. `Engine` is Mesh or CheckedMesh. With
+/// `splat::Referenced<S>` the host moves references instead of records and projects each record once a view: the pictures and
+/// reports of S, in a fraction of the time. Its digests are of the references, and no other form's.
 ///
 /// Errors: throws Error when the frame, the grid or the map does not fit the machine, or a limit is out of range. What finds no
 /// room while a frame runs is no error: it is listed in the frame's report by id and cause. With `Hold`, a record whose anchor
@@ -76,12 +89,20 @@ public:
     using Setup = S;
     using Program = splat::Frame<S>;
     using Steps = splat::FrameSteps<S>;
-    using Record = typename S::Record;
+    using Value = typename splat::ValueOf<S>::type;
+    static constexpr bool by_reference = splat::ValueOf<S>::referenced;
+    static_assert(!by_reference || !has_dynamic_channel<Value>(),
+                  "a setup with dynamic channels by reference (their bytes are checked against the SRAM that the values leave); "
+                  "render S itself");
+    using Record = typename Value::Record;
+    using Parameters = typename S::Parameters;
     using Machine = typename S::Machine;
     using MeshType = Engine<Program, Machine>;
-    using Layout = Tile<Machine, Program>;
+    using Layout = Tile<Machine, splat::Frame<Value>>; ///< of the machine that S simulates
 
-    explicit BasicRenderer(scene::Map const& map, RendererOptions options = {}) : options_(options), gaussians_(scene::records<Record>(map))
+    explicit BasicRenderer(scene::Map const& map, RendererOptions options = {})
+        : options_(options), gaussians_(scene::records<Record>(map)),
+          cache_(by_reference ? static_cast<std::uint32_t>(gaussians_.size()) : 0)
     {
         if (S::one_channel_memory && options.hops != 0)
             throw Error(std::string("setup ") + S::name + " with bounded hops (its routing and bloom take turns in one set of " +
@@ -114,6 +135,7 @@ public:
         tiling_ = tiling;
         if (mesh_ && grid.width == mesh_->grid().width && grid.height == mesh_->grid().height) {
             size_framebuffers();
+            occupy(tiling_.columns, tiling_.rows);
             return;
         }
         try {
@@ -134,7 +156,15 @@ public:
     /// Renders one frame, starting from where the last one left the records.
     RenderedFrame render(splat::Camera const& camera)
     {
-        auto const begin = std::chrono::steady_clock::now();
+        RenderedFrame result;
+        render_into(camera, result);
+        return result;
+    }
+
+    /// The same into a frame that exists already, whose memory is used again: for many frames of one size.
+    void render_into(splat::Camera const& camera, RenderedFrame& result)
+    {
+        auto const begin = Clock::now();
         if (!(camera.near_depth > 0) || !(camera.fx > 0) || !(camera.fy > 0))
             throw Error("a camera whose near plane or focal length is not above 0 (nothing in front of it can be projected); "
                         "correct the camera");
@@ -142,20 +172,31 @@ public:
             throw Error("a model whose alpha_min, alpha_max, transmittance_min or dilation is negative or not a number (it would "
                         "blend what is not light); correct the model");
         prepare(camera.width, camera.height);
-        auto& frame = mesh_->template broadcast<splat::FrameParameters>();
+        auto& frame = mesh_->template broadcast<Parameters>();
         splat::Model model = model_;
         if (options_.footprint) model.footprint = *options_.footprint;
+        if (options_.arithmetic) model.arithmetic = *options_.arithmetic;
         auto const view = splat::make_view(camera, model);
         bool const changed = !last_ || __builtin_memcmp(&*last_, &view, sizeof view) != 0 ||
                              __builtin_memcmp(&frame.tiling, &tiling_, sizeof tiling_) != 0;
+        auto const start = Clock::now();
+        if constexpr (by_reference) {
+            if (changed) project_all(view);
+        }
         if constexpr (!S::routes) {
             if (changed) place(view);
         } else {
             if (changed && S::Saturation::holds && !gone_.empty()) load();
         }
-        frame = {view, tiling_, changed ? 1u : 0u, changed && full_ ? 1u : 0u, cut_ ? 1u : 0u};
+        splat::FrameParameters const told{view, tiling_, changed ? 1u : 0u, changed && full_ ? 1u : 0u, cut_ ? 1u : 0u};
+        if constexpr (by_reference)
+            frame = cache_.parameters(told);
+        else
+            frame = told;
+        auto const prepared_ms = since(start);
 
         auto report = account(mesh_->run(), camera);
+        report.host_ms.project += prepared_ms;
         if (recall_orphans()) {
             // The frame again without them: nothing moves, but it is sorted and composited anew.
             frame.view_changed = frame.anew = 0;
@@ -168,16 +209,21 @@ public:
             report.host_ms.composite += again.host_ms.composite;
             report.digests.insert(report.digests.end(), again.digests.begin(), again.digests.end());
         }
-        RenderedFrame result = picture(camera);
+        auto const tiles_done = Clock::now();
+        picture(camera, result);
         result.report = std::move(report);
         last_ = view;
         cut_ = options_.hops != 0;
-        result.report.host_ms.total =
-            std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
-        return result;
+        result.report.host_ms.picture = since(tiles_done);
+        result.report.host_ms.total = since(begin);
     }
 
 private:
+    using Clock = std::chrono::steady_clock;
+    static double since(Clock::time_point begin)
+    {
+        return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+    }
     void build(Grid grid)
     {
         typename MeshType::Options engine{};
@@ -196,6 +242,8 @@ private:
         if (options_.storage_slots != 0) mesh_->template limit<splat::Storage<S>>(options_.storage_slots);
         if (observer_) mesh_->observe(observer_);
         size_framebuffers();
+        occupied_ = {};
+        occupy(tiling_.columns, tiling_.rows);
         last_.reset();
         gone_.clear();
         full_ = refused_ = cut_ = false;
@@ -250,31 +298,79 @@ private:
     }
     std::uint32_t capacity() const noexcept { return options_.storage_slots != 0 ? options_.storage_slots : S::storage_slots; }
 
-    /// Puts the records that are not on the mesh onto it: in order, an even share a tile; a tile that is full passes its share
-    /// on. Those that find no room stay in `gone_`.
+    /// The machine runs the tiles of the picture, and those that hold records besides: the others are idle.
+    void occupy(std::uint32_t columns, std::uint32_t rows)
+    {
+        if (columns <= occupied_.width && rows <= occupied_.height) return;
+        occupied_ = {std::max(columns, occupied_.width), std::max(rows, occupied_.height)};
+        mesh_->run_within(0, 0, occupied_.width, occupied_.height);
+    }
+    /// f(tile) for every tile that may hold anything.
+    template <class F>
+    void for_each_tile(F const& f) const
+    {
+        for (std::uint32_t y = 0; y < occupied_.height; ++y)
+            for (std::uint32_t x = 0; x < occupied_.width; ++x) f(TileId::at(x, y));
+    }
+
+    /// Projects all records, on all threads.
+    void project_all(splat::View const& view)
+    {
+        std::span<Record const> const records(gaussians_);
+        mesh_->on_threads([&](std::uint32_t thread, std::uint32_t threads) {
+            std::uint64_t const n = records.size();
+            cache_.project(records, static_cast<std::uint32_t>(n * thread / threads),
+                           static_cast<std::uint32_t>(n * (thread + 1) / threads), view, tiling_, !last_);
+        });
+    }
+    /// What tiles hold for a row, and for its splat.
+    decltype(auto) record_of(std::uint32_t row) const noexcept
+    {
+        if constexpr (by_reference)
+            return typename S::Record{gaussians_[row].id, row};
+        else
+            return (gaussians_[row]);
+    }
+    typename S::Projected entry_of([[maybe_unused]] std::uint32_t row, [[maybe_unused]] splat::Splat const& s) const noexcept
+    {
+        if constexpr (by_reference)
+            return {row};
+        else
+            return s;
+    }
+
+    /// Puts the records that are not on the mesh onto it: in order, an even share a tile of the picture; a tile that is full
+    /// passes its share on, to the tiles beyond the picture where need be. Those that find no room stay in `gone_`.
     void load()
     {
         auto const grid = mesh_->grid();
-        auto const share = (gone_.size() + grid.size() - 1) / grid.size();
+        auto const in_picture = tiling_.columns * tiling_.rows;
+        auto const share = (gone_.size() + in_picture - 1) / in_picture;
         std::size_t next = 0;
-        for (int round = 0; round < 2; ++round) // the second takes what full tiles passed on
-            for (std::uint32_t t = 0; t < grid.size() && next < gone_.size(); ++t) {
-                auto storage = mesh_->template state<splat::Storage<S>>(grid.tile(t));
-                auto marks = mesh_->template state<splat::Marks<S>>(grid.tile(t));
-                auto splats = mesh_->template state<splat::Splats<S>>(grid.tile(t));
-                for (std::size_t n = 0; (n < share || round == 1) && next < gone_.size(); ++n, ++next) {
-                    auto const& g = gaussians_[gone_[next]];
-                    auto const copy = last_ ? splat::find(marks, g.id) : splat::nowhere;
-                    if (copy != splat::nowhere) { // left behind when its record found no room
-                        storage[copy] = g;
-                        marks[copy].bits &= ~splat::Mark::copy;
-                        continue;
-                    }
-                    if (!storage.try_push(g)) break;
-                    marks.unchecked_push({g.id, 0});
-                    splats.unchecked_push({});
+        auto const fill = [&](TileId tile, std::size_t most) {
+            auto storage = mesh_->template state<splat::Storage<S>>(tile);
+            auto marks = mesh_->template state<splat::Marks<S>>(tile);
+            auto splats = mesh_->template state<splat::Splats<S>>(tile);
+            for (std::size_t n = 0; n < most && next < gone_.size(); ++n, ++next) {
+                auto const row = gone_[next];
+                auto const& g = record_of(row);
+                if constexpr (by_reference) cache_.put(row);
+                ++mesh_->template state<splat::Counts>(tile).changes;
+                auto const copy = last_ ? splat::find(marks, g.id) : splat::no_slot;
+                if (copy != splat::no_slot) { // left behind when its record found no room
+                    storage[copy] = g;
+                    marks[copy].bits &= ~splat::Mark::copy;
+                    continue;
                 }
+                if (!storage.try_push(g)) return;
+                occupy(tile.x() + 1, tile.y() + 1);
+                marks.unchecked_push({g.id, 0});
+                splats.unchecked_push(entry_of(row, {}));
             }
+        };
+        for (std::uint32_t i = 0; i < in_picture && next < gone_.size(); ++i)
+            fill(TileId::at(i % tiling_.columns, i / tiling_.columns), share);
+        for (std::uint32_t t = 0; t < grid.size() && next < gone_.size(); ++t) fill(grid.tile(t), gone_.size());
         gone_.erase(gone_.begin(), gone_.begin() + static_cast<std::ptrdiff_t>(next));
     }
 
@@ -282,17 +378,17 @@ private:
     /// full goes to `gone_`, and what has nothing on screen stays with the host.
     void place(splat::View const& view)
     {
-        auto const grid = mesh_->grid();
-        for (std::uint32_t t = 0; t < grid.size(); ++t) {
-            mesh_->template state<splat::Storage<S>>(grid.tile(t)).truncate(0);
-            mesh_->template state<splat::Marks<S>>(grid.tile(t)).truncate(0);
-            mesh_->template state<splat::Splats<S>>(grid.tile(t)).truncate(0);
-        }
+        for_each_tile([&](TileId tile) {
+            mesh_->template state<splat::Storage<S>>(tile).truncate(0);
+            mesh_->template state<splat::Marks<S>>(tile).truncate(0);
+            mesh_->template state<splat::Splats<S>>(tile).truncate(0);
+            mesh_->template state<splat::Counts>(tile).changes = 1;
+        });
         gone_.clear();
         parked_ = 0;
         for (std::uint32_t row = 0; row < gaussians_.size(); ++row) {
-            auto const& g = gaussians_[row];
-            auto const s = splat::project(g, view, tiling_);
+            auto const& g = record_of(row);
+            auto const s = by_reference ? cache_[row] : splat::project(gaussians_[row], view, tiling_);
             if (!s.visible()) {
                 ++parked_;
                 continue;
@@ -304,25 +400,37 @@ private:
             splat::MarkOf<S> mark{};
             mark.id = g.id;
             mesh_->template state<splat::Marks<S>>(s.anchor).unchecked_push(mark);
-            mesh_->template state<splat::Splats<S>>(s.anchor).unchecked_push(s);
+            mesh_->template state<splat::Splats<S>>(s.anchor).unchecked_push(entry_of(row, s));
         }
     }
 
-    RenderedFrame picture(splat::Camera const& camera)
+    /// The tiles' framebuffers as one picture, on all threads.
+    void picture(splat::Camera const& camera, RenderedFrame& to)
     {
-        RenderedFrame result;
-        result.image = report::Image(camera.width, camera.height);
-        if constexpr (S::Pixel::has_depth) result.depth = report::Plane(camera.width, camera.height);
-        if constexpr (S::Pixel::has_alpha) result.alpha = report::Plane(camera.width, camera.height);
-        for (std::uint32_t ty = 0; ty < tiling_.rows; ++ty)
-            for (std::uint32_t tx = 0; tx < tiling_.columns; ++tx) {
-                auto const rect = splat::pixels_of(tiling_, camera, TileId::at(tx, ty));
-                auto const framebuffer = mesh_->template state<splat::Framebuffer<S>>(TileId::at(tx, ty));
-                std::uint32_t i = 0;
-                for (auto y = rect.y0; y < rect.y1; ++y)
-                    for (auto x = rect.x0; x < rect.x1; ++x, ++i) show(framebuffer[i], x, y, result);
+        auto const size = [&](auto& plane) {
+            if (plane.width == camera.width && plane.height == camera.height) return;
+            plane = std::remove_reference_t<decltype(plane)>(camera.width, camera.height);
+        };
+        size(to.image);
+        if constexpr (S::Pixel::has_depth) size(to.depth);
+        else to.depth = {};
+        if constexpr (S::Pixel::has_alpha) size(to.alpha);
+        else to.alpha = {};
+        mesh_->on_threads([&](std::uint32_t thread, std::uint32_t threads) {
+            auto const tiles = std::uint64_t{tiling_.rows} * tiling_.columns;
+            for (auto t = tiles * thread / threads; t < tiles * (thread + 1) / threads; ++t) {
+                auto const tile = TileId::at(static_cast<std::uint32_t>(t % tiling_.columns), static_cast<std::uint32_t>(t / tiling_.columns));
+                auto const rect = splat::pixels_of(tiling_, camera, tile);
+                auto const framebuffer = mesh_->template state<splat::Framebuffer<S>>(tile);
+                auto const* row = framebuffer.begin();
+                for (auto y = rect.y0; y < rect.y1; ++y, row += rect.x1 - rect.x0) {
+                    if constexpr (std::is_same_v<typename S::Pixel, splat::FloatPixel>)
+                        __builtin_memcpy(to.image.pixel(rect.x0, y), row, (rect.x1 - rect.x0) * sizeof(splat::FloatPixel));
+                    else
+                        for (auto x = rect.x0; x < rect.x1; ++x) show(row[x - rect.x0], x, y, to);
+                }
             }
-        return result;
+        });
     }
     static void show(splat::FloatPixel const& p, std::uint32_t x, std::uint32_t y, RenderedFrame& to) noexcept
     {
@@ -349,10 +457,8 @@ private:
     report::FrameReport account(RunCounters const& run, splat::Camera const& camera)
     {
         report::FrameReport r;
-        auto const grid = mesh_->grid();
-        for (std::uint32_t t = 0; t < grid.size(); ++t) {
-            auto const id = grid.tile(t);
-            auto const& c = mesh_->template state<splat::Counts>(id);
+        for_each_tile([&](TileId tile) {
+            auto const& c = mesh_->template state<splat::Counts>(tile);
             r.gaussians.visible += c.visible;
             r.gaussians.parked += c.parked;
             r.gaussians.moved += c.moved;
@@ -362,13 +468,13 @@ private:
             r.refused.storage_full += c.storage_full;
             r.refused.copies_full += c.copies_full;
             r.refused.copies_refused += c.copies_refused;
-            for (auto const& m : mesh_->template state<splat::Marks<S>>(id)) r.copies += m.is(splat::Mark::copy);
-            auto const& w = mesh_->template state<splat::Work>(id);
+            r.copies += c.copies;
+            auto const& w = mesh_->template state<splat::Work>(tile);
             for (std::uint32_t i = 0; i < splat::Work::max_workers; ++i) {
                 r.pairs += std::uint64_t{w.blocks[i]} * splat::detail::block_width * splat::detail::block_height;
                 r.pairs_contributing += w.contributing[i];
             }
-        }
+        });
         r.width = camera.width;
         r.height = camera.height;
         // A step that the setup does without took nothing.
@@ -389,11 +495,11 @@ private:
         }
         r.host_ms = {milliseconds(Steps::project), milliseconds(Steps::route),
                      milliseconds(Steps::bloom_first) + milliseconds(Steps::bloom),
-                     milliseconds(Steps::depth_sort) + milliseconds(Steps::composite), 0};
+                     milliseconds(Steps::depth_sort) + milliseconds(Steps::composite), 0, 0};
         r.digests = run.digests;
 
         // Losses last until the records are sent again: a frame that refused nothing may still lack what the last one lost.
-        auto const& frame = mesh_->template broadcast<splat::FrameParameters>();
+        auto const& frame = mesh_->template broadcast<Parameters>();
         full_ = r.refused.copies_full != 0 || (full_ && frame.anew == 0);
         refused_ = r.refused.copies_refused != 0 || (refused_ && frame.view_changed == 0);
         bool spans = false;
@@ -409,11 +515,15 @@ private:
     /// Without bloom: does a footprint leave its anchor tile?
     bool any_spans()
     {
-        auto const grid = mesh_->grid();
-        for (std::uint32_t t = 0; t < grid.size(); ++t)
-            for (auto const& s : mesh_->template state<splat::Splats<S>>(grid.tile(t)))
-                if (s.visible() && splat::tiles_of(s, tiling_).count() > 1) return true;
-        return false;
+        auto const& frame = mesh_->template broadcast<Parameters>();
+        bool any = false;
+        for_each_tile([&](TileId tile) {
+            for (auto const& entry : mesh_->template state<splat::Splats<S>>(tile)) {
+                auto const& s = look(frame, entry);
+                any = any || (s.visible() && splat::tiles_of(s, tiling_).count() > 1);
+            }
+        });
+        return any;
     }
     /// Takes the copies of unplaced records off the tiles; true when there were any.
     bool recall_orphans()
@@ -423,31 +533,34 @@ private:
         for (auto row : gone_) ids.push_back(gaussians_[row].id);
         std::sort(ids.begin(), ids.end());
         bool any = false;
-        auto const grid = mesh_->grid();
-        for (std::uint32_t t = 0; t < grid.size(); ++t) {
-            auto storage = mesh_->template state<splat::Storage<S>>(grid.tile(t));
-            auto marks = mesh_->template state<splat::Marks<S>>(grid.tile(t));
-            auto splats = mesh_->template state<splat::Splats<S>>(grid.tile(t));
+        for_each_tile([&](TileId tile) {
+            auto storage = mesh_->template state<splat::Storage<S>>(tile);
+            auto marks = mesh_->template state<splat::Marks<S>>(tile);
+            auto splats = mesh_->template state<splat::Splats<S>>(tile);
             for (std::uint32_t i = storage.size(); i-- > 0;)
                 if (marks[i].is(splat::Mark::copy) && std::binary_search(ids.begin(), ids.end(), marks[i].id)) {
                     splat::remove_slot(storage, marks, splats, i);
+                    ++mesh_->template state<splat::Counts>(tile).changes;
                     any = true;
                 }
-        }
+        });
         return any;
     }
 
     RendererOptions options_;
     std::vector<Record> gaussians_;
+    ScreenCache<Record> cache_;                      ///< by reference: what tiles read
     splat::Model model_ = [] {
         splat::Model m;
         m.footprint = S::footprint;
         m.alpha_max = S::alpha_max;
+        m.arithmetic = S::arithmetic;
         return m;
     }();
     Extent2 frame_{};
     splat::Tiling tiling_{};
     std::unique_ptr<MeshType> mesh_;
+    Extent2 occupied_{};                             ///< tiles from (0, 0) that hold pixels, or may hold records
     Observer observer_;
     std::uint64_t parked_ = 0;                       ///< rows with nothing on screen that stay here: without routing
     std::vector<std::uint32_t> gone_;                ///< rows that are nowhere on the mesh, in order
@@ -457,7 +570,7 @@ private:
     bool cut_ = false;                               ///< a bound may have left records under way
 };
 
-/// The default: `lossless` on Mk2, on host threads.
-using Renderer = BasicRenderer<>;
+/// The default: `lossless` on Mk2, on host threads, by reference.
+using Renderer = BasicRenderer<splat::Referenced<splat::Lossless>>;
 
 } // namespace tilemesh

@@ -41,6 +41,7 @@
 #include <tilemesh/scene/pose.hpp>
 #include <tilemesh/scene/records.hpp>
 #include <tilemesh/scene/trajectory.hpp>
+#include <tilemesh/screen_cache.hpp>
 #include <tilemesh/splat/fitted.hpp>
 #include <tilemesh/splat/frame_program.hpp>
 #include <tilemesh/splat/with_pixel.hpp>

@@ -87,6 +87,7 @@ int main()
         RendererOptions options;
         options.grid = {5, 4};
         options.footprint = footprint;
+        options.arithmetic = splat::Arithmetic::precise;
         BasicRenderer<> renderer(map, options);
         splat::Model model = renderer.model();
         model.footprint = footprint;
@@ -96,6 +97,9 @@ int main()
                     static_cast<unsigned long long>(hash(project(many, camera, model))),
                     static_cast<unsigned long long>(hash(naive.rgb)), static_cast<unsigned long long>(hash(mesh.image.rgb)),
                     static_cast<unsigned long long>(mesh.report.pairs_contributing));
+        options.arithmetic = splat::Arithmetic::fast;
+        std::printf("fast %016llx\n",
+                    static_cast<unsigned long long>(hash(BasicRenderer<>(map, options).render(camera).image.rgb)));
         if (hash(naive.rgb) != hash(mesh.image.rgb)) {
             std::puts("the mesh's picture is not the naive one");
             return 1;

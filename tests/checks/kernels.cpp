@@ -8,6 +8,7 @@
 #include <tilemesh/machine/spec.hpp>
 #include <tilemesh/machine/superstep.hpp>
 #include <tilemesh/machine/tile.hpp>
+#include <tilemesh/splat/blending.hpp>
 #include <tilemesh/splat/bloom.hpp>
 #include <tilemesh/splat/camera.hpp>
 #include <tilemesh/splat/compositing.hpp>
@@ -19,9 +20,15 @@
 #include <tilemesh/splat/frame_start.hpp>
 #include <tilemesh/splat/gaussian.hpp>
 #include <tilemesh/splat/harmonics.hpp>
+#include <tilemesh/splat/lanes.hpp>
+#include <tilemesh/splat/logarithm.hpp>
 #include <tilemesh/splat/model.hpp>
+#include <tilemesh/splat/number.hpp>
 #include <tilemesh/splat/policies.hpp>
+#include <tilemesh/splat/project_all.hpp>
 #include <tilemesh/splat/projection.hpp>
+#include <tilemesh/splat/referenced.hpp>
+#include <tilemesh/splat/referenced.hpp>
 #include <tilemesh/splat/regions.hpp>
 #include <tilemesh/splat/routing.hpp>
 #include <tilemesh/splat/setup.hpp>
@@ -73,7 +80,7 @@ struct Source {
     template <class P>
     P const* shared() const noexcept
     {
-        return sram.frame;
+        return static_cast<P const*>(sram.frame);
     }
     Here here() const noexcept { return sram.here; }
     Worker worker() const noexcept { return sram.worker; }
@@ -113,6 +120,7 @@ ALL_KERNELS(paper, splat::Paper)
 ALL_KERNELS(prototype, splat::Prototype)
 ALL_KERNELS(screen, Screen)
 ALL_KERNELS(planes, Planes)
+ALL_KERNELS(referenced, splat::Referenced<splat::Lossless>)
 ALL_KERNELS(shaded, Shaded)
 
 // What a still scene and one that stays within its tiles leave out.

@@ -241,7 +241,6 @@ done
 for option in --preset --machine --saturation --footprint --copies --pixels --engine --arithmetic; do
     refuses "there are .*choose one" $option nonsense
 done
-refuses "not available in this version" --arithmetic fast
 for option in --size --grid --tile; do
     for value in 12 0x5 5x0 x 5x 5x5x5 65536x1 -1x5 1e1x5 " 5x5"; do refuses "two whole numbers" $option "$value"; done
 done

@@ -127,9 +127,9 @@ struct Played {
     StepCounters const& step(std::size_t i) const { return runs.back().steps.at(i); }
 };
 
-inline constexpr std::uint32_t thread_counts[] = {1, 2, 3, 7};
+inline constexpr std::uint32_t thread_counts[] = {1, 2, 3, 8};
 
-/// Loads and runs a program on CheckedMesh and on Mesh with 1, 2, 3 and 7 threads. All live words and counters must agree after
+/// Loads and runs a program on CheckedMesh and on Mesh with 1, 2, 3 and 8 threads. All live words and counters must agree after
 /// every run, and the digest after every superstep; the checked mesh is returned. `load` takes either engine.
 template <class Program, class Machine = Mk2, class Load>
 Played<Program, Machine> everywhere(Grid grid, Load const& load, int runs = 1, Program program = {})

@@ -52,7 +52,7 @@ bool render_all(scene::Map const& map, splat::Camera const& camera)
     back.rotation[0][0] = back.rotation[2][2] = -1;
     bool any_unplaced = false;
     for (auto const footprint : {splat::Footprint::opacity_box, splat::Footprint::three_sigma_square}) {
-        Renderer renderer{map, {.grid = {4, 3}, .footprint = footprint}};
+        Renderer renderer{map, {.grid = {4, 3}, .footprint = footprint, .arithmetic = splat::Arithmetic::precise}};
         auto model = renderer.model();
         model.footprint = footprint;
         for (auto const& view : {camera, turned, back}) {
@@ -68,7 +68,7 @@ bool render_all(scene::Map const& map, splat::Camera const& camera)
             auto const& n = r.gaussians;
             // Counted when the frame begins; of these some may find no room.
             CHECK(n.visible + n.parked == map.gaussians.size());
-            CHECK(support::owned_ids<splat::Lossless>(renderer.mesh()).size() + n.unplaced == map.gaussians.size());
+            CHECK(support::owned_ids<Renderer::Setup>(renderer.mesh()).size() + n.unplaced == map.gaussians.size());
             CHECK(n.dropped + n.under_way == 0);
             CHECK(r.lost.size() == n.unplaced + r.lost_copies);
             any_unplaced = any_unplaced || n.unplaced != 0;
@@ -106,7 +106,7 @@ TEST_CASE("what cannot be drawn leaves the picture of the others as it is")
     auto const picture = [](Row const& row) {
         Ply ply;
         ply.rows = rows_around(row);
-        Renderer renderer{read(ply), {.grid = {4, 3}}};
+        Renderer renderer{read(ply), {.grid = {4, 3}, .arithmetic = splat::Arithmetic::precise}};
         return renderer.render(front()).image;
     };
     auto const others = picture(ball(0, 0, -5));
@@ -246,7 +246,7 @@ TEST_CASE("an empty map renders black")
     ply.rows.clear();
     auto const map = read(ply);
     CHECK_FALSE(render_all(map, front()));
-    Renderer renderer{map, {.grid = {4, 3}}};
+    Renderer renderer{map, {.grid = {4, 3}, .arithmetic = splat::Arithmetic::precise}};
     auto const frame = renderer.render(front());
     for (float v : frame.image.rgb) REQUIRE(v == 0.0f);
 }

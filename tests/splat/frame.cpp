@@ -11,7 +11,7 @@ using support::scenes;
 TEST_CASE("lossless on Mk2: every camera, 40 x 36 tiles, against the naive picture and the double references")
 {
     for (auto const& s : scenes()) {
-        Renderer renderer{s.map, {.threads = 2}};
+        Renderer renderer{s.map, {.threads = 2, .arithmetic = Arithmetic::precise}};
         for (auto const& item : s.cameras) {
             auto const& name = item.first;
             auto const& camera = item.second;
@@ -35,7 +35,7 @@ TEST_CASE("lossless on Mk2: every camera, 40 x 36 tiles, against the naive pictu
 TEST_CASE("structure: a static frame exchanges nothing, evaluates at most 3 pairs for one that counts; 0.1 degrees sends few")
 {
     for (auto const& s : scenes()) {
-        Renderer renderer{s.map, {.threads = 2}};
+        Renderer renderer{s.map, {.threads = 2, .arithmetic = Arithmetic::precise}};
         auto const& start = s.cameras.back().second; // the authors' benchmark pose
         auto const path = scene::orbit(start, scene::robust_centre(s.map), 0.1, support::fast() ? 3 : 8);
         auto const cold = renderer.render(path[0]).report;
@@ -62,14 +62,14 @@ TEST_CASE("structure: a static frame exchanges nothing, evaluates at most 3 pair
 TEST_CASE("conservation on real maps: at every superstep every id is owned once, and when quiet copies equal the overlap set")
 {
     for (auto const& s : scenes()) {
-        Renderer renderer{s.map, {.threads = 2}};
+        Renderer renderer{s.map, {.threads = 2, .arithmetic = Arithmetic::precise}};
         std::vector<std::uint32_t> all;
         for (auto const& g : s.map.gaussians) all.push_back(static_cast<std::uint32_t>(g.id));
         std::sort(all.begin(), all.end());
         std::uint32_t supersteps = 0, wrong = 0;
         renderer.observe([&](SuperstepEvent const&) {
             ++supersteps;
-            if (support::owned_ids<Lossless>(renderer.mesh()) != all) ++wrong;
+            if (support::owned_ids<Renderer::Setup>(renderer.mesh()) != all) ++wrong;
         });
         std::uint32_t frames = 0;
         for (auto const& [name, camera] : s.cameras) {
@@ -77,7 +77,7 @@ TEST_CASE("conservation on real maps: at every superstep every id is owned once,
             // Nothing waited: the bound W + H - 2 holds.
             if (r.gaussians.held == 0) CHECK(r.supersteps.route <= 74);
             auto const view = make_view(camera, renderer.model());
-            CHECK(support::wrong_tiles<Lossless>(renderer.mesh(), s.map.gaussians, view, renderer.tiling()) == 0);
+            CHECK(support::wrong_tiles<Renderer::Setup>(renderer.mesh(), s.map.gaussians, view, renderer.tiling()) == 0);
             if (support::fast() && ++frames == 1) break;
         }
         CHECK(supersteps > 50);
@@ -100,7 +100,7 @@ TEST_CASE("both engines, any number of threads: pictures, counters and digests o
     auto const truth = reports(sequential);
     for (std::uint32_t threads : {1u, 2u, 3u, 7u}) {
         if (support::fast() && threads != 3) continue;
-        Renderer renderer{s.map, {.threads = threads, .digest = true}};
+        BasicRenderer<Lossless> renderer{s.map, {.threads = threads, .digest = true}};
         auto const ours = reports(renderer);
         for (std::size_t i = 0; i < ours.size(); ++i) {
             auto const& a = ours[i].report;
@@ -123,12 +123,38 @@ TEST_CASE("both engines, any number of threads: pictures, counters and digests o
     }
 }
 
+TEST_CASE("fast arithmetic: the same bits for any tiling, engine and thread count, as far from the double as precise")
+{
+    for (auto const& s : scenes()) {
+        auto const& camera = s.cameras.back().second;
+        auto const rendered = [&](RendererOptions options) {
+            options.arithmetic = Arithmetic::fast;
+            return Renderer{s.map, options}.render(camera).image;
+        };
+        auto const image = rendered({.threads = 2});
+        CHECK(support::differing_pixels(image, rendered({.threads = 1, .tile = {20, 32}})) == 0);
+        if (!support::fast()) CHECK(support::differing_pixels(image, rendered({.threads = 2, .tile = {40, 16}})) == 0);
+        BasicRenderer<Lossless, CheckedMesh> sequential{s.map, {.arithmetic = Arithmetic::fast}};
+        CHECK(support::differing_pixels(image, sequential.render(camera).image) == 0);
+        auto const precise = naive(s, camera);
+        CHECK(support::differing_pixels(image, precise) > 0);
+        auto const between = report::compare(image, precise);
+        CHECK(between.rmse < 1e-6);
+        auto const truth = report::render_double(s.map.gaussians, camera, Model{}, report::Cuts::same, 2);
+        auto const fast_error = report::compare(image, truth), precise_error = report::compare(precise, truth);
+        MESSAGE(s.map.name, ": fast ", fast_error.psnr_db, " dB, precise ", precise_error.psnr_db, " dB; between them rmse ",
+                between.rmse, ", at most ", between.max_levels, " levels");
+        CHECK(fast_error.psnr_db > precise_error.psnr_db - 1);
+    }
+}
+
 TEST_CASE("presets paper and prototype: what they drop is listed, and the picture lacks just that")
 {
     for (auto const& s : scenes()) {
         auto const check = [&](auto setup, RendererOptions options, std::string const& what) {
             using S = decltype(setup);
             options.threads = 2;
+            options.arithmetic = Arithmetic::precise;
             BasicRenderer<S> renderer{s.map, options};
             for (std::size_t i : {s.cameras.size() - 1, std::size_t{0}}) {
                 auto const& camera = s.cameras[i].second;
@@ -161,7 +187,7 @@ TEST_CASE("the 250,000-Gaussian map renders with what fits; the unplaced are lis
     if (support::fast()) return;
     auto const map = scene::load_ply(folder / "maps/playbot_250k.ply");
     auto const near = scene::frame_whole(map, {1280, 720});
-    Renderer renderer{map, {.threads = 2}};
+    Renderer renderer{map, {.threads = 2, .arithmetic = Arithmetic::precise}};
     std::uint64_t unplaced = 0;
     for (auto const& camera : scene::orbit(near, scene::robust_centre(map), 3, 3)) {
         auto const frame = renderer.render(camera);
@@ -171,7 +197,7 @@ TEST_CASE("the 250,000-Gaussian map renders with what fits; the unplaced are lis
         std::uint64_t whole = 0;
         for (auto const& l : r.lost) whole += l.tile == report::Loss::whole ? 1 : 0;
         CHECK(whole == r.gaussians.unplaced);
-        auto const ids = support::owned_ids<Lossless>(renderer.mesh());
+        auto const ids = support::owned_ids<Renderer::Setup>(renderer.mesh());
         CHECK(ids.size() + r.gaussians.unplaced == map.gaussians.size());
         CHECK(support::differing_pixels(frame.image, report::render_naive(map.gaussians, camera, renderer.model(),
                                                                           support::Missing(r, renderer.tiling(), renderer.mesh().grid()))) == 0);

@@ -34,7 +34,7 @@ struct Whole : Tiles<Base, Dynamic> {
 template <class S>
 std::uint64_t differing(Scene const& s, std::size_t camera, Extent2 tile, std::uint32_t threads, Motion motion, std::uint32_t step)
 {
-    RendererOptions options{.threads = threads, .tile = tile};
+    RendererOptions options{.threads = threads, .tile = tile, .arithmetic = Arithmetic::precise};
     if (S::road_bytes == dynamic_capacity) options.channel_slots = 37;
     BasicRenderer<S> renderer{s.map, options};
     auto const& view = s.cameras[camera].second;

@@ -47,7 +47,7 @@ TEST_CASE("planes: on Mk2 a tile keeps what is asked for, and storage gives up t
     using Two = WithPixel<Lossless, WithAlpha<WithDepth<FloatPixel>>>;
     CHECK(framebuffer_bytes<One>() - framebuffer_bytes<Lossless>() == 4 * 640);
     CHECK(framebuffer_bytes<Two>() - framebuffer_bytes<Lossless>() == 8 * 640);
-    CHECK(Lossless::storage_slots - One::storage_slots == 6);
+    CHECK(Lossless::storage_slots - One::storage_slots == 7);
     CHECK(Lossless::storage_slots - Two::storage_slots == 25);
     CHECK(WithPixel<Lossless, FloatPixel>::storage_slots == Lossless::storage_slots);
     CHECK(WithPixel<Paper, WithDepth<Rgbx8Pixel>>::storage_slots == Paper::storage_slots); // its ledger has room

@@ -159,6 +159,7 @@ struct Small : Base {
     static constexpr std::uint32_t beam_bytes = Slots * sizeof(splat::BeamMessage<Base>);
     static constexpr std::uint32_t waiting_bytes = Fifo * sizeof(splat::RoadMessage<Base>);
     static constexpr std::uint32_t tile_pixels = 128 * 128;
+    static constexpr splat::Arithmetic arithmetic = splat::Arithmetic::precise; // compared with the naive loop
 };
 
 /// Puts a record onto a tile, as a host would.

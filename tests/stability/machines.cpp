@@ -10,9 +10,11 @@ namespace stability {
 namespace {
 
 struct RoomyBase : Lossless {
+    static constexpr Arithmetic arithmetic = Arithmetic::precise;
     using Pixel = WithAlpha<WithDepth<FloatPixel>>;
 };
 struct DropBase : Lossless {
+    static constexpr Arithmetic arithmetic = Arithmetic::precise;
     using Saturation = Drop;
 };
 template <class Base>

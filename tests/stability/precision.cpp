@@ -1,4 +1,5 @@
 #include "catalogue.hpp"
+#include "kernel_pixel.hpp"
 #include "../splat/support.hpp"
 #include <algorithm>
 #include <cmath>
@@ -265,20 +266,13 @@ TEST_CASE("row 69: the transmittance is a float")
     double const truth = std::pow(1 - double{alpha}, n);
     float naive = 1, thin = 1;
     Model model;
-    splat::detail::Block block{};
-    for (auto& row : block.transmittance)
-        for (float& t : row) t = 1;
-    Splat s{};
-    s.along = s.across = -1e-12f;
-    s.opacity = alpha;
-    s.columns = s.rows = 0u | 1u << 16;
-    float const xs[splat::detail::block_width] = {}, ys[splat::detail::block_height] = {};
+    stability::KernelPixel pixel{model};
     for (int i = 0; i < n; ++i) {
         naive = as_half(naive * as_half(1 - alpha));
         thin = as_half(thin * as_half(1 - 2.4e-4f));
-        splat::detail::blend(block, s, model, xs, ys, 0, 0);
+        pixel.blend(alpha);
     }
-    double const ours = double{block.transmittance[0][0]};
+    double const ours = double{pixel.transmittance()};
     CHECK(truth == doctest::Approx(0.1348).epsilon(1e-3));
     CHECK(std::fabs(double{naive} - truth) > 1e-5);
     CHECK(thin == 1.0f); // lost altogether

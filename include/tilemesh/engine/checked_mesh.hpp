@@ -19,7 +19,8 @@ struct CheckedMeshOptions {
 /// list's size, mail that was read, and in regions of up to 64 MiB the slots not yet written) filled with a poison that is a
 /// NaN as a float.
 ///
-/// Same members, counters, digests and pictures as Mesh. Beside Mesh's errors it reports a write outside a region or
+/// Same members, counters, digests and pictures as Mesh. A multi-worker kernel is called once for each worker, last first,
+/// never its `Whole`. Beside Mesh's errors it reports a write outside a region or
 /// channel, a size above its capacity, a quiet tile that is not quiet, and two channels that share memory and both carry
 /// mail. Cost: about the live words of every tile, each superstep.
 template <class Program, class Machine = Mk2>
@@ -33,7 +34,8 @@ public:
     using typename Base::States;
     using Options = CheckedMeshOptions;
 
-    explicit CheckedMesh(Grid grid, Options options = {}, Program program = {}) : Base(grid, program), options_(options)
+    explicit CheckedMesh(Grid grid, Options options = {}, Program program = {})
+        : Base(grid, program), options_(options), within_{0, 0, grid.width, grid.height}
     {
         make_ends(Links{});
         busy_[0].assign(grid.size(), 0);
@@ -58,7 +60,23 @@ public:
     {
         return typename C::Receiver{end<C>(in_, 4 * this->grid_.index_of(t) + index(d))};
     }
+    /// From now on Superstep and Repeat run the tiles of columns x0..x1-1 and rows y0..y1-1, and of the others those that voted
+    /// busy or have mail for the kernel: what lies idle outside costs nothing. The caller promises that on those others the
+    /// kernels would change no word, send nothing and vote quiet; CheckedMesh insists on it. At first: the whole grid. Throws
+    /// Error for a rectangle that is not in the grid.
+    void run_within(std::uint32_t x0, std::uint32_t y0, std::uint32_t x1, std::uint32_t y1)
+    {
+        within_ = engine::detail::checked_rectangle(this->grid_, {x0, y0, x1, y1});
+    }
+
     void observe(Observer observer) { observer_ = std::move(observer); }
+
+    /// f(0, 1): this engine has one thread.
+    template <class F>
+    void on_threads(F const& f)
+    {
+        f(0u, 1u);
+    }
 
     RunCounters run()
     {
@@ -277,10 +295,10 @@ private:
         using Traits = KernelTraits<Kernel>;
         auto const tiles = this->grid_.size();
         auto& busy = busy_[parity_];
-        std::vector<std::uint8_t> runs(tiles, All ? 1 : 0);
+        std::vector<std::uint8_t> runs(tiles, 0);
         bool any = All;
-        for (std::uint32_t t = 0; t < tiles && !All; ++t) {
-            runs[t] = busy[t] != 0 || has_mail(t, typename Traits::Arguments{});
+        for (std::uint32_t t = 0; t < tiles; ++t) {
+            runs[t] = (All && within_.contains(this->grid_.tile(t))) || busy[t] != 0 || has_mail(t, typename Traits::Arguments{});
             any = any || runs[t] != 0;
         }
         if (!any) return false;
@@ -294,8 +312,10 @@ private:
                 auto const before = digest_writable(t, typename Traits::Arguments{});
                 bool const busy_now = run_tile<Kernel>(t) == Vote::busy;
                 if (busy_now || digest_writable(t, typename Traits::Arguments{}) != before)
-                    fail(t, "a kernel changed, sent or voted busy on a tile that was quiet and had no mail (Vote says busy while "
-                            "running again without mail would change a word); vote busy earlier");
+                    fail(t, All ? "a kernel changed, sent or voted busy on a tile outside the rectangle that was quiet and had no "
+                                  "mail (run_within promises that it is idle); run within a larger one"
+                                : "a kernel changed, sent or voted busy on a tile that was quiet and had no mail (Vote says busy "
+                                  "while running again without mail would change a word); vote busy earlier");
                 continue;
             }
             busy_[parity_ ^ 1u][t] = run_tile<Kernel>(t) == Vote::busy;
@@ -362,7 +382,7 @@ private:
         for (Direction d : news) {
             auto const n = end<C>(out_, 4 * tile + index(d)).head[0];
             c.messages += n;
-            c.live_bytes += std::uint64_t{n} * sizeof(typename C::value_type);
+            c.live_bytes += std::uint64_t{n} * wire_bytes<typename C::value_type>;
             auto& peak = link_peak_[Base::template index_of_link<C>()];
             peak = std::max(peak, n);
         }
@@ -417,7 +437,7 @@ private:
     {
         return (std::uint64_t{0} + ... +
                 (KernelTraits<K>::template writes<C>
-                     ? std::uint64_t{16} * this->grid_.size() * C::Receiver::words(this->template link_capacity<C>())
+                     ? std::uint64_t{4} * this->grid_.size() * C::end_bytes(this->template link_capacity<C>())
                      : 0));
     }
     template <class... C>
@@ -486,6 +506,7 @@ private:
     }
 
     Options options_;
+    engine::detail::Rectangle within_; ///< whose tiles Superstep and Repeat always run
     std::array<Ends, links> in_, out_;
     std::vector<std::uint8_t> busy_[2];
     std::uint32_t parity_ = 0;

@@ -1,13 +1,10 @@
 #pragma once
 #include <algorithm>
-#include <atomic>
-#include <bit>
 #include <chrono>
 #include <exception>
-#include <system_error>
-#include <thread>
-#include <tilemesh/engine/barrier.hpp>
 #include <tilemesh/engine/store.hpp>
+#include <tilemesh/engine/team.hpp>
+#include <tilemesh/engine/tile_set.hpp>
 
 namespace tilemesh {
 
@@ -58,16 +55,18 @@ struct Bank {
 
 /// How a Mesh runs.
 struct MeshOptions {
-    std::uint32_t threads = 1; ///< at most 1,024: a claim of tiles each would be all they do
+    std::uint32_t threads = 1; ///< at most 1,024: a few tiles each would be all they do
     bool digest = false; ///< RunCounters::digests: costs a pass over all live words each superstep
 };
 
-/// Runs a program on host threads. Every worker walks the program itself and meets the others at one barrier a superstep;
-/// tiles are claimed in small groups, so that uneven tiles keep all threads busy. Pictures, counters and digests do not
+/// Runs a program on host threads. The thread that calls run() walks the program, and in each superstep the others take their
+/// shares of the tiles that must run; where next to nothing runs it does that alone. Pictures, counters and digests do not
 /// depend on the number of threads and equal those of CheckedMesh.
 ///
-/// Cost: idle tiles and empty channels cost nothing in a superstep but two bits; memory follows live records. A mesh stays as
-/// it is between runs: states, and mail that a bound (`at_most`) left under way.
+/// A multi-worker kernel runs as its `Whole`, where it has one (see Worker).
+///
+/// Cost: idle tiles and empty channels cost nothing in a superstep but a word for each 4,096 tiles; memory follows live
+/// records. A mesh stays as it is between runs: states, and mail that a bound (`at_most`) left under way.
 ///
 /// Errors: the constructor and `limit` throw Error for a machine that is too small; `run` throws Error for a contract that a
 /// kernel broke, with tile and superstep, and what an observer threw; after that the mesh refuses to run again.
@@ -75,6 +74,7 @@ template <class Program, class Machine = Mk2>
 class Mesh : public engine::detail::Store<Program, Machine, false> {
     using Base = engine::detail::Store<Program, Machine, false>;
     using Bank = engine::detail::Bank;
+    using TileSet = engine::detail::TileSet;
     using Clock = std::chrono::steady_clock;
 
 public:
@@ -84,15 +84,10 @@ public:
     using Options = MeshOptions;
 
     explicit Mesh(Grid grid, Options options = {}, Program program = {})
-        : Base(grid, program), options_(options), barrier_(std::max(options.threads, 1u)),
-          workers_(std::clamp(options.threads, 1u, 1024u))
+        : Base(grid, program), options_(options), within_{0, 0, grid.width, grid.height},
+          active_(grid.size()), shares_(checked_threads(options)),
+          workers_(checked_threads(options)), team_(checked_threads(options))
     {
-        if (options.threads > 1024)
-            throw Error(std::to_string(options.threads) + " threads (a mesh runs on at most 1,024); ask for fewer");
-        options_.threads = std::max(options.threads, 1u);
-        bitmap_words_ = (grid.size() + 63) / 64;
-        // About 32 claims a thread and superstep; whole multiples of 16 tiles, so that claims rarely share a bitmap word.
-        claim_tiles_ = std::max(16u, grid.size() / (options_.threads * 32) / 16 * 16);
         slots_.resize(std::size_t{grid.size()} * 4);
         for (std::uint32_t i = 0; i < grid.size(); ++i)
             for (Direction d : news) {
@@ -100,20 +95,14 @@ public:
                 slots_[4 * std::size_t{i} + index(d)] =
                     4 * grid.index_of(grid.neighbour(t, d)) + index(grid.arrival(t, d));
             }
+        tiles_.resize(grid.size());
         make_banks(Links{});
-        for (auto& w : workers_) w.make(bitmap_words_);
-        engine::detail::list_steps(static_cast<Program*>(nullptr), steps_);
-        threads_.reserve(options_.threads);
-        try {
-            for (std::uint32_t w = 1; w < options_.threads; ++w) threads_.emplace_back([this, w] { serve(w); });
-        } catch (std::system_error const& e) {
-            auto const started = threads_.size() + 1;
-            join();
-            throw Error(std::to_string(options_.threads) + " threads (the system gave " + std::to_string(started) + ": " +
-                        e.what() + "); ask for fewer");
+        for (auto& w : workers_) {
+            w.busy = TileSet(grid.size());
+            w.mail.fill(TileSet(grid.size()));
         }
+        engine::detail::list_steps(static_cast<Program*>(nullptr), steps_);
     }
-    ~Mesh() { join(); }
     Mesh(Mesh const&) = delete;
     Mesh& operator=(Mesh const&) = delete;
 
@@ -122,7 +111,7 @@ public:
     void limit(std::uint32_t items)
     {
         if constexpr (tilemesh::detail::is_channel<X>) {
-            this->template limit_link<X>(items, unread<X>(workers_[0]));
+            this->template limit_link<X>(items, has_mail<X>());
             make_bank<X>();
         } else {
             this->template limit_state<X>(items);
@@ -133,103 +122,127 @@ public:
     template <class C>
     typename C::Receiver incoming(TileId t, Direction d) noexcept
     {
-        auto const l = Base::template index_of_link<C>();
-        return typename C::Receiver{place(l, workers_[0].bank[l] ^ 1u, 4 * this->grid_.index_of(t) + index(d))};
+        return typename C::Receiver{ends<C>().in(4 * this->grid_.index_of(t) + index(d))};
+    }
+
+    /// From now on Superstep and Repeat run the tiles of columns x0..x1-1 and rows y0..y1-1, and of the others those that voted
+    /// busy or have mail for the kernel: what lies idle outside costs nothing. The caller promises that on those others the
+    /// kernels would change no word, send nothing and vote quiet; CheckedMesh insists on it. At first: the whole grid. Throws
+    /// Error for a rectangle that is not in the grid.
+    void run_within(std::uint32_t x0, std::uint32_t y0, std::uint32_t x1, std::uint32_t y1)
+    {
+        within_ = engine::detail::checked_rectangle(this->grid_, {x0, y0, x1, y1});
     }
 
     /// Called after every superstep by the thread that called run().
     void observe(Observer observer) { observer_ = std::move(observer); }
+
+    /// Runs f(thread, threads) once on each of the mesh's threads, the caller's is thread 0, and returns when all are done: for
+    /// host work beside the machine, between runs. What f throws is thrown here, of the lowest thread that threw. f must not
+    /// call the mesh's run() or on_threads().
+    template <class F>
+    void on_threads(F const& f)
+    {
+        team_.each([&](std::uint32_t w) noexcept {
+            try {
+                f(w, team_.size());
+            } catch (...) {
+                workers_[w].thrown = std::current_exception();
+            }
+        });
+        std::exception_ptr first;
+        for (auto& w : workers_) {
+            if (!first) first = w.thrown;
+            w.thrown = nullptr;
+        }
+        if (first) std::rethrow_exception(first);
+    }
 
     /// Runs the whole program once.
     RunCounters run()
     {
         if (broken_) throw Error("a mesh that stopped on an error cannot run again (its state is half a superstep); build a new one");
         this->require_capacities(Links{});
-        for (auto& w : workers_) w.begin(steps_.size());
-        error_ = nullptr;
-        failure_ = {};
+        run_ = {};
+        run_.steps = steps_;
+        step_ = 0;
         pass_ = 0;
-        digests_.clear();
-        epoch_.fetch_add(1, std::memory_order_release);
-        epoch_.notify_all();
-        work(0);
-        RunCounters run;
-        run.steps = steps_;
-        for (auto const& w : workers_)
-            for (std::size_t i = 0; i < run.steps.size(); ++i) {
-                auto const& s = w.steps[i];
-                run.steps[i].messages += s.messages;
-                run.steps[i].live_bytes += s.live_bytes;
-                run.steps[i].tile_runs += s.tile_runs;
-            }
-        for (std::size_t i = 0; i < run.steps.size(); ++i) {
-            auto const& s = workers_[0].steps[i];
-            run.steps[i].passes = s.passes;
-            run.steps[i].supersteps = s.supersteps;
-            run.steps[i].capacity_bytes = s.capacity_bytes;
-            run.steps[i].milliseconds = s.milliseconds;
+        for (auto& w : workers_) w.begin();
+        try {
+            walk(this->program_);
+        } catch (...) {
+            broken_ = true;
+            throw;
         }
-        add_peaks(run, States{}, Links{});
-        run.digests = std::move(digests_);
-        if (error_) std::rethrow_exception(error_);
-        return run;
+        add_peaks(States{}, Links{});
+        return std::move(run_);
     }
 
 private:
-    void join() noexcept
+    /// Up to this many tiles the thread that walks the program runs alone. A tile run takes 20 ns to 1 us, to let another
+    /// thread in and out 0.2 us, and the words of the tiles may have to come from its cache.
+    static constexpr std::uint32_t alone = 8;
+
+    static std::uint32_t checked_threads(Options const& options)
     {
-        stop_.store(true);
-        epoch_.fetch_add(1);
-        epoch_.notify_all();
-        for (auto& t : threads_) t.join();
+        if (options.threads > 1024)
+            throw Error(std::to_string(options.threads) + " threads (a mesh runs on at most 1,024); ask for fewer");
+        return std::max(options.threads, 1u);
     }
 
-    using Bits = std::vector<std::uint64_t>;
     static constexpr std::uint32_t links = Links::count + 1;
+    /// One thread's part of a superstep.
     struct alignas(64) WorkerState {
-        Bits busy[2];                                       ///< who voted busy, by parity of the superstep
-        std::array<std::array<Bits, 2>, links> mail;        ///< who was sent something, by channel and bank
-        std::array<bool, 2> any_busy{};
-        std::array<std::array<bool, 2>, links> any_mail{};
-        std::array<std::uint32_t, links> bank{};            ///< the bank that senders write now
-        std::uint32_t parity = 0;
-        std::uint32_t step = 0;
-        bool stopped = false;
-        std::vector<StepCounters> steps;
+        std::uint64_t messages = 0, live_bytes = 0, runs = 0, digest = 0;
+        engine::detail::Failure failure;                    ///< of the lowest tile
+        TileSet busy;                                       ///< who voted busy
+        std::array<TileSet, links> mail;                    ///< who was sent something on a channel
         std::array<std::uint32_t, States::count + 1> state_peak{};
         std::array<std::uint32_t, links> link_peak{};
-        std::uint64_t sent = 0, runs = 0, digest = 0;       ///< of the superstep of now
-        engine::detail::Failure failure;                    ///< of the lowest tile
-        std::array<bool, 2> failed{};                       ///< in the superstep of this parity
+        std::exception_ptr thrown;                          ///< by a function of on_threads
 
-        void make(std::uint32_t words)
+        void begin() noexcept
         {
-            for (auto& b : busy) b.assign(words, 0);
-            for (auto& m : mail)
-                for (auto& b : m) b.assign(words, 0);
-        }
-        void begin(std::size_t n)
-        {
-            steps.assign(n, {});
+            busy.clear();
             state_peak.fill(0);
             link_peak.fill(0);
-            for (auto p : {0, 1}) clear(busy[p], any_busy[static_cast<std::size_t>(p)]);
-            parity = step = 0;
-            stopped = false;
-            failure = {};
-            failed = {};
-        }
-        static void clear(Bits& bits, bool& any)
-        {
-            if (any) std::fill(bits.begin(), bits.end(), 0);
-            any = false;
         }
     };
+
+    /// Both ends of a channel on all tiles, as they are in one superstep: the exchange swaps them.
+    struct Ends {
+        std::uint32_t *in_heads, *in_items, *out_heads, *out_items;
+        std::size_t stride;
+        std::uint32_t capacity;
+        TILEMESH_KERNEL Place in(std::uint32_t slot) const noexcept
+        {
+            return {in_heads + 2 * std::size_t{slot}, in_items + slot * stride, capacity};
+        }
+        TILEMESH_KERNEL Place out(std::uint32_t slot) const noexcept
+        {
+            return {out_heads + 2 * std::size_t{slot}, out_items + slot * stride, capacity};
+        }
+    };
+    template <class C>
+    Ends ends() const noexcept
+    {
+        constexpr auto l = Base::template index_of_link<C>();
+        auto const& b = banks_[l];
+        auto const out = bank_[l], in = out ^ 1u;
+        return {b.heads[in].data(), b.items[in].data(), b.heads[out].data(), b.items[out].data(), b.stride, b.capacity};
+    }
+    template <class... C>
+    static std::array<Ends, links> all_ends([[maybe_unused]] Mesh const& mesh, Types<C...>) noexcept
+    {
+        return {{mesh.template ends<C>()..., Ends{}}};
+    }
 
     /// What this interpreter offers a kernel.
     struct Source {
         Mesh& mesh;
-        WorkerState const& me;
+        WorkerState& me;
+        std::array<Ends, links> const links_now;
+        std::uint32_t const* slots;                         ///< where this tile's four outgoing ends are read
         std::uint32_t tile;
         Worker share;
         template <class X>
@@ -240,14 +253,12 @@ private:
         template <class C>
         TILEMESH_KERNEL Place in(Direction d) noexcept
         {
-            constexpr auto l = Base::template index_of_link<C>();
-            return mesh.place(l, me.bank[l] ^ 1u, 4 * tile + index(d));
+            return links_now[Base::template index_of_link<C>()].in(4 * tile + index(d));
         }
         template <class C>
         TILEMESH_KERNEL Place out(Direction d) noexcept
         {
-            constexpr auto l = Base::template index_of_link<C>();
-            return mesh.place(l, me.bank[l], mesh.slots_[4 * std::size_t{tile} + index(d)]);
+            return links_now[Base::template index_of_link<C>()].out(slots[index(d)]);
         }
         template <class P>
         TILEMESH_KERNEL P const* shared() noexcept
@@ -257,12 +268,6 @@ private:
         TILEMESH_KERNEL Here here() noexcept { return {mesh.grid_.tile(tile), mesh.grid_}; }
         TILEMESH_KERNEL Worker worker() noexcept { return share; }
     };
-
-    TILEMESH_KERNEL Place place(std::uint32_t link, std::uint32_t bank, std::uint32_t slot) noexcept
-    {
-        auto const& b = banks_[link];
-        return {b.heads[bank].data() + 2 * std::size_t{slot}, b.items[bank].data() + std::size_t{slot} * b.stride, b.capacity};
-    }
 
     template <class... C>
     void make_banks(Types<C...>)
@@ -287,248 +292,283 @@ private:
 
     // --- one tile -------------------------------------------------------------------------------------------------------
     template <class Kernel>
-    TILEMESH_KERNEL void run_tile(WorkerState& me, std::uint32_t tile) noexcept
+    TILEMESH_KERNEL void run_tile(Source& source, std::uint32_t tile) noexcept
     {
-        char const* broken = nullptr;
-        engine::detail::broken_contract = &broken;
-        Source source{*this, me, tile, {0, 1}};
-        if constexpr (KernelTraits<Kernel>::multi_worker) { // one host thread takes the shares of all of the tile's workers
+        source.tile = tile;
+        source.slots = slots_.data() + 4 * std::size_t{tile};
+        using Whole = tilemesh::detail::WholeOf<Kernel>;
+        if constexpr (Whole::exists) {
+            source.share = {0, Machine::workers};
+            (void)run_kernel<typename Whole::type>(source);
+        } else if constexpr (KernelTraits<Kernel>::multi_worker) { // one host thread takes the shares of all of the tile's workers
             for (std::uint32_t w = 0; w < Machine::workers; ++w) {
                 source.share = {w, Machine::workers};
                 (void)run_kernel<Kernel>(source);
             }
         } else if (run_kernel<Kernel>(source) == Vote::busy) {
-            me.busy[me.parity ^ 1u][tile / 64] |= std::uint64_t{1} << (tile % 64);
-            me.any_busy[me.parity ^ 1u] = true;
+            source.me.busy.insert(tile);
         }
-        after_kernel(me, source, typename KernelTraits<Kernel>::Arguments{});
-        ++me.runs;
-        if (broken != nullptr) fail(me, {tile, broken});
+        after_kernel(source, typename KernelTraits<Kernel>::Arguments{});
     }
-    void fail(WorkerState& me, engine::detail::Failure const& failure) noexcept
+    static void fail(WorkerState& me, engine::detail::Failure const& failure) noexcept
     {
         if (failure.tile < me.failure.tile) me.failure = failure;
-        me.failed[me.parity] = true;
     }
     template <class... A>
-    TILEMESH_KERNEL void after_kernel(WorkerState& me, Source& source, Types<A...>) noexcept
+    TILEMESH_KERNEL void after_kernel(Source& source, Types<A...>) noexcept
     {
-        (after(me, source, static_cast<std::remove_reference_t<A>*>(nullptr)), ...);
+        (after(source, static_cast<std::remove_reference_t<A>*>(nullptr)), ...);
     }
     template <class X>
-    TILEMESH_KERNEL void after(WorkerState& me, Source& source, X*) noexcept
+    TILEMESH_KERNEL void after([[maybe_unused]] Source& source, X*) noexcept
     {
         if constexpr (tilemesh::detail::is_list<X> && !std::is_const_v<X>) {
-            auto& peak = me.state_peak[Base::template index_of_state<X>()];
+            auto& peak = source.me.state_peak[Base::template index_of_state<X>()];
             peak = std::max(peak, source.template state<X>().head[0]);
         }
     }
     template <class C>
-    TILEMESH_KERNEL void after(WorkerState&, Source& source, In<C>*) noexcept // mail is read once
+    TILEMESH_KERNEL void after(Source& source, In<C>*) noexcept // mail is read once
     {
+        auto* const heads = source.template in<C>(news[0]).head; // of the four sides, one after the other
+        std::uint32_t any = 0;
+        for (std::uint32_t i = 0; i < 8; ++i) any |= heads[i];
+        if (any == 0) return;
+        for (std::uint32_t i = 0; i < 8; ++i) heads[i] = 0;
+    }
+    template <class C>
+    TILEMESH_KERNEL void after(Source& source, Out<C>*) noexcept
+    {
+        constexpr auto l = Base::template index_of_link<C>();
+        auto& me = source.me;
         for (Direction d : news) {
-            auto* const head = source.template in<C>(d).head;
-            if ((head[0] | head[1]) != 0) head[0] = head[1] = 0;
+            auto const* const head = source.template out<C>(d).head;
+            auto const n = head[0];
+            if ((n | head[1]) == 0) continue;
+            me.mail[l].insert(source.slots[index(d)] / 4);
+            me.messages += n;
+            me.live_bytes += std::uint64_t{n} * wire_bytes<typename C::value_type>;
+            me.link_peak[l] = std::max(me.link_peak[l], n);
+        }
+    }
+    /// Asks for what says where a tile's words are: on a grid larger than the caches it comes from memory.
+    template <class... A>
+    TILEMESH_KERNEL void prefetch_heads([[maybe_unused]] Source const& source, [[maybe_unused]] std::uint32_t tile,
+                                        Types<A...>) const noexcept
+    {
+        (prefetch_head(source, tile, static_cast<std::remove_reference_t<A>*>(nullptr)), ...);
+    }
+    template <class X>
+    TILEMESH_KERNEL void prefetch_head(Source const&, std::uint32_t, X*) const noexcept
+    {
+    }
+    template <class C>
+    TILEMESH_KERNEL void prefetch_head(Source const& source, std::uint32_t tile, In<C>*) const noexcept
+    {
+        __builtin_prefetch(source.links_now[Base::template index_of_link<C>()].in(4 * tile).head, 1);
+        __builtin_prefetch(this->hot(tile), 1);
+    }
+    template <class C>
+    TILEMESH_KERNEL void prefetch_head(Source const&, std::uint32_t tile, Out<C>*) const noexcept
+    {
+        __builtin_prefetch(slots_.data() + 4 * std::size_t{tile});
+    }
+    /// Asks for the words of a tile that will run soon: where it has mail, its ends are far apart in memory.
+    template <class... A>
+    TILEMESH_KERNEL void prefetch([[maybe_unused]] Source const& source, [[maybe_unused]] std::uint32_t tile,
+                                  Types<A...>) const noexcept
+    {
+        [[maybe_unused]] bool mail = false;
+        (prefetch_argument(source, tile, mail, static_cast<std::remove_reference_t<A>*>(nullptr)), ...);
+    }
+    template <class X>
+    TILEMESH_KERNEL void prefetch_argument(Source const&, std::uint32_t, bool&, X*) const noexcept
+    {
+    }
+    /// The same for a kernel that works on the tile's lists alone: where each begins. The processor follows from there.
+    template <class... A>
+    TILEMESH_KERNEL void prefetch_lists([[maybe_unused]] std::uint32_t tile, Types<A...>) noexcept
+    {
+        (prefetch_list(tile, static_cast<std::remove_cv_t<std::remove_reference_t<A>>*>(nullptr)), ...);
+    }
+    template <class X>
+    TILEMESH_KERNEL void prefetch_list([[maybe_unused]] std::uint32_t tile, X*) noexcept
+    {
+        if constexpr (tilemesh::detail::is_list<X>) {
+            auto const* const items = this->template state_place<X>(tile).items;
+            for (std::uint32_t line = 0; line < 4; ++line) __builtin_prefetch(items + 16 * line);
         }
     }
     template <class C>
-    TILEMESH_KERNEL void after(WorkerState& me, Source& source, Out<C>*) noexcept
+    TILEMESH_KERNEL void prefetch_argument(Source const& source, std::uint32_t tile, bool& mail, In<C>*) const noexcept
     {
-        constexpr auto l = Base::template index_of_link<C>();
+        auto const& ends = source.links_now[Base::template index_of_link<C>()];
         for (Direction d : news) {
-            auto const* const head = source.template out<C>(d).head;
-            if ((head[0] | head[1]) == 0) continue;
-            auto const to = slots_[4 * std::size_t{source.tile} + index(d)] / 4;
-            me.mail[l][me.bank[l]][to / 64] |= std::uint64_t{1} << (to % 64);
-            me.any_mail[l][me.bank[l]] = true;
-            me.sent += head[0];
-            me.steps[me.step].messages += head[0];
-            me.steps[me.step].live_bytes += std::uint64_t{head[0]} * sizeof(typename C::value_type);
-            me.link_peak[l] = std::max(me.link_peak[l], head[0]);
+            auto const p = ends.in(4 * tile + index(d));
+            if (p.head[0] == 0) continue;
+            mail = true;
+            __builtin_prefetch(p.items);
+            __builtin_prefetch(p.items + 16);
+        }
+    }
+    template <class C>
+    TILEMESH_KERNEL void prefetch_argument(Source const& source, std::uint32_t tile, bool& mail, Out<C>*) const noexcept
+    {
+        if (!mail) return;
+        auto const& ends = source.links_now[Base::template index_of_link<C>()];
+        for (Direction d : news) {
+            auto const p = ends.out(slots_[4 * std::size_t{tile} + index(d)]);
+            __builtin_prefetch(p.head, 1);
+            __builtin_prefetch(p.items, 1);
         }
     }
 
     // --- one superstep --------------------------------------------------------------------------------------------------
-    template <class... A>
-    bool any_mail_for(WorkerState const& me, Types<A...>) const noexcept
+    template <class C>
+    bool has_mail() const noexcept
     {
-        return (has_mail(me, static_cast<std::remove_reference_t<A>*>(nullptr)) || ...);
-    }
-    template <class X>
-    bool has_mail(WorkerState const&, X*) const noexcept
-    {
+        for (auto const& w : workers_)
+            if (!w.mail[Base::template index_of_link<C>()].empty()) return true;
         return false;
     }
-    template <class C>
-    bool has_mail(WorkerState const& me, In<C>*) const noexcept
+    template <class K, class... C>
+    bool mail_to_read(Types<C...>) const noexcept
     {
-        return unread<C>(me);
-    }
-    template <class C>
-    bool unread(WorkerState const& me) const noexcept
-    {
-        constexpr auto l = Base::template index_of_link<C>();
-        return std::any_of(workers_.begin(), workers_.end(),
-                           [&](auto const& w) { return w.any_mail[l][me.bank[l] ^ 1u]; });
-    }
-    template <class... A>
-    std::uint64_t mail_bits(WorkerState const& me, std::uint32_t word, Types<A...>) const noexcept
-    {
-        return (std::uint64_t{0} | ... | mail_word(me, word, static_cast<std::remove_reference_t<A>*>(nullptr)));
-    }
-    template <class X>
-    std::uint64_t mail_word(WorkerState const&, std::uint32_t, X*) const noexcept
-    {
-        return 0;
-    }
-    template <class C>
-    std::uint64_t mail_word(WorkerState const& me, std::uint32_t word, In<C>*) const noexcept
-    {
-        constexpr auto l = Base::template index_of_link<C>();
-        std::uint64_t bits = 0;
-        for (auto const& w : workers_)
-            if (w.any_mail[l][me.bank[l] ^ 1u]) bits |= w.mail[l][me.bank[l] ^ 1u][word];
-        return bits;
-    }
-    /// Forgets who was told what in the bank that is written next.
-    template <class... C>
-    void forget(WorkerState& me, Types<C...>) noexcept
-    {
-        (WorkerState::clear(me.mail[Base::template index_of_link<C>()][me.bank[Base::template index_of_link<C>()]],
-                            me.any_mail[Base::template index_of_link<C>()][me.bank[Base::template index_of_link<C>()]]),
-         ...);
-    }
-    template <class... C>
-    void flip(WorkerState& me, Types<C...>) noexcept
-    {
-        ((me.bank[Base::template index_of_link<C>()] ^= 1u), ...);
+        return ((KernelTraits<K>::template reads<C> && has_mail<C>()) || ...);
     }
     template <class K, class... C>
-    bool sends_over_unread(WorkerState const& me, Types<C...>) const noexcept
+    bool sends_over_unread(Types<C...>) const noexcept
     {
-        return ((KernelTraits<K>::template writes<C> && !KernelTraits<K>::template reads<C> && unread<C>(me)) || ...);
+        return ((KernelTraits<K>::template writes<C> && !KernelTraits<K>::template reads<C> && has_mail<C>()) || ...);
+    }
+    template <class K, class... C>
+    bool sent_anything(Types<C...>) const noexcept
+    {
+        return ((KernelTraits<K>::template writes<C> && has_mail<C>()) || ...);
     }
     template <class K, class... C>
     std::uint64_t capacity_bytes(Types<C...>) const noexcept
     {
         return (std::uint64_t{0} + ... +
                 (KernelTraits<K>::template writes<C>
-                     ? std::uint64_t{16} * this->grid_.size() * C::Receiver::words(this->template link_capacity<C>())
+                     ? std::uint64_t{4} * this->grid_.size() * C::end_bytes(this->template link_capacity<C>())
                      : 0));
     }
-    template <class K, class... C>
-    bool sent_anything(WorkerState const& me, Types<C...>) const noexcept // before the banks flip
+    /// Hands each set of tiles that kernel K wakes to `f`: those that voted busy, and those with mail for it.
+    template <class K, class F, class... C>
+    void wakers(F const& f, Types<C...>) noexcept
     {
-        [[maybe_unused]] auto const any = [&](auto tag) {
-            constexpr auto l = Base::template index_of_link<typename decltype(tag)::type>();
-            return std::any_of(workers_.begin(), workers_.end(), [&](auto const& w) { return w.any_mail[l][me.bank[l]]; });
-        };
-        return ((KernelTraits<K>::template writes<C> && any(tilemesh::detail::Tag<C>{})) || ...);
+        for (auto& w : workers_) {
+            f(w.busy);
+            ((KernelTraits<K>::template reads<C> ? f(w.mail[Base::template index_of_link<C>()]) : void()), ...);
+        }
+    }
+    template <class... C>
+    void flip(Types<C...>) noexcept
+    {
+        ((bank_[Base::template index_of_link<C>()] ^= 1u), ...);
     }
 
-    /// One superstep on all tiles, or on those that must run; false, having done nothing, when nobody must, or all stopped.
-    template <class Kernel, bool All>
-    bool superstep(std::uint32_t w) noexcept
+    /// Worker w's part of the n tiles that run: those listed, or without a list all.
+    template <class Kernel>
+    void run_tiles(std::uint32_t w, std::uint32_t const* tiles, std::uint32_t n, bool together) noexcept
     {
-        using Traits = KernelTraits<Kernel>;
-        using KernelLinks = typename Traits::Links;
+        using Arguments = typename KernelTraits<Kernel>::Arguments;
         auto& me = workers_[w];
-        if (me.stopped) return false;
-        auto const p = me.parity;
-        bool const any_busy =
-            All || std::any_of(workers_.begin(), workers_.end(), [p](auto const& o) { return o.any_busy[p]; });
-        if (!any_busy && !any_mail_for(me, typename Traits::Arguments{})) return false;
-
-        forget(me, KernelLinks{});
-        me.sent = me.runs = 0;
-        if (w == 0) {
-            if (sends_over_unread<Kernel>(me, KernelLinks{}))
-                fail(me, {0, "a kernel sends on a channel with unread mail (a bound cut the step that reads it); raise the "
-                             "bound, or let the sending kernel read the channel"});
-            claims_[p ^ 1u].store(0, std::memory_order_relaxed);
-        }
-        auto const tiles = this->grid_.size();
-        for (;;) {
-            auto const first = claims_[p].fetch_add(claim_tiles_, std::memory_order_relaxed);
-            if (first >= tiles) break;
-            auto const last = std::min(first + claim_tiles_, tiles);
-            if constexpr (All) {
-                for (auto t = first; t < last; ++t) run_tile<Kernel>(me, t);
-            } else {
-                for (auto word = first / 64; word * 64 < last; ++word) {
-                    std::uint64_t bits = mail_bits(me, word, typename Traits::Arguments{});
-                    for (auto const& o : workers_)
-                        if (o.any_busy[p]) bits |= o.busy[p][word];
-                    if (word * 64 < first) bits &= ~std::uint64_t{0} << (first % 64);
-                    if (last < word * 64 + 64) bits &= (std::uint64_t{1} << (last % 64)) - 1;
-                    for (; bits != 0; bits &= bits - 1)
-                        run_tile<Kernel>(me, word * 64 + static_cast<std::uint32_t>(std::countr_zero(bits)));
-                }
+        char const* broken = nullptr;
+        engine::detail::broken_contract = &broken;
+        Source source{*this, me, all_ends(*this, Links{}), nullptr, 0, {0, 1}};
+        std::uint32_t first = 0, last = n;
+        for (bool more = together ? shares_.take(w, first, last) : n != 0; more; more = together && shares_.take(w, first, last)) {
+            for (auto i = first; i < last; ++i) {
+                if (i + 4 < last) prefetch_heads(source, tiles == nullptr ? i + 4 : tiles[i + 4], Arguments{});
+                if (i + 2 < last) prefetch(source, tiles == nullptr ? i + 2 : tiles[i + 2], Arguments{});
+                if constexpr (KernelTraits<Kernel>::Links::count == 0)
+                    if (i + 1 < last) prefetch_lists(tiles == nullptr ? i + 1 : tiles[i + 1], Arguments{});
+                auto const tile = tiles == nullptr ? i : tiles[i];
+                run_tile<Kernel>(source, tile);
+                if (broken != nullptr) fail(me, {tile, std::exchange(broken, nullptr)});
             }
+            me.runs += last - first;
         }
-        me.steps[me.step].tile_runs += me.runs;
-        barrier_.arrive_and_wait();
+        engine::detail::broken_contract = nullptr; // what runs next on this thread may be no kernel
+    }
 
-        // What is read from here on is written again only after the barrier of the next superstep: votes and failures are
-        // kept by parity, mail by bank.
-        bool const sent = sent_anything<Kernel>(me, KernelLinks{});
-        ++me.steps[me.step].passes;
-        me.steps[me.step].supersteps += sent ? 1 : 0;
-        if (sent) me.steps[me.step].capacity_bytes += capacity_bytes<Kernel>(KernelLinks{});
-        flip(me, KernelLinks{});
-        for (auto const& o : workers_) me.stopped = me.stopped || o.failed[p];
-        if (options_.digest || observer_ || me.stopped) {
-            if (options_.digest) digest_share(w);
-            barrier_.arrive_and_wait();
-            if (w == 0) report(steps_[me.step].kernel);
-            barrier_.arrive_and_wait();
-            me.stopped = me.stopped || error_ != nullptr;
+    /// One superstep on all tiles, or on those that must run; false, having done nothing, when nobody must.
+    template <class Kernel, bool All>
+    bool superstep()
+    {
+        using KernelLinks = typename KernelTraits<Kernel>::Links;
+        auto n = this->grid_.size();
+        bool const all = All && within_.covers(this->grid_);
+        if (all) {
+            wakers<Kernel>([](TileSet& set) { set.clear(); }, KernelLinks{});
+        } else {
+            bool const any_busy = std::any_of(workers_.begin(), workers_.end(), [](auto const& w) { return !w.busy.empty(); });
+            if (!All && !any_busy && !mail_to_read<Kernel>(KernelLinks{})) return false;
+            wakers<Kernel>([&](TileSet& set) { active_.take(set); }, KernelLinks{});
+            if (All)
+                for (auto y = within_.y0; y < within_.y1; ++y)
+                    active_.insert(y * this->grid_.width + within_.x0, y * this->grid_.width + within_.x1);
+            n = active_.list(tiles_.data());
         }
-        if (w == 0) ++pass_;
-        WorkerState::clear(me.busy[p], me.any_busy[p]);
-        me.parity ^= 1u;
+        auto const* const tiles = all ? nullptr : tiles_.data();
+        if (sends_over_unread<Kernel>(KernelLinks{}))
+            fail(workers_[0], {0, "a kernel sends on a channel with unread mail (a bound cut the step that reads it); raise the "
+                                  "bound, or let the sending kernel read the channel"});
+        bool const together = team_.size() > 1 && n > (All ? 1 : alone);
+        if (together) {
+            shares_.set(n);
+            team_.share([&](std::uint32_t w) noexcept { run_tiles<Kernel>(w, tiles, n, true); });
+        } else {
+            run_tiles<Kernel>(0, tiles, n, false);
+        }
+
+        bool const sent = sent_anything<Kernel>(KernelLinks{});
+        flip(KernelLinks{});
+        auto& counters = run_.steps[step_];
+        ++counters.passes;
+        counters.supersteps += sent ? 1 : 0;
+        if (sent) counters.capacity_bytes += capacity_bytes<Kernel>(KernelLinks{});
+        std::uint64_t messages = 0, runs = 0;
+        engine::detail::Failure failure;
+        for (auto& w : workers_) {
+            messages += std::exchange(w.messages, 0);
+            runs += std::exchange(w.runs, 0);
+            counters.live_bytes += std::exchange(w.live_bytes, 0);
+            if (w.failure.text != nullptr && w.failure.tile < failure.tile) failure = w.failure;
+        }
+        counters.messages += messages;
+        counters.tile_runs += runs;
+        std::uint64_t digest = 0;
+        if (options_.digest) run_.digests.push_back(digest = digest_now());
+        if (failure.text != nullptr) throw engine::detail::failed(this->grid_, failure, counters.kernel, pass_);
+        if (observer_) observer_({counters.kernel, step_, pass_, messages, runs, digest});
+        ++pass_;
         return true;
     }
 
-    /// Worker 0, alone: the digest, the observer, a failure.
-    void report(std::string const& kernel) noexcept
+    std::uint64_t digest_now() noexcept
     {
-        std::uint64_t messages = 0, runs = 0, digest = 0;
-        for (auto const& o : workers_) {
-            messages += o.sent;
-            runs += o.runs;
-            digest += o.digest;
-            if (o.failure.text != nullptr && o.failure.tile < failure_.tile) failure_ = o.failure;
-        }
-        if (options_.digest) digests_.push_back(digest);
-        engine::detail::broken_contract = nullptr; // an observer is no kernel
-        try {
-            if (failure_.text != nullptr) throw engine::detail::failed(this->grid_, failure_, kernel, pass_);
-            if (observer_)
-                observer_({kernel, workers_[0].step, pass_, messages, runs, options_.digest ? digest : 0});
-        } catch (...) {
-            error_ = std::current_exception();
-            broken_ = true;
-        }
-    }
-    void digest_share(std::uint32_t w) noexcept
-    {
-        auto& me = workers_[w];
-        auto const tiles = std::uint64_t{this->grid_.size()};
-        me.digest = 0;
-        for (auto t = tiles * w / options_.threads; t < tiles * (w + 1) / options_.threads; ++t)
-            me.digest += engine::detail::mix(digest_mail(me, static_cast<std::uint32_t>(t), Links{}),
-                                             this->digest_states(static_cast<std::uint32_t>(t)));
+        auto const all = all_ends(*this, Links{});
+        shares_.set(this->grid_.size());
+        team_.share([&](std::uint32_t w) noexcept {
+            for (std::uint32_t first = 0, last = 0; shares_.take(w, first, last);)
+                for (auto t = first; t < last; ++t)
+                    workers_[w].digest += engine::detail::mix(digest_mail(all, t, Links{}), this->digest_states(t));
+        });
+        std::uint64_t digest = 0;
+        for (auto& w : workers_) digest += std::exchange(w.digest, 0);
+        return digest;
     }
     template <class... C>
-    std::uint64_t digest_mail(WorkerState const& me, std::uint32_t tile, Types<C...>) noexcept
+    static std::uint64_t digest_mail(std::array<Ends, links> const& all, std::uint32_t tile, Types<C...>) noexcept
     {
         std::uint64_t h = 0;
         [[maybe_unused]] auto const one = [&](auto tag) {
             using L = typename decltype(tag)::type;
-            constexpr auto l = Base::template index_of_link<L>();
             for (Direction d : news) {
-                auto const p = place(l, me.bank[l] ^ 1u, 4 * tile + index(d));
+                auto const p = all[Base::template index_of_link<L>()].in(4 * tile + index(d));
                 h = engine::detail::mix(h, p.head[1]);
                 h = engine::detail::mix_words(h, p.items, std::size_t{p.head[0]} * L::Receiver::item_words);
             }
@@ -539,63 +579,39 @@ private:
 
     // --- the program ----------------------------------------------------------------------------------------------------
     template <class K>
-    void walk(std::uint32_t w, Superstep<K> const&) noexcept
+    void walk(Superstep<K> const&)
     {
-        timed(w, [&] { superstep<K, true>(w); });
+        timed([&] { superstep<K, true>(); });
     }
     template <std::uint32_t N, class K>
-    void walk(std::uint32_t w, Repeat<N, K> const&) noexcept
+    void walk(Repeat<N, K> const&)
     {
-        timed(w, [&] {
-            for (std::uint32_t i = 0; i < N && superstep<K, true>(w); ++i) {}
+        timed([&] {
+            for (std::uint32_t i = 0; i < N; ++i) superstep<K, true>();
         });
     }
     template <class K>
-    void walk(std::uint32_t w, UntilQuiet<K> const& step) noexcept
+    void walk(UntilQuiet<K> const& step)
     {
-        timed(w, [&] {
-            for (auto n = step.at_most; n > 0 && superstep<K, false>(w); --n) {}
+        timed([&] {
+            for (auto n = step.at_most; n > 0 && superstep<K, false>(); --n) {}
         });
     }
     template <class... S>
-    void walk(std::uint32_t w, Sequence<S...> const& q) noexcept
+    void walk(Sequence<S...> const& q)
     {
-        std::apply([&](auto const&... s) { (walk(w, s), ...); }, q.steps);
+        std::apply([&](auto const&... s) { (walk(s), ...); }, q.steps);
     }
     template <class F>
-    void timed(std::uint32_t w, F const& run) noexcept
+    void timed(F const& run)
     {
-        auto& me = workers_[w];
-        auto const begin = w == 0 ? Clock::now() : Clock::time_point{};
+        auto const begin = Clock::now();
         run();
-        if (w == 0)
-            me.steps[me.step].milliseconds = std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
-        ++me.step;
-    }
-    void work(std::uint32_t w) noexcept
-    {
-        if (w == 0) claims_[0].store(0), claims_[1].store(0);
-        barrier_.arrive_and_wait();
-        walk(w, this->program_);
-        engine::detail::broken_contract = nullptr;
-        barrier_.arrive_and_wait();
-    }
-    void serve(std::uint32_t w) noexcept
-    {
-        for (std::uint32_t seen = 0;;) {
-            for (int i = 0; epoch_.load(std::memory_order_acquire) == seen; ++i) {
-                if (i < engine::detail::spins_before_sleep)
-                    engine::detail::relax();
-                else
-                    epoch_.wait(seen);
-            }
-            seen = epoch_.load();
-            if (stop_.load()) return;
-            work(w);
-        }
+        run_.steps[step_].milliseconds = std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+        ++step_;
     }
     template <class... X, class... C>
-    void add_peaks(RunCounters& run, Types<X...>, Types<C...>) const
+    void add_peaks(Types<X...>, Types<C...>)
     {
         [[maybe_unused]] auto const state = [&](auto tag) {
             using S = typename decltype(tag)::type;
@@ -603,7 +619,7 @@ private:
                 constexpr auto i = Base::template index_of_state<S>();
                 Peak peak{engine::detail::text(name_of<S>()), 0, this->capacity_[i]};
                 for (auto const& w : workers_) peak.items = std::max(peak.items, w.state_peak[i]);
-                run.peaks.push_back(peak);
+                run_.peaks.push_back(std::move(peak));
             }
         };
         [[maybe_unused]] auto const link = [&](auto tag) {
@@ -611,30 +627,28 @@ private:
             constexpr auto l = Base::template index_of_link<L>();
             Peak peak{engine::detail::text(name_of<L>()), 0, this->template link_capacity<L>()};
             for (auto const& w : workers_) peak.items = std::max(peak.items, w.link_peak[l]);
-            run.peaks.push_back(peak);
+            run_.peaks.push_back(std::move(peak));
         };
         (state(tilemesh::detail::Tag<X>{}), ...);
         (link(tilemesh::detail::Tag<C>{}), ...);
     }
 
     Options options_;
-    std::uint32_t bitmap_words_ = 0;
-    std::uint32_t claim_tiles_ = 16;
-    std::vector<std::uint32_t> slots_;                 ///< where each tile's four outgoing ends are read
+    std::vector<std::uint32_t> slots_;                  ///< where each tile's four outgoing ends are read
     std::array<Bank, links> banks_;
-    engine::detail::Barrier barrier_;
+    std::array<std::uint32_t, links> bank_{};           ///< the bank that senders write now
+    engine::detail::Rectangle within_;                  ///< whose tiles Superstep and Repeat always run
+    TileSet active_;
+    std::vector<std::uint32_t> tiles_;                  ///< those that run in this superstep, where not all do
+    engine::detail::Shares shares_;
     std::vector<WorkerState> workers_;
     std::vector<StepCounters> steps_;
+    RunCounters run_;
     Observer observer_;
-    std::exception_ptr error_;
-    engine::detail::Failure failure_;
-    std::vector<std::uint64_t> digests_;
+    std::uint32_t step_ = 0;
     std::uint64_t pass_ = 0;
     bool broken_ = false;
-    alignas(64) std::atomic<std::uint32_t> claims_[2]{};
-    alignas(64) std::atomic<std::uint32_t> epoch_{0};
-    std::atomic<bool> stop_{false};
-    std::vector<std::thread> threads_;
+    engine::detail::Team team_;                         ///< last: its threads end before what they use
 };
 
 } // namespace tilemesh

@@ -19,7 +19,11 @@ inline std::string text(Name name)
 }
 inline std::string text(TileId t)
 {
-    return "(" + std::to_string(t.x()) + ", " + std::to_string(t.y()) + ")";
+    std::string s = "("; // step by step: GCC 12 sees an overlap in `"(" + std::to_string(...)` (its bug 105651)
+    s += std::to_string(t.x());
+    s += ", ";
+    s += std::to_string(t.y());
+    return s += ")";
 }
 
 /// Words that no kernel may touch stand around each region of a guarded store, and what is dead is filled with a signalling
@@ -43,6 +47,21 @@ inline std::uint64_t mix_words(std::uint64_t h, std::uint32_t const* words, std:
         h = (h ^ w) * 0x100000001b3u; // FNV-1a, a word at a time
     }
     return mix(h, n);
+}
+
+/// Columns x0..x1-1 and rows y0..y1-1 of a grid.
+struct Rectangle {
+    std::uint32_t x0, y0, x1, y1;
+    bool contains(TileId t) const noexcept { return t.x() >= x0 && t.x() < x1 && t.y() >= y0 && t.y() < y1; }
+    bool covers(Grid grid) const noexcept { return x0 == 0 && y0 == 0 && x1 == grid.width && y1 == grid.height; }
+};
+inline Rectangle checked_rectangle(Grid grid, Rectangle r)
+{
+    if (r.x0 > r.x1 || r.y0 > r.y1 || r.x1 > grid.width || r.y1 > grid.height)
+        throw Error("columns " + std::to_string(r.x0) + " to " + std::to_string(r.x1) + " and rows " + std::to_string(r.y0) +
+                    " to " + std::to_string(r.y1) + " (the grid has " + std::to_string(grid.width) + " x " +
+                    std::to_string(grid.height) + " tiles); choose a rectangle inside it");
+    return r;
 }
 
 /// The words of all tiles' states and broadcasts: what both engines have in common.
@@ -171,6 +190,12 @@ protected:
     void require_capacities(Types<C...>) const
     {
         (require_capacity<C>(), ...);
+    }
+
+    /// The heads and small structs of a tile.
+    TILEMESH_KERNEL std::uint32_t const* hot(std::uint32_t tile) const noexcept
+    {
+        return hot_.data() + std::size_t{tile} * hot_stride;
     }
 
     /// All live words of tile i's states; what is beyond a list's size does not count.
@@ -323,7 +348,7 @@ private:
         auto const extra = [&](auto tag) -> std::uint64_t {
             using Link = typename decltype(tag)::type;
             if constexpr (Link::static_capacity == dynamic_capacity)
-                return std::uint64_t{32} * Link::Receiver::item_words * link_capacity<Link>();
+                return std::uint64_t{8} * wire_bytes<typename Link::value_type> * link_capacity<Link>();
             else
                 return 0;
         };

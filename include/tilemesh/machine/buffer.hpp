@@ -71,14 +71,21 @@ public:
 protected:
     TILEMESH_KERNEL void append(T const& item) noexcept
     {
-        std::memcpy(items_ + head_[0], &item, sizeof(T));
-        ++head_[0];
+        append_at(head_[0], item);
     }
     TILEMESH_KERNEL bool try_append(T const& item) noexcept
     {
-        if (size() >= capacity()) return false;
-        append(item);
+        auto const n = size();
+        if (n >= capacity()) return false;
+        append_at(n, item);
         return true;
+    }
+    /// Item n is the first behind the last. The size is not read again behind the copy, which might have changed it for all the
+    /// compiler knows.
+    TILEMESH_KERNEL void append_at(std::uint32_t n, T const& item) noexcept
+    {
+        std::memcpy(items_ + n, &item, sizeof(T));
+        head_[0] = n + 1;
     }
     std::uint32_t* head_;
     T* items_;

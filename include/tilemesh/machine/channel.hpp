@@ -4,6 +4,19 @@
 
 namespace tilemesh {
 
+namespace detail {
+template <class T, class = void>
+inline constexpr std::uint32_t wire_bytes_of = sizeof(T);
+template <class T>
+inline constexpr std::uint32_t wire_bytes_of<T, std::void_t<decltype(T::wire_bytes)>> = T::wire_bytes;
+} // namespace detail
+
+/// Bytes that a message of type T takes on the modelled machine, in a channel and on its way: sizeof(T), unless T says
+/// otherwise with `static constexpr std::uint32_t wire_bytes`, because the host moves a handle where the machine moves the
+/// record. Ledgers and counted bytes of channels are in wire bytes.
+template <class T>
+inline constexpr std::uint32_t wire_bytes = detail::wire_bytes_of<T>;
+
 /// A fixed-capacity link from a tile to each of its four neighbours: what is written in compute is readable after the
 /// exchange, until a kernel has read it once; the exchange overwrites. A program names its own:
 /// `struct Road : Channel<Gaussian, 400> {};`
@@ -14,12 +27,16 @@ namespace tilemesh {
 /// `using memory_of = Other;` inside the named type says that it lies in the SRAM of channel Other, because never do both
 /// carry mail; the ledger counts the larger of the two and the sequential engine checks the promise.
 ///
-/// Cost: 2 * (N * sizeof(T) + 8) bytes of SRAM a direction; the compile-time exchange moves the whole capacity.
+/// Cost: 2 * (N * wire_bytes<T> + 8) bytes of SRAM a direction; the compile-time exchange moves the whole capacity.
 template <class T, std::uint32_t N = dynamic_capacity, class Rule = Fixed>
 struct Channel {
+    static_assert(wire_bytes<T> % 4 == 0, "wire_bytes is what the machine moves for a message (whole 32-bit words); make it a "
+                                          "multiple of 4");
     using value_type = T;
     static constexpr std::uint32_t static_capacity = N;
     static constexpr bool is_channel = true;
+    /// Bytes of one end with n slots on the modelled machine, head included.
+    TILEMESH_KERNEL static constexpr std::uint32_t end_bytes(std::uint32_t n) noexcept { return 8 + n * wire_bytes<T>; }
 
     /// The reading end: what one neighbour sent in the superstep before.
     class Receiver : public detail::List<T, N, Rule> {

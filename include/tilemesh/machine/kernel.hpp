@@ -28,6 +28,11 @@ struct Here {
 
 /// Asked for by a kernel that all of a tile's workers run at once: it takes items index, index + count, ... Its writes must
 /// be disjoint between workers, so it may neither send nor vote.
+///
+/// Such a kernel may have a nested `Whole`: an empty functor with the same parameters, given {0, all workers}, that does the
+/// shares of all of the tile's workers at once and leaves exactly the words that they would leave. An engine that runs a tile
+/// on one host thread calls it instead (Mesh does); CheckedMesh runs the kernel for each worker, so that comparing the two
+/// engines tests the promise.
 struct Worker {
     std::uint32_t index = 0;
     std::uint32_t count = 1;
@@ -199,6 +204,23 @@ struct KernelTraits : detail::CallOf<K> {
     template <class C>
     static constexpr bool writes = takes<Out<C>>;
 };
+
+namespace detail {
+template <class K, class = void>
+struct WholeOf {
+    using type = K;
+    static constexpr bool exists = false;
+};
+template <class K>
+struct WholeOf<K, std::void_t<typename K::Whole>> {
+    using type = typename K::Whole;
+    static constexpr bool exists = true;
+    static_assert(KernelTraits<K>::multi_worker, "only a kernel that takes Worker may have a Whole (it stands for the shares of "
+                                                 "all workers); take Worker or remove it");
+    static_assert(std::is_same_v<typename KernelTraits<K>::Arguments, typename KernelTraits<type>::Arguments>,
+                  "a kernel's Whole takes other parameters than the kernel (it is called in its place); give it the same list");
+};
+} // namespace detail
 
 template <class Kernel, class Argument>
 inline constexpr bool takes = KernelTraits<Kernel>::template takes<Argument>;

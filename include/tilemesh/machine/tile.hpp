@@ -86,7 +86,7 @@ public:
     template <class C>
     static constexpr std::uint32_t channel_bytes(std::uint32_t capacity = C::static_capacity) noexcept
     {
-        return 8 * 4 * C::Receiver::words(capacity == dynamic_capacity ? 0 : capacity);
+        return 8 * C::end_bytes(capacity == dynamic_capacity ? 0 : capacity);
     }
     /// The same without what lies in another channel's memory.
     template <class C>

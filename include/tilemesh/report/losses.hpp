@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <span>
 #include <tilemesh/report/frame_report.hpp>
-#include <tilemesh/splat/regions.hpp>
+#include <tilemesh/splat/referenced.hpp>
 #include <unordered_map>
 #include <utility>
 #include <vector>
@@ -18,11 +18,11 @@ namespace tilemesh::report {
 template <class S, class Machine>
 class LossFinder {
 public:
-    using Record = typename S::Record;
+    using Record = typename splat::ValueOf<S>::type::Record;
 
     /// `bounded`: the frame's hops are, so that records may be under way and copies of lost records stay on their tiles.
     LossFinder(Machine& mesh, std::span<Record const> gaussians, bool bounded)
-        : mesh_(mesh), frame_(mesh.template broadcast<splat::FrameParameters>()), gaussians_(gaussians), bounded_(bounded)
+        : mesh_(mesh), frame_(mesh.template broadcast<typename S::Parameters>()), gaussians_(gaussians), bounded_(bounded)
     {
         auto const grid = mesh_.grid();
         for (std::uint32_t t = 0; t < grid.size(); ++t) {
@@ -30,17 +30,17 @@ public:
             auto const splats = mesh_.template state<splat::Splats<S>>(grid.tile(t));
             for (std::uint32_t i = 0; i < marks.size(); ++i) {
                 held_.emplace(key(marks[i].id, t), marks[i].bits);
-                if (!marks[i].is(splat::Mark::copy)) owners_.emplace(marks[i].id, splats[i]);
+                if (!marks[i].is(splat::Mark::copy)) owners_.emplace(marks[i].id, look(frame_, splats[i]));
             }
             if constexpr (S::routes)
                 for (Direction d : news)
                     for (auto const& m : mesh_.template incoming<splat::Road<S>>(grid.tile(t), d))
-                        under_way_.push_back(S::Addressing::record(m));
+                        under_way_.push_back(value(S::Addressing::record(m)));
             if constexpr (S::routes && S::Saturation::holds) {
                 for (auto const& m : mesh_.template state<splat::Waiting<S, 0>>(grid.tile(t)))
-                    under_way_.push_back(S::Addressing::record(m));
+                    under_way_.push_back(value(S::Addressing::record(m)));
                 for (auto const& m : mesh_.template state<splat::Waiting<S, 1>>(grid.tile(t)))
-                    under_way_.push_back(S::Addressing::record(m));
+                    under_way_.push_back(value(S::Addressing::record(m)));
             }
         }
     }
@@ -75,6 +75,8 @@ public:
     }
 
 private:
+    static Record const& value(Record const& g) noexcept { return g; }
+    Record const& value(splat::Reference<Record> const& g) const noexcept { return gaussians_[g.row]; }
     static std::uint64_t key(splat::GaussianId id, std::uint32_t tile) noexcept
     {
         return std::uint64_t{static_cast<std::uint32_t>(id)} << 32 | tile;
@@ -145,7 +147,7 @@ private:
     }
 
     Machine& mesh_;
-    splat::FrameParameters frame_;
+    typename S::Parameters frame_;
     std::span<Record const> gaussians_;
     bool bounded_;
     std::unordered_map<std::uint64_t, std::uint32_t> held_; ///< (id, tile) -> the bits of its mark

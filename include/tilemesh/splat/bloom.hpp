@@ -18,58 +18,67 @@ struct Bloom {
     static constexpr char const* name = "bloom";
     using Copies = typename S::Copies;
 
-    Vote operator()(Here here, Broadcast<FrameParameters> frame, Storage<S>& storage, Marks<S>& marks, Splats<S>& splats,
+    Vote operator()(Here here, Broadcast<typename S::Parameters> frame, Storage<S>& storage, Marks<S>& marks, Splats<S>& splats,
                     Debts& debts, Counts& counts, In<Beam<S>> in, Out<Beam<S>> out) const noexcept
     {
-        auto const neighbour_covered = [&](Splat const& s, Direction d) noexcept {
-            return here.grid.has_neighbour(here.tile, d) &&
-                   covers(s, frame->tiling, here.grid.neighbour(here.tile, d));
-        };
         // Sends slot i where it is owed; true when something remains owed.
-        auto const pay = [&](std::uint32_t i) noexcept {
-            bool owes = false;
-            for (Direction d : news) {
-                if (marks[i].is(Mark::shared(d)) || !is_child(splats[i].anchor, here.tile, d) ||
-                    !neighbour_covered(splats[i], d))
-                    continue;
-                if (out[d].try_push(Copies::make(storage[i], splats[i]))) {
-                    marks[i].bits |= Mark::shared(d);
-                } else if (S::Saturation::holds) {
-                    ++counts.channel_full;
-                    owes = true;
-                } else {
-                    ++counts.copies_refused;
-                    marks[i].bits |= Mark::shared(d) | Mark::refused(d);
+        auto const pay = [&](std::uint32_t i, Reach const& r) noexcept {
+            std::uint32_t bits = marks[i].bits & ~Mark::owes;
+            std::uint32_t const owed = r.sides & child_sides(r.anchor, here.tile) & ~bits;
+            if (owed != 0)
+                for (Direction d : news) {
+                    if ((owed & Mark::shared(d)) == 0) continue;
+                    if (out[d].try_push(Copies::make(storage[i], look(*frame, splats[i])))) {
+                        bits |= Mark::shared(d);
+                    } else if (S::Saturation::holds) {
+                        ++counts.channel_full;
+                        bits |= Mark::owes;
+                    } else {
+                        ++counts.copies_refused;
+                        bits |= Mark::shared(d) | Mark::refused(d);
+                    }
                 }
-            }
-            return owes;
+            marks[i].bits = bits;
+            return (bits & Mark::owes) != 0;
         };
 
         // What was under way when the view changed: a projected copy shows the old view, and its sender has forgotten it; where the
         // host places the records, nobody is what its sender thought it was.
-        bool const stale = (!Copies::reusable || !S::routes) && debts.first != 0 && frame->view_changed != 0;
+        bool const stale = (!Copies::reusable || !S::routes) && frame->view_changed != 0 &&
+                           (debts.first != 0 || !in_picture(here, *frame));
+        // In the first superstep Project and routing have said who owes, and what arrives waits for its turn among them.
+        bool const in_turn = debts.open != 0 || debts.first != 0;
+        bool waiting = debts.open != 0 || (debts.first != 0 && counts.changes != 0);
         std::uint32_t open = 0;
         for (Direction d : news)
             for (auto const& message : in[d]) {
                 if (stale) break;
-                auto i = find(marks, message.id);
-                if (i == nowhere) {
-                    auto const s = Copies::splat(message, *frame);
+                auto i = find(marks, *frame, splats.begin(), message);
+                if (i == no_slot) {
+                    auto const entry = Copies::splat(message, *frame);
                     counts.projected += Copies::reusable ? 1 : 0;
-                    if (!covers(s, frame->tiling, here.tile)) continue; // under way since an older view
+                    if (!is_here(here, *frame, entry)) continue; // under way since an older view
                     i = storage.size();
                     if (!storage.try_push(Copies::template record<typename S::Record>(message))) {
                         ++counts.copies_full;
                         continue;
                     }
                     marks.unchecked_push({message.id, Mark::copy});
-                    splats.unchecked_push(s);
+                    splats.unchecked_push(entry);
+                    ++counts.changes;
                 }
-                if (neighbour_covered(splats[i], d)) marks[i].bits |= Mark::shared(d);
-                open += debts.open == 0 && pay(i) ? 1 : 0;
+                Reach const r = reach(here, *frame, splats[i]);
+                marks[i].bits |= r.sides & Mark::shared(d);
+                if (in_turn) {
+                    marks[i].bits |= Mark::owes;
+                    waiting = true;
+                } else {
+                    open += pay(i, r) ? 1 : 0;
+                }
             }
-        if (debts.open != 0)
-            for (std::uint32_t i = 0, n = storage.size(); i < n; ++i) open += pay(i) ? 1 : 0;
+        if (waiting)
+            for (std::uint32_t i = 0, n = storage.size(); i < n; ++i)
+                if (marks[i].is(Mark::owes)) open += pay(i, reach(here, *frame, splats[i])) ? 1 : 0;
         debts = {open, 0};
         return open == 0 ? Vote::quiet : Vote::busy;
     }

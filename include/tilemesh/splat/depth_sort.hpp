@@ -29,22 +29,121 @@ void heap_sort(Key* keys, std::uint32_t n) noexcept
         sift(0, end);
     }
 }
+
+/// Insertion sort with a budget of `moves` a key: linear for keys that are nearly in order, as those of the last frame are.
+/// False, with the keys in some order, when the budget is spent.
+template <class Key>
+bool insertion_sort(Key* keys, std::uint32_t n, std::uint32_t moves) noexcept
+{
+    std::uint32_t budget = n * moves;
+    for (std::uint32_t i = 1; i < n; ++i) {
+        if (!(keys[i] < keys[i - 1])) continue;
+        Key const key = keys[i];
+        std::uint32_t hole = i;
+        std::uint32_t const lowest = i > budget ? i - budget : 0;
+        do {
+            keys[hole] = keys[hole - 1];
+            --hole;
+        } while (hole > lowest && key < keys[hole - 1]);
+        keys[hole] = key;
+        budget -= i - hole;
+        if (budget == 0) return false;
+    }
+    return true;
+}
+/// Merges the sorted keys [0, n) and [n, n + m) from behind; `spare`: room for m keys that lie in neither.
+template <class Key>
+void merge(Key* keys, std::uint32_t n, std::uint32_t m, Key* spare) noexcept
+{
+    for (std::uint32_t i = 0; i < m; ++i) spare[i] = keys[n + i];
+    while (m != 0) {
+        if (n != 0 && spare[m - 1] < keys[n - 1]) {
+            keys[n + m - 1] = keys[n - 1];
+            --n;
+        } else {
+            keys[n + m - 1] = spare[m - 1];
+            --m;
+        }
+    }
+}
+/// A key of the last order is rarely further from its place: a turn of a tenth of a degree moves one by a fraction of a place,
+/// 2 degrees by a few. Beyond that heap sort is cheaper.
+inline constexpr std::uint32_t moves_a_key = 8;
+/// A tail up to this long is inserted: sorting it apart and merging passes over all keys once more.
+inline constexpr std::uint32_t short_tail = 4;
+
+/// Sorts keys of which the first `listed` are nearly in order, in a buffer of `room` keys: at most O(n log n) whatever they are.
+template <class Key>
+void repair(Key* keys, std::uint32_t listed, std::uint32_t n, std::uint32_t room) noexcept
+{
+    std::uint32_t const tail = n - listed;
+    bool const insert = tail <= short_tail;
+    bool const fits = insert || (tail <= room - n && tail < listed);
+    if (!fits || !insertion_sort(keys, insert ? n : listed, moves_a_key + (insert ? tail : 0))) {
+        heap_sort(keys, n);
+        return;
+    }
+    if (insert) return;
+    heap_sort(keys + listed, tail);
+    merge(keys, listed, tail, keys + n);
+}
 } // namespace detail
 
 /// Lists what touches the tile, front to back: by depth, ties by id, so that the order is a function of view and scene alone,
 /// the same on every tile and for every order of arrival. No exchange.
+///
+/// The order of the last frame is repaired: its keys get their new depths, those whose slot is gone or no longer touches the tile
+/// leave, new slots follow, and what is nearly in order is put in order. In the view of the last frame, with the same
+/// slots, nothing is done.
 template <class S>
 struct DepthSort {
     static constexpr char const* name = "depth sort";
 
-    void operator()(Here here, Broadcast<FrameParameters> frame, Marks<S> const& marks, Splats<S> const& splats,
-                    Order<S>& order) const noexcept
+    void operator()(Here here, Broadcast<typename S::Parameters> parameters, Marks<S>& marks, Splats<S> const& splats, Order<S>& order,
+                    Counts& counts) const noexcept
     {
-        order.truncate(0);
-        for (std::uint32_t i = 0, n = splats.size(); i < n; ++i)
-            if (covers(splats[i], frame->tiling, here.tile))
-                order.unchecked_push({__builtin_bit_cast(std::uint32_t, splats[i].depth), marks[i].id, i});
-        detail::heap_sort(order.begin(), order.size());
+        auto const& frame = at_hand(*parameters);
+        std::uint32_t const n = splats.size();
+        if (counts.changes == 0) {
+            if (frame.view_changed == 0) return;
+            about_to_read(frame, order);
+            about_to_read(frame, splats);
+            for (SortKey& key : order) key.depth_bits = depth_bits(frame, splats[key.slot]);
+            detail::repair(order.begin(), order.size(), order.size(), order.capacity());
+            return;
+        }
+        counts.changes = 0;
+        about_to_read(frame, order);
+        about_to_read(frame, marks);
+        about_to_read(frame, splats);
+        std::uint32_t kept = 0, copies = 0;
+        if constexpr (S::routes || S::blooms) {
+            for (SortKey const& key : order) {
+                if (key.slot >= n || marks[key.slot].id != key.id) continue;
+                std::uint32_t const bits = marks[key.slot].bits;
+                if ((bits & Mark::copy) == 0 && !is_here(here, frame, splats[key.slot])) continue; // a copy that is not goes
+                copies += (bits & Mark::copy) != 0 ? 1 : 0;
+                order[kept++] = {depth_bits(frame, splats[key.slot]), key.id, key.slot};
+            }
+        }
+        order.truncate(kept);
+        if (kept + counts.parked != n) { // those parked here touch no tile: with them the keys are all slots, or some are new
+            if constexpr (S::routes || S::blooms)
+                for (SortKey const& key : order) marks[key.slot].bits |= Mark::listed;
+            for (std::uint32_t i = 0; i < n; ++i) {
+                if constexpr (S::routes || S::blooms) {
+                    std::uint32_t const bits = marks[i].bits;
+                    if ((bits & Mark::listed) != 0) {
+                        marks[i].bits = bits & ~Mark::listed;
+                        continue;
+                    }
+                    copies += (bits & Mark::copy) != 0 ? 1 : 0;
+                }
+                if (is_here(here, frame, splats[i])) order.unchecked_push({depth_bits(frame, splats[i]), marks[i].id, i});
+            }
+        }
+        counts.copies = copies;
+        detail::repair(order.begin(), kept, order.size(), order.capacity());
     }
 };
 

@@ -35,8 +35,8 @@ struct FrameOf<S, false, false> {
 /// One frame: project, route, bloom, sort, composite. Gaussians and copies stay where they are between runs. Steps that a
 /// setup does without are not there, and neither are the channels and lists that only they use.
 ///
-/// Bloom's first superstep runs on every tile, because after routing all are quiet: who owes copies finds out there. It sends
-/// nothing, and so costs no exchange, where nobody does.
+/// Bloom's first superstep runs on every tile, because after routing all are quiet: those that Project or routing left owing copies
+/// begin to send them there. It sends nothing, and so costs no exchange, where nobody owes.
 template <class S>
 using Frame = typename detail::FrameOf<S, S::routes, S::blooms>::type;
 

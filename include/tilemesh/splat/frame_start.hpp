@@ -4,46 +4,133 @@
 namespace tilemesh::splat {
 
 namespace detail {
-/// What Project does with a tile's records; returns how many wait to leave.
+/// What Project adds up on a tile.
+struct Begun {
+    std::uint32_t leaving; ///< records that wait to leave
+    std::uint32_t owing;   ///< slots with Mark::owes
+};
+
+/// Anchored records with and without something on screen. Only where routing may have brought or taken some since they were
+/// last counted.
 template <class S>
-std::uint32_t begin_frame(Here const& here, FrameParameters const& frame, Storage<S>& storage, Marks<S>& marks, Splats<S>& splats,
-                          Counts& counts) noexcept
+void count_anchored(typename S::Parameters const& frame, Marks<S> const& marks, Splats<S> const& splats, Counts& counts) noexcept
 {
-    counts = {};
-    std::uint32_t leaving = 0;
+    counts.visible = counts.parked = 0;
+    for (std::uint32_t i = 0, n = marks.size(); i < n; ++i)
+        if (!marks[i].is(Mark::copy)) ++(look(frame, splats[i]).visible() ? counts.visible : counts.parked);
+}
+
+/// Is there nothing to do for a slot with these bits whose record stands as it stood in the last view? Then `standing` has what
+/// Project counts. The machine, which moves values, projects the record to find out.
+template <class Record>
+TILEMESH_KERNEL bool stands(FrameParameters const&, Record const&, std::uint32_t, std::uint32_t&) noexcept
+{
+    return false;
+}
+TILEMESH_KERNEL bool stands(ReferencedParameters const& frame, SplatRow s, std::uint32_t bits, std::uint32_t& standing) noexcept
+{
+    standing = frame.standings.get()[s.row];
+    return ((bits & (Mark::refused_any | Mark::leaving | Mark::owes)) | (standing & Standing::moved)) == 0;
+}
+/// Did an anchored record of this tile begin or cease to show on it?
+TILEMESH_KERNEL bool changed_here(Here const& here, FrameParameters const& frame, Splat const& before, bool covered, std::uint32_t,
+                                  std::uint32_t) noexcept
+{
+    return covers(before, frame.tiling, here.tile) != covered;
+}
+TILEMESH_KERNEL bool changed_here(Here const&, ReferencedParameters const&, SplatRow, bool covered, std::uint32_t bits,
+                                  std::uint32_t standing) noexcept
+{
+    return !covered || (bits & Mark::leaving) != 0 || (standing & Standing::appeared) != 0;
+}
+
+/// What Project does with a tile's records in a new view.
+template <class S>
+Begun begin_view(Here const& here, typename S::Parameters const& parameters, Storage<S>& storage, Marks<S>& marks,
+                 Splats<S>& splats, Counts& counts) noexcept
+{
+    auto const& frame = at_hand(parameters);
+    about_to_read(frame, splats);
+    about_to_read(frame, marks);
+    Begun begun{0, 0};
     bool const forget = frame.anew != 0 || (!S::Copies::reusable && frame.view_changed != 0);
-    for (std::uint32_t i = storage.size(); i-- > 0;) {
+    std::uint32_t visible = 0, parked = 0, kept = 0;
+    [[maybe_unused]] std::uint32_t moved = 0, removed = 0, changes = 0;
+    std::uint32_t const held = storage.size();
+    for (std::uint32_t i = held; i-- > 0;) {
         bool const copy = S::blooms && marks[i].is(Mark::copy);
         if (copy && !S::Copies::reusable) { // its splat is all there is of it, and it is good for one view
-            if (forget) remove_slot(storage, marks, splats, i);
+            if (forget) {
+                remove_slot(storage, marks, splats, i);
+                ++removed;
+            }
+            ++kept;
             continue;
         }
-        auto const s = project(storage[i], frame.view, frame.tiling);
-        ++counts.projected;
-        if (copy && !covers(s, frame.tiling, here.tile)) {
-            remove_slot(storage, marks, splats, i);
-            continue;
-        }
-        splats[i] = s;
         [[maybe_unused]] std::uint32_t bits = marks[i].bits;
-        if constexpr (S::blooms)
-            for (Direction d : news)
-                if (forget || (frame.view_changed != 0 && (bits & Mark::refused(d)) != 0) ||
-                    !here.grid.has_neighbour(here.tile, d) ||
-                    !covers(s, frame.tiling, here.grid.neighbour(here.tile, d)))
-                    bits &= ~(Mark::shared(d) | Mark::refused(d));
+        [[maybe_unused]] std::uint32_t standing = 0;
+        if (stands(frame, splats[i], bits, standing) && S::routes && !forget) {
+            std::uint32_t const own = copy ? 0u : 1u, shows = standing & Standing::visible;
+            visible += own & shows;
+            parked += own & ~shows;
+            continue;
+        }
+        auto const entry = projected(storage[i], frame);
+        Reach const r = reach(here, frame, entry);
+        if (copy && !r.here) {
+            remove_slot(storage, marks, splats, i);
+            ++removed;
+            continue;
+        }
+        if constexpr (S::routes) // otherwise the host places the records, and says so
+            if (!copy && changed_here(here, frame, splats[i], r.here, bits, standing)) ++changes;
+        splats[i] = entry;
+        if constexpr (S::blooms) {
+            std::uint32_t const wrong = (forget ? Mark::all_sides : ~r.sides & Mark::all_sides) |
+                                        (frame.view_changed != 0 ? (bits & Mark::refused_any) >> 4 : 0u);
+            bits &= ~(wrong | wrong << 4 | Mark::owes);
+            if ((r.sides & child_sides(r.anchor, here.tile) & ~bits) != 0) {
+                bits |= Mark::owes;
+                ++begun.owing;
+            }
+        }
         if (!copy) {
             if constexpr (S::routes) {
-                bool const goes = s.visible() && !(s.anchor == here.tile);
-                if (goes && (bits & Mark::leaving) == 0) ++counts.moved;
+                bool const goes = r.visible && !(r.anchor == here.tile);
+                if (goes && (bits & Mark::leaving) == 0) ++moved;
                 bits = goes ? bits | Mark::leaving : bits & ~Mark::leaving;
-                leaving += goes ? 1 : 0;
+                begun.leaving += goes ? 1 : 0;
             }
-            ++(s.visible() ? counts.visible : counts.parked);
+            std::uint32_t const shows = r.visible ? 1u : 0u;
+            visible += shows;
+            parked += 1u - shows;
         }
         if constexpr (S::routes || S::blooms) marks[i].bits = bits;
     }
-    return leaving;
+    counts.visible = visible;
+    counts.parked = parked;
+    counts.projected = held - kept;
+    if constexpr (S::routes) counts.moved = moved;
+    if constexpr (S::routes || S::blooms) counts.changes += removed + changes;
+    return begun;
+}
+
+/// What Project does with a tile. In the view of the last frame all that it would find out still holds: what is `leaving` and
+/// `owing` is what was.
+template <class S>
+Begun begin_frame(Here const& here, typename S::Parameters const& frame, Storage<S>& storage, Marks<S>& marks, Splats<S>& splats,
+                  Counts& counts, Begun last) noexcept
+{
+    Counts const before = counts;
+    counts = {};
+    counts.copies = before.copies;
+    counts.changes = before.changes;
+    if (frame.view_changed != 0 || frame.anew != 0) return begin_view<S>(here, frame, storage, marks, splats, counts);
+    counts.visible = before.visible;
+    counts.parked = before.parked;
+    if constexpr (S::routes)
+        if ((before.hops | before.projected) != 0) count_anchored<S>(frame, marks, splats, counts);
+    return last;
 }
 inline Vote vote_to_route(Traffic& traffic, std::uint32_t leaving) noexcept
 {
@@ -52,52 +139,56 @@ inline Vote vote_to_route(Traffic& traffic, std::uint32_t leaving) noexcept
 }
 } // namespace detail
 
-/// Begins a frame on a tile: projects all it holds in the new view, marks the anchored records that must leave, and drops the
-/// copies whose footprint left the tile. Votes busy where a record must leave or waits.
+/// Begins a frame on a tile: projects all it holds in the new view, marks the anchored records that must leave and the slots that
+/// owe copies, and drops the copies whose footprint left the tile. In the view of the last frame it only begins the counters.
+/// Votes busy where a record must leave or waits.
 ///
 /// After this, on every tile: a copy is here only if its footprint touches the tile; `Mark::shared(d)` is set only if the
 /// neighbour on side d holds the record; what a full channel refused is owed again in a new view. Both tiles of a pair decide
-/// with the same words and the same view, so no message is needed for a copy to end. Cost: one projection a stored record; no exchange. A setup that does not route or bloom keeps
-/// nothing for it.
+/// with the same words and the same view, so no message is needed for a copy to end. Cost: one projection a stored record in a
+/// new view, nothing in an old one; no exchange. A setup that does not route or bloom keeps nothing for it.
 template <class S, bool Routes = S::routes, bool Blooms = S::blooms>
 struct Project;
 
 template <class S>
 struct Project<S, true, true> {
     static constexpr char const* name = "project";
-    Vote operator()(Here here, Broadcast<FrameParameters> frame, Storage<S>& storage, Marks<S>& marks, Splats<S>& splats,
+    Vote operator()(Here here, Broadcast<typename S::Parameters> frame, Storage<S>& storage, Marks<S>& marks, Splats<S>& splats,
                     Traffic& traffic, Debts& debts, Counts& counts) const noexcept
     {
-        debts = {1, 1};
-        return detail::vote_to_route(traffic, detail::begin_frame<S>(here, *frame, storage, marks, splats, counts));
+        auto const begun =
+            detail::begin_frame<S>(here, *frame, storage, marks, splats, counts, {traffic.leaving, debts.open});
+        debts = {begun.owing, in_picture(here, *frame) ? 1u : 0u};
+        return detail::vote_to_route(traffic, begun.leaving);
     }
 };
 template <class S>
 struct Project<S, true, false> {
     static constexpr char const* name = "project";
-    Vote operator()(Here here, Broadcast<FrameParameters> frame, Storage<S>& storage, Marks<S>& marks, Splats<S>& splats,
+    Vote operator()(Here here, Broadcast<typename S::Parameters> frame, Storage<S>& storage, Marks<S>& marks, Splats<S>& splats,
                     Traffic& traffic, Counts& counts) const noexcept
     {
-        return detail::vote_to_route(traffic, detail::begin_frame<S>(here, *frame, storage, marks, splats, counts));
+        auto const begun = detail::begin_frame<S>(here, *frame, storage, marks, splats, counts, {traffic.leaving, 0});
+        return detail::vote_to_route(traffic, begun.leaving);
     }
 };
 template <class S>
 struct Project<S, false, true> {
     static constexpr char const* name = "project";
-    void operator()(Here here, Broadcast<FrameParameters> frame, Storage<S>& storage, Marks<S>& marks, Splats<S>& splats,
+    void operator()(Here here, Broadcast<typename S::Parameters> frame, Storage<S>& storage, Marks<S>& marks, Splats<S>& splats,
                     Debts& debts, Counts& counts) const noexcept
     {
-        debts = {1, 1};
-        (void)detail::begin_frame<S>(here, *frame, storage, marks, splats, counts);
+        auto const begun = detail::begin_frame<S>(here, *frame, storage, marks, splats, counts, {0, debts.open});
+        debts = {begun.owing, in_picture(here, *frame) ? 1u : 0u};
     }
 };
 template <class S>
 struct Project<S, false, false> {
     static constexpr char const* name = "project";
-    void operator()(Here here, Broadcast<FrameParameters> frame, Storage<S>& storage, Marks<S>& marks, Splats<S>& splats,
+    void operator()(Here here, Broadcast<typename S::Parameters> frame, Storage<S>& storage, Marks<S>& marks, Splats<S>& splats,
                     Counts& counts) const noexcept
     {
-        (void)detail::begin_frame<S>(here, *frame, storage, marks, splats, counts);
+        (void)detail::begin_frame<S>(here, *frame, storage, marks, splats, counts, {0, 0});
     }
 };
 

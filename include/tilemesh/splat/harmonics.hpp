@@ -34,6 +34,33 @@ void harmonic_basis(Float3 const& d, float (&basis)[harmonics_per_channel(Degree
         }
     }
 }
+
+/// Gives `s`, which is visible, the colour that the camera sees from where it stands; false where it is no colour.
+template <std::uint32_t Degree>
+bool shade(ShadedGaussian<Degree> const& g, View const& view, Splat& s) noexcept
+{
+    // The direction from the camera to the mean. It is in front of the near plane, so no length is 0; the largest component
+    // becomes about 1 first, so that no square leaves the floats' range.
+    Float3 d{g.mean_world[0] - view.camera.position[0], g.mean_world[1] - view.camera.position[1],
+             g.mean_world[2] - view.camera.position[2]};
+    float largest = std::fabs(d.x) > std::fabs(d.y) ? std::fabs(d.x) : std::fabs(d.y);
+    largest = std::fabs(d.z) > largest ? std::fabs(d.z) : largest;
+    float const shrink = inverse_of_power(power_of_two_below(largest));
+    d = {d.x * shrink, d.y * shrink, d.z * shrink};
+    float const per_length = 1.0f / std::sqrt(dot(d, d));
+    d = {d.x * per_length, d.y * per_length, d.z * per_length};
+
+    float basis[harmonics_per_channel(Degree)];
+    harmonic_basis<Degree>(d, basis);
+    for (std::uint32_t channel = 0; channel < 3; ++channel) {
+        float colour = g.colour[channel];
+        for (std::uint32_t k = 0; k < harmonics_per_channel(Degree); ++k)
+            colour = multiply_add(g.harmonics[3 * k + channel], basis[k], colour);
+        if (!(colour <= largest_colour)) return false; // also NaN
+        s.colour[channel] = colour > 0.0f ? colour : 0.0f;
+    }
+    return true;
+}
 } // namespace detail
 
 /// A record with harmonics, projected: as its Gaussian, with the colour that the camera sees from where it stands, clamped at
@@ -44,29 +71,8 @@ template <std::uint32_t Degree>
 Splat project(ShadedGaussian<Degree> const& g, View const& view, Tiling const& tiling) noexcept
 {
     Splat s = project(static_cast<Gaussian const&>(g), view, tiling);
-    if (!s.visible()) return s;
-
-    // The direction from the camera to the mean. It is in front of the near plane, so no length is 0; the largest component
-    // becomes about 1 first, so that no square leaves the floats' range.
-    detail::Float3 d{g.mean_world[0] - view.camera.position[0], g.mean_world[1] - view.camera.position[1],
-                     g.mean_world[2] - view.camera.position[2]};
-    float largest = std::fabs(d.x) > std::fabs(d.y) ? std::fabs(d.x) : std::fabs(d.y);
-    largest = std::fabs(d.z) > largest ? std::fabs(d.z) : largest;
-    float const shrink = detail::inverse_of_power(detail::power_of_two_below(largest));
-    d = {d.x * shrink, d.y * shrink, d.z * shrink};
-    float const per_length = 1.0f / std::sqrt(detail::dot(d, d));
-    d = {d.x * per_length, d.y * per_length, d.z * per_length};
-
-    float basis[harmonics_per_channel(Degree)];
-    detail::harmonic_basis<Degree>(d, basis);
-    for (std::uint32_t channel = 0; channel < 3; ++channel) {
-        float colour = g.colour[channel];
-        for (std::uint32_t k = 0; k < harmonics_per_channel(Degree); ++k)
-            colour = multiply_add(g.harmonics[3 * k + channel], basis[k], colour);
-        if (!(colour <= largest_colour)) return {}; // also NaN
-        s.colour[channel] = colour > 0.0f ? colour : 0.0f;
-    }
-    return s;
+    if (!s.visible() || detail::shade(g, view, s)) return s;
+    return {};
 }
 
 } // namespace tilemesh::splat

@@ -1,5 +1,5 @@
 #pragma once
-#include <tilemesh/splat/regions.hpp>
+#include <tilemesh/splat/referenced.hpp>
 
 TILEMESH_EXACT_BEGIN
 namespace tilemesh::splat {
@@ -108,10 +108,10 @@ struct WorldCopies {
     {
         return m;
     }
-    template <class Record>
-    static Splat splat(Record const& m, FrameParameters const& f) noexcept
+    template <class Record, class Parameters>
+    static auto splat(Record const& m, Parameters const& f) noexcept
     {
-        return project(m, f.view, f.tiling);
+        return projected(m, f);
     }
 };
 /// The projected record; nothing to compute at the receiver, and 60 bytes at any degree, but good for one view only: a new
@@ -119,7 +119,7 @@ struct WorldCopies {
 struct ScreenCopies {
     static constexpr char const* name = "screen";
     template <class Record>
-    using Message = ScreenCopy;
+    using Message = typename ScreenCopyOf<Record>::type;
     static constexpr bool reusable = false;
     static ScreenCopy make(Gaussian const& g, Splat const& s) noexcept { return {s, g.id}; }
     template <class Record>
@@ -130,6 +130,21 @@ struct ScreenCopies {
         return g;
     }
     static Splat splat(ScreenCopy const& m, FrameParameters const&) noexcept { return m.splat; }
+    template <class Record>
+    static ScreenReference<Record> make(Reference<Record> const& g, Splat const&) noexcept
+    {
+        return {g};
+    }
+    template <class Handle, class Record>
+    static Handle record(ScreenReference<Record> const& m) noexcept
+    {
+        return m;
+    }
+    template <class Record>
+    static SplatRow splat(ScreenReference<Record> const& m, ReferencedParameters const&) noexcept
+    {
+        return {m.row};
+    }
 };
 
 // --- pixels ------------------------------------------------------------------------------------------------------------------------

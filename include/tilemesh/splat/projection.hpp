@@ -5,9 +5,13 @@
 #include <limits>
 #include <tilemesh/splat/exponential.hpp>
 #include <tilemesh/splat/gaussian.hpp>
+#include <tilemesh/splat/logarithm.hpp>
+#include <tilemesh/splat/number.hpp>
 #include <tilemesh/splat/view.hpp>
 
 TILEMESH_EXACT_BEGIN
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wpsabi" // vectors are passed only to what is always inlined
 namespace tilemesh::splat {
 
 /// A Gaussian on the screen: what compositing needs, 56 bytes. Invisible when its rectangle is empty.
@@ -37,12 +41,23 @@ static_assert(sizeof(Splat) == 56 && std::is_trivially_copyable_v<Splat>, "a spl
 inline constexpr float largest_colour = 1e6f;
 
 namespace detail {
-struct Float3 {
-    float x, y, z;
+template <class A>
+struct Vector3 {
+    typename A::Real x, y, z;
 };
-inline float dot(Float3 a, Float3 b) noexcept
+using Float3 = Vector3<OneFloat>;
+
+template <class A>
+TILEMESH_KERNEL typename A::Real dot(Vector3<A> const& a, Vector3<A> const& b) noexcept
 {
-    return multiply_add(a.x, b.x, multiply_add(a.y, b.y, a.z * b.z));
+    return A::multiply_add(a.x, b.x, A::multiply_add(a.y, b.y, a.z * b.z));
+}
+
+template <class A>
+TILEMESH_KERNEL typename A::Real squared_length(typename A::Real const& w, typename A::Real const& x, typename A::Real const& y,
+                                                typename A::Real const& z) noexcept
+{
+    return A::multiply_add(w, w, A::multiply_add(x, x, A::multiply_add(y, y, z * z)));
 }
 
 /// The power of two at or below v > 0, between 2^-126 and 2^126; its inverse is a power of two as well.
@@ -58,56 +73,245 @@ inline float inverse_of_power(float power) noexcept
 }
 
 /// V = J W R S and its covariance V V^T; `axis[i]` are the columns of W R in view space.
+template <class A>
 struct Factor {
-    Float3 axis[3];
-    float jx, jy;             ///< the Jacobian's slopes
-    float px_per_x, px_per_y; ///< focal length over depth
-    float a, b, c;            ///< V V^T
-    float determinant;        ///< of V V^T: |v1 x v2|^2, never a c - b^2
+    using Real = typename A::Real;
+    Vector3<A> axis[3];
+    Real jx, jy;             ///< the Jacobian's slopes
+    Real px_per_x, px_per_y; ///< focal length over depth
+    Vector3<A> row1, row2;   ///< of V
+    Real a, b, c;            ///< V V^T
+    Real determinant;        ///< of V V^T: |v1 x v2|^2, never a c - b^2
 
-    float longest; ///< the largest entry of V
-
-    void multiply(float const (&scale)[3]) noexcept
+    TILEMESH_KERNEL void multiply(Vector3<A> const& scale) noexcept
     {
-        float v1[3], v2[3];
-        longest = 0;
-        for (int i = 0; i < 3; ++i) {
-            float const depth = axis[i].z;
-            v1[i] = px_per_x * scale[i] * multiply_add(-jx, depth, axis[i].x);
-            v2[i] = px_per_y * scale[i] * multiply_add(-jy, depth, axis[i].y);
-            for (float v : {v1[i], v2[i]}) longest = std::fabs(v) > longest ? std::fabs(v) : longest;
-        }
-        Float3 const row1{v1[0], v1[1], v1[2]}, row2{v2[0], v2[1], v2[2]};
+        row1 = {entry(px_per_x, scale.x, jx, axis[0].z, axis[0].x), entry(px_per_x, scale.y, jx, axis[1].z, axis[1].x),
+                entry(px_per_x, scale.z, jx, axis[2].z, axis[2].x)};
+        row2 = {entry(px_per_y, scale.x, jy, axis[0].z, axis[0].y), entry(px_per_y, scale.y, jy, axis[1].z, axis[1].y),
+                entry(px_per_y, scale.z, jy, axis[2].z, axis[2].y)};
         a = dot(row1, row1);
         c = dot(row2, row2);
         b = dot(row1, row2);
         // |v1 x v2|^2: from the rounded rows, so that an error of a row is in a and c and here alike. Alpha depends on their
         // ratio: a determinant of its own rounding puts rho at 56 for a disc seen along its plane, this one at 1.8.
-        Float3 const minor{multiply_add(v1[1], v2[2], -(v1[2] * v2[1])), multiply_add(v1[2], v2[0], -(v1[0] * v2[2])),
-                           multiply_add(v1[0], v2[1], -(v1[1] * v2[0]))};
+        Vector3<A> const minor{A::multiply_add(row1.y, row2.z, -(row1.z * row2.y)),
+                               A::multiply_add(row1.z, row2.x, -(row1.x * row2.z)),
+                               A::multiply_add(row1.x, row2.y, -(row1.y * row2.x))};
         determinant = dot(minor, minor);
     }
+
+private:
+    TILEMESH_KERNEL static Real entry(Real const& px, Real const& scale, Real const& slope, Real const& depth,
+                                      Real const& across) noexcept
+    {
+        return px * scale * A::multiply_add(-slope, depth, across);
+    }
 };
+/// The largest entry of V, of those that are numbers.
+inline float longest(Factor<OneFloat> const& f) noexcept
+{
+    float most = 0;
+    for (float const v : {f.row1.x, f.row1.y, f.row1.z, f.row2.x, f.row2.y, f.row2.z})
+        most = std::fabs(v) > most ? std::fabs(v) : most;
+    return most;
+}
+
+/// v, but no less than `low` and no more than `high`; NaN gives `low`.
+template <class A>
+TILEMESH_KERNEL typename A::Real clamp(typename A::Real const& v, typename A::Real const& low,
+                                       typename A::Real const& high) noexcept
+{
+    auto const above = A::select(v > low, v, low);
+    return A::select(above < high, above, high);
+}
+/// A slope of the Jacobian between -limit and limit; NaN stays.
+template <class A>
+TILEMESH_KERNEL typename A::Real limited(typename A::Real const& slope, float limit) noexcept
+{
+    auto const most = A::all(limit), least = A::all(-limit);
+    return A::select(slope < least, least, A::select(slope > most, most, slope));
+}
+/// The least integer that is not below v >= 0; NaN and infinity stay.
+template <class A>
+TILEMESH_KERNEL typename A::Real round_up(typename A::Real const& v) noexcept
+{
+    auto const integers = A::all(8388608.0f); // from 2^23 on a float is one
+    auto const below = A::real(A::truncate(A::select(v < integers, v, integers)));
+    return A::select(v < integers, below + A::select(below < v, A::all(1.0f), A::all(0.0f)), v);
+}
 
 /// The pixels [floor(centre - reach), floor(centre + reach)] within [0, size), as x0 | x1 << 16; 0 when there are none.
-/// Compared as floats before any conversion: a radius of 3e9 must not wrap.
-inline std::uint32_t pixel_span(float centre, float reach, std::uint32_t size) noexcept
+/// Clamped as floats before any conversion: a radius of 3e9 must not wrap.
+template <class A>
+TILEMESH_KERNEL typename A::Word pixel_span(typename A::Real const& centre, typename A::Real const& reach,
+                                            std::uint32_t size) noexcept
 {
-    float const limit = static_cast<float>(size);
-    float const low = std::floor(centre - reach);
-    float const high = std::floor(centre + reach) + 1.0f;
-    if (!(low < limit) || !(high > 0.0f)) return 0; // also when either is NaN
-    auto const first = low > 0.0f ? static_cast<std::uint32_t>(low) : 0u;
-    auto const last = high < limit ? static_cast<std::uint32_t>(high) : size;
-    return first | last << 16;
+    auto const zero = A::all(0.0f), limit = A::all(static_cast<float>(size));
+    auto const low = centre - reach, high = centre + reach;
+    auto const first = A::truncate(clamp<A>(low, zero, limit)), last = A::truncate(clamp<A>(high, zero, limit - 1.0f)) + 1;
+    return A::keep(A::every(low < limit, high >= zero), first | last << 16); // nothing when either is NaN
 }
-/// The pixel of `centre`, clamped into a span that is not empty.
+/// The pixel of `centre`, clamped into a span, as a float; it means nothing where the span is empty.
+template <class A>
+TILEMESH_KERNEL typename A::Real pixel_clamped(typename A::Real const& centre, typename A::Word const& span) noexcept
+{
+    auto const first = A::real(span & 0xffff), last = A::real((span >> 16 & 0xffff) - 1);
+    return A::real(A::truncate(clamp<A>(centre, first, last)));
+}
+/// pixel / size in whole numbers, of a pixel below 2^16 and any size but 0: the middle of the pixel is 0.5 / size or more off the
+/// next tile, and the two roundings are together below 2^16 / size * 2^-23.
+template <class A>
+TILEMESH_KERNEL typename A::Word tile_at(typename A::Real const& pixel, std::uint32_t size) noexcept
+{
+    return A::truncate((pixel + 0.5f) * (1.0f / static_cast<float>(size)));
+}
+/// The pixel of `centre`, clamped into a span that is not empty, as a number.
 inline std::uint32_t pixel_within(float centre, std::uint32_t span) noexcept
 {
-    auto const first = span & 0xffffu, last = (span >> 16) - 1;
-    if (!(centre > static_cast<float>(first))) return first;
-    if (!(centre < static_cast<float>(last))) return last;
-    return static_cast<std::uint32_t>(centre);
+    return static_cast<std::uint32_t>(pixel_clamped<OneFloat>(centre, static_cast<std::int32_t>(span)));
+}
+
+/// The words of a Gaussian that its projection depends on.
+template <class A>
+struct GaussianWords {
+    using Real = typename A::Real;
+    Vector3<A> mean_world;
+    Real colour[3], opacity, rotation[4];
+    Vector3<A> log_scale;
+};
+/// The words of a Splat that are made, not copied.
+template <class A>
+struct SplatWords {
+    using Real = typename A::Real;
+    Real mean_px[2], along, slope, across, opacity, depth, faintest;
+    typename A::Word columns, rows, anchor;
+};
+/// Where there is something to see, and where one of the rare ways of `project` is due that lanes do not go: there OneFloat must.
+template <class A>
+struct Outcome {
+    typename A::Mask visible, stiff;
+};
+
+/// Nothing to see in any lane, nothing left undefined.
+template <class A>
+TILEMESH_KERNEL Outcome<A> nowhere(SplatWords<A>& s) noexcept
+{
+    s = SplatWords<A>(); // GCC 12 has no {} for what vectors are in
+    return Outcome<A>();
+}
+
+/// What `project` does, for one Gaussian or for lanes of them; `s` means something where it is visible and not stiff. Where lanes
+/// select, one float may return early: what it would have computed is not used.
+template <class A>
+TILEMESH_KERNEL Outcome<A> project_words(GaussianWords<A> const& g, View const& view, Tiling const& tiling,
+                                         SplatWords<A>& s) noexcept
+{
+    using Real = typename A::Real;
+    Camera const& c = view.camera;
+    Model const& m = view.model;
+    typename A::Mask stiff{};
+
+    // The mean in view space: subtract first, so that large coordinates cancel before they are rotated.
+    Vector3<A> const d{g.mean_world.x - c.position[0], g.mean_world.y - c.position[1], g.mean_world.z - c.position[2]};
+    Vector3<A> const w0{A::all(c.rotation[0][0]), A::all(c.rotation[0][1]), A::all(c.rotation[0][2])};
+    Vector3<A> const w1{A::all(c.rotation[1][0]), A::all(c.rotation[1][1]), A::all(c.rotation[1][2])};
+    Vector3<A> const w2{A::all(c.rotation[2][0]), A::all(c.rotation[2][1]), A::all(c.rotation[2][2])};
+    Real const z = dot(w2, d);
+    constexpr float huge = 1e37f; // what exceeds it was not finite; an infinite depth would be NaN in pixels that take no part
+    auto visible = A::every(z > A::all(c.near_depth), z < A::all(huge), g.opacity >= A::all(m.alpha_min));
+    if (!A::any(visible)) return nowhere(s);
+    for (Real const& channel : g.colour) visible = A::every(visible, A::magnitude(channel) <= A::all(largest_colour));
+    Real const finite = A::all(std::numeric_limits<float>::max()); // -infinity is a size of zero
+    visible = A::every(visible, g.log_scale.x <= finite, g.log_scale.y <= finite, g.log_scale.z <= finite);
+    if constexpr (A::lanes == 1) {
+        if (!visible) return nowhere(s);
+    }
+    Real const slope_x = dot(w0, d) / z, slope_y = dot(w1, d) / z;
+
+    // The Gaussian's axes: R from a quaternion of any length; one whose square leaves the floats' range is scaled first.
+    Real qw = g.rotation[0], qx = g.rotation[1], qy = g.rotation[2], qz = g.rotation[3];
+    Real norm = squared_length<A>(qw, qx, qy, qz);
+    if constexpr (A::lanes > 1) {
+        stiff = A::negation(A::every(norm > A::all(1e-30f), norm < A::all(1e30f)));
+    } else if (!(norm > 1e-30f && norm < 1e30f)) {
+        float largest = 0;
+        for (float const v : g.rotation) largest = std::fabs(v) > largest ? std::fabs(v) : largest;
+        float const shrink = inverse_of_power(power_of_two_below(largest));
+        qw *= shrink, qx *= shrink, qy *= shrink, qz *= shrink;
+        norm = squared_length<A>(qw, qx, qy, qz);
+    }
+    Real const two = A::all(2.0f) / norm, one = A::all(1.0f);
+    Real const xx = two * qx * qx, yy = two * qy * qy, zz = two * qz * qz;
+    Real const xy = two * qx * qy, xz = two * qx * qz, yz = two * qy * qz;
+    Real const wx = two * qw * qx, wy = two * qw * qy, wz = two * qw * qz;
+    Vector3<A> const axis[3] = {{one - (yy + zz), xy + wz, xz - wy},
+                                {xy - wz, one - (xx + zz), yz + wx},
+                                {xz + wy, yz - wx, one - (xx + yy)}};
+    Vector3<A> scale{A::exponential(g.log_scale.x), A::exponential(g.log_scale.y), A::exponential(g.log_scale.z)};
+
+    // V and its covariance.
+    Factor<A> f;
+    f.jx = limited<A>(slope_x, view.slope_limit[0]);
+    f.jy = limited<A>(slope_y, view.slope_limit[1]);
+    f.px_per_x = A::all(c.fx) / z;
+    f.px_per_y = A::all(c.fy) / z;
+    for (int i = 0; i < 3; ++i) f.axis[i] = {dot(w0, axis[i]), dot(w1, axis[i]), dot(w2, axis[i])};
+    f.multiply(scale);
+
+    // Beyond 1e9 pixels the determinant would leave the floats' range: compute in units of a power of two of pixels. No axis
+    // is longer than 1e18 pixels; that a real frame cannot see. An infinite length along the ray is NaN across it.
+    Real unit = one, per_unit = one;
+    if constexpr (A::lanes > 1) {
+        stiff = visible & (stiff | A::negation(f.a + f.c < A::all(1e18f)));
+    } else if (!(f.a + f.c < 1e18f)) {
+        float const steepest = std::fabs(f.jx) > std::fabs(f.jy) ? std::fabs(f.jx) : std::fabs(f.jy);
+        float const most = 1e18f / ((f.px_per_x > f.px_per_y ? f.px_per_x : f.px_per_y) * (1.0f + steepest));
+        scale = {scale.x < most ? scale.x : most, scale.y < most ? scale.y : most, scale.z < most ? scale.z : most};
+        f.multiply(scale);
+        unit = power_of_two_below(longest(f));
+        per_unit = inverse_of_power(unit);
+        scale = {scale.x * per_unit, scale.y * per_unit, scale.z * per_unit};
+        f.multiply(scale);
+    }
+    Real const h = m.dilation * per_unit * per_unit;
+    Real const a = f.a + h, cc = f.c + h, b = f.b;
+    Real const determinant = f.determinant + A::multiply_add(h, f.a + f.c, h * h);
+    visible = A::every(visible, a < A::all(huge), cc < A::all(huge), determinant > A::all(0.0f), determinant < A::all(huge));
+    if constexpr (A::lanes == 1) {
+        if (!visible) return nowhere(s);
+    }
+
+    // The footprint, rounded outward to whole pixels.
+    Real const ratio = 2.0f * logarithm<A>(g.opacity / m.alpha_min);
+    Real reach_x, reach_y;
+    if (m.footprint == Footprint::opacity_box) {
+        Real const t = A::square_root(ratio) * 1.00001f; // log and square root are rounded; the box is a superset
+        reach_x = t * A::square_root(a) * unit;
+        reach_y = t * A::square_root(cc) * unit;
+    } else {
+        Real const half = 0.5f * (a - cc);
+        Real const largest = 0.5f * (a + cc) + A::square_root(A::multiply_add(half, half, b * b));
+        reach_x = reach_y = round_up<A>(3.0f * A::square_root(largest) * unit);
+    }
+    Real const mean_x = c.fx * slope_x, mean_y = c.fy * slope_y;
+    Real const u = mean_x + c.cx, v = mean_y + c.cy;
+    s.columns = pixel_span<A>(u, reach_x, c.width);
+    s.rows = pixel_span<A>(v, reach_y, c.height);
+    visible = A::every(visible, s.columns != 0, s.rows != 0);
+
+    s.mean_px[0] = mean_x;
+    s.mean_px[1] = mean_y;
+    s.along = -0.5f / a * per_unit * per_unit;
+    s.slope = b / a;
+    s.across = -0.5f * a / determinant * per_unit * per_unit;
+    s.opacity = A::select(g.opacity < one, g.opacity, one);
+    s.depth = z;
+    // Where alpha_min is about e^-87, the exponential's end, or subnormal, every power counts.
+    s.faintest = m.alpha_min > 1e-36f ? -0.5f * ratio - 0.01f : A::all(-std::numeric_limits<float>::infinity());
+    auto const x = tile_at<A>(pixel_clamped<A>(u, s.columns), tiling.tile_width);
+    auto const y = tile_at<A>(pixel_clamped<A>(v, s.rows), tiling.tile_height);
+    s.anchor = x | y << 16;
+    return {visible, stiff};
 }
 } // namespace detail
 
@@ -115,112 +319,28 @@ inline std::uint32_t pixel_within(float centre, std::uint32_t span) noexcept
 /// covariance is V V^T with V = J W R S (2 x 3), its determinant the squared length of the cross product of V's rows.
 ///
 /// What cannot be drawn is invisible, not an error: behind the near plane, opacity under alpha_min, nothing on screen, a
-/// projection that is not finite. Cost: about 150 flops, two square roots, four divisions, four exponentials or logarithms.
+/// projection that is not finite. Cost: about 150 flops, three square roots, nine divisions, four exponentials or logarithms.
 inline Splat project(Gaussian const& g, View const& view, Tiling const& tiling) noexcept
 {
-    using detail::dot;
-    using detail::Float3;
-    Splat s{};
-    Camera const& c = view.camera;
-    Model const& m = view.model;
-
-    // The mean in view space: subtract first, so that large coordinates cancel before they are rotated.
-    Float3 const d{g.mean_world[0] - c.position[0], g.mean_world[1] - c.position[1], g.mean_world[2] - c.position[2]};
-    Float3 const w0{c.rotation[0][0], c.rotation[0][1], c.rotation[0][2]};
-    Float3 const w1{c.rotation[1][0], c.rotation[1][1], c.rotation[1][2]};
-    Float3 const w2{c.rotation[2][0], c.rotation[2][1], c.rotation[2][2]};
-    float const z = dot(w2, d);
-    if (!(z > c.near_depth) || !(g.opacity >= m.alpha_min)) return s;
-    for (float channel : g.colour)
-        if (!(channel >= -largest_colour && channel <= largest_colour)) return s;
-    for (float log_scale : g.log_scale)
-        if (!(log_scale <= std::numeric_limits<float>::max())) return s; // -infinity is a size of zero
-    float const slope_x = dot(w0, d) / z, slope_y = dot(w1, d) / z;
-
-    // The Gaussian's axes: R from a quaternion of any length; one whose square leaves the floats' range is scaled first.
-    float q[4] = {g.rotation[0], g.rotation[1], g.rotation[2], g.rotation[3]};
-    float norm = multiply_add(q[0], q[0], multiply_add(q[1], q[1], multiply_add(q[2], q[2], q[3] * q[3])));
-    if (!(norm > 1e-30f && norm < 1e30f)) {
-        float largest = 0;
-        for (float v : q) largest = std::fabs(v) > largest ? std::fabs(v) : largest;
-        float const shrink = detail::inverse_of_power(detail::power_of_two_below(largest));
-        for (float& v : q) v *= shrink;
-        norm = multiply_add(q[0], q[0], multiply_add(q[1], q[1], multiply_add(q[2], q[2], q[3] * q[3])));
-    }
-    float const qw = q[0], qx = q[1], qy = q[2], qz = q[3];
-    float const two = 2.0f / norm;
-    float const xx = two * qx * qx, yy = two * qy * qy, zz = two * qz * qz;
-    float const xy = two * qx * qy, xz = two * qx * qz, yz = two * qy * qz;
-    float const wx = two * qw * qx, wy = two * qw * qy, wz = two * qw * qz;
-    Float3 const axis[3] = {{1.0f - (yy + zz), xy + wz, xz - wy},
-                            {xy - wz, 1.0f - (xx + zz), yz + wx},
-                            {xz + wy, yz - wx, 1.0f - (xx + yy)}};
-    float scale[3] = {exponential(g.log_scale[0]), exponential(g.log_scale[1]), exponential(g.log_scale[2])};
-
-    // V and its covariance.
-    float const jx = slope_x < -view.slope_limit[0] ? -view.slope_limit[0]
-                     : slope_x > view.slope_limit[0] ? view.slope_limit[0]
-                                                     : slope_x;
-    float const jy = slope_y < -view.slope_limit[1] ? -view.slope_limit[1]
-                     : slope_y > view.slope_limit[1] ? view.slope_limit[1]
-                                                     : slope_y;
-    detail::Factor f{{}, jx, jy, c.fx / z, c.fy / z, 0, 0, 0, 0, 0};
-    for (int i = 0; i < 3; ++i) f.axis[i] = {dot(w0, axis[i]), dot(w1, axis[i]), dot(w2, axis[i])};
-    f.multiply(scale);
-
-    // Beyond 1e9 pixels the determinant would leave the floats' range: compute in units of a power of two of pixels. No axis
-    // is longer than 1e18 pixels; that a real frame cannot see. An infinite length along the ray is NaN across it.
-    float unit = 1.0f, per_unit = 1.0f;
-    if (!(f.longest < 1e9f && f.a + f.c < 1e37f)) {
-        float const steepest = std::fabs(jx) > std::fabs(jy) ? std::fabs(jx) : std::fabs(jy);
-        float const most = 1e18f / ((f.px_per_x > f.px_per_y ? f.px_per_x : f.px_per_y) * (1.0f + steepest));
-        for (float& v : scale) v = v < most ? v : most;
-        f.multiply(scale);
-        unit = detail::power_of_two_below(f.longest);
-        per_unit = detail::inverse_of_power(unit);
-        for (float& v : scale) v *= per_unit;
-        f.multiply(scale);
-    }
-    float const h = m.dilation * per_unit * per_unit;
-    float const a = f.a + h, cc = f.c + h, b = f.b;
-    float const determinant = f.determinant + multiply_add(h, f.a + f.c, h * h);
-    constexpr float huge = 1e37f; // what exceeds it was not finite
-    if (!(a < huge) || !(cc < huge) || !(determinant > 0.0f) || !(determinant < huge)) return s;
-    if (!(z < huge)) return s; // an infinite depth would be NaN in pixels that take no part
-
-    // The footprint, rounded outward to whole pixels.
-    float const ratio = 2.0f * std::log(g.opacity / m.alpha_min);
-    float reach_x, reach_y;
-    if (m.footprint == Footprint::opacity_box) {
-        float const t = std::sqrt(ratio) * 1.00001f; // log and square root are rounded; the box is a superset
-        reach_x = t * std::sqrt(a) * unit;
-        reach_y = t * std::sqrt(cc) * unit;
-    } else {
-        float const half = 0.5f * (a - cc);
-        float const largest = 0.5f * (a + cc) + std::sqrt(multiply_add(half, half, b * b));
-        reach_x = reach_y = std::ceil(3.0f * std::sqrt(largest) * unit);
-    }
-    float const mean_x = c.fx * slope_x, mean_y = c.fy * slope_y;
-    float const u = mean_x + c.cx, v = mean_y + c.cy;
-    auto const columns = detail::pixel_span(u, reach_x, c.width);
-    auto const rows = detail::pixel_span(v, reach_y, c.height);
-    if (columns == 0 || rows == 0) return s;
-
-    s.mean_px[0] = mean_x;
-    s.mean_px[1] = mean_y;
-    s.along = -0.5f / a * per_unit * per_unit;
-    s.slope = b / a;
-    s.across = -0.5f * a / determinant * per_unit * per_unit;
-    s.opacity = g.opacity < 1.0f ? g.opacity : 1.0f;
-    for (int i = 0; i < 3; ++i) s.colour[i] = g.colour[i];
-    s.depth = z;
-    // Where alpha_min is about e^-87, the exponential's end, or subnormal, every power counts.
-    s.faintest = m.alpha_min > 1e-36f ? -0.5f * ratio - 0.01f : -std::numeric_limits<float>::infinity();
-    s.columns = columns;
-    s.rows = rows;
-    s.anchor = TileId::at(detail::pixel_within(u, columns) / tiling.tile_width,
-                          detail::pixel_within(v, rows) / tiling.tile_height);
-    return s;
+    using detail::OneFloat;
+    detail::GaussianWords<OneFloat> const words{{g.mean_world[0], g.mean_world[1], g.mean_world[2]},
+                                                {g.colour[0], g.colour[1], g.colour[2]},
+                                                g.opacity,
+                                                {g.rotation[0], g.rotation[1], g.rotation[2], g.rotation[3]},
+                                                {g.log_scale[0], g.log_scale[1], g.log_scale[2]}};
+    detail::SplatWords<OneFloat> s;
+    if (!detail::project_words<OneFloat>(words, view, tiling, s).visible) return {};
+    return {{s.mean_px[0], s.mean_px[1]},
+            s.along,
+            s.slope,
+            s.across,
+            s.opacity,
+            {g.colour[0], g.colour[1], g.colour[2]},
+            s.depth,
+            s.faintest,
+            static_cast<std::uint32_t>(s.columns),
+            static_cast<std::uint32_t>(s.rows),
+            {static_cast<std::uint32_t>(s.anchor)}};
 }
 
 /// What of a splat's light a pixel centre gets before anything in front of it: opacity e^power, in [0, 1]. `x` and `y` are
@@ -234,4 +354,5 @@ inline float alpha_at(Splat const& s, float x, float y) noexcept
 }
 
 } // namespace tilemesh::splat
+#pragma GCC diagnostic pop
 TILEMESH_EXACT_END

@@ -31,10 +31,13 @@ struct Mark {
 
     static constexpr std::uint32_t copy = 1u << 8;    ///< somebody else is the anchor
     static constexpr std::uint32_t leaving = 1u << 9; ///< anchored elsewhere now; goes as soon as there is room
+    static constexpr std::uint32_t owes = 1u << 10;   ///< a neighbour may have to be sent a copy: bloom looks
+    static constexpr std::uint32_t listed = 1u << 11; ///< the depth sort's own, while it runs: the order has this slot
     /// The neighbour on side d holds this record too: it was sent there, or came from there.
     static constexpr std::uint32_t shared(Direction d) noexcept { return 1u << index(d); }
     /// The neighbour on side d should have it, but the channel was full (`drop`).
     static constexpr std::uint32_t refused(Direction d) noexcept { return 16u << index(d); }
+    static constexpr std::uint32_t all_sides = 0xfu, refused_any = 0xf0u;
     bool is(std::uint32_t bit) const noexcept { return (bits & bit) != 0; }
 };
 /// The same where nothing routes or blooms: each record is anchored where it is.
@@ -52,10 +55,10 @@ struct Marks : Buffer<MarkOf<S>, S::storage_slots> {
     static constexpr bool budgeted = S::lists_fit;
 };
 
-/// The projected records of this frame: the screen cache.
+/// The projected records of this frame: the screen cache. `look` gives the splat of an entry.
 template <class S>
-struct Splats : Buffer<Splat, S::storage_slots> {
-    using Buffer<Splat, S::storage_slots>::Buffer;
+struct Splats : Buffer<typename S::Projected, S::storage_slots> {
+    using Buffer<typename S::Projected, S::storage_slots>::Buffer;
     static constexpr char const* name = "projected records";
     static constexpr bool budgeted = S::lists_fit;
 };
@@ -84,7 +87,7 @@ struct Framebuffer : Buffer<typename S::Pixel, S::tile_pixels> {
     static constexpr char const* name = "framebuffer";
 };
 
-/// What a tile counts in a frame; Project begins it at zero. Exact on every engine.
+/// What a tile counts in a frame; Project begins it at zero but for the last two, which are kept. Exact on every engine.
 struct Counts {
     static constexpr char const* name = "counters";
     std::uint32_t visible;       ///< anchored here or leaving, with something on screen
@@ -97,6 +100,10 @@ struct Counts {
     std::uint32_t copies_full;   ///< copies that found no storage
     std::uint32_t copies_refused;///< copies that found no slot in the channel and were given up (drop)
     std::uint32_t projected;     ///< projections computed
+    std::uint32_t copies;        ///< copies on the tile when its order was last made
+    /// Not 0: slots came, went or began or ceased to show since the order was made. Whoever does that counts it, the host too;
+    /// only DepthSort sets it back.
+    std::uint32_t changes;
 };
 static_assert(sizeof(Counts) <= 64, "small enough to lie beside the heads of a tile's lists");
 
@@ -111,8 +118,8 @@ struct Traffic {
 /// Whether stored records may owe copies that were not sent yet.
 struct Debts {
     static constexpr char const* name = "bloom debts";
-    std::uint32_t open;
-    std::uint32_t first;         ///< 1 until bloom has run once in this frame: mail is older than the view
+    std::uint32_t open;          ///< not fewer than the slots with Mark::owes that routing did not bring
+    std::uint32_t first;         ///< 1 until bloom has run once in this frame: mail is older than the view; 0 outside the picture
 };
 
 /// Gaussian-pixel pairs, counted by each worker for itself; `blocks` in whole blocks, so that 32 bits hold any frame.
@@ -130,6 +137,7 @@ template <class Record>
 struct AddressedRecord {
     Record record;
     TileId anchor;
+    static constexpr std::uint32_t wire_bytes = ::tilemesh::wire_bytes<Record> + sizeof(TileId);
 };
 using Addressed = AddressedRecord<Gaussian>;
 /// The projected form of a copy: 60 bytes, good for this frame's view only.
@@ -174,21 +182,103 @@ template <class S>
 constexpr std::uint32_t slot_bytes() noexcept
 {
     return static_cast<std::uint32_t>(sizeof(typename S::Record) +
-                                      (S::lists_fit ? sizeof(MarkOf<S>) + sizeof(Splat) + sizeof(SortKey) : 0));
+                                      (S::lists_fit ? sizeof(MarkOf<S>) + sizeof(typename S::Projected) + sizeof(SortKey) : 0));
 }
 } // namespace detail
 
 // --- helpers that several kernels share ------------------------------------------------------------------------------------
 
-inline constexpr std::uint32_t nowhere = 0xffffffffu;
-
-/// The slot of record `id`, or `nowhere`.
-template <class MarkList>
-TILEMESH_KERNEL std::uint32_t find(MarkList const& marks, GaussianId id) noexcept
+/// The record in this frame's view: what goes into `Splats` for it.
+template <class Record>
+Splat projected(Record const& g, FrameParameters const& frame) noexcept
 {
-    for (std::uint32_t i = 0, n = marks.size(); i < n; ++i)
-        if (marks[i].id == id) return i;
-    return nowhere;
+    return project(g, frame.view, frame.tiling);
+}
+/// The frame's parameters for a loop that writes words: by reference, they are copied, so that no write can change an address in them
+/// for all the compiler knows.
+TILEMESH_KERNEL FrameParameters const& at_hand(FrameParameters const& frame) noexcept
+{
+    return frame;
+}
+/// Says that a kernel is about to read a list: nothing where memory is SRAM.
+template <class List>
+TILEMESH_KERNEL void about_to_read(FrameParameters const&, List const&) noexcept
+{
+}
+/// The splat of an entry of `Splats`. (Where the host moves references, see referenced.hpp for its own of both.)
+TILEMESH_KERNEL Splat const& look(FrameParameters const&, Splat const& s) noexcept
+{
+    return s;
+}
+TILEMESH_KERNEL std::uint32_t depth_bits(FrameParameters const&, Splat const& s) noexcept
+{
+    return __builtin_bit_cast(std::uint32_t, s.depth);
+}
+
+/// Does the tile hold pixels? On one that does not there are no copies, and none are under way to it.
+TILEMESH_KERNEL bool in_picture(Here const& here, FrameParameters const& frame) noexcept
+{
+    return here.tile.x() < frame.tiling.columns && here.tile.y() < frame.tiling.rows;
+}
+
+/// What a tile must know of an entry's footprint.
+struct Reach {
+    TileId anchor;
+    bool visible;
+    bool here;             ///< touches this tile
+    std::uint32_t sides;   ///< touches the neighbour on side d: bit index(d), as in Mark::shared
+};
+TILEMESH_KERNEL Reach reach(Here const& here, FrameParameters const& frame, Splat const& s) noexcept
+{
+    std::uint32_t sides = 0;
+    for (Direction d : news)
+        if (here.grid.has_neighbour(here.tile, d) && covers(s, frame.tiling, here.grid.neighbour(here.tile, d)))
+            sides |= Mark::shared(d);
+    return {s.anchor, s.visible(), covers(s, frame.tiling, here.tile), sides};
+}
+/// Does it touch this tile?
+TILEMESH_KERNEL bool is_here(Here const& here, FrameParameters const& frame, Splat const& s) noexcept
+{
+    return covers(s, frame.tiling, here.tile);
+}
+/// The sides of tile t on which its children are in the tree that is rooted at `anchor`, as bits.
+TILEMESH_KERNEL std::uint32_t child_sides(TileId anchor, TileId t) noexcept
+{
+    std::uint32_t sides = 0;
+    for (Direction d : news) sides |= is_child(anchor, t, d) ? Mark::shared(d) : 0u;
+    return sides;
+}
+
+inline constexpr std::uint32_t no_slot = 0xffffffffu;
+
+namespace detail {
+/// The first of n items that `is_it`, or `no_slot`. Looks at 16 at once, which a compiler makes one or a few vector compares.
+template <class Item, class IsIt>
+std::uint32_t first_of(Item const* items, std::uint32_t n, IsIt const& is_it) noexcept
+{
+    constexpr std::uint32_t at_once = 16;
+    std::uint32_t i = 0;
+    for (; i + at_once <= n; i += at_once) {
+        std::uint32_t hits = 0;
+        for (std::uint32_t k = 0; k < at_once; ++k) hits += is_it(items[i + k]) ? 1u : 0u;
+        if (hits != 0) break;
+    }
+    for (; i < n; ++i)
+        if (is_it(items[i])) return i;
+    return no_slot;
+}
+} // namespace detail
+/// The slot of record `id`, or `no_slot`.
+template <class MarkList>
+std::uint32_t find(MarkList const& marks, GaussianId id) noexcept
+{
+    return detail::first_of(marks.begin(), marks.size(), [id](auto const& mark) noexcept { return mark.id == id; });
+}
+/// The slot of the record that a message brings, or `no_slot`.
+template <class MarkList, class Message>
+TILEMESH_KERNEL std::uint32_t find(MarkList const& marks, FrameParameters const&, Splat const*, Message const& message) noexcept
+{
+    return find(marks, message.id);
 }
 
 /// Takes slot i out of storage, marks and projected records.

@@ -38,7 +38,7 @@ struct RouteStep {
                   "the first leg do not prevent dead-lock); go along one axis until the coordinate fits, then the other");
 
     Here const& here;
-    FrameParameters const& frame;
+    typename S::Parameters const& frame;
     Storage<S>& storage;
     Marks<S>& marks;
     Splats<S>& splats;
@@ -51,7 +51,8 @@ struct RouteStep {
             anchor = m.anchor;
             if (frame.readdress == 0) return anchor == here.tile;
         }
-        auto const s = project(S::Addressing::record(m), frame.view, frame.tiling);
+        auto const entry = projected(S::Addressing::record(m), frame);
+        Splat const& s = look(frame, entry);
         ++counts.projected;
         anchor = s.anchor;
         return !s.visible() || s.anchor == here.tile; // with nothing on screen it stays where it is
@@ -59,21 +60,23 @@ struct RouteStep {
     /// Puts a record into storage; false when it is full. A copy of it that is here already becomes the anchored record.
     bool settle(Record const& g) const noexcept
     {
-        auto const s = project(g, frame.view, frame.tiling);
+        auto const entry = projected(g, frame);
         ++counts.projected;
-        auto const i = S::blooms ? find(marks, g.id) : nowhere; // no copies without bloom
-        if (i != nowhere) {
+        auto const i = S::blooms ? find(marks, frame, splats.begin(), g) : no_slot; // no copies without bloom
+        if (i != no_slot) {
             storage[i] = g;
-            splats[i] = s;
-            marks[i].bits &= ~Mark::copy;
+            splats[i] = entry;
+            marks[i].bits = (marks[i].bits & ~Mark::copy) | Mark::owes;
+            ++counts.changes;
             return true;
         }
         if (!storage.try_push(g)) {
             ++counts.storage_full;
             return false;
         }
-        marks.unchecked_push({g.id, 0});
-        splats.unchecked_push(s);
+        marks.unchecked_push({g.id, S::blooms ? Mark::owes : 0});
+        splats.unchecked_push(entry);
+        ++counts.changes;
         return true;
     }
     /// Keeps a record that cannot go on as one of the tile's own, to leave later; false when storage is full.
@@ -81,7 +84,7 @@ struct RouteStep {
     {
         auto const before = storage.size();
         if (!settle(g)) return false;
-        auto const i = storage.size() > before ? before : find(marks, g.id);
+        auto const i = storage.size() > before ? before : find(marks, frame, splats.begin(), g);
         marks[i].bits |= Mark::leaving;
         ++traffic.leaving;
         return true;
@@ -91,9 +94,11 @@ struct RouteStep {
     template <class Side>
     void depart(std::uint32_t i, Side& out) const noexcept
     {
-        out.unchecked_push(S::Addressing::make(storage[i], splats[i].anchor));
+        Splat const& s = look(frame, splats[i]);
+        out.unchecked_push(S::Addressing::make(storage[i], s.anchor));
         ++counts.hops;
-        if (S::blooms && covers(splats[i], frame.tiling, here.tile))
+        ++counts.changes;
+        if (S::blooms && covers(s, frame.tiling, here.tile))
             marks[i].bits = (marks[i].bits | Mark::copy) & ~Mark::leaving;
         else
             remove_slot(storage, marks, splats, i);
@@ -105,7 +110,7 @@ struct RouteStep {
         std::uint32_t left = 0;
         for (std::uint32_t i = storage.size(); i-- > 0;) {
             if (!marks[i].is(Mark::leaving)) continue;
-            auto const d = Rule::towards(here.tile, splats[i].anchor);
+            auto const d = Rule::towards(here.tile, look(frame, splats[i]).anchor);
             if (room(d))
                 depart(i, out[d]);
             else
@@ -128,7 +133,7 @@ struct Route<S, Hold> {
                   "room for at least one message");
     using Rule = typename S::Routing;
 
-    Vote operator()(Here here, Broadcast<FrameParameters> frame, Storage<S>& storage, Marks<S>& marks, Splats<S>& splats,
+    Vote operator()(Here here, Broadcast<typename S::Parameters> frame, Storage<S>& storage, Marks<S>& marks, Splats<S>& splats,
                     Waiting<S, 0>& waiting0, Waiting<S, 1>& waiting1, Traffic& traffic, Counts& counts, In<Road<S>> in,
                     Out<Road<S>> out) const noexcept
     {
@@ -169,8 +174,8 @@ struct Route<S, Hold> {
         // wait for ever: it becomes one of this tile's own instead.
         auto const turns_back = [&](Message const& m, Direction from) noexcept {
             if (frame->readdress == 0) return false;
-            auto const anchor = project(S::Addressing::record(m), frame->view, frame->tiling).anchor;
-            return Rule::towards(here.tile, anchor) == from;
+            auto const entry = projected(S::Addressing::record(m), *frame);
+            return Rule::towards(here.tile, look(*frame, entry).anchor) == from;
         };
         auto const serve = [&](auto& waiting, auto const& arrived, Direction from) noexcept {
             std::uint32_t kept = 0;
@@ -220,7 +225,7 @@ struct Route<S, Drop> {
     using Message = RoadMessage<S>;
     using Rule = typename S::Routing;
 
-    Vote operator()(Here here, Broadcast<FrameParameters> frame, Storage<S>& storage, Marks<S>& marks, Splats<S>& splats,
+    Vote operator()(Here here, Broadcast<typename S::Parameters> frame, Storage<S>& storage, Marks<S>& marks, Splats<S>& splats,
                     Traffic& traffic, Counts& counts, In<Road<S>> in, Out<Road<S>> out) const noexcept
     {
         detail::RouteStep<S> const step{here, *frame, storage, marks, splats, counts};

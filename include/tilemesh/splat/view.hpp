@@ -14,7 +14,7 @@ struct View {
     Model model;
     float slope_limit[2]; ///< jacobian_limit * tan(half field of view); huge where the limit is off
 };
-static_assert(std::is_trivially_copyable_v<View> && sizeof(View) == 76 + 24 + 8, "a view is plain words");
+static_assert(std::is_trivially_copyable_v<View> && sizeof(View) == 76 + 28 + 8, "a view is plain words");
 
 inline View make_view(Camera const& camera, Model const& model) noexcept
 {

@@ -20,7 +20,7 @@ constexpr std::uint32_t slots_for_pixels() noexcept
 } // namespace detail
 
 /// `Base` with other pixels: `WithPixel<Lossless, WithDepth<FloatPixel>>`. Where the SRAM has no room for what they take beyond
-/// Base's, storage gives up as many slots as that needs: of the 2,000 of `Lossless` 6 for a depth, 25 for depth and alpha.
+/// Base's, storage gives up as many slots as that needs: of the 2,000 of `Lossless` 7 for a depth, 25 for depth and alpha.
 template <class Base, class P>
 struct WithPixel : Base {
     using Pixel = P;

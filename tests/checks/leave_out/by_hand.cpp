@@ -25,16 +25,27 @@ struct Projected {
 
 inline void project_all(FrameParameters const& frame, Records const& storage, Projected const& splats, Counts& counts) noexcept
 {
+    Counts const before = counts;
     counts = Counts{};
-    for (std::uint32_t i = storage.head[0]; i-- > 0;) {
-        Splat const s = project(storage.items[i], frame.view, frame.tiling);
-        ++counts.projected;
-        splats.items[i] = s;
-        if (s.visible())
-            ++counts.visible;
-        else
-            ++counts.parked;
+    counts.copies = before.copies;
+    counts.changes = before.changes;
+    if (frame.view_changed == 0 && frame.anew == 0) {
+        counts.visible = before.visible;
+        counts.parked = before.parked;
+        return;
     }
+    std::uint32_t visible = 0, parked = 0;
+    std::uint32_t const held = storage.head[0];
+    for (std::uint32_t i = held; i-- > 0;) {
+        Splat const s = project(storage.items[i], frame.view, frame.tiling);
+        std::uint32_t const shows = s.visible() ? 1u : 0u;
+        splats.items[i] = s;
+        visible += shows;
+        parked += 1u - shows;
+    }
+    counts.visible = visible;
+    counts.parked = parked;
+    counts.projected = held;
 }
 [[gnu::flatten]] void project_tile(Here const&, FrameParameters const& frame, Records& storage, Marked&, Projected& splats,
                                    Counts& counts) noexcept

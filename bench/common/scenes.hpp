@@ -7,7 +7,7 @@
 #include <tilemesh/splat/camera.hpp>
 #include <vector>
 
-namespace channel_capacity {
+namespace bench {
 
 /// A map and the camera that its motions begin at.
 struct Scene {
@@ -33,4 +33,4 @@ bool has_motion(std::string const& motion, std::filesystem::path const& data);
 std::vector<tilemesh::splat::Camera> cameras_of(std::string const& motion, Scene const& scene, std::uint32_t frames,
                                                 std::filesystem::path const& data);
 
-} // namespace channel_capacity
+} // namespace bench

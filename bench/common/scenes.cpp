@@ -9,7 +9,7 @@
 #include <tilemesh/scene/ply.hpp>
 #include <tilemesh/scene/trajectory.hpp>
 
-namespace channel_capacity {
+namespace bench {
 
 namespace {
 
@@ -80,4 +80,4 @@ std::vector<tilemesh::splat::Camera> cameras_of(std::string const& motion, Scene
     return cameras;
 }
 
-} // namespace channel_capacity
+} // namespace bench

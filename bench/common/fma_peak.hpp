@@ -1,0 +1,108 @@
+#pragma once
+#include "statistics.hpp"
+#include "team.hpp"
+#include <cstdint>
+
+namespace bench {
+
+/// What this build's widest vectors can do at most: independent multiply-adds in pinned registers, so that nothing but the
+/// arithmetic pipes is measured. (A loop over an array of accumulators reads a seventh of it: the compiler keeps them in memory.)
+///
+/// An FMA counts two operations a lane. Without FMA (SSE2) multiplications and additions alternate and count one each: on
+/// machines that have a pipe for each this is twice what either reaches alone.
+struct FmaPeak {
+#if defined(__AVX512F__)
+    static constexpr char const* instructions = "AVX-512 FMA";
+    static constexpr std::uint32_t chains = 20, lanes = 16, operations = 2;
+#elif defined(__AVX2__) && defined(__FMA__)
+    static constexpr char const* instructions = "AVX2 FMA";
+    static constexpr std::uint32_t chains = 12, lanes = 8, operations = 2;
+#elif defined(__SSE2__) && !defined(__AVX__)
+    static constexpr char const* instructions = "SSE2 multiplications and additions";
+    static constexpr std::uint32_t chains = 12, lanes = 4, operations = 1;
+#else
+    static constexpr char const* instructions = "not measured for this target";
+    static constexpr std::uint32_t chains = 0, lanes = 0, operations = 0;
+#endif
+    static constexpr bool measured = chains != 0;
+
+    /// GFLOP/s of all threads of the team together, over about a millisecond; 0 where it is not measured.
+    static double gflops(Team& team)
+    {
+        if (!measured) return 0;
+        // 60,000 times 12 to 20 instructions, of which one or two are done a cycle.
+        constexpr std::uint32_t times = 60'000;
+        team.run([](std::uint32_t) { multiply_add(100); });
+        Stopwatch watch;
+        team.run([](std::uint32_t) { multiply_add(times); });
+        auto const ms = watch.lap();
+        return double{times} * chains * lanes * operations * team.size() / (ms * 1e6);
+    }
+
+private:
+    /// x = 1 - x in every lane of every chain: values change and stay normal.
+    static void multiply_add([[maybe_unused]] std::uint64_t times) noexcept
+    {
+        [[maybe_unused]] float const one = 1.0f, minus_one = -1.0f;
+#if defined(__AVX512F__)
+        asm volatile("vbroadcastss %[one], %%zmm30\n"
+                     "vbroadcastss %[minus_one], %%zmm31\n"
+                     ".irp i,0,1,2,3,4,5,6,7,8,9,10,11,12,13,14,15,16,17,18,19\n"
+                     "vpxord %%zmm\\i, %%zmm\\i, %%zmm\\i\n"
+                     ".endr\n"
+                     "1:\n"
+                     ".irp i,0,1,2,3,4,5,6,7,8,9,10,11,12,13,14,15,16,17,18,19\n"
+                     "vfmadd213ps %%zmm30, %%zmm31, %%zmm\\i\n"
+                     ".endr\n"
+                     "dec %[times]\n"
+                     "jnz 1b\n"
+                     "vzeroupper\n"
+                     : [times] "+r"(times)
+                     : [one] "m"(one), [minus_one] "m"(minus_one)
+                     : "zmm0", "zmm1", "zmm2", "zmm3", "zmm4", "zmm5", "zmm6", "zmm7", "zmm8", "zmm9", "zmm10", "zmm11",
+                       "zmm12", "zmm13", "zmm14", "zmm15", "zmm16", "zmm17", "zmm18", "zmm19", "zmm30", "zmm31", "cc");
+#elif defined(__AVX2__) && defined(__FMA__)
+        asm volatile("vbroadcastss %[one], %%ymm14\n"
+                     "vbroadcastss %[minus_one], %%ymm15\n"
+                     ".irp i,0,1,2,3,4,5,6,7,8,9,10,11\n"
+                     "vxorps %%ymm\\i, %%ymm\\i, %%ymm\\i\n"
+                     ".endr\n"
+                     "1:\n"
+                     ".irp i,0,1,2,3,4,5,6,7,8,9,10,11\n"
+                     "vfmadd213ps %%ymm14, %%ymm15, %%ymm\\i\n"
+                     ".endr\n"
+                     "dec %[times]\n"
+                     "jnz 1b\n"
+                     "vzeroupper\n"
+                     : [times] "+r"(times)
+                     : [one] "m"(one), [minus_one] "m"(minus_one)
+                     : "xmm0", "xmm1", "xmm2", "xmm3", "xmm4", "xmm5", "xmm6", "xmm7", "xmm8", "xmm9", "xmm10", "xmm11",
+                       "xmm14", "xmm15", "cc");
+#elif defined(__SSE2__) && !defined(__AVX__)
+        // Six chains of each: x = -x, and 0 + 0, which cannot leave the floats' range.
+        asm volatile("movss %[minus_one], %%xmm14\n"
+                     "shufps $0, %%xmm14, %%xmm14\n"
+                     ".irp i,6,7,8,9,10,11,15\n"
+                     "xorps %%xmm\\i, %%xmm\\i\n"
+                     ".endr\n"
+                     ".irp i,0,1,2,3,4,5\n"
+                     "movaps %%xmm14, %%xmm\\i\n"
+                     ".endr\n"
+                     "1:\n"
+                     "mulps %%xmm14, %%xmm0\naddps %%xmm15, %%xmm6\n"
+                     "mulps %%xmm14, %%xmm1\naddps %%xmm15, %%xmm7\n"
+                     "mulps %%xmm14, %%xmm2\naddps %%xmm15, %%xmm8\n"
+                     "mulps %%xmm14, %%xmm3\naddps %%xmm15, %%xmm9\n"
+                     "mulps %%xmm14, %%xmm4\naddps %%xmm15, %%xmm10\n"
+                     "mulps %%xmm14, %%xmm5\naddps %%xmm15, %%xmm11\n"
+                     "dec %[times]\n"
+                     "jnz 1b\n"
+                     : [times] "+r"(times)
+                     : [minus_one] "m"(minus_one)
+                     : "xmm0", "xmm1", "xmm2", "xmm3", "xmm4", "xmm5", "xmm6", "xmm7", "xmm8", "xmm9", "xmm10", "xmm11",
+                       "xmm14", "xmm15", "cc");
+#endif
+    }
+};
+
+} // namespace bench

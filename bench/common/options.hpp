@@ -1,0 +1,80 @@
+#pragma once
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace bench {
+
+/// The words of a command line, one option after the other: `--name`, `--name value` or `--name=value`. Throws tilemesh::Error
+/// for a value that is missing, unwanted or wrong.
+class Words {
+public:
+    explicit Words(std::vector<std::string> words) : words_(std::move(words)) {}
+
+    /// To the next option; false when there is none.
+    bool next();
+    std::string const& option() const noexcept { return option_; }
+    /// What the option takes. `flag`: nothing.
+    void flag() const;
+    std::string value();
+    std::filesystem::path path();
+    std::uint32_t number(std::uint32_t least, std::uint32_t most);
+    template <std::size_t N>
+    std::string one_of(char const* const (&names)[N])
+    {
+        return one_of(std::vector<std::string>(names, names + N));
+    }
+    std::string one_of(std::vector<std::string> const& names);
+    /// For an option that nobody knows.
+    [[noreturn]] void refuse() const;
+
+private:
+    std::vector<std::string> words_;
+    std::size_t at_ = 0;
+    std::string option_;
+    bool has_value_ = false;
+};
+
+/// What every bench takes.
+struct Options {
+    std::filesystem::path data; ///< with maps/, trajectories/ and cameras.json; empty where there is none
+    std::filesystem::path csv;  ///< empty: not written
+    bool quick = false;
+    bool spoil = false; ///< the rasteriser blends by other rules: what compares pictures must say so
+    bool help = false;
+
+    /// Takes the option that `words` is at, if it is one of these. `may_spoil`: whether the bench compares pictures.
+    bool take(Words& words, bool may_spoil = false);
+    /// When all words are taken: finds the data folder where none was named. Throws Error for one that is none.
+    void finish();
+
+private:
+    bool data_given_ = false;
+};
+
+/// Lines of `--help` that several have.
+inline constexpr char const* help_of_data =
+    "  --data DIR       maps/, trajectories/ and cameras.json; default: the environment variable TILEMESH_DATA, or\n"
+    "                   ../shared/data; what is not there is skipped\n";
+inline constexpr char const* help_of_spoil =
+    "  --spoil          the rasteriser blends by other rules than the mesh, on purpose: shows that the checks bite\n";
+inline constexpr char const* help_of_exit =
+    "Exit status: 0; 1 when something that must hold does not; 2 with one line on standard error when something is wrong:\n"
+    "what, why, what to do.\n";
+
+/// With --spoil the rasteriser clamps alpha here: every map has Gaussians that are less transparent.
+inline constexpr float spoilt_alpha_max = 0.5f;
+
+/// True where `names` is empty or has this name.
+inline bool chosen(std::vector<std::string> const& names, std::string const& name)
+{
+    return names.empty() || std::find(names.begin(), names.end(), name) != names.end();
+}
+
+/// Throws Error where a file's folder is not there: minutes later is too late to find out.
+void expect_folder_of(std::filesystem::path const& file);
+
+} // namespace bench

@@ -1,0 +1,75 @@
+#pragma once
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstddef>
+#include <cstdio>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace bench {
+
+/// Wall time since it was made or last asked, in milliseconds.
+class Stopwatch {
+public:
+    double lap() noexcept
+    {
+        auto const now = Clock::now();
+        return std::chrono::duration<double, std::milli>(now - std::exchange(begin_, now)).count();
+    }
+
+private:
+    using Clock = std::chrono::steady_clock;
+    Clock::time_point begin_ = Clock::now();
+};
+
+/// The value below which `share` of the samples lie, by linear interpolation between ranks; 0 of none.
+inline double quantile(std::vector<double> samples, double share)
+{
+    if (samples.empty()) return 0;
+    std::sort(samples.begin(), samples.end());
+    double const rank = share * static_cast<double>(samples.size() - 1);
+    auto const below = static_cast<std::size_t>(rank);
+    auto const above = std::min(below + 1, samples.size() - 1);
+    return samples[below] + (rank - static_cast<double>(below)) * (samples[above] - samples[below]);
+}
+inline double median(std::vector<double> samples)
+{
+    return quantile(std::move(samples), 0.5);
+}
+
+/// y = factor * x^exponent, by least squares of log y over log x.
+struct PowerLaw {
+    double factor = 0, exponent = 0;
+};
+/// Requires positive values, and two different x or more.
+inline PowerLaw fit_power(std::vector<double> const& x, std::vector<double> const& y)
+{
+    auto const n = static_cast<double>(x.size());
+    double sx = 0, sy = 0, sxx = 0, sxy = 0;
+    for (std::size_t i = 0; i < x.size(); ++i) {
+        double const a = std::log(x[i]), b = std::log(y[i]);
+        sx += a, sy += b, sxx += a * a, sxy += a * b;
+    }
+    double const exponent = (n * sxy - sx * sy) / (n * sxx - sx * sx);
+    return {std::exp((sy - exponent * sx) / n), exponent};
+}
+/// The slope of y over x by least squares.
+inline double fit_slope(std::vector<double> const& x, std::vector<double> const& y)
+{
+    auto const n = static_cast<double>(x.size());
+    double sx = 0, sy = 0, sxx = 0, sxy = 0;
+    for (std::size_t i = 0; i < x.size(); ++i) sx += x[i], sy += y[i], sxx += x[i] * x[i], sxy += x[i] * y[i];
+    return (n * sxy - sx * sy) / (n * sxx - sx * sx);
+}
+
+/// A number with so many places behind the point.
+inline std::string fixed(double value, int places)
+{
+    char text[64];
+    std::snprintf(text, sizeof text, "%.*f", places, value);
+    return text;
+}
+
+} // namespace bench

@@ -1,0 +1,43 @@
+#include "blend_ways.hpp"
+
+namespace frame {
+
+namespace {
+
+namespace splat = tilemesh::splat;
+namespace kernel = tilemesh::splat::detail;
+
+/// As splat::blend_whole_tile, with another rule for alpha or for the stop.
+template <class Rule, class Stop>
+splat::PairCount blend_by(splat::PixelRect const& tile, splat::View const& view, std::uint32_t n,
+                          splat::Splat const* splats, std::uint32_t const* rows, splat::FloatPixel* pixels,
+                          std::uint32_t stride_px) noexcept
+{
+    splat::PairCount count{};
+    kernel::blend_tile_by<Rule, Stop, kernel::native_lanes, 8, 64>(
+        tile, view.camera, view.model, n, [=](std::uint32_t i) noexcept -> splat::Splat const& { return splats[rows[i]]; },
+        pixels, stride_px, tilemesh::Worker{0, 1}, &count, 1);
+    return count;
+}
+
+static_assert(kernel::FastRule::degree == 5, "the table says which degree `fast` has");
+
+} // namespace
+
+std::vector<BlendWay> blend_ways()
+{
+    using kernel::EachPair;
+    using kernel::Recurrence;
+    using kernel::StopEachPixel;
+    using kernel::StopWholeBlock;
+    return {{"precise", "pixel", blend_by<EachPair, StopEachPixel>},
+            {"precise", "block", blend_by<EachPair, StopWholeBlock>},
+            {"fast (degree 5)", "pixel", blend_by<Recurrence<5>, StopEachPixel>},
+            {"fast (degree 5)", "block", blend_by<Recurrence<5>, StopWholeBlock>},
+            {"degree 4", "pixel", blend_by<Recurrence<4>, StopEachPixel>},
+            {"degree 4", "block", blend_by<Recurrence<4>, StopWholeBlock>},
+            {"degree 3", "pixel", blend_by<Recurrence<3>, StopEachPixel>},
+            {"degree 3", "block", blend_by<Recurrence<3>, StopWholeBlock>}};
+}
+
+} // namespace frame

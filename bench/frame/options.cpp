@@ -1,0 +1,61 @@
+#include "options.hpp"
+#include <common/scenes.hpp>
+
+namespace frame {
+
+Options parse(std::vector<std::string> const& all)
+{
+    Options options;
+    for (bench::Words words(all); words.next();) {
+        auto const& option = words.option();
+        if (options.take(words, true)) continue;
+        if (option == "--scene") options.scenes.push_back(words.one_of(bench::scene_names));
+        else if (option == "--motion") options.motions.push_back(words.one_of(bench::motion_names));
+        else if (option == "--threads") options.threads.push_back(words.number(1, 64));
+        else if (option == "--rounds") options.rounds = words.number(1, 10'000);
+        else if (option == "--arithmetic")
+            options.arithmetic = words.one_of({"precise", "fast"}) == "precise" ? tilemesh::splat::Arithmetic::precise
+                                                                                : tilemesh::splat::Arithmetic::fast;
+        else if (option == "--wide") words.flag(), options.wide = true;
+        else if (option == "--arithmetics") words.flag(), options.arithmetics = true;
+        else words.refuse();
+    }
+    options.finish();
+    if (options.threads.empty()) options.threads = {1, 2};
+    return options;
+}
+
+std::string help()
+{
+    return std::string(
+               "Usage: frame [options]\n"
+               "How long the machine's frame takes (lossless on Mk2, 40 x 36 tiles, 1280 x 720) beside a bare rasteriser with the same kernels\n"
+               "and no mesh, and beside what the processor can do at most. All are measured in turn, round by round, so that a busy machine\n"
+               "slows all of them; what is printed is the median of the rounds, and of the rounds' ratios. In each round the pictures of\n"
+               "mesh and rasteriser must be the same, bit for bit.\n"
+               "\n"
+               "mesh_ms ends when the framebuffers stand in the tiles: assembling them on the host to one picture is picture_ms.\n"
+               "direct_over_roofline is the time that the evaluated pairs take at FMA peak, 18.4 operations each, over direct_ms. A column\n"
+               "with _low and _high beside it has the 20 % and 80 % quantiles there. Counters are means over the measured frames.\n"
+               "\n"
+               "  --csv FILE       a row a scene, motion, grid and number of threads\n") +
+           bench::help_of_data +
+           "  --scene NAME     sloth, salad, playbot_250k (on a test machine with storage for it) or built_in; may be repeated\n"
+           "  --motion NAME    static, orbit0.1, orbit0.5, orbit2, teleport, fr1_xyz or fr2_desk; may be repeated\n"
+           "  --threads N      threads of rasteriser and mesh; may be repeated, and all are measured in turn. Default: 1 and 2\n"
+           "  --rounds N       measured rounds a motion, after 3 that warm up. Default: 25\n"
+           "  --arithmetic A   precise or fast. Default: " +
+           to_string(tilemesh::splat::Lossless::arithmetic) +
+           "\n"
+           "  --wide           each mesh also on a grid of 400 x 250 tiles, of which the frame occupies 40 x 36\n"
+           "  --arithmetics    another table instead: time, and error against the double reference with the same cut-offs, of the\n"
+           "                   rasteriser with precise and fast arithmetic, polynomials of lower degree, and a stop by blocks. For\n"
+           "                   Sloth and Salad unless scenes are named; --csv then has these columns\n"
+           "  --quick          the built-in map unless scenes are named, 320 x 180, three motions, 3 rounds\n" +
+           bench::help_of_spoil +
+           "  --help           this text\n"
+           "\n" +
+           bench::help_of_exit;
+}
+
+} // namespace frame

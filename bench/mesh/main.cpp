@@ -1,0 +1,157 @@
+// The machine without splatting: how fast it moves records of 60 bytes by value, and what a superstep costs where next to
+// nothing happens. Exit 1 when a check fails.
+#include "job.hpp"
+#include <algorithm>
+#include <iostream>
+
+using namespace traffic;
+
+namespace {
+
+constexpr char const* usage = R"(usage: mesh [--csv FILE] [--quick] [--data DIR]
+Moves records between random tiles and checks every arrival; measures hops a second and an idle superstep.
+  --csv FILE   also write the table: grid,records,capacity,threads,supersteps,hops,hops_per_s,idle_superstep_us,rss_bytes
+  --quick      few rounds, and without the grid of 1,000 x 850 tiles
+  --data DIR   accepted, not needed: this program reads no file
+)";
+
+struct Options {
+    std::string csv;
+    bool quick = false, help = false;
+};
+Options parse(int argc, char** argv)
+{
+    Options o;
+    for (int i = 1; i < argc; ++i) {
+        std::string const arg = argv[i];
+        auto const value = [&] {
+            if (i + 1 == argc) throw Error(std::string("option ").append(arg) + " (it needs a value); see --help");
+            return std::string(argv[++i]);
+        };
+        if (arg == "--csv")
+            o.csv = value();
+        else if (arg == "--data")
+            (void)value();
+        else if (arg == "--quick")
+            o.quick = true;
+        else if (arg == "--help")
+            o.help = true;
+        else
+            throw Error(std::string("option ").append(arg) + " (unknown); see --help");
+    }
+    return o;
+}
+
+/// Median and the band of the middle 60 %.
+struct Band {
+    double low, median, high;
+};
+Band band(std::vector<double> values)
+{
+    std::sort(values.begin(), values.end());
+    auto const at = [&](double q) { return values[static_cast<std::size_t>(q * static_cast<double>(values.size() - 1) + 0.5)]; };
+    return {at(0.2), at(0.5), at(0.8)};
+}
+
+struct Line {
+    std::unique_ptr<Job> job;
+    Run run;
+    std::vector<double> hops_per_s, idle_us;
+};
+
+/// All lines in turn, round after round, so that a busy moment of the machine meets all of them.
+void measure(std::vector<Line>& lines, int rounds)
+{
+    for (int r = 0; r < rounds; ++r)
+        for (auto& line : lines) {
+            line.run = line.job->run();
+            line.hops_per_s.push_back(static_cast<double>(line.run.hops) / line.run.seconds);
+            line.idle_us.push_back(line.job->idle_seconds() * 1e6);
+        }
+}
+void print(Line const& line)
+{
+    auto const& load = line.job->load();
+    auto const hops = band(line.hops_per_s), idle = band(line.idle_us);
+    std::printf("%4u x %-4u %8u %8u %7u %10llu %10llu   %6.1f (%.1f to %.1f) %10.2f (%.2f to %.2f) %8.1f\n", load.grid.width,
+                load.grid.height, load.records, line.job->capacity(), line.job->threads(),
+                static_cast<unsigned long long>(line.run.supersteps), static_cast<unsigned long long>(line.run.hops),
+                hops.median / 1e6, hops.low / 1e6, hops.high / 1e6, idle.median, idle.low, idle.high,
+                static_cast<double>(line.job->rss_bytes()) / 1e6);
+    std::fflush(stdout);
+}
+void write(std::ostream& out, Line const& line)
+{
+    auto const& load = line.job->load();
+    out << load.grid.width << 'x' << load.grid.height << ',' << load.records << ',' << line.job->capacity() << ','
+        << line.job->threads() << ',' << line.run.supersteps << ',' << line.run.hops << ',' << band(line.hops_per_s).median << ','
+        << band(line.idle_us).median << ',' << line.job->rss_bytes() << '\n';
+}
+
+} // namespace
+
+int main(int argc, char** argv)
+{
+    Options options;
+    std::ofstream csv;
+    try {
+        options = parse(argc, argv);
+        if (options.help) {
+            std::cout << usage;
+            return 0;
+        }
+        if (!options.csv.empty()) {
+            csv.open(options.csv);
+            if (!csv) throw Error(std::string("file ").append(options.csv) + " (it cannot be written); choose another for --csv");
+            csv << "grid,records,capacity,threads,supersteps,hops,hops_per_s,idle_superstep_us,rss_bytes\n";
+        }
+    } catch (Error const& e) {
+        std::cerr << e.what() << '\n';
+        return 2;
+    }
+    try {
+        // The reference job: as many records as the largest of the paper's maps has Gaussians.
+        Grid const paper{40, 36};
+        std::uint32_t const records = 91'450;
+        int const rounds = options.quick ? 3 : 15;
+        std::printf("      grid  records capacity threads supersteps       hops   M hops a second (band) us an idle superstep (band)  RSS MB\n");
+        std::vector<Line> lines;
+        auto const add = [](std::unique_ptr<Job> job, std::vector<Line>& to) {
+            to.push_back({std::move(job), {}, {}, {}});
+        };
+        for (std::uint32_t threads : {1u, 2u}) {
+            add(std::make_unique<JobOf<Sizes<400, 200, 200>>>(Load{paper, paper, records}, threads), lines);
+            add(std::make_unique<JobOf<Sizes<400, 200, 200>>>(Load{{400, 250}, paper, records}, threads), lines);
+            add(std::make_unique<JobOf<Sizes<10, 200, 200>>>(Load{paper, paper, records}, threads), lines);
+            add(std::make_unique<JobOf<Sizes<4000, 200, 4000>>>(Load{paper, paper, records}, threads), lines);
+        }
+        measure(lines, rounds);
+        for (auto const& line : lines) print(line);
+        for (std::size_t i = 0; i < lines.size(); i += 4)
+            std::printf("the same on 400 x 250 tiles, %u threads: %.2f times the time\n", lines[i].job->threads(),
+                        band(lines[i].hops_per_s).median / band(lines[i + 1].hops_per_s).median);
+        if (csv.is_open())
+            for (auto const& line : lines) write(csv, line);
+        lines.clear();
+        if (!options.quick) {
+            // A record goes 617 hops on average here. Four slots: every end of every channel is used sooner or later, and two
+            // ends of four slots are 5 KB a tile.
+            Grid const field{1000, 850};
+            for (std::uint32_t threads : {1u, 2u}) {
+                std::vector<Line> one;
+                add(std::make_unique<JobOf<Sizes<4, 16, 8>>>(Load{field, field, 100'000}, threads), one);
+                measure(one, 1); // a minute each
+                print(one[0]);
+                if (csv.is_open()) write(csv, one[0]);
+            }
+        }
+    } catch (Error const& e) {
+        std::cerr << e.what() << '\n';
+        return 1;
+    }
+    if (csv.is_open() && !csv.flush()) {
+        std::cerr << "file " << options.csv << " (it could not be written to the end); make room and run again\n";
+        return 2;
+    }
+    return 0;
+}

@@ -1,0 +1,135 @@
+#pragma once
+#include <tilemesh/machine/kernel.hpp>
+#include <tilemesh/machine/spec.hpp>
+
+/// The machine without splatting: records that go to their tiles, along the row first, then along the column.
+namespace traffic {
+using namespace tilemesh;
+
+/// 60 bytes, as much as a Gaussian. The payload follows from the id, so that every arrival can be checked.
+struct Record {
+    std::uint32_t id;
+    TileId to;
+    std::uint32_t payload[13];
+};
+static_assert(sizeof(Record) == 60);
+
+/// Word i of record id's payload (the finaliser of MurmurHash3: any two records differ in every word).
+constexpr std::uint32_t payload_word(std::uint32_t id, std::uint32_t i) noexcept
+{
+    std::uint32_t h = id * 13 + i + 1;
+    h = (h ^ (h >> 16)) * 0x85ebca6bu;
+    h = (h ^ (h >> 13)) * 0xc2b2ae35u;
+    return h ^ (h >> 16);
+}
+
+/// A size of the machine: slots of a channel end, of a tile's storage and of a FIFO on the first leg.
+template <std::uint32_t Slots, std::uint32_t Storage, std::uint32_t Waiting>
+struct Sizes {
+    static constexpr std::uint32_t slots = Slots, storage = Storage, waiting = Waiting;
+};
+
+template <class Size>
+struct Road : Channel<Record, Size::slots> {};
+/// What has not left its first tile.
+template <class Size>
+struct Leaving : Buffer<Record, Size::storage> {
+    using Buffer<Record, Size::storage>::Buffer;
+};
+template <class Size>
+struct Arrived : Buffer<Record, Size::storage> {
+    using Buffer<Record, Size::storage>::Buffer;
+};
+/// What came from the east (0) or the west (1) and found no room ahead.
+template <class Size, std::uint32_t Side>
+struct Waiting : Buffer<Record, Size::waiting> {
+    using Buffer<Record, Size::waiting>::Buffer;
+};
+struct Traffic {
+    std::uint32_t sent[2]; ///< to the east and to the west in the superstep before
+    std::uint32_t refused; ///< arrivals that found the storage full: lost, so the benchmark refuses such a job beforehand
+};
+
+/// One hop of every record that can move.
+///
+/// Nothing waits on the second leg: at most a channel's slots arrive on a side, and each goes straight on, into a channel
+/// that is empty when compute begins, or has arrived. On the first leg what finds no room waits in a FIFO of its side. Its fill
+/// is told to the neighbour there as the note of the channel back, and no more is sent than what was told and what may be on
+/// its way leave free. So nothing is lost, and since a row's FIFOs wait only for columns and for the edge, nothing waits for
+/// ever.
+template <class Size>
+struct Move {
+    static constexpr char const* name = "move";
+
+    Vote operator()(Here here, Leaving<Size>& leaving, Arrived<Size>& arrived, Waiting<Size, 0>& from_east,
+                    Waiting<Size, 1>& from_west, Traffic& traffic, In<Road<Size>> in, Out<Road<Size>> out) const noexcept
+    {
+        auto const x = here.tile.x();
+        auto const y = here.tile.y();
+        auto& east = out[Direction::east];
+        auto& west = out[Direction::west];
+        auto& north = out[Direction::north];
+        auto& south = out[Direction::south];
+        auto const credit = [&](Direction side, std::uint32_t sent) noexcept {
+            auto const used = in[side].note() + sent;
+            auto const free = used < Size::waiting ? Size::waiting - used : 0;
+            return free < Size::slots ? free : Size::slots;
+        };
+        auto const east_limit = credit(Direction::east, traffic.sent[0]);
+        auto const west_limit = credit(Direction::west, traffic.sent[1]);
+
+        auto const arrive = [&](Record const& r) noexcept {
+            if (!arrived.try_push(r)) ++traffic.refused;
+        };
+        auto const turn = [&](Record const& r) noexcept { // in the column of its tile
+            if (r.to.y() == y) {
+                arrive(r);
+                return true;
+            }
+            return r.to.y() < y ? north.try_push(r) : south.try_push(r);
+        };
+        auto const go = [&](Record const& r, auto& ahead, std::uint32_t limit) noexcept { // along the row, or out of it
+            if (r.to.x() == x) return turn(r);
+            if (ahead.size() >= limit) return false;
+            ahead.unchecked_push(r);
+            return true;
+        };
+
+        for (Record const& r : in[Direction::north])
+            if (r.to.y() == y) arrive(r);
+            else south.unchecked_push(r);
+        for (Record const& r : in[Direction::south])
+            if (r.to.y() == y) arrive(r);
+            else north.unchecked_push(r);
+
+        auto const along = [&](auto& waiting, auto const& arrivals, auto& ahead, std::uint32_t limit) noexcept {
+            std::uint32_t kept = 0;
+            for (Record const& r : waiting)
+                if (!go(r, ahead, limit)) waiting[kept++] = r;
+            waiting.truncate(kept);
+            for (Record const& r : arrivals)
+                if (!go(r, ahead, limit)) waiting.push(r); // the credit given says that it has room
+        };
+        along(from_east, in[Direction::east], west, west_limit);
+        along(from_west, in[Direction::west], east, east_limit);
+
+        for (std::uint32_t i = leaving.size(); i-- > 0;) {
+            Record const& r = leaving[i];
+            if (r.to.x() > x ? go(r, east, east_limit) : go(r, west, west_limit)) leaving.swap_remove(i);
+        }
+
+        if (!from_east.empty()) east.set_note(from_east.size());
+        if (!from_west.empty()) west.set_note(from_west.size());
+        traffic.sent[0] = east.size();
+        traffic.sent[1] = west.size();
+        bool const quiet =
+            leaving.empty() && from_east.empty() && from_west.empty() && traffic.sent[0] == 0 && traffic.sent[1] == 0;
+        return quiet ? Vote::quiet : Vote::busy;
+    }
+};
+
+/// The kernel on every tile once, then until nothing is on the road.
+template <class Size>
+using Program = Sequence<Superstep<Move<Size>>, UntilQuiet<Move<Size>>>;
+
+} // namespace traffic

@@ -1,0 +1,49 @@
+#include "synthetic.hpp"
+#include <cmath>
+#include <tilemesh/scene/pose.hpp>
+
+namespace scaling {
+
+namespace {
+
+/// Even in [0, 1): number `which` of record `record` (SplitMix64: Steele, Lea, Flood 2014).
+double even(std::uint32_t record, std::uint32_t which)
+{
+    std::uint64_t h = (std::uint64_t{record} << 8 | which) * 0x9e3779b97f4a7c15u;
+    h = (h ^ (h >> 30)) * 0xbf58476d1ce4e5b9u;
+    h = (h ^ (h >> 27)) * 0x94d049bb133111ebu;
+    return static_cast<double>((h ^ (h >> 31)) >> 11) * 0x1p-53;
+}
+
+} // namespace
+
+bench::Scene synthetic(std::uint32_t gaussians, tilemesh::scene::Size size)
+{
+    namespace scene = tilemesh::scene;
+    bench::Scene out;
+    out.camera = scene::make_camera(scene::look_at({0, 0, 0}, {0, 0, 1}), scene::lens_from_field_of_view(60.0, size));
+    out.map.name = "synthetic";
+    out.map.gaussians.reserve(gaussians);
+    // Half the view at depth 1, along both axes, and the depth at which a pixel of a frame 1280 wide is that long.
+    double const half_x = std::tan(30.0 * 3.14159265358979323846 / 180.0), half_y = half_x * 720.0 / 1280.0;
+    double const pixel = 2 * half_x / 1280.0;
+    for (std::uint32_t i = 0; i < gaussians; ++i) {
+        std::uint32_t which = 0;
+        auto const next = [&] { return even(i, which++); };
+        tilemesh::splat::Gaussian g{};
+        g.id = tilemesh::splat::GaussianId{i + 1};
+        double const depth = 2.0 + 4.0 * next();
+        g.mean_world[0] = static_cast<float>((2.0 * next() - 1.0) * 1.2 * half_x * depth);
+        g.mean_world[1] = static_cast<float>((2.0 * next() - 1.0) * 1.2 * half_y * depth);
+        g.mean_world[2] = static_cast<float>(depth);
+        for (float& c : g.colour) c = static_cast<float>(next());
+        g.opacity = static_cast<float>(0.05 + 0.55 * next());
+        for (float& q : g.rotation) q = static_cast<float>(next() + next() + next() - 1.5);
+        double const length = std::log(pixel * depth * std::exp(2.0 * next())); // 1 to 7.4 pixels
+        for (float& s : g.log_scale) s = static_cast<float>(length - 2.0 * next());
+        out.map.gaussians.push_back(g);
+    }
+    return out;
+}
+
+} // namespace scaling

@@ -1,0 +1,208 @@
+#pragma once
+#include <atomic>
+#include <cstdint>
+#include <string>
+#include <system_error>
+#include <thread>
+#include <tilemesh/error.hpp>
+#include <vector>
+#if defined(__x86_64__) || defined(__i386__)
+#    include <immintrin.h>
+#endif
+
+namespace tilemesh::engine::detail {
+
+inline void relax() noexcept
+{
+#if defined(__x86_64__) || defined(__i386__)
+    _mm_pause();
+#endif
+}
+
+/// How a waiting thread waits. Between supersteps work comes within a few microseconds: it spins for that. Longer spinning
+/// collapses when another process, or another thread of the team, wants the core, so it then yields between looks, which
+/// costs half a microsecond where nobody does. Frames that follow each other come within a hundred microseconds or so, and a
+/// wake-up costs tens: only then does it sleep.
+inline constexpr std::uint32_t spins_before_yield = 200;  ///< some 5 us at 40 to 140 cycles a pause
+inline constexpr std::uint32_t yields_before_sleep = 200; ///< some 100 us
+
+/// A caller and its helpers: threads that take part in what the caller shares out.
+///
+/// The caller opens a gate and works; helpers that look come in, and the gate closes when the caller's own part is done. The
+/// caller waits only for helpers that came in: one whose core is taken by another process costs nothing but its help.
+class Team {
+public:
+    /// `threads` including the caller's, at least 1. Throws Error when the system gives fewer.
+    explicit Team(std::uint32_t threads)
+    {
+        threads_.reserve(threads);
+        try {
+            for (std::uint32_t w = 1; w < threads; ++w) threads_.emplace_back([this, w] { serve(w); });
+        } catch (std::system_error const& e) {
+            auto const started = size();
+            join();
+            throw Error(std::to_string(threads) + " threads (the system gave " + std::to_string(started) + ": " + e.what() +
+                        "); ask for fewer");
+        }
+    }
+    ~Team() { join(); }
+    Team(Team const&) = delete;
+    Team& operator=(Team const&) = delete;
+
+    std::uint32_t size() const noexcept { return static_cast<std::uint32_t>(threads_.size()) + 1; }
+
+    /// f(0) here, and f(w) on each helper w that comes before f(0) returns. f must not throw and must do all the work
+    /// whoever comes. What was written before is seen by all, and what any of them wrote is seen afterwards.
+    template <class F>
+    void share(F const& f) noexcept
+    {
+        if (threads_.empty()) {
+            f(0u);
+            return;
+        }
+        call_ = [](void const* what, std::uint32_t w) noexcept { (*static_cast<F const*>(what))(w); };
+        what_ = &f;
+        gate_.fetch_add(next_epoch + open);
+        wake();
+        f(0u);
+        gate_.fetch_sub(open, std::memory_order_acq_rel);
+        for (std::uint32_t i = 0; (gate_.load(std::memory_order_acquire) & inside) != 0; ++i) pause(i);
+    }
+    /// f(w) on every thread of the team.
+    template <class F>
+    void each(F const& f) noexcept
+    {
+        std::atomic<std::uint32_t> done{0};
+        share([&](std::uint32_t w) noexcept {
+            f(w);
+            done.fetch_add(1, std::memory_order_acq_rel);
+            if (w != 0) return;
+            for (std::uint32_t i = 0; done.load(std::memory_order_acquire) != size(); ++i) pause(i); // the gate stays open
+        });
+    }
+
+private:
+    // The gate: how many helpers are inside, whether more may come, how often it was opened.
+    static constexpr std::uint64_t inside = 0xffffffffu;
+    static constexpr std::uint64_t open = std::uint64_t{1} << 32;
+    static constexpr std::uint64_t next_epoch = std::uint64_t{1} << 33;
+
+    static void pause(std::uint32_t i) noexcept
+    {
+        if (i < spins_before_yield)
+            relax();
+        else
+            std::this_thread::yield();
+    }
+    bool may_enter(std::uint64_t gate, std::uint64_t seen) const noexcept
+    {
+        return (gate & open) != 0 && gate / next_epoch != seen;
+    }
+    void serve(std::uint32_t w) noexcept
+    {
+        for (std::uint64_t seen = 0;;) {
+            auto gate = gate_.load(std::memory_order_acquire);
+            for (std::uint32_t i = 0; !may_enter(gate, seen); ++i, gate = gate_.load(std::memory_order_acquire)) {
+                if (stop_.load(std::memory_order_relaxed)) return;
+                if (i < spins_before_yield + yields_before_sleep)
+                    pause(i);
+                else
+                    sleep(seen);
+            }
+            if (!gate_.compare_exchange_strong(gate, gate + 1, std::memory_order_acq_rel, std::memory_order_relaxed)) continue;
+            seen = gate / next_epoch;
+            call_(what_, w);
+            gate_.fetch_sub(1, std::memory_order_release);
+        }
+    }
+    // Nobody misses a bell: who reads it before it rings does not sleep on it, who reads it later says so to the next ring.
+    void sleep(std::uint64_t seen) noexcept
+    {
+        auto const bell = bell_.load();
+        asleep_.store(1);
+        if (!may_enter(gate_.load(), seen) && !stop_.load()) bell_.wait(bell);
+    }
+    void wake() noexcept
+    {
+        if (asleep_.load() == 0) return;
+        asleep_.store(0);
+        bell_.fetch_add(1);
+        bell_.notify_all();
+    }
+    void join() noexcept
+    {
+        stop_.store(true);
+        bell_.fetch_add(1);
+        bell_.notify_all();
+        for (auto& t : threads_) t.join();
+    }
+
+    alignas(64) std::atomic<std::uint64_t> gate_{0};
+    std::atomic<bool> stop_{false};
+    alignas(64) std::atomic<std::uint32_t> asleep_{0}; ///< whether a helper may be asleep
+    std::atomic<std::uint32_t> bell_{0};
+    void (*call_)(void const*, std::uint32_t) noexcept = nullptr;
+    void const* what_ = nullptr;
+    std::vector<std::thread> threads_;
+};
+
+/// Items 0..n-1 for the threads of a team: each has an even share and takes it in pieces, and who is done takes half of what
+/// another has left. So threads keep to the same tiles from superstep to superstep, whose words are in their caches, and a few
+/// heavy tiles next to each other leave no thread idle at the end.
+class Shares {
+public:
+    explicit Shares(std::uint32_t threads) : parts_(threads) {}
+
+    /// Before a team shares them.
+    void set(std::uint32_t n) noexcept
+    {
+        auto const threads = parts_.size();
+        for (std::size_t w = 0; w < threads; ++w)
+            parts_[w].span.store(pack(static_cast<std::uint32_t>(n * std::uint64_t{w} / threads),
+                                      static_cast<std::uint32_t>(n * (std::uint64_t{w} + 1) / threads)),
+                                 std::memory_order_relaxed);
+    }
+    /// The next piece for thread w: items first..last-1; false when there is none.
+    bool take(std::uint32_t w, std::uint32_t& first, std::uint32_t& last) noexcept
+    {
+        auto& mine = parts_[w].span;
+        for (;;) {
+            auto span = mine.load(std::memory_order_relaxed);
+            while (begin(span) < end(span)) {
+                // An eighth of the rest: few pieces, and single items at the end.
+                auto const size = (end(span) - begin(span) + 7) / 8;
+                if (!mine.compare_exchange_weak(span, pack(begin(span) + size, end(span)), std::memory_order_relaxed)) continue;
+                first = begin(span);
+                last = first + size;
+                return true;
+            }
+            if (!steal(w, mine)) return false;
+        }
+    }
+
+private:
+    struct alignas(64) Part {
+        std::atomic<std::uint64_t> span{0};
+    };
+    static std::uint64_t pack(std::uint32_t begin, std::uint32_t end) noexcept { return std::uint64_t{end} << 32 | begin; }
+    static std::uint32_t begin(std::uint64_t span) noexcept { return static_cast<std::uint32_t>(span); }
+    static std::uint32_t end(std::uint64_t span) noexcept { return static_cast<std::uint32_t>(span >> 32); }
+
+    bool steal(std::uint32_t w, std::atomic<std::uint64_t>& mine) noexcept
+    {
+        for (std::size_t k = 1; k < parts_.size(); ++k) {
+            auto& theirs = parts_[(w + k) % parts_.size()].span;
+            auto span = theirs.load(std::memory_order_relaxed);
+            while (begin(span) < end(span)) {
+                auto const size = (end(span) - begin(span) + 1) / 2;
+                if (!theirs.compare_exchange_weak(span, pack(begin(span), end(span) - size), std::memory_order_relaxed)) continue;
+                mine.store(pack(end(span) - size, end(span)), std::memory_order_relaxed);
+                return true;
+            }
+        }
+        return false;
+    }
+    std::vector<Part> parts_;
+};
+
+} // namespace tilemesh::engine::detail

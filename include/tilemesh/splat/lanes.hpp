@@ -1,0 +1,112 @@
+#pragma once
+#include <cstdint>
+#include <cstring>
+#include <tilemesh/config.hpp>
+#include <utility>
+
+/// A few floats that are computed at once, over the compiler's vector extensions: the same source for a host lane and for a
+/// tile. `N` is 16, 8, 4, 2 or 1; more lanes than the target has are cut into pieces by the compiler.
+///
+/// All of it vanishes into its caller, and so does its rounding rule (GCC gives an inlined body the options of the function
+/// it lands in): call it only from functions that stand between TILEMESH_EXACT_BEGIN and TILEMESH_EXACT_END.
+TILEMESH_EXACT_BEGIN
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wpsabi" // how a wide vector is passed does not matter to what is always inlined
+namespace tilemesh::splat::detail {
+
+/// What a core of this target computes at once: 16 floats with AVX-512, 8 with AVX, 2 on an IPU's worker, 4 on any other.
+#if defined(__AVX512F__)
+inline constexpr std::uint32_t native_lanes = 16;
+#elif defined(__AVX__)
+inline constexpr std::uint32_t native_lanes = 8;
+#elif defined(__IPU__)
+inline constexpr std::uint32_t native_lanes = 2;
+#else
+inline constexpr std::uint32_t native_lanes = 4;
+#endif
+
+template <class T, std::uint32_t N>
+struct VectorOf {
+    static_assert(N == 16 || N == 8 || N == 4 || N == 2 || N == 1, "lanes come in powers of two up to 16");
+    typedef T type __attribute__((vector_size(N * sizeof(T))));
+};
+/// N floats; `+ - *` and compares work lane by lane, a compare gives a mask.
+template <std::uint32_t N>
+using Floats = typename VectorOf<float, N>::type;
+/// N words; as a mask all bits of a lane are set or none.
+template <std::uint32_t N>
+using Words = typename VectorOf<std::int32_t, N>::type;
+
+template <std::uint32_t N>
+using UnsignedWords = typename VectorOf<std::uint32_t, N>::type;
+
+template <std::uint32_t N>
+TILEMESH_KERNEL Floats<N> broadcast(float v) noexcept
+{
+    return v - Floats<N>{}; // v - 0 is v in every bit; v + 0 would lose the sign of -0
+}
+template <std::uint32_t N>
+TILEMESH_KERNEL Words<N> broadcast_word(std::int32_t v) noexcept
+{
+    return v - Words<N>{};
+}
+/// N items from memory of any alignment.
+template <std::uint32_t N>
+TILEMESH_KERNEL Floats<N> load(float const* p) noexcept
+{
+    Floats<N> v;
+    std::memcpy(&v, p, sizeof v);
+    return v;
+}
+template <std::uint32_t N>
+TILEMESH_KERNEL Words<N> load_words(std::int32_t const* p) noexcept
+{
+    Words<N> v;
+    std::memcpy(&v, p, sizeof v);
+    return v;
+}
+template <class V, class T>
+TILEMESH_KERNEL void store(T* p, V const& v) noexcept
+{
+    std::memcpy(p, &v, sizeof v);
+}
+template <std::uint32_t N>
+TILEMESH_KERNEL Words<N> bits_of(Floats<N> const& v) noexcept
+{
+    return __builtin_bit_cast(Words<N>, v);
+}
+template <std::uint32_t N>
+TILEMESH_KERNEL Floats<N> floats_of(Words<N> const& v) noexcept
+{
+    return __builtin_bit_cast(Floats<N>, v);
+}
+
+#if defined(__clang__)
+/// Written out: Clang 16 leaves a loop over 16 lanes as a loop here and there, and then nothing of it is a vector.
+template <std::uint32_t N, std::uint32_t... I>
+TILEMESH_KERNEL Floats<N> fused_lanes(Floats<N> const& a, Floats<N> const& b, Floats<N> const& c,
+                                      std::integer_sequence<std::uint32_t, I...>) noexcept
+{
+    return Floats<N>{__builtin_fmaf(a[I], b[I], c[I])...};
+}
+#endif
+/// a * b + c lane by lane, rounded as the scalar `multiply_add`.
+template <std::uint32_t N>
+TILEMESH_KERNEL Floats<N> multiply_add_lanes(Floats<N> const& a, Floats<N> const& b, Floats<N> const& c) noexcept
+{
+#if defined(__FMA__) || defined(__ARM_FEATURE_FMA) || defined(__IPU__)
+#    if defined(__clang__)
+    return fused_lanes<N>(a, b, c, std::make_integer_sequence<std::uint32_t, N>{});
+#    else
+    Floats<N> r; // written out, GCC 12 leaves some of it scalar
+    for (std::uint32_t i = 0; i < N; ++i) r[i] = __builtin_fmaf(a[i], b[i], c[i]);
+    return r;
+#    endif
+#else
+    return a * b + c;
+#endif
+}
+
+} // namespace tilemesh::splat::detail
+#pragma GCC diagnostic pop
+TILEMESH_EXACT_END

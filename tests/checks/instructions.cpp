@@ -1,0 +1,73 @@
+// usage: instructions PART
+// One small fixed frame of the built-in map on one thread, for callgrind: what `measured_frame` executes is counted. Exit status 1
+// when the frame is not what it should be, so that no count is of a broken one.
+#include <common/direct.hpp>
+#include <cstdint>
+#include <cstdio>
+#include <string>
+#include <tilemesh/renderer.hpp>
+#include <tilemesh/scene/built_in.hpp>
+#include <tilemesh/scene/orbit.hpp>
+
+namespace {
+
+namespace scene = tilemesh::scene;
+namespace splat = tilemesh::splat;
+
+bench::Team team(1);
+bench::Direct* direct = nullptr;
+tilemesh::Renderer* mesh = nullptr;
+splat::Camera camera;
+splat::Model model;
+tilemesh::RenderedFrame frame;
+
+} // namespace
+
+extern "C" [[gnu::noinline]] void measured_frame()
+{
+    if (direct != nullptr) direct->render(camera, model, team);
+    else mesh->render_into(camera, frame);
+}
+
+int main(int argc, char** argv)
+{
+    std::string const part = argc == 2 ? argv[1] : "";
+    auto const ends_in = [&](std::string const& end) {
+        return part.size() > end.size() && part.substr(part.size() - end.size()) == end;
+    };
+    if (!ends_in("_precise") && !ends_in("_fast")) {
+        std::fprintf(stderr, "\"%s\" is no part (see instructions.sh); name one of its\n", part.c_str());
+        return 2;
+    }
+    model.arithmetic = ends_in("_fast") ? splat::Arithmetic::fast : splat::Arithmetic::precise;
+    auto const work = part.substr(0, part.rfind('_'));
+
+    // Every eighth record: of all kinds, and few enough for 10 x 9 tiles.
+    auto map = scene::built_in_map();
+    for (std::size_t i = 0; 8 * i < map.gaussians.size(); ++i) map.gaussians[i] = map.gaussians[8 * i];
+    map.gaussians.resize((map.gaussians.size() + 7) / 8);
+    auto const start = scene::built_in_camera({320, 180});
+    auto const turned = scene::orbit(start, scene::robust_centre(map), 2.0, 2).back();
+
+    bench::Direct rasteriser(map.gaussians);
+    tilemesh::Renderer renderer(map, {.tile = {32, 20}});
+    renderer.model().arithmetic = model.arithmetic;
+    renderer.prepare(start.width, start.height);
+    camera = start;
+    if (work == "direct") {
+        direct = &rasteriser;
+        rasteriser.render(camera, model, team); // its memory is there
+    } else {
+        mesh = &renderer;
+        if (work == "static" || work == "moved") renderer.render_into(camera, frame);
+        if (work == "moved") camera = turned;
+    }
+    measured_frame();
+
+    if (direct == nullptr) rasteriser.render(camera, model, team);
+    else renderer.render_into(camera, frame);
+    bool const ok = rasteriser.equals(frame.image) && rasteriser.pairs_contributing() > 100'000 &&
+                    frame.report.lost.empty() && (work == "direct" || (frame.report.messages > 0) == (work != "static"));
+    if (!ok) std::printf("the frame of %s is not what it should be\n", part.c_str());
+    return ok ? 0 : 1;
+}

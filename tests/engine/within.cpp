@@ -1,0 +1,91 @@
+// Superstep and Repeat on a part of the grid, where the rest is idle.
+#include "everywhere.hpp"
+#include "programs.hpp"
+
+using namespace engine_test;
+
+namespace {
+
+/// Counts its runs where it has been told to, and passes a ball on.
+struct Marked {
+    std::uint32_t alive, runs;
+};
+struct Count {
+    Vote operator()(Marked& marked, In<Lane> in, Out<Lane> out) const noexcept
+    {
+        bool mail = false;
+        for (Direction from : along_row)
+            for (auto throws : in[from]) {
+                mail = true;
+                if (throws != 0) out[opposite(from)].push(throws - 1);
+            }
+        if (marked.alive == 0 && !mail) return Vote::quiet;
+        ++marked.runs;
+        if (marked.alive == 2) out[Direction::east].push(5u);
+        if (marked.alive == 2) marked.alive = 1;
+        return Vote::quiet;
+    }
+};
+struct Hand { // the ball alone
+    void operator()(Marked& marked, In<Lane> in, Out<Lane> out) const noexcept
+    {
+        for (Direction from : along_row)
+            for (auto throws : in[from]) {
+                ++marked.runs;
+                if (throws != 0) out[opposite(from)].push(throws - 1);
+            }
+    }
+};
+using Counting = Sequence<Repeat<4, Count>, UntilQuiet<Hand>>;
+
+} // namespace
+
+TEST_CASE("a program on a corner of a large grid does what it does on a small one, and the rest is not run")
+{
+    Grid const large{30, 20};
+    auto const load = [&](auto& mesh) {
+        mesh.run_within(3, 2, 9, 7);
+        for (std::uint32_t y = 2; y < 7; ++y)
+            for (std::uint32_t x = 3; x < 9; ++x) mesh.template state<Marked>(TileId::at(x, y)).alive = 1;
+        mesh.template state<Marked>(TileId::at(7, 4)).alive = 2;
+    };
+    auto const p = everywhere<Counting, Bench>(large, load, 2);
+    // The ball is thrown in pass 0 from column 7 and is in column 12 after 5 more: outside it wakes who gets it.
+    CHECK(p.runs[0].steps[0].tile_runs == 4 * 30 + 2);
+    CHECK(p.runs[0].steps[1].tile_runs == 3);
+    CHECK(p.runs[1].steps[0].tile_runs == 4 * 30);
+    CHECK(p.mesh->state<Marked>(TileId::at(8, 4)).runs == 4 + 4);
+    CHECK(p.mesh->state<Marked>(TileId::at(9, 4)).runs == 1);
+    CHECK(p.mesh->state<Marked>(TileId::at(13, 4)).runs == 1);
+    CHECK(p.mesh->state<Marked>(TileId::at(14, 4)).runs == 0);
+    CHECK(p.mesh->state<Marked>(TileId::at(0, 0)).runs == 0);
+}
+
+TEST_CASE("a tile outside that is not idle is caught by the checked engine")
+{
+    CheckedMesh<Counting, Bench> mesh{{30, 20}};
+    mesh.run_within(3, 2, 9, 7);
+    mesh.state<Marked>(TileId::at(9, 6)).alive = 1;
+    auto const text = error_of([&] { mesh.run(); });
+    CHECK(has(text, "on a tile outside the rectangle"));
+    CHECK(has(text, "; run within a larger one"));
+    CHECK(has(text, "[tile (9, 6), superstep 0 (Count)]"));
+}
+
+TEST_CASE("the rectangle may be the whole grid, empty, and set anew; not beyond the grid")
+{
+    on_each<Counting, Bench>({6, 5}, [](auto& mesh) {
+        mesh.run_within(0, 0, 6, 5);
+        CHECK(mesh.run().tile_runs() == 4 * 30);
+        mesh.run_within(2, 2, 2, 2);
+        auto const none = mesh.run();
+        CHECK(none.tile_runs() == 0);
+        CHECK(none.steps[0].passes == 4);
+        mesh.run_within(0, 0, 6, 1);
+        CHECK(mesh.run().tile_runs() == 4 * 6);
+        for (auto const& bad : {error_of([&] { mesh.run_within(0, 0, 7, 5); }), error_of([&] { mesh.run_within(0, 0, 6, 6); }),
+                                error_of([&] { mesh.run_within(3, 0, 2, 5); }), error_of([&] { mesh.run_within(0, 4, 6, 3); })})
+            CHECK(has(bad, "(the grid has 6 x 5 tiles); choose a rectangle inside it"));
+        CHECK(mesh.run().tile_runs() == 4 * 6);
+    });
+}

@@ -1,0 +1,287 @@
+#include "support.hpp"
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <doctest/doctest.h>
+#include <tilemesh/report/naive.hpp>
+#include <tilemesh/splat/blending.hpp>
+#include <vector>
+
+#pragma GCC diagnostic ignored "-Wpsabi" // more lanes than the target has are passed between functions that vanish
+
+using namespace tilemesh;
+using namespace tilemesh::splat;
+namespace kernel = tilemesh::splat::detail;
+
+namespace {
+/// A frame's visible splats, front to back.
+struct Scene {
+    std::vector<Gaussian> gaussians;
+    Camera camera;
+    Model model;
+    std::vector<Splat> splats;
+
+    Scene(std::vector<Gaussian> records, Camera const& c, Model const& m = {}) : gaussians(std::move(records)), camera(c), model(m)
+    {
+        auto const view = make_view(camera, model);
+        auto const tiling = make_tiling(camera.width, camera.height, camera.width, camera.height);
+        std::vector<std::pair<Splat, GaussianId>> items;
+        for (auto const& g : gaussians)
+            if (auto const s = project(g, view, tiling); s.visible()) items.emplace_back(s, g.id);
+        std::sort(items.begin(), items.end(), [](auto const& a, auto const& b) {
+            return a.first.depth != b.first.depth ? a.first.depth < b.first.depth : a.second < b.second;
+        });
+        for (auto const& item : items) splats.push_back(item.first);
+    }
+};
+struct Picture {
+    std::vector<FloatPixel> pixels;
+    std::uint64_t blocks = 0, contributing = 0;
+    bool operator==(Picture const& o) const
+    {
+        return pixels.size() == o.pixels.size() &&
+               std::memcmp(pixels.data(), o.pixels.data(), pixels.size() * sizeof(FloatPixel)) == 0;
+    }
+};
+/// The frame in tiles of this size; by one thread for all workers, or by each of `workers` in turn.
+template <std::uint32_t Lanes = kernel::native_lanes>
+Picture blend(Scene const& scene, Arithmetic arithmetic, std::uint32_t tile_width, std::uint32_t tile_height, std::uint32_t workers = 0)
+{
+    Model model = scene.model;
+    model.arithmetic = arithmetic;
+    auto const& c = scene.camera;
+    auto const tiling = make_tiling(c.width, c.height, tile_width, tile_height);
+    Picture picture;
+    picture.pixels.resize(std::size_t{c.width} * c.height, FloatPixel{{-7, -7, -7}});
+    for (std::uint32_t ty = 0; ty < tiling.rows; ++ty)
+        for (std::uint32_t tx = 0; tx < tiling.columns; ++tx) {
+            auto const tile = pixels_of(tiling, c, TileId::at(tx, ty));
+            std::vector<Splat const*> list;
+            for (auto const& s : scene.splats)
+                if (covers(s, tiling, TileId::at(tx, ty))) list.push_back(&s);
+            auto const at = [&](std::uint32_t i) noexcept -> Splat const& { return *list[i]; };
+            auto* const pixels = picture.pixels.data() + std::size_t{tile.y0} * c.width + tile.x0;
+            auto const n = static_cast<std::uint32_t>(list.size());
+            if (workers == 0) {
+                PairCount counts[6] = {};
+                blend_whole_tile<Lanes>(tile, c, model, n, at, pixels, c.width, counts, 6);
+                for (auto const& count : counts) picture.blocks += count.blocks, picture.contributing += count.contributing;
+            }
+            for (std::uint32_t w = 0; w < workers; ++w) {
+                auto const count = blend_tile<Lanes>(tile, c, model, n, at, pixels, c.width, Worker{w, workers});
+                picture.blocks += count.blocks;
+                picture.contributing += count.contributing;
+            }
+        }
+    return picture;
+}
+/// Ordinary splats, needles, discs, opaque ones, and some as large as the frame.
+Scene varied(std::uint32_t n, std::uint32_t seed, Model const& model = {})
+{
+    auto gaussians = support::cloud(n, seed);
+    for (auto& g : gaussians) {
+        auto const id = static_cast<std::uint32_t>(g.id);
+        if (id % 5 == 1) g.log_scale[0] += 2, g.log_scale[1] -= 4;
+        if (id % 7 == 2) g.log_scale[2] -= 5;
+        if (id % 11 == 3) g.opacity = 1;
+        if (id % 13 == 4) g.opacity = 0.004f;
+        if (id % 101 == 5) g.log_scale[0] += 4, g.log_scale[1] += 4;
+    }
+    return Scene(std::move(gaussians), support::lens(250, 131), model);
+}
+double largest_difference(Picture const& a, Picture const& b)
+{
+    double most = 0;
+    for (std::size_t i = 0; i < a.pixels.size(); ++i)
+        for (int c = 0; c < 3; ++c) most = std::max(most, std::fabs(double{a.pixels[i].rgb[c]} - double{b.pixels[i].rgb[c]}));
+    return most;
+}
+Model with(void (*change)(Model&))
+{
+    Model m;
+    change(m);
+    return m;
+}
+} // namespace
+
+TEST_CASE("blending: precise is the naive loop, bit for bit, and counts its pairs")
+{
+    for (auto const& model : {Model{}, with([](Model& m) { m.alpha_max = 0.99f; }), with([](Model& m) { m.alpha_min = 0; }),
+                              with([](Model& m) { m.transmittance_min = 0; }), with([](Model& m) { m.transmittance_min = 0.5f; }),
+                              with([](Model& m) { m.footprint = Footprint::three_sigma_square; }),
+                              with([](Model& m) { m.dilation = 0; })}) {
+        auto const scene = varied(900, 31, model);
+        auto const picture = blend(scene, Arithmetic::precise, 32, 20);
+        auto const naive = report::render_naive(scene.gaussians, scene.camera, scene.model);
+        std::uint64_t contributing = 0;
+        std::vector<float> transmittance(picture.pixels.size(), 1.0f);
+        for (auto const& s : scene.splats)
+            for (auto y = s.rect().y0; y < s.rect().y1; ++y)
+                for (auto x = s.rect().x0; x < s.rect().x1; ++x) {
+                    float& t = transmittance[std::size_t{y} * scene.camera.width + x];
+                    float const alpha =
+                        std::min(alpha_at(s, float(x) + 0.5f - scene.camera.cx, float(y) + 0.5f - scene.camera.cy), model.alpha_max);
+                    if (t < model.transmittance_min || alpha < model.alpha_min) continue;
+                    t = t - alpha * t;
+                    ++contributing;
+                }
+        std::size_t different = 0;
+        for (std::uint32_t y = 0; y < scene.camera.height; ++y)
+            for (std::uint32_t x = 0; x < scene.camera.width; ++x)
+                different += std::memcmp(naive.pixel(x, y), picture.pixels[std::size_t{y} * scene.camera.width + x].rgb, 12) != 0;
+        CHECK(different == 0);
+        CHECK(picture.contributing == contributing);
+        CHECK(picture.contributing <= picture.blocks * 80);
+    }
+}
+
+TEST_CASE("blending: either arithmetic gives the same bits for any tiling, lanes and workers")
+{
+    auto const scene = varied(700, 32);
+    for (auto arithmetic : {Arithmetic::precise, Arithmetic::fast}) {
+        auto const whole = blend(scene, arithmetic, 250, 131);
+        auto const tiles = blend(scene, arithmetic, 32, 20);
+        CHECK(whole == tiles);
+        CHECK(whole.contributing == tiles.contributing);
+        CHECK(whole == blend(scene, arithmetic, 17, 13));
+        CHECK(whole == blend(scene, arithmetic, 1, 131));
+        CHECK(whole == blend(scene, arithmetic, 250, 3));
+        CHECK(whole == blend<16>(scene, arithmetic, 32, 20));
+        CHECK(whole == blend<8>(scene, arithmetic, 32, 20));
+        CHECK(whole == blend<4>(scene, arithmetic, 32, 20));
+        CHECK(whole == blend<2>(scene, arithmetic, 32, 20));
+        CHECK(whole == blend<1>(scene, arithmetic, 32, 20));
+        for (std::uint32_t workers : {1u, 2u, 6u, 9u}) { // 9: more than a tile has blocks
+            auto const by_workers = blend(scene, arithmetic, 32, 20, workers);
+            CHECK(whole == by_workers);
+            CHECK(by_workers.blocks == tiles.blocks);
+            CHECK(by_workers.contributing == tiles.contributing);
+        }
+    }
+}
+
+TEST_CASE("blending: one thread for all workers counts what each of them counts")
+{
+    auto const scene = varied(900, 33);
+    PixelRect const tile{30, 71, 18, 60}; // 4 x 9 blocks, cut on all sides
+    auto const at = [&](std::uint32_t i) noexcept -> Splat const& { return scene.splats[i]; };
+    std::vector<FloatPixel> pixels(41 * 42);
+    for (auto arithmetic : {Arithmetic::precise, Arithmetic::fast})
+        for (std::uint32_t n : {0u, 1u, 15u, 16u, 17u, 127u, 128u, 129u, 250u}) {
+            Model model = scene.model;
+            model.arithmetic = arithmetic;
+            PairCount counts[6] = {};
+            blend_whole_tile(tile, scene.camera, model, n, at, pixels.data(), 41, counts, 6);
+            for (std::uint32_t w = 0; w < 6; ++w) {
+                auto const one = blend_tile(tile, scene.camera, model, n, at, pixels.data(), 41, Worker{w, 6});
+                CHECK(counts[w].blocks == one.blocks);
+                CHECK(counts[w].contributing == one.contributing);
+            }
+        }
+}
+
+TEST_CASE("blending: fast is within its bound of precise")
+{
+    double most = 0;
+    for (std::uint32_t seed = 41; seed < 45; ++seed) {
+        auto const scene = varied(900, seed);
+        // Without cut-offs no pair can fall on the other side of one.
+        auto const open = varied(900, seed, with([](Model& m) { m.transmittance_min = 0; }));
+        auto const difference = largest_difference(blend(scene, Arithmetic::precise, 32, 20), blend(scene, Arithmetic::fast, 32, 20));
+        most = std::max(most, difference);
+        CHECK(difference > 0); // or the recurrence was never used
+        CHECK(largest_difference(blend(open, Arithmetic::precise, 32, 20), blend(open, Arithmetic::fast, 32, 20)) < 5e-3);
+    }
+    // A flip at alpha_min moves a pixel by at most alpha_min times a colour: 1/255 times 1.
+    CHECK(most < 5e-3);
+
+    // One splat alone: alpha itself, over pixels that both draw. Needles leave the recurrence's range in some of their blocks.
+    double relative = 0;
+    for (float alpha_max : {1.0f, 0.99f}) {
+        Model model;
+        model.alpha_max = alpha_max;
+        for (auto const& g : varied(500, 46).gaussians) {
+            Scene const one({g}, support::lens(120, 75), model);
+            auto const precise = blend(one, Arithmetic::precise, 120, 75), fast = blend(one, Arithmetic::fast, 120, 75);
+            for (std::size_t i = 0; i < precise.pixels.size(); ++i)
+                for (int c = 0; c < 3; ++c) {
+                    double const u = precise.pixels[i].rgb[c], v = fast.pixels[i].rgb[c];
+                    if (u != 0 && v != 0) relative = std::max(relative, std::fabs(u - v) / u);
+                    if (std::max(u, v) > 5e-3) CHECK((u != 0 && v != 0)); // only what is faint may be there in one alone
+                }
+        }
+    }
+    MESSAGE("largest relative difference of alpha: ", relative, "; largest difference of a pixel: ", most);
+    CHECK(relative > 0);
+    CHECK(relative < 2e-5);
+}
+
+TEST_CASE("blending: a polynomial of each degree has the error that it claims")
+{
+    auto const error = [](auto rule) {
+        constexpr int degree = decltype(rule)::degree;
+        double most = 0;
+        for (int i = -126 * 64; i <= 126 * 64; ++i) {
+            float const x = static_cast<float>(i) / 64 + (i < 126 * 64 ? 0.0078f : 0.0f);
+            auto const y = kernel::power_of_two<degree, 4>(kernel::broadcast<4>(x));
+            most = std::max(most, std::fabs(double{y[0]} / std::exp2(double{x}) - 1));
+        }
+        return most;
+    };
+    CHECK(error(kernel::Recurrence<3>{}) == doctest::Approx(7.5e-5).epsilon(0.05));
+    CHECK(error(kernel::Recurrence<4>{}) == doctest::Approx(2.6e-6).epsilon(0.1));
+    CHECK(error(kernel::Recurrence<5>{}) < 3e-7);
+    CHECK(error(kernel::Recurrence<5>{}) > 7e-8);
+}
+
+TEST_CASE("blending: pixels outside a rectangle get nothing, however bright the splat")
+{
+    auto const camera = support::flat_camera(48, 30);
+    for (std::uint32_t x0 : {0u, 1u, 15u, 16u, 17u, 31u})
+        for (std::uint32_t y0 : {0u, 1u, 4u, 5u, 6u, 14u})
+            for (std::uint32_t size : {1u, 2u, 5u, 6u, 11u}) {
+                Splat s{};
+                s.along = s.across = -1e-9f;
+                s.opacity = 0.5f;
+                s.faintest = -5;
+                s.depth = 1;
+                for (float& c : s.colour) c = 1;
+                s.columns = x0 | (x0 + size) << 16;
+                s.rows = y0 | (y0 + size) << 16;
+                for (auto arithmetic : {Arithmetic::precise, Arithmetic::fast}) {
+                    Model model;
+                    model.arithmetic = arithmetic;
+                    std::vector<FloatPixel> pixels(48 * 30);
+                    auto const at = [&](std::uint32_t) noexcept -> Splat const& { return s; };
+                    PairCount counts[1] = {};
+                    blend_whole_tile(PixelRect{0, 48, 0, 30}, camera, model, 1, at, pixels.data(), 48, counts, 1);
+                    bool right = counts[0].contributing == size * size;
+                    for (std::uint32_t y = 0; y < 30; ++y)
+                        for (std::uint32_t x = 0; x < 48; ++x) {
+                            bool const inside = x >= x0 && x < x0 + size && y >= y0 && y < y0 + size;
+                            right = right && (inside ? std::fabs(pixels[y * 48 + x].rgb[0] - 0.5f) < 1e-5f : pixels[y * 48 + x].rgb[0] == 0);
+                        }
+                    CHECK(right);
+                }
+            }
+}
+
+TEST_CASE("blending: an opaque wall stops a block within 64 splats")
+{
+    auto const camera = support::flat_camera(16, 5);
+    Splat s{};
+    s.along = s.across = -1e-9f;
+    s.opacity = 0.95f; // 0.05^4 is the first power below 1e-4
+    s.faintest = -5;
+    s.depth = 1;
+    s.columns = 0u | 16u << 16;
+    s.rows = 0u | 5u << 16;
+    auto const at = [&](std::uint32_t) noexcept -> Splat const& { return s; };
+    std::vector<FloatPixel> pixels(80);
+    for (std::uint32_t n : {1u, 4u, 5u, 63u, 64u, 65u, 1000u}) {
+        PairCount counts[1] = {};
+        blend_whole_tile(PixelRect{0, 16, 0, 5}, camera, Model{}, n, at, pixels.data(), 16, counts, 1);
+        CHECK(counts[0].blocks == std::min(n, 64u));
+        CHECK(counts[0].contributing == 80 * std::min(n, 4u));
+    }
+}

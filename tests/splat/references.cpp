@@ -1,0 +1,284 @@
+// The host moves references instead of records: pictures, counters, bytes and losses are those of the machine that moves values.
+#include "scenes.hpp"
+#include <tilemesh/fit_renderer.hpp>
+#include <tuple>
+
+using namespace tilemesh;
+using namespace tilemesh::splat;
+
+namespace {
+/// All that a report says but for milliseconds and digests.
+std::vector<std::uint64_t> counted(report::FrameReport const& r)
+{
+    std::vector<std::uint64_t> out{r.width,
+                                   r.height,
+                                   r.supersteps.project,
+                                   r.supersteps.route,
+                                   r.supersteps.bloom,
+                                   r.supersteps.composite,
+                                   r.gaussians.visible,
+                                   r.gaussians.moved,
+                                   r.gaussians.held,
+                                   r.gaussians.dropped,
+                                   r.gaussians.unplaced,
+                                   r.gaussians.parked,
+                                   r.gaussians.under_way,
+                                   r.refused.channel_full,
+                                   r.refused.no_credit,
+                                   r.refused.storage_full,
+                                   r.refused.copies_full,
+                                   r.refused.copies_refused,
+                                   r.copies,
+                                   r.lost_copies,
+                                   r.late_copies,
+                                   r.messages,
+                                   r.hops,
+                                   r.exchanged_live_bytes,
+                                   r.exchanged_capacity_bytes,
+                                   r.pairs,
+                                   r.pairs_contributing,
+                                   r.peak_storage,
+                                   r.peak_channel};
+    for (auto const& l : r.lost) {
+        out.push_back(static_cast<std::uint64_t>(l.id) << 32 | l.tile);
+        out.push_back(static_cast<std::uint64_t>(l.cause));
+    }
+    return out;
+}
+
+std::uint64_t differing(report::Plane const& a, report::Plane const& b)
+{
+    if (a.values.size() != b.values.size()) return ~std::uint64_t{0};
+    return a.values.empty() ? 0 : std::memcmp(a.values.data(), b.values.data(), a.values.size() * sizeof(float)) != 0 ? 1 : 0;
+}
+
+/// The projections and the marks of every tile, which say more than a report.
+template <class R>
+std::vector<std::uint64_t> on_tiles(R& renderer)
+{
+    std::vector<std::uint64_t> out;
+    auto const grid = renderer.mesh().grid();
+    for (std::uint32_t t = 0; t < grid.size(); ++t) {
+        auto const& c = renderer.mesh().template state<Counts>(grid.tile(t));
+        out.insert(out.end(), {c.projected, c.visible, c.parked, c.copies, c.changes});
+        for (auto const& m : renderer.mesh().template state<Marks<typename R::Setup>>(grid.tile(t)))
+            out.push_back(std::uint64_t{static_cast<std::uint32_t>(m.id)} << 32 | m.bits);
+        for (auto const& k : renderer.mesh().template state<Order<typename R::Setup>>(grid.tile(t)))
+            out.push_back(std::uint64_t{k.depth_bits} << 32 | k.slot);
+    }
+    return out;
+}
+
+/// Renders the cameras with values, and by reference on 1, 2 and 3 threads; returns what the last frame of values lacked.
+template <class S>
+report::FrameReport compare(scene::Map const& map, RendererOptions options, std::vector<Camera> const& cameras)
+{
+    BasicRenderer<S> values{map, options};
+    BasicRenderer<Referenced<S>> one{map, options};
+    options.threads = 2;
+    BasicRenderer<Referenced<S>> two{map, options};
+    options.threads = 3;
+    BasicRenderer<Referenced<S>> three{map, options};
+    RenderedFrame frame, other;
+    for (std::size_t i = 0; i < cameras.size(); ++i) {
+        INFO("frame ", i);
+        values.render_into(cameras[i], frame);
+        auto const expected = counted(frame.report);
+        auto const tiles = on_tiles(values);
+        auto const check = [&](auto& renderer) {
+            renderer.render_into(cameras[i], other);
+            CHECK(support::differing_pixels(other.image, frame.image) == 0);
+            CHECK(differing(other.depth, frame.depth) == 0);
+            CHECK(differing(other.alpha, frame.alpha) == 0);
+            CHECK(counted(other.report) == expected);
+            CHECK(on_tiles(renderer) == tiles);
+        };
+        check(one);
+        check(two);
+        check(three);
+    }
+    return frame.report;
+}
+
+/// Still, steps of a tenth of a degree, of 2 and more, jumps, a look away and back.
+std::vector<Camera> path(std::uint32_t width = 120, std::uint32_t height = 80)
+{
+    std::vector<Camera> out;
+    for (float turn : {0.0f, 0.0f, 0.0017f, 0.0034f, 0.0051f, 0.0051f, 0.04f, 0.08f, -0.4f, -0.4f, 1.5f, 3.1f, 3.1f, 0.01f, 0.01f, 0.02f,
+                       -0.02f})
+        out.push_back(support::lens(width, height, turn));
+    return out;
+}
+
+using Room = support::Small<300, 600>;
+struct Screens : Room {
+    using Copies = ScreenCopies;
+    static constexpr std::uint32_t beam_bytes = 300 * sizeof(ScreenCopy);
+};
+struct Again : Room {
+    using Addressing = Recomputed;
+    static constexpr std::uint32_t road_bytes = 300 * sizeof(Gaussian), waiting_bytes = 300 * sizeof(Gaussian);
+};
+using Dropping = support::Small<300, 600, Paper>;
+using AllPlanes = WithAlpha<WithDepth<FloatPixel>>;
+
+scene::Map cloud(std::uint32_t n = 400, std::uint64_t seed = 21) { return support::map_of(support::cloud(n, seed)); }
+/// With harmonics up to `degree`.
+scene::Map shaded_cloud(std::uint32_t n, std::uint64_t seed, std::uint32_t degree)
+{
+    auto map = cloud(n, seed);
+    map.sh_degree = degree;
+    support::Random random(seed);
+    map.harmonics.resize(std::size_t{3} * harmonics_per_channel(degree) * n);
+    for (float& v : map.harmonics) v = random.uniform(-0.3f, 0.3f);
+    return map;
+}
+} // namespace
+
+// --- what the machine says of itself ------------------------------------------------------------------------------------------
+static_assert(Road<Referenced<Lossless>>::static_capacity == Road<Lossless>::static_capacity &&
+              Beam<Referenced<Lossless>>::static_capacity == Beam<Lossless>::static_capacity &&
+              Waiting<Referenced<Lossless>, 0>::static_capacity == Waiting<Lossless, 0>::static_capacity &&
+              Beam<Referenced<Screens>>::static_capacity == Beam<Screens>::static_capacity &&
+              Road<Referenced<Paper>>::static_capacity == Road<Paper>::static_capacity);
+static_assert(wire_bytes<RoadMessage<Referenced<Lossless>>> == sizeof(RoadMessage<Lossless>) &&
+              wire_bytes<BeamMessage<Referenced<Lossless>>> == sizeof(BeamMessage<Lossless>) &&
+              wire_bytes<RoadMessage<Referenced<Paper>>> == sizeof(RoadMessage<Paper>) &&
+              wire_bytes<BeamMessage<Referenced<Screens>>> == sizeof(BeamMessage<Screens>) &&
+              wire_bytes<RoadMessage<Referenced<Fitted<Lossless, 3>>>> == sizeof(RoadMessage<Fitted<Lossless, 3>>),
+              "a reference takes the bytes of its record");
+static_assert(sizeof(RoadMessage<Referenced<Lossless>>) == 12 && sizeof(BeamMessage<Referenced<Lossless>>) == 8);
+
+TEST_CASE("references: the default renderer's ledger is that of the values")
+{
+    auto const values = BasicRenderer<Lossless>::Layout::ledger(), ours = Renderer::Layout::ledger();
+    REQUIRE(values.size() == ours.size());
+    for (std::size_t i = 0; i < values.size(); ++i) {
+        CHECK(std::string(values[i].name.text, values[i].name.size) == std::string(ours[i].name.text, ours[i].name.size));
+        CHECK(values[i].bytes == ours[i].bytes);
+    }
+}
+
+TEST_CASE("references: hold, carried, world copies: from room for all to a channel of one slot")
+{
+    compare<Room>(cloud(), {.grid = {7, 6}}, path());
+    compare<Room>(cloud(), {.tile = {7, 13}, .channel_slots = 5}, path());
+    auto const tight = compare<Room>(cloud(), {.grid = {5, 9}, .channel_slots = 1, .waiting_slots = 1}, path());
+    CHECK(tight.gaussians.held > 0);
+    compare<Room>(cloud(), {.grid = {1, 1}}, path());
+    compare<Room>(cloud(), {.grid = {30, 20}, .tile = {20, 16}}, path()); // most tiles are beyond the picture
+}
+
+TEST_CASE("references: recomputed addresses, screen copies, harmonics and planes")
+{
+    compare<Again>(cloud(), {.grid = {7, 6}, .channel_slots = 5}, path());
+    compare<Screens>(cloud(), {.grid = {7, 6}, .channel_slots = 5}, path());
+    compare<Fitted<Room, 3>>(shaded_cloud(300, 77, 3), {.grid = {7, 6}}, path());
+    compare<WithPixel<Fitted<Room, 1>, AllPlanes>>(shaded_cloud(300, 78, 1), {.grid = {7, 6}}, path());
+}
+
+TEST_CASE("references: without routing, without bloom, with neither")
+{
+    using NoRouting = Fitted<Room, 0, false, true>;
+    compare<NoRouting>(cloud(), {.grid = {7, 6}}, path());
+    compare<NoRouting>(cloud(), {.grid = {7, 6}, .storage_slots = 20}, path());
+    compare<Fitted<Room, 0, true, false>>(cloud(), {.grid = {7, 6}}, path());
+    compare<Fitted<Room, 0, false, false>>(cloud(), {.grid = {7, 6}}, path());
+    compare<Fitted<Room, 0, false, false>>(cloud(), {.grid = {1, 1}}, path());
+}
+
+TEST_CASE("references: the paper's drops: full channels, full storage")
+{
+    std::uint64_t lost = 0;
+    lost += compare<Dropping>(cloud(500, 31), {.grid = {7, 6}, .channel_slots = 2}, path()).lost.size();
+    lost += compare<Dropping>(cloud(500, 31), {.grid = {7, 6}, .storage_slots = 22}, path()).lost.size();
+    CHECK(lost > 0);
+}
+
+TEST_CASE("references: hold with full storage: unplaced records, recalled copies, copies sent again")
+{
+    auto const far = [](float z, float turn) {
+        auto camera = support::lens(120, 80, turn);
+        camera.position[2] = z;
+        return camera;
+    };
+    auto cameras = path();
+    for (float z : {-30.0f, -30.0f, -29.0f, 0.0f, 0.0f, -10.0f, 0.5f}) cameras.push_back(far(z, 0));
+    cameras.push_back(far(0, 3.1f));
+    cameras.push_back(far(0, 0));
+    compare<Room>(cloud(500, 31), {.grid = {7, 6}, .storage_slots = 22}, cameras);
+    compare<Room>(cloud(500, 31), {.grid = {7, 6}, .storage_slots = 60}, cameras);
+    compare<Screens>(cloud(500, 31), {.grid = {7, 6}, .storage_slots = 22}, cameras);
+}
+
+TEST_CASE("references: bounded hops, under way from view to view")
+{
+    std::vector<Camera> cameras;
+    support::Random random(9);
+    for (int i = 0; i < 60; ++i) {
+        auto const turn = random.uniform(-0.6f, 0.6f);
+        for (std::uint32_t again = random.below(4); again-- > 0;) cameras.push_back(support::lens(96, 80, turn));
+    }
+    for (std::uint32_t hops : {1u, 2u}) {
+        auto const map = cloud(250, 41);
+        compare<Room>(map, {.grid = {6, 5}, .hops = hops}, cameras);
+        compare<Room>(map, {.grid = {6, 5}, .hops = hops, .channel_slots = 2, .waiting_slots = 2}, cameras);
+        compare<Room>(cloud(400, 47), {.grid = {6, 5}, .hops = hops, .channel_slots = 5, .storage_slots = 30}, cameras);
+        compare<Screens>(map, {.grid = {6, 5}, .hops = hops}, cameras);
+        compare<Fitted<Room, 0, false, true>>(map, {.grid = {6, 5}, .hops = hops}, cameras);
+    }
+}
+
+TEST_CASE("references: another size of the frame, and a model that changes between frames")
+{
+    using S = Room;
+    auto const map = cloud();
+    RendererOptions const options{.tile = {16, 16}};
+    BasicRenderer<S> values{map, options};
+    BasicRenderer<Referenced<S>> references{map, options};
+    for (int i = 0; i < 6; ++i) {
+        if (i == 3) values.model().alpha_min = references.model().alpha_min = 0.05f;
+        if (i == 4) values.model().footprint = references.model().footprint = Footprint::three_sigma_square;
+        auto const camera = i % 3 == 0 ? support::lens(96, 80) : support::lens(112, 96, 0.01f);
+        auto const a = values.render(camera), b = references.render(camera);
+        INFO("frame ", i);
+        CHECK(support::differing_pixels(a.image, b.image) == 0);
+        CHECK(counted(a.report) == counted(b.report));
+        CHECK(on_tiles(values) == on_tiles(references));
+    }
+}
+
+TEST_CASE("references: real maps, every preset: cold start, still, orbits, teleports")
+{
+    for (auto const& s : support::scenes()) {
+        auto const& start = s.cameras.back().second;
+        std::vector<Camera> cameras{start, start};
+        auto const centre = scene::robust_centre(s.map);
+        for (double degrees : {0.1, 0.5, 2.0})
+            for (auto const& camera : scene::orbit(start, centre, degrees, 3)) cameras.push_back(camera);
+        cameras.push_back(s.cameras.front().second);
+        if (support::fast()) cameras.resize(4);
+        compare<Lossless>(s.map, {}, cameras);
+        if (support::fast()) return;
+        compare<Paper>(s.map, {}, cameras);
+        compare<Paper>(s.map, {.channel_slots = 10}, cameras);
+    }
+}
+
+TEST_CASE("references: a frame that exists is drawn over, whatever it held")
+{
+    auto const map = cloud();
+    Renderer renderer{map, {.grid = {7, 6}, .arithmetic = Arithmetic::precise}};
+    auto const small = support::lens(112, 96), large = support::lens(140, 100, 0.2f);
+    RenderedFrame frame;
+    renderer.render_into(large, frame);
+    frame.depth = report::Plane(3, 3);
+    for (float& v : frame.image.rgb) v = 7;
+    auto const* const memory = frame.image.rgb.data();
+    renderer.render_into(large, frame);
+    CHECK(frame.image.rgb.data() == memory);
+    CHECK(frame.depth.empty());
+    CHECK(support::differing_pixels(frame.image, report::render_naive(map.gaussians, large, renderer.model())) == 0);
+    renderer.render_into(small, frame);
+    CHECK(support::differing_pixels(frame.image, report::render_naive(map.gaussians, small, renderer.model())) == 0);
+}

@@ -1,0 +1,39 @@
+#pragma once
+#include <tilemesh/splat/blending.hpp>
+
+namespace stability {
+
+/// One pixel of the compositing kernel, blended layer by layer.
+class KernelPixel {
+public:
+    explicit KernelPixel(tilemesh::splat::Model const& model) : model_(model), limits_(model.alpha_min)
+    {
+        for (auto& row : block_.transmittance)
+            for (float& t : row) t = 1;
+        splat_.along = splat_.across = -1e-12f;
+        splat_.columns = splat_.rows = 0u | 1u << 16;
+    }
+    void blend(float alpha, float grey = 1)
+    {
+        namespace detail = tilemesh::splat::detail;
+        splat_.opacity = alpha;
+        for (float& c : splat_.colour) c = grey;
+        chunk_.take(0, splat_);
+        std::uint32_t const first_row = 1u << detail::Hit::limits_at; // rows [0, 1)
+        std::uint32_t const hits[2] = {first_row, 0};
+        detail::blend_block<detail::EachPair, detail::StopEachPixel, detail::native_lanes>(block_, chunk_, hits, 1, place_, model_,
+                                                                                          limits_);
+    }
+    float transmittance() const { return block_.transmittance[0][0]; }
+    float colour() const { return block_.red[0][0]; }
+
+private:
+    tilemesh::splat::Model model_;
+    tilemesh::splat::detail::RowLimits limits_;
+    tilemesh::splat::detail::Block block_{};
+    tilemesh::splat::detail::Chunk<16> chunk_{};
+    tilemesh::splat::detail::BlockPlace place_{};
+    tilemesh::splat::Splat splat_{};
+};
+
+} // namespace stability
