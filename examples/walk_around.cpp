@@ -5,7 +5,7 @@
 #include <tilemesh/tilemesh.hpp>
 
 using namespace tilemesh;
-using WithDepth = splat::WithPixel<splat::Lossless, splat::WithDepth<splat::FloatPixel>>; // 6 of 2,000 slots make room for it
+using WithDepth = splat::WithPixel<splat::Lossless, splat::WithDepth<splat::FloatPixel>>; // 7 of 2,000 slots make room for it
 
 int main(int argc, char** argv)
 try {

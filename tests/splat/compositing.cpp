@@ -155,7 +155,7 @@ TEST_CASE("contributing pairs belong to the picture, not to the tiling")
         auto const r = renderer.render(camera).report;
         contributing.push_back(r.pairs_contributing);
         CHECK(r.pairs >= r.pairs_contributing);
-        CHECK(r.pairs % 64 == 0);
+        CHECK(r.pairs % 80 == 0);
     }
     CHECK(contributing[0] > 0);
     for (auto n : contributing) CHECK(n == contributing[0]);

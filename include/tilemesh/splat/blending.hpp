@@ -26,6 +26,8 @@ struct PairCount {
 
 namespace detail {
 inline constexpr std::uint32_t block_width = 16, block_height = 5;
+/// Of what is read and written as vectors: one that straddles two cache lines costs two accesses.
+inline constexpr std::uint32_t vector_bytes = native_lanes * sizeof(float);
 
 // --- arithmetics ------------------------------------------------------------------------------------------------------------
 
@@ -77,7 +79,7 @@ TILEMESH_KERNEL Floats<N> power_of_two(Floats<N> const& x) noexcept
 // --- one block ----------------------------------------------------------------------------------------------------------------
 
 /// The state of a block while it is blended, row by row. Dead lanes, outside the tile, have a negative transmittance.
-struct Block {
+struct alignas(vector_bytes) Block {
     float transmittance[block_height][block_width];
     float red[block_height][block_width];
     float green[block_height][block_width];
@@ -92,7 +94,7 @@ struct DepthBlock : Block {
 
 /// Some splats, field by field.
 template <std::uint32_t Size>
-struct Chunk {
+struct alignas(vector_bytes) Chunk {
     static constexpr std::uint32_t size = Size;
     float mean_x[size], mean_y[size];
     float along[size], slope[size], across[size], opacity[size];
@@ -219,10 +221,10 @@ struct RowLimits {
 };
 
 /// What a block needs to know besides its state and its splats.
-struct BlockPlace {
-    std::int32_t column, row;           ///< of its first pixel
+struct alignas(vector_bytes) BlockPlace {
     float xs[block_width];              ///< pixel centres relative to the principal point
     float ys[block_height];
+    std::int32_t column, row;           ///< of its first pixel
 };
 
 /// A splat that a block blends: its number in the chunk, whether the recurrence may be used, and the number of its RowLimits.
@@ -235,7 +237,7 @@ template <class Rule, std::uint32_t N, std::uint32_t Size>
 std::uint32_t list_hits(Chunk<Size> const& c, std::uint32_t n, BlockPlace const& at, float alpha_max, std::uint32_t* hits) noexcept
 {
     constexpr std::int32_t rows = static_cast<std::int32_t>(block_height);
-    std::int32_t entries[Size]; // negative: no pixel sees the splat
+    alignas(vector_bytes) std::int32_t entries[Size]; // negative: no pixel sees the splat
     for (std::uint32_t i = 0; i < n; i += N) {
         auto const mean_x = load<N>(c.mean_x + i), mean_y = load<N>(c.mean_y + i);
         Floats<N> const x0 = at.xs[0] - mean_x, x1 = at.xs[block_width - 1] - mean_x;
@@ -395,6 +397,8 @@ template <class Rule, class Stop, std::uint32_t N, class AnyBlock, std::uint32_t
 [[gnu::noinline]] std::uint32_t blend_block(AnyBlock& block, Chunk<Size> const& c, std::uint32_t const* hits, std::uint32_t n,
                                             BlockPlace const& at, Model const& m, RowLimits const& limits) noexcept
 {
+    // Keeps the stack frame on vector bounds: Clang would let the vectors that it spills straddle two cache lines, by chance.
+    [[maybe_unused]] alignas(vector_bytes) volatile std::uint32_t const on_bounds = 0;
     std::uint32_t contributing = 0;
     for (std::uint32_t column = 0; column < block_width; column += N) {
         Strip<N, AnyBlock::has_depth> s;

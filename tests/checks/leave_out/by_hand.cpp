@@ -1,5 +1,4 @@
-// The smallest frame's kernels as one would write them who needs no more: one colour a record, one view, nothing that spans two tiles,
-// no depth. No templates, no policies, no features; of the library only its plain records and the leaf functions that all kernels share.
+// The smallest frame's projection as one would write it who needs no more: one colour a record, one view, nothing that spans two tiles. No templates, no policies, no features; of the library only its plain records and the leaf functions that all kernels share.
 #include <cstdint>
 #include <tilemesh/splat/projection.hpp>
 #include <tilemesh/splat/regions.hpp>
@@ -23,7 +22,7 @@ struct Projected {
     Splat* items;
 };
 
-inline void project_all(FrameParameters const& frame, Records const& storage, Projected const& splats, Counts& counts) noexcept
+inline void project_records(FrameParameters const& frame, Records const& storage, Projected const& splats, Counts& counts) noexcept
 {
     Counts const before = counts;
     counts = Counts{};
@@ -50,43 +49,6 @@ inline void project_all(FrameParameters const& frame, Records const& storage, Pr
 [[gnu::flatten]] void project_tile(Here const&, FrameParameters const& frame, Records& storage, Marked&, Projected& splats,
                                    Counts& counts) noexcept
 {
-    project_all(frame, storage, splats, counts);
+    project_records(frame, storage, splats, counts);
 }
 } // namespace by_hand
-
-TILEMESH_EXACT_BEGIN
-namespace by_hand {
-struct Block {
-    float transmittance[4][16];
-    float red[4][16];
-    float green[4][16];
-    float blue[4][16];
-};
-
-std::uint32_t blend(Block& block, Splat const& s, Model const& m, float const* xs, float const* ys, std::uint32_t column,
-                    std::uint32_t row) noexcept
-{
-    PixelRect const rect = s.rect();
-    std::uint32_t contributing = 0;
-    for (std::uint32_t j = 0; j < 4; ++j) {
-        if (row + j < rect.y0 || row + j >= rect.y1) continue;
-        std::uint32_t hits = 0;
-        for (std::uint32_t i = 0; i < 16; ++i) {
-            float alpha = alpha_at(s, xs[i], ys[j]);
-            alpha = alpha < m.alpha_max ? alpha : m.alpha_max;
-            float const t = block.transmittance[j][i];
-            bool const takes_part = (column + i >= rect.x0) & (column + i < rect.x1) & (alpha >= m.alpha_min) &
-                                    (t >= m.transmittance_min);
-            float const weight = takes_part ? alpha * t : 0.0f;
-            block.red[j][i] = multiply_add(weight, s.colour[0], block.red[j][i]);
-            block.green[j][i] = multiply_add(weight, s.colour[1], block.green[j][i]);
-            block.blue[j][i] = multiply_add(weight, s.colour[2], block.blue[j][i]);
-            block.transmittance[j][i] = t - weight;
-            hits += takes_part ? 1 : 0;
-        }
-        contributing += hits;
-    }
-    return contributing;
-}
-} // namespace by_hand
-TILEMESH_EXACT_END

@@ -1,6 +1,5 @@
-// The library's counterparts of by_hand.cpp, cut to the smallest frame by the setup alone.
+// The library's counterpart of by_hand.cpp, cut to the smallest frame by the setup alone.
 #include "setups.hpp"
-#include <tilemesh/splat/compositing.hpp>
 #include <tilemesh/splat/frame_start.hpp>
 
 namespace leave_out {
@@ -12,7 +11,3 @@ using namespace tilemesh;
     (void)splat::detail::begin_frame<minimal>(here, frame, storage, marks, splats, counts, {0, 0});
 }
 } // namespace leave_out
-
-template std::uint32_t tilemesh::splat::detail::blend(tilemesh::splat::detail::Block&, tilemesh::splat::Splat const&,
-                                                      tilemesh::splat::Model const&, float const*, float const*, std::uint32_t,
-                                                      std::uint32_t) noexcept;
