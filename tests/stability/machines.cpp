@@ -10,11 +10,9 @@ namespace stability {
 namespace {
 
 struct RoomyBase : Lossless {
-    static constexpr Arithmetic arithmetic = Arithmetic::precise;
     using Pixel = WithAlpha<WithDepth<FloatPixel>>;
 };
 struct DropBase : Lossless {
-    static constexpr Arithmetic arithmetic = Arithmetic::precise;
     using Saturation = Drop;
 };
 template <class Base>
@@ -27,7 +25,9 @@ class RunnerOf final : public Runner {
 public:
     RunnerOf(scene::Map const& map, RendererOptions options)
         : gaussians_(map.gaussians), options_(options), renderer_(map, options)
-    {}
+    {
+        renderer_.model().arithmetic = Arithmetic::precise; // compared with the naive loop
+    }
     RenderedFrame render(Camera const& camera) override { return renderer_.render(camera); }
     Model& model() override { return renderer_.model(); }
     Tiling tiling() override { return renderer_.tiling(); }

@@ -30,8 +30,8 @@ inline constexpr std::uint32_t wire_bytes = detail::wire_bytes_of<T>;
 /// Cost: 2 * (N * wire_bytes<T> + 8) bytes of SRAM a direction; the compile-time exchange moves the whole capacity.
 template <class T, std::uint32_t N = dynamic_capacity, class Rule = Fixed>
 struct Channel {
-    static_assert(wire_bytes<T> % 4 == 0, "wire_bytes is what the machine moves for a message (whole 32-bit words); make it a "
-                                          "multiple of 4");
+    static_assert(wire_bytes<T> % 4 == 0 || wire_bytes<T> == sizeof(T),
+                  "wire_bytes is what the machine moves for a message (whole 32-bit words); make it a multiple of 4");
     using value_type = T;
     static constexpr std::uint32_t static_capacity = N;
     static constexpr bool is_channel = true;

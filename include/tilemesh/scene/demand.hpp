@@ -31,8 +31,9 @@ struct Demand {
     std::vector<bool> visible;           ///< row by row: has something on screen in some view; empty: any may have
     std::vector<std::uint64_t> scanned;  ///< the views of the path as `key_of` them, in order
 
-    static std::uint64_t key_of(splat::View const& view) noexcept // FNV-1a (Fowler, Noll, Vo) of its bytes
+    static std::uint64_t key_of(splat::View view) noexcept // FNV-1a (Fowler, Noll, Vo) of its bytes
     {
+        view.model.arithmetic = {}; // it does not change what is needed
         unsigned char bytes[sizeof view];
         std::memcpy(bytes, &view, sizeof view);
         std::uint64_t key = 0xcbf29ce484222325u;

@@ -6,7 +6,7 @@
 /// The machine moves values: records of 60 bytes and more, each tile projects its own. A host that simulates it has one memory,
 /// and may keep one instance of a record, project it once a view, and move its row. The same kernels run on both forms; the
 /// capacities in slots, the bytes on the wire, every counter and every bit of the picture are those of the values. The ledger
-/// is that of the values too: ask `Tile<Machine, Frame<S>>` of S, not of Referenced<S>.
+/// is that of the values too: ask `Tile<Machine, Frame<S>>` of S, not of `Referenced<S>`.
 namespace tilemesh::splat {
 
 /// A record's place in the host's table, with its id.
@@ -46,7 +46,7 @@ public:
     TILEMESH_KERNEL T const* get() const noexcept
     {
         T const* p;
-        __builtin_memcpy(&p, words_, sizeof p);
+        __builtin_memcpy(&p, words_, sizeof words_);
         return p;
     }
 
