@@ -83,7 +83,7 @@ while read -r _ arguments; do
 done <lines
 # The output of a program, below `<!-- output of COMMAND -->`: each line, but for host times and the counts that depend on how the
 # target rounds (with or without fused multiplication: README says so).
-exact() { sed -E '/contributing|order by id/d; s/^( *(project|route|bloom|composite|frame) +[0-9]+) +[0-9.]+$/\1/'; }
+exact() { sed -E '/contributing|order by id/d; s/^( *(project|route|bloom|composite|picture|frame) +[0-9]+) +[0-9.]+$/\1/'; }
 outputs=0
 sed -n 's/^<!-- output of \([a-z_].*\) -->$/\1/p' "$project/README.md" >names
 while IFS= read -r name; do

@@ -181,6 +181,10 @@ TEST_CASE("every cut-off, footprint and clamp: mesh and naive loop agree bit for
 
 TEST_CASE("rgbx8: the float picture rounded to levels, clamped, padded")
 {
+    // Nearest level, halves up, without an error next to a half: against double, where 255 v + 0.5 is exact.
+    for (int k = 0; k < 255; ++k)
+        for (float v = std::nextafter(float((k + 0.5) / 255), 0.0f), i = 0; i < 4; ++i, v = std::nextafter(v, 1.0f))
+            CHECK(Rgbx8Pixel::level(v) == static_cast<std::uint32_t>(255.0 * double{v} + 0.5));
     auto const word = [](float r, float g, float b) { return Rgbx8Pixel::make({{r, g, b}, 1, 0, 0}).word; };
     CHECK(word(0, 0.5f, 1) == (0u | 128u << 8 | 255u << 16));
     CHECK(word(-1, 3.8f, 0.499f / 255) == (0u | 255u << 8));

@@ -178,7 +178,10 @@ struct Rgbx8Pixel {
     static std::uint32_t level(float v) noexcept // clamped to [0, 1], rounded to nearest; NaN becomes 0
     {
         if (!(v > 0.0f)) return 0;
-        return v < 1.0f ? static_cast<std::uint32_t>(v * 255.0f + 0.5f) : 255u;
+        if (!(v < 1.0f)) return 255u;
+        auto const n = static_cast<std::uint32_t>(v * 255.0f + 0.5f);
+        // The product may have been rounded up to a half. 256 v is exact, and so is its difference from what is near it.
+        return 256.0f * v - (static_cast<float>(n) - 0.5f) < v ? n - 1 : n;
     }
 };
 /// And the depth that the pixel shows, sum(w z) / sum(w): view z in world units, 0 where nothing is. 4 bytes more a pixel.
