@@ -40,7 +40,7 @@ report::RunFrame frame()
     r.pairs_contributing = 39;
     r.peak_storage = 41;
     r.peak_channel = 42;
-    r.host_ms = {.project = 0.5, .route = 1.5, .bloom = 2.5, .composite = 3.5, .total = 8.5};
+    r.host_ms = {.project = 0.5, .route = 1.5, .bloom = 2.5, .composite = 3.5, .picture = 0.75, .total = 8.5};
     f.image = "frame_0000.png";
     f.grid = {40, 36};
     f.tile_px = {32, 20};
@@ -150,7 +150,7 @@ TEST_CASE("report.json has every number of a frame under its name")
         {"refused",
          {{"channel_full", 21}, {"no_credit", 22}, {"storage_full", 23}, {"copies_full", 24}, {"copies_refused", 25}}},
         {"peak", {{"storage", 41}, {"channel", 42}}},
-        {"host_ms", {{"project", 0.5}, {"route", 1.5}, {"bloom", 2.5}, {"composite", 3.5}, {"total", 8.5}}}};
+        {"host_ms", {{"project", 0.5}, {"route", 1.5}, {"bloom", 2.5}, {"composite", 3.5}, {"picture", 0.75}, {"total", 8.5}}}};
     CHECK(json == expected);
 
     auto planes = run();
