@@ -211,6 +211,26 @@ TEST_CASE("blending: fast is within its bound of precise")
                 }
         }
     }
+    // Needles whose means are far outside the frame, up to where a distance is nothing but rounding.
+    support::Random random(47);
+    double far = 0;
+    for (int k = 0; k < 3000; ++k) {
+        float const length = std::exp(random.uniform(0.0f, 16.0f)), z = random.uniform(1.0f, 4.0f);
+        Gaussian g{{random.uniform(-1, 1) * length, random.uniform(-1, 1) * length, z}, {1, 1, 1}, random.uniform(0.3f, 1.0f),
+                   {std::cos(0.5f), 0, 0, std::sin(0.5f)}, {std::log(length), random.uniform(-9, -2), -9}, GaussianId{1}};
+        float const turn = random.uniform(0.0f, 3.14f); // towards the frame's middle, more or less
+        g.rotation[0] = std::cos(turn), g.rotation[3] = std::sin(turn);
+        Scene const one({g}, support::lens(64, 40));
+        auto const precise = blend(one, Arithmetic::precise, 64, 40), fast = blend(one, Arithmetic::fast, 64, 40);
+        for (auto const& p : fast.pixels) CHECK((p.rgb[0] >= 0 && p.rgb[0] <= 1));
+        for (std::size_t i = 0; i < precise.pixels.size(); ++i) {
+            double const u = precise.pixels[i].rgb[0], v = fast.pixels[i].rgb[0];
+            if (u != 0 && v != 0) far = std::max(far, std::fabs(u - v));
+            if (std::max(u, v) > 5e-3) CHECK((u != 0 && v != 0));
+        }
+    }
+    MESSAGE("needles from far away: at most ", far);
+    CHECK(far < 2e-5);
     MESSAGE("largest relative difference of alpha: ", relative, "; largest difference of a pixel: ", most);
     CHECK(relative > 0);
     CHECK(relative < 2e-5);

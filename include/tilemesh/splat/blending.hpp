@@ -48,6 +48,11 @@ struct Recurrence {
 /// is below `faintest_cut`, and stays below it; in all others nothing is clamped, and the rounding of an exponent of 126 is
 /// 2^-18 of the value.
 inline constexpr float steepest_rise = 112.0f, faintest_cut = 0x1p-13f;
+/// And where no term of the distance across the splat, in pixels, exceeds this: of a needle whose mean is far from the frame the
+/// distance may be nothing but the rounding of its terms, which is another one in every row.
+inline constexpr float farthest_px = 512.0f;
+/// alpha of a tame splat is below its opacity by more than the recurrence's error, 2^-16: it can exceed neither alpha_max nor 1.
+inline constexpr float below_the_clamp = 1.0f - 0x1p-16f;
 using FastRule = Recurrence<5>;
 
 /// A pixel stops when its own transmittance is below the limit, as the model says.
@@ -185,12 +190,14 @@ TILEMESH_KERNEL Words<N> is_tame(Chunk<Size> const& c, std::uint32_t i, Floats<N
 {
     constexpr float log2_e = 1.44269504088896341f;
     auto const slope = load<N>(c.slope + i), across = load<N>(c.across + i) * log2_e;
-    auto const off0 = y0 - slope * x0, off1 = y0 - slope * x1;
+    auto const across0 = slope * x0, across1 = slope * x1, off0 = y0 - across0, off1 = y0 - across1;
     auto const least = off0 < off1 ? off0 : off1; // across is negative: the steepest rise is where `off` is least
     auto const rise = across * (least + least + 1.0f);
     // To row k: k rise + k (k - 1) across.
     return (rise < steepest_rise) & (2.0f * (rise + across) < steepest_rise) & (3.0f * (rise + 2.0f * across) < steepest_rise) &
-           (4.0f * (rise + 3.0f * across) < steepest_rise) & (load<N>(c.opacity + i) <= alpha_max);
+           (4.0f * (rise + 3.0f * across) < steepest_rise) & (magnitude<N>(y0) < farthest_px) &
+           (magnitude<N>(across0) < farthest_px) & (magnitude<N>(across1) < farthest_px) &
+           (load<N>(c.opacity + i) <= alpha_max * below_the_clamp);
 }
 
 /// Which rows of a block a splat covers that covers [first, last) of them: all bits of a row or none.

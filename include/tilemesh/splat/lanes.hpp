@@ -98,7 +98,7 @@ TILEMESH_KERNEL Floats<N> multiply_add_lanes(Floats<N> const& a, Floats<N> const
 #    if defined(__clang__)
     return fused_lanes<N>(a, b, c, std::make_integer_sequence<std::uint32_t, N>{});
 #    else
-    Floats<N> r; // written out, GCC 12 leaves some of it scalar
+    Floats<N> r{}; // written out, GCC 12 leaves some of it scalar
     for (std::uint32_t i = 0; i < N; ++i) r[i] = __builtin_fmaf(a[i], b[i], c[i]);
     return r;
 #    endif
