@@ -123,7 +123,8 @@ inline nlohmann::ordered_json json_of(RunFrame const& frame)
                        {"route", r.host_ms.route},
                        {"bloom", r.host_ms.bloom},
                        {"composite", r.host_ms.composite},
-                       {"picture", r.host_ms.picture}, {"total", r.host_ms.total}};
+                       {"picture", r.host_ms.picture},
+                       {"total", r.host_ms.total}};
     if (frame.error) json["error"] = json_of(*frame.error);
     if (frame.error_same_cuts) json["error_same_cuts"] = json_of(*frame.error_same_cuts);
     return json;
