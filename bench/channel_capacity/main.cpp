@@ -5,6 +5,7 @@
 #include "options.hpp"
 #include "plots.hpp"
 #include "sweep.hpp"
+#include <common/program.hpp>
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -192,17 +193,7 @@ int run(Options const& options)
 } // namespace
 
 int main(int argc, char** argv)
-try {
-    auto const options = parse({argv + 1, argv + argc});
-    if (options.help) {
-        std::cout << help();
-        return 0;
-    }
-    return run(options);
-} catch (tilemesh::Error const& error) {
-    std::cerr << error.what() << '\n';
-    return 2;
-} catch (std::bad_alloc const&) {
-    std::cerr << "not enough memory (a motion keeps its pictures, the machines their records); try --threads 1 or --quick\n";
-    return 2;
+{
+    return bench::program(argc, argv, parse, help, run,
+                          "not enough memory (a motion keeps its pictures, the machines their records); try --threads 1 or --quick");
 }

@@ -2,6 +2,7 @@
 #include "measure.hpp"
 #include <algorithm>
 #include <common/fma_peak.hpp>
+#include <common/program.hpp>
 #include <common/statistics.hpp>
 #include <exception>
 #include <iostream>
@@ -120,17 +121,7 @@ int run(Options const& options)
 } // namespace
 
 int main(int argc, char** argv)
-try {
-    auto const options = parse({argv + 1, argv + argc});
-    if (options.help) {
-        std::cout << help();
-        return 0;
-    }
-    return run(options);
-} catch (tilemesh::Error const& error) {
-    std::cerr << error.what() << '\n';
-    return 2;
-} catch (std::bad_alloc const&) {
-    std::cerr << "not enough memory (each number of threads has a mesh of its own); try one --threads or --quick\n";
-    return 2;
+{
+    return bench::program(argc, argv, parse, help, run,
+                          "not enough memory (each number of threads has a mesh of its own); try one --threads or --quick");
 }

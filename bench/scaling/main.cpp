@@ -3,6 +3,7 @@
 #include "options.hpp"
 #include "synthetic.hpp"
 #include <common/direct.hpp>
+#include <common/program.hpp>
 #include <common/scenes.hpp>
 #include <common/statistics.hpp>
 #include <cstdint>
@@ -224,17 +225,7 @@ int run(Options const& options)
 } // namespace
 
 int main(int argc, char** argv)
-try {
-    auto const options = parse({argv + 1, argv + argc});
-    if (options.help) {
-        std::cout << help();
-        return 0;
-    }
-    return run(options);
-} catch (tilemesh::Error const& error) {
-    std::cerr << error.what() << '\n';
-    return 2;
-} catch (std::bad_alloc const&) {
-    std::cerr << "not enough memory (a million Gaussians take gigabytes); name other axes, one --threads or --quick\n";
-    return 2;
+{
+    return bench::program(argc, argv, parse, help, run,
+                          "not enough memory (a million Gaussians take gigabytes); name other axes, one --threads or --quick");
 }

@@ -581,6 +581,18 @@ void blend_tile_by(PixelRect const& tile, Camera const& camera, Model const& mod
         }
     }
 }
+
+/// `blend_tile_by` the arithmetic that the model asks for.
+template <std::uint32_t N, std::uint32_t Group, std::uint32_t Size, class Pixel, class SplatAt>
+void blend_tile_as_asked(PixelRect const& tile, Camera const& camera, Model const& model, std::uint32_t n, SplatAt const& at,
+                         Pixel* pixels, std::uint32_t stride_px, Worker worker, PairCount* counts, std::uint32_t workers) noexcept
+{
+    if (tile.empty()) return;
+    if (model.arithmetic == Arithmetic::precise || !(model.alpha_min >= faintest_cut))
+        blend_tile_by<EachPair, StopEachPixel, N, Group, Size>(tile, camera, model, n, at, pixels, stride_px, worker, counts, workers);
+    else
+        blend_tile_by<FastRule, StopEachPixel, N, Group, Size>(tile, camera, model, n, at, pixels, stride_px, worker, counts, workers);
+}
 } // namespace detail
 
 /// Blends n splats, `at(0)` to `at(n - 1)` from front to back, into the pixels of `tile`: blend then stop, C += w c and T -= w
@@ -596,13 +608,7 @@ PairCount blend_tile(PixelRect const& tile, Camera const& camera, Model const& m
                      Pixel* pixels, std::uint32_t stride_px, Worker worker) noexcept
 {
     PairCount pairs{};
-    if (tile.empty()) return pairs;
-    if (model.arithmetic == Arithmetic::precise || !(model.alpha_min >= detail::faintest_cut))
-        detail::blend_tile_by<detail::EachPair, detail::StopEachPixel, Lanes, 1, 16>(tile, camera, model, n, at, pixels, stride_px,
-                                                                                     worker, &pairs, 1);
-    else
-        detail::blend_tile_by<detail::FastRule, detail::StopEachPixel, Lanes, 1, 16>(tile, camera, model, n, at, pixels, stride_px,
-                                                                                     worker, &pairs, 1);
+    detail::blend_tile_as_asked<Lanes, 1, 16>(tile, camera, model, n, at, pixels, stride_px, worker, &pairs, 1);
     return pairs;
 }
 
@@ -612,13 +618,7 @@ template <std::uint32_t Lanes = detail::native_lanes, class Pixel, class SplatAt
 void blend_whole_tile(PixelRect const& tile, Camera const& camera, Model const& model, std::uint32_t n, SplatAt const& at,
                       Pixel* pixels, std::uint32_t stride_px, PairCount* counts, std::uint32_t workers) noexcept
 {
-    if (tile.empty()) return;
-    if (model.arithmetic == Arithmetic::precise || !(model.alpha_min >= detail::faintest_cut))
-        detail::blend_tile_by<detail::EachPair, detail::StopEachPixel, Lanes, 8, 128>(tile, camera, model, n, at, pixels, stride_px,
-                                                                                     Worker{0, 1}, counts, workers);
-    else
-        detail::blend_tile_by<detail::FastRule, detail::StopEachPixel, Lanes, 8, 128>(tile, camera, model, n, at, pixels, stride_px,
-                                                                                     Worker{0, 1}, counts, workers);
+    detail::blend_tile_as_asked<Lanes, 8, 128>(tile, camera, model, n, at, pixels, stride_px, Worker{0, 1}, counts, workers);
 }
 
 } // namespace tilemesh::splat

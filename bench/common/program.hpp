@@ -1,0 +1,28 @@
+#pragma once
+#include <common/options.hpp>
+#include <iostream>
+#include <new>
+#include <tilemesh/error.hpp>
+
+namespace bench {
+
+/// The main function of a bench: `parse` makes its options of the words, `help` says what `--help` prints, `run` returns the exit
+/// status. `too_large`: what to say where memory does not suffice.
+template <class Parse, class Help, class Run>
+int program(int argc, char** argv, Parse const& parse, Help const& help, Run const& run, char const* too_large)
+try {
+    auto const options = parse({argv + 1, argv + argc});
+    if (options.help) {
+        std::cout << help();
+        return 0;
+    }
+    return run(options);
+} catch (tilemesh::Error const& error) {
+    std::cerr << error.what() << '\n';
+    return 2;
+} catch (std::bad_alloc const&) {
+    std::cerr << too_large << '\n';
+    return 2;
+}
+
+} // namespace bench
