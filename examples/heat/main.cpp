@@ -1,26 +1,9 @@
-// The heat equation on the mesh: one cell a tile, insulated walls, checked against the decay that the mathematics predicts.
+// The heat equation, checked against the decay that the mathematics predicts.
+#include "heat.hpp"
 #include <cmath>
 #include <cstdio>
 #include <numbers>
 #include <tilemesh/tilemesh.hpp>
-
-using namespace tilemesh;
-
-struct Cell { float kelvin; };                      // what a tile keeps
-struct Conductivity { float per_step; };            // what every tile is told
-struct Wall : Channel<float, 1> {};                 // what a tile tells its neighbours
-
-struct Diffuse {
-    void operator()(Cell& cell, Broadcast<Conductivity> k, In<Wall> in, Out<Wall> out) const noexcept
-    {
-        float flow = 0;
-        for (auto d : news)
-            for (float neighbour : in[d]) flow += neighbour - cell.kelvin;
-        cell.kelvin += k->per_step * flow;
-        for (auto d : news) out[d].unchecked_push(cell.kelvin); // at an edge this comes back: no heat is lost
-    }
-};
-using Heat = Sequence<Repeat<1001, Diffuse>>;       // the first superstep only tells
 
 int main()
 {
