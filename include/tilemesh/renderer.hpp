@@ -74,7 +74,8 @@ struct RenderedFrame {
 /// program for each camera. Records and copies stay on their tiles in between, so a small step moves little and a static view
 /// nothing.
 ///
-/// `S` is a setup (splat/setup.hpp): machine, policies, bytes of every region. `Engine` is Mesh or CheckedMesh. With
+/// `S` is a setup (splat/setup.hpp): machine, policies, bytes of every region. `Engine` is Mesh or CheckedMesh, or PoplarMesh
+/// (poplar/poplar_mesh.hpp), which runs the program on an IPU. With
 /// `splat::Referenced<S>` the host moves references instead of records and projects each record once a view: the pictures and
 /// reports of S, in a fraction of the time. Its digests are of the references, and no other form's.
 ///
@@ -98,10 +99,12 @@ public:
     using Parameters = typename S::Parameters;
     using Machine = typename S::Machine;
     using MeshType = Engine<Program, Machine>;
+    using EngineOptions = typename MeshType::Options;
     using Layout = Tile<Machine, splat::Frame<Value>>; ///< of the machine that S simulates
 
-    explicit BasicRenderer(scene::Map const& map, RendererOptions options = {})
-        : options_(options), gaussians_(scene::records<Record>(map)),
+    /// `engine`: what the engine wants to know besides; threads and digest follow from `options`.
+    explicit BasicRenderer(scene::Map const& map, RendererOptions options = {}, EngineOptions engine = {})
+        : options_(options), engine_(std::move(engine)), gaussians_(scene::records<Record>(map)),
           cache_(by_reference ? static_cast<std::uint32_t>(gaussians_.size()) : 0)
     {
         if (S::one_channel_memory && options.hops != 0)
@@ -226,10 +229,9 @@ private:
     }
     void build(Grid grid)
     {
-        typename MeshType::Options engine{};
-        engine.digest = options_.digest;
-        if constexpr (requires { engine.threads; }) engine.threads = options_.threads;
-        mesh_ = std::make_unique<MeshType>(grid, engine, splat::frame_program<S>(options_.hops));
+        engine_.digest = options_.digest;
+        if constexpr (requires { engine_.threads; }) engine_.threads = options_.threads;
+        mesh_ = std::make_unique<MeshType>(grid, engine_, splat::frame_program<S>(options_.hops));
         if (options_.channel_slots != 0) {
             if constexpr (S::routes) mesh_->template limit<splat::Road<S>>(options_.channel_slots);
             if constexpr (S::blooms) mesh_->template limit<splat::Beam<S>>(options_.channel_slots);
@@ -421,7 +423,7 @@ private:
             for (auto t = tiles * thread / threads; t < tiles * (thread + 1) / threads; ++t) {
                 auto const tile = TileId::at(static_cast<std::uint32_t>(t % tiling_.columns), static_cast<std::uint32_t>(t / tiling_.columns));
                 auto const rect = splat::pixels_of(tiling_, camera, tile);
-                auto const framebuffer = mesh_->template state<splat::Framebuffer<S>>(tile);
+                auto const framebuffer = std::as_const(*mesh_).template state<splat::Framebuffer<S>>(tile);
                 auto const* row = framebuffer.begin();
                 for (auto y = rect.y0; y < rect.y1; ++y, row += rect.x1 - rect.x0) {
                     if constexpr (std::is_same_v<typename S::Pixel, splat::FloatPixel>)
@@ -458,7 +460,7 @@ private:
     {
         report::FrameReport r;
         for_each_tile([&](TileId tile) {
-            auto const& c = mesh_->template state<splat::Counts>(tile);
+            auto const& c = std::as_const(*mesh_).template state<splat::Counts>(tile);
             r.gaussians.visible += c.visible;
             r.gaussians.parked += c.parked;
             r.gaussians.moved += c.moved;
@@ -469,7 +471,7 @@ private:
             r.refused.copies_full += c.copies_full;
             r.refused.copies_refused += c.copies_refused;
             r.copies += c.copies;
-            auto const& w = mesh_->template state<splat::Work>(tile);
+            auto const& w = std::as_const(*mesh_).template state<splat::Work>(tile);
             for (std::uint32_t i = 0; i < splat::Work::max_workers; ++i) {
                 r.pairs += std::uint64_t{w.blocks[i]} * splat::detail::block_width * splat::detail::block_height;
                 r.pairs_contributing += w.contributing[i];
@@ -518,7 +520,7 @@ private:
         auto const& frame = mesh_->template broadcast<Parameters>();
         bool any = false;
         for_each_tile([&](TileId tile) {
-            for (auto const& entry : mesh_->template state<splat::Splats<S>>(tile)) {
+            for (auto const& entry : std::as_const(*mesh_).template state<splat::Splats<S>>(tile)) {
                 auto const& s = look(frame, entry);
                 any = any || (s.visible() && splat::tiles_of(s, tiling_).count() > 1);
             }
@@ -548,6 +550,7 @@ private:
     }
 
     RendererOptions options_;
+    EngineOptions engine_;
     std::vector<Record> gaussians_;
     ScreenCache<Record> cache_;                      ///< by reference: what tiles read
     splat::Model model_ = [] {

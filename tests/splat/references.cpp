@@ -5,47 +5,9 @@
 
 using namespace tilemesh;
 using namespace tilemesh::splat;
+using support::counted;
 
 namespace {
-/// All that a report says but for milliseconds and digests.
-std::vector<std::uint64_t> counted(report::FrameReport const& r)
-{
-    std::vector<std::uint64_t> out{r.width,
-                                   r.height,
-                                   r.supersteps.project,
-                                   r.supersteps.route,
-                                   r.supersteps.bloom,
-                                   r.supersteps.composite,
-                                   r.gaussians.visible,
-                                   r.gaussians.moved,
-                                   r.gaussians.held,
-                                   r.gaussians.dropped,
-                                   r.gaussians.unplaced,
-                                   r.gaussians.parked,
-                                   r.gaussians.under_way,
-                                   r.refused.channel_full,
-                                   r.refused.no_credit,
-                                   r.refused.storage_full,
-                                   r.refused.copies_full,
-                                   r.refused.copies_refused,
-                                   r.copies,
-                                   r.lost_copies,
-                                   r.late_copies,
-                                   r.messages,
-                                   r.hops,
-                                   r.exchanged_live_bytes,
-                                   r.exchanged_capacity_bytes,
-                                   r.pairs,
-                                   r.pairs_contributing,
-                                   r.peak_storage,
-                                   r.peak_channel};
-    for (auto const& l : r.lost) {
-        out.push_back(static_cast<std::uint64_t>(l.id) << 32 | l.tile);
-        out.push_back(static_cast<std::uint64_t>(l.cause));
-    }
-    return out;
-}
-
 std::uint64_t differing(report::Plane const& a, report::Plane const& b)
 {
     if (a.values.size() != b.values.size()) return ~std::uint64_t{0};

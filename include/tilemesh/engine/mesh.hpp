@@ -10,28 +10,6 @@ namespace tilemesh {
 
 namespace engine::detail {
 
-/// The names of a program's steps, in program order.
-template <class K>
-void list_steps(Superstep<K>*, std::vector<StepCounters>& out)
-{
-    out.push_back({text(name_of<K>())});
-}
-template <std::uint32_t N, class K>
-void list_steps(Repeat<N, K>*, std::vector<StepCounters>& out)
-{
-    out.push_back({text(name_of<K>())});
-}
-template <class K>
-void list_steps(UntilQuiet<K>*, std::vector<StepCounters>& out)
-{
-    out.push_back({text(name_of<K>())});
-}
-template <class... S>
-void list_steps(Sequence<S...>*, std::vector<StepCounters>& out)
-{
-    (list_steps(static_cast<S*>(nullptr), out), ...);
-}
-
 /// A broken contract, or an exception, on its way from a tile to the caller of run().
 struct Failure {
     std::uint32_t tile = 0xffffffffu;

@@ -26,6 +26,28 @@ inline std::string text(TileId t)
     return s += ")";
 }
 
+/// The names of a program's steps, in program order.
+template <class K>
+void list_steps(Superstep<K>*, std::vector<StepCounters>& out)
+{
+    out.push_back({text(name_of<K>())});
+}
+template <std::uint32_t N, class K>
+void list_steps(Repeat<N, K>*, std::vector<StepCounters>& out)
+{
+    out.push_back({text(name_of<K>())});
+}
+template <class K>
+void list_steps(UntilQuiet<K>*, std::vector<StepCounters>& out)
+{
+    out.push_back({text(name_of<K>())});
+}
+template <class... S>
+void list_steps(Sequence<S...>*, std::vector<StepCounters>& out)
+{
+    (list_steps(static_cast<S*>(nullptr), out), ...);
+}
+
 /// Words that no kernel may touch stand around each region of a guarded store, and what is dead is filled with a signalling
 /// pattern: read as a float it is a NaN, read as an index it is out of range.
 inline constexpr std::uint32_t guard_word = 0x7fa0beefu;
@@ -103,6 +125,18 @@ public:
             return X{place};
         else
             return static_cast<X&>(*reinterpret_cast<X*>(place.items));
+    }
+    /// The same to look at.
+    template <class X>
+    decltype(auto) state(TileId t) const noexcept
+    {
+        auto const place = const_cast<Store*>(this)->template state_place<X>(grid_.index_of(t));
+        if constexpr (tilemesh::detail::is_list<X>) {
+            X const view{place};
+            return view;
+        } else {
+            return static_cast<X const&>(*reinterpret_cast<X const*>(place.items));
+        }
     }
     /// What every tile will hold as P in the next run.
     template <class P>

@@ -26,8 +26,8 @@ public:
     {
         auto const grid = mesh_.grid();
         for (std::uint32_t t = 0; t < grid.size(); ++t) {
-            auto const marks = mesh_.template state<splat::Marks<S>>(grid.tile(t));
-            auto const splats = mesh_.template state<splat::Splats<S>>(grid.tile(t));
+            auto const marks = std::as_const(mesh_).template state<splat::Marks<S>>(grid.tile(t));
+            auto const splats = std::as_const(mesh_).template state<splat::Splats<S>>(grid.tile(t));
             for (std::uint32_t i = 0; i < marks.size(); ++i) {
                 held_.emplace(key(marks[i].id, t), marks[i].bits);
                 if (!marks[i].is(splat::Mark::copy)) owners_.emplace(marks[i].id, look(frame_, splats[i]));
@@ -37,9 +37,9 @@ public:
                     for (auto const& m : mesh_.template incoming<splat::Road<S>>(grid.tile(t), d))
                         under_way_.push_back(value(S::Addressing::record(m)));
             if constexpr (S::routes && S::Saturation::holds) {
-                for (auto const& m : mesh_.template state<splat::Waiting<S, 0>>(grid.tile(t)))
+                for (auto const& m : std::as_const(mesh_).template state<splat::Waiting<S, 0>>(grid.tile(t)))
                     under_way_.push_back(value(S::Addressing::record(m)));
-                for (auto const& m : mesh_.template state<splat::Waiting<S, 1>>(grid.tile(t)))
+                for (auto const& m : std::as_const(mesh_).template state<splat::Waiting<S, 1>>(grid.tile(t)))
                     under_way_.push_back(value(S::Addressing::record(m)));
             }
         }
