@@ -19,11 +19,15 @@
 #endif
 
 /// Between these two, `a * b + c` is two roundings, whatever the compiler's default (GCC fuses by default where the target can):
-/// a fused operation happens only where `multiply_add` is written. Clang's explicit `-ffp-contract=fast` overrides it. Functions between them that do arithmetic must not be `always_inline`, because GCC gives
-/// an inlined body the options of the function it lands in.
-#if defined(__clang__)
+/// a fused operation happens only where `multiply_add` is written. Clang's explicit `-ffp-contract=fast` overrides it. Functions
+/// between them that do arithmetic must not be `always_inline`, because GCC gives an inlined body the options of the function it
+/// lands in. Targets on which Clang cannot save the rule (it warns; an IPU's compiler may be one) keep it to the end of the file.
+#if defined(__clang__) && (defined(__x86_64__) || defined(__i386__) || defined(__aarch64__))
 #    define TILEMESH_EXACT_BEGIN _Pragma("float_control(push)") _Pragma("clang fp contract(off)")
 #    define TILEMESH_EXACT_END _Pragma("float_control(pop)")
+#elif defined(__clang__)
+#    define TILEMESH_EXACT_BEGIN _Pragma("clang fp contract(off)")
+#    define TILEMESH_EXACT_END
 #elif defined(__GNUC__)
 #    define TILEMESH_EXACT_BEGIN                                                                                               \
         _Pragma("GCC push_options") _Pragma("GCC optimize(\"fp-contract=off\")")
