@@ -39,7 +39,7 @@ string(REPLACE "\n\n" "\n//\n" licence "${licence}")
 file(CONFIGURE OUTPUT "${OUTPUT}" @ONLY CONTENT [=[
 #pragma once
 // tilemesh @VERSION@ in one file. Made from its headers, change these. Left out: what needs nlohmann-json (scene/camera_json.hpp,
-// report/json.hpp). Needs C++20, glm and threads: g++ -std=c++20 -pthread.
+// report/json.hpp) and what needs Poplar (poplar/). Needs C++20, glm and threads: g++ -std=c++20 -pthread.
 //
 // @licence@
 

@@ -1,0 +1,360 @@
+#pragma once
+#include <poplar/Vertex.hpp>
+#include <tilemesh/poplar/program_log.hpp>
+
+/// A superstep of a program as a Poplar vertex. Kernel code: what popc compiles. One codelet file a program:
+/// ```
+/// #include <tilemesh/poplar/codelet.hpp>
+/// #include "heat.hpp"
+/// TILEMESH_VERTEX(heat_Diffuse, tilemesh::Mk2, Heat, Diffuse)
+/// ```
+/// `TILEMESH_VERTEX(name, Machine, Program, Kernel)` for a kernel that one worker runs, `TILEMESH_MULTI_VERTEX` for one that takes
+/// `Worker`. A name is what the graph looks for: its prefix, `_`, and `name_of<Kernel>()` with `_` for a space.
+///
+/// Every vertex has the same three lists, whatever its kernel touches, because fields may be neither structs nor depend on a
+/// template (hardware: records are words). In the order of the kernel's parameters:
+///   reads   who runs; states taken as `X const&`; of each channel of the kernel the four incoming ends (only their heads where
+///           it just sends); broadcasts
+///   keeps   the tile's log; states taken as `X&`
+///   sends   one word of what it says; of each channel it sends on the four outgoing ends
+/// Compile with -DNDEBUG: a tile has nobody to report a broken contract to, and what is behind one stays safe.
+///
+/// The classes are literal: macros instead of templates, because how popc names an instance with class-type arguments is not
+/// documented.
+
+namespace tilemesh::on_poplar {
+
+namespace detail {
+/// How many edges argument A of Kernel takes in each list.
+template <class Kernel, class A>
+struct EdgesOf {
+    static constexpr std::uint32_t reads = 0, keeps = 0;
+};
+template <class Kernel, class X>
+struct EdgesOf<Kernel, X const&> {
+    static constexpr std::uint32_t reads = KernelTraits<Kernel>::template takes<X&> ? 0 : 1, keeps = 0;
+};
+template <class Kernel, class X>
+struct EdgesOf<Kernel, X&> {
+    static constexpr std::uint32_t reads = 0, keeps = 1;
+};
+template <class Kernel, class C>
+struct EdgesOf<Kernel, In<C>> {
+    static constexpr std::uint32_t reads = 4, keeps = 0;
+};
+template <class Kernel, class C>
+struct EdgesOf<Kernel, Out<C>> {
+    static constexpr std::uint32_t reads = KernelTraits<Kernel>::template reads<C> ? 0 : 4, keeps = 0;
+};
+template <class Kernel, class P>
+struct EdgesOf<Kernel, Broadcast<P>> {
+    static constexpr std::uint32_t reads = 1, keeps = 0;
+};
+
+/// Where the edges of argument A begin in `reads`, in `keeps`; and those of channel C in `sends`.
+template <class Kernel, class A, class... Args>
+constexpr std::uint32_t reads_at(Types<Args...>) noexcept
+{
+    std::uint32_t at = 1;
+    bool found = false;
+    ((found = found || std::is_same_v<A, Args>, at += found ? 0 : EdgesOf<Kernel, Args>::reads), ...);
+    return at;
+}
+template <class Kernel, class A, class... Args>
+constexpr std::uint32_t keeps_at(Types<Args...>) noexcept
+{
+    std::uint32_t at = 1;
+    bool found = false;
+    ((found = found || std::is_same_v<A, Args>, at += found ? 0 : EdgesOf<Kernel, Args>::keeps), ...);
+    return at;
+}
+template <class Kernel, class C, class... L>
+constexpr std::uint32_t sends_at(Types<L...>) noexcept
+{
+    std::uint32_t at = 1;
+    bool found = false;
+    ((found = found || std::is_same_v<C, L>, at += !found && KernelTraits<Kernel>::template writes<L> ? 4 : 0), ...);
+    return at;
+}
+} // namespace detail
+
+/// How a vertex of any of the two kinds computes.
+template <class Machine, class Program, class Kernel>
+class Codelet {
+    using Traits = KernelTraits<Kernel>;
+    using Arguments = typename Traits::Arguments;
+    using Links = typename Traits::Links;
+    using AllLinks = typename Needs<Program>::Links;
+    using Log = TileLog<Program>;
+    static_assert(AllLinks::count <= 31, "a tile says in one word on which channels it sent (31 fit); use fewer channels");
+
+    /// What run_kernel needs, out of the vertex's fields.
+    template <class Vertex>
+    struct Source {
+        Vertex& vertex;
+        Worker share;
+
+        template <class X>
+        TILEMESH_KERNEL Place state() noexcept
+        {
+            if constexpr (Traits::template takes<X&>) {
+                return place<X>(vertex.keeps[detail::keeps_at<Kernel, X&>(Arguments{})]);
+            } else {
+                return place<X>(vertex.reads[detail::reads_at<Kernel, X const&>(Arguments{})]);
+            }
+        }
+        template <class C>
+        TILEMESH_KERNEL Place in(Direction d) noexcept
+        {
+            return list<typename C::Receiver>(vertex.reads[detail::reads_at<Kernel, In<C>>(Arguments{}) + index(d)]);
+        }
+        template <class C>
+        TILEMESH_KERNEL Place out(Direction d) noexcept
+        {
+            return list<typename C::Sender>(vertex.sends[detail::sends_at<Kernel, C>(Links{}) + index(d)]);
+        }
+        template <class P>
+        TILEMESH_KERNEL P const* shared() noexcept
+        {
+            return reinterpret_cast<P const*>(words(vertex.reads[detail::reads_at<Kernel, Broadcast<P>>(Arguments{})]));
+        }
+        TILEMESH_KERNEL Here here() noexcept
+        {
+            return {TileId::at(vertex.x, vertex.y), Grid{vertex.width, vertex.height}};
+        }
+        TILEMESH_KERNEL Worker worker() noexcept { return share; }
+    };
+
+    /// An edge as the words that views are made of. Views of what a kernel takes const have no member that writes.
+    template <class Edge>
+    TILEMESH_KERNEL static std::uint32_t* words(Edge& edge) noexcept
+    {
+        return const_cast<std::uint32_t*>(reinterpret_cast<std::uint32_t const*>(edge.begin()));
+    }
+    template <class List, class Edge>
+    TILEMESH_KERNEL static Place list(Edge& edge) noexcept
+    {
+        auto* const w = words(edge);
+        return {w, w + List::head_words, (static_cast<std::uint32_t>(edge.size()) - List::head_words) / List::item_words};
+    }
+    template <class X, class Edge>
+    TILEMESH_KERNEL static Place place(Edge& edge) noexcept
+    {
+        if constexpr (tilemesh::detail::is_list<X>)
+            return list<X>(edge);
+        else
+            return {nullptr, words(edge), 1};
+    }
+
+    /// Is there unread mail for the kernel, or under what it sends?
+    template <class C, class Vertex>
+    TILEMESH_KERNEL static bool unread(Vertex& vertex) noexcept
+    {
+        constexpr auto at = Traits::template reads<C> ? detail::reads_at<Kernel, In<C>>(Arguments{})
+                                                      : detail::reads_at<Kernel, Out<C>>(Arguments{});
+        std::uint32_t any = 0;
+        for (Direction d : news) {
+            auto const* const head = words(vertex.reads[at + index(d)]);
+            any |= head[0] | head[1];
+        }
+        return any != 0;
+    }
+    template <class Vertex, class... C>
+    TILEMESH_KERNEL static bool has_mail([[maybe_unused]] Vertex& vertex, Types<C...>) noexcept
+    {
+        return (false || ... || (Traits::template reads<C> && unread<C>(vertex)));
+    }
+    template <class Vertex, class... C>
+    TILEMESH_KERNEL static bool overwrites([[maybe_unused]] Vertex& vertex, Types<C...>) noexcept
+    {
+        return (false || ... || (!Traits::template reads<C> && unread<C>(vertex)));
+    }
+
+    /// Empties the outgoing ends: they may hold anything.
+    template <class C, class Vertex>
+    TILEMESH_KERNEL static void empty_one([[maybe_unused]] Vertex& vertex) noexcept
+    {
+        if constexpr (Traits::template writes<C>)
+            for (Direction d : news) {
+                auto* const head = words(vertex.sends[detail::sends_at<Kernel, C>(Links{}) + index(d)]);
+                head[0] = head[1] = 0;
+            }
+    }
+    template <class Vertex, class... C>
+    TILEMESH_KERNEL static void empty([[maybe_unused]] Vertex& vertex, Types<C...>) noexcept
+    {
+        (empty_one<C>(vertex), ...);
+    }
+
+    /// Counts the messages of one channel, and says whether anything went.
+    template <class C, class Vertex>
+    TILEMESH_KERNEL static std::uint32_t sent([[maybe_unused]] Vertex& vertex, [[maybe_unused]] std::uint32_t* log) noexcept
+    {
+        if constexpr (Traits::template writes<C>) {
+            std::uint32_t messages = 0, notes = 0, peak = log[Log::template link_peak<C>()];
+            for (Direction d : news) {
+                auto const* const head = words(vertex.sends[detail::sends_at<Kernel, C>(Links{}) + index(d)]);
+                messages += head[0];
+                notes |= head[1];
+                peak = head[0] > peak ? head[0] : peak;
+            }
+            log[vertex.log_at + 1 + tilemesh::detail::index_in<C>(Links{})] += messages;
+            log[Log::template link_peak<C>()] = peak;
+            return (messages | notes) != 0 ? said_mail(tilemesh::detail::index_in<C>(AllLinks{})) : 0;
+        } else {
+            return 0;
+        }
+    }
+    template <class Vertex, class... C>
+    TILEMESH_KERNEL static std::uint32_t all_sent([[maybe_unused]] Vertex& vertex, [[maybe_unused]] std::uint32_t* log,
+                                                  Types<C...>) noexcept
+    {
+        return (0u | ... | sent<C>(vertex, log));
+    }
+    template <class A, class Vertex>
+    TILEMESH_KERNEL static void peak_of([[maybe_unused]] Vertex& vertex, [[maybe_unused]] std::uint32_t* log) noexcept
+    {
+        using X = std::remove_reference_t<A>;
+        if constexpr (std::is_reference_v<A> && !std::is_const_v<X> && tilemesh::detail::is_list<X>) {
+            auto const size = words(vertex.keeps[detail::keeps_at<Kernel, X&>(Arguments{})])[0];
+            auto& peak = log[Log::template state_peak<X>()];
+            peak = size > peak ? size : peak;
+        }
+    }
+    template <class Vertex, class... A>
+    TILEMESH_KERNEL static void peaks([[maybe_unused]] Vertex& vertex, [[maybe_unused]] std::uint32_t* log, Types<A...>) noexcept
+    {
+        (peak_of<A>(vertex, log), ...);
+    }
+
+    /// Whether the tile has to run: an engine's rule, from this tile's own words.
+    template <class Vertex>
+    TILEMESH_KERNEL static bool has_to_run(Vertex& vertex, std::uint32_t const* log) noexcept
+    {
+        auto const* const within = reinterpret_cast<Within const*>(words(vertex.reads[0]));
+        return (vertex.always != 0 && within->contains(vertex.x, vertex.y)) || log[Log::vote] != 0 || has_mail(vertex, Links{});
+    }
+
+public:
+    template <class Vertex>
+    static bool compute(Vertex& vertex, std::uint32_t worker) noexcept
+    {
+        static_assert(Traits::multi_worker == std::is_base_of_v<::poplar::MultiVertex, Vertex>,
+                      "a kernel that takes Worker is a TILEMESH_MULTI_VERTEX, any other a TILEMESH_VERTEX (workers of a Vertex would "
+                      "not share its work); use the other macro");
+        auto* const log = words(vertex.keeps[0]);
+        if constexpr (Traits::multi_worker) {
+            // A tile that need not run may: it changes nothing. So no worker waits for what worker 0 finds out.
+            if (worker >= Machine::workers) return true;
+            Source<Vertex> source{vertex, {worker, Machine::workers}};
+            run_kernel<Kernel>(source);
+            if (worker != 0) return true;
+            if (has_to_run(vertex, log)) {
+                ++log[vertex.log_at];
+                peaks(vertex, log, Arguments{});
+            }
+            log[Log::vote] = 0;
+            *vertex.sends[0].begin() = 0;
+        } else {
+            if (log[Log::broken] == 0 && overwrites(vertex, Links{})) log[Log::broken] = vertex.step + 1;
+            empty(vertex, Links{});
+            std::uint32_t said = 0;
+            if (has_to_run(vertex, log)) {
+                Source<Vertex> source{vertex, {0, 1}};
+                said = run_kernel<Kernel>(source) == Vote::busy ? said_busy : 0;
+                ++log[vertex.log_at];
+                peaks(vertex, log, Arguments{});
+                said |= all_sent(vertex, log, Links{});
+            }
+            log[Log::vote] = said & said_busy;
+            *vertex.sends[0].begin() = said;
+        }
+        return true;
+    }
+};
+
+/// Makes all its words 0: the log before a run, the heads of mail that was read.
+class Clear : public ::poplar::Vertex {
+public:
+    ::poplar::Vector<::poplar::Output<::poplar::Vector<unsigned>>> words;
+    bool compute()
+    {
+        for (unsigned i = 0; i < words.size(); ++i)
+            for (unsigned k = 0; k < words[i].size(); ++k) words[i][k] = 0;
+        return true;
+    }
+};
+
+/// What a row of tiles says: the bits of any.
+class GatherVotes : public ::poplar::Vertex {
+public:
+    ::poplar::Input<::poplar::Vector<unsigned>> said;
+    ::poplar::Output<::poplar::Vector<unsigned>> any;
+    bool compute()
+    {
+        unsigned all = 0;
+        for (unsigned i = 0; i < said.size(); ++i) all |= said[i];
+        any[0] = all;
+        return true;
+    }
+};
+
+/// Ends a pass: what all rows say goes into the run's log, and decides whether there is another.
+class CountPass : public ::poplar::Vertex {
+public:
+    ::poplar::Input<::poplar::Vector<unsigned>> said;
+    ::poplar::InOut<::poplar::Vector<unsigned>> log; ///< RunLog
+    ::poplar::Output<bool> again;
+    unsigned log_at;  ///< of the step: RunLog::step
+    unsigned touched; ///< channels that this pass exchanged, or read and emptied
+    unsigned reads;   ///< channels whose mail makes another pass; with no bit and no vote there is none
+    bool compute()
+    {
+        unsigned all = 0;
+        for (unsigned i = 0; i < said.size(); ++i) all |= said[i];
+        unsigned const sent = all >> 1;
+        log[0] = (log[0] & ~touched) | sent;
+        log[1] = all & 1u;
+        log[2] -= 1;
+        log[log_at] += 1;
+        log[log_at + 1] += sent != 0 ? 1u : 0u;
+        again = log[2] != 0 && (log[1] | (log[0] & reads)) != 0;
+        return true;
+    }
+};
+
+/// Begins an UntilQuiet: is there anything to do?
+class BeginStep : public ::poplar::Vertex {
+public:
+    ::poplar::InOut<::poplar::Vector<unsigned>> log; ///< RunLog
+    ::poplar::Output<bool> again;
+    unsigned at_most;
+    unsigned reads;
+    bool compute()
+    {
+        log[2] = at_most;
+        again = at_most != 0 && (log[1] | (log[0] & reads)) != 0;
+        return true;
+    }
+};
+
+} // namespace tilemesh::on_poplar
+
+#define TILEMESH_VERTEX(Name, ...)                                                                                             \
+    class Name : public ::poplar::Vertex {                                                                                     \
+    public:                                                                                                                    \
+        ::poplar::Vector<::poplar::Input<::poplar::Vector<unsigned>>> reads;                                                   \
+        ::poplar::Vector<::poplar::InOut<::poplar::Vector<unsigned>>> keeps;                                                   \
+        ::poplar::Vector<::poplar::Output<::poplar::Vector<unsigned>>> sends;                                                  \
+        unsigned x, y, width, height, step, log_at, always;                                                                    \
+        bool compute() { return ::tilemesh::on_poplar::Codelet<__VA_ARGS__>::compute(*this, 0); }                              \
+    };
+#define TILEMESH_MULTI_VERTEX(Name, ...)                                                                                       \
+    class Name : public ::poplar::MultiVertex {                                                                                \
+    public:                                                                                                                    \
+        ::poplar::Vector<::poplar::Input<::poplar::Vector<unsigned>>> reads;                                                   \
+        ::poplar::Vector<::poplar::InOut<::poplar::Vector<unsigned>>> keeps;                                                   \
+        ::poplar::Vector<::poplar::Output<::poplar::Vector<unsigned>>> sends;                                                  \
+        unsigned x, y, width, height, step, log_at, always;                                                                    \
+        bool compute(unsigned worker) { return ::tilemesh::on_poplar::Codelet<__VA_ARGS__>::compute(*this, worker); }          \
+    };

@@ -1,0 +1,432 @@
+#pragma once
+#include <array>
+#include <chrono>
+#include <cstdint>
+#include <cstring>
+#include <memory>
+#include <optional>
+#include <poplar/Device.hpp>
+#include <poplar/Engine.hpp>
+#include <poplar/exceptions.hpp>
+#include <string>
+#include <tilemesh/engine/store.hpp>
+#include <tilemesh/poplar/program_graph.hpp>
+#include <utility>
+#include <vector>
+
+namespace tilemesh {
+
+/// What a PoplarMesh runs on.
+struct PoplarOptions {
+    poplar::Device const* device = nullptr; ///< attached; must outlive the mesh
+    std::string codelets;                   ///< what popc made of the program's codelet file, or that file
+    std::string prefix;                     ///< of its vertices' names: PREFIX_KERNEL
+    bool count_supersteps = true; ///< false, and no UntilQuiet in the program: no reductions; StepCounters::supersteps stays 0
+    bool digest = false;          ///< not to be had here: no host sees the words between supersteps
+};
+
+/// Runs a program on an IPU, through Poplar: the members of Mesh, the same bits and counters, from the same kernels
+/// (poplar/codelet.hpp) on the graph that the program's type describes (poplar/program_graph.hpp). So
+/// `BasicRenderer<S, PoplarMesh>` is a renderer.
+///
+/// The host keeps a mirror of each state: `state` brings a region (all tiles of it) when the device has changed it, and a region
+/// that was taken without const goes back before the next run. A run itself moves broadcasts there and one log back.
+///
+/// The graph is built by the first `run`; it takes as long as Poplar does. Limits cannot change after that.
+///
+/// Errors: throws Error for a device that is too small, codelets that do not load, an observer, digests; and after a run in which
+/// a kernel sent over unread mail. Broken contracts inside kernels are silent, as in any build with NDEBUG.
+template <class Program, class Machine = Mk2>
+class PoplarMesh : public engine::detail::Store<Program, Machine, false> {
+    using Base = engine::detail::Store<Program, Machine, false>;
+    using Builder = on_poplar::ProgramGraph<Program, Machine>;
+    using Log = on_poplar::TileLog<Program>;
+    using RunLog = on_poplar::RunLog<Program>;
+    using Clock = std::chrono::steady_clock;
+
+public:
+    using typename Base::Layout;
+    using typename Base::Links;
+    using typename Base::Shareds;
+    using typename Base::States;
+    using Options = PoplarOptions;
+
+    explicit PoplarMesh(Grid grid, Options options = {}, Program program = {})
+        : Base(grid, program), options_(std::move(options)), within_{0, 0, grid.width, grid.height}
+    {
+        if (options_.device == nullptr)
+            throw Error("a PoplarMesh without a device (it runs on an IPU); give it an attached poplar::Device");
+        auto const& target = options_.device->getTarget();
+        if (target.getNumTiles() < grid.size() || target.getBytesPerTile() < Machine::sram_bytes ||
+            target.getNumWorkerContexts() < Machine::workers)
+            throw Error(std::string("machine ") + Machine::name + " on a device of " + std::to_string(target.getNumTiles()) +
+                        " tiles of " + std::to_string(target.getBytesPerTile()) + " bytes and " +
+                        std::to_string(target.getNumWorkerContexts()) + " workers (the grid has " + std::to_string(grid.size()) +
+                        " tiles, the machine " + std::to_string(Machine::sram_bytes) + " bytes and " +
+                        std::to_string(Machine::workers) + " workers); choose a smaller grid or machine, or another device");
+        if (options_.digest)
+            throw Error("digests on a PoplarMesh (the host does not see the tiles' words between supersteps); ask a Mesh for them");
+        engine::detail::list_steps(static_cast<Program*>(nullptr), steps_);
+        dirty_.fill(true);
+    }
+    PoplarMesh(PoplarMesh const&) = delete;
+    PoplarMesh& operator=(PoplarMesh const&) = delete;
+
+    /// At most `items` in this Limited buffer, or this many slots in this Limited or dynamic channel, on every tile.
+    template <class X>
+    void limit(std::uint32_t items)
+    {
+        if (engine_)
+            throw Error("a limit on a PoplarMesh that has run (its graph is built); set limits before the first run");
+        if constexpr (tilemesh::detail::is_channel<X>)
+            this->template limit_link<X>(items, false);
+        else
+            this->template limit_state<X>(items);
+    }
+
+    /// Tile t's state X: a reference to a struct, or a view of a Buffer. Only between runs.
+    template <class X>
+    decltype(auto) state(TileId t)
+    {
+        fetch<X>();
+        dirty_[Base::template index_of_state<X>()] = true;
+        return Base::template state<X>(t);
+    }
+    template <class X>
+    decltype(auto) state(TileId t) const
+    {
+        const_cast<PoplarMesh*>(this)->template fetch<X>();
+        return std::as_const(static_cast<Base const&>(*this)).template state<X>(t);
+    }
+    /// What tile t's channel C will read from side d when a kernel next takes In<C>.
+    template <class C>
+    typename C::Receiver incoming(TileId t, Direction d)
+    {
+        auto& mirror = incoming_[Base::template index_of_link<C>()];
+        auto const words = C::Receiver::words(this->template link_capacity<C>());
+        auto const side = std::size_t{this->grid_.size()} * words;
+        if (mirror.data() == nullptr) mirror = engine::detail::Arena(4 * side);
+        if (std::exchange(incoming_stale_[Base::template index_of_link<C>()], false) && engine_) {
+            engine_->run(first_incoming + Base::template index_of_link<C>());
+            std::memcpy(mirror.data(), staging_.data(), 4 * side * 4);
+        }
+        auto* const p = mirror.data() + index(d) * side + std::size_t{this->grid_.index_of(t)} * words;
+        return typename C::Receiver{Place{p, p + C::Receiver::head_words, this->template link_capacity<C>()}};
+    }
+
+    /// See Mesh.
+    void run_within(std::uint32_t x0, std::uint32_t y0, std::uint32_t x1, std::uint32_t y1)
+    {
+        auto const r = engine::detail::checked_rectangle(this->grid_, {x0, y0, x1, y1});
+        within_ = {r.x0, r.y0, r.x1, r.y1};
+    }
+    void observe(Observer observer)
+    {
+        if (observer)
+            throw Error("an observer of a PoplarMesh (the host sees nothing between supersteps); observe a Mesh, which takes the same "
+                        "ones");
+    }
+    /// f(0, 1): the host has one thread here.
+    template <class F>
+    void on_threads(F const& f)
+    {
+        f(0u, 1u);
+    }
+
+    /// Builds and loads the graph, unless it is. Throws Error.
+    void prepare()
+    {
+        if (engine_) return;
+        this->require_capacities(Links{});
+        try {
+            build();
+        } catch (poplar::poplar_error const& e) {
+            engine_.reset();
+            throw Error(std::string("a graph that Poplar refuses (") + e.what() +
+                        "); check the codelets \"" + options_.codelets + "\" and their prefix \"" + options_.prefix + "\"");
+        }
+    }
+
+    /// Runs the whole program once.
+    RunCounters run()
+    {
+        if (broken_) throw Error("a mesh that stopped on an error cannot run again (its state is half a superstep); build a new one");
+        prepare();
+        send(States{});
+        std::memcpy(within_words_.data(), &within_, sizeof within_);
+        copy_broadcasts(Shareds{});
+        auto const begin = Clock::now();
+        engine_->run(run_program);
+        auto const milliseconds = std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+        stale_.fill(true);
+        incoming_stale_.fill(true);
+        auto counters = account(on_poplar::StepsOf<Program>{});
+        if (!counters.steps.empty()) counters.steps.back().milliseconds = milliseconds; // nobody on the host sees where one step ends
+        return counters;
+    }
+
+    /// The graph's answers to questions of tests and tools; after `prepare`.
+    poplar::Graph const& graph() const noexcept { return *graph_; }
+    poplar::Engine const& engine() const noexcept { return *engine_; }
+
+private:
+    // The engine's programs, in order.
+    static constexpr unsigned start_program = 0, run_program = 1, first_send = 2, first_fetch = first_send + States::count,
+                              first_incoming = first_fetch + States::count;
+
+    void build()
+    {
+        graph_ = std::make_unique<poplar::Graph>(options_.device->getTarget());
+        graph_->addCodelets(options_.codelets);
+        typename Builder::Slots slots;
+        slots.states = this->capacity_;
+        slots.links = this->link_capacity_;
+        Builder builder(*graph_, this->grid_, options_.prefix, slots, options_.count_supersteps);
+
+        std::vector<poplar::program::Program> programs;
+        programs.push_back(builder.start());
+        poplar::program::Sequence run;
+        within_words_.resize(sizeof(on_poplar::Within) / 4);
+        receive(run, "who runs", builder.within(), within_words_);
+        receive_broadcasts(run, builder, Shareds{});
+        run.add(builder.run(this->program_));
+        log_.resize(std::size_t{this->grid_.size()} * Log::words);
+        run_log_.resize(RunLog::words);
+        deliver(run, "log", builder.log(), log_.data());
+        deliver(run, "run log", builder.run_log(), run_log_.data());
+        programs.push_back(run);
+
+        staging_ = engine::detail::Arena(std::max(most_state_words(States{}), most_link_words(Links{})) * this->grid_.size());
+        add_sends(programs, builder, States{});
+        add_fetches(programs, builder, States{});
+        add_incoming(programs, builder, Links{});
+
+        engine_ = std::make_unique<poplar::Engine>(*graph_, programs);
+        engine_->load(*options_.device);
+        for (auto const& [name, words] : streams_) engine_->connectStream(name, words);
+        engine_->run(start_program);
+    }
+    /// The host's words to tile 0, and from there to all: each tile holds its own.
+    void receive(poplar::program::Sequence& to, std::string const& name, poplar::Tensor const& tensor, std::vector<std::uint32_t>& words)
+    {
+        auto const stream = graph_->addHostToDeviceFIFO("to " + name, poplar::UNSIGNED_INT, words.size());
+        streams_.emplace_back("to " + name, words.data());
+        to.add(poplar::program::Copy(stream, tensor[0]));
+        auto const others = this->grid_.size() - 1;
+        if (others > 0)
+            to.add(poplar::program::Copy(tensor.slice(0, 1).broadcast(others, 0), tensor.slice(1, this->grid_.size())));
+    }
+    void deliver(poplar::program::Sequence& to, std::string const& name, poplar::Tensor const& tensor, std::uint32_t* words)
+    {
+        auto const stream = graph_->addDeviceToHostFIFO("from " + name, poplar::UNSIGNED_INT, tensor.numElements());
+        streams_.emplace_back("from " + name, words);
+        to.add(poplar::program::Copy(tensor.flatten(), stream));
+    }
+    template <class... P>
+    void receive_broadcasts(poplar::program::Sequence& to, Builder& builder, Types<P...>)
+    {
+        [[maybe_unused]] auto const one = [&](auto tag) {
+            using X = typename decltype(tag)::type;
+            auto& words = broadcast_words_[tilemesh::detail::index_in<X>(Shareds{})];
+            words.resize(sizeof(X) / 4);
+            receive(to, engine::detail::text(name_of<X>()), builder.template broadcast<X>(), words);
+        };
+        (one(tilemesh::detail::Tag<P>{}), ...);
+    }
+    template <class... P>
+    void copy_broadcasts(Types<P...>)
+    {
+        (std::memcpy(broadcast_words_[tilemesh::detail::index_in<P>(Shareds{})].data(), &this->template broadcast<P>(), sizeof(P)), ...);
+    }
+    template <class... X>
+    static std::size_t most_state_words(Types<X...>) noexcept
+    {
+        std::size_t most = 1;
+        ((most = std::max<std::size_t>(most, Layout::template words<X>())), ...);
+        return most;
+    }
+    template <class... C>
+    std::size_t most_link_words(Types<C...>) const noexcept
+    {
+        std::size_t most = 1;
+        ((most = std::max<std::size_t>(most, std::size_t{4} * C::Receiver::words(this->template link_capacity<C>()))), ...);
+        return most;
+    }
+    template <class... X>
+    void add_sends(std::vector<poplar::program::Program>& programs, Builder& builder, Types<X...>)
+    {
+        [[maybe_unused]] auto const one = [&](auto tag) {
+            using S = typename decltype(tag)::type;
+            auto const name = "to " + engine::detail::text(name_of<S>());
+            auto const& tensor = builder.template state<S>();
+            auto const stream = graph_->addHostToDeviceFIFO(name, poplar::UNSIGNED_INT, tensor.numElements());
+            streams_.emplace_back(name, staging_.data());
+            programs.push_back(poplar::program::Copy(stream, tensor.flatten()));
+        };
+        (one(tilemesh::detail::Tag<X>{}), ...);
+    }
+    template <class... X>
+    void add_fetches(std::vector<poplar::program::Program>& programs, Builder& builder, Types<X...>)
+    {
+        [[maybe_unused]] auto const one = [&](auto tag) {
+            using S = typename decltype(tag)::type;
+            poplar::program::Sequence q;
+            deliver(q, engine::detail::text(name_of<S>()), builder.template state<S>(), staging_.data());
+            programs.push_back(q);
+        };
+        (one(tilemesh::detail::Tag<X>{}), ...);
+    }
+    template <class... C>
+    void add_incoming(std::vector<poplar::program::Program>& programs, Builder& builder, Types<C...>)
+    {
+        [[maybe_unused]] auto const one = [&](auto tag) {
+            using L = typename decltype(tag)::type;
+            std::vector<poplar::Tensor> sides;
+            for (Direction d : news) sides.push_back(builder.template incoming<L>(d).flatten());
+            poplar::program::Sequence q;
+            deliver(q, engine::detail::text(name_of<L>()) + " (mail)", poplar::concat(sides), staging_.data());
+            programs.push_back(q);
+        };
+        (one(tilemesh::detail::Tag<C>{}), ...);
+    }
+
+    // --- states between runs ----------------------------------------------------------------------------------------------
+    /// f(words on the device, the same in the store) for each tile; live words only.
+    template <class X, class F>
+    void for_each_tile(F const& f)
+    {
+        for (std::uint32_t i = 0; i < this->grid_.size(); ++i)
+            f(staging_.data() + std::size_t{i} * Layout::template words<X>(), this->template state_place<X>(i));
+    }
+    template <class X>
+    void send_one()
+    {
+        if (!std::exchange(dirty_[Base::template index_of_state<X>()], false)) return;
+        for_each_tile<X>([](std::uint32_t* words, Place const& place) {
+            if constexpr (tilemesh::detail::is_list<X>) {
+                std::memcpy(words, place.head, X::head_words * 4);
+                std::memcpy(words + X::head_words, place.items, std::size_t{place.head[0]} * X::item_words * 4);
+            } else {
+                std::memcpy(words, place.items, sizeof(X));
+            }
+        });
+        engine_->run(first_send + Base::template index_of_state<X>());
+    }
+    template <class... X>
+    void send(Types<X...>)
+    {
+        (send_one<X>(), ...);
+    }
+    template <class X>
+    void fetch()
+    {
+        constexpr auto i = Base::template index_of_state<X>();
+        if (!std::exchange(stale_[i], false)) return;
+        engine_->run(first_fetch + i);
+        for_each_tile<X>([](std::uint32_t const* words, Place const& place) {
+            if constexpr (tilemesh::detail::is_list<X>) {
+                std::memcpy(place.head, words, X::head_words * 4);
+                std::memcpy(place.items, words + X::head_words, std::size_t{place.head[0]} * X::item_words * 4);
+            } else {
+                std::memcpy(place.items, words, sizeof(X));
+            }
+        });
+    }
+
+    // --- counters ------------------------------------------------------------------------------------------------------------
+    template <class... Step>
+    RunCounters account(Types<Step...>)
+    {
+        RunCounters run;
+        run.steps = steps_;
+        std::uint32_t step = 0;
+        (account_step<Step>(run.steps[step], step, typename KernelTraits<on_poplar::KernelOf<Step>>::Links{}), ...);
+        for (std::uint32_t t = 0; t < this->grid_.size(); ++t)
+            if (auto const broken = word(t, Log::broken); broken != 0) {
+                broken_ = true;
+                throw Error("a kernel only sends on a channel with unread mail (a bound cut the step that reads it); raise the bound, or let "
+                            "the sending kernel read the channel [tile " +
+                            engine::detail::text(this->grid_.tile(t)) + ", " + steps_[broken - 1].kernel + "]");
+            }
+        add_peaks(run, States{}, Links{});
+        return run;
+    }
+    std::uint32_t word(std::uint32_t tile, std::uint32_t at) const noexcept { return log_[std::size_t{tile} * Log::words + at]; }
+
+    template <class K>
+    static constexpr std::uint64_t static_passes(Superstep<K>*) noexcept
+    {
+        return 1;
+    }
+    template <std::uint32_t N, class K>
+    static constexpr std::uint64_t static_passes(Repeat<N, K>*) noexcept
+    {
+        return N;
+    }
+    template <class K>
+    static constexpr std::uint64_t static_passes(UntilQuiet<K>*) noexcept
+    {
+        return 0;
+    }
+    template <class Step, class... C>
+    void account_step(StepCounters& counters, std::uint32_t& step, Types<C...>)
+    {
+        using K = on_poplar::KernelOf<Step>;
+        auto const at = Log::step(step);
+        counters.passes = std::max<std::uint64_t>(run_log_[RunLog::step(step)], static_passes(static_cast<Step*>(nullptr)));
+        counters.supersteps = run_log_[RunLog::step(step) + 1];
+        for (std::uint32_t t = 0; t < this->grid_.size(); ++t) {
+            counters.tile_runs += word(t, at);
+            std::uint32_t link = 0;
+            (count_messages<C>(counters, word(t, at + 1 + link++)), ...);
+        }
+        counters.capacity_bytes = counters.supersteps * (std::uint64_t{0} + ... +
+                                                         (KernelTraits<K>::template writes<C>
+                                                              ? std::uint64_t{4} * this->grid_.size() *
+                                                                    C::end_bytes(this->template link_capacity<C>())
+                                                              : 0));
+        ++step;
+    }
+    template <class C>
+    static void count_messages(StepCounters& counters, std::uint32_t n) noexcept
+    {
+        counters.messages += n;
+        counters.live_bytes += std::uint64_t{n} * wire_bytes<typename C::value_type>;
+    }
+    std::uint32_t peak(std::uint32_t at) const noexcept
+    {
+        std::uint32_t most = 0;
+        for (std::uint32_t t = 0; t < this->grid_.size(); ++t) most = std::max(most, word(t, at));
+        return most;
+    }
+    template <class... X, class... C>
+    void add_peaks(RunCounters& run, Types<X...>, Types<C...>) const
+    {
+        [[maybe_unused]] auto const state = [&](auto tag) {
+            using S = typename decltype(tag)::type;
+            if constexpr (tilemesh::detail::is_list<S>)
+                run.peaks.push_back({engine::detail::text(name_of<S>()), peak(Log::template state_peak<S>()),
+                                     this->capacity_[Base::template index_of_state<S>()]});
+        };
+        (state(tilemesh::detail::Tag<X>{}), ...);
+        (run.peaks.push_back({engine::detail::text(name_of<C>()), peak(Log::template link_peak<C>()), this->template link_capacity<C>()}),
+         ...);
+    }
+
+    Options options_;
+    on_poplar::Within within_;
+    std::vector<StepCounters> steps_;
+    std::unique_ptr<poplar::Graph> graph_;
+    std::vector<std::uint32_t> within_words_, log_, run_log_;
+    std::array<std::vector<std::uint32_t>, Shareds::count + 1> broadcast_words_;
+    std::vector<std::pair<std::string, std::uint32_t*>> streams_;
+    engine::detail::Arena staging_;                            ///< a region of all tiles on its way
+    std::array<engine::detail::Arena, Links::count + 1> incoming_;
+    std::array<bool, States::count + 1> stale_{};              ///< the device has changed it since
+    std::array<bool, States::count + 1> dirty_{};              ///< the host may have
+    std::array<bool, Links::count + 1> incoming_stale_{};
+    std::unique_ptr<poplar::Engine> engine_;                   ///< last: it uses the others' words
+    bool broken_ = false;
+};
+
+} // namespace tilemesh

@@ -1,0 +1,444 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <poplar/Graph.hpp>
+#include <poplar/Program.hpp>
+#include <string>
+#include <tilemesh/poplar/codelet.hpp>
+#include <tuple>
+#include <vector>
+
+namespace tilemesh::on_poplar {
+
+namespace detail {
+template <class Node>
+inline constexpr bool is_until_quiet = false;
+template <class K>
+inline constexpr bool is_until_quiet<UntilQuiet<K>> = true;
+} // namespace detail
+
+/// A program as a Poplar graph: its variables, vertices, exchanges and control flow, made by walking the program's type.
+///
+/// Variables. One a state, {tiles, words}, row i on tile i: a list is its head and its items; eight a channel, one an end
+/// (`memory_of` channels lie in their host's); one a broadcast. Their bytes are the lines of `Tile<Machine, Program>`'s ledger;
+/// what comes on top is in `ledger_on_poplar` (poplar/ledger.hpp).
+///
+/// Exchange. After a kernel that sends on a channel each outgoing end is copied whole to the incoming end it faces, credits
+/// (notes) included, in one Copy a superstep; nothing else moves between tiles but broadcasts, and the votes where the program
+/// asks for them. A channel that was only read has the heads of its incoming ends cleared.
+///
+/// Control. `Repeat` is Poplar's; `UntilQuiet` is RepeatWhileTrue on a word that two reductions make of what tiles say: by rows,
+/// then on tile 0. Codelets are looked up as PREFIX_KERNEL, by the kernel's name with `_` for a space.
+///
+/// Grids: up to 65,535 x 65,535 and what the target has; tile (x, y) is Poplar's tile y * width + x.
+template <class Program, class Machine>
+class ProgramGraph {
+public:
+    using Layout = Tile<Machine, Program>;
+    using States = typename Layout::States;
+    using Links = typename Layout::Links;
+    using Shareds = typename Layout::Shareds;
+    using Steps = StepsOf<Program>;
+    using Log = TileLog<Program>;
+    using Sequence = ::poplar::program::Sequence;
+    using Tensor = ::poplar::Tensor;
+
+    /// Slots of each list and channel that are connected and exchanged, in the order of the layout: at most what it has.
+    struct Slots {
+        std::array<std::uint32_t, States::count + 1> states{};
+        std::array<std::uint32_t, Links::count + 1> links{};
+    };
+
+    /// Adds the variables; the graph must have the codelets already. `count`: account for every pass, also where the program has no
+    /// use for votes (two small compute sets a superstep). Throws what Poplar throws.
+    ProgramGraph(::poplar::Graph& graph, Grid grid, std::string prefix, Slots const& slots, bool count)
+        : graph_(graph), grid_(grid), prefix_(std::move(prefix)), slots_(slots), counts_(count || needs_votes(Steps{}))
+    {
+        within_ = per_tile("who runs", sizeof(Within) / 4);
+        log_ = per_tile("log", Log::words);
+        said_ = per_tile("said", 1);
+        rows_said_ = variable("rows said", {grid.height, 1});
+        for (std::uint32_t y = 0; y < grid.height; ++y) graph.setTileMapping(rows_said_[y], y * grid.width);
+        run_log_ = variable("run log", {RunLog<Program>::words});
+        graph.setTileMapping(run_log_, 0);
+        again_ = graph.addVariable(::poplar::BOOL, std::vector<std::size_t>{}, "again");
+        graph.setTileMapping(again_, 0);
+        add_states(States{});
+        add_links(Links{});
+        add_shareds(Shareds{});
+    }
+
+    /// {tiles, words} of a state: all the words that the layout has for it.
+    template <class X>
+    Tensor const& state() const
+    {
+        return states_[tilemesh::detail::index_in<X>(States{})];
+    }
+    /// {tiles, words} of the ends on which tiles receive from side d.
+    template <class C>
+    Tensor incoming(Direction d) const
+    {
+        return cut<C>(in_[memory<C>()][index(d)]);
+    }
+    /// {tiles, words}
+    template <class P>
+    Tensor const& broadcast() const
+    {
+        return shareds_[tilemesh::detail::index_in<P>(Shareds{})];
+    }
+    Tensor const& within() const noexcept { return within_; }
+    Tensor const& log() const noexcept { return log_; }
+    Tensor const& run_log() const noexcept { return run_log_; }
+
+    /// Run once, before anything else: device memory holds anything.
+    Sequence start()
+    {
+        std::vector<Tensor> heads{run_log_, log_, said_};
+        clear_links(heads, Links{});
+        Sequence all;
+        all.add(clear("start", heads));
+        return all;
+    }
+    /// One run of the program; mail, states and broadcasts are as the run before or the host left them.
+    Sequence run(Program const& program)
+    {
+        Sequence all;
+        // Votes and counts begin at nothing; unread mail (word 0 of the run's log) lives on.
+        all.add(clear("begin run", {log_, run_log_.slice(1, RunLog<Program>::words)}));
+        step_ = 0;
+        walk(program, all);
+        return all;
+    }
+
+private:
+    template <class... Step>
+    static constexpr bool needs_votes(Types<Step...>) noexcept
+    {
+        return (false || ... || detail::is_until_quiet<Step>);
+    }
+
+    // --- variables ----------------------------------------------------------------------------------------------------
+    Tensor variable(std::string const& name, std::vector<std::size_t> shape)
+    {
+        return graph_.addVariable(::poplar::UNSIGNED_INT, shape, name);
+    }
+    Tensor per_tile(std::string const& name, std::uint32_t words)
+    {
+        auto const t = variable(name, {grid_.size(), words});
+        for (std::uint32_t i = 0; i < grid_.size(); ++i) graph_.setTileMapping(t[i], i);
+        return t;
+    }
+    template <class X>
+    static std::string text()
+    {
+        return std::string(name_of<X>().text, name_of<X>().size);
+    }
+    template <class... X>
+    void add_states(Types<X...>)
+    {
+        ((states_[tilemesh::detail::index_in<X>(States{})] = per_tile(text<X>(), Layout::template words<X>())), ...);
+    }
+    template <class... P>
+    void add_shareds(Types<P...>)
+    {
+        ((shareds_[tilemesh::detail::index_in<P>(Shareds{})] = per_tile(text<P>(), sizeof(P) / 4)), ...);
+    }
+    /// Which channel's variables C lies in.
+    template <class C>
+    static constexpr std::uint32_t memory() noexcept
+    {
+        return tilemesh::detail::index_in<typename tilemesh::detail::MemoryOf<C>::type>(Links{});
+    }
+    template <class C>
+    std::uint32_t link_words() const noexcept
+    {
+        static_assert(wire_bytes<typename C::value_type> == sizeof(typename C::value_type),
+                      "a channel whose messages are handles of the host (wire_bytes is not their size): a tile has no host memory; build "
+                      "the program that moves values");
+        return C::Receiver::words(slots_.links[tilemesh::detail::index_in<C>(Links{})]);
+    }
+    template <class C>
+    std::uint32_t laid_out_words() const noexcept
+    {
+        return C::static_capacity == dynamic_capacity ? link_words<C>() : C::Receiver::words(C::static_capacity);
+    }
+    template <class... C>
+    void add_links(Types<C...>)
+    {
+        [[maybe_unused]] std::array<std::uint32_t, Links::count + 1> words{};
+        ((words[memory<C>()] = std::max(words[memory<C>()], laid_out_words<C>())), ...);
+        (add_link<C>(words[memory<C>()]), ...);
+    }
+    template <class C>
+    void add_link(std::uint32_t words)
+    {
+        if constexpr (std::is_same_v<C, typename tilemesh::detail::MemoryOf<C>::type>)
+            for (Direction d : news) {
+                static constexpr char const* side[4] = {" north", " east", " west", " south"};
+                in_[memory<C>()][index(d)] = per_tile(text<C>() + " from" + side[index(d)], words);
+                out_[memory<C>()][index(d)] = per_tile(text<C>() + " to" + side[index(d)], words);
+            }
+    }
+    /// The words of an end of C.
+    template <class C>
+    Tensor cut(Tensor const& end) const
+    {
+        return end.slice(0, link_words<C>(), 1);
+    }
+    template <class... C>
+    void clear_links(std::vector<Tensor>& heads, Types<C...>) const
+    {
+        ((std::is_same_v<C, typename tilemesh::detail::MemoryOf<C>::type> ? clear_link<C>(heads) : void()), ...);
+    }
+    template <class C>
+    void clear_link(std::vector<Tensor>& heads) const
+    {
+        for (Direction d : news) heads.push_back(in_[memory<C>()][index(d)].slice(0, C::Receiver::head_words, 1));
+    }
+
+    // --- vertices -----------------------------------------------------------------------------------------------------
+    /// Clears words of every tile ({tiles, words} each), or of tile 0 (one dimension).
+    ::poplar::program::Execute clear(std::string const& name, std::vector<Tensor> const& what)
+    {
+        auto const set = graph_.addComputeSet(name);
+        for (std::uint32_t i = 0; i < grid_.size(); ++i) {
+            auto const v = graph_.addVertex(set, "tilemesh::on_poplar::Clear");
+            std::vector<Tensor> edges;
+            for (auto const& t : what)
+                if (t.rank() == 2)
+                    edges.push_back(t[i]);
+                else if (i == 0)
+                    edges.push_back(t);
+            connect_list(v, "words", edges);
+            graph_.setTileMapping(v, i);
+        }
+        return ::poplar::program::Execute(set);
+    }
+
+    template <class K, class A>
+    void connect(std::vector<Tensor>& reads, std::vector<Tensor>& keeps, std::uint32_t tile, A*) const
+    {
+        using Traits = KernelTraits<K>;
+        if constexpr (tilemesh::detail::is_end<A>) {
+            connect_end<K>(reads, tile, static_cast<A*>(nullptr));
+        } else {
+            using X = std::remove_const_t<A>;
+            auto row = state<X>()[tile];
+            if constexpr (tilemesh::detail::is_list<X>)
+                row = row.slice(0, X::words(slots_.states[tilemesh::detail::index_in<X>(States{})]));
+            if constexpr (!std::is_const_v<A>)
+                keeps.push_back(row);
+            else if constexpr (!Traits::template takes<X&>)
+                reads.push_back(row);
+        }
+    }
+    template <class K, class C>
+    void connect_end(std::vector<Tensor>& reads, std::uint32_t tile, In<C>*) const
+    {
+        for (Direction d : news) reads.push_back(cut<C>(in_[memory<C>()][index(d)])[tile]);
+    }
+    template <class K, class C>
+    void connect_end(std::vector<Tensor>& reads, std::uint32_t tile, Out<C>*) const
+    {
+        if constexpr (!KernelTraits<K>::template reads<C>)
+            for (Direction d : news) reads.push_back(in_[memory<C>()][index(d)][tile].slice(0, C::Receiver::head_words));
+    }
+    template <class K, class P>
+    void connect_end(std::vector<Tensor>& reads, std::uint32_t tile, Broadcast<P>*) const
+    {
+        reads.push_back(broadcast<P>()[tile]);
+    }
+    template <class K>
+    void connect_end(std::vector<Tensor>&, std::uint32_t, Here*) const
+    {
+    }
+    template <class K>
+    void connect_end(std::vector<Tensor>&, std::uint32_t, Worker*) const
+    {
+    }
+    template <class K, class... A>
+    void connect_all(std::vector<Tensor>& reads, std::vector<Tensor>& keeps, std::uint32_t tile, Types<A...>) const
+    {
+        (connect<K>(reads, keeps, tile, static_cast<std::remove_reference_t<A>*>(nullptr)), ...);
+    }
+    template <class K, class... C>
+    void connect_sends(std::vector<Tensor>& sends, std::uint32_t tile, Types<C...>) const
+    {
+        [[maybe_unused]] auto const one = [&](auto tag) {
+            using L = typename decltype(tag)::type;
+            if constexpr (KernelTraits<K>::template writes<L>)
+                for (Direction d : news) sends.push_back(cut<L>(out_[memory<L>()][index(d)])[tile]);
+        };
+        (one(tilemesh::detail::Tag<C>{}), ...);
+    }
+    void connect_list(::poplar::VertexRef const& v, char const* field, std::vector<Tensor> const& edges)
+    {
+        graph_.setFieldSize(v[field], edges.size());
+        for (std::size_t i = 0; i < edges.size(); ++i) graph_.connect(v[field][i], edges[i]);
+    }
+
+    template <class... C>
+    static constexpr bool in_memories_of_their_own(Types<C...>) noexcept
+    {
+        [[maybe_unused]] std::uint32_t used = 0;
+        bool apart = true;
+        ((apart = apart && (used >> memory<C>() & 1u) == 0, used |= 1u << memory<C>()), ...);
+        return apart;
+    }
+    /// Compute, exchange, and what read mail leaves.
+    template <class K>
+    Sequence pass(bool always)
+    {
+        using Traits = KernelTraits<K>;
+        static_assert(in_memories_of_their_own(typename Traits::Links{}),
+                      "a kernel that takes two channels of one memory (memory_of: they would overwrite each other); give one of them "
+                      "memory of its own, or the kernel one of them");
+        auto const set = graph_.addComputeSet(text<K>() + " (step " + std::to_string(step_) + ")");
+        auto vertex = prefix_ + "_" + text<K>();
+        std::replace(vertex.begin(), vertex.end(), ' ', '_');
+        for (std::uint32_t i = 0; i < grid_.size(); ++i) {
+            auto const v = graph_.addVertex(set, vertex);
+            std::vector<Tensor> reads{within_[i]}, keeps{log_[i]}, sends{said_[i]};
+            connect_all<K>(reads, keeps, i, typename Traits::Arguments{});
+            connect_sends<K>(sends, i, typename Traits::Links{});
+            connect_list(v, "reads", reads);
+            connect_list(v, "keeps", keeps);
+            connect_list(v, "sends", sends);
+            auto const tile = grid_.tile(i);
+            graph_.setInitialValue(v["x"], tile.x());
+            graph_.setInitialValue(v["y"], tile.y());
+            graph_.setInitialValue(v["width"], grid_.width);
+            graph_.setInitialValue(v["height"], grid_.height);
+            graph_.setInitialValue(v["step"], step_);
+            graph_.setInitialValue(v["log_at"], Log::step(step_));
+            graph_.setInitialValue(v["always"], always ? 1u : 0u);
+            graph_.setTileMapping(v, i);
+        }
+        Sequence all;
+        all.add(::poplar::program::Execute(set));
+        std::vector<Tensor> from, to, read;
+        exchange_all<K>(from, to, read, typename Traits::Links{});
+        if (!from.empty()) all.add(::poplar::program::Copy(::poplar::concat(from), ::poplar::concat(to)));
+        if (!read.empty()) all.add(clear("forget mail (step " + std::to_string(step_) + ")", read));
+        return all;
+    }
+    template <class K, class... C>
+    void exchange_all(std::vector<Tensor>& from, std::vector<Tensor>& to, std::vector<Tensor>& read, Types<C...>) const
+    {
+        [[maybe_unused]] auto const one = [&](auto tag) {
+            using L = typename decltype(tag)::type;
+            if constexpr (KernelTraits<K>::template writes<L>)
+                for (Direction d : news) exchange<L>(from, to, d);
+            else
+                clear_link<L>(read);
+        };
+        (one(tilemesh::detail::Tag<C>{}), ...);
+    }
+    /// What all tiles send towards d: a shift of the whole grid by one tile; at the edge it comes back on the side it left.
+    template <class C>
+    void exchange(std::vector<Tensor>& from, std::vector<Tensor>& to, Direction d) const
+    {
+        auto const whole = [&](Tensor const& t) { return cut<C>(t).reshape({grid_.height, grid_.width, link_words<C>()}); };
+        auto const sent = whole(out_[memory<C>()][index(d)]);
+        auto const arrives = whole(in_[memory<C>()][index(opposite(d))]);
+        auto const returns = whole(in_[memory<C>()][index(d)]);
+        unsigned const axis = d == Direction::north || d == Direction::south ? 0 : 1;
+        std::size_t const n = axis == 0 ? grid_.height : grid_.width;
+        bool const down = d == Direction::south || d == Direction::east; // towards larger coordinates
+        std::size_t const edge = down ? n - 1 : 0;
+        auto const add = [&](Tensor const& source, Tensor const& target) {
+            from.push_back(source.flatten());
+            to.push_back(target.flatten());
+        };
+        if (n > 1) add(sent.slice(down ? 0 : 1, down ? n - 1 : n, axis), arrives.slice(down ? 1 : 0, down ? n : n - 1, axis));
+        add(sent.slice(edge, edge + 1, axis), returns.slice(edge, edge + 1, axis));
+    }
+
+    /// What all tiles said, in the run's log; `reads`: the channels whose mail makes another pass.
+    template <class K>
+    Sequence account(std::uint32_t reads)
+    {
+        Sequence all;
+        auto const number = " (step " + std::to_string(step_) + ")";
+        auto const rows = graph_.addComputeSet("votes of rows" + number);
+        auto const words = said_.flatten();
+        for (std::uint32_t y = 0; y < grid_.height; ++y) {
+            auto const v = graph_.addVertex(rows, "tilemesh::on_poplar::GatherVotes");
+            graph_.connect(v["said"], words.slice(y * grid_.width, (y + 1) * grid_.width));
+            graph_.connect(v["any"], rows_said_[y]);
+            graph_.setTileMapping(v, y * grid_.width);
+        }
+        auto const end = graph_.addComputeSet("votes" + number);
+        auto const v = graph_.addVertex(end, "tilemesh::on_poplar::CountPass");
+        graph_.connect(v["said"], rows_said_.flatten());
+        graph_.connect(v["log"], run_log_);
+        graph_.connect(v["again"], again_);
+        graph_.setInitialValue(v["log_at"], RunLog<Program>::step(step_));
+        graph_.setInitialValue(v["touched"], links_touched<Program>(typename KernelTraits<K>::Links{}));
+        graph_.setInitialValue(v["reads"], reads);
+        graph_.setTileMapping(v, 0);
+        all.add(::poplar::program::Execute(rows));
+        all.add(::poplar::program::Execute(end));
+        return all;
+    }
+    template <class K>
+    Sequence counted_pass(bool always)
+    {
+        Sequence all;
+        all.add(pass<K>(always));
+        if (counts_) all.add(account<K>(0));
+        return all;
+    }
+
+    // --- the program ----------------------------------------------------------------------------------------------------
+    template <class K>
+    void walk(Superstep<K> const&, Sequence& to)
+    {
+        to.add(counted_pass<K>(true));
+        ++step_;
+    }
+    template <std::uint32_t N, class K>
+    void walk(Repeat<N, K> const&, Sequence& to)
+    {
+        if (N != 0) to.add(::poplar::program::Repeat(N, counted_pass<K>(true)));
+        ++step_;
+    }
+    template <class K>
+    void walk(UntilQuiet<K> const& step, Sequence& to)
+    {
+        auto const reads = links_read<Program, K>(typename KernelTraits<K>::Links{});
+        auto const set = graph_.addComputeSet("begin (step " + std::to_string(step_) + ")");
+        auto const v = graph_.addVertex(set, "tilemesh::on_poplar::BeginStep");
+        graph_.connect(v["log"], run_log_);
+        graph_.connect(v["again"], again_);
+        graph_.setInitialValue(v["at_most"], step.at_most);
+        graph_.setInitialValue(v["reads"], reads);
+        graph_.setTileMapping(v, 0);
+        Sequence body;
+        body.add(pass<K>(false));
+        body.add(account<K>(reads));
+        to.add(::poplar::program::Execute(set));
+        to.add(::poplar::program::RepeatWhileTrue(Sequence(), again_, body));
+        ++step_;
+    }
+    template <class... S>
+    void walk(tilemesh::Sequence<S...> const& q, Sequence& to)
+    {
+        std::apply([&](auto const&... s) { (walk(s, to), ...); }, q.steps);
+    }
+
+    ::poplar::Graph& graph_;
+    Grid grid_;
+    std::string prefix_;
+    Slots slots_;
+    bool counts_;
+    std::uint32_t step_ = 0;
+    Tensor within_, log_, said_, rows_said_, run_log_, again_;
+    std::array<Tensor, States::count + 1> states_;
+    std::array<Tensor, Shareds::count + 1> shareds_;
+    std::array<std::array<Tensor, 4>, Links::count + 1> in_, out_;
+};
+
+} // namespace tilemesh::on_poplar

@@ -1,0 +1,113 @@
+#pragma once
+#include <tilemesh/machine/tile.hpp>
+
+/// The same program as Poplar codelets and a Poplar graph: what its vertices and its host agree on. Kernel code.
+namespace tilemesh::on_poplar {
+
+/// The steps of a program in order, Sequences taken apart: what `StepCounters` are numbered by.
+namespace detail {
+template <class Acc, class Node>
+struct Flatten;
+template <class... Done, class Node>
+struct Flatten<Types<Done...>, Node> {
+    using type = Types<Done..., Node>;
+};
+template <class... Done>
+struct Flatten<Types<Done...>, Sequence<>> {
+    using type = Types<Done...>;
+};
+template <class... Done, class Step, class... Steps>
+struct Flatten<Types<Done...>, Sequence<Step, Steps...>>
+    : Flatten<typename Flatten<Types<Done...>, Step>::type, Sequence<Steps...>> {};
+
+template <class Node>
+struct KernelOf;
+template <class K>
+struct KernelOf<Superstep<K>> {
+    using type = K;
+};
+template <std::uint32_t N, class K>
+struct KernelOf<Repeat<N, K>> {
+    using type = K;
+};
+template <class K>
+struct KernelOf<UntilQuiet<K>> {
+    using type = K;
+};
+} // namespace detail
+template <class Program>
+using StepsOf = typename detail::Flatten<Types<>, Program>::type;
+template <class Node>
+using KernelOf = typename detail::KernelOf<Node>::type;
+
+/// What a tile writes down in a run, word by word; the host reads it when the run is over. Cost: 8 bytes, 4 a step and 4 a
+/// channel of the step, 4 a list and 4 a channel of the program.
+template <class Program, class = StepsOf<Program>, class = Needs<Program>>
+struct TileLog;
+template <class Program, class... Step, class... S, class... L, class... P>
+struct TileLog<Program, Types<Step...>, tilemesh::detail::Sets<Types<S...>, Types<L...>, Types<P...>>> {
+    static constexpr std::uint32_t vote = 0;   ///< of the tile's last run
+    static constexpr std::uint32_t broken = 1; ///< 1 + the first step that sent over unread mail; 0: none
+    /// Where step i begins: how often the tile ran, then for each channel of its kernel the messages sent.
+    static constexpr std::uint32_t step(std::uint32_t i) noexcept
+    {
+        std::uint32_t at = 2, n = 0;
+        ((at += n++ < i ? 1 + KernelTraits<KernelOf<Step>>::Links::count : 0), ...);
+        return at;
+    }
+    /// The most items that a list, or any side of a channel, held at the end of a compute phase.
+    template <class X>
+    static constexpr std::uint32_t state_peak() noexcept
+    {
+        return step(sizeof...(Step)) + tilemesh::detail::index_in<X>(Types<S...>{});
+    }
+    template <class C>
+    static constexpr std::uint32_t link_peak() noexcept
+    {
+        return step(sizeof...(Step)) + static_cast<std::uint32_t>(sizeof...(S)) + tilemesh::detail::index_in<C>(Types<L...>{});
+    }
+    static constexpr std::uint32_t words = step(sizeof...(Step)) + static_cast<std::uint32_t>(sizeof...(S) + sizeof...(L));
+};
+
+/// What one tile writes down for all: who has mail, and how often each step ran.
+template <class Program>
+struct RunLog {
+    static constexpr std::uint32_t mail = 0; ///< bit i: channel i of the program holds unread mail on some tile; outlives a run
+    static constexpr std::uint32_t busy = 1; ///< 1: a tile voted busy in the superstep before
+    static constexpr std::uint32_t left = 2; ///< passes that an UntilQuiet may still take
+    static constexpr std::uint32_t step(std::uint32_t i) noexcept { return 3 + 2 * i; } ///< passes, then those that sent
+    static constexpr std::uint32_t words = step(StepsOf<Program>::count);
+};
+
+/// What a tile says after each pass: bit 0 is its vote, bit 1 + i that it sent on channel i of the program.
+inline constexpr std::uint32_t said_busy = 1;
+constexpr std::uint32_t said_mail(std::uint32_t channel) noexcept
+{
+    return 2u << channel;
+}
+
+/// Bits of the program's channels that a kernel reads, or touches at all.
+template <class Program, class Kernel, class... L>
+constexpr std::uint32_t links_read(Types<L...>) noexcept
+{
+    return (0u | ... | (KernelTraits<Kernel>::template reads<L>
+                            ? 1u << tilemesh::detail::index_in<L>(typename Needs<Program>::Links{})
+                            : 0u));
+}
+template <class Program, class... L>
+constexpr std::uint32_t links_touched(Types<L...>) noexcept
+{
+    return (0u | ... | (1u << tilemesh::detail::index_in<L>(typename Needs<Program>::Links{})));
+}
+
+/// The columns and rows whose tiles every Superstep and Repeat runs (Mesh::run_within): words of a broadcast of its own.
+struct Within {
+    static constexpr char const* name = "who runs";
+    std::uint32_t x0, y0, x1, y1;
+    TILEMESH_KERNEL constexpr bool contains(std::uint32_t x, std::uint32_t y) const noexcept
+    {
+        return x >= x0 && x < x1 && y >= y0 && y < y1;
+    }
+};
+
+} // namespace tilemesh::on_poplar

@@ -1,0 +1,25 @@
+// The codelets that popc is pointed at, with the stand-in's entries for them.
+#include "../../examples/on_poplar/codelets.cpp"
+#include <standin_vertex.hpp>
+#include <tilemesh/engine/contract.hpp>
+
+namespace {
+using namespace tilemesh::on_poplar;
+}
+POPLAR_STANDIN_VERTEX_NAMED("tilemesh::on_poplar::Clear", Clear, words);
+POPLAR_STANDIN_VERTEX_NAMED("tilemesh::on_poplar::GatherVotes", GatherVotes, said, any);
+POPLAR_STANDIN_VERTEX_NAMED("tilemesh::on_poplar::CountPass", CountPass, said, log, again, log_at, touched, reads);
+POPLAR_STANDIN_VERTEX_NAMED("tilemesh::on_poplar::BeginStep", BeginStep, log, again, at_most, reads);
+
+#define ENTER(Name) POPLAR_STANDIN_VERTEX(Name, reads, keeps, sends, x, y, width, height, step, log_at, always)
+ENTER(lossless_project);
+ENTER(lossless_route);
+ENTER(lossless_bloom);
+ENTER(lossless_depth_sort);
+ENTER(lossless_composite);
+ENTER(paper_project);
+ENTER(paper_route);
+ENTER(paper_bloom);
+ENTER(paper_depth_sort);
+ENTER(paper_composite);
+ENTER(heat_Diffuse);

@@ -1,0 +1,148 @@
+#include "../splat/scenes.hpp"
+#include "on_poplar.hpp"
+#include <standin_vertex.hpp>
+#include <tilemesh/renderer.hpp>
+#include <tilemesh/scene/orbit.hpp>
+
+// The frame program as codelets on a graph, over the stand-in for Poplar: pictures, counters and words of the thread engine.
+namespace {
+using namespace tilemesh;
+using poplar_test::executions;
+using support::counted;
+
+/// Renders the cameras on both; every bit and every count must agree, and after the last frame every word of every tile.
+template <class S>
+void compare(scene::Map const& map, std::string const& prefix, RendererOptions const& options, std::vector<splat::Camera> const& cameras)
+{
+    BasicRenderer<S> threads{map, options};
+    BasicRenderer<S, PoplarMesh> graph{map, options, poplar_test::options(prefix)};
+    RenderedFrame expected, frame;
+    for (std::size_t i = 0; i < cameras.size(); ++i) {
+        CAPTURE(i);
+        threads.render_into(cameras[i], expected);
+        graph.render_into(cameras[i], frame);
+        CHECK(support::differing_pixels(frame.image, expected.image) == 0);
+        CHECK(counted(frame.report) == counted(expected.report));
+    }
+    CHECK(expected.report.pairs > 0);
+    auto const grid = threads.mesh().grid();
+    std::uint32_t different = 0;
+    for (std::uint32_t t = 0; t < grid.size(); ++t) {
+        auto const marks = threads.mesh().template state<splat::Marks<S>>(grid.tile(t));
+        auto const others = graph.mesh().template state<splat::Marks<S>>(grid.tile(t));
+        auto const order = threads.mesh().template state<splat::Order<S>>(grid.tile(t));
+        auto const orders = graph.mesh().template state<splat::Order<S>>(grid.tile(t));
+        bool const same = marks.size() == others.size() && order.size() == orders.size() &&
+                          std::memcmp(marks.begin(), others.begin(), marks.size() * sizeof marks[0]) == 0 &&
+                          std::memcmp(order.begin(), orders.begin(), order.size() * sizeof order[0]) == 0;
+        different += same ? 0 : 1;
+    }
+    CHECK(different == 0);
+}
+
+/// A view and three steps of half a degree around what it shows.
+std::vector<splat::Camera> walk(scene::Map const& map, splat::Camera const& from)
+{
+    return scene::orbit(from, scene::robust_centre(map), 0.5, 4);
+}
+
+/// Sloth at 1280 x 720 as the paper's authors look at it, or the built-in map.
+template <class S>
+void whole_frame(std::string const& prefix)
+{
+    standin::With const restore(standin::settings());
+    poplar_test::use(executions[2]);
+    standin::settings().check_inputs = false; // a digest of everything that is read, 5,760 times a superstep
+    if (support::fast()) { // sanitizers: the same program on fewer tiles
+        RendererOptions options;
+        options.tile = {16, 20};
+        auto const map = support::map_of(support::cloud(400, 3));
+        std::vector<splat::Camera> cameras;
+        for (float turn : {0.0f, 0.01f, 0.02f}) cameras.push_back(support::lens(112, 100, turn));
+        compare<S>(map, prefix, options, cameras);
+        return;
+    }
+    auto const& scene = support::scenes()[0];
+    auto const* camera = &scene.cameras[0].second;
+    for (auto const& [name, c] : scene.cameras)
+        if (name == "benchmark") camera = &c;
+    REQUIRE(camera->width == 1280);
+    REQUIRE(camera->height == 720);
+    RendererOptions options;
+    options.threads = 2;
+    compare<S>(scene.map, prefix, options, walk(scene.map, *camera));
+}
+
+} // namespace
+
+// Small machines: other numbers of workers, starved channels, copies in screen form, bounded hops.
+template <std::uint32_t N>
+struct Workers : TestMachine<64u << 20> {
+    static constexpr std::uint32_t workers = N;
+};
+template <std::uint32_t N>
+struct Held : support::Small<7, 400> {
+    using Machine = Workers<N>;
+    static constexpr splat::Arithmetic arithmetic = splat::Arithmetic::fast;
+};
+struct Dropped : support::Small<5, 60, splat::Paper> {
+    using Machine = Workers<4>;
+    using Copies = splat::ScreenCopies;
+    static constexpr bool one_channel_memory = true;
+};
+#define FRAME(Name, S)                                                                                                         \
+    TILEMESH_VERTEX(Name##_project, S::Machine, splat::Frame<S>, splat::Project<S>)                                            \
+    TILEMESH_VERTEX(Name##_route, S::Machine, splat::Frame<S>, splat::Route<S>)                                                \
+    TILEMESH_VERTEX(Name##_bloom, S::Machine, splat::Frame<S>, splat::Bloom<S>)                                                \
+    TILEMESH_VERTEX(Name##_depth_sort, S::Machine, splat::Frame<S>, splat::DepthSort<S>)                                       \
+    TILEMESH_MULTI_VERTEX(Name##_composite, S::Machine, splat::Frame<S>, splat::Composite<S>)                                  \
+    ENTER(Name##_project);                                                                                                     \
+    ENTER(Name##_route);                                                                                                       \
+    ENTER(Name##_bloom);                                                                                                       \
+    ENTER(Name##_depth_sort);                                                                                                  \
+    ENTER(Name##_composite)
+#define ENTER(Name) POPLAR_STANDIN_VERTEX(Name, reads, keeps, sends, x, y, width, height, step, log_at, always)
+FRAME(held1, Held<1>);
+FRAME(held6, Held<6>);
+FRAME(dropped4, Dropped);
+
+TEST_CASE("poplar: Sloth, lossless with float pixels, a cold start and three steps of an orbit")
+{
+    whole_frame<splat::Lossless>("lossless");
+}
+
+TEST_CASE("poplar: Sloth, paper with RGBX8 pixels, a cold start and three steps of an orbit")
+{
+    whole_frame<splat::Paper>("paper");
+}
+
+TEST_CASE("poplar: worker order and count change nothing; starved channels, drop, bounded hops")
+{
+    standin::With const restore(standin::settings());
+    standin::settings().tile_bytes = 64u << 20;
+    auto const map = support::map_of(support::cloud(support::fast() ? 150 : 500, 11));
+    std::vector<splat::Camera> cameras;
+    for (float turn : {0.0f, 0.02f, 0.3f, 0.3f}) cameras.push_back(support::lens(150, 70, turn)); // the last is static
+    RendererOptions options;
+    options.tile = {20, 16};
+    for (auto const& e : executions) {
+        CAPTURE(e.name);
+        poplar_test::use(e);
+        compare<Held<1>>(map, "held1", options, cameras);
+        compare<Held<6>>(map, "held6", options, cameras);
+        compare<Dropped>(map, "dropped4", options, cameras);
+        options.hops = 1;
+        compare<Held<6>>(map, "held6", options, cameras);
+        options.hops = 0;
+    }
+    // Fewer slots than the layout has.
+    options.channel_slots = 2;
+    options.storage_slots = 200;
+    options.waiting_slots = 3;
+    poplar_test::use(executions[1]);
+    compare<Held<6>>(map, "held6", options, cameras);
+    // One worker's picture is six workers'.
+    BasicRenderer<Held<1>, PoplarMesh> one{map, options, poplar_test::options("held1")};
+    BasicRenderer<Held<6>, PoplarMesh> six{map, options, poplar_test::options("held6")};
+    CHECK(support::differing_pixels(one.render(cameras[0]).image, six.render(cameras[0]).image) == 0);
+}

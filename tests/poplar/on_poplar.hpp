@@ -1,0 +1,87 @@
+#pragma once
+#include "../engine/everywhere.hpp"
+#include <deque>
+#include <poplar/DeviceManager.hpp>
+#include <standin.hpp>
+#include <string>
+#include <tilemesh/poplar/poplar_mesh.hpp>
+#include <vector>
+
+/// The same program on a Mesh and on a PoplarMesh over the stand-in for Poplar (never an IPU): all live words and all counters.
+namespace poplar_test {
+using namespace tilemesh;
+
+/// A device of the stand-in's as it is set now, attached; it lives as long as the program.
+inline poplar::Device const& device()
+{
+    static std::deque<poplar::Device> all;
+    auto manager = poplar::DeviceManager::createDeviceManager();
+    auto devices = manager.getDevices(poplar::TargetType::IPU, 1);
+    REQUIRE(!devices.empty());
+    REQUIRE(devices[0].attach());
+    all.push_back(std::move(devices[0]));
+    return all.back();
+}
+inline PoplarOptions options(std::string prefix)
+{
+    PoplarOptions o;
+    o.device = &device();
+    o.codelets = "linked into this program";
+    o.prefix = std::move(prefix);
+    return o;
+}
+
+/// How the stand-in may execute: every order of workers and vertices, and workers on threads.
+struct Execution {
+    char const* name;
+    standin::Order workers, vertices;
+    bool threads;
+};
+inline constexpr Execution executions[] = {
+    {"in order", standin::Order::ascending, standin::Order::ascending, false},
+    {"last first", standin::Order::descending, standin::Order::descending, false},
+    {"permuted", standin::Order::permuted, standin::Order::permuted, false},
+    {"on threads", standin::Order::ascending, standin::Order::ascending, true},
+};
+inline void use(Execution const& e)
+{
+    auto& s = standin::settings();
+    s.workers = e.workers;
+    s.vertices = e.vertices;
+    s.threads = e.threads;
+    s.check_inputs = true;
+}
+
+template <class M, class M2>
+void check_same_words(M& a, M2& b)
+{
+    auto const x = engine_test::words_of(a), y = engine_test::words_of(b);
+    REQUIRE(x.size() == y.size());
+    CHECK(x == y);
+}
+
+/// Loads and runs a program on both, `runs` times, however the stand-in executes it. Returns the runs' counters of the Mesh.
+template <class Program, class Machine = Mk2, class Load>
+std::vector<RunCounters> on_both(std::string const& prefix, Grid grid, Load const& load, int runs = 1, Program program = {})
+{
+    standin::With const restore(standin::settings());
+    std::vector<RunCounters> counted;
+    for (auto const& e : executions) {
+        CAPTURE(e.name);
+        use(e);
+        Mesh<Program, Machine> mesh{grid, {}, program};
+        PoplarMesh<Program, Machine> graph{grid, options(prefix), program};
+        load(mesh);
+        load(graph);
+        counted.clear();
+        for (int r = 0; r < runs; ++r) {
+            CAPTURE(r);
+            counted.push_back(mesh.run());
+            engine_test::check_same(counted.back(), graph.run());
+            check_same_words(mesh, graph);
+        }
+    }
+    return counted;
+}
+
+} // namespace poplar_test

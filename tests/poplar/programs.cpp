@@ -1,0 +1,310 @@
+#include "../engine/programs.hpp"
+#include "on_poplar.hpp"
+#include <standin_vertex.hpp>
+#include <tilemesh/poplar/codelet.hpp>
+
+// Programs of the engine's tests as codelets, and what a graph must get right beyond them.
+using namespace engine_test;
+
+// --- mail across runs: a bound cuts the step that reads --------------------------------------------------------------------------
+using Bounded = Sequence<Superstep<Throw>, UntilQuiet<Catch>>;
+
+// --- a kernel on all workers that reads a channel, which nobody forgets for it ------------------------------------------------------
+struct Sum {
+    std::uint32_t of_worker[6];
+};
+struct Note : Channel<std::uint32_t, 6> {};
+struct Tell {
+    void operator()(Here here, Out<Note> out) const noexcept
+    {
+        for (std::uint32_t i = 0; i < 6; ++i) out[Direction::east].push(i + here.tile.x());
+        out[Direction::north].set_note(7);
+    }
+};
+struct Listen {
+    void operator()(Sum& sum, In<Note> in, Worker worker) const noexcept
+    {
+        std::uint32_t all = 0;
+        for (std::uint32_t i = worker.index; i < in[Direction::west].size(); i += worker.count) all += in[Direction::west][i];
+        sum.of_worker[worker.index] += all + (in[Direction::south].note() == 7 ? 1000u : 0u);
+    }
+};
+using Listening = Sequence<Superstep<Tell>, Superstep<Listen>, Superstep<Listen>>;
+
+// --- two channels in one memory, and a list with a limit ---------------------------------------------------------------------------
+struct Pile : Buffer<std::uint32_t, 9, Limited> {
+    using Buffer::Buffer;
+};
+struct Wide : Channel<std::uint32_t, 5, Limited> {};
+struct Narrow : Channel<std::uint32_t, 2> {
+    using memory_of = Wide;
+};
+struct SendWide {
+    void operator()(Pile& pile, Out<Wide> out) const noexcept
+    {
+        std::uint32_t n = 0;
+        while (!pile.empty() && n < 5 && out[Direction::south].try_push(pile[pile.size() - 1])) {
+            pile.truncate(pile.size() - 1);
+            ++n;
+        }
+    }
+};
+struct TakeWide {
+    void operator()(Pile& pile, In<Wide> in) const noexcept
+    {
+        for (auto d : news)
+            for (auto word : in[d])
+                if (!pile.try_push(word)) return;
+    }
+};
+struct SendNarrow {
+    void operator()(Pile const& pile, Out<Narrow> out) const noexcept
+    {
+        for (std::uint32_t i = 0; i < pile.size(); ++i)
+            if (!out[Direction::west].try_push(pile[i] + 1)) return;
+    }
+};
+struct TakeNarrow {
+    void operator()(Pile& pile, In<Narrow> in) const noexcept
+    {
+        for (auto d : news)
+            for (auto word : in[d]) (void)pile.try_push(word);
+    }
+};
+using Shared = Sequence<Superstep<SendWide>, Superstep<TakeWide>, Superstep<SendNarrow>, Superstep<TakeNarrow>>;
+
+// --- votes alone, without a channel ---------------------------------------------------------------------------------------------------
+struct Countdown {
+    std::uint32_t left, ran;
+};
+struct Tick {
+    Vote operator()(Countdown& c) const noexcept
+    {
+        ++c.ran;
+        if (c.left != 0) --c.left;
+        return c.left != 0 ? Vote::busy : Vote::quiet;
+    }
+};
+using Ticking = Sequence<Superstep<Tick>, UntilQuiet<Tick>>;
+
+// --- a dynamic channel -------------------------------------------------------------------------------------------------------------
+struct Any : Channel<std::uint32_t> {};
+struct Fill {
+    void operator()(Countdown& c, In<Any> in, Out<Any> out) const noexcept
+    {
+        for (auto d : news) c.ran += in[d].size();
+        while (out[Direction::north].try_push(c.ran)) {}
+    }
+};
+using Filling = Sequence<Repeat<3, Fill>>;
+
+// --- a sender over unread mail ----------------------------------------------------------------------------------------------------------
+struct Stamp {
+    std::uint32_t word;
+};
+struct SendStamp {
+    void operator()(Stamp const& stamp, Out<Lane> out) const noexcept { out[Direction::east].push(stamp.word); }
+};
+struct ReadStamp {
+    void operator()(Stamp& stamp, In<Lane> in) const noexcept
+    {
+        for (auto d : news)
+            for (auto word : in[d]) stamp.word += word;
+    }
+};
+using Cut = Sequence<Superstep<SendStamp>, UntilQuiet<ReadStamp>>;
+
+TILEMESH_VERTEX(test_Diffuse, Mk2, Heat<20>, Diffuse)
+TILEMESH_VERTEX(test_TellSideways, Mk2, Generation, TellSideways)
+TILEMESH_VERTEX(test_TellUpAndDown, Mk2, Generation, TellUpAndDown)
+TILEMESH_VERTEX(test_Live, Mk2, Generation, Live)
+TILEMESH_VERTEX(test_Throw, Mk2, Bounce, Throw)
+TILEMESH_VERTEX(test_Catch, Mk2, Bounce, Catch)
+TILEMESH_VERTEX(test_Depart, Bench, Post, Depart)
+TILEMESH_VERTEX(test_Deliver, Bench, Post, Deliver)
+TILEMESH_VERTEX(test_Trade, Mk2, SortRows<12>, Trade)
+TILEMESH_VERTEX(test_Settle, Mk2, SortRows<12>, Settle)
+TILEMESH_VERTEX(test_Tell, Mk2, Listening, Tell)
+TILEMESH_MULTI_VERTEX(test_Listen, Mk2, Listening, Listen)
+TILEMESH_VERTEX(test_SendWide, Mk2, Shared, SendWide)
+TILEMESH_VERTEX(test_TakeWide, Mk2, Shared, TakeWide)
+TILEMESH_VERTEX(test_SendNarrow, Mk2, Shared, SendNarrow)
+TILEMESH_VERTEX(test_TakeNarrow, Mk2, Shared, TakeNarrow)
+TILEMESH_VERTEX(test_Tick, Mk2, Ticking, Tick)
+TILEMESH_VERTEX(test_Fill, Mk2, Filling, Fill)
+TILEMESH_VERTEX(test_SendStamp, Mk2, Cut, SendStamp)
+TILEMESH_VERTEX(test_ReadStamp, Mk2, Cut, ReadStamp)
+
+#define ENTER(Name) POPLAR_STANDIN_VERTEX(Name, reads, keeps, sends, x, y, width, height, step, log_at, always)
+ENTER(test_Diffuse);
+ENTER(test_TellSideways);
+ENTER(test_TellUpAndDown);
+ENTER(test_Live);
+ENTER(test_Throw);
+ENTER(test_Catch);
+ENTER(test_Depart);
+ENTER(test_Deliver);
+ENTER(test_Trade);
+ENTER(test_Settle);
+ENTER(test_Tell);
+ENTER(test_Listen);
+ENTER(test_SendWide);
+ENTER(test_TakeWide);
+ENTER(test_SendNarrow);
+ENTER(test_TakeNarrow);
+ENTER(test_Tick);
+ENTER(test_Fill);
+ENTER(test_SendStamp);
+ENTER(test_ReadStamp);
+
+namespace {
+using poplar_test::on_both;
+
+TEST_CASE("poplar: heat, life, sorting, bouncing and post are the engine's, word for word")
+{
+    on_both<Heat<20>>("test", Grid{7, 5}, [](auto& mesh) {
+        mesh.template broadcast<Conductivity>().per_step = 0.2f;
+        mesh.template state<Cell>(TileId::at(3, 2)).kelvin = 1000;
+    }, 2);
+    on_both<Generation>("test", Grid{4, 3}, [](auto& mesh) {
+        std::uint32_t const glider[3] = {2, 4, 7};
+        for (std::uint32_t i = 0; i < 3; ++i) mesh.template state<Patch>(TileId::at(1, 1)).row[i + 5] = glider[i] << 5;
+    }, 12);
+    auto const sorted = on_both<SortRows<12>>("test", Grid{12, 2}, [](auto& mesh) {
+        for (std::uint32_t i = 0; i < 24; ++i) mesh.template state<Key>(mesh.grid().tile(i)).value = (i * 7 + 3) % 24;
+    });
+    CHECK(sorted[0].steps[0].supersteps == 12);
+    auto const bounced = on_both<Bounce>("test", Grid{5, 2}, [](auto& mesh) {
+        mesh.template state<Ball>(TileId::at(1, 0)).throws = 13;
+        mesh.template state<Ball>(TileId::at(4, 1)).throws = 1;
+    });
+    CHECK(bounced[0].steps[1].passes == 13);
+    CHECK(bounced[0].steps[1].supersteps == 12); // the last pass only reads
+    standin::With const restore(standin::settings());
+    standin::settings().tile_bytes = Bench::sram_bytes;
+    on_both<Post, Bench>("test", Grid{9, 8}, [](auto& mesh) {
+        Random random(5);
+        for (std::uint32_t i = 0; i < 72; ++i)
+            for (std::uint32_t n = random.below(20), id = 0; id < n; ++id) {
+                auto const to = random.below(72);
+                mesh.template state<Outbox>(mesh.grid().tile(i)).push({100 * i + id, mesh.grid().tile(to), {0, 1}});
+            }
+    });
+}
+
+TEST_CASE("poplar: one tile, one row, one column: every message comes back where it should")
+{
+    for (Grid grid : {Grid{1, 1}, Grid{6, 1}, Grid{1, 6}}) {
+        CAPTURE(grid.width);
+        on_both<Heat<20>>("test", grid, [](auto& mesh) {
+            mesh.template broadcast<Conductivity>().per_step = 0.1f;
+            mesh.template state<Cell>(TileId::at(0, 0)).kelvin = 500;
+        });
+        on_both<Bounce>("test", grid, [](auto& mesh) { mesh.template state<Ball>(TileId::at(0, 0)).throws = 9; });
+    }
+}
+
+TEST_CASE("poplar: what a bound leaves under way goes on in the next run")
+{
+    Bounded program;
+    std::get<1>(program.steps).at_most = 2;
+    auto const runs = on_both<Bounded>("test", Grid{4, 1}, [](auto& mesh) { mesh.template state<Ball>(TileId::at(0, 0)).throws = 0; }, 1, program);
+    CHECK(runs[0].steps[1].passes == 0);
+    for (std::uint32_t bound : {0u, 1u, 5u, 6u}) { // the ball takes 6 passes: full - 1, full
+        CAPTURE(bound);
+        std::get<1>(program.steps).at_most = bound;
+        standin::With const restore(standin::settings());
+        Mesh<Bounded> mesh{Grid{4, 1}, {}, program};
+        PoplarMesh<Bounded> graph{Grid{4, 1}, poplar_test::options("test"), program};
+        mesh.state<Ball>(TileId::at(0, 0)).throws = 6;
+        graph.state<Ball>(TileId::at(0, 0)).throws = 6;
+        check_same(mesh.run(), graph.run());
+        poplar_test::check_same_words(mesh, graph);
+        if (bound < 6) { // Throw only sends: the next run finds its channel unread
+            CHECK(has(error_of([&] { graph.run(); }), "unread mail"));
+            CHECK(has(error_of([&] { mesh.run(); }), "unread mail"));
+            CHECK(has(error_of([&] { graph.run(); }), "cannot run again"));
+        } else {
+            check_same(mesh.run(), graph.run());
+        }
+    }
+    Cut cut;
+    std::get<1>(cut.steps).at_most = 0;
+    PoplarMesh<Cut> graph{Grid{3, 2}, poplar_test::options("test"), cut};
+    graph.run();
+    CHECK(has(error_of([&] { graph.run(); }), "SendStamp"));
+}
+
+TEST_CASE("poplar: all workers read a channel, and its mail is read once")
+{
+    auto const runs = on_both<Listening>("test", Grid{3, 3}, [](auto&) {}, 3);
+    CHECK(runs[0].steps[0].messages == 9 * 6);
+    PoplarMesh<Listening> graph{Grid{3, 3}, poplar_test::options("test")};
+    graph.run();
+    // Worker w of the middle tile heard w + 0 from the west and the note from the south, once.
+    auto const& sum = graph.state<Sum>(TileId::at(1, 1));
+    for (std::uint32_t w = 0; w < 6; ++w) CHECK(sum.of_worker[w] == w + 1000);
+}
+
+TEST_CASE("poplar: two channels in one memory; lists and channels shorter than their layout")
+{
+    auto const load = [](auto& mesh) {
+        mesh.template limit<Pile>(7);
+        mesh.template limit<Wide>(3);
+        for (std::uint32_t i = 0; i < 12; ++i)
+            for (std::uint32_t n = 0; n < i % 8; ++n) mesh.template state<Pile>(mesh.grid().tile(i)).push(10 * i + n);
+    };
+    auto const runs = on_both<Shared>("test", Grid{4, 3}, load, 4);
+    CHECK(runs[0].peaks[0].capacity == 7);
+    CHECK(runs[0].steps[0].capacity_bytes == 12u * 4 * (8 + 3 * 4));
+}
+
+TEST_CASE("poplar: votes without channels; who runs is counted, also outside a rectangle")
+{
+    auto const load = [](auto& mesh) {
+        mesh.run_within(1, 0, 3, 2);
+        for (std::uint32_t i = 0; i < 12; ++i) {
+            auto const t = mesh.grid().tile(i);
+            if (t.x() >= 1 && t.x() < 3 && t.y() < 2) mesh.template state<Countdown>(t).left = i;
+        }
+    };
+    auto const runs = on_both<Ticking>("test", Grid{4, 3}, load, 2);
+    CHECK(runs[0].steps[0].tile_runs == 4);
+    CHECK(runs[0].steps[1].passes == 5); // the largest left, 6, less the first superstep's
+}
+
+TEST_CASE("poplar: a dynamic channel of 0, 1 and 5 slots")
+{
+    CHECK(has(error_of([] { PoplarMesh<Filling>{Grid{2, 2}, poplar_test::options("test")}.run(); }), "has no slots"));
+    for (std::uint32_t slots : {1u, 5u})
+        on_both<Filling>("test", Grid{2, 2}, [&](auto& mesh) { mesh.template limit<Any>(slots); }, 2);
+}
+
+TEST_CASE("poplar: what a PoplarMesh refuses, in one line")
+{
+    using poplar_test::options;
+    CHECK(has(error_of([] { PoplarMesh<Ticking>{Grid{2, 2}}; }), "without a device"));
+    CHECK(has(error_of([] { PoplarMesh<Ticking>{Grid{2, 2}, options("other")}.run(); }), "other_Tick"));
+    auto digest = options("test");
+    digest.digest = true;
+    CHECK(has(error_of([&] { PoplarMesh<Ticking>{Grid{2, 2}, digest}; }), "digests"));
+    PoplarMesh<Ticking> mesh{Grid{2, 2}, options("test")};
+    CHECK(has(error_of([&] { mesh.observe([](SuperstepEvent const&) {}); }), "observer"));
+    mesh.observe({});
+    CHECK(has(error_of([&] { mesh.run_within(0, 0, 3, 2); }), "rectangle inside"));
+    mesh.run();
+    PoplarMesh<Filling> full{Grid{1, 1}, options("test")};
+    CHECK(has(error_of([&] { full.limit<Any>(1u << 20); }), "over a tile's SRAM"));
+    full.limit<Any>(2);
+    full.run();
+    CHECK(has(error_of([&] { full.limit<Any>(3); }), "before the first run"));
+    // A device that is too small.
+    standin::With const restore(standin::settings());
+    standin::settings().tiles = 3;
+    auto manager = poplar::DeviceManager::createDeviceManager();
+    auto devices = manager.getDevices(poplar::TargetType::IPU, 1);
+    auto small = options("test");
+    small.device = &devices[0];
+    CHECK(has(error_of([&] { PoplarMesh<Ticking>{Grid{2, 2}, small}; }), "3 tiles"));
+}
+} // namespace

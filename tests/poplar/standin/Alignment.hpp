@@ -1,0 +1,3 @@
+// Some codelets name this header of the SDK without its folder.
+#pragma once
+#include <poplar/Alignment.hpp>

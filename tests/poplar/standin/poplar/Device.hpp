@@ -1,0 +1,31 @@
+#pragma once
+#include "Target.hpp"
+#include <utility>
+
+/// Part of a stand-in for the Poplar SDK: a device that one engine at a time is loaded onto.
+namespace poplar {
+
+/// Move only, as the SDK's.
+class Device {
+public:
+    Device() = default;
+    Device(Device&& other) noexcept : target_(other.target_), attached_(std::exchange(other.attached_, false)) {}
+    Device& operator=(Device&& other) noexcept
+    {
+        target_ = other.target_;
+        attached_ = std::exchange(other.attached_, false);
+        return *this;
+    }
+
+    /// False where it is attached already.
+    bool attach() const { return !std::exchange(attached_, true); }
+    void detach() const { attached_ = false; }
+    bool isAttached() const { return attached_; }
+    Target const& getTarget() const { return target_; }
+
+private:
+    Target target_;
+    mutable bool attached_ = false;
+};
+
+} // namespace poplar

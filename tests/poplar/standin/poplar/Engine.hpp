@@ -1,0 +1,59 @@
+#pragma once
+#include "../detail/executable.hpp"
+#include "Device.hpp"
+#include "Graph.hpp"
+#include "Program.hpp"
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+/// Part of a stand-in for the Poplar SDK: a graph and programs, built and executed.
+namespace poplar {
+
+/// Move only. Each has tile memory of its own; the graph may be built into others.
+class Engine {
+public:
+    /// Lays out and checks the graph and its programs. Throws a poplar_error for what is missing, in conflict or too large.
+    Engine(Graph const& graph, std::vector<program::Program> const& programs)
+        : executable_(std::make_unique<standin::detail::Executable>(graph.data_, programs)), tiles_(graph.getTarget().getNumTiles())
+    {
+    }
+    Engine(Graph const& graph, program::Program const& program) : Engine(graph, std::vector<program::Program>{program}) {}
+
+    /// Puts it on a device: all variables are undefined afterwards.
+    void load(Device const& device)
+    {
+        if (!device.isAttached())
+            throw poplar_error("The engine was not loaded (the device is not attached); call attach first");
+        if (device.getTarget().getNumTiles() != tiles_)
+            throw poplar_error("The engine was not loaded (the device has " + std::to_string(device.getTarget().getNumTiles()) +
+                               " tiles, the graph " + std::to_string(tiles_) + "); build the graph for its target");
+        if (loaded_)
+            executable_->reset();
+        loaded_ = true;
+    }
+
+    /// Host memory that each transfer of a stream reads or writes from its start.
+    void connectStream(std::string const& handle, void* memory) { executable_->connect(handle, memory, nullptr); }
+    /// Host memory that transfers of a stream walk through, and from its end to its start again.
+    void connectStream(std::string const& handle, void* begin, void* end) { executable_->connect(handle, begin, end); }
+
+    /// Runs a program to its end.
+    void run(unsigned program = 0, std::string const& = {})
+    {
+        if (!loaded_)
+            throw poplar_error("Program " + std::to_string(program) + " did not run (the engine is on no device); call load first");
+        executable_->run(program);
+    }
+
+    /// For the questions in standin.hpp.
+    standin::detail::Executable const& executable() const { return *executable_; }
+
+private:
+    std::unique_ptr<standin::detail::Executable> executable_;
+    unsigned tiles_;
+    bool loaded_ = false;
+};
+
+} // namespace poplar
