@@ -1,7 +1,7 @@
-// Codelets of every field kind, executed with known answers: by hand through the registration, and through the stand-in's graph and
-// engine. The stand-in is not Poplar. What passes here shows that the headers take this style of code and that the engine gives each
-// codelet its data; it cannot show that popc accepts the same text, how an IPU lays these fields out, how its arithmetic rounds where
-// instructions fuse (`half`, exp), or how long anything takes.
+// Codelets of every field kind, executed with known answers: by hand through the registration, and through the stand-in's
+// graph and engine. The stand-in is not Poplar. What passes here shows that the headers take this style of code and that
+// the engine gives each codelet its data; it cannot show that popc accepts the same text, how an IPU lays these fields out,
+// how its arithmetic rounds where instructions fuse (`half`, exp), or how long anything takes.
 #include "public_style_codelets.hpp"
 #include <algorithm>
 #include <array>
@@ -134,9 +134,10 @@ public:
     template <class T>
     void value(std::string const& field, T value)
     {
-        data_[field] = {Access::value, 0, {piece(std::vector<T>{value})}, [=](poplar::Graph& graph, poplar::VertexRef vertex) {
-                            graph.setInitialValue(vertex[field], Plain<T>(value));
-                        }};
+        data_[field] = {
+            Access::value, 0, {piece(std::vector<T>{value})}, [=](poplar::Graph& graph, poplar::VertexRef vertex) {
+                graph.setInitialValue(vertex[field], Plain<T>(value));
+            }};
     }
     template <class T>
     void value(std::string const& field, std::vector<T> const& values)
@@ -199,7 +200,8 @@ private:
     std::map<std::string, Data> data_;
 };
 
-/// Executes a call through the registration alone. Pieces lie between canaries, outputs begin as poison, inputs must not change.
+/// Executes a call through the registration alone. Pieces lie between canaries, outputs begin as poison, inputs must not
+/// change.
 struct ByHand {
     static constexpr std::uint64_t canary = 0x7fa0dead'7fa0deadu;
 
@@ -222,7 +224,8 @@ struct ByHand {
                 REQUIRE(piece.bytes.size() == piece.elements * field.element_bytes);
                 // Two words before, so that what malloc aligns to 16 bytes stays so.
                 std::vector<std::uint64_t> words(2 + (piece.bytes.size() + 7) / 8 + 1, canary);
-                if (data.access != Access::output && !piece.bytes.empty()) std::memcpy(&words[2], piece.bytes.data(), piece.bytes.size());
+                if (data.access != Access::output && !piece.bytes.empty())
+                    std::memcpy(&words[2], piece.bytes.data(), piece.bytes.size());
                 edges.push_back({&words[2], piece.elements});
                 memory[field.name].push_back(std::move(words)); // a move leaves the words where they are
             }
@@ -236,7 +239,9 @@ struct ByHand {
         if (way.order == Order::permuted) std::shuffle(workers.begin(), workers.end(), std::mt19937(way.seed));
         std::vector<std::thread> threads;
         for (unsigned worker : workers) {
-            auto const work = [&results, type, instance = vertex.get(), worker] { results[worker] = type->compute(instance, worker); };
+            auto const work = [&results, type, instance = vertex.get(), worker] {
+                results[worker] = type->compute(instance, worker);
+            };
             if (way.threads) threads.emplace_back(work);
             else work();
         }
@@ -249,7 +254,8 @@ struct ByHand {
                 std::vector<std::byte>& bytes = data.pieces[i].bytes;
                 auto const* const after = reinterpret_cast<std::byte const*>(&words[2]);
                 CHECK_MESSAGE((words[0] == canary && words[1] == canary && words.back() == canary), field.name);
-                if (data.access == Access::input || data.access == Access::value) CHECK(std::equal(bytes.begin(), bytes.end(), after));
+                if (data.access == Access::input || data.access == Access::value)
+                    CHECK(std::equal(bytes.begin(), bytes.end(), after));
                 else bytes.assign(after, after + bytes.size());
             }
         }
@@ -296,7 +302,8 @@ private:
                 continue;
             }
             auto const* const type = standin::find_vertex(call.vertex());
-            auto const field = std::find_if(type->fields.begin(), type->fields.end(), [&](auto const& f) { return f.name == name; });
+            auto const field =
+                std::find_if(type->fields.begin(), type->fields.end(), [&](auto const& f) { return f.name == name; });
             REQUIRE_MESSAGE(field != type->fields.end(), name);
             if (data.rank == 2) graph.setFieldSize(vertex[name], data.pieces.size());
             for (std::size_t i = 0; i < data.pieces.size(); ++i) {
@@ -374,7 +381,9 @@ TEST_CASE_TEMPLATE("a template has instances for several element types", Host, B
             c.out<float>("out", 3);
             c.value("factor", 2.0f);
         },
-        [](Call& c) { CHECK(c.read<float>("out") == Values<float>{2.0f, -5.0f, 0.0f}); });
+        [](Call& c) {
+            CHECK(c.read<float>("out") == Values<float>{2.0f, -5.0f, 0.0f});
+        });
     in_all_ways<Host>(
         "orchard::Scale<int>",
         [](Call& c) {
@@ -390,7 +399,9 @@ TEST_CASE_TEMPLATE("a template has instances for several element types", Host, B
             c.out<unsigned short>("out", 2);
             c.value<unsigned short>("factor", 2);
         },
-        [](Call& c) { CHECK(c.read<unsigned short>("out") == Values<unsigned short>{14464, 6}); }); // 80,000 - 65,536
+        [](Call& c) {
+            CHECK(c.read<unsigned short>("out") == Values<unsigned short>{80000 - 65536, 6});
+        });
     in_all_ways<Host>(
         "orchard::Scale<half>",
         [](Call& c) {
@@ -494,9 +505,9 @@ TEST_CASE_TEMPLATE("workers that wait for each other need all of them at once", 
 #if defined(__SANITIZE_THREAD__)
     return; // a spin on plain words is a race to TSan, as it is to the language
 #elif defined(__has_feature)
-#if __has_feature(thread_sanitizer)
+#    if __has_feature(thread_sanitizer)
     return;
-#endif
+#    endif
 #endif
     for (unsigned n : {0u, 1u, 6u, 29u, 30u}) {
         in_all_ways<Host>(
@@ -524,7 +535,9 @@ TEST_CASE_TEMPLATE("supervisor vertices", Host, ByHand, ByGraph)
             c.in("in", Values<unsigned>{1, 2, 3});
             c.out<unsigned>("out", 3);
         },
-        [](Call& c) { CHECK(c.read<unsigned>("out") == Values<unsigned>{3, 2, 1}); });
+        [](Call& c) {
+            CHECK(c.read<unsigned>("out") == Values<unsigned>{3, 2, 1});
+        });
     in_all_ways<Host>(
         "orchard::Fill<unsigned int,false>",
         [](Call& c) {
@@ -553,8 +566,8 @@ TEST_CASE_TEMPLATE("halves round at each step, floats beside them do not", Host,
             c.value("bias", half(0.25f));
         },
         [](Call& c) {
-            // Lane 0: 2,048 + 1 lies between the halves 2,048 and 2,050 and stays even. Lane 1 makes it 2,050. Of lanes 2 and 3 only the
-            // 2 in 2.125 arrives, and the bias is less than half a step.
+            // Lane 0: 2,048 + 1 lies between the halves 2,048 and 2,050 and stays even. Lane 1 makes it 2,050. Of lanes 2
+            // and 3 only the 2 in 2.125 arrives, and the bias is less than half a step.
             CHECK(c.read_one<half>("dot") == 2052.0f);
             CHECK(c.read_one<float>("exact") == 2053.125f);
         });
@@ -602,7 +615,9 @@ TEST_CASE_TEMPLATE("tables that belong to the vertex", Host, ByHand, ByGraph)
             c.value("coefficients", Values<half>{half(0.5f), half(3.0f), half(1.0f)});
             c.value("exponents", Values<Values<unsigned short>>{{0}, {1}, {3}});
         },
-        [](Call& c) { CHECK(c.read<float>("y") == Values<float>{0.5f - 6.0f + 8.0f, 0.5f + 3.0f - 1.0f}); });
+        [](Call& c) {
+            CHECK(c.read<float>("y") == Values<float>{0.5f - 6.0f + 8.0f, 0.5f + 3.0f - 1.0f});
+        });
 }
 
 TEST_CASE_TEMPLATE("bytes that are cast to a struct", Host, ByHand, ByGraph)
@@ -705,7 +720,8 @@ TEST_CASE("fields are registered with the sizes of the documents")
         char const* type;
         unsigned element_bytes, align, state_bytes, inner_state_bytes;
     };
-    // A span is a pointer and a size; a bare pointer, a scalar edge and a plain member take a word; a short span fits into one.
+    // A span is a pointer and a size; a bare pointer, a scalar edge and a plain member take a word; a short span fits into
+    // one.
     Row const rows[] = {{"orchard::Pick", "table", Access::input, 1, "float", 4, 4, 4, 0},
                         {"orchard::Pick", "indices", Access::input, 1, "unsigned short", 2, 2, 4, 0},
                         {"orchard::Pick", "even", Access::output, 1, "signed char", 1, 4, 4, 0},
@@ -727,7 +743,8 @@ TEST_CASE("fields are registered with the sizes of the documents")
         CAPTURE(row.field);
         auto const* const type = standin::find_vertex(row.vertex);
         REQUIRE(type != nullptr);
-        auto const field = std::find_if(type->fields.begin(), type->fields.end(), [&](auto const& f) { return f.name == row.field; });
+        auto const field =
+            std::find_if(type->fields.begin(), type->fields.end(), [&](auto const& f) { return f.name == row.field; });
         REQUIRE(field != type->fields.end());
         CHECK(field->access == row.access);
         CHECK(field->rank == row.rank);
@@ -755,8 +772,8 @@ TEST_CASE("an edge that does not fit its field is refused")
     alignas(16) unsigned char bytes[4096]{};
     CHECK_NOTHROW(bind(0, bytes, 4, 1));
     CHECK_THROWS_AS(bind(0, bytes + 2, 4, 1), std::invalid_argument); // floats at an odd halfword
-    CHECK_NOTHROW(bind(0, bytes + 2, 0, 1));                           // nothing lies anywhere
-    CHECK_THROWS_AS(bind(0, bytes, 4, 2), std::invalid_argument);      // two edges for a vector
+    CHECK_NOTHROW(bind(0, bytes + 2, 0, 1));                          // nothing lies anywhere
+    CHECK_THROWS_AS(bind(0, bytes, 4, 2), std::invalid_argument);     // two edges for a vector
     CHECK_THROWS_AS(bind(0, bytes, 4, 0), std::invalid_argument);
     CHECK_NOTHROW(bind(1, bytes, 2047, 1)); // what 11 bits count
     CHECK_THROWS_AS(bind(1, bytes, 2048, 1), std::invalid_argument);
@@ -781,11 +798,13 @@ TEST_CASE("a half is the nearest of its kind")
     // Between two neighbours: below the middle the lower, above it the upper, at it the even one.
     for (std::uint32_t bits = 0; bits < 0x7bff; ++bits) {
         auto const low = static_cast<std::uint16_t>(bits), high = static_cast<std::uint16_t>(bits + 1);
-        float const middle = 0.5f * (standin::half_value(low) + standin::half_value(high)); // exact: one bit more than a half has
+        float const middle =
+            0.5f * (standin::half_value(low) + standin::half_value(high)); // exact: one bit more than a half has
         if (standin::half_bits(std::nextafterf(middle, 0.0f)) != low) FAIL_CHECK("below the middle after " << bits);
         if (standin::half_bits(std::nextafterf(middle, 1e30f)) != high) FAIL_CHECK("above the middle after " << bits);
         if (standin::half_bits(middle) != (bits % 2 == 0 ? low : high)) FAIL_CHECK("the middle after " << bits);
-        if (standin::half_bits(-middle) != (0x8000u | (bits % 2 == 0 ? low : high))) FAIL_CHECK("minus the middle after " << bits);
+        if (standin::half_bits(-middle) != (0x8000u | (bits % 2 == 0 ? low : high)))
+            FAIL_CHECK("minus the middle after " << bits);
     }
     CHECK(standin::half_bits(65519.99f) == 0x7bffu); // the last that rounds down to 65,504
     CHECK(standin::half_bits(65520.0f) == 0x7c00u);

@@ -1,6 +1,7 @@
-// Small codelets in the manner of public ones, each made for this test, so that every kind of field and every habit of that code is
-// compiled and executed: templates with explicit instances, bare pointers with a count, lists, private edges, constraints, bytes cast
-// to a struct, workers that wait for each other. They include what codelets include, and no test header.
+// Small codelets in the manner of public ones, each made for this test, so that every kind of field and every habit of that
+// code is compiled and executed: templates with explicit instances, bare pointers with a count, lists, private edges,
+// constraints, bytes cast to a struct, workers that wait for each other. They include what codelets include, and no test
+// header.
 #pragma once
 #include <cmath>
 #include <ipu_builtins.h>
@@ -168,7 +169,8 @@ public:
     }
 };
 
-/// Workers that wait for each other: a prefix sum in two phases around a barrier that spins on shared words. They must run at once.
+/// Workers that wait for each other: a prefix sum in two phases around a barrier that spins on shared words. They must run
+/// at once.
 class PrefixSum : public MultiVertex {
 public:
     InOut<Vector<unsigned>> values;

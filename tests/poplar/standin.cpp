@@ -6,6 +6,7 @@
 #include <cstring>
 #include <doctest/doctest.h>
 #include <functional>
+#include <map>
 #include <memory>
 #include <poplar/DeviceManager.hpp>
 #include <poplar/Engine.hpp>
@@ -13,17 +14,20 @@
 #include <poplar/Program.hpp>
 #include <random>
 #include <standin.hpp>
+#include <stdexcept>
 #include <string>
+#include <thread>
+#include <utility>
 #include <vector>
 
-// The stand-in is the judge of the codelets, so its own checks are tested here: each with what it must refuse and what it must not.
+// The stand-in is the judge of the codelets, so its checks are tested here: each with what it must refuse and what it must not.
 
 #if defined(__SANITIZE_THREAD__)
-#define TILEMESH_TEST_TSAN 1
+#    define TILEMESH_TEST_TSAN 1
 #elif defined(__has_feature)
-#if __has_feature(thread_sanitizer)
-#define TILEMESH_TEST_TSAN 1
-#endif
+#    if __has_feature(thread_sanitizer)
+#        define TILEMESH_TEST_TSAN 1
+#    endif
 #endif
 
 /// A vertex with a list of each access whose compute is what the test says.
@@ -72,10 +76,8 @@ public:
     bool compute()
     {
         int s = 0;
-        for (unsigned w : words)
-            s += static_cast<int>(static_cast<float>(w) * scale);
-        for (int t : table)
-            s += t;
+        for (unsigned w : words) s += static_cast<int>(static_cast<float>(w) * scale);
+        for (int t : table) s += t;
         sum = static_cast<unsigned>(negate ? -s : s);
         return reinterpret_cast<std::uintptr_t>(words.data()) % 8 == 0;
     }
@@ -119,10 +121,10 @@ std::string refusal(Action const& action)
 }
 bool says(std::string const& text, char const* part)
 {
-    bool const one_line = text.find('\n') == std::string::npos && text.find(" (") != std::string::npos && text.find("); ") != std::string::npos;
+    bool const one_line = text.find('\n') == std::string::npos && text.find(" (") != std::string::npos &&
+                          text.find("); ") != std::string::npos;
     bool const there = text.find(part) != std::string::npos;
-    if (!one_line || !there)
-        MESSAGE(text);
+    if (!one_line || !there) MESSAGE(text);
     return one_line && there;
 }
 
@@ -154,13 +156,12 @@ struct Rig {
     Tensor rows(std::string const& name, std::size_t n, std::size_t row)
     {
         Tensor const t = graph->addVariable(UNSIGNED_INT, {n, row}, name);
-        for (unsigned i = 0; i < n; ++i)
-            graph->setTileMapping(t[i], i);
+        for (unsigned i = 0; i < n; ++i) graph->setTileMapping(t[i], i);
         return t;
     }
 
-    poplar::VertexRef any(poplar::ComputeSet const& set, unsigned tile, std::vector<Tensor> const& reads, std::vector<Tensor> const& keeps,
-        std::vector<Tensor> const& sends, unsigned id = 0)
+    poplar::VertexRef any(poplar::ComputeSet const& set, unsigned tile, std::vector<Tensor> const& reads,
+                          std::vector<Tensor> const& keeps, std::vector<Tensor> const& sends, unsigned id = 0)
     {
         auto const v = graph->addVertex(set, "StandinAny");
         graph->connect(v["reads"], reads);
@@ -191,8 +192,7 @@ struct Rig {
     {
         poplar::Engine engine(*graph, programs);
         for (std::size_t i = 0; i < buffers.size(); ++i)
-            for (char const* way : {"give ", "take "})
-                try {
+            for (char const* way : {"give ", "take "}) try {
                     engine.connectStream(way + std::to_string(i + 1), buffers[i]->data());
                 } catch (poplar::stream_connection_error const&) {
                     // it goes the other way
@@ -222,8 +222,7 @@ Words view(std::function<Tensor(Tensor const&)> const& of)
     rig.graph->setTileMapping(t.flatten().slice(3, 6), 2);
     rig.graph->setTileMapping(t.flatten().slice(7, 8), 1);
     Words counted(12);
-    for (unsigned i = 0; i < 12; ++i)
-        counted[i] = i;
+    for (unsigned i = 0; i < 12; ++i) counted[i] = i;
     Program const give = rig.give(t, counted);
     Program const take = rig.take(of(t));
     rig.run(Sequence({give, take}));
@@ -257,11 +256,14 @@ TEST_CASE("views of a tensor show its elements in row-major order")
     CHECK(view([](Tensor const& t) { return t.reshape({2, 3, 2})[1][2]; }) == Words{10, 11});
     CHECK(view([](Tensor const& t) { return t.reshape({2, 3, 2}).slice(1, 2, 1); }) == Words{2, 3, 8, 9});
     CHECK(view([](Tensor const& t) { return t[0].slice(0, 2).broadcast(3, 0); }) == Words{0, 1, 0, 1, 0, 1});
-    CHECK(view([](Tensor const& t) { return t.slice(0, 2, 1).broadcast(2, 1); }) == Words{0, 1, 0, 1, 4, 5, 4, 5, 8, 9, 8, 9});
+    CHECK(view([](Tensor const& t) { return t.slice(0, 2, 1).broadcast(2, 1); }) ==
+          Words{0, 1, 0, 1, 4, 5, 4, 5, 8, 9, 8, 9});
     CHECK(view([](Tensor const& t) { return t[0].broadcast(0, 0); }).empty());
     CHECK(view([](Tensor const& t) { return concat(t[2], t[0]); }) == Words{8, 9, 10, 11, 0, 1, 2, 3});
     CHECK(view([](Tensor const& t) { return concat(t.slice(3, 4, 1), t.slice(0, 1, 1), 1); }) == Words{3, 0, 7, 4, 11, 8});
-    CHECK(view([](Tensor const& t) { return concat({t.slice(1, 2), t.slice(0, 0), t.slice(0, 1)}); }) == Words{4, 5, 6, 7, 0, 1, 2, 3});
+    CHECK(view([](Tensor const& t) {
+              return concat({t.slice(1, 2), t.slice(0, 0), t.slice(0, 1)});
+          }) == Words{4, 5, 6, 7, 0, 1, 2, 3});
 
     Rig rig;
     Tensor const t = rig.graph->addVariable(UNSIGNED_INT, {3, 4}, "t");
@@ -293,7 +295,8 @@ TEST_CASE("a row of a large variable is one interval, and neighbours that are jo
 {
     Rig rig;
     Tensor const t = rig.graph->addVariable(UNSIGNED_INT, {1440, 48000}, "t");
-    CHECK(t[1439].parts() == std::vector<standin::detail::Interval>{{0, std::size_t{1439} * 48000, std::size_t{1440} * 48000}});
+    CHECK(t[1439].parts() ==
+          std::vector<standin::detail::Interval>{{0, std::size_t{1439} * 48000, std::size_t{1440} * 48000}});
     CHECK(poplar::concat(t[7], t[8]).parts().size() == 1);
     CHECK(poplar::concat(t[8], t[7]).parts().size() == 2);
     CHECK(t.slice(0, 1, 1).parts().size() == 1440);
@@ -310,7 +313,8 @@ TEST_CASE("a tile mapping is the last one that was given to each element")
             std::size_t const a = random() % 21, b = random() % 21;
             auto const tile = static_cast<unsigned>(random() % 3);
             variable.map(std::min(a, b), std::max(a, b), tile);
-            std::fill(expected.begin() + static_cast<int>(std::min(a, b)), expected.begin() + static_cast<int>(std::max(a, b)), tile);
+            std::fill(expected.begin() + static_cast<int>(std::min(a, b)),
+                      expected.begin() + static_cast<int>(std::max(a, b)), tile);
             std::array<unsigned, 20> found;
             found.fill(standin::detail::no_tile);
             std::size_t end = 0;
@@ -341,8 +345,8 @@ TEST_CASE("two uses of one element of which one writes are found exactly where t
         bool expected = false;
         for (auto const& a : uses)
             for (auto const& b : uses)
-                expected |= a.who != b.who && (a.writes || b.writes) && a.part.variable == b.part.variable && a.part.begin < b.part.end &&
-                            b.part.begin < a.part.end;
+                expected |= a.who != b.who && (a.writes || b.writes) && a.part.variable == b.part.variable &&
+                            a.part.begin < b.part.end && b.part.begin < a.part.end;
         auto const found = standin::detail::conflict(uses);
         REQUIRE(found.has_value() == expected);
         if (found) {
@@ -365,7 +369,7 @@ TEST_CASE("values become elements of their type, or are refused where they do no
     CHECK(half_bits(-2.5f) == 0xc100);
     CHECK(half_bits(65504.0f) == 0x7bff);
     CHECK(half_bits(65519.0f) == 0x7bff);
-    CHECK(half_bits(65520.0f) == 0x7c00); // a tie, to the even one above
+    CHECK(half_bits(65520.0f) == 0x7c00);           // a tie, to the even one above
     CHECK(half_bits(1.0f + 1.0f / 2048) == 0x3c00); // ties to even
     CHECK(half_bits(1.0f + 3.0f / 2048) == 0x3c02);
     CHECK(half_bits(0x1p-14f) == 0x0400);
@@ -383,7 +387,8 @@ TEST_CASE("values become elements of their type, or are refused where they do no
     std::memcpy(&f, bytes, 4);
     CHECK(f == 3.0f);
     CHECK(says(refusal<poplar::type_error>([&] { standin::detail::store_element(UNSIGNED_INT, -1, bytes); }), "-1"));
-    CHECK(says(refusal<poplar::type_error>([&] { standin::detail::store_element(poplar::UNSIGNED_CHAR, 256, bytes); }), "256"));
+    CHECK(says(refusal<poplar::type_error>([&] { standin::detail::store_element(poplar::UNSIGNED_CHAR, 256, bytes); }),
+               "256"));
     CHECK(refusal<poplar::type_error>([&] { standin::detail::store_element(poplar::UNSIGNED_CHAR, 255, bytes); }).empty());
     CHECK(says(refusal<poplar::type_error>([&] { standin::detail::type_named("Record"); }), "Record"));
 }
@@ -471,7 +476,8 @@ TEST_CASE("constants hold their values, wherever they lie")
     CHECK(standin::tile_bytes(engine, 1).variables == std::map<std::string, std::size_t>{{"five", 12}});
 }
 
-TEST_CASE("Repeat runs its body as often as it says, also 0 times, and sequences hold what was added before they were copied")
+TEST_CASE(
+    "Repeat runs its body as often as it says, also 0 times, and sequences hold what was added before they were copied")
 {
     for (unsigned const n : {0u, 1u, 5u}) {
         Rig rig;
@@ -509,7 +515,8 @@ TEST_CASE("RepeatWhileTrue runs its condition, and its body while that leaves tr
         rig.graph->setTileMapping(v, 1);
         rig.any(body, 0, {}, {passes}, {});
         any_compute = [](StandinAny& w) { ++w.keeps[0][0]; };
-        auto const start = Sequence({rig.give(count.reshape({1}), {0}), rig.give(limit.reshape({1}), {bound}), rig.give(passes, {0})});
+        auto const start =
+            Sequence({rig.give(count.reshape({1}), {0}), rig.give(limit.reshape({1}), {bound}), rig.give(passes, {0})});
         auto const take = rig.take(poplar::concat(passes, count.reshape({1})));
         auto engine = rig.run(Sequence({start, RepeatWhileTrue(Execute(condition), go, Execute(body)), take}));
         CHECK(rig.taken() == Words{bound, bound + 1});
@@ -525,17 +532,21 @@ TEST_CASE("RepeatWhileTrue runs its condition, and its body while that leaves tr
     }
     Rig rig;
     Tensor const go = rig.scalar(poplar::BOOL, "go", 1);
-    CHECK(says(refusal<poplar::application_runtime_error>([&] { rig.run(RepeatWhileTrue(Sequence(), go, Sequence())); }), "no bool"));
+    CHECK(says(refusal<poplar::application_runtime_error>([&] { rig.run(RepeatWhileTrue(Sequence(), go, Sequence())); }),
+               "no bool"));
     using poplar::control_program_error;
     CHECK(says(refusal<control_program_error>([&] { RepeatWhileTrue(Sequence(), go.reshape({1}), Sequence()); }), "{1}"));
-    CHECK(says(refusal<control_program_error>([&] { RepeatWhileTrue(Sequence(), rig.scalar(UNSIGNED_INT, "n", 0), Sequence()); }), "unsigned"));
+    CHECK(says(refusal<control_program_error>(
+                   [&] { RepeatWhileTrue(Sequence(), rig.scalar(UNSIGNED_INT, "n", 0), Sequence()); }),
+               "unsigned"));
 }
 
 TEST_CASE("a stream reads or writes the same host memory each time, or walks round a buffer")
 {
     Rig rig;
     Tensor const t = rig.rows("t", 2, 2);
-    auto const in = rig.graph->addHostToDeviceFIFO("in", UNSIGNED_INT, 4), out = rig.graph->addDeviceToHostFIFO("out", UNSIGNED_INT, 4);
+    auto const in = rig.graph->addHostToDeviceFIFO("in", UNSIGNED_INT, 4),
+               out = rig.graph->addDeviceToHostFIFO("out", UNSIGNED_INT, 4);
     poplar::Engine engine(*rig.graph, {Sequence({Copy(in, t), Copy(t, out)}), Copy(in, t[1]), Copy(t[1], out)});
     CHECK(says(refusal<poplar::poplar_error>([&] { engine.run(0); }), "call load first"));
     engine.load(rig.device);
@@ -566,8 +577,10 @@ TEST_CASE("a stream reads or writes the same host memory each time, or walks rou
     CHECK(says(refusal<control_program_error>([&] { Copy(t, in); }), "against stream in"));
     CHECK(says(refusal<control_program_error>([&] { Copy(out, t); }), "against stream out"));
     CHECK(says(refusal<control_program_error>([&] { Copy(in, t.broadcast(2, 0)); }), "up to 4"));
-    CHECK(says(refusal<control_program_error>([&] { Copy(in, rig.graph->addVariable(poplar::INT, {4})); }), "unsigned int"));
-    CHECK(says(refusal<poplar::stream_connection_error>([&] { rig.graph->addHostToDeviceFIFO("out", UNSIGNED_INT, 4); }), "two streams out"));
+    CHECK(
+        says(refusal<control_program_error>([&] { Copy(in, rig.graph->addVariable(poplar::INT, {4})); }), "unsigned int"));
+    CHECK(says(refusal<poplar::stream_connection_error>([&] { rig.graph->addHostToDeviceFIFO("out", UNSIGNED_INT, 4); }),
+               "two streams out"));
 }
 
 TEST_CASE("devices are those asked for, an engine runs on an attached one of its size")
@@ -630,7 +643,8 @@ TEST_CASE("a vertex sees the tensors connected to its lists, in their order, and
     CHECK(standin::tile_bytes(engine, 1).temporaries == 0);
 }
 
-TEST_CASE("an edge that is not aligned as its field wants is used through a temporary; members and tables take their values")
+TEST_CASE(
+    "an edge that is not aligned as its field wants is used through a temporary; members and tables take their values")
 {
     Rig rig;
     Tensor const words = rig.words("words", 8, 0), sum = rig.scalar(UNSIGNED_INT, "sum", 0);
@@ -648,7 +662,8 @@ TEST_CASE("an edge that is not aligned as its field wants is used through a temp
         auto const engine = rig.run(Sequence({give, Execute(set), take}));
         unsigned const expected = 2 * (3 * first + 6) + 90;
         CHECK(rig.taken(1) == Words{first == 1 ? 0u - expected : expected});
-        CHECK(standin::tile_bytes(engine, 0).temporaries == (first == 0 ? 0u : 12u)); // of set 1, which later engines have too
+        CHECK(standin::tile_bytes(engine, 0).temporaries ==
+              (first == 0 ? 0u : 12u)); // of set 1, which later engines have too
     }
 }
 
@@ -658,7 +673,8 @@ TEST_CASE("remote and scattered edges are gathered before and scattered after a 
     Tensor const t = rig.rows("t", 3, 4), kept = rig.rows("kept", 3, 2), out = rig.rows("out", 3, 2);
     auto const set = rig.graph->addComputeSet("reduce");
     // Column 1 of all tiles as one vector, remote InOut and Output vectors; one local edge.
-    auto const v = rig.any(set, 1, {t.slice(1, 2, 1).flatten(), t[0].broadcast(2, 0), t[1]}, {kept[2], kept[1]}, {out.slice(0, 1, 1).flatten()});
+    auto const v = rig.any(set, 1, {t.slice(1, 2, 1).flatten(), t[0].broadcast(2, 0), t[1]}, {kept[2], kept[1]},
+                           {out.slice(0, 1, 1).flatten()});
     static_cast<void>(v);
     any_compute = [](StandinAny& self) {
         CHECK(Words(self.reads[0].begin(), self.reads[0].end()) == Words{1, 11, 21});
@@ -668,10 +684,10 @@ TEST_CASE("remote and scattered edges are gathered before and scattered after a 
         self.keeps[0][0] = 99;
         self.keeps[1][1] = 98;
         CHECK(self.sends[0][0] == poison);
-        for (unsigned i = 0; i < 3; ++i)
-            self.sends[0][i] = 50 + i;
+        for (unsigned i = 0; i < 3; ++i) self.sends[0][i] = 50 + i;
     };
-    auto const start = Sequence({rig.give(t, {0, 1, 2, 3, 10, 11, 12, 13, 20, 21, 22, 23}), rig.give(kept, Words(6, 7)), rig.give(out, Words(6, 8))});
+    auto const start = Sequence({rig.give(t, {0, 1, 2, 3, 10, 11, 12, 13, 20, 21, 22, 23}), rig.give(kept, Words(6, 7)),
+                                 rig.give(out, Words(6, 8))});
     auto const take = rig.take(kept), take_out = rig.take(out);
     auto const engine = rig.run(Sequence({start, Execute(set), take, take_out}));
     CHECK(rig.taken(1) == Words{7, 7, 7, 98, 99, 7});
@@ -734,7 +750,8 @@ TEST_CASE("what a graph leaves out is refused when its engine is built, by name"
 TEST_CASE("what does not fit a field is refused when it is connected")
 {
     Rig rig;
-    Tensor const a = rig.words("a", 4, 0), one = rig.scalar(UNSIGNED_INT, "one", 0), f = rig.graph->addVariable(poplar::FLOAT, {4});
+    Tensor const a = rig.words("a", 4, 0), one = rig.scalar(UNSIGNED_INT, "one", 0),
+                 f = rig.graph->addVariable(poplar::FLOAT, {4});
     auto const set = rig.graph->addComputeSet("set");
     auto const any = rig.graph->addVertex(set, "StandinAny"), count = rig.graph->addVertex(set, "StandinCount");
     auto const team = rig.graph->addVertex(set, "StandinTeam");
@@ -754,7 +771,8 @@ TEST_CASE("what does not fit a field is refused when it is connected")
     CHECK(says(refusal<poplar::type_error>([&] { rig.graph->setInitialValue(count["step"], -1); }), "-1"));
     CHECK(says(refusal<graph_connection_error>([&] { rig.graph->setFieldSize(team["words"], 1); }), "no list"));
     Rig other;
-    CHECK(says(refusal<graph_connection_error>([&] { rig.graph->connect(team["words"], other.words("w", 4, 0)); }), "not of this graph"));
+    CHECK(says(refusal<graph_connection_error>([&] { rig.graph->connect(team["words"], other.words("w", 4, 0)); }),
+               "not of this graph"));
     CHECK(says(refusal<graph_connection_error>([&] { rig.graph->setTileMapping(Tensor(), 0); }), "not of this graph"));
 
     CHECK(says(refusal<poplar::graph_object_load_error>([&] { rig.graph->addCodelets(""); }), "path is empty"));
@@ -802,6 +820,32 @@ TEST_CASE("a compute set in which one element is written and touched again is re
     CHECK(says(refusal<poplar::graph_connection_error>([&] { writes.build({Sequence()}); }), "constant fixed"));
 }
 
+TEST_CASE("two vertices of a compute set that write parts of one word are refused, though their elements differ")
+{
+    auto const built = [](bool one_variable, unsigned second_tile, bool one_set) {
+        Rig rig;
+        Tensor const flags = rig.graph->addVariable(poplar::BOOL, {2}, "flags");
+        rig.graph->setTileMapping(flags[0], 1);
+        rig.graph->setTileMapping(flags[1], second_tile);
+        Tensor const other = rig.scalar(poplar::BOOL, "other", second_tile), bound = rig.scalar(UNSIGNED_INT, "bound", 1);
+        auto const first = rig.graph->addComputeSet("first"), later = rig.graph->addComputeSet("later");
+        for (unsigned i = 0; i < 2; ++i) {
+            auto const v = rig.graph->addVertex(i == 0 || one_set ? first : later, "StandinCount");
+            rig.graph->connect(v["count"], rig.scalar(UNSIGNED_INT, "count", i));
+            rig.graph->connect(v["bound"], bound);
+            rig.graph->connect(v["below"], i == 0 || one_variable ? flags[i] : other);
+            rig.graph->setInitialValue(v["step"], 1u);
+            rig.graph->setTileMapping(v, i == 0 ? 1 : second_tile);
+        }
+        return refusal<poplar::graph_program_compilation_error>([&] { rig.build({Sequence()}); });
+    };
+    CHECK(says(built(true, 1, true),
+               "Compute set first writes parts of one word by two vertices (Vertex StandinCount on tile 1"));
+    CHECK(built(true, 1, false).empty());
+    CHECK(built(true, 2, true).empty());
+    CHECK(built(false, 1, true).empty());
+}
+
 TEST_CASE("a tile may be full, and a word more is refused with its tile and bytes")
 {
     // On tile 1: a variable, a bool that takes a word, a vertex of 3 lists, 2 inner vectors and a word, a temporary, code.
@@ -816,6 +860,7 @@ TEST_CASE("a tile may be full, and a word more is refused with its tile and byte
             auto const engine = rig.build({Sequence()});
             CHECK(standin::tile_bytes(engine, 1).total() == full);
             CHECK(standin::tile_bytes(engine, 1).code == code);
+            CHECK(says(refusal<poplar::invalid_tile_mapping>([&] { standin::tile_bytes(engine, 2); }), "no tile 2"));
             CHECK(standin::tile_bytes(engine, 1).variables.at("flag") == 4);
         } else {
             auto const text = refusal<poplar::graph_memory_allocation_error>([&] { rig.build({Sequence()}); });
@@ -860,8 +905,7 @@ TEST_CASE("a write beside an edge is reported with its vertex, tile and field")
         rig.words("after", 5, 1);
         auto const set = rig.graph->addComputeSet("set");
         std::vector<Tensor> keeps{t.slice(first, last)};
-        for (std::size_t const m : more)
-            keeps.push_back(t.slice(m, m + 1));
+        for (std::size_t const m : more) keeps.push_back(t.slice(m, m + 1));
         rig.any(set, 1, {}, keeps, {});
         any_compute = [byte](StandinAny& self) {
             unsigned char* const at = reinterpret_cast<unsigned char*>(self.keeps[0].data()) + byte;
@@ -901,7 +945,10 @@ TEST_CASE("a red zone that is copied on itself shows: canaries differ from poiso
         standin::detail::raw_copy(to, from, 36); // a word too many
     };
     auto const give = rig.give(a, Words(8, 7));
-    CHECK(says(refusal<poplar::application_runtime_error>([&] { rig.run(Sequence({give, Execute(set)})); }), "past the end of its field keeps[0]"));
+    CHECK(says(refusal<poplar::application_runtime_error>([&] {
+                   rig.run(Sequence({give, Execute(set)}));
+               }),
+               "past the end of its field keeps[0]"));
     for (std::size_t i = 0; i < 4096; ++i) {
         std::array<unsigned char, 4> word, next;
         for (std::size_t k = 0; k < 4; ++k) {
@@ -926,10 +973,8 @@ TEST_CASE("an Input that changed is reported where that is asked for, and only t
             any_compute = [last](StandinAny& self) { const_cast<unsigned&>(self.reads[0][last ? 4 : 0]) ^= 0x80000000u; };
             auto const give = rig.give(t, Words(5, 7));
             auto const text = refusal<poplar::application_runtime_error>([&] { rig.run(Sequence({give, Execute(set)})); });
-            if (check)
-                CHECK(says(text, "Vertex StandinAny on tile 1 changed its Input reads[0]"));
-            else
-                CHECK(text.empty());
+            if (check) CHECK(says(text, "Vertex StandinAny on tile 1 changed its Input reads[0]"));
+            else CHECK(text.empty());
             any_compute = [](StandinAny&) {};
             CHECK_NOTHROW(rig.run(Sequence({give, Execute(set)})));
         }
@@ -941,8 +986,7 @@ TEST_CASE("workers and vertices run in the order that is set, permutations by th
     auto const orders = [&settings](unsigned runs) {
         Rig rig(settings);
         auto const set = rig.graph->addComputeSet("vertices"), team = rig.graph->addComputeSet("team");
-        for (unsigned i = 0; i < 16; ++i)
-            rig.any(set, i, {}, {}, {}, i);
+        for (unsigned i = 0; i < 16; ++i) rig.any(set, i, {}, {}, {}, i);
         auto const v = rig.graph->addVertex(team, "StandinTeam");
         rig.graph->connect(v["words"], rig.words("t", 1, 0));
         rig.graph->setTileMapping(v, 0);
@@ -950,13 +994,11 @@ TEST_CASE("workers and vertices run in the order that is set, permutations by th
         any_compute = [&](StandinAny& self) { vertices.push_back(self.id); };
         team_compute = [&](StandinTeam&, unsigned worker) { workers.push_back(worker); };
         auto engine = rig.build({Sequence({Execute(set), Execute(team), Execute(team)})});
-        for (unsigned i = 0; i < runs; ++i)
-            engine.run(0);
+        for (unsigned i = 0; i < runs; ++i) engine.run(0);
         return std::pair(vertices, workers);
     };
     Words up(16), down(16);
-    for (unsigned i = 0; i < 16; ++i)
-        up[i] = down[15 - i] = i;
+    for (unsigned i = 0; i < 16; ++i) up[i] = down[15 - i] = i;
     CHECK(orders(1) == std::pair(up, Words{0, 1, 2, 3, 4, 5, 0, 1, 2, 3, 4, 5}));
     settings.vertices = settings.workers = standin::Order::descending;
     CHECK(orders(1) == std::pair(down, Words{5, 4, 3, 2, 1, 0, 5, 4, 3, 2, 1, 0}));
@@ -988,15 +1030,12 @@ TEST_CASE("on threads the six workers run at once: a barrier between them opens"
     team_compute = [&](StandinTeam& self, unsigned worker) {
         self.words[worker] += worker;
         unsigned const before = arrived.fetch_add(1), all = (before / 6 + 1) * 6;
-        while (arrived.load() < all)
-            std::this_thread::yield();
+        while (arrived.load() < all) std::this_thread::yield();
         unsigned const next = self.words[(worker + 1) % 6]; // written by another worker before the barrier
         arrived.fetch_add(1);
-        while (arrived.load() < all + 6)
-            std::this_thread::yield();
+        while (arrived.load() < all + 6) std::this_thread::yield();
         self.words[worker] = 10 * next;
-        if (worker == 0)
-            ++vertex;
+        if (worker == 0) ++vertex;
     };
     auto const give = rig.give(t, Words(12, 1)), take = rig.take(t);
     auto engine = rig.run(Sequence({give, Execute(set), take}));
@@ -1004,8 +1043,7 @@ TEST_CASE("on threads the six workers run at once: a barrier between them opens"
     CHECK(rig.taken() == Words{20, 30, 40, 50, 60, 10, 20, 30, 40, 50, 60, 10});
     // An exception of a worker arrives here, the lowest one's; the threads go on afterwards.
     team_compute = [](StandinTeam&, unsigned worker) {
-        if (worker >= 3)
-            throw std::runtime_error("worker " + std::to_string(worker));
+        if (worker >= 3) throw std::runtime_error("worker " + std::to_string(worker));
     };
     CHECK(refusal<std::runtime_error>([&] { engine.run(0); }) == "worker 3");
     team_compute = [](StandinTeam& self, unsigned worker) { self.words[worker] = worker; };
@@ -1037,14 +1075,14 @@ TEST_CASE("with pages closed, a vertex that touches another tile's memory ends i
             engine.run(0);
             engine.run(1);
             any_compute = [&](StandinAny& self) {
-                if (self.id == 2)
-                    self.keeps[0][1] = *const_cast<unsigned volatile*>(words[1]); // reading is enough
+                if (self.id == 2) self.keeps[0][1] = *const_cast<unsigned volatile*>(words[1]); // reading is enough
             };
-            auto const run = [&](unsigned i) { return refusal<poplar::application_runtime_error>([&, i] { engine.run(i); }); };
+            auto const run = [&](unsigned i) {
+                return refusal<poplar::application_runtime_error>([&, i] { engine.run(i); });
+            };
             team_compute = [&](StandinTeam& self, unsigned worker) {
                 self.words[worker] = worker;
-                if (self.words.data() == words[0] && worker == 4)
-                    *const_cast<unsigned volatile*>(words[2]) = 8;
+                if (self.words.data() == words[0] && worker == 4) *const_cast<unsigned volatile*>(words[2]) = 8;
             };
             if (isolation == standin::Isolation::none) {
                 CHECK(run(1).empty());
@@ -1116,15 +1154,11 @@ TEST_CASE("AddressSanitizer lets nothing through after an edge that began in the
         auto const closed = [&](unsigned i) { return __asan_address_is_poisoned(words + i) != 0; };
         if (self.id == 0) {
             words = self.keeps[0].data() - 3;
-            for (unsigned const i : {3u, 4u, 5u})
-                CHECK_FALSE(closed(i));
-            for (unsigned const i : {1u, 6u, 7u})
-                CHECK(closed(i));
+            for (unsigned const i : {3u, 4u, 5u}) CHECK_FALSE(closed(i));
+            for (unsigned const i : {1u, 6u, 7u}) CHECK(closed(i));
         } else {
-            for (unsigned const i : {0u, 1u, 8u, 11u})
-                CHECK_FALSE(closed(i));
-            for (unsigned const i : {2u, 3u, 4u, 5u, 6u, 7u})
-                CHECK(closed(i));
+            for (unsigned const i : {0u, 1u, 8u, 11u}) CHECK_FALSE(closed(i));
+            for (unsigned const i : {2u, 3u, 4u, 5u, 6u, 7u}) CHECK(closed(i));
         }
     };
     auto const give = rig.give(t, Words(12, 1));

@@ -6,74 +6,80 @@
 namespace tilemesh::on_poplar {
 
 namespace detail {
-/// Bytes of a vertex in a tile's memory. A vector field is a pointer and a size (the documents' SPAN: 8 bytes), so is each of its
-/// inner vectors; a plain member is 4 bytes, and so is the entry that tells the tile to run the vertex (a guess: not documented).
-template <class Kernel, class... A>
-constexpr std::uint32_t edges(Types<A...>) noexcept
-{
-    return (0u + ... + (EdgesOf<Kernel, A>::reads + EdgesOf<Kernel, A>::keeps));
-}
-template <class Kernel, class... C>
-constexpr std::uint32_t sent_edges(Types<C...>) noexcept
-{
-    return (0u + ... + (KernelTraits<Kernel>::template writes<C> ? 4u : 0u));
-}
-template <class Kernel, class... C>
-constexpr std::uint32_t only_read(Types<C...>) noexcept
-{
-    return (0u + ... + (KernelTraits<Kernel>::template writes<C> ? 0u : 4u));
-}
+/// Bytes of fields in a vertex's state: a SPAN is a pointer and a size, and so is each inner vector of a list; an edge of one element
+/// is a pointer, a plain member a word (the SDK's documents of vertex fields; hardware: pointers are 32 bits).
 inline constexpr std::uint32_t span_bytes = 8, word_bytes = 4;
 
-template <class Kernel>
-constexpr std::uint32_t vertex_bytes() noexcept
+template <class Kernel, class... A, class... C>
+constexpr std::uint32_t kernel_vertex_bytes(Types<A...>, Types<C...>) noexcept
 {
     using Traits = KernelTraits<Kernel>;
-    auto const lists = 3 + 3 + edges<Kernel>(typename Traits::Arguments{}) + sent_edges<Kernel>(typename Traits::Links{});
-    auto const forget = only_read<Kernel>(typename Traits::Links{});
-    return span_bytes * lists + 7 * word_bytes + word_bytes + (forget == 0 ? 0 : span_bytes * (1 + forget) + word_bytes);
+    auto const edges = 3 + (0u + ... + (EdgesOf<Kernel, A>::reads + EdgesOf<Kernel, A>::keeps)) +
+                       (0u + ... + (Traits::template writes<C> ? 4u : 0u));
+    auto const forgotten = (0u + ... + (Traits::template writes<C> ? 0u : 4u)); // heads of mail that was only read
+    return span_bytes * (3 + edges) + 7 * word_bytes + (forgotten == 0 ? 0 : span_bytes * (1 + forgotten));
 }
+template <class Node>
+struct StepBytes {
+    static constexpr std::uint32_t begin = 0;
+};
+template <class K>
+struct StepBytes<UntilQuiet<K>> {
+    static constexpr std::uint32_t begin = span_bytes + 3 * word_bytes; // BeginStep
+};
 template <class... Step, class... L>
-constexpr std::uint32_t all_vertex_bytes(Types<Step...>, Types<L...>) noexcept
+constexpr std::uint32_t vertex_bytes(Types<Step...>, Types<L...>) noexcept
 {
-    // Start and begin of a run: Clear, of the log, what is said and all heads; of the log.
-    auto const clears = span_bytes * (1 + 3 + 4 * static_cast<std::uint32_t>(sizeof...(L))) + word_bytes + span_bytes * (1 + 2) + word_bytes;
-    // On tile 0 also a row's votes and the end of each pass, and the begin of an UntilQuiet.
-    auto const votes = static_cast<std::uint32_t>(sizeof...(Step)) * (2 * span_bytes + word_bytes + 3 * span_bytes + 3 * word_bytes + word_bytes +
-                                                                    2 * span_bytes + 2 * word_bytes + word_bytes);
-    return clears + votes + (0u + ... + vertex_bytes<KernelOf<Step>>());
+    auto const own = (0u + ... + (std::is_same_v<L, typename tilemesh::detail::MemoryOf<L>::type> ? 4u : 0u));
+    auto const start = span_bytes * (1 + 3 + own), begin = span_bytes * (1 + 2);
+    auto const votes = 2 * span_bytes + 2 * span_bytes + 4 * word_bytes; // GatherVotes, CountPass
+    return start + begin +
+           (0u + ... + (kernel_vertex_bytes<on_poplar::KernelOf<Step>>(
+                         typename KernelTraits<on_poplar::KernelOf<Step>>::Arguments{},
+                         typename KernelTraits<on_poplar::KernelOf<Step>>::Links{}) +
+                        StepBytes<Step>::begin + votes));
 }
 } // namespace detail
 
-/// Bytes of the busiest tile, 0, that hold votes, logs and who runs, with a row's votes and those of all rows as they arrive.
+/// Bytes of the fullest tile, 0, that keep logs, votes and who runs.
 template <class Program>
-constexpr std::uint32_t log_bytes(Grid grid) noexcept
+constexpr std::uint32_t log_bytes() noexcept
 {
-    return 4 * (TileLog<Program>::words + RunLog<Program>::words + 1 + 1 + grid.width + grid.height) + 4 + sizeof(Within);
+    // said, rows said, again (a bool, stored as a word)
+    return 4 * (TileLog<Program>::words + RunLog<Program>::words + 1 + 1 + 1) + static_cast<std::uint32_t>(sizeof(Within));
 }
+/// Bytes on tile 0 where the votes of its row, and those of all rows, arrive after each step; were Poplar to let steps share them,
+/// one step's would do.
+template <class Program>
+constexpr std::uint32_t arriving_bytes(Grid grid) noexcept
+{
+    return 4 * StepsOf<Program>::count * ((grid.width > 1 ? grid.width : 0) + (grid.height > 1 ? grid.height : 0));
+}
+/// Bytes of the states of all vertices on tile 0.
 template <class Program>
 constexpr std::uint32_t vertex_bytes() noexcept
 {
-    return detail::all_vertex_bytes(StepsOf<Program>{}, typename Needs<Program>::Links{});
+    return detail::vertex_bytes(StepsOf<Program>{}, typename Needs<Program>::Links{});
 }
 
-/// The ledger of a tile as Poplar stores the program: the lines of `Tile<Machine, Program>`, which are the graph's variables byte
-/// for byte, and what Poplar needs besides, taken out of the reserve for code and stacks (a machine's `code_bytes`; Mk2's is
-/// the "~130 KB code + stacks" that the paper's authors measured for a whole program): logs and votes, the vertices' state, and
-/// what is left for code, exchange code and stacks. Of tile 0, the fullest. A machine without a reserve shows 0 left.
+/// The ledger of a tile as Poplar stores the program: first the lines of `Tile<Machine, Program>`, which are the graph's variables
+/// byte for byte, then what Poplar needs besides, on tile 0, the fullest. That comes out of the reserve for code and stacks (a
+/// machine's `code_bytes`; Mk2's is the "~130 KB code + stacks" that the paper's authors measured for a whole Poplar program,
+/// exchange code included), so that the sum is the tile's. A machine without a reserve has nothing left, and more than the sum.
 template <class Machine, class Program>
 constexpr auto ledger(Grid grid) noexcept
 {
     using Layout = Tile<Machine, Program>;
     constexpr auto tile = Layout::ledger();
-    std::array<Region, tile.size() + 2> lines{};
-    for (std::size_t i = 0; i + 1 < tile.size(); ++i) lines[i] = tile[i];
-    auto const logs = log_bytes<Program>(grid);
-    auto const vertices = on_poplar::vertex_bytes<Program>();
-    auto const reserve = Machine::code_bytes;
-    lines[tile.size() - 1] = {{"logs and votes", 14}, "variables beside the program's", logs, true};
-    lines[tile.size()] = {{"vertices", 8}, "fields: SPAN is 8 bytes, a word 4", vertices, true};
-    lines[tile.size() + 1] = {{"code and stacks", 15}, "what is left of the reserve", reserve > logs + vertices ? reserve - logs - vertices : 0, true};
+    constexpr auto n = tile.size() - 1; // without the reserve
+    std::array<Region, n + 4> lines{};
+    for (std::size_t i = 0; i < n; ++i) lines[i] = tile[i];
+    auto const logs = log_bytes<Program>(), arriving = arriving_bytes<Program>(grid), vertices = vertex_bytes<Program>();
+    auto const used = logs + arriving + vertices;
+    lines[n] = {{"logs and votes", 14}, "variables beside the program's", logs, true};
+    lines[n + 1] = {{"votes arriving", 14}, "temporaries", arriving, true};
+    lines[n + 2] = {{"vertices", 8}, "their fields: SPAN 8 bytes, words 4", vertices, true};
+    lines[n + 3] = {{"code and stacks", 15}, "what is left of the reserve", Machine::code_bytes > used ? Machine::code_bytes - used : 0, true};
     return lines;
 }
 

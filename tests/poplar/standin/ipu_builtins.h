@@ -1,5 +1,6 @@
-// A stand-in for the header of the same name in popc: the builtins of public codelets that mean something on a host. Instructions of
-// the AMP unit, of 64- and 128-bit transfers to it and of the exchange are left out: code that needs them does not compile here.
+// A stand-in for the header of the same name in popc: the builtins of public codelets that mean something on a host.
+// Instructions of the AMP unit, of 64- and 128-bit transfers to it and of the exchange are left out: code that needs them
+// does not compile here.
 #pragma once
 #include <cstdint>
 #include <ipu_vector_math>

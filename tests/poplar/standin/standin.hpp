@@ -23,16 +23,28 @@ private:
 };
 
 /// What a tile holds, by name of variable, with temporaries, vertex state and code.
-inline TileBytes tile_bytes(poplar::Engine const& engine, unsigned tile) { return engine.executable().tile_bytes(tile); }
+inline TileBytes tile_bytes(poplar::Engine const& engine, unsigned tile)
+{
+    return engine.executable().tile_bytes(tile);
+}
 
-/// What a Copy between tensors moves from tile to tile. The Copy is one that is in the engine's programs, or a copy of that object.
-inline std::vector<Move> moves(poplar::Engine const& engine, poplar::program::Program const& copy) { return engine.executable().moves_of(copy); }
+/// What a Copy between tensors moves from tile to tile; the Copy is in the engine's programs, or a copy of that object.
+inline std::vector<Move> moves(poplar::Engine const& engine, poplar::program::Program const& copy)
+{
+    return engine.executable().moves_of(copy);
+}
 
 /// All exchanges of an engine: its Copies, in the order in which its programs first reach them, then for each compute set what
 /// Poplar would add before (gather) and after it (scatter).
-inline std::vector<Exchange> exchanges(poplar::Engine const& engine) { return engine.executable().exchanges(); }
+inline std::vector<Exchange> exchanges(poplar::Engine const& engine)
+{
+    return engine.executable().exchanges();
+}
 
 /// What the last run did; what it did until then, if it ended with an exception.
-inline Counts last_run(poplar::Engine const& engine) { return engine.executable().counts(); }
+inline Counts last_run(poplar::Engine const& engine)
+{
+    return engine.executable().counts();
+}
 
 } // namespace standin

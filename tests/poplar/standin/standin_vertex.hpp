@@ -1,5 +1,5 @@
-// Part of the stand-in for the Poplar SDK (never installed): what popc and the loader do for a codelet, finding its fields and
-// pointing them at tile memory. Fields are named by hand, in POPLAR_STANDIN_VERTEX.
+// Part of the stand-in for the Poplar SDK (never installed): what popc and the loader do for a codelet, finding its fields
+// and pointing them at tile memory. Fields are named by hand, in POPLAR_STANDIN_VERTEX.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -29,14 +29,15 @@ struct Edge {
 /// One field of a vertex type.
 struct Field {
     std::string name;
-    Access access;       // value: filled by setInitialValue, not connected
-    unsigned rank;       // 0: one element, 1: a vector, 2: a list of vectors
-    std::string type;    // of an element: "unsigned", "float", "half", ...
+    Access access;    // value: filled by setInitialValue, not connected
+    unsigned rank;    // 0: one element, 1: a vector, 2: a list of vectors
+    std::string type; // of an element: "unsigned", "float", "half", ...
     unsigned element_bytes, align;
     unsigned state_bytes;       // in the vertex on an IPU, without inner vectors
     unsigned inner_state_bytes; // for each inner vector
-    /// Points the field at n edges (1 where rank < 2). Values are copied, into the vertex (rank 0) or into memory that belongs to it.
-    /// Throws std::invalid_argument when an edge does not fit: wrong number, misaligned, too long for its layout.
+    /// Points the field at n edges (1 where rank < 2). Values are copied, into the vertex (rank 0) or into memory that
+    /// belongs to it. Throws std::invalid_argument when an edge does not fit: wrong number, misaligned, too long for its
+    /// layout.
     void (*bind)(void* vertex, Edge const* edges, std::size_t n);
     std::size_t max_elements; // that the layout can count in one vector; 0: no limit
 };
@@ -88,8 +89,12 @@ constexpr char const* element_name()
 template <class T>
 constexpr bool is_element = element_name<T>()[0] != '\0';
 
-/// Bytes of a vector in the vertex: pointer and size; both in one word; one pointer; a pointer in 16 bits, counted as a word.
-constexpr unsigned layout_bytes(poplar::VectorLayout layout) { return layout == poplar::VectorLayout::SPAN ? 8 : 4; }
+/// Bytes of a vector in the vertex: pointer and size; both in one word; one pointer; a pointer in 16 bits, counted as a
+/// word.
+constexpr unsigned layout_bytes(poplar::VectorLayout layout)
+{
+    return layout == poplar::VectorLayout::SPAN ? 8 : 4;
+}
 
 /// What a scaled pointer can address, in bytes.
 constexpr unsigned layout_align(poplar::VectorLayout layout)
@@ -99,7 +104,10 @@ constexpr unsigned layout_align(poplar::VectorLayout layout)
            : layout == poplar::VectorLayout::SCALED_PTR128 ? 16
                                                            : 1;
 }
-constexpr std::size_t layout_max(poplar::VectorLayout layout) { return layout == poplar::VectorLayout::SHORT_SPAN ? 2047 : 0; }
+constexpr std::size_t layout_max(poplar::VectorLayout layout)
+{
+    return layout == poplar::VectorLayout::SHORT_SPAN ? 2047 : 0;
+}
 
 /// What a field type is. The primary template is a plain member.
 template <class T>
@@ -107,7 +115,8 @@ struct FieldTraits {
     static_assert(is_element<T>, "a field is a number, an edge, or a vector of these: no struct, array, pointer or long");
     using Element = T;
     static constexpr Access access = Access::value;
-    static constexpr unsigned rank = 0, align = alignof(T), state_bytes = sizeof(T) < 4 ? 4 : sizeof(T), inner_state_bytes = 0;
+    static constexpr unsigned rank = 0, align = alignof(T), state_bytes = sizeof(T) < 4 ? 4 : sizeof(T),
+                              inner_state_bytes = 0;
     static constexpr std::size_t max_elements = 0;
 };
 template <class T, Access A>
@@ -180,16 +189,19 @@ struct Binding {
     template <class Traits>
     static void check(Edge const* edges, std::size_t n)
     {
-        if (Traits::rank < 2 && n != 1) throw std::invalid_argument("a field that is not a list takes one edge, not " + std::to_string(n));
+        if (Traits::rank < 2 && n != 1)
+            throw std::invalid_argument("a field that is not a list takes one edge, not " + std::to_string(n));
         for (Edge const* edge = edges; edge != edges + n; ++edge) {
             if (Traits::rank == 0 && edge->elements != 1) {
                 throw std::invalid_argument("a field of one element got " + std::to_string(edge->elements));
             }
             if (Traits::max_elements != 0 && edge->elements > Traits::max_elements) {
-                throw std::invalid_argument("a vector of " + std::to_string(edge->elements) + " elements, but its layout counts up to " +
+                throw std::invalid_argument("a vector of " + std::to_string(edge->elements) +
+                                            " elements, but its layout counts up to " +
                                             std::to_string(Traits::max_elements));
             }
-            if (Traits::access != Access::value && edge->elements != 0 && reinterpret_cast<std::uintptr_t>(edge->data) % Traits::align != 0) {
+            if (Traits::access != Access::value && edge->elements != 0 &&
+                reinterpret_cast<std::uintptr_t>(edge->data) % Traits::align != 0) {
                 throw std::invalid_argument("an edge that is not aligned to " + std::to_string(Traits::align) + " bytes");
             }
         }
@@ -274,8 +286,8 @@ struct Extended : Class {
     char more[Bytes];
 };
 
-/// Whether fields in this order, padded as C++ does, fill the class: one left out shows as a difference in size, unless it would
-/// lie in the padding between two others.
+/// Whether fields in this order, padded as C++ does, fill the class: one left out shows as a difference in size, unless it
+/// would lie in the padding between two others.
 template <class Class, class... Types>
 constexpr bool fields_fill()
 {
@@ -291,7 +303,8 @@ constexpr bool fields_fill()
     else return sizeof(Extended<Class, rounded - bytes>) == sizeof(Class);
 }
 
-/// Enters a class and its fields into vertex_types(). Explicit instantiation may name private members, which Poplar sees too.
+/// Enters a class and its fields into vertex_types(). Explicit instantiation may name private members, which Poplar sees
+/// too.
 template <class Class, class Tag, auto... Members>
 struct Registration {
     using Made = MadeVertex<Class, sizeof...(Members)>;
@@ -327,8 +340,9 @@ struct Registration {
     {
         using Traits = FieldTraits<std::remove_cv_t<typename MemberType<decltype(Member)>::Type>>;
         using Element = std::remove_const_t<typename Traits::Element>;
-        return {std::move(name),     Traits::access, Traits::rank,        element_name<Element>(),   unsigned{sizeof(Element)},
-                Traits::align,       Traits::state_bytes, Traits::inner_state_bytes, &bind<Member, Index>, Traits::max_elements};
+        return {std::move(name),           Traits::access,      Traits::rank,        element_name<Element>(),
+                unsigned{sizeof(Element)}, Traits::align,       Traits::state_bytes, Traits::inner_state_bytes,
+                &bind<Member, Index>,      Traits::max_elements};
     }
     static bool enter()
     {
@@ -364,30 +378,33 @@ bool const Registration<Class, Tag, Members...>::entered = enter();
 
 } // namespace standin
 
-/// Registers a vertex class under its own name, in the global namespace, after the class: POPLAR_STANDIN_VERTEX(Class, field, ...).
+/// Registers a vertex class under its own name, in the global namespace, after the class: POPLAR_STANDIN_VERTEX(Class,
+/// field, ...).
 #define POPLAR_STANDIN_VERTEX(class_, ...) POPLAR_STANDIN_VERTEX_NAMED(#class_, class_, __VA_ARGS__)
-/// The same under another name, for an instance of a template: its class must be spelt without commas, by an alias if need be.
+/// The same under another name, for an instance of a template: its class must be spelt without commas, by an alias if need
+/// be.
 #define POPLAR_STANDIN_VERTEX_NAMED(name_, class_, ...) POPLAR_STANDIN_ENTER(__COUNTER__, name_, class_, __VA_ARGS__)
 
 #define POPLAR_STANDIN_ENTER(n, name_, class_, ...) POPLAR_STANDIN_ENTER_TAG(n, name_, class_, __VA_ARGS__)
-#define POPLAR_STANDIN_ENTER_TAG(n, name_, class_, ...)                                                                              \
-    namespace {                                                                                                                    \
-    struct StandinVertexTag##n {                                                                                                   \
-        static char const* name() { return name_; }                                                                                \
-        static char const* fields() { return #__VA_ARGS__; }                                                                       \
-    };                                                                                                                             \
-    }                                                                                                                              \
+#define POPLAR_STANDIN_ENTER_TAG(n, name_, class_, ...)                                                                    \
+    namespace {                                                                                                            \
+    struct StandinVertexTag##n {                                                                                           \
+        static char const* name() { return name_; }                                                                        \
+        static char const* fields() { return #__VA_ARGS__; }                                                               \
+    };                                                                                                                     \
+    }                                                                                                                      \
     template struct standin::Registration<class_, StandinVertexTag##n POPLAR_STANDIN_EACH(class_, __VA_ARGS__)>
 
 // `, &Class::field` for each field: a macro is expanded once a pass, and 4 * 4 * 4 passes are enough for 64 fields.
 #define POPLAR_STANDIN_PARENS ()
-#define POPLAR_STANDIN_PASS(...)                                                                                                   \
+#define POPLAR_STANDIN_PASS(...)                                                                                           \
     POPLAR_STANDIN_PASS2(POPLAR_STANDIN_PASS2(POPLAR_STANDIN_PASS2(POPLAR_STANDIN_PASS2(__VA_ARGS__))))
-#define POPLAR_STANDIN_PASS2(...)                                                                                                  \
+#define POPLAR_STANDIN_PASS2(...)                                                                                          \
     POPLAR_STANDIN_PASS1(POPLAR_STANDIN_PASS1(POPLAR_STANDIN_PASS1(POPLAR_STANDIN_PASS1(__VA_ARGS__))))
-#define POPLAR_STANDIN_PASS1(...)                                                                                                  \
+#define POPLAR_STANDIN_PASS1(...)                                                                                          \
     POPLAR_STANDIN_PASS0(POPLAR_STANDIN_PASS0(POPLAR_STANDIN_PASS0(POPLAR_STANDIN_PASS0(__VA_ARGS__))))
 #define POPLAR_STANDIN_PASS0(...) __VA_ARGS__
 #define POPLAR_STANDIN_EACH(class_, ...) __VA_OPT__(POPLAR_STANDIN_PASS(POPLAR_STANDIN_NEXT(class_, __VA_ARGS__)))
-#define POPLAR_STANDIN_NEXT(class_, field_, ...) , &class_::field_ __VA_OPT__(POPLAR_STANDIN_AGAIN POPLAR_STANDIN_PARENS(class_, __VA_ARGS__))
+#define POPLAR_STANDIN_NEXT(class_, field_, ...)                                                                           \
+    , &class_::field_ __VA_OPT__(POPLAR_STANDIN_AGAIN POPLAR_STANDIN_PARENS(class_, __VA_ARGS__))
 #define POPLAR_STANDIN_AGAIN() POPLAR_STANDIN_NEXT

@@ -24,12 +24,9 @@ struct Interval {
 /// Adds an interval to a list, as part of the last one where it goes on from there.
 inline void append(std::vector<Interval>& list, Interval more)
 {
-    if (more.begin == more.end)
-        return;
-    if (!list.empty() && list.back().variable == more.variable && list.back().end == more.begin)
-        list.back().end = more.end;
-    else
-        list.push_back(more);
+    if (more.begin == more.end) return;
+    if (!list.empty() && list.back().variable == more.variable && list.back().end == more.begin) list.back().end = more.end;
+    else list.push_back(more);
 }
 
 /// Elements [begin, end) of a variable lie on `tile`.
@@ -42,20 +39,19 @@ struct Variable {
     std::string name;
     poplar::Type type;
     std::size_t elements;
-    std::vector<Mapped> mapping;         ///< ascending, disjoint, neighbours on one tile merged
+    std::vector<Mapped> mapping; ///< ascending, disjoint, neighbours on one tile merged
     bool constant = false;
     std::vector<unsigned char> contents{}; ///< of a constant
 
     /// Puts [begin, end) on a tile, whatever was there. Cost: constant where it comes after all that was mapped before.
     void map(std::size_t begin, std::size_t end, unsigned tile)
     {
-        if (begin == end)
-            return;
-        if (!mapping.empty() && begin < mapping.back().end)
-            clear(begin, end);
+        if (begin == end) return;
+        if (!mapping.empty() && begin < mapping.back().end) clear(begin, end);
         auto at = mapping.end();
         if (!mapping.empty() && begin < mapping.back().end)
-            at = std::upper_bound(mapping.begin(), mapping.end(), begin, [](std::size_t b, Mapped const& m) { return b < m.begin; });
+            at = std::upper_bound(mapping.begin(), mapping.end(), begin,
+                                  [](std::size_t b, Mapped const& m) { return b < m.begin; });
         bool const joins_left = at != mapping.begin() && std::prev(at)->end == begin && std::prev(at)->tile == tile;
         bool const joins_right = at != mapping.end() && at->begin == end && at->tile == tile;
         if (joins_left && joins_right) {
@@ -75,10 +71,8 @@ private:
     {
         std::vector<Mapped> kept;
         for (Mapped const& m : mapping) {
-            if (m.begin < std::min(m.end, begin))
-                kept.push_back({m.begin, std::min(m.end, begin), m.tile});
-            if (std::max(m.begin, end) < m.end)
-                kept.push_back({std::max(m.begin, end), m.end, m.tile});
+            if (m.begin < std::min(m.end, begin)) kept.push_back({m.begin, std::min(m.end, begin), m.tile});
+            if (std::max(m.begin, end) < m.end) kept.push_back({std::max(m.begin, end), m.end, m.tile});
         }
         mapping = std::move(kept);
     }
@@ -126,7 +120,8 @@ struct GraphData {
 /// The words by which an error names a vertex.
 inline std::string vertex_name(Vertex const& vertex)
 {
-    return "Vertex " + vertex.type->name + (vertex.tile == no_tile ? std::string(" on no tile") : " on tile " + std::to_string(vertex.tile));
+    return "Vertex " + vertex.type->name +
+           (vertex.tile == no_tile ? std::string(" on no tile") : " on tile " + std::to_string(vertex.tile));
 }
 
 /// The words by which an error names a field or one vector of a list.

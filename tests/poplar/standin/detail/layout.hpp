@@ -22,22 +22,25 @@ class Layout {
 public:
     /// Places all variables. Throws where one is not wholly mapped.
     explicit Layout(GraphData const& graph)
-        : graph_(graph), next_(graph.tiles, first_piece_at), variable_bytes_(graph.tiles), temporary_bytes_(graph.tiles)
+        : graph_(graph), next_(graph.tiles, first_piece_at), variable_bytes_(graph.tiles), temporary_bytes_(graph.tiles),
+          on_tile_(graph.tiles)
     {
         for (Variable const& variable : graph.variables) {
             std::size_t const element = element_bytes(variable.type);
             std::vector<Piece> pieces;
             std::size_t at = 0;
             for (Mapped const& m : variable.mapping) {
-                if (m.begin != at)
-                    break;
+                if (m.begin != at) break;
                 pieces.push_back({m.begin, m.end, m.tile, take(m.tile, (m.end - m.begin) * element)});
-                variable_bytes_[m.tile] += round_up((m.end - m.begin) * element, 4);
+                std::size_t const stored = round_up((m.end - m.begin) * element, 4);
+                variable_bytes_[m.tile] += stored;
+                on_tile_[m.tile].emplace_back(static_cast<unsigned>(pieces_.size()), stored);
                 at = m.end;
             }
             if (at != variable.elements)
-                throw poplar::invalid_tile_mapping("Element " + std::to_string(at) + " of variable " + variable.name +
-                                                   " is on no tile (its mapping leaves it out); call setTileMapping for all of it");
+                throw poplar::invalid_tile_mapping(
+                    "Element " + std::to_string(at) + " of variable " + variable.name +
+                    " is on no tile (its mapping leaves it out); call setTileMapping for all of it");
             pieces_.push_back(std::move(pieces));
         }
     }
@@ -55,8 +58,7 @@ public:
     {
         std::size_t const page = TileMemory::page();
         arenas_.assign(1, 0);
-        for (std::size_t const end : next_)
-            arenas_.push_back(arenas_.back() + round_up(end + red_zone, page));
+        for (std::size_t const end : next_) arenas_.push_back(arenas_.back() + round_up(end + red_zone, page));
         return arenas_.back();
     }
     std::size_t arena(unsigned tile) const { return arenas_[tile]; }
@@ -75,15 +77,19 @@ public:
         for (Interval const& part : parts) {
             auto const& pieces = pieces_[part.variable];
             std::size_t const element = element_bytes(graph_.variables[part.variable].type);
-            auto piece = std::upper_bound(pieces.begin(), pieces.end(), part.begin, [](std::size_t b, Piece const& p) { return b < p.begin; });
+            auto piece = std::upper_bound(pieces.begin(), pieces.end(), part.begin,
+                                          [](std::size_t b, Piece const& p) { return b < p.begin; });
             --piece;
             for (std::size_t at = part.begin; at < part.end; ++piece) {
-                std::size_t const end = std::min(part.end, piece->end), offset = piece->offset + (at - piece->begin) * element;
+                std::size_t const end = std::min(part.end, piece->end),
+                                  offset = piece->offset + (at - piece->begin) * element;
                 std::size_t const bytes = (end - at) * element;
-                if (!result.empty() && result.back().tile == piece->tile && result.back().offset + result.back().bytes == offset)
+                if (!result.empty() && result.back().tile == piece->tile &&
+                    result.back().offset + result.back().bytes == offset)
                     result.back().bytes += bytes;
                 else
-                    result.push_back({piece->tile, offset, bytes, piece->offset, piece->offset + (piece->end - piece->begin) * element});
+                    result.push_back(
+                        {piece->tile, offset, bytes, piece->offset, piece->offset + (piece->end - piece->begin) * element});
                 at = end;
             }
         }
@@ -91,14 +97,8 @@ public:
     }
 
     std::size_t variable_bytes(unsigned tile) const { return variable_bytes_[tile]; }
-    std::size_t variable_bytes(unsigned tile, unsigned variable) const
-    {
-        std::size_t sum = 0;
-        for (Piece const& p : pieces_[variable])
-            if (p.tile == tile)
-                sum += round_up((p.end - p.begin) * element_bytes(graph_.variables[variable].type), 4);
-        return sum;
-    }
+    /// What a tile holds of variables: each piece, as stored.
+    std::vector<std::pair<unsigned, std::size_t>> const& pieces_on(unsigned tile) const { return on_tile_[tile]; }
     std::size_t temporary_bytes(unsigned tile) const { return temporary_bytes_[tile]; }
     std::size_t variables() const { return pieces_.size(); }
 
@@ -115,7 +115,8 @@ private:
 
     GraphData const& graph_;
     std::vector<std::size_t> next_, variable_bytes_, temporary_bytes_;
-    std::vector<std::vector<Piece>> pieces_; ///< by variable, ascending
+    std::vector<std::vector<std::pair<unsigned, std::size_t>>> on_tile_; ///< variable, bytes
+    std::vector<std::vector<Piece>> pieces_;                             ///< by variable, ascending
     std::vector<std::size_t> arenas_;
 };
 
@@ -136,16 +137,11 @@ inline std::optional<std::pair<Use, Use>> conflict(std::vector<Use>& uses)
     Use const* any = nullptr;
     Use const* writer = nullptr;
     for (Use const& use : uses) {
-        if (any != nullptr && any->part.variable != use.part.variable)
-            any = writer = nullptr;
-        if (use.writes && any != nullptr && any->part.end > use.part.begin)
-            return std::pair{*any, use};
-        if (writer != nullptr && writer->part.end > use.part.begin)
-            return std::pair{*writer, use};
-        if (any == nullptr || use.part.end > any->part.end)
-            any = &use;
-        if (use.writes && (writer == nullptr || use.part.end > writer->part.end))
-            writer = &use;
+        if (any != nullptr && any->part.variable != use.part.variable) any = writer = nullptr;
+        if (use.writes && any != nullptr && any->part.end > use.part.begin) return std::pair{*any, use};
+        if (writer != nullptr && writer->part.end > use.part.begin) return std::pair{*writer, use};
+        if (any == nullptr || use.part.end > any->part.end) any = &use;
+        if (use.writes && (writer == nullptr || use.part.end > writer->part.end)) writer = &use;
     }
     return std::nullopt;
 }

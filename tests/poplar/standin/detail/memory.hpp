@@ -12,17 +12,17 @@
 #include <vector>
 
 #if defined(__SANITIZE_ADDRESS__)
-#define TILEMESH_STANDIN_ASAN 1
+#    define TILEMESH_STANDIN_ASAN 1
 #elif defined(__has_feature)
-#if __has_feature(address_sanitizer)
-#define TILEMESH_STANDIN_ASAN 1
-#endif
+#    if __has_feature(address_sanitizer)
+#        define TILEMESH_STANDIN_ASAN 1
+#    endif
 #endif
 #ifdef TILEMESH_STANDIN_ASAN
-#include <sanitizer/asan_interface.h>
-#define TILEMESH_STANDIN_UNCHECKED __attribute__((no_sanitize("address"), noinline))
+#    include <sanitizer/asan_interface.h>
+#    define TILEMESH_STANDIN_UNCHECKED __attribute__((no_sanitize("address"), noinline))
 #else
-#define TILEMESH_STANDIN_UNCHECKED
+#    define TILEMESH_STANDIN_UNCHECKED
 #endif
 
 /// Tile memory on the host, and the ways to it that the stand-in itself takes.
@@ -30,8 +30,14 @@ namespace standin::detail {
 
 #ifdef TILEMESH_STANDIN_ASAN
 inline constexpr bool has_asan = true;
-inline void close_to_asan(void const* at, std::size_t bytes) { __asan_poison_memory_region(at, bytes); }
-inline void open_to_asan(void const* at, std::size_t bytes) { __asan_unpoison_memory_region(at, bytes); }
+inline void close_to_asan(void const* at, std::size_t bytes)
+{
+    __asan_poison_memory_region(at, bytes);
+}
+inline void open_to_asan(void const* at, std::size_t bytes)
+{
+    __asan_unpoison_memory_region(at, bytes);
+}
 #else
 inline constexpr bool has_asan = false;
 inline void close_to_asan(void const*, std::size_t) {}
@@ -42,12 +48,12 @@ inline void open_to_asan(void const*, std::size_t) {}
 TILEMESH_STANDIN_UNCHECKED inline void raw_copy(void* to, void const* from, std::size_t bytes)
 {
 #ifdef TILEMESH_STANDIN_ASAN
-#if defined(__x86_64__)
+#    if defined(__x86_64__)
     asm volatile("rep movsb" : "+D"(to), "+S"(from), "+c"(bytes) : : "memory");
-#else
+#    else
     for (std::size_t i = 0; i < bytes; ++i)
         static_cast<unsigned char volatile*>(to)[i] = static_cast<unsigned char const volatile*>(from)[i];
-#endif
+#    endif
 #else
     std::memcpy(to, from, bytes);
 #endif
@@ -82,8 +88,7 @@ inline std::uint64_t digest(unsigned char const* at, std::size_t bytes)
         sum ^= sum >> 29;
     };
     std::size_t i = 0;
-    for (; i + 8 <= bytes; i += 8)
-        mix(raw_load(at + i));
+    for (; i + 8 <= bytes; i += 8) mix(raw_load(at + i));
     unsigned char rest[8] = {};
     raw_copy(rest, at + i, bytes - i);
     std::uint64_t last;
@@ -107,7 +112,10 @@ inline constexpr std::size_t piece_align = 32;
 inline constexpr std::size_t empty_edge_at = 32;
 inline constexpr std::size_t first_piece_at = 64;
 
-constexpr std::size_t round_up(std::size_t n, std::size_t to) noexcept { return (n + to - 1) / to * to; }
+constexpr std::size_t round_up(std::size_t n, std::size_t to) noexcept
+{
+    return (n + to - 1) / to * to;
+}
 
 /// The memory of all tiles: one range of addresses full of poison, of which a page is taken when it is first written.
 class TileMemory {
@@ -129,12 +137,11 @@ public:
     {
         bytes_ = round_up(std::max<std::size_t>(bytes, 1), page());
         void* const base = ::mmap(nullptr, bytes_, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
-        if (base == MAP_FAILED)
-            fail();
+        if (base == MAP_FAILED) fail();
         base_ = static_cast<unsigned char*>(base);
         for (std::size_t at = 0; at < bytes_; at += pattern_bytes)
-            if (::mmap(base_ + at, std::min(pattern_bytes, bytes_ - at), PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_FIXED | MAP_NORESERVE,
-                    pattern(), 0) == MAP_FAILED)
+            if (::mmap(base_ + at, std::min(pattern_bytes, bytes_ - at), PROT_READ | PROT_WRITE,
+                       MAP_PRIVATE | MAP_FIXED | MAP_NORESERVE, pattern(), 0) == MAP_FAILED)
                 fail();
         close_to_asan(base_, bytes_);
     }
@@ -145,8 +152,7 @@ public:
     /// Takes or gives access to a range of whole pages.
     void protect(std::size_t offset, std::size_t bytes, bool open)
     {
-        if (bytes != 0 && ::mprotect(base_ + offset, bytes, open ? PROT_READ | PROT_WRITE : PROT_NONE) != 0)
-            fail();
+        if (bytes != 0 && ::mprotect(base_ + offset, bytes, open ? PROT_READ | PROT_WRITE : PROT_NONE) != 0) fail();
     }
     void protect_all(bool open) { protect(0, bytes_, open); }
 
@@ -169,8 +175,7 @@ private:
         static int const file = [] {
             int const f = ::memfd_create("poison", MFD_CLOEXEC);
             std::vector<std::uint32_t> const words(pattern_bytes / sizeof poison_word, poison_word);
-            if (f < 0 || ::write(f, words.data(), pattern_bytes) != static_cast<ssize_t>(pattern_bytes))
-                fail();
+            if (f < 0 || ::write(f, words.data(), pattern_bytes) != static_cast<ssize_t>(pattern_bytes)) fail();
             return f;
         }();
         return file;

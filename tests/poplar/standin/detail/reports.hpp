@@ -18,7 +18,7 @@ struct Move {
 struct Exchange {
     enum class Kind { copy, gather, scatter };
     Kind kind;
-    std::string name;        ///< of the Copy (where it has none "source -> destination", by variables) or of the compute set
+    std::string name; ///< of the Copy (where it has none "source -> destination", by variables) or of the compute set
     std::vector<Move> moves; ///< ascending by from, then to
 };
 
@@ -31,18 +31,17 @@ struct TileBytes {
     std::size_t total() const
     {
         std::size_t sum = temporaries + vertex_state + code;
-        for (auto const& v : variables)
-            sum += v.second;
+        for (auto const& v : variables) sum += v.second;
         return sum;
     }
 };
 
 /// What a run did.
 struct Counts {
-    std::size_t executes = 0;    ///< compute sets executed
-    std::size_t vertices = 0;    ///< vertices computed
-    std::size_t copies = 0;      ///< Copies between tensors
-    std::size_t host_copies = 0; ///< Copies with a stream
+    std::size_t executes = 0;                   ///< compute sets executed
+    std::size_t vertices = 0;                   ///< vertices computed
+    std::size_t copies = 0;                     ///< Copies between tensors
+    std::size_t host_copies = 0;                ///< Copies with a stream
     std::map<std::string, std::size_t> by_name; ///< compute sets and Copies of any kind
 };
 

@@ -18,11 +18,12 @@ struct Settings {
     unsigned seed = 1;                 ///< of the permutations; a new one each time, the same in each run of a program
     bool threads = false;              ///< the six workers of a MultiVertex at once, on threads of their own
     Isolation isolation = Isolation::none;
-    bool check_inputs = false;              ///< an Input edge that changed while its vertex computed is an error
-    unsigned tiles = 1472;                  ///< of a Mk2 chip (hardware.md, section 4)
-    std::size_t tile_bytes = 638976;        ///< 624 KiB (the same)
-    std::size_t code_bytes = 0;             ///< taken from each tile by code, stacks and exchange sequences
-    std::uint64_t while_limit = 1'000'000; ///< passes of one RepeatWhileTrue; one more is an error, where the machine would hang
+    bool check_inputs = false;       ///< an Input edge that changed while its vertex computed is an error
+    unsigned tiles = 1472;           ///< of a Mk2 chip (hardware.md, section 4)
+    std::size_t tile_bytes = 638976; ///< 624 KiB (the same)
+    std::size_t code_bytes = 0;      ///< taken from each tile by code, stacks and exchange sequences
+    std::uint64_t while_limit =
+        1'000'000; ///< passes of one RepeatWhileTrue; one more is an error, where the machine would hang
 };
 
 /// The settings of this process.

@@ -53,7 +53,8 @@ public:
     }
 
 private:
-    struct sigaction segv_ {}, bus_ {};
+    struct sigaction segv_ {
+    }, bus_{};
 };
 
 /// A stack for this thread's signal handlers, so that a vertex that ran over its own stack can still be caught.
@@ -113,8 +114,7 @@ public:
     ~WorkerThreads()
     {
         task_ = nullptr;
-        for (Worker& w : workers_)
-            ::sem_post(&w.go);
+        for (Worker& w : workers_) ::sem_post(&w.go);
         for (Worker& w : workers_) {
             w.thread.join();
             ::sem_destroy(&w.go);
@@ -122,24 +122,22 @@ public:
         }
     }
 
-    /// Runs task(worker) on all threads, woken in the order given; the exception of the lowest worker that threw one is thrown here.
+    /// Runs task(worker) on all threads, woken in the order given. Throws the exception of the lowest worker that threw one.
     template <class Task>
     void run(Task const& task, std::array<unsigned, workers_per_tile> const& order)
     {
         task_ = &task;
         call_ = [](void const* t, unsigned w) { (*static_cast<Task const*>(t))(w); };
-        for (unsigned w : order)
-            ::sem_post(&workers_[w].go);
+        for (unsigned w : order) ::sem_post(&workers_[w].go);
         for (Worker& w : workers_)
-            while (::sem_wait(&w.done) != 0) {}
+            while (::sem_wait(&w.done) != 0) {
+            }
         std::exception_ptr first;
         for (Worker& w : workers_) {
             std::exception_ptr const error = std::exchange(w.error, nullptr);
-            if (!first)
-                first = error;
+            if (!first) first = error;
         }
-        if (first)
-            std::rethrow_exception(first);
+        if (first) std::rethrow_exception(first);
     }
 
 private:
@@ -152,9 +150,9 @@ private:
     {
         HandlerStack const stack;
         for (;;) {
-            while (::sem_wait(&workers_[w].go) != 0) {}
-            if (task_ == nullptr)
-                return;
+            while (::sem_wait(&workers_[w].go) != 0) {
+            }
+            if (task_ == nullptr) return;
             try {
                 call_(task_, w);
             } catch (...) {

@@ -2,6 +2,7 @@
 #include "Type.hpp"
 #include <cstddef>
 #include <string>
+#include <utility>
 
 /// Part of a stand-in for the Poplar SDK: a named way between host and device.
 namespace poplar {
@@ -21,8 +22,7 @@ private:
     friend class Graph;
     DataStream(std::string handle, Type type, std::size_t elements, bool to_device)
         : handle_(std::move(handle)), type_(type), elements_(elements), to_device_(to_device)
-    {
-    }
+    {}
     std::string handle_;
     Type type_;
     std::size_t elements_;

@@ -14,8 +14,7 @@ public:
     std::vector<Device> getDevices(TargetType type, unsigned ipus) const
     {
         std::vector<Device> found;
-        if (type == TargetType::IPU && ipus == 1)
-            found.emplace_back();
+        if (type == TargetType::IPU && ipus == 1) found.emplace_back();
         return found;
     }
 };

@@ -16,9 +16,9 @@ class Engine {
 public:
     /// Lays out and checks the graph and its programs. Throws a poplar_error for what is missing, in conflict or too large.
     Engine(Graph const& graph, std::vector<program::Program> const& programs)
-        : executable_(std::make_unique<standin::detail::Executable>(graph.data_, programs)), tiles_(graph.getTarget().getNumTiles())
-    {
-    }
+        : executable_(std::make_unique<standin::detail::Executable>(graph.data_, programs)),
+          tiles_(graph.getTarget().getNumTiles())
+    {}
     Engine(Graph const& graph, program::Program const& program) : Engine(graph, std::vector<program::Program>{program}) {}
 
     /// Puts it on a device: all variables are undefined afterwards.
@@ -27,10 +27,10 @@ public:
         if (!device.isAttached())
             throw poplar_error("The engine was not loaded (the device is not attached); call attach first");
         if (device.getTarget().getNumTiles() != tiles_)
-            throw poplar_error("The engine was not loaded (the device has " + std::to_string(device.getTarget().getNumTiles()) +
-                               " tiles, the graph " + std::to_string(tiles_) + "); build the graph for its target");
-        if (loaded_)
-            executable_->reset();
+            throw poplar_error("The engine was not loaded (the device has " +
+                               std::to_string(device.getTarget().getNumTiles()) + " tiles, the graph " +
+                               std::to_string(tiles_) + "); build the graph for its target");
+        if (loaded_) executable_->reset();
         loaded_ = true;
     }
 
@@ -43,7 +43,8 @@ public:
     void run(unsigned program = 0, std::string const& = {})
     {
         if (!loaded_)
-            throw poplar_error("Program " + std::to_string(program) + " did not run (the engine is on no device); call load first");
+            throw poplar_error("Program " + std::to_string(program) +
+                               " did not run (the engine is on no device); call load first");
         executable_->run(program);
     }
 

@@ -6,6 +6,7 @@
 #include "exceptions.hpp"
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -42,12 +43,12 @@ private:
     friend class VertexRef;
     FieldRef(standin::detail::Vertex& vertex, unsigned field, std::size_t index, bool indexed)
         : vertex_(&vertex), field_(field), index_(index), indexed_(indexed)
-    {
-    }
+    {}
     standin::Field const& field() const { return vertex_->type->fields[field_]; }
     std::string name() const
     {
-        return standin::detail::vertex_name(*vertex_) + ", field " + (indexed_ ? standin::detail::field_name(field(), index_) : field().name);
+        return standin::detail::vertex_name(*vertex_) + ", field " +
+               (indexed_ ? standin::detail::field_name(field(), index_) : field().name);
     }
     standin::detail::Vertex* vertex_;
     unsigned field_;
@@ -64,8 +65,7 @@ public:
     {
         auto const& fields = vertex_->type->fields;
         for (unsigned f = 0; f < fields.size(); ++f)
-            if (fields[f].name == name)
-                return {*vertex_, f, 0, false};
+            if (fields[f].name == name) return {*vertex_, f, 0, false};
         throw unknown_field("Vertex " + vertex_->type->name + " has no field " + std::string(name) +
                             " (its codelet declares none of that name); name one that it has");
     }
@@ -93,8 +93,7 @@ public:
     /// Makes codelets known. In this stand-in those that are linked, whatever the path.
     void addCodelets(std::string const& path, std::string const& = {})
     {
-        if (path.empty())
-            throw graph_object_load_error("No codelets were loaded (the path is empty); give a codelet file");
+        if (path.empty()) throw graph_object_load_error("No codelets were loaded (the path is empty); give a codelet file");
         data_->has_codelets = true;
     }
 
@@ -117,8 +116,7 @@ public:
         Tensor const empty(data_.get(), type, shape);
         auto const one = bytes_of(type, &value, 1);
         std::vector<unsigned char> all(empty.numElements() * one.size());
-        for (std::size_t i = 0; i < all.size(); ++i)
-            all[i] = one[i % one.size()];
+        for (std::size_t i = 0; i < all.size(); ++i) all[i] = one[i % one.size()];
         return add(type, shape, name, true, std::move(all));
     }
 
@@ -127,8 +125,7 @@ public:
     {
         require_tile(tile);
         require_own(tensor);
-        for (auto const& part : tensor.parts())
-            data_->variables[part.variable].map(part.begin, part.end, tile);
+        for (auto const& part : tensor.parts()) data_->variables[part.variable].map(part.begin, part.end, tile);
     }
     void setTileMapping(VertexRef const& vertex, unsigned tile)
     {
@@ -146,10 +143,12 @@ public:
     VertexRef addVertex(ComputeSet const& set, std::string const& name)
     {
         if (!data_->has_codelets)
-            throw unknown_vertex_type("There is no codelet " + name + " (the graph has no codelets yet); call addCodelets first");
+            throw unknown_vertex_type("There is no codelet " + name +
+                                      " (the graph has no codelets yet); call addCodelets first");
         standin::VertexType const* const type = standin::find_vertex(name);
         if (type == nullptr)
-            throw unknown_vertex_type("There is no codelet " + name + " (none of that name was loaded); name one that is in the codelet file");
+            throw unknown_vertex_type("There is no codelet " + name +
+                                      " (none of that name was loaded); name one that is in the codelet file");
         auto& vertices = data_->compute_sets.at(set.getId()).vertices;
         vertices.emplace_back();
         vertices.back().type = type;
@@ -161,7 +160,8 @@ public:
     void setFieldSize(FieldRef const& field, std::size_t size)
     {
         if (field.field().rank != 2 || field.indexed_)
-            throw graph_connection_error(field.name() + " takes no size (it is no list of vectors); connect a tensor to it");
+            throw graph_connection_error(field.name() +
+                                         " takes no size (it is no list of vectors); connect a tensor to it");
         field.vertex_->list_sizes[field.field_] = size;
     }
 
@@ -175,15 +175,14 @@ public:
         if (f.rank == 2 && !field.indexed_ && tensor.rank() == 2) {
             std::size_t const rows = tensor.dim(0);
             setFieldSize(field, rows);
-            for (std::size_t i = 0; i < rows; ++i)
-                connect(field[i], tensor[i]);
+            for (std::size_t i = 0; i < rows; ++i) connect(field[i], tensor[i]);
             return;
         }
         unsigned const rank = f.rank - (field.indexed_ ? 1u : 0u);
         if ((f.rank != 2 && field.indexed_) || tensor.rank() != rank || rank > 1)
-            throw graph_connection_error(field.name() + " does not take a tensor of shape " + Tensor::shape_text(tensor.shape()) +
-                                         " (it has rank " + std::to_string(f.rank) + (field.indexed_ ? " and is indexed" : "") +
-                                         "); connect a tensor of its rank");
+            throw graph_connection_error(field.name() + " does not take a tensor of shape " +
+                                         Tensor::shape_text(tensor.shape()) + " (it has rank " + std::to_string(f.rank) +
+                                         (field.indexed_ ? " and is indexed" : "") + "); connect a tensor of its rank");
         require_index(field);
         if (standin::detail::type_named(f.type) != tensor.elementType())
             throw type_error(field.name() + " holds " + f.type + " (the tensor holds " + tensor.elementType().toString() +
@@ -195,8 +194,7 @@ public:
     void connect(FieldRef const& field, std::vector<Tensor> const& tensors)
     {
         setFieldSize(field, tensors.size());
-        for (std::size_t i = 0; i < tensors.size(); ++i)
-            connect(field[i], tensors[i]);
+        for (std::size_t i = 0; i < tensors.size(); ++i) connect(field[i], tensors[i]);
     }
 
     /// Gives a plain member its value.
@@ -214,16 +212,23 @@ public:
         set_value(field, values.data(), values.size());
     }
 
-    /// Cycles that a vertex is said to take; the stand-in has no clock.
-    void setPerfEstimate(VertexRef const&, std::uint64_t) {}
+    /// Cycles and operations that a vertex is said to take; the stand-in has no clock.
+    void setPerfEstimate(VertexRef const&, std::uint64_t, std::uint64_t = 0) {}
 
-    DataStream addHostToDeviceFIFO(std::string const& handle, Type type, std::size_t elements) { return add_stream(handle, type, elements, true); }
-    DataStream addDeviceToHostFIFO(std::string const& handle, Type type, std::size_t elements) { return add_stream(handle, type, elements, false); }
+    DataStream addHostToDeviceFIFO(std::string const& handle, Type type, std::size_t elements)
+    {
+        return add_stream(handle, type, elements, true);
+    }
+    DataStream addDeviceToHostFIFO(std::string const& handle, Type type, std::size_t elements)
+    {
+        return add_stream(handle, type, elements, false);
+    }
 
 private:
     friend class Engine;
 
-    Tensor add(Type type, std::vector<std::size_t> const& shape, std::string const& name, bool constant, std::vector<unsigned char> contents)
+    Tensor add(Type type, std::vector<std::size_t> const& shape, std::string const& name, bool constant,
+               std::vector<unsigned char> contents)
     {
         Tensor tensor(data_.get(), type, shape, static_cast<unsigned>(data_->variables.size()));
         standin::detail::Variable variable{name, type, tensor.numElements(), {}};
@@ -237,8 +242,7 @@ private:
     {
         std::size_t const bytes = standin::detail::element_bytes(type);
         std::vector<unsigned char> all(count * bytes);
-        for (std::size_t i = 0; i < count; ++i)
-            standin::detail::store_element(type, values[i], all.data() + i * bytes);
+        for (std::size_t i = 0; i < count; ++i) standin::detail::store_element(type, values[i], all.data() + i * bytes);
         return all;
     }
     DataStream add_stream(std::string const& handle, Type type, std::size_t elements, bool to_device)
@@ -251,23 +255,24 @@ private:
     void require_tile(unsigned tile) const
     {
         if (tile >= data_->tiles)
-            throw invalid_tile_mapping("There is no tile " + std::to_string(tile) + " (the target has " + std::to_string(data_->tiles) +
-                                       "); name one that it has");
+            throw invalid_tile_mapping("There is no tile " + std::to_string(tile) + " (the target has " +
+                                       std::to_string(data_->tiles) + "); name one that it has");
     }
     void require_own(Tensor const& tensor) const
     {
         if (tensor.graph() != data_.get())
-            throw graph_connection_error("A tensor is not of this graph (it was made by another, or by none); use one that this graph made");
+            throw graph_connection_error(
+                "A tensor is not of this graph (it was made by another, or by none); use one that this graph made");
     }
     static void require_index(FieldRef const& field)
     {
-        if (field.field().rank != 2)
-            return;
+        if (field.field().rank != 2) return;
         std::size_t const size = field.vertex_->list_sizes[field.field_];
         if (size == standin::detail::no_size)
             throw no_size_specified(field.name() + " cannot be set (its list has no size yet); call setFieldSize first");
         if (field.index_ >= size)
-            throw graph_connection_error(field.name() + " does not exist (its list has size " + std::to_string(size) + "); index within it");
+            throw graph_connection_error(field.name() + " does not exist (its list has size " + std::to_string(size) +
+                                         "); index within it");
     }
     static void require_value(FieldRef const& field, unsigned rank)
     {
@@ -275,8 +280,8 @@ private:
         if (f.access != standin::Access::value)
             throw graph_connection_error(field.name() + " takes no value (it is an edge); connect a tensor to it");
         if (f.rank != rank + (field.indexed_ ? 1u : 0u))
-            throw graph_connection_error(field.name() + " takes no value of rank " + std::to_string(rank) + " (it has rank " +
-                                         std::to_string(f.rank) + "); give one of its rank");
+            throw graph_connection_error(field.name() + " takes no value of rank " + std::to_string(rank) +
+                                         " (it has rank " + std::to_string(f.rank) + "); give one of its rank");
         require_index(field);
     }
     template <class T>

@@ -1,5 +1,6 @@
-// A stand-in for the header of the same name in the Poplar SDK: IEEE half precision in software, because host compilers differ in
-// whether they have such a type. On an IPU `half` is built in and its arithmetic may round otherwise where several operations fuse.
+// A stand-in for the header of the same name in the Poplar SDK: IEEE half precision in software, because host compilers
+// differ in whether they have such a type. On an IPU `half` is built in and its arithmetic may round otherwise where
+// several operations fuse.
 #pragma once
 #include <cstdint>
 #include <type_traits>
@@ -14,7 +15,7 @@ constexpr std::uint16_t half_bits(float value)
     std::uint32_t const magnitude = word & 0x7fffffffu;
     if (magnitude > 0x7f800000u) return static_cast<std::uint16_t>(sign | 0x7e00u);
     if (magnitude >= 0x47800000u) return static_cast<std::uint16_t>(sign | 0x7c00u); // 65,536 and above
-    if (magnitude < 0x33000000u) return static_cast<std::uint16_t>(sign);             // below half of the least half, 2^-25
+    if (magnitude < 0x33000000u) return static_cast<std::uint16_t>(sign);            // below half of the least half, 2^-25
     // A normal half drops 13 bits of the fraction; a subnormal one (below 2^-14) a bit more for each power of two.
     std::uint32_t const exponent = magnitude >> 23;
     bool const normal = exponent >= 113;
@@ -40,14 +41,14 @@ constexpr float half_value(std::uint16_t bits)
 
 } // namespace standin
 
-/// A 16-bit float. Operations on two halves, or a half and an integer, give a half, rounded once; with a float they give a float.
+/// A 16-bit float. Operations on two halves, or a half and an integer, give a half, rounded once; with a float they give a
+/// float.
 class half {
 public:
     half() = default;
     template <class T, class = std::enable_if_t<std::is_arithmetic_v<T>>>
     constexpr half(T value) : bits_(standin::half_bits(static_cast<float>(value)))
-    {
-    }
+    {}
     constexpr operator float() const { return standin::half_value(bits_); }
 
     template <class T>

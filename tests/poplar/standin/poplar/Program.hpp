@@ -34,8 +34,7 @@ protected:
     /// This program's own node, for a change.
     Node& own()
     {
-        if (node_.use_count() > 1)
-            node_ = std::make_shared<Node>(*node_);
+        if (node_.use_count() > 1) node_ = std::make_shared<Node>(*node_);
         return *node_;
     }
 
@@ -47,7 +46,9 @@ private:
 class Sequence : public Program {
 public:
     Sequence() = default;
-    Sequence(std::initializer_list<Program> programs, std::string const& name = {}) : Program(Node{Kind::sequence, name, programs}) {}
+    Sequence(std::initializer_list<Program> programs, std::string const& name = {})
+        : Program(Node{Kind::sequence, name, programs})
+    {}
     void add(Program const& program)
     {
         Program added = program; // before own(): a sequence may be added to itself
@@ -68,8 +69,9 @@ public:
         : Program(Node{Kind::copy, name, {}, {}, source, destination})
     {
         if (source.shape() != destination.shape() || source.elementType() != destination.elementType() || !source.valid())
-            throw control_program_error("A Copy has a source of " + source.elementType().toString() + " " + Tensor::shape_text(source.shape()) +
-                                        " (its destination is " + destination.elementType().toString() + " " +
+            throw control_program_error("A Copy has a source of " + source.elementType().toString() + " " +
+                                        Tensor::shape_text(source.shape()) + " (its destination is " +
+                                        destination.elementType().toString() + " " +
                                         Tensor::shape_text(destination.shape()) + "); give both one type and shape");
     }
     Copy(DataStream const& stream, Tensor const& destination, bool = false, std::string const& name = {})
@@ -88,18 +90,22 @@ private:
     {
         if (stream.to_device() != to_device)
             throw control_program_error("A Copy runs against stream " + stream.handle() + " (it goes " +
-                                        (stream.to_device() ? "to" : "from") + " the device); use a stream of the other direction");
+                                        (stream.to_device() ? "to" : "from") +
+                                        " the device); use a stream of the other direction");
         if (tensor.elementType() != stream.elementType() || tensor.numElements() > stream.numElements())
-            throw control_program_error("A Copy of " + std::to_string(tensor.numElements()) + " elements of " + tensor.elementType().toString() +
-                                        " does not fit stream " + stream.handle() + " (it takes up to " + std::to_string(stream.numElements()) +
-                                        " of " + stream.elementType().toString() + "); give the stream the tensor's type and size");
+            throw control_program_error("A Copy of " + std::to_string(tensor.numElements()) + " elements of " +
+                                        tensor.elementType().toString() + " does not fit stream " + stream.handle() +
+                                        " (it takes up to " + std::to_string(stream.numElements()) + " of " +
+                                        stream.elementType().toString() + "); give the stream the tensor's type and size");
     }
 };
 
 /// A program a fixed number of times.
 class Repeat : public Program {
 public:
-    Repeat(unsigned count, Program const& body, std::string const& name = {}) : Program(Node{Kind::repeat, name, {body}, {}, {}, {}, {}, count}) {}
+    Repeat(unsigned count, Program const& body, std::string const& name = {})
+        : Program(Node{Kind::repeat, name, {body}, {}, {}, {}, {}, count})
+    {}
 };
 
 /// Runs `condition`; while the predicate, a scalar, then is true, runs `body` and `condition` again.

@@ -30,8 +30,9 @@ public:
     Tensor slice(std::size_t begin, std::size_t end, unsigned dimension = 0) const
     {
         if (dimension >= rank() || begin > end || end > shape_[dimension])
-            fail("has no slice [" + std::to_string(begin) + ", " + std::to_string(end) + ") along dimension " + std::to_string(dimension),
-                "slice within the shape");
+            fail("has no slice [" + std::to_string(begin) + ", " + std::to_string(end) + ") along dimension " +
+                     std::to_string(dimension),
+                 "slice within the shape");
         std::size_t const outer = product(shape_, 0, dimension), inner = product(shape_, dimension + 1, shape_.size());
         Tensor result(graph_, type_, shape_);
         result.shape_[dimension] = end - begin;
@@ -70,16 +71,18 @@ public:
     {
         if (dimension >= rank())
             fail("has no dimension " + std::to_string(dimension) + " to be broadcast along", "reshape it first");
-        if (times == 0)
-            return slice(0, 0, dimension);
+        if (times == 0) return slice(0, 0, dimension);
         return concat(std::vector<Tensor>(times, *this), dimension);
     }
 
     // For the rest of the stand-in.
     using GraphData = standin::detail::GraphData;
     using Interval = standin::detail::Interval;
-    Tensor(GraphData const* graph, Type type, std::vector<std::size_t> shape) : graph_(graph), type_(type), shape_(std::move(shape)) {}
-    Tensor(GraphData const* graph, Type type, std::vector<std::size_t> shape, unsigned variable) : Tensor(graph, type, std::move(shape))
+    Tensor(GraphData const* graph, Type type, std::vector<std::size_t> shape)
+        : graph_(graph), type_(type), shape_(std::move(shape))
+    {}
+    Tensor(GraphData const* graph, Type type, std::vector<std::size_t> shape, unsigned variable)
+        : Tensor(graph, type, std::move(shape))
     {
         standin::detail::append(parts_, {variable, 0, numElements()});
     }
@@ -89,8 +92,7 @@ public:
     static std::string shape_text(std::vector<std::size_t> const& shape)
     {
         std::string text = "{";
-        for (std::size_t i = 0; i < shape.size(); ++i)
-            text += (i ? ", " : "") + std::to_string(shape[i]);
+        for (std::size_t i = 0; i < shape.size(); ++i) text += (i ? ", " : "") + std::to_string(shape[i]);
         return text + "}";
     }
 
@@ -103,8 +105,7 @@ private:
         explicit Cursor(std::vector<Interval> const& parts) : at_(parts.data()), end_(parts.data() + parts.size()) {}
         void skip(std::size_t count)
         {
-            while (count != 0 && at_ != end_)
-                count -= advance(count);
+            while (count != 0 && at_ != end_) count -= advance(count);
         }
         void take(std::size_t count, std::vector<Interval>& into)
         {
@@ -136,8 +137,7 @@ private:
     static std::size_t product(std::vector<std::size_t> const& shape, std::size_t first, std::size_t last)
     {
         std::size_t n = 1;
-        for (std::size_t i = first; i < last; ++i)
-            n *= shape[i];
+        for (std::size_t i = first; i < last; ++i) n *= shape[i];
         return n;
     }
     [[noreturn]] void fail(std::string const& what, char const* remedy) const
@@ -154,8 +154,7 @@ private:
 /// Tensors joined along a dimension; all other dimensions and the type are equal.
 inline Tensor concat(std::vector<Tensor> const& tensors, unsigned dimension)
 {
-    if (tensors.empty())
-        throw tensor_creation_error("Nothing to join (the list of tensors is empty); give one or more");
+    if (tensors.empty()) throw tensor_creation_error("Nothing to join (the list of tensors is empty); give one or more");
     Tensor const& first = tensors.front();
     if (dimension >= first.rank())
         first.fail("has no dimension " + std::to_string(dimension) + " to be joined along", "reshape it first");
@@ -165,12 +164,11 @@ inline Tensor concat(std::vector<Tensor> const& tensors, unsigned dimension)
     cursors.reserve(tensors.size());
     for (Tensor const& t : tensors) {
         auto other = t.shape_;
-        if (t.rank() == first.rank())
-            other[dimension] = first.shape_[dimension];
+        if (t.rank() == first.rank()) other[dimension] = first.shape_[dimension];
         if (other != first.shape_ || t.type_ != first.type_ || t.graph_ != first.graph_)
             t.fail("of " + t.type_.toString() + " cannot be joined to one of " + first.type_.toString() + " and shape " +
                        Tensor::shape_text(first.shape_) + " along dimension " + std::to_string(dimension),
-                "join tensors of one graph and type that differ in this dimension alone");
+                   "join tensors of one graph and type that differ in this dimension alone");
         result.shape_[dimension] += t.shape_[dimension];
         cursors.emplace_back(t.parts_);
     }

@@ -23,8 +23,10 @@ public:
     /// Its name as C++ in a codelet would say it.
     std::string toString() const
     {
-        static constexpr char const* names[] = {"bool", "signed char", "unsigned char", "short", "unsigned short", "int",
-            "unsigned int", "long long", "unsigned long long", "quarter", "half", "float"};
+        static constexpr char const* names[] = {"bool",         "signed char",    "unsigned char",
+                                                "short",        "unsigned short", "int",
+                                                "unsigned int", "long long",      "unsigned long long",
+                                                "quarter",      "half",           "float"};
         return names[static_cast<unsigned>(code_)];
     }
 
@@ -67,13 +69,24 @@ inline poplar::Type type_named(std::string_view name)
         std::string_view name;
         Code code;
     };
-    static constexpr Name names[] = {{"bool", Code::boolean}, {"char", Code::i8}, {"signed char", Code::i8}, {"unsigned char", Code::u8},
-        {"short", Code::i16}, {"unsigned short", Code::u16}, {"int", Code::i32}, {"unsigned", Code::u32}, {"unsigned int", Code::u32},
-        {"long long", Code::i64}, {"unsigned long long", Code::u64}, {"quarter", Code::f8}, {"half", Code::f16}, {"float", Code::f32}};
+    static constexpr Name names[] = {{"bool", Code::boolean},
+                                     {"char", Code::i8},
+                                     {"signed char", Code::i8},
+                                     {"unsigned char", Code::u8},
+                                     {"short", Code::i16},
+                                     {"unsigned short", Code::u16},
+                                     {"int", Code::i32},
+                                     {"unsigned", Code::u32},
+                                     {"unsigned int", Code::u32},
+                                     {"long long", Code::i64},
+                                     {"unsigned long long", Code::u64},
+                                     {"quarter", Code::f8},
+                                     {"half", Code::f16},
+                                     {"float", Code::f32}};
     for (Name const& n : names)
-        if (n.name == name)
-            return n.code;
-    throw poplar::type_error("No tensor has elements of type " + std::string(name) + " (a field has); use one of Poplar's types");
+        if (n.name == name) return n.code;
+    throw poplar::type_error("No tensor has elements of type " + std::string(name) +
+                             " (a field has); use one of Poplar's types");
 }
 
 /// A float as the bits of the nearest half, ties to even; too large becomes infinite.
@@ -84,13 +97,10 @@ inline std::uint16_t half_bits(float value) noexcept
     auto const sign = static_cast<std::uint16_t>(bits >> 16 & 0x8000u);
     std::uint32_t const magnitude = bits & 0x7fffffffu;
     auto const signed_half = [sign](std::uint32_t half) { return static_cast<std::uint16_t>(sign | half); };
-    if (magnitude > 0x7f800000u)
-        return signed_half(0x7e00u); // NaN
-    if (magnitude >= 0x477ff000u)
-        return signed_half(0x7c00u); // rounds beyond 65504
+    if (magnitude > 0x7f800000u) return signed_half(0x7e00u);  // NaN
+    if (magnitude >= 0x477ff000u) return signed_half(0x7c00u); // rounds beyond 65504
     std::uint32_t const exponent = magnitude >> 23;
-    if (exponent < 102)
-        return signed_half(0); // below half of the least half, 2^-25
+    if (exponent < 102) return signed_half(0); // below half of the least half, 2^-25
     std::uint32_t const fraction = (magnitude & 0x7fffffu) | 0x800000u;
     bool const normal = exponent >= 113;
     std::uint32_t const drop = normal ? 13u : 126u - exponent;
@@ -117,17 +127,39 @@ void store_element(poplar::Type type, T value, unsigned char* at)
     };
     using Code = poplar::Type::Code;
     switch (type.code()) {
-    case Code::boolean: put(bool{}); break;
-    case Code::i8: put(std::int8_t{}); break;
-    case Code::u8: put(std::uint8_t{}); break;
-    case Code::i16: put(std::int16_t{}); break;
-    case Code::u16: put(std::uint16_t{}); break;
-    case Code::i32: put(std::int32_t{}); break;
-    case Code::u32: put(std::uint32_t{}); break;
-    case Code::i64: put(std::int64_t{}); break;
-    case Code::u64: put(std::uint64_t{}); break;
-    case Code::f32: put(float{}); break;
-    case Code::f8: throw poplar::type_error("A quarter has no value of its own (its scale is apart from it); write its bytes from the device");
+    case Code::boolean:
+        put(bool{});
+        break;
+    case Code::i8:
+        put(std::int8_t{});
+        break;
+    case Code::u8:
+        put(std::uint8_t{});
+        break;
+    case Code::i16:
+        put(std::int16_t{});
+        break;
+    case Code::u16:
+        put(std::uint16_t{});
+        break;
+    case Code::i32:
+        put(std::int32_t{});
+        break;
+    case Code::u32:
+        put(std::uint32_t{});
+        break;
+    case Code::i64:
+        put(std::int64_t{});
+        break;
+    case Code::u64:
+        put(std::uint64_t{});
+        break;
+    case Code::f32:
+        put(float{});
+        break;
+    case Code::f8:
+        throw poplar::type_error(
+            "A quarter has no value of its own (its scale is apart from it); write its bytes from the device");
     case Code::f16: {
         std::uint16_t const bits = half_bits(static_cast<float>(value));
         std::memcpy(at, &bits, 2);

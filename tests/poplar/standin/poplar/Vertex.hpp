@@ -1,6 +1,6 @@
-// A stand-in for the header of the same name in the Poplar SDK, written from public documents and from how public codelets use it.
-// It makes codelets compile and execute on a host; it is never installed, and passing here proves nothing about an IPU. What it
-// cannot show: how popc lays out and compresses pointers, what it refuses, how long anything takes.
+// A stand-in for the header of the same name in the Poplar SDK, written from public documents and from how public codelets
+// use it. It makes codelets compile and execute on a host; it is never installed, and passing here proves nothing about an
+// IPU. What it cannot show: how popc lays out and compresses pointers, what it refuses, how long anything takes.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -11,18 +11,18 @@
 
 // Codelets ask for these: `__POPC__` says that this is codelet code. `__IPU__` stays undefined, because it guards assembly.
 #ifndef __POPC__
-#define __POPC__ 1
+#    define __POPC__ 1
 #endif
 #if !defined(__clang__) && !defined(__builtin_assume)
-#define __builtin_assume(condition) static_cast<void>(0)
+#    define __builtin_assume(condition) static_cast<void>(0)
 #endif
 
 // popc knows [[poplar::constraint(...)]] and target("supervisor"); host compilers would warn of each.
 #if defined(__clang__)
-#pragma clang diagnostic ignored "-Wunknown-attributes"
-#pragma clang diagnostic ignored "-Wignored-attributes"
+#    pragma clang diagnostic ignored "-Wunknown-attributes"
+#    pragma clang diagnostic ignored "-Wignored-attributes"
 #elif defined(__GNUC__)
-#pragma GCC diagnostic ignored_attributes "poplar::"
+#    pragma GCC diagnostic ignored_attributes "poplar::"
 #endif
 
 namespace standin {
@@ -32,17 +32,26 @@ struct Binding;
 
 namespace poplar {
 
-/// How a vector edge is held in the vertex: with its size (SPAN; SHORT_SPAN up to 2,047 elements) or as a bare pointer, which may be
-/// compressed. Only the first kind has size(), end() and iteration.
+/// How a vector edge is held in the vertex: with its size (SPAN; SHORT_SPAN up to 2,047 elements) or as a bare pointer,
+/// which may be compressed. Only the first kind has size(), end() and iteration.
 enum class VectorLayout { NOT_VECTOR, SPAN, SHORT_SPAN, ONE_PTR, SCALED_PTR32, SCALED_PTR64, SCALED_PTR128, COMPACT_PTR };
 
 /// How a list of vectors is held: a base, and an offset and a size for each vector.
-enum class VectorListLayout { NOT_VECTOR, ONE_PTR, SCALED_PTR32, SCALED_PTR64, SCALED_PTR128, DELTAN, DELTANELEMENTS, COMPACT_DELTAN };
+enum class VectorListLayout {
+    NOT_VECTOR,
+    ONE_PTR,
+    SCALED_PTR32,
+    SCALED_PTR64,
+    SCALED_PTR128,
+    DELTAN,
+    DELTANELEMENTS,
+    COMPACT_DELTAN
+};
 
-/// A piece of tile memory: the value of an edge inside Input, Output or InOut, a list when its elements are edges, and else a
-/// constant table in the vertex, filled by Graph::setInitialValue. A const vector has const elements.
-/// Preconditions: index below size; memory aligned to MinAlign bytes. Indexing is not checked here: what lies around an edge is
-/// poisoned by the engine instead.
+/// A piece of tile memory: the value of an edge inside Input, Output or InOut, a list when its elements are edges, and else
+/// a constant table in the vertex, filled by Graph::setInitialValue. A const vector has const elements. Preconditions:
+/// index below size; memory aligned to MinAlign bytes. Indexing is not checked here: what lies around an edge is poisoned
+/// by the engine instead.
 template <class T, VectorLayout L = VectorLayout::SPAN, unsigned MinAlign = alignof(T), bool Interleaved = false>
 class Vector {
 public:
@@ -76,7 +85,8 @@ public:
     /// Number of elements, 32 bits wide as on the tile.
     unsigned size() const
     {
-        static_assert(L == VectorLayout::SPAN || L == VectorLayout::SHORT_SPAN, "this layout keeps no size; carry the count in a member");
+        static_assert(L == VectorLayout::SPAN || L == VectorLayout::SHORT_SPAN,
+                      "this layout keeps no size; carry the count in a member");
         return size_;
     }
 
@@ -87,7 +97,8 @@ private:
 };
 
 /// A list of vectors of one element type, held as one field.
-template <class T, VectorListLayout L = VectorListLayout::DELTANELEMENTS, unsigned MinAlign = alignof(T), bool Interleaved = false>
+template <class T, VectorListLayout L = VectorListLayout::DELTANELEMENTS, unsigned MinAlign = alignof(T),
+          bool Interleaved = false>
 class VectorList {
 public:
     using value_type = Vector<T, VectorLayout::SPAN, MinAlign, Interleaved>;
@@ -109,7 +120,8 @@ public:
     /// Number of vectors, 32 bits wide as on the tile.
     unsigned size() const
     {
-        static_assert(L == VectorListLayout::DELTAN || L == VectorListLayout::DELTANELEMENTS || L == VectorListLayout::COMPACT_DELTAN,
+        static_assert(L == VectorListLayout::DELTAN || L == VectorListLayout::DELTANELEMENTS ||
+                          L == VectorListLayout::COMPACT_DELTAN,
                       "this layout keeps no size; carry the count in a member");
         return size_;
     }
@@ -183,7 +195,8 @@ private:
     T* data_;
 };
 
-/// An edge of one element that a vertex writes. Its value before the first write is undefined: the engine leaves poison there.
+/// An edge of one element that a vertex writes. Its value before the first write is undefined: the engine leaves poison
+/// there.
 template <class T>
 class Output {
 public:
@@ -215,7 +228,8 @@ class Output<VectorList<T, L, A, I>> : public VectorList<T, L, A, I> {};
 /// A codelet that one worker executes: derive from it, declare fields, define `bool compute()` or `void compute()`.
 class Vertex {};
 
-/// A codelet that all workers of the tile execute at once: `bool compute(unsigned worker)`. There is no barrier between them.
+/// A codelet that all workers of the tile execute at once: `bool compute(unsigned worker)`. There is no barrier between
+/// them.
 class MultiVertex {
 public:
     static constexpr unsigned numWorkers() { return CTXT_WORKERS; }

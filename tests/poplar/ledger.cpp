@@ -1,0 +1,173 @@
+#include "../../examples/heat/heat.hpp"
+#include "on_poplar.hpp"
+#include <algorithm>
+#include <cstdio>
+#include <map>
+#include <set>
+#include <standin_vertex.hpp>
+#include <tilemesh/poplar/ledger.hpp>
+#include <tilemesh/splat/frame_program.hpp>
+
+// What the graph stores and moves, as the stand-in for Poplar adds it up, against the ledger and the north-east-west-south rule.
+
+// --- a machine that a program just fits, and one that lacks a word -----------------------------------------------------------------
+struct Hoard : Buffer<std::uint32_t, 100> {
+    using Buffer::Buffer;
+};
+struct Grow {
+    void operator()(Hoard& hoard) const noexcept { (void)hoard.try_push(1); }
+};
+using Growing = Sequence<Superstep<Grow>>;
+TILEMESH_VERTEX(ledger_Grow, TestMachine<1024>, Growing, Grow)
+POPLAR_STANDIN_VERTEX(ledger_Grow, reads, keeps, sends, x, y, width, height, step, log_at, always);
+
+namespace {
+using splat::Lossless;
+using splat::Paper;
+
+std::string text(Name name)
+{
+    return std::string(name.text, name.size);
+}
+
+/// The lines of the ledger are the variables of tile 0, byte for byte, and nothing else is there.
+template <class Machine, class Program>
+void check_ledger(std::string const& prefix, Grid grid)
+{
+    PoplarMesh<Program, Machine> mesh{grid, poplar_test::options(prefix)};
+    mesh.prepare();
+    auto const found = standin::tile_bytes(mesh.engine(), 0);
+    auto const lines = on_poplar::ledger<Machine, Program>(grid);
+    auto variables = found.variables;
+    std::size_t sum = 0, expected = 0;
+    auto const take = [&](std::string const& name) {
+        auto const bytes = variables[name];
+        variables.erase(name);
+        return bytes;
+    };
+    for (auto const& line : lines) {
+        auto const name = text(line.name);
+        CAPTURE(name);
+        sum += line.bytes;
+        if (std::string(line.what) == "channel, 8 ends") {
+            std::size_t bytes = 0;
+            for (char const* side : {" north", " east", " west", " south"}) bytes += take(name + " from" + side) + take(name + " to" + side);
+            CHECK(bytes == line.bytes);
+        } else if (name == "logs and votes") {
+            CHECK(take("log") + take("run log") + take("said") + take("rows said") + take("again") + take("who runs") == line.bytes);
+        } else if (name == "votes arriving") {
+            CHECK(found.temporaries == line.bytes);
+        } else if (name == "vertices") {
+            CHECK(found.vertex_state == line.bytes);
+        } else if (name == "code and stacks") {
+            CHECK(line.bytes > 100 * 1024); // code of some 30 KiB, six stacks of 8 KiB, exchange code
+        } else {
+            CHECK(take(name) == line.bytes);
+        }
+    }
+    CHECK(variables.empty());
+    using Layout = Tile<Machine, Program>;
+    for (auto const& line : Layout::ledger()) expected += line.bytes;
+    CHECK(sum == expected);
+    if (prefix != "paper") CHECK(sum == Layout::bytes); // the paper's budget leaves lists out
+    // Nowhere is more than on tile 0.
+    for (std::uint32_t t = 1; t < grid.size(); ++t) CHECK(standin::tile_bytes(mesh.engine(), t).total() <= found.total());
+}
+
+/// A grid as bytes moved from each tile to each other one in all Copies between tiles of a run's exchanges.
+template <class Program, class Machine>
+std::map<std::string, std::vector<standin::Move>> moves_of(PoplarMesh<Program, Machine>& mesh)
+{
+    mesh.prepare();
+    std::map<std::string, std::vector<standin::Move>> out;
+    for (auto const& e : standin::exchanges(mesh.engine()))
+        if (e.kind == standin::Exchange::Kind::copy) out[e.name] = e.moves;
+    return out;
+}
+} // namespace
+
+TEST_CASE("poplar: the graph's variables are the tile's ledger, byte for byte")
+{
+    SUBCASE("lossless") { check_ledger<Mk2, splat::Frame<Lossless>>("lossless", Grid{40, 36}); }
+    SUBCASE("heat") { check_ledger<Mk2, Heat>("heat", Grid{40, 36}); }
+    SUBCASE("heat on one row") { check_ledger<Mk2, Heat>("heat", Grid{7, 1}); }
+}
+
+TEST_CASE("poplar: the paper's budget holds on the machine, but its lists do not fit beside it")
+{
+    // 520,008 bytes of the paper's and 243,224 of lists that it has no room for: Poplar would refuse, as the ledger says.
+    standin::With const restore(standin::settings());
+    standin::settings().code_bytes = Mk2::code_bytes;
+    PoplarMesh<splat::Frame<Paper>> mesh{Grid{40, 36}, poplar_test::options("paper")};
+    CHECK(engine_test::has(engine_test::error_of([&] { mesh.prepare(); }), "more than its 638976"));
+    standin::settings().tile_bytes = 1u << 20;
+    check_ledger<Mk2, splat::Frame<Paper>>("paper", Grid{40, 36});
+}
+
+TEST_CASE("poplar: a tile that is full, and one word over")
+{
+    standin::With const restore(standin::settings());
+    Grid const grid{3, 2};
+    auto const needs = [&] {
+        PoplarMesh<Growing, TestMachine<1024>> mesh{grid, poplar_test::options("ledger")};
+        mesh.prepare();
+        return standin::tile_bytes(mesh.engine(), 0).total();
+    }();
+    CHECK(needs == 408 + on_poplar::log_bytes<Growing>() + on_poplar::arriving_bytes<Growing>(grid) + on_poplar::vertex_bytes<Growing>());
+    standin::settings().tile_bytes = 1024;
+    standin::settings().code_bytes = 1024 - needs;
+    PoplarMesh<Growing, TestMachine<1024>> full{grid, poplar_test::options("ledger")};
+    full.run();
+    CHECK(full.state<Hoard>(TileId::at(2, 1)).size() == 1);
+    standin::settings().code_bytes += 4;
+    PoplarMesh<Growing, TestMachine<1024>> over{grid, poplar_test::options("ledger")};
+    CHECK(engine_test::has(engine_test::error_of([&] { over.prepare(); }), "4 more than its 1024"));
+}
+
+TEST_CASE("poplar: the exchange moves whole ends to the four neighbours, and nothing else")
+{
+    Grid const grid{5, 4};
+    PoplarMesh<splat::Frame<Lossless>> mesh{grid, poplar_test::options("lossless")};
+    std::size_t whole = 0, broadcasts = 0;
+    for (auto const& [name, moves] : moves_of(mesh)) {
+        CAPTURE(name);
+        if (moves.size() == grid.size() - 1) { // from tile 0 to all others
+            ++broadcasts;
+            for (auto const& m : moves) CHECK(m.from == 0);
+            continue;
+        }
+        // Every tile sends an end on each side; at an edge it comes back.
+        ++whole;
+        std::map<std::pair<unsigned, unsigned>, std::size_t> found;
+        for (auto const& m : moves) found[{m.from, m.to}] += m.words;
+        std::map<std::pair<unsigned, unsigned>, std::size_t> expected;
+        bool const road = name.find("road") != std::string::npos;
+        auto const words = road ? splat::Road<Lossless>::Receiver::words(200) : splat::Beam<Lossless>::Receiver::words(200);
+        for (std::uint32_t i = 0; i < grid.size(); ++i)
+            for (Direction d : news) expected[{i, grid.index_of(grid.neighbour(grid.tile(i), d))}] += words;
+        CHECK(found == expected);
+    }
+    CHECK(broadcasts == 2);
+    CHECK(whole >= 2);
+    // Around compute sets only votes move: one word a tile, one a row.
+    for (auto const& e : standin::exchanges(mesh.engine()))
+        if (e.kind != standin::Exchange::Kind::copy) {
+            CAPTURE(e.name);
+            CHECK(e.kind == standin::Exchange::Kind::gather);
+            CHECK(e.name.find("votes") == 0);
+            for (auto const& m : e.moves) CHECK(m.words == 1);
+        }
+}
+
+TEST_CASE("poplar: on pages, no vertex of the frame touches another tile")
+{
+    if (engine_test::fast()) return; // sanitizers have their own way
+    standin::With const restore(standin::settings());
+    standin::settings().isolation = standin::Isolation::pages;
+    Mesh<Heat> threads{Grid{3, 3}};
+    PoplarMesh<Heat> graph{Grid{3, 3}, poplar_test::options("heat")};
+    threads.state<Cell>(TileId::at(1, 1)).kelvin = graph.state<Cell>(TileId::at(1, 1)).kelvin = 500;
+    threads.broadcast<Conductivity>().per_step = graph.broadcast<Conductivity>().per_step = 0.2f;
+    engine_test::check_same(threads.run(), graph.run());
+    poplar_test::check_same_words(threads, graph);
+}
