@@ -1,9 +1,12 @@
 #!/bin/sh
 # usage: sources.sh PROJECT
-# Reads the headers as text: who may include whom, and what kernel code (machine/, splat/, config.hpp) may say. Comments and string
+# Reads the headers as text: who may include whom, and what kernel code (machine/, splat/, config.hpp, and what becomes codelets:
+# poplar/codelet.hpp, poplar/program_log.hpp, and in examples/ the heat equation and the codelet file) may say. Comments and string
 # literals do not count.
 set -eu
 export LC_ALL=C
+# shellcheck source-path=SCRIPTDIR source=kernel_headers.sh
+. "$(dirname "$0")/kernel_headers.sh"
 cd "$1/include/tilemesh"
 failed=0
 refuse() { # a reason, then what was found (nothing: all is well)
@@ -11,10 +14,12 @@ refuse() { # a reason, then what was found (nothing: all is well)
 }
 all=$(find . -name '*.hpp' | sed 's,^\./,,' | sort)
 kernel_code=$(ls config.hpp machine/*.hpp splat/*.hpp)
+codelet_code='poplar/(codelet|program_log)\.hpp'
+codelets="$(printf '%s\n' $all | grep -xE "$codelet_code") ../../examples/heat/heat.hpp ../../examples/on_poplar/codelets.cpp"
 
 # "file: included" for every direct include.
 # shellcheck disable=SC2086
-includes=$(grep -HE '^ *# *include' $all | sed -E 's/^([^:]*): *# *include *(.*)$/\1: \2/')
+includes=$(grep -HE '^ *# *include' $all ../../examples/heat/heat.hpp ../../examples/on_poplar/codelets.cpp | sed -E 's/^([^:]*): *# *include *(.*)$/\1: \2/')
 ours() { printf '%s\n' "$includes" | grep -E "^$1[^:]*: <tilemesh/" | grep -vE ": <tilemesh/($2)" || true; }
 
 # Layers: an arrow points to what may be included.
@@ -25,11 +30,18 @@ refuse "error.hpp includes nothing of ours" "$(ours 'error\.hpp' 'nothing')"
 refuse "engine/ includes engine/, machine/, config.hpp and error.hpp" "$(ours engine/ 'engine/|machine/|config\.hpp|error\.hpp')"
 refuse "scene/ includes scene/, splat/ and below, and error.hpp" "$(ours scene/ 'scene/|splat/|machine/|config\.hpp|error\.hpp')"
 refuse "report/ includes report/, splat/ and below, and error.hpp" "$(ours report/ 'report/|splat/|machine/|config\.hpp|error\.hpp')"
-refuse "poplar/ is for poplar/ alone" "$(printf '%s\n' "$includes" | grep -v '^poplar/' | grep '<tilemesh/poplar/' || true)"
+refuse "codelets include machine/, config.hpp and codelets" "$(ours "$codelet_code" "$codelet_code|machine/|config\.hpp")"
+refuse "poplar/ includes poplar/, engine/, machine/, config.hpp and error.hpp" \
+    "$(ours poplar/ 'poplar/|engine/|machine/|config\.hpp|error\.hpp')"
+refuse "examples of codelets include codelets, splat/, machine/ and config.hpp" \
+    "$(ours '\.\./\.\./examples/' "$codelet_code|splat/|machine/|config\.hpp")"
+refuse "poplar/ and the SDK are for poplar/ alone" "$(printf '%s\n' "$includes" | grep -vE '^(poplar/|\.\./)' | grep -E '<(tilemesh/)?poplar/' || true)"
+refuse "of libraries poplar/ includes the standard's and the SDK's" \
+    "$(printf '%s\n' "$includes" | grep '^poplar/' | grep -vE ': <([a-z_]+|poplar/[A-Za-z]+\.hpp|tilemesh/.*)>$' || true)"
 refuse "tilemesh.hpp is for users" "$(printf '%s\n' "$includes" | grep '<tilemesh/tilemesh.hpp>' || true)"
 refuse "detail/ is for its own part" "$(printf '%s\n' "$includes" | grep -E '<tilemesh/[a-z]+/detail/' |
     grep -vE '^([a-z]+)/[^:]*: <tilemesh/\1/detail/' || true)"
-refuse "full paths, in angle brackets" "$(printf '%s\n' "$includes" | grep '"' || true)"
+refuse "full paths, in angle brackets" "$(printf '%s\n' "$includes" | grep -v '^\.\./' | grep '"' || true)"
 json='scene/camera_json\.hpp|report/json\.hpp' # what only the users of nlohmann-json include
 refuse "nlohmann-json is for $json" "$(printf '%s\n' "$includes" | grep nlohmann | grep -vE "^($json):" || true)"
 refuse "$json are for users" "$(printf '%s\n' "$includes" | grep -E "<tilemesh/($json)>" || true)"
@@ -40,10 +52,10 @@ refuse "missing in tilemesh.hpp" "$(printf '%s\n' $all | grep -E '^(machine|repo
     grep -vxE "$json" | grep -vxF "$umbrella" || true)"
 
 # Kernel code: what it includes.
-standard='array|cmath|cstddef|cstdint|cstring|initializer_list|limits|type_traits|utility|algorithm|tuple'
-glm='glm/(vec2|vec3|vec4|mat2x2|mat3x3|mat4x4)\.hpp'
 refuse "not among the headers of kernel code" "$(printf '%s\n' "$includes" | grep -E '^(config|machine/|splat/)' |
-    grep -vE ": <($standard|$glm|tilemesh/.*)>\$" || true)"
+    grep -vE ": <($standard_headers|$glm_headers|tilemesh/.*)>\$" || true)"
+refuse "not among the headers of codelets" "$(printf '%s\n' "$includes" | grep -E "^($codelet_code|\.\./)" |
+    grep -vE ": (<($standard_headers|tilemesh/.*)>|\"\.\./heat/heat\.hpp\")\$|^poplar/codelet\.hpp: <poplar/Vertex\.hpp>\$" || true)"
 
 # Kernel code: what it says. `code` prints "file:line:text" without comments and literals.
 code() {
@@ -51,7 +63,8 @@ code() {
         sed -E 's/"(\\.|[^"\\])*"/""/g; s,//.*$,,' "$file" | grep -nE '[^ ]' | sed "s,^,$file:,"
     done
 }
-text=$(code $kernel_code)
+# shellcheck disable=SC2086
+text=$(code $kernel_code $codelets)
 says() { printf '%s\n' "$text" | grep -E "(^|[^A-Za-z0-9_])($1)([^A-Za-z0-9_]|\$)" || true; }
 refuse "block comments (this check reads lines)" "$(printf '%s\n' "$text" | grep -F '/*' || true)"
 refuse "double precision" "$(says 'double')"
@@ -62,9 +75,9 @@ refuse "not for tiles" "$(says 'virtual|throw|try|catch|new|delete|dynamic_cast|
 refuse "C++20 only" "$(says 'concept|requires|consteval|constinit|co_await|co_yield|co_return|std::(span|bit_cast|numbers)')"
 refuse "library trigonometry costs thousands of cycles" "$(says '(std::)?(sin|cos|tan|asin|acos|atan|atan2|sinh|cosh|tanh|pow)f?')"
 refuse "statics that change" "$(printf '%s\n' "$text" | grep -oE '^[^:]*:[0-9]+|(^|[^A-Za-z_])static +[^(;={]*[;={]' |
-    grep -v '^[a-z]*/\?[a-z_]*\.hpp:' | grep -v constexpr || true)"
+    grep -vE '^[a-z_./]+\.[ch]pp:[0-9]+$' | grep -v constexpr || true)"
 refuse "unknown macros" "$(printf '%s\n' "$text" | sed -nE 's/^([^:]*:[0-9]+): *# *define ([A-Za-z_]+).*/\1 \2/p' |
-    grep -vE ' TILEMESH_(VERSION|KERNEL|EXPECT|EXACT_BEGIN|EXACT_END)$' || true)"
+    grep -vE ' TILEMESH_(VERSION|KERNEL|EXPECT|EXACT_BEGIN|EXACT_END)$|^poplar/codelet\.hpp:[0-9]+ TILEMESH_(MULTI_)?VERTEX$' || true)"
 
 # kernels.cpp must be all of it.
 here="$1/tests/checks/kernels.cpp"
