@@ -1,7 +1,8 @@
 #pragma once
 /// Version, and every compiler switch of the library. Kernel code: valid as C++17 and C++20.
 ///
-/// Macros: TILEMESH_VERSION, TILEMESH_KERNEL, TILEMESH_EXPECT, TILEMESH_EXACT_BEGIN, TILEMESH_EXACT_END. No others.
+/// Macros: TILEMESH_VERSION, TILEMESH_KERNEL, TILEMESH_EXPECT, TILEMESH_EXACT_BEGIN, TILEMESH_EXACT_END. No others, but
+/// TILEMESH_VERTEX and TILEMESH_MULTI_VERTEX in codelet files (poplar/codelet.hpp).
 
 #define TILEMESH_VERSION 100 // major * 10000 + minor * 100 + patch
 

@@ -52,7 +52,8 @@ class RendererOf final : public AnyRenderer {
 public:
     using Renderer = typename detail::Renders<S, Engine>::type;
 
-    RendererOf(scene::Map const& map, RendererOptions const& options) : renderer_(map, options)
+    RendererOf(scene::Map const& map, RendererOptions const& options, typename Renderer::EngineOptions engine = {})
+        : renderer_(map, options, std::move(engine))
     {
         if (options.footprint) renderer_.model().footprint = *options.footprint;
     }

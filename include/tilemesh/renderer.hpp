@@ -535,12 +535,17 @@ private:
         for (auto row : gone_) ids.push_back(gaussians_[row].id);
         std::sort(ids.begin(), ids.end());
         bool any = false;
+        auto const is_orphan = [&](auto const& mark) {
+            return mark.is(splat::Mark::copy) && std::binary_search(ids.begin(), ids.end(), mark.id);
+        };
         for_each_tile([&](TileId tile) {
+            auto const seen = std::as_const(*mesh_).template state<splat::Marks<S>>(tile);
+            if (std::none_of(seen.begin(), seen.end(), is_orphan)) return;
             auto storage = mesh_->template state<splat::Storage<S>>(tile);
             auto marks = mesh_->template state<splat::Marks<S>>(tile);
             auto splats = mesh_->template state<splat::Splats<S>>(tile);
             for (std::uint32_t i = storage.size(); i-- > 0;)
-                if (marks[i].is(splat::Mark::copy) && std::binary_search(ids.begin(), ids.end(), marks[i].id)) {
+                if (is_orphan(marks[i])) {
                     splat::remove_slot(storage, marks, splats, i);
                     ++mesh_->template state<splat::Counts>(tile).changes;
                     any = true;

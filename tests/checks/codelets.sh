@@ -69,7 +69,8 @@ compile() {
     fi
 }
 system=$(echo | "$compiler" -x c++ -E -v - 2>&1 | sed -n '/^#include </,/^End/s/^ //p' | grep -v '/lib/clang/')
-other_machine="--target=riscv32-unknown-linux-gnu -march=rv32imf -mabi=ilp32f -msmall-data-limit=0 -nostdinc++ -isystem $folder/none"
+# With what our headers take for an IPU: two lanes, fused multiplication.
+other_machine="-D__IPU__ --target=riscv32-unknown-linux-gnu -march=rv32imf -mabi=ilp32f -msmall-data-limit=0 -nostdinc++ -isystem $folder/none"
 for path in $system; do other_machine="$other_machine -isystem $path"; done
 # shellcheck disable=SC2086
 {

@@ -7,7 +7,7 @@ endif()
 file(STRINGS "${SOURCE}" head REGEX "^// (EXPECT: |COMPILES)")
 set(ENV{LC_ALL} C)
 execute_process(
-    COMMAND ${COMPILER} -std=c++20 -fsyntax-only ${NO_ECHO} -I "${INCLUDE}" "${SOURCE}"
+    COMMAND ${COMPILER} -std=c++20 -fsyntax-only ${NO_ECHO} -I "${INCLUDE}" -I "${CMAKE_CURRENT_LIST_DIR}/../poplar/standin" "${SOURCE}"
     RESULT_VARIABLE failed OUTPUT_VARIABLE output ERROR_VARIABLE output)
 if(NOT head)
     message(FATAL_ERROR "${SOURCE} says neither EXPECT nor COMPILES")

@@ -410,6 +410,21 @@ namespace {
 struct Claims {
     std::uint32_t last;
 };
+struct LastWorkerSizes {
+    void operator()(Four& four, Worker worker) const noexcept
+    {
+        if (worker.index + 1 == worker.count) four.resize(2);
+    }
+};
+TEST_CASE("a kernel of all workers that changes the size of a list")
+{
+    CHECK(has(caught<LastWorkerSizes>(), "takes Worker changed the size of a list"));
+    // The same size again changes nothing.
+    CHECK(caught<LastWorkerSizes>([](auto& mesh) {
+              for (std::uint32_t i = 0; i < 12; ++i) mesh.template state<Four>(mesh.grid().tile(i)).resize(2);
+          }).empty());
+}
+
 struct LastWorkerWins { // workers that race: the engines run them in opposite orders
     void operator()(Claims& claims, Worker worker) const noexcept { claims.last = worker.index; }
 };

@@ -114,6 +114,74 @@ struct ReadStamp {
 };
 using Cut = Sequence<Superstep<SendStamp>, UntilQuiet<ReadStamp>>;
 
+// --- two states of one name, and a program whose codelets were compiled when it had another ------------------------------------------
+namespace left {
+struct Pan {
+    std::uint32_t grams;
+};
+} // namespace left
+namespace right {
+struct Pan {
+    std::uint32_t grams;
+};
+} // namespace right
+struct Weigh {
+    void operator()(left::Pan& a, right::Pan& b) const noexcept
+    {
+        a.grams += 1;
+        b.grams += 10;
+    }
+};
+using Weighing = Sequence<Superstep<Weigh>>;
+struct Shelf : Buffer<std::uint32_t, 5> {
+    using Buffer::Buffer;
+};
+struct Stock {
+    void operator()(Shelf& shelf, Countdown& c) const noexcept
+    {
+        (void)shelf.try_push(c.left);
+        ++c.ran;
+    }
+};
+using Stocking = Sequence<Superstep<Stock>, Superstep<Tick>>;
+using StockingOnce = Sequence<Superstep<Stock>>; // what the codelet was compiled for
+
+// --- three channels in one memory -----------------------------------------------------------------------------------------------------
+struct Low : Channel<std::uint32_t, 2> {};
+struct Middle : Channel<std::uint32_t, 3> {
+    using memory_of = Low;
+};
+struct High : Channel<std::uint32_t, 6> {
+    using memory_of = Low;
+};
+template <class C>
+struct Pass {
+    static constexpr char const* name = std::is_same_v<C, Low> ? "pass low" : std::is_same_v<C, Middle> ? "pass middle" : "pass high";
+    void operator()(Countdown& c, Out<C> out) const noexcept
+    {
+        while (out[Direction::east].try_push(++c.left)) {}
+    }
+};
+template <class C>
+struct Receive {
+    static constexpr char const* name = std::is_same_v<C, Low> ? "take low" : std::is_same_v<C, Middle> ? "take middle" : "take high";
+    void operator()(Countdown& c, In<C> in) const noexcept
+    {
+        for (auto d : news)
+            for (auto word : in[d]) c.ran = 31 * c.ran + word;
+    }
+};
+using ThreeInOne = Sequence<Superstep<Pass<Low>>, Superstep<Receive<Low>>, Superstep<Pass<Middle>>, Superstep<Receive<Middle>>,
+                            Superstep<Pass<High>>, Superstep<Receive<High>>>;
+
+TILEMESH_VERTEX(test_Weigh, Mk2, Weighing, Weigh)
+TILEMESH_VERTEX(test_Stock, Mk2, StockingOnce, Stock)
+TILEMESH_VERTEX(test_pass_low, Mk2, ThreeInOne, Pass<Low>)
+TILEMESH_VERTEX(test_take_low, Mk2, ThreeInOne, Receive<Low>)
+TILEMESH_VERTEX(test_pass_middle, Mk2, ThreeInOne, Pass<Middle>)
+TILEMESH_VERTEX(test_take_middle, Mk2, ThreeInOne, Receive<Middle>)
+TILEMESH_VERTEX(test_pass_high, Mk2, ThreeInOne, Pass<High>)
+TILEMESH_VERTEX(test_take_high, Mk2, ThreeInOne, Receive<High>)
 TILEMESH_VERTEX(test_Diffuse, Mk2, Heat<20>, Diffuse)
 TILEMESH_VERTEX(test_TellSideways, Mk2, Generation, TellSideways)
 TILEMESH_VERTEX(test_TellUpAndDown, Mk2, Generation, TellUpAndDown)
@@ -135,7 +203,15 @@ TILEMESH_VERTEX(test_Fill, Mk2, Filling, Fill)
 TILEMESH_VERTEX(test_SendStamp, Mk2, Cut, SendStamp)
 TILEMESH_VERTEX(test_ReadStamp, Mk2, Cut, ReadStamp)
 
-#define ENTER(Name) POPLAR_STANDIN_VERTEX(Name, reads, keeps, sends, x, y, width, height, step, log_at, always)
+#define ENTER(Name) POPLAR_STANDIN_VERTEX(Name, reads, keeps, sends, x, y, width, height, step, log_at, always, program)
+ENTER(test_Weigh);
+ENTER(test_Stock);
+ENTER(test_pass_low);
+ENTER(test_take_low);
+ENTER(test_pass_middle);
+ENTER(test_take_middle);
+ENTER(test_pass_high);
+ENTER(test_take_high);
 ENTER(test_Diffuse);
 ENTER(test_TellSideways);
 ENTER(test_TellUpAndDown);
@@ -278,6 +354,56 @@ TEST_CASE("poplar: a dynamic channel of 0, 1 and 5 slots")
     CHECK(has(error_of([] { PoplarMesh<Filling>{Grid{2, 2}, poplar_test::options("test")}.run(); }), "has no slots"));
     for (std::uint32_t slots : {1u, 5u})
         on_both<Filling>("test", Grid{2, 2}, [&](auto& mesh) { mesh.template limit<Any>(slots); }, 2);
+}
+
+TEST_CASE("poplar: states of one name; three channels in one memory")
+{
+    on_both<Weighing>("test", Grid{2, 2}, [](auto& mesh) { mesh.template state<right::Pan>(TileId::at(1, 1)).grams = 5; }, 2);
+    on_both<ThreeInOne>("test", Grid{3, 2}, [](auto&) {}, 2);
+    PoplarMesh<ThreeInOne> graph{Grid{3, 2}, poplar_test::options("test")};
+    graph.run();
+    // The ledger counts the largest, once.
+    std::size_t bytes = 0;
+    for (auto const& line : Tile<Mk2, ThreeInOne>::ledger())
+        if (std::string(line.what) == "channel, 8 ends") bytes += line.bytes;
+    CHECK(bytes == 8u * (8 + 6 * 4));
+    std::size_t stored = 0;
+    for (auto const& [name, n] : standin::tile_bytes(graph.engine(), 1).variables)
+        if (name.find("Low") == 0) stored += n;
+    CHECK(stored == bytes);
+}
+
+TEST_CASE("poplar: codelets of another program are refused, and touch nothing")
+{
+    PoplarMesh<Stocking> graph{Grid{2, 2}, poplar_test::options("test")};
+    CHECK(has(error_of([&] { graph.run(); }), "codelets of another program"));
+    CHECK(graph.state<Shelf>(TileId::at(0, 0)).size() == 0);
+    CHECK(has(error_of([&] { graph.run(); }), "cannot run again"));
+    CHECK(on_poplar::program_mark<Mk2, Stocking> != on_poplar::program_mark<Mk2, StockingOnce>);
+}
+
+TEST_CASE("poplar: a run that Poplar stops leaves a mesh that refuses")
+{
+    standin::With const restore(standin::settings());
+    standin::settings().while_limit = 3;
+    PoplarMesh<Ticking> graph{Grid{2, 2}, poplar_test::options("test")};
+    graph.state<Countdown>(TileId::at(0, 0)).left = 50;
+    CHECK(has(error_of([&] { graph.run(); }), "a run that Poplar stopped"));
+    CHECK(graph.state<Countdown>(TileId::at(0, 0)).ran > 0); // as the machine was left
+    CHECK(has(error_of([&] { graph.run(); }), "cannot run again"));
+}
+
+TEST_CASE("poplar: mail looked at before a limit, and after runs")
+{
+    PoplarMesh<Filling> graph{Grid{2, 3}, poplar_test::options("test")};
+    CHECK(graph.incoming<Any>(TileId::at(1, 1), Direction::south).empty());
+    graph.limit<Any>(500);
+    CHECK(graph.incoming<Any>(TileId::at(1, 1), Direction::south).empty());
+    for (int r = 0; r < 2; ++r) {
+        graph.run();
+        CHECK(graph.incoming<Any>(TileId::at(1, 1), Direction::south).size() == 500);
+        CHECK(graph.incoming<Any>(TileId::at(1, 1), Direction::west).empty());
+    }
 }
 
 TEST_CASE("poplar: what a PoplarMesh refuses, in one line")

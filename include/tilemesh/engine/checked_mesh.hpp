@@ -21,8 +21,8 @@ struct CheckedMeshOptions {
 ///
 /// Same members, counters, digests and pictures as Mesh. A multi-worker kernel is called once for each worker, last first,
 /// never its `Whole`. Beside Mesh's errors it reports a write outside a region or
-/// channel, a size above its capacity, a quiet tile that is not quiet, and two channels that share memory and both carry
-/// mail. Cost: about the live words of every tile, each superstep.
+/// channel, a size above its capacity, a quiet tile that is not quiet, two channels that share memory and both carry
+/// mail, and a kernel of all workers that sizes a list. Cost: about the live words of every tile, each superstep.
 template <class Program, class Machine = Mk2>
 class CheckedMesh : public engine::detail::Store<Program, Machine, true> {
     using Base = engine::detail::Store<Program, Machine, true>;
@@ -187,6 +187,7 @@ private:
         Vote vote = Vote::quiet;
         remember_sizes(tile, typename KernelTraits<Kernel>::Arguments{});
         engine::detail::broken_contract = &broken_text_;
+        [[maybe_unused]] auto const sizes = list_sizes(tile, typename KernelTraits<Kernel>::Arguments{});
         if constexpr (KernelTraits<Kernel>::multi_worker) { // all workers, last first: their order must not matter
             for (std::uint32_t w = Machine::workers; w-- > 0;) {
                 Source source{*this, tile, {w, Machine::workers}};
@@ -202,7 +203,26 @@ private:
             fail(tile, "a kernel wrote outside a region of its tile, or a size above its capacity (its guard words are gone); "
                        "use try_push and check indices");
         check_ends(tile, typename KernelTraits<Kernel>::Links{});
+        if constexpr (KernelTraits<Kernel>::multi_worker)
+            if (list_sizes(tile, typename KernelTraits<Kernel>::Arguments{}) != sizes)
+                fail(tile, "a kernel that takes Worker changed the size of a list (one word, which all workers read); give it its size in a "
+                           "superstep of one worker");
         return vote;
+    }
+    template <class... A>
+    std::uint64_t list_sizes([[maybe_unused]] std::uint32_t tile, Types<A...>)
+    {
+        std::uint64_t h = 0;
+        ((h = engine::detail::mix(h, list_size(tile, static_cast<std::remove_reference_t<A>*>(nullptr)))), ...);
+        return h;
+    }
+    template <class X>
+    std::uint32_t list_size([[maybe_unused]] std::uint32_t tile, X*)
+    {
+        if constexpr (tilemesh::detail::is_list<X> && !std::is_const_v<X>)
+            return this->template state_place<X>(tile).head[0];
+        else
+            return 0;
     }
     template <class... C>
     void check_ends([[maybe_unused]] std::uint32_t tile, Types<C...>)

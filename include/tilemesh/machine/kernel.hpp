@@ -27,7 +27,7 @@ struct Here {
 };
 
 /// Asked for by a kernel that all of a tile's workers run at once: it takes items index, index + count, ... Its writes must
-/// be disjoint between workers, so it may neither send nor vote.
+/// be disjoint between workers, so it may neither send nor vote, and leaves the sizes of lists as they are (CheckedMesh insists).
 ///
 /// Such a kernel may have a nested `Whole`: an empty functor with the same parameters, given {0, all workers}, that does the
 /// shares of all of the tile's workers at once and leaves exactly the words that they would leave. An engine that runs a tile

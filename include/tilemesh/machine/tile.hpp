@@ -98,7 +98,16 @@ public:
             return mine;
         } else {
             static_assert(detail::contains<Host, Links>, "memory_of names a channel that this program does not use");
-            return mine > channel_bytes<Host>() ? mine - channel_bytes<Host>() : 0;
+            static_assert(std::is_same_v<typename detail::MemoryOf<Host>::type, Host>,
+                          "memory_of names a channel that itself lies in another's memory; name that one");
+            // What the host and the guests before this one leave over.
+            std::uint32_t before = channel_bytes<Host>();
+            bool found = false;
+            ((found = found || std::is_same_v<L, C>,
+              before = !found && std::is_same_v<typename detail::MemoryOf<L>::type, Host> && channel_bytes<L>() > before ? channel_bytes<L>()
+                                                                                                                       : before),
+             ...);
+            return mine > before ? mine - before : 0;
         }
     }
 

@@ -235,6 +235,15 @@ class Codelet {
         return (vertex.always != 0 && within->contains(vertex.x, vertex.y)) || log[Log::vote] != 0 || has_mail(vertex, Links{});
     }
 
+    /// Says so in the log, which every program has the first two words of, and sends nothing.
+    template <class Vertex>
+    static void refuse(Vertex& vertex) noexcept
+    {
+        words(vertex.keeps[0])[Log::broken] = Log::other_program;
+        for (std::uint32_t i = 0; i < vertex.sends.size(); ++i)
+            for (std::uint32_t k = 0; k < vertex.sends[i].size() && k < 2; ++k) vertex.sends[i][k] = 0;
+    }
+
 public:
     template <class Vertex>
     static bool compute(Vertex& vertex, std::uint32_t worker) noexcept
@@ -243,8 +252,13 @@ public:
                       "a kernel that takes Worker is a TILEMESH_MULTI_VERTEX, any other a TILEMESH_VERTEX (workers of a Vertex would "
                       "not share its work); use the other macro");
         auto* const log = words(vertex.keeps[0]);
+        if (vertex.program != program_mark<Machine, Program>) { // an old codelet file: nothing here is what it takes it for
+            if (worker == 0) refuse(vertex);
+            return true;
+        }
         if constexpr (Traits::multi_worker) {
-            // A tile that need not run may: it changes nothing. So no worker waits for what worker 0 finds out.
+            // A tile that need not run may: it changes nothing. So no worker waits for what worker 0 finds out. Sizes of lists are
+            // the same before and after (see Worker), so that worker 0 may look.
             if (worker >= Machine::workers) return true;
             Source<Vertex> source{vertex, {worker, Machine::workers}};
             run_kernel<Kernel>(source);
@@ -313,12 +327,12 @@ public:
         unsigned all = 0;
         for (unsigned i = 0; i < said.size(); ++i) all |= said[i];
         unsigned const sent = all >> 1;
-        log[0] = (log[0] & ~touched) | sent;
-        log[1] = all & 1u;
-        log[2] -= 1;
+        log[RunLog::mail] = (log[RunLog::mail] & ~touched) | sent;
+        log[RunLog::busy] = all & said_busy;
+        log[RunLog::left] -= 1;
         log[log_at] += 1;
         log[log_at + 1] += sent != 0 ? 1u : 0u;
-        again = log[2] != 0 && (log[1] | (log[0] & reads)) != 0;
+        again = log[RunLog::left] != 0 && (log[RunLog::busy] | (log[RunLog::mail] & reads)) != 0;
         return true;
     }
 };
@@ -332,8 +346,8 @@ public:
     unsigned reads;
     bool compute()
     {
-        log[2] = at_most;
-        again = at_most != 0 && (log[1] | (log[0] & reads)) != 0;
+        log[RunLog::left] = at_most;
+        again = at_most != 0 && (log[RunLog::busy] | (log[RunLog::mail] & reads)) != 0;
         return true;
     }
 };
@@ -346,7 +360,7 @@ public:
         ::poplar::Vector<::poplar::Input<::poplar::Vector<unsigned>>> reads;                                                   \
         ::poplar::Vector<::poplar::InOut<::poplar::Vector<unsigned>>> keeps;                                                   \
         ::poplar::Vector<::poplar::Output<::poplar::Vector<unsigned>>> sends;                                                  \
-        unsigned x, y, width, height, step, log_at, always;                                                                    \
+        unsigned x, y, width, height, step, log_at, always, program;                                                           \
         bool compute() { return ::tilemesh::on_poplar::Codelet<__VA_ARGS__>::compute(*this, 0); }                              \
     };
 #define TILEMESH_MULTI_VERTEX(Name, ...)                                                                                       \
@@ -355,6 +369,6 @@ public:
         ::poplar::Vector<::poplar::Input<::poplar::Vector<unsigned>>> reads;                                                   \
         ::poplar::Vector<::poplar::InOut<::poplar::Vector<unsigned>>> keeps;                                                   \
         ::poplar::Vector<::poplar::Output<::poplar::Vector<unsigned>>> sends;                                                  \
-        unsigned x, y, width, height, step, log_at, always;                                                                    \
+        unsigned x, y, width, height, step, log_at, always, program;                                                           \
         bool compute(unsigned worker) { return ::tilemesh::on_poplar::Codelet<__VA_ARGS__>::compute(*this, worker); }          \
     };

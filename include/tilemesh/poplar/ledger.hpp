@@ -17,7 +17,7 @@ constexpr std::uint32_t kernel_vertex_bytes(Types<A...>, Types<C...>) noexcept
     auto const edges = 3 + (0u + ... + (EdgesOf<Kernel, A>::reads + EdgesOf<Kernel, A>::keeps)) +
                        (0u + ... + (Traits::template writes<C> ? 4u : 0u));
     auto const forgotten = (0u + ... + (Traits::template writes<C> ? 0u : 4u)); // heads of mail that was only read
-    return span_bytes * (3 + edges) + 7 * word_bytes + (forgotten == 0 ? 0 : span_bytes * (1 + forgotten));
+    return span_bytes * (3 + edges) + 8 * word_bytes + (forgotten == 0 ? 0 : span_bytes * (1 + forgotten));
 }
 template <class Node>
 struct StepBytes {
@@ -46,7 +46,7 @@ template <class Program>
 constexpr std::uint32_t log_bytes() noexcept
 {
     // said, rows said, again (a bool, stored as a word)
-    return 4 * (TileLog<Program>::words + RunLog<Program>::words + 1 + 1 + 1) + static_cast<std::uint32_t>(sizeof(Within));
+    return 4 * (TileLog<Program>::words + RunLog::words<Program> + 1 + 1 + 1) + static_cast<std::uint32_t>(sizeof(Within));
 }
 /// Bytes on tile 0 where the votes of its row, and those of all rows, arrive after each step; were Poplar to let steps share them,
 /// one step's would do.

@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <cstring>
@@ -28,18 +29,20 @@ struct PoplarOptions {
 /// `BasicRenderer<S, PoplarMesh>` is a renderer.
 ///
 /// The host keeps a mirror of each state: `state` brings a region (all tiles of it) when the device has changed it, and a region
-/// that was taken without const goes back before the next run. A run itself moves broadcasts there and one log back.
+/// that was taken without const goes back before the next run. What `state` gave is good until then: take it again after a run. A run
+/// itself moves broadcasts there and the log back.
 ///
 /// The graph is built by the first `run`; it takes as long as Poplar does. Limits cannot change after that.
 ///
-/// Errors: throws Error for a device that is too small, codelets that do not load, an observer, digests; and after a run in which
-/// a kernel sent over unread mail. Broken contracts inside kernels are silent, as in any build with NDEBUG.
+/// Errors: throws Error for a device that is too small, codelets that do not load or are another program's, a program that Poplar
+/// finds no room for, an observer, digests, what stops a run, and a run in which a kernel sent over unread mail; after the last two
+/// the mesh refuses to run again. Broken contracts inside kernels are silent, as in any build with NDEBUG.
 template <class Program, class Machine = Mk2>
 class PoplarMesh : public engine::detail::Store<Program, Machine, false> {
     using Base = engine::detail::Store<Program, Machine, false>;
     using Builder = on_poplar::ProgramGraph<Program, Machine>;
     using Log = on_poplar::TileLog<Program>;
-    using RunLog = on_poplar::RunLog<Program>;
+    using RunLog = on_poplar::RunLog;
 
 public:
     using typename Base::Layout;
@@ -75,10 +78,12 @@ public:
     {
         if (engine_)
             throw Error("a limit on a PoplarMesh that has run (its graph is built); set limits before the first run");
-        if constexpr (tilemesh::detail::is_channel<X>)
+        if constexpr (tilemesh::detail::is_channel<X>) {
             this->template limit_link<X>(items, false);
-        else
+            incoming_[Base::template index_of_link<X>()] = {};
+        } else {
             this->template limit_state<X>(items);
+        }
     }
 
     /// Tile t's state X: a reference to a struct, or a view of a Buffer. Only between runs.
@@ -103,9 +108,10 @@ public:
         auto const words = C::Receiver::words(this->template link_capacity<C>());
         auto const side = std::size_t{this->grid_.size()} * words;
         if (mirror.data() == nullptr) mirror = engine::detail::Arena(4 * side);
-        if (std::exchange(incoming_stale_[Base::template index_of_link<C>()], false) && engine_) {
-            engine_->run(first_incoming + Base::template index_of_link<C>());
+        if (auto& stale = incoming_stale_[Base::template index_of_link<C>()]; stale && engine_) {
+            execute(first_incoming + Base::template index_of_link<C>());
             std::memcpy(mirror.data(), staging_.data(), 4 * side * 4);
+            stale = false;
         }
         auto* const p = mirror.data() + index(d) * side + std::size_t{this->grid_.index_of(t)} * words;
         return typename C::Receiver{Place{p, p + C::Receiver::head_words, this->template link_capacity<C>()}};
@@ -137,10 +143,9 @@ public:
         this->require_capacities(Links{});
         try {
             build();
-        } catch (poplar::poplar_error const& e) {
+        } catch (...) {
             engine_.reset();
-            throw Error(std::string("a graph that Poplar refuses (") + e.what() +
-                        "); check the codelets \"" + options_.codelets + "\" and their prefix \"" + options_.prefix + "\"");
+            throw;
         }
     }
 
@@ -152,9 +157,9 @@ public:
         send(States{});
         std::memcpy(within_words_.data(), &within_, sizeof within_);
         copy_broadcasts(Shareds{});
-        engine_->run(run_program);
         stale_.fill(true);
         incoming_stale_.fill(true);
+        execute(run_program);
         return account(on_poplar::StepsOf<Program>{});
     }
 
@@ -167,8 +172,39 @@ private:
     static constexpr unsigned start_program = 0, run_program = 1, first_send = 2, first_fetch = first_send + States::count,
                               first_incoming = first_fetch + States::count;
 
+    /// Runs one of the engine's programs.
+    void execute(unsigned program)
+    {
+        try {
+            engine_->run(program);
+        } catch (poplar::poplar_error const& e) {
+            broken_ = true;
+            throw Error(std::string("a run that Poplar stopped (") + e.what() + "); look at the device, and build a new mesh");
+        }
+    }
+    /// In two steps, because what is wrong has two causes.
     void build()
     {
+        std::vector<poplar::program::Program> programs;
+        try {
+            programs = describe();
+        } catch (poplar::poplar_error const& e) {
+            throw Error(std::string("a graph that Poplar refuses (") + e.what() + "); check the codelets \"" + options_.codelets +
+                        "\" and their prefix \"" + options_.prefix + "\"");
+        }
+        try {
+            engine_ = std::make_unique<poplar::Engine>(*graph_, programs);
+            engine_->load(*options_.device);
+            for (auto const& [name, words] : streams_) engine_->connectStream(name, words);
+            engine_->run(start_program);
+        } catch (poplar::poplar_error const& e) {
+            throw Error(std::string("a program that Poplar cannot load (") + e.what() +
+                        "); see its ledger (poplar/ledger.hpp), and give it fewer slots where it lacks room");
+        }
+    }
+    std::vector<poplar::program::Program> describe()
+    {
+        streams_.clear();
         graph_ = std::make_unique<poplar::Graph>(options_.device->getTarget());
         graph_->addCodelets(options_.codelets);
         typename Builder::Slots slots;
@@ -184,7 +220,7 @@ private:
         receive_broadcasts(run, builder, Shareds{});
         run.add(builder.run(this->program_));
         log_.resize(std::size_t{this->grid_.size()} * Log::words);
-        run_log_.resize(RunLog::words);
+        run_log_.resize(RunLog::words<Program>);
         deliver(run, "log", builder.log(), log_.data());
         deliver(run, "run log", builder.run_log(), run_log_.data());
         programs.push_back(run);
@@ -193,17 +229,15 @@ private:
         add_sends(programs, builder, States{});
         add_fetches(programs, builder, States{});
         add_incoming(programs, builder, Links{});
-
-        engine_ = std::make_unique<poplar::Engine>(*graph_, programs);
-        engine_->load(*options_.device);
-        for (auto const& [name, words] : streams_) engine_->connectStream(name, words);
-        engine_->run(start_program);
+        return programs;
     }
+    /// Handles of streams must differ, names of regions need not.
+    std::string handle(std::string const& name) const { return "stream " + std::to_string(streams_.size()) + ": " + name; }
     /// The host's words to tile 0, and from there to all: each tile holds its own.
     void receive(poplar::program::Sequence& to, std::string const& name, poplar::Tensor const& tensor, std::vector<std::uint32_t>& words)
     {
-        auto const stream = graph_->addHostToDeviceFIFO("to " + name, poplar::UNSIGNED_INT, words.size());
-        streams_.emplace_back("to " + name, words.data());
+        auto const stream = graph_->addHostToDeviceFIFO(handle("to " + name), poplar::UNSIGNED_INT, words.size());
+        streams_.emplace_back(handle("to " + name), words.data());
         to.add(poplar::program::Copy(stream, tensor[0]));
         auto const others = this->grid_.size() - 1;
         if (others > 0)
@@ -211,8 +245,8 @@ private:
     }
     void deliver(poplar::program::Sequence& to, std::string const& name, poplar::Tensor const& tensor, std::uint32_t* words)
     {
-        auto const stream = graph_->addDeviceToHostFIFO("from " + name, poplar::UNSIGNED_INT, tensor.numElements());
-        streams_.emplace_back("from " + name, words);
+        auto const stream = graph_->addDeviceToHostFIFO(handle("from " + name), poplar::UNSIGNED_INT, tensor.numElements());
+        streams_.emplace_back(handle("from " + name), words);
         to.add(poplar::program::Copy(tensor.flatten(), stream));
     }
     template <class... P>
@@ -250,7 +284,7 @@ private:
     {
         [[maybe_unused]] auto const one = [&](auto tag) {
             using S = typename decltype(tag)::type;
-            auto const name = "to " + engine::detail::text(name_of<S>());
+            auto const name = handle("to " + engine::detail::text(name_of<S>()));
             auto const& tensor = builder.template state<S>();
             auto const stream = graph_->addHostToDeviceFIFO(name, poplar::UNSIGNED_INT, tensor.numElements());
             streams_.emplace_back(name, staging_.data());
@@ -294,7 +328,8 @@ private:
     template <class X>
     void send_one()
     {
-        if (!std::exchange(dirty_[Base::template index_of_state<X>()], false)) return;
+        auto& dirty = dirty_[Base::template index_of_state<X>()];
+        if (!dirty) return;
         for_each_tile<X>([](std::uint32_t* words, Place const& place) {
             if constexpr (tilemesh::detail::is_list<X>) {
                 std::memcpy(words, place.head, X::head_words * 4);
@@ -303,7 +338,8 @@ private:
                 std::memcpy(words, place.items, sizeof(X));
             }
         });
-        engine_->run(first_send + Base::template index_of_state<X>());
+        execute(first_send + Base::template index_of_state<X>());
+        dirty = false;
     }
     template <class... X>
     void send(Types<X...>)
@@ -314,8 +350,8 @@ private:
     void fetch()
     {
         constexpr auto i = Base::template index_of_state<X>();
-        if (!std::exchange(stale_[i], false)) return;
-        engine_->run(first_fetch + i);
+        if (!stale_[i]) return;
+        execute(first_fetch + i);
         for_each_tile<X>([](std::uint32_t const* words, Place const& place) {
             if constexpr (tilemesh::detail::is_list<X>) {
                 std::memcpy(place.head, words, X::head_words * 4);
@@ -324,6 +360,7 @@ private:
                 std::memcpy(place.items, words, sizeof(X));
             }
         });
+        stale_[i] = false;
     }
 
     // --- counters ------------------------------------------------------------------------------------------------------------
@@ -337,6 +374,9 @@ private:
         for (std::uint32_t t = 0; t < this->grid_.size(); ++t)
             if (auto const broken = word(t, Log::broken); broken != 0) {
                 broken_ = true;
+                if (broken == Log::other_program)
+                    throw Error("codelets of another program than the graph's (\"" + options_.codelets + "\" was compiled from other kernels, "
+                                "capacities or machine); compile them again from the same headers");
                 throw Error("a kernel only sends on a channel with unread mail (a bound cut the step that reads it); raise the bound, or let "
                             "the sending kernel read the channel [tile " +
                             engine::detail::text(this->grid_.tile(t)) + ", " + steps_[broken - 1].kernel + "]");

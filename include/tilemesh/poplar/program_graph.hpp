@@ -8,6 +8,7 @@
 #include <string>
 #include <tilemesh/poplar/codelet.hpp>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 namespace tilemesh::on_poplar {
@@ -17,6 +18,24 @@ template <class Node>
 inline constexpr bool is_until_quiet = false;
 template <class K>
 inline constexpr bool is_until_quiet<UntilQuiet<K>> = true;
+
+constexpr bool same_text(Name a, Name b) noexcept
+{
+    if (a.size != b.size) return false;
+    for (std::uint32_t i = 0; i < a.size; ++i)
+        if (a.text[i] != b.text[i]) return false;
+    return true;
+}
+template <class K, class... Others>
+constexpr bool name_is_its_own() noexcept
+{
+    return (true && ... && (std::is_same_v<K, Others> || !same_text(name_of<K>(), name_of<Others>())));
+}
+template <class... Step>
+constexpr bool kernels_have_names_of_their_own(Types<Step...>) noexcept
+{
+    return (true && ... && name_is_its_own<typename KernelOf<Step>::type, typename KernelOf<Step>::type...>());
+}
 } // namespace detail
 
 /// A program as a Poplar graph: its variables, vertices, exchanges and control flow, made by walking the program's type.
@@ -44,6 +63,9 @@ public:
     using Log = TileLog<Program>;
     using Sequence = ::poplar::program::Sequence;
     using Tensor = ::poplar::Tensor;
+    static_assert(detail::kernels_have_names_of_their_own(Steps{}),
+                  "two kernels of a program with one name (a codelet is found by it; arguments of templates are not part of it); give each "
+                  "a static constexpr char const* name");
 
     /// Slots of each list and channel that are connected and exchanged, in the order of the layout: at most what it has.
     struct Slots {
@@ -61,7 +83,7 @@ public:
         said_ = per_tile("said", 1);
         rows_said_ = variable("rows said", {grid.height, 1});
         for (std::uint32_t y = 0; y < grid.height; ++y) graph.setTileMapping(rows_said_[y], y * grid.width);
-        run_log_ = variable("run log", {RunLog<Program>::words});
+        run_log_ = variable("run log", {RunLog::words<Program>});
         graph.setTileMapping(run_log_, 0);
         again_ = graph.addVariable(::poplar::BOOL, std::vector<std::size_t>{}, "again");
         graph.setTileMapping(again_, 0);
@@ -105,8 +127,8 @@ public:
     Sequence run(Program const& program)
     {
         Sequence all;
-        // Votes and counts begin at nothing; unread mail (word 0 of the run's log) lives on.
-        all.add(clear("begin run", {log_, run_log_.slice(1, RunLog<Program>::words)}));
+        // Votes and counts begin at nothing; unread mail lives on.
+        all.add(clear("begin run", {log_, run_log_.slice(RunLog::mail + 1, RunLog::words<Program>)}));
         step_ = 0;
         walk(program, all);
         return all;
@@ -314,6 +336,7 @@ private:
             graph_.setInitialValue(v["step"], step_);
             graph_.setInitialValue(v["log_at"], Log::step(step_));
             graph_.setInitialValue(v["always"], always ? 1u : 0u);
+            graph_.setInitialValue(v["program"], program_mark<Machine, Program>);
             graph_.setTileMapping(v, i);
         }
         Sequence all;
@@ -375,7 +398,7 @@ private:
         graph_.connect(v["said"], rows_said_.flatten());
         graph_.connect(v["log"], run_log_);
         graph_.connect(v["again"], again_);
-        graph_.setInitialValue(v["log_at"], RunLog<Program>::step(step_));
+        graph_.setInitialValue(v["log_at"], RunLog::step(step_));
         graph_.setInitialValue(v["touched"], links_touched<Program>(typename KernelTraits<K>::Links{}));
         graph_.setInitialValue(v["reads"], reads);
         graph_.setTileMapping(v, 0);

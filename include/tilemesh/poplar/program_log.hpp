@@ -4,7 +4,6 @@
 /// The same program as Poplar codelets and a Poplar graph: what its vertices and its host agree on. Kernel code.
 namespace tilemesh::on_poplar {
 
-/// The steps of a program in order, Sequences taken apart: what `StepCounters` are numbered by.
 namespace detail {
 template <class Acc, class Node>
 struct Flatten;
@@ -35,8 +34,10 @@ struct KernelOf<UntilQuiet<K>> {
     using type = K;
 };
 } // namespace detail
+/// The steps of a program in order, Sequences taken apart: what `StepCounters` are numbered by.
 template <class Program>
 using StepsOf = typename detail::Flatten<Types<>, Program>::type;
+/// The kernel of a step.
 template <class Node>
 using KernelOf = typename detail::KernelOf<Node>::type;
 
@@ -47,7 +48,9 @@ struct TileLog;
 template <class Program, class... Step, class... S, class... L, class... P>
 struct TileLog<Program, Types<Step...>, tilemesh::detail::Sets<Types<S...>, Types<L...>, Types<P...>>> {
     static constexpr std::uint32_t vote = 0;   ///< of the tile's last run
-    static constexpr std::uint32_t broken = 1; ///< 1 + the first step that sent over unread mail; 0: none
+    /// 1 + the first step that sent over unread mail; 0: none; `other_program`: a vertex was compiled for another program.
+    static constexpr std::uint32_t broken = 1;
+    static constexpr std::uint32_t other_program = 0xffffffffu;
     /// Where step i begins: how often the tile ran, then for each channel of its kernel the messages sent.
     static constexpr std::uint32_t step(std::uint32_t i) noexcept
     {
@@ -70,14 +73,42 @@ struct TileLog<Program, Types<Step...>, tilemesh::detail::Sets<Types<S...>, Type
 };
 
 /// What one tile writes down for all: who has mail, and how often each step ran.
-template <class Program>
 struct RunLog {
     static constexpr std::uint32_t mail = 0; ///< bit i: channel i of the program holds unread mail on some tile; outlives a run
     static constexpr std::uint32_t busy = 1; ///< 1: a tile voted busy in the superstep before
     static constexpr std::uint32_t left = 2; ///< passes that an UntilQuiet may still take
     static constexpr std::uint32_t step(std::uint32_t i) noexcept { return 3 + 2 * i; } ///< passes, then those that sent
+    template <class Program>
     static constexpr std::uint32_t words = step(StepsOf<Program>::count);
 };
+
+namespace detail {
+constexpr std::uint32_t mix(std::uint32_t h, std::uint32_t word) noexcept
+{
+    return (h ^ word) * 16777619u; // FNV-1a, a word at a time
+}
+constexpr std::uint32_t mix(std::uint32_t h, Name name) noexcept
+{
+    for (std::uint32_t i = 0; i < name.size; ++i) h = mix(h, static_cast<std::uint32_t>(name.text[i]));
+    return h;
+}
+template <class Machine, class Program, class... Step, class... S, class... L, class... P>
+constexpr std::uint32_t mark_of(Types<Step...>, Types<S...>, Types<L...>, Types<P...>) noexcept
+{
+    using Layout = Tile<Machine, Program>;
+    std::uint32_t h = mix(2166136261u, Machine::workers);
+    ((h = mix(h, name_of<typename KernelOf<Step>::type>())), ...);
+    ((h = mix(mix(h, name_of<S>()), Layout::template words<S>())), ...);
+    ((h = mix(mix(mix(h, name_of<L>()), L::static_capacity), L::Receiver::item_words)), ...);
+    ((h = mix(mix(h, name_of<P>()), static_cast<std::uint32_t>(sizeof(P)))), ...);
+    return h;
+}
+} // namespace detail
+/// A number that differs for another program, or another layout of it, as far as 32 bits can tell: a vertex and the graph that it
+/// is in must agree on it.
+template <class Machine, class Program>
+inline constexpr std::uint32_t program_mark = detail::mark_of<Machine, Program>(
+    StepsOf<Program>{}, typename Needs<Program>::States{}, typename Needs<Program>::Links{}, typename Needs<Program>::Shareds{});
 
 /// What a tile says after each pass: bit 0 is its vote, bit 1 + i that it sent on channel i of the program.
 inline constexpr std::uint32_t said_busy = 1;

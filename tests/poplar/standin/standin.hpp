@@ -47,4 +47,7 @@ inline Counts last_run(poplar::Engine const& engine)
     return engine.executable().counts();
 }
 
+/// What all its runs did together.
+inline Counts all_runs(poplar::Engine const& engine) { return engine.executable().all_counts(); }
+
 } // namespace standin

@@ -75,6 +75,7 @@ public:
         if (program >= roots_.size())
             throw poplar::control_program_error("There is no program " + std::to_string(program) + " (the engine has " +
                                                 std::to_string(roots_.size()) + "); run one that it has");
+        before_.add(counts_);
         counts_ = {};
         computing_.seed(settings().seed);
         run_operation(roots_[program]);
@@ -82,6 +83,12 @@ public:
 
     std::size_t programs() const { return roots_.size(); }
     Counts const& counts() const { return counts_; }
+    Counts all_counts() const
+    {
+        Counts all = before_;
+        all.add(counts_);
+        return all;
+    }
 
     TileBytes tile_bytes(unsigned tile) const
     {
@@ -343,7 +350,7 @@ private:
     std::unordered_map<Program::Node const*, std::size_t> compiled_;
     std::vector<std::size_t> roots_;
     std::map<std::string, Stream> streams_;
-    Counts counts_;
+    Counts counts_, before_; // of this run, of those before it
     Computing computing_{layout_, memory_};
 };
 

@@ -43,6 +43,15 @@ struct Counts {
     std::size_t copies = 0;                     ///< Copies between tensors
     std::size_t host_copies = 0;                ///< Copies with a stream
     std::map<std::string, std::size_t> by_name; ///< compute sets and Copies of any kind
+    void add(Counts const& other)
+    {
+        executes += other.executes;
+        vertices += other.vertices;
+        copies += other.copies;
+        host_copies += other.host_copies;
+        for (auto const& [name, n] : other.by_name)
+            by_name[name] += n;
+    }
 };
 
 } // namespace standin
