@@ -7,8 +7,11 @@
 #include <tilemesh/config.hpp>
 #include <tilemesh/engine/checked_mesh.hpp>
 #include <tilemesh/engine/contract.hpp>
+#include <tilemesh/engine/cost_model.hpp>
+#include <tilemesh/engine/cost_parameters.hpp>
 #include <tilemesh/engine/counters.hpp>
 #include <tilemesh/engine/mesh.hpp>
+#include <tilemesh/engine/trace_files.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/fit_renderer.hpp>
 #include <tilemesh/machine/buffer.hpp>
@@ -16,6 +19,7 @@
 #include <tilemesh/machine/grid.hpp>
 #include <tilemesh/machine/kernel.hpp>
 #include <tilemesh/machine/name.hpp>
+#include <tilemesh/machine/operations.hpp>
 #include <tilemesh/machine/spec.hpp>
 #include <tilemesh/machine/superstep.hpp>
 #include <tilemesh/machine/tile.hpp>

@@ -11,7 +11,7 @@ POPLAR_STANDIN_VERTEX_NAMED("tilemesh::on_poplar::GatherVotes", GatherVotes, sai
 POPLAR_STANDIN_VERTEX_NAMED("tilemesh::on_poplar::CountPass", CountPass, said, log, again, log_at, touched, reads);
 POPLAR_STANDIN_VERTEX_NAMED("tilemesh::on_poplar::BeginStep", BeginStep, log, again, at_most, reads);
 
-#define ENTER(Name) POPLAR_STANDIN_VERTEX(Name, reads, keeps, sends, x, y, width, height, step, log_at, always, program)
+#define ENTER(Name) POPLAR_STANDIN_VERTEX(Name, reads, keeps, sends, x, y, width, height, step, log_at, task, program)
 ENTER(lossless_project);
 ENTER(lossless_route);
 ENTER(lossless_bloom);

@@ -86,6 +86,9 @@ struct Dropped : support::Small<5, 60, splat::Paper> {
     using Copies = splat::ScreenCopies;
     static constexpr bool one_channel_memory = true;
 };
+struct Watched : Held<6> {
+    using Machine = Traced<Workers<6>>;
+};
 #define FRAME(Name, S)                                                                                                         \
     TILEMESH_VERTEX(Name##_project, S::Machine, splat::Frame<S>, splat::Project<S>)                                            \
     TILEMESH_VERTEX(Name##_route, S::Machine, splat::Frame<S>, splat::Route<S>)                                                \
@@ -97,10 +100,11 @@ struct Dropped : support::Small<5, 60, splat::Paper> {
     ENTER(Name##_bloom);                                                                                                       \
     ENTER(Name##_depth_sort);                                                                                                  \
     ENTER(Name##_composite)
-#define ENTER(Name) POPLAR_STANDIN_VERTEX(Name, reads, keeps, sends, x, y, width, height, step, log_at, always, program)
+#define ENTER(Name) POPLAR_STANDIN_VERTEX(Name, reads, keeps, sends, x, y, width, height, step, log_at, task, program)
 FRAME(held1, Held<1>);
 FRAME(held6, Held<6>);
 FRAME(dropped4, Dropped);
+FRAME(watched, Watched);
 
 TEST_CASE("poplar: Sloth, lossless with float pixels, a cold start and three steps of an orbit")
 {
@@ -130,6 +134,27 @@ TEST_CASE("poplar: a static view moves no records between host and machine, and 
     auto const again = standin::all_runs(graph.mesh().engine()).host_copies;
     graph.render(camera);
     CHECK(standin::all_runs(graph.mesh().engine()).host_copies - again == 2 + 5 + 1);
+}
+
+TEST_CASE("poplar: traces, and so modelled cycles, are those of the thread engine")
+{
+    standin::With const restore(standin::settings());
+    standin::settings().tile_bytes = 64u << 20;
+    auto const map = support::map_of(support::cloud(support::fast() ? 100 : 300, 5));
+    RendererOptions options;
+    options.tile = {20, 16};
+    for (auto const& e : executions) {
+        CAPTURE(e.name);
+        poplar_test::use(e);
+        BasicRenderer<Watched> threads{map, options};
+        BasicRenderer<Watched, PoplarMesh> graph{map, options, poplar_test::options("watched")};
+        for (float turn : {0.0f, 0.04f, 0.04f}) {
+            threads.render(support::lens(150, 70, turn));
+            graph.render(support::lens(150, 70, turn));
+            CHECK(graph.mesh().trace() == threads.mesh().trace());
+        }
+        CHECK(threads.mesh().trace().supersteps.size() >= 4);
+    }
 }
 
 TEST_CASE("poplar: worker order and count change nothing; starved channels, drop, bounded hops")

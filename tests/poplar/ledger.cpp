@@ -19,7 +19,7 @@ struct Grow {
 };
 using Growing = Sequence<Superstep<Grow>>;
 TILEMESH_VERTEX(ledger_Grow, TestMachine<1024>, Growing, Grow)
-POPLAR_STANDIN_VERTEX(ledger_Grow, reads, keeps, sends, x, y, width, height, step, log_at, always, program);
+POPLAR_STANDIN_VERTEX(ledger_Grow, reads, keeps, sends, x, y, width, height, step, log_at, task, program);
 
 namespace {
 using splat::Lossless;

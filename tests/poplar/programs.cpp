@@ -203,7 +203,7 @@ TILEMESH_VERTEX(test_Fill, Mk2, Filling, Fill)
 TILEMESH_VERTEX(test_SendStamp, Mk2, Cut, SendStamp)
 TILEMESH_VERTEX(test_ReadStamp, Mk2, Cut, ReadStamp)
 
-#define ENTER(Name) POPLAR_STANDIN_VERTEX(Name, reads, keeps, sends, x, y, width, height, step, log_at, always, program)
+#define ENTER(Name) POPLAR_STANDIN_VERTEX(Name, reads, keeps, sends, x, y, width, height, step, log_at, task, program)
 ENTER(test_Weigh);
 ENTER(test_Stock);
 ENTER(test_pass_low);

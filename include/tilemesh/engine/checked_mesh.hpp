@@ -78,10 +78,18 @@ public:
         f(0u, 1u);
     }
 
+    /// See Mesh.
+    Trace const& trace() const noexcept
+    {
+        static_assert(traced, "a mesh without a trace (its machine is not Traced); build it for Traced<Machine>");
+        return trace_;
+    }
+
     RunCounters run()
     {
         if (broken_) throw Error("a mesh that stopped on an error cannot run again (its state is half a superstep); build a new one");
         this->require_capacities(Links{});
+        if constexpr (traced) trace_ = engine::detail::begin_trace(names_);
         run_ = {};
         run_.steps = names_;
         state_peak_.fill(0);
@@ -100,6 +108,7 @@ public:
     }
 
 private:
+    static constexpr bool traced = tilemesh::detail::is_traced<Machine>;
     static constexpr std::uint32_t links = Links::count + 1;
     static constexpr std::uint32_t guard_words = Base::guard_words;
     /// One side of a channel on all tiles: {size, note, most ever written} and guarded items a slot.
@@ -322,6 +331,8 @@ private:
             any = any || runs[t] != 0;
         }
         if (!any) return false;
+        if constexpr (traced)
+            trace_.supersteps.push_back({step_, !All, this->template capacity_a_side<Kernel>(typename Traits::Links{}), false, {}});
         auto& counters = run_.steps[step_];
         auto const messages_before = counters.messages;
         auto const runs_before = counters.tile_runs;
@@ -339,10 +350,15 @@ private:
                 continue;
             }
             busy_[parity_ ^ 1u][t] = run_tile<Kernel>(t) == Vote::busy;
+            if constexpr (traced) {
+                Source source{*this, t, {0, 1}};
+                trace_.supersteps.back().tiles.push_back(engine::detail::sample<Kernel>(source, t));
+            }
             ++counters.tile_runs;
             measure(t, typename Traits::Arguments{});
         }
         bool const sent = exchange<Kernel>(typename Traits::Links{});
+        if constexpr (traced) trace_.supersteps.back().sent = sent;
         check_shared_memory(Links{});
         ++counters.passes;
         counters.supersteps += sent ? 1 : 0;
@@ -525,6 +541,7 @@ private:
          ...);
     }
 
+    [[no_unique_address]] std::conditional_t<traced, Trace, engine::detail::NoTrace> trace_;
     Options options_;
     engine::detail::Rectangle within_; ///< whose tiles Superstep and Repeat always run
     std::array<Ends, links> in_, out_;

@@ -5,6 +5,7 @@
 #include <tilemesh/engine/store.hpp>
 #include <tilemesh/engine/team.hpp>
 #include <tilemesh/engine/tile_set.hpp>
+#include <tilemesh/engine/trace.hpp>
 
 namespace tilemesh {
 
@@ -136,11 +137,19 @@ public:
         if (first) std::rethrow_exception(first);
     }
 
+    /// The last run, superstep by superstep; on a Traced machine only.
+    Trace const& trace() const noexcept
+    {
+        static_assert(traced, "a mesh without a trace (its machine is not Traced); build it for Traced<Machine>");
+        return trace_;
+    }
+
     /// Runs the whole program once.
     RunCounters run()
     {
         if (broken_) throw Error("a mesh that stopped on an error cannot run again (its state is half a superstep); build a new one");
         this->require_capacities(Links{});
+        if constexpr (traced) trace_ = engine::detail::begin_trace(steps_);
         run_ = {};
         run_.steps = steps_;
         step_ = 0;
@@ -157,6 +166,8 @@ public:
     }
 
 private:
+    static constexpr bool traced = tilemesh::detail::is_traced<Machine>;
+
     /// Up to this many tiles the thread that walks the program runs alone. A tile run takes 20 ns to 1 us, to let another
     /// thread in and out 0.2 us, and the words of the tiles may have to come from its cache.
     static constexpr std::uint32_t alone = 8;
@@ -172,6 +183,7 @@ private:
     /// One thread's part of a superstep.
     struct alignas(64) WorkerState {
         std::uint64_t messages = 0, live_bytes = 0, runs = 0, digest = 0;
+        [[no_unique_address]] std::conditional_t<traced, std::vector<TileSample>, engine::detail::NoTrace> samples;
         engine::detail::Failure failure;                    ///< of the lowest tile
         TileSet busy;                                       ///< who voted busy
         std::array<TileSet, links> mail;                    ///< who was sent something on a channel
@@ -286,6 +298,7 @@ private:
         } else if (run_kernel<Kernel>(source) == Vote::busy) {
             source.me.busy.insert(tile);
         }
+        if constexpr (traced) source.me.samples.push_back(engine::detail::sample<Kernel>(source, tile));
         after_kernel(source, typename KernelTraits<Kernel>::Arguments{});
     }
     static void fail(WorkerState& me, engine::detail::Failure const& failure) noexcept
@@ -518,6 +531,15 @@ private:
         }
         counters.messages += messages;
         counters.tile_runs += runs;
+        if constexpr (traced) {
+            SuperstepSample s{step_, !All, this->template capacity_a_side<Kernel>(KernelLinks{}), sent, {}};
+            for (auto& w : workers_) {
+                s.tiles.insert(s.tiles.end(), w.samples.begin(), w.samples.end());
+                w.samples.clear();
+            }
+            std::sort(s.tiles.begin(), s.tiles.end(), [](auto const& a, auto const& b) { return a.tile < b.tile; });
+            trace_.supersteps.push_back(std::move(s));
+        }
         std::uint64_t digest = 0;
         if (options_.digest) run_.digests.push_back(digest = digest_now());
         if (failure.text != nullptr) throw engine::detail::failed(this->grid_, failure, counters.kernel, pass_);
@@ -611,6 +633,7 @@ private:
         (link(tilemesh::detail::Tag<C>{}), ...);
     }
 
+    [[no_unique_address]] std::conditional_t<traced, Trace, engine::detail::NoTrace> trace_;
     Options options_;
     std::vector<std::uint32_t> slots_;                  ///< where each tile's four outgoing ends are read
     std::array<Bank, links> banks_;

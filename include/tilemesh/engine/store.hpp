@@ -220,6 +220,12 @@ protected:
                         std::to_string(over) + " bytes over a tile's SRAM); give it fewer slots");
         }
     }
+    /// Bytes that the compile-time exchange after kernel K moves from a tile to each neighbour.
+    template <class K, class... C>
+    std::uint32_t capacity_a_side(Types<C...>) const noexcept
+    {
+        return (0u + ... + (KernelTraits<K>::template writes<C> ? C::end_bytes(link_capacity<C>()) : 0u));
+    }
     template <class... C>
     void require_capacities(Types<C...>) const
     {

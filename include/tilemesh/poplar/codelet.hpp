@@ -1,4 +1,5 @@
 #pragma once
+#include <cstring>
 #include <poplar/Vertex.hpp>
 #include <tilemesh/poplar/program_log.hpp>
 
@@ -16,7 +17,7 @@
 ///   reads   who runs; states taken as `X const&`; of each channel of the kernel the four incoming ends (only their heads where
 ///           it just sends); broadcasts
 ///   keeps   the tile's log; states taken as `X&`
-///   sends   one word of what it says; of each channel it sends on the four outgoing ends
+///   sends   one word of what it says; on a Traced machine what it did; of each channel it sends on the four outgoing ends
 /// Compile with -DNDEBUG: a tile has nobody to report a broken contract to, and what is behind one stays safe.
 ///
 /// The classes are literal: macros instead of templates, because how popc names an instance with class-type arguments is not
@@ -68,10 +69,10 @@ constexpr std::uint32_t keeps_at(Types<Args...>) noexcept
     ((found = found || std::is_same_v<A, Args>, at += found ? 0 : EdgesOf<Kernel, Args>::keeps), ...);
     return at;
 }
-template <class Kernel, class C, class... L>
+template <class Kernel, class C, bool Sampled, class... L>
 constexpr std::uint32_t sends_at(Types<L...>) noexcept
 {
-    std::uint32_t at = 1;
+    std::uint32_t at = Sampled ? 2 : 1;
     bool found = false;
     ((found = found || std::is_same_v<C, L>, at += !found && KernelTraits<Kernel>::template writes<L> ? 4 : 0), ...);
     return at;
@@ -86,6 +87,7 @@ class Codelet {
     using Links = typename Traits::Links;
     using AllLinks = typename Needs<Program>::Links;
     using Log = TileLog<Program>;
+    static constexpr bool traced = tilemesh::detail::is_traced<Machine>;
     static_assert(AllLinks::count <= 31, "a tile says in one word on which channels it sent (31 fit); use fewer channels");
 
     /// What run_kernel needs, out of the vertex's fields.
@@ -111,7 +113,7 @@ class Codelet {
         template <class C>
         TILEMESH_KERNEL Place out(Direction d) noexcept
         {
-            return list<typename C::Sender>(vertex.sends[detail::sends_at<Kernel, C>(Links{}) + index(d)]);
+            return list<typename C::Sender>(vertex.sends[detail::sends_at<Kernel, C, traced>(Links{}) + index(d)]);
         }
         template <class P>
         TILEMESH_KERNEL P const* shared() noexcept
@@ -176,7 +178,7 @@ class Codelet {
     {
         if constexpr (Traits::template writes<C>)
             for (Direction d : news) {
-                auto* const head = words(vertex.sends[detail::sends_at<Kernel, C>(Links{}) + index(d)]);
+                auto* const head = words(vertex.sends[detail::sends_at<Kernel, C, traced>(Links{}) + index(d)]);
                 head[0] = head[1] = 0;
             }
     }
@@ -193,7 +195,7 @@ class Codelet {
         if constexpr (Traits::template writes<C>) {
             std::uint32_t messages = 0, notes = 0, peak = log[Log::template link_peak<C>()];
             for (Direction d : news) {
-                auto const* const head = words(vertex.sends[detail::sends_at<Kernel, C>(Links{}) + index(d)]);
+                auto const* const head = words(vertex.sends[detail::sends_at<Kernel, C, traced>(Links{}) + index(d)]);
                 messages += head[0];
                 notes |= head[1];
                 peak = head[0] > peak ? head[0] : peak;
@@ -232,7 +234,34 @@ class Codelet {
     TILEMESH_KERNEL static bool has_to_run(Vertex& vertex, std::uint32_t const* log) noexcept
     {
         auto const* const within = reinterpret_cast<Within const*>(words(vertex.reads[0]));
-        return (vertex.always != 0 && within->contains(vertex.x, vertex.y)) || log[Log::vote] != 0 || has_mail(vertex, Links{});
+        return (vertex.task == static_cast<unsigned>(Task::always) && within->contains(vertex.x, vertex.y)) || log[Log::vote] != 0 || has_mail(vertex, Links{});
+    }
+
+    /// Writes down what the pass did, before the exchange.
+    template <class Vertex>
+    static void sample(Vertex& vertex, bool ran) noexcept
+    {
+        PassSample s{ran ? 1u : 0u, {}, {0, 0, 0, 0}};
+        if (ran) {
+            Source<Vertex> source{vertex, {0, 1}};
+            s.operations = operations_of<Kernel>(source);
+            sent_bytes(vertex, s, Links{});
+        }
+        std::memcpy(words(vertex.sends[1]), &s, sizeof s);
+    }
+    template <class Vertex, class... C>
+    TILEMESH_KERNEL static void sent_bytes([[maybe_unused]] Vertex& vertex, [[maybe_unused]] PassSample& s, Types<C...>) noexcept
+    {
+        (sent_bytes_of<C>(vertex, s), ...);
+    }
+    template <class C, class Vertex>
+    TILEMESH_KERNEL static void sent_bytes_of([[maybe_unused]] Vertex& vertex, [[maybe_unused]] PassSample& s) noexcept
+    {
+        if constexpr (Traits::template writes<C>)
+            for (Direction d : news) {
+                auto const* const head = words(vertex.sends[detail::sends_at<Kernel, C, traced>(Links{}) + index(d)]);
+                if ((head[0] | head[1]) != 0) s.sent_bytes[index(d)] += C::end_bytes(head[0]);
+            }
     }
 
     /// Says so in the log, which every program has the first two words of, and sends nothing.
@@ -256,6 +285,14 @@ public:
             if (worker == 0) refuse(vertex);
             return true;
         }
+        if constexpr (Traits::multi_worker && traced)
+            if (vertex.task == static_cast<unsigned>(Task::sample)) {
+                if (worker == 0) {
+                    *vertex.sends[0].begin() = 0;
+                    sample(vertex, log[Log::ran] != 0);
+                }
+                return true;
+            }
         if constexpr (Traits::multi_worker) {
             // A tile that need not run may: it changes nothing. So no worker waits for what worker 0 finds out. Sizes of lists are
             // the same before and after (see Worker), so that worker 0 may look.
@@ -263,23 +300,28 @@ public:
             Source<Vertex> source{vertex, {worker, Machine::workers}};
             run_kernel<Kernel>(source);
             if (worker != 0) return true;
-            if (has_to_run(vertex, log)) {
+            bool const runs = has_to_run(vertex, log);
+            if (runs) {
                 ++log[vertex.log_at];
                 peaks(vertex, log, Arguments{});
             }
+            log[Log::ran] = runs ? 1 : 0;
             log[Log::vote] = 0;
             *vertex.sends[0].begin() = 0;
         } else {
             if (log[Log::broken] == 0 && overwrites(vertex, Links{})) log[Log::broken] = vertex.step + 1;
             empty(vertex, Links{});
             std::uint32_t said = 0;
-            if (has_to_run(vertex, log)) {
+            bool const runs = has_to_run(vertex, log);
+            if (runs) {
                 Source<Vertex> source{vertex, {0, 1}};
                 said = run_kernel<Kernel>(source) == Vote::busy ? said_busy : 0;
                 ++log[vertex.log_at];
                 peaks(vertex, log, Arguments{});
                 said |= all_sent(vertex, log, Links{});
             }
+            if constexpr (traced) sample(vertex, runs);
+            log[Log::ran] = runs ? 1 : 0;
             log[Log::vote] = said & said_busy;
             *vertex.sends[0].begin() = said;
         }
@@ -360,7 +402,7 @@ public:
         ::poplar::Vector<::poplar::Input<::poplar::Vector<unsigned>>> reads;                                                   \
         ::poplar::Vector<::poplar::InOut<::poplar::Vector<unsigned>>> keeps;                                                   \
         ::poplar::Vector<::poplar::Output<::poplar::Vector<unsigned>>> sends;                                                  \
-        unsigned x, y, width, height, step, log_at, always, program;                                                           \
+        unsigned x, y, width, height, step, log_at, task, program;                                                             \
         bool compute() { return ::tilemesh::on_poplar::Codelet<__VA_ARGS__>::compute(*this, 0); }                              \
     };
 #define TILEMESH_MULTI_VERTEX(Name, ...)                                                                                       \
@@ -369,6 +411,6 @@ public:
         ::poplar::Vector<::poplar::Input<::poplar::Vector<unsigned>>> reads;                                                   \
         ::poplar::Vector<::poplar::InOut<::poplar::Vector<unsigned>>> keeps;                                                   \
         ::poplar::Vector<::poplar::Output<::poplar::Vector<unsigned>>> sends;                                                  \
-        unsigned x, y, width, height, step, log_at, always, program;                                                           \
+        unsigned x, y, width, height, step, log_at, task, program;                                                             \
         bool compute(unsigned worker) { return ::tilemesh::on_poplar::Codelet<__VA_ARGS__>::compute(*this, worker); }          \
     };

@@ -9,6 +9,7 @@
 #include <poplar/exceptions.hpp>
 #include <string>
 #include <tilemesh/engine/store.hpp>
+#include <tilemesh/engine/trace.hpp>
 #include <tilemesh/poplar/program_graph.hpp>
 #include <utility>
 #include <vector>
@@ -136,6 +137,14 @@ public:
         f(0u, 1u);
     }
 
+    /// The last run, superstep by superstep: that of a Mesh. On a Traced machine only, which streams 48 bytes a tile to the host after
+    /// each superstep.
+    Trace const& trace() const noexcept
+    {
+        static_assert(Builder::traced, "a mesh without a trace (its machine is not Traced); build it for Traced<Machine>");
+        return trace_;
+    }
+
     /// Builds and loads the graph, unless it is. Throws Error.
     void prepare()
     {
@@ -159,8 +168,11 @@ public:
         copy_broadcasts(Shareds{});
         stale_.fill(true);
         incoming_stale_.fill(true);
+        samples_.clear();
         execute(run_program);
-        return account(on_poplar::StepsOf<Program>{});
+        auto counters = account(on_poplar::StepsOf<Program>{});
+        if constexpr (Builder::traced) make_trace(counters, on_poplar::StepsOf<Program>{});
+        return counters;
     }
 
     /// The graph's answers to questions of tests and tools; after `prepare`.
@@ -196,6 +208,12 @@ private:
             engine_ = std::make_unique<poplar::Engine>(*graph_, programs);
             engine_->load(*options_.device);
             for (auto const& [name, words] : streams_) engine_->connectStream(name, words);
+            if constexpr (Builder::traced)
+                engine_->connectStreamToCallback(Builder::samples_handle, [this](void* data) {
+                    auto const at = samples_.size();
+                    samples_.resize(at + this->grid_.size());
+                    std::memcpy(samples_.data() + at, data, this->grid_.size() * sizeof(on_poplar::PassSample));
+                });
             engine_->run(start_program);
         } catch (poplar::poplar_error const& e) {
             throw Error(std::string("a program that Poplar cannot load (") + e.what() +
@@ -426,6 +444,28 @@ private:
         counters.messages += n;
         counters.live_bytes += std::uint64_t{n} * wire_bytes<typename C::value_type>;
     }
+    /// The samples of all passes, in order, belong to the steps in order.
+    template <class... Step>
+    void make_trace(RunCounters const& counters, Types<Step...>)
+    {
+        trace_ = engine::detail::begin_trace(steps_);
+        auto const* s = samples_.data();
+        std::uint32_t step = 0;
+        [[maybe_unused]] auto const add = [&](auto tag, bool votes) {
+            using K = typename decltype(tag)::type;
+            for (std::uint64_t pass = 0; pass < counters.steps[step].passes; ++pass) {
+                SuperstepSample superstep{step, votes, this->template capacity_a_side<K>(typename KernelTraits<K>::Links{}), false, {}};
+                for (std::uint32_t t = 0; t < this->grid_.size(); ++t, ++s) {
+                    if (s->ran == 0) continue;
+                    superstep.tiles.push_back({t, s->operations, {s->sent_bytes[0], s->sent_bytes[1], s->sent_bytes[2], s->sent_bytes[3]}});
+                    superstep.sent = superstep.sent || (s->sent_bytes[0] | s->sent_bytes[1] | s->sent_bytes[2] | s->sent_bytes[3]) != 0;
+                }
+                trace_.supersteps.push_back(std::move(superstep));
+            }
+            ++step;
+        };
+        (add(tilemesh::detail::Tag<on_poplar::KernelOf<Step>>{}, on_poplar::detail::is_until_quiet<Step>), ...);
+    }
     std::uint32_t peak(std::uint32_t at) const noexcept
     {
         std::uint32_t most = 0;
@@ -451,6 +491,8 @@ private:
     std::vector<StepCounters> steps_;
     std::unique_ptr<poplar::Graph> graph_;
     std::vector<std::uint32_t> within_words_, log_, run_log_;
+    std::vector<on_poplar::PassSample> samples_;
+    Trace trace_;
     std::array<std::vector<std::uint32_t>, Shareds::count + 1> broadcast_words_;
     std::vector<std::pair<std::string, std::uint32_t*>> streams_;
     engine::detail::Arena staging_;                            ///< a region of all tiles on its way

@@ -3,6 +3,8 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
+#include <poplar/DataStream.hpp>
 #include <poplar/Graph.hpp>
 #include <poplar/Program.hpp>
 #include <string>
@@ -87,10 +89,17 @@ public:
         graph.setTileMapping(run_log_, 0);
         again_ = graph.addVariable(::poplar::BOOL, std::vector<std::size_t>{}, "again");
         graph.setTileMapping(again_, 0);
+        if constexpr (traced) {
+            sample_ = per_tile(PassSample::name, sizeof(PassSample) / 4);
+            samples_ = graph.addDeviceToHostFIFO(samples_handle, ::poplar::UNSIGNED_INT, sample_.numElements());
+        }
         add_states(States{});
         add_links(Links{});
         add_shareds(Shareds{});
     }
+    static constexpr bool traced = tilemesh::detail::is_traced<Machine>;
+    /// The stream that brings the PassSample of all tiles after each pass; on a Traced machine only.
+    static constexpr char const* samples_handle = "samples";
 
     /// {tiles, words} of a state: all the words that the layout has for it.
     template <class X>
@@ -311,18 +320,35 @@ private:
     }
     /// Compute, exchange, and what read mail leaves.
     template <class K>
-    Sequence pass(bool always)
+    Sequence pass(Task task)
     {
         using Traits = KernelTraits<K>;
         static_assert(in_memories_of_their_own(typename Traits::Links{}),
                       "a kernel that takes two channels of one memory (memory_of: they would overwrite each other); give one of them "
                       "memory of its own, or the kernel one of them");
-        auto const set = graph_.addComputeSet(text<K>() + " (step " + std::to_string(step_) + ")");
+        Sequence all;
+        all.add(compute<K>(task));
+        if constexpr (traced) {
+            if constexpr (Traits::multi_worker) all.add(compute<K>(Task::sample));
+            all.add(::poplar::program::Copy(sample_.flatten(), *samples_));
+        }
+        std::vector<Tensor> from, to, read;
+        exchange_all<K>(from, to, read, typename Traits::Links{});
+        if (!from.empty()) all.add(::poplar::program::Copy(::poplar::concat(from), ::poplar::concat(to)));
+        if (!read.empty()) all.add(clear("forget mail (step " + std::to_string(step_) + ")", read));
+        return all;
+    }
+    template <class K>
+    ::poplar::program::Execute compute(Task task)
+    {
+        using Traits = KernelTraits<K>;
+        auto const set = graph_.addComputeSet(text<K>() + (task == Task::sample ? " sampled" : "") + " (step " + std::to_string(step_) + ")");
         auto vertex = prefix_ + "_" + text<K>();
         std::replace(vertex.begin(), vertex.end(), ' ', '_');
         for (std::uint32_t i = 0; i < grid_.size(); ++i) {
             auto const v = graph_.addVertex(set, vertex);
             std::vector<Tensor> reads{within_[i]}, keeps{log_[i]}, sends{said_[i]};
+            if constexpr (traced) sends.push_back(sample_[i]);
             connect_all<K>(reads, keeps, i, typename Traits::Arguments{});
             connect_sends<K>(sends, i, typename Traits::Links{});
             connect_list(v, "reads", reads);
@@ -335,17 +361,11 @@ private:
             graph_.setInitialValue(v["height"], grid_.height);
             graph_.setInitialValue(v["step"], step_);
             graph_.setInitialValue(v["log_at"], Log::step(step_));
-            graph_.setInitialValue(v["always"], always ? 1u : 0u);
+            graph_.setInitialValue(v["task"], static_cast<unsigned>(task));
             graph_.setInitialValue(v["program"], program_mark<Machine, Program>);
             graph_.setTileMapping(v, i);
         }
-        Sequence all;
-        all.add(::poplar::program::Execute(set));
-        std::vector<Tensor> from, to, read;
-        exchange_all<K>(from, to, read, typename Traits::Links{});
-        if (!from.empty()) all.add(::poplar::program::Copy(::poplar::concat(from), ::poplar::concat(to)));
-        if (!read.empty()) all.add(clear("forget mail (step " + std::to_string(step_) + ")", read));
-        return all;
+        return ::poplar::program::Execute(set);
     }
     template <class K, class... C>
     void exchange_all(std::vector<Tensor>& from, std::vector<Tensor>& to, std::vector<Tensor>& read, Types<C...>) const
@@ -407,10 +427,10 @@ private:
         return all;
     }
     template <class K>
-    Sequence counted_pass(bool always)
+    Sequence counted_pass()
     {
         Sequence all;
-        all.add(pass<K>(always));
+        all.add(pass<K>(Task::always));
         if (counts_) all.add(account<K>(0));
         return all;
     }
@@ -419,13 +439,13 @@ private:
     template <class K>
     void walk(Superstep<K> const&, Sequence& to)
     {
-        to.add(counted_pass<K>(true));
+        to.add(counted_pass<K>());
         ++step_;
     }
     template <std::uint32_t N, class K>
     void walk(Repeat<N, K> const&, Sequence& to)
     {
-        if (N != 0) to.add(::poplar::program::Repeat(N, counted_pass<K>(true)));
+        if (N != 0) to.add(::poplar::program::Repeat(N, counted_pass<K>()));
         ++step_;
     }
     template <class K>
@@ -440,7 +460,7 @@ private:
         graph_.setInitialValue(v["reads"], reads);
         graph_.setTileMapping(v, 0);
         Sequence body;
-        body.add(pass<K>(false));
+        body.add(pass<K>(Task::if_needed));
         body.add(account<K>(reads));
         to.add(::poplar::program::Execute(set));
         to.add(::poplar::program::RepeatWhileTrue(Sequence(), again_, body));
@@ -458,7 +478,8 @@ private:
     Slots slots_;
     bool counts_;
     std::uint32_t step_ = 0;
-    Tensor within_, log_, said_, rows_said_, run_log_, again_;
+    Tensor within_, log_, said_, rows_said_, run_log_, again_, sample_;
+    std::optional<::poplar::DataStream> samples_;
     std::array<Tensor, States::count + 1> states_;
     std::array<Tensor, Shareds::count + 1> shareds_;
     std::array<std::array<Tensor, 4>, Links::count + 1> in_, out_;

@@ -1,5 +1,5 @@
 #pragma once
-#include <tilemesh/machine/tile.hpp>
+#include <tilemesh/machine/operations.hpp>
 
 /// The same program as Poplar codelets and a Poplar graph: what its vertices and its host agree on. Kernel code.
 namespace tilemesh::on_poplar {
@@ -41,7 +41,7 @@ using StepsOf = typename detail::Flatten<Types<>, Program>::type;
 template <class Node>
 using KernelOf = typename detail::KernelOf<Node>::type;
 
-/// What a tile writes down in a run, word by word; the host reads it when the run is over. Cost: 8 bytes, 4 a step and 4 a
+/// What a tile writes down in a run, word by word; the host reads it when the run is over. Cost: 12 bytes, 4 a step and 4 a
 /// channel of the step, 4 a list and 4 a channel of the program.
 template <class Program, class = StepsOf<Program>, class = Needs<Program>>
 struct TileLog;
@@ -51,10 +51,11 @@ struct TileLog<Program, Types<Step...>, tilemesh::detail::Sets<Types<S...>, Type
     /// 1 + the first step that sent over unread mail; 0: none; `other_program`: a vertex was compiled for another program.
     static constexpr std::uint32_t broken = 1;
     static constexpr std::uint32_t other_program = 0xffffffffu;
+    static constexpr std::uint32_t ran = 2; ///< 1: in the last pass the tile had to run
     /// Where step i begins: how often the tile ran, then for each channel of its kernel the messages sent.
     static constexpr std::uint32_t step(std::uint32_t i) noexcept
     {
-        std::uint32_t at = 2, n = 0;
+        std::uint32_t at = 3, n = 0;
         ((at += n++ < i ? 1 + KernelTraits<KernelOf<Step>>::Links::count : 0), ...);
         return at;
     }
@@ -70,6 +71,14 @@ struct TileLog<Program, Types<Step...>, tilemesh::detail::Sets<Types<S...>, Type
         return step(sizeof...(Step)) + static_cast<std::uint32_t>(sizeof...(S)) + tilemesh::detail::index_in<C>(Types<L...>{});
     }
     static constexpr std::uint32_t words = step(sizeof...(Step)) + static_cast<std::uint32_t>(sizeof...(S) + sizeof...(L));
+};
+
+/// On a Traced machine: what a tile says of each pass, for the host's Trace. 12 words.
+struct PassSample {
+    static constexpr char const* name = "sample";
+    std::uint32_t ran; ///< 0: the rest means nothing
+    Operations operations;
+    std::uint32_t sent_bytes[4];
 };
 
 /// What one tile writes down for all: who has mail, and how often each step ran.
@@ -130,6 +139,13 @@ constexpr std::uint32_t links_touched(Types<L...>) noexcept
 {
     return (0u | ... | (1u << tilemesh::detail::index_in<L>(typename Needs<Program>::Links{})));
 }
+
+/// When a vertex runs its kernel.
+enum class Task : std::uint32_t {
+    if_needed, ///< where the tile voted busy or has mail: UntilQuiet
+    always,    ///< in the rectangle of Within, and elsewhere if needed
+    sample     ///< not at all: it says what the pass before did (a kernel of all workers cannot, while they run)
+};
 
 /// The columns and rows whose tiles every Superstep and Repeat runs (Mesh::run_within): words of a broadcast of its own.
 struct Within {

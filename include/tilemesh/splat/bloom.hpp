@@ -82,6 +82,21 @@ struct Bloom {
         debts = {open, 0};
         return open == 0 ? Vote::quiet : Vote::busy;
     }
+
+    /// For a cost model: an arrival is looked for among the tile's records and projected, a copy given to a channel.
+    static Operations operations(Marks<S> const& marks, In<Beam<S>> in, Out<Beam<S>> out) noexcept
+    {
+        std::uint32_t arrived = 0, left = 0;
+        for (Direction d : news) {
+            arrived += in[d].size();
+            left += out[d].size();
+        }
+        Operations o;
+        o[Operation::copied] = arrived + left;
+        o[Operation::projection] = Copies::reusable ? arrived : 0;
+        o[Operation::slot] = times(arrived + (left > arrived ? 1 : 0), marks.size());
+        return o;
+    }
 };
 
 } // namespace tilemesh::splat

@@ -25,6 +25,17 @@ struct Composite {
         work.contributing[worker.index] = pairs.contributing;
     }
 
+    /// For a cost model: all workers wait for the one with the most pairs.
+    static Operations operations(Framebuffer<S> const& framebuffer, Work const& work) noexcept
+    {
+        std::uint32_t most = 0;
+        for (std::uint32_t w = 0; w < S::Machine::workers; ++w) most = work.blocks[w] > most ? work.blocks[w] : most;
+        Operations o;
+        o[Operation::pair] = times(most, S::Machine::workers * detail::block_width * detail::block_height);
+        o[Operation::pixel] = framebuffer.size();
+        return o;
+    }
+
     /// The shares of all workers at once, for a host thread.
     struct Whole {
         static constexpr char const* name = Composite::name;

@@ -139,6 +139,18 @@ inline Vote vote_to_route(Traffic& traffic, std::uint32_t leaving) noexcept
 }
 } // namespace detail
 
+/// What Project did, for a cost model: it looks at every stored record, and projects those that it must.
+template <class S>
+struct ProjectOperations {
+    static Operations operations(Storage<S> const& storage, Counts const& counts) noexcept
+    {
+        Operations o;
+        o[Operation::slot] = storage.size();
+        o[Operation::projection] = counts.projected;
+        return o;
+    }
+};
+
 /// Begins a frame on a tile: projects all it holds in the new view, marks the anchored records that must leave and the slots that
 /// owe copies, and drops the copies whose footprint left the tile. In the view of the last frame it only begins the counters.
 /// Votes busy where a record must leave or waits.
@@ -151,7 +163,7 @@ template <class S, bool Routes = S::routes, bool Blooms = S::blooms>
 struct Project;
 
 template <class S>
-struct Project<S, true, true> {
+struct Project<S, true, true> : ProjectOperations<S> {
     static constexpr char const* name = "project";
     Vote operator()(Here here, Broadcast<typename S::Parameters> frame, Storage<S>& storage, Marks<S>& marks, Splats<S>& splats,
                     Traffic& traffic, Debts& debts, Counts& counts) const noexcept
@@ -163,7 +175,7 @@ struct Project<S, true, true> {
     }
 };
 template <class S>
-struct Project<S, true, false> {
+struct Project<S, true, false> : ProjectOperations<S> {
     static constexpr char const* name = "project";
     Vote operator()(Here here, Broadcast<typename S::Parameters> frame, Storage<S>& storage, Marks<S>& marks, Splats<S>& splats,
                     Traffic& traffic, Counts& counts) const noexcept
@@ -173,7 +185,7 @@ struct Project<S, true, false> {
     }
 };
 template <class S>
-struct Project<S, false, true> {
+struct Project<S, false, true> : ProjectOperations<S> {
     static constexpr char const* name = "project";
     void operator()(Here here, Broadcast<typename S::Parameters> frame, Storage<S>& storage, Marks<S>& marks, Splats<S>& splats,
                     Debts& debts, Counts& counts) const noexcept
@@ -183,7 +195,7 @@ struct Project<S, false, true> {
     }
 };
 template <class S>
-struct Project<S, false, false> {
+struct Project<S, false, false> : ProjectOperations<S> {
     static constexpr char const* name = "project";
     void operator()(Here here, Broadcast<typename S::Parameters> frame, Storage<S>& storage, Marks<S>& marks, Splats<S>& splats,
                     Counts& counts) const noexcept

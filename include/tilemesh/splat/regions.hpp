@@ -1,5 +1,5 @@
 #pragma once
-#include <tilemesh/machine/kernel.hpp>
+#include <tilemesh/machine/operations.hpp>
 #include <tilemesh/splat/footprint.hpp>
 
 namespace tilemesh::splat {

@@ -119,13 +119,35 @@ struct RouteStep {
         return left;
     }
 };
+
+/// What Route did, for a cost model: an arrival is taken, and projected where it does not say where it goes; one that has come home
+/// (at least as many as arrive and do not go on) is projected and looked for among the tile's records (`find`: all of them); a
+/// departure is given to a channel.
+template <class S>
+struct RouteOperations {
+    static Operations operations(Marks<S> const& marks, In<Road<S>> in, Out<Road<S>> out) noexcept
+    {
+        std::uint32_t arrived = 0, left = 0;
+        for (Direction d : news) {
+            arrived += in[d].size();
+            left += out[d].size();
+        }
+        std::uint32_t const home = arrived > left ? arrived - left : 0;
+        std::uint32_t const own = left > arrived ? left - arrived : 0; // of this tile's own, for which it looks at its marks
+        Operations o;
+        o[Operation::routed] = arrived + left;
+        o[Operation::projection] = S::Addressing::carried ? home : arrived;
+        o[Operation::slot] = times(home + (own != 0 ? 1 : 0), marks.size());
+        return o;
+    }
+};
 } // namespace detail
 
 template <class S, class Saturation = typename S::Saturation>
 struct Route;
 
 template <class S>
-struct Route<S, Hold> {
+struct Route<S, Hold> : detail::RouteOperations<S> {
     static constexpr char const* name = "route";
     using Message = RoadMessage<S>;
     static_assert(S::template slots<Message>(S::waiting_bytes) >= 1,
@@ -220,7 +242,7 @@ struct Route<S, Hold> {
 };
 
 template <class S>
-struct Route<S, Drop> {
+struct Route<S, Drop> : detail::RouteOperations<S> {
     static constexpr char const* name = "route";
     using Message = RoadMessage<S>;
     using Rule = typename S::Routing;

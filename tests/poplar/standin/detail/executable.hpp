@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
@@ -62,12 +63,12 @@ public:
 
     void connect(std::string const& handle, void* begin, void* end)
     {
-        auto const stream = streams_.find(handle);
-        if (stream == streams_.end())
-            throw poplar::stream_connection_error("There is no stream " + handle +
-                                                  " (the graph added none of that name); name one that it has");
-        stream->second = {static_cast<unsigned char*>(begin), static_cast<unsigned char*>(end),
-                          static_cast<unsigned char*>(begin), true};
+        find_stream(handle) = {static_cast<unsigned char*>(begin), static_cast<unsigned char*>(end),
+                               static_cast<unsigned char*>(begin), true, {}, {}};
+    }
+    void connect(std::string const& handle, std::function<void(void*)> callback)
+    {
+        find_stream(handle) = {nullptr, nullptr, nullptr, true, std::move(callback), {}};
     }
 
     void run(unsigned program)
@@ -320,7 +321,17 @@ private:
         unsigned char* end = nullptr; ///< nullptr: the same place each time
         unsigned char* next = nullptr;
         bool connected = false; ///< also to nullptr, where nothing is transferred
+        std::function<void(void*)> callback; ///< takes what a transfer from the device brought to `buffer`
+        std::vector<unsigned char> buffer;
     };
+    Stream& find_stream(std::string const& handle)
+    {
+        auto const stream = streams_.find(handle);
+        if (stream == streams_.end())
+            throw poplar::stream_connection_error("There is no stream " + handle +
+                                                  " (the graph added none of that name); name one that it has");
+        return stream->second;
+    }
 
     void transfer(Operation const& operation)
     {
@@ -328,12 +339,20 @@ private:
         if (!stream.connected)
             throw poplar::stream_connection_error("Stream " + operation.stream +
                                                   " goes nowhere (no memory was connected); call connectStream");
+        if (stream.callback) {
+            std::size_t bytes = 0;
+            for (Segment const& s : operation.segments)
+                bytes += s.bytes;
+            stream.buffer.resize(bytes);
+            stream.next = stream.buffer.data();
+        }
         unsigned char* at = stream.next;
         for (Segment const& s : operation.segments) {
             if (operation.kind == Program::Kind::to_device) raw_copy(s.to, at, s.bytes);
             else raw_copy(at, s.from, s.bytes);
             at += s.bytes;
         }
+        if (stream.callback) stream.callback(stream.buffer.data());
         if (stream.end != nullptr) stream.next = at >= stream.end ? stream.begin : at;
         ++counts_.host_copies;
         ++counts_.by_name[operation.name];

@@ -3,6 +3,7 @@
 #include "Device.hpp"
 #include "Graph.hpp"
 #include "Program.hpp"
+#include <functional>
 #include <memory>
 #include <string>
 #include <utility>
@@ -38,6 +39,12 @@ public:
     void connectStream(std::string const& handle, void* memory) { executable_->connect(handle, memory, nullptr); }
     /// Host memory that transfers of a stream walk through, and from its end to its start again.
     void connectStream(std::string const& handle, void* begin, void* end) { executable_->connect(handle, begin, end); }
+
+    /// Each transfer of a device-to-host stream hands its data over.
+    void connectStreamToCallback(std::string const& handle, std::function<void(void*)> callback)
+    {
+        executable_->connect(handle, std::move(callback));
+    }
 
     /// Runs a program to its end.
     void run(unsigned program = 0, std::string const& = {})

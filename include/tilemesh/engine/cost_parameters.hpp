@@ -1,0 +1,405 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cstddef>
+#include <cstdint>
+#include <istream>
+#include <ostream>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <tilemesh/engine/cost_model.hpp>
+#include <utility>
+
+// Sets of a cost model's numbers: one for our kernels on Mk2, and a text format, so that a set can be changed and applied to a
+// trace again.
+namespace tilemesh {
+
+namespace engine::detail {
+/// A number of a cost model as a file has it.
+struct ParameterRule {
+    std::string_view name, unit;
+    std::uint64_t least, most;
+};
+inline constexpr std::array<std::string_view, 2> exchange_cost_names = {"capacity", "live"};
+inline constexpr std::uint32_t cost_parameter_count = operation_kinds + 7, first_operation = 2,
+                               after_operations = first_operation + operation_kinds;
+
+/// In the order of a file: clock, exchange_cost, the kinds of operations, run, exchange, exchange_byte, sync, vote.
+inline ParameterRule parameter_rule(std::uint32_t i)
+{
+    if (i == 0) return {"clock", "kHz", 1, most_clock_khz};
+    if (i == 1) return {"exchange_cost", "kind", 0, exchange_cost_names.size() - 1};
+    if (i < after_operations)
+        return {name_of(static_cast<Operation>(i - first_operation)), "millicycles", 0, most_millicycles};
+    constexpr std::string_view cycles = "cycles";
+    ParameterRule const rest[] = {{"run", cycles, 0, most_cycles},
+                                  {"exchange", cycles, 0, most_cycles},
+                                  {"exchange_byte", "millicycles", 0, most_millicycles},
+                                  {"sync", cycles, 0, most_cycles},
+                                  {"vote", cycles, 0, most_cycles}};
+    return rest[i - after_operations];
+}
+/// Its place in the order; `cost_parameter_count` where there is none of this name.
+inline std::uint32_t parameter_index(std::string_view name)
+{
+    std::uint32_t i = 0;
+    while (i < cost_parameter_count && parameter_rule(i).name != name) ++i;
+    return i;
+}
+/// All that a file may name, for errors.
+inline std::string parameter_names()
+{
+    std::string all;
+    for (std::uint32_t i = 0; i < cost_parameter_count; ++i)
+        all += (i == 0 ? "" : ", ") + std::string(parameter_rule(i).name);
+    return all;
+}
+
+/// The model's number; not for exchange_cost, which is no integer.
+template <class Model>
+auto& parameter_field(Model& m, std::uint32_t i)
+{
+    if (i == 0) return m.clock_khz;
+    if (i >= first_operation && i < after_operations) return m.millicycles[i - first_operation];
+    switch (i - after_operations) {
+    case 0:
+        return m.run_cycles;
+    case 1:
+        return m.exchange_cycles;
+    case 2:
+        return m.exchange_millicycles_a_byte;
+    case 3:
+        return m.sync_cycles;
+    default:
+        return m.vote_cycles;
+    }
+}
+inline std::uint64_t parameter_value(CostModel const& m, std::uint32_t i)
+{
+    return i == 1 ? static_cast<std::uint64_t>(m.exchange_cost) : parameter_field(m, i);
+}
+inline std::string parameter_text(std::uint32_t i, std::uint64_t value)
+{
+    return i == 1 && value < exchange_cost_names.size() ? std::string(exchange_cost_names[value]) : std::to_string(value);
+}
+
+inline constexpr std::string_view file_blanks = " \t\r\v\f";
+/// Bytes of the longest line that is read, and of the longest name and source that are written: a sentence or two.
+inline constexpr std::size_t most_line_bytes = 4096, most_text_bytes = 2048;
+
+inline bool is_control(char c) noexcept
+{
+    auto const byte = static_cast<unsigned char>(c);
+    return byte < 0x20 || byte == 0x7f;
+}
+/// Text as one line of an error shows it.
+inline std::string shown(std::string_view text)
+{
+    constexpr std::size_t most = 200;
+    std::string out(text.substr(0, most));
+    for (char& c : out)
+        if (is_control(c) || static_cast<unsigned char>(c) >= 0x80) c = '?';
+    return text.size() > most ? out + "..." : out;
+}
+/// Can it be the rest of a line? Then reading gives back what was written.
+inline bool fits_a_line(std::string_view text)
+{
+    return !text.empty() && text.size() <= most_text_bytes && std::none_of(text.begin(), text.end(), is_control) &&
+           text.front() != ' ' && text.back() != ' ';
+}
+inline std::string_view without_blanks(std::string_view text)
+{
+    text.remove_prefix(std::min(text.find_first_not_of(file_blanks), text.size()));
+    return text.substr(0, text.find_last_not_of(file_blanks) + 1);
+}
+inline std::string_view take_word(std::string_view& text)
+{
+    text = without_blanks(text);
+    std::string_view const word = text.substr(0, text.find_first_of(file_blanks));
+    text = without_blanks(text.substr(word.size()));
+    return word;
+}
+inline std::string range_text(std::uint32_t i)
+{
+    auto const rule = parameter_rule(i);
+    return "from " + std::to_string(rule.least) + " to " + std::to_string(rule.most);
+}
+} // namespace engine::detail
+
+/// Gives a model one of its numbers, with where it is from: the field and its entry in `parameters`. Names, in this order: clock,
+/// exchange_cost (0: capacity, 1: live), slot, projection, routed, copied, comparison, pair, pixel, run, exchange, exchange_byte,
+/// sync, vote. Throws `Error` for a name that is none, a value out of range, and a source that is not one line of text.
+inline void set_parameter(CostModel& model, std::string_view name, std::uint64_t value, std::string source)
+{
+    namespace d = engine::detail;
+    std::uint32_t const at = d::parameter_index(name);
+    if (at == d::cost_parameter_count)
+        throw Error("a cost model has no parameter \"" + d::shown(name) + "\" (it has " + d::parameter_names() +
+                    "); name one of these");
+    auto const rule = d::parameter_rule(at);
+    if (value < rule.least || value > rule.most)
+        throw Error("parameter " + std::string(rule.name) + " cannot be " + std::to_string(value) + " (it goes " +
+                    d::range_text(at) + " " + std::string(rule.unit) + "); give it a value in this range");
+    if (!d::fits_a_line(source))
+        throw Error("parameter " + std::string(rule.name) + " has no source that a file can hold (one line of 1 to " +
+                    std::to_string(d::most_text_bytes) + " bytes, without blanks around it); say where its value is from");
+    if (at == 1) model.exchange_cost = static_cast<ExchangeCost>(value);
+    else d::parameter_field(model, at) = value;
+    Parameter entry{std::string(rule.name), value, std::string(rule.unit), std::move(source)};
+    auto const place = std::find_if(model.parameters.begin(), model.parameters.end(),
+                                    [&](Parameter const& p) { return d::parameter_index(p.name) >= at; });
+    if (place != model.parameters.end() && place->name == rule.name) *place = std::move(entry);
+    else model.parameters.insert(place, std::move(entry));
+}
+
+/// What the kernels of splat/ do for one operation, as their code says; mk2() makes cycles of it. Instructions are counted by
+/// hand, to about a tenth, in what Clang 16 compiles with -O2 for RV32IMF, a scalar machine of 32-bit words as a worker is, where
+/// a record is copied word by word. The arithmetic of a projection is exact: tests/engine/cost_parameters.cpp counts it.
+struct KernelWork {
+    /// One projection with an opacity box: additions and multiplications (two in a fused one); divisions and square roots;
+    /// compares, selects, conversions and operations on integers.
+    static constexpr std::uint32_t projection_flops = 289, projection_roots = 12, projection_others = 122;
+    /// What its record touches is found out beside it: `reach`, five rectangles compared.
+    static constexpr std::uint32_t reach = 146;
+    /// Of `find`: load, compare, set, add; the loop is unrolled 16 times.
+    static constexpr std::uint32_t slot = 4;
+    /// A 64-byte record leaves its tile, passes others and settles; each hop counts two. The mean for 4 hops; for one it is 141,
+    /// for many 33.
+    static constexpr std::uint32_t leaves = 175, passes = 66, settles = 107, hops = 4;
+    static constexpr std::uint32_t routed = (leaves + (hops - 1) * passes + settles) / (2 * hops);
+    /// A 60-byte copy arrives, as a record that settles, with 15 of bloom's loop; and was sent: `reach`, tree, record and mark.
+    static constexpr std::uint32_t copy_arrives = settles + 15, copy_leaves = reach + 112;
+    static constexpr std::uint32_t copied = (copy_arrives + copy_leaves) / 2;
+    /// A level of heap sort: the larger of two keys is compared with a third, and 3 words moved.
+    static constexpr std::uint32_t comparison = 30;
+    /// Of the host's fast blending, in tenths: what bench/ takes for its roofline.
+    static constexpr std::uint32_t tenth_flops_a_pair = 184;
+    /// RGBX8: 81 to clamp, round and pack, 4 stores to begin, 4 loads, 4 of the loop.
+    static constexpr std::uint32_t pixel = 93;
+};
+
+namespace engine::detail {
+/// Tile cycles of a worker's instruction, in thousandths: six workers take turns. A worker that is alone waits for its turn.
+inline constexpr std::uint64_t alone = 6000, among_six = 1000;
+/// Flops that naive scalar C++ does in 100 issue slots: 0.68 a tile cycle with six workers, where each cycle is one slot.
+inline constexpr std::uint64_t flops_in_100_slots = 68;
+/// Issue slots of a division or square root: 10 for two (poplibs).
+inline constexpr std::uint64_t slots_a_root = 5;
+
+constexpr std::uint64_t projection_slots() noexcept
+{
+    return (100 * KernelWork::projection_flops + flops_in_100_slots / 2) / flops_in_100_slots +
+           slots_a_root * KernelWork::projection_roots + KernelWork::projection_others + KernelWork::reach;
+}
+/// 1,000 (milli) * flops / 10 * 100 slots / 68, to the nearest.
+constexpr std::uint64_t pair_millicycles() noexcept
+{
+    return (KernelWork::tenth_flops_a_pair * (among_six / 10) * 100 + flops_in_100_slots / 2) / flops_in_100_slots;
+}
+
+/// A superstep's syncs and fixed exchange share 300 cycles (jit-dynamic-lookup), of which a sync is at most half.
+inline constexpr std::uint64_t exchange_with_two_syncs = 300, most_a_sync = exchange_with_two_syncs / 2;
+/// To enter and leave a vertex: 11 cycles of the supervisor, and 9 (poplibs).
+inline constexpr std::uint64_t vertex_cycles = 11 + 9;
+inline constexpr std::uint64_t bytes_a_cycle = 4;
+/// Votes of 40 x 36 tiles: rows, then their results, each a superstep of one word a tile read by one worker in 4 instructions;
+/// then the run's log in 25.
+constexpr std::uint64_t vote_cycles(std::uint64_t columns, std::uint64_t rows) noexcept
+{
+    std::uint64_t const words = columns + rows;
+    return 2 * (exchange_with_two_syncs + vertex_cycles) + words * 4 / bytes_a_cycle + (words * 4 + 25) * alone / 1000;
+}
+} // namespace engine::detail
+
+/// Our kernels on Graphcore's Mk2, out of documents and counted code; nothing is fitted. Sources begin with "document",
+/// "arithmetic" (from documents and our code) or "guess" (no document has the number).
+///
+/// All kernels but composite run on one worker, which issues in every sixth cycle; composite runs on six. Not in it: dual issue,
+/// vectors of two floats, and the test of a loop that runs until quiet.
+inline CostModel mk2()
+{
+    namespace d = engine::detail;
+    using Work = KernelWork;
+    CostModel m;
+    m.name = "mk2";
+    auto const text = [](std::uint64_t n) { return std::to_string(n); };
+    auto const counted = [&](Operation o, std::uint32_t instructions, std::string const& what) {
+        set_parameter(m, name_of(o), instructions * d::alone,
+                      "arithmetic: " + text(instructions) +
+                          " instructions of our code (compiled for RV32IMF) on one worker, which "
+                          "issues every 6th cycle (asm_vertices guide): " +
+                          what);
+    };
+    std::string const scalar = "0.68 a cycle (measured for naive scalar C++ on 6 workers, poplar_explorer)";
+
+    set_parameter(m, "clock", 1'325'000,
+                  "document: GC200 at 1.325 GHz (the paper; eenewseurope on Hot Chips 33); a C600 may run at 1.49 GHz");
+    set_parameter(m, "exchange_cost", static_cast<std::uint64_t>(ExchangeCost::capacity),
+                  "document: copies are compiled, so that whole channels move (the authors' code, edge_builder.cpp)");
+    counted(Operation::slot, Work::slot, "find, the most frequent look; project and depth sort do more, once a record");
+    set_parameter(m, "projection", d::projection_slots() * d::alone,
+                  "arithmetic: " + text(Work::projection_flops) + " flops at " + scalar + ", " +
+                      text(Work::projection_roots) + " divisions and roots of 5 slots (poplibs), " +
+                      text(Work::projection_others) + " other operations, " + text(Work::reach) +
+                      " instructions for the tiles it touches: " + text(d::projection_slots()) +
+                      " slots of one worker, 6 cycles each");
+    counted(Operation::routed, Work::routed,
+            "a 64-byte record leaves (" + text(Work::leaves) + "), passes 3 tiles (" + text(Work::passes) +
+                " each) and settles (" + text(Work::settles) + "), two operations a hop; that it is 4 hops is a guess");
+    counted(Operation::copied, Work::copied,
+            "mean of a 60-byte copy's arrival (" + text(Work::copy_arrives) + ") and departure (" +
+                text(Work::copy_leaves) + ")");
+    counted(Operation::comparison, Work::comparison, "a level of heap sort, two compares and three words moved");
+    set_parameter(m, "pair", d::pair_millicycles(), "arithmetic: 18.4 flops (the host's fast blending) at " + scalar);
+    set_parameter(m, "pixel", Work::pixel * d::among_six,
+                  "arithmetic: " + text(Work::pixel) +
+                      " instructions of our code (compiled for RV32IMF) for an RGBX8 pixel on 6 workers, "
+                      "one a cycle (graphcore.ai on tile-level parallelism); a float pixel takes about 20");
+    set_parameter(m, "run", d::vertex_cycles,
+                  "document: 11 cycles of the supervisor and about 9 (poplibs popopsCycleEstimators)");
+    set_parameter(
+        m, "exchange", d::exchange_with_two_syncs - d::most_a_sync,
+        "arithmetic: about 300 fixed with two syncs (jit-dynamic-lookup), less one sync; how they share is a guess");
+    set_parameter(m, "exchange_byte", 1000 / d::bytes_a_cycle,
+                  "document: 4 bytes a cycle a tile (jit-dynamic-lookup; 8 TB/s over 1,472 tiles at 1.325 GHz is 4.1)");
+    set_parameter(m, "sync", d::most_a_sync,
+                  "guess: no number found; at most half of 300 cycles with two syncs (jit-dynamic-lookup)");
+    set_parameter(
+        m, "vote", d::vote_cycles(40, 36),
+        "guess: two supersteps that gather 40 words, then 36 (our graph), at the numbers above and 4 instructions a word; "
+        "no number found for the loop's own test, which is not in it");
+    return m;
+}
+
+/// Writes a set as text: `#` comments, `model NAME`, then one parameter a line, `name value unit source`, to be read by
+/// read_cost_model, which gives back the same model. Throws `Error` where the model cannot be written so: a parameter without
+/// unit and source, or with a value or unit other than the model's own (set_parameter keeps them together).
+inline void write_cost_model(std::ostream& out, CostModel const& model)
+{
+    namespace d = engine::detail;
+    if (!d::fits_a_line(model.name))
+        throw Error("a cost model cannot be written (its name is not one line of 1 to " +
+                    std::to_string(d::most_text_bytes) + " bytes, without blanks around it); name it");
+    std::string text = "# name value unit source; exchange_cost is capacity or live\nmodel " + model.name + '\n';
+    for (std::uint32_t i = 0; i < d::cost_parameter_count; ++i) {
+        auto const rule = d::parameter_rule(i);
+        std::string const name(rule.name);
+        auto const is_it = [&](Parameter const& p) { return p.name == name; };
+        auto const p = std::find_if(model.parameters.begin(), model.parameters.end(), is_it);
+        if (p == model.parameters.end() || !d::fits_a_line(p->source))
+            throw Error("cost model \"" + d::shown(model.name) + "\" cannot be written (parameter " + name +
+                        " has no source); give it one with set_parameter");
+        auto const value = d::parameter_value(model, i);
+        if (p->value != value || p->unit != rule.unit || value < rule.least || value > rule.most ||
+            std::count_if(model.parameters.begin(), model.parameters.end(), is_it) != 1)
+            throw Error("cost model \"" + d::shown(model.name) + "\" cannot be written (parameter " + name + " is " +
+                        std::to_string(value) + ", and its source is of " + std::to_string(p->value) + " " +
+                        d::shown(p->unit) + "); set both with set_parameter");
+        std::string line = name;
+        line.resize(std::max<std::size_t>(line.size(), 13), ' '); // the longest name: columns line up
+        line += ' ' + d::parameter_text(i, value);
+        line.resize(std::max<std::size_t>(line.size(), 23), ' ');
+        line += ' ' + std::string(rule.unit);
+        line.resize(std::max<std::size_t>(line.size(), 35), ' ');
+        text += line + ' ' + p->source + '\n';
+    }
+    if (model.parameters.size() != d::cost_parameter_count)
+        throw Error("cost model \"" + d::shown(model.name) + "\" cannot be written (it lists " +
+                    std::to_string(model.parameters.size()) + " parameters of " + std::to_string(d::cost_parameter_count) +
+                    "); keep those that it has");
+    out.write(text.data(), static_cast<std::streamsize>(text.size()));
+}
+
+/// Reads what write_cost_model writes: parameters in any order, each once, none left out; `#` begins a comment line. Throws
+/// `Error`, one line that names `file_name` and the line, for anything else.
+inline CostModel read_cost_model(std::istream& in, std::string const& file_name)
+{
+    namespace d = engine::detail;
+    CostModel model;
+    std::array<std::uint64_t, d::cost_parameter_count> seen{}; // the line of each; 0: none
+    std::uint64_t number = 0;
+    auto const refuse = [&](std::string const& problem, std::string const& why, std::string const& todo) {
+        throw Error(d::shown(file_name) + " line " + std::to_string(number) + " " + problem + " (" + why + "); " + todo);
+    };
+    std::string buffer(d::most_line_bytes + 1, '\0');
+    for (;;) {
+        in.getline(buffer.data(), static_cast<std::streamsize>(buffer.size()));
+        auto const taken = static_cast<std::size_t>(in.gcount());
+        if (in.bad())
+            throw Error(d::shown(file_name) + " cannot be read to its end (the system reports a read error after line " +
+                        std::to_string(number) + "); check the disk or copy the file");
+        if (in.fail() && taken == 0) break;
+        ++number;
+        if (in.fail())
+            refuse("is too long", "more than " + std::to_string(d::most_line_bytes) + " bytes",
+                   "shorten its source, or name a cost model");
+        std::string_view rest = std::string_view(buffer).substr(0, taken - (in.eof() ? 0 : 1));
+        rest = d::without_blanks(rest);
+        if (rest.empty() || rest.front() == '#') continue;
+        if (std::any_of(rest.begin(), rest.end(), [](char c) { return d::is_control(c) && c != '\t'; }))
+            refuse("cannot be read", "it holds a control character", "name a text file");
+
+        auto const name = d::take_word(rest);
+        if (model.name.empty()) {
+            if (name != "model")
+                refuse("begins no cost model", "it is not \"model NAME\"", "put that before the parameters");
+            if (!d::fits_a_line(rest))
+                refuse("names no model", "after \"model\" is no name of 1 to 2,048 bytes", "name the model");
+            model.name = rest;
+            continue;
+        }
+        if (name == "model") refuse("names a second model", "a file holds one", "remove this line, or split the file");
+        auto const at = d::parameter_index(name);
+        if (at == d::cost_parameter_count)
+            refuse("has an unknown parameter", "\"" + d::shown(name) + "\"", "use " + d::parameter_names());
+        auto const rule = d::parameter_rule(at);
+        std::string const known(rule.name), unit(rule.unit);
+        if (seen[at] != 0)
+            refuse("repeats a parameter", known + " is in line " + std::to_string(seen[at]), "remove one of them");
+        seen[at] = number;
+
+        auto const word = d::take_word(rest);
+        std::uint64_t value = 0;
+        if (at == 1) {
+            auto const kind = std::find(d::exchange_cost_names.begin(), d::exchange_cost_names.end(), word);
+            if (kind == d::exchange_cost_names.end())
+                refuse("has no kind of exchange", "exchange_cost is \"" + d::shown(word) + "\"", "write capacity or live");
+            value = static_cast<std::uint64_t>(kind - d::exchange_cost_names.begin());
+        } else {
+            auto const [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+            bool const whole = end == word.data() + word.size();
+            if (!whole || error == std::errc::invalid_argument)
+                refuse("has no whole number", known + " is \"" + d::shown(word) + "\"",
+                       "write digits only, " + d::range_text(at));
+            if (error != std::errc{} || value < rule.least || value > rule.most)
+                refuse("is out of range", known + " is " + d::shown(word),
+                       "write a value " + d::range_text(at) + " " + unit);
+        }
+        auto const said = d::take_word(rest);
+        if (said.empty()) refuse("has no unit", known + " is in " + unit, "write it after the value");
+        if (said != unit)
+            refuse("has another unit", known + " is in " + unit + ", not in \"" + d::shown(said) + "\"",
+                   "convert the value");
+        std::string source(rest);
+        std::replace(source.begin(), source.end(), '\t', ' ');
+        if (source.empty())
+            refuse("has no source", known + " is from nowhere",
+                   "write after the unit where the value is from, or \"fitted to ...\"");
+        if (source.size() > d::most_text_bytes)
+            refuse("has too long a source", std::to_string(source.size()) + " bytes",
+                   "shorten it to " + std::to_string(d::most_text_bytes));
+        set_parameter(model, rule.name, value, std::move(source));
+    }
+    if (model.name.empty()) refuse("ends the file", "it holds no cost model", "name one, as write_cost_model writes it");
+    for (std::uint32_t i = 0; i < d::cost_parameter_count; ++i) {
+        auto const rule = d::parameter_rule(i);
+        if (seen[i] == 0)
+            refuse("ends the file", "parameter " + std::string(rule.name) + " is missing",
+                   "add \"" + std::string(rule.name) + " VALUE " + std::string(rule.unit) + " SOURCE\"");
+    }
+    return model;
+}
+
+} // namespace tilemesh

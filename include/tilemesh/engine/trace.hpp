@@ -1,0 +1,75 @@
+#pragma once
+#include <cstdint>
+#include <string>
+#include <tilemesh/engine/counters.hpp>
+#include <tilemesh/machine/operations.hpp>
+#include <type_traits>
+#include <vector>
+
+namespace tilemesh {
+
+/// What one tile did in one superstep.
+struct TileSample {
+    std::uint32_t tile;              ///< index in the grid
+    Operations operations;
+    std::uint32_t sent_bytes[4];     ///< of messages and their heads, towards each side (news); 0 where nothing went
+    friend bool operator==(TileSample const&, TileSample const&) = default;
+};
+
+/// One superstep: the tiles that ran, in order, and what the exchange moved.
+struct SuperstepSample {
+    std::uint32_t step;              ///< of the program
+    bool votes;                      ///< a superstep of UntilQuiet: tiles vote whether there is another
+    std::uint32_t capacity_bytes;    ///< that a compile-time exchange moves from each tile to each neighbour; 0: no channel
+    bool sent;                       ///< anything
+    std::vector<TileSample> tiles;
+    friend bool operator==(SuperstepSample const&, SuperstepSample const&) = default;
+};
+
+/// A run, superstep by superstep: what a cost model (engine/cost_model.hpp) and the trace files are made of. The same on every
+/// engine and any number of threads. Host memory: 48 bytes a tile that runs in a superstep.
+struct Trace {
+    std::vector<std::string> kernels; ///< of the program's steps
+    std::vector<SuperstepSample> supersteps;
+    friend bool operator==(Trace const&, Trace const&) = default;
+};
+
+namespace engine::detail {
+/// What stands for a trace where none is kept.
+struct NoTrace {};
+
+inline Trace begin_trace(std::vector<StepCounters> const& steps)
+{
+    Trace trace;
+    for (auto const& s : steps) trace.kernels.push_back(s.kernel);
+    return trace;
+}
+
+template <class X, class Source>
+void add_sent(TileSample&, Source&, X*) noexcept
+{
+}
+template <class C, class Source>
+void add_sent(TileSample& s, Source& source, Out<C>*) noexcept
+{
+    for (Direction d : news) {
+        auto const* const head = source.template out<C>(d).head;
+        if ((head[0] | head[1]) != 0) s.sent_bytes[index(d)] += C::end_bytes(head[0]);
+    }
+}
+template <class Source, class... A>
+void add_all_sent(TileSample& s, [[maybe_unused]] Source& source, Types<A...>) noexcept
+{
+    (add_sent(s, source, static_cast<std::remove_cv_t<std::remove_reference_t<A>>*>(nullptr)), ...);
+}
+/// What kernel K's run on the tile of `source` did; before its mail is forgotten.
+template <class K, class Source>
+TileSample sample(Source& source, std::uint32_t tile) noexcept
+{
+    TileSample s{tile, operations_of<K>(source), {0, 0, 0, 0}};
+    add_all_sent(s, source, typename KernelTraits<K>::Arguments{});
+    return s;
+}
+} // namespace engine::detail
+
+} // namespace tilemesh

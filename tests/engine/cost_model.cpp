@@ -1,0 +1,171 @@
+#include "everywhere.hpp"
+#include <tilemesh/engine/cost_model.hpp>
+#include <tilemesh/renderer.hpp>
+#include "../splat/support.hpp"
+
+// Modelled cycles: a hand-computed example, and that a trace is the same on every engine and any number of threads.
+using namespace engine_test;
+
+namespace {
+struct Load {
+    std::uint32_t messages;
+};
+struct Wire : Channel<std::uint32_t, 4> {};
+struct Send {
+    void operator()(Load const& load, Out<Wire> out) const noexcept
+    {
+        for (std::uint32_t i = 0; i < load.messages; ++i) out[Direction::east].push(i);
+    }
+    static Operations operations(Load const& load, Out<Wire> out) noexcept
+    {
+        Operations o;
+        o[Operation::slot] = 2 * load.messages;
+        o[Operation::routed] = out[Direction::east].size();
+        return o;
+    }
+};
+struct Take {
+    void operator()(Load& load, In<Wire> in) const noexcept { load.messages += in[Direction::west].size(); }
+    static Operations operations(In<Wire> in) noexcept
+    {
+        Operations o;
+        o[Operation::slot] = in[Direction::west].size();
+        return o;
+    }
+};
+struct Silent { // says nothing of what it does
+    void operator()(Load&) const noexcept {}
+};
+using Program = Sequence<Superstep<Send>, Superstep<Take>>;
+
+CostModel model()
+{
+    CostModel m;
+    m.name = "by hand";
+    m.clock_khz = 1000;
+    m.millicycles[index(Operation::slot)] = 500;
+    m.millicycles[index(Operation::routed)] = 6000;
+    m.run_cycles = 10;
+    m.exchange_cycles = 100;
+    m.exchange_millicycles_a_byte = 250;
+    m.sync_cycles = 7;
+    m.vote_cycles = 3;
+    return m;
+}
+void load(auto& mesh)
+{
+    std::uint32_t const messages[3] = {1, 3, 0};
+    for (std::uint32_t i = 0; i < 3; ++i) mesh.template state<Load>(mesh.grid().tile(i)).messages = messages[i];
+}
+} // namespace
+
+TEST_CASE("cost model: three tiles, two supersteps, by hand")
+{
+    Grid const grid{3, 1};
+    Mesh<Program, Traced<Mk2>> mesh{grid};
+    load(mesh);
+    mesh.run();
+    auto const& trace = mesh.trace();
+    REQUIRE(trace.supersteps.size() == 2);
+    CHECK(trace.kernels == std::vector<std::string>{"Send", "Take"});
+    CHECK(trace.supersteps[0].tiles[1].sent_bytes[index(Direction::east)] == 8 + 3 * 4);
+    CHECK(trace.supersteps[0].tiles[2].sent_bytes[index(Direction::east)] == 0);
+
+    // Superstep 0. Tile 0: 2 slots, 1 routed: 1 + 6 = 7, and 10 to run. Tile 1: 6 slots, 3 routed: 3 + 18 = 21, and 10. Tile 2: 10.
+    // Each tile moves 24 bytes to each side, 96 in all, at a quarter of a cycle: 24, and 100. Sync 7.
+    // Superstep 1. Tile 1: 1 slot, half a cycle, counts as 1; tile 2: 3 slots, 2 cycles. Nothing is sent.
+    auto m = model();
+    auto cost = model_cost(m, trace, grid);
+    REQUIRE(cost.supersteps.size() == 2);
+    CHECK(cost.supersteps[0].compute == 31);
+    CHECK(cost.supersteps[0].slowest == 1);
+    CHECK(cost.supersteps[0].exchange == 124);
+    CHECK(cost.supersteps[0].sync == 7);
+    CHECK(cost.supersteps[0].vote == 0);
+    CHECK(cost.supersteps[1].compute == 12);
+    CHECK(cost.supersteps[1].slowest == 2);
+    CHECK(cost.supersteps[1].exchange == 0);
+    CHECK(cost.cycles == 31 + 124 + 7 + 12 + 7);
+    CHECK(cost.busy[0] == std::vector<std::uint64_t>{17, 31, 10});
+    CHECK(cost.busy[1] == std::vector<std::uint64_t>{10, 11, 12});
+    CHECK(milliseconds(m, cost.cycles) == 0.181);
+
+    // Only what was sent: tile 2 receives most, 20 bytes.
+    m.exchange_cost = ExchangeCost::live;
+    cost = model_cost(m, trace, grid);
+    CHECK(cost.supersteps[0].exchange == 105);
+    CHECK(cost.cycles == 162);
+    // The same trace again with another machine.
+    m.millicycles[index(Operation::routed)] = 0;
+    CHECK(model_cost(m, trace, grid).supersteps[0].compute == 13);
+}
+
+TEST_CASE("cost model: votes are paid for by supersteps of UntilQuiet, and nothing by one that does not run")
+{
+    using Looping = Sequence<Superstep<Send>, UntilQuiet<Take>, UntilQuiet<Take>, Superstep<Silent>>;
+    Mesh<Looping, Traced<Mk2>> mesh{Grid{3, 1}};
+    load(mesh);
+    mesh.run();
+    auto const& trace = mesh.trace();
+    REQUIRE(trace.supersteps.size() == 3);
+    CHECK(trace.supersteps[1].votes);
+    CHECK(trace.supersteps[1].tiles.size() == 2); // who has mail; the last tile's comes back to it from the east and is not for it
+    CHECK(trace.supersteps[2].step == 3);
+    auto const cost = model_cost(model(), trace, Grid{3, 1});
+    CHECK(cost.supersteps[0].vote == 0);
+    CHECK(cost.supersteps[1].vote == 3);
+    CHECK(cost.supersteps[2].compute == 10); // a kernel that does not say what it does costs its run
+}
+
+namespace {
+struct Small : support::Small<9, 300> {
+    using Machine = Traced<TestMachine<64u << 20>>;
+};
+struct SmallDrop : support::Small<5, 120, splat::Paper> {
+    using Machine = Traced<TestMachine<64u << 20>>;
+};
+
+template <class S>
+void same_everywhere()
+{
+    auto const map = support::map_of(support::cloud(fast() ? 80 : 250, 21));
+    RendererOptions options;
+    options.tile = {20, 16};
+    BasicRenderer<S, CheckedMesh> checked{map, options};
+    std::vector<Trace> traces;
+    for (float turn : {0.0f, 0.05f, 0.05f}) {
+        checked.render(support::lens(150, 70, turn));
+        traces.push_back(checked.mesh().trace());
+    }
+    CHECK(model_cost(model(), traces[0], checked.mesh().grid()).cycles > model_cost(model(), traces[2], checked.mesh().grid()).cycles);
+    CHECK(traces[0].supersteps.size() > traces[2].supersteps.size());
+    std::uint64_t operations[operation_kinds] = {};
+    for (auto const& s : traces[0].supersteps)
+        for (auto const& t : s.tiles)
+            for (std::uint32_t i = 0; i < operation_kinds; ++i) operations[i] += t.operations.count[i];
+    for (auto n : operations) CHECK(n > 0);
+    for (auto threads : thread_counts) {
+        CAPTURE(threads);
+        options.threads = threads;
+        BasicRenderer<S> mesh{map, options};
+        std::size_t i = 0;
+        for (float turn : {0.0f, 0.05f, 0.05f}) {
+            mesh.render(support::lens(150, 70, turn));
+            CHECK(mesh.mesh().trace() == traces[i++]);
+        }
+    }
+}
+} // namespace
+
+TEST_CASE("cost model: a frame's trace is the same on both engines and any number of threads")
+{
+    same_everywhere<Small>();
+    same_everywhere<SmallDrop>();
+}
+
+TEST_CASE("cost model: without a trace, not a byte")
+{
+    static_assert(sizeof(Mesh<Program, Traced<Mk2>>) >= sizeof(Mesh<Program, Mk2>)); // whole cache lines
+    static_assert(sizeof(CheckedMesh<Program, Traced<Mk2>>) > sizeof(CheckedMesh<Program, Mk2>));
+    static_assert(std::is_empty_v<Send> && Tile<Traced<Mk2>, Program>::bytes == Tile<Mk2, Program>::bytes);
+}
