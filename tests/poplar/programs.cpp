@@ -380,6 +380,11 @@ TEST_CASE("poplar: codelets of another program are refused, and touch nothing")
     CHECK(graph.state<Shelf>(TileId::at(0, 0)).size() == 0);
     CHECK(has(error_of([&] { graph.run(); }), "cannot run again"));
     CHECK(on_poplar::program_mark<Mk2, Stocking> != on_poplar::program_mark<Mk2, StockingOnce>);
+    CHECK(on_poplar::program_mark<Mk2, Stocking> != on_poplar::program_mark<Traced<Mk2>, Stocking>); // which has an edge more
+
+    // A graph that keeps a trace, and codelets that know of none.
+    PoplarMesh<Ticking, Traced<Mk2>> watched{Grid{2, 2}, poplar_test::options("test")};
+    CHECK(has(error_of([&] { watched.run(); }), "codelets of another program"));
 }
 
 TEST_CASE("poplar: a run that Poplar stops leaves a mesh that refuses")

@@ -234,7 +234,8 @@ class Codelet {
     TILEMESH_KERNEL static bool has_to_run(Vertex& vertex, std::uint32_t const* log) noexcept
     {
         auto const* const within = reinterpret_cast<Within const*>(words(vertex.reads[0]));
-        return (vertex.task == static_cast<unsigned>(Task::always) && within->contains(vertex.x, vertex.y)) || log[Log::vote] != 0 || has_mail(vertex, Links{});
+        return (vertex.task == static_cast<unsigned>(Task::always) && within->contains(vertex.x, vertex.y)) || log[Log::vote] != 0 ||
+               has_mail(vertex, Links{});
     }
 
     /// Writes down what the pass did, before the exchange.

@@ -105,7 +105,7 @@ template <class Machine, class Program, class... Step, class... S, class... L, c
 constexpr std::uint32_t mark_of(Types<Step...>, Types<S...>, Types<L...>, Types<P...>) noexcept
 {
     using Layout = Tile<Machine, Program>;
-    std::uint32_t h = mix(2166136261u, Machine::workers);
+    std::uint32_t h = mix(mix(2166136261u, Machine::workers), tilemesh::detail::is_traced<Machine> ? 1u : 0u);
     ((h = mix(h, name_of<typename KernelOf<Step>::type>())), ...);
     ((h = mix(mix(h, name_of<S>()), Layout::template words<S>())), ...);
     ((h = mix(mix(mix(h, name_of<L>()), L::static_capacity), L::Receiver::item_words)), ...);
