@@ -1,4 +1,5 @@
 #include "everywhere.hpp"
+#include "model_by_hand.hpp"
 #include <tilemesh/engine/cost_model.hpp>
 #include <tilemesh/renderer.hpp>
 #include "../splat/support.hpp"
@@ -38,20 +39,6 @@ struct Silent { // says nothing of what it does
 };
 using Program = Sequence<Superstep<Send>, Superstep<Take>>;
 
-CostModel model()
-{
-    CostModel m;
-    m.name = "by hand";
-    m.clock_khz = 1000;
-    m.millicycles[index(Operation::slot)] = 500;
-    m.millicycles[index(Operation::routed)] = 6000;
-    m.run_cycles = 10;
-    m.exchange_cycles = 100;
-    m.exchange_millicycles_a_byte = 250;
-    m.sync_cycles = 7;
-    m.vote_cycles = 3;
-    return m;
-}
 void load(auto& mesh)
 {
     std::uint32_t const messages[3] = {1, 3, 0};

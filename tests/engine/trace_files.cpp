@@ -1,3 +1,4 @@
+#include "model_by_hand.hpp"
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -15,23 +16,9 @@
 
 // The files and sums made of a trace: hand-computed ones, names that need quoting, and how big a frame's timeline is.
 using namespace tilemesh;
+using engine_test::model;
 
 namespace {
-CostModel model()
-{
-    CostModel m;
-    m.name = "by hand";
-    m.clock_khz = 1000; // a cycle is a microsecond
-    m.millicycles[index(Operation::slot)] = 500;
-    m.millicycles[index(Operation::routed)] = 6000;
-    m.run_cycles = 10;
-    m.exchange_cycles = 100;
-    m.exchange_millicycles_a_byte = 250;
-    m.sync_cycles = 7;
-    m.vote_cycles = 3;
-    return m;
-}
-
 /// Three tiles in a row. Superstep 0: all send eastwards, 2 slots and 1 routed for 1 message, 6 and 3 for 3: 17, 31 and 10
 /// cycles; 24 bytes of capacity a side: 124 cycles. Superstep 1, which votes: tiles 1 and 2, 1 and 3 slots: 11 and 12 cycles.
 Trace by_hand()
