@@ -1,0 +1,41 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <tilemesh/engine/cost_model.hpp>
+
+namespace paper {
+
+/// Stages of the prototype as the paper's table times them, each a step of the program.
+enum class Stage : std::uint32_t { route, projection, sort, blend };
+inline constexpr std::uint32_t stages_timed = 4;
+constexpr std::uint32_t index(Stage s) noexcept
+{
+    return static_cast<std::uint32_t>(s);
+}
+
+/// Least, mean and most over the tiles, averaged over frames.
+struct OverTiles {
+    double least = 0, mean = 0, most = 0;
+};
+
+/// What a run of the prototype did, and what a cost model makes of it.
+struct PrototypeRun {
+    std::uint32_t frames = 0, drawn = 0;              ///< frames, and those that sorted and blended
+    std::array<OverTiles, stages_timed> count{};      ///< arrivals, records, comparisons, pairs
+    std::array<double, stages_timed> slots{};         ///< looked at on each tile: of channels, of storage
+    std::array<OverTiles, stages_timed> milliseconds{};
+    double exchange_ms = 0;
+    std::uint64_t lost = 0;                           ///< records and copies that found no slot of storage, one a frame and tile
+    std::uint64_t refused = 0;                        ///< sends into a full channel
+};
+
+struct PrototypePlan {
+    std::uint32_t frames = 720, draw_every = 20, threads = 2;
+};
+
+/// Runs the prototype along the authors' orbit of one of their maps, from file order on, as often as the frames ask for.
+PrototypeRun run_prototype(std::string const& scene, std::filesystem::path const& data, PrototypePlan, tilemesh::CostModel const&);
+
+} // namespace paper
