@@ -5,12 +5,19 @@
 #error "tilemesh: the host side needs C++20; build with -std=c++20"
 #endif
 #include <tilemesh/config.hpp>
+#include <tilemesh/cost_table.hpp>
+#include <tilemesh/engine/any_to_any.hpp>
 #include <tilemesh/engine/checked_mesh.hpp>
 #include <tilemesh/engine/contract.hpp>
 #include <tilemesh/engine/cost_model.hpp>
 #include <tilemesh/engine/cost_parameters.hpp>
 #include <tilemesh/engine/counters.hpp>
+#include <tilemesh/engine/energy.hpp>
 #include <tilemesh/engine/mesh.hpp>
+#include <tilemesh/engine/no_progress.hpp>
+#include <tilemesh/engine/parameter_file.hpp>
+#include <tilemesh/engine/prototype_parameters.hpp>
+#include <tilemesh/engine/step_costs.hpp>
 #include <tilemesh/engine/trace_files.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/fit_renderer.hpp>
@@ -26,12 +33,15 @@
 #include <tilemesh/renderer.hpp>
 #include <tilemesh/report/error_measures.hpp>
 #include <tilemesh/report/frame_report.hpp>
+#include <tilemesh/report/heat_image.hpp>
+#include <tilemesh/report/html.hpp>
 #include <tilemesh/report/image.hpp>
 #include <tilemesh/report/image_file.hpp>
 #include <tilemesh/report/losses.hpp>
 #include <tilemesh/report/naive.hpp>
 #include <tilemesh/report/plot.hpp>
 #include <tilemesh/report/reference_double.hpp>
+#include <tilemesh/report/stacked_bars.hpp>
 #include <tilemesh/report/table.hpp>
 #include <tilemesh/report/whole_file.hpp>
 #include <tilemesh/scene/built_in.hpp>

@@ -1,10 +1,15 @@
 #include "everywhere.hpp"
 #include "model_by_hand.hpp"
+#include <map>
+#include <tilemesh/engine/any_to_any.hpp>
 #include <tilemesh/engine/cost_model.hpp>
 #include <tilemesh/renderer.hpp>
+#include <tilemesh/scene/built_in.hpp>
+#include <tilemesh/scene/orbit.hpp>
 #include "../splat/support.hpp"
 
-// Modelled cycles: a hand-computed example, and that a trace is the same on every engine and any number of threads.
+// Modelled cycles: a hand-computed example, and that a trace is the same on every engine and any number of threads. What frames
+// say of where their messages end.
 using namespace engine_test;
 
 namespace {
@@ -105,12 +110,78 @@ TEST_CASE("cost model: votes are paid for by supersteps of UntilQuiet, and nothi
 }
 
 namespace {
-struct Small : support::Small<9, 300> {
+struct Small : support::Small<9, 3000> {
     using Machine = Traced<TestMachine<64u << 20>>;
 };
 struct SmallDrop : support::Small<5, 120, splat::Paper> {
     using Machine = Traced<TestMachine<64u << 20>>;
 };
+
+/// Where each record is anchored.
+template <class S, class M>
+std::map<splat::GaussianId, std::uint32_t> anchors(M& mesh)
+{
+    std::map<splat::GaussianId, std::uint32_t> at;
+    for (std::uint32_t i = 0; i < mesh.grid().size(); ++i)
+        for (auto const& mark : mesh.template state<splat::Marks<S>>(mesh.grid().tile(i)))
+            if (!mark.is(splat::Mark::copy)) at[mark.id] = i;
+    return at;
+}
+
+/// The settled bytes of each step.
+std::vector<std::uint64_t> settled(Trace const& trace)
+{
+    std::vector<std::uint64_t> bytes(trace.kernels.size());
+    for (auto const& s : trace.supersteps)
+        for (auto const& t : s.tiles) bytes[s.step] += t.operations.settled_bytes;
+    return bytes;
+}
+constexpr std::size_t route_step = 1, bloom_step = 2; // whose first superstep is a step, the rest another
+
+/// Renders three views: what settles in Route are the records whose anchor moved, in Bloom what it sent.
+template <class S, class Camera>
+void bytes_are_conserved(scene::Map const& map, RendererOptions const& options, Camera const& camera)
+{
+    BasicRenderer<S> renderer{map, options};
+    renderer.prepare(camera(0.0f).width, camera(0.0f).height);
+    std::uint64_t copies = 0, most_copies = 0, most_moved = 0;
+    renderer.observe([&](SuperstepEvent const& e) { copies += e.kernel == "bloom" ? e.messages : 0; });
+    for (float turn : {0.0f, 0.05f, 0.05f}) {
+        CAPTURE(turn);
+        auto const before = anchors<S>(renderer.mesh());
+        copies = 0;
+        renderer.render(camera(turn));
+        auto const after = anchors<S>(renderer.mesh());
+        std::uint64_t moved = 0;
+        for (auto const& [id, tile] : after) moved += before.at(id) != tile ? 1 : 0;
+        auto const& trace = renderer.mesh().trace();
+        REQUIRE(trace.kernels.at(route_step) == "route");
+        REQUIRE(trace.kernels.at(bloom_step) == "bloom");
+        auto const bytes = settled(trace);
+        CHECK(bytes[route_step] == moved * wire_bytes<splat::RoadMessage<S>>);
+        CHECK(bytes[bloom_step] == 0);
+        CHECK(bytes[bloom_step + 1] == copies * wire_bytes<splat::BeamMessage<S>>);
+        most_moved = std::max(most_moved, moved);
+        most_copies = std::max(most_copies, copies);
+
+        for (auto exchange : {ExchangeCost::live, ExchangeCost::capacity}) {
+            auto m = model();
+            m.exchange_cost = exchange;
+            auto const cost = model_cost(m, trace, renderer.mesh().grid());
+            auto const ideal = any_to_any(m, trace, renderer.mesh().grid());
+            std::uint64_t compute = 0;
+            for (auto const& c : cost.supersteps) compute += c.compute;
+            CHECK(ideal.news_cycles == cost.cycles - compute);
+            for (auto const& s : ideal.steps) CHECK(s.bound_cycles <= s.news_cycles);
+            CHECK((copies == 0 || ideal.bound_cycles < ideal.news_cycles));
+            CHECK(ideal.exchanges <= 2);
+            CHECK(ideal.steps[route_step].settled_bytes == bytes[route_step]);
+            CHECK(ideal.steps[bloom_step].settled_bytes == bytes[bloom_step + 1]);
+        }
+    }
+    CHECK(most_moved > 0);
+    CHECK(most_copies > 0);
+}
 
 template <class S>
 void same_everywhere()
@@ -148,6 +219,20 @@ TEST_CASE("cost model: a frame's trace is the same on both engines and any numbe
 {
     same_everywhere<Small>();
     same_everywhere<SmallDrop>();
+}
+
+TEST_CASE("any to any: a frame's messages end where its records are anchored and its copies are, and a bound is below what it cost")
+{
+    RendererOptions options;
+    options.tile = {20, 16};
+    auto const cloud = support::map_of(support::cloud(fast() ? 80 : 250, 21));
+    auto const lens = [](float turn) { return support::lens(150, 70, turn); };
+    bytes_are_conserved<Small>(cloud, options, lens);
+    bytes_are_conserved<SmallDrop>(cloud, options, lens);
+    if (fast()) return;
+    auto const map = scene::built_in_map();
+    auto const cameras = scene::orbit(scene::built_in_camera({320, 180}), scene::robust_centre(map), 0.5, 2);
+    bytes_are_conserved<Small>(map, options, [&](float turn) { return turn == 0.0f ? cameras[0] : cameras[1]; });
 }
 
 TEST_CASE("cost model: without a trace, not a byte")

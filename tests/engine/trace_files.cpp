@@ -26,7 +26,7 @@ Trace by_hand()
     Trace trace;
     trace.kernels = {"Send", "Take"};
     trace.supersteps = {{0, false, 24, true, {{0, {{2, 0, 1}}, {0, 12, 0, 0}}, {1, {{6, 0, 3}}, {0, 20, 0, 0}}, {2, {}, {}}}},
-                        {1, true, 0, false, {{1, {{1}}, {}}, {2, {{3}}, {}}}}};
+                        {1, true, 0, false, {{1, {{1}, 4}, {}}, {2, {{3}, 12}, {}}}}};
     return trace;
 }
 constexpr Grid row{3, 1};
@@ -112,6 +112,7 @@ Trace large(std::uint32_t supersteps, Grid grid)
                 n = n * 1'664'525 + 1'013'904'223; // the generator of Numerical Recipes
                 count = 100'000 + n / 5000;        // to 958,993
             }
+            t.operations.settled_bytes = t.operations.count[0];
             for (auto& bytes : t.sent_bytes) bytes = 10'000 + n % 9000;
             s.tiles.push_back(t);
         }
@@ -132,12 +133,12 @@ TEST_CASE("trace files: tables of three tiles and two supersteps, by hand")
 {
     CHECK(trace_csv(by_hand(), model(), row) ==
           "superstep,step,kernel,tile_x,tile_y,slot,projection,routed,copied,comparison,pair,pixel,"
-          "north_bytes,east_bytes,west_bytes,south_bytes,compute_cycles\n"
-          "0,0,Send,0,0,2,0,1,0,0,0,0,0,12,0,0,17\n"
-          "0,0,Send,1,0,6,0,3,0,0,0,0,0,20,0,0,31\n"
-          "0,0,Send,2,0,0,0,0,0,0,0,0,0,0,0,0,10\n"
-          "1,1,Take,1,0,1,0,0,0,0,0,0,0,0,0,0,11\n"
-          "1,1,Take,2,0,3,0,0,0,0,0,0,0,0,0,0,12\n");
+          "north_bytes,east_bytes,west_bytes,south_bytes,settled_bytes,compute_cycles\n"
+          "0,0,Send,0,0,2,0,1,0,0,0,0,0,12,0,0,0,17\n"
+          "0,0,Send,1,0,6,0,3,0,0,0,0,0,20,0,0,0,31\n"
+          "0,0,Send,2,0,0,0,0,0,0,0,0,0,0,0,0,0,10\n"
+          "1,1,Take,1,0,1,0,0,0,0,0,0,0,0,0,0,4,11\n"
+          "1,1,Take,2,0,3,0,0,0,0,0,0,0,0,0,0,12,12\n");
     std::string const header = "superstep,step,kernel,tiles_run,compute_cycles,exchange_cycles,sync_cycles,vote_cycles,"
                                "slowest_x,slowest_y\n";
     CHECK(step_csv(by_hand(), model(), row) == header + "0,0,Send,3,31,124,7,0,1,0\n1,1,Take,2,12,0,7,3,2,0\n");
@@ -151,11 +152,11 @@ TEST_CASE("trace files: each operation and side has its own column")
 {
     Trace trace;
     trace.kernels = {"K"};
-    trace.supersteps = {{0, false, 0, true, {{0, {{1, 2, 3, 4, 5, 6, 4'294'967'295u}}, {7, 8, 9, 4'000'000'000u}}}}};
+    trace.supersteps = {{0, false, 0, true, {{0, {{1, 2, 3, 4, 5, 6, 4'294'967'295u}, 10}, {7, 8, 9, 4'000'000'000u}}}}};
     auto m = model();
     m.millicycles[index(Operation::pixel)] = most_millicycles;
     auto const text = trace_csv(trace, m, {1, 1});
-    CHECK(text.substr(text.find('\n') + 1) == "0,0,K,0,0,1,2,3,4,5,6,4294967295,7,8,9,4000000000,429496729500029\n");
+    CHECK(text.substr(text.find('\n') + 1) == "0,0,K,0,0,1,2,3,4,5,6,4294967295,7,8,9,4000000000,10,429496729500029\n");
 }
 
 TEST_CASE("trace files: the timeline of three tiles and two supersteps, by hand")
@@ -288,6 +289,8 @@ TEST_CASE("trace files: heat maps by hand")
     CHECK(heat_map(t, m, row, TileSum::idle_cycles) == std::vector<double>{26, 1, 21}); // of 31 and 12
     CHECK(heat_map(t, m, row, TileSum::sent_bytes) == std::vector<double>{12, 20, 0});
     CHECK(heat_map(t, m, row, TileSum::tile_runs) == std::vector<double>{1, 2, 2});
+    CHECK(heat_map(t, m, row, TileSum::settled_bytes) == std::vector<double>{0, 4, 12});
+    CHECK(heat_map(t, m, row, TileSum::channel_fill) == std::vector<double>{0.5, 20.0 / 24, 0}); // of 24 bytes
     CHECK(heat_map(t, row, Operation::slot) == std::vector<double>{2, 7, 3});
     CHECK(heat_map(t, row, Operation::routed) == std::vector<double>{1, 3, 0});
     CHECK(heat_map(t, row, Operation::pixel) == std::vector<double>{0, 0, 0});
@@ -295,6 +298,20 @@ TEST_CASE("trace files: heat maps by hand")
     CHECK(heat_map(t, m, {2, 2}, TileSum::idle_cycles) == std::vector<double>{26, 1, 21, 43});
     CHECK(std::string(name_of(TileSum::busy_cycles)) == "busy_cycles");
     CHECK(std::string(name_of(TileSum::tile_runs)) == "tile_runs");
+    CHECK(std::string(name_of(TileSum::channel_fill)) == "channel_fill");
+}
+
+TEST_CASE("trace files: channel fill is the fullest side of the fullest superstep, 1 where no slot is left")
+{
+    Trace trace;
+    trace.kernels = {"K", "L"};
+    trace.supersteps = {{0, false, 40, true, {{0, {}, {8, 24, 0, 0}}, {1, {}, {39, 0, 0, 0}}, {2, {}, {0, 0, 0, 10}}}},
+                        {1, false, 20, true, {{0, {}, {0, 0, 8, 0}}, {1, {}, {0, 0, 0, 20}}}},
+                        {0, false, 0, false, {{2, {}, {}}}}}; // no channel, so nothing is full
+    CHECK(heat_map(trace, model(), row, TileSum::channel_fill) == std::vector<double>{0.6, 1, 0.25});
+    for (std::uint32_t i = 0; i < tile_sum_kinds; ++i)
+        CHECK(heat_map(trace, model(), row, static_cast<TileSum>(i)).size() == row.size());
+    CHECK(heat_map(Trace{}, model(), row, TileSum::channel_fill) == std::vector<double>(3, 0.0));
 }
 
 TEST_CASE("trace files: nothing ran")
@@ -395,7 +412,7 @@ TEST_CASE("trace files: the timeline of a frame on the paper's grid stays far be
     CHECK(t.names.size() == 65);
     for (auto const& [tid, spans] : t.spans) CHECK((tid == 1 || spans.size() == 150));
     auto const csv = trace_csv(trace, m, paper);
-    CHECK(csv.size() < 26'000'000);
+    CHECK(csv.size() < 27'000'000);
     CHECK(std::count(csv.begin(), csv.end(), '\n') == 150 * 1440 + 1);
 }
 

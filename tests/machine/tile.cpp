@@ -146,6 +146,14 @@ struct Mine {
 namespace {
 static_assert(Tile<tile_test::Mine, Heat>::bytes == 100 + 96 + 8);
 
+// What a program takes, asked before the budget is: exactly full fits, a byte more does not, and nothing is refused.
+template <std::uint32_t Bytes>
+struct WithSram : tile_test::Mine {
+    static constexpr std::uint32_t sram_bytes = Bytes;
+};
+static_assert(bytes_needed<WithSram<204>, Heat> == 204 && bytes_needed<WithSram<0>, Heat> == 204 && bytes_needed<Mk2, Heat> == HeatTile::bytes);
+static_assert(fits<WithSram<204>, Heat> && !fits<WithSram<203>, Heat> && !fits<WithSram<0>, Heat> && fits<WithSram<0xffffffffu>, Heat>);
+
 } // namespace
 
 TEST_CASE("the ledger of heat: channels, states, broadcasts, then code and stacks")

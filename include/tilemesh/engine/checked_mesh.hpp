@@ -3,6 +3,7 @@
 #include <chrono>
 #include <exception>
 #include <tilemesh/engine/mesh.hpp>
+#include <tilemesh/engine/no_progress.hpp>
 
 namespace tilemesh {
 
@@ -12,6 +13,7 @@ struct CheckedMeshOptions {
     /// Also run the tiles that need not run, and insist that this changes no word and sends nothing: the promise behind
     /// `Vote`, without which a machine that runs every tile (the IPU) would differ.
     bool check_quiet_tiles = true;
+    std::uint32_t most_passes = 0; ///< see MeshOptions
 };
 
 /// The sequential engine, which trusts nobody: tiles one by one in order, incoming and outgoing ends of channels in separate
@@ -375,6 +377,8 @@ private:
         std::fill(busy.begin(), busy.end(), std::uint8_t{0});
         parity_ ^= 1u;
         ++pass_;
+        if (!All && options_.most_passes != 0 && counters.passes > options_.most_passes)
+            throw engine::detail::not_quiet(counters, step_, pass_ - 1, options_.most_passes, trace_, this->grid_);
         return true;
     }
     template <class... A>

@@ -1,27 +1,23 @@
 #pragma once
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cstddef>
 #include <cstdint>
 #include <istream>
+#include <optional>
 #include <ostream>
 #include <string>
 #include <string_view>
-#include <system_error>
 #include <tilemesh/engine/cost_model.hpp>
+#include <tilemesh/engine/parameter_file.hpp>
 #include <utility>
+#include <vector>
 
 // Sets of a cost model's numbers: one for our kernels on Mk2, and a text format, so that a set can be changed and applied to a
 // trace again.
 namespace tilemesh {
 
 namespace engine::detail {
-/// A number of a cost model as a file has it.
-struct ParameterRule {
-    std::string_view name, unit;
-    std::uint64_t least, most;
-};
 inline constexpr std::array<std::string_view, 2> exchange_cost_names = {"capacity", "live"};
 inline constexpr std::uint32_t cost_parameter_count = operation_kinds + 7, first_operation = 2,
                                after_operations = first_operation + operation_kinds;
@@ -85,46 +81,9 @@ inline std::string parameter_text(std::uint32_t i, std::uint64_t value)
     return i == 1 && value < exchange_cost_names.size() ? std::string(exchange_cost_names[value]) : std::to_string(value);
 }
 
-inline constexpr std::string_view file_blanks = " \t\r\v\f";
-/// Bytes of the longest line that is read, and of the longest name and source that are written: a sentence or two.
-inline constexpr std::size_t most_line_bytes = 4096, most_text_bytes = 2048;
-
-inline bool is_control(char c) noexcept
-{
-    auto const byte = static_cast<unsigned char>(c);
-    return byte < 0x20 || byte == 0x7f;
-}
-/// Text as one line of an error shows it.
-inline std::string shown(std::string_view text)
-{
-    constexpr std::size_t most = 200;
-    std::string out(text.substr(0, most));
-    for (char& c : out)
-        if (is_control(c) || static_cast<unsigned char>(c) >= 0x80) c = '?';
-    return text.size() > most ? out + "..." : out;
-}
-/// Can it be the rest of a line? Then reading gives back what was written.
-inline bool fits_a_line(std::string_view text)
-{
-    return !text.empty() && text.size() <= most_text_bytes && std::none_of(text.begin(), text.end(), is_control) &&
-           text.front() != ' ' && text.back() != ' ';
-}
-inline std::string_view without_blanks(std::string_view text)
-{
-    text.remove_prefix(std::min(text.find_first_not_of(file_blanks), text.size()));
-    return text.substr(0, text.find_last_not_of(file_blanks) + 1);
-}
-inline std::string_view take_word(std::string_view& text)
-{
-    text = without_blanks(text);
-    std::string_view const word = text.substr(0, text.find_first_of(file_blanks));
-    text = without_blanks(text.substr(word.size()));
-    return word;
-}
 inline std::string range_text(std::uint32_t i)
 {
-    auto const rule = parameter_rule(i);
-    return "from " + std::to_string(rule.least) + " to " + std::to_string(rule.most);
+    return range_text(parameter_rule(i));
 }
 } // namespace engine::detail
 
@@ -139,12 +98,8 @@ inline void set_parameter(CostModel& model, std::string_view name, std::uint64_t
         throw Error("a cost model has no parameter \"" + d::shown(name) + "\" (it has " + d::parameter_names() +
                     "); name one of these");
     auto const rule = d::parameter_rule(at);
-    if (value < rule.least || value > rule.most)
-        throw Error("parameter " + std::string(rule.name) + " cannot be " + std::to_string(value) + " (it goes " +
-                    d::range_text(at) + " " + std::string(rule.unit) + "); give it a value in this range");
-    if (!d::fits_a_line(source))
-        throw Error("parameter " + std::string(rule.name) + " has no source that a file can hold (one line of 1 to " +
-                    std::to_string(d::most_text_bytes) + " bytes, without blanks around it); say where its value is from");
+    d::expect_in_range(rule, value);
+    d::expect_source(rule.name, source);
     if (at == 1) model.exchange_cost = static_cast<ExchangeCost>(value);
     else d::parameter_field(model, at) = value;
     Parameter entry{std::string(rule.name), value, std::string(rule.unit), std::move(source)};
@@ -297,13 +252,7 @@ inline void write_cost_model(std::ostream& out, CostModel const& model)
             throw Error("cost model \"" + d::shown(model.name) + "\" cannot be written (parameter " + name + " is " +
                         std::to_string(value) + ", and its source is of " + std::to_string(p->value) + " " +
                         d::shown(p->unit) + "); set both with set_parameter");
-        std::string line = name;
-        line.resize(std::max<std::size_t>(line.size(), 13), ' '); // the longest name: columns line up
-        line += ' ' + d::parameter_text(i, value);
-        line.resize(std::max<std::size_t>(line.size(), 23), ' ');
-        line += ' ' + std::string(rule.unit);
-        line.resize(std::max<std::size_t>(line.size(), 35), ' ');
-        text += line + ' ' + p->source + '\n';
+        text += d::parameter_line(name, d::parameter_text(i, value), rule.unit, p->source);
     }
     if (model.parameters.size() != d::cost_parameter_count)
         throw Error("cost model \"" + d::shown(model.name) + "\" cannot be written (it lists " +
@@ -318,87 +267,20 @@ inline CostModel read_cost_model(std::istream& in, std::string const& file_name)
 {
     namespace d = engine::detail;
     CostModel model;
-    std::array<std::uint64_t, d::cost_parameter_count> seen{}; // the line of each; 0: none
-    std::uint64_t number = 0;
-    auto const refuse = [&](std::string const& problem, std::string const& why, std::string const& todo) {
-        throw Error(d::shown(file_name) + " line " + std::to_string(number) + " " + problem + " (" + why + "); " + todo);
-    };
-    std::string buffer(d::most_line_bytes + 1, '\0');
-    for (;;) {
-        in.getline(buffer.data(), static_cast<std::streamsize>(buffer.size()));
-        auto const taken = static_cast<std::size_t>(in.gcount());
-        if (in.bad())
-            throw Error(d::shown(file_name) + " cannot be read to its end (the system reports a read error after line " +
-                        std::to_string(number) + "); check the disk or copy the file");
-        if (in.fail() && taken == 0) break;
-        ++number;
-        if (in.fail())
-            refuse("is too long", "more than " + std::to_string(d::most_line_bytes) + " bytes",
-                   "shorten its source, or name a cost model");
-        std::string_view rest = std::string_view(buffer).substr(0, taken - (in.eof() ? 0 : 1));
-        rest = d::without_blanks(rest);
-        if (rest.empty() || rest.front() == '#') continue;
-        if (std::any_of(rest.begin(), rest.end(), [](char c) { return d::is_control(c) && c != '\t'; }))
-            refuse("cannot be read", "it holds a control character", "name a text file");
-
-        auto const name = d::take_word(rest);
-        if (model.name.empty()) {
-            if (name != "model")
-                refuse("begins no cost model", "it is not \"model NAME\"", "put that before the parameters");
-            if (!d::fits_a_line(rest))
-                refuse("names no model", "after \"model\" is no name of 1 to 2,048 bytes", "name the model");
-            model.name = rest;
-            continue;
-        }
-        if (name == "model") refuse("names a second model", "a file holds one", "remove this line, or split the file");
-        auto const at = d::parameter_index(name);
-        if (at == d::cost_parameter_count)
-            refuse("has an unknown parameter", "\"" + d::shown(name) + "\"", "use " + d::parameter_names());
-        auto const rule = d::parameter_rule(at);
-        std::string const known(rule.name), unit(rule.unit);
-        if (seen[at] != 0)
-            refuse("repeats a parameter", known + " is in line " + std::to_string(seen[at]), "remove one of them");
-        seen[at] = number;
-
-        auto const word = d::take_word(rest);
-        std::uint64_t value = 0;
-        if (at == 1) {
+    std::vector<d::ParameterRule> rules;
+    for (std::uint32_t i = 0; i < d::cost_parameter_count; ++i) rules.push_back(d::parameter_rule(i));
+    d::ParameterFile file{in, file_name, {"model", "cost model", "a cost model"}, std::move(rules)};
+    file.read(
+        [](std::uint32_t at, std::string_view word, auto const& refuse) -> std::optional<std::uint64_t> {
+            if (at != 1) return {};
             auto const kind = std::find(d::exchange_cost_names.begin(), d::exchange_cost_names.end(), word);
             if (kind == d::exchange_cost_names.end())
                 refuse("has no kind of exchange", "exchange_cost is \"" + d::shown(word) + "\"", "write capacity or live");
-            value = static_cast<std::uint64_t>(kind - d::exchange_cost_names.begin());
-        } else {
-            auto const [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-            bool const whole = end == word.data() + word.size();
-            if (!whole || error == std::errc::invalid_argument)
-                refuse("has no whole number", known + " is \"" + d::shown(word) + "\"",
-                       "write digits only, " + d::range_text(at));
-            if (error != std::errc{} || value < rule.least || value > rule.most)
-                refuse("is out of range", known + " is " + d::shown(word),
-                       "write a value " + d::range_text(at) + " " + unit);
-        }
-        auto const said = d::take_word(rest);
-        if (said.empty()) refuse("has no unit", known + " is in " + unit, "write it after the value");
-        if (said != unit)
-            refuse("has another unit", known + " is in " + unit + ", not in \"" + d::shown(said) + "\"",
-                   "convert the value");
-        std::string source(rest);
-        std::replace(source.begin(), source.end(), '\t', ' ');
-        if (source.empty())
-            refuse("has no source", known + " is from nowhere",
-                   "write after the unit where the value is from, or \"fitted to ...\"");
-        if (source.size() > d::most_text_bytes)
-            refuse("has too long a source", std::to_string(source.size()) + " bytes",
-                   "shorten it to " + std::to_string(d::most_text_bytes));
-        set_parameter(model, rule.name, value, std::move(source));
-    }
-    if (model.name.empty()) refuse("ends the file", "it holds no cost model", "name one, as write_cost_model writes it");
-    for (std::uint32_t i = 0; i < d::cost_parameter_count; ++i) {
-        auto const rule = d::parameter_rule(i);
-        if (seen[i] == 0)
-            refuse("ends the file", "parameter " + std::string(rule.name) + " is missing",
-                   "add \"" + std::string(rule.name) + " VALUE " + std::string(rule.unit) + " SOURCE\"");
-    }
+            return static_cast<std::uint64_t>(kind - d::exchange_cost_names.begin());
+        },
+        [&](Parameter p) { set_parameter(model, p.name, p.value, std::move(p.source)); });
+    model.name = file.name();
+    file.expect_all();
     return model;
 }
 

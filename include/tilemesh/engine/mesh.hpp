@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <chrono>
 #include <exception>
+#include <tilemesh/engine/no_progress.hpp>
 #include <tilemesh/engine/store.hpp>
 #include <tilemesh/engine/team.hpp>
 #include <tilemesh/engine/tile_set.hpp>
@@ -36,6 +37,9 @@ struct Bank {
 struct MeshOptions {
     std::uint32_t threads = 1; ///< at most 1,024: a few tiles each would be all they do
     bool digest = false; ///< RunCounters::digests: costs a pass over all live words each superstep
+    /// Of one UntilQuiet in a run; 0: as many as it takes. `run` throws Error in the pass after, because a program may never become
+    /// quiet; on a Traced machine with what repeats (engine/no_progress.hpp).
+    std::uint32_t most_passes = 0;
 };
 
 /// Runs a program on host threads. The thread that calls run() walks the program, and in each superstep the others take their
@@ -48,7 +52,8 @@ struct MeshOptions {
 /// records. A mesh stays as it is between runs: states, and mail that a bound (`at_most`) left under way.
 ///
 /// Errors: the constructor and `limit` throw Error for a machine that is too small; `run` throws Error for a contract that a
-/// kernel broke, with tile and superstep, and what an observer threw; after that the mesh refuses to run again.
+/// kernel broke, with tile and superstep, for a step that runs on and on (most_passes), and what an observer threw; after that the
+/// mesh refuses to run again.
 template <class Program, class Machine = Mk2>
 class Mesh : public engine::detail::Store<Program, Machine, false> {
     using Base = engine::detail::Store<Program, Machine, false>;
@@ -545,6 +550,8 @@ private:
         if (failure.text != nullptr) throw engine::detail::failed(this->grid_, failure, counters.kernel, pass_);
         if (observer_) observer_({counters.kernel, step_, pass_, messages, runs, digest});
         ++pass_;
+        if (!All && options_.most_passes != 0 && counters.passes > options_.most_passes)
+            throw engine::detail::not_quiet(counters, step_, pass_ - 1, options_.most_passes, trace_, this->grid_);
         return true;
     }
 

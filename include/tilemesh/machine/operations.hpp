@@ -30,6 +30,9 @@ constexpr char const* name_of(Operation o) noexcept
 /// follows from the tile's words alone: the same on every engine.
 struct Operations {
     std::uint32_t count[operation_kinds] = {};
+    /// Of messages that had arrived and go no further: what an exchange from any tile to any tile would have brought. 0 where a
+    /// kernel does not say.
+    std::uint32_t settled_bytes = 0;
     constexpr std::uint32_t& operator[](Operation o) noexcept { return count[index(o)]; }
     constexpr std::uint32_t operator[](Operation o) const noexcept { return count[index(o)]; }
 };
@@ -37,7 +40,7 @@ constexpr bool operator==(Operations const& a, Operations const& b) noexcept
 {
     for (std::uint32_t i = 0; i < operation_kinds; ++i)
         if (a.count[i] != b.count[i]) return false;
-    return true;
+    return a.settled_bytes == b.settled_bytes;
 }
 
 /// a * b, or what 32 bits hold at most.

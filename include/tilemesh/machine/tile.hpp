@@ -174,6 +174,20 @@ private:
 };
 
 namespace detail {
+template <class Machine>
+struct WithRoom : Machine {
+    static constexpr std::uint32_t sram_bytes = 0xffffffffu;
+};
+} // namespace detail
+
+/// Bytes of a tile that a program takes on a machine, asked before the budget is: nothing is refused.
+template <class Machine, class Program>
+inline constexpr std::uint64_t bytes_needed = Tile<detail::WithRoom<Machine>, Program>::bytes;
+/// Does it fit there? Where it does not, `Tile<Machine, Program>` is a compile-time error.
+template <class Machine, class Program>
+inline constexpr bool fits = bytes_needed<Machine, Program> <= Machine::sram_bytes;
+
+namespace detail {
 /// Makes argument A for one call from what an interpreter offers (`source`).
 template <class A, class Source>
 struct Bind;

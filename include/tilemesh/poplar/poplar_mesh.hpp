@@ -137,7 +137,7 @@ public:
         f(0u, 1u);
     }
 
-    /// The last run, superstep by superstep: that of a Mesh. On a Traced machine only, which streams 48 bytes a tile to the host after
+    /// The last run, superstep by superstep: that of a Mesh. On a Traced machine only, which streams 52 bytes a tile to the host after
     /// each superstep.
     Trace const& trace() const noexcept
     {

@@ -83,7 +83,8 @@ struct Bloom {
         return open == 0 ? Vote::quiet : Vote::busy;
     }
 
-    /// For a cost model: an arrival is looked for among the tile's records and projected, a copy given to a channel.
+    /// For a cost model: an arrival is looked for among the tile's records and projected, a copy given to a channel. Each
+    /// arrival settles: what goes on from here is another copy.
     static Operations operations(Marks<S> const& marks, In<Beam<S>> in, Out<Beam<S>> out) noexcept
     {
         std::uint32_t arrived = 0, left = 0;
@@ -95,6 +96,7 @@ struct Bloom {
         o[Operation::copied] = arrived + left;
         o[Operation::projection] = Copies::reusable ? arrived : 0;
         o[Operation::slot] = times(arrived + (left > arrived ? 1 : 0), marks.size());
+        o.settled_bytes = times(arrived, wire_bytes<BeamMessage<S>>);
         return o;
     }
 };

@@ -120,17 +120,33 @@ struct RouteStep {
     }
 };
 
+/// Is this the tile at which the message's journey ends? RouteStep::is_home, without counting.
+template <class S>
+bool ends_here(Here const& here, typename S::Parameters const& frame, RoadMessage<S> const& m) noexcept
+{
+    if constexpr (S::Addressing::carried)
+        if (frame.readdress == 0) return m.anchor == here.tile;
+    auto const entry = projected(S::Addressing::record(m), frame);
+    Splat const& s = look(frame, entry);
+    return !s.visible() || s.anchor == here.tile;
+}
+
 /// What Route did, for a cost model: an arrival is taken, and projected where it does not say where it goes; one that has come home
 /// (at least as many as arrive and do not go on) is projected and looked for among the tile's records (`find`: all of them); a
 /// departure is given to a channel.
+///
+/// An arrival that is home settles, whether storage has room for it or not. Exact, but for records that a bound left waiting in a
+/// FIFO: one that a new view has come home to meanwhile settles uncounted.
 template <class S>
 struct RouteOperations {
-    static Operations operations(Marks<S> const& marks, In<Road<S>> in, Out<Road<S>> out) noexcept
+    static Operations operations(Here here, Broadcast<typename S::Parameters> frame, Marks<S> const& marks, In<Road<S>> in,
+                                 Out<Road<S>> out) noexcept
     {
-        std::uint32_t arrived = 0, left = 0;
+        std::uint32_t arrived = 0, left = 0, settled = 0;
         for (Direction d : news) {
             arrived += in[d].size();
             left += out[d].size();
+            for (auto const& m : in[d]) settled += ends_here<S>(here, *frame, m) ? 1 : 0;
         }
         std::uint32_t const home = arrived > left ? arrived - left : 0;
         std::uint32_t const own = left > arrived ? left - arrived : 0; // of this tile's own, for which it looks at its marks
@@ -138,6 +154,7 @@ struct RouteOperations {
         o[Operation::routed] = arrived + left;
         o[Operation::projection] = S::Addressing::carried ? home : arrived;
         o[Operation::slot] = times(home + (own != 0 ? 1 : 0), marks.size());
+        o.settled_bytes = times(settled, wire_bytes<RoadMessage<S>>);
         return o;
     }
 };
