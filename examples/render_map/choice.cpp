@@ -67,6 +67,9 @@ namespace {
 void require_compiled_for_harmonics(Choice const& choice, std::uint32_t degree)
 {
     std::string option;
+    if (choice.trace)
+        throw tilemesh::Error("--trace with a map of view-dependent colour, degree " + std::to_string(degree) +
+                              " (the machine that keeps a trace is compiled for records of degree 0); add --sh-degree 0");
     Choice preset;
     preset.preset = choice.preset;
     preset.machine = choice.machine;
@@ -92,7 +95,7 @@ bool may_be_fitted(Choice const& choice)
     Choice own;
     own.machine = choice.machine;
     auto const is = describe(own), asked = describe(choice);
-    return choice.preset == Preset::lossless && choice.engine == EngineKind::threads && !choice.planes() &&
+    return choice.preset == Preset::lossless && choice.engine == EngineKind::threads && !choice.planes() && !choice.trace &&
            asked.saturation == is.saturation && asked.copies == is.copies && asked.pixels == is.pixels;
 }
 
@@ -105,6 +108,7 @@ std::unique_ptr<AnyRenderer> make_unchecked(Choice const& choice, tilemesh::scen
         if (auto fitted = (mk2 ? fitted_mk2 : fitted_test)(map, demand, options)) return fitted;
 
     auto const needed = tilemesh::scene::needed(map, demand);
+    if (choice.trace) return (choice.preset == Preset::lossless ? lossless_traced : paper_traced)(choice, needed, options);
     if (demand.sh_degree != 0) return (choice.planes() ? shaded_planes : paper_shaded)(choice, needed, options);
     if (choice.planes()) return (choice.preset == Preset::lossless ? lossless_planes : paper_planes)(choice, needed, options);
     auto const pick = [&](MakeRenderer& on_mk2, MakeRenderer& sequential_on_mk2, MakeRenderer& on_test,

@@ -26,6 +26,7 @@ struct Choice {
     std::optional<PixelKind> pixels{};
     bool depth = false, alpha = false; ///< with the preset's own policies, on host threads; parse_options refuses the rest
 
+    bool trace = false;                ///< on a machine that keeps one: the same restrictions, and mk2, degree 0 and no planes
     bool fit = true;                   ///< false: all that the preset has, whatever the scene needs
 
     bool planes() const noexcept { return depth || alpha; }
@@ -45,7 +46,7 @@ Description describe(Choice const& choice);
 
 using tilemesh::AnyRenderer;
 
-/// The renderer of a choice, as small as the demand allows where the choice leaves that open. Throws `tilemesh::Error` for a
+/// The renderer of a choice (of one with `trace`, it is an `Instruments` too), as small as the demand allows where the choice leaves that open. Throws `tilemesh::Error` for a
 /// map or limits that the setup has no room for, and for harmonics with a choice that is not compiled for them.
 std::unique_ptr<AnyRenderer> make_renderer(Choice const& choice, tilemesh::scene::Map const& map,
                                            tilemesh::scene::Demand const& demand, tilemesh::RendererOptions options);

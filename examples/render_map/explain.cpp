@@ -36,6 +36,7 @@ std::uint32_t routing_bytes(std::uint32_t degree)
 /// The first option that asks for the machine as it is; empty: none.
 std::string exploring_option(Options const& o)
 {
+    if (o.choice.trace) return "--trace";
     if (!o.choice.fit) return "--fit off";
     if (o.choice.preset != Preset::lossless) return o.choice.preset == Preset::paper ? "--preset paper" : "--preset prototype";
     if (o.choice.engine != EngineKind::threads) return "--engine sequential";

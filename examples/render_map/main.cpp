@@ -1,6 +1,7 @@
 // render_map: a 3D Gaussian map in, pictures and a report out. `render_map --help` lists the options.
 #include "choice.hpp"
 #include "explain.hpp"
+#include "instruments.hpp"
 #include "limits.hpp"
 #include "options.hpp"
 #include "outputs.hpp"
@@ -10,6 +11,7 @@
 #include "shots.hpp"
 #include "summary.hpp"
 #include "text.hpp"
+#include "trace_output.hpp"
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -17,6 +19,7 @@
 #include <filesystem>
 #include <iostream>
 #include <new>
+#include <optional>
 #include <sstream>
 #include <string>
 #include <system_error>
@@ -131,6 +134,18 @@ std::string written_files(Options const& options, report::RunReport const& run)
     return text;
 }
 
+/// Refuses to follow what is not there.
+void require_followed(Options const& options, scene::Map const& map)
+{
+    if (!options.follow) return;
+    splat::GaussianId const id{*options.follow};
+    if (std::any_of(map.gaussians.begin(), map.gaussians.end(), [id](auto const& g) { return g.id == id; })) return;
+    auto const rows = map.gaussians.size() + map.rejected;
+    throw tilemesh::Error("--follow cannot be " + std::to_string(*options.follow) + " (map " + map.name + " has " +
+                          thousands(rows) + (rows == 1 ? " row" : " rows") + (*options.follow <= rows ? ", and that one is rejected" : "") +
+                          "); name 1 + the row of a Gaussian");
+}
+
 /// The double reference of the whole map, whatever was left out.
 report::Image reference_of(scene::Map const& map, splat::Camera const& camera, splat::Model const& model, report::Cuts cuts,
                            unsigned threads)
@@ -152,9 +167,11 @@ report::Image reference_of(scene::Map const& map, splat::Camera const& camera, s
 
 /// Renders and writes every frame, or those before an interrupt, into `result`.
 void render_frames(Options const& options, scene::Map const& map, std::vector<render_map::Shot> const& shots,
-                   render_map::AnyRenderer& renderer, std::filesystem::path const& out, Progress& progress,
-                   report::RunReport& result)
+                   render_map::AnyRenderer& renderer, std::filesystem::path const& out, render_map::TraceOutput* trace,
+                   Progress& progress, report::RunReport& result)
 {
+    auto* const instruments = dynamic_cast<render_map::Instruments*>(&renderer);
+    if (instruments && options.follow) instruments->follow(splat::GaussianId{*options.follow});
     for (std::size_t i = 0; i < shots.size() && render_map::interrupt() == 0; ++i) {
         auto const& camera = shots[i].camera;
         progress.begin_frame(shots[i].name, shots.size());
@@ -168,6 +185,7 @@ void render_frames(Options const& options, scene::Map const& map, std::vector<re
 
         progress.say_frame("writing");
         write_frame(options, out, i, rendered, frame);
+        if (trace && instruments) trace->add_frame(i, frame, rendered.image, *instruments);
         // Two references take longer than all the rest: an interrupted frame goes without.
         if (options.reference && render_map::interrupt() == 0) {
             auto const error = [&](report::Cuts cuts) {
@@ -187,9 +205,12 @@ void render_frames(Options const& options, scene::Map const& map, std::vector<re
 int run(Options const& options)
 {
     Progress progress(!options.quiet);
+    std::optional<render_map::TraceOutput> trace;
+    if (options.trace) trace.emplace(options);
     progress.say("loading the map");
     auto map = options.map.empty() ? scene::built_in_map() : scene::load_ply(options.map);
     require_gaussians(map);
+    require_followed(options, map);
     std::vector<std::string> notes;
     auto const file_degree = map.sh_degree;
     if (options.sh_degree < map.sh_degree) {
@@ -214,15 +235,17 @@ int run(Options const& options)
     result.features = render_map::features(options, needs, map, file_degree, *renderer);
     auto const out = render_map::prepare_outputs(options, shots.size());
 
+    auto* const tracing = trace ? &*trace : nullptr;
     try {
-        render_frames(options, map, shots, *renderer, out, progress, result);
+        render_frames(options, map, shots, *renderer, out, tracing, progress, result);
     } catch (std::exception const& error) {
         // The frames that are done are written; their report must not be lost with the one that failed.
-        if (options.report && !result.frames.empty()) {
+        if ((options.report || trace) && !result.frames.empty()) {
             result.notes.push_back("stopped after frame " + std::to_string(result.frames.size()) + " of " +
                                    std::to_string(shots.size()) + ": " + error.what());
             try {
-                report::write_json(*options.report, result);
+                if (options.report) report::write_json(*options.report, result);
+                if (trace) trace->finish(result);
             } catch (std::exception const&) { // the first error is the one to tell
             }
         }
@@ -239,6 +262,7 @@ int run(Options const& options)
         result.notes.push_back(stopped.substr(0, stopped.find(';')));
     }
     if (options.report) report::write_json(*options.report, result);
+    if (trace && !result.frames.empty()) trace->finish(result);
     if (!stopped.empty()) {
         std::cerr << stopped << std::endl;
         return 128 + render_map::interrupt();
@@ -250,7 +274,10 @@ int run(Options const& options)
         return 0;
     }
     render_map::print_summary(summary, result);
+    if (trace) summary << '\n' << trace->summary();
     summary << "\nwrote " << render_map::one_line((out / written_files(options, result)).string()) << '\n';
+    if (trace)
+        summary << "wrote " << render_map::one_line((*options.trace / "report.html").string()) << ", and the trace beside it\n";
     render_map::print(summary.str(), "the pictures are written; --quiet leaves the summary out");
     return 0;
 }

@@ -1,5 +1,6 @@
 #include "options.hpp"
 #include "text.hpp"
+#include "variant.hpp"
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -211,6 +212,15 @@ constexpr Option options[] = {
      [](Options& o, auto, auto) { o.reference = true; }},
     {"--report", "FILE", "everything counted, as JSON",
      [](Options& o, auto name, auto text) { o.report = file(name, text); }},
+    {"--trace", "DIR", "what each tile did, and modelled cycles: an HTML report, CSV, JSON",
+     [](Options& o, auto name, auto text) {
+         o.trace = file(name, text);
+         o.choice.trace = true;
+     }},
+    {"--cost-model", "FILE", "what a trace is put through, a text as DIR/model.txt [mk2]",
+     [](Options& o, auto name, auto text) { o.cost_model = file(name, text); }},
+    {"--follow", "ID", "the life of one Gaussian (1 + its row): DIR/follow_ID.csv",
+     [](Options& o, auto name, auto text) { o.follow = whole_number(name, text, 0xffffffffu); }},
     {"--explain", "", "what was left out for this map and these cameras, and why",
      [](Options& o, auto, auto) { o.explain = true; }},
     {"--quiet", "", "no progress, no table", [](Options& o, auto, auto) { o.quiet = true; }},
@@ -249,9 +259,24 @@ void check_together(Options const& o, std::vector<std::string_view> const& given
                     " and --engine sequential are both given (that engine has one thread); leave "
                     "one of them out");
 
-    // Planes are compiled for each preset's own policies, on host threads.
-    if (o.choice.planes()) {
-        std::string const plane = o.choice.depth ? "--depth" : "--alpha";
+    needs("--cost-model", "--trace", "cycles are modelled from a trace");
+    needs("--follow", "--trace", "what is followed is written beside a trace");
+
+    // Planes, and machines that keep a trace, are compiled for each preset's own policies, on host threads.
+    if (o.choice.planes() || o.choice.trace) {
+        std::string const plane = o.choice.trace ? "--trace" : o.choice.depth ? "--depth" : "--alpha";
+        std::string const what = o.choice.trace ? "a trace comes" : "planes come";
+        auto const leave_out = [&](std::string const& option, std::string const& comes_with) {
+            throw Error(plane + " and " + option + " are both given (" + what + " with " + comes_with + "); leave out " +
+                        option.substr(0, option.find(' ')));
+        };
+        if (o.choice.trace) {
+            if (o.choice.planes()) leave_out(o.choice.depth ? "--depth" : "--alpha", "pixels that have no planes");
+            if (o.choice.machine != MachineKind::mk2) leave_out("--machine test", "machine mk2");
+            if (own_policies_only && o.choice.preset != Preset::lossless)
+                leave_out(o.choice.preset == Preset::paper ? "--preset paper" : "--preset prototype",
+                          "preset lossless in this build, which was made with TILEMESH_RENDER_MAP_POLICIES=OFF");
+        }
         auto const with_its_own = [&](std::string const& option, auto Choice::*asked, std::string Description::*policy) {
             Choice preset, changed;
             preset.preset = changed.preset = o.choice.preset;
@@ -259,15 +284,12 @@ void check_together(Options const& o, std::vector<std::string_view> const& given
             changed.*asked = o.choice.*asked;
             auto const is = describe(preset), would_be = describe(changed);
             if (would_be.*policy != is.*policy)
-                throw Error(plane + " and " + option + " " + would_be.*policy + " are both given (planes come with the " +
-                            is.*policy + " of preset " + is.preset + "); leave out " + option);
+                leave_out(option + " " + would_be.*policy, "the " + is.*policy + " of preset " + is.preset);
         };
         with_its_own("--saturation", &Choice::saturation, &Description::saturation);
         with_its_own("--copies", &Choice::copies, &Description::copies);
         with_its_own("--pixels", &Choice::pixels, &Description::pixels);
-        if (o.choice.engine == EngineKind::sequential)
-            throw Error(plane +
-                        " and --engine sequential are both given (planes come with host threads); leave out --engine");
+        if (o.choice.engine == EngineKind::sequential) leave_out("--engine sequential", "host threads");
     }
 
     auto const own = describe(o.choice);
@@ -399,7 +421,9 @@ std::string help_text()
                        "What channels that are too small do to the picture:\n"
                        "  render_map room.ply --preset prototype --channel-slots 10 --report report.json\n"
                        "How far off double precision the picture is:\n"
-                       "  render_map room.ply --reference\n";
+                       "  render_map room.ply --reference\n"
+                       "Which tiles, steps and channels the machine waits for; and what became of one Gaussian:\n"
+                       "  render_map room.ply --sh-degree 0 --trace where --follow 4711\n";
     for (auto const& option : options) {
         for (auto const& group : groups)
             if (group.first == option.name) text.append("\n").append(group.title).append("\n");
@@ -422,7 +446,9 @@ std::string help_text()
                   "  the numbers of a report mean: include/tilemesh/report/frame_report.hpp and json.hpp.\n"
                   "\n"
                   "What is written\n"
-                  "  DIR/frame_0000.png, frame_0001.png, ... and what else was asked for. A file has its name\n"
+                  "  DIR/frame_0000.png, frame_0001.png, ... and what else was asked for. With --trace, in its DIR, a\n"
+                  "  report.html that a browser shows without a network, model.txt, and for each frame .tiles.csv and\n"
+                  "  .supersteps.csv, .heat.csv and .heat_*.png, .trace.json (ui.perfetto.dev). A file has its name\n"
                   "  only when it is whole. Ctrl-C finishes the frame in work, writes the report of the frames that\n"
                   "  are done, and ends; a second one ends at once.\n"
                   "\n"

@@ -27,6 +27,9 @@ struct Options {
     tilemesh::RendererOptions renderer;
     std::optional<std::filesystem::path> out;         ///< empty: ./tilemesh_out
     std::optional<std::filesystem::path> report;
+    std::optional<std::filesystem::path> trace;       ///< the folder; with it `choice.trace`
+    std::optional<std::filesystem::path> cost_model;  ///< empty: mk2()
+    std::optional<std::uint32_t> follow;              ///< the id of a Gaussian
     std::uint32_t sh_degree = 3;                      ///< at most
     bool explain = false;
     bool pfm = false; ///< planes are in `choice`

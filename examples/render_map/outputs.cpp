@@ -1,10 +1,13 @@
 #include "outputs.hpp"
 #include <cerrno>
 #include <iostream>
+#include <optional>
+#include <string_view>
 #include <system_error>
 #include <tilemesh/error.hpp>
 #include <tilemesh/report/whole_file.hpp>
 #include <unistd.h>
+#include <vector>
 
 namespace render_map {
 
@@ -30,6 +33,28 @@ bool is_frame(fs::path const& file, fs::path const& out, std::size_t frames)
     return false;
 }
 
+/// Whether `file` has a name that a trace writes in its folder.
+bool is_of_trace(fs::path const& file, fs::path const& folder, std::optional<std::uint32_t> followed)
+{
+    std::error_code ignored;
+    auto const name = file.filename().string();
+    if (!fs::equivalent(fs::absolute(file).parent_path(), folder, ignored)) return false;
+    if (name == "report.html" || name == "model.txt" || (followed && name == follow_file(*followed))) return true;
+    auto const ends = [&](std::string_view end) { return name.ends_with(end); };
+    return name.starts_with("frame_") && (ends(".tiles.csv") || ends(".supersteps.csv") || ends(".heat.csv") ||
+                                          ends(".trace.json") || (ends(".png") && name.find(".heat_") != std::string::npos));
+}
+
+/// Those of the files that the run reads.
+std::vector<fs::path> files_read(Options const& options)
+{
+    std::vector<fs::path> files;
+    if (!options.map.empty()) files.push_back(options.map);
+    for (auto const* file : {&options.cameras, &options.trajectory, &options.cost_model})
+        if (*file) files.push_back(**file);
+    return files;
+}
+
 void check_report(Options const& options, fs::path const& out, std::size_t frames)
 {
     auto const& report = *options.report;
@@ -46,9 +71,22 @@ void check_report(Options const& options, fs::path const& out, std::size_t frame
     auto const& written = fs::is_other(status) ? report : folder;
     if (access(written.c_str(), W_OK) != 0) refuse(last_error());
     if (is_frame(report, out, frames)) refuse("a picture of this run has that name");
-    for (auto const* read :
-         {&options.map, options.cameras ? &*options.cameras : nullptr, options.trajectory ? &*options.trajectory : nullptr})
-        if (read && !read->empty() && fs::equivalent(*read, report, refused)) refuse("this run reads that file");
+    if (options.trace && is_of_trace(report, *options.trace, options.follow))
+        refuse("the trace of this run has a file of that name");
+    for (auto const& read : files_read(options))
+        if (fs::equivalent(read, report, refused)) refuse("this run reads that file");
+}
+
+void make_folder(fs::path const& folder, std::string const& option)
+{
+    auto const refuse = [&](std::string const& why) {
+        throw Error("cannot write to " + folder.string() + " (" + why + "); name a writable directory with " + option);
+    };
+    std::error_code refused;
+    fs::create_directories(folder, refused);
+    if (refused) refuse(refused.message());
+    if (!fs::is_directory(folder, refused)) refuse("it is no directory");
+    if (access(folder.c_str(), W_OK | X_OK) != 0) refuse(last_error());
 }
 
 } // namespace
@@ -60,17 +98,22 @@ std::string frame_file(std::size_t frame, std::string const& extension)
     return "frame_" + digits + extension;
 }
 
+std::string follow_file(std::uint32_t id)
+{
+    return "follow_" + std::to_string(id) + ".csv";
+}
+
 fs::path prepare_outputs(Options const& options, std::size_t frames)
 {
     auto const out = options.out.value_or("tilemesh_out");
-    auto const refuse = [&](std::string const& why) {
-        throw Error("cannot write to " + out.string() + " (" + why + "); name a writable directory with --out");
-    };
-    std::error_code refused;
-    fs::create_directories(out, refused);
-    if (refused) refuse(refused.message());
-    if (!fs::is_directory(out, refused)) refuse("it is no directory");
-    if (access(out.c_str(), W_OK | X_OK) != 0) refuse(last_error());
+    make_folder(out, "--out");
+    if (options.trace) {
+        make_folder(*options.trace, "--trace");
+        for (auto const& read : files_read(options))
+            if (is_of_trace(read, *options.trace, options.follow))
+                throw Error("cannot write the trace to " + options.trace->string() + " (it would overwrite " +
+                            read.filename().string() + ", which this run reads); name another directory with --trace");
+    }
     if (options.report) check_report(options, out, frames);
     return out;
 }

@@ -2,6 +2,7 @@
 #include "options.hpp"
 #include "shots.hpp"
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <string>
 
@@ -10,9 +11,12 @@ namespace render_map {
 /// "frame_0012.png" for frame 12 and ".png".
 std::string frame_file(std::size_t frame, std::string const& extension);
 
-/// Makes the folder for the pictures and looks whether everything can be written where it should: better now than after an
-/// hour. Gives the folder back; throws `tilemesh::Error` where that is not so, and where the report would overwrite a picture
-/// or a file that the run reads.
+/// "follow_17.csv" for --follow 17.
+std::string follow_file(std::uint32_t id);
+
+/// Makes the folders for the pictures and the trace and looks whether everything can be written where it should: better now
+/// than after an hour. Gives the pictures' folder back; throws `tilemesh::Error` where that is not so, and where the report
+/// or the trace would overwrite another file of the run or one that the run reads.
 std::filesystem::path prepare_outputs(Options const& options, std::size_t frames);
 
 /// Standard output, checked: a text that does not arrive there throws `tilemesh::Error`, which ends with `remedy`.

@@ -28,7 +28,7 @@ void* reallocate(void* old, std::size_t bytes)
 #include <stb_image_write.h>
 #endif
 
-void render_map::write_png(std::filesystem::path const& path, tilemesh::report::Image const& image)
+std::string render_map::png_bytes(tilemesh::report::Image const& image)
 {
     auto const rgb = tilemesh::report::rgb8(image);
     std::string png;
@@ -40,6 +40,10 @@ void render_map::write_png(std::filesystem::path const& path, tilemesh::report::
                                static_cast<int>(image.height), 3, rgb.data(),
                                static_cast<int>(3 * image.width)) == 0)
         throw std::bad_alloc();
+    return png;
+}
 
-    tilemesh::report::write_whole(path, png);
+void render_map::write_png(std::filesystem::path const& path, tilemesh::report::Image const& image)
+{
+    tilemesh::report::write_whole(path, png_bytes(image));
 }

@@ -1,10 +1,14 @@
 #pragma once
 #include <filesystem>
+#include <string>
 #include <tilemesh/report/image.hpp>
 
 namespace render_map {
 
-/// Writes the picture as an 8-bit RGB PNG (`report::rgb8`), whole or not at all (`report::write_whole`): it is encoded in memory.
+/// The picture as the bytes of an 8-bit RGB PNG (`report::rgb8`).
+std::string png_bytes(tilemesh::report::Image const& image);
+
+/// Writes the picture as `png_bytes`, whole or not at all (`report::write_whole`): it is encoded in memory.
 /// Throws `tilemesh::Error` when it cannot be written.
 void write_png(std::filesystem::path const& path, tilemesh::report::Image const& image);
 

@@ -14,6 +14,7 @@ MakeRenderer paper_test_threads, paper_test_sequential;
 MakeRenderer lossless_planes, paper_planes; ///< either machine, on threads
 MakeRenderer shaded_planes;                 ///< lossless, either machine, on threads: harmonics with both planes
 MakeRenderer paper_shaded;                  ///< either machine, on threads
+MakeRenderer lossless_traced, paper_traced; ///< mk2, on threads; each is an `Instruments`
 
 /// Lossless cut to the demand; empty where it takes all of lossless at degree 0, which is compiled elsewhere.
 using FitRenderer = std::unique_ptr<AnyRenderer>(tilemesh::scene::Map const&, tilemesh::scene::Demand const&,

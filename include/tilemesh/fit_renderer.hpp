@@ -46,9 +46,9 @@ struct Renders<S, Mesh> {
 };
 } // namespace detail
 
-/// AnyRenderer over one setup and engine.
+/// AnyRenderer over one setup and engine; a program derives from it where it wants more of the renderer.
 template <class S, template <class, class> class Engine = Mesh>
-class RendererOf final : public AnyRenderer {
+class RendererOf : public AnyRenderer {
 public:
     using Renderer = typename detail::Renders<S, Engine>::type;
 
@@ -57,6 +57,8 @@ public:
     {
         if (options.footprint) renderer_.model().footprint = *options.footprint;
     }
+
+    Renderer& renderer() noexcept { return renderer_; }
 
     RenderedFrame render(splat::Camera const& camera) override
     {

@@ -2,7 +2,7 @@
 # usage: run.sh COMPILER [-j JOBS] [NN ...]    plants each fault (or those numbered) and wants the test files it names to fail
 #        run.sh --apply                        only: every patch applies, and names test files that exist
 #
-# A fault is NN_name.patch: what a programmer might have done wrong, `# caught by: PART/FILE ...`, a diff of include/ or examples/.
+# A fault is NN_name.patch: what a programmer might have done wrong, `# caught by: PART/FILE ...`, a diff of include/, examples/ or bench/.
 # Where the build must fail: `# how: compile` and `# expect: TEXT OF THE STATIC_ASSERT`. Where a sanitizer may be the judge:
 # `# flags: -fsanitize=address`, with which the tests are compiled and linked. `# check: codelets`, instead of a test file or besides:
 # tests/checks/codelets.sh must refuse the fault. All of them must also pass without the fault.
@@ -41,7 +41,7 @@ field() { # NAME PATCH: the rest of the line "# NAME: ..."
     sed -n -e '/^---/q' -e "s/^# $1: *//p" "$2"
 }
 
-# Plants patch $2 in the copy of include/ and examples/ below $1; prints what is wrong and fails otherwise. Further arguments go to `patch`.
+# Plants patch $2 in the copy of include/, examples/ and bench/ below $1; prints what is wrong and fails otherwise. Further arguments go to `patch`.
 plant() {
     local log
     if ! log=$(patch -d "$1" -p1 -F2 -f -s --no-backup-if-mismatch "${@:3}" <"$2" 2>&1); then
@@ -71,7 +71,10 @@ check_head() {
 # Where headers are, of the tree $2 and for test file $1.
 folders() {
     echo "-I$2/include"
-    case $1 in poplar/*) echo "-I$2/examples -I$root/tests/poplar/standin" ;; esac
+    case $1 in
+    poplar/*) echo "-I$2/examples -I$root/tests/poplar/standin" ;;
+    engine/*) echo "-I$2/bench" ;;
+    esac
 }
 # Where test files are, of the tree $1: those of poplar/ include examples by relative paths, so a tree has its own.
 tests_of() {
@@ -109,7 +112,7 @@ reported() { # by a sanitizer in the log $1: what
 # The fault of this name: one line.
 try_fault() {
     local name=$1 patch=$here/$1.patch dir=$work/$1 line="" test out status n wrong text flags
-    mkdir "$dir" && cp -R "$root/include" "$root/examples" "$dir" || return
+    mkdir "$dir" && cp -R "$root"/{include,examples,bench} "$dir" || return
     case " $(field 'caught by' "$patch")" in
     *' poplar/'*) mkdir "$dir/tests" && cp -R "$root"/tests/{engine,splat,poplar} "$dir/tests" || return ;;
     esac

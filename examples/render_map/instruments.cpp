@@ -1,0 +1,61 @@
+#include "instruments.hpp"
+#include <algorithm>
+#include <utility>
+
+namespace render_map {
+
+char const* name_of(Seen what) noexcept
+{
+    constexpr char const* names[] = {"anchored", "copy", "leaving", "waiting", "road", "beam", "owed", "refused", "left"};
+    return names[static_cast<std::uint32_t>(what)];
+}
+char const* name_of(tilemesh::Direction side) noexcept
+{
+    constexpr char const* names[] = {"north", "east", "west", "south"};
+    return names[tilemesh::index(side)];
+}
+
+namespace {
+bool is_stored(Follower::Fact const& f)
+{
+    return f.what == Seen::anchored || f.what == Seen::copy || f.what == Seen::leaving;
+}
+bool is_sent(Follower::Fact const& f)
+{
+    return f.what == Seen::road || f.what == Seen::beam;
+}
+} // namespace
+
+void Follower::begin_frame()
+{
+    life_ = {};
+    begins_ = true;
+}
+
+void Follower::superstep(std::uint64_t number, std::string const& kernel, std::vector<Fact> facts)
+{
+    for (auto const& f : before_)
+        if (is_stored(f) &&
+            std::none_of(facts.begin(), facts.end(), [&](auto const& g) { return is_stored(g) && g.tile == f.tile; }))
+            life_.sightings.push_back({number, kernel, f.tile, Seen::left, {}, false});
+    life_.anchor.reset();
+    life_.copies = 0;
+    for (auto const& f : facts) {
+        bool const is_new = std::none_of(before_.begin(), before_.end(), [&](auto const& g) {
+            return g.tile == f.tile && g.what == f.what && g.side == f.side;
+        });
+        bool const refusal = f.refusal || (f.what == Seen::refused && is_new);
+        // What is in a channel was sent in this superstep. A frame begins with all there is.
+        if (is_new || begins_ || is_sent(f) || refusal)
+            life_.sightings.push_back({number, kernel, f.tile, f.what, f.side, refusal});
+        if (f.what == Seen::anchored || f.what == Seen::leaving) life_.anchor = f.tile;
+        life_.copies += f.what == Seen::copy ? 1 : 0;
+        life_.hops += f.what == Seen::road ? 1 : 0;
+        life_.sent_copies += f.what == Seen::beam ? 1 : 0;
+        life_.refusals += refusal ? 1 : 0;
+    }
+    before_ = std::move(facts);
+    begins_ = false;
+}
+
+} // namespace render_map

@@ -1,0 +1,457 @@
+#include "trace_output.hpp"
+#include "outputs.hpp"
+#include "png.hpp"
+#include "text.hpp"
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <charconv>
+#include <fstream>
+#include <sstream>
+#include <system_error>
+#include <tilemesh/cost_table.hpp>
+#include <tilemesh/engine/cost_parameters.hpp>
+#include <tilemesh/engine/trace_files.hpp>
+#include <tilemesh/error.hpp>
+#include <tilemesh/report/heat_image.hpp>
+#include <tilemesh/report/plot.hpp>
+#include <tilemesh/report/stacked_bars.hpp>
+#include <tilemesh/report/whole_file.hpp>
+
+namespace render_map {
+
+namespace {
+
+namespace report = tilemesh::report;
+using report::thousands;
+using Pairs = std::vector<std::pair<std::string, std::string>>;
+using Rows = std::vector<std::vector<std::string>>;
+
+/// Pixels of a heat map's longer side, at most: a browser shows them 300 wide, and enlarged.
+constexpr std::uint32_t map_px = 480;
+/// Bars of a timeline, at most: fewer than the pixels they share.
+constexpr double timeline_bars = 400;
+
+tilemesh::CostModel load_model(std::filesystem::path const& file)
+{
+    std::error_code refused;
+    errno = 0;
+    std::ifstream in(file, std::ios::binary);
+    if (!in || std::filesystem::is_directory(file, refused))
+        throw tilemesh::Error("cannot read the cost model " + file.string() + " (" +
+                              (errno != 0 ? std::generic_category().message(errno) : std::string("it is a directory")) +
+                              "); name a file as --trace writes it (model.txt)");
+    return tilemesh::read_cost_model(in, file.string());
+}
+
+/// What a map of the grid shows.
+struct HeatMap {
+    char const* name; ///< of column and file
+    char const* title;
+    char const* what;
+    bool in_total; ///< the sum over all tiles means something
+    std::vector<double> values;
+};
+
+/// The fullest that a tile's ends of channels were, in percent: bytes sent to one side in one superstep, of those that a
+/// compile-time exchange moves to it.
+std::vector<double> channel_fill(tilemesh::Trace const& trace, tilemesh::Grid grid)
+{
+    std::vector<double> fill(grid.size(), 0);
+    for (auto const& s : trace.supersteps) {
+        if (s.capacity_bytes == 0) continue;
+        for (auto const& t : s.tiles)
+            for (auto const bytes : t.sent_bytes) fill[t.tile] = std::max(fill[t.tile], 100.0 * bytes / s.capacity_bytes);
+    }
+    return fill;
+}
+
+std::vector<HeatMap> heat_maps(tilemesh::Trace const& trace, tilemesh::CostModel const& model, tilemesh::Grid grid,
+                               std::vector<TileState> const& tiles)
+{
+    using tilemesh::TileSum;
+    auto const of_state = [&](auto const& value) {
+        std::vector<double> out(grid.size(), 0);
+        for (std::size_t t = 0; t < tiles.size(); ++t) out[t] = static_cast<double>(value(tiles[t]));
+        return out;
+    };
+    std::vector<HeatMap> maps;
+    maps.push_back({"load", "Load", "records stored when the frame is over, copies among them", true,
+                    of_state([](TileState const& t) { return t.records; })});
+    maps.push_back({"copies", "Copies", "records stored whose anchor is another tile", true,
+                    of_state([](TileState const& t) { return t.copies; })});
+    maps.push_back({"channel_fill", "Channel fill", "percent of the fullest end of a channel in the fullest superstep",
+                    false, channel_fill(trace, grid)});
+    maps.push_back({"refusals", "Refusals", "sends that waited for a full channel or for credit; three waits count three",
+                    true, of_state([](TileState const& t) { return std::uint64_t{t.channel_full} + t.no_credit; })});
+    maps.push_back(
+        {"drops", "Drops", "records and copies that found no storage, and copies given up at a full channel", true,
+         of_state([](TileState const& t) { return std::uint64_t{t.storage_full} + t.copies_full + t.copies_refused; })});
+    maps.push_back({"busy_cycles", "Busy cycles", "modelled cycles that the tile computes", true,
+                    tilemesh::heat_map(trace, model, grid, TileSum::busy_cycles)});
+    maps.push_back({"idle_cycles", "Idle cycles", "modelled cycles that the tile waits for the slowest tile's compute",
+                    true, tilemesh::heat_map(trace, model, grid, TileSum::idle_cycles)});
+    maps.push_back(
+        {"pairs", "Pairs", "Gaussian-pixel pairs evaluated", true, of_state([](TileState const& t) { return t.pairs; })});
+    return maps;
+}
+
+/// Of a number that is not negative; plain, without a locale.
+std::string decimals(double value, int digits)
+{
+    std::array<char, 64> text{}; // below 2^64, 20 digits before the point
+    auto const end = std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::fixed, digits);
+    return {text.data(), end.ptr};
+}
+/// Whole numbers as such, others with a decimal.
+std::string plain(double value)
+{
+    return decimals(value, value == static_cast<double>(static_cast<std::uint64_t>(value)) ? 0 : 1);
+}
+std::string number(double value)
+{
+    if (value < 1000) return plain(value);
+    return thousands(static_cast<std::uint64_t>(value + 0.5));
+}
+double total(std::vector<double> const& values)
+{
+    double sum = 0;
+    for (double const v : values) sum += v;
+    return sum;
+}
+
+/// One line a tile, with the numbers of all maps.
+std::string heat_csv(std::vector<HeatMap> const& maps, tilemesh::Grid grid)
+{
+    std::string text = "tile_x,tile_y";
+    for (auto const& map : maps) text.append(",").append(map.name);
+    text += '\n';
+    for (std::uint32_t t = 0; t < grid.size(); ++t) {
+        text += std::to_string(grid.tile(t).x()) + "," + std::to_string(grid.tile(t).y());
+        for (auto const& map : maps) text += "," + plain(map.values[t]);
+        text += '\n';
+    }
+    return text;
+}
+
+std::string share(std::uint64_t part, std::uint64_t whole)
+{
+    return decimals(whole == 0 ? 0 : 100 * static_cast<double>(part) / static_cast<double>(whole), 1) + " %";
+}
+
+std::vector<report::BarPart> const phases = {{"compute", 4}, {"exchange", 1}, {"sync", 3}, {"vote", 6}};
+
+std::string stage_bars(tilemesh::CostModel const& model, std::vector<tilemesh::StepCost> const& steps)
+{
+    report::StackedBars chart;
+    chart.title = "Where the cycles go, by step";
+    chart.x_label = "step of the program";
+    chart.y_label = "modelled milliseconds";
+    chart.parts = phases;
+    chart.width = 900;
+    for (auto const& s : steps) {
+        report::Bar bar{s.kernel, {}};
+        for (auto const cycles : {s.compute, s.exchange, s.sync, s.vote}) bar.values.push_back(milliseconds(model, cycles));
+        chart.bars.push_back(std::move(bar));
+    }
+    return svg(chart);
+}
+
+/// Supersteps over modelled time; those that are too thin to be seen are drawn together with their neighbours. An area is
+/// tile time.
+std::string superstep_timeline(tilemesh::Trace const& trace, tilemesh::CostModel const& model,
+                               tilemesh::RunCost const& cost, tilemesh::Grid grid)
+{
+    report::StackedBars chart;
+    chart.title = "Supersteps over time: what the tiles do";
+    chart.x_label = "modelled milliseconds";
+    chart.y_label = "percent of tile time";
+    chart.parts = {{"busy", 4}, {"idle", 7}, {"exchange", 1}, {"sync", 3}, {"vote", 6}};
+    chart.layout = report::BarLayout::along_x;
+    chart.y_high = 100;
+    chart.width = 1200;
+    std::array<double, 5> cycles{};
+    double sum = 0;
+    auto const draw = [&] {
+        if (sum == 0) return;
+        report::Bar bar;
+        for (double const c : cycles) bar.values.push_back(100 * c / sum);
+        bar.width = sum / static_cast<double>(model.clock_khz);
+        chart.bars.push_back(std::move(bar));
+        cycles = {};
+        sum = 0;
+    };
+    for (std::size_t i = 0; i < cost.supersteps.size(); ++i) {
+        auto const& c = cost.supersteps[i];
+        tilemesh::Trace const one{trace.kernels, {trace.supersteps[i]}};
+        double const busy = total(heat_map(one, model, grid, tilemesh::TileSum::busy_cycles)) / grid.size();
+        std::array<double, 5> const more = {busy, std::max(static_cast<double>(c.compute) - busy, 0.0),
+                                            static_cast<double>(c.exchange), static_cast<double>(c.sync),
+                                            static_cast<double>(c.vote)};
+        for (std::size_t k = 0; k < more.size(); ++k) {
+            cycles[k] += more[k];
+            sum += more[k];
+        }
+        if (sum * timeline_bars >= static_cast<double>(cost.cycles)) draw();
+    }
+    draw();
+    return svg(chart);
+}
+
+std::string tile_text(tilemesh::TileId tile)
+{
+    return "(" + std::to_string(tile.x()) + ", " + std::to_string(tile.y()) + ")";
+}
+std::string plural(std::uint64_t n, char const* what)
+{
+    return thousands(n) + " " + what + (n == 1 ? "" : "s");
+}
+
+} // namespace
+
+TraceOutput::TraceOutput(Options const& options)
+    : folder_(options.trace.value()), followed_(options.follow.value_or(0)),
+      model_(options.cost_model ? load_model(*options.cost_model) : tilemesh::mk2())
+{
+    if (followed_ != 0) follow_csv_ = "frame,superstep,kernel,tile_x,tile_y,what,side,refusal\n";
+}
+
+void TraceOutput::write(std::string const& name, std::string const& text) const
+{
+    report::write_whole(folder_ / name, text);
+}
+
+std::size_t TraceOutput::Section::bytes() const noexcept
+{
+    auto pictures = picture_png.size();
+    for (auto const& [what, png] : maps) pictures += png.size();
+    return pictures / 3 * 4 + stage_bars.size() + timeline.size();
+}
+
+/// As many of the busiest tiles as fit below the limit; what is left out is in `note`.
+std::string TraceOutput::timeline(tilemesh::Trace const& trace, tilemesh::Grid grid, std::string& note) const
+{
+    for (std::uint32_t busiest = 64;; busiest /= 2) { // as write_chrome_trace has by itself
+        std::ostringstream out;
+        write_chrome_trace(out, trace, model_, grid, busiest);
+        auto text = out.str();
+        if (text.size() < most_timeline_bytes) {
+            note = "timeline of the machine and its " + std::to_string(std::min(busiest, grid.size())) + " busiest tiles";
+            return text;
+        }
+        if (busiest == 0) break;
+    }
+    note = "no timeline: " + thousands(trace.supersteps.size()) + " supersteps take more than " +
+           thousands(most_timeline_bytes) + " bytes";
+    return {};
+}
+
+void TraceOutput::add_frame(std::size_t index, report::RunFrame const& frame, report::Image const& picture,
+                            Instruments& instruments)
+{
+    tilemesh::Grid const grid{frame.grid[0], frame.grid[1]};
+    auto const trace = instruments.take_trace();
+    auto const cost = model_cost(model_, trace, grid);
+    auto const& r = frame.report;
+    if (index == 0) {
+        std::ostringstream text;
+        write_cost_model(text, model_);
+        write("model.txt", text.str());
+    }
+
+    std::ostringstream tiles, supersteps;
+    write_trace_csv(tiles, trace, model_, grid);
+    write(frame_file(index, ".tiles.csv"), tiles.str());
+    tiles = {};
+    write_step_csv(supersteps, trace, model_, grid);
+    write(frame_file(index, ".supersteps.csv"), supersteps.str());
+    std::string note;
+    if (auto const text = timeline(trace, grid, note); !text.empty()) write(frame_file(index, ".trace.json"), text);
+
+    auto const maps = heat_maps(trace, model_, grid, instruments.tiles());
+    write(frame_file(index, ".heat.csv"), heat_csv(maps, grid));
+    auto const cell = std::clamp(map_px / std::max(grid.width, grid.height), 1u, 16u);
+    Section section;
+    std::uint64_t busy = 0;
+    for (auto const& map : maps) {
+        auto const most = report::finite_range(map.values).most;
+        auto png = png_bytes(report::heat_image(map.values, grid.width, grid.height, {0, most}, cell));
+        write(frame_file(index, std::string(".heat_") + map.name + ".png"), png);
+        auto caption = std::string(map.title) + ": " + map.what + ". 0 to " + number(most) + " a tile";
+        if (map.in_total) caption += ", " + number(total(map.values)) + " in all";
+        section.maps.emplace_back(caption + ".", std::move(png));
+        if (map.name == std::string("busy_cycles")) busy = static_cast<std::uint64_t>(total(map.values));
+    }
+
+    auto const ms = milliseconds_text(model_, cost.cycles);
+    auto const lost = thousands(r.lost.size());
+    auto const utilisation = share(busy, cost.cycles * grid.size());
+    milliseconds_.emplace_back(static_cast<double>(index), tilemesh::milliseconds(model_, cost.cycles));
+    if (lines_.size() < most_lines)
+        lines_.push_back({std::to_string(index) + ": " + r.camera, thousands(cost.supersteps.size()),
+                          thousands(cost.cycles), ms, utilisation, thousands(r.gaussians.moved), thousands(r.copies), lost,
+                          thousands(r.messages), thousands(r.peak_storage), thousands(r.peak_channel)});
+    ++frames_;
+    auto const steps = step_costs(trace, cost);
+    std::ostringstream table;
+    table << cost_table(model_, trace, cost);
+    cost_text_ = "modelled by " + one_line(model_.name, 60) + " (" +
+                 (model_.exchange_cost == tilemesh::ExchangeCost::capacity ? "capacity" : "live") + " exchange), busy " +
+                 utilisation + " of all tile time:\n" + table.str();
+    if (followed_ != 0) add_life(index, instruments.life());
+
+    if (sections_.size() == most_full_frames || bytes_ > most_report_bytes) return;
+    section.heading = "Frame " + std::to_string(index) + ": " + r.camera;
+    section.picture_png = png_bytes(picture);
+    section.picture_alt = "the picture, " + std::to_string(r.width) + " by " + std::to_string(r.height) + " pixels";
+    section.facts = {
+        {"modelled", ms + " ms, " + thousands(cost.cycles) + " cycles, " + plural(cost.supersteps.size(), "superstep")},
+        {"tiles", std::to_string(grid.width) + " x " + std::to_string(grid.height) + " of " +
+                      std::to_string(frame.tile_px[0]) + " x " + std::to_string(frame.tile_px[1]) + " pixels, busy " +
+                      utilisation + " of the time"},
+        {"Gaussians", thousands(r.gaussians.visible) + " visible, " + thousands(r.gaussians.parked) + " parked, " +
+                          thousands(r.gaussians.moved) + " moved, " + thousands(r.gaussians.unplaced) + " unplaced, " +
+                          thousands(r.gaussians.dropped) + " dropped"},
+        {"copies",
+         thousands(r.copies) + " on tiles, " + thousands(r.lost_copies) + " lost, " + thousands(r.late_copies) + " late"},
+        {"refused", thousands(r.refused.channel_full) + " by full channels, " + thousands(r.refused.no_credit) +
+                        " for credit, " + thousands(r.refused.storage_full + r.refused.copies_full) + " by full storage, " +
+                        thousands(r.refused.copies_refused) + " copies given up"},
+        {"missing in the picture", lost},
+        {"exchanged", plural(r.messages, "message") + ", " + thousands(r.exchanged_live_bytes) + " bytes live, " +
+                          thousands(r.exchanged_capacity_bytes) + " bytes of capacity"},
+        {frame_file(index, ".trace.json"), note}};
+    section.stage_bars = stage_bars(model_, steps);
+    section.timeline = superstep_timeline(trace, model_, cost, grid);
+    auto const add_step = [&](std::string const& name, tilemesh::StepCost const& s) {
+        section.steps.push_back({name, thousands(s.supersteps), thousands(s.compute), thousands(s.exchange),
+                                 thousands(s.sync), thousands(s.vote), thousands(s.total()),
+                                 milliseconds_text(model_, s.total()), share(s.total(), cost.cycles)});
+    };
+    for (auto const& s : steps) add_step(s.kernel, s);
+    bytes_ += section.bytes();
+    sections_.push_back(std::move(section));
+}
+
+void TraceOutput::add_life(std::size_t index, Life const& life)
+{
+    auto const frame = std::to_string(index);
+    for (auto const& s : life.sightings) {
+        std::string const side = s.side ? name_of(*s.side) : "";
+        follow_csv_ += frame + "," + std::to_string(s.superstep) + "," + s.kernel + "," + std::to_string(s.tile.x()) + "," +
+                       std::to_string(s.tile.y()) + "," + name_of(s.what) + "," + side + "," + (s.refusal ? "1" : "0") +
+                       "\n";
+        ++sights_;
+        if (seen_.size() < most_lines)
+            seen_.push_back({name_of(s.what), frame, std::to_string(s.superstep), s.kernel, tile_text(s.tile), side,
+                             s.refusal ? "refused" : ""});
+    }
+    auto const where = life.anchor ? tile_text(*life.anchor) : std::string("on no tile");
+    if (lives_.size() < most_lines)
+        lives_.push_back({frame, where, thousands(life.copies), thousands(life.hops), thousands(life.sent_copies),
+                          thousands(life.refusals)});
+    life_text_ = "Gaussian " + std::to_string(followed_) + " in frame " + frame + ": " + (life.anchor ? "on tile " : "") +
+                 where + ", " + thousands(life.copies) + (life.copies == 1 ? " copy, " : " copies, ") +
+                 plural(life.hops, "hop") + ", " + plural(life.refusals, "refusal") + "\n";
+}
+
+std::string TraceOutput::summary() const
+{
+    return cost_text_ + life_text_;
+}
+
+void TraceOutput::add_section(report::HtmlReport& html, Section const& section)
+{
+    html.section(section.heading);
+    html.picture(section.picture_png, section.picture_alt, "");
+    html.key_values(section.facts);
+    html.svg(section.stage_bars);
+    html.table({"step", "supersteps", "compute", "exchange", "sync", "vote", "cycles", "ms", "share"}, section.steps);
+    html.svg(section.timeline);
+    html.subsection("Maps of the grid");
+    html.picture(png_bytes(report::heat_legend(256, 12)), "colours from dark blue over green to yellow",
+                 "From 0 (left) to the most that a tile has (right).");
+    for (auto const& [caption, png] : section.maps) html.picture(png, caption, caption, report::HtmlPicture::small);
+}
+
+void TraceOutput::add_run(report::HtmlReport& html, report::RunReport const& run) const
+{
+    Pairs facts = {{"map", run.map.name + ", " + plural(run.map.gaussians, "Gaussian")},
+                   {"machine", run.machine.name + ", " + thousands(run.machine.sram_bytes) + " bytes of SRAM a tile, " +
+                                   thousands(run.machine.storage_slots) + " slots of storage and " +
+                                   thousands(run.machine.channel_slots) + " of a channel"},
+                   {"preset", run.preset},
+                   {"policies", "routing " + run.policies.routing + ", addressing " + run.policies.addressing +
+                                    ", saturation " + run.policies.saturation + ", footprint " + run.policies.footprint +
+                                    ", copies " + run.policies.copies + ", pixels " + run.policies.pixels +
+                                    ", arithmetic " + run.policies.arithmetic + ", hops " +
+                                    (run.policies.hops == 0 ? "until quiet" : std::to_string(run.policies.hops))},
+                   {"cost model", model_.name + ", " + thousands(model_.clock_khz) + " kHz (model.txt)"},
+                   {"frames", thousands(frames_)}};
+    for (auto const* notes : {&run.map.notes, &run.notes})
+        for (auto const& note : *notes) facts.emplace_back("note", note);
+    html.key_values(facts);
+    html.paragraph(
+        "Cycles and milliseconds are modelled, from what the tiles did and the numbers of the cost model: a superstep is the "
+        "slowest tile's compute, then the exchange, a sync, and a vote where the step runs until quiet. What was measured "
+        "on the host is in none of them.");
+    html.section("Frames");
+    html.table({"frame", "supersteps", "cycles", "ms", "tiles busy", "moved", "copies", "missing", "messages",
+                "most on a tile", "most in a channel"},
+               lines_);
+    if (lines_.size() < frames_)
+        html.paragraph("The first " + thousands(lines_.size()) + " of " + thousands(frames_) + " frames.");
+    if (frames_ > 1) {
+        report::Plot plot;
+        plot.title = "Modelled time of each frame";
+        plot.x.label = "frame";
+        plot.y.label = "milliseconds";
+        plot.y.low = 0.0;
+        plot.width = 1200;
+        // A dot a pixel is as many as can be seen: of more frames every n-th.
+        auto const every = (milliseconds_.size() + most_lines - 1) / most_lines;
+        plot.series = {{model_.name, {}}};
+        for (std::size_t i = 0; i < milliseconds_.size(); i += every) plot.series[0].points.push_back(milliseconds_[i]);
+        html.svg(svg(plot));
+    }
+}
+
+void TraceOutput::finish(report::RunReport const& run) const
+{
+    if (followed_ != 0) write(follow_file(followed_), follow_csv_);
+    report::HtmlReport html("Map " + run.map.name + " on " + run.machine.name);
+    add_run(html, run);
+    for (auto const& section : sections_) add_section(html, section);
+    if (sections_.size() < frames_)
+        html.paragraph("The first " + thousands(sections_.size()) + " of " + thousands(frames_) +
+                       " frames are shown in full, so that a browser can open this page; the others' files are beside it.");
+    if (followed_ != 0) {
+        html.section("The life of Gaussian " + std::to_string(followed_));
+        html.table({"frame", "anchor tile", "copies", "hops", "copies sent", "refusals"}, lives_);
+        html.table({"seen", "frame", "superstep", "kernel", "tile", "side", ""}, seen_);
+        html.paragraph(
+            (seen_.size() < sights_ ? "The first " + thousands(seen_.size()) + " of " : std::string("All ")) +
+            thousands(sights_) + " lines of " + follow_file(followed_) +
+            ": what is new on a tile after a superstep, and every "
+            "refusal. anchored, copy and leaving: stored on the tile; waiting: in a FIFO; road and beam: sent to the tile, "
+            "from that side; owed: a copy that could not be sent to that side; refused: one that was given up; left: no longer on the tile.");
+    }
+    html.section("Ledger of a tile's SRAM");
+    Rows rows;
+    std::uint64_t sum = 0;
+    for (auto const& region : run.machine.ledger) {
+        rows.push_back({std::string(region.name.text, region.name.size), region.what, thousands(region.bytes),
+                        region.budgeted ? "" : "outside the budget"});
+        sum += region.budgeted ? region.bytes : 0;
+    }
+    rows.push_back({"in the budget", "", thousands(sum),
+                    share(sum, run.machine.sram_bytes) + " of " + thousands(run.machine.sram_bytes)});
+    html.table({"region", "what", "bytes", ""}, rows);
+    html.section("Cost model " + model_.name);
+    rows.clear();
+    for (auto const& p : model_.parameters) rows.push_back({p.name, thousands(p.value), p.unit, p.source});
+    html.table({"parameter", "value", "unit", "source"}, rows);
+    write("report.html", html.str());
+}
+
+} // namespace render_map

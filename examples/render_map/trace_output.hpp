@@ -1,0 +1,69 @@
+#pragma once
+#include "instruments.hpp"
+#include "options.hpp"
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <tilemesh/engine/cost_model.hpp>
+#include <tilemesh/report/html.hpp>
+#include <tilemesh/report/image.hpp>
+#include <tilemesh/report/json.hpp>
+#include <tilemesh/report/table.hpp>
+#include <utility>
+#include <vector>
+
+namespace render_map {
+
+/// A frame's timeline for trace viewers stays below this: the busiest tiles are shown, as many as fit.
+inline constexpr std::size_t most_timeline_bytes = 20'000'000;
+
+/// The report shows so many frames in full, and no more after so many bytes: a browser should open it at once. All frames
+/// are in the other files, and up to `most_lines` of them have a line in its tables.
+inline constexpr std::size_t most_full_frames = 12, most_report_bytes = 32'000'000, most_lines = 1000;
+
+/// What --trace writes: each frame's files when it is rendered, then the report. Every file is whole or not there. Throws
+/// `tilemesh::Error` for a cost model that cannot be read and a file that cannot be written.
+class TraceOutput {
+public:
+    /// Reads the cost model, where one is named. Nothing is written yet.
+    explicit TraceOutput(Options const& options);
+
+    /// The frame that was rendered last. `map` and setup are described in `run`, which may still lack the frame.
+    void add_frame(std::size_t index, tilemesh::report::RunFrame const& frame, tilemesh::report::Image const& picture,
+                   Instruments& instruments);
+
+    /// Writes report.html, and what was seen of the Gaussian that is followed.
+    void finish(tilemesh::report::RunReport const& run) const;
+
+    /// For a terminal: where the cycles of the last frame went, and the followed Gaussian's life.
+    std::string summary() const;
+
+private:
+    /// What the report shows of a frame.
+    struct Section {
+        std::string heading, picture_alt, picture_png;
+        std::vector<std::pair<std::string, std::string>> facts;
+        std::vector<std::pair<std::string, std::string>> maps; ///< what it shows, and a PNG
+        std::string stage_bars, timeline;                      ///< SVG
+        std::vector<std::vector<std::string>> steps;
+        std::size_t bytes() const noexcept;
+    };
+    void write(std::string const& name, std::string const& text) const;
+    std::string timeline(tilemesh::Trace const& trace, tilemesh::Grid grid, std::string& note) const;
+    void add_life(std::size_t index, Life const& life);
+    void add_run(tilemesh::report::HtmlReport& report, tilemesh::report::RunReport const& run) const;
+    static void add_section(tilemesh::report::HtmlReport& report, Section const& section);
+
+    std::filesystem::path folder_;
+    std::uint32_t followed_; ///< 0: none
+    tilemesh::CostModel model_;
+    std::vector<Section> sections_; ///< of the frames that are shown in full
+    std::size_t bytes_ = 0, frames_ = 0, sights_ = 0;
+    std::vector<std::vector<std::string>> lines_, lives_, seen_;
+    std::vector<std::pair<double, double>> milliseconds_; ///< of each frame
+    std::string follow_csv_;
+    std::string cost_text_, life_text_; ///< of the last frame
+};
+
+} // namespace render_map

@@ -1,0 +1,142 @@
+#pragma once
+#include "choice.hpp"
+#include "instruments.hpp"
+#include <memory>
+#include <tilemesh/fit_renderer.hpp>
+#include <utility>
+
+namespace render_map {
+
+/// Setup S on the same machine, which keeps a trace.
+template <class S>
+struct OnTraced : S {
+    using Machine = tilemesh::Traced<typename S::Machine>;
+};
+
+/// The renderer of a setup on a Traced machine, on threads, with instruments.
+template <class S>
+class TracedRendererOf final : public tilemesh::RendererOf<S>, public Instruments {
+    using Base = tilemesh::RendererOf<S>;
+    using Renderer = typename Base::Renderer;
+    using Setup = typename Renderer::Setup;
+    using Steps = typename Renderer::Steps;
+    static constexpr bool holds = Setup::Saturation::holds;
+
+public:
+    TracedRendererOf(tilemesh::scene::Map const& map, tilemesh::RendererOptions const& options) : Base(map, options)
+    {
+        this->renderer().observe([this](tilemesh::SuperstepEvent const& event) { look(event); });
+    }
+
+    tilemesh::RenderedFrame render(tilemesh::splat::Camera const& camera) override
+    {
+        trace_ = {};
+        tiles_.clear();
+        follower_.begin_frame();
+        return Base::render(camera);
+    }
+
+    tilemesh::Trace take_trace() override { return std::move(trace_); }
+    std::vector<TileState> tiles() override { return tiles_; }
+    void follow(tilemesh::splat::GaussianId id) override { followed_ = id; }
+    Life life() override { return follower_.life(); }
+
+private:
+    /// After each superstep. A frame may take a second run of the program, whose supersteps follow those of the first.
+    void look(tilemesh::SuperstepEvent const& event)
+    {
+        auto& mesh = this->renderer().mesh();
+        auto const& trace = mesh.trace();
+        if (trace_.kernels.empty()) trace_.kernels = trace.kernels;
+        trace_.supersteps.push_back(trace.supersteps.back());
+        if (event.step == Steps::composite) look_at_tiles();
+        if (followed_ != tilemesh::splat::GaussianId::none) look_for_followed(event);
+    }
+
+    /// What is held is that of the last run, what was refused that of all.
+    void look_at_tiles()
+    {
+        namespace splat = tilemesh::splat;
+        auto const& mesh = std::as_const(this->renderer().mesh());
+        tiles_.resize(mesh.grid().size());
+        for (std::uint32_t t = 0; t < mesh.grid().size(); ++t) {
+            auto const tile = mesh.grid().tile(t);
+            auto const& counts = mesh.template state<splat::Counts>(tile);
+            auto& to = tiles_[t];
+            to.records = to.copies = 0;
+            to.pairs = 0;
+            for (auto const& mark : mesh.template state<splat::Marks<Setup>>(tile)) {
+                ++to.records;
+                to.copies += mark.is(splat::Mark::copy) ? 1u : 0u;
+            }
+            auto const& work = mesh.template state<splat::Work>(tile);
+            for (auto const blocks : work.blocks)
+                to.pairs += std::uint64_t{blocks} * splat::detail::block_width * splat::detail::block_height;
+            to.channel_full += counts.channel_full;
+            to.no_credit += counts.no_credit;
+            to.storage_full += counts.storage_full;
+            to.copies_full += counts.copies_full;
+            to.copies_refused += counts.copies_refused;
+        }
+    }
+
+    void look_for_followed(tilemesh::SuperstepEvent const& event)
+    {
+        namespace splat = tilemesh::splat;
+        using tilemesh::Direction;
+        auto& mesh = this->renderer().mesh();
+        auto const& frame = mesh.template broadcast<typename Setup::Parameters>();
+        bool const routes = event.step == Steps::route,
+                   blooms = event.step == Steps::bloom_first || event.step == Steps::bloom;
+        std::vector<Follower::Fact> facts;
+        auto const record_id = [](auto const& message) { return Setup::Addressing::record(message).id; };
+        for (std::uint32_t t = 0; t < mesh.grid().size(); ++t) {
+            auto const tile = mesh.grid().tile(t);
+            auto const add = [&](Seen what, std::optional<Direction> side = {}, bool refusal = false) {
+                facts.push_back({tile, what, side, refusal});
+            };
+            auto const marks = std::as_const(mesh).template state<splat::Marks<Setup>>(tile);
+            auto const slot = splat::find(marks, followed_);
+            if (slot != splat::no_slot) {
+                auto const mark = marks[slot];
+                // Route tries each superstep to send what leaves.
+                if (mark.is(splat::Mark::copy)) add(Seen::copy);
+                else if (mark.is(splat::Mark::leaving)) add(Seen::leaving, {}, routes);
+                else add(Seen::anchored);
+                std::uint32_t owed = 0; // Bloom tries each superstep too
+                if (blooms && mark.is(splat::Mark::owes)) {
+                    auto const& entry = std::as_const(mesh).template state<splat::Splats<Setup>>(tile)[slot];
+                    auto const reach = splat::reach(tilemesh::Here{tile, mesh.grid()}, frame, entry);
+                    owed = reach.sides & splat::child_sides(reach.anchor, tile) & ~mark.bits;
+                }
+                for (Direction d : tilemesh::news) {
+                    if (mark.is(splat::Mark::refused(d))) add(Seen::refused, d);
+                    if ((owed & splat::Mark::shared(d)) != 0) add(Seen::owed, d, true);
+                }
+            }
+            if constexpr (holds) {
+                for (auto const& m : std::as_const(mesh).template state<splat::Waiting<Setup, 0>>(tile))
+                    if (record_id(m) == followed_) add(Seen::waiting, Setup::Routing::first_leg[0], routes);
+                for (auto const& m : std::as_const(mesh).template state<splat::Waiting<Setup, 1>>(tile))
+                    if (record_id(m) == followed_) add(Seen::waiting, Setup::Routing::first_leg[1], routes);
+            }
+            // Road and beam may lie in one memory: only what this superstep sent is looked at.
+            for (Direction d : tilemesh::news) {
+                if (routes)
+                    for (auto const& m : mesh.template incoming<splat::Road<Setup>>(tile, d))
+                        if (record_id(m) == followed_) add(Seen::road, d);
+                if (blooms)
+                    for (auto const& m : mesh.template incoming<splat::Beam<Setup>>(tile, d))
+                        if (m.id == followed_) add(Seen::beam, d);
+            }
+        }
+        follower_.superstep(trace_.supersteps.size() - 1, event.kernel, std::move(facts));
+    }
+
+    tilemesh::Trace trace_;
+    std::vector<TileState> tiles_;
+    tilemesh::splat::GaussianId followed_ = tilemesh::splat::GaussianId::none;
+    Follower follower_;
+};
+
+} // namespace render_map

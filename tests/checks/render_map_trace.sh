@@ -1,0 +1,269 @@
+#!/bin/sh
+# What render_map writes with --trace and --follow: every file that it promises, numbers that agree with each other and with the
+# run's report, a report that a browser shows without a network, one line and status 2 for what cannot be traced.
+# Usage: sh render_map_trace.sh PATH_TO_render_map
+# shellcheck source=render_map_common.sh
+. "$(dirname "$0")/render_map_common.sh"
+
+small="--size 160x90 --grid 20x18 --quiet"
+walk="$small --orbit 5 --frames 2"
+maps="load copies channel_fill refusals drops busy_cycles idle_cycles pairs"
+
+# sum FILE COLUMN: of a CSV without quotes, by the column's name.
+sum() {
+    awk -F, -v name="$2" 'NR == 1 { for (i = 1; i <= NF; ++i) if ($i == name) c = i; next }
+        { s += $c } END { if (!c) print "no column " name; else printf "%.0f\n", s }' "$1"
+}
+# counter FILE KEY FRAME: the number of "KEY": in the run's report, of the frame from 0.
+counter() { grep -oE "\"$2\": [0-9]+" "$1" | sed -n "$(($3 + 1))s/.*: //p"; }
+# equal WHAT A B
+equal() { [ "$2" = "$3" ] || fail "$1: $2 is not $3"; }
+# has_trace FOLDER FRAMES: all that is promised, not empty, and nothing else but what is followed.
+has_trace() {
+    for file in report.html model.txt; do [ -s "$1/$file" ] || fail "$1/$file is missing"; done
+    for frame in $2; do
+        for end in tiles.csv supersteps.csv heat.csv trace.json; do [ -s "$1/frame_$frame.$end" ] || fail "$1/frame_$frame.$end is missing"; done
+        for map in $maps; do [ -s "$1/frame_$frame.heat_$map.png" ] || fail "$1/frame_$frame.heat_$map.png is missing"; done
+        [ "$(wc -c <"$1/frame_$frame.trace.json")" -lt 20000000 ] || fail "frame_$frame.trace.json is 20 MB or more"
+        is_json "$1/frame_$frame.trace.json"
+    done
+    # shellcheck disable=SC2086
+    equal "files in $1" "$(find "$1" -type f | grep -vc follow_)" $((2 + 12 * $(echo $2 | wc -w)))
+    has_whole_pictures "$1"
+    has_no_parts "$1"
+    # No script, nothing that is fetched: the only address is that of data in the page.
+    for what in '://' '<script' 'href="' '@import' 'srcset="'; do
+        if grep -a -q -F -e "$what" "$1/report.html"; then fail "$what is in $1/report.html"; fi
+    done
+    equal "sources of pictures in $1" "$(grep -a -o 'src="[^"]\{0,22\}' "$1/report.html" | sort -u)" 'src="data:image/png;base64,'
+    has "$1/report.html" "default-src 'none'"
+    equal "the end of $1/report.html" "$(tail -c 8 "$1/report.html")" "</html>"
+}
+# agrees FOLDER FRAME REPORT NUMBER: the sums over tiles are the run's counters.
+agrees() {
+    heat=$1/frame_$2.heat.csv
+    tiles=$1/frame_$2.tiles.csv
+    equal "copies of $heat" "$(sum "$heat" copies)" "$(counter "$3" copies "$4")"
+    equal "refusals of $heat" "$(sum "$heat" refusals)" \
+        $(($(counter "$3" channel_full "$4") + $(counter "$3" no_credit "$4")))
+    equal "drops of $heat" "$(sum "$heat" drops)" \
+        $(($(counter "$3" storage_full "$4") + $(counter "$3" copies_full "$4") + $(counter "$3" copies_refused "$4")))
+    equal "pairs of $heat" "$(sum "$heat" pairs)" "$(counter "$3" pairs "$4")"
+    [ "$(sum "$tiles" pair)" -ge "$(sum "$heat" pairs)" ] || fail "the slowest workers of $tiles did less than all did"
+    equal "busy cycles of $heat" "$(sum "$heat" busy_cycles)" "$(sum "$tiles" compute_cycles)"
+    equal "tile runs of $tiles" "$(sum "$1/frame_$2.supersteps.csv" tiles_run)" $(($(wc -l <"$tiles") - 1))
+    equal "busy and idle cycles of $heat" $(($(sum "$heat" busy_cycles) + $(sum "$heat" idle_cycles))) \
+        $(($(sum "$1/frame_$2.supersteps.csv" compute_cycles) * ($(wc -l <"$heat") - 1)))
+    [ "$(sum "$heat" load)" -gt 0 ] || fail "$heat has no load"
+}
+
+runs --help
+for option in --trace --cost-model --follow; do has stdout "^  $option "; done
+
+# --- all files, and their numbers --------------------------------------------------------------
+# shellcheck disable=SC2086
+runs $walk --fit off --out plain --float
+# shellcheck disable=SC2086
+runs $walk --out pictures --float --trace trace --follow 17 --report report.json
+same plain/frame_0000.pfm pictures/frame_0000.pfm
+same plain/frame_0001.pfm pictures/frame_0001.pfm
+has_trace trace "0000 0001"
+agrees trace 0000 report.json 0
+agrees trace 0001 report.json 1
+equal "records of both frames" "$(sum trace/frame_0000.heat.csv load)" \
+    $(($(counter report.json visible 0) + $(counter report.json parked 0) + $(counter report.json copies 0)))
+for heading in "<h1>Map built_in on " "<h2>Frames</h2>" "<h2>Frame 0: built_in orbit" "<h2>Frame 1: built_in orbit" \
+    "<h3>Maps of the grid</h3>" "Where the cycles go, by step" "Supersteps over time" "<h2>The life of Gaussian 17</h2>" \
+    "<h2>Ledger of a tile" "<h2>Cost model mk2</h2>"; do
+    has trace/report.html "$heading"
+done
+
+# The same bytes for any number of threads.
+# shellcheck disable=SC2086
+runs $walk --out pictures --trace again --follow 17 --threads 3
+for file in trace/*; do same "$file" "again/${file#trace/}"; done
+
+# Into one folder with the pictures, and what a terminal says.
+run --size 160x90 --grid 20x18 --out one --trace one/. --follow 17 >stdout 2>stderr || fail "status $?: $(cat stderr)"
+has stdout "^modelled by mk2 (capacity exchange), busy [0-9.]* % of all tile time:"
+has stdout "^Gaussian 17 in frame 0: on tile ([0-9]*, [0-9]*), [0-9]* cop[a-z]*, [0-9]* hops*, [0-9]* refusals*"
+has stdout "^wrote one/frame_0000.png"
+has stdout "report.html, and the trace beside it"
+[ -s one/frame_0000.png ] || fail "the picture is missing beside the trace"
+
+# --- another cost model ------------------------------------------------------------------------
+# shellcheck disable=SC2086
+runs $small --out pictures --trace first
+# shellcheck disable=SC2086
+runs $small --out pictures --trace second --cost-model first/model.txt
+for file in first/*; do same "$file" "second/${file#first/}"; done
+sed 's/^\(exchange_cost *\)capacity/\1live    /; s/^model .*/model of "mine" <b>/' first/model.txt >mine.txt
+# shellcheck disable=SC2086
+runs $small --out pictures --trace second --cost-model mine.txt
+same first/frame_0000.heat.csv second/frame_0000.heat.csv
+[ "$(sum second/frame_0000.supersteps.csv exchange_cycles)" -lt "$(sum first/frame_0000.supersteps.csv exchange_cycles)" ] ||
+    fail "live bytes cost no less than capacity"
+has second/report.html "Cost model of &quot;mine&quot; &lt;b&gt;"
+same mine.txt second/model.txt
+
+# --- the life of one Gaussian ------------------------------------------------------------------
+# A map of one Gaussian, framed whole: it ends in the middle of the picture, on the middle tile of five by five.
+{
+    printf 'ply\nformat ascii 1.0\nelement vertex 1\n'
+    for property in x y z nx ny nz f_dc_0 f_dc_1 f_dc_2 opacity scale_0 scale_1 scale_2 rot_0 rot_1 rot_2 rot_3; do
+        echo "property float $property"
+    done
+    printf 'end_header\n0 0 0 0 0 0 1 1 1 5 -1 -1 -1 1 0 0 0\n'
+} >one.ply
+run one.ply --size 50x50 --grid 5x5 --out pictures --trace middle --follow 1 --report one.json >stdout 2>stderr || fail "$(cat stderr)"
+has stdout "^Gaussian 1 in frame 0: on tile (2, 2)"
+copies=$(counter one.json copies 0)
+[ "$copies" -gt 0 ] || fail "one Gaussian that fills the picture has no copies"
+has stdout "on tile (2, 2), $copies copies, 4 hops, 0 refusals" # loaded onto tile (0, 0)
+has middle/follow_1.csv '^frame,superstep,kernel,tile_x,tile_y,what,side,refusal$'
+has middle/follow_1.csv '^0,0,project,0,0,leaving,,0$'
+has middle/follow_1.csv '^0,1,route,1,0,road,west,0$'
+has middle/follow_1.csv '^0,[0-9]*,route,2,2,road,north,0$'
+has middle/follow_1.csv '^0,[0-9]*,route,2,2,anchored,,0$'
+equal "tiles that got a copy" "$(grep -c ',copy,,0$' middle/follow_1.csv)" "$copies"
+equal "the fifth column and the third row of the load" "$(sed -n 14p middle/frame_0000.heat.csv | cut -d, -f1-4)" 2,2,1,0
+equal "tiles with a copy" "$(awk -F, '$4 == 1' middle/frame_0000.heat.csv | wc -l)" "$copies"
+
+# One slot a channel: what is followed is refused, as often as the machine refuses anything.
+{
+    sed 's/vertex 1/vertex 40/; /^0 0 0/d' one.ply
+    for _ in 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21 22 23 24 25 26 27 28 29 30 31 32 33 34 35 36 37 38 39 40; do
+        echo '0 0 0 0 0 0 1 1 1 5 -4 -4 -4 1 0 0 0'
+    done
+} >forty.ply
+all=0
+for id in 1 2 39 40; do
+    run forty.ply --size 50x50 --grid 5x5 --out pictures --channel-slots 1 --trace narrow --follow $id --report narrow.json >stdout 2>stderr ||
+        fail "$(cat stderr)"
+    has stdout "^Gaussian $id in frame 0: on tile (2, 2)"
+    equal "refusals of $id" "$(grep -c ',1$' narrow/follow_$id.csv)" "$(sed -n 's/^Gaussian .* \([0-9]*\) refusals*$/\1/p' stdout)"
+    all=$((all + $(grep -c ',1$' narrow/follow_$id.csv)))
+done
+[ $all -gt 0 ] || fail "nobody waits for a channel of one slot"
+agrees narrow 0000 narrow.json 0
+[ "$(sum narrow/frame_0000.heat.csv refusals)" -ge $all ] || fail "four of forty were refused more often than all"
+equal "the fullest channel in percent" "$(awk -F, 'NR > 1 && $5 > most { most = $5 } END { print most }' narrow/frame_0000.heat.csv)" 100
+
+# Thousands of supersteps: fewer of the busiest tiles are in the timeline, so that it stays below 20 MB.
+run --size 80x45 --grid 10x9 --channel-slots 1 --quiet --out pictures --trace long || fail "status $?"
+has_trace long 0000
+has long/report.html "timeline of the machine and its 32 busiest tiles"
+[ "$(wc -l <long/frame_0000.supersteps.csv)" -gt 2000 ] || fail "a channel of one slot was fast"
+
+# Tiles that are too small: the host recalls copies, and the frame takes a second run, which is in the trace too.
+# shellcheck disable=SC2086
+runs $walk --storage-slots 240 --out pictures --trace crowded --report crowded.json
+agrees crowded 0000 crowded.json 0
+agrees crowded 0001 crowded.json 1
+equal "runs of the first frame" "$(grep -c ',project,' crowded/frame_0000.supersteps.csv)" 2
+[ "$(sum crowded/frame_0000.heat.csv drops)" -gt 0 ] || fail "tiles of 240 slots had room for all"
+
+# --- other presets -----------------------------------------------------------------------------
+if own_policies; then
+    skip "this build has a trace with preset lossless alone"
+    # shellcheck disable=SC2086
+    refuses "^--trace and --preset paper are both given .*; leave out --preset" $small --trace refused --preset paper
+else
+    for preset in paper prototype; do
+        # shellcheck disable=SC2086
+        runs $small --out plain --float --preset $preset --channel-slots 10
+        # shellcheck disable=SC2086
+        runs $small --out pictures --float --preset $preset --channel-slots 10 --trace $preset --follow 17 --report $preset.json
+        same plain/frame_0000.pfm pictures/frame_0000.pfm
+        has_trace $preset 0000
+        agrees $preset 0000 $preset.json 0
+    done
+    [ "$(sum prototype/frame_0000.heat.csv drops)" -gt 0 ] || fail "channels of ten slots dropped nothing"
+fi
+
+# --- what is refused ---------------------------------------------------------------------------
+for option in --trace --cost-model --follow; do refuses "^$option has no value" $option; done
+for value in 0 -1 x 4294967296; do refuses "whole number" --trace refused --follow "$value"; done
+refuses "empty" --trace ""
+refuses "^--cost-model is given without --trace" --cost-model first/model.txt
+refuses "^--follow is given without --trace" --follow 1
+policies="--saturation drop|--copies screen|--pixels rgbx8"
+if own_policies; then policies=; fi
+echo "--engine sequential|--machine test|--depth|--alpha|$policies" | tr '|' '\n' >together
+while read -r options; do
+    [ -n "$options" ] || continue
+    # shellcheck disable=SC2086
+    refuses "^--trace and $options are both given .*; leave out ${options%% *}" $small --trace refused $options
+done <together
+# shellcheck disable=SC2086
+{
+    refuses "^--follow cannot be 99999999 (map built_in has " $small --trace refused --follow 99999999
+    refuses "cannot read the cost model absent.txt (No such file" $small --trace refused --cost-model absent.txt
+    refuses "cannot read the cost model first (" $small --trace refused --cost-model first
+    refuses "^one.ply line 1 begins no cost model" $small --trace refused --cost-model one.ply
+    cp -r first reused
+    refuses "cannot write the trace to reused (it would overwrite model.txt" $small --trace reused --cost-model reused/model.txt
+    same first/model.txt reused/model.txt
+    refuses "the trace of this run has a file of that name" $small --out pictures --trace first --report first/report.html
+    refuses "the trace of this run has a file of that name" $small --out pictures --trace first --report first/frame_0000.heat.csv
+    : >file
+    refuses "cannot write to file (.*); name a writable directory with --trace" $small --out pictures --trace file
+    refuses "cannot write to file/below (.*); name a writable directory with --trace" $small --out pictures --trace file/below
+}
+{
+    printf 'ply\nformat ascii 1.0\nelement vertex 1\n'
+    for property in x y z nx ny nz f_dc_0 f_dc_1 f_dc_2 $(seq -f 'f_rest_%g' 0 8) opacity scale_0 scale_1 scale_2 rot_0 rot_1 rot_2 rot_3; do
+        echo "property float $property"
+    done
+    printf 'end_header\n0 0 0 0 0 0 1 1 1 1 1 1 1 1 1 1 1 1 5 -1 -1 -1 1 0 0 0\n'
+} >shaded.ply
+# shellcheck disable=SC2086
+refuses "^--trace with a map of view-dependent colour, degree 1 (.*); add --sh-degree 0" shaded.ply $small --trace refused
+[ ! -e refused ] || fail "a folder for a trace that was refused"
+# shellcheck disable=SC2086
+runs shaded.ply $small --out pictures --trace flat --sh-degree 0
+has_trace flat 0000
+
+# What ends a run in the middle does not take the frames before, nor does an interrupt.
+mkdir -p stopped/frame_0001.heat.csv/in_the_way
+# shellcheck disable=SC2086
+refuses "cannot write stopped/frame_0001.heat.csv" $small --out pictures --orbit 1 --frames 3 --trace stopped
+has stopped/report.html "stopped after frame 1 of 3"
+has stopped/report.html "<h2>Frame 0: built_in orbit"
+has_no_parts stopped
+if env --default-signal=INT true 2>/dev/null; then # a background job of a script ignores SIGINT
+    # shellcheck disable=SC2086
+    env --default-signal=INT "$program" $small --out pictures --orbit 0.01 --frames 3000 --trace cut </dev/null >stdout 2>stderr &
+    pid=$!
+    tries=0
+    until [ -s cut/frame_0001.heat.csv ] || [ $tries -eq 600 ]; do
+        sleep 0.1
+        tries=$((tries + 1))
+    done
+    kill -s INT $pid
+    wait $pid
+    equal "the status after an interrupt" $? 130
+    has cut/report.html "interrupted after frame [0-9]* of 3000"
+    equal "the end of a report after an interrupt" "$(tail -c 8 cut/report.html)" "</html>"
+    has_no_parts cut
+else
+    skip "env cannot give SIGINT back"
+fi
+
+# --- a browser ---------------------------------------------------------------------------------
+browser=
+for name in chromium chromium-browser google-chrome headless_shell; do
+    if [ -z "$browser" ] && command -v $name >/dev/null; then browser=$name; fi
+done
+if [ -z "$browser" ]; then
+    skip "no browser"
+else
+    timeout 120 "$browser" --headless --no-sandbox --disable-gpu --user-data-dir="$work/profile" --enable-logging=stderr \
+        --dump-dom "file://$work/trace/report.html" >dom 2>log </dev/null || fail "status $? of $browser: $(tail -n 3 log)"
+    for heading in "<h1>Map built_in on " "<h2>Frame 1: built_in orbit" "<h2>The life of Gaussian 17</h2>" "<h2>Cost model mk2</h2>" "</svg>"; do
+        has dom "$heading"
+    done
+    if grep CONSOLE log; then fail "$browser has something to say about report.html"; fi
+fi
+
+finish
