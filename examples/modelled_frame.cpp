@@ -15,19 +15,10 @@ try {
     auto const model = mk2();
     for (auto const& camera : scene::orbit(scene::built_in_camera({1280, 720}), scene::robust_centre(map), 0.5, 2)) {
         renderer.render(camera);
-        auto const& trace = renderer.mesh().trace();
+        auto const& trace = renderer.trace();
         auto const cost = model_cost(model, trace, renderer.mesh().grid());
-        std::vector<SuperstepCost> steps(trace.kernels.size());
-        for (auto const& s : cost.supersteps) {
-            steps[s.step].compute += s.compute;
-            steps[s.step].exchange += s.exchange;
-            steps[s.step].sync += s.sync + s.vote;
-        }
-        report::Table table{{"step", "compute", "exchange", "sync and vote", "modelled ms"}};
-        for (std::size_t i = 0; i < steps.size(); ++i)
-            table.add_row({trace.kernels[i], report::thousands(steps[i].compute), report::thousands(steps[i].exchange),
-                           report::thousands(steps[i].sync), std::to_string(milliseconds(model, steps[i].total()))});
-        std::cout << table << "frame: " << milliseconds(model, cost.cycles) << " ms modelled, " << cost.supersteps.size() << " supersteps\n\n";
+        std::cout << cost_table(model, trace, cost) << "frame: " << milliseconds_text(model, cost.cycles) << " ms modelled, "
+                  << cost.supersteps.size() << " supersteps\n\n";
     }
 } catch (Error const& error) {
     std::cerr << error.what() << '\n';

@@ -11,13 +11,6 @@ namespace {
 
 using tilemesh::report::thousands;
 
-std::string fixed(double value, int decimals)
-{
-    if (std::isinf(value)) return "inf";
-    std::array<char, 64> text{};
-    auto const end = std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::fixed, decimals);
-    return {text.data(), end.ptr};
-}
 std::string percent(double share)
 {
     if (share == 0) return "nothing";
@@ -59,6 +52,37 @@ Row const* telling(std::vector<Row> const& rows)
 }
 
 } // namespace
+
+std::string fixed(double value, int decimals)
+{
+    if (std::isinf(value)) return "inf";
+    std::array<char, 64> text{};
+    auto const end = std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::fixed, decimals);
+    return {text.data(), end.ptr};
+}
+std::string milliseconds(std::uint64_t cycles, int decimals)
+{
+    return fixed(tilemesh::milliseconds(cost_model(), cycles), decimals);
+}
+
+std::vector<bool> pareto_front(std::vector<Row> const& rows)
+{
+    std::vector<bool> out;
+    for (auto const& r : rows)
+        out.push_back(std::none_of(rows.begin(), rows.end(), [&](Row const& other) {
+            auto const mine = r.cycles_most(), its = other.cycles_most();
+            return other.worst.psnr_db >= r.worst.psnr_db && its <= mine && (other.worst.psnr_db > r.worst.psnr_db || its < mine);
+        }));
+    return out;
+}
+std::vector<Row> by_time(std::vector<Row> const& rows, std::string const& scene, std::string const& motion)
+{
+    auto out = select(rows, scene, motion, Saturation::hold);
+    auto const dropped = select(rows, scene, motion, Saturation::drop);
+    out.insert(out.end(), dropped.begin(), dropped.end());
+    std::stable_sort(out.begin(), out.end(), [](Row const& a, Row const& b) { return a.cycles_most() < b.cycles_most(); });
+    return out;
+}
 
 std::vector<Row> select(std::vector<Row> const& rows, std::string const& scene, std::string const& motion, Saturation saturation)
 {
@@ -189,23 +213,39 @@ std::vector<std::string> latency_sentences(std::vector<LatencyRow> const& rows)
     return out;
 }
 
+namespace {
+void add_row(std::string& out, Row const& r, bool on_front)
+{
+    out += r.scene + "," + r.motion + "," + std::to_string(r.capacity) + "," + std::to_string(r.storage) + "," +
+           to_string(r.saturation) + "," + fixed(r.worst.psnr_db, 3) + "," + std::to_string(r.supersteps_most) + "," +
+           milliseconds(r.cycles_most(), 4) + "," + std::to_string(r.held) + "," + std::to_string(r.dropped) + "," +
+           std::to_string(r.peak_channel) + "," +
+           std::to_string(r.peak_storage) + "," + fixed(r.psnr_last_db, 3) + "," + fixed(r.worst.max_levels, 3) + "," +
+           fixed(r.worst.ssim, 6) + "," + fixed(r.worst.share_over_one_level, 6) + "," + std::to_string(r.frames) + "," +
+           fixed(static_cast<double>(r.supersteps) / r.frames, 1);
+    for (auto const n : {r.hops, r.messages, r.moved, r.unplaced, r.not_loaded, r.lost_copies, r.late, r.refused_channel,
+                         r.refused_storage, r.wanted, r.missing, r.missing_first, r.wanted_dense, r.missing_dense})
+        out += "," + std::to_string(n);
+    out += r.ran ? ",1," : ",0,";
+    out += milliseconds(r.cycles_mean(), 4) + "," + milliseconds(r.exchange_mean(), 4) + (on_front ? ",1\n" : ",0\n");
+}
+} // namespace
+
 std::string csv(std::vector<Row> const& rows)
 {
     std::string out =
         "scene,motion,capacity,storage,saturation,psnr_db,supersteps,modelled_ms,held,dropped,peak_channel,peak_storage,"
         "psnr_last_db,max_levels,ssim,share_over_one_level,frames,supersteps_mean,hops,messages,moved,unplaced,not_loaded,lost_copies,"
-        "late,refused_channel,refused_storage,wanted,missing,missing_first,wanted_dense,missing_dense,ran\n";
-    for (auto const& r : rows) {
-        out += r.scene + "," + r.motion + "," + std::to_string(r.capacity) + "," + std::to_string(r.storage) + "," +
-               to_string(r.saturation) + "," + fixed(r.worst.psnr_db, 3) + "," + std::to_string(r.supersteps_most) + ",," +
-               std::to_string(r.held) + "," + std::to_string(r.dropped) + "," + std::to_string(r.peak_channel) + "," +
-               std::to_string(r.peak_storage) + "," + fixed(r.psnr_last_db, 3) + "," + fixed(r.worst.max_levels, 3) + "," +
-               fixed(r.worst.ssim, 6) + "," + fixed(r.worst.share_over_one_level, 6) + "," + std::to_string(r.frames) + "," +
-               fixed(static_cast<double>(r.supersteps) / r.frames, 1);
-        for (auto const n : {r.hops, r.messages, r.moved, r.unplaced, r.not_loaded, r.lost_copies, r.late, r.refused_channel,
-                             r.refused_storage, r.wanted, r.missing, r.missing_first, r.wanted_dense, r.missing_dense})
-            out += "," + std::to_string(n);
-        out += r.ran ? ",1\n" : ",0\n";
+        "late,refused_channel,refused_storage,wanted,missing,missing_first,wanted_dense,missing_dense,ran,modelled_ms_mean,"
+        "modelled_exchange_ms_mean,pareto\n";
+    for (std::size_t begin = 0; begin < rows.size();) { // a motion of a scene after the other
+        auto const& first = rows[begin];
+        auto end = begin;
+        while (end < rows.size() && rows[end].scene == first.scene && rows[end].motion == first.motion) ++end;
+        std::vector<Row> const one(rows.begin() + static_cast<std::ptrdiff_t>(begin), rows.begin() + static_cast<std::ptrdiff_t>(end));
+        auto const front = pareto_front(one);
+        for (std::size_t i = 0; i < one.size(); ++i) add_row(out, one[i], front[i]);
+        begin = end;
     }
     return out;
 }

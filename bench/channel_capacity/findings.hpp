@@ -25,6 +25,16 @@ struct Knee {
 std::vector<Row> select(std::vector<Row> const& rows, std::string const& scene, std::string const& motion, Saturation saturation);
 Knee knee_of(std::vector<Row> const& of_one_motion);
 
+/// Which of a scene's rows of one motion are on the Pareto front: no other split, of either policy, has a worst frame of higher PSNR that
+/// is not slower, or a faster one that is not worse (modelled time of the slowest frame).
+std::vector<bool> pareto_front(std::vector<Row> const& of_one_motion);
+/// The rows of one scene and motion, both policies, by modelled time.
+std::vector<Row> by_time(std::vector<Row> const& rows, std::string const& scene, std::string const& motion);
+/// Modelled, with `decimals`.
+std::string milliseconds(std::uint64_t cycles, int decimals);
+/// "inf" where the pictures are equal.
+std::string fixed(double value, int decimals);
+
 /// Sentences with the knees of a scene, one a policy.
 std::vector<std::string> knee_sentences(std::vector<Row> const& rows, std::string const& scene);
 /// Sentences about what the paper found: where losses lie, and that continuous motion loses far less than a teleport.

@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <memory>
+#include <tilemesh/engine/trace.hpp>
 #include <tilemesh/report/frame_report.hpp>
 #include <tilemesh/report/image.hpp>
 #include <tilemesh/scene/map.hpp>
@@ -50,6 +51,8 @@ public:
     virtual void limit_hops(std::uint32_t hops) = 0;
     virtual std::vector<Stored> stored() = 0;
     virtual splat::Model model() const = 0;
+    /// Of the last frame.
+    virtual tilemesh::Trace const& trace() const = 0;
 };
 
 std::unique_ptr<Machine> make_hold(scene::Map const&, Machine::Options);

@@ -46,6 +46,7 @@ public:
         return out;
     }
     splat::Model model() const override { return renderer_.model(); }
+    tilemesh::Trace const& trace() const override { return renderer_.trace(); }
 
 private:
     bool prepared() const noexcept { return renderer_.tiling().columns != 0; }

@@ -1,5 +1,5 @@
-// What a channel slot is worth: PSNR, supersteps and losses against the split of a tile's SRAM between channels and storage; and how late
-// Gaussians are when the hops a frame are bounded.
+// What a channel slot is worth: PSNR, supersteps, losses and modelled time against the split of a tile's SRAM between channels and
+// storage; and how late Gaussians are when the hops a frame are bounded.
 #include "findings.hpp"
 #include "latency.hpp"
 #include "options.hpp"
@@ -180,6 +180,21 @@ int run(Options const& options)
                                              : std::to_string(at->missing * 1000 / std::max<std::uint64_t>(at->wanted, 1)) + " in 1,000"});
             }
         std::cout << "\n" << name << ": " << tilemesh::report::thousands(scene.map.gaussians.size()) << " Gaussians\n" << table;
+        tilemesh::report::Table best{
+            {"Pareto front of", "policy", "slots a channel", "storage", "PSNR, dB", "modelled ms", "of it exchange"}};
+        for (auto const* motion : motion_names) {
+            auto const all = by_time(rows, name, motion);
+            auto const front = pareto_front(all);
+            for (std::size_t i = 0; i < all.size(); ++i) {
+                auto const& r = all[i];
+                auto const cycles = std::max<std::uint64_t>(r.cycles_mean(), 1);
+                if (front[i])
+                    best.add_row({motion, to_string(r.saturation), std::to_string(r.capacity), tilemesh::report::thousands(r.storage),
+                                  fixed(r.worst.psnr_db, 1), milliseconds(r.cycles_most(), 2),
+                                  std::to_string((100 * r.exchange_mean() + cycles / 2) / cycles) + " %"});
+            }
+        }
+        std::cout << best;
         for (auto const& sentence : knee_sentences(rows, name)) std::cout << sentence << "\n";
         for (auto const& sentence : paper_sentences(rows, name)) std::cout << sentence << "\n";
     }

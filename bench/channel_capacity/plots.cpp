@@ -1,5 +1,6 @@
 #include "plots.hpp"
 #include "findings.hpp"
+#include <limits>
 #include <string>
 #include <tilemesh/report/plot.hpp>
 
@@ -8,6 +9,7 @@ namespace channel_capacity {
 namespace {
 
 using tilemesh::report::Plot;
+using tilemesh::report::PlotLine;
 using tilemesh::report::PlotScale;
 using tilemesh::report::PlotSeries;
 
@@ -29,6 +31,44 @@ PlotSeries series_of(std::vector<Row> const& rows, std::string const& name, std:
     PlotSeries series{.name = name, .points = {}, .colour = colour};
     for (auto const& r : rows) series.points.emplace_back(r.capacity, value(r));
     return series;
+}
+
+double modelled_ms(Row const& r)
+{
+    return tilemesh::milliseconds(cost_model(), r.cycles_most());
+}
+/// The fronts of the drawn motions; of the first one that was measured the other splits too, as dots that nothing joins.
+Plot pareto_plot(std::vector<Row> const& rows, std::string const& scene)
+{
+    Plot plot;
+    plot.title = scene + ": picture against modelled time, one SRAM budget";
+    plot.x = {.label = "modelled ms of the slowest frame (Mk2)", .scale = PlotScale::logarithmic};
+    plot.y = {.label = "PSNR of the worst frame (dB)"};
+    plot.infinity = "equal";
+    for (auto const& d : drawn) {
+        auto const all = by_time(rows, scene, d.motion);
+        if (all.empty()) continue;
+        auto const front = pareto_front(all);
+        bool const first = plot.series.empty();
+        PlotSeries best{.name = std::string(d.name) + ": front", .points = {}, .line = PlotLine::step, .colour = d.colour};
+        for (std::size_t i = 0; i < all.size(); ++i)
+            if (front[i]) best.points.emplace_back(modelled_ms(all[i]), all[i].worst.psnr_db);
+        plot.series.push_back(best);
+        if (!first) continue;
+        for (auto const saturation : {Saturation::hold, Saturation::drop}) {
+            PlotSeries others{.name = std::string(d.name) + ": other, " + to_string(saturation),
+                              .points = {},
+                              .colour = saturation == Saturation::hold ? 0u : 7u};
+            for (std::size_t i = 0; i < all.size(); ++i) {
+                if (front[i] || all[i].saturation != saturation) continue;
+                auto const x = modelled_ms(all[i]);
+                others.points.emplace_back(x, all[i].worst.psnr_db);
+                others.points.emplace_back(x, std::numeric_limits<double>::quiet_NaN()); // a gap
+            }
+            if (!others.points.empty()) plot.series.push_back(others);
+        }
+    }
+    return plot;
 }
 
 } // namespace
@@ -58,6 +98,7 @@ void write_plots(std::filesystem::path const& folder, std::vector<Row> const& ro
             psnr.series.back().dashed = true;
         }
         if (psnr.series.empty()) continue;
+        tilemesh::report::write_svg(folder / (std::string(scene) + "_pareto.svg"), pareto_plot(rows, scene));
         tilemesh::report::write_svg(folder / (std::string(scene) + "_psnr.svg"), psnr);
         tilemesh::report::write_svg(folder / (std::string(scene) + "_supersteps.svg"), steps);
     }
@@ -72,7 +113,7 @@ void write_plots(std::filesystem::path const& folder, std::vector<Row> const& ro
         if (plot.series.empty() || plot.series.back().name != name)
             plot.series.push_back({.name = name,
                                    .points = {},
-                                   .line = tilemesh::report::PlotLine::step,
+                                   .line = PlotLine::step,
                                    .colour = static_cast<std::uint32_t>(plot.series.size()) + 2});
         plot.series.back().points.emplace_back(r.distance, r.late_median);
     }

@@ -6,7 +6,8 @@
 
 namespace channel_capacity {
 
-/// SCENE_psnr.svg and SCENE_supersteps.svg for each scene of `rows`, latency.svg where there are latency rows. The folder exists.
+/// SCENE_psnr.svg, SCENE_supersteps.svg and SCENE_pareto.svg for each scene of `rows`, latency.svg where there are latency rows. The
+/// folder exists.
 void write_plots(std::filesystem::path const& folder, std::vector<Row> const& rows, std::vector<LatencyRow> const& latency);
 
 } // namespace channel_capacity

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <tilemesh/machine/operations.hpp>
 #include <tilemesh/machine/tile.hpp>
 #include <tilemesh/splat/frame_program.hpp>
 #include <tilemesh/splat/setup.hpp>
@@ -82,7 +83,7 @@ static_assert(splat::Road<Held>::static_capacity == 200 && splat::Beam<Held>::st
 /// whole sweep. Nothing is known to fill its channels: what a cold start of 250,000 records puts into one is under 8,192.
 template <class S>
 struct Sweep : S {
-    using Machine = tilemesh::TestMachine<64u << 20>;
+    using Machine = tilemesh::Traced<tilemesh::TestMachine<64u << 20>>;
     static constexpr std::uint32_t most_slots = 8192;
     static constexpr std::uint32_t storage_slots = Budget<S>::storage_slots(1);
     static constexpr std::uint32_t road_bytes = most_slots * sizeof(typename splat::Road<S>::value_type);

@@ -154,6 +154,7 @@ public:
             }
             Row const row = run_one(saturation, all[i], s);
             if (check && !(row.supersteps == free->supersteps && row.messages == free->messages && row.peak_channel == free->peak_channel &&
+                           row.modelled == free->modelled &&
                            row.peak_storage == free->peak_storage && row.complete()))
                 complain(row, "differs from that of " + std::to_string(free->capacity) + " slots, although no limit binds in either");
             rows.push_back(row);
@@ -214,6 +215,9 @@ private:
                 continue;
             }
             ++row.frames;
+            std::string wrong;
+            row.modelled.push_back(modelled(machine->trace(), c, r.supersteps.total(), wrong));
+            if (!wrong.empty()) complain(row, wrong);
             row.supersteps += r.supersteps.total();
             row.supersteps_most = std::max(row.supersteps_most, r.supersteps.total());
             row.hops += r.hops;
@@ -284,6 +288,25 @@ private:
 };
 
 } // namespace
+
+std::uint64_t Row::cycles_most() const
+{
+    std::uint64_t most = 0;
+    for (auto const& m : modelled) most = std::max(most, m.cycles(capacity));
+    return most;
+}
+std::uint64_t Row::cycles_mean() const
+{
+    std::uint64_t sum = 0;
+    for (auto const& m : modelled) sum += m.cycles(capacity);
+    return (sum + frames / 2) / std::max(frames, 1u);
+}
+std::uint64_t Row::exchange_mean() const
+{
+    std::uint64_t sum = 0;
+    for (auto const& m : modelled) sum += m.exchange(capacity);
+    return (sum + frames / 2) / std::max(frames, 1u);
+}
 
 std::uint32_t storage_left(Saturation saturation, std::uint32_t capacity)
 {

@@ -1,5 +1,6 @@
 #pragma once
 #include "machine.hpp"
+#include "modelled.hpp"
 #include <common/scenes.hpp>
 #include <string>
 #include <tilemesh/report/error_measures.hpp>
@@ -34,7 +35,11 @@ struct Row {
     std::uint32_t peak_channel = 0, peak_storage = 0;
     std::uint32_t storage_needed = 0; ///< the peak of all frames, the first too
     bool ran = true;                  ///< false: no limit binds, so it is the row of a smaller capacity
+    std::vector<Modelled> modelled;   ///< of each measured frame
 
+    std::uint64_t cycles_most() const; ///< modelled, of the slowest frame
+    std::uint64_t cycles_mean() const; ///< of a frame, rounded
+    std::uint64_t exchange_mean() const;
     bool complete() const noexcept { return missing == 0 && missing_first == 0; }
     double missing_share() const noexcept { return wanted == 0 ? 0 : static_cast<double>(missing) / static_cast<double>(wanted); }
 };

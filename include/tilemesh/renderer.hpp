@@ -7,6 +7,7 @@
 #include <string>
 #include <tilemesh/engine/checked_mesh.hpp>
 #include <tilemesh/engine/mesh.hpp>
+#include <tilemesh/engine/trace.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/report/frame_report.hpp>
 #include <tilemesh/report/image.hpp>
@@ -125,6 +126,14 @@ public:
     MeshType& mesh() noexcept { return *mesh_; }
     splat::Tiling const& tiling() const noexcept { return tiling_; }
 
+    /// What the last frame did, superstep by superstep; on a Traced machine only. Where copies were recalled the program ran twice,
+    /// and both runs are in it, one after the other (the mesh's own trace has the second alone); what the host did between is not.
+    Trace const& trace() const noexcept
+    {
+        static_assert(traced, "a renderer without a trace (its machine is not Traced); let the setup's Machine be Traced<Machine>");
+        return ran_twice_ ? trace_ : mesh_->trace();
+    }
+
     /// Builds the mesh for frames of this size and loads the map, unless it stands already.
     void prepare(std::uint32_t width, std::uint32_t height)
     {
@@ -198,12 +207,19 @@ public:
             frame = told;
         auto const prepared_ms = since(start);
 
+        ran_twice_ = false;
         auto report = account(mesh_->run(), camera);
         report.host_ms.project += prepared_ms;
-        if (recall_orphans()) {
+        ran_twice_ = recall_orphans();
+        if (ran_twice_) {
             // The frame again without them: nothing moves, but it is sorted and composited anew.
+            if constexpr (traced) trace_ = mesh_->trace();
             frame.view_changed = frame.anew = 0;
             auto const again = account(mesh_->run(), camera);
+            if constexpr (traced) {
+                auto const& second = mesh_->trace().supersteps;
+                trace_.supersteps.insert(trace_.supersteps.end(), second.begin(), second.end());
+            }
             report.copies = again.copies;
             report.pairs = again.pairs;
             report.pairs_contributing = again.pairs_contributing;
@@ -222,6 +238,7 @@ public:
     }
 
 private:
+    static constexpr bool traced = tilemesh::detail::is_traced<Machine>;
     using Clock = std::chrono::steady_clock;
     static double since(Clock::time_point begin)
     {
@@ -248,7 +265,7 @@ private:
         occupy(tiling_.columns, tiling_.rows);
         last_.reset();
         gone_.clear();
-        full_ = refused_ = cut_ = false;
+        full_ = refused_ = cut_ = ran_twice_ = false;
         if constexpr (S::routes) load_all(grid); // otherwise each view places the records
     }
     void load_all(Grid grid)
@@ -576,6 +593,8 @@ private:
     bool full_ = false;                              ///< copies are missing that found no storage: nobody sends them again by itself
     bool refused_ = false;                           ///< copies are missing that met a full channel: owed again in a new view
     bool cut_ = false;                               ///< a bound may have left records under way
+    bool ran_twice_ = false;                         ///< the last frame: copies were recalled
+    [[no_unique_address]] std::conditional_t<traced, Trace, engine::detail::NoTrace> trace_; ///< of both runs, where it did
 };
 
 /// The default: `lossless` on Mk2, on host threads, by reference.

@@ -1,6 +1,6 @@
 // usage: instructions PART
 // One small fixed frame of the built-in map on one thread, for callgrind: what `measured_frame` executes is counted. Exit status 1
-// when the frame is not what it should be, so that no count is of a broken one.
+// when the frame is not what it should be, so that no count is of a broken one. With -DTRACED the machine keeps a trace.
 #include <common/direct.hpp>
 #include <cstdint>
 #include <cstdio>
@@ -14,9 +14,18 @@ namespace {
 namespace scene = tilemesh::scene;
 namespace splat = tilemesh::splat;
 
+#ifdef TRACED
+struct Watched : splat::Lossless {
+    using Machine = tilemesh::Traced<tilemesh::Mk2>;
+};
+using Renderer = tilemesh::BasicRenderer<splat::Referenced<Watched>>;
+#else
+using Renderer = tilemesh::Renderer;
+#endif
+
 bench::Team team(1);
 bench::Direct* direct = nullptr;
-tilemesh::Renderer* mesh = nullptr;
+Renderer* mesh = nullptr;
 splat::Camera camera;
 splat::Model model;
 tilemesh::RenderedFrame frame;
@@ -50,7 +59,7 @@ int main(int argc, char** argv)
     auto const turned = scene::orbit(start, scene::robust_centre(map), 2.0, 2).back();
 
     bench::Direct rasteriser(map.gaussians);
-    tilemesh::Renderer renderer(map, {.tile = {32, 20}});
+    Renderer renderer(map, {.tile = {32, 20}});
     renderer.model().arithmetic = model.arithmetic;
     renderer.prepare(start.width, start.height);
     camera = start;

@@ -4,7 +4,8 @@
 #   1. the smallest frame's projection kernel has at most 3 % more instructions than leave_out/by_hand.cpp, which knows no feature
 #      (a compiler that inlines the projection into either may spill another register);
 #   2. what a setup of one colour a record compiles to is the same to the byte where one with harmonics and planes stands beside it;
-#   3. no symbol of a feature is in the kernels of a setup without it, not even before the optimiser has looked.
+#   3. no symbol of a feature is in the kernels of a setup without it, not even before the optimiser has looked, and none of a trace in
+#      the engines of a machine that keeps none (instructions.sh has the rest: the same bytes without what only a trace calls).
 # Objects go to FOLDER. Prints the sizes of what it compared.
 set -eu
 export LC_ALL=C
@@ -109,6 +110,22 @@ compile names kernels_of -O0 -DSETUP=everything
 for word in $(echo "$routing|$bloom|$harmonics|$planes" | tr '|' ' '); do
     if ! grep -q "$word" "$folder/names.txt"; then
         echo "no symbol of everything has $word: this check looks for a name that is none"
+        failed=1
+    fi
+done
+trace='::operations\(|TileSample|SuperstepSample|tilemesh::Trace([^A-Za-z]|$)'
+compile names mesh_of -O0 -DMACHINE=Mk2
+"$nm" -C "$folder/names.o" >"$folder/names.txt"
+if grep -E "$trace" "$folder/names.txt"; then
+    echo "a machine without a trace: a symbol of one"
+    failed=1
+fi
+printf '%-16s engines on Mk2: %s symbols, none has %s\n' -O0 "$(wc -l <"$folder/names.txt" | tr -d ' ')" "$trace"
+compile names mesh_of -O0 '-DMACHINE=Traced<Mk2>'
+"$nm" -C "$folder/names.o" >"$folder/names.txt"
+for word in '::operations\(' TileSample SuperstepSample 'tilemesh::Trace([^A-Za-z]|$)'; do
+    if ! grep -qE "$word" "$folder/names.txt"; then
+        echo "no symbol of a machine with a trace has $word: this check looks for a name that is none"
         failed=1
     fi
 done

@@ -1,0 +1,85 @@
+#include "views.hpp"
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <glm/geometric.hpp>
+
+namespace paper {
+
+Ball ball_of(scene::Map const& map)
+{
+    if (map.gaussians.empty()) return {};
+    glm::dvec3 low{1e300}, high{-1e300};
+    for (auto const& g : map.gaussians)
+        for (int axis = 0; axis < 3; ++axis) {
+            low[axis] = std::min(low[axis], double{g.mean_world[axis]});
+            high[axis] = std::max(high[axis], double{g.mean_world[axis]});
+        }
+    return {0.5 * (low + high), 0.5 * glm::length(high - low)};
+}
+
+scene::Intrinsics authors_lens()
+{
+    double const focal = 360.0 / std::tan(30.0 * 3.14159265358979323846 / 180.0);
+    return {focal, focal, 640.0, 360.0, 0.2f, 1280, 720};
+}
+
+splat::Camera authors_camera(Ball const& ball, double radii)
+{
+    auto const eye = ball.centre + glm::dvec3(0.0, 0.0, radii * ball.radius);
+    return scene::make_camera(scene::look_at(eye, ball.centre, {0.0, -1.0, 0.0}), authors_lens());
+}
+
+splat::Tiling tiling_of(splat::Camera const& camera)
+{
+    return splat::make_tiling(camera.width, camera.height, (camera.width + grid_columns - 1) / grid_columns,
+                              (camera.height + grid_rows - 1) / grid_rows);
+}
+
+std::uint32_t hops_between(std::uint32_t tile, std::uint32_t other)
+{
+    auto const along = [](std::uint32_t a, std::uint32_t b) { return a > b ? a - b : b - a; };
+    return along(tile % grid_columns, other % grid_columns) + along(tile / grid_columns, other / grid_columns);
+}
+
+Touched touched_by(splat::Splat const& s, splat::Tiling const& tiling)
+{
+    auto const r = s.rect();
+    return {r.x0 / tiling.tile_width, (r.x1 - 1) / tiling.tile_width, r.y0 / tiling.tile_height,
+            (r.y1 - 1) / tiling.tile_height};
+}
+
+report::Image heat_map(std::vector<std::uint32_t> const& of_tiles, std::uint32_t most)
+{
+    constexpr std::uint32_t side = 8;
+    constexpr float colours[5][3] = {{0, 0, 0}, {0.1f, 0.15f, 0.7f}, {0.85f, 0.1f, 0.2f}, {1, 0.85f, 0.1f}, {1, 1, 1}};
+    report::Image image(grid_columns * side, grid_rows * side);
+    for (std::uint32_t y = 0; y < image.height; ++y)
+        for (std::uint32_t x = 0; x < image.width; ++x) {
+            auto const value = of_tiles[y / side * grid_columns + x / side];
+            float const at = 4.0f * std::min(1.0f, static_cast<float>(value) / static_cast<float>(std::max(most, 1u)));
+            auto const below = std::min(static_cast<std::uint32_t>(at), 3u);
+            float const share = at - static_cast<float>(below);
+            for (std::uint32_t c = 0; c < 3; ++c)
+                image.pixel(x, y)[c] = colours[below][c] + share * (colours[below + 1][c] - colours[below][c]);
+        }
+    return image;
+}
+
+report::Image side_by_side(std::vector<report::Image> const& images)
+{
+    constexpr std::uint32_t gap = 8;
+    std::uint32_t width = 0, height = 0;
+    for (auto const& i : images) width += i.width + (width == 0 ? 0 : gap), height = std::max(height, i.height);
+    report::Image all(width, height);
+    std::fill(all.rgb.begin(), all.rgb.end(), 1.0f);
+    std::uint32_t left = 0;
+    for (auto const& i : images) {
+        for (std::uint32_t y = 0; y < i.height; ++y)
+            std::memcpy(all.pixel(left, y), i.pixel(0, y), std::size_t{3} * i.width * sizeof(float));
+        left += i.width + gap;
+    }
+    return all;
+}
+
+} // namespace paper

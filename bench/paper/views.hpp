@@ -1,0 +1,46 @@
+#pragma once
+#include "machines.hpp"
+#include <array>
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <string>
+#include <tilemesh/scene/pose.hpp>
+#include <tilemesh/splat/projection.hpp>
+#include <vector>
+
+namespace paper {
+
+/// The sphere about the box of all means, outliers too: what the authors' experiments place their cameras by.
+struct Ball {
+    glm::dvec3 centre{0.0};
+    double radius = 0;
+};
+Ball ball_of(scene::Map const&);
+
+/// The authors' camera for experiments without a recorded path (their public code): it looks from +z at the centre of the
+/// ball, from so many radii, with the world's y up and a vertical field of view of 60 degrees, so that from 2 radii the ball
+/// just fits.
+scene::Intrinsics authors_lens();
+splat::Camera authors_camera(Ball const&, double radii);
+
+/// The tiling of a frame on the paper's grid.
+splat::Tiling tiling_of(splat::Camera const&);
+inline std::uint32_t index_of(tilemesh::TileId t) noexcept
+{
+    return t.y() * grid_columns + t.x();
+}
+/// Hops from a tile to another: along the column and along the row.
+std::uint32_t hops_between(std::uint32_t tile, std::uint32_t other);
+
+/// The first and last tile that a visible splat touches, along x and y.
+struct Touched {
+    std::uint32_t x0, x1, y0, y1;
+};
+Touched touched_by(splat::Splat const&, splat::Tiling const&);
+
+/// A picture of one number a tile, 8 pixels a side: black is 0, then blue, red, yellow, and white is `most` and above.
+report::Image heat_map(std::vector<std::uint32_t> const& of_tiles, std::uint32_t most);
+/// Pictures of the same height side by side, with a white gap.
+report::Image side_by_side(std::vector<report::Image> const&);
+
+} // namespace paper
