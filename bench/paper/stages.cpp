@@ -6,9 +6,10 @@
 #include <common/scenes.hpp>
 #include <cstdio>
 #include <filesystem>
+#include <sstream>
 #include <string>
 #include <tilemesh/engine/prototype_parameters.hpp>
-#include <tilemesh/report/table.hpp>
+#include <tilemesh/report/whole_file.hpp>
 #include <vector>
 
 namespace paper {
@@ -218,6 +219,12 @@ void stages(Context const& context, Rows& rows)
     // Two orbits of 720 frames, as the paper averages; quick: what the first sixth of one does.
     PrototypePlan const plan{context.quick ? 120u : 1440u, 20, context.threads};
     auto const model = tilemesh::mk2_prototype();
+    if (!context.out.empty())
+        for (auto const& set : {tilemesh::mk2(), model}) {
+            std::ostringstream text;
+            tilemesh::write_cost_model(text, set);
+            tilemesh::report::write_whole(context.out / (set.name + ".txt"), text.str());
+        }
     auto const salad = run_prototype("salad", context.data, plan, model);
     compare_parameters(fit(paper_salad, salad), model, !context.quick, rows);
     compare(paper_salad, salad, true, rows);

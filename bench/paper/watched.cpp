@@ -29,8 +29,7 @@ public:
     ModelledFrame render(splat::Camera const& camera) override
     {
         renderer_.render_into(camera, frame_);
-        auto const& mesh = renderer_.mesh();
-        auto const cost = tilemesh::model_cost(model_, mesh.trace(), mesh.grid());
+        auto const cost = tilemesh::model_cost(model_, renderer_.trace(), renderer_.mesh().grid());
         return {frame_.report, tilemesh::milliseconds(model_, cost.cycles)};
     }
 

@@ -219,6 +219,8 @@ constexpr Option options[] = {
      }},
     {"--cost-model", "FILE", "what a trace is put through, a text as DIR/model.txt [mk2]",
      [](Options& o, auto name, auto text) { o.cost_model = file(name, text); }},
+    {"--energy", "FILE", "joules of a trace: what each event takes, and where that is from (see below)",
+     [](Options& o, auto name, auto text) { o.energy = file(name, text); }},
     {"--follow", "ID", "the life of one Gaussian (1 + its row): DIR/follow_ID.csv",
      [](Options& o, auto name, auto text) { o.follow = whole_number(name, text, 0xffffffffu); }},
     {"--explain", "", "what was left out for this map and these cameras, and why",
@@ -260,6 +262,7 @@ void check_together(Options const& o, std::vector<std::string_view> const& given
                     "one of them out");
 
     needs("--cost-model", "--trace", "cycles are modelled from a trace");
+    needs("--energy", "--trace", "energy is counted from a trace");
     needs("--follow", "--trace", "what is followed is written beside a trace");
 
     // Planes, and machines that keep a trace, are compiled for each preset's own policies, on host threads.
@@ -439,6 +442,8 @@ std::string help_text()
                   "  Maps are 3DGS PLY files. Cameras: tilemesh's own JSON (cameras[] with world_to_camera), the\n"
                   "  cameras.json of 3DGS training, or COLMAP's cameras.txt and images.txt (one of them, or their\n"
                   "  folder). Trajectories: TUM, a line a pose, timestamp tx ty tz qx qy qz qw, camera to world.\n"
+                  "  Energy models: `energy NAME`, then a line an event, `EVENT VALUE fJ SOURCE`; no event has a value\n"
+                  "  of its own, and include/tilemesh/engine/energy.hpp lists them.\n"
                   "\n"
                   "Conventions\n"
                   "  World units are the map's. Cameras as in OpenCV: x right, y down, z forward; the centre of\n"
@@ -448,9 +453,9 @@ std::string help_text()
                   "What is written\n"
                   "  DIR/frame_0000.png, frame_0001.png, ... and what else was asked for. With --trace, in its DIR, a\n"
                   "  report.html that a browser shows without a network, model.txt, and for each frame .tiles.csv and\n"
-                  "  .supersteps.csv, .heat.csv and .heat_*.png, .trace.json (ui.perfetto.dev). A file has its name\n"
-                  "  only when it is whole. Ctrl-C finishes the frame in work, writes the report of the frames that\n"
-                  "  are done, and ends; a second one ends at once.\n"
+                  "  .supersteps.csv, .heat.csv and .heat_*.png, .trace.json (ui.perfetto.dev), and with --energy\n"
+                  "  .energy.csv. A file has its name only when it is whole. Ctrl-C finishes the frame in work, writes\n"
+                  "  the report of the frames that are done, and ends; a second one ends at once.\n"
                   "\n"
                   "Exit status\n"
                   "  0; 2 with one line on standard error when something is wrong: what, why, and what to do;\n"

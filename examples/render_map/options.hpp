@@ -29,6 +29,7 @@ struct Options {
     std::optional<std::filesystem::path> report;
     std::optional<std::filesystem::path> trace;       ///< the folder; with it `choice.trace`
     std::optional<std::filesystem::path> cost_model;  ///< empty: mk2()
+    std::optional<std::filesystem::path> energy;      ///< an energy model; empty: no joules
     std::optional<std::uint32_t> follow;              ///< the id of a Gaussian
     std::uint32_t sh_degree = 3;                      ///< at most
     bool explain = false;

@@ -42,7 +42,7 @@ bool is_of_trace(fs::path const& file, fs::path const& folder, std::optional<std
     if (name == "report.html" || name == "model.txt" || (followed && name == follow_file(*followed))) return true;
     auto const ends = [&](std::string_view end) { return name.ends_with(end); };
     return name.starts_with("frame_") && (ends(".tiles.csv") || ends(".supersteps.csv") || ends(".heat.csv") ||
-                                          ends(".trace.json") || (ends(".png") && name.find(".heat_") != std::string::npos));
+                                          ends(".energy.csv") || ends(".trace.json") || (ends(".png") && name.find(".heat_") != std::string::npos));
 }
 
 /// Those of the files that the run reads.
@@ -50,7 +50,7 @@ std::vector<fs::path> files_read(Options const& options)
 {
     std::vector<fs::path> files;
     if (!options.map.empty()) files.push_back(options.map);
-    for (auto const* file : {&options.cameras, &options.trajectory, &options.cost_model})
+    for (auto const* file : {&options.cameras, &options.trajectory, &options.cost_model, &options.energy})
         if (*file) files.push_back(**file);
     return files;
 }

@@ -10,6 +10,7 @@
 #include <sstream>
 #include <system_error>
 #include <tilemesh/cost_table.hpp>
+#include <tilemesh/engine/any_to_any.hpp>
 #include <tilemesh/engine/cost_parameters.hpp>
 #include <tilemesh/engine/trace_files.hpp>
 #include <tilemesh/error.hpp>
@@ -32,16 +33,19 @@ constexpr std::uint32_t map_px = 480;
 /// Bars of a timeline, at most: fewer than the pixels they share.
 constexpr double timeline_bars = 400;
 
-tilemesh::CostModel load_model(std::filesystem::path const& file)
+/// What `read` makes of a file.
+template <class Model>
+Model load_model(std::filesystem::path const& file, Model (*read)(std::istream&, std::string const&), char const* what,
+                 char const* remedy)
 {
     std::error_code refused;
     errno = 0;
     std::ifstream in(file, std::ios::binary);
     if (!in || std::filesystem::is_directory(file, refused))
-        throw tilemesh::Error("cannot read the cost model " + file.string() + " (" +
+        throw tilemesh::Error("cannot read the " + std::string(what) + " " + file.string() + " (" +
                               (errno != 0 ? std::generic_category().message(errno) : std::string("it is a directory")) +
-                              "); name a file as --trace writes it (model.txt)");
-    return tilemesh::read_cost_model(in, file.string());
+                              "); " + remedy);
+    return read(in, file.string());
 }
 
 /// What a map of the grid shows.
@@ -134,9 +138,32 @@ std::string heat_csv(std::vector<HeatMap> const& maps, tilemesh::Grid grid)
     return text;
 }
 
+std::string share(double part, double whole)
+{
+    return decimals(whole == 0 ? 0 : 100 * part / whole, 1) + " %";
+}
 std::string share(std::uint64_t part, std::uint64_t whole)
 {
-    return decimals(whole == 0 ? 0 : 100 * static_cast<double>(part) / static_cast<double>(whole), 1) + " %";
+    return share(static_cast<double>(part), static_cast<double>(whole));
+}
+/// Six digits are enough to compare; the CSV file has all.
+std::string joules_text(double joules)
+{
+    std::array<char, 32> text{};
+    auto const end = std::to_chars(text.data(), text.data() + text.size(), joules, std::chars_format::general, 6);
+    return {text.data(), end.ptr};
+}
+/// One line a tile, with all digits.
+std::string energy_csv(tilemesh::Energy const& energy, tilemesh::Grid grid)
+{
+    std::string text = "tile_x,tile_y,joules\n";
+    std::array<char, 32> digits{}; // of the shortest text that reads back as the same double, 24 at most
+    for (std::uint32_t t = 0; t < grid.size(); ++t) {
+        auto const end = std::to_chars(digits.data(), digits.data() + digits.size(), energy.joules_of_tile[t]);
+        text += std::to_string(grid.tile(t).x()) + "," + std::to_string(grid.tile(t).y()) + ",";
+        text.append(digits.data(), end.ptr) += '\n';
+    }
+    return text;
 }
 
 std::vector<report::BarPart> const phases = {{"compute", 4}, {"exchange", 1}, {"sync", 3}, {"vote", 6}};
@@ -211,8 +238,13 @@ std::string plural(std::uint64_t n, char const* what)
 
 TraceOutput::TraceOutput(Options const& options)
     : folder_(options.trace.value()), followed_(options.follow.value_or(0)),
-      model_(options.cost_model ? load_model(*options.cost_model) : tilemesh::mk2())
+      model_(options.cost_model ? load_model(*options.cost_model, tilemesh::read_cost_model, "cost model",
+                                             "name a file as --trace writes it (model.txt)")
+                                : tilemesh::mk2())
 {
+    if (options.energy)
+        energy_model_ = load_model(*options.energy, tilemesh::read_energy_model, "energy model",
+                                   "name a file of a line \"energy NAME\" and a line \"EVENT FEMTOJOULES fJ SOURCE\" an event");
     if (followed_ != 0) follow_csv_ = "frame,superstep,kernel,tile_x,tile_y,what,side,refusal\n";
 }
 
@@ -252,6 +284,8 @@ void TraceOutput::add_frame(std::size_t index, report::RunFrame const& frame, re
     tilemesh::Grid const grid{frame.grid[0], frame.grid[1]};
     auto const trace = instruments.take_trace();
     auto const cost = model_cost(model_, trace, grid);
+    std::optional<tilemesh::Energy> energy; // before a file is written: the energy of an event may not be set
+    if (energy_model_) energy = energy_of(*energy_model_, model_, trace, grid);
     auto const& r = frame.report;
     if (index == 0) {
         std::ostringstream text;
@@ -273,24 +307,33 @@ void TraceOutput::add_frame(std::size_t index, report::RunFrame const& frame, re
     auto const cell = std::clamp(map_px / std::max(grid.width, grid.height), 1u, 16u);
     Section section;
     std::uint64_t busy = 0;
-    for (auto const& map : maps) {
+    auto const add_map = [&](HeatMap const& map, std::string (*shown)(double)) {
         auto const most = report::finite_range(map.values).most;
         auto png = png_bytes(report::heat_image(map.values, grid.width, grid.height, {0, most}, cell));
         write(frame_file(index, std::string(".heat_") + map.name + ".png"), png);
-        auto caption = std::string(map.title) + ": " + map.what + ". 0 to " + number(most) + " a tile";
-        if (map.in_total) caption += ", " + number(total(map.values)) + " in all";
+        auto caption = std::string(map.title) + ": " + map.what + ". 0 to " + shown(most) + " a tile";
+        if (map.in_total) caption += ", " + shown(total(map.values)) + " in all";
         section.maps.emplace_back(caption + ".", std::move(png));
+    };
+    for (auto const& map : maps) {
+        add_map(map, number);
         if (map.name == std::string("busy_cycles")) busy = static_cast<std::uint64_t>(total(map.values));
+    }
+    if (energy) {
+        write(frame_file(index, ".energy.csv"), energy_csv(*energy, grid));
+        add_map({"energy", "Energy", "joules of all that is counted", true, energy->joules_of_tile}, joules_text);
     }
 
     auto const ms = milliseconds_text(model_, cost.cycles);
     auto const lost = thousands(r.lost.size());
     auto const utilisation = share(busy, cost.cycles * grid.size());
     milliseconds_.emplace_back(static_cast<double>(index), tilemesh::milliseconds(model_, cost.cycles));
-    if (lines_.size() < most_lines)
+    if (lines_.size() < most_lines) {
         lines_.push_back({std::to_string(index) + ": " + r.camera, thousands(cost.supersteps.size()),
                           thousands(cost.cycles), ms, utilisation, thousands(r.gaussians.moved), thousands(r.copies), lost,
                           thousands(r.messages), thousands(r.peak_storage), thousands(r.peak_channel)});
+        if (energy) lines_.back().push_back(joules_text(energy->joules));
+    }
     ++frames_;
     auto const steps = step_costs(trace, cost);
     std::ostringstream table;
@@ -298,6 +341,9 @@ void TraceOutput::add_frame(std::size_t index, report::RunFrame const& frame, re
     cost_text_ = "modelled by " + one_line(model_.name, 60) + " (" +
                  (model_.exchange_cost == tilemesh::ExchangeCost::capacity ? "capacity" : "live") + " exchange), busy " +
                  utilisation + " of all tile time:\n" + table.str();
+    if (energy)
+        cost_text_ += "energy by " + one_line(energy_model_->name, 60) + " in frame " + std::to_string(index) + ": " +
+                      joules_text(energy->joules) + " J\n";
     if (followed_ != 0) add_life(index, instruments.life());
 
     if (sections_.size() == most_full_frames || bytes_ > most_report_bytes) return;
@@ -329,6 +375,24 @@ void TraceOutput::add_frame(std::size_t index, report::RunFrame const& frame, re
                                  milliseconds_text(model_, s.total()), share(s.total(), cost.cycles)});
     };
     for (auto const& s : steps) add_step(s.kernel, s);
+    auto const ideal = any_to_any(model_, trace, grid);
+    for (auto const& s : ideal.steps)
+        section.ideal.push_back({s.kernel, thousands(s.news_cycles), thousands(s.bound_cycles),
+                                 thousands(s.replaced ? s.supersteps : 0)});
+    section.ideal.push_back({"all", thousands(ideal.news_cycles), thousands(ideal.bound_cycles),
+                             thousands(ideal.supersteps_replaced)});
+    if (energy) {
+        section.facts.emplace_back("energy", joules_text(energy->joules) + " J");
+        for (std::uint32_t e = 0; e < tilemesh::energy_events; ++e)
+            if (energy->events[e] != 0) // then it is set
+                section.energy_kinds.push_back({tilemesh::energy_event_name(e), thousands(energy->events[e]),
+                                                thousands(energy_model_->events[e]->value),
+                                                joules_text(energy->joules_of_kind[e]),
+                                                share(energy->joules_of_kind[e], energy->joules)});
+        for (std::size_t s = 0; s < steps.size(); ++s)
+            section.energy_steps.push_back({steps[s].kernel, joules_text(energy->joules_of_step[s]),
+                                            share(energy->joules_of_step[s], energy->joules)});
+    }
     bytes_ += section.bytes();
     sections_.push_back(std::move(section));
 }
@@ -368,6 +432,17 @@ void TraceOutput::add_section(report::HtmlReport& html, Section const& section)
     html.svg(section.stage_bars);
     html.table({"step", "supersteps", "compute", "exchange", "sync", "vote", "cycles", "ms", "share"}, section.steps);
     html.svg(section.timeline);
+    html.subsection("Ideal routing");
+    html.table({"step", "cycles hop by hop", "bound", "supersteps replaced"}, section.ideal);
+    html.paragraph("Exchange, sync and vote of each step, hop by hop as modelled above, and if every message went from any tile "
+                   "straight to where it stays, in one exchange. This is a bound and no machine: nobody asks where a record "
+                   "is, and the busiest receiver never waits. Steps of one kernel that follow each other are one line; compute "
+                   "is in neither column.");
+    if (!section.energy_kinds.empty()) {
+        html.subsection("Energy");
+        html.table({"event", "count", "fJ each", "joules", "share"}, section.energy_kinds);
+        html.table({"step", "joules", "share"}, section.energy_steps);
+    }
     html.subsection("Maps of the grid");
     html.picture(png_bytes(report::heat_legend(256, 12)), "colours from dark blue over green to yellow",
                  "From 0 (left) to the most that a tile has (right).");
@@ -388,6 +463,7 @@ void TraceOutput::add_run(report::HtmlReport& html, report::RunReport const& run
                                     (run.policies.hops == 0 ? "until quiet" : std::to_string(run.policies.hops))},
                    {"cost model", model_.name + ", " + thousands(model_.clock_khz) + " kHz (model.txt)"},
                    {"frames", thousands(frames_)}};
+    if (energy_model_) facts.emplace_back("energy model", energy_model_->name);
     for (auto const* notes : {&run.map.notes, &run.notes})
         for (auto const& note : *notes) facts.emplace_back("note", note);
     html.key_values(facts);
@@ -396,9 +472,10 @@ void TraceOutput::add_run(report::HtmlReport& html, report::RunReport const& run
         "slowest tile's compute, then the exchange, a sync, and a vote where the step runs until quiet. What was measured "
         "on the host is in none of them.");
     html.section("Frames");
-    html.table({"frame", "supersteps", "cycles", "ms", "tiles busy", "moved", "copies", "missing", "messages",
-                "most on a tile", "most in a channel"},
-               lines_);
+    std::vector<std::string> headers = {"frame",   "supersteps", "cycles",   "ms",             "tiles busy",       "moved",
+                                        "copies", "missing",    "messages", "most on a tile", "most in a channel"};
+    if (energy_model_) headers.emplace_back("joules");
+    html.table(headers, lines_);
     if (lines_.size() < frames_)
         html.paragraph("The first " + thousands(lines_.size()) + " of " + thousands(frames_) + " frames.");
     if (frames_ > 1) {
@@ -451,6 +528,16 @@ void TraceOutput::finish(report::RunReport const& run) const
     rows.clear();
     for (auto const& p : model_.parameters) rows.push_back({p.name, thousands(p.value), p.unit, p.source});
     html.table({"parameter", "value", "unit", "source"}, rows);
+    if (energy_model_) {
+        html.section("Energy model " + energy_model_->name);
+        rows.clear();
+        for (auto const& p : energy_model_->events)
+            if (p) rows.push_back({p->name, thousands(p->value), p->unit, p->source});
+        html.table({"event", "value", "unit", "source"}, rows);
+        html.paragraph("Joules are the counts of the trace and of the cost model's cycles times these numbers. A pair counts as if "
+                       "each worker of a tile had as many as its slowest; the map of pairs has those evaluated. What no event "
+                       "stands for is not in the joules, and what these numbers are worth is for their sources to say.");
+    }
     write("report.html", html.str());
 }
 

@@ -4,8 +4,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <tilemesh/engine/cost_model.hpp>
+#include <tilemesh/engine/energy.hpp>
 #include <tilemesh/report/html.hpp>
 #include <tilemesh/report/image.hpp>
 #include <tilemesh/report/json.hpp>
@@ -23,10 +25,11 @@ inline constexpr std::size_t most_timeline_bytes = 20'000'000;
 inline constexpr std::size_t most_full_frames = 12, most_report_bytes = 32'000'000, most_lines = 1000;
 
 /// What --trace writes: each frame's files when it is rendered, then the report. Every file is whole or not there. Throws
-/// `tilemesh::Error` for a cost model that cannot be read and a file that cannot be written.
+/// `tilemesh::Error` for a model that cannot be read, an event that occurs and has no energy in the one that --energy names, and
+/// a file that cannot be written.
 class TraceOutput {
 public:
-    /// Reads the cost model, where one is named. Nothing is written yet.
+    /// Reads the cost model and the energy model, where they are named. Nothing is written yet.
     explicit TraceOutput(Options const& options);
 
     /// The frame that was rendered last. `map` and setup are described in `run`, which may still lack the frame.
@@ -46,7 +49,7 @@ private:
         std::vector<std::pair<std::string, std::string>> facts;
         std::vector<std::pair<std::string, std::string>> maps; ///< what it shows, and a PNG
         std::string stage_bars, timeline;                      ///< SVG
-        std::vector<std::vector<std::string>> steps;
+        std::vector<std::vector<std::string>> steps, ideal, energy_kinds, energy_steps; ///< those of energy may be empty
         std::size_t bytes() const noexcept;
     };
     void write(std::string const& name, std::string const& text) const;
@@ -58,6 +61,7 @@ private:
     std::filesystem::path folder_;
     std::uint32_t followed_; ///< 0: none
     tilemesh::CostModel model_;
+    std::optional<tilemesh::EnergyModel> energy_model_;
     std::vector<Section> sections_; ///< of the frames that are shown in full
     std::size_t bytes_ = 0, frames_ = 0, sights_ = 0;
     std::vector<std::vector<std::string>> lines_, lives_, seen_;

@@ -1,6 +1,7 @@
 #pragma once
 #include "choice.hpp"
 #include "instruments.hpp"
+#include <cstddef>
 #include <memory>
 #include <tilemesh/fit_renderer.hpp>
 #include <utility>
@@ -30,13 +31,13 @@ public:
 
     tilemesh::RenderedFrame render(tilemesh::splat::Camera const& camera) override
     {
-        trace_ = {};
+        supersteps_ = 0;
         tiles_.clear();
         follower_.begin_frame();
         return Base::render(camera);
     }
 
-    tilemesh::Trace take_trace() override { return std::move(trace_); }
+    tilemesh::Trace take_trace() override { return this->renderer().trace(); }
     std::vector<TileState> tiles() override { return tiles_; }
     void follow(tilemesh::splat::GaussianId id) override { followed_ = id; }
     Life life() override { return follower_.life(); }
@@ -45,10 +46,7 @@ private:
     /// After each superstep. A frame may take a second run of the program, whose supersteps follow those of the first.
     void look(tilemesh::SuperstepEvent const& event)
     {
-        auto& mesh = this->renderer().mesh();
-        auto const& trace = mesh.trace();
-        if (trace_.kernels.empty()) trace_.kernels = trace.kernels;
-        trace_.supersteps.push_back(trace.supersteps.back());
+        ++supersteps_;
         if (event.step == Steps::composite) look_at_tiles();
         if (followed_ != tilemesh::splat::GaussianId::none) look_for_followed(event);
     }
@@ -130,10 +128,10 @@ private:
                         if (m.id == followed_) add(Seen::beam, d);
             }
         }
-        follower_.superstep(trace_.supersteps.size() - 1, event.kernel, std::move(facts));
+        follower_.superstep(supersteps_ - 1, event.kernel, std::move(facts));
     }
 
-    tilemesh::Trace trace_;
+    std::size_t supersteps_ = 0; ///< of the frame
     std::vector<TileState> tiles_;
     tilemesh::splat::GaussianId followed_ = tilemesh::splat::GaussianId::none;
     Follower follower_;

@@ -129,8 +129,8 @@ public:
     /// What the last frame did, superstep by superstep; on a Traced machine only. Where copies were recalled the program ran twice,
     /// and both runs are in it, one after the other (the mesh's own trace has the second alone); what the host did between is not.
     Trace const& trace() const noexcept
+        requires(tilemesh::detail::is_traced<Machine>)
     {
-        static_assert(traced, "a renderer without a trace (its machine is not Traced); let the setup's Machine be Traced<Machine>");
         return ran_twice_ ? trace_ : mesh_->trace();
     }
 

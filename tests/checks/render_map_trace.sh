@@ -58,7 +58,7 @@ agrees() {
 }
 
 runs --help
-for option in --trace --cost-model --follow; do has stdout "^  $option "; done
+for option in --trace --cost-model --energy --follow; do has stdout "^  $option "; done
 
 # --- all files, and their numbers --------------------------------------------------------------
 # shellcheck disable=SC2086
@@ -105,6 +105,49 @@ same first/frame_0000.heat.csv second/frame_0000.heat.csv
     fail "live bytes cost no less than capacity"
 has second/report.html "Cost model of &quot;mine&quot; &lt;b&gt;"
 same mine.txt second/model.txt
+
+# --- ideal routing -----------------------------------------------------------------------------
+# cells NUMBER: of the table rows under Ideal routing of frame 0 of the run before, that cell; the last row is the sum.
+cells() { awk -F '</?td>' -v c="$1" '/<h3>/ { on = /<h3>Ideal routing</ } on && NF > 1 { print $(2 * c) }' second/report.html | tr -d ,; }
+costs=$(($(sum second/frame_0000.supersteps.csv exchange_cycles) + $(sum second/frame_0000.supersteps.csv sync_cycles) +
+    $(sum second/frame_0000.supersteps.csv vote_cycles)))
+equal "cycles hop by hop" "$(cells 2 | tail -n 1)" $costs
+for column in 2 3 4; do equal "column $column of ideal routing" "$(cells $column | sed '$d' | awk '{ s += $1 } END { print s }')" "$(cells $column | tail -n 1)"; done
+[ "$(cells 3 | tail -n 1)" -lt $costs ] || fail "no way is shorter than hop by hop with live exchange"
+has second/report.html "This is a bound and no machine"
+
+# --- energy ------------------------------------------------------------------------------------
+# A price for all that occurs with live exchange, and none for capacity_byte, which does not.
+echo 'energy of "mine" <b>' >energy.txt
+femtojoules=0
+for price in slot:1 projection:20 routed:300 copied:4000 comparison:5 pair:600 pixel:70; do
+    echo "${price%:*} ${price#*:} fJ a <test>" >>energy.txt
+    femtojoules=$((femtojoules + $(sum second/frame_0000.tiles.csv "${price%:*}") * ${price#*:}))
+done
+# Bytes over hops are 8 fJ each, and every cycle of all 360 tiles 3.
+printf 'sent_byte 8 fJ a <test>\ntile_cycle 3 fJ a <test>\n' >>energy.txt
+for side in north east west south; do femtojoules=$((femtojoules + $(sum second/frame_0000.tiles.csv ${side}_bytes) * 8)); done
+femtojoules=$((femtojoules + 3 * 360 * ($(sum second/frame_0000.supersteps.csv compute_cycles) + costs)))
+run --size 160x90 --grid 20x18 --out pictures --trace priced --cost-model mine.txt --energy energy.txt >stdout 2>stderr || fail "$(cat stderr)"
+# joules DIGITS: the sum over all tiles.
+joules() { awk -F, -v form="%.$1g" 'NR > 1 { s += $3 } END { printf form, s }' priced/frame_0000.energy.csv; }
+equal "the joules of all tiles" "$(joules 12)" "$(awk -v n=$femtojoules 'BEGIN { printf "%.12g", n / 1e15 }')"
+equal "what a terminal says of energy" "$(grep '^energy' stdout)" "energy by of \"mine\" <b> in frame 0: $(joules 6) J"
+has priced/report.html "<tr><th>energy</th><td>$(joules 6) J</td></tr>"
+for cells in 5:8 3:4; do # by kind, by step: of so many cells, which field has the joules
+    equal "joules in rows of ${cells%:*}" "$(awk -F '</?td>' -v fields=$((2 * ${cells%:*} + 1)) -v at="${cells#*:}" '
+        /<h3>/ { on = /<h3>Energy</ } on && NF == fields { s += $at } END { printf "%.4g", s }' priced/report.html)" "$(joules 4)"
+done
+equal "the head of the joules" "$(head -n 1 priced/frame_0000.energy.csv)" tile_x,tile_y,joules
+equal "tiles with joules" "$(awk -F, 'NR > 1 && $3 > 0' priced/frame_0000.energy.csv | wc -l)" 360
+has priced/report.html "<h2>Energy model of &quot;mine&quot; &lt;b&gt;"
+has priced/report.html "<tr><td>pair</td><td>600</td><td>fJ</td><td>a &lt;test&gt;</td></tr>"
+has_whole_pictures priced
+# Everything else is as without, where there is no word of it.
+[ -s priced/frame_0000.heat_energy.png ] || fail "priced/frame_0000.heat_energy.png is missing"
+equal "files with energy" "$(find priced -type f | wc -l)" 16
+for file in second/*; do [ "$file" = second/report.html ] || same "$file" "priced/${file#second/}"; done
+if grep -a -i -e energy -e joules second/report.html; then fail "energy without --energy"; fi
 
 # --- the life of one Gaussian ------------------------------------------------------------------
 # A map of one Gaussian, framed whole: it ends in the middle of the picture, on the middle tile of five by five.
@@ -182,10 +225,11 @@ else
 fi
 
 # --- what is refused ---------------------------------------------------------------------------
-for option in --trace --cost-model --follow; do refuses "^$option has no value" $option; done
+for option in --trace --cost-model --energy --follow; do refuses "^$option has no value" $option; done
 for value in 0 -1 x 4294967296; do refuses "whole number" --trace refused --follow "$value"; done
 refuses "empty" --trace ""
 refuses "^--cost-model is given without --trace" --cost-model first/model.txt
+refuses "^--energy is given without --trace" --energy energy.txt
 refuses "^--follow is given without --trace" --follow 1
 policies="--saturation drop|--copies screen|--pixels rgbx8"
 if own_policies; then policies=; fi
@@ -201,6 +245,20 @@ done <together
     refuses "cannot read the cost model absent.txt (No such file" $small --trace refused --cost-model absent.txt
     refuses "cannot read the cost model first (" $small --trace refused --cost-model first
     refuses "^one.ply line 1 begins no cost model" $small --trace refused --cost-model one.ply
+    refuses "cannot read the energy model absent.txt (No such file" $small --trace refused --energy absent.txt
+    refuses "cannot read the energy model first (" $small --trace refused --energy first
+    refuses "^one.ply line 1 begins no energy model" $small --trace refused --energy one.ply
+    { cat energy.txt; echo "slot 2 fJ twice"; } >twice.txt
+    refuses "^twice.txt line 11 repeats a parameter" $small --trace refused --energy twice.txt
+    # Known only when it occurs: before a file of the trace is written.
+    grep -v ^pair energy.txt >unset.txt
+    refuses "event pair occurs, first in superstep [0-9]*, and its energy is not set" $small --out pictures --trace unset --cost-model mine.txt \
+        --energy unset.txt
+    refuses "event capacity_byte occurs" $small --out pictures --trace unset --energy energy.txt
+    equal "files beside an energy that is not set" "$(ls unset)" ""
+    cp energy.txt unset/frame_0000.energy.csv
+    refuses "it would overwrite frame_0000.energy.csv" $small --trace unset --energy unset/frame_0000.energy.csv
+    same energy.txt unset/frame_0000.energy.csv
     cp -r first reused
     refuses "cannot write the trace to reused (it would overwrite model.txt" $small --trace reused --cost-model reused/model.txt
     same first/model.txt reused/model.txt

@@ -34,7 +34,8 @@ inline double joules_of_power(CostModel const& model, std::uint64_t cycles, doub
     return watts * (milliseconds(model, cycles) / 1000);
 }
 
-/// What energy is counted for: the operations of kernels, in their order, and
+/// What energy is counted for: the operations of kernels, in their order (a kernel of several workers counts what takes its time, the
+/// slowest worker's share times the workers: Composite's pairs are above those evaluated), and
 ///   sent_byte      a byte of a message or its head over one hop; where the exchange is paid for as `live`
 ///   capacity_byte  a byte that compile-time copies move, live or not; where it is paid for as `capacity`
 ///   tile_cycle     a cycle of a tile, whatever it does: leakage, and what its clock takes
@@ -140,7 +141,7 @@ inline Energy energy_of(EnergyModel const& energy, CostModel const& model, Trace
         if (count != 0 && times != 0 && !parameter)
             throw Error("energy model \"" + engine::detail::shown(energy.name) + "\" cannot be applied (event " +
                         energy_event_name(event) + " occurs, first in superstep " + std::to_string(superstep) +
-                        ", and its energy is not set); set it with set_energy, and say where it is from");
+                        ", and its energy is not set); set it, and say where it is from");
         return parameter ? parameter->value : 0;
     };
     for (std::size_t i = 0; i < trace.supersteps.size(); ++i) {
