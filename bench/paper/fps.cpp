@@ -54,7 +54,7 @@ void paper::fps(Context const& context, Rows& rows)
         "number in the text"};
     if (of_the_paper != 0) {
         mean.ours = sum / of_the_paper;
-        mean.note += "; ours of Sloth and Salad, on our kernels: what the prototype's cost is the table stages";
+        mean.note += "; ours of Sloth and Salad, on our kernels: what the prototype's cost is the table stage";
     } else {
         mean.note += "; skipped: neither Sloth nor Salad is there";
     }

@@ -10,6 +10,9 @@
 // The authors' prototype as a program on the mesh, from what is known of it (its public code of 2024 and 2026, read and described, not
 // copied): one hop a frame, every slot of every buffer looked at, one worker but for blending, copies sent anew and back in every frame,
 // what finds no slot lost. Its numbers are what the paper's stage table timed; its operations are what `mk2_prototype()` prices.
+//
+// Where it differs from that code: a mean is on one tile (there, tiles overlap by a pixel, and some means are on two or four); a copy that
+// leaves the row goes down before up whether or not it goes on along the row.
 namespace paper {
 
 using namespace tilemesh;
@@ -101,8 +104,8 @@ inline void project_mean(Gaussian const& g, splat::Camera const& c, float& x, fl
     float v[3];
     detail::view_of(g, c, v);
     depth = v[2];
-    x = c.fx * v[0] / v[2] + c.cx;
-    y = c.fy * v[1] / v[2] + c.cy;
+    x = c.fx * v[0] / v[2] + c.cx - 0.5f;
+    y = c.fy * v[1] / v[2] + c.cy - 0.5f;
 }
 /// 3D Gaussian Splatting's projection as the prototype has it: dilation 0.3, slopes clamped at 1.3 of the half field of view, three
 /// deviations of the larger axis as radius; the quaternion is taken as it is in the file, of whatever length.
@@ -143,9 +146,9 @@ inline std::array<bool, 4> sides_crossed(OnScreen const& s, PrototypeFrame const
     auto const x0 = static_cast<float>(t.x() * f.tile_width), y0 = static_cast<float>(t.y() * f.tile_height);
     std::array<bool, 4> out{};
     out[index(Direction::west)] = s.x - s.radius < x0;
-    out[index(Direction::east)] = s.x + s.radius > x0 + static_cast<float>(f.tile_width);
+    out[index(Direction::east)] = std::ceil(s.x + s.radius) >= x0 + static_cast<float>(f.tile_width);
     out[index(Direction::north)] = s.y - s.radius < y0;
-    out[index(Direction::south)] = s.y + s.radius > y0 + static_cast<float>(f.tile_height);
+    out[index(Direction::south)] = std::ceil(s.y + s.radius) >= y0 + static_cast<float>(f.tile_height);
     return out;
 }
 constexpr std::uint32_t distance(TileId a, TileId b) noexcept
@@ -182,8 +185,8 @@ inline bool store_once(Stored& stored, StoredIds& ids, Gaussian const& g) noexce
     return true;
 }
 
-/// Reads the channels, right, left, up, down. A record that came nearer to its destination, or is there, is stored; one that comes from
-/// there blooms on along the tree and is stored.
+/// Reads the channels, right, left, up, down. A record that came nearer to its destination goes on, one that comes from there blooms on
+/// along the tree, and all are stored, those at home for good.
 struct Receive {
     void operator()(Here at, In<Wire> in, Stored& stored, StoredIds& ids, Staged<0>& s0, Staged<1>& s1, Staged<2>& s2, Staged<3>& s3,
                     Happened& happened, Broadcast<PrototypeFrame> f) const noexcept
@@ -206,7 +209,13 @@ struct Receive {
                 project_mean(g, f->camera, x, y, depth);
                 TileId const to = destination(x, y, *f);
                 TileId const sender = at.grid.neighbour(here, from);
-                if (!(to == here) && !(distance(here, to) < distance(sender, to))) bloom(here, from, g, *f, stage);
+                if (to == here) {
+                    // at home
+                } else if (distance(here, to) < distance(sender, to)) {
+                    stage(best_direction(here, to), g); // on its way; it is stored as well, and sent once more, which its id makes one
+                } else {
+                    bloom(here, from, g, *f, stage);
+                }
                 if (!store_once(stored, ids, g)) ++happened.lost;
             }
     }

@@ -1,10 +1,8 @@
 #include "prototype_run.hpp"
 #include "stages.hpp"
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <common/scenes.hpp>
-#include <cstdio>
 #include <filesystem>
 #include <sstream>
 #include <string>
@@ -83,13 +81,6 @@ Prices fit(Timed const& p, PrototypeRun const& run)
     return out;
 }
 
-std::string two_decimals(double v)
-{
-    std::array<char, 32> text{};
-    std::snprintf(text.data(), text.size(), "%.2f", v);
-    return text.data();
-}
-
 /// Figure by figure: ours beside the paper's, and beside it what one would say who has only seen Salad's.
 class Comparison {
 public:
@@ -113,12 +104,13 @@ public:
             rows_.push_back({"stage", scene_, quantity + " (ms)", paper, null, "null model",
                              std::string(null_hit ? "hit" : "miss") + ": Sloth as Salad"});
     }
-    void verdict()
+    /// `whole`: so many frames that the verdict must be the one that README gives.
+    void verdict(bool whole)
     {
         rows_.push_back({"stage", scene_, "figures within 25 %, of " + std::to_string(wanted_), {}, static_cast<double>(hits_), "counted",
-                         "Route, Projection and Sort: mean and most; Blend and Total: most"});
+                         "Route, Projection and Sort: mean and max; Blend and Total: max", whole && hits_ != wanted_});
         rows_.push_back({"stage", scene_, "null model's misses that we are nearer to, of " + std::to_string(null_misses_), {},
-                         static_cast<double>(beaten_), "counted"});
+                         static_cast<double>(beaten_), "counted", {}, whole && beaten_ != null_misses_});
     }
 
 private:
@@ -128,28 +120,41 @@ private:
     int wanted_ = 0, hits_ = 0, null_misses_ = 0, beaten_ = 0;
 };
 
-void compare(Timed const& p, PrototypeRun const& run, bool fitted, Rows& rows)
+void compare(Timed const& p, PrototypeRun const& run, bool fitted, bool whole, Rows& rows)
 {
     Comparison out(rows, p, fitted);
     auto const of = [&](Stage s) { return run.milliseconds[index(s)]; };
-    auto const stage = [&](std::string const& name, OverTiles const& paper, OverTiles const& ours, OverTiles const& null) {
-        out.add(name + ", min", paper.least, ours.least, null.least, false);
-        out.add(name + ", mean", paper.mean, ours.mean, null.mean, true);
-        out.add(name + ", max", paper.most, ours.most, null.most, true);
+    auto const ours = [&](std::string const& quantity, double ms, std::string note = {}) {
+        rows.push_back({"stage", p.scene, quantity + " (ms)", {}, ms, fitted ? "fitted" : "predicted", std::move(note)});
+    };
+    auto const stage = [&](std::string const& name, OverTiles const& paper, OverTiles const& over, OverTiles const& null) {
+        out.add(name + ", min", paper.least, over.least, null.least, false);
+        out.add(name + ", mean", paper.mean, over.mean, null.mean, true);
+        out.add(name + ", max", paper.most, over.most, null.most, true);
     };
     auto const& null = paper_salad;
     stage("Route", p.route, of(Stage::route), null.route);
     stage("Projection", p.projection, of(Stage::projection), null.projection);
     stage("Sort", p.sort, of(Stage::sort), null.sort);
+    ours("Blend, min", of(Stage::blend).least);
+    ours("Blend, mean", of(Stage::blend).mean);
     out.add("Blend, max", p.blend, of(Stage::blend).most, null.blend, true);
-    double total = 0;
-    for (auto const& over : run.milliseconds) total += over.most;
-    out.add("Total, max", p.total, total, null.total, true,
-            "the sum of the stages' slowest tiles; the power table's frame takes 50.55, and the paper's sum is " +
-                two_decimals(p.blend + (p.total - p.blend) * 1.85 / 1.325) +
-                " where Route, Projection and Sort were converted at 1.85 GHz, as in the code");
-    if (!fitted) out.verdict();
-    rows.push_back({"stage", p.scene, "Exchange (ms)", paper_exchange_ms, run.exchange_ms, "modelled",
+    OverTiles total;
+    for (auto const& over : run.milliseconds) {
+        total.least += over.least;
+        total.mean += over.mean;
+        total.most += over.most;
+    }
+    ours("Total, min", total.least, "the sum of the stages' least");
+    ours("Total, mean", total.mean, "the sum of the stages' means");
+    out.add("Total, max", p.total, total.most, null.total, true, "the sum of the stages' slowest tiles; the power table's frame takes 50.55");
+    rows.push_back({"stage", p.scene, "Total, max, if Route, Projection and Sort were converted at 1.85 GHz (ms)",
+                    p.blend + (p.total - p.blend) * 1.85 / 1.325, p.blend + (total.most - of(Stage::blend).most) * 1.85 / 1.325, "arithmetic",
+                    "the authors' code divides cycles by 1.85 GHz, the paper says 1.325; Blend is a host's clock"});
+    if (!fitted) out.verdict(whole);
+    // On every tile the same: whole ends move.
+    for (auto const* which : {"min", "mean"}) ours(std::string("Exchange, ") + which, run.exchange_ms);
+    rows.push_back({"stage", p.scene, "Exchange, max (ms)", paper_exchange_ms, run.exchange_ms, "modelled",
                     "24,000 bytes from each side at 4 bytes a cycle; the paper's is the host's clock around a launch, an upper bound; not "
                     "part of its Total"});
 }
@@ -227,10 +232,10 @@ void stages(Context const& context, Rows& rows)
         }
     auto const salad = run_prototype("salad", context.data, plan, model);
     compare_parameters(fit(paper_salad, salad), model, !context.quick, rows);
-    compare(paper_salad, salad, true, rows);
+    compare(paper_salad, salad, true, !context.quick, rows);
     counts("Salad", salad, rows);
     auto const sloth = run_prototype("sloth", context.data, plan, model);
-    compare(paper_sloth, sloth, false, rows);
+    compare(paper_sloth, sloth, false, !context.quick, rows);
     counts("Sloth", sloth, rows);
     rows.push_back({"stage", "Sloth", "Projection over Route, min", paper_sloth.projection.least / paper_sloth.route.least, 818.0 / 400, "arithmetic",
                     "slots looked at, 818 of storage over 400 of channels; with the slots as the paper counts them 3,218 / 1,600 = 2.01"});

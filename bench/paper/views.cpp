@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstring>
 #include <glm/geometric.hpp>
+#include <tilemesh/report/heat_image.hpp>
 
 namespace paper {
 
@@ -52,18 +53,8 @@ Touched touched_by(splat::Splat const& s, splat::Tiling const& tiling)
 report::Image heat_map(std::vector<std::uint32_t> const& of_tiles, std::uint32_t most)
 {
     constexpr std::uint32_t side = 8;
-    constexpr float colours[5][3] = {{0, 0, 0}, {0.1f, 0.15f, 0.7f}, {0.85f, 0.1f, 0.2f}, {1, 0.85f, 0.1f}, {1, 1, 1}};
-    report::Image image(grid_columns * side, grid_rows * side);
-    for (std::uint32_t y = 0; y < image.height; ++y)
-        for (std::uint32_t x = 0; x < image.width; ++x) {
-            auto const value = of_tiles[y / side * grid_columns + x / side];
-            float const at = 4.0f * std::min(1.0f, static_cast<float>(value) / static_cast<float>(std::max(most, 1u)));
-            auto const below = std::min(static_cast<std::uint32_t>(at), 3u);
-            float const share = at - static_cast<float>(below);
-            for (std::uint32_t c = 0; c < 3; ++c)
-                image.pixel(x, y)[c] = colours[below][c] + share * (colours[below + 1][c] - colours[below][c]);
-        }
-    return image;
+    std::vector<double> const values(of_tiles.begin(), of_tiles.end());
+    return report::heat_image(values, grid_columns, grid_rows, {0, static_cast<double>(most)}, side);
 }
 
 report::Image side_by_side(std::vector<report::Image> const& images)

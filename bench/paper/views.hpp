@@ -38,7 +38,8 @@ struct Touched {
 };
 Touched touched_by(splat::Splat const&, splat::Tiling const&);
 
-/// A picture of one number a tile, 8 pixels a side: black is 0, then blue, red, yellow, and white is `most` and above.
+/// A picture of one number a tile, 8 pixels a side, in the colours of report/heat_image.hpp: dark blue is 0, yellow is `most` and
+/// above.
 report::Image heat_map(std::vector<std::uint32_t> const& of_tiles, std::uint32_t most);
 /// Pictures of the same height side by side, with a white gap.
 report::Image side_by_side(std::vector<report::Image> const&);

@@ -6,7 +6,8 @@ namespace render_map {
 
 char const* name_of(Seen what) noexcept
 {
-    constexpr char const* names[] = {"anchored", "copy", "leaving", "waiting", "road", "beam", "owed", "refused", "left"};
+    constexpr char const* names[] = {"anchored", "copy", "leaving", "waiting", "road",
+                                     "beam",     "owed", "refused", "dropped", "left"};
     return names[static_cast<std::uint32_t>(what)];
 }
 char const* name_of(tilemesh::Direction side) noexcept
@@ -32,12 +33,42 @@ void Follower::begin_frame()
     begins_ = true;
 }
 
-void Follower::superstep(std::uint64_t number, std::string const& kernel, std::vector<Fact> facts)
+/// What this superstep read, or tried again, and that is then neither on its tile nor sent on from there, while the tile found no
+/// room for something. A copy of an older view, which its tile may forget, is none.
+void Follower::see_what_is_dropped(Step const& step, std::vector<Fact> const& facts)
 {
+    auto const look = [&](Fact const& f) {
+        auto const goes_on = [&](Fact const& g) {
+            if (g.tile == f.tile) return is_stored(g) || g.what == Seen::waiting;
+            return is_sent(g) && step.grid.neighbour(g.tile, *g.side) == f.tile;
+        };
+        if (std::find(step.full.begin(), step.full.end(), f.tile) == step.full.end() ||
+            std::any_of(facts.begin(), facts.end(), goes_on))
+            return;
+        life_.sightings.push_back({step.number, step.kernel, f.tile, Seen::dropped, f.side, true});
+        ++life_.refusals;
+        if (f.what == Seen::beam) ++life_.dropped_copies;
+        else life_.dropped = f.tile;
+    };
+    std::vector<Fact> unread;
+    for (auto const& f : under_way_)
+        if (f.what == Seen::road ? step.routes : step.blooms) look(f);
+        else unread.push_back(f);
+    if (step.routes)
+        for (auto const& f : before_)
+            if (f.what == Seen::waiting) look(f);
+    under_way_ = std::move(unread);
+    for (auto const& f : facts)
+        if (is_sent(f)) under_way_.push_back(f);
+}
+
+void Follower::superstep(Step const& step, std::vector<Fact> facts)
+{
+    see_what_is_dropped(step, facts);
     for (auto const& f : before_)
         if (is_stored(f) &&
             std::none_of(facts.begin(), facts.end(), [&](auto const& g) { return is_stored(g) && g.tile == f.tile; }))
-            life_.sightings.push_back({number, kernel, f.tile, Seen::left, {}, false});
+            life_.sightings.push_back({step.number, step.kernel, f.tile, Seen::left, {}, false});
     life_.anchor.reset();
     life_.copies = 0;
     for (auto const& f : facts) {
@@ -47,7 +78,7 @@ void Follower::superstep(std::uint64_t number, std::string const& kernel, std::v
         bool const refusal = f.refusal || (f.what == Seen::refused && is_new);
         // What is in a channel was sent in this superstep. A frame begins with all there is.
         if (is_new || begins_ || is_sent(f) || refusal)
-            life_.sightings.push_back({number, kernel, f.tile, f.what, f.side, refusal});
+            life_.sightings.push_back({step.number, step.kernel, f.tile, f.what, f.side, refusal});
         if (f.what == Seen::anchored || f.what == Seen::leaving) life_.anchor = f.tile;
         life_.copies += f.what == Seen::copy ? 1 : 0;
         life_.hops += f.what == Seen::road ? 1 : 0;

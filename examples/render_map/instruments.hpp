@@ -28,6 +28,7 @@ enum class Seen : std::uint32_t {
     beam,     ///< a copy, sent here from `side` by bloom
     owed,     ///< a copy is due to the neighbour on `side`, and was not sent
     refused,  ///< a copy for the neighbour on `side` met a full channel and was given up
+    dropped,  ///< it came from `side`, as record or copy, and met a full storage
     left      ///< no longer stored here
 };
 char const* name_of(Seen what) noexcept;
@@ -47,7 +48,9 @@ struct Life {
     std::vector<Sighting> sightings; ///< what is new in a superstep, and every refusal
     std::optional<tilemesh::TileId>
         anchor;               ///< where it is anchored when the frame is over, or leaves from; empty: on no tile
+    std::optional<tilemesh::TileId> dropped; ///< where the record met a full storage last
     std::uint64_t copies = 0; ///< tiles that then hold a copy
+    std::uint64_t dropped_copies = 0;
     std::uint64_t hops = 0, sent_copies = 0, refusals = 0;
 };
 
@@ -60,13 +63,24 @@ public:
         std::optional<tilemesh::Direction> side;
         bool refusal; ///< in this superstep; of `refused` what is new is one
     };
+    /// The superstep after which facts were seen.
+    struct Step {
+        std::uint64_t number;
+        std::string const& kernel;
+        tilemesh::Grid grid;
+        bool routes, blooms;
+        std::vector<tilemesh::TileId> full; ///< tiles whose storage had no room for something in it
+    };
     void begin_frame();
-    void superstep(std::uint64_t number, std::string const& kernel, std::vector<Fact> facts);
+    void superstep(Step const& step, std::vector<Fact> facts);
     Life life() const { return life_; }
 
 private:
+    void see_what_is_dropped(Step const& step, std::vector<Fact> const& facts);
+
     Life life_;
     std::vector<Fact> before_; ///< of the superstep before, which may be the last frame's last
+    std::vector<Fact> under_way_; ///< sent and not read yet; a bound on hops leaves some from frame to frame
     bool begins_ = true;
 };
 
@@ -74,7 +88,7 @@ private:
 class Instruments {
 public:
     virtual ~Instruments() = default;
-    /// Of the frame rendered last, with every run of the program that it took; handed over.
+    /// A copy of that of the frame rendered last, with every run of the program that it took.
     virtual tilemesh::Trace take_trace() = 0;
     /// In the order of the grid's indices.
     virtual std::vector<TileState> tiles() = 0;

@@ -165,6 +165,20 @@ report::Image reference_of(scene::Map const& map, splat::Camera const& camera, s
     }
 }
 
+/// The error of a mesh that is not quiet after --most-passes says in further lines what it repeats, where it keeps a trace: they go
+/// into a file, and the error that is thrown instead names it.
+tilemesh::RenderedFrame render(render_map::AnyRenderer& renderer, splat::Camera const& camera, render_map::TraceOutput const* trace)
+{
+    try {
+        return renderer.render(camera);
+    } catch (tilemesh::Error const& error) {
+        std::string const text = error.what();
+        auto const first_line = text.find('\n');
+        if (!trace || first_line == std::string::npos) throw;
+        throw tilemesh::Error(text.substr(0, first_line) + " in " + trace->write_no_progress(text));
+    }
+}
+
 /// Renders and writes every frame, or those before an interrupt, into `result`.
 void render_frames(Options const& options, scene::Map const& map, std::vector<render_map::Shot> const& shots,
                    render_map::AnyRenderer& renderer, std::filesystem::path const& out, render_map::TraceOutput* trace,
@@ -176,7 +190,7 @@ void render_frames(Options const& options, scene::Map const& map, std::vector<re
         auto const& camera = shots[i].camera;
         progress.begin_frame(shots[i].name, shots.size());
         progress.say_frame("rendering");
-        auto rendered = renderer.render(camera);
+        auto rendered = render(renderer, camera, trace);
         report::RunFrame frame;
         frame.report = std::move(rendered.report);
         frame.report.camera = shots[i].name;

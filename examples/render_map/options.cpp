@@ -172,6 +172,8 @@ constexpr Option options[] = {
      [](Options& o, auto name, auto text) {
          if (text != "quiet") o.renderer.hops = whole_number(name, text, 0xfffffffeu);
      }},
+    {"--most-passes", "N", "an error where routing, or bloom, is not quiet after N supersteps [no end]",
+     [](Options& o, auto name, auto text) { o.renderer.most_passes = whole_number(name, text, 0xffffffffu); }},
     {"--pixels", "NAME", "float | rgbx8 [the preset's]",
      [](Options& o, auto name, auto text) {
          o.choice.pixels = one_of<PixelKind>(
@@ -454,8 +456,9 @@ std::string help_text()
                   "  DIR/frame_0000.png, frame_0001.png, ... and what else was asked for. With --trace, in its DIR, a\n"
                   "  report.html that a browser shows without a network, model.txt, and for each frame .tiles.csv and\n"
                   "  .supersteps.csv, .heat.csv and .heat_*.png, .trace.json (ui.perfetto.dev), and with --energy\n"
-                  "  .energy.csv. A file has its name only when it is whole. Ctrl-C finishes the frame in work, writes\n"
-                  "  the report of the frames that are done, and ends; a second one ends at once.\n"
+                  "  .energy.csv; where --most-passes ends a run, no_progress.txt, which says what the tiles repeat.\n"
+                  "  A file has its name only when it is whole. Ctrl-C finishes the frame in work, writes the report\n"
+                  "  of the frames that are done, and ends; a second one ends at once.\n"
                   "\n"
                   "Exit status\n"
                   "  0; 2 with one line on standard error when something is wrong: what, why, and what to do;\n"

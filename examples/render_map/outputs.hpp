@@ -14,6 +14,9 @@ std::string frame_file(std::size_t frame, std::string const& extension);
 /// "follow_17.csv" for --follow 17.
 std::string follow_file(std::uint32_t id);
 
+/// What --trace writes where a run makes no progress (--most-passes).
+inline constexpr char const* no_progress_file = "no_progress.txt";
+
 /// Makes the folders for the pictures and the trace and looks whether everything can be written where it should: better now
 /// than after an hour. Gives the pictures' folder back; throws `tilemesh::Error` where that is not so, and where the report
 /// or the trace would overwrite another file of the run or one that the run reads.

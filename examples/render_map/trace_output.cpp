@@ -57,19 +57,6 @@ struct HeatMap {
     std::vector<double> values;
 };
 
-/// The fullest that a tile's ends of channels were, in percent: bytes sent to one side in one superstep, of those that a
-/// compile-time exchange moves to it.
-std::vector<double> channel_fill(tilemesh::Trace const& trace, tilemesh::Grid grid)
-{
-    std::vector<double> fill(grid.size(), 0);
-    for (auto const& s : trace.supersteps) {
-        if (s.capacity_bytes == 0) continue;
-        for (auto const& t : s.tiles)
-            for (auto const bytes : t.sent_bytes) fill[t.tile] = std::max(fill[t.tile], 100.0 * bytes / s.capacity_bytes);
-    }
-    return fill;
-}
-
 std::vector<HeatMap> heat_maps(tilemesh::Trace const& trace, tilemesh::CostModel const& model, tilemesh::Grid grid,
                                std::vector<TileState> const& tiles)
 {
@@ -79,13 +66,15 @@ std::vector<HeatMap> heat_maps(tilemesh::Trace const& trace, tilemesh::CostModel
         for (std::size_t t = 0; t < tiles.size(); ++t) out[t] = static_cast<double>(value(tiles[t]));
         return out;
     };
+    auto channel_fill = tilemesh::heat_map(trace, model, grid, TileSum::channel_fill);
+    for (auto& share : channel_fill) share *= 100;
     std::vector<HeatMap> maps;
     maps.push_back({"load", "Load", "records stored when the frame is over, copies among them", true,
                     of_state([](TileState const& t) { return t.records; })});
     maps.push_back({"copies", "Copies", "records stored whose anchor is another tile", true,
                     of_state([](TileState const& t) { return t.copies; })});
     maps.push_back({"channel_fill", "Channel fill", "percent of the fullest end of a channel in the fullest superstep",
-                    false, channel_fill(trace, grid)});
+                    false, std::move(channel_fill)});
     maps.push_back({"refusals", "Refusals", "sends that waited for a full channel or for credit; three waits count three",
                     true, of_state([](TileState const& t) { return std::uint64_t{t.channel_full} + t.no_credit; })});
     maps.push_back(
@@ -253,6 +242,21 @@ void TraceOutput::write(std::string const& name, std::string const& text) const
     report::write_whole(folder_ / name, text);
 }
 
+void TraceOutput::remove_old(std::string const& name) const
+{
+    std::error_code refused;
+    std::filesystem::remove(folder_ / name, refused);
+    if (refused)
+        throw tilemesh::Error("cannot remove " + (folder_ / name).string() + " (it is of an earlier run, and " + refused.message() +
+                              "); name another directory with --trace");
+}
+
+std::string TraceOutput::write_no_progress(std::string const& text) const
+{
+    write(no_progress_file, text + "\n");
+    return (folder_ / no_progress_file).string();
+}
+
 std::size_t TraceOutput::Section::bytes() const noexcept
 {
     auto pictures = picture_png.size();
@@ -291,6 +295,7 @@ void TraceOutput::add_frame(std::size_t index, report::RunFrame const& frame, re
         std::ostringstream text;
         write_cost_model(text, model_);
         write("model.txt", text.str());
+        remove_old(no_progress_file);
     }
 
     std::ostringstream tiles, supersteps;
@@ -300,13 +305,15 @@ void TraceOutput::add_frame(std::size_t index, report::RunFrame const& frame, re
     write_step_csv(supersteps, trace, model_, grid);
     write(frame_file(index, ".supersteps.csv"), supersteps.str());
     std::string note;
-    if (auto const text = timeline(trace, grid, note); !text.empty()) write(frame_file(index, ".trace.json"), text);
+    auto const timeline_file = frame_file(index, ".trace.json");
+    if (auto const text = timeline(trace, grid, note); !text.empty()) write(timeline_file, text);
+    else remove_old(timeline_file);
 
     auto const maps = heat_maps(trace, model_, grid, instruments.tiles());
     write(frame_file(index, ".heat.csv"), heat_csv(maps, grid));
     auto const cell = std::clamp(map_px / std::max(grid.width, grid.height), 1u, 16u);
     Section section;
-    std::uint64_t busy = 0;
+    double busy = 0;
     auto const add_map = [&](HeatMap const& map, std::string (*shown)(double)) {
         auto const most = report::finite_range(map.values).most;
         auto png = png_bytes(report::heat_image(map.values, grid.width, grid.height, {0, most}, cell));
@@ -317,7 +324,7 @@ void TraceOutput::add_frame(std::size_t index, report::RunFrame const& frame, re
     };
     for (auto const& map : maps) {
         add_map(map, number);
-        if (map.name == std::string("busy_cycles")) busy = static_cast<std::uint64_t>(total(map.values));
+        if (map.name == std::string("busy_cycles")) busy = total(map.values);
     }
     if (energy) {
         write(frame_file(index, ".energy.csv"), energy_csv(*energy, grid));
@@ -326,7 +333,7 @@ void TraceOutput::add_frame(std::size_t index, report::RunFrame const& frame, re
 
     auto const ms = milliseconds_text(model_, cost.cycles);
     auto const lost = thousands(r.lost.size());
-    auto const utilisation = share(busy, cost.cycles * grid.size());
+    auto const utilisation = share(busy, static_cast<double>(cost.cycles) * grid.size());
     milliseconds_.emplace_back(static_cast<double>(index), tilemesh::milliseconds(model_, cost.cycles));
     if (lines_.size() < most_lines) {
         lines_.push_back({std::to_string(index) + ": " + r.camera, thousands(cost.supersteps.size()),
@@ -410,13 +417,18 @@ void TraceOutput::add_life(std::size_t index, Life const& life)
             seen_.push_back({name_of(s.what), frame, std::to_string(s.superstep), s.kernel, tile_text(s.tile), side,
                              s.refusal ? "refused" : ""});
     }
-    auto const where = life.anchor ? tile_text(*life.anchor) : std::string("on no tile");
+    auto const where = life.anchor    ? tile_text(*life.anchor)
+                       : life.dropped ? "dropped on tile " + tile_text(*life.dropped)
+                                      : std::string("on no tile");
     if (lives_.size() < most_lines)
         lives_.push_back({frame, where, thousands(life.copies), thousands(life.hops), thousands(life.sent_copies),
                           thousands(life.refusals)});
     life_text_ = "Gaussian " + std::to_string(followed_) + " in frame " + frame + ": " + (life.anchor ? "on tile " : "") +
                  where + ", " + thousands(life.copies) + (life.copies == 1 ? " copy, " : " copies, ") +
-                 plural(life.hops, "hop") + ", " + plural(life.refusals, "refusal") + "\n";
+                 plural(life.hops, "hop") + ", " + plural(life.refusals, "refusal") +
+                 (life.dropped_copies == 0 ? "" : " (" + thousands(life.dropped_copies) +
+                                                      (life.dropped_copies == 1 ? " copy" : " copies") + " met a full storage)") +
+                 "\n";
 }
 
 std::string TraceOutput::summary() const
@@ -511,7 +523,8 @@ void TraceOutput::finish(report::RunReport const& run) const
             thousands(sights_) + " lines of " + follow_file(followed_) +
             ": what is new on a tile after a superstep, and every "
             "refusal. anchored, copy and leaving: stored on the tile; waiting: in a FIFO; road and beam: sent to the tile, "
-            "from that side; owed: a copy that could not be sent to that side; refused: one that was given up; left: no longer on the tile.");
+            "from that side; owed: a copy that could not be sent to that side; refused: one that was given up; dropped: it came to the tile, from that side, and storage was "
+            "full (a record that is handed back to the host comes again with the next view); left: no longer on the tile.");
     }
     html.section("Ledger of a tile's SRAM");
     Rows rows;

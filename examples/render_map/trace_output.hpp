@@ -36,6 +36,9 @@ public:
     void add_frame(std::size_t index, tilemesh::report::RunFrame const& frame, tilemesh::report::Image const& picture,
                    Instruments& instruments);
 
+    /// The error of a run that made no progress, whole; returns the file's name.
+    std::string write_no_progress(std::string const& text) const;
+
     /// Writes report.html, and what was seen of the Gaussian that is followed.
     void finish(tilemesh::report::RunReport const& run) const;
 
@@ -53,6 +56,7 @@ private:
         std::size_t bytes() const noexcept;
     };
     void write(std::string const& name, std::string const& text) const;
+    void remove_old(std::string const& name) const; ///< what this run has none of and an earlier one may have left
     std::string timeline(tilemesh::Trace const& trace, tilemesh::Grid grid, std::string& note) const;
     void add_life(std::size_t index, Life const& life);
     void add_run(tilemesh::report::HtmlReport& report, tilemesh::report::RunReport const& run) const;

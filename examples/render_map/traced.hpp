@@ -5,6 +5,7 @@
 #include <memory>
 #include <tilemesh/fit_renderer.hpp>
 #include <utility>
+#include <vector>
 
 namespace render_map {
 
@@ -87,12 +88,17 @@ private:
         bool const routes = event.step == Steps::route,
                    blooms = event.step == Steps::bloom_first || event.step == Steps::bloom;
         std::vector<Follower::Fact> facts;
+        std::vector<tilemesh::TileId> full;
+        no_room_.resize(mesh.grid().size(), 0);
         auto const record_id = [](auto const& message) { return Setup::Addressing::record(message).id; };
         for (std::uint32_t t = 0; t < mesh.grid().size(); ++t) {
             auto const tile = mesh.grid().tile(t);
             auto const add = [&](Seen what, std::optional<Direction> side = {}, bool refusal = false) {
                 facts.push_back({tile, what, side, refusal});
             };
+            auto const& counts = std::as_const(mesh).template state<splat::Counts>(tile);
+            auto const no_room = std::exchange(no_room_[t], counts.storage_full + counts.copies_full);
+            if (no_room_[t] > no_room) full.push_back(tile);
             auto const marks = std::as_const(mesh).template state<splat::Marks<Setup>>(tile);
             auto const slot = splat::find(marks, followed_);
             if (slot != splat::no_slot) {
@@ -128,12 +134,13 @@ private:
                         if (m.id == followed_) add(Seen::beam, d);
             }
         }
-        follower_.superstep(supersteps_ - 1, event.kernel, std::move(facts));
+        follower_.superstep({supersteps_ - 1, event.kernel, mesh.grid(), routes, blooms, std::move(full)}, std::move(facts));
     }
 
     std::size_t supersteps_ = 0; ///< of the frame
     std::vector<TileState> tiles_;
     tilemesh::splat::GaussianId followed_ = tilemesh::splat::GaussianId::none;
+    std::vector<std::uint32_t> no_room_; ///< of each tile, what it counted after the superstep before
     Follower follower_;
 };
 

@@ -41,6 +41,9 @@ struct RendererOptions {
     std::optional<splat::Footprint> footprint{};
     std::optional<splat::Arithmetic> arithmetic{};
     bool digest = false;
+    /// Of routing, and of bloom, in a run; a frame that needs more throws Error (MeshOptions::most_passes). 0: what the engine's own
+    /// options say. Engines without such a bound (PoplarMesh) leave it out.
+    std::uint32_t most_passes = 0;
 };
 
 /// How a frame is cut: `tile` where it is given, or else evenly over `grid`, or over 40 x 36 tiles.
@@ -248,6 +251,8 @@ private:
     {
         engine_.digest = options_.digest;
         if constexpr (requires { engine_.threads; }) engine_.threads = options_.threads;
+        if constexpr (requires { engine_.most_passes; })
+            if (options_.most_passes != 0) engine_.most_passes = options_.most_passes;
         mesh_ = std::make_unique<MeshType>(grid, engine_, splat::frame_program<S>(options_.hops));
         if (options_.channel_slots != 0) {
             if constexpr (S::routes) mesh_->template limit<splat::Road<S>>(options_.channel_slots);

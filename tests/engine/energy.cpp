@@ -10,19 +10,11 @@
 
 // Energy: a hand-computed example, exact sums, what is refused where nobody said what an event takes, and the file.
 using namespace tilemesh;
+using engine_test::by_hand;
 using engine_test::model;
+using engine_test::row;
 
 namespace {
-/// Three tiles in a row, two steps: 155 + 7 cycles (31 compute, 124 exchange, 7 sync), then 12 + 7 + 3.
-Trace by_hand()
-{
-    Trace trace;
-    trace.kernels = {"Send", "Take"};
-    trace.supersteps = {{0, false, 24, true, {{0, {{2, 0, 1}}, {0, 12, 0, 0}}, {1, {{6, 0, 3}}, {0, 20, 0, 0}}, {2, {}, {}}}},
-                        {1, true, 0, false, {{1, {{1}}, {}}, {2, {{3}}, {}}}}};
-    return trace;
-}
-constexpr Grid row{3, 1};
 constexpr std::uint64_t cycles[] = {31 + 124 + 7, 12 + 7 + 3};
 
 EnergyModel prices()
@@ -111,8 +103,8 @@ TEST_CASE("energy: an event without a price is refused, one that does not occur 
     auto e = prices();
     e.events[index(Operation::routed)].reset();
     CHECK(error_of([&] { energy_of(e, model(), by_hand(), row); }) ==
-          "energy model \"by hand\" cannot be applied (event routed occurs, first in superstep 0, and its energy is not set); set it "
-          "with set_energy, and say where it is from");
+          "energy model \"by hand\" cannot be applied (event routed occurs, first in superstep 0, and its energy is not set); set it, "
+          "and say where it is from");
     auto quiet = by_hand();
     for (auto& s : quiet.supersteps)
         for (auto& t : s.tiles) t.operations[Operation::routed] = 0;
@@ -173,6 +165,15 @@ TEST_CASE("energy: names, values and sources that are none are refused")
           "capacity_byte, tile_cycle); name one of these");
     CHECK(error_of([&] { set_energy(e, "slot", most_femtojoules + 1, "x"); }) ==
           "parameter slot cannot be 4000000001 (it goes from 0 to 4000000000 fJ); give it a value in this range");
+    auto by_hand_set = prices(); // events are public: what set_energy refuses would wrap in the sums
+    for (std::uint64_t const value : {most_femtojoules + 1, std::uint64_t{1} << 32, ~std::uint64_t{0}}) {
+        by_hand_set.events[index(Operation::slot)]->value = value;
+        CHECK(error_of([&] { energy_of(by_hand_set, model(), by_hand(), row); }) ==
+              "parameter slot cannot be " + std::to_string(value) +
+                  " (it goes from 0 to 4000000000 fJ); give it a value in this range");
+    }
+    by_hand_set.events[index(Operation::slot)]->value = most_femtojoules;
+    CHECK(energy_of(by_hand_set, model(), by_hand(), row).joules_of_kind[index(Operation::slot)] == femto(12 * most_femtojoules));
     for (std::string const source : {"", " x", "x ", "a\nb"}) CHECK_THROWS_AS(set_energy(e, "slot", 1, source), Error);
     CHECK(e == EnergyModel{});
     set_energy(e, "slot", most_femtojoules, "x");

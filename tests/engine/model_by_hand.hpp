@@ -17,4 +17,16 @@ inline tilemesh::CostModel model()
     m.vote_cycles = 3;
     return m;
 }
+
+/// Three tiles in a row. Superstep 0: all send eastwards, 2 slots and 1 routed for 1 message, 6 and 3 for 3: 17, 31 and 10
+/// cycles; 24 bytes of capacity a side: 124 cycles. Superstep 1, which votes: tiles 1 and 2, 1 and 3 slots: 11 and 12 cycles.
+inline tilemesh::Trace by_hand()
+{
+    tilemesh::Trace trace;
+    trace.kernels = {"Send", "Take"};
+    trace.supersteps = {{0, false, 24, true, {{0, {{2, 0, 1}}, {0, 12, 0, 0}}, {1, {{6, 0, 3}}, {0, 20, 0, 0}}, {2, {}, {}}}},
+                        {1, true, 0, false, {{1, {{1}, 4}, {}}, {2, {{3}, 12}, {}}}}};
+    return trace;
+}
+inline constexpr tilemesh::Grid row{3, 1};
 } // namespace engine_test

@@ -16,20 +16,11 @@
 
 // The files and sums made of a trace: hand-computed ones, names that need quoting, and how big a frame's timeline is.
 using namespace tilemesh;
+using engine_test::by_hand;
 using engine_test::model;
+using engine_test::row;
 
 namespace {
-/// Three tiles in a row. Superstep 0: all send eastwards, 2 slots and 1 routed for 1 message, 6 and 3 for 3: 17, 31 and 10
-/// cycles; 24 bytes of capacity a side: 124 cycles. Superstep 1, which votes: tiles 1 and 2, 1 and 3 slots: 11 and 12 cycles.
-Trace by_hand()
-{
-    Trace trace;
-    trace.kernels = {"Send", "Take"};
-    trace.supersteps = {{0, false, 24, true, {{0, {{2, 0, 1}}, {0, 12, 0, 0}}, {1, {{6, 0, 3}}, {0, 20, 0, 0}}, {2, {}, {}}}},
-                        {1, true, 0, false, {{1, {{1}, 4}, {}}, {2, {{3}, 12}, {}}}}};
-    return trace;
-}
-constexpr Grid row{3, 1};
 
 template <class Write>
 std::string written(Write write)

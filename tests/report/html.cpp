@@ -219,4 +219,22 @@ TEST_CASE("bars: none, zeros, and what cannot be drawn")
     auto const lower = field(bars_of(svg(chart))[0], 3);
     chart.y_high = 80; // the first bar is 40 high, which the axis otherwise ends at
     CHECK(field(bars_of(svg(chart))[0], 3) == doctest::Approx(lower / 2).epsilon(0.001));
+
+    // What is above the axis is cut off where it ends, 36 pixels from the top, under the title.
+    for (auto const layout : {BarLayout::named, BarLayout::along_x}) {
+        chart.layout = layout;
+        chart.y_high = 35; // in the first bar's upper part
+        auto bars = bars_of(svg(chart));
+        REQUIRE(bars.size() == 3);
+        CHECK(field(bars[1], 1) == 36);
+        CHECK(field(bars[1], 1) + field(bars[1], 3) == doctest::Approx(field(bars[0], 1)));
+        CHECK(field(bars[1], 3) * 6 == doctest::Approx(field(bars[0], 3)).epsilon(0.001));
+        for (double const high : {30.0, 25.0}) { // where the upper part begins, and below
+            chart.y_high = high;
+            bars = bars_of(svg(chart));
+            REQUIRE(bars.size() == 2);
+            CHECK(field(bars[0], 1) == 36);
+            CHECK(field(bars[0], 3) == chart.height - 52.0 - 36);
+        }
+    }
 }

@@ -48,6 +48,9 @@ struct AnyToAny {
 /// and Bloom do, and no mail is under way when the run begins: bytes settle in the step that takes them from their channel,
 /// whoever paid for sending them. And only as far as kernels say so (Operations::settled_bytes).
 ///
+/// Where the trace is of a renderer's frame that ran the program twice, both runs' supersteps of a step count as one step: one
+/// exchange of the sum of what settles, where two would be needed. Still a bound, but a looser one.
+///
 /// Exact integers. Throws `Error` as model_cost does, for a trace of another grid, and where a step's bound passes 64 bits. Cost:
 /// linear in the trace, and 8 bytes a tile.
 inline AnyToAny any_to_any(CostModel const& model, Trace const& trace, Grid grid)

@@ -119,12 +119,15 @@ struct Energy {
 /// end. What compile-time copies move is charged to the tile that sends; tile_cycle, to every tile for all of the run's
 /// modelled cycles.
 ///
-/// Throws `Error` for an event that occurs and has no energy, for a trace of another grid, for what model_cost refuses, and for
-/// counts that pass 64 bits. Cost: linear in the trace.
+/// Throws `Error` for an event that occurs and has no energy, for an energy above `most_femtojoules` (set by hand, past
+/// set_energy), for a trace of another grid, for what model_cost refuses, and for counts that pass 64 bits. Cost: linear in the trace.
 inline Energy energy_of(EnergyModel const& energy, CostModel const& model, Trace const& trace, Grid grid)
 {
     using engine::detail::Femtojoules;
     engine::detail::check_trace(trace, grid);
+    auto const rules = engine::detail::energy_rules();
+    for (std::uint32_t event = 0; event < energy_events; ++event) // Femtojoules::add takes less than 2^32
+        if (energy.events[event]) engine::detail::expect_in_range(rules[event], energy.events[event]->value);
     auto const cost = model_cost(model, trace, grid);
     Energy out;
     std::array<Femtojoules, energy_events> kinds;

@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 #include <tilemesh/error.hpp>
+#include <tilemesh/report/plot.hpp>
 #include <utility>
 #include <vector>
 
@@ -32,25 +33,12 @@ inline std::string base64(std::string_view bytes)
 inline std::string html_text(std::string_view text)
 {
     std::string out;
-    for (char const c : text) switch (c) {
-        case '&':
-            out += "&amp;";
-            break;
-        case '<':
-            out += "&lt;";
-            break;
-        case '>':
-            out += "&gt;";
-            break;
-        case '"':
-            out += "&quot;";
-            break;
-        case '\'':
-            out += "&#39;";
-            break;
-        default:
-            out += c != '\n' && (static_cast<unsigned char>(c) < 32 || c == 127) ? ' ' : c;
-        }
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        if (text[i] == '\'') out += "&#39;";
+        else if (text[i] == '\n') out += '\n';
+        else if (text[i] == 127) out += ' ';
+        else out += detail::plot_text(text.substr(i, 1));
+    }
     return out;
 }
 

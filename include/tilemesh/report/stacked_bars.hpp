@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <tilemesh/error.hpp>
@@ -35,7 +36,7 @@ struct StackedBars {
     std::vector<BarPart> parts;
     std::vector<Bar> bars;
     BarLayout layout = BarLayout::named;
-    std::optional<double> y_high{};          ///< above 0; where the y axis ends, whatever the bars are
+    std::optional<double> y_high{};          ///< above 0; where the y axis ends, whatever the bars are: what is above is cut off
     std::uint32_t width = 800, height = 320; ///< of the whole picture, in pixels; 320 x 200 or more
 };
 
@@ -100,6 +101,7 @@ inline std::string svg(StackedBars const& chart)
         for (auto const& tick : x.ticks()) text(x.px(tick.at), bottom + 16, middle, tick.text);
 
     double from = 0;
+    double const end_of_y = chart.y_high.value_or(std::numeric_limits<double>::infinity());
     double const slot = (right - left) / static_cast<double>(std::max<std::size_t>(chart.bars.size(), 1));
     for (std::size_t i = 0; i < chart.bars.size(); ++i) {
         auto const& bar = chart.bars[i];
@@ -109,8 +111,10 @@ inline std::string svg(StackedBars const& chart)
         double base = 0;
         for (std::size_t p = 0; p < bar.values.size(); ++p) {
             if (bar.values[p] == 0) continue;
-            double const low = y.px(base), high = y.px(base + bar.values[p]);
+            double const begins = base;
             base += bar.values[p];
+            if (begins >= end_of_y) break;
+            double const low = y.px(begins), high = y.px(std::min(base, end_of_y));
             out += "<rect x=\"" + number(begin) + "\" y=\"" + number(high) + "\" width=\"" + number(end - begin) +
                    "\" height=\"" + number(low - high) + "\" fill=\"" +
                    detail::plot_colours[chart.parts[p].colour % detail::plot_colours.size()] + "\"/>\n";
