@@ -56,10 +56,20 @@ known host_io a_frame_out rgbx8_bytes 3686400
 known convergence 40_x_36_tiles bound_on_routing_dx_dy 74
 
 if [ -n "$data" ] && [ -f "$data/maps/sloth.ply" ]; then
-    "$program" --quick --data "$data" --table churn --csv "$folder/churn.csv" >"$folder/churn.txt" 2>"$folder/progress" ||
+    # The same data, but a recorded path of one pose: nothing can be counted between frames.
+    data=$(cd "$data" && pwd)
+    mkdir -p "$folder/one/trajectories"
+    ln -s "$data/maps" "$data/cameras.json" "$folder/one/"
+    echo "0 0 0 0 0 0 0 1" >"$folder/one/trajectories/sloth_teleport.tum"
+    "$program" --quick --data "$folder/one" --table churn --csv "$folder/churn.csv" >"$folder/churn.txt" 2>"$folder/progress" ||
         complain "the churn table ended with $?"
     awk -F, '$3 == "moved" && $4 != "" { ++n; if ($6 < 0.99 || $6 > 1.01) { print $2 ": " $5 " for " $4; bad = 1 } }
         END { if (n != 6) { print n " motions, not 6"; bad = 1 } exit bad }' "$folder/churn.csv" || complain "churn is not the paper's"
+    grep -q '^churn,recorded_teleport,moved,,,,no_figure,counted,"skipped: sloth_teleport.tum has 1 poses,' "$folder/churn.csv" ||
+        complain "a path of one pose is not skipped: $(grep recorded_teleport "$folder/churn.csv")"
+    grep -q '^churn,recorded_orbit_0.5_deg,moved,,,,no_figure,counted,skipped: sloth_orbit.tum is not there$' "$folder/churn.csv" ||
+        complain "a path that is not there is not skipped: $(grep recorded_orbit "$folder/churn.csv")"
+    grep -qF "$folder" "$folder/churn.csv" && complain "the CSV names a folder of this machine"
 else
     echo "skipped: the churn of Sloth (its map is not there)"
 fi

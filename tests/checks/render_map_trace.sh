@@ -58,7 +58,7 @@ agrees() {
 }
 
 runs --help
-for option in --trace --cost-model --energy --follow; do has stdout "^  $option "; done
+for option in --trace --cost-model --energy --follow --most-passes; do has stdout "^  $option "; done
 
 # --- all files, and their numbers --------------------------------------------------------------
 # shellcheck disable=SC2086
@@ -180,17 +180,30 @@ equal "tiles with a copy" "$(awk -F, '$4 == 1' middle/frame_0000.heat.csv | wc -
     done
 } >forty.ply
 all=0
-for id in 1 2 39 40; do
-    run forty.ply --size 50x50 --grid 5x5 --out pictures --channel-slots 1 --trace narrow --follow $id --report narrow.json >stdout 2>stderr ||
+for id in $(seq 40); do
+    run forty.ply --size 50x50 --grid 5x5 --out pictures --channel-slots 1 --trace narrow --follow "$id" --report narrow.json >stdout 2>stderr ||
         fail "$(cat stderr)"
     has stdout "^Gaussian $id in frame 0: on tile (2, 2)"
-    equal "refusals of $id" "$(grep -c ',1$' narrow/follow_$id.csv)" "$(sed -n 's/^Gaussian .* \([0-9]*\) refusals*$/\1/p' stdout)"
-    all=$((all + $(grep -c ',1$' narrow/follow_$id.csv)))
+    equal "refusals of $id" "$(grep -c ',1$' "narrow/follow_$id.csv")" "$(sed -n 's/^Gaussian .* \([0-9]*\) refusals*$/\1/p' stdout)"
+    all=$((all + $(grep -c ',1$' "narrow/follow_$id.csv")))
 done
 [ $all -gt 0 ] || fail "nobody waits for a channel of one slot"
 agrees narrow 0000 narrow.json 0
-[ "$(sum narrow/frame_0000.heat.csv refusals)" -ge $all ] || fail "four of forty were refused more often than all"
+equal "refusals of all forty" $all "$(sum narrow/frame_0000.heat.csv refusals)"
 equal "the fullest channel in percent" "$(awk -F, 'NR > 1 && $5 > most { most = $5 } END { print most }' narrow/frame_0000.heat.csv)" 100
+
+# Five slots of storage: what arrives at a full tile is seen to, record and copy.
+all=0
+for id in $(seq 40); do
+    run forty.ply --size 50x50 --grid 5x5 --out pictures --storage-slots 5 --trace tight --follow "$id" --report tight.json >stdout 2>stderr ||
+        fail "$(cat stderr)"
+    all=$((all + $(grep -c ',dropped,[a-z]*,1$' "tight/follow_$id.csv")))
+    if ! grep -q ',route,2,2,dropped,' "tight/follow_$id.csv"; then continue; fi
+    has stdout "^Gaussian $id in frame 0: dropped on tile (2, 2)"
+done
+equal "what met a full storage" $all $(($(counter tight.json storage_full 0) + $(counter tight.json copies_full 0)))
+[ "$(counter tight.json storage_full 0)" -gt 0 ] || fail "a tile of five slots had room for forty records"
+[ "$(counter tight.json copies_full 0)" -gt 0 ] || fail "a tile of five slots had room for forty copies"
 
 # Thousands of supersteps: fewer of the busiest tiles are in the timeline, so that it stays below 20 MB.
 run --size 80x45 --grid 10x9 --channel-slots 1 --quiet --out pictures --trace long || fail "status $?"
@@ -222,10 +235,16 @@ else
         agrees $preset 0000 $preset.json 0
     done
     [ "$(sum prototype/frame_0000.heat.csv drops)" -gt 0 ] || fail "channels of ten slots dropped nothing"
+    # A record that is gone: its life ends where it met a full storage.
+    # shellcheck disable=SC2086
+    runs $small --out pictures --preset prototype --channel-slots 20 --storage-slots 150 --trace gone --follow 7 --report gone.json
+    has gone.json '"id": 7,'
+    equal "the end of a record that is dropped" "$(tail -n 1 gone/follow_7.csv)" 0,13,route,2,10,dropped,north,1
 fi
 
 # --- what is refused ---------------------------------------------------------------------------
-for option in --trace --cost-model --energy --follow; do refuses "^$option has no value" $option; done
+for option in --trace --cost-model --energy --follow --most-passes; do refuses "^$option has no value" $option; done
+for value in 0 -1 x 4294967296; do refuses "whole number" --most-passes "$value"; done
 for value in 0 -1 x 4294967296; do refuses "whole number" --trace refused --follow "$value"; done
 refuses "empty" --trace ""
 refuses "^--cost-model is given without --trace" --cost-model first/model.txt
@@ -281,6 +300,23 @@ refuses "^--trace with a map of view-dependent colour, degree 1 (.*); add --sh-d
 # shellcheck disable=SC2086
 runs shaded.ply $small --out pictures --trace flat --sh-degree 0
 has_trace flat 0000
+
+# A bound that is too small for records that come from far: one line, and with a trace what it says besides in a file.
+bounded="$small --out pictures --most-passes"
+# shellcheck disable=SC2086
+{
+    refuses "^step 1 is not quiet after 3 passes .*superstep 4 (route)" $bounded 3 --fit off
+    refuses "^step 1 is not quiet after 3 passes .*superstep 4 (route)" $bounded 3 --engine sequential
+    refuses "^step 1 is not quiet after 3 passes .*superstep 4 (route).* in bounded/no_progress.txt$" $bounded 3 --trace bounded
+    equal "files of a run without a frame" "$(ls bounded)" no_progress.txt
+    equal "its first line and the error" "$(head -n 1 bounded/no_progress.txt) in bounded/no_progress.txt" "$(cat stderr)"
+    has bounded/no_progress.txt "^step 1 (route) repeats nothing in its last 4 supersteps"
+    cp first/model.txt bounded/no_progress.txt
+    refuses "it would overwrite no_progress.txt" $bounded 3 --trace bounded --cost-model bounded/no_progress.txt
+    runs $bounded 1000 --trace bounded
+    has_trace bounded 0000
+    same first/frame_0000.tiles.csv bounded/frame_0000.tiles.csv
+}
 
 # What ends a run in the middle does not take the frames before, nor does an interrupt.
 mkdir -p stopped/frame_0001.heat.csv/in_the_way

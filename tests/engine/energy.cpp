@@ -10,9 +10,9 @@
 
 // Energy: a hand-computed example, exact sums, what is refused where nobody said what an event takes, and the file.
 using namespace tilemesh;
-using engine_test::by_hand;
+using engine_test::two_supersteps::by_hand;
 using engine_test::model;
-using engine_test::row;
+using engine_test::two_supersteps::row;
 
 namespace {
 constexpr std::uint64_t cycles[] = {31 + 124 + 7, 12 + 7 + 3};

@@ -18,6 +18,7 @@ inline tilemesh::CostModel model()
     return m;
 }
 
+namespace two_supersteps {
 /// Three tiles in a row. Superstep 0: all send eastwards, 2 slots and 1 routed for 1 message, 6 and 3 for 3: 17, 31 and 10
 /// cycles; 24 bytes of capacity a side: 124 cycles. Superstep 1, which votes: tiles 1 and 2, 1 and 3 slots: 11 and 12 cycles.
 inline tilemesh::Trace by_hand()
@@ -29,4 +30,5 @@ inline tilemesh::Trace by_hand()
     return trace;
 }
 inline constexpr tilemesh::Grid row{3, 1};
+} // namespace two_supersteps
 } // namespace engine_test

@@ -16,9 +16,9 @@
 
 // The files and sums made of a trace: hand-computed ones, names that need quoting, and how big a frame's timeline is.
 using namespace tilemesh;
-using engine_test::by_hand;
+using engine_test::two_supersteps::by_hand;
 using engine_test::model;
-using engine_test::row;
+using engine_test::two_supersteps::row;
 
 namespace {
 
