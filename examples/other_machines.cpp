@@ -102,6 +102,7 @@ public:
         write(".model.txt", [&](std::ostream& out) { write_cost_model(out, model); });
     }
 
+    std::string const& machine() const noexcept { return machine_; } ///< as files are called
     /// What `produce` puts into a stream, as the file MACHINE + `what`. The text is in memory twice.
     template <class Produce>
     void write(std::string const& what, Produce const& produce) const
@@ -223,6 +224,7 @@ void write_frame(Files const& files, CostModel const& model, Shown& renderer, Ru
     rows.clear();
     for (auto const& p : model.parameters) rows.push_back({p.name, thousands(p.value), p.unit, p.source});
     page.table({"parameter", "value", "unit", "source"}, rows);
+    for (auto& [file, what] : beside) file.insert(0, files.machine());
     page.section("Beside this page").key_values(beside);
     files.write(".html", [&](std::ostream& out) { out << page.str(); });
 }

@@ -1,6 +1,7 @@
 #include "tables.hpp"
 #include <common/statistics.hpp>
 #include <iterator>
+#include <string>
 #include <tilemesh/machine/tile.hpp>
 #include <tilemesh/report/whole_file.hpp>
 #include <tilemesh/splat/frame_program.hpp>
@@ -78,7 +79,8 @@ void ledger_of(Rows& rows)
     bool const is_paper = std::string(Setup::name) == "paper";
     std::uint64_t outside = 0;
     for (auto const& region : Layout::ledger()) {
-        std::string const what(region.name.text, region.name.size);
+        std::string what(region.name.text, region.name.size);
+        std::erase_if(what, [](char c) { return c == '(' || c == ')'; }); // `waiting (side 0)`: a CSV keeps of brackets a unit only
         if (!region.budgeted) {
             outside += region.bytes;
             continue;
