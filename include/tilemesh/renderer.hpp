@@ -344,7 +344,8 @@ private:
         mesh_->on_threads([&](std::uint32_t thread, std::uint32_t threads) {
             std::uint64_t const n = records.size();
             cache_.project(records, static_cast<std::uint32_t>(n * thread / threads),
-                           static_cast<std::uint32_t>(n * (thread + 1) / threads), view, tiling_, !last_);
+                           static_cast<std::uint32_t>(n * (thread + 1) / threads), view, tiling_, !last_,
+                           mesh_->template broadcast<Parameters>());
         });
     }
     /// What tiles hold for a row, and for its splat.
@@ -584,6 +585,7 @@ private:
         splat::Model m;
         m.footprint = S::footprint;
         m.alpha_max = S::alpha_max;
+        m.transmittance_min = S::transmittance_min;
         m.arithmetic = S::arithmetic;
         return m;
     }();

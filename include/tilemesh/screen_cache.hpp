@@ -6,6 +6,16 @@
 #include <tilemesh/splat/referenced.hpp>
 #include <vector>
 
+namespace tilemesh::splat {
+/// How the host projects n rows for its table: as every tile would (`projected`). Who gives a setup parameters of another type, and
+/// tiles another `projected` for it, gives the host another `project_rows`.
+template <class Record>
+void project_rows(FrameParameters const&, Record const* records, std::uint32_t n, View const& view, Tiling const& tiling, Splat* out) noexcept
+{
+    project_all(records, n, view, tiling, out);
+}
+} // namespace tilemesh::splat
+
 namespace tilemesh {
 
 /// The host's table of a map's records in one view: each is projected once, whatever number of tiles has it.
@@ -24,14 +34,15 @@ public:
     std::uint32_t rows() const noexcept { return static_cast<std::uint32_t>(splats_.size()); }
 
     /// Projects the rows [first, last) of `records` and says how each stands against the view of the last call; `anew`: against
-    /// none.
+    /// none. `told`: what the tiles were told, whose type says how rows are projected (`project_rows`).
+    template <class Parameters>
     void project(std::span<Record const> records, std::uint32_t first, std::uint32_t last, splat::View const& view,
-                 splat::Tiling const& tiling, bool anew) noexcept
+                 splat::Tiling const& tiling, bool anew, Parameters const& told) noexcept
     {
         constexpr std::uint32_t at_once = 256; // their splats are still in the nearest cache when they are looked at
         for (std::uint32_t from = first; from < last; from += at_once) {
             auto const to = std::min(from + at_once, last);
-            splat::project_all(records.data() + from, to - from, view, tiling, splats_.data() + from);
+            project_rows(told, records.data() + from, to - from, view, tiling, splats_.data() + from);
             for (auto row = from; row < to; ++row) {
                 auto const& s = splats_[row];
                 std::uint32_t depth;

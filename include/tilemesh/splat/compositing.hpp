@@ -19,8 +19,7 @@ struct Composite {
     {
         auto const tile = pixels_of(frame->tiling, frame->view.camera, here.tile);
         auto const at = [&](std::uint32_t i) noexcept -> Splat const& { return look(*frame, splats[order[i].slot]); };
-        auto const pairs = blend_tile(tile, frame->view.camera, frame->view.model, order.size(), at, framebuffer.begin(),
-                                      tile.x1 - tile.x0, worker);
+        auto const pairs = S::Blending::tile(tile, *frame, order.size(), at, framebuffer.begin(), tile.x1 - tile.x0, worker);
         work.blocks[worker.index] = pairs.blocks;
         work.contributing[worker.index] = pairs.contributing;
     }
@@ -45,8 +44,7 @@ struct Composite {
             auto const tile = pixels_of(frame->tiling, frame->view.camera, here.tile);
             auto const at = [&](std::uint32_t i) noexcept -> Splat const& { return look(*frame, splats[order[i].slot]); };
             PairCount pairs[Work::max_workers] = {};
-            blend_whole_tile(tile, frame->view.camera, frame->view.model, order.size(), at, framebuffer.begin(), tile.x1 - tile.x0,
-                             pairs, worker.count);
+            S::Blending::whole(tile, *frame, order.size(), at, framebuffer.begin(), tile.x1 - tile.x0, pairs, worker.count);
             for (std::uint32_t w = 0; w < worker.count; ++w) {
                 work.blocks[w] = pairs[w].blocks;
                 work.contributing[w] = pairs[w].contributing;

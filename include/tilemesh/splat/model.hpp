@@ -19,11 +19,13 @@ enum class Arithmetic : std::uint32_t {
 /// The picture's rules besides the camera. The model proper (EWA, dilation, near plane, Jacobian clamp) is the same in the
 /// kernels and in every reference; the cut-offs are what `error` in a report measures.
 ///
-/// Constants: 1/255, 1e-4, 0.3, 1.3 and 3 sigma are those of 3D Gaussian Splatting (Kerbl et al. 2023).
+/// Constants: 1/255, 0.3, 1.3 and 3 sigma are those of 3D Gaussian Splatting (Kerbl et al. 2023).
 struct Model {
     float alpha_min = 1.0f / 255.0f;    ///< a term below this is skipped
     float alpha_max = 1.0f;             ///< 0.99 in the paper's presets; it costs 2.5 levels where opaque layers overlap
-    float transmittance_min = 1e-4f;    ///< a pixel is finished once its transmittance is below: the term that crosses is blended
+    /// A pixel is finished once its transmittance is below; the term that crosses is blended. 3D Gaussian Splatting has 1e-4 and does
+    /// not blend that term; 1e-4 costs up to 4 % more pairs here, for an error that is 0.2 to 1.4 % smaller (bench/error_vs_time).
+    float transmittance_min = 1e-3f;
     float dilation = 0.3f;              ///< pixels squared, added to both variances of the projected Gaussian
     float jacobian_limit = 1.3f;        ///< x/z and y/z are clamped to this many half fields of view in the Jacobian; 0: off
     Footprint footprint = Footprint::opacity_box;

@@ -4,6 +4,8 @@
 
 namespace tilemesh::splat {
 
+struct BlendAsAsked;
+
 /// What a Setup says: the machine, the policies, and the bytes of every region of a tile; slots follow from the size of a
 /// record. Derive from one and change what you want; names appear in every report.
 struct SetupDefaults {
@@ -16,6 +18,7 @@ struct SetupDefaults {
     using Addressing = Carried;
     using Copies = WorldCopies;
     using Pixel = FloatPixel;
+    using Blending = BlendAsAsked;                    ///< blending.hpp
     using ChannelRule = Limited;
     /// False: the host places each record on its anchor tile, view by view, and what found no room again in the next view.
     static constexpr bool routes = true;
@@ -24,6 +27,7 @@ struct SetupDefaults {
     static constexpr bool lists_fit = true;           ///< marks, projected records and sort keys count against the SRAM
     static constexpr Footprint footprint = Footprint::opacity_box;
     static constexpr float alpha_max = 1.0f;
+    static constexpr float transmittance_min = Model{}.transmittance_min;
     /// 0.6 times the host time of `precise`, and no farther from the picture in double (README, "Error against run time").
     static constexpr Arithmetic arithmetic = Arithmetic::fast;
 
@@ -59,6 +63,7 @@ struct Paper : SetupDefaults {
     static constexpr bool lists_fit = false;
     static constexpr Footprint footprint = Footprint::three_sigma_square;
     static constexpr float alpha_max = 0.99f;
+    static constexpr float transmittance_min = 1e-4f; ///< that of 3D Gaussian Splatting
     static constexpr std::uint32_t storage_slots = 3200;
     static constexpr std::uint32_t road_bytes = 400 * sizeof(Gaussian);
     static constexpr std::uint32_t beam_bytes = 400 * sizeof(Gaussian);
