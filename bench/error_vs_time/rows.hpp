@@ -43,7 +43,8 @@ struct Row {
 
     // Errors. `total`: the mesh's picture against R0, double without cut-offs. `cut`: R1, double with the setting's cut-offs, against
     // R0. `round`: R2, float32 of the whole frame, against R1. `mesh`: the mesh's picture against R2. References are rounded to
-    // float32 before they are compared. Of a sequence: of its worst frame, by `total.rmse`.
+    // float32 before they are compared. Of a sequence: of its worst frame, by `total.rmse`. The three parts have rmse, mae, max_levels
+    // and psnr_db only.
     report::ErrorMeasures total{}, cut{}, round{}, mesh{};
     double twice_products = 0;       ///< 2 * mean(cut round + cut mesh + round mesh): what total^2 has beside the three squares
     double split_off = 0;            ///< |total^2 - cut^2 - round^2 - mesh^2 - twice_products| / total^2
@@ -51,7 +52,8 @@ struct Row {
 
     // Counters, of the last frame.
     report::FrameReport counters;
-    std::uint64_t lost = 0, late = 0, unplaced = 0; ///< whole records and copies that the picture lacks, by what became of them
+    std::uint64_t lost = 0, late = 0, unplaced = 0; ///< whole records and copies that a picture lacks, by what became of them; the most
+    bool mesh_wrong = false;                        ///< a picture that lacks nothing is not R2's, bit for bit
     std::uint64_t projected_bytes = 56;             ///< of a projected record, as its shape is stored
     bool complete() const noexcept { return lost + late + unplaced == 0; }
 

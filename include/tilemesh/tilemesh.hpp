@@ -58,4 +58,5 @@
 #include <tilemesh/screen_cache.hpp>
 #include <tilemesh/splat/fitted.hpp>
 #include <tilemesh/splat/frame_program.hpp>
+#include <tilemesh/splat/quality.hpp>
 #include <tilemesh/splat/with_pixel.hpp>

@@ -28,6 +28,7 @@
 #include <tilemesh/splat/policies.hpp>
 #include <tilemesh/splat/project_all.hpp>
 #include <tilemesh/splat/projection.hpp>
+#include <tilemesh/splat/quality.hpp>
 #include <tilemesh/splat/referenced.hpp>
 #include <tilemesh/splat/referenced.hpp>
 #include <tilemesh/splat/regions.hpp>

@@ -208,6 +208,53 @@ TEST_CASE("series are told apart by colour and dashes, and listed in order")
     CHECK(text.find(">two<") < text.find(">three<"));
 }
 
+TEST_CASE("dots alone are joined by nothing, in the area or in the legend")
+{
+    auto plot = plot_of({{0, 1}, {1, not_a_number}, {2, 3}, {3, infinite}});
+    plot.series[0].colour = 5;
+    auto const joined = svg(plot);
+    plot.series[0].line = PlotLine::none;
+    auto const text = svg(plot);
+    CHECK(well_formed(text));
+    CHECK(count(text, "<path") == 0);
+    // The same dots at the same places, and one more in the legend.
+    CHECK(count(text, "<circle") == count(joined, "<circle") + 1);
+    for (char const* of : {"cx=\"", "cy=\""}) {
+        auto const before = numbers_after(joined, of);
+        auto now = numbers_after(text, of);
+        REQUIRE(now.size() == 4);
+        now.pop_back();
+        CHECK(now == before);
+    }
+    CHECK(numbers_after(text, "cx=\"").back() > numbers_after(text, "cx=\"")[2]); // right of the area
+    CHECK(count(text, "fill=\"#d55e00\"") == 2);
+
+    CHECK(count(text, "r=\"2.5\"") == 4);
+    plot.series[0].dot_px = 4;
+    CHECK(count(svg(plot), "r=\"4.0\"") == 4);
+
+    plot.series[0].points.clear();
+    CHECK(well_formed(svg(plot)));
+    CHECK(count(svg(plot), "<circle") == 1); // the legend names what has no point
+}
+
+TEST_CASE("a faded series is drawn through as one, and so is its sample; others are not")
+{
+    auto plot = plot_of({{0, 1}, {1, 2}});
+    CHECK(count(svg(plot), "opacity") == 0);
+    plot.series.push_back({.name = "two", .points = {{0, 2}, {0, 2}, {1, 1}}, .line = PlotLine::none, .colour = 3, .faded = true});
+    auto text = svg(plot);
+    CHECK(well_formed(text));
+    CHECK(count(text, "opacity=\"0.35\"") == 2); // one group, so that dots over dots are no darker; and the sample
+    CHECK(count(text, "opacity") == 2);
+    plot.series[1].line = PlotLine::step;
+    text = svg(plot);
+    CHECK(well_formed(text));
+    CHECK(count(text, "opacity=\"0.35\"") == 2);
+    plot.series[1].faded = false;
+    CHECK(count(svg(plot), "opacity") == 0);
+}
+
 TEST_CASE("what cannot be drawn is refused")
 {
     CHECK_THROWS_AS(svg(plot_of({{0, 1}, {1, 2}}, PlotScale::logarithmic)), Error);

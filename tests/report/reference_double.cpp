@@ -14,7 +14,10 @@
 
 namespace {
 
+using tilemesh::report::cut_offs;
+using tilemesh::report::CutOffs;
 using tilemesh::report::Cuts;
+using tilemesh::report::no_cut_offs;
 using tilemesh::report::render_double;
 using tilemesh::report::render_double_unrounded;
 using tilemesh::splat::Camera;
@@ -119,13 +122,14 @@ double brightest(std::vector<double> const& rgb)
 
 /// The picture again, in long double and by other formulas: the screen covariance as V V^T with V =
 /// J W R S, the determinant from the cross product of V's rows (only sums of positives), the
-/// exponent by completing the square, and for every pixel the whole list in depth order.
+/// exponent by completing the square, and for every pixel the whole list in depth order until the
+/// pixel is finished. Of the cut-offs it knows all but the footprint.
 std::vector<double> guard_render(std::vector<Gaussian> const& gaussians, Camera const& camera,
-                                 Model const& model)
+                                 Model const& model, CutOffs const& cuts = no_cut_offs(0.0))
 {
     using Real = long double;
     struct Splat {
-        Real z, u, v, a, b, det, opacity;
+        Real z, u, v, a, b, det, opacity, c;
         Gaussian const* gaussian;
     };
     std::vector<Splat> splats;
@@ -184,11 +188,15 @@ std::vector<double> guard_render(std::vector<Gaussian> const& gaussians, Camera 
         Real const h = model.dilation;
         splats.push_back({view[2], Real{camera.fx} * x + Real{camera.cx},
                           Real{camera.fy} * y + Real{camera.cy}, a + h, b,
-                          cross + h * (a + c) + h * h, g.opacity, &g});
+                          cross + h * (a + c) + h * h, g.opacity, c + h, &g});
     }
     std::sort(splats.begin(), splats.end(), [](Splat const& l, Splat const& r) {
         return l.z < r.z || (!(r.z < l.z) && l.gaussian->id < r.gaussian->id);
     });
+    // Whether no part of a pixel, which is half open, lies in [centre - half, centre + half].
+    auto const outside = [](std::uint32_t pixel, Real centre, Real half) {
+        return pixel + 1 <= centre - half || pixel > centre + half;
+    };
     std::vector<double> picture;
     for (std::uint32_t row = 0; row < camera.height; ++row)
         for (std::uint32_t column = 0; column < camera.width; ++column) {
@@ -197,10 +205,19 @@ std::vector<double> guard_render(std::vector<Gaussian> const& gaussians, Camera 
             for (auto const& s : splats) {
                 Real const dx = static_cast<Real>(column) + 0.5L - s.u;
                 Real const dy = static_cast<Real>(row) + 0.5L - s.v;
+                Real const sigmas = cuts.sigmas;
+                if (sigmas > 0 && (outside(column, s.u, sigmas * std::sqrt(s.a)) ||
+                                   outside(row, s.v, sigmas * std::sqrt(s.c))))
+                    continue;
                 Real const e = dy - s.b / s.a * dx;
-                Real const alpha = s.opacity * std::exp(-(dx * dx / s.a + e * e * s.a / s.det) / 2);
+                Real alpha = s.opacity * std::exp(-(dx * dx / s.a + e * e * s.a / s.det) / 2);
+                if (alpha < Real{cuts.alpha_min}) continue;
+                if (alpha > Real{cuts.alpha_max}) alpha = cuts.alpha_max;
+                bool const crosses = through - through * alpha < Real{cuts.transmittance_min};
+                if (crosses && !cuts.blends_crossing) break;
                 for (int k = 0; k < 3; ++k) rgb[k] += through * alpha * Real{s.gaussian->colour[k]};
                 through -= through * alpha;
+                if (crosses) break;
             }
             for (Real value : rgb) picture.push_back(static_cast<double>(value));
         }
@@ -464,6 +481,201 @@ TEST_CASE("with cut-offs a pixel stops after the term that crosses transmittance
         CHECK(whole[centre + 1] == 0.1875);
         CHECK(whole[centre + 2] == 0.03125);
     }
+}
+
+TEST_CASE("where the crossing term is dropped, the pixel is finished without it")
+{
+    auto const camera = plain_camera(32, 32);
+    auto const centre = std::size_t{3 * (13 * 32 + 17)};
+    std::vector<Gaussian> const gaussians{coloured(ball(0, 0, 2, 0, 0.75f, 1), 1, 0, 0),
+                                          coloured(ball(0, 0, 3, 0, 0.75f, 2), 0, 1, 0),
+                                          coloured(ball(0, 0, 4, 0, 0.5f, 3), 0, 0, 1)};
+    // The transmittance is 1/4, 1/16, 1/32 behind the three; 1/2 behind the last alone and 1/8
+    // behind the first and the last, so that the last would fit where it must stay out.
+    struct Case {
+        double transmittance_min, red, green, blue;
+    };
+    for (auto const& each : {Case{1.0, 0.0, 0.0, 0.0}, Case{0.3, 0.0, 0.0, 0.0},
+                             Case{0.25, 0.75, 0.0, 0.0}, // "below" is strict
+                             Case{0.07, 0.75, 0.0, 0.0}, Case{0.0625, 0.75, 0.1875, 0.0},
+                             Case{0.03125, 0.75, 0.1875, 0.03125}, Case{0.0, 0.75, 0.1875, 0.03125}}) {
+        CAPTURE(each.transmittance_min);
+        auto cuts = no_cut_offs();
+        cuts.transmittance_min = each.transmittance_min;
+        cuts.blends_crossing = false;
+        auto const cut = render_double_unrounded(gaussians, camera, {}, cuts);
+        CHECK(cut[centre] == each.red);
+        CHECK(cut[centre + 1] == each.green);
+        CHECK(cut[centre + 2] == each.blue);
+    }
+
+    // A term is clamped before it is asked whether it crosses.
+    auto clamped = no_cut_offs();
+    clamped.alpha_max = 0.5;
+    clamped.transmittance_min = 0.3;
+    clamped.blends_crossing = false;
+    auto const cut = render_double_unrounded(gaussians, camera, {}, clamped);
+    CHECK(cut[centre] == 0.5);
+    CHECK(cut[centre + 1] == 0.0);
+}
+
+TEST_CASE("two layers of 0.99 at a limit of 1e-3, by either rule")
+{
+    auto const camera = plain_camera(32, 32);
+    auto const centre = std::size_t{3 * (13 * 32 + 17)};
+    std::vector<Gaussian> const gaussians{coloured(ball(0, 0, 2, 0, 1.0f, 1), 1, 0, 0),
+                                          coloured(ball(0, 0, 3, 0, 1.0f, 2), 0, 1, 0),
+                                          coloured(ball(0, 0, 4, 0, 0.05f, 3), 0, 0, 1)};
+    auto cuts = no_cut_offs();
+    cuts.alpha_max = 0.99;
+    cuts.transmittance_min = 1e-3;
+    auto const blended = render_double_unrounded(gaussians, camera, {}, cuts);
+    CHECK(blended[centre] == 0.99);
+    CHECK(std::abs(blended[centre + 1] - 0.0099) < 1e-15);
+    CHECK(blended[centre + 2] == 0.0);
+    cuts.blends_crossing = false;
+    auto const dropped = render_double_unrounded(gaussians, camera, {}, cuts);
+    CHECK(dropped[centre] == 0.99);
+    CHECK(dropped[centre + 1] == 0.0);
+    CHECK(dropped[centre + 2] == 0.0); // 0.0095 would be left behind it, which is no crossing
+
+    // Where the second layer is thin enough it is blended, so a pixel finishes by itself.
+    CHECK(brightest(dropped) == 0.99);
+    bool both = false;
+    for (std::size_t i = 0; i < dropped.size(); i += 3) both = both || dropped[i + 1] > 0.001;
+    CHECK(both);
+
+    // With no clamp an opaque layer is never blended, but where there is no limit.
+    cuts.alpha_max = 1.0;
+    CHECK(render_double_unrounded(gaussians, camera, {}, cuts)[centre] == 0.0);
+    cuts.transmittance_min = 0.0;
+    CHECK(render_double_unrounded(gaussians, camera, {}, cuts)[centre] == 1.0);
+}
+
+TEST_CASE("with every cut-off it agrees with the picture in long double, pixel by pixel")
+{
+    auto const camera = tilted_camera(48, 36);
+    auto const gaussians = random_gaussians(150, 21);
+    std::vector<std::vector<double>> seen;
+    for (bool const blends_crossing : {true, false})
+        for (double const sigmas : {0.0, 0.7, 2.0, 2.8}) {
+            CAPTURE(blends_crossing);
+            CAPTURE(sigmas);
+            CutOffs const cuts{0.01, 0.97, 0.05, Footprint::opacity_box, sigmas, blends_crossing};
+            auto const rgb = render_double_unrounded(gaussians, camera, {}, cuts, 2);
+            CHECK(brightest(rgb) > 0.9);
+            CHECK(largest_difference(rgb, guard_render(gaussians, camera, {}, cuts)) < 1e-12);
+            for (auto const& other : seen) CHECK(largest_difference(rgb, other) > 1e-3);
+            seen.push_back(rgb);
+        }
+}
+
+TEST_CASE("the cut in standard deviations ends at its columns and rows")
+{
+    auto const camera = plain_camera(96, 96); // the principal point is (49.5, 45.5)
+    Model sharp;
+    sharp.dilation = 0.0f; // so that the deviations are 20 and 25 pixels to the bit
+    auto const gaussian = ball(0, 0, 2, 0, 1.0f, 1);
+    auto const whole = render_double_unrounded({&gaussian, 1}, camera, sharp, no_cut_offs(0.0));
+    struct Case {
+        double sigmas;
+        std::size_t first_x, last_x, first_y, last_y;
+    };
+    for (auto const& each :
+         {Case{1e-9, 49, 49, 45, 45}, Case{0.05, 48, 50, 44, 46}, Case{0.5, 39, 59, 33, 58},
+          Case{1.0, 29, 69, 20, 70}, Case{2.0, 9, 89, 0, 95}, Case{3.0, 0, 95, 0, 95}}) {
+        CAPTURE(each.sigmas);
+        auto cuts = no_cut_offs(0.0);
+        cuts.sigmas = each.sigmas;
+        auto const cut = render_double_unrounded({&gaussian, 1}, camera, sharp, cuts);
+        std::size_t wrong = 0;
+        for (std::size_t row = 0; row < 96; ++row)
+            for (std::size_t column = 0; column < 96; ++column) {
+                auto const i = 3 * (96 * row + column);
+                bool const inside = each.first_x <= column && column <= each.last_x &&
+                                    each.first_y <= row && row <= each.last_y;
+                wrong += cut[i] == (inside ? whole[i] : 0.0) ? 0 : 1;
+            }
+        CHECK(wrong == 0);
+    }
+
+    // The deviations are those of the dilated covariance: a point is as wide as the dilation.
+    auto const point = ball(0, 0, 2, -20, 1.0f, 1);
+    Model wide;
+    wide.dilation = 9.0f;
+    auto cuts = no_cut_offs(0.0);
+    cuts.sigmas = 2.0; // 6 pixels
+    auto const cut = render_double_unrounded({&point, 1}, camera, wide, cuts);
+    CHECK(cut[3 * (96 * 45 + 43)] > 0.1);
+    CHECK(cut[3 * (96 * 45 + 42)] == 0.0);
+    CHECK(cut[3 * (96 * 51 + 55)] > 0.01);
+    CHECK(cut[3 * (96 * 52 + 55)] == 0.0);
+}
+
+TEST_CASE("of the footprint and the cut in standard deviations the smaller counts")
+{
+    auto const camera = tilted_camera(64, 48);
+    auto gaussians = random_gaussians(100, 8);
+    for (auto& gaussian : gaussians) gaussian.opacity = std::max(gaussian.opacity, 0.01f);
+    for (auto const footprint : {Footprint::opacity_box, Footprint::three_sigma_square}) {
+        CutOffs cuts{1e-6, 1.0, 0.0, footprint}; // 5 deviations, so the square is the smaller
+        auto const uncut = render_double_unrounded(gaussians, camera, {}, cuts);
+        // Huge, because the square reaches many deviations of a needle's short axis.
+        for (double const none : {0.0, 1e9, 1e300, std::numeric_limits<double>::infinity()}) {
+            cuts.sigmas = none;
+            CHECK(render_double_unrounded(gaussians, camera, {}, cuts) == uncut);
+        }
+        cuts.sigmas = 1.5;
+        CHECK(largest_difference(render_double_unrounded(gaussians, camera, {}, cuts), uncut) > 0.05);
+    }
+    CutOffs box{1.0 / 255.0, 1.0, 0.0, Footprint::opacity_box};
+    auto const uncut = render_double_unrounded(gaussians, camera, {}, box);
+    box.sigmas = 3.34; // sqrt(2 ln(255)) is 3.33
+    CHECK(render_double_unrounded(gaussians, camera, {}, box) == uncut);
+
+    // Both footprints hold the box of 3 deviations, where 1e-12 of an opacity is 7 of them.
+    CutOffs square{1e-12, 1.0, 0.0, Footprint::three_sigma_square};
+    auto const larger = render_double_unrounded(gaussians, camera, {}, square);
+    square.sigmas = 3.0;
+    auto const three = render_double_unrounded(gaussians, camera, {}, square);
+    CHECK(largest_difference(three, larger) > 1e-3);
+    CHECK(three == render_double_unrounded(gaussians, camera, {},
+                                           CutOffs{1e-12, 1.0, 0.0, Footprint::opacity_box, 3.0}));
+}
+
+TEST_CASE("Cuts are two of the cut-offs")
+{
+    Model model;
+    model.alpha_min = 0.02f;
+    model.alpha_max = 0.9f;
+    model.transmittance_min = 0.05f;
+    model.footprint = Footprint::three_sigma_square;
+    auto const same = cut_offs(model);
+    CHECK(same.alpha_min == double{0.02f});
+    CHECK(same.alpha_max == double{0.9f});
+    CHECK(same.transmittance_min == double{0.05f});
+    CHECK(same.footprint == Footprint::three_sigma_square);
+    CHECK(same.sigmas == 0.0);
+    CHECK(same.blends_crossing);
+    CHECK(no_cut_offs(-1.0).alpha_min == 0.0);
+    CHECK(no_cut_offs(std::numeric_limits<double>::quiet_NaN()).alpha_min == 0.0);
+
+    auto const camera = tilted_camera(64, 48);
+    auto const gaussians = random_gaussians(120, 9);
+    auto const with_model = render_double_unrounded(gaussians, camera, model, Cuts::same);
+    auto const without = render_double_unrounded(gaussians, camera, model, Cuts::none);
+    auto const some = render_double_unrounded(gaussians, camera, model, Cuts::none, 1, 1e-3);
+    CHECK(largest_difference(with_model, without) > 0.01);
+    CHECK(largest_difference(some, without) > 1e-5);
+    CHECK(render_double_unrounded(gaussians, camera, model, cut_offs(model)) == with_model);
+    CHECK(render_double_unrounded(gaussians, camera, model, no_cut_offs()) == without);
+    CHECK(render_double_unrounded(gaussians, camera, model, no_cut_offs(1e-3)) == some);
+    // The cut-offs count, not the model's.
+    CHECK(render_double_unrounded(gaussians, camera, {}, cut_offs(model)) == with_model);
+    CHECK(render_double(gaussians, camera, {}, cut_offs(model), 3).rgb ==
+          render_double(gaussians, camera, model, Cuts::same).rgb);
+    CHECK(render_double(gaussians, camera, {}, no_cut_offs()).rgb ==
+          render_double(gaussians, camera, model, Cuts::none).rgb);
 }
 
 TEST_CASE("the three-sigma square ends at its columns and rows")

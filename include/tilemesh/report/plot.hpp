@@ -26,8 +26,8 @@ struct PlotAxis {
     std::optional<double> low{}, high{}; ///< finite, low < high, above 0 where the scale is logarithmic
 };
 
-/// How two neighbouring points are joined: by a line, or by the first one's value until the second begins.
-enum class PlotLine { straight, step };
+/// How two neighbouring points are joined: by a line, by the first one's value until the second begins, or not at all: dots alone.
+enum class PlotLine { straight, step, none };
 
 /// Points that belong together, in the order in which they are joined. A y of +infinity (the PSNR of equal pictures) is drawn on
 /// a line of its own above the others; a NaN, or -infinity, is a gap.
@@ -37,6 +37,8 @@ struct PlotSeries {
     PlotLine line = PlotLine::straight;
     std::uint32_t colour = 0; ///< one of eight that colour-blind eyes tell apart; 8 is 0 again
     bool dashed = false;
+    bool faded = false;       ///< drawn at 35 % of its strength: what the other series are seen against
+    double dot_px = 2.5;      ///< radius of its dots
 };
 
 /// A diagram for a report: title, axes with ticks, lines with dots, a legend on the right.
@@ -229,6 +231,7 @@ inline std::string svg(Plot const& plot)
     for (std::size_t i = 0; i < plot.series.size(); ++i) {
         auto const& series = plot.series[i];
         std::string const colour = detail::plot_colours[series.colour % detail::plot_colours.size()];
+        std::string const radius = "\" r=\"" + number(series.dot_px);
         std::string path, dots;
         bool joined = false;
         double before = 0;
@@ -242,19 +245,25 @@ inline std::string svg(Plot const& plot)
                 throw Error("series \"" + series.name +
                             "\" cannot be drawn (a value of 0 or below on a logarithmic scale); choose a linear scale");
             double const px = x.px(at), py = std::isfinite(value) ? y.px(value) : infinity_px;
-            if (joined && series.line == PlotLine::step) path += "L" + number(px) + " " + number(before);
-            path += (joined ? "L" : "M") + number(px) + " " + number(py);
-            dots += "<circle cx=\"" + number(px) + "\" cy=\"" + number(py) + "\" r=\"2.5\"/>";
+            if (joined && series.line == PlotLine::step) path.append("L").append(number(px)).append(" ").append(number(before));
+            if (series.line != PlotLine::none) path.append(joined ? "L" : "M").append(number(px)).append(" ").append(number(py));
+            dots += "<circle cx=\"" + number(px) + "\" cy=\"" + number(py) + radius + "\"/>";
             before = py;
             joined = true;
         }
         std::string const stroke =
             " fill=\"none\" stroke=\"" + colour + "\" stroke-width=\"1.8\"" + (series.dashed ? " stroke-dasharray=\"6 4\"" : "");
-        if (!path.empty())
-            out +=
-                "<g clip-path=\"url(#area)\"><path d=\"" + path + "\"" + stroke + "/>\n<g fill=\"" + colour + "\">" + dots + "</g></g>\n";
+        std::string const strength = series.faded ? " opacity=\"0.35\"" : "";
+        if (!dots.empty()) {
+            out += "<g clip-path=\"url(#area)\"" + strength + ">";
+            if (!path.empty()) out += "<path d=\"" + path + "\"" + stroke + "/>\n";
+            out += "<g fill=\"" + colour + "\">" + dots + "</g></g>\n";
+        }
         double const row = top + 8 + 18 * static_cast<double>(i);
-        out += "<path d=\"M" + number(right + 12) + " " + number(row) + "h30\"" + stroke + "/>\n";
+        if (series.line == PlotLine::none)
+            out += "<circle cx=\"" + number(right + 27) + "\" cy=\"" + number(row) + radius + "\" fill=\"" + colour + "\"" + strength +
+                   "/>\n";
+        else out += "<path d=\"M" + number(right + 12) + " " + number(row) + "h30\"" + stroke + strength + "/>\n";
         text(right + 48, row + 4, "", series.name);
     }
     return out + "</svg>\n";

@@ -25,6 +25,39 @@ enum class Cuts {
           ///< footprint
 };
 
+/// What a reference leaves out, in double. `cut_offs` has what a model leaves out, `no_cut_offs` what
+/// the formula does; a caller changes from there what it wants to know the cost of.
+///
+/// No limit is negative; `transmittance_min` is at most 1.
+struct CutOffs {
+    double alpha_min;           ///< a term below this is skipped; 0: none is
+    double alpha_max;           ///< no term covers more; 1: no clamp
+    double transmittance_min;   ///< a pixel is finished once its transmittance is below; 0: none is
+    splat::Footprint footprint; ///< three_sigma_square, or else the box around alpha = alpha_min
+    /// No pixel beyond so many standard deviations along an axis of the screen, that is outside the
+    /// box of half-widths sigmas * sqrt(xx) and sigmas * sqrt(yy) of the dilated covariance, is
+    /// touched, whatever the footprint; 0: no such cut.
+    double sigmas = 0.0;
+    /// Whether the term that takes the transmittance below its limit is blended. If not, it is left
+    /// out and the pixel is finished as well: a later term adds nothing, however faint (the rule of
+    /// 3D Gaussian Splatting, Kerbl et al. 2023, which needs its alpha_max of 0.99: a layer of alpha
+    /// 1 would always be left out).
+    bool blends_crossing = true;
+};
+
+/// What the model leaves out: `Cuts::same`.
+inline CutOffs cut_offs(splat::Model const& model) noexcept
+{
+    return {double{model.alpha_min}, double{model.alpha_max}, double{model.transmittance_min},
+            model.footprint};
+}
+
+/// Nothing but the terms with an alpha below `skip_below`: `Cuts::none`. A negative one, or NaN, is 0.
+inline CutOffs no_cut_offs(double skip_below = 1e-12) noexcept
+{
+    return {skip_below > 0.0 ? skip_below : 0.0, 1.0, 0.0, splat::Footprint::opacity_box};
+}
+
 namespace detail {
 
 using Matrix3 = std::array<std::array<double, 3>, 3>;
@@ -117,12 +150,11 @@ struct ReferenceSplat {
     std::uint32_t first_x, last_x, first_y, last_y;
 };
 
-/// What a Gaussian is on the screen, or nothing when it cannot be seen. `faintest` is the smallest
-/// alpha that counts.
+/// What a Gaussian is on the screen, or nothing when it cannot be seen. Of the model it takes the
+/// dilation and the Jacobian's limit.
 template <class Record>
 std::optional<ReferenceSplat> project_reference(Record const& gaussian, splat::Camera const& camera,
-                                                splat::Model const& model, Cuts cuts,
-                                                double faintest)
+                                                splat::Model const& model, CutOffs const& cuts)
 {
     // View space: R (p - c).
     Matrix3 world_to_view{};
@@ -177,18 +209,23 @@ std::optional<ReferenceSplat> project_reference(Record const& gaussian, splat::C
     for (std::size_t i = 0; i < 3; ++i) {
         finite = finite && std::isfinite(splat.colour[i]);
     }
-    if (!finite || !(splat.opacity > faintest)) return std::nullopt;
+    if (!finite || !(splat.opacity > cuts.alpha_min)) return std::nullopt;
 
-    // The pixels it may touch: the box around the ellipse alpha = faintest, or the paper's square.
+    // The pixels it may touch: the box around the ellipse alpha = alpha_min, or the paper's square;
+    // of those the ones within so many standard deviations.
     double half_x = 0.0;
     double half_y = 0.0;
-    if (cuts == Cuts::same && model.footprint == splat::Footprint::three_sigma_square) {
+    if (cuts.footprint == splat::Footprint::three_sigma_square) {
         double const largest = (xx + yy) / 2.0 + std::hypot((xx - yy) / 2.0, xy);
         half_x = half_y = std::ceil(3.0 * std::sqrt(largest));
     } else {
-        double const sigmas = std::sqrt(2.0 * std::log(splat.opacity / faintest));
+        double const sigmas = std::sqrt(2.0 * std::log(splat.opacity / cuts.alpha_min));
         half_x = sigmas * std::sqrt(xx);
         half_y = sigmas * std::sqrt(yy);
+    }
+    if (cuts.sigmas > 0.0) {
+        half_x = std::min(half_x, cuts.sigmas * std::sqrt(xx));
+        half_y = std::min(half_y, cuts.sigmas * std::sqrt(yy));
     }
     double const left = std::max(0.0, std::floor(splat.mean_x - half_x));
     double const right = std::min(camera.width - 1.0, std::floor(splat.mean_x + half_x));
@@ -204,27 +241,33 @@ std::optional<ReferenceSplat> project_reference(Record const& gaussian, splat::C
 
 /// Blends splats, nearest first, into the rows [begin, end) of `rgb` (3 * width doubles a row).
 inline void blend_reference_rows(std::span<ReferenceSplat const> nearest_first, std::uint32_t begin,
-                                 std::uint32_t end, std::uint32_t width, double faintest,
-                                 double alpha_max, double transmittance_min, std::span<double> rgb,
-                                 std::span<double> transmittance) noexcept
+                                 std::uint32_t end, std::uint32_t width, CutOffs const& cuts,
+                                 std::span<double> rgb, std::span<double> transmittance) noexcept
 {
+    // Stands for the transmittance of a pixel that is finished without its last term: below any limit.
+    constexpr double finished = -1.0;
     for (auto const& splat : nearest_first)
         for (auto y = std::max(begin, splat.first_y); y < end && y <= splat.last_y; ++y)
             for (auto x = splat.first_x; x <= splat.last_x; ++x) {
                 auto const pixel = std::size_t{y} * width + x;
                 auto& through = transmittance[pixel];
-                if (through < transmittance_min) continue;
+                if (through < cuts.transmittance_min) continue;
                 double const dx = x + 0.5 - splat.mean_x;
                 double const dy = y + 0.5 - splat.mean_y;
                 double const power = -0.5 * (splat.conic_xx * dx * dx + splat.conic_yy * dy * dy) -
                                      splat.conic_xy * dx * dy;
                 // Rounding alone can make the form positive, where the ellipse is a needle.
                 double alpha = splat.opacity * std::exp(std::min(power, 0.0));
-                if (alpha < faintest) continue;
-                alpha = std::min(alpha, alpha_max);
+                if (alpha < cuts.alpha_min) continue;
+                alpha = std::min(alpha, cuts.alpha_max);
+                double const behind = through * (1.0 - alpha);
+                if (!cuts.blends_crossing && behind < cuts.transmittance_min) {
+                    through = finished;
+                    continue;
+                }
                 for (std::size_t i = 0; i < 3; ++i)
                     rgb[3 * pixel + i] += through * alpha * splat.colour[i];
-                through *= 1.0 - alpha;
+                through = behind;
             }
 }
 
@@ -235,17 +278,11 @@ inline void blend_reference_rows(std::span<ReferenceSplat const> nearest_first, 
 template <class Records = std::span<splat::Gaussian const>>
 std::vector<double> render_double_unrounded(Records const& gaussians,
                                             splat::Camera const& camera, splat::Model const& model,
-                                            Cuts cuts, unsigned threads = 1,
-                                            double skip_below = 1e-12)
+                                            CutOffs const& cuts, unsigned threads = 1)
 {
-    bool const same = cuts == Cuts::same;
-    double const faintest = same ? double{model.alpha_min} : std::max(skip_below, 0.0);
-    double const alpha_max = same ? double{model.alpha_max} : 1.0;
-    double const transmittance_min = same ? double{model.transmittance_min} : 0.0;
-
     std::vector<detail::ReferenceSplat> splats;
     for (auto const& gaussian : gaussians)
-        if (auto const splat = detail::project_reference(gaussian, camera, model, cuts, faintest))
+        if (auto const splat = detail::project_reference(gaussian, camera, model, cuts))
             splats.push_back(*splat);
     std::stable_sort(splats.begin(), splats.end(), [](auto const& a, auto const& b) {
         return a.depth != b.depth ? a.depth < b.depth : a.id < b.id;
@@ -260,9 +297,8 @@ std::vector<double> render_double_unrounded(Records const& gaussians,
             return static_cast<std::uint32_t>(std::uint64_t{camera.height} * band / bands);
         };
         auto const blend = [&](unsigned band) noexcept {
-            detail::blend_reference_rows(splats, border(band), border(band + 1), camera.width,
-                                         faintest, alpha_max, transmittance_min, rgb,
-                                         transmittance);
+            detail::blend_reference_rows(splats, border(band), border(band + 1), camera.width, cuts,
+                                         rgb, transmittance);
         };
         std::vector<std::jthread> workers;
         workers.reserve(bands - 1);
@@ -270,6 +306,18 @@ std::vector<double> render_double_unrounded(Records const& gaussians,
         blend(0);
     }
     return rgb;
+}
+
+/// The same with what the model leaves out, or with nothing but the terms below `skip_below`.
+template <class Records = std::span<splat::Gaussian const>>
+std::vector<double> render_double_unrounded(Records const& gaussians,
+                                            splat::Camera const& camera, splat::Model const& model,
+                                            Cuts cuts, unsigned threads = 1,
+                                            double skip_below = 1e-12)
+{
+    return render_double_unrounded(gaussians, camera, model,
+                                   cuts == Cuts::same ? cut_offs(model) : no_cut_offs(skip_below),
+                                   threads);
 }
 
 /// The picture that the model means, in double from the float32 records: slow, obvious, and by
@@ -280,11 +328,12 @@ std::vector<double> render_double_unrounded(Records const& gaussians,
 ///
 /// A Gaussian whose depth is not greater than `near_depth`, whose projection or colour is not
 /// finite, or whose screen covariance is not positive definite contributes nothing. Ids must be
-/// unique. `model.transmittance_min` is at most 1.
+/// unique.
 ///
-/// `skip_below`, with `Cuts::none` only: terms with an alpha below it are left out; 0 leaves out
-/// none and costs splats x pixels. The result does not depend on `threads`, which cut the frame
-/// into horizontal bands.
+/// `cuts` alone say what is left out: of the model only the dilation and the Jacobian's limit count
+/// here, so that a caller can ask what a cut costs that no model has. With `alpha_min` 0 nothing is
+/// skipped, which costs splats x pixels unless `sigmas` or the square bounds them. The result does
+/// not depend on `threads`, which cut the frame into horizontal bands.
 ///
 /// Accuracy: about 1e-16 times the condition number of the screen covariance, before the rounding
 /// to float: 1e-9 for a needle of 1,000 pixels, worse than 1e-4 for one of 1e6. Cost: 32 bytes a
@@ -293,14 +342,27 @@ std::vector<double> render_double_unrounded(Records const& gaussians,
 /// `gaussians` is a range of records of any degree; harmonics are evaluated by their definition.
 template <class Records = std::span<splat::Gaussian const>>
 Image render_double(Records const& gaussians, splat::Camera const& camera,
-                    splat::Model const& model, Cuts cuts, unsigned threads = 1,
-                    double skip_below = 1e-12)
+                    splat::Model const& model, CutOffs const& cuts, unsigned threads = 1)
 {
-    auto const rgb = render_double_unrounded(gaussians, camera, model, cuts, threads, skip_below);
+    auto const rgb = render_double_unrounded(gaussians, camera, model, cuts, threads);
     Image image{camera.width, camera.height};
     std::transform(rgb.begin(), rgb.end(), image.rgb.begin(),
                    [](double value) { return static_cast<float>(value); });
     return image;
+}
+
+/// The picture with what the model leaves out (`model.transmittance_min` is at most 1), or without
+/// any cut-off.
+///
+/// `skip_below`, with `Cuts::none` only: terms with an alpha below it are left out; 0 leaves out
+/// none and costs splats x pixels.
+template <class Records = std::span<splat::Gaussian const>>
+Image render_double(Records const& gaussians, splat::Camera const& camera,
+                    splat::Model const& model, Cuts cuts, unsigned threads = 1,
+                    double skip_below = 1e-12)
+{
+    return render_double(gaussians, camera, model,
+                         cuts == Cuts::same ? cut_offs(model) : no_cut_offs(skip_below), threads);
 }
 
 } // namespace tilemesh::report

@@ -1,0 +1,266 @@
+#pragma once
+#include "rows.hpp"
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstddef>
+#include <cstdlib>
+#include <limits>
+#include <ostream>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace error_vs_time {
+
+/// The settings a user can ask for by name, in order of error.
+inline constexpr std::array<std::string_view, 4> named_settings = {"evaluation", "default", "viewing", "on_sensor"};
+
+/// A number as plain decimals, "inf" or "NaN"; no locale.
+inline std::string fixed(double value, int decimals)
+{
+    if (std::isnan(value)) return "NaN";
+    if (std::isinf(value)) return value > 0 ? "inf" : "-inf";
+    std::array<char, 400> text{}; // 309 digits before the point are the most that a double has
+    auto const end = std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::fixed, decimals);
+    return {text.data(), end.ptr};
+}
+/// A number as 1.2346e-03, "inf" or "NaN"; no locale.
+inline std::string scientific(double value, int decimals)
+{
+    if (!std::isfinite(value)) return fixed(value, 0);
+    std::array<char, 64> text{};
+    auto const end = std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::scientific, decimals);
+    return {text.data(), end.ptr};
+}
+
+/// What settings are compared by: the RMSE as the tables print it, with 4 significant digits. Sums of a million squares in another order
+/// differ in the ninth; what no reader can see does not decide.
+inline double printed_error(Row const& row)
+{
+    return std::strtod(scientific(row.total.rmse, 3).c_str(), nullptr);
+}
+/// Modelled time in units of 1e-4 ms, as the tables and the CSV print it.
+inline double printed_modelled(Row const& row)
+{
+    return std::round(1e4 * row.modelled_ms);
+}
+/// Is there a result to compare?
+inline bool ran(Row const& row)
+{
+    return row.failed.empty() && !std::isnan(row.total.rmse);
+}
+
+/// The rows of one scene and camera, in the order given.
+using Group = std::vector<Row const*>;
+/// All groups, in the order in which they begin.
+inline std::vector<Group> groups_of(std::vector<Row> const& rows)
+{
+    std::vector<Group> out;
+    for (auto const& row : rows) {
+        auto const same = [&](Group const& g) { return g.front()->scene == row.scene && g.front()->camera == row.camera; };
+        auto const at = std::find_if(out.begin(), out.end(), same);
+        if (at == out.end()) out.push_back({&row});
+        else at->push_back(&row);
+    }
+    return out;
+}
+/// The first row of that name, or null.
+inline Row const* find(Group const& group, std::string_view setting)
+{
+    auto const at = std::find_if(group.begin(), group.end(), [&](Row const* r) { return r->setting.name == setting; });
+    return at == group.end() ? nullptr : *at;
+}
+inline bool is_named(Row const& row)
+{
+    return std::find(named_settings.begin(), named_settings.end(), row.setting.name) != named_settings.end();
+}
+inline bool is_sequence(Group const& group)
+{
+    return group.front()->frames > 1;
+}
+
+/// Sets on_front, on_front_modelled and front_pairs of every row. A row is on a front unless another one of its scene and camera costs less
+/// and has no larger error, or costs as much and has a smaller one; costs are pairs and modelled time, the error is `printed_error`. Equal
+/// rows are on it together. front_pairs: the fewest pairs of a row whose error is no larger, over its own. What failed is on no front and
+/// keeps nobody off it. Costs n^2 comparisons a group.
+inline void mark_fronts(std::vector<Row>& rows)
+{
+    struct Point {
+        double error, pairs, modelled;
+    };
+    std::vector<Point> points;
+    for (auto const& r : rows) points.push_back({printed_error(r), static_cast<double>(r.counters.pairs), printed_modelled(r)});
+    auto const index = [&](Row const* r) { return static_cast<std::size_t>(r - rows.data()); };
+    for (auto const& group : groups_of(rows)) {
+        for (auto const* member : group) {
+            auto& row = rows[index(member)];
+            row.on_front = row.on_front_modelled = false;
+            row.front_pairs = 1;
+            if (!ran(row)) continue;
+            auto const& mine = points[index(member)];
+            auto const beaten = [&](double Point::*cost) {
+                return std::any_of(group.begin(), group.end(), [&](Row const* other) {
+                    auto const& its = points[index(other)];
+                    return ran(*other) && ((its.*cost < mine.*cost && its.error <= mine.error) ||
+                                           (its.*cost == mine.*cost && its.error < mine.error));
+                });
+            };
+            row.on_front = !beaten(&Point::pairs);
+            row.on_front_modelled = !beaten(&Point::modelled);
+            double fewest = mine.pairs;
+            for (auto const* other : group)
+                if (ran(*other) && points[index(other)].error <= mine.error) fewest = std::min(fewest, points[index(other)].pairs);
+            if (mine.pairs > 0) row.front_pairs = fewest / mine.pairs;
+        }
+    }
+}
+
+/// A value with the band that leaves out the same number of the others at both ends.
+struct Band {
+    double median, low, high; ///< NaN of no values
+};
+/// The band from `quantile` (0 to 0.5) to 1 - quantile by nearest rank, the one farther out: the ceil(quantile n)-th value from either end.
+inline Band band_of(std::vector<double> values, double quantile)
+{
+    constexpr double none = std::numeric_limits<double>::quiet_NaN();
+    if (values.empty()) return {none, none, none};
+    std::sort(values.begin(), values.end());
+    auto const n = values.size();
+    auto const from_end = std::max<std::size_t>(static_cast<std::size_t>(std::ceil(quantile * static_cast<double>(n) - 1e-9)), 1) - 1;
+    return {(values[(n - 1) / 2] + values[n / 2]) / 2, values[from_end], values[n - 1 - from_end]};
+}
+
+/// With fewer rounds nothing is claimed. Three ratios of equal settings are all farther from 1 than ten others, and on the same
+/// side, once in 4 C(13, 3) = 1,144 times where rounds are independent; a map has some hundred settings.
+inline constexpr std::size_t fewest_rounds_of_a_claim = 3, fewest_rounds_of_noise = 10;
+
+/// The scene's noise: how far from 1 the middle 90 % of its default's time over itself reach. Infinite where that was not measured often
+/// enough.
+inline double noise_of(std::vector<Noise> const& noise, std::string_view scene)
+{
+    double most = -1;
+    for (auto const& n : noise) {
+        if (n.scene != scene || n.ratios.size() < fewest_rounds_of_noise) continue;
+        auto const band = band_of(n.ratios, 0.05);
+        most = std::max({most, std::fabs(band.low - 1), std::fabs(band.high - 1)});
+    }
+    return most < 0 ? std::numeric_limits<double>::infinity() : most;
+}
+
+/// What is said about a setting's host time against the default's.
+struct Claim {
+    double ratio, low, high; ///< median and the middle 60 %; NaN where there are no times
+    bool faster, slower;     ///< neither: no claim
+};
+/// Faster or slower only where the whole middle 60 % of the ratios lie beyond 1 -+ noise.
+inline Claim claim_of(std::vector<double> const& over_default, double noise)
+{
+    auto const band = band_of(over_default, 0.2);
+    bool const enough = over_default.size() >= fewest_rounds_of_a_claim;
+    return {band.median, band.low, band.high, enough && band.high < 1 - noise, enough && band.low > 1 + noise};
+}
+inline Claim claim_of(Row const& row, std::vector<Noise> const& noise)
+{
+    return claim_of(row.failed.empty() ? row.over_default : std::vector<double>{}, noise_of(noise, row.scene));
+}
+inline char const* to_string(Claim const& claim)
+{
+    return claim.faster ? "faster" : claim.slower ? "slower" : "no claim";
+}
+
+/// What must hold of a report.
+struct Verdict {
+    std::vector<std::string> broken; ///< what does not hold
+    std::vector<std::string> notes;  ///< the same of sequences, of which nothing is promised
+    bool holds() const noexcept { return broken.empty(); }
+
+    /// "BROKEN: ..." and "note: ...", a line each; "All that must hold does." where nothing is broken.
+    friend std::ostream& operator<<(std::ostream& out, Verdict const& verdict)
+    {
+        for (auto const& text : verdict.notes) out << "note: " << text << "\n";
+        for (auto const& text : verdict.broken) out << "BROKEN: " << text << "\n";
+        return out << (verdict.holds() ? "All that must hold does.\n" : "");
+    }
+};
+
+namespace detail {
+
+inline std::string called(Row const& row)
+{
+    return row.scene + ", " + row.camera + ", " + row.setting.name;
+}
+/// The name of a number that is not finite, or null. A PSNR may be infinite: the pictures are equal.
+inline char const* not_finite(Row const& r)
+{
+    for (auto const* m : {&r.total, &r.cut, &r.round, &r.mesh}) {
+        for (auto const v : {m->rmse, m->max_levels, m->p999_levels, m->ssim, m->mae, m->share_over_one_level})
+            if (!std::isfinite(v)) return "an error measure";
+        if (std::isnan(m->psnr_db) || m->psnr_db == -std::numeric_limits<double>::infinity()) return "a PSNR";
+    }
+    for (auto const v : {r.twice_products, r.split_off})
+        if (!std::isfinite(v)) return "the split of the error";
+    if (!std::isfinite(r.popping)) return "the popping";
+    if (!std::isfinite(r.modelled_ms)) return "the modelled time";
+    for (auto const* times : {&r.host_ms, &r.over_default})
+        for (auto const v : *times)
+            if (!std::isfinite(v)) return "a host time";
+    return std::isfinite(r.front_pairs) ? nullptr : "front_pairs";
+}
+
+} // namespace detail
+
+/// What must hold, of rows after `mark_fronts`:
+/// 1. where nothing is lost, late or unplaced, the mesh's picture is that of the whole frame, bit for bit;
+/// 2. the split of the error adds up to 1e-9 of its square: a sum of millions in double is good to 1e-12 and better;
+/// 3. no setting of the same view has at most 90 % of the default's pairs and no larger error;
+/// 4. the default and the named settings are within 2 % of the front by pairs;
+/// 5. every group has a default, and no name twice;
+/// 6. all numbers are finite, but the PSNR of equal pictures.
+/// Of sequences, 3 and 4 are notes: their error is the worst frame's, their pairs the last one's.
+inline Verdict verdict_of(std::vector<Row> const& rows)
+{
+    using detail::called;
+    Verdict out;
+    for (auto const& r : rows) {
+        if (!r.failed.empty()) continue;
+        if (r.mesh_wrong || (r.complete() && r.mesh.max_levels != 0))
+            out.broken.push_back(called(r) + ": nothing is missing, but the mesh's picture is not the whole frame's (off by " +
+                                 scientific(r.mesh.max_levels, 3) + " levels in the worst)");
+        if (!(r.split_off <= 1e-9))
+            out.broken.push_back(called(r) + ": the split does not add up (off by " + scientific(r.split_off, 3) +
+                                 " of the squared error)");
+        if (auto const* what = detail::not_finite(r)) out.broken.push_back(called(r) + ": " + what + " is not finite");
+    }
+    for (auto const& group : groups_of(rows)) {
+        auto const where = group.front()->scene + ", " + group.front()->camera;
+        std::set<std::string> names;
+        for (auto const* r : group)
+            if (!names.insert(r->setting.name).second) out.broken.push_back(called(*r) + ": the name is there twice");
+        auto& said = is_sequence(group) ? out.notes : out.broken;
+        for (auto const name : named_settings) {
+            auto const* r = find(group, name);
+            if (r == nullptr) continue;
+            if (!ran(*r)) {
+                out.broken.push_back(called(*r) + ": a named setting has no result (" + r->failed + ")");
+            } else if (!(r->front_pairs >= 0.98)) {
+                said.push_back(called(*r) + ": " + fixed(100 * r->front_pairs, 1) +
+                               " % of its pairs reach its error; a named setting is to be within 2 % of the front");
+            }
+        }
+        auto const* standard = find(group, "default");
+        if (standard == nullptr) out.broken.push_back(where + ": there is no default to compare with");
+        if (standard == nullptr || !ran(*standard)) continue;
+        for (auto const* r : group)
+            if (ran(*r) && 10 * r->counters.pairs <= 9 * standard->counters.pairs && printed_error(*r) <= printed_error(*standard))
+                said.push_back(called(*r) + ": has " +
+                               fixed(100 * static_cast<double>(r->counters.pairs) / static_cast<double>(standard->counters.pairs), 1) +
+                               " % of the default's pairs and no larger error (" + scientific(r->total.rmse, 3) + " against " +
+                               scientific(standard->total.rmse, 3) + "): the default has to change");
+    }
+    return out;
+}
+
+} // namespace error_vs_time

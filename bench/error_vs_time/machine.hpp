@@ -1,0 +1,36 @@
+#pragma once
+#include "rows.hpp"
+#include <cstdint>
+#include <memory>
+#include <tilemesh/report/image.hpp>
+#include <tilemesh/scene/map.hpp>
+#include <tilemesh/splat/camera.hpp>
+
+namespace error_vs_time {
+
+/// The paper's tile; a smaller frame has fewer of them.
+inline constexpr std::uint32_t tile_width = 32, tile_height = 20;
+
+/// A mesh that renders by one setting; hides which policy it was compiled for.
+class Machine {
+public:
+    virtual ~Machine() = default;
+    /// The first view, with nothing limited but storage: what was loaded in file order finds its place.
+    virtual void settle(tilemesh::splat::Camera const&) = 0;
+    /// The next view, with the setting's limits.
+    virtual void render(tilemesh::splat::Camera const&) = 0;
+    /// Of the last frame.
+    virtual report::Image const& image() const = 0;
+    virtual report::FrameReport const& counters() const = 0;
+    virtual double modelled_ms() = 0;
+    virtual double host_ms() const = 0;
+};
+
+std::unique_ptr<Machine> make_hold(scene::Map const&, Setting const&, std::uint32_t threads);
+std::unique_ptr<Machine> make_drop(scene::Map const&, Setting const&, std::uint32_t threads);
+inline std::unique_ptr<Machine> make_machine(scene::Map const& map, Setting const& setting, std::uint32_t threads)
+{
+    return (setting.limits.drop ? make_drop : make_hold)(map, setting, threads);
+}
+
+} // namespace error_vs_time

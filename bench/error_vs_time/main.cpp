@@ -1,0 +1,134 @@
+// Error against run time: what each setting costs and what it gets wrong.
+#include "csv.hpp"
+#include "findings.hpp"
+#include "front.hpp"
+#include "measure.hpp"
+#include "options.hpp"
+#include "plots.hpp"
+#include "settings.hpp"
+#include <chrono>
+#include <common/program.hpp>
+#include <common/statistics.hpp>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <string>
+#include <system_error>
+#include <tilemesh/config.hpp>
+#include <tilemesh/error.hpp>
+#include <tilemesh/report/whole_file.hpp>
+#include <tilemesh/scene/records.hpp>
+#include <vector>
+
+namespace {
+
+using namespace error_vs_time;
+
+void make_folder(std::filesystem::path const& folder, char const* option)
+{
+    if (folder.empty()) return;
+    std::error_code why;
+    std::filesystem::create_directories(folder, why);
+    if (!std::filesystem::is_directory(folder))
+        throw tilemesh::Error("cannot make the folder " + folder.string() + " (" + why.message() + "); name another with " + option);
+}
+
+std::string cpu_name()
+{
+    std::ifstream file("/proc/cpuinfo");
+    for (std::string line; std::getline(file, line);)
+        if (line.rfind("model name", 0) == 0 && line.find(": ") != std::string::npos) return line.substr(line.find(": ") + 2);
+    return "";
+}
+Provenance provenance(Options const& options, std::uint32_t rounds)
+{
+    Provenance from;
+#if defined(__clang__)
+    from.compiler = "Clang " __clang_version__;
+#elif defined(__GNUC__)
+    from.compiler = "GCC " __VERSION__;
+#endif
+    from.cpu = cpu_name();
+    from.git = TILEMESH_GIT;
+    from.native = TILEMESH_IS_NATIVE != 0;
+    from.threads = options.threads;
+    from.rounds = rounds;
+    return from;
+}
+
+/// The motions whose sequences are measured.
+std::vector<std::string> motions_of(Options const& options)
+{
+    if (!options.sequences) return {};
+    if (options.quick) return {"orbit2"};
+    return {"orbit0.5", "orbit2", "teleport", "fr1_xyz", "fr2_desk"};
+}
+
+int run(Options const& options)
+{
+    bench::expect_folder_of(options.csv);
+    make_folder(options.out, "--out");
+    make_folder(options.pfm, "--pfm");
+    auto const size = options.size.width != 0 ? options.size : options.quick ? tilemesh::scene::Size{640, 360} : tilemesh::scene::Size{1280, 720};
+    MeasureOptions measure;
+    measure.threads = options.threads;
+    measure.rounds = options.rounds != 0 ? options.rounds : options.quick ? 5 : 15;
+    measure.pfm = options.pfm;
+    measure.spoil = options.spoil;
+    bench::Stopwatch watch;
+    double seconds = 0;
+    measure.progress = [&](std::string const& what) {
+        seconds += watch.lap() / 1000;
+        std::cerr << bench::fixed(seconds, 0) << " s: " << what << "\n";
+    };
+
+    std::vector<Row> rows;
+    std::vector<Noise> noise;
+    std::vector<std::string> skipped;
+    for (std::string const name : bench::scene_names) {
+        if (!bench::chosen(options.scenes, name)) continue;
+        if (options.scenes.empty() && options.quick && name == "playbot_250k") {
+            skipped.push_back("playbot_250k (--quick leaves out the map of 250,000 Gaussians)");
+            continue;
+        }
+        if (!bench::has_scene(name, options.data)) {
+            skipped.push_back(name + " (its map is not there; name its folder with --data)");
+            continue;
+        }
+        auto scene = bench::load_scene(name, options.data, size);
+        scene.map = tilemesh::scene::at_degree(std::move(scene.map), 0);
+        scene.map.name = name;
+        noise.emplace_back();
+        for (auto& row : measure_view(scene, settings(), measure, noise.back())) rows.push_back(std::move(row));
+        for (auto const& motion : motions_of(options)) {
+            if (!bench::has_motion(motion, options.data)) {
+                skipped.push_back(name + " with " + motion + " (its trajectory is not there; name its folder with --data)");
+                continue;
+            }
+            for (auto& row : measure_sequence(scene, motion, options.quick ? 6 : 20, options.data, settings_of_sequences(), measure))
+                rows.push_back(std::move(row));
+        }
+    }
+    mark_fronts(rows);
+    std::vector<std::string> const standing = {
+        "One view a map decides the fronts, 2 degrees after the scene's own camera; the first view's records stand when it begins.",
+        "Records keep one colour: harmonics above degree 0 are left out of maps that have them.",
+        "Modelled time is of no machine: `mk2()` charges a pair as a pair, whatever the arithmetic, the shape or the key; records in half precision would make channels and storage "
+        "shorter, which is not modelled.",
+        "Error is against the model's own formula (EWA, +0.3, the clamp of the Jacobian), not against a photograph.",
+    };
+    print_tables(std::cout, rows, noise, skipped, standing);
+    if (!options.csv.empty()) tilemesh::report::write_whole(options.csv, csv(rows, noise, provenance(options, measure.rounds)));
+    if (!options.out.empty())
+        for (auto const& sentence : write_plots(options.out, rows)) std::cout << sentence << "\n";
+    auto const verdict = verdict_of(rows);
+    std::cout << verdict;
+    return verdict.holds() ? 0 : 1;
+}
+
+} // namespace
+
+int main(int argc, char** argv)
+{
+    return bench::program(argc, argv, parse, help, run, "not enough memory (22 machines take turns); try --quick, or a smaller --size");
+}

@@ -1,0 +1,76 @@
+#include "options.hpp"
+#include <algorithm>
+#include <charconv>
+#include <common/scenes.hpp>
+#include <iterator>
+#include <thread>
+#include <tilemesh/error.hpp>
+
+namespace error_vs_time {
+
+namespace {
+
+tilemesh::scene::Size size_of(std::string const& text)
+{
+    tilemesh::scene::Size size{0, 0};
+    auto const* const end = text.data() + text.size();
+    auto const width = std::from_chars(text.data(), end, size.width);
+    bool good = width.ec == std::errc{} && width.ptr != end && *width.ptr == 'x';
+    if (good) {
+        auto const height = std::from_chars(width.ptr + 1, end, size.height);
+        good = height.ec == std::errc{} && height.ptr == end;
+    }
+    // Each of 40 x 36 tiles has a pixel, and a tile has at most 32 x 20, as on Mk2.
+    if (!good || size.width < 40 || size.width > 1280 || size.height < 36 || size.height > 720)
+        throw tilemesh::Error("--size cannot be \"" + text + "\" (it takes WxH, 40 to 1280 by 36 to 720); write for example --size 640x360");
+    return size;
+}
+
+} // namespace
+
+Options parse(std::vector<std::string> const& all)
+{
+    Options options;
+    options.threads = std::max(1u, std::thread::hardware_concurrency());
+    for (bench::Words words(all); words.next();) {
+        auto const& option = words.option();
+        if (options.take(words, true)) continue;
+        if (option == "--scene") options.scenes.push_back(words.one_of({std::begin(bench::scene_names), std::end(bench::scene_names)}));
+        else if (option == "--size") options.size = size_of(words.value());
+        else if (option == "--threads") options.threads = words.number(1, 1024);
+        else if (option == "--rounds") options.rounds = words.number(1, 1000);
+        else if (option == "--out") options.out = words.path();
+        else if (option == "--pfm") options.pfm = words.path();
+        else if (option == "--no-sequences") words.flag(), options.sequences = false;
+        else words.refuse();
+    }
+    options.finish();
+    return options;
+}
+
+std::string help()
+{
+    return std::string(
+               "Usage: error_vs_time [options]\n"
+               "What each setting costs and what it gets wrong: some 160 settings a map, each with its error against the picture in\n"
+               "double precision without cut-offs, split into what the cut-offs, the rounding and the mesh do; modelled time of the\n"
+               "machine, host time, counters; which settings no other beats.\n"
+               "\n"
+               "  --scene NAME     sloth, salad, playbot_250k or built_in; may be repeated. Default: all, quick without playbot_250k\n"
+               "  --size WxH       of a frame; default: 1280x720, quick 640x360\n"
+               "  --rounds N       of timing; default: 15, quick 5; claims need 5\n"
+               "  --no-sequences   single views only\n"
+               "  --csv FILE       a line a setting, with all that is needed to repeat it\n"
+               "  --out DIR        plots\n"
+               "  --pfm DIR        the pictures of three settings a map and their references, for pfm_error\n") +
+           bench::help_of_data +
+           "  --threads N      that compute errors; default: as many as the machine has. Results do not depend on it; times are\n"
+           "                   always of one thread\n"
+           "  --quick          smaller frames, fewer rounds, one short sequence a map; below 6 minutes on two cores\n"
+           "  --spoil          one setting of the mesh blends by other rules than its references: shows that the checks bite\n"
+           "  --help           this text\n"
+           "\n" +
+           bench::help_of_exit;
+}
+
+} // namespace error_vs_time

@@ -1,0 +1,22 @@
+#pragma once
+#include <common/options.hpp>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <tilemesh/scene/pose.hpp>
+#include <vector>
+
+namespace error_vs_time {
+
+struct Options : bench::Options {
+    std::vector<std::string> scenes;
+    tilemesh::scene::Size size{0, 0};       ///< 0: as quick or full have it
+    std::uint32_t threads = 1, rounds = 0;  ///< rounds 0: as quick or full have it
+    std::filesystem::path out, pfm;
+    bool sequences = true;
+};
+
+Options parse(std::vector<std::string> const& words);
+std::string help();
+
+} // namespace error_vs_time

@@ -1,0 +1,52 @@
+#pragma once
+#include <cstdint>
+#include <tilemesh/splat/model.hpp>
+
+namespace tilemesh::splat {
+
+/// What a picture is for: a named pair of the two cut-offs that trade its error against pairs, alpha_min and transmittance_min. All else
+/// stays as the model has it.
+///
+/// What each costs (Gaussian-pixel pairs, against alpha_min 1/255 with a stop at 1e-4) and gets wrong (against a double-precision reference
+/// without cut-offs; colours of 0 to 1, a level is 1/255) was measured on Sloth, Salad and the built-in map at 640 x 360 and 1280 x 720
+/// with bench/error_vs_time; smaller frames, of smaller Gaussians, are farther off. On each of them all three lie on the front: no
+/// setting has both fewer pairs and a smaller error. The figures are of the cut-offs alone; what float32 rounds comes on top: 3e-5, and
+/// several levels in the few pixels where two depths are closer than a float tells. With a three_sigma_square, which cuts at 0.011 of the
+/// opacity by itself, a smaller alpha_min gains little.
+enum class Quality : std::uint32_t {
+    evaluation, ///< to compare pictures by: 1.35 to 1.50 times the pairs; RMSE 3e-5 to 5e-5, no channel 0.31 levels off
+    viewing,    ///< to look at: 0.86 to 0.91 times the pairs; RMSE 1.6e-3 to 3e-3, PSNR 50 to 56 dB
+    on_sensor   ///< where every pair counts: 0.74 to 0.82 times the pairs; RMSE 4.5e-3 to 9.4e-3, PSNR 40 to 47 dB
+};
+
+/// "evaluation", "viewing" or "on_sensor".
+constexpr char const* name(Quality quality) noexcept
+{
+    return quality == Quality::evaluation ? "evaluation" : quality == Quality::viewing ? "viewing" : "on_sensor";
+}
+
+/// The model with the cut-offs of a quality, for colours of 0 to 1. A scene's demand is made with the model that renders: with this one.
+constexpr Model with_quality(Model model, Quality quality) noexcept
+{
+    switch (quality) {
+    case Quality::evaluation:
+        // 1/32 of a level: many skipped terms in a pixel still add up to less than the half level that moves a byte (0.31 measured);
+        // footprints are 1.27 times as wide as with 1/255. What lies behind 1e-5 is 0.003 levels.
+        model.alpha_min = 1.0f / 8160.0f;
+        model.transmittance_min = 1e-5f;
+        break;
+    case Quality::viewing:
+        // Terms under two levels are skipped: footprints are 0.94 times as wide. What lies behind 5e-3 is at most 1.3 levels.
+        model.alpha_min = 1.0f / 128.0f;
+        model.transmittance_min = 5e-3f;
+        break;
+    case Quality::on_sensor:
+        // Terms under four levels are skipped: footprints are 0.87 times as wide. What lies behind 3e-2 is at most 7.7 levels.
+        model.alpha_min = 1.0f / 64.0f;
+        model.transmittance_min = 3e-2f;
+        break;
+    }
+    return model;
+}
+
+} // namespace tilemesh::splat
