@@ -64,6 +64,15 @@ std::vector<std::string> motions_of(Options const& options)
     return {"orbit0.5", "orbit2", "teleport", "fr1_xyz", "fr2_desk"};
 }
 
+/// The default, which comes first, and those that are asked for.
+std::vector<Setting> chosen_of(std::vector<Setting> const& all, Options const& options)
+{
+    std::vector<Setting> out;
+    for (auto const& s : all)
+        if (out.empty() || bench::chosen(options.settings, s.name)) out.push_back(s);
+    return out;
+}
+
 int run(Options const& options)
 {
     bench::expect_folder_of(options.csv);
@@ -99,13 +108,14 @@ int run(Options const& options)
         scene.map = tilemesh::scene::at_degree(std::move(scene.map), 0);
         scene.map.name = name;
         noise.emplace_back();
-        for (auto& row : measure_view(scene, settings(), measure, noise.back())) rows.push_back(std::move(row));
+        for (auto& row : measure_view(scene, chosen_of(settings(), options), measure, noise.back())) rows.push_back(std::move(row));
         for (auto const& motion : motions_of(options)) {
             if (!bench::has_motion(motion, options.data)) {
                 skipped.push_back(name + " with " + motion + " (its trajectory is not there; name its folder with --data)");
                 continue;
             }
-            for (auto& row : measure_sequence(scene, motion, options.quick ? 6 : 20, options.data, settings_of_sequences(), measure))
+            for (auto& row : measure_sequence(scene, motion, options.quick ? 6 : 12, options.data,
+                                              chosen_of(settings_of_sequences(), options), measure))
                 rows.push_back(std::move(row));
         }
     }

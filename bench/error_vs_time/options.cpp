@@ -1,4 +1,5 @@
 #include "options.hpp"
+#include "settings.hpp"
 #include <algorithm>
 #include <charconv>
 #include <common/scenes.hpp>
@@ -26,6 +27,14 @@ tilemesh::scene::Size size_of(std::string const& text)
     return size;
 }
 
+/// The name of a setting; there are too many to list.
+std::string setting_of(std::string text)
+{
+    auto const all = settings();
+    if (std::any_of(all.begin(), all.end(), [&](Setting const& s) { return s.name == text; })) return text;
+    throw tilemesh::Error("--setting cannot be \"" + text + "\" (no setting has that name); write for example --setting viewing, or see the column of a CSV");
+}
+
 } // namespace
 
 Options parse(std::vector<std::string> const& all)
@@ -36,6 +45,7 @@ Options parse(std::vector<std::string> const& all)
         auto const& option = words.option();
         if (options.take(words, true)) continue;
         if (option == "--scene") options.scenes.push_back(words.one_of({std::begin(bench::scene_names), std::end(bench::scene_names)}));
+        else if (option == "--setting") options.settings.push_back(setting_of(words.value()));
         else if (option == "--size") options.size = size_of(words.value());
         else if (option == "--threads") options.threads = words.number(1, 1024);
         else if (option == "--rounds") options.rounds = words.number(1, 1000);
@@ -57,6 +67,7 @@ std::string help()
                "machine, host time, counters; which settings no other beats.\n"
                "\n"
                "  --scene NAME     sloth, salad, playbot_250k or built_in; may be repeated. Default: all, quick without playbot_250k\n"
+               "  --setting NAME   measured beside the default; may be repeated. Default: all. What is not measured beats nobody\n"
                "  --size WxH       of a frame; default: 1280x720, quick 640x360\n"
                "  --rounds N       of timing; default: 15, quick 5; claims need 5\n"
                "  --no-sequences   single views only\n"

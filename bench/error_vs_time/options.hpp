@@ -10,6 +10,7 @@ namespace error_vs_time {
 
 struct Options : bench::Options {
     std::vector<std::string> scenes;
+    std::vector<std::string> settings;      ///< those measured beside the default; empty: all
     tilemesh::scene::Size size{0, 0};       ///< 0: as quick or full have it
     std::uint32_t threads = 1, rounds = 0;  ///< rounds 0: as quick or full have it
     std::filesystem::path out, pfm;

@@ -119,6 +119,8 @@ TEST_CASE("a logarithmic axis gives every factor the same length")
     auto const wide = svg(plot_of({{1e-3, 1e-12}, {1, 1}, {10, 1e9}}, PlotScale::logarithmic, PlotScale::logarithmic));
     CHECK(well_formed(wide));
     CHECK(wide.find(">0.001<") != std::string::npos);
+    CHECK(wide.find(">1e-12<") != std::string::npos); // beyond that a number of its zeros would stand on the label
+    CHECK(wide.find(">0.0000") == std::string::npos);
     CHECK(count(wide, "<text") < 40); // no tick a decade over 21 of them times three
 }
 

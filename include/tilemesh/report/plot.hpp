@@ -150,7 +150,8 @@ private:
             for (int const times : {1, 2, 5}) {
                 double const at = times * std::pow(10.0, e);
                 if ((times != 1 && end - begin > 4) || at < low_ * (1 - 1e-9) || at > high_ * (1 + 1e-9)) continue;
-                ticks_.push_back({at, plot_number(at, std::clamp(-e, 0, 300))});
+                bool const short_form = e < -3 || e > 5; // 0.000001 would stand on the axis' label
+                ticks_.push_back({at, short_form ? std::to_string(times) + "e" + std::to_string(e) : plot_number(at, std::clamp(-e, 0, 300))});
             }
     }
 

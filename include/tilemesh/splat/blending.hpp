@@ -641,13 +641,13 @@ void blend_whole_tile(PixelRect const& tile, Camera const& camera, Model const& 
 /// one host thread. `frame` is what the tiles were told.
 struct BlendAsAsked {
     template <class Frame, class SplatAt, class Pixel>
-    static PairCount tile(PixelRect const& tile, Frame const& frame, std::uint32_t n, SplatAt const& at, Pixel* pixels,
+    TILEMESH_KERNEL static PairCount tile(PixelRect const& tile, Frame const& frame, std::uint32_t n, SplatAt const& at, Pixel* pixels,
                           std::uint32_t stride_px, Worker worker) noexcept
     {
         return blend_tile(tile, frame.view.camera, frame.view.model, n, at, pixels, stride_px, worker);
     }
     template <class Frame, class SplatAt, class Pixel>
-    static void whole(PixelRect const& tile, Frame const& frame, std::uint32_t n, SplatAt const& at, Pixel* pixels,
+    TILEMESH_KERNEL static void whole(PixelRect const& tile, Frame const& frame, std::uint32_t n, SplatAt const& at, Pixel* pixels,
                       std::uint32_t stride_px, PairCount* counts, std::uint32_t workers) noexcept
     {
         blend_whole_tile(tile, frame.view.camera, frame.view.model, n, at, pixels, stride_px, counts, workers);
