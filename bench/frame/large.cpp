@@ -3,7 +3,7 @@
 
 namespace {
 
-struct Large : tilemesh::splat::Lossless {
+struct Large : frame::Lossless {
     static constexpr char const* name = "lossless, large";
     using Machine = tilemesh::TestMachine<64u << 20>;
     /// Of the 250,000 records of the object capture that this is for, with their copies.

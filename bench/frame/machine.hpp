@@ -5,10 +5,20 @@
 #include <tilemesh/scene/map.hpp>
 #include <tilemesh/splat/camera.hpp>
 #include <tilemesh/splat/model.hpp>
+#include <tilemesh/splat/setup.hpp>
 
 namespace frame {
 
 using bench::Machine;
+
+/// The stop of every machine here, and of what it is compared with: 3D Gaussian Splatting's, so that others can compare with what this
+/// bench prints. The library's own default is 1e-3.
+inline constexpr float stop_of_3dgs = 1e-4f;
+
+/// Lossless with that stop.
+struct Lossless : tilemesh::splat::Lossless {
+    static constexpr float transmittance_min = stop_of_3dgs;
+};
 
 enum class Kind {
     paper, ///< the preset lossless on Mk2, 40 x 36 tiles

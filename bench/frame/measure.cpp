@@ -36,9 +36,17 @@ struct Contest {
     std::vector<Entry> entries;
 };
 
-splat::Model model_of(Options const& options)
+/// The default, but for the stop.
+splat::Model model_with_stop() noexcept
 {
     splat::Model model;
+    model.transmittance_min = stop_of_3dgs;
+    return model;
+}
+
+splat::Model model_of(Options const& options)
+{
+    auto model = model_with_stop();
     model.arithmetic = options.arithmetic;
     if (options.spoil) model.alpha_max = bench::spoilt_alpha_max;
     return model;
@@ -145,7 +153,7 @@ std::vector<Row> measure(bench::Scene const& scene, std::string const& motion, O
     for (; round < cameras.size(); ++round)
         for (auto& c : contests) run_round(c, cameras[round], model, round > warm_up, found);
     if (options.arithmetic == splat::Arithmetic::precise && !contests.front().direct->equals(tilemesh::report::render_naive(
-                                                                scene.map.gaussians, cameras.back(), splat::Model{})))
+                                                                scene.map.gaussians, cameras.back(), model_with_stop())))
         found.push_back("the last picture is not the naive one");
     std::sort(found.begin(), found.end());
     found.erase(std::unique(found.begin(), found.end()), found.end());
@@ -177,7 +185,7 @@ std::vector<ErrorRow> measure_arithmetics(bench::Scene const& scene, Options con
         rows.back().stop = way.stop;
         rows.back().threads = threads;
     }
-    splat::Model const model;
+    auto const model = model_with_stop();
     auto const reference =
         tilemesh::report::render_double(scene.map.gaussians, scene.camera, model, tilemesh::report::Cuts::same,
                                         std::max(1u, std::thread::hardware_concurrency()));

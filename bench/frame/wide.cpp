@@ -3,7 +3,7 @@
 
 namespace {
 
-struct Wide : tilemesh::splat::Lossless {
+struct Wide : frame::Lossless {
     static constexpr char const* name = "lossless, wide";
     using Machine = tilemesh::TestMachine<tilemesh::Mk2::sram_bytes, 100'000>;
 };

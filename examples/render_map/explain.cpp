@@ -6,6 +6,7 @@
 #include <string>
 #include <tilemesh/report/table.hpp>
 #include <tilemesh/splat/fitted.hpp>
+#include <tilemesh/splat/quality.hpp>
 #include <utility>
 
 namespace render_map {
@@ -68,6 +69,7 @@ Needs needs_of(Options const& options, scene::Map const& map, std::vector<splat:
     splat::Model model;
     if (options.choice.preset != Preset::lossless) model.footprint = splat::Paper::footprint;
     if (options.renderer.footprint) model.footprint = *options.renderer.footprint;
+    if (options.renderer.quality) model = splat::with_quality(model, *options.renderer.quality);
     needs.seen = scene::demand_of(map, std::span(path), model, [&](splat::Camera const& camera) {
         return tilemesh::tiling_for(options.renderer, camera.width, camera.height);
     });

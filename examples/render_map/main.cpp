@@ -56,7 +56,7 @@ char const* to_string(splat::Arithmetic arithmetic)
     return arithmetic == splat::Arithmetic::precise ? "precise" : "fast";
 }
 
-report::RunReport describe_run(Options const& options, scene::Map const& map, render_map::AnyRenderer const& renderer)
+report::RunReport describe_run(Options const& options, scene::Map const& map, render_map::AnyRenderer& renderer)
 {
     auto setup = render_map::describe(options.choice);
     if (renderer.sh_degree() != 0 || !renderer.routes()) { // not the preset's own records or channels
@@ -74,6 +74,9 @@ report::RunReport describe_run(Options const& options, scene::Map const& map, re
     run.engine =
         options.choice.engine == render_map::EngineKind::threads ? "threads" : "sequential";
     run.threads = options.renderer.threads;
+    auto const& model = renderer.model();
+    run.quality = options.renderer.quality ? splat::name(*options.renderer.quality) : "default";
+    run.cut_offs = {model.alpha_min, model.transmittance_min, model.alpha_max};
     run.policies = {setup.routing,
                     setup.addressing,
                     setup.saturation,

@@ -101,6 +101,13 @@ std::string plain(double value)
 {
     return decimals(value, value == static_cast<double>(static_cast<std::uint64_t>(value)) ? 0 : 1);
 }
+/// Three digits that say something: "0.00392".
+std::string short_number(double value)
+{
+    std::array<char, 64> text{}; // three digits and an exponent are a tenth of it
+    auto const end = std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::general, 3);
+    return {text.data(), end.ptr};
+}
 std::string number(double value)
 {
     if (value < 1000) return plain(value);
@@ -473,6 +480,9 @@ void TraceOutput::add_run(report::HtmlReport& html, report::RunReport const& run
                                     ", copies " + run.policies.copies + ", pixels " + run.policies.pixels +
                                     ", arithmetic " + run.policies.arithmetic + ", hops " +
                                     (run.policies.hops == 0 ? "until quiet" : std::to_string(run.policies.hops))},
+                   {"cut-offs", "quality " + run.quality + ": alpha_min " + short_number(run.cut_offs.alpha_min) +
+                                    ", transmittance_min " + short_number(run.cut_offs.transmittance_min) + ", alpha_max " +
+                                    short_number(run.cut_offs.alpha_max)},
                    {"cost model", model_.name + ", " + thousands(model_.clock_khz) + " kHz (model.txt)"},
                    {"frames", thousands(frames_)}};
     if (energy_model_) facts.emplace_back("energy model", energy_model_->name);

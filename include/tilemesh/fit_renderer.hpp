@@ -5,6 +5,7 @@
 #include <tilemesh/renderer.hpp>
 #include <tilemesh/scene/demand.hpp>
 #include <tilemesh/splat/fitted.hpp>
+#include <tilemesh/splat/quality.hpp>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -56,6 +57,7 @@ public:
         : renderer_(map, options, std::move(engine))
     {
         if (options.footprint) renderer_.model().footprint = *options.footprint;
+        if (options.quality) renderer_.model() = splat::with_quality(renderer_.model(), *options.quality);
     }
 
     Renderer& renderer() noexcept { return renderer_; }

@@ -15,6 +15,7 @@
 #include <tilemesh/scene/map.hpp>
 #include <tilemesh/scene/records.hpp>
 #include <tilemesh/screen_cache.hpp>
+#include <tilemesh/splat/quality.hpp>
 #include <tilemesh/splat/with_pixel.hpp>
 #include <type_traits>
 #include <unordered_set>
@@ -40,6 +41,7 @@ struct RendererOptions {
     std::uint32_t storage_slots = 0;         ///< a limit, at most the setup's
     std::optional<splat::Footprint> footprint{};
     std::optional<splat::Arithmetic> arithmetic{};
+    std::optional<splat::Quality> quality{};  ///< its two cut-offs, whatever `model()` and the setup say
     bool digest = false;
     /// Of routing, and of bloom, in a run; a frame that needs more throws Error (MeshOptions::most_passes). 0: what the engine's own
     /// options say. Engines without such a bound (PoplarMesh) leave it out.
@@ -191,6 +193,7 @@ public:
         splat::Model model = model_;
         if (options_.footprint) model.footprint = *options_.footprint;
         if (options_.arithmetic) model.arithmetic = *options_.arithmetic;
+        if (options_.quality) model = splat::with_quality(model, *options_.quality);
         auto const view = splat::make_view(camera, model);
         bool const changed = !last_ || __builtin_memcmp(&*last_, &view, sizeof view) != 0 ||
                              __builtin_memcmp(&frame.tiling, &tiling_, sizeof tiling_) != 0;

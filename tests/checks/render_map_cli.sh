@@ -9,7 +9,7 @@ small="--size 320x180 --quiet"
 # --- a picture ---------------------------------------------------------------------------------
 runs --help
 for option in --cameras --camera --orbit --frames --trajectory --relative --size --preset --grid --tile --machine \
-    --channel-slots --storage-slots --saturation --footprint --copies --hops --pixels --arithmetic --sh-degree --fit --engine \
+    --channel-slots --storage-slots --saturation --footprint --copies --hops --pixels --arithmetic --quality --sh-degree --fit --engine \
     --threads --out --float --depth --alpha --reference --report --explain --quiet --version --help; do
     has stdout "^  $option "
 done
@@ -125,6 +125,56 @@ if grep -qE '"region": "(road|beam|bloom debts|credits and flow control)"' whole
 runs --size 320x180 --out whole_off --float --machine test --tile 320x180 --fit off
 same whole/frame_0000.pfm whole_off/frame_0000.pfm
 
+# --- qualities -----------------------------------------------------------------------------------
+# cut_off FILE NAME: its value in the report.
+cut_off() { sed -n "/\"cut_offs\"/,/}/s/.*\"$2\": \([0-9.e-]*\).*/\1/p" "$1"; }
+# is_about VALUE EXPECTED WHAT: a float's digits.
+is_about() { awk -v a="$1" -v b="$2" 'BEGIN { d = a - b; if (d < 0) d = -d; exit !(a != "" && d <= 1e-6 * b) }' || fail "$3 is $1, not $2"; }
+# error FILE KEY: the RMSE below it.
+error() { awk -v key="\"$2\":" 'index($0, key) { f = 1 } f && /"rmse"/ { gsub(/[^0-9.e-]/, "", $2); print $2; exit }' "$1"; }
+has first.json '"quality": "default"'
+is_about "$(cut_off first.json alpha_min)" 0.00392156863 alpha_min
+is_about "$(cut_off first.json transmittance_min)" 1e-3 transmittance_min
+is_about "$(cut_off first.json alpha_max)" 1 alpha_max
+last_pairs=999999999999 last_error=0
+for row in "evaluation 0.000122549020 1e-5" "viewing 0.0078125 5e-3" "on_sensor 0.015625 3e-2"; do
+    # shellcheck disable=SC2086
+    set -- $row
+    quality=$1 alpha=$2 stop=$3
+    runs $small --out of_quality --float --quality "$quality" --reference --report quality.json
+    has quality.json "\"quality\": \"$quality\""
+    is_about "$(cut_off quality.json alpha_min)" "$alpha" "$quality: alpha_min"
+    is_about "$(cut_off quality.json transmittance_min)" "$stop" "$quality: transmittance_min"
+    is_about "$(cut_off quality.json alpha_max)" 1 "$quality: alpha_max"
+    if cmp -s first/frame_0000.pfm of_quality/frame_0000.pfm; then fail "--quality $quality has the default's picture"; fi
+    # The reference with the same cut-offs has those of the quality: it is as near to every one.
+    awk -v e="$(error quality.json error_same_cuts)" 'BEGIN { exit !(e != "" && e < 1e-4) }' ||
+        fail "--quality $quality is $(error quality.json error_same_cuts) off the reference with its own cut-offs"
+    pairs=$(sed -n 's/.*"pairs": \([0-9]*\).*/\1/p' quality.json)
+    [ "$pairs" -lt "$last_pairs" ] || fail "--quality $quality evaluates $pairs pairs, the one before $last_pairs"
+    awk -v a="$last_error" -v b="$(error quality.json error)" 'BEGIN { exit !(b != "" && a + 0 < b + 0) }' ||
+        fail "--quality $quality is no farther off than the one before"
+    last_pairs=$pairs last_error=$(error quality.json error)
+    runs $small --out unfitted_quality --float --quality "$quality" --fit off
+    same of_quality/frame_0000.pfm unfitted_quality/frame_0000.pfm
+    runs --size 320x180 --explain --quality "$quality"
+    grep '^  records ' stdout >>culled
+    rm -r unfitted_quality
+done
+[ "$(sort -u culled | wc -l)" -eq 3 ] || fail "what is loaded does not depend on the quality"
+for preset in paper prototype; do
+    runs $small --out plain --float --preset $preset --report plain.json
+    has plain.json '"quality": "default"'
+    is_about "$(cut_off plain.json transmittance_min)" 1e-4 "$preset: transmittance_min"
+    runs $small --out asked --float --preset $preset --quality on_sensor --report asked.json
+    has asked.json '"quality": "on_sensor"'
+    is_about "$(cut_off asked.json transmittance_min)" 3e-2 "$preset, on_sensor: transmittance_min"
+    is_about "$(cut_off asked.json alpha_max)" 0.99 "$preset, on_sensor: alpha_max"
+    if cmp -s plain/frame_0000.pfm asked/frame_0000.pfm; then fail "preset $preset has no on_sensor"; fi
+    rm -r plain asked
+done
+rm -r of_quality
+
 # --- view-dependent colour ---------------------------------------------------------------------
 shaded() { # COLUMNS VALUE: a map of three balls with that many columns of harmonics
     printf 'ply\nformat ascii 1.0\nelement vertex 3\n'
@@ -234,11 +284,11 @@ refuses "bad.ply" bad.ply
 printf 'a\nb' >"$(printf 'two\nlines.ply')"
 refuses "two?lines.ply" "$(printf 'two\nlines.ply')"
 for option in --cameras --camera --orbit --frames --trajectory --size --preset --grid --tile --machine --channel-slots \
-    --storage-slots --saturation --footprint --copies --hops --pixels --arithmetic --engine --threads --out --report; do
+    --storage-slots --saturation --footprint --copies --hops --pixels --arithmetic --quality --engine --threads --out --report; do
     refuses "^$option has no value" $option
     refuses "^$option has no value" $option --quiet
 done
-for option in --preset --machine --saturation --footprint --copies --pixels --engine --arithmetic; do
+for option in --preset --machine --saturation --footprint --copies --pixels --engine --arithmetic --quality; do
     refuses "there are .*choose one" $option nonsense
 done
 for option in --size --grid --tile; do

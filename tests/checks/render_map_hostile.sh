@@ -158,7 +158,7 @@ for plane in --depth --alpha; do
 done
 long=$(head -c 10000 /dev/zero | tr '\0' a)
 for option in --camera --orbit --frames --size --preset --grid --tile --machine --channel-slots --storage-slots \
-    --saturation --footprint --copies --hops --pixels --arithmetic --engine --threads; do
+    --saturation --footprint --copies --hops --pixels --arithmetic --quality --engine --threads; do
     refuses "^$option cannot be \"aaa" map.ply $option "$long"
 done
 refuses "." $small map.ply --cameras "$long"

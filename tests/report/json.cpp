@@ -56,6 +56,8 @@ report::RunReport run()
     r.engine = "threads";
     r.threads = 3;
     r.policies = {"row_first", "recomputed", "drop", "three_sigma_square", "world", "rgbx8", "precise", 0};
+    r.quality = "viewing";
+    r.cut_offs = {0.0078125f, 0.25f, 0.75f};
     r.frames = {frame()};
     return r;
 }
@@ -83,6 +85,9 @@ TEST_CASE("report.json says what ran")
                                    {"pixels", "rgbx8"},
                                    {"arithmetic", "precise"},
                                    {"hops", "quiet"}});
+    CHECK(json["quality"] == "viewing");
+    CHECK(json["cut_offs"] == Json{{"alpha_min", 0.0078125}, {"transmittance_min", 0.25}, {"alpha_max", 0.75}});
+    CHECK(report::json_of(report::RunReport{})["quality"] == "default");
     CHECK(json["frames"].size() == 1);
 
     auto bounded = run();
@@ -202,7 +207,7 @@ TEST_CASE("report.json is written whole, or what was there stays")
     CHECK(read["frames"] == report::json_of(all)["frames"]);
     auto keys = std::string();
     for (auto const& [key, value] : read.items()) keys += key + " ";
-    CHECK(keys == "map machine preset policies features engine threads notes frames ");
+    CHECK(keys == "map machine preset policies quality cut_offs features engine threads notes frames ");
 
     CHECK_THROWS_AS(report::write_json(folder / "absent" / "report.json", all), tilemesh::Error);
     std::filesystem::remove_all(folder);

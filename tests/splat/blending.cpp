@@ -5,6 +5,7 @@
 #include <doctest/doctest.h>
 #include <tilemesh/report/naive.hpp>
 #include <tilemesh/splat/blending.hpp>
+#include <utility>
 #include <vector>
 
 #pragma GCC diagnostic ignored "-Wpsabi" // more lanes than the target has are passed between functions that vanish
@@ -291,17 +292,21 @@ TEST_CASE("blending: an opaque wall stops a block within 64 splats")
     auto const camera = support::flat_camera(16, 5);
     Splat s{};
     s.along = s.across = -1e-9f;
-    s.opacity = 0.95f; // 0.05^4 is the first power below 1e-4
+    s.opacity = 0.95f; // 0.05^3 is the first power below 1e-3, 0.05^4 below 1e-4
     s.faintest = -5;
     s.depth = 1;
     s.columns = 0u | 16u << 16;
     s.rows = 0u | 5u << 16;
     auto const at = [&](std::uint32_t) noexcept -> Splat const& { return s; };
     std::vector<FloatPixel> pixels(80);
-    for (std::uint32_t n : {1u, 4u, 5u, 63u, 64u, 65u, 1000u}) {
-        PairCount counts[1] = {};
-        blend_whole_tile(PixelRect{0, 16, 0, 5}, camera, Model{}, n, at, pixels.data(), 16, counts, 1);
-        CHECK(counts[0].blocks == std::min(n, 64u));
-        CHECK(counts[0].contributing == 80 * std::min(n, 4u));
-    }
+    for (auto const& [stop, layers] : {std::pair(Model{}.transmittance_min, 3u), std::pair(1e-4f, 4u)})
+        for (std::uint32_t n : {1u, 2u, 3u, 4u, 5u, 63u, 64u, 65u, 1000u}) {
+            CAPTURE(stop);
+            PairCount counts[1] = {};
+            Model model;
+            model.transmittance_min = stop;
+            blend_whole_tile(PixelRect{0, 16, 0, 5}, camera, model, n, at, pixels.data(), 16, counts, 1);
+            CHECK(counts[0].blocks == std::min(n, 64u));
+            CHECK(counts[0].contributing == 80 * std::min(n, layers));
+        }
 }

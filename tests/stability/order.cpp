@@ -26,7 +26,8 @@ std::uint32_t bits_of(float v)
 /// The picture of a naive renderer: a stable sort by depth alone, in the order in which the records arrived. Blends as ours does.
 report::Image stable_picture(std::vector<Gaussian> const& arrived, Camera const& camera)
 {
-    auto const view = make_view(camera, Model{});
+    Model const model;
+    auto const view = make_view(camera, model);
     auto const tiling = make_tiling(camera.width, camera.height, camera.width, camera.height);
     std::vector<Splat> splats;
     for (auto const& g : arrived)
@@ -41,7 +42,7 @@ report::Image stable_picture(std::vector<Gaussian> const& arrived, Camera const&
                 float& t = through[std::size_t{y} * camera.width + x];
                 float const alpha =
                     alpha_at(s, static_cast<float>(x) + 0.5f - camera.cx, static_cast<float>(y) + 0.5f - camera.cy);
-                if (t < 1e-4f || alpha < 1.0f / 255) continue;
+                if (t < model.transmittance_min || alpha < model.alpha_min) continue;
                 for (int c = 0; c < 3; ++c) image.pixel(x, y)[c] += alpha * t * s.colour[c];
                 t -= alpha * t;
             }

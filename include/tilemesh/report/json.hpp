@@ -46,6 +46,10 @@ struct RunReport {
         std::string routing, addressing, saturation, footprint, copies, pixels, arithmetic;
         std::uint32_t hops = 0;                    ///< supersteps of routing and of bloom a frame; 0: until quiet
     } policies;
+    std::string quality = "default";               ///< splat::name of the one asked for; "default": the preset's own cut-offs
+    struct {
+        float alpha_min = 0, transmittance_min = 0, alpha_max = 0;
+    } cut_offs;                                    ///< of splat::Model
     struct Feature {
         std::string name;                          ///< "routing"
         bool kept = true;                          ///< false: not compiled into what ran, or not loaded
@@ -174,6 +178,10 @@ inline nlohmann::ordered_json json_of_head(RunReport const& run)
                         {"copies", run.policies.copies},         {"pixels", run.policies.pixels},
                         {"arithmetic", run.policies.arithmetic}};
     json["policies"]["hops"] = run.policies.hops == 0 ? Json("quiet") : Json(run.policies.hops);
+    json["quality"] = run.quality;
+    json["cut_offs"] = {{"alpha_min", finite_or_null(run.cut_offs.alpha_min)},
+                        {"transmittance_min", finite_or_null(run.cut_offs.transmittance_min)},
+                        {"alpha_max", finite_or_null(run.cut_offs.alpha_max)}};
     json["features"] = Json::array();
     for (auto const& feature : run.features)
         json["features"].push_back({{"feature", feature.name}, {"kept", feature.kept}, {"why", feature.why}});
