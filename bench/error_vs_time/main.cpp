@@ -94,6 +94,9 @@ int run(Options const& options)
     std::vector<Row> rows;
     std::vector<Noise> noise;
     std::vector<std::string> skipped;
+    auto const write = [&] {
+        if (!options.csv.empty()) tilemesh::report::write_whole(options.csv, csv(rows, noise, provenance(options, measure.rounds)));
+    };
     for (std::string const name : bench::scene_names) {
         if (!bench::chosen(options.scenes, name)) continue;
         if (options.scenes.empty() && options.quick && name == "playbot_250k") {
@@ -118,8 +121,10 @@ int run(Options const& options)
                                               chosen_of(settings_of_sequences(), options), measure))
                 rows.push_back(std::move(row));
         }
+        mark_fronts(rows);
+        write(); // what is done is not lost: a full run takes an hour
     }
-    mark_fronts(rows);
+    if (rows.empty()) write();
     std::vector<std::string> const standing = {
         "One view a map decides the fronts, 2 degrees after the scene's own camera; the first view's records stand when it begins.",
         "Records keep one colour: harmonics above degree 0 are left out of maps that have them.",
@@ -128,7 +133,6 @@ int run(Options const& options)
         "Error is against the model's own formula (EWA, +0.3, the clamp of the Jacobian), not against a photograph.",
     };
     print_tables(std::cout, rows, noise, skipped, standing);
-    if (!options.csv.empty()) tilemesh::report::write_whole(options.csv, csv(rows, noise, provenance(options, measure.rounds)));
     if (!options.out.empty())
         for (auto const& sentence : write_plots(options.out, rows)) std::cout << sentence << "\n";
     auto const verdict = verdict_of(rows);
