@@ -252,7 +252,7 @@ std::vector<Row> measure_view(bench::Scene const& scene, std::vector<Setting> co
         once = run(rows.front());
         again = run(copy);
     }
-    for (std::size_t begin = 1; begin < rows.size(); begin += batch_size) {
+    for (std::size_t begin = 1; begin == 1 || begin < rows.size(); begin += batch_size) {
         auto const count = std::min(batch_size, rows.size() - begin);
         std::vector<std::unique_ptr<Machine>> machines(2 + count);
         std::vector<Row*> batch(2 + count, nullptr);

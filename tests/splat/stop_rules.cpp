@@ -1,0 +1,275 @@
+// The rule of 3D Gaussian Splatting for a pixel's end, which is not the model's, and a setup that blends by a rule of its own.
+#include "support.hpp"
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <doctest/doctest.h>
+#include <limits>
+#include <tilemesh/splat/blending.hpp>
+#include <utility>
+#include <vector>
+
+#pragma GCC diagnostic ignored "-Wpsabi" // more lanes than the target has are passed between functions that vanish
+
+using namespace tilemesh;
+using namespace tilemesh::splat;
+namespace kernel = tilemesh::splat::detail;
+
+TILEMESH_EXACT_BEGIN
+namespace {
+
+/// Splats in front of a camera, front to back.
+struct Scene {
+    std::vector<Gaussian> gaussians;
+    Camera camera;
+    Model model;
+    std::vector<Splat> splats;
+
+    Scene(std::vector<Gaussian> records, Camera const& c, Model const& m) : gaussians(std::move(records)), camera(c), model(m)
+    {
+        auto const view = make_view(camera, model);
+        auto const tiling = make_tiling(camera.width, camera.height, camera.width, camera.height);
+        std::vector<std::pair<Splat, GaussianId>> items;
+        for (auto const& g : gaussians)
+            if (auto const s = project(g, view, tiling); s.visible()) items.emplace_back(s, g.id);
+        std::sort(items.begin(), items.end(), [](auto const& a, auto const& b) {
+            return a.first.depth != b.first.depth ? a.first.depth < b.first.depth : a.second < b.second;
+        });
+        for (auto const& item : items) splats.push_back(item.first);
+    }
+};
+/// A cloud of larger splats, every third of them opaque or nearly so: many pixels end.
+std::vector<Gaussian> dense(std::uint32_t n, std::uint64_t seed)
+{
+    auto all = support::cloud(n, seed);
+    for (auto& g : all) {
+        for (float& s : g.log_scale) s += 1.5f;
+        if (static_cast<std::uint32_t>(g.id) % 3 == 0) g.opacity = static_cast<std::uint32_t>(g.id) % 6 == 0 ? 1.0f : 0.97f;
+    }
+    return all;
+}
+struct Picture {
+    std::vector<FloatPixel> pixels;
+    std::uint64_t contributing = 0, blocks = 0;
+};
+bool same_bits(Picture const& a, Picture const& b)
+{
+    return a.pixels.size() == b.pixels.size() && std::memcmp(a.pixels.data(), b.pixels.data(), a.pixels.size() * sizeof(FloatPixel)) == 0;
+}
+
+/// 3D Gaussian Splatting's loop over one pixel's splats: a term that would leave less than the limit ends the pixel and is left out.
+Picture naive(Scene const& v)
+{
+    Picture out;
+    for (std::uint32_t y = 0; y < v.camera.height; ++y)
+        for (std::uint32_t x = 0; x < v.camera.width; ++x) {
+            float through = 1, rgb[3] = {0, 0, 0};
+            for (auto const& s : v.splats) {
+                auto const r = s.rect();
+                if (x < r.x0 || x >= r.x1 || y < r.y0 || y >= r.y1) continue;
+                float const alpha =
+                    std::min(alpha_at(s, float(x) + 0.5f - v.camera.cx, float(y) + 0.5f - v.camera.cy), v.model.alpha_max);
+                if (alpha < v.model.alpha_min) continue;
+                float const weight = alpha * through, left = through - weight;
+                if (left < v.model.transmittance_min) break;
+                for (int c = 0; c < 3; ++c) rgb[c] = multiply_add(weight, s.colour[c], rgb[c]);
+                through = left;
+                ++out.contributing;
+            }
+            out.pixels.push_back({{rgb[0], rgb[1], rgb[2]}});
+        }
+    return out;
+}
+/// The kernel over the frame in tiles.
+template <class Stop, std::uint32_t Lanes = kernel::native_lanes, class Rule = kernel::EachPair>
+Picture blend(Scene const& v, std::uint32_t tile_width, std::uint32_t tile_height)
+{
+    auto const& c = v.camera;
+    auto const tiling = make_tiling(c.width, c.height, tile_width, tile_height);
+    Picture out;
+    out.pixels.resize(std::size_t{c.width} * c.height, FloatPixel{{-7, -7, -7}});
+    for (std::uint32_t ty = 0; ty < tiling.rows; ++ty)
+        for (std::uint32_t tx = 0; tx < tiling.columns; ++tx) {
+            auto const tile = pixels_of(tiling, c, TileId::at(tx, ty));
+            std::vector<Splat const*> list;
+            for (auto const& s : v.splats)
+                if (covers(s, tiling, TileId::at(tx, ty))) list.push_back(&s);
+            PairCount count{};
+            kernel::blend_tile_by<Rule, Stop, Lanes, 8, 128>(
+                tile, c, v.model, static_cast<std::uint32_t>(list.size()),
+                [&](std::uint32_t i) noexcept -> Splat const& { return *list[i]; },
+                out.pixels.data() + std::size_t{tile.y0} * c.width + tile.x0, c.width, Worker{0, 1}, &count, 1);
+            out.contributing += count.contributing;
+            out.blocks += count.blocks;
+        }
+    return out;
+}
+
+/// Scene that cover the whole of a small frame, the first in front, with their opacity in the middle of pixel (10, 10).
+Scene layers(std::vector<float> const& opacities, float limit)
+{
+    auto camera = support::flat_camera(20, 20);
+    camera.cx = camera.cy = 10.5f;
+    std::vector<Gaussian> all;
+    for (std::size_t i = 0; i < opacities.size(); ++i) {
+        all.push_back(support::ball(static_cast<std::uint32_t>(i + 1), 0, 0, 1000, opacities[i]));
+        for (float& c : all.back().colour) c = 1;
+    }
+    Model model;
+    model.transmittance_min = limit;
+    return Scene(std::move(all), camera, model);
+}
+/// What pixel (10, 10) shows of layers of colour 1.
+template <class Stop>
+float middle(std::vector<float> const& opacities, float limit)
+{
+    return blend<Stop>(layers(opacities, limit), 20, 20).pixels[10 * 20 + 10].rgb[1];
+}
+
+/// A setup's own rule.
+struct BlendDropping {
+    template <class SplatAt, class Pixel>
+    static PairCount tile(PixelRect const& tile, FrameParameters const& frame, std::uint32_t n, SplatAt const& at, Pixel* pixels,
+                          std::uint32_t stride_px, Worker worker) noexcept
+    {
+        PairCount pairs{};
+        blend(tile, frame, n, at, pixels, stride_px, worker, &pairs, 1);
+        return pairs;
+    }
+    template <class SplatAt, class Pixel>
+    static void whole(PixelRect const& tile, FrameParameters const& frame, std::uint32_t n, SplatAt const& at, Pixel* pixels,
+                      std::uint32_t stride_px, PairCount* counts, std::uint32_t workers) noexcept
+    {
+        blend(tile, frame, n, at, pixels, stride_px, Worker{0, 1}, counts, workers);
+    }
+
+private:
+    template <class SplatAt, class Pixel>
+    static void blend(PixelRect const& tile, FrameParameters const& frame, std::uint32_t n, SplatAt const& at, Pixel* pixels,
+                      std::uint32_t stride_px, Worker worker, PairCount* counts, std::uint32_t workers) noexcept
+    {
+        if (tile.empty()) return;
+        kernel::blend_tile_by<kernel::EachPair, kernel::StopBeforeCrossing, kernel::native_lanes, 8, 128>(
+            tile, frame.view.camera, frame.view.model, n, at, pixels, stride_px, worker, counts, workers);
+    }
+};
+struct Ordinary : support::Small<100, 3000> {};
+struct Dropping : Ordinary {
+    using Blending = BlendDropping;
+};
+template <class S, template <class, class> class Engine>
+RenderedFrame on_mesh(Scene const& v, std::uint32_t threads = 1)
+{
+    BasicRenderer<S, Engine> renderer{support::map_of(v.gaussians), {.threads = threads, .tile = {32, 20}}};
+    renderer.model() = v.model;
+    return renderer.render(v.camera);
+}
+bool same_bits(Picture const& a, report::Image const& b)
+{
+    return a.pixels.size() * sizeof(FloatPixel) == b.rgb.size() * sizeof(float) &&
+           std::memcmp(a.pixels.data(), b.rgb.data(), a.pixels.size() * sizeof(FloatPixel)) == 0;
+}
+
+} // namespace
+TILEMESH_EXACT_END
+
+TEST_CASE("stop before crossing: 3DGS's loop, bit for bit, for any tiling and any lanes")
+{
+    for (float const limit : {1e-4f, 1e-3f, 3e-2f, 0.5f})
+        for (float const alpha_max : {0.99f, 1.0f}) {
+            Model model;
+            model.transmittance_min = limit;
+            model.alpha_max = alpha_max;
+            Scene const v(dense(700, 41), support::lens(150, 71), model);
+            auto const truth = naive(v);
+            auto const ours = blend<kernel::StopBeforeCrossing>(v, 32, 20);
+            CHECK(same_bits(ours, truth));
+            CHECK(ours.contributing == truth.contributing);
+            CHECK(same_bits(blend<kernel::StopBeforeCrossing>(v, 150, 71), truth));
+            CHECK(same_bits(blend<kernel::StopBeforeCrossing>(v, 13, 7), truth));
+            CHECK(same_bits(blend<kernel::StopBeforeCrossing, 4>(v, 32, 20), truth));
+            CHECK(same_bits(blend<kernel::StopBeforeCrossing, 8>(v, 17, 3), truth));
+            CHECK(same_bits(blend<kernel::StopBeforeCrossing, 16>(v, 32, 20), truth));
+            // The rule matters here, and blends less.
+            auto const model_rule = blend<kernel::StopEachPixel>(v, 32, 20);
+            CHECK(!same_bits(model_rule, truth));
+            CHECK(model_rule.contributing > truth.contributing);
+        }
+}
+
+TEST_CASE("stop before crossing: the recurrence's bits do not depend on the tiling")
+{
+    Model model;
+    model.transmittance_min = 1e-2f;
+    model.alpha_max = 0.99f;
+    Scene const v(dense(700, 43), support::lens(150, 71), model);
+    auto const whole = blend<kernel::StopBeforeCrossing, 8, kernel::FastRule>(v, 150, 71);
+    CHECK(same_bits(blend<kernel::StopBeforeCrossing, 8, kernel::FastRule>(v, 32, 20), whole));
+    CHECK(same_bits(blend<kernel::StopBeforeCrossing, 4, kernel::FastRule>(v, 13, 7), whole));
+    CHECK(!same_bits(blend<kernel::StopEachPixel, 8, kernel::FastRule>(v, 32, 20), whole));
+}
+
+TEST_CASE("stop before crossing: a pixel exactly at the limit goes on, one below it ends without the term")
+{
+    // Halves are exact: 1/2 and 1/4 are left.
+    CHECK(middle<kernel::StopBeforeCrossing>({0.5f, 0.5f, 0.5f}, 0.25f) == 0.75f);
+    CHECK(middle<kernel::StopEachPixel>({0.5f, 0.5f, 0.5f}, 0.25f) == 0.875f);
+    CHECK(middle<kernel::StopBeforeCrossing>({0.5f, 0.5f, 0.5f}, std::nextafter(0.25f, 1.0f)) == 0.5f);
+    CHECK(middle<kernel::StopEachPixel>({0.5f, 0.5f, 0.5f}, std::nextafter(0.25f, 1.0f)) == 0.75f);
+    // With a limit of 1 no term is blended; the model's rule blends the first.
+    CHECK(middle<kernel::StopBeforeCrossing>({0.5f, 0.5f}, 1.0f) == 0.0f);
+    CHECK(middle<kernel::StopEachPixel>({0.5f, 0.5f}, 1.0f) == 0.5f);
+}
+
+TEST_CASE("stop before crossing: a pixel that has dropped a term is finished, however faint the next one is")
+{
+    CHECK(middle<kernel::StopBeforeCrossing>({0.5f, 0.75f, 0.25f}, 0.25f) == 0.5f); // 0.25 would leave 0.375
+    CHECK(middle<kernel::StopBeforeCrossing>({0.5f, 0.25f}, 0.25f) == 0.625f);
+    CHECK(middle<kernel::StopBeforeCrossing>({1.0f, 0.25f}, 1e-4f) == 0.0f); // an opaque term always crosses
+    CHECK(middle<kernel::StopBeforeCrossing>({0.5f, 1.0f, 0.25f, 0.25f, 0.25f}, 1e-4f) == 0.5f);
+}
+
+TEST_CASE("stop before crossing: a limit of 0 never stops")
+{
+    Model model;
+    model.transmittance_min = 0;
+    Scene const v(dense(700, 47), support::lens(150, 71), model);
+    auto const picture = blend<kernel::StopBeforeCrossing>(v, 32, 20), same = blend<kernel::StopEachPixel>(v, 32, 20);
+    CHECK(same_bits(picture, same));
+    CHECK(same_bits(picture, naive(v)));
+    CHECK(picture.contributing == same.contributing);
+    CHECK(middle<kernel::StopBeforeCrossing>({1.0f, 1.0f}, 0.0f) == 1.0f);
+}
+
+TEST_CASE("stop before crossing: a block whose pixels have all ended looks at no more than 64 further splats")
+{
+    auto const blocks = [](float opacity) {
+        auto const v = layers(std::vector<float>(1000, opacity), 1e-2f);
+        return blend<kernel::StopBeforeCrossing>(v, 20, 20).blocks;
+    };
+    CHECK(blocks(0.9f) == 8 * 64); // 2 x 4 blocks; two layers are blended, the third ends every pixel
+    CHECK(blocks(1e-2f) == 8 * 512); // 0.99^458 is the last above a hundredth
+}
+
+TEST_CASE("a setup's own blending is what the mesh composites by, run by workers or whole")
+{
+    Model model;
+    model.transmittance_min = 1e-2f;
+    model.alpha_max = 0.99f;
+    Scene const v(dense(700, 53), support::lens(150, 71), model);
+    auto const truth = naive(v);
+    auto const ordinary = blend<kernel::StopEachPixel>(v, 150, 71);
+    REQUIRE(!same_bits(truth, ordinary));
+
+    auto const by_workers = on_mesh<Dropping, CheckedMesh>(v);
+    CHECK(same_bits(truth, by_workers.image));
+    CHECK(by_workers.report.pairs_contributing == truth.contributing);
+    for (std::uint32_t const threads : {1u, 3u}) {
+        auto const whole = on_mesh<Dropping, Mesh>(v, threads);
+        CHECK(same_bits(truth, whole.image));
+        CHECK(support::counted(whole.report) == support::counted(by_workers.report));
+    }
+    CHECK(same_bits(ordinary, on_mesh<Ordinary, CheckedMesh>(v).image));
+    CHECK(same_bits(ordinary, on_mesh<Ordinary, Mesh>(v).image));
+    CHECK(on_mesh<Ordinary, Mesh>(v).report.pairs_contributing == ordinary.contributing);
+}
