@@ -15,6 +15,7 @@ namespace error_vs_time {
 /// What a run was made with, for whoever repeats it.
 struct Provenance {
     std::string compiler, cpu, git; ///< empty: not known
+    std::string build, command;     ///< CMake's build type; the options of the run, without paths
     std::uint32_t threads = 1, rounds = 0;
     bool native = false;            ///< built for the processor it ran on (-march=native)
 };
@@ -120,12 +121,24 @@ inline std::vector<Field> fields_of(Row const& r, std::vector<Noise> const& nois
     result("mae", scientific(r.total.mae, 4));
     result("p999_levels", fixed(r.total.p999_levels, 4));
     result("share_over_one_level", fixed(r.total.share_over_one_level, 6));
+    auto const part = [&](auto const& columns, report::ErrorMeasures const& m) {
+        result(columns[0], fixed(m.psnr_db, 3));
+        result(columns[1], scientific(m.mae, 4));
+        result(columns[2], fixed(m.p999_levels, 4));
+        result(columns[3], fixed(m.ssim, 6));
+        result(columns[4], fixed(m.share_over_one_level, 6));
+    };
+    static constexpr char const* of_cut[] = {"e_cut_psnr_db", "e_cut_mae", "e_cut_p999_levels", "e_cut_ssim", "e_cut_share_over_one_level"};
+    static constexpr char const* of_round[] = {"e_round_psnr_db", "e_round_mae", "e_round_p999_levels", "e_round_ssim",
+                                               "e_round_share_over_one_level"};
+    static constexpr char const* of_mesh[] = {"e_mesh_psnr_db", "e_mesh_mae", "e_mesh_p999_levels", "e_mesh_ssim",
+                                              "e_mesh_share_over_one_level"};
     result("e_cut_max", fixed(r.cut.max_levels, 4));
-    result("e_cut_psnr_db", fixed(r.cut.psnr_db, 3));
+    part(of_cut, r.cut);
     result("e_round_max", fixed(r.round.max_levels, 4));
-    result("e_round_psnr_db", fixed(r.round.psnr_db, 3));
+    part(of_round, r.round);
     result("e_mesh_rmse", scientific(r.mesh.rmse, 4));
-    result("e_mesh_psnr_db", fixed(r.mesh.psnr_db, 3));
+    part(of_mesh, r.mesh);
     result("twice_products", scientific(r.twice_products, 4));
     result("split_off", scientific(r.split_off, 4));
     result("popping_rmse", r.frames > 1 ? scientific(r.popping, 4) : "NaN");
@@ -163,6 +176,9 @@ inline std::vector<Field> fields_of(Row const& r, std::vector<Noise> const& nois
     setting("rounds", from.rounds);
     text("seed", "none"); // nothing here is drawn by lot
     text("git", from.git);
+    text("build", from.build);
+    text("command", from.command);
+    text("tile", "32x20");
     return out;
 }
 

@@ -15,8 +15,9 @@ inline constexpr std::uint32_t tile_width = 32, tile_height = 20;
 class Machine {
 public:
     virtual ~Machine() = default;
-    /// The first view, with nothing limited but storage: what was loaded in file order finds its place.
-    virtual void settle(tilemesh::splat::Camera const&) = 0;
+    /// To and fro between two views, beginning and ending with the first, with nothing limited but storage: what was loaded in file
+    /// order finds its place, and so do the copies.
+    virtual void settle(tilemesh::splat::Camera const& first, tilemesh::splat::Camera const& second) = 0;
     /// The next view, with the setting's limits.
     virtual void render(tilemesh::splat::Camera const&) = 0;
     /// Of the last frame.

@@ -50,6 +50,12 @@ Provenance provenance(Options const& options, std::uint32_t rounds)
 #endif
     from.cpu = cpu_name();
     from.git = TILEMESH_GIT;
+    from.build = TILEMESH_BUILD_TYPE;
+    from.command = std::string("error_vs_time") + (options.quick ? " --quick" : "") +
+                   (options.size.width != 0 ? " --size " + std::to_string(options.size.width) + "x" + std::to_string(options.size.height) : "") +
+                   (options.sequences ? "" : " --no-sequences") + (options.spoil ? " --spoil" : "");
+    for (auto const& s : options.scenes) from.command += " --scene " + s;
+    for (auto const& s : options.settings) from.command += " --setting \"" + s + "\"";
     from.native = TILEMESH_IS_NATIVE != 0;
     from.threads = options.threads;
     from.rounds = rounds;

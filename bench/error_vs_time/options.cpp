@@ -21,7 +21,7 @@ tilemesh::scene::Size size_of(std::string const& text)
         auto const height = std::from_chars(width.ptr + 1, end, size.height);
         good = height.ec == std::errc{} && height.ptr == end;
     }
-    // Each of 40 x 36 tiles has a pixel, and a tile has at most 32 x 20, as on Mk2.
+    // 40 x 36 tiles of 32 x 20 pixels are what Mk2 has; below that a picture shows nothing.
     if (!good || size.width < 40 || size.width > 1280 || size.height < 36 || size.height > 720)
         throw tilemesh::Error("--size cannot be \"" + text + "\" (it takes WxH, 40 to 1280 by 36 to 720); write for example --size 640x360");
     return size;
@@ -79,7 +79,7 @@ std::string help()
            "  --threads N      that compute errors; default: as many as the machine has. Results do not depend on it; times are\n"
            "                   always of one thread\n"
            "  --quick          smaller frames, fewer rounds, one short sequence a map; below 6 minutes on two cores\n"
-           "  --spoil          one setting of the mesh blends by other rules than its references: shows that the checks bite\n"
+           "  --spoil          but for the default, meshes blend by other rules than their references: shows that the checks bite\n"
            "  --help           this text\n"
            "\n" +
            bench::help_of_exit;

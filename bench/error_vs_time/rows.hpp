@@ -43,8 +43,8 @@ struct Row {
 
     // Errors. `total`: the mesh's picture against R0, double without cut-offs. `cut`: R1, double with the setting's cut-offs, against
     // R0. `round`: R2, float32 of the whole frame, against R1. `mesh`: the mesh's picture against R2. References are rounded to
-    // float32 before they are compared. Of a sequence: of its worst frame, by `total.rmse`. The three parts have rmse, mae, max_levels
-    // and psnr_db only.
+    // float32 before they are compared. Of a sequence: of its worst frame, by `total.rmse`. Splats that 24-bit floats order as double
+    // does not are in `round`, and so are fewer key bits, shapes and polynomials.
     report::ErrorMeasures total{}, cut{}, round{}, mesh{};
     double twice_products = 0;       ///< 2 * mean(cut round + cut mesh + round mesh): what total^2 has beside the three squares
     double split_off = 0;            ///< |total^2 - cut^2 - round^2 - mesh^2 - twice_products| / total^2
@@ -59,7 +59,8 @@ struct Row {
 
     // Costs beside them.
     double modelled_ms = 0;          ///< of the last frame: `mk2()` applied to its trace
-    std::vector<double> host_ms;     ///< of the frame, round by round; empty for a sequence
+    std::vector<double> host_ms;     ///< of the frame's steps and the picture, round by round; empty for a sequence. Not of the list
+                                     ///< of what a picture lacks, which is made beside it
     std::vector<double> over_default; ///< each round's time over the default's in the same round
 
     // Against the other rows of the scene and camera; see findings.hpp.

@@ -28,6 +28,12 @@ splat::Model default_model()
     m.transmittance_min = splat::Lossless::transmittance_min;
     return m;
 }
+/// Without a cut at alpha: so faint terms are evaluated pair by pair, whatever is asked for (splat::detail::faintest_cut).
+void cut_no_alpha(Setting& s)
+{
+    s.model.alpha_min = no_alpha_cut;
+    s.model.arithmetic = splat::Arithmetic::precise;
+}
 Setting make(std::string name, std::string knob)
 {
     return {std::move(name), std::move(knob), default_model(), {}, {}};
@@ -65,12 +71,12 @@ void add_sigma(std::vector<Setting>& all)
             if (alpha_too && k.value > 3.4f) break; // of an opacity of 1 the box of alpha 1/255 ends at 3.33
             all.push_back(make(std::string("sigma ") + k.name + (alpha_too ? "" : " alpha 0"), "sigma"));
             all.back().knobs.sigmas = k.value;
-            if (!alpha_too) all.back().model.alpha_min = no_alpha_cut;
+            if (!alpha_too) cut_no_alpha(all.back());
         }
     all.push_back(make("alpha 0", "sigma"));
-    all.back().model.alpha_min = no_alpha_cut;
+    cut_no_alpha(all.back());
     all.push_back(make("no cut", "sigma"));
-    all.back().model.alpha_min = no_alpha_cut;
+    cut_no_alpha(all.back());
     all.back().model.transmittance_min = 0;
     all.push_back(make("3-sigma square", "sigma"));
     all.back().model.footprint = splat::Footprint::three_sigma_square;

@@ -5,7 +5,6 @@
 #include <tilemesh/renderer.hpp>
 #include <tilemesh/scene/demand.hpp>
 #include <tilemesh/splat/fitted.hpp>
-#include <tilemesh/splat/quality.hpp>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -57,7 +56,6 @@ public:
         : renderer_(map, options, std::move(engine))
     {
         if (options.footprint) renderer_.model().footprint = *options.footprint;
-        if (options.quality) renderer_.model() = splat::with_quality(renderer_.model(), *options.quality);
     }
 
     Renderer& renderer() noexcept { return renderer_; }

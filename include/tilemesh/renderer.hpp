@@ -41,7 +41,7 @@ struct RendererOptions {
     std::uint32_t storage_slots = 0;         ///< a limit, at most the setup's
     std::optional<splat::Footprint> footprint{};
     std::optional<splat::Arithmetic> arithmetic{};
-    std::optional<splat::Quality> quality{};  ///< its two cut-offs, whatever `model()` and the setup say
+    std::optional<splat::Quality> quality{};  ///< its two cut-offs instead of the setup's, for `model()` to begin with
     bool digest = false;
     /// Of routing, and of bloom, in a run; a frame that needs more throws Error (MeshOptions::most_passes). 0: what the engine's own
     /// options say. Engines without such a bound (PoplarMesh) leave it out.
@@ -113,6 +113,7 @@ public:
         : options_(options), engine_(std::move(engine)), gaussians_(scene::records<Record>(map)),
           cache_(by_reference ? static_cast<std::uint32_t>(gaussians_.size()) : 0)
     {
+        if (options.quality) model_ = splat::with_quality(model_, *options.quality);
         if (S::one_channel_memory && options.hops != 0)
             throw Error(std::string("setup ") + S::name + " with bounded hops (its routing and bloom take turns in one set of " +
                         "channels, which a bound would leave full); choose a setup with channels of their own");
@@ -193,7 +194,6 @@ public:
         splat::Model model = model_;
         if (options_.footprint) model.footprint = *options_.footprint;
         if (options_.arithmetic) model.arithmetic = *options_.arithmetic;
-        if (options_.quality) model = splat::with_quality(model, *options_.quality);
         auto const view = splat::make_view(camera, model);
         bool const changed = !last_ || __builtin_memcmp(&*last_, &view, sizeof view) != 0 ||
                              __builtin_memcmp(&frame.tiling, &tiling_, sizeof tiling_) != 0;

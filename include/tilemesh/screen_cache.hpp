@@ -7,8 +7,9 @@
 #include <vector>
 
 namespace tilemesh::splat {
-/// How the host projects n rows for its table: as every tile would (`projected`). Who gives a setup parameters of another type, and
-/// tiles another `projected` for it, gives the host another `project_rows`.
+/// How the host projects n rows for its table: as every tile would (`projected`). Who gives a setup parameters of a type of his own
+/// gives the host another `project_rows`, in that type's namespace. What a report lists as missing (report/losses.hpp) is by the
+/// library's footprint: keep to it where records may be lost.
 template <class Record>
 void project_rows(FrameParameters const&, Record const* records, std::uint32_t n, View const& view, Tiling const& tiling, Splat* out) noexcept
 {

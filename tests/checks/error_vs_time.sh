@@ -183,9 +183,12 @@ compare() { # SETTING PICTURE REFERENCE, then pairs MEASURE COLUMN
 for setting in default on_sensor "drop 5 slots"; do
     compare "$setting" mesh reference rmse rmse max_levels max_levels p999_levels p999_levels psnr_db psnr_db ssim ssim mae mae \
         share_over_one_level share_over_one_level
-    compare "$setting" cut reference rmse e_cut_rmse max_levels e_cut_max psnr_db e_cut_psnr_db
-    compare "$setting" whole cut rmse e_round_rmse max_levels e_round_max psnr_db e_round_psnr_db
-    compare "$setting" mesh whole rmse e_mesh_rmse max_levels e_mesh_max psnr_db e_mesh_psnr_db
+    compare "$setting" cut reference rmse e_cut_rmse max_levels e_cut_max psnr_db e_cut_psnr_db mae e_cut_mae p999_levels e_cut_p999_levels \
+        ssim e_cut_ssim share_over_one_level e_cut_share_over_one_level
+    compare "$setting" whole cut rmse e_round_rmse max_levels e_round_max psnr_db e_round_psnr_db mae e_round_mae p999_levels e_round_p999_levels \
+        ssim e_round_ssim share_over_one_level e_round_share_over_one_level
+    compare "$setting" mesh whole rmse e_mesh_rmse max_levels e_mesh_max psnr_db e_mesh_psnr_db mae e_mesh_mae p999_levels e_mesh_p999_levels \
+        ssim e_mesh_ssim share_over_one_level e_mesh_share_over_one_level
 done
 
 for plot in pairs modelled host; do

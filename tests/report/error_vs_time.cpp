@@ -413,7 +413,7 @@ TEST_CASE("error against time: the file has each number as a reader needs it")
     other.popping = 0.25;
     std::vector<Row> rows{row, other};
     mark_fronts(rows);
-    auto const text = csv(rows, {{"sloth", {1, 1, 1, 1, 1.02, 1, 1, 1, 1, 1}}}, {"g++ 12", "a \"fast\" one", "abc", 2, 5, true});
+    auto const text = csv(rows, {{"sloth", {1, 1, 1, 1, 1.02, 1, 1, 1, 1, 1}}}, {"g++ 12", "a \"fast\" one", "abc", "Release", "error_vs_time --quick", 2, 5, true});
     CHECK(text.find("\nsloth,orbit2,\"sigma 3, \"\"square\"\"\",1.2346e-03,") != std::string::npos); // quotes where they are needed alone
     auto const table = table_of(text);
     REQUIRE(table.size() == 2);
@@ -430,7 +430,8 @@ TEST_CASE("error against time: the file has each number as a reader needs it")
         {"host_rounds", "5"}, {"host_ms_min", "1.0000"}, {"host_ms_p20", "1.0000"}, {"host_ms_p80", "5.0000"},
         {"host_over_default", "0.5000"}, {"claim", "faster"}, {"aa_noise", "0.0200"}, {"front_pairs", "0.0000"},
         {"status", "ok"}, {"compiler", "g++ 12"}, {"native", "yes"}, {"cpu", "a \"fast\" one"}, {"threads", "2"},
-        {"rounds", "5"}, {"seed", "none"}, {"git", "abc"}};
+        {"rounds", "5"}, {"seed", "none"}, {"git", "abc"}, {"build", "Release"}, {"command", "error_vs_time --quick"}, {"tile", "32x20"},
+        {"e_mesh_mae", "0.0000e+00"}, {"e_round_p999_levels", "0.0000"}};
     for (auto const& each : expected) {
         REQUIRE_MESSAGE(table[0].count(each.first) == 1, each.first);
         CHECK_MESSAGE(table[0].at(each.first) == each.second, each.first);
@@ -469,7 +470,8 @@ TEST_CASE("error against time: what failed stays in the file, with its knobs, Na
     CHECK(table[0].at("aa_noise") == "inf"); // it was not measured
     // A row has a text for every column, whatever happened.
     for (auto const& each : table[0]) {
-        bool const may_be_empty = each.first == "compiler" || each.first == "cpu" || each.first == "git";
+        auto const& c = each.first;
+        bool const may_be_empty = c == "compiler" || c == "cpu" || c == "git" || c == "build" || c == "command";
         CHECK_MESSAGE((!each.second.empty() || may_be_empty), each.first);
     }
 }

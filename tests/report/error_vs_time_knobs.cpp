@@ -34,7 +34,7 @@ public:
     {
         if (setting.limits.storage_slots == 10) throw tilemesh::Error("too small (10 slots); choose more");
     }
-    void settle(splat::Camera const& camera) override { render(camera); }
+    void settle(splat::Camera const& first, splat::Camera const&) override { render(first); }
     void render(splat::Camera const& camera) override
     {
         image_ = whole_frame(gaussians_, camera, setting_.model, setting_.knobs);

@@ -170,6 +170,11 @@ TEST_CASE("demand: it holds for the views that were scanned, with their model, a
     auto const view = splat::make_view(camera, splat::Model{});
     auto const d = along(support::map_of({support::ball(1, 8, 8), support::ball(2, 900, 8)}), {camera});
     CHECK(d.holds_for(view));
+    splat::Model stops_later = view.model; // what is visible does not depend on these
+    stops_later.transmittance_min = 1e-4f;
+    stops_later.alpha_max = 0.99f;
+    stops_later.arithmetic = splat::Arithmetic::fast;
+    CHECK(d.holds_for(splat::make_view(camera, stops_later)));
     CHECK_FALSE(d.holds_for(splat::make_view(other, splat::Model{})));
     CHECK_FALSE(d.holds_for(splat::make_view(camera, fainter)));
     CHECK(along(support::map_of({support::ball(1, 8, 8)}), {camera}).holds_for(splat::make_view(other, splat::Model{})));

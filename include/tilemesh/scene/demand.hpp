@@ -33,7 +33,8 @@ struct Demand {
 
     static std::uint64_t key_of(splat::View view) noexcept // FNV-1a (Fowler, Noll, Vo) of its bytes
     {
-        view.model.arithmetic = {}; // it does not change what is needed
+        view.model.arithmetic = {}; // none of the three changes what is needed
+        view.model.alpha_max = view.model.transmittance_min = 0;
         unsigned char bytes[sizeof view];
         std::memcpy(bytes, &view, sizeof view);
         std::uint64_t key = 0xcbf29ce484222325u;

@@ -531,6 +531,8 @@ template <class Rule, class Stop, std::uint32_t N, std::uint32_t Group, std::uin
 void blend_tile_by(PixelRect const& tile, Camera const& camera, Model const& model, std::uint32_t n, SplatAt const& at,
                    Pixel* pixels, std::uint32_t stride_px, Worker worker, PairCount* counts, std::uint32_t workers) noexcept
 {
+    static_assert(!drops_crossing<Stop> || !Pixel::has_alpha, "StopBeforeCrossing turns the sign of what a pixel keeps (an alpha would be "
+                                                              "above 1); blend pixels without alpha");
     RowLimits const limits{model.alpha_min};
     OpenBlock<Pixel::has_depth> group[Group];
     Chunk<Size> chunk;
