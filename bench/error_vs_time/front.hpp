@@ -254,7 +254,8 @@ inline Verdict verdict_of(std::vector<Row> const& rows)
         if (standard == nullptr) out.broken.push_back(where + ": there is no default to compare with");
         if (standard == nullptr || !ran(*standard)) continue;
         for (auto const* r : group)
-            if (ran(*r) && standard->counters.pairs > 0 && 10 * r->counters.pairs <= 9 * standard->counters.pairs && printed_error(*r) <= printed_error(*standard))
+            if (ran(*r) && standard->counters.pairs > 0 && 10 * r->counters.pairs <= 9 * standard->counters.pairs &&
+                printed_error(*r) <= printed_error(*standard))
                 said.push_back(called(*r) + ": has " +
                                fixed(100 * static_cast<double>(r->counters.pairs) / static_cast<double>(standard->counters.pairs), 1) +
                                " % of the default's pairs and no larger error (" + scientific(r->total.rmse, 3) + " against " +

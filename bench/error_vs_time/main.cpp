@@ -52,8 +52,9 @@ Provenance provenance(Options const& options, std::uint32_t rounds)
     from.git = TILEMESH_GIT;
     from.build = TILEMESH_BUILD_TYPE;
     from.command = std::string("error_vs_time") + (options.quick ? " --quick" : "") +
-                   (options.size.width != 0 ? " --size " + std::to_string(options.size.width) + "x" + std::to_string(options.size.height) : "") +
                    (options.sequences ? "" : " --no-sequences") + (options.spoil ? " --spoil" : "");
+    if (options.size.width != 0)
+        from.command += " --size " + std::to_string(options.size.width) + "x" + std::to_string(options.size.height);
     for (auto const& s : options.scenes) from.command += " --scene " + s;
     for (auto const& s : options.settings) from.command += " --setting \"" + s + "\"";
     from.native = TILEMESH_IS_NATIVE != 0;
@@ -84,7 +85,8 @@ int run(Options const& options)
     bench::expect_folder_of(options.csv);
     make_folder(options.out, "--out");
     make_folder(options.pfm, "--pfm");
-    auto const size = options.size.width != 0 ? options.size : options.quick ? tilemesh::scene::Size{640, 360} : tilemesh::scene::Size{1280, 720};
+    auto size = options.quick ? tilemesh::scene::Size{640, 360} : tilemesh::scene::Size{1280, 720};
+    if (options.size.width != 0) size = options.size;
     MeasureOptions measure;
     measure.threads = options.threads;
     measure.rounds = options.rounds != 0 ? options.rounds : options.quick ? 5 : 15;
@@ -134,8 +136,8 @@ int run(Options const& options)
     std::vector<std::string> const standing = {
         "One view a map decides the fronts, 2 degrees after the scene's own camera; the first view's records stand when it begins.",
         "Records keep one colour: harmonics above degree 0 are left out of maps that have them.",
-        "Modelled time is of no machine: `mk2()` charges a pair as a pair, whatever the arithmetic, the shape or the key; records in half precision would make channels and storage "
-        "shorter, which is not modelled.",
+        "Modelled time is of no machine: `mk2()` charges a pair as a pair, whatever the arithmetic, the shape or the key; what records in "
+        "half precision would save of storage is not modelled.",
         "Error is against the model's own formula (EWA, +0.3, the clamp of the Jacobian), not against a photograph.",
     };
     print_tables(std::cout, rows, noise, skipped, standing);

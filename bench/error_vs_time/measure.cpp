@@ -284,7 +284,8 @@ std::vector<Row> measure_view(bench::Scene const& scene, std::vector<Setting> co
         time_batch(batch, machines, cameras[0], cameras[1], options.rounds, noise);
         once = std::move(machines[0]);
         again = std::move(machines[1]);
-        if (options.progress) options.progress(scene.map.name + ": " + std::to_string(begin + count) + " of " + std::to_string(rows.size()) + " settings");
+        if (options.progress)
+            options.progress(scene.map.name + ": " + std::to_string(begin + count) + " of " + std::to_string(rows.size()) + " settings");
     }
     return rows;
 }
@@ -336,7 +337,8 @@ std::vector<Row> measure_sequence(bench::Scene const& scene, std::string const& 
             }
         });
         last_none = none;
-        if (options.progress) options.progress(scene.map.name + " " + motion + ": frame " + std::to_string(frame) + " of " + std::to_string(frames));
+        if (options.progress)
+            options.progress(scene.map.name + " " + motion + ": frame " + std::to_string(frame) + " of " + std::to_string(frames));
     }
     return rows;
 }

@@ -23,7 +23,8 @@ tilemesh::scene::Size size_of(std::string const& text)
     }
     // 40 x 36 tiles of 32 x 20 pixels are what Mk2 has; below that a picture shows nothing.
     if (!good || size.width < 40 || size.width > 1280 || size.height < 36 || size.height > 720)
-        throw tilemesh::Error("--size cannot be \"" + text + "\" (it takes WxH, 40 to 1280 by 36 to 720); write for example --size 640x360");
+        throw tilemesh::Error("--size cannot be \"" + text +
+                              "\" (it takes WxH, 40 to 1280 by 36 to 720); write for example --size 640x360");
     return size;
 }
 
@@ -32,7 +33,8 @@ std::string setting_of(std::string text)
 {
     auto const all = settings();
     if (std::any_of(all.begin(), all.end(), [&](Setting const& s) { return s.name == text; })) return text;
-    throw tilemesh::Error("--setting cannot be \"" + text + "\" (no setting has that name); write for example --setting viewing, or see the column of a CSV");
+    throw tilemesh::Error("--setting cannot be \"" + text +
+                          "\" (no setting has that name); write for example --setting viewing, or see the column of a CSV");
 }
 
 } // namespace
