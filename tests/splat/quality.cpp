@@ -27,7 +27,7 @@ static_assert(with_quality({}, Quality::evaluation).transmittance_min == 1e-5f);
 static_assert(with_quality({}, Quality::viewing).alpha_min == 1.0f / 128);
 static_assert(with_quality({}, Quality::viewing).transmittance_min == 5e-3f);
 static_assert(with_quality({}, Quality::on_sensor).alpha_min == 1.0f / 64);
-static_assert(with_quality({}, Quality::on_sensor).transmittance_min == 3e-2f);
+static_assert(with_quality({}, Quality::on_sensor).transmittance_min == 1e-2f);
 
 // The stops that are not asked for: the library's, and 3D Gaussian Splatting's in the presets that are the paper's machine.
 static_assert(Model{}.alpha_min == 1.0f / 255 && Model{}.transmittance_min == 1e-3f);

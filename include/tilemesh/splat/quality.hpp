@@ -7,16 +7,16 @@ namespace tilemesh::splat {
 /// What a picture is for: a named pair of the two cut-offs that trade its error against pairs, alpha_min and transmittance_min. All else
 /// stays as the model has it.
 ///
-/// What each costs (Gaussian-pixel pairs, against alpha_min 1/255 with a stop at 1e-4) and gets wrong (against a double-precision reference
-/// without cut-offs; colours of 0 to 1, a level is 1/255) was measured on Sloth, Salad and the built-in map at 640 x 360 and 1280 x 720
-/// with bench/error_vs_time; smaller frames, of smaller Gaussians, are farther off. On each of them all three lie on the front: no
-/// setting has both fewer pairs and a smaller error. The figures are of the cut-offs alone; what float32 rounds comes on top: 3e-5, and
-/// several levels in the few pixels where two depths are closer than a float tells. With a three_sigma_square, which cuts at 0.011 of the
+/// What each costs (Gaussian-pixel pairs, against the default's) and gets wrong (the picture against a double-precision one without
+/// cut-offs; colours of 0 to 1, a level is 1/255) is from `bench/error_vs_time --quick`: Sloth, Salad and the built-in map, 640 x 360. On
+/// each of them all three are on the front of all settings measured, at 1280 x 720 too: none has fewer pairs and no larger error. Smaller
+/// frames, of smaller Gaussians, are farther off. What `evaluation` leaves out is below half a level; what float32 rounds comes on top: up
+/// to 4 levels in the few pixels where two depths are closer than a float tells. With a three_sigma_square, which cuts at 0.011 of the
 /// opacity by itself, a smaller alpha_min gains little.
 enum class Quality : std::uint32_t {
-    evaluation, ///< to compare pictures by: 1.35 to 1.50 times the pairs; RMSE 3e-5 to 5e-5, no channel 0.31 levels off
-    viewing,    ///< to look at: 0.86 to 0.91 times the pairs; RMSE 1.6e-3 to 3e-3, PSNR 50 to 56 dB
-    on_sensor   ///< where every pair counts: 0.74 to 0.82 times the pairs; RMSE 4.5e-3 to 9.4e-3, PSNR 40 to 47 dB
+    evaluation, ///< to compare pictures by: 1.4 to 1.5 times the pairs; RMSE 3e-5 to 7e-5, PSNR above 83 dB
+    viewing,    ///< to look at: 0.9 times the pairs; RMSE 1.8e-3 to 3e-3, PSNR 50 to 55 dB
+    on_sensor   ///< where every pair counts: 0.79 to 0.82 times the pairs; RMSE 3.3e-3 to 5.7e-3, PSNR 44 to 50 dB
 };
 
 /// "evaluation", "viewing" or "on_sensor".
@@ -30,7 +30,7 @@ constexpr Model with_quality(Model model, Quality quality) noexcept
 {
     switch (quality) {
     case Quality::evaluation:
-        // 1/32 of a level: many skipped terms in a pixel still add up to less than the half level that moves a byte (0.31 measured);
+        // 1/32 of a level: many skipped terms in a pixel still add up to less than the half level that moves a byte (0.45 measured);
         // footprints are 1.27 times as wide as with 1/255. What lies behind 1e-5 is 0.003 levels.
         model.alpha_min = 1.0f / 8160.0f;
         model.transmittance_min = 1e-5f;
@@ -41,9 +41,10 @@ constexpr Model with_quality(Model model, Quality quality) noexcept
         model.transmittance_min = 5e-3f;
         break;
     case Quality::on_sensor:
-        // Terms under four levels are skipped: footprints are 0.87 times as wide. What lies behind 3e-2 is at most 7.7 levels.
+        // Terms under four levels are skipped: footprints are 0.87 times as wide. What lies behind 1e-2 is at most 2.6 levels;
+        // 3e-2 saves another 0.1 to 5 % of the pairs and costs 2.5 to 5 dB: on Sloth at 1280 x 720 it is 2 % behind the front.
         model.alpha_min = 1.0f / 64.0f;
-        model.transmittance_min = 3e-2f;
+        model.transmittance_min = 1e-2f;
         break;
     }
     return model;
