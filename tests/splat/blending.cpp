@@ -299,8 +299,10 @@ TEST_CASE("blending: an opaque wall stops a block within 64 splats")
     s.rows = 0u | 5u << 16;
     auto const at = [&](std::uint32_t) noexcept -> Splat const& { return s; };
     std::vector<FloatPixel> pixels(80);
-    for (auto const& [stop, layers] : {std::pair(Model{}.transmittance_min, 3u), std::pair(1e-4f, 4u)})
+    for (auto const& each : {std::pair(Model{}.transmittance_min, 3u), std::pair(1e-4f, 4u)})
         for (std::uint32_t n : {1u, 2u, 3u, 4u, 5u, 63u, 64u, 65u, 1000u}) {
+            auto const stop = each.first;
+            auto const layers = each.second;
             CAPTURE(stop);
             PairCount counts[1] = {};
             Model model;
