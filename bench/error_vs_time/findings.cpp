@@ -122,32 +122,4 @@ void print_tables(std::ostream& out, std::vector<Row> const& rows, std::vector<N
     if (all && skipped.empty() && standing.empty()) out << "none\n";
 }
 
-std::string markdown_table(std::vector<Row> const& rows, std::string const& scene)
-{
-    for (auto const& group : groups_of(rows)) {
-        if (group.front()->scene != scene || is_sequence(group)) continue;
-        auto const* standard = find(group, "default");
-        if (standard == nullptr || !ran(*standard)) continue;
-        std::string out = "| setting | pairs over default | RMSE | PSNR, dB | max levels | over 1 level | modelled ms |\n"
-                          "|---|---:|---:|---:|---:|---:|---:|\n";
-        // From the most pairs down, so that of each 5 % the one with the smallest error stays.
-        auto all = shown(group);
-        std::reverse(all.begin(), all.end());
-        double last = std::numeric_limits<double>::infinity();
-        Group chosen;
-        for (auto const* r : all) {
-            if (!is_named(*r) && !(pairs_of(*r) <= 0.95 * last)) continue;
-            chosen.push_back(r);
-            last = pairs_of(*r);
-        }
-        for (auto const* r : chosen)
-            out += "| " + (is_named(*r) ? "**" + r->setting.name + "**" : r->setting.name) + " | " +
-                   ratio(over(pairs_of(*r), pairs_of(*standard))) + " | " + error_of(r->total.rmse) + " | " + fixed(r->total.psnr_db, 1) +
-                   " | " + fixed(r->total.max_levels, 2) + " | " + percent(r->total.share_over_one_level) + " | " +
-                   fixed(r->modelled_ms, 3) + " |\n";
-        return out;
-    }
-    return {};
-}
-
 } // namespace error_vs_time

@@ -16,8 +16,4 @@ namespace error_vs_time {
 void print_tables(std::ostream& out, std::vector<Row> const& rows, std::vector<Noise> const& noise,
                   std::vector<std::string> const& skipped = {}, std::vector<std::string> const& standing = {});
 
-/// A scene's first single view as a table for a README: the named settings, and of the front what has at least 5 % fewer pairs than
-/// the next row. Empty where the scene has no single view.
-std::string markdown_table(std::vector<Row> const& rows, std::string const& scene);
-
 } // namespace error_vs_time

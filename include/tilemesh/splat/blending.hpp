@@ -57,11 +57,11 @@ using FastRule = Recurrence<5>;
 
 /// A pixel stops when its own transmittance is below the limit, as the model says.
 struct StopEachPixel {
-    static constexpr bool each_pixel = true;
+    static constexpr bool each_pixel = true, drops_crossing = false;
 };
 /// All pixels of a block go on until the last one has stopped. Not the model: measured beside it (bench/frame).
 struct StopWholeBlock {
-    static constexpr bool each_pixel = false;
+    static constexpr bool each_pixel = false, drops_crossing = false;
 };
 /// A pixel stops before the splat that would take its transmittance below the limit, which it leaves out, as 3D Gaussian Splatting
 /// does. Not the model: it loses up to the limit at once, and one rounding decides whether (numerics, rows 45 and 46); measured
@@ -69,10 +69,6 @@ struct StopWholeBlock {
 struct StopBeforeCrossing {
     static constexpr bool each_pixel = true, drops_crossing = true;
 };
-template <class Stop, class = void>
-inline constexpr bool drops_crossing = false;
-template <class Stop>
-inline constexpr bool drops_crossing<Stop, std::void_t<decltype(Stop::drops_crossing)>> = Stop::drops_crossing;
 
 /// 2^x for |x| <= 126. The polynomials are those of
 /// least relative error on [-1/2, 1/2] (Remez): 7.5e-5 at degree 3, 2.6e-6 at 4, 7.5e-8 at 5, before rounding.
@@ -301,7 +297,7 @@ TILEMESH_KERNEL void blend_row(Strip<N, HasDepth>& s, Floats<N> const& alpha, Mo
         takes_part &= s.t[K] >= m.transmittance_min;
     else
         takes_part &= s.t[K] >= 0.0f;
-    if constexpr (drops_crossing<Stop>) {
+    if constexpr (Stop::drops_crossing) {
         Floats<N> const share = alpha * s.t[K];
         Words<N> const crosses = takes_part & (s.t[K] - share < m.transmittance_min);
         s.t[K] = crosses ? -s.t[K] : s.t[K];
@@ -531,7 +527,7 @@ template <class Rule, class Stop, std::uint32_t N, std::uint32_t Group, std::uin
 void blend_tile_by(PixelRect const& tile, Camera const& camera, Model const& model, std::uint32_t n, SplatAt const& at,
                    Pixel* pixels, std::uint32_t stride_px, Worker worker, PairCount* counts, std::uint32_t workers) noexcept
 {
-    static_assert(!drops_crossing<Stop> || !Pixel::has_alpha, "StopBeforeCrossing turns the sign of what a pixel keeps (an alpha would be "
+    static_assert(!Stop::drops_crossing || !Pixel::has_alpha, "StopBeforeCrossing turns the sign of what a pixel keeps (an alpha would be "
                                                               "above 1); blend pixels without alpha");
     RowLimits const limits{model.alpha_min};
     OpenBlock<Pixel::has_depth> group[Group];
