@@ -94,15 +94,15 @@ TEST_CASE("compositing: blend, then stop: the layer that crosses the limit count
     camera.cx = camera.cy = 10.5f;
     std::vector<Gaussian> layers;
     for (std::uint32_t i = 0; i < 4; ++i) {
-        layers.push_back(support::ball(i + 1, 0, 0, 1000, 0.95f));
+        layers.push_back(support::ball(i + 1, 0, 0, 1000, 0.9f));
         for (float& c : layers.back().colour) c = 0;
         layers.back().colour[i % 3] = 1;
     }
-    layers[3].colour[0] = 1000; // T is 1.25e-4 before it: behind the stop at 1e-3, not behind 1e-4
+    layers[3].colour[0] = 1000; // T is 1e-3 before it: behind the stop at 3e-3, not behind 1e-4
     auto const image = on_mesh(layers, camera);
-    CHECK(image.pixel(10, 10)[1] == doctest::Approx(0.95f * 0.05f));
-    CHECK(image.pixel(10, 10)[2] == doctest::Approx(0.95f * 0.0025f)); // crosses 1e-3 and is blended
-    CHECK(image.pixel(10, 10)[0] == doctest::Approx(0.95f));
+    CHECK(image.pixel(10, 10)[1] == doctest::Approx(0.9f * 0.1f));
+    CHECK(image.pixel(10, 10)[2] == doctest::Approx(0.9f * 0.01f)); // crosses 3e-3 and is blended
+    CHECK(image.pixel(10, 10)[0] == doctest::Approx(0.9f));
 }
 
 TEST_CASE("compositing: opaque layers hide what is behind them exactly, with the 0.99 clamp they do not")

@@ -33,7 +33,7 @@ constexpr Model with_quality(Model model, Quality quality) noexcept
         // 1/32 of a level: many skipped terms in a pixel still add up to less than the half level that moves a byte (0.45 measured);
         // footprints are 1.27 times as wide as with 1/255. What lies behind 1e-5 is 0.003 levels.
         model.alpha_min = 1.0f / 8160.0f;
-        model.transmittance_min = 1e-5f;
+        model.transmittance_min = 1e-4f;
         break;
     case Quality::viewing:
         // Terms under two levels are skipped: footprints are 0.94 times as wide. What lies behind 5e-3 is at most 1.3 levels.
