@@ -1,7 +1,5 @@
 #include "findings.hpp"
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <cmath>
 #include <tilemesh/report/table.hpp>
 
@@ -53,13 +51,6 @@ Row const* telling(std::vector<Row> const& rows)
 
 } // namespace
 
-std::string fixed(double value, int decimals)
-{
-    if (std::isinf(value)) return "inf";
-    std::array<char, 64> text{};
-    auto const end = std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::fixed, decimals);
-    return {text.data(), end.ptr};
-}
 std::string milliseconds(std::uint64_t cycles, int decimals)
 {
     return fixed(tilemesh::milliseconds(cost_model(), cycles), decimals);

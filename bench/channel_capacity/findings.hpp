@@ -1,6 +1,7 @@
 #pragma once
 #include "latency.hpp"
 #include "sweep.hpp"
+#include <common/statistics.hpp>
 #include <string>
 #include <vector>
 
@@ -32,8 +33,7 @@ std::vector<bool> pareto_front(std::vector<Row> const& of_one_motion);
 std::vector<Row> by_time(std::vector<Row> const& rows, std::string const& scene, std::string const& motion);
 /// Modelled, with `decimals`.
 std::string milliseconds(std::uint64_t cycles, int decimals);
-/// "inf" where the pictures are equal.
-std::string fixed(double value, int decimals);
+using bench::fixed; // "inf" where pictures are equal
 
 /// Sentences with the knees of a scene, one a policy.
 std::vector<std::string> knee_sentences(std::vector<Row> const& rows, std::string const& scene);

@@ -1,9 +1,10 @@
 #pragma once
 #include <algorithm>
+#include <array>
+#include <charconv>
 #include <chrono>
 #include <cmath>
 #include <cstddef>
-#include <cstdio>
 #include <string>
 #include <utility>
 #include <vector>
@@ -64,12 +65,14 @@ inline double fit_slope(std::vector<double> const& x, std::vector<double> const&
     return (n * sxy - sx * sy) / (n * sxx - sx * sx);
 }
 
-/// A number with so many places behind the point.
+/// A number with so many places behind the point, "inf", "-inf" or "NaN"; no locale.
 inline std::string fixed(double value, int places)
 {
-    char text[64];
-    std::snprintf(text, sizeof text, "%.*f", places, value);
-    return text;
+    if (std::isnan(value)) return "NaN";
+    if (std::isinf(value)) return value > 0 ? "inf" : "-inf";
+    std::array<char, 400> text{}; // 309 digits before the point are the most that a double has
+    auto const end = std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::fixed, places);
+    return {text.data(), end.ptr};
 }
 
 } // namespace bench

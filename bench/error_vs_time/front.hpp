@@ -4,6 +4,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <common/statistics.hpp>
 #include <cstddef>
 #include <cstdlib>
 #include <limits>
@@ -18,15 +19,8 @@ namespace error_vs_time {
 /// The settings a user can ask for by name, in order of error.
 inline constexpr std::array<std::string_view, 4> named_settings = {"evaluation", "default", "viewing", "on_sensor"};
 
-/// A number as plain decimals, "inf" or "NaN"; no locale.
-inline std::string fixed(double value, int decimals)
-{
-    if (std::isnan(value)) return "NaN";
-    if (std::isinf(value)) return value > 0 ? "inf" : "-inf";
-    std::array<char, 400> text{}; // 309 digits before the point are the most that a double has
-    auto const end = std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::fixed, decimals);
-    return {text.data(), end.ptr};
-}
+using bench::fixed;
+
 /// A number as 1.2346e-03, "inf" or "NaN"; no locale.
 inline std::string scientific(double value, int decimals)
 {

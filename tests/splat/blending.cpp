@@ -1,3 +1,4 @@
+#include "blended.hpp"
 #include "support.hpp"
 #include <algorithm>
 #include <cmath>
@@ -15,35 +16,9 @@ using namespace tilemesh::splat;
 namespace kernel = tilemesh::splat::detail;
 
 namespace {
-/// A frame's visible splats, front to back.
-struct Scene {
-    std::vector<Gaussian> gaussians;
-    Camera camera;
-    Model model;
-    std::vector<Splat> splats;
+using Scene = support::SortedSplats;
+using Picture = support::Blended;
 
-    Scene(std::vector<Gaussian> records, Camera const& c, Model const& m = {}) : gaussians(std::move(records)), camera(c), model(m)
-    {
-        auto const view = make_view(camera, model);
-        auto const tiling = make_tiling(camera.width, camera.height, camera.width, camera.height);
-        std::vector<std::pair<Splat, GaussianId>> items;
-        for (auto const& g : gaussians)
-            if (auto const s = project(g, view, tiling); s.visible()) items.emplace_back(s, g.id);
-        std::sort(items.begin(), items.end(), [](auto const& a, auto const& b) {
-            return a.first.depth != b.first.depth ? a.first.depth < b.first.depth : a.second < b.second;
-        });
-        for (auto const& item : items) splats.push_back(item.first);
-    }
-};
-struct Picture {
-    std::vector<FloatPixel> pixels;
-    std::uint64_t blocks = 0, contributing = 0;
-    bool operator==(Picture const& o) const
-    {
-        return pixels.size() == o.pixels.size() &&
-               std::memcmp(pixels.data(), o.pixels.data(), pixels.size() * sizeof(FloatPixel)) == 0;
-    }
-};
 /// The frame in tiles of this size; by one thread for all workers, or by each of `workers` in turn.
 template <std::uint32_t Lanes = kernel::native_lanes>
 Picture blend(Scene const& scene, Arithmetic arithmetic, std::uint32_t tile_width, std::uint32_t tile_height, std::uint32_t workers = 0)
@@ -51,30 +26,17 @@ Picture blend(Scene const& scene, Arithmetic arithmetic, std::uint32_t tile_widt
     Model model = scene.model;
     model.arithmetic = arithmetic;
     auto const& c = scene.camera;
-    auto const tiling = make_tiling(c.width, c.height, tile_width, tile_height);
-    Picture picture;
-    picture.pixels.resize(std::size_t{c.width} * c.height, FloatPixel{{-7, -7, -7}});
-    for (std::uint32_t ty = 0; ty < tiling.rows; ++ty)
-        for (std::uint32_t tx = 0; tx < tiling.columns; ++tx) {
-            auto const tile = pixels_of(tiling, c, TileId::at(tx, ty));
-            std::vector<Splat const*> list;
-            for (auto const& s : scene.splats)
-                if (covers(s, tiling, TileId::at(tx, ty))) list.push_back(&s);
-            auto const at = [&](std::uint32_t i) noexcept -> Splat const& { return *list[i]; };
-            auto* const pixels = picture.pixels.data() + std::size_t{tile.y0} * c.width + tile.x0;
-            auto const n = static_cast<std::uint32_t>(list.size());
+    return support::blended_in_tiles(
+        scene, tile_width, tile_height,
+        [&](PixelRect const& tile, std::uint32_t n, auto const& at, FloatPixel* pixels, Picture& picture) {
             if (workers == 0) {
                 PairCount counts[6] = {};
                 blend_whole_tile<Lanes>(tile, c, model, n, at, pixels, c.width, counts, 6);
-                for (auto const& count : counts) picture.blocks += count.blocks, picture.contributing += count.contributing;
+                for (auto const& count : counts) picture.count(count);
             }
-            for (std::uint32_t w = 0; w < workers; ++w) {
-                auto const count = blend_tile<Lanes>(tile, c, model, n, at, pixels, c.width, Worker{w, workers});
-                picture.blocks += count.blocks;
-                picture.contributing += count.contributing;
-            }
-        }
-    return picture;
+            for (std::uint32_t w = 0; w < workers; ++w)
+                picture.count(blend_tile<Lanes>(tile, c, model, n, at, pixels, c.width, Worker{w, workers}));
+        });
 }
 /// Ordinary splats, needles, discs, opaque ones, and some as large as the frame.
 Scene varied(std::uint32_t n, std::uint32_t seed, Model const& model = {})

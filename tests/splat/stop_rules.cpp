@@ -1,4 +1,5 @@
 // The rule of 3D Gaussian Splatting for a pixel's end, which is not the model's, and a setup that blends by a rule of its own.
+#include "blended.hpp"
 #include "support.hpp"
 #include <algorithm>
 #include <cmath>
@@ -18,26 +19,9 @@ namespace kernel = tilemesh::splat::detail;
 TILEMESH_EXACT_BEGIN
 namespace {
 
-/// Splats in front of a camera, front to back.
-struct Scene {
-    std::vector<Gaussian> gaussians;
-    Camera camera;
-    Model model;
-    std::vector<Splat> splats;
+using Scene = support::SortedSplats;
+using Picture = support::Blended;
 
-    Scene(std::vector<Gaussian> records, Camera const& c, Model const& m) : gaussians(std::move(records)), camera(c), model(m)
-    {
-        auto const view = make_view(camera, model);
-        auto const tiling = make_tiling(camera.width, camera.height, camera.width, camera.height);
-        std::vector<std::pair<Splat, GaussianId>> items;
-        for (auto const& g : gaussians)
-            if (auto const s = project(g, view, tiling); s.visible()) items.emplace_back(s, g.id);
-        std::sort(items.begin(), items.end(), [](auto const& a, auto const& b) {
-            return a.first.depth != b.first.depth ? a.first.depth < b.first.depth : a.second < b.second;
-        });
-        for (auto const& item : items) splats.push_back(item.first);
-    }
-};
 /// A cloud of larger splats, every third of them opaque or nearly so: many pixels end.
 std::vector<Gaussian> dense(std::uint32_t n, std::uint64_t seed)
 {
@@ -48,15 +32,6 @@ std::vector<Gaussian> dense(std::uint32_t n, std::uint64_t seed)
     }
     return all;
 }
-struct Picture {
-    std::vector<FloatPixel> pixels;
-    std::uint64_t contributing = 0, blocks = 0;
-};
-bool same_bits(Picture const& a, Picture const& b)
-{
-    return a.pixels.size() == b.pixels.size() && std::memcmp(a.pixels.data(), b.pixels.data(), a.pixels.size() * sizeof(FloatPixel)) == 0;
-}
-
 /// 3D Gaussian Splatting's loop over one pixel's splats: a term that would leave less than the limit ends the pixel and is left out.
 Picture naive(Scene const& v)
 {
@@ -84,28 +59,17 @@ Picture naive(Scene const& v)
 template <class Stop, std::uint32_t Lanes = kernel::native_lanes, class Rule = kernel::EachPair>
 Picture blend(Scene const& v, std::uint32_t tile_width, std::uint32_t tile_height)
 {
-    auto const& c = v.camera;
-    auto const tiling = make_tiling(c.width, c.height, tile_width, tile_height);
-    Picture out;
-    out.pixels.resize(std::size_t{c.width} * c.height, FloatPixel{{-7, -7, -7}});
-    for (std::uint32_t ty = 0; ty < tiling.rows; ++ty)
-        for (std::uint32_t tx = 0; tx < tiling.columns; ++tx) {
-            auto const tile = pixels_of(tiling, c, TileId::at(tx, ty));
-            std::vector<Splat const*> list;
-            for (auto const& s : v.splats)
-                if (covers(s, tiling, TileId::at(tx, ty))) list.push_back(&s);
+    return support::blended_in_tiles(
+        v, tile_width, tile_height,
+        [&](PixelRect const& tile, std::uint32_t n, auto const& at, FloatPixel* pixels, Picture& picture) {
             PairCount count{};
-            kernel::blend_tile_by<Rule, Stop, Lanes, 8, 128>(
-                tile, c, v.model, static_cast<std::uint32_t>(list.size()),
-                [&](std::uint32_t i) noexcept -> Splat const& { return *list[i]; },
-                out.pixels.data() + std::size_t{tile.y0} * c.width + tile.x0, c.width, Worker{0, 1}, &count, 1);
-            out.contributing += count.contributing;
-            out.blocks += count.blocks;
-        }
-    return out;
+            kernel::blend_tile_by<Rule, Stop, Lanes, 8, 128>(tile, v.camera, v.model, n, at, pixels, v.camera.width, Worker{0, 1}, &count,
+                                                             1);
+            picture.count(count);
+        });
 }
 
-/// Scene that cover the whole of a small frame, the first in front, with their opacity in the middle of pixel (10, 10).
+/// Layers that cover the whole of a small frame, the first in front, with their opacity in the middle of pixel (10, 10).
 Scene layers(std::vector<float> const& opacities, float limit)
 {
     auto camera = support::flat_camera(20, 20);
@@ -183,16 +147,16 @@ TEST_CASE("stop before crossing: 3DGS's loop, bit for bit, for any tiling and an
             Scene const v(dense(700, 41), support::lens(150, 71), model);
             auto const truth = naive(v);
             auto const ours = blend<kernel::StopBeforeCrossing>(v, 32, 20);
-            CHECK(same_bits(ours, truth));
+            CHECK(ours == truth);
             CHECK(ours.contributing == truth.contributing);
-            CHECK(same_bits(blend<kernel::StopBeforeCrossing>(v, 150, 71), truth));
-            CHECK(same_bits(blend<kernel::StopBeforeCrossing>(v, 13, 7), truth));
-            CHECK(same_bits(blend<kernel::StopBeforeCrossing, 4>(v, 32, 20), truth));
-            CHECK(same_bits(blend<kernel::StopBeforeCrossing, 8>(v, 17, 3), truth));
-            CHECK(same_bits(blend<kernel::StopBeforeCrossing, 16>(v, 32, 20), truth));
+            CHECK(blend<kernel::StopBeforeCrossing>(v, 150, 71) == truth);
+            CHECK(blend<kernel::StopBeforeCrossing>(v, 13, 7) == truth);
+            CHECK(blend<kernel::StopBeforeCrossing, 4>(v, 32, 20) == truth);
+            CHECK(blend<kernel::StopBeforeCrossing, 8>(v, 17, 3) == truth);
+            CHECK(blend<kernel::StopBeforeCrossing, 16>(v, 32, 20) == truth);
             // The rule matters here, and blends less.
             auto const model_rule = blend<kernel::StopEachPixel>(v, 32, 20);
-            CHECK(!same_bits(model_rule, truth));
+            CHECK_FALSE(model_rule == truth);
             CHECK(model_rule.contributing > truth.contributing);
         }
 }
@@ -204,9 +168,9 @@ TEST_CASE("stop before crossing: the recurrence's bits do not depend on the tili
     model.alpha_max = 0.99f;
     Scene const v(dense(700, 43), support::lens(150, 71), model);
     auto const whole = blend<kernel::StopBeforeCrossing, 8, kernel::FastRule>(v, 150, 71);
-    CHECK(same_bits(blend<kernel::StopBeforeCrossing, 8, kernel::FastRule>(v, 32, 20), whole));
-    CHECK(same_bits(blend<kernel::StopBeforeCrossing, 4, kernel::FastRule>(v, 13, 7), whole));
-    CHECK(!same_bits(blend<kernel::StopEachPixel, 8, kernel::FastRule>(v, 32, 20), whole));
+    CHECK(blend<kernel::StopBeforeCrossing, 8, kernel::FastRule>(v, 32, 20) == whole);
+    CHECK(blend<kernel::StopBeforeCrossing, 4, kernel::FastRule>(v, 13, 7) == whole);
+    CHECK_FALSE(blend<kernel::StopEachPixel, 8, kernel::FastRule>(v, 32, 20) == whole);
 }
 
 TEST_CASE("stop before crossing: a pixel exactly at the limit goes on, one below it ends without the term")
@@ -235,8 +199,8 @@ TEST_CASE("stop before crossing: a limit of 0 never stops")
     model.transmittance_min = 0;
     Scene const v(dense(700, 47), support::lens(150, 71), model);
     auto const picture = blend<kernel::StopBeforeCrossing>(v, 32, 20), same = blend<kernel::StopEachPixel>(v, 32, 20);
-    CHECK(same_bits(picture, same));
-    CHECK(same_bits(picture, naive(v)));
+    CHECK(picture == same);
+    CHECK(picture == naive(v));
     CHECK(picture.contributing == same.contributing);
     CHECK(middle<kernel::StopBeforeCrossing>({1.0f, 1.0f}, 0.0f) == 1.0f);
 }
@@ -259,7 +223,7 @@ TEST_CASE("a setup's own blending is what the mesh composites by, run by workers
     Scene const v(dense(700, 53), support::lens(150, 71), model);
     auto const truth = naive(v);
     auto const ordinary = blend<kernel::StopEachPixel>(v, 150, 71);
-    REQUIRE(!same_bits(truth, ordinary));
+    REQUIRE_FALSE(truth == ordinary);
 
     auto const by_workers = on_mesh<Dropping, CheckedMesh>(v);
     CHECK(same_bits(truth, by_workers.image));

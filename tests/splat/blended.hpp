@@ -1,0 +1,75 @@
+// The blending kernels without a mesh: a frame's splats, front to back, blended tile by tile.
+#pragma once
+#include "support.hpp"
+#include <algorithm>
+#include <cstdint>
+#include <cstring>
+#include <tilemesh/splat/blending.hpp>
+#include <utility>
+#include <vector>
+
+namespace support {
+
+/// A frame's visible splats, front to back.
+struct SortedSplats {
+    std::vector<tilemesh::splat::Gaussian> gaussians;
+    tilemesh::splat::Camera camera;
+    tilemesh::splat::Model model;
+    std::vector<tilemesh::splat::Splat> splats;
+
+    SortedSplats(std::vector<tilemesh::splat::Gaussian> records, tilemesh::splat::Camera const& c, tilemesh::splat::Model const& m = {})
+        : gaussians(std::move(records)), camera(c), model(m)
+    {
+        auto const view = tilemesh::splat::make_view(camera, model);
+        auto const tiling = tilemesh::splat::make_tiling(camera.width, camera.height, camera.width, camera.height);
+        std::vector<std::pair<tilemesh::splat::Splat, tilemesh::splat::GaussianId>> items;
+        for (auto const& g : gaussians)
+            if (auto const s = tilemesh::splat::project(g, view, tiling); s.visible()) items.emplace_back(s, g.id);
+        std::sort(items.begin(), items.end(), [](auto const& a, auto const& b) {
+            return a.first.depth != b.first.depth ? a.first.depth < b.first.depth : a.second < b.second;
+        });
+        for (auto const& item : items) splats.push_back(item.first);
+    }
+};
+
+/// What a kernel leaves of a frame; equal where the pixels have the same bits.
+struct Blended {
+    std::vector<tilemesh::splat::FloatPixel> pixels;
+    std::uint64_t blocks = 0, contributing = 0;
+
+    void count(tilemesh::splat::PairCount const& of_a_worker)
+    {
+        blocks += of_a_worker.blocks;
+        contributing += of_a_worker.contributing;
+    }
+    bool operator==(Blended const& o) const
+    {
+        return pixels.size() == o.pixels.size() &&
+               std::memcmp(pixels.data(), o.pixels.data(), pixels.size() * sizeof(tilemesh::splat::FloatPixel)) == 0;
+    }
+};
+
+/// The frame in tiles of this size: `tile_kernel(tile, n, at, pixels, blended)` blends a tile's n splats, at(0) in front, into `pixels`,
+/// whose rows are as long as the frame's, and counts.
+template <class TileKernel>
+Blended blended_in_tiles(SortedSplats const& scene, std::uint32_t tile_width, std::uint32_t tile_height, TileKernel&& tile_kernel)
+{
+    using namespace tilemesh;
+    auto const& c = scene.camera;
+    auto const tiling = splat::make_tiling(c.width, c.height, tile_width, tile_height);
+    Blended out;
+    out.pixels.resize(std::size_t{c.width} * c.height, splat::FloatPixel{{-7, -7, -7}}); // what is not written shows
+    for (std::uint32_t ty = 0; ty < tiling.rows; ++ty)
+        for (std::uint32_t tx = 0; tx < tiling.columns; ++tx) {
+            auto const tile = splat::pixels_of(tiling, c, TileId::at(tx, ty));
+            std::vector<splat::Splat const*> list;
+            for (auto const& s : scene.splats)
+                if (splat::covers(s, tiling, TileId::at(tx, ty))) list.push_back(&s);
+            auto const at = [&](std::uint32_t i) noexcept -> splat::Splat const& { return *list[i]; };
+            tile_kernel(tile, static_cast<std::uint32_t>(list.size()), at,
+                        out.pixels.data() + std::size_t{tile.y0} * c.width + tile.x0, out);
+        }
+    return out;
+}
+
+} // namespace support
