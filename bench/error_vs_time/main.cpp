@@ -141,6 +141,8 @@ int run(Options const& options)
         "Error is against the model's own formula (EWA, +0.3, the clamp of the Jacobian), not against a photograph.",
     };
     print_tables(std::cout, rows, noise, skipped, standing);
+    if (rows.empty())
+        throw tilemesh::Error("nothing was measured (no map that was asked for is there); name the folder of the maps with --data");
     if (!options.out.empty())
         for (auto const& sentence : write_plots(options.out, rows)) std::cout << sentence << "\n";
     auto const verdict = verdict_of(rows);
@@ -152,5 +154,5 @@ int run(Options const& options)
 
 int main(int argc, char** argv)
 {
-    return bench::program(argc, argv, parse, help, run, "not enough memory (22 machines take turns); try --quick, or a smaller --size");
+    return bench::program(argc, argv, parse, help, run, "not enough memory (24 machines take turns); try --quick, or a smaller --size");
 }

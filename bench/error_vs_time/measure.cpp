@@ -5,6 +5,10 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <common/options.hpp>
+#include <cstddef>
+#include <cstring>
+#include <exception>
 #include <limits>
 #include <memory>
 #include <mutex>
@@ -12,11 +16,12 @@
 #include <string>
 #include <system_error>
 #include <thread>
-#include <common/options.hpp>
 #include <tilemesh/error.hpp>
+#include <tilemesh/report/error_measures.hpp>
 #include <tilemesh/report/image_file.hpp>
 #include <tilemesh/scene/records.hpp>
 #include <utility>
+#include <vector>
 
 namespace error_vs_time {
 
@@ -77,7 +82,7 @@ Errors errors_of(Image const& mesh, References const& r, bool in_full)
     e.cut = measure(*r.cut, *r.none);
     e.round = measure(*r.whole, *r.cut);
     e.mesh = measure(mesh, *r.whole);
-    e.mesh_is_whole = __builtin_memcmp(mesh.rgb.data(), r.whole->rgb.data(), mesh.rgb.size() * sizeof(float)) == 0;
+    e.mesh_is_whole = std::memcmp(mesh.rgb.data(), r.whole->rgb.data(), mesh.rgb.size() * sizeof(float)) == 0;
     // mesh - none = (mesh - whole) + (whole - cut) + (cut - none), pixel by pixel; squares of sums have products too.
     e.twice_products = 2 * (mean_of_products(*r.cut, *r.none, *r.whole, *r.cut) + mean_of_products(*r.cut, *r.none, mesh, *r.whole) +
                             mean_of_products(*r.whole, *r.cut, mesh, *r.whole));
@@ -99,7 +104,7 @@ public:
     }
     References of(Setting const& s) const
     {
-        if (s.knobs == first_setting_.knobs && __builtin_memcmp(&s.model, &first_setting_.model, sizeof s.model) == 0) return first_;
+        if (s.knobs == first_setting_.knobs && std::memcmp(&s.model, &first_setting_.model, sizeof s.model) == 0) return first_;
         return make(s);
     }
 

@@ -63,7 +63,7 @@ struct Row {
                                      ///< of what a picture lacks, which is made beside it
     std::vector<double> over_default; ///< each round's time over the default's in the same round
 
-    // Against the other rows of the scene and camera; see findings.hpp.
+    // Against the other rows of the scene and camera; see front.hpp.
     bool on_front = false, on_front_modelled = false;
     double front_pairs = 1;          ///< the fewest pairs of a setting whose error is no larger, over this one's: 1 on the front
 };

@@ -2,6 +2,7 @@
 #include <string>
 #include <tilemesh/splat/quality.hpp>
 #include <tilemesh/splat/setup.hpp>
+#include <utility>
 
 namespace error_vs_time {
 

@@ -12,7 +12,7 @@ namespace frame {
 using bench::Machine;
 
 /// The stop of every machine here, and of what it is compared with: 3D Gaussian Splatting's, so that others can compare with what this
-/// bench prints. The library's own default is 1e-3.
+/// bench prints.
 inline constexpr float stop_of_3dgs = 1e-4f;
 
 /// Lossless with that stop.

@@ -144,9 +144,9 @@ check_rows() {
         }' "$folder/plain.csv" || complain "bad rows in $1"
 }
 
-# Settings of every kind, with a comma between them.
-settings="evaluation,viewing,on_sensor,alpha 1/8160 stop 0,alpha 1/320 stop 1e-3,alpha 1/220 stop 2e-3,alpha 1/128 stop 1e-3,\
-alpha 1/64 stop 0,sigma 2 alpha 0,sigma 3,no cut,crossing dropped clamp 0.99 stop 1e-3,3DGS,degree 3,half conic,16-bit keys,hold 5 slots,\
+# Settings of every kind, the neighbours of the named ones among them, with a comma between them.
+settings="evaluation,viewing,on_sensor,alpha 1/8160 stop 0,alpha 1/8160 stop 1e-3,alpha 1/280 stop 1e-2,alpha 1/220 stop 2e-3,\
+alpha 1/190 stop 1e-2,alpha 1/64 stop 0,sigma 2 alpha 0,sigma 3,no cut,crossing dropped clamp 0.99 stop 1e-3,3DGS,degree 3,half conic,16-bit keys,hold 5 slots,\
 drop 5 slots,1 hop,storage 1000,storage 10"
 chosen() { # SETTINGS PROGRAM ARGUMENTS...: with --setting for each
     list=$1
@@ -161,7 +161,7 @@ chosen "$settings" "$program" --quick --scene built_in --no-sequences --size 320
     --out "$folder/plots" >"$folder/all.txt" 2>"$folder/progress" || complain "the run ended with $?: $(tail -n 1 "$folder/all.txt" "$folder/progress")"
 grep '^BROKEN' "$folder/all.txt" && complain "something is broken"
 grep -q '^failed: built_in, orbit2, storage 10: a map of' "$folder/all.txt" || complain "10 slots a tile are not said to fail"
-check_rows "$folder/all.csv" 21
+check_rows "$folder/all.csv" 22
 for file in "$@"; do check_rows "$file" 60; done
 
 # The pictures, measured by a program that shares no line with the bench.
@@ -210,6 +210,11 @@ check_rows "$folder/1.csv" 8
 cmp "$folder/1.kept" "$folder/2.kept" || complain "results depend on the number of threads"
 [ "$(grep -c 'orbit2 x 6' "$folder/1.kept")" -eq 8 ] || complain "of the small run's sequence there are $(grep -c 'orbit2 x 6' "$folder/1.kept") rows, not 8"
 grep -q '^skipped: sloth (its map is not there; ' "$folder/1.txt" || complain "a map that is not there is not said to be skipped"
+
+status=0
+"$program" --quick --scene sloth >"$folder/nothing" 2>"$folder/progress" || status=$?
+[ $status -eq 2 ] || complain "with no map at all the run ended with $status, not 2"
+grep -q '^nothing was measured (' "$folder/progress" || complain "that nothing was measured is not said"
 
 status=0
 "$program" --quick --scene built_in --setting on_sensor --no-sequences --size 64x48 --rounds 1 --spoil >"$folder/spoilt" 2>"$folder/progress" || status=$?

@@ -134,7 +134,7 @@ is_about() { awk -v a="$1" -v b="$2" 'BEGIN { d = a - b; if (d < 0) d = -d; exit
 error() { awk -v key="\"$2\":" 'index($0, key) { f = 1 } f && /"rmse"/ { gsub(/[^0-9.e-]/, "", $2); print $2; exit }' "$1"; }
 has first.json '"quality": "default"'
 is_about "$(cut_off first.json alpha_min)" 0.00392156863 alpha_min
-is_about "$(cut_off first.json transmittance_min)" 3e-3 transmittance_min
+is_about "$(cut_off first.json transmittance_min)" 5e-3 transmittance_min
 is_about "$(cut_off first.json alpha_max)" 1 alpha_max
 last_pairs=999999999999 last_error=0
 for row in "evaluation 0.000122549020 1e-4" "viewing 0.0078125 5e-3" "on_sensor 0.015625 1e-2"; do

@@ -367,7 +367,7 @@ TEST_CASE("settings: sixty and more, each by a name of its own, the library's fi
     lossless.arithmetic = splat::Lossless::arithmetic;
     lossless.transmittance_min = splat::Lossless::transmittance_min;
     CHECK(same_model(all.front().model, lossless));
-    CHECK(all.front().model.transmittance_min == 3e-3f);
+    CHECK(all.front().model.transmittance_min == 5e-3f);
     CHECK(all.front().model.alpha_min == 1.0f / 255);
     CHECK(all.front().knobs == Knobs{});
     CHECK(all.front().limits == Limits{});

@@ -2,6 +2,7 @@
 #pragma once
 #include "support.hpp"
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <tilemesh/splat/blending.hpp>

@@ -254,7 +254,7 @@ TEST_CASE("blending: an opaque wall stops a block within 64 splats")
     auto const camera = support::flat_camera(16, 5);
     Splat s{};
     s.along = s.across = -1e-9f;
-    s.opacity = 0.95f; // 0.05^2 is the first power below 3e-3, 0.05^4 below 1e-4
+    s.opacity = 0.95f; // 0.05^2 is the first power below 5e-3, 0.05^4 below 1e-4
     s.faintest = -5;
     s.depth = 1;
     s.columns = 0u | 16u << 16;

@@ -98,10 +98,10 @@ TEST_CASE("compositing: blend, then stop: the layer that crosses the limit count
         for (float& c : layers.back().colour) c = 0;
         layers.back().colour[i % 3] = 1;
     }
-    layers[3].colour[0] = 1000; // T is 1e-3 before it: behind the stop at 3e-3, not behind 1e-4
+    layers[3].colour[0] = 1000; // T is 1e-3 before it: behind the stop at 5e-3, not behind 1e-4
     auto const image = on_mesh(layers, camera);
     CHECK(image.pixel(10, 10)[1] == doctest::Approx(0.9f * 0.1f));
-    CHECK(image.pixel(10, 10)[2] == doctest::Approx(0.9f * 0.01f)); // crosses 3e-3 and is blended
+    CHECK(image.pixel(10, 10)[2] == doctest::Approx(0.9f * 0.01f)); // crosses 5e-3 and is blended
     CHECK(image.pixel(10, 10)[0] == doctest::Approx(0.9f));
 }
 

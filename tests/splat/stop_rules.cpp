@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstring>
 #include <doctest/doctest.h>
-#include <limits>
 #include <tilemesh/splat/blending.hpp>
 #include <utility>
 #include <vector>

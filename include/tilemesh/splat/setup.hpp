@@ -28,7 +28,7 @@ struct SetupDefaults {
     static constexpr Footprint footprint = Footprint::opacity_box;
     static constexpr float alpha_max = 1.0f;
     static constexpr float transmittance_min = Model{}.transmittance_min;
-    /// 0.6 times the host time of `precise`, and no farther from the picture in double (README, "Which setting should I take?").
+    /// 0.70 to 0.74 times the host time of `precise`, and no farther from the picture in double (README, "How fast it is").
     static constexpr Arithmetic arithmetic = Arithmetic::fast;
 
     template <class Message>
