@@ -95,23 +95,23 @@ Errors errors_of(Image const& mesh, References const& r, bool in_full)
 /// Makes the references of a view; those of the default's cut-offs, which many settings share, are kept.
 class ReferencesOf {
 public:
-    ReferencesOf(Gaussians const& gaussians, Camera const& camera, Setting const& first)
+    ReferencesOf(Gaussians const& gaussians, Camera const& camera, Setting const& first, std::uint32_t threads)
         : gaussians_(gaussians), camera_(camera),
-          none_(std::make_shared<Image>(report::render_double(gaussians, camera, first.model, report::no_cut_offs(no_alpha_cut), 1)))
+          none_(std::make_shared<Image>(report::render_double(gaussians, camera, first.model, report::no_cut_offs(no_alpha_cut), threads)))
     {
-        first_ = make(first);
+        first_ = make(first, threads);
         first_setting_ = first;
     }
-    References of(Setting const& s) const
+    References of(Setting const& s) const // by each thread for itself
     {
         if (s.knobs == first_setting_.knobs && std::memcmp(&s.model, &first_setting_.model, sizeof s.model) == 0) return first_;
-        return make(s);
+        return make(s, 1);
     }
 
 private:
-    References make(Setting const& s) const
+    References make(Setting const& s, std::uint32_t threads) const
     {
-        return {none_, std::make_shared<Image>(report::render_double(gaussians_, camera_, s.model, cut_offs_of(s), 1)),
+        return {none_, std::make_shared<Image>(report::render_double(gaussians_, camera_, s.model, cut_offs_of(s), threads)),
                 std::make_shared<Image>(whole_frame(gaussians_, camera_, s.model, s.knobs))};
     }
     Gaussians const& gaussians_;
@@ -246,7 +246,7 @@ std::vector<Row> measure_view(bench::Scene const& scene, std::vector<Setting> co
 {
     auto const gaussians = tilemesh::scene::records<splat::Gaussian>(scene.map);
     auto const cameras = bench::cameras_of("orbit2", scene, 1, {});
-    ReferencesOf const references(gaussians, cameras[1], settings.front());
+    ReferencesOf const references(gaussians, cameras[1], settings.front(), options.threads);
     noise.scene = scene.map.name;
 
     std::vector<Row> rows;
@@ -308,7 +308,7 @@ std::vector<Row> measure_sequence(bench::Scene const& scene, std::string const& 
     std::vector<std::shared_ptr<Image>> last(rows.size());
     std::shared_ptr<Image const> last_none;
     for (std::uint32_t frame = 0; frame <= frames; ++frame) {
-        ReferencesOf const references(gaussians, cameras[frame], settings.front());
+        ReferencesOf const references(gaussians, cameras[frame], settings.front(), options.threads);
         auto const none = references.of(settings.front()).none;
         on_threads(options.threads, rows.size(), [&](std::size_t i) {
             auto& row = rows[i];
