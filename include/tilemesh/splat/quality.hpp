@@ -11,8 +11,9 @@ namespace tilemesh::splat {
 /// cut-offs; colours of 0 to 1, a level is 1/255) is from `bench/error_vs_time --quick`: Sloth, Salad and the built-in map, 640 x 360.
 /// On each of them all three are on the front of all settings measured: none has fewer pairs and no larger error. Smaller frames, of
 /// smaller Gaussians, are farther off. What `evaluation` leaves out is below half a level there, below one level on a map of 250,000;
-/// what float32 rounds comes on top: up to 4 levels in the few pixels where two depths are closer than a float tells. With a
-/// three_sigma_square, which cuts at 0.011 of the opacity by itself, a smaller alpha_min gains little.
+/// what float32 rounds comes on top, in the few pixels where two depths are closer than a float tells: up to 4 levels in these views,
+/// 51 in one frame of recorded motion. With a three_sigma_square, which cuts at 0.011 of the opacity by itself, a smaller alpha_min
+/// gains little.
 enum class Quality : std::uint32_t {
     evaluation, ///< to compare pictures by: 1.4 times the pairs (1280 x 720: 1.5); RMSE 3e-5 to 7e-5, PSNR above 83 dB
     viewing,    ///< to look at: 0.9 times the pairs; RMSE 1.8e-3 to 3e-3, PSNR 50 to 55 dB
