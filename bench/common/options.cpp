@@ -106,7 +106,8 @@ void Options::finish()
 void expect_folder_of(std::filesystem::path const& file)
 {
     if (!file.empty() && file.has_parent_path() && !std::filesystem::is_directory(file.parent_path()))
-        throw Error("cannot write " + file.string() + " (its folder is not there); name a place that is");
+        throw Error("cannot write " + file.string() + " (its folder is not there); make the folder, or name another file");
+    if (std::filesystem::is_directory(file)) throw Error("cannot write " + file.string() + " (it is a folder); name a file");
 }
 
 } // namespace bench

@@ -74,7 +74,7 @@ inline bool chosen(std::vector<std::string> const& names, std::string const& nam
     return names.empty() || std::find(names.begin(), names.end(), name) != names.end();
 }
 
-/// Throws Error where a file's folder is not there: minutes later is too late to find out.
+/// Throws Error where a file's folder is not there, or the file is a folder: minutes later is too late to find out.
 void expect_folder_of(std::filesystem::path const& file);
 
 } // namespace bench

@@ -66,7 +66,8 @@ std::string title_of(Group const& group)
 
 void print_group(std::ostream& out, Group const& group, std::vector<Noise> const& noise)
 {
-    out << "\n" << title_of(group) << "\n";
+    out << "\n" << title_of(group) << "\n"
+        << "front: yes where no other of these settings has fewer pairs and no larger error; else the share of the pairs that does it\n";
     auto const* standard = find(group, "default");
     bool const sequence = is_sequence(group);
     Table table{{"setting", "front", "pairs", "over default", "RMSE", "PSNR, dB", "max levels", "p99.9", "> 1 level", "E_cut", "E_round",

@@ -57,6 +57,7 @@ Provenance provenance(Options const& options, std::uint32_t rounds)
         from.command += " --size " + std::to_string(options.size.width) + "x" + std::to_string(options.size.height);
     for (auto const& s : options.scenes) from.command += " --scene " + s;
     for (auto const& s : options.settings) from.command += " --setting \"" + s + "\"";
+    if (options.rounds != 0) from.command += " --rounds " + std::to_string(options.rounds);
     from.native = TILEMESH_IS_NATIVE != 0;
     from.threads = options.threads;
     from.rounds = rounds;
@@ -82,6 +83,10 @@ std::vector<Setting> chosen_of(std::vector<Setting> const& all, Options const& o
 
 int run(Options const& options)
 {
+    if (options.list) {
+        for (auto const& s : settings()) std::cout << s.name << "\n";
+        return 0;
+    }
     bench::expect_folder_of(options.csv);
     make_folder(options.out, "--out");
     make_folder(options.pfm, "--pfm");

@@ -28,13 +28,13 @@ tilemesh::scene::Size size_of(std::string const& text)
     return size;
 }
 
-/// The name of a setting; there are too many to list.
+/// The name of a setting.
 std::string setting_of(std::string text)
 {
     auto const all = settings();
     if (std::any_of(all.begin(), all.end(), [&](Setting const& s) { return s.name == text; })) return text;
     throw tilemesh::Error("--setting cannot be \"" + text +
-                          "\" (no setting has that name); write for example --setting viewing, or see the column of a CSV");
+                          "\" (no setting has that name); write for example --setting viewing, or see --list");
 }
 
 } // namespace
@@ -53,6 +53,7 @@ Options parse(std::vector<std::string> const& all)
         else if (option == "--rounds") options.rounds = words.number(1, 1000);
         else if (option == "--out") options.out = words.path();
         else if (option == "--pfm") options.pfm = words.path();
+        else if (option == "--list") words.flag(), options.list = true;
         else if (option == "--no-sequences") words.flag(), options.sequences = false;
         else words.refuse();
     }
@@ -69,20 +70,27 @@ std::string help()
                "machine, host time, counters; which settings no other beats.\n"
                "\n"
                "  --scene NAME     sloth, salad, playbot_250k or built_in; may be repeated. Default: all, quick without playbot_250k\n"
-               "  --setting NAME   measured beside the default; may be repeated. Default: all. What is not measured beats nobody\n"
-               "  --size WxH       of a frame; default: 1280x720, quick 640x360\n"
+               "  --setting NAME   measured beside the default; may be repeated. Default: all. The front is that of what is measured\n"
+               "  --list           prints the names of all settings\n"
+               "  --size WxH       of a frame, 40x36 to 1280x720; default: 1280x720, quick 640x360\n"
                "  --rounds N       of timing; default: 15, quick 5; a claim needs 3, and 10 of the default,\n"
                "                   which has so many in each batch of 22 settings\n"
                "  --no-sequences   single views only\n"
                "  --csv FILE       a line a setting, with all that is needed to repeat it\n"
                "  --out DIR        plots\n"
-               "  --pfm DIR        the pictures of three settings a map and their references, for pfm_error\n") +
+               "  --pfm DIR        of default, on_sensor and \"drop 5 slots\" the mesh's picture, the whole frame in float32, double with\n"
+               "                   the cut-offs, and the reference: MAP_SETTING_mesh.pfm, _whole, _cut, _reference, for pfm_error\n") +
            bench::help_of_data +
            "  --threads N      that compute errors; default: as many as the machine has. Results do not depend on it; times are\n"
            "                   always of one thread\n"
            "  --quick          smaller frames, fewer rounds, one short sequence a map; below 6 minutes on two cores\n"
            "  --spoil          but for the default, meshes blend by other rules than their references: shows that the checks bite\n"
            "  --help           this text\n"
+           "\n" +
+           "In the CSV e_cut_... is cut against reference, e_round_... whole against cut, e_mesh_... mesh against whole; ..._max and\n"
+           "..._levels are levels of 255, rmse and mae are of colours of 0 to 1. front_pairs is the fewest pairs of a setting whose\n"
+           "error is no larger, over this one's: 1 on the front. sigmas 0: no such cut; key_bits 32, degree 5 and hops 0 (until\n"
+           "quiet) are the library's own; storage_slots 0: room for all.\n"
            "\n" +
            bench::help_of_exit;
 }

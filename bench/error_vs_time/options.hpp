@@ -15,6 +15,7 @@ struct Options : bench::Options {
     std::uint32_t threads = 1, rounds = 0;  ///< rounds 0: as quick or full have it
     std::filesystem::path out, pfm;
     bool sequences = true;
+    bool list = false;                      ///< print the names of the settings, and measure nothing
 };
 
 Options parse(std::vector<std::string> const& words);

@@ -325,7 +325,8 @@ std::string answer(std::vector<std::string> const& words)
             paths.push_back(word);
     }
     if (paths.size() != 2)
-        throw Refusal("a picture and its reference are needed", std::to_string(paths.size()) + " files are named",
+        throw Refusal("a picture and its reference are needed",
+                      std::to_string(paths.size()) + (paths.size() == 1 ? " file is named" : " files are named"),
                       "write pfm_error PICTURE.pfm REFERENCE.pfm");
 
     auto const picture = Reader(paths[0]).read(), reference = Reader(paths[1]).read();

@@ -173,7 +173,7 @@ done
 for name in $names --csv --help; do grep -q -e "^  $name " stdout || fail "$name is not in the help"; done
 
 refuses "0 files are named"
-refuses "1 files are named" one.pfm
+refuses "1 file is named" one.pfm
 refuses "3 files are named" one.pfm one.pfm one.pfm
 refuses "no option --digits" --digits 3 one.pfm one.pfm
 refuses "no option -x" -x

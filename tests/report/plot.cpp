@@ -124,6 +124,22 @@ TEST_CASE("a logarithmic axis gives every factor the same length")
     CHECK(count(wide, "<text") < 40); // no tick a decade over 21 of them times three
 }
 
+TEST_CASE("a short logarithmic axis can be read too: it has three ticks or more")
+{
+    auto const ticks = [](double low, double high) {
+        auto const text = svg(plot_of({{low, 1}, {high, 2}}, PlotScale::logarithmic));
+        CHECK(well_formed(text));
+        std::string out;
+        for (auto const* tick : {"9", "10", "20", "30", "40", "50", "98", "99", "100", "101", "102", "103", "104", "110", "120", "130", "140"})
+            if (text.find(std::string(">") + tick + "<") != std::string::npos) out += std::string(out.empty() ? "" : " ") + tick;
+        return out;
+    };
+    CHECK(ticks(8.5, 45) == "9 10 20 30 40");        // 10 and 20 alone are two
+    CHECK(ticks(8.5, 51) == "10 20 50");
+    CHECK(ticks(97.5, 104.5) == "98 100 102 104");   // steps as on a linear axis
+    CHECK(ticks(101, 145) == "110 120 130 140");
+}
+
 TEST_CASE("infinite values have their own line, above all others; NaN is a gap")
 {
     auto const text = svg(plot_of({{1, 30}, {2, infinite}, {3, 60}, {4, not_a_number}, {5, 40}, {6, -infinite}}));

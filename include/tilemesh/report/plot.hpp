@@ -141,18 +141,28 @@ private:
         for (int i = 0; i <= 20 && (first + i) * step <= high_ + 1e-9 * step; ++i)
             ticks_.push_back({(first + i) * step, plot_number((first + i) * step, decimals)});
     }
-    /// Every power of ten; where these are few, 2 and 5 times it too.
+    /// Every power of ten; where these are few, 2 and 5 times it too, or all whole times it, or steps as on a linear axis.
     void log_ticks()
     {
         int const begin = static_cast<int>(std::floor(std::log10(low_))), end = static_cast<int>(std::ceil(std::log10(high_)));
         int const skip = std::max(1, (end - begin) / 10);
-        for (int e = begin; e <= end; e += skip)
-            for (int const times : {1, 2, 5}) {
-                double const at = times * std::pow(10.0, e);
-                if ((times != 1 && end - begin > 4) || at < low_ * (1 - 1e-9) || at > high_ * (1 + 1e-9)) continue;
-                bool const short_form = e < -3 || e > 5; // 0.000001 would stand on the axis' label
-                ticks_.push_back({at, short_form ? std::to_string(times) + "e" + std::to_string(e) : plot_number(at, std::clamp(-e, 0, 300))});
-            }
+        auto const add = [&](auto const& factors) {
+            ticks_.clear();
+            for (int e = begin; e <= end; e += skip)
+                for (int const times : factors) {
+                    double const at = times * std::pow(10.0, e);
+                    if (at < low_ * (1 - 1e-9) || at > high_ * (1 + 1e-9)) continue;
+                    bool const short_form = e < -3 || e > 5; // 0.000001 would stand on the axis' label
+                    ticks_.push_back(
+                        {at, short_form ? std::to_string(times) + "e" + std::to_string(e) : plot_number(at, std::clamp(-e, 0, 300))});
+                }
+            return ticks_.size() >= 3;
+        };
+        if (end - begin > 4) add(std::array{1});
+        else if (!add(std::array{1, 2, 5}) && !add(std::array{1, 2, 3, 4, 5, 6, 7, 8, 9})) {
+            ticks_.clear();
+            linear_ticks(false, false);
+        }
     }
 
     bool log_;
