@@ -9,6 +9,7 @@
 #include <tilemesh/machine/spec.hpp>
 #include <tilemesh/machine/superstep.hpp>
 #include <tilemesh/machine/tile.hpp>
+#include <tilemesh/machine/types.hpp>
 #include <tilemesh/splat/blending.hpp>
 #include <tilemesh/splat/bloom.hpp>
 #include <tilemesh/splat/camera.hpp>

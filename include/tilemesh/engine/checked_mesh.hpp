@@ -42,7 +42,7 @@ public:
         make_ends(Links{});
         busy_[0].assign(grid.size(), 0);
         busy_[1].assign(grid.size(), 0);
-        engine::detail::list_steps(static_cast<Program*>(nullptr), names_);
+        names_ = engine::detail::begin_steps(StepsOf<Program>{});
     }
 
     template <class X>
@@ -100,7 +100,8 @@ public:
         pass_ = 0;
         for (auto& b : busy_) std::fill(b.begin(), b.end(), std::uint8_t{0});
         try {
-            walk(this->program_);
+            Interpreter interpreter{*this};
+            walk(this->program_, interpreter);
         } catch (...) {
             broken_ = true;
             throw;
@@ -497,38 +498,18 @@ private:
     }
 
     // --- the program ----------------------------------------------------------------------------------------------------
-    template <class K>
-    void walk(Superstep<K> const&)
-    {
-        timed([&] { superstep<K, true>(); });
-    }
-    template <std::uint32_t N, class K>
-    void walk(Repeat<N, K> const&)
-    {
-        timed([&] {
-            for (std::uint32_t i = 0; i < N; ++i) superstep<K, true>();
-        });
-    }
-    template <class K>
-    void walk(UntilQuiet<K> const& step)
-    {
-        timed([&] {
-            for (auto n = step.at_most; n > 0 && superstep<K, false>(); --n) {}
-        });
-    }
-    template <class... S>
-    void walk(Sequence<S...> const& q)
-    {
-        std::apply([&](auto const&... s) { (walk(s), ...); }, q.steps);
-    }
-    template <class F>
-    void timed(F const& run)
-    {
-        auto const begin = Clock::now();
-        run();
-        run_.steps[step_].milliseconds = std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
-        ++step_;
-    }
+    struct Interpreter {
+        CheckedMesh& mesh;
+        template <class Step>
+        void step(Step const& step, std::uint32_t i)
+        {
+            using Traits = StepTraits<Step>;
+            mesh.step_ = i;
+            auto const begin = Clock::now();
+            for (auto n = Traits::most(step); n > 0 && mesh.template superstep<typename Traits::Kernel, Traits::everywhere>(); --n) {}
+            mesh.run_.steps[i].milliseconds = std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+        }
+    };
     template <class... X, class... C>
     void add_peaks(Types<X...>, Types<C...>)
     {

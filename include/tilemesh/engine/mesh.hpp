@@ -85,7 +85,7 @@ public:
             w.busy = TileSet(grid.size());
             w.mail.fill(TileSet(grid.size()));
         }
-        engine::detail::list_steps(static_cast<Program*>(nullptr), steps_);
+        steps_ = engine::detail::begin_steps(StepsOf<Program>{});
     }
     Mesh(Mesh const&) = delete;
     Mesh& operator=(Mesh const&) = delete;
@@ -161,7 +161,8 @@ public:
         pass_ = 0;
         for (auto& w : workers_) w.begin();
         try {
-            walk(this->program_);
+            Interpreter interpreter{*this};
+            walk(this->program_, interpreter);
         } catch (...) {
             broken_ = true;
             throw;
@@ -585,38 +586,18 @@ private:
     }
 
     // --- the program ----------------------------------------------------------------------------------------------------
-    template <class K>
-    void walk(Superstep<K> const&)
-    {
-        timed([&] { superstep<K, true>(); });
-    }
-    template <std::uint32_t N, class K>
-    void walk(Repeat<N, K> const&)
-    {
-        timed([&] {
-            for (std::uint32_t i = 0; i < N; ++i) superstep<K, true>();
-        });
-    }
-    template <class K>
-    void walk(UntilQuiet<K> const& step)
-    {
-        timed([&] {
-            for (auto n = step.at_most; n > 0 && superstep<K, false>(); --n) {}
-        });
-    }
-    template <class... S>
-    void walk(Sequence<S...> const& q)
-    {
-        std::apply([&](auto const&... s) { (walk(s), ...); }, q.steps);
-    }
-    template <class F>
-    void timed(F const& run)
-    {
-        auto const begin = Clock::now();
-        run();
-        run_.steps[step_].milliseconds = std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
-        ++step_;
-    }
+    struct Interpreter {
+        Mesh& mesh;
+        template <class Step>
+        void step(Step const& step, std::uint32_t i)
+        {
+            using Traits = StepTraits<Step>;
+            mesh.step_ = i;
+            auto const begin = Clock::now();
+            for (auto n = Traits::most(step); n > 0 && mesh.template superstep<typename Traits::Kernel, Traits::everywhere>(); --n) {}
+            mesh.run_.steps[i].milliseconds = std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+        }
+    };
     template <class... X, class... C>
     void add_peaks(Types<X...>, Types<C...>)
     {

@@ -26,26 +26,13 @@ inline std::string text(TileId t)
     return s += ")";
 }
 
-/// The names of a program's steps, in program order.
-template <class K>
-void list_steps(Superstep<K>*, std::vector<StepCounters>& out)
+/// The steps of a program, counted nothing yet.
+template <class... Step>
+std::vector<StepCounters> begin_steps(Types<Step...>)
 {
-    out.push_back({text(name_of<K>())});
-}
-template <std::uint32_t N, class K>
-void list_steps(Repeat<N, K>*, std::vector<StepCounters>& out)
-{
-    out.push_back({text(name_of<K>())});
-}
-template <class K>
-void list_steps(UntilQuiet<K>*, std::vector<StepCounters>& out)
-{
-    out.push_back({text(name_of<K>())});
-}
-template <class... S>
-void list_steps(Sequence<S...>*, std::vector<StepCounters>& out)
-{
-    (list_steps(static_cast<S*>(nullptr), out), ...);
+    std::vector<StepCounters> steps;
+    (steps.push_back({text(name_of<KernelOf<Step>>())}), ...);
+    return steps;
 }
 
 /// Words that no kernel may touch stand around each region of a guarded store, and what is dead is filled with a signalling

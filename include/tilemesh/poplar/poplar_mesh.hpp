@@ -67,7 +67,7 @@ public:
                         std::to_string(Machine::workers) + " workers); choose a smaller grid or machine, or another device");
         if (options_.digest)
             throw Error("digests on a PoplarMesh (the host does not see the tiles' words between supersteps); ask a Mesh for them");
-        engine::detail::list_steps(static_cast<Program*>(nullptr), steps_);
+        steps_ = engine::detail::begin_steps(StepsOf<Program>{});
         dirty_.fill(true);
     }
     PoplarMesh(PoplarMesh const&) = delete;
@@ -170,8 +170,8 @@ public:
         incoming_stale_.fill(true);
         samples_.clear();
         execute(run_program);
-        auto counters = account(on_poplar::StepsOf<Program>{});
-        if constexpr (Builder::traced) make_trace(counters, on_poplar::StepsOf<Program>{});
+        auto counters = account();
+        if constexpr (Builder::traced) make_trace(counters, StepsOf<Program>{});
         return counters;
     }
 
@@ -236,7 +236,8 @@ private:
         within_words_.resize(sizeof(on_poplar::Within) / 4);
         receive(run, "who runs", builder.within(), within_words_);
         receive_broadcasts(run, builder, Shareds{});
-        run.add(builder.run(this->program_));
+        built_ = this->program_;
+        run.add(builder.run(built_));
         log_.resize(std::size_t{this->grid_.size()} * Log::words);
         run_log_.resize(RunLog::words<Program>);
         deliver(run, "log", builder.log(), log_.data());
@@ -382,13 +383,13 @@ private:
     }
 
     // --- counters ------------------------------------------------------------------------------------------------------------
-    template <class... Step>
-    RunCounters account(Types<Step...>)
+    RunCounters account()
     {
         RunCounters run;
         run.steps = steps_;
-        std::uint32_t step = 0;
-        (account_step<Step>(run.steps[step], step, typename KernelTraits<on_poplar::KernelOf<Step>>::Links{}), ...);
+        for_each_step(built_, [&](auto const& step, std::uint32_t i) {
+            account_step(run.steps[i], step, i, typename KernelTraits<KernelOf<std::decay_t<decltype(step)>>>::Links{});
+        });
         for (std::uint32_t t = 0; t < this->grid_.size(); ++t)
             if (auto const broken = word(t, Log::broken); broken != 0) {
                 broken_ = true;
@@ -404,28 +405,14 @@ private:
     }
     std::uint32_t word(std::uint32_t tile, std::uint32_t at) const noexcept { return log_[std::size_t{tile} * Log::words + at]; }
 
-    template <class K>
-    static constexpr std::uint64_t static_passes(Superstep<K>*) noexcept
-    {
-        return 1;
-    }
-    template <std::uint32_t N, class K>
-    static constexpr std::uint64_t static_passes(Repeat<N, K>*) noexcept
-    {
-        return N;
-    }
-    template <class K>
-    static constexpr std::uint64_t static_passes(UntilQuiet<K>*) noexcept
-    {
-        return 0;
-    }
     template <class Step, class... C>
-    void account_step(StepCounters& counters, std::uint32_t& step, Types<C...>)
+    void account_step(StepCounters& counters, Step const& step, std::uint32_t i, Types<C...>)
     {
-        using K = on_poplar::KernelOf<Step>;
-        auto const at = Log::step(step);
-        counters.passes = std::max<std::uint64_t>(run_log_[RunLog::step(step)], static_passes(static_cast<Step*>(nullptr)));
-        counters.supersteps = run_log_[RunLog::step(step) + 1];
+        using K = KernelOf<Step>;
+        auto const at = Log::step(i);
+        counters.passes = run_log_[RunLog::step(i)];
+        if constexpr (StepTraits<Step>::everywhere) counters.passes = StepTraits<Step>::most(step); // counted or not
+        counters.supersteps = run_log_[RunLog::step(i) + 1];
         for (std::uint32_t t = 0; t < this->grid_.size(); ++t) {
             counters.tile_runs += word(t, at);
             std::uint32_t link = 0;
@@ -436,7 +423,6 @@ private:
                                                               ? std::uint64_t{4} * this->grid_.size() *
                                                                     C::end_bytes(this->template link_capacity<C>())
                                                               : 0));
-        ++step;
     }
     template <class C>
     static void count_messages(StepCounters& counters, std::uint32_t n) noexcept
@@ -464,7 +450,7 @@ private:
             }
             ++step;
         };
-        (add(tilemesh::detail::Tag<on_poplar::KernelOf<Step>>{}, on_poplar::detail::is_until_quiet<Step>), ...);
+        (add(tilemesh::detail::Tag<KernelOf<Step>>{}, !StepTraits<Step>::everywhere), ...);
     }
     std::uint32_t peak(std::uint32_t at) const noexcept
     {
@@ -488,6 +474,7 @@ private:
 
     Options options_;
     on_poplar::Within within_;
+    Program built_{};                                          ///< what the graph runs
     std::vector<StepCounters> steps_;
     std::unique_ptr<poplar::Graph> graph_;
     std::vector<std::uint32_t> within_words_, log_, run_log_;

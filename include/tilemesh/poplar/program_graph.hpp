@@ -16,11 +16,6 @@
 namespace tilemesh::on_poplar {
 
 namespace detail {
-template <class Node>
-inline constexpr bool is_until_quiet = false;
-template <class K>
-inline constexpr bool is_until_quiet<UntilQuiet<K>> = true;
-
 constexpr bool same_text(Name a, Name b) noexcept
 {
     if (a.size != b.size) return false;
@@ -36,7 +31,7 @@ constexpr bool name_is_its_own() noexcept
 template <class... Step>
 constexpr bool kernels_have_names_of_their_own(Types<Step...>) noexcept
 {
-    return (true && ... && name_is_its_own<typename KernelOf<Step>::type, typename KernelOf<Step>::type...>());
+    return (true && ... && name_is_its_own<KernelOf<Step>, KernelOf<Step>...>());
 }
 } // namespace detail
 
@@ -138,8 +133,8 @@ public:
         Sequence all;
         // Votes and counts begin at nothing; unread mail lives on.
         all.add(clear("begin run", {log_, run_log_.slice(RunLog::mail + 1, RunLog::words<Program>)}));
-        step_ = 0;
-        walk(program, all);
+        Interpreter interpreter{*this, all};
+        walk(program, interpreter);
         return all;
     }
 
@@ -147,7 +142,7 @@ private:
     template <class... Step>
     static constexpr bool needs_votes(Types<Step...>) noexcept
     {
-        return (false || ... || detail::is_until_quiet<Step>);
+        return (false || ... || !StepTraits<Step>::everywhere);
     }
 
     // --- variables ----------------------------------------------------------------------------------------------------
@@ -436,20 +431,32 @@ private:
     }
 
     // --- the program ----------------------------------------------------------------------------------------------------
-    template <class K>
-    void walk(Superstep<K> const&, Sequence& to)
+    struct Interpreter {
+        ProgramGraph& graph;
+        Sequence& to;
+        template <class Step>
+        void step(Step const& step, std::uint32_t i)
+        {
+            graph.step_ = i;
+            if constexpr (StepTraits<Step>::everywhere)
+                graph.add_everywhere(step, to);
+            else
+                graph.add_until_quiet(step, to);
+        }
+    };
+    template <class Step>
+    void add_everywhere(Step const& step, Sequence& to)
     {
-        to.add(counted_pass<K>());
-        ++step_;
-    }
-    template <std::uint32_t N, class K>
-    void walk(Repeat<N, K> const&, Sequence& to)
-    {
-        if (N != 0) to.add(::poplar::program::Repeat(N, counted_pass<K>()));
-        ++step_;
+        auto const times = StepTraits<Step>::most(step);
+        if (times == 0) return;
+        auto const pass = counted_pass<KernelOf<Step>>();
+        if (times == 1)
+            to.add(pass);
+        else
+            to.add(::poplar::program::Repeat(times, pass));
     }
     template <class K>
-    void walk(UntilQuiet<K> const& step, Sequence& to)
+    void add_until_quiet(UntilQuiet<K> const& step, Sequence& to)
     {
         auto const reads = links_read<Program, K>(typename KernelTraits<K>::Links{});
         auto const set = graph_.addComputeSet("begin (step " + std::to_string(step_) + ")");
@@ -464,12 +471,6 @@ private:
         body.add(account<K>(reads));
         to.add(::poplar::program::Execute(set));
         to.add(::poplar::program::RepeatWhileTrue(Sequence(), again_, body));
-        ++step_;
-    }
-    template <class... S>
-    void walk(tilemesh::Sequence<S...> const& q, Sequence& to)
-    {
-        std::apply([&](auto const&... s) { (walk(s, to), ...); }, q.steps);
     }
 
     ::poplar::Graph& graph_;

@@ -4,43 +4,6 @@
 /// The same program as Poplar codelets and a Poplar graph: what its vertices and its host agree on. Kernel code.
 namespace tilemesh::on_poplar {
 
-namespace detail {
-template <class Acc, class Node>
-struct Flatten;
-template <class... Done, class Node>
-struct Flatten<Types<Done...>, Node> {
-    using type = Types<Done..., Node>;
-};
-template <class... Done>
-struct Flatten<Types<Done...>, Sequence<>> {
-    using type = Types<Done...>;
-};
-template <class... Done, class Step, class... Steps>
-struct Flatten<Types<Done...>, Sequence<Step, Steps...>>
-    : Flatten<typename Flatten<Types<Done...>, Step>::type, Sequence<Steps...>> {};
-
-template <class Node>
-struct KernelOf;
-template <class K>
-struct KernelOf<Superstep<K>> {
-    using type = K;
-};
-template <std::uint32_t N, class K>
-struct KernelOf<Repeat<N, K>> {
-    using type = K;
-};
-template <class K>
-struct KernelOf<UntilQuiet<K>> {
-    using type = K;
-};
-} // namespace detail
-/// The steps of a program in order, Sequences taken apart: what `StepCounters` are numbered by.
-template <class Program>
-using StepsOf = typename detail::Flatten<Types<>, Program>::type;
-/// The kernel of a step.
-template <class Node>
-using KernelOf = typename detail::KernelOf<Node>::type;
-
 /// What a tile writes down in a run, word by word; the host reads it when the run is over. Cost: 12 bytes, 4 a step and 4 a
 /// channel of the step, 4 a list and 4 a channel of the program.
 template <class Program, class = StepsOf<Program>, class = Needs<Program>>
@@ -107,7 +70,7 @@ constexpr std::uint32_t mark_of(Types<Step...>, Types<S...>, Types<L...>, Types<
 {
     using Layout = Tile<Machine, Program>;
     std::uint32_t h = mix(mix(2166136261u, Machine::workers), tilemesh::detail::is_traced<Machine> ? 1u : 0u);
-    ((h = mix(h, name_of<typename KernelOf<Step>::type>())), ...);
+    ((h = mix(h, name_of<KernelOf<Step>>())), ...);
     ((h = mix(mix(h, name_of<S>()), Layout::template words<S>())), ...);
     ((h = mix(mix(mix(h, name_of<L>()), L::static_capacity), L::Receiver::item_words)), ...);
     ((h = mix(mix(h, name_of<P>()), static_cast<std::uint32_t>(sizeof(P)))), ...);
