@@ -27,9 +27,11 @@
 #include <tilemesh/machine/kernel.hpp>
 #include <tilemesh/machine/name.hpp>
 #include <tilemesh/machine/operations.hpp>
+#include <tilemesh/machine/reduce.hpp>
 #include <tilemesh/machine/spec.hpp>
 #include <tilemesh/machine/superstep.hpp>
 #include <tilemesh/machine/tile.hpp>
+#include <tilemesh/machine/types.hpp>
 #include <tilemesh/renderer.hpp>
 #include <tilemesh/report/error_measures.hpp>
 #include <tilemesh/report/frame_report.hpp>

@@ -35,6 +35,15 @@ std::vector<StepCounters> begin_steps(Types<Step...>)
     return steps;
 }
 
+template <class Program>
+std::vector<LoopCounters> begin_loops()
+{
+    std::vector<LoopCounters> loops;
+    auto const all = loops_of<Program>();
+    for (std::uint32_t l = 0; l < StepTraits<Program>::loops; ++l) loops.push_back({all.found[l].first, all.found[l].last, 0});
+    return loops;
+}
+
 /// Words that no kernel may touch stand around each region of a guarded store, and what is dead is filled with a signalling
 /// pattern: read as a float it is a NaN, read as an index it is out of range.
 inline constexpr std::uint32_t guard_word = 0x7fa0beefu;

@@ -22,7 +22,7 @@ struct TileSample {
 /// One superstep: the tiles that ran, in order, and what the exchange moved.
 struct SuperstepSample {
     std::uint32_t step;              ///< of the program
-    bool votes;                      ///< a superstep of UntilQuiet: tiles vote whether there is another
+    bool votes;                      ///< tiles vote whether there is another, or another round: of UntilQuiet, or of the last step of a Loop
     std::uint32_t capacity_bytes;    ///< that a compile-time exchange moves from each tile to each neighbour; 0: no channel
     bool sent;                       ///< anything
     std::vector<TileSample> tiles;
@@ -34,6 +34,7 @@ struct SuperstepSample {
 struct Trace {
     std::vector<std::string> kernels; ///< of the program's steps
     std::vector<SuperstepSample> supersteps;
+    std::vector<LoopCounters> loops = {}; ///< of the program, and their rounds
     friend bool operator==(Trace const&, Trace const&) = default;
 };
 
@@ -41,10 +42,11 @@ namespace engine::detail {
 /// What stands for a trace where none is kept.
 struct NoTrace {};
 
-inline Trace begin_trace(std::vector<StepCounters> const& steps)
+inline Trace begin_trace(RunCounters const& run)
 {
     Trace trace;
-    for (auto const& s : steps) trace.kernels.push_back(s.kernel);
+    for (auto const& s : run.steps) trace.kernels.push_back(s.kernel);
+    trace.loops = run.loops;
     return trace;
 }
 

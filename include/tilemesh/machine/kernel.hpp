@@ -226,7 +226,30 @@ struct Mail {
             unread = T::template writes<C> && StepTraits<Step>::everywhere;
         }
     }
+    template <class Part, class Body>
+    constexpr void loop(Part const&, LoopAt, Body const& body) // no round, one, or several
+    {
+        bool const before = unread;
+        body();
+        body();
+        unread = unread || before;
+    }
+    template <class Part, class Body>
+    constexpr void condition(Part const&, Body const& body)
+    {
+        bool const before = unread;
+        body();
+        unread = unread || before;
+    }
 };
+template <class Acc, class... P>
+constexpr auto collect_flags(Types<P...>) noexcept
+{
+    return typename Collect<Acc, Types<Broadcast<P>...>>::type{};
+}
+template <class Program>
+using CollectSteps = typename CollectAll<Sets<Types<>, Types<>, Types<>>, StepsOf<Program>>::type;
+
 template <class Program, class C>
 constexpr bool sends_over_unread_mail() noexcept
 {
@@ -244,9 +267,9 @@ struct ReadBeforeSent {
 };
 } // namespace detail
 
-/// The states, channels and broadcasts of a program, in the order in which its kernels name them:
+/// The states, channels and broadcasts of a program, in the order in which its kernels name them, then those of its conditions:
 /// `Sets<Types<...>, Types<...>, Types<...>>`.
 template <class Program>
-using Needs = typename detail::CollectAll<detail::Sets<Types<>, Types<>, Types<>>, StepsOf<Program>>::type;
+using Needs = decltype(detail::collect_flags<detail::CollectSteps<Program>>(typename StepTraits<Program>::Flags{}));
 
 } // namespace tilemesh

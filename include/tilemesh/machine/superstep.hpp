@@ -38,13 +38,33 @@ struct Sequence {
     std::tuple<Steps...> steps;
 };
 
+/// Its steps in order, over and over: another round while a tile voted busy in the superstep before, but at most `at_most` rounds. It
+/// tests before its first round, as UntilQuiet does: `Sequence<Superstep<Begin>, Loop<UntilQuiet<Spread>, Superstep<Judge>>{100}>`, where
+/// Begin and Judge vote. With `at_most` 1 it is a condition that tiles decide. Mail alone makes no round. Cost on a Poplar machine: votes
+/// are gathered after every superstep of the program, and one more compute set a round.
+template <class... Steps>
+struct Loop {
+    std::uint32_t at_most = 0xffffffffu;
+    std::tuple<Steps...> steps{};
+};
+
+/// Its steps in order, in runs in which a word of a broadcast is not 0; otherwise votes and mail stay as they are.
+/// `If<&Wanted::smoothing, Superstep<Smooth>>`: `Flag` is a pointer to a std::uint32_t member of the broadcast `Wanted`, which need not be
+/// taken by a kernel. The host decides, once a run; what tiles decide is a `Loop` with `at_most` 1.
+template <auto Flag, class... Steps>
+struct If {
+    std::tuple<Steps...> steps{};
+};
+
 /// What a part of a program is: a step (one kernel) or made of other parts. This and `walk` are all that takes programs apart.
 ///   is_step      one kernel: `Kernel`, `everywhere` (on every tile, or only on those that must run), `most(step)` (its passes at most)
 ///   Steps        the steps in it, in order: what `StepCounters`, traces and logs are numbered by
+///   Flags        the broadcasts that its conditions look at
+///   loops        how many Loops are in it, itself included
 template <class Part>
 struct StepTraits {
-    static_assert(!sizeof(Part*), "not a program (its parts are Superstep<K>, Repeat<K>, UntilQuiet<K>, Sequence<...>); wrap "
-                                  "the kernel in one of them");
+    static_assert(!sizeof(Part*), "not a program (its parts are Superstep<K>, Repeat<K>, UntilQuiet<K>, Sequence<...>, Loop<...>, "
+                                  "If<&P::flag, ...>); wrap the kernel in one of them");
 };
 
 namespace detail {
@@ -52,13 +72,27 @@ template <class Step, class K, bool Everywhere>
 struct OneKernel {
     static constexpr bool is_step = true;
     static constexpr bool everywhere = Everywhere;
+    static constexpr std::uint32_t loops = 0;
     using Kernel = K;
     using Steps = Types<Step>;
+    using Flags = Types<>;
 };
 template <class... Parts>
 struct SeveralParts {
-    static constexpr bool is_step = false;
+    static constexpr bool is_step = false, is_loop = false, is_condition = false;
+    static constexpr std::uint32_t loops = (0u + ... + StepTraits<Parts>::loops);
     using Steps = typename Concat<typename StepTraits<Parts>::Steps...>::type;
+    using Flags = typename Concat<typename StepTraits<Parts>::Flags...>::type;
+};
+template <auto Flag>
+struct FlagOf {
+    static_assert(Flag != Flag, "the flag of an If is a pointer to a std::uint32_t member of a broadcast (a word that the host sets); give it "
+                                "If<&Parameters::flag, ...>");
+    using Parameters = void;
+};
+template <class P, std::uint32_t P::*Flag>
+struct FlagOf<Flag> {
+    using Parameters = P;
 };
 } // namespace detail
 
@@ -76,27 +110,60 @@ struct StepTraits<UntilQuiet<K>> : detail::OneKernel<UntilQuiet<K>, K, false> {
 };
 template <class... Parts>
 struct StepTraits<Sequence<Parts...>> : detail::SeveralParts<Parts...> {};
+template <class... Parts>
+struct StepTraits<Loop<Parts...>> : detail::SeveralParts<Parts...> {
+    static constexpr bool is_loop = true;
+    static constexpr std::uint32_t loops = 1 + detail::SeveralParts<Parts...>::loops;
+    static_assert(detail::SeveralParts<Parts...>::Steps::count != 0, "a Loop without a step (nobody could end it by a vote); give it one");
+};
+template <auto Flag, class... Parts>
+struct StepTraits<If<Flag, Parts...>> : detail::SeveralParts<Parts...> {
+    static constexpr bool is_condition = true;
+    using Parameters = typename detail::FlagOf<Flag>::Parameters;
+    static constexpr std::uint32_t Parameters::*flag = Flag;
+    using Flags = typename detail::Concat<Types<Parameters>, typename detail::SeveralParts<Parts...>::Flags>::type;
+};
 
-/// The steps of a program in order, Sequences taken apart.
+/// The steps of a program in order, all else taken apart.
 template <class Program>
 using StepsOf = typename StepTraits<Program>::Steps;
 /// The kernel of a step.
 template <class Step>
 using KernelOf = typename StepTraits<Step>::Kernel;
 
-/// Interprets a program: calls `interpreter.step(step, i)` for each step in the order in which they run; i is its place in
-/// `StepsOf<Program>`, `first` the place of the first.
+/// Where a Loop is: its place among a program's Loops (one comes before those in it), and the places of its steps.
+struct LoopAt {
+    std::uint32_t index = 0, first = 0, last = 0;
+};
+
+/// Interprets a program, part by part in the order in which they run:
+///   interpreter.step(step, i)                a step; i is its place in `StepsOf<Program>`
+///   interpreter.loop(loop, LoopAt, body)     a Loop; body() interprets its parts once
+///   interpreter.condition(part, body)        an If; its StepTraits have `Parameters` and `flag`
+/// `first` and `loop` are the places of the program's first step and Loop in a larger one.
 template <class Program, class Interpreter>
-constexpr void walk(Program const& program, Interpreter& interpreter, std::uint32_t first = 0)
+constexpr void walk(Program const& program, Interpreter& interpreter, std::uint32_t first = 0, std::uint32_t loop = 0)
 {
-    if constexpr (StepTraits<Program>::is_step) {
+    using Traits = StepTraits<Program>;
+    if constexpr (Traits::is_step) {
         interpreter.step(program, first);
     } else {
-        [[maybe_unused]] auto const one = [&](auto const& part) {
-            walk(part, interpreter, first);
-            first += StepsOf<std::decay_t<decltype(part)>>::count;
+        auto const body = [&] {
+            [[maybe_unused]] auto step = first, inner = loop + (Traits::is_loop ? 1u : 0u);
+            [[maybe_unused]] auto const one = [&](auto const& part) {
+                using Part = std::decay_t<decltype(part)>;
+                walk(part, interpreter, step, inner);
+                step += StepsOf<Part>::count;
+                inner += StepTraits<Part>::loops;
+            };
+            std::apply([&](auto const&... part) { (one(part), ...); }, program.steps);
         };
-        std::apply([&](auto const&... part) { (one(part), ...); }, program.steps);
+        if constexpr (Traits::is_loop)
+            interpreter.loop(program, LoopAt{loop, first, first + Traits::Steps::count - 1}, body);
+        else if constexpr (Traits::is_condition)
+            interpreter.condition(program, body);
+        else
+            body();
     }
 }
 
@@ -109,6 +176,35 @@ struct EachOnce {
     {
         f(step, i);
     }
+    template <class Part, class Body>
+    constexpr void loop(Part const&, LoopAt, Body const& body)
+    {
+        body();
+    }
+    template <class Part, class Body>
+    constexpr void condition(Part const&, Body const& body)
+    {
+        body();
+    }
+};
+template <std::uint32_t Count>
+struct FindLoops {
+    LoopAt found[Count + 1] = {};
+    template <class Step>
+    constexpr void step(Step const&, std::uint32_t) noexcept
+    {
+    }
+    template <class Part, class Body>
+    constexpr void loop(Part const&, LoopAt at, Body const& body)
+    {
+        found[at.index] = at;
+        body();
+    }
+    template <class Part, class Body>
+    constexpr void condition(Part const&, Body const& body)
+    {
+        body();
+    }
 };
 } // namespace detail
 
@@ -118,6 +214,26 @@ constexpr void for_each_step(Program const& program, F const& f)
 {
     detail::EachOnce<F> each{f};
     walk(program, each);
+}
+/// The Loops of a program: `loops_of<Program>().found[0]` to `[StepTraits<Program>::loops - 1]`.
+template <class Program>
+constexpr detail::FindLoops<StepTraits<Program>::loops> loops_of()
+{
+    detail::FindLoops<StepTraits<Program>::loops> loops;
+    walk(Program{}, loops);
+    return loops;
+}
+/// Do tiles vote, after a superstep of this step, whether there is another superstep, or another round of a Loop?
+template <class Program>
+constexpr bool votes_after(std::uint32_t step) noexcept
+{
+    bool votes = false;
+    for_each_step(Program{}, [&](auto const& s, std::uint32_t i) {
+        votes = votes || (i == step && !StepTraits<std::decay_t<decltype(s)>>::everywhere);
+    });
+    auto const loops = loops_of<Program>();
+    for (std::uint32_t l = 0; l < StepTraits<Program>::loops; ++l) votes = votes || loops.found[l].last == step;
+    return votes;
 }
 
 inline constexpr std::uint32_t no_step = 0xffffffffu;

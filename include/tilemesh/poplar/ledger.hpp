@@ -21,6 +21,10 @@ constexpr std::uint32_t kernel_vertex_bytes(Types<A...>, Types<C...>) noexcept
 }
 template <class Step>
 inline constexpr std::uint32_t begin_bytes = StepTraits<Step>::everywhere ? 0 : span_bytes + 3 * word_bytes; // BeginStep
+/// Loops and conditions: BeginLoop and TestLoop; TestFlag.
+template <class Program>
+inline constexpr std::uint32_t control_bytes =
+    StepTraits<Program>::loops * (span_bytes + 2 * word_bytes + span_bytes + 2 * word_bytes) + StepTraits<Program>::Flags::count * (span_bytes + word_bytes);
 template <class... Step, class... L>
 constexpr std::uint32_t vertex_bytes(Types<Step...>, Types<L...>) noexcept
 {
@@ -53,7 +57,7 @@ constexpr std::uint32_t arriving_bytes(Grid grid) noexcept
 template <class Program>
 constexpr std::uint32_t vertex_bytes() noexcept
 {
-    return detail::vertex_bytes(StepsOf<Program>{}, typename Needs<Program>::Links{});
+    return detail::control_bytes<Program> + detail::vertex_bytes(StepsOf<Program>{}, typename Needs<Program>::Links{});
 }
 
 /// The ledger of a tile as Poplar stores the program: first the lines of `Tile<Machine, Program>`, which are the graph's variables

@@ -8,8 +8,7 @@
 #include <poplar/Engine.hpp>
 #include <poplar/exceptions.hpp>
 #include <string>
-#include <tilemesh/engine/store.hpp>
-#include <tilemesh/engine/trace.hpp>
+#include <tilemesh/engine/run.hpp>
 #include <tilemesh/poplar/program_graph.hpp>
 #include <utility>
 #include <vector>
@@ -67,7 +66,6 @@ public:
                         std::to_string(Machine::workers) + " workers); choose a smaller grid or machine, or another device");
         if (options_.digest)
             throw Error("digests on a PoplarMesh (the host does not see the tiles' words between supersteps); ask a Mesh for them");
-        steps_ = engine::detail::begin_steps(StepsOf<Program>{});
         dirty_.fill(true);
     }
     PoplarMesh(PoplarMesh const&) = delete;
@@ -137,7 +135,7 @@ public:
         f(0u, 1u);
     }
 
-    /// The last run, superstep by superstep: that of a Mesh. On a Traced machine only, which streams 52 bytes a tile to the host after
+    /// The last run, superstep by superstep: that of a Mesh. On a Traced machine only, which streams 56 bytes a tile to the host after
     /// each superstep.
     Trace const& trace() const noexcept
     {
@@ -171,7 +169,7 @@ public:
         samples_.clear();
         execute(run_program);
         auto counters = account();
-        if constexpr (Builder::traced) make_trace(counters, StepsOf<Program>{});
+        if constexpr (Builder::traced) make_trace(counters);
         return counters;
     }
 
@@ -386,8 +384,13 @@ private:
     RunCounters account()
     {
         RunCounters run;
-        run.steps = steps_;
+        run.steps = engine::detail::begin_steps(StepsOf<Program>{});
+        run.loops = engine::detail::begin_loops<Program>();
+        for (std::uint32_t l = 0; l < StepTraits<Program>::loops; ++l) run.loops[l].rounds = run_log_[RunLog::loop<Program>(l) + 1];
+        StaticPasses passes{*this, {}};
+        walk(built_, passes);
         for_each_step(built_, [&](auto const& step, std::uint32_t i) {
+            run.steps[i].passes = std::max<std::uint64_t>(run_log_[RunLog::step(i)], passes.of_step[i]);
             account_step(run.steps[i], step, i, typename KernelTraits<KernelOf<std::decay_t<decltype(step)>>>::Links{});
         });
         for (std::uint32_t t = 0; t < this->grid_.size(); ++t)
@@ -398,20 +401,44 @@ private:
                                 "capacities or machine); compile them again from the same headers");
                 throw Error("a kernel only sends on a channel with unread mail (a bound cut the step that reads it); raise the bound, or let "
                             "the sending kernel read the channel [tile " +
-                            engine::detail::text(this->grid_.tile(t)) + ", " + steps_[broken - 1].kernel + "]");
+                            engine::detail::text(this->grid_.tile(t)) + ", " + run.steps[broken - 1].kernel + "]");
             }
-        add_peaks(run, States{}, Links{});
+        run.peaks = engine::detail::list_peaks(States{}, Links{}, [&](auto tag) {
+            using R = typename decltype(tag)::type;
+            if constexpr (tilemesh::detail::is_channel<R>)
+                return Peak{{}, peak(Log::template link_peak<R>()), this->template link_capacity<R>()};
+            else
+                return Peak{{}, peak(Log::template state_peak<R>()), this->capacity_[Base::template index_of_state<R>()]};
+        });
         return run;
     }
     std::uint32_t word(std::uint32_t tile, std::uint32_t at) const noexcept { return log_[std::size_t{tile} * Log::words + at]; }
 
+    /// Passes that a program makes whatever its tiles say: counted or not.
+    struct StaticPasses {
+        PoplarMesh& mesh;
+        std::array<std::uint64_t, StepsOf<Program>::count + 1> of_step;
+        template <class Step>
+        void step(Step const& step, std::uint32_t i)
+        {
+            if constexpr (StepTraits<Step>::everywhere) of_step[i] = StepTraits<Step>::most(step);
+        }
+        template <class Part, class Body>
+        void loop(Part const&, LoopAt, Body const&)
+        {
+        }
+        template <class Part, class Body>
+        void condition(Part const&, Body const& body)
+        {
+            using Traits = StepTraits<Part>;
+            if (mesh.Base::template shared<typename Traits::Parameters>()->*Traits::flag != 0) body();
+        }
+    };
     template <class Step, class... C>
-    void account_step(StepCounters& counters, Step const& step, std::uint32_t i, Types<C...>)
+    void account_step(StepCounters& counters, Step const&, std::uint32_t i, Types<C...>)
     {
         using K = KernelOf<Step>;
         auto const at = Log::step(i);
-        counters.passes = run_log_[RunLog::step(i)];
-        if constexpr (StepTraits<Step>::everywhere) counters.passes = StepTraits<Step>::most(step); // counted or not
         counters.supersteps = run_log_[RunLog::step(i) + 1];
         for (std::uint32_t t = 0; t < this->grid_.size(); ++t) {
             counters.tile_runs += word(t, at);
@@ -430,27 +457,23 @@ private:
         counters.messages += n;
         counters.live_bytes += std::uint64_t{n} * wire_bytes<typename C::value_type>;
     }
-    /// The samples of all passes, in order, belong to the steps in order.
-    template <class... Step>
-    void make_trace(RunCounters const& counters, Types<Step...>)
+    void make_trace(RunCounters const& counters)
     {
-        trace_ = engine::detail::begin_trace(steps_);
-        auto const* s = samples_.data();
-        std::uint32_t step = 0;
-        [[maybe_unused]] auto const add = [&](auto tag, bool votes) {
-            using K = typename decltype(tag)::type;
-            for (std::uint64_t pass = 0; pass < counters.steps[step].passes; ++pass) {
-                SuperstepSample superstep{step, votes, this->template capacity_a_side<K>(typename KernelTraits<K>::Links{}), false, {}};
-                for (std::uint32_t t = 0; t < this->grid_.size(); ++t, ++s) {
-                    if (s->ran == 0) continue;
-                    superstep.tiles.push_back({t, s->operations, {s->sent_bytes[0], s->sent_bytes[1], s->sent_bytes[2], s->sent_bytes[3]}});
-                    superstep.sent = superstep.sent || (s->sent_bytes[0] | s->sent_bytes[1] | s->sent_bytes[2] | s->sent_bytes[3]) != 0;
-                }
-                trace_.supersteps.push_back(std::move(superstep));
+        trace_ = engine::detail::begin_trace(counters);
+        std::array<std::uint32_t, StepsOf<Program>::count + 1> capacity{};
+        for_each_step(built_, [&](auto const& step, std::uint32_t i) {
+            using Kernel = KernelOf<std::decay_t<decltype(step)>>;
+            capacity[i] = this->template capacity_a_side<Kernel>(typename KernelTraits<Kernel>::Links{});
+        });
+        for (auto const* s = samples_.data(); s != samples_.data() + samples_.size();) {
+            SuperstepSample superstep{s->step, votes_after<Program>(s->step), capacity[s->step], false, {}};
+            for (std::uint32_t t = 0; t < this->grid_.size(); ++t, ++s) {
+                if (s->ran == 0) continue;
+                superstep.tiles.push_back({t, s->operations, {s->sent_bytes[0], s->sent_bytes[1], s->sent_bytes[2], s->sent_bytes[3]}});
+                superstep.sent = superstep.sent || (s->sent_bytes[0] | s->sent_bytes[1] | s->sent_bytes[2] | s->sent_bytes[3]) != 0;
             }
-            ++step;
-        };
-        (add(tilemesh::detail::Tag<KernelOf<Step>>{}, !StepTraits<Step>::everywhere), ...);
+            trace_.supersteps.push_back(std::move(superstep));
+        }
     }
     std::uint32_t peak(std::uint32_t at) const noexcept
     {
@@ -458,24 +481,9 @@ private:
         for (std::uint32_t t = 0; t < this->grid_.size(); ++t) most = std::max(most, word(t, at));
         return most;
     }
-    template <class... X, class... C>
-    void add_peaks(RunCounters& run, Types<X...>, Types<C...>) const
-    {
-        [[maybe_unused]] auto const state = [&](auto tag) {
-            using S = typename decltype(tag)::type;
-            if constexpr (tilemesh::detail::is_list<S>)
-                run.peaks.push_back({engine::detail::text(name_of<S>()), peak(Log::template state_peak<S>()),
-                                     this->capacity_[Base::template index_of_state<S>()]});
-        };
-        (state(tilemesh::detail::Tag<X>{}), ...);
-        (run.peaks.push_back({engine::detail::text(name_of<C>()), peak(Log::template link_peak<C>()), this->template link_capacity<C>()}),
-         ...);
-    }
-
     Options options_;
     on_poplar::Within within_;
     Program built_{};                                          ///< what the graph runs
-    std::vector<StepCounters> steps_;
     std::unique_ptr<poplar::Graph> graph_;
     std::vector<std::uint32_t> within_words_, log_, run_log_;
     std::vector<on_poplar::PassSample> samples_;

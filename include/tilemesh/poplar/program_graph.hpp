@@ -45,8 +45,8 @@ constexpr bool kernels_have_names_of_their_own(Types<Step...>) noexcept
 /// (notes) included, in one Copy a superstep; nothing else moves between tiles but broadcasts, and the votes where the program
 /// asks for them. A channel that was only read has the heads of its incoming ends cleared.
 ///
-/// Control. `Repeat` is Poplar's; `UntilQuiet` is RepeatWhileTrue on a word that two reductions make of what tiles say: by rows,
-/// then on tile 0. Codelets are looked up as PREFIX_KERNEL, by the kernel's name with `_` for a space.
+/// Control. `Repeat` and `If` are Poplar's; `UntilQuiet` is RepeatWhileTrue on a word that two reductions make of what tiles say: by rows,
+/// then on tile 0. `Loop` is RepeatWhileTrue on the same word, after its last superstep. Codelets are looked up as PREFIX_KERNEL, by the kernel's name with `_` for a space.
 ///
 /// Grids: up to 65,535 x 65,535 and what the target has; tile (x, y) is Poplar's tile y * width + x.
 template <class Program, class Machine>
@@ -133,7 +133,7 @@ public:
         Sequence all;
         // Votes and counts begin at nothing; unread mail lives on.
         all.add(clear("begin run", {log_, run_log_.slice(RunLog::mail + 1, RunLog::words<Program>)}));
-        Interpreter interpreter{*this, all};
+        Interpreter interpreter{*this, &all};
         walk(program, interpreter);
         return all;
     }
@@ -142,7 +142,7 @@ private:
     template <class... Step>
     static constexpr bool needs_votes(Types<Step...>) noexcept
     {
-        return (false || ... || !StepTraits<Step>::everywhere);
+        return ((StepTraits<Program>::loops != 0) || ... || !StepTraits<Step>::everywhere);
     }
 
     // --- variables ----------------------------------------------------------------------------------------------------
@@ -433,17 +433,73 @@ private:
     // --- the program ----------------------------------------------------------------------------------------------------
     struct Interpreter {
         ProgramGraph& graph;
-        Sequence& to;
+        Sequence* to;
         template <class Step>
         void step(Step const& step, std::uint32_t i)
         {
             graph.step_ = i;
             if constexpr (StepTraits<Step>::everywhere)
-                graph.add_everywhere(step, to);
+                graph.add_everywhere(step, *to);
             else
-                graph.add_until_quiet(step, to);
+                graph.add_until_quiet(step, *to);
+        }
+        template <class Part, class Body>
+        void loop(Part const& part, LoopAt at, Body const& body)
+        {
+            auto const round = inside(body);
+            to->add(graph.begin_loop(at, part.at_most));
+            to->add(::poplar::program::RepeatWhileTrue(graph.test_loop(at), graph.again_, round));
+        }
+        template <class Part, class Body>
+        void condition(Part const&, Body const& body)
+        {
+            auto const then = inside(body);
+            to->add(graph.template test_flag<Part>());
+            to->add(::poplar::program::If(graph.again_, then, Sequence()));
+        }
+        template <class Body>
+        Sequence inside(Body const& body)
+        {
+            Sequence parts;
+            auto* const before = std::exchange(to, &parts);
+            body();
+            to = before;
+            return parts;
         }
     };
+    ::poplar::program::Execute begin_loop(LoopAt at, std::uint32_t at_most)
+    {
+        auto const set = graph_.addComputeSet("begin loop " + std::to_string(at.index));
+        auto const v = graph_.addVertex(set, "tilemesh::on_poplar::BeginLoop");
+        graph_.connect(v["log"], run_log_);
+        graph_.setInitialValue(v["log_at"], RunLog::loop<Program>(at.index));
+        graph_.setInitialValue(v["at_most"], at_most);
+        graph_.setTileMapping(v, 0);
+        return ::poplar::program::Execute(set);
+    }
+    ::poplar::program::Execute test_loop(LoopAt at)
+    {
+        auto const set = graph_.addComputeSet("another round of loop " + std::to_string(at.index));
+        auto const v = graph_.addVertex(set, "tilemesh::on_poplar::TestLoop");
+        graph_.connect(v["log"], run_log_);
+        graph_.connect(v["again"], again_);
+        graph_.setInitialValue(v["log_at"], RunLog::loop<Program>(at.index));
+        graph_.setTileMapping(v, 0);
+        return ::poplar::program::Execute(set);
+    }
+    template <class Part>
+    ::poplar::program::Execute test_flag()
+    {
+        using Parameters = typename StepTraits<Part>::Parameters;
+        Parameters const p{};
+        auto const at = static_cast<std::size_t>(reinterpret_cast<char const*>(&(p.*StepTraits<Part>::flag)) - reinterpret_cast<char const*>(&p)) / 4;
+        auto const set = graph_.addComputeSet("if a word of " + text<Parameters>());
+        auto const v = graph_.addVertex(set, "tilemesh::on_poplar::TestFlag");
+        graph_.connect(v["word"], broadcast<Parameters>()[0].slice(at, at + 1));
+        graph_.connect(v["again"], again_);
+        graph_.setTileMapping(v, 0);
+        return ::poplar::program::Execute(set);
+    }
     template <class Step>
     void add_everywhere(Step const& step, Sequence& to)
     {

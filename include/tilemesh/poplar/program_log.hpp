@@ -36,14 +36,15 @@ struct TileLog<Program, Types<Step...>, tilemesh::detail::Sets<Types<S...>, Type
     static constexpr std::uint32_t words = step(sizeof...(Step)) + static_cast<std::uint32_t>(sizeof...(S) + sizeof...(L));
 };
 
-/// On a Traced machine: what a tile says of each pass, for the host's Trace. 13 words.
+/// On a Traced machine: what a tile says of each pass, for the host's Trace. 14 words.
 struct PassSample {
     static constexpr char const* name = "sample";
-    std::uint32_t ran; ///< 0: the rest means nothing
+    std::uint32_t step; ///< of the program
+    std::uint32_t ran;  ///< 0: the rest means nothing
     Operations operations;
     std::uint32_t sent_bytes[4];
 };
-static_assert(sizeof(PassSample) == 13 * 4, "a sample goes to the host word by word");
+static_assert(sizeof(PassSample) == 14 * 4, "a sample goes to the host word by word");
 
 /// What one tile writes down for all: who has mail, and how often each step ran.
 struct RunLog {
@@ -51,8 +52,14 @@ struct RunLog {
     static constexpr std::uint32_t busy = 1; ///< 1: a tile voted busy in the superstep before
     static constexpr std::uint32_t left = 2; ///< passes that an UntilQuiet may still take
     static constexpr std::uint32_t step(std::uint32_t i) noexcept { return 3 + 2 * i; } ///< passes, then those that sent
+    /// Of Loop l: rounds that it may still take, then those that it took in this run.
     template <class Program>
-    static constexpr std::uint32_t words = step(StepsOf<Program>::count);
+    static constexpr std::uint32_t loop(std::uint32_t l) noexcept
+    {
+        return step(StepsOf<Program>::count) + 2 * l;
+    }
+    template <class Program>
+    static constexpr std::uint32_t words = loop<Program>(StepTraits<Program>::loops);
 };
 
 namespace detail {
