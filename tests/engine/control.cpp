@@ -137,6 +137,24 @@ TEST_CASE("If keeps votes and mail for what comes after it")
     }
 }
 
+TEST_CASE("what a policy leaves out is nowhere: no state, no channel, no step")
+{
+    using With = Tile<Mk2, Working<true>>;
+    using Without = Tile<Mk2, Working<false>>;
+    CHECK(With::ledger().size() == 4); // Rim, Tally, Log, code
+    CHECK(Without::ledger().size() == 2);
+    CHECK(With::bytes == Without::bytes + 4 + 8 * (8 + 4));
+    CHECK(step_of<Working<true>, Ring>() == 0);
+    CHECK(step_of<Working<false>, Ring>() == no_step);
+    CHECK(step_of<Working<false>, Work<false>>() == 0);
+    auto const with = everywhere<Working<true>>({3, 2}, [](auto&) {});
+    CHECK(with.mesh->state<Log>(TileId::at(2, 1)).runs == 2);
+    CHECK(with.mesh->state<Tally>(TileId::at(2, 1)).sum == 2);
+    auto const without = everywhere<Working<false>>({3, 2}, [](auto&) {});
+    CHECK(without.last().steps.size() == 2);
+    CHECK(without.mesh->state<Tally>(TileId::at(2, 1)).sum == 102);
+}
+
 namespace {
 /// The trace of one run, the same on every engine and number of threads.
 template <class Program, class Load>

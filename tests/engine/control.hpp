@@ -151,6 +151,25 @@ struct Add {
 };
 using Choosing = Sequence<If<&Wanted::first, Superstep<Add<1>>, If<&Wanted::second, Superstep<Add<10>>>>, If<&Wanted::second>, Repeat<Add<100>>>;
 
+// --- an argument and a step that may be left out ---------------------------------------------------------------------------------------
+struct Log {
+    std::uint32_t runs;
+};
+template <bool Logs>
+struct Work {
+    static constexpr char const* name = Logs ? "work and log" : "work";
+    void operator()(Tally& tally, OnlyIf<Logs, Log&> log, OnlyIf<Logs, In<Rim>> in, Here here) const noexcept
+    {
+        tally.sum += here.tile.x();
+        if constexpr (Logs) log.runs += 1 + in[Direction::west].size();
+    }
+};
+struct Ring {
+    void operator()(Out<Rim> out) const noexcept { out[Direction::east].push(1); }
+};
+template <bool Logs>
+using Working = Sequence<StepIf<Logs, Superstep<Ring>>, Superstep<Work<Logs>>, StepIf<!Logs, Superstep<Add<100>>>>;
+
 // --- reductions -------------------------------------------------------------------------------------------------------------------------
 struct Load {
     float weight;

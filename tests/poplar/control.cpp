@@ -38,6 +38,10 @@ TILEMESH_VERTEX(weigh_sum_weight_begin, Mk2, Weighing, BeginReduce<Weight, Sum, 
 TILEMESH_VERTEX(weigh_sum_weight, Mk2, Weighing, GoOnReducing<Weight, Sum, to_one>)
 TILEMESH_VERTEX(weigh_and_bits_of_all_begin, Mk2, Weighing, BeginReduce<Bits, And, to_all>)
 TILEMESH_VERTEX(weigh_and_bits_of_all, Mk2, Weighing, GoOnReducing<Bits, And, to_all>)
+TILEMESH_VERTEX(work_Ring, Mk2, Working<true>, Ring)
+TILEMESH_VERTEX(work_work_and_log, Mk2, Working<true>, Work<true>)
+TILEMESH_VERTEX(work_work, Mk2, Working<false>, Work<false>)
+TILEMESH_VERTEX(work_add_hundred, Mk2, Working<false>, Add<100>)
 
 #define ENTER(Name) POPLAR_STANDIN_VERTEX(Name, reads, keeps, sends, x, y, width, height, step, log_at, task, program)
 ENTER(drain_OpenTap);
@@ -63,6 +67,10 @@ ENTER(weigh_sum_weight_begin);
 ENTER(weigh_sum_weight);
 ENTER(weigh_and_bits_of_all_begin);
 ENTER(weigh_and_bits_of_all);
+ENTER(work_Ring);
+ENTER(work_work_and_log);
+ENTER(work_work);
+ENTER(work_add_hundred);
 
 namespace {
 using poplar_test::on_both;
@@ -123,6 +131,12 @@ TEST_CASE("poplar: If, with supersteps counted or not")
             check_same(mesh.run(), graph.run());
             poplar_test::check_same_words(mesh, graph);
         }
+}
+
+TEST_CASE("poplar: arguments and steps that are left out have no edge and no compute set")
+{
+    on_both<Working<true>>("work", Grid{3, 2}, [](auto&) {}, 2);
+    on_both<Working<false>>("work", Grid{3, 2}, [](auto&) {}, 2);
 }
 
 TEST_CASE("poplar: Reduce, to one and to all")

@@ -38,6 +38,13 @@ struct Worker {
     std::uint32_t count = 1;
 };
 
+/// What a kernel takes in place of an argument that its policies leave out: it has nothing and names no region.
+struct Absent {};
+/// `OnlyIf<S::routes, Traffic&> traffic` as a kernel's parameter is `Traffic&`, or `Absent` where the policies do without: then the tile keeps
+/// no Traffic, the ledger has no line for it, and the kernel mentions it under `if constexpr (S::routes)` alone. The host passes nothing.
+template <bool Present, class Argument>
+using OnlyIf = std::conditional_t<Present, Argument, Absent>;
+
 namespace detail {
 template <class X, class = void>
 inline constexpr bool is_list = false;
@@ -55,6 +62,8 @@ template <>
 inline constexpr bool is_end<Here> = true;
 template <>
 inline constexpr bool is_end<Worker> = true;
+template <>
+inline constexpr bool is_end<Absent> = true;
 
 /// What one parameter of a kernel contributes to the tile.
 struct NoRole {
@@ -97,6 +106,8 @@ template <>
 struct Role<Here> : NoRole {};
 template <>
 struct Role<Worker> : NoRole {};
+template <>
+struct Role<Absent> : NoRole {};
 
 template <class F>
 struct Signature { // no operator() that can be named

@@ -56,6 +56,10 @@ struct If {
     std::tuple<Steps...> steps{};
 };
 
+/// A part that a program has where `Present`, and does without otherwise: `StepIf<S::routes, UntilQuiet<Route<S>>>`.
+template <bool Present, class Part>
+using StepIf = std::conditional_t<Present, Part, Sequence<>>;
+
 /// What a part of a program is: a step (one kernel) or made of other parts. This and `walk` are all that takes programs apart.
 ///   is_step      one kernel: `Kernel`, `everywhere` (on every tile, or only on those that must run), `most(step)` (its passes at most)
 ///   Steps        the steps in it, in order: what `StepCounters`, traces and logs are numbered by

@@ -284,6 +284,10 @@ private:
     void connect_end(std::vector<Tensor>&, std::uint32_t, Worker*) const
     {
     }
+    template <class K>
+    void connect_end(std::vector<Tensor>&, std::uint32_t, Absent*) const
+    {
+    }
     template <class K, class... A>
     void connect_all(std::vector<Tensor>& reads, std::vector<Tensor>& keeps, std::uint32_t tile, Types<A...>) const
     {
