@@ -1,7 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <tilemesh/splat/blending.hpp>
-#include <tilemesh/splat/referenced.hpp>
+#include <tilemesh/render/host_form.hpp>
 
 namespace error_vs_time {
 

@@ -1,7 +1,7 @@
 #pragma once
 #include "knobs.hpp"
 #include <cstdint>
-#include <tilemesh/screen_cache.hpp>
+#include <tilemesh/render/screen_cache.hpp>
 #include <tilemesh/splat/setup.hpp>
 
 /// The library's frame with other rules: what the tiles are told says which.

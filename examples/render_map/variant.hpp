@@ -4,7 +4,7 @@
 #include <tilemesh/error.hpp>
 #include <tilemesh/splat/policies.hpp>
 #include <tilemesh/splat/setup.hpp>
-#include <tilemesh/splat/with_pixel.hpp>
+#include <tilemesh/splat/fitted.hpp>
 #include <type_traits>
 
 namespace render_map {

@@ -14,6 +14,7 @@
 #include <tilemesh/engine/counters.hpp>
 #include <tilemesh/engine/energy.hpp>
 #include <tilemesh/engine/mesh.hpp>
+#include <tilemesh/engine/mesh_sizes.hpp>
 #include <tilemesh/engine/no_progress.hpp>
 #include <tilemesh/engine/parameter_file.hpp>
 #include <tilemesh/engine/prototype_parameters.hpp>
@@ -30,6 +31,9 @@
 #include <tilemesh/machine/spec.hpp>
 #include <tilemesh/machine/superstep.hpp>
 #include <tilemesh/machine/tile.hpp>
+#include <tilemesh/render/host_form.hpp>
+#include <tilemesh/render/losses.hpp>
+#include <tilemesh/render/screen_cache.hpp>
 #include <tilemesh/renderer.hpp>
 #include <tilemesh/report/error_measures.hpp>
 #include <tilemesh/report/frame_report.hpp>
@@ -37,7 +41,6 @@
 #include <tilemesh/report/html.hpp>
 #include <tilemesh/report/image.hpp>
 #include <tilemesh/report/image_file.hpp>
-#include <tilemesh/report/losses.hpp>
 #include <tilemesh/report/naive.hpp>
 #include <tilemesh/report/plot.hpp>
 #include <tilemesh/report/reference_double.hpp>
@@ -55,8 +58,8 @@
 #include <tilemesh/scene/pose.hpp>
 #include <tilemesh/scene/records.hpp>
 #include <tilemesh/scene/trajectory.hpp>
-#include <tilemesh/screen_cache.hpp>
 #include <tilemesh/splat/fitted.hpp>
 #include <tilemesh/splat/frame_program.hpp>
 #include <tilemesh/splat/quality.hpp>
-#include <tilemesh/splat/with_pixel.hpp>
+#include <tilemesh/splat/setup.hpp>
+#include <tilemesh/splat/sizes.hpp>

@@ -29,13 +29,13 @@
 #include <tilemesh/splat/project_all.hpp>
 #include <tilemesh/splat/projection.hpp>
 #include <tilemesh/splat/quality.hpp>
-#include <tilemesh/splat/referenced.hpp>
-#include <tilemesh/splat/referenced.hpp>
+#include <tilemesh/render/host_form.hpp>
+#include <tilemesh/render/host_form.hpp>
 #include <tilemesh/splat/regions.hpp>
 #include <tilemesh/splat/routing.hpp>
 #include <tilemesh/splat/setup.hpp>
 #include <tilemesh/splat/view.hpp>
-#include <tilemesh/splat/with_pixel.hpp>
+#include <tilemesh/splat/fitted.hpp>
 
 namespace {
 using namespace tilemesh;

@@ -26,18 +26,24 @@ struct CheckedMeshOptions {
 /// channel, a size above its capacity, a quiet tile that is not quiet, two channels that share memory and both carry
 /// mail, and a kernel of all workers that sizes a list. Cost: about the live words of every tile, each superstep.
 template <class Program, class Machine = Mk2>
-class CheckedMesh : public engine::detail::Store<Program, Machine, true> {
-    using Base = engine::detail::Store<Program, Machine, true>;
+class CheckedMesh : public engine::detail::Store<Program, true> {
+    using Base = engine::detail::Store<Program, true>;
     using Clock = std::chrono::steady_clock;
 
 public:
-    using typename Base::Layout;
     using typename Base::Links;
     using typename Base::States;
+    using typename Base::Sizes;
     using Options = CheckedMeshOptions;
 
+    /// The machine, and lists of the slots that their types name.
     explicit CheckedMesh(Grid grid, Options options = {}, Program program = {})
-        : Base(grid, program), options_(options), within_{0, 0, grid.width, grid.height}
+        : CheckedMesh(grid, options, program, mesh_sizes<Program, Machine>())
+    {
+    }
+    /// Machine and slots as `sizes` says.
+    CheckedMesh(Grid grid, Options options, Program program, Sizes const& sizes)
+        : Base(grid, program, sizes), options_(options), within_{0, 0, grid.width, grid.height}
     {
         make_ends(Links{});
         busy_[0].assign(grid.size(), 0);
@@ -145,6 +151,12 @@ private:
         {
             return mesh.Base::template shared<P>();
         }
+        /// Bytes on the machine of an end of C with n messages.
+        template <class C>
+        std::uint32_t end_bytes(std::uint32_t n) const noexcept
+        {
+            return mesh.template end_bytes<C>(n);
+        }
         Here here() noexcept { return {mesh.grid_.tile(tile), mesh.grid_}; }
         Worker worker() noexcept { return share; }
     };
@@ -200,8 +212,8 @@ private:
         engine::detail::broken_contract = &broken_text_;
         [[maybe_unused]] auto const sizes = list_sizes(tile, typename KernelTraits<Kernel>::Arguments{});
         if constexpr (KernelTraits<Kernel>::multi_worker) { // all workers, last first: their order must not matter
-            for (std::uint32_t w = Machine::workers; w-- > 0;) {
-                Source source{*this, tile, {w, Machine::workers}};
+            for (std::uint32_t w = this->sizes_.machine.workers; w-- > 0;) {
+                Source source{*this, tile, {w, this->sizes_.machine.workers}};
                 vote = run_kernel<Kernel>(source);
             }
         } else {
@@ -353,7 +365,7 @@ private:
             }
             busy_[parity_ ^ 1u][t] = run_tile<Kernel>(t) == Vote::busy;
             if constexpr (traced) {
-                Source source{*this, t, {0, 1}};
+                Source source{*this, t, {0, this->sizes_.machine.workers}};
                 trace_.supersteps.back().tiles.push_back(engine::detail::sample<Kernel>(source, t));
             }
             ++counters.tile_runs;
@@ -364,7 +376,7 @@ private:
         check_shared_memory(Links{});
         ++counters.passes;
         counters.supersteps += sent ? 1 : 0;
-        if (sent) counters.capacity_bytes += capacity_bytes<Kernel>(typename Traits::Links{});
+        if (sent) counters.capacity_bytes += this->template capacity_bytes<Kernel>(typename Traits::Links{});
         std::uint64_t digest = 0;
         if (options_.digest) {
             for (std::uint32_t t = 0; t < tiles; ++t)
@@ -422,7 +434,7 @@ private:
         for (Direction d : news) {
             auto const n = end<C>(out_, 4 * tile + index(d)).head[0];
             c.messages += n;
-            c.live_bytes += std::uint64_t{n} * wire_bytes<typename C::value_type>;
+            c.live_bytes += std::uint64_t{n} * this->template message_bytes<C>();
             auto& peak = link_peak_[Base::template index_of_link<C>()];
             peak = std::max(peak, n);
         }
@@ -466,19 +478,13 @@ private:
     void check_shared_memory_of()
     {
         using Host = typename tilemesh::detail::MemoryOf<C>::type;
-        if constexpr (!std::is_same_v<Host, C>)
+        if constexpr (!std::is_same_v<Host, C>) {
+            if (!this->sizes_.shares_memory[Base::template index_of_link<C>()]) return;
             for (std::uint32_t t = 0; t < this->grid_.size(); ++t)
                 if (unread<C>(t) && unread<Host>(t))
                     fail(t, "channels " + engine::detail::text(name_of<C>()) + " and " + engine::detail::text(name_of<Host>()) +
                                 " both carry mail (memory_of says that they share their words); give each its own memory");
-    }
-    template <class K, class... C>
-    std::uint64_t capacity_bytes(Types<C...>) const noexcept
-    {
-        return (std::uint64_t{0} + ... +
-                (KernelTraits<K>::template writes<C>
-                     ? std::uint64_t{4} * this->grid_.size() * C::end_bytes(this->template link_capacity<C>())
-                     : 0));
+        }
     }
     template <class... C>
     std::uint64_t digest_mail(std::uint32_t tile, Types<C...>)

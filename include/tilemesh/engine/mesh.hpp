@@ -55,20 +55,26 @@ struct MeshOptions {
 /// kernel broke, with tile and superstep, for a step that runs on and on (most_passes), and what an observer threw; after that the
 /// mesh refuses to run again.
 template <class Program, class Machine = Mk2>
-class Mesh : public engine::detail::Store<Program, Machine, false> {
-    using Base = engine::detail::Store<Program, Machine, false>;
+class Mesh : public engine::detail::Store<Program, false> {
+    using Base = engine::detail::Store<Program, false>;
     using Bank = engine::detail::Bank;
     using TileSet = engine::detail::TileSet;
     using Clock = std::chrono::steady_clock;
 
 public:
-    using typename Base::Layout;
     using typename Base::Links;
     using typename Base::States;
+    using typename Base::Sizes;
     using Options = MeshOptions;
 
+    /// The machine, and lists of the slots that their types name.
     explicit Mesh(Grid grid, Options options = {}, Program program = {})
-        : Base(grid, program), options_(options), within_{0, 0, grid.width, grid.height},
+        : Mesh(grid, options, program, mesh_sizes<Program, Machine>())
+    {
+    }
+    /// Machine and slots as `sizes` says.
+    Mesh(Grid grid, Options options, Program program, Sizes const& sizes)
+        : Base(grid, program, sizes), options_(options), within_{0, 0, grid.width, grid.height},
           active_(grid.size()), shares_(checked_threads(options)),
           workers_(checked_threads(options)), team_(checked_threads(options))
     {
@@ -260,6 +266,12 @@ private:
         {
             return mesh.Base::template shared<P>();
         }
+        /// Bytes on the machine of an end of C with n messages.
+        template <class C>
+        std::uint32_t end_bytes(std::uint32_t n) const noexcept
+        {
+            return mesh.template end_bytes<C>(n);
+        }
         TILEMESH_KERNEL Here here() noexcept { return {mesh.grid_.tile(tile), mesh.grid_}; }
         TILEMESH_KERNEL Worker worker() noexcept { return share; }
     };
@@ -276,7 +288,7 @@ private:
         auto& b = banks_[l];
         auto const n = std::size_t{this->grid_.size()} * 4;
         b.capacity = this->template link_capacity<C>();
-        auto const most = C::static_capacity == dynamic_capacity ? b.capacity : C::static_capacity;
+        auto const most = this->template gets_slots_by_limit<C>() ? b.capacity : this->template most_slots<C>();
         auto const stride = ((std::size_t{most} * C::Receiver::item_words + 15u) & ~std::size_t{15}) | 16u;
         for (int i : {0, 1}) {
             if (b.heads[i].data() == nullptr) b.heads[i] = engine::detail::Arena(n * 2);
@@ -293,11 +305,11 @@ private:
         source.slots = slots_.data() + 4 * std::size_t{tile};
         using Whole = tilemesh::detail::WholeOf<Kernel>;
         if constexpr (Whole::exists) {
-            source.share = {0, Machine::workers};
+            source.share = {0, this->sizes_.machine.workers};
             (void)run_kernel<typename Whole::type>(source);
         } else if constexpr (KernelTraits<Kernel>::multi_worker) { // one host thread takes the shares of all of the tile's workers
-            for (std::uint32_t w = 0; w < Machine::workers; ++w) {
-                source.share = {w, Machine::workers};
+            for (std::uint32_t w = 0; w < this->sizes_.machine.workers; ++w) {
+                source.share = {w, this->sizes_.machine.workers};
                 (void)run_kernel<Kernel>(source);
             }
         } else if (run_kernel<Kernel>(source) == Vote::busy) {
@@ -343,7 +355,7 @@ private:
             if ((n | head[1]) == 0) continue;
             me.mail[l].insert(source.slots[index(d)] / 4);
             me.messages += n;
-            me.live_bytes += std::uint64_t{n} * wire_bytes<typename C::value_type>;
+            me.live_bytes += std::uint64_t{n} * this->template message_bytes<C>();
             me.link_peak[l] = std::max(me.link_peak[l], n);
         }
     }
@@ -442,14 +454,6 @@ private:
     {
         return ((KernelTraits<K>::template writes<C> && has_mail<C>()) || ...);
     }
-    template <class K, class... C>
-    std::uint64_t capacity_bytes(Types<C...>) const noexcept
-    {
-        return (std::uint64_t{0} + ... +
-                (KernelTraits<K>::template writes<C>
-                     ? std::uint64_t{4} * this->grid_.size() * C::end_bytes(this->template link_capacity<C>())
-                     : 0));
-    }
     /// Hands each set of tiles that kernel K wakes to `f`: those that voted busy, and those with mail for it.
     template <class K, class F, class... C>
     void wakers(F const& f, Types<C...>) noexcept
@@ -525,7 +529,7 @@ private:
         auto& counters = run_.steps[step_];
         ++counters.passes;
         counters.supersteps += sent ? 1 : 0;
-        if (sent) counters.capacity_bytes += capacity_bytes<Kernel>(KernelLinks{});
+        if (sent) counters.capacity_bytes += this->template capacity_bytes<Kernel>(KernelLinks{});
         std::uint64_t messages = 0, runs = 0;
         engine::detail::Failure failure;
         for (auto& w : workers_) {

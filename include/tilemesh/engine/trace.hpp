@@ -57,7 +57,7 @@ void add_sent(TileSample& s, Source& source, Out<C>*) noexcept
 {
     for (Direction d : news) {
         auto const* const head = source.template out<C>(d).head;
-        if ((head[0] | head[1]) != 0) s.sent_bytes[index(d)] += C::end_bytes(head[0]);
+        if ((head[0] | head[1]) != 0) s.sent_bytes[index(d)] += source.template end_bytes<C>(head[0]);
     }
 }
 template <class Source, class... A>

@@ -38,7 +38,7 @@ struct FrameOf<S, false, false> {
 /// Bloom's first superstep runs on every tile, because after routing all are quiet: those that Project or routing left owing copies
 /// begin to send them there. It sends nothing, and so costs no exchange, where nobody owes.
 template <class S>
-using Frame = typename detail::FrameOf<S, S::routes, S::blooms>::type;
+using Frame = typename detail::FrameOf<PoliciesOf<S>, S::routes, S::blooms>::type;
 
 /// Where the steps of `Frame<S>` are in its sequence; `none` for one that is not there.
 template <class S>

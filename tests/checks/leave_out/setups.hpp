@@ -1,5 +1,5 @@
 #pragma once
-#include <tilemesh/splat/with_pixel.hpp>
+#include <tilemesh/splat/fitted.hpp>
 
 /// Setups of the default, feature by feature.
 namespace leave_out {
