@@ -9,6 +9,7 @@
 #include <tilemesh/engine/mesh.hpp>
 #include <tilemesh/engine/trace.hpp>
 #include <tilemesh/error.hpp>
+#include <tilemesh/model/no_progress.hpp>
 #include <tilemesh/report/frame_report.hpp>
 #include <tilemesh/report/image.hpp>
 #include <tilemesh/report/losses.hpp>
@@ -256,6 +257,8 @@ private:
         if constexpr (requires { engine_.threads; }) engine_.threads = options_.threads;
         if constexpr (requires { engine_.most_passes; })
             if (options_.most_passes != 0) engine_.most_passes = options_.most_passes;
+        if constexpr (traced && requires { engine_.explain; })
+            if (engine_.explain == nullptr) engine_.explain = explain_no_progress;
         mesh_ = std::make_unique<MeshType>(grid, engine_, splat::frame_program<S>(options_.hops));
         if (options_.channel_slots != 0) {
             if constexpr (S::routes) mesh_->template limit<splat::Road<S>>(options_.channel_slots);

@@ -6,7 +6,7 @@
 #include <numeric>
 #include <sstream>
 #include <string>
-#include <tilemesh/engine/energy.hpp>
+#include <tilemesh/model/energy.hpp>
 
 // Energy: a hand-computed example, exact sums, what is refused where nobody said what an event takes, and the file.
 using namespace tilemesh;

@@ -1,6 +1,6 @@
 #include <doctest/doctest.h>
 #include <sstream>
-#include <tilemesh/engine/cost_parameters.hpp>
+#include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/splat/projection.hpp>
 
 // The numbers of cost models: where they are from, and their text form.

@@ -7,11 +7,12 @@
 #include <ostream>
 #include <string>
 #include <string_view>
-#include <tilemesh/engine/cost_model.hpp>
 #include <tilemesh/engine/trace.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/machine/grid.hpp>
 #include <tilemesh/machine/operations.hpp>
+#include <tilemesh/model/detail/trace_reading.hpp>
+#include <tilemesh/model/cost_model.hpp>
 #include <vector>
 
 /// What a trace looks like outside: two tables, a timeline for trace viewers, sums for heat maps. Every byte follows from the

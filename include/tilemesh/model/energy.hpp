@@ -10,12 +10,13 @@
 #include <ostream>
 #include <string>
 #include <string_view>
-#include <tilemesh/engine/cost_model.hpp>
-#include <tilemesh/engine/parameter_file.hpp>
 #include <tilemesh/engine/trace.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/machine/grid.hpp>
 #include <tilemesh/machine/operations.hpp>
+#include <tilemesh/model/cost_model.hpp>
+#include <tilemesh/model/detail/trace_reading.hpp>
+#include <tilemesh/model/parameter_file.hpp>
 #include <utility>
 #include <vector>
 

@@ -10,7 +10,7 @@
 #include <numeric>
 #include <sstream>
 #include <string>
-#include <tilemesh/engine/trace_files.hpp>
+#include <tilemesh/model/trace_files.hpp>
 #include <utility>
 #include <vector>
 

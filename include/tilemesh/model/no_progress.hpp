@@ -3,11 +3,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
-#include <tilemesh/engine/counters.hpp>
 #include <tilemesh/engine/trace.hpp>
 #include <tilemesh/error.hpp>
+#include <tilemesh/model/detail/trace_reading.hpp>
 #include <tilemesh/machine/grid.hpp>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -276,22 +275,11 @@ inline std::string text_of(NoProgress const& report, std::size_t most = 16)
     return out;
 }
 
-namespace engine::detail {
-/// What an engine throws where a step of UntilQuiet has run more passes than it may; `trace` is a Trace or NoTrace.
-template <class MaybeTrace>
-Error not_quiet(StepCounters const& counters, std::uint32_t step, std::uint64_t pass, std::uint32_t most_passes,
-                [[maybe_unused]] MaybeTrace const& trace, [[maybe_unused]] Grid grid)
+/// What repeats at the end of a run that `most_passes` stopped, for MeshOptions::explain: with it the error of a run on a Traced
+/// machine ends with this report.
+inline std::string explain_no_progress(Trace const& trace, Grid grid, std::uint32_t most_passes)
 {
-    std::string text = "step " + std::to_string(step) + " is not quiet after " + std::to_string(most_passes) +
-                       " passes (tiles vote busy or have mail, and most_passes allows no more); allow more, or see what repeats";
-    if constexpr (!std::is_same_v<MaybeTrace, Trace>) text += " on a Traced machine";
-    text += " [superstep " + std::to_string(pass) + " (" + counters.kernel + ")]";
-    if constexpr (std::is_same_v<MaybeTrace, Trace>) {
-        text += "\n" + text_of(no_progress(trace, grid, std::min(most_passes, repeated_at_least)));
-        text.pop_back(); // who prints an error ends its line
-    }
-    return Error(text);
+    return text_of(no_progress(trace, grid, std::min(most_passes, engine::detail::repeated_at_least)));
 }
-} // namespace engine::detail
 
 } // namespace tilemesh

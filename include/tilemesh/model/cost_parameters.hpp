@@ -8,8 +8,8 @@
 #include <ostream>
 #include <string>
 #include <string_view>
-#include <tilemesh/engine/cost_model.hpp>
-#include <tilemesh/engine/parameter_file.hpp>
+#include <tilemesh/model/cost_model.hpp>
+#include <tilemesh/model/parameter_file.hpp>
 #include <utility>
 #include <vector>
 
@@ -111,7 +111,7 @@ inline void set_parameter(CostModel& model, std::string_view name, std::uint64_t
 
 /// What the kernels of splat/ do for one operation, as their code says; mk2() makes cycles of it. Instructions are counted by
 /// hand, to about a tenth, in what Clang 16 compiles with -O2 for RV32IMF, a scalar machine of 32-bit words as a worker is, where
-/// a record is copied word by word. The arithmetic of a projection is exact: tests/engine/cost_parameters.cpp counts it.
+/// a record is copied word by word. The arithmetic of a projection is exact: tests/model/cost_parameters.cpp counts it.
 struct KernelWork {
     /// One projection with an opacity box: additions and multiplications (two in a fused one); divisions and square roots;
     /// compares, selects, conversions and operations on integers.

@@ -4,11 +4,12 @@
 #include <cstdint>
 #include <limits>
 #include <string>
-#include <tilemesh/engine/cost_model.hpp>
-#include <tilemesh/engine/step_costs.hpp>
 #include <tilemesh/engine/trace.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/machine/grid.hpp>
+#include <tilemesh/model/cost_model.hpp>
+#include <tilemesh/model/detail/trace_reading.hpp>
+#include <tilemesh/model/step_costs.hpp>
 #include <vector>
 
 namespace tilemesh {

@@ -7,8 +7,8 @@
 #include <string>
 #include <string_view>
 #include <system_error>
-#include <tilemesh/engine/cost_model.hpp>
 #include <tilemesh/error.hpp>
+#include <tilemesh/model/cost_model.hpp>
 #include <utility>
 #include <vector>
 
