@@ -6,7 +6,9 @@
 #include <tilemesh/error.hpp>
 #include <tilemesh/machine/grid.hpp>
 
-namespace tilemesh::engine::detail {
+// Parts of model/ that users do not need. Not tilemesh::model::detail: a namespace `model` would clash with every user's function of
+// that name after `using namespace tilemesh`.
+namespace tilemesh::model_detail {
 
 /// Throws `Error` where the trace names a step or a tile that is not there.
 inline void check_trace(Trace const& trace, Grid grid)
@@ -33,4 +35,4 @@ inline std::uint64_t all_sent(TileSample const& t) noexcept
     return bytes;
 }
 
-} // namespace tilemesh::engine::detail
+} // namespace tilemesh::model_detail
