@@ -1,8 +1,8 @@
 #pragma once
 #include "machine.hpp"
 #include "told.hpp"
-#include <tilemesh/engine/cost_model.hpp>
-#include <tilemesh/engine/cost_parameters.hpp>
+#include <tilemesh/model/cost_model.hpp>
+#include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/renderer.hpp>
 
 namespace error_vs_time {

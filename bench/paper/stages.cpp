@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <sstream>
 #include <string>
-#include <tilemesh/engine/prototype_parameters.hpp>
+#include <tilemesh/model/prototype_parameters.hpp>
 #include <tilemesh/report/whole_file.hpp>
 #include <vector>
 

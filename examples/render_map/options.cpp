@@ -453,7 +453,7 @@ std::string help_text()
                   "  cameras.json of 3DGS training, or COLMAP's cameras.txt and images.txt (one of them, or their\n"
                   "  folder). Trajectories: TUM, a line a pose, timestamp tx ty tz qx qy qz qw, camera to world.\n"
                   "  Energy models: `energy NAME`, then a line an event, `EVENT VALUE fJ SOURCE`; no event has a value\n"
-                  "  of its own, and include/tilemesh/engine/energy.hpp lists them.\n"
+                  "  of its own, and include/tilemesh/model/energy.hpp lists them.\n"
                   "\n"
                   "Qualities\n"
                   "  Where a term is too faint to count and a pixel is finished; all else stays the preset's. Pairs\n"

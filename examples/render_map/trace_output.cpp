@@ -1,7 +1,7 @@
-#include "trace_output.hpp"
 #include "outputs.hpp"
 #include "png.hpp"
 #include "text.hpp"
+#include "trace_output.hpp"
 #include <algorithm>
 #include <array>
 #include <cerrno>
@@ -9,11 +9,11 @@
 #include <fstream>
 #include <sstream>
 #include <system_error>
-#include <tilemesh/cost_table.hpp>
-#include <tilemesh/engine/any_to_any.hpp>
-#include <tilemesh/engine/cost_parameters.hpp>
-#include <tilemesh/engine/trace_files.hpp>
 #include <tilemesh/error.hpp>
+#include <tilemesh/model/any_to_any.hpp>
+#include <tilemesh/model/cost_parameters.hpp>
+#include <tilemesh/model/cost_table.hpp>
+#include <tilemesh/model/trace_files.hpp>
 #include <tilemesh/report/heat_image.hpp>
 #include <tilemesh/report/plot.hpp>
 #include <tilemesh/report/stacked_bars.hpp>

@@ -6,8 +6,8 @@
 #include <filesystem>
 #include <optional>
 #include <string>
-#include <tilemesh/engine/cost_model.hpp>
-#include <tilemesh/engine/energy.hpp>
+#include <tilemesh/model/cost_model.hpp>
+#include <tilemesh/model/energy.hpp>
 #include <tilemesh/report/html.hpp>
 #include <tilemesh/report/image.hpp>
 #include <tilemesh/report/json.hpp>

@@ -5,21 +5,11 @@
 #error "tilemesh: the host side needs C++20; build with -std=c++20"
 #endif
 #include <tilemesh/config.hpp>
-#include <tilemesh/cost_table.hpp>
-#include <tilemesh/engine/any_to_any.hpp>
 #include <tilemesh/engine/checked_mesh.hpp>
 #include <tilemesh/engine/contract.hpp>
-#include <tilemesh/engine/cost_model.hpp>
-#include <tilemesh/engine/cost_parameters.hpp>
 #include <tilemesh/engine/counters.hpp>
-#include <tilemesh/engine/energy.hpp>
 #include <tilemesh/engine/mesh.hpp>
 #include <tilemesh/engine/mesh_sizes.hpp>
-#include <tilemesh/engine/no_progress.hpp>
-#include <tilemesh/engine/parameter_file.hpp>
-#include <tilemesh/engine/prototype_parameters.hpp>
-#include <tilemesh/engine/step_costs.hpp>
-#include <tilemesh/engine/trace_files.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/fit_renderer.hpp>
 #include <tilemesh/machine/buffer.hpp>
@@ -31,9 +21,17 @@
 #include <tilemesh/machine/spec.hpp>
 #include <tilemesh/machine/superstep.hpp>
 #include <tilemesh/machine/tile.hpp>
+#include <tilemesh/model/any_to_any.hpp>
+#include <tilemesh/model/cost_model.hpp>
+#include <tilemesh/model/cost_parameters.hpp>
+#include <tilemesh/model/cost_table.hpp>
+#include <tilemesh/model/energy.hpp>
+#include <tilemesh/model/no_progress.hpp>
+#include <tilemesh/model/parameter_file.hpp>
+#include <tilemesh/model/prototype_parameters.hpp>
+#include <tilemesh/model/step_costs.hpp>
+#include <tilemesh/model/trace_files.hpp>
 #include <tilemesh/render/host_form.hpp>
-#include <tilemesh/render/losses.hpp>
-#include <tilemesh/render/screen_cache.hpp>
 #include <tilemesh/renderer.hpp>
 #include <tilemesh/report/error_measures.hpp>
 #include <tilemesh/report/frame_report.hpp>

@@ -73,7 +73,7 @@ folders() {
     echo "-I$2/include"
     case $1 in
     poplar/*) echo "-I$2/examples -I$root/tests/poplar/standin" ;;
-    engine/* | report/*) echo "-I$2/bench" ;;
+    model/* | report/*) echo "-I$2/bench" ;;
     esac
 }
 # Where test files are, of the tree $1: those of poplar/ include examples by relative paths, so a tree has its own.

@@ -3,7 +3,7 @@
 #include <chrono>
 #include <exception>
 #include <tilemesh/engine/mesh.hpp>
-#include <tilemesh/engine/no_progress.hpp>
+#include <tilemesh/engine/not_quiet.hpp>
 
 namespace tilemesh {
 
@@ -14,6 +14,7 @@ struct CheckedMeshOptions {
     /// `Vote`, without which a machine that runs every tile (the IPU) would differ.
     bool check_quiet_tiles = true;
     std::uint32_t most_passes = 0; ///< see MeshOptions
+    ExplainNotQuiet explain = nullptr; ///< see MeshOptions
 };
 
 /// The sequential engine, which trusts nobody: tiles one by one in order, incoming and outgoing ends of channels in separate
@@ -390,7 +391,7 @@ private:
         parity_ ^= 1u;
         ++pass_;
         if (!All && options_.most_passes != 0 && counters.passes > options_.most_passes)
-            throw engine::detail::not_quiet(counters, step_, pass_ - 1, options_.most_passes, trace_, this->grid_);
+            throw engine::detail::not_quiet(counters, step_, pass_ - 1, options_.most_passes, trace_, this->grid_, options_.explain);
         return true;
     }
     template <class... A>

@@ -2,11 +2,11 @@
 #include <algorithm>
 #include <chrono>
 #include <exception>
-#include <tilemesh/engine/no_progress.hpp>
 #include <tilemesh/engine/store.hpp>
 #include <tilemesh/engine/team.hpp>
 #include <tilemesh/engine/tile_set.hpp>
 #include <tilemesh/engine/trace.hpp>
+#include <tilemesh/engine/not_quiet.hpp>
 
 namespace tilemesh {
 
@@ -38,8 +38,10 @@ struct MeshOptions {
     std::uint32_t threads = 1; ///< at most 1,024: a few tiles each would be all they do
     bool digest = false; ///< RunCounters::digests: costs a pass over all live words each superstep
     /// Of one UntilQuiet in a run; 0: as many as it takes. `run` throws Error in the pass after, because a program may never become
-    /// quiet; on a Traced machine with what repeats (engine/no_progress.hpp).
+    /// quiet.
     std::uint32_t most_passes = 0;
+    /// Its text ends that error on a Traced machine; null: nothing does. `explain_no_progress` (model/no_progress.hpp) says what repeats.
+    ExplainNotQuiet explain = nullptr;
 };
 
 /// Runs a program on host threads. The thread that calls run() walks the program, and in each superstep the others take their
@@ -555,7 +557,7 @@ private:
         if (observer_) observer_({counters.kernel, step_, pass_, messages, runs, digest});
         ++pass_;
         if (!All && options_.most_passes != 0 && counters.passes > options_.most_passes)
-            throw engine::detail::not_quiet(counters, step_, pass_ - 1, options_.most_passes, trace_, this->grid_);
+            throw engine::detail::not_quiet(counters, step_, pass_ - 1, options_.most_passes, trace_, this->grid_, options_.explain);
         return true;
     }
 

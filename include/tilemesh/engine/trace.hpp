@@ -1,9 +1,7 @@
 #pragma once
-#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <tilemesh/engine/counters.hpp>
-#include <tilemesh/error.hpp>
 #include <tilemesh/machine/grid.hpp>
 #include <tilemesh/machine/operations.hpp>
 #include <type_traits>
@@ -29,7 +27,7 @@ struct SuperstepSample {
     friend bool operator==(SuperstepSample const&, SuperstepSample const&) = default;
 };
 
-/// A run, superstep by superstep: what a cost model (engine/cost_model.hpp) and the trace files are made of. The same on every
+/// A run, superstep by superstep: what a cost model (model/cost_model.hpp) and the trace files are made of. The same on every
 /// engine and any number of threads. Host memory: 52 bytes a tile that runs in a superstep.
 struct Trace {
     std::vector<std::string> kernels; ///< of the program's steps
@@ -72,31 +70,6 @@ TileSample sample(Source& source, std::uint32_t tile) noexcept
     TileSample s{tile, operations_of<K>(source), {0, 0, 0, 0}};
     add_all_sent(s, source, typename KernelTraits<K>::Arguments{});
     return s;
-}
-
-/// Throws `Error` where the trace names a step or a tile that is not there.
-inline void check_trace(Trace const& trace, Grid grid)
-{
-    auto const fail = [](std::size_t superstep, std::string const& why) {
-        throw Error("cannot read the trace (superstep " + std::to_string(superstep) + " ran " + why +
-                    "); give the trace and the grid of one run");
-    };
-    for (std::size_t i = 0; i < trace.supersteps.size(); ++i) {
-        auto const& s = trace.supersteps[i];
-        if (s.step >= trace.kernels.size())
-            fail(i, "step " + std::to_string(s.step) + " of a program of " + std::to_string(trace.kernels.size()));
-        for (auto const& t : s.tiles)
-            if (t.tile >= grid.size())
-                fail(i, "tile " + std::to_string(t.tile) + " of a grid of " + std::to_string(grid.width) + " x " +
-                            std::to_string(grid.height));
-    }
-}
-
-inline std::uint64_t all_sent(TileSample const& t) noexcept
-{
-    std::uint64_t bytes = 0;
-    for (Direction d : news) bytes += t.sent_bytes[index(d)];
-    return bytes;
 }
 } // namespace engine::detail
 

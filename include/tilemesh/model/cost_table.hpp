@@ -2,7 +2,7 @@
 #include <array>
 #include <charconv>
 #include <string>
-#include <tilemesh/engine/step_costs.hpp>
+#include <tilemesh/model/step_costs.hpp>
 #include <tilemesh/report/table.hpp>
 #include <vector>
 

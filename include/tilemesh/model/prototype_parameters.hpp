@@ -1,7 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <string>
-#include <tilemesh/engine/cost_parameters.hpp>
+#include <tilemesh/model/cost_parameters.hpp>
 
 namespace tilemesh {
 

@@ -1,5 +1,5 @@
 #pragma once
-#include <tilemesh/engine/cost_model.hpp>
+#include <tilemesh/model/cost_model.hpp>
 
 namespace engine_test {
 /// Numbers with which cycles are easily added up by hand; a cycle is a microsecond.

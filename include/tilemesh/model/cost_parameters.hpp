@@ -8,8 +8,8 @@
 #include <ostream>
 #include <string>
 #include <string_view>
-#include <tilemesh/engine/cost_model.hpp>
-#include <tilemesh/engine/parameter_file.hpp>
+#include <tilemesh/model/cost_model.hpp>
+#include <tilemesh/model/parameter_file.hpp>
 #include <utility>
 #include <vector>
 
@@ -17,7 +17,7 @@
 // trace again.
 namespace tilemesh {
 
-namespace engine::detail {
+namespace model_detail {
 inline constexpr std::array<std::string_view, 2> exchange_cost_names = {"capacity", "live"};
 inline constexpr std::uint32_t cost_parameter_count = operation_kinds + 7, first_operation = 2,
                                after_operations = first_operation + operation_kinds;
@@ -85,14 +85,14 @@ inline std::string range_text(std::uint32_t i)
 {
     return range_text(parameter_rule(i));
 }
-} // namespace engine::detail
+} // namespace model_detail
 
 /// Gives a model one of its numbers, with where it is from: the field and its entry in `parameters`. Names, in this order: clock,
 /// exchange_cost (0: capacity, 1: live), slot, projection, routed, copied, comparison, pair, pixel, run, exchange, exchange_byte,
 /// sync, vote. Throws `Error` for a name that is none, a value out of range, and a source that is not one line of text.
 inline void set_parameter(CostModel& model, std::string_view name, std::uint64_t value, std::string source)
 {
-    namespace d = engine::detail;
+    namespace d = model_detail;
     std::uint32_t const at = d::parameter_index(name);
     if (at == d::cost_parameter_count)
         throw Error("a cost model has no parameter \"" + d::shown(name) + "\" (it has " + d::parameter_names() +
@@ -111,7 +111,7 @@ inline void set_parameter(CostModel& model, std::string_view name, std::uint64_t
 
 /// What the kernels of splat/ do for one operation, as their code says; mk2() makes cycles of it. Instructions are counted by
 /// hand, to about a tenth, in what Clang 16 compiles with -O2 for RV32IMF, a scalar machine of 32-bit words as a worker is, where
-/// a record is copied word by word. The arithmetic of a projection is exact: tests/engine/cost_parameters.cpp counts it.
+/// a record is copied word by word. The arithmetic of a projection is exact: tests/model/cost_parameters.cpp counts it.
 struct KernelWork {
     /// One projection with an opacity box: additions and multiplications (two in a fused one); divisions and square roots;
     /// compares, selects, conversions and operations on integers.
@@ -135,7 +135,7 @@ struct KernelWork {
     static constexpr std::uint32_t pixel = 93;
 };
 
-namespace engine::detail {
+namespace model_detail {
 /// Tile cycles of a worker's instruction, in thousandths: six workers take turns. A worker that is alone waits for its turn.
 inline constexpr std::uint64_t alone = 6000, among_six = 1000;
 /// Flops that naive scalar C++ does in 100 issue slots: 0.68 a tile cycle with six workers, where each cycle is one slot.
@@ -166,7 +166,7 @@ constexpr std::uint64_t vote_cycles(std::uint64_t columns, std::uint64_t rows) n
     std::uint64_t const words = columns + rows;
     return 2 * (exchange_with_two_syncs + vertex_cycles) + words * 4 / bytes_a_cycle + (words * 4 + 25) * alone / 1000;
 }
-} // namespace engine::detail
+} // namespace model_detail
 
 /// Our kernels on Graphcore's Mk2, out of documents and counted code; nothing is fitted. Sources begin with "document",
 /// "arithmetic" (from documents and our code) or "guess" (no document has the number).
@@ -175,7 +175,7 @@ constexpr std::uint64_t vote_cycles(std::uint64_t columns, std::uint64_t rows) n
 /// vectors of two floats, and the test of a loop that runs until quiet.
 inline CostModel mk2()
 {
-    namespace d = engine::detail;
+    namespace d = model_detail;
     using Work = KernelWork;
     CostModel m;
     m.name = "mk2";
@@ -233,7 +233,7 @@ inline CostModel mk2()
 /// unit and source, or with a value or unit other than the model's own (set_parameter keeps them together).
 inline void write_cost_model(std::ostream& out, CostModel const& model)
 {
-    namespace d = engine::detail;
+    namespace d = model_detail;
     if (!d::fits_a_line(model.name))
         throw Error("a cost model cannot be written (its name is not one line of 1 to " +
                     std::to_string(d::most_text_bytes) + " bytes, without blanks around it); name it");
@@ -265,7 +265,7 @@ inline void write_cost_model(std::ostream& out, CostModel const& model)
 /// `Error`, one line that names `file_name` and the line, for anything else.
 inline CostModel read_cost_model(std::istream& in, std::string const& file_name)
 {
-    namespace d = engine::detail;
+    namespace d = model_detail;
     CostModel model;
     std::vector<d::ParameterRule> rules;
     for (std::uint32_t i = 0; i < d::cost_parameter_count; ++i) rules.push_back(d::parameter_rule(i));

@@ -7,13 +7,13 @@
 #include <string>
 #include <string_view>
 #include <system_error>
-#include <tilemesh/engine/cost_model.hpp>
 #include <tilemesh/error.hpp>
+#include <tilemesh/model/cost_model.hpp>
 #include <utility>
 #include <vector>
 
 // A model's numbers as text: `KEYWORD NAME`, then one parameter a line, `name value unit source`; `#` begins a comment line.
-namespace tilemesh::engine::detail {
+namespace tilemesh::model_detail {
 
 /// A number of a model as a file has it.
 struct ParameterRule {
@@ -213,4 +213,4 @@ private:
     std::uint64_t number_ = 0;        ///< of the line
 };
 
-} // namespace tilemesh::engine::detail
+} // namespace tilemesh::model_detail

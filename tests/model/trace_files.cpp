@@ -10,7 +10,7 @@
 #include <numeric>
 #include <sstream>
 #include <string>
-#include <tilemesh/engine/trace_files.hpp>
+#include <tilemesh/model/trace_files.hpp>
 #include <utility>
 #include <vector>
 
@@ -236,7 +236,7 @@ TEST_CASE("trace files: names that need quoting")
     CHECK(nlohmann::json::parse(text).at("traceEvents")[0].at("args").at("name") == name);
 
     // Names that need none have none; an empty one is a field too.
-    using engine::detail::csv_field;
+    using model_detail::csv_field;
     CHECK(csv_field("a b\\c") == "a b\\c");
     CHECK(csv_field("").empty());
     CHECK(csv_field("a,b") == "\"a,b\"");
@@ -246,7 +246,7 @@ TEST_CASE("trace files: names that need quoting")
 
 TEST_CASE("trace files: what is not UTF-8 is replaced, byte by byte, and what is stays")
 {
-    using engine::detail::json_string;
+    using model_detail::json_string;
     auto const parsed = [](std::string const& text) { return nlohmann::json::parse(json_string(text)).get<std::string>(); };
     for (std::string const good : {"\x7f", "\xc2\x80", "\xdf\xbf", "\xe0\xa0\x80", "\xed\x9f\xbf", "\xee\x80\x80", "\xef\xbf\xbf",
                                    "\xf0\x90\x80\x80", "\xf4\x8f\xbf\xbf"})

@@ -1,12 +1,12 @@
-#include "everywhere.hpp"
+#include "../engine/everywhere.hpp"
+#include "../splat/support.hpp"
 #include "model_by_hand.hpp"
 #include <map>
-#include <tilemesh/engine/any_to_any.hpp>
-#include <tilemesh/engine/cost_model.hpp>
+#include <tilemesh/model/any_to_any.hpp>
+#include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/renderer.hpp>
 #include <tilemesh/scene/built_in.hpp>
 #include <tilemesh/scene/orbit.hpp>
-#include "../splat/support.hpp"
 
 // Modelled cycles: a hand-computed example, and that a trace is the same on every engine and any number of threads. What frames
 // say of where their messages end.

@@ -1,8 +1,8 @@
 #pragma once
 #include <cstdint>
 #include <string>
-#include <tilemesh/engine/cost_model.hpp>
 #include <tilemesh/error.hpp>
+#include <tilemesh/model/cost_model.hpp>
 #include <vector>
 
 namespace tilemesh {

@@ -4,11 +4,12 @@
 #include <cstdint>
 #include <limits>
 #include <string>
-#include <tilemesh/engine/cost_model.hpp>
-#include <tilemesh/engine/step_costs.hpp>
 #include <tilemesh/engine/trace.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/machine/grid.hpp>
+#include <tilemesh/model/cost_model.hpp>
+#include <tilemesh/model/detail/trace_reading.hpp>
+#include <tilemesh/model/step_costs.hpp>
 #include <vector>
 
 namespace tilemesh {
@@ -55,7 +56,7 @@ struct AnyToAny {
 /// linear in the trace, and 8 bytes a tile.
 inline AnyToAny any_to_any(CostModel const& model, Trace const& trace, Grid grid)
 {
-    engine::detail::check_trace(trace, grid);
+    model_detail::check_trace(trace, grid);
     AnyToAny out;
     auto const costs = step_costs(trace, model_cost(model, trace, grid));
     for (std::uint32_t i = 0; i < costs.size(); ++i) {
@@ -82,7 +83,7 @@ inline AnyToAny any_to_any(CostModel const& model, Trace const& trace, Grid grid
             if (s.step < step.first || s.step > step.last) continue;
             step.replaced = step.replaced || s.sent;
             for (auto const& t : s.tiles) {
-                step.sent_bytes += engine::detail::all_sent(t);
+                step.sent_bytes += model_detail::all_sent(t);
                 step.settled_bytes += t.operations.settled_bytes;
                 settled[t.tile] += t.operations.settled_bytes;
             }
@@ -99,7 +100,7 @@ inline AnyToAny any_to_any(CostModel const& model, Trace const& trace, Grid grid
                 auto const each = model.exchange_millicycles_a_byte;
                 if (each != 0 && step.busiest_bytes > (most - 999) / each) refuse();
                 step.bound_cycles =
-                    model.exchange_cycles + engine::detail::per_thousand(step.busiest_bytes, each) + model.sync_cycles;
+                    model.exchange_cycles + model_detail::per_thousand(step.busiest_bytes, each) + model.sync_cycles;
                 ++out.exchanges;
             }
         }

@@ -1,9 +1,9 @@
-#include "everywhere.hpp"
+#include "../engine/everywhere.hpp"
 #include "model_by_hand.hpp"
 #include <cstdint>
 #include <limits>
 #include <string>
-#include <tilemesh/engine/any_to_any.hpp>
+#include <tilemesh/model/any_to_any.hpp>
 
 // The bound of an exchange from any tile to any tile: a hand-computed example, what kernels say, and what is refused.
 using namespace engine_test;

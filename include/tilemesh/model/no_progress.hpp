@@ -3,11 +3,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
-#include <tilemesh/engine/counters.hpp>
 #include <tilemesh/engine/trace.hpp>
 #include <tilemesh/error.hpp>
+#include <tilemesh/model/detail/trace_reading.hpp>
 #include <tilemesh/machine/grid.hpp>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -51,7 +50,7 @@ struct NoProgress {
 /// The longest period that is looked for: a walk around a grid of 1,000 x 850 tiles takes 3,696 supersteps.
 inline constexpr std::uint32_t most_period = 4096;
 
-namespace engine::detail {
+namespace model_detail {
 /// As many supersteps must repeat for a report, unless who asks is content with fewer: of two that are equal nothing follows.
 inline constexpr std::uint32_t repeated_at_least = 16;
 
@@ -135,7 +134,7 @@ inline std::vector<Link> find_cycle(Grid grid, std::vector<std::uint8_t> live)
     std::rotate(walk.begin(), lowest, walk.end());
     return walk;
 }
-} // namespace engine::detail
+} // namespace model_detail
 
 /// Looks at the end of a trace for an UntilQuiet that never becomes quiet: supersteps in which the same tiles do and send the
 /// same over and over. `at_least` as many of them must repeat, and a period at least twice; two is the least.
@@ -145,9 +144,9 @@ inline std::vector<Link> find_cycle(Grid grid, std::vector<std::uint8_t> live)
 /// they look at). Tiles that wait are named; for whom, a trace does not say, because it holds what was sent and no refusals: the
 /// sides to which they sent last are a guess that fits channels and credits that filled up. Throws `Error` for a trace of another
 /// grid. Cost: linear in the trace, but for one that nearly repeats, and 30 bytes a tile.
-inline NoProgress no_progress(Trace const& trace, Grid grid, std::uint32_t at_least = engine::detail::repeated_at_least)
+inline NoProgress no_progress(Trace const& trace, Grid grid, std::uint32_t at_least = model_detail::repeated_at_least)
 {
-    engine::detail::check_trace(trace, grid);
+    model_detail::check_trace(trace, grid);
     NoProgress out;
     out.grid = grid;
     auto const& all = trace.supersteps;
@@ -161,11 +160,11 @@ inline NoProgress no_progress(Trace const& trace, Grid grid, std::uint32_t at_le
     }
     auto const* const end = all.data() + all.size();
     std::uint64_t repeating = 0;
-    out.period = engine::detail::find_period(end - out.supersteps, end, std::max(at_least, 2u), repeating);
+    out.period = model_detail::find_period(end - out.supersteps, end, std::max(at_least, 2u), repeating);
     if (out.period == 0) return out;
     out.first = all.size() - repeating;
 
-    using engine::detail::message_sides;
+    using model_detail::message_sides;
     struct Use {
         std::uint32_t supersteps = 0;
         std::uint64_t bytes = 0;
@@ -179,7 +178,7 @@ inline NoProgress no_progress(Trace const& trace, Grid grid, std::uint32_t at_le
         for (auto const& t : s->tiles) {
             ++runs[t.tile];
             out.settled_bytes += t.operations.settled_bytes;
-            if (engine::detail::all_sent(t) == 0) continue;
+            if (model_detail::all_sent(t) == 0) continue;
             if (place[t.tile] == 0) {
                 uses.resize(uses.size() + 4);
                 place[t.tile] = static_cast<std::uint32_t>(uses.size() / 4);
@@ -205,7 +204,7 @@ inline NoProgress no_progress(Trace const& trace, Grid grid, std::uint32_t at_le
             if (auto const& use = uses[4 * std::size_t{place[tile] - 1} + index(d)]; use.supersteps != 0)
                 out.links.push_back({{tile, d}, use.supersteps, use.bytes, use.notes_only, use.full});
     }
-    out.cycle = engine::detail::find_cycle(grid, live);
+    out.cycle = model_detail::find_cycle(grid, live);
 
     // Backwards to the last messages of those that wait.
     std::vector<std::uint8_t> last(grid.size(), 0), asked(grid.size(), 0);
@@ -220,7 +219,7 @@ inline NoProgress no_progress(Trace const& trace, Grid grid, std::uint32_t at_le
     for (auto const tile : out.waiting)
         for (Direction d : news)
             if ((last[tile] >> index(d) & 1u) != 0) out.sent_last.push_back({tile, d});
-    out.wait_cycle = engine::detail::find_cycle(grid, std::move(last));
+    out.wait_cycle = model_detail::find_cycle(grid, std::move(last));
     return out;
 }
 
@@ -276,22 +275,11 @@ inline std::string text_of(NoProgress const& report, std::size_t most = 16)
     return out;
 }
 
-namespace engine::detail {
-/// What an engine throws where a step of UntilQuiet has run more passes than it may; `trace` is a Trace or NoTrace.
-template <class MaybeTrace>
-Error not_quiet(StepCounters const& counters, std::uint32_t step, std::uint64_t pass, std::uint32_t most_passes,
-                [[maybe_unused]] MaybeTrace const& trace, [[maybe_unused]] Grid grid)
+/// What repeats at the end of a run that `most_passes` stopped, for MeshOptions::explain: with it the error of a run on a Traced
+/// machine ends with this report.
+inline std::string explain_no_progress(Trace const& trace, Grid grid, std::uint32_t most_passes)
 {
-    std::string text = "step " + std::to_string(step) + " is not quiet after " + std::to_string(most_passes) +
-                       " passes (tiles vote busy or have mail, and most_passes allows no more); allow more, or see what repeats";
-    if constexpr (!std::is_same_v<MaybeTrace, Trace>) text += " on a Traced machine";
-    text += " [superstep " + std::to_string(pass) + " (" + counters.kernel + ")]";
-    if constexpr (std::is_same_v<MaybeTrace, Trace>) {
-        text += "\n" + text_of(no_progress(trace, grid, std::min(most_passes, repeated_at_least)));
-        text.pop_back(); // who prints an error ends its line
-    }
-    return Error(text);
+    return text_of(no_progress(trace, grid, std::min(most_passes, model_detail::repeated_at_least)));
 }
-} // namespace engine::detail
 
 } // namespace tilemesh

@@ -10,12 +10,13 @@
 #include <ostream>
 #include <string>
 #include <string_view>
-#include <tilemesh/engine/cost_model.hpp>
-#include <tilemesh/engine/parameter_file.hpp>
 #include <tilemesh/engine/trace.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/machine/grid.hpp>
 #include <tilemesh/machine/operations.hpp>
+#include <tilemesh/model/cost_model.hpp>
+#include <tilemesh/model/detail/trace_reading.hpp>
+#include <tilemesh/model/parameter_file.hpp>
 #include <utility>
 #include <vector>
 
@@ -28,7 +29,7 @@ namespace tilemesh {
 inline double joules_of_power(CostModel const& model, std::uint64_t cycles, double watts)
 {
     if (model.clock_khz == 0 || !(watts >= 0) || std::isinf(watts))
-        throw Error("energy cannot be computed (model \"" + engine::detail::shown(model.name) + "\" has a clock of " +
+        throw Error("energy cannot be computed (model \"" + model_detail::shown(model.name) + "\" has a clock of " +
                     std::to_string(model.clock_khz) + " kHz, and the power is " + std::to_string(watts) +
                     " W); give it a clock above 0 kHz and a finite power that is not negative");
     return watts * (milliseconds(model, cycles) / 1000);
@@ -58,7 +59,7 @@ struct EnergyModel {
     friend bool operator==(EnergyModel const&, EnergyModel const&) = default;
 };
 
-namespace engine::detail {
+namespace model_detail {
 inline std::vector<ParameterRule> energy_rules()
 {
     std::vector<ParameterRule> rules;
@@ -87,13 +88,13 @@ struct Femtojoules {
         return (static_cast<double>(high) * two_to_64 + static_cast<double>(low)) / 1e15;
     }
 };
-} // namespace engine::detail
+} // namespace model_detail
 
 /// Says what one event takes. Throws `Error` for a name that is none, a value above `most_femtojoules`, and a source that is
 /// not one line of text.
 inline void set_energy(EnergyModel& model, std::string_view event, std::uint64_t femtojoules, std::string source)
 {
-    namespace d = engine::detail;
+    namespace d = model_detail;
     auto const rules = d::energy_rules();
     auto const rule = std::find_if(rules.begin(), rules.end(), [&](d::ParameterRule const& r) { return r.name == event; });
     if (rule == rules.end()) {
@@ -123,11 +124,11 @@ struct Energy {
 /// set_energy), for a trace of another grid, for what model_cost refuses, and for counts that pass 64 bits. Cost: linear in the trace.
 inline Energy energy_of(EnergyModel const& energy, CostModel const& model, Trace const& trace, Grid grid)
 {
-    using engine::detail::Femtojoules;
-    engine::detail::check_trace(trace, grid);
-    auto const rules = engine::detail::energy_rules();
+    using model_detail::Femtojoules;
+    model_detail::check_trace(trace, grid);
+    auto const rules = model_detail::energy_rules();
     for (std::uint32_t event = 0; event < energy_events; ++event) // Femtojoules::add takes less than 2^32
-        if (energy.events[event]) engine::detail::expect_in_range(rules[event], energy.events[event]->value);
+        if (energy.events[event]) model_detail::expect_in_range(rules[event], energy.events[event]->value);
     auto const cost = model_cost(model, trace, grid);
     Energy out;
     std::array<Femtojoules, energy_events> kinds;
@@ -142,7 +143,7 @@ inline Energy energy_of(EnergyModel const& energy, CostModel const& model, Trace
         out.events[event] += count * times;
         auto const& parameter = energy.events[event];
         if (count != 0 && times != 0 && !parameter)
-            throw Error("energy model \"" + engine::detail::shown(energy.name) + "\" cannot be applied (event " +
+            throw Error("energy model \"" + model_detail::shown(energy.name) + "\" cannot be applied (event " +
                         energy_event_name(event) + " occurs, first in superstep " + std::to_string(superstep) +
                         ", and its energy is not set); set it, and say where it is from");
         return parameter ? parameter->value : 0;
@@ -158,7 +159,7 @@ inline Energy energy_of(EnergyModel const& energy, CostModel const& model, Trace
                 all.add(count, each);
             };
             for (std::uint32_t o = 0; o < operation_kinds; ++o) charge(o, t.operations.count[o]);
-            if (model.exchange_cost == ExchangeCost::live) charge(sent_byte_event, engine::detail::all_sent(t));
+            if (model.exchange_cost == ExchangeCost::live) charge(sent_byte_event, model_detail::all_sent(t));
         }
         auto const charge_all = [&](std::uint32_t event, std::uint64_t count) {
             auto const each = occurs(event, count, grid.size(), i);
@@ -187,7 +188,7 @@ inline Energy energy_of(EnergyModel const& energy, CostModel const& model, Trace
 /// parameter that set_energy would not have made.
 inline void write_energy_model(std::ostream& out, EnergyModel const& model)
 {
-    namespace d = engine::detail;
+    namespace d = model_detail;
     if (!d::fits_a_line(model.name))
         throw Error("an energy model cannot be written (its name is not one line of 1 to " + std::to_string(d::most_text_bytes) +
                     " bytes, without blanks around it); name it");
@@ -209,7 +210,7 @@ inline void write_energy_model(std::ostream& out, EnergyModel const& model)
 /// line that names `file_name` and the line, for anything else.
 inline EnergyModel read_energy_model(std::istream& in, std::string const& file_name)
 {
-    namespace d = engine::detail;
+    namespace d = model_detail;
     EnergyModel model;
     d::ParameterFile file{in, file_name, {"energy", "energy model", "an energy model"}, d::energy_rules()};
     file.read([](std::uint32_t, std::string_view, auto const&) { return std::optional<std::uint64_t>{}; },

@@ -4,7 +4,7 @@
 #include <sstream>
 #include <tilemesh/engine/checked_mesh.hpp>
 #include <tilemesh/engine/mesh.hpp>
-#include <tilemesh/engine/prototype_parameters.hpp>
+#include <tilemesh/model/prototype_parameters.hpp>
 #include <vector>
 
 using namespace paper;

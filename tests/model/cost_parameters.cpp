@@ -1,6 +1,6 @@
 #include <doctest/doctest.h>
 #include <sstream>
-#include <tilemesh/engine/cost_parameters.hpp>
+#include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/splat/projection.hpp>
 
 // The numbers of cost models: where they are from, and their text form.
@@ -97,7 +97,7 @@ TEST_CASE("cost parameters: mk2's numbers by hand")
     CHECK(m.sync_cycles == 150);
     CHECK(m.vote_cycles == 2 * 320 + 76 + (4 * 76 + 25) * 6);
     // Four channels of 24 KB arrive in the 24,000 cycles that are 18 us.
-    CHECK(engine::detail::per_thousand(4 * 24'000, m.exchange_millicycles_a_byte) == 24'000);
+    CHECK(model_detail::per_thousand(4 * 24'000, m.exchange_millicycles_a_byte) == 24'000);
     CHECK(milliseconds(m, 24'000) == doctest::Approx(0.0181).epsilon(0.01));
 }
 

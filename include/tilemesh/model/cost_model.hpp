@@ -65,7 +65,7 @@ struct RunCost {
     std::uint64_t cycles = 0;
 };
 
-namespace engine::detail {
+namespace model_detail {
 constexpr std::uint64_t per_thousand(std::uint64_t count, std::uint64_t millicycles) noexcept
 {
     return (count * millicycles + 999) / 1000;
@@ -89,20 +89,20 @@ inline void expect_sums_fit(CostModel const& m)
                          : std::to_string(cycles) + " cycles exceed " + std::to_string(most_cycles)) +
                     "); give it smaller numbers");
 }
-} // namespace engine::detail
+} // namespace model_detail
 
 /// Applies a model to a trace; as often as one likes, with any model. Throws `Error` where a number of the model is above its
 /// limit, and where the run's cycles pass 64 bits. Cost: linear in the trace.
 inline RunCost model_cost(CostModel const& m, Trace const& trace, Grid grid)
 {
-    engine::detail::expect_sums_fit(m);
+    model_detail::expect_sums_fit(m);
     RunCost out;
     out.busy.assign(trace.kernels.size(), std::vector<std::uint64_t>(grid.size(), 0));
     std::vector<std::uint64_t> received(grid.size());
     for (auto const& s : trace.supersteps) {
         SuperstepCost c{s.step};
         for (auto const& t : s.tiles) {
-            auto const cycles = engine::detail::compute_cycles(m, t.operations);
+            auto const cycles = model_detail::compute_cycles(m, t.operations);
             out.busy[s.step][t.tile] += cycles;
             if (cycles > c.compute) {
                 c.compute = cycles;
@@ -111,13 +111,13 @@ inline RunCost model_cost(CostModel const& m, Trace const& trace, Grid grid)
         }
         if (m.exchange_cost == ExchangeCost::capacity) {
             if (s.capacity_bytes != 0)
-                c.exchange = m.exchange_cycles + engine::detail::per_thousand(std::uint64_t{4} * s.capacity_bytes, m.exchange_millicycles_a_byte);
+                c.exchange = m.exchange_cycles + model_detail::per_thousand(std::uint64_t{4} * s.capacity_bytes, m.exchange_millicycles_a_byte);
         } else if (s.sent) {
             std::fill(received.begin(), received.end(), 0);
             for (auto const& t : s.tiles)
                 for (Direction d : news) received[grid.index_of(grid.neighbour(grid.tile(t.tile), d))] += t.sent_bytes[index(d)];
             c.exchange = m.exchange_cycles +
-                         engine::detail::per_thousand(*std::max_element(received.begin(), received.end()), m.exchange_millicycles_a_byte);
+                         model_detail::per_thousand(*std::max_element(received.begin(), received.end()), m.exchange_millicycles_a_byte);
         }
         c.sync = m.sync_cycles;
         c.vote = s.votes ? m.vote_cycles : 0;

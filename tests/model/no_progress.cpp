@@ -1,8 +1,8 @@
-#include "everywhere.hpp"
+#include "../engine/everywhere.hpp"
 #include <algorithm>
 #include <cstdint>
 #include <string>
-#include <tilemesh/engine/no_progress.hpp>
+#include <tilemesh/model/no_progress.hpp>
 #include <vector>
 
 // Programs that never become quiet: what repeats is found and named; programs that go on are left alone; most_passes stops a run.
@@ -64,12 +64,14 @@ Stopped stopped(Grid grid, std::uint32_t most_passes, Load const& load)
     using Machine = Traced<Mk2>;
     typename CheckedMesh<Program, Machine>::Options checked;
     checked.most_passes = most_passes;
+    checked.explain = explain_no_progress;
     CheckedMesh<Program, Machine> one{grid, checked};
     on(one);
     for (auto threads : thread_counts) {
         typename Mesh<Program, Machine>::Options options;
         options.threads = threads;
         options.most_passes = most_passes;
+        options.explain = explain_no_progress;
         Mesh<Program, Machine> mesh{grid, options};
         on(mesh);
     }
@@ -276,6 +278,12 @@ TEST_CASE("no progress: as many passes as allowed are no error, one fewer is")
                                   : "step 1 is not quiet after 8 passes (tiles vote busy or have mail, and most_passes allows no more); "
                                     "allow more, or see what repeats on a Traced machine [superstep 9 (Hand)]"));
     }
+    // Without `explain` the engine knows nothing of the report, and says how to get it.
+    Mesh<Handing, Traced<Mk2>>::Options unexplained;
+    unexplained.most_passes = 8;
+    Mesh<Handing, Traced<Mk2>> traced{row, unexplained};
+    CHECK(run(traced) == "step 1 is not quiet after 8 passes (tiles vote busy or have mail, and most_passes allows no more); "
+                         "allow more, or see what repeats (set explain to explain_no_progress) [superstep 9 (Hand)]");
     // A bound of the program is no error, and comes first; other kinds of steps are not bounded.
     Mesh<UntilQuiet<Hand>>::Options options;
     options.most_passes = 1;

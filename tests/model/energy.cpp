@@ -6,7 +6,7 @@
 #include <numeric>
 #include <sstream>
 #include <string>
-#include <tilemesh/engine/energy.hpp>
+#include <tilemesh/model/energy.hpp>
 
 // Energy: a hand-computed example, exact sums, what is refused where nobody said what an event takes, and the file.
 using namespace tilemesh;
@@ -126,7 +126,7 @@ TEST_CASE("energy: an event without a price is refused, one that does not occur 
 
 TEST_CASE("energy: sums are exact where 64 bits would not hold them, and counts above 64 bits are refused")
 {
-    engine::detail::Femtojoules sum;
+    model_detail::Femtojoules sum;
     sum.add(0xffffffffffffffffu, 4'000'000'000u);
     CHECK(sum.high == 3'999'999'999u); // 2^64 * 4e9 - 4e9
     CHECK(sum.low == std::uint64_t{0} - 4'000'000'000u);

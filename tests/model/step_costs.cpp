@@ -1,8 +1,8 @@
 #include "model_by_hand.hpp"
 #include <doctest/doctest.h>
 #include <sstream>
-#include <tilemesh/cost_table.hpp>
-#include <tilemesh/engine/step_costs.hpp>
+#include <tilemesh/model/cost_table.hpp>
+#include <tilemesh/model/step_costs.hpp>
 
 // A run's modelled cycles by step, and the table that examples print: by hand.
 using namespace tilemesh;

@@ -7,11 +7,12 @@
 #include <ostream>
 #include <string>
 #include <string_view>
-#include <tilemesh/engine/cost_model.hpp>
 #include <tilemesh/engine/trace.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/machine/grid.hpp>
 #include <tilemesh/machine/operations.hpp>
+#include <tilemesh/model/detail/trace_reading.hpp>
+#include <tilemesh/model/cost_model.hpp>
 #include <vector>
 
 /// What a trace looks like outside: two tables, a timeline for trace viewers, sums for heat maps. Every byte follows from the
@@ -19,7 +20,7 @@
 /// `tilemesh::Error`; whether the stream took the bytes is for the caller to look at.
 namespace tilemesh {
 
-namespace engine::detail {
+namespace model_detail {
 /// Text for a stream, in pieces of 64 KiB (few calls, little memory); numbers as plain decimals.
 class TextStream {
 public:
@@ -100,7 +101,7 @@ std::vector<std::string> quoted_kernels(Trace const& trace, Quote quote)
     for (auto const& kernel : trace.kernels) out.push_back(quote(kernel));
     return out;
 }
-} // namespace engine::detail
+} // namespace model_detail
 
 /// One line a superstep and tile that ran, in the trace's order, under a line of names: superstep (from 0), step of the program,
 /// kernel, tile, each operation, bytes sent to each side, bytes that settled, cycles that `model` has the tile compute for. RFC
@@ -109,7 +110,7 @@ std::vector<std::string> quoted_kernels(Trace const& trace, Quote quote)
 /// Cost: at most some 125 bytes a line, 27 MB for 150 supersteps in which all of 1,440 tiles run.
 inline void write_trace_csv(std::ostream& out, Trace const& trace, CostModel const& model, Grid grid)
 {
-    using namespace engine::detail;
+    using namespace model_detail;
     check_trace(trace, grid);
     expect_sums_fit(model);
     auto const kernels = quoted_kernels(trace, csv_field);
@@ -134,7 +135,7 @@ inline void write_trace_csv(std::ostream& out, Trace const& trace, CostModel con
 /// phase, and the slowest tile, which is empty where no tile computed for a cycle.
 inline void write_step_csv(std::ostream& out, Trace const& trace, CostModel const& model, Grid grid)
 {
-    using namespace engine::detail;
+    using namespace model_detail;
     check_trace(trace, grid);
     auto const kernels = quoted_kernels(trace, csv_field);
     auto const cost = model_cost(model, trace, grid);
@@ -165,7 +166,7 @@ inline void write_step_csv(std::ostream& out, Trace const& trace, CostModel cons
 inline void write_chrome_trace(std::ostream& out, Trace const& trace, CostModel const& model, Grid grid,
                                std::uint32_t busiest = 64)
 {
-    using namespace engine::detail;
+    using namespace model_detail;
     check_trace(trace, grid);
     if (model.clock_khz == 0 || model.clock_khz > most_clock_khz)
         throw Error("cannot lay the trace over time (the clock of model \"" + model.name + "\" is " +
@@ -274,7 +275,7 @@ constexpr char const* name_of(TileSum sum) noexcept
 /// The sum over a run of `what`, for each tile in the order of the grid's indices. Exact below 2^53; a share is rounded once.
 inline std::vector<double> heat_map(Trace const& trace, CostModel const& model, Grid grid, TileSum what)
 {
-    engine::detail::check_trace(trace, grid);
+    model_detail::check_trace(trace, grid);
     if (what == TileSum::channel_fill) {
         std::vector<double> most(grid.size(), 0);
         for (auto const& s : trace.supersteps) {
@@ -297,7 +298,7 @@ inline std::vector<double> heat_map(Trace const& trace, CostModel const& model, 
     } else {
         for (auto const& s : trace.supersteps)
             for (auto const& t : s.tiles)
-                sums[t.tile] += what == TileSum::sent_bytes      ? engine::detail::all_sent(t)
+                sums[t.tile] += what == TileSum::sent_bytes      ? model_detail::all_sent(t)
                                 : what == TileSum::settled_bytes ? t.operations.settled_bytes
                                                                  : 1;
     }
@@ -307,7 +308,7 @@ inline std::vector<double> heat_map(Trace const& trace, CostModel const& model, 
 /// How often each tile did `operation` in a run, in the order of the grid's indices. Exact below 2^53.
 inline std::vector<double> heat_map(Trace const& trace, Grid grid, Operation operation)
 {
-    engine::detail::check_trace(trace, grid);
+    model_detail::check_trace(trace, grid);
     std::vector<double> out(grid.size(), 0);
     for (auto const& s : trace.supersteps)
         for (auto const& t : s.tiles) out[t.tile] += t.operations[operation];
