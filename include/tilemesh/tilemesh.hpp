@@ -31,6 +31,7 @@
 #include <tilemesh/machine/superstep.hpp>
 #include <tilemesh/machine/tile.hpp>
 #include <tilemesh/renderer.hpp>
+#include <tilemesh/report/compare_reports.hpp>
 #include <tilemesh/report/error_measures.hpp>
 #include <tilemesh/report/frame_report.hpp>
 #include <tilemesh/report/heat_image.hpp>
