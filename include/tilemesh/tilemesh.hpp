@@ -33,6 +33,7 @@
 #include <tilemesh/renderer.hpp>
 #include <tilemesh/report/compare_reports.hpp>
 #include <tilemesh/report/error_measures.hpp>
+#include <tilemesh/report/frame_csv.hpp>
 #include <tilemesh/report/frame_report.hpp>
 #include <tilemesh/report/heat_image.hpp>
 #include <tilemesh/report/html.hpp>

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <doctest/doctest.h>
@@ -8,6 +9,7 @@
 #include <string_view>
 #include <tilemesh/error.hpp>
 #include <tilemesh/report/compare_reports.hpp>
+#include <tilemesh/report/frame_csv.hpp>
 #include <tilemesh/report/frame_report.hpp>
 #include <vector>
 
@@ -69,6 +71,8 @@ TEST_CASE("the table of a report's fields has every member once")
         CHECK(field.exact() == (field.group() != "host_ms"));
         CHECK(field.meaning.ends_with("."));
         CHECK(field.line.empty() == field.phrase.empty());
+        bool const known = std::find(std::begin(report::text_lines), std::end(report::text_lines), field.line) != std::end(report::text_lines);
+        CHECK(known != field.line.empty());
     }
 }
 
@@ -101,14 +105,27 @@ TEST_CASE("a report's text")
                         "  picture           0     0.75\n"
                         "    frame       1,010  1008.50\n"
                         "Gaussians: 11 visible, 12 moved, 13 held, 14 dropped, 15 unplaced, 16 parked, 17 under way\n"
+                        "missing: 5 records and copies\n"
                         "copies: 31 on tiles, 32 lost, 33 late\n"
                         "exchanged: 35 hops of routing, 34 messages, 36 bytes live, 18,446,744,073,709,551,615 bytes of capacity\n"
                         "refused: 21 by full channels, 22 for lack of credit, 23 by full storage, 24 copies by full storage, "
                         "25 copies by full channels\n"
                         "pairs: 38 evaluated, 39 contributing\n"
                         "peaks: 41 records on a tile, 42 in a channel\n");
-    CHECK(report::numbers_of(all_different(), "missing") == "5 in the picture");
+    CHECK(report::numbers_of(all_different(), "missing") == "5 records and copies");
     CHECK(report::numbers_of(all_different(), "no such line").empty());
+}
+
+TEST_CASE("a report as a line of CSV: the camera quoted, then every exact field under its name")
+{
+    CHECK(report::csv_header().starts_with("camera,size_px.width,size_px.height,supersteps.project,"));
+    CHECK(report::csv_header().ends_with(",peak.storage,peak.channel"));
+    auto r = all_different();
+    r.camera = "a \"b\", c";
+    CHECK(report::csv_row(r) == "\"a \"\"b\"\", c\",1280,720,1001,2,3,4,11,12,13,14,15,16,17,5,31,32,33,35,34,36,18446744073709551615,38,39,"
+                                "21,22,23,24,25,41,42");
+    auto const header = report::csv_header(), row = report::csv_row(all_different());
+    CHECK(std::count(header.begin(), header.end(), ',') == std::count(row.begin(), row.end(), ','));
 }
 
 TEST_CASE("two reports differ in the first exact field that differs, and host time is none")

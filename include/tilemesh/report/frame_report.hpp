@@ -117,7 +117,7 @@ inline constexpr ReportField report_fields[] = {
      "Records in a channel or a FIFO when the frame ends, because its hops are bounded.",
      [](FrameReport const& r) { return r.gaussians.under_way; }},
 
-    {"lost", "records and copies", "missing", "in the picture",
+    {"lost", "records and copies", "missing", "records and copies",
      "Records and copies that the picture lacks; report.json lists each with its id, tile and cause.",
      [](FrameReport const& r) -> std::uint64_t { return r.lost.size(); }},
 
@@ -181,6 +181,9 @@ consteval ReportField const& report_field(std::string_view name)
     throw "report_fields has no field of this name";
 }
 
+/// The lines of the text, in order. Every `line` of report_fields is one of them, or empty.
+inline constexpr std::string_view text_lines[] = {"Gaussians", "missing", "copies", "exchanged", "refused", "pairs", "peaks"};
+
 /// The numbers of one line of the text: numbers_of(report, "copies") is "96,484 on tiles, 0 lost, 0 late". Empty for a line that
 /// no field names.
 inline std::string numbers_of(FrameReport const& r, std::string_view line)
@@ -210,8 +213,7 @@ inline std::ostream& operator<<(std::ostream& out, FrameReport const& r)
         stages.add_row({all ? "frame" : std::string(time.leaf()), thousands(supersteps), ms(time.milliseconds(r))});
     }
     out << stages;
-    for (char const* line : {"Gaussians", "copies", "exchanged", "refused", "pairs", "peaks"})
-        out << line << ": " << numbers_of(r, line) << '\n';
+    for (auto const line : text_lines) out << line << ": " << numbers_of(r, line) << '\n';
     return out;
 }
 
