@@ -14,6 +14,8 @@
 #include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/model/cost_table.hpp>
 #include <tilemesh/model/trace_files.hpp>
+#include <tilemesh/report/frame_csv.hpp>
+#include <tilemesh/report/frame_report.hpp>
 #include <tilemesh/report/heat_image.hpp>
 #include <tilemesh/report/plot.hpp>
 #include <tilemesh/report/stacked_bars.hpp>
@@ -47,6 +49,18 @@ Model load_model(std::filesystem::path const& file, Model (*read)(std::istream&,
                               "); " + remedy);
     return read(in, file.string());
 }
+
+/// The counters in the table of all frames.
+struct CounterColumn {
+    char const* header;
+    std::uint64_t (*count)(report::FrameReport const&);
+};
+constexpr CounterColumn counter_columns[] = {{"moved", report::report_field("gaussians.moved").count},
+                                             {"copies", report::report_field("copies").count},
+                                             {"missing", report::report_field("lost").count},
+                                             {"messages", report::report_field("messages").count},
+                                             {"most on a tile", report::report_field("peak.storage").count},
+                                             {"most in a channel", report::report_field("peak.channel").count}};
 
 /// What a map of the grid shows.
 struct HeatMap {
@@ -339,13 +353,12 @@ void TraceOutput::add_frame(std::size_t index, report::RunFrame const& frame, re
     }
 
     auto const ms = milliseconds_text(model_, cost.cycles);
-    auto const lost = thousands(r.lost.size());
     auto const utilisation = share(busy, static_cast<double>(cost.cycles) * grid.size());
     milliseconds_.emplace_back(static_cast<double>(index), tilemesh::milliseconds(model_, cost.cycles));
     if (lines_.size() < most_lines) {
         lines_.push_back({std::to_string(index) + ": " + r.camera, thousands(cost.supersteps.size()),
-                          thousands(cost.cycles), ms, utilisation, thousands(r.gaussians.moved), thousands(r.copies), lost,
-                          thousands(r.messages), thousands(r.peak_storage), thousands(r.peak_channel)});
+                          thousands(cost.cycles), ms, utilisation});
+        for (auto const& column : counter_columns) lines_.back().push_back(thousands(column.count(r)));
         if (energy) lines_.back().push_back(joules_text(energy->joules));
     }
     ++frames_;
@@ -369,18 +382,8 @@ void TraceOutput::add_frame(std::size_t index, report::RunFrame const& frame, re
         {"tiles", std::to_string(grid.width) + " x " + std::to_string(grid.height) + " of " +
                       std::to_string(frame.tile_px[0]) + " x " + std::to_string(frame.tile_px[1]) + " pixels, busy " +
                       utilisation + " of the time"},
-        {"Gaussians", thousands(r.gaussians.visible) + " visible, " + thousands(r.gaussians.parked) + " parked, " +
-                          thousands(r.gaussians.moved) + " moved, " + thousands(r.gaussians.unplaced) + " unplaced, " +
-                          thousands(r.gaussians.dropped) + " dropped"},
-        {"copies",
-         thousands(r.copies) + " on tiles, " + thousands(r.lost_copies) + " lost, " + thousands(r.late_copies) + " late"},
-        {"refused", thousands(r.refused.channel_full) + " by full channels, " + thousands(r.refused.no_credit) +
-                        " for credit, " + thousands(r.refused.storage_full + r.refused.copies_full) + " by full storage, " +
-                        thousands(r.refused.copies_refused) + " copies given up"},
-        {"missing in the picture", lost},
-        {"exchanged", plural(r.messages, "message") + ", " + thousands(r.exchanged_live_bytes) + " bytes live, " +
-                          thousands(r.exchanged_capacity_bytes) + " bytes of capacity"},
         {frame_file(index, ".trace.json"), note}};
+    for (auto const line : report::text_lines) section.facts.emplace_back(line, report::numbers_of(r, line));
     section.stage_bars = stage_bars(model_, steps);
     section.timeline = superstep_timeline(trace, model_, cost, grid);
     auto const add_step = [&](std::string const& name, tilemesh::StepCost const& s) {
@@ -494,8 +497,8 @@ void TraceOutput::add_run(report::HtmlReport& html, report::RunReport const& run
         "slowest tile's compute, then the exchange, a sync, and a vote where the step runs until quiet. What was measured "
         "on the host is in none of them.");
     html.section("Frames");
-    std::vector<std::string> headers = {"frame",   "supersteps", "cycles",   "ms",             "tiles busy",       "moved",
-                                        "copies", "missing",    "messages", "most on a tile", "most in a channel"};
+    std::vector<std::string> headers = {"frame", "supersteps", "cycles", "ms", "tiles busy"};
+    for (auto const& column : counter_columns) headers.emplace_back(column.header);
     if (energy_model_) headers.emplace_back("joules");
     html.table(headers, lines_);
     if (lines_.size() < frames_)
@@ -518,6 +521,9 @@ void TraceOutput::add_run(report::HtmlReport& html, report::RunReport const& run
 void TraceOutput::finish(report::RunReport const& run) const
 {
     if (followed_ != 0) write(follow_file(followed_), follow_csv_);
+    auto counters = report::csv_header() + "\n";
+    for (auto const& frame : run.frames) counters += report::csv_row(frame.report) + "\n";
+    write(counters_file, counters);
     report::HtmlReport html("Map " + run.map.name + " on " + run.machine.name);
     add_run(html, run);
     for (auto const& section : sections_) add_section(html, section);
@@ -561,6 +567,11 @@ void TraceOutput::finish(report::RunReport const& run) const
                        "each worker of a tile had as many as its slowest; the map of pairs has those evaluated. What no event "
                        "stands for is not in the joules, and what these numbers are worth is for their sources to say.");
     }
+    html.section("What the counters mean");
+    rows.clear();
+    for (auto const& field : report::report_fields)
+        rows.push_back({std::string(field.name), std::string(field.unit), std::string(field.meaning)});
+    html.table({"name in report.json", "unit", "meaning"}, rows);
     write("report.html", html.str());
 }
 

@@ -33,7 +33,9 @@
 #include <tilemesh/model/trace_files.hpp>
 #include <tilemesh/render/host_form.hpp>
 #include <tilemesh/renderer.hpp>
+#include <tilemesh/report/compare_reports.hpp>
 #include <tilemesh/report/error_measures.hpp>
+#include <tilemesh/report/frame_csv.hpp>
 #include <tilemesh/report/frame_report.hpp>
 #include <tilemesh/report/heat_image.hpp>
 #include <tilemesh/report/html.hpp>

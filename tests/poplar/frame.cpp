@@ -3,13 +3,13 @@
 #include <standin_vertex.hpp>
 #include <tilemesh/poplar/ledger.hpp>
 #include <tilemesh/renderer.hpp>
+#include <tilemesh/report/compare_reports.hpp>
 #include <tilemesh/scene/orbit.hpp>
 
 // The frame program as codelets on a graph, over the stand-in for Poplar: pictures, counters and words of the thread engine.
 namespace {
 using namespace tilemesh;
 using poplar_test::executions;
-using support::counted;
 
 /// Renders the cameras on both; every bit and every count must agree, and after the last frame every word of every tile.
 template <class S>
@@ -23,7 +23,7 @@ void compare(scene::Map const& map, std::string const& prefix, RendererOptions c
         threads.render_into(cameras[i], expected);
         graph.render_into(cameras[i], frame);
         CHECK(support::differing_pixels(frame.image, expected.image) == 0);
-        CHECK(counted(frame.report) == counted(expected.report));
+        CHECK(report::first_difference(frame.report, expected.report) == "");
     }
     CHECK(expected.report.pairs > 0);
     poplar_test::check_same_words(threads.mesh(), graph.mesh());

@@ -15,7 +15,7 @@
 // The bench is a program: its sources are compiled here.
 #include <error_vs_time/measure.cpp>
 #include <error_vs_time/settings.cpp>
-#include <error_vs_time/told.cpp>
+#include <error_vs_time/with_knobs.cpp>
 #include <error_vs_time/whole_frame.cpp>
 #include <tilemesh/splat/quality.hpp>
 #include <tilemesh/splat/setup.hpp>

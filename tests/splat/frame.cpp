@@ -1,4 +1,5 @@
 #include "scenes.hpp"
+#include <tilemesh/report/compare_reports.hpp>
 #include <tilemesh/report/error_measures.hpp>
 #include <tilemesh/report/reference_double.hpp>
 #include <tilemesh/scene/frame_whole.hpp>
@@ -106,19 +107,9 @@ TEST_CASE("both engines, any number of threads: pictures, counters and digests o
             auto const& a = ours[i].report;
             auto const& b = truth[i].report;
             CHECK(support::differing_pixels(ours[i].image, truth[i].image) == 0);
-            CHECK(a.digests == b.digests);
             CHECK(a.digests.size() > 3);
-            CHECK(a.messages == b.messages);
-            CHECK(a.hops == b.hops);
-            CHECK(a.supersteps.total() == b.supersteps.total());
-            CHECK(a.exchanged_live_bytes == b.exchanged_live_bytes);
-            CHECK(a.exchanged_capacity_bytes == b.exchanged_capacity_bytes);
-            CHECK(a.pairs == b.pairs);
-            CHECK(a.pairs_contributing == b.pairs_contributing);
-            CHECK(a.peak_storage == b.peak_storage);
-            CHECK(a.peak_channel == b.peak_channel);
-            CHECK(a.copies == b.copies);
-            CHECK(a.gaussians.held == b.gaussians.held);
+            CHECK(a.digests.size() == b.digests.size());
+            CHECK(report::first_difference(a, b) == "");
         }
     }
 }

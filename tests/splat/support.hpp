@@ -124,45 +124,6 @@ inline std::uint64_t differing_pixels(report::Image const& a, report::Image cons
     return n;
 }
 
-/// All that a report says but for milliseconds and digests.
-inline std::vector<std::uint64_t> counted(report::FrameReport const& r)
-{
-    std::vector<std::uint64_t> out{r.width,
-                                   r.height,
-                                   r.supersteps.project,
-                                   r.supersteps.route,
-                                   r.supersteps.bloom,
-                                   r.supersteps.composite,
-                                   r.gaussians.visible,
-                                   r.gaussians.moved,
-                                   r.gaussians.held,
-                                   r.gaussians.dropped,
-                                   r.gaussians.unplaced,
-                                   r.gaussians.parked,
-                                   r.gaussians.under_way,
-                                   r.refused.channel_full,
-                                   r.refused.no_credit,
-                                   r.refused.storage_full,
-                                   r.refused.copies_full,
-                                   r.refused.copies_refused,
-                                   r.copies,
-                                   r.lost_copies,
-                                   r.late_copies,
-                                   r.messages,
-                                   r.hops,
-                                   r.exchanged_live_bytes,
-                                   r.exchanged_capacity_bytes,
-                                   r.pairs,
-                                   r.pairs_contributing,
-                                   r.peak_storage,
-                                   r.peak_channel};
-    for (auto const& l : r.lost) {
-        out.push_back(static_cast<std::uint64_t>(l.id) << 32 | l.tile);
-        out.push_back(static_cast<std::uint64_t>(l.cause));
-    }
-    return out;
-}
-
 /// What a frame's report says is missing, for the naive picture.
 class Missing {
 public:

@@ -98,37 +98,19 @@ inline nlohmann::ordered_json json_of(RunFrame const& frame)
     if (!frame.image.empty()) json["image"] = frame.image;
     if (!frame.depth.empty()) json["depth"] = frame.depth;
     if (!frame.alpha.empty()) json["alpha"] = frame.alpha;
-    json["supersteps"] = {{"project", r.supersteps.project},
-                          {"route", r.supersteps.route},
-                          {"bloom", r.supersteps.bloom},
-                          {"composite", r.supersteps.composite}};
-    json["gaussians"] = {{"visible", r.gaussians.visible},   {"moved", r.gaussians.moved},
-                         {"held", r.gaussians.held},         {"dropped", r.gaussians.dropped},
-                         {"unplaced", r.gaussians.unplaced}, {"parked", r.gaussians.parked},
-                         {"under_way", r.gaussians.under_way}};
-    json["lost"] = Json::array();
-    for (auto const& loss : r.lost) json["lost"].push_back(json_of(loss));
-    json["copies"] = r.copies;
-    json["copies_lost"] = r.lost_copies;
-    json["copies_late"] = r.late_copies;
-    json["hops"] = r.hops;
-    json["messages"] = r.messages;
-    json["exchanged_bytes"] = {{"live", r.exchanged_live_bytes},
-                               {"capacity", r.exchanged_capacity_bytes}};
-    json["pairs"] = r.pairs;
-    json["pairs_contributing"] = r.pairs_contributing;
-    json["refused"] = {{"channel_full", r.refused.channel_full},
-                       {"no_credit", r.refused.no_credit},
-                       {"storage_full", r.refused.storage_full},
-                       {"copies_full", r.refused.copies_full},
-                       {"copies_refused", r.refused.copies_refused}};
-    json["peak"] = {{"storage", r.peak_storage}, {"channel", r.peak_channel}};
-    json["host_ms"] = {{"project", r.host_ms.project},
-                       {"route", r.host_ms.route},
-                       {"bloom", r.host_ms.bloom},
-                       {"composite", r.host_ms.composite},
-                       {"picture", r.host_ms.picture},
-                       {"total", r.host_ms.total}};
+    for (auto const& field : report_fields) {
+        if (field.group() == "size_px") continue; // an array, above
+        auto& value = field.group().empty() ? json[std::string(field.name)]
+                                            : json[std::string(field.group())][std::string(field.leaf())];
+        if (field.name == "lost") {
+            value = Json::array();
+            for (auto const& loss : r.lost) value.push_back(json_of(loss));
+        } else if (field.exact()) {
+            value = field.count(r);
+        } else {
+            value = field.milliseconds(r);
+        }
+    }
     if (frame.error) json["error"] = json_of(*frame.error);
     if (frame.error_same_cuts) json["error_same_cuts"] = json_of(*frame.error_same_cuts);
     return json;

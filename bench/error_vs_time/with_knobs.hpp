@@ -4,15 +4,15 @@
 #include <tilemesh/render/screen_cache.hpp>
 #include <tilemesh/splat/setup.hpp>
 
-/// The library's frame with other rules: what the tiles are told says which.
+/// The library's frame with rules of this bench: its parameters carry knobs, and its kernels obey them.
 namespace error_vs_time {
 
 /// The frame's parameters by reference, and the knobs.
-struct Told : splat::ReferencedParameters {
+struct ParametersWithKnobs : splat::ReferencedParameters {
     static constexpr char const* name = "frame parameters and knobs";
     Knobs knobs;
     /// A new frame; the knobs stay.
-    Told& operator=(splat::ReferencedParameters const& frame) noexcept
+    ParametersWithKnobs& operator=(splat::ReferencedParameters const& frame) noexcept
     {
         static_cast<splat::ReferencedParameters&>(*this) = frame;
         return *this;
@@ -24,24 +24,24 @@ struct Told : splat::ReferencedParameters {
 void apply(Knobs const& knobs, splat::View const& view, splat::Tiling const& tiling, splat::Splat& s) noexcept;
 
 template <class Record>
-void project_rows(Told const& told, Record const* records, std::uint32_t n, splat::View const& view, splat::Tiling const& tiling,
-                  splat::Splat* out) noexcept
+void project_rows(ParametersWithKnobs const& frame, Record const* records, std::uint32_t n, splat::View const& view,
+                  splat::Tiling const& tiling, splat::Splat* out) noexcept
 {
     splat::project_all(records, n, view, tiling, out);
-    for (std::uint32_t i = 0; i < n; ++i) apply(told.knobs, view, tiling, out[i]);
+    for (std::uint32_t i = 0; i < n; ++i) apply(frame.knobs, view, tiling, out[i]);
 }
 /// The bits of a depth that order splats.
 inline std::uint32_t key_of(Knobs const& knobs, std::uint32_t depth_bits) noexcept
 {
     return knobs.key_bits >= 32 ? depth_bits : depth_bits & ~(0xffffffffu >> knobs.key_bits);
 }
-inline Told at_hand(Told const& told) noexcept
+inline ParametersWithKnobs at_hand(ParametersWithKnobs const& frame) noexcept
 {
-    return told;
+    return frame;
 }
-inline std::uint32_t depth_bits(Told const& told, splat::SplatRow s) noexcept
+inline std::uint32_t depth_bits(ParametersWithKnobs const& frame, splat::SplatRow s) noexcept
 {
-    return key_of(told.knobs, told.depths.get()[s.row]);
+    return key_of(frame.knobs, frame.depths.get()[s.row]);
 }
 
 /// `blend_tile_by` the arithmetic of a model and the knobs.
@@ -65,28 +65,28 @@ void blend(splat::PixelRect const& tile, splat::View const& view, Knobs const& k
     else by.template operator()<kernel::FastRule, kernel::StopEachPixel>();
 }
 
-/// What Composite blends with.
+/// The blending that Composite runs.
 struct BlendWithKnobs {
     template <class SplatAt, class Pixel>
-    static splat::PairCount tile(splat::PixelRect const& tile, Told const& told, std::uint32_t n, SplatAt const& at, Pixel* pixels,
-                                 std::uint32_t stride_px, tilemesh::Worker worker) noexcept
+    static splat::PairCount tile(splat::PixelRect const& tile, ParametersWithKnobs const& frame, std::uint32_t n, SplatAt const& at,
+                                 Pixel* pixels, std::uint32_t stride_px, tilemesh::Worker worker) noexcept
     {
         splat::PairCount pairs{};
-        blend(tile, told.view, told.knobs, n, at, pixels, stride_px, worker, &pairs, 1);
+        blend(tile, frame.view, frame.knobs, n, at, pixels, stride_px, worker, &pairs, 1);
         return pairs;
     }
     template <class SplatAt, class Pixel>
-    static void whole(splat::PixelRect const& tile, Told const& told, std::uint32_t n, SplatAt const& at, Pixel* pixels,
-                      std::uint32_t stride_px, splat::PairCount* counts, std::uint32_t workers) noexcept
+    static void whole(splat::PixelRect const& tile, ParametersWithKnobs const& frame, std::uint32_t n, SplatAt const& at,
+                      Pixel* pixels, std::uint32_t stride_px, splat::PairCount* counts, std::uint32_t workers) noexcept
     {
-        blend(tile, told.view, told.knobs, n, at, pixels, stride_px, tilemesh::Worker{0, 1}, counts, workers);
+        blend(tile, frame.view, frame.knobs, n, at, pixels, stride_px, tilemesh::Worker{0, 1}, counts, workers);
     }
 };
 
-/// Setup S by reference, told the knobs.
+/// Setup S by reference, with the knobs in its parameters.
 template <class S>
 struct WithKnobs : splat::Referenced<S> {
-    using Parameters = Told;
+    using Parameters = ParametersWithKnobs;
     using Blending = BlendWithKnobs;
 };
 

@@ -1,4 +1,4 @@
-#include "told.hpp"
+#include "with_knobs.hpp"
 #include <algorithm>
 #include <cmath>
 
