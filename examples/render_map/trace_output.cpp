@@ -142,7 +142,7 @@ std::string heat_csv(std::vector<HeatMap> const& maps, tilemesh::Grid grid)
     text += '\n';
     for (std::uint32_t t = 0; t < grid.size(); ++t) {
         text += std::to_string(grid.tile(t).x()) + "," + std::to_string(grid.tile(t).y());
-        for (auto const& map : maps) text += "," + plain(map.values[t]);
+        for (auto const& map : maps) text.append(",").append(plain(map.values[t])); // a sum makes GCC 12 warn (its bug 105651)
         text += '\n';
     }
     return text;

@@ -237,13 +237,15 @@ inline std::string text_of(NoProgress const& report, std::size_t most = 16)
 
     auto const tile = [&](std::uint32_t i) {
         auto const t = report.grid.tile(i);
-        return "(" + std::to_string(t.x()) + ", " + std::to_string(t.y()) + ")";
+        std::string name = "("; // piece by piece, here and below: GCC 12 warns of a sum that begins with a literal (its bug 105651)
+        name.append(std::to_string(t.x())).append(", ").append(std::to_string(t.y())).append(")");
+        return name;
     };
     constexpr char const* sides[] = {" north", " east", " west", " south"};
     auto const link = [&](Link const& l) { return tile(l.tile) + sides[index(l.side)]; };
     auto const list = [&](auto const& items, auto const& name) {
         std::string out;
-        for (std::size_t i = 0; i < items.size() && i < most; ++i) out += (i == 0 ? "" : ", ") + name(items[i]);
+        for (std::size_t i = 0; i < items.size() && i < most; ++i) out.append(i == 0 ? "" : ", ").append(name(items[i]));
         return items.size() > most ? out + " and " + std::to_string(items.size() - most) + " more" : out;
     };
     std::vector<Link> messages, notes, full;
