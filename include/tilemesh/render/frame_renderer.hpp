@@ -92,14 +92,8 @@ public:
     using EngineOptions = typename MeshType::Options;
     static constexpr bool by_reference = std::is_same_v<typename P::Record, splat::Reference>;
 
-    FrameRenderer(scene::Map const& map, SetupFacts facts, RendererOptions const& options, EngineOptions engine)
-        : options_(options), engine_(std::move(engine)), facts_(std::move(facts)), records_(map, facts_.sh_degree),
-          cache_(by_reference ? records_.rows() : 0), keeper_(records_, &cache_), model_(resolved_model(facts_, options))
-    {
-        if (facts_.sizes.one_channel_memory && options.hops != 0)
-            throw Error(std::string("setup ") + facts_.name + " with bounded hops (its routing and bloom take turns in one set of " +
-                        "channels, which a bound would leave full); choose a setup with channels of their own");
-    }
+    FrameRenderer(scene::Map const& map, SetupFacts facts, RendererOptions const& options, EngineOptions engine);
+    ~FrameRenderer();
     FrameRenderer(FrameRenderer const&) = delete;
     FrameRenderer& operator=(FrameRenderer const&) = delete;
 
@@ -123,71 +117,16 @@ public:
     }
 
     /// Builds the mesh for frames of this size and loads the map, unless it stands already.
-    void prepare(std::uint32_t width, std::uint32_t height)
-    {
-        if (mesh_ && width == size_.width && height == size_.height) return;
-        auto const layout =
-            layout_frame({options_.grid, options_.tile}, width, height, facts_.machine, facts_.sizes.tile_pixels, facts_.name);
-        size_ = {width, height};
-        tiling_ = layout.tiling;
-        if (mesh_ && layout.grid.width == mesh_->grid().width && layout.grid.height == mesh_->grid().height) {
-            size_framebuffers<P>(*mesh_, tiling_, size_);
-            keeper_.occupy(*mesh_, tiling_.columns, tiling_.rows);
-            return;
-        }
-        try {
-            build(layout.grid);
-        } catch (...) {
-            mesh_.reset();
-            throw;
-        }
-    }
+    void prepare(std::uint32_t width, std::uint32_t height);
 
     /// Called after every superstep; see SuperstepEvent.
-    void observe(Observer observer)
-    {
-        observer_ = std::move(observer);
-        if (mesh_) mesh_->observe(observer_);
-    }
+    void observe(Observer observer);
 
     /// Renders one frame, starting from where the last one left the records.
-    RenderedFrame render(splat::Camera const& camera)
-    {
-        RenderedFrame result;
-        render_into(camera, result);
-        return result;
-    }
+    RenderedFrame render(splat::Camera const& camera);
 
     /// The same into a frame that exists already, whose memory is used again: for many frames of one size.
-    void render_into(splat::Camera const& camera, RenderedFrame& result)
-    {
-        auto const begin = Clock::now();
-        check_camera(camera);
-        check_model(model_);
-        prepare(camera.width, camera.height);
-        auto const view = splat::make_view(camera, model_);
-        auto const start = Clock::now();
-        bool const changed = put_records(view);
-        tell(view, changed);
-        auto const prepared_ms = since(start);
-
-        auto report = run();
-        report.host_ms.project += prepared_ms;
-        // Where records found no room, the frame runs again without their copies, so that the picture shows a record whole or not at all.
-        bool const may_recall = facts_.rules.holds != 0 && options_.hops == 0;
-        ran_twice_ = may_recall && keeper_.recall_copies(*mesh_);
-        if (ran_twice_) run_again(report);
-
-        auto const tiles_done = Clock::now();
-        collect_picture<P>(*mesh_, facts_, tiling_, camera, result);
-        result.report = std::move(report);
-        result.report.width = camera.width;
-        result.report.height = camera.height;
-        last_ = view;
-        cut_ = options_.hops != 0;
-        result.report.host_ms.picture = since(tiles_done);
-        result.report.host_ms.total = since(begin);
-    }
+    void render_into(splat::Camera const& camera, RenderedFrame& result);
 
 private:
     static constexpr bool traced = tilemesh::detail::is_traced<Machine>;
@@ -335,6 +274,88 @@ private:
     bool ran_twice_ = false;                         ///< the last frame: copies were recalled
     [[no_unique_address]] std::conditional_t<traced, Trace, engine::detail::NoTrace> trace_; ///< of both runs, where it did
 };
+
+// The members that users call stand outside the class: so an `extern template` keeps them, and all that they need, out of a user's file.
+
+template <class P, template <class, class> class Engine, class Machine>
+FrameRenderer<P, Engine, Machine>::FrameRenderer(scene::Map const& map, SetupFacts facts, RendererOptions const& options,
+                                                 EngineOptions engine)
+    : options_(options), engine_(std::move(engine)), facts_(std::move(facts)), records_(map, facts_.sh_degree),
+      cache_(by_reference ? records_.rows() : 0), keeper_(records_, &cache_), model_(resolved_model(facts_, options))
+{
+    if (facts_.sizes.one_channel_memory && options.hops != 0)
+        throw Error(std::string("setup ") + facts_.name + " with bounded hops (its routing and bloom take turns in one set of " +
+                    "channels, which a bound would leave full); choose a setup with channels of their own");
+}
+template <class P, template <class, class> class Engine, class Machine>
+FrameRenderer<P, Engine, Machine>::~FrameRenderer() = default;
+
+template <class P, template <class, class> class Engine, class Machine>
+void FrameRenderer<P, Engine, Machine>::prepare(std::uint32_t width, std::uint32_t height)
+{
+    if (mesh_ && width == size_.width && height == size_.height) return;
+    auto const layout =
+        layout_frame({options_.grid, options_.tile}, width, height, facts_.machine, facts_.sizes.tile_pixels, facts_.name);
+    size_ = {width, height};
+    tiling_ = layout.tiling;
+    if (mesh_ && layout.grid.width == mesh_->grid().width && layout.grid.height == mesh_->grid().height) {
+        size_framebuffers<P>(*mesh_, tiling_, size_);
+        keeper_.occupy(*mesh_, tiling_.columns, tiling_.rows);
+        return;
+    }
+    try {
+        build(layout.grid);
+    } catch (...) {
+        mesh_.reset();
+        throw;
+    }
+}
+
+template <class P, template <class, class> class Engine, class Machine>
+void FrameRenderer<P, Engine, Machine>::observe(Observer observer)
+{
+    observer_ = std::move(observer);
+    if (mesh_) mesh_->observe(observer_);
+}
+
+template <class P, template <class, class> class Engine, class Machine>
+RenderedFrame FrameRenderer<P, Engine, Machine>::render(splat::Camera const& camera)
+{
+    RenderedFrame result;
+    render_into(camera, result);
+    return result;
+}
+
+template <class P, template <class, class> class Engine, class Machine>
+void FrameRenderer<P, Engine, Machine>::render_into(splat::Camera const& camera, RenderedFrame& result)
+{
+    auto const begin = Clock::now();
+    check_camera(camera);
+    check_model(model_);
+    prepare(camera.width, camera.height);
+    auto const view = splat::make_view(camera, model_);
+    auto const start = Clock::now();
+    bool const changed = put_records(view);
+    tell(view, changed);
+    auto const prepared_ms = since(start);
+
+    auto report = run();
+    report.host_ms.project += prepared_ms;
+    // Where records found no room, the frame runs again without their copies, so that the picture shows a record whole or not at all.
+    bool const may_recall = facts_.rules.holds != 0 && options_.hops == 0;
+    ran_twice_ = may_recall && keeper_.recall_copies(*mesh_);
+    if (ran_twice_) run_again(report);
+
+    auto const tiles_done = Clock::now();
+    collect_picture<P>(*mesh_, facts_, tiling_, camera, result);
+    result.report = std::move(report);
+    result.report.width = camera.width;
+    result.report.height = camera.height;
+    last_ = view;
+    cut_ = options_.hops != 0;
+    result.report.host_ms.picture = since(tiles_done);
+    result.report.host_ms.total = since(begin);
+}
 
 } // namespace render
 } // namespace tilemesh
