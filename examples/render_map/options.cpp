@@ -1,6 +1,5 @@
 #include "options.hpp"
 #include "text.hpp"
-#include "variant.hpp"
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -275,45 +274,15 @@ void check_together(Options const& o, std::vector<std::string_view> const& given
     needs("--energy", "--trace", "energy is counted from a trace");
     needs("--follow", "--trace", "what is followed is written beside a trace");
 
-    // Planes, and machines that keep a trace, are compiled for each preset's own policies, on host threads.
-    if (o.choice.planes() || o.choice.trace) {
-        std::string const plane = o.choice.trace ? "--trace" : o.choice.depth ? "--depth" : "--alpha";
-        std::string const what = o.choice.trace ? "a trace comes" : "planes come";
-        auto const leave_out = [&](std::string const& option, std::string const& comes_with) {
-            throw Error(plane + " and " + option + " are both given (" + what + " with " + comes_with + "); leave out " +
-                        option.substr(0, option.find(' ')));
-        };
-        if (o.choice.trace) {
-            if (o.choice.planes()) leave_out(o.choice.depth ? "--depth" : "--alpha", "pixels that have no planes");
-            if (o.choice.machine != MachineKind::mk2) leave_out("--machine test", "machine mk2");
-            if (own_policies_only && o.choice.preset != Preset::lossless)
-                leave_out(o.choice.preset == Preset::paper ? "--preset paper" : "--preset prototype",
-                          "preset lossless in this build, which was made with TILEMESH_RENDER_MAP_POLICIES=OFF");
-        }
-        auto const with_its_own = [&](std::string const& option, auto Choice::*asked, std::string Description::*policy) {
-            Choice preset, changed;
-            preset.preset = changed.preset = o.choice.preset;
-            preset.machine = changed.machine = o.choice.machine;
-            changed.*asked = o.choice.*asked;
-            auto const is = describe(preset), would_be = describe(changed);
-            if (would_be.*policy != is.*policy)
-                leave_out(option + " " + would_be.*policy, "the " + is.*policy + " of preset " + is.preset);
-        };
-        with_its_own("--saturation", &Choice::saturation, &Description::saturation);
-        with_its_own("--copies", &Choice::copies, &Description::copies);
-        with_its_own("--pixels", &Choice::pixels, &Description::pixels);
-        if (o.choice.engine == EngineKind::sequential) leave_out("--engine sequential", "host threads");
-    }
-
-    auto const own = describe(o.choice);
+    auto const own = setup_of(o.choice, 0);
     auto const at_most = [&](std::string_view option, std::uint32_t asked, std::uint32_t most) {
         if (asked > most)
             throw Error(std::string(option) + " cannot be " + std::to_string(asked) + " (preset " +
-                        own.preset + " on machine " + own.machine + " has " +
+                        std::string(own.name) + " on machine " + own.machine.name + " has " +
                         std::to_string(most) + "); choose fewer, or another preset or machine");
     };
-    at_most("--storage-slots", o.renderer.storage_slots, own.storage_slots);
-    at_most("--channel-slots", o.renderer.channel_slots, own.channel_slots);
+    at_most("--storage-slots", o.renderer.storage_slots, own.sizes.storage);
+    at_most("--channel-slots", o.renderer.channel_slots, own.sizes.road);
 }
 
 /// The least number of insertions, deletions, exchanges and swaps of neighbours that make one word of the other.

@@ -58,14 +58,6 @@ constexpr MeshSizes<Program> plain_sizes(MachineSize const& machine, Sizes const
     m.sram_bytes = SramLedger<Program>::bytes(machine, sizes);
     return m;
 }
-template <class Program, class Sizes, class... X>
-Region largest_region(MachineSize const& machine, Sizes const& sizes)
-{
-    Region largest{{"code and stacks", 15}, "reserve", 0, true};
-    for (Region const& r : SramLedger<Program>::lines(machine, sizes))
-        if (r.budgeted && r.bytes > largest.bytes && std::string(r.what) != "reserve") largest = r;
-    return largest;
-}
 } // namespace engine::detail
 
 /// The sizes of a program on a machine whose setup is a constant. A program that does not fit is a compile-time error (`Tile`).
@@ -77,16 +69,23 @@ constexpr MeshSizes<Program> mesh_sizes() noexcept
                                                 typename Needs<Program>::Links{});
 }
 
-/// Throws Error, with the sentence of `Tile`, where a program of these sizes does not fit into a tile's SRAM.
+/// The sentence of `Tile` for a ledger whose sum is more than the machine's SRAM.
+template <class Lines>
+Error does_not_fit(MachineSize const& machine, Lines const& ledger, std::uint64_t bytes)
+{
+    Region largest{{"code and stacks", 15}, "reserve", 0, true};
+    for (Region const& r : ledger)
+        if (r.budgeted && r.bytes > largest.bytes && std::string(r.what) != "reserve") largest = r;
+    return Error("the program does not fit in a tile's SRAM (machine " + std::string(machine.name) + ", region " +
+                 std::string(largest.name.text, largest.name.size) + " has " + std::to_string(largest.bytes) + " bytes, and the sum is " +
+                 std::to_string(bytes - machine.sram_bytes) + " bytes over); give it fewer slots");
+}
+/// Throws Error where a program of these sizes does not fit into a tile's SRAM.
 template <class Program, class Sizes>
 void require_fit(MachineSize const& machine, Sizes const& sizes)
 {
     auto const bytes = SramLedger<Program>::bytes(machine, sizes);
-    if (bytes <= machine.sram_bytes) return;
-    auto const largest = engine::detail::largest_region<Program>(machine, sizes);
-    throw Error("the program does not fit in a tile's SRAM (machine " + std::string(machine.name) + ", region " +
-                std::string(largest.name.text, largest.name.size) + " has " + std::to_string(largest.bytes) + " bytes, and the sum is " +
-                std::to_string(bytes - machine.sram_bytes) + " bytes over); give it fewer slots");
+    if (bytes > machine.sram_bytes) throw does_not_fit(machine, SramLedger<Program>::lines(machine, sizes), bytes);
 }
 /// The same where machine or sizes come at run time: throws Error, with the same sentence, where the program does not fit.
 template <class Program, class Sizes>

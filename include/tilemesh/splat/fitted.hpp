@@ -5,70 +5,62 @@
 
 namespace tilemesh::splat {
 
-/// Bytes on a tile of what the sizes of a frame count: records and messages as they are on the machine, whatever a host moves.
+/// Bytes of the words that a frame's sizes count: of one record, message or pixel on the machine, whatever a host moves.
 struct FrameWords {
-    std::uint32_t record, road_message, beam_message, pixel; ///< bytes of one
-    std::uint32_t slot; ///< of storage, with its mark, projected record and sort key where these count
+    std::uint32_t record, road_message, beam_message, pixel;
+    std::uint32_t slot_lists; ///< what a slot of storage has beside its record: mark, projected record and sort key, where these count
+
+    constexpr std::uint32_t slot() const noexcept { return record + slot_lists; }
 };
+constexpr std::uint32_t slot_list_bytes(bool lists_fit, std::uint32_t mark_bytes) noexcept
+{
+    return lists_fit ? mark_bytes + static_cast<std::uint32_t>(sizeof(Splat) + sizeof(SortKey)) : 0;
+}
 template <class S>
 constexpr FrameWords frame_words() noexcept
 {
     using P = PoliciesOf<S>;
     return {sizeof(typename P::Record), wire_bytes<RoadMessage<P>>, wire_bytes<BeamMessage<P>>, sizeof(typename P::Pixel),
-            static_cast<std::uint32_t>(sizeof(typename P::Record) +
-                                       (S::sizes.lists_fit ? sizeof(MarkOf<P>) + sizeof(typename P::Projected) + sizeof(SortKey) : 0))};
+            slot_list_bytes(S::sizes.lists_fit, sizeof(MarkOf<P>))};
 }
 
-namespace detail {
-/// SRAM of a tile that routing takes under a setup, and bloom: what it frees without.
-template <class S>
-constexpr std::uint32_t routing_bytes() noexcept
+/// SRAM of a tile that routing takes, and bloom: what it frees without.
+constexpr std::uint32_t routing_bytes(Sizes const& sizes, FrameWords const& words, bool holds) noexcept
 {
-    return 8 * 4 * Road<S>::Receiver::words(S::sizes.road) +
-           (S::Saturation::holds ? 2 * 4 * Waiting<S, 0>::words(S::sizes.waiting) : 0u) + static_cast<std::uint32_t>(sizeof(Traffic));
+    return 8 * (8 + sizes.road * words.road_message) + (holds ? 2 * (8 + sizes.waiting * words.road_message) : 0u) +
+           static_cast<std::uint32_t>(sizeof(Traffic));
 }
-template <class S>
-constexpr std::uint32_t bloom_bytes() noexcept
+constexpr std::uint32_t bloom_bytes(Sizes const& sizes, FrameWords const& words) noexcept
 {
-    return 8 * 4 * Beam<S>::Receiver::words(S::sizes.beam) + static_cast<std::uint32_t>(sizeof(Debts));
+    return 8 * (8 + sizes.beam * words.beam_message) + static_cast<std::uint32_t>(sizeof(Debts));
 }
-} // namespace detail
 
-/// The sizes of `From` for a setup `To` of other records, messages or parts, in the same bytes of SRAM: channels and FIFOs keep their bytes,
-/// so their slots follow from the size of a message. Storage has the bytes of From's, and those that routing and bloom leave where
-/// To goes without: of `Lossless` 2,000 slots of 60 bytes and their lists, 860 of 240 bytes, 2,941 without routing, 3,758 without
-/// either.
-template <class From, class To>
-constexpr Sizes refitted_sizes() noexcept
+/// The sizes for other words in the same bytes of SRAM: channels and FIFOs keep their bytes, so their slots follow from the size of a
+/// message. Storage has its bytes and `freed` ones besides: of `Lossless` 2,000 slots of 60 bytes and their lists, 860 of 240 bytes,
+/// 2,941 without routing, 3,758 without either.
+constexpr Sizes refitted(Sizes sizes, FrameWords const& before, FrameWords const& now, std::uint32_t freed = 0) noexcept
 {
-    constexpr auto old = frame_words<From>(), now = frame_words<To>();
-    Sizes sizes = From::sizes;
-    sizes.road = slots_in(sizes.road * old.road_message, now.road_message);
-    sizes.beam = slots_in(sizes.beam * old.beam_message, now.beam_message);
-    sizes.waiting = slots_in(sizes.waiting * old.road_message, now.road_message);
-    sizes.storage = slots_in(From::sizes.storage * old.slot + (From::routes && !To::routes ? detail::routing_bytes<From>() : 0) +
-                                 (From::blooms && !To::blooms ? detail::bloom_bytes<From>() : 0),
-                             now.slot);
+    sizes.road = slots_in(sizes.road * before.road_message, now.road_message);
+    sizes.beam = slots_in(sizes.beam * before.beam_message, now.beam_message);
+    sizes.waiting = slots_in(sizes.waiting * before.road_message, now.road_message);
+    sizes.storage = slots_in(sizes.storage * before.slot() + freed, now.slot());
     return sizes;
 }
 
-/// The sizes of `S` where its pixels become `bytes` large each. Where the SRAM has no room for what they take beyond S's, storage gives
-/// up as many slots as that needs: of the 2,000 of `Lossless` 7 for a depth, 25 for depth and alpha.
-template <class S>
-constexpr Sizes sizes_for_pixels(std::uint32_t bytes) noexcept
+/// The sizes where pixels of `words` become `pixel` bytes large. Where the SRAM has no room for what they take beyond today's, storage
+/// gives up as many slots as that needs: of the 2,000 of `Lossless` 7 for a depth, 25 for depth and alpha. `room`: bytes that are free.
+constexpr Sizes with_pixels_of(Sizes sizes, FrameWords const& words, std::uint32_t pixel, std::uint64_t room) noexcept
 {
-    Sizes sizes = S::sizes;
-    std::uint64_t const room = S::Machine::sram_bytes - Tile<typename S::Machine, Frame<S>, S>::bytes;
-    std::uint64_t const before = std::uint64_t{sizeof(typename S::Pixel)} * sizes.tile_pixels;
-    std::uint64_t const after = std::uint64_t{bytes} * sizes.tile_pixels;
+    std::uint64_t const before = std::uint64_t{words.pixel} * sizes.tile_pixels;
+    std::uint64_t const after = std::uint64_t{pixel} * sizes.tile_pixels;
     std::uint64_t const missing = after > before + room ? after - before - room : 0;
-    auto const slot = frame_words<S>().slot;
-    sizes.storage -= static_cast<std::uint32_t>((missing + slot - 1) / slot);
+    auto const slots = static_cast<std::uint32_t>((missing + words.slot() - 1) / words.slot());
+    sizes.storage = sizes.storage > slots ? sizes.storage - slots : 0;
     return sizes;
 }
 
 /// `Base` cut to what a scene needs: harmonics up to `Degree`, and routing and bloom only where they have something to do
-/// (scene/demand.hpp finds out), in Base's bytes (`refitted_sizes`).
+/// (scene/demand.hpp finds out), in Base's bytes (`refitted`).
 template <class Base, std::uint32_t Degree, bool Routes = true, bool Blooms = true>
 struct Fitted : Base {
     static_assert((Routes && Blooms) || !Base::sizes.one_channel_memory,
@@ -83,16 +75,21 @@ private:
         static constexpr bool routes = Routes;
         static constexpr bool blooms = Blooms;
     };
+    static constexpr std::uint32_t freed =
+        (Base::routes && !Routes ? routing_bytes(Base::sizes, frame_words<Base>(), Base::Saturation::holds) : 0) +
+        (Base::blooms && !Blooms ? bloom_bytes(Base::sizes, frame_words<Base>()) : 0);
 
 public:
-    static constexpr Sizes sizes = refitted_sizes<Base, Slot>();
+    static constexpr Sizes sizes = refitted(Base::sizes, frame_words<Base>(), frame_words<Slot>(), freed);
 };
 
-/// `Base` with other pixels: `WithPixel<Lossless, WithDepth<FloatPixel>>`, in the same SRAM (`sizes_for_pixels`).
+/// `Base` with other pixels: `WithPixel<Lossless, WithDepth<FloatPixel>>`, in the same SRAM (`with_pixels_of`).
 template <class Base, class P>
 struct WithPixel : Base {
     using Pixel = P;
-    static constexpr Sizes sizes = sizes_for_pixels<Base>(sizeof(P));
+    static constexpr Sizes sizes =
+        with_pixels_of(Base::sizes, frame_words<Base>(), sizeof(P),
+                       Base::Machine::sram_bytes - Tile<typename Base::Machine, Frame<Base>, Base>::bytes);
 };
 
 } // namespace tilemesh::splat
