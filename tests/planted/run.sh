@@ -162,7 +162,7 @@ failed_cases() { # LOG
     sed -n 's/^\[doctest\] test cases:.*| *\([0-9]*\) failed.*/\1/p' "$1"
 }
 first_failed() { # LOG: the name of the test case (a message prints its name too)
-    awk '/^TEST CASE: / { sub(/^TEST CASE: */, ""); name = $0 } /\): (FATAL )?ERROR: / { print name; exit }' "$1"
+    awk '/^TEST CASE: / { sub(/^TEST CASE: */, ""); name = $0 } /: (FATAL )?ERROR: / { print name; exit }' "$1"
 }
 reported() { # LOG: what a sanitizer says
     sed -nE 's/.*(ERROR|WARNING): ((Address|Thread)Sanitizer: [A-Za-z -]*[A-Za-z]).*/\2/p; s/.*runtime error: (.*)/\1/p' "$1" | head -n 1
