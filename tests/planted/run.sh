@@ -20,10 +20,17 @@ usage() {
 }
 
 case ${1-} in
---check) table check && exit ;;
---move) table move >"$here/faults.new" && mv "$here/faults.new" "$here/faults.txt" && table check && exit ;;
+--check)
+    table check
+    exit
+    ;;
+--move)
+    if ! table move >"$here/faults.new"; then rm "$here/faults.new" && exit 1; fi
+    mv "$here/faults.new" "$here/faults.txt"
+    table check
+    exit
+    ;;
 esac
-case ${1-} in --check | --move) exit 1 ;; esac
 
 compiler=
 jobs=$(getconf _NPROCESSORS_ONLN 2>/dev/null || echo 2)
