@@ -148,7 +148,7 @@ function occurs(text, file,    i) {
     for (i = 1; i <= lines[file]; ++i) if (tail(original[file, i], text) != "no") return 1
     return 0
 }
-function check(f,    n, part, i, line, p, k, seen, path, suite) {
+function check(f,    n, part, i, line, p, k, seen, path, read, before, after) {
     line = fault_line[f]
     if (sentence[f] == "") fail(line, "fault " number[f] " has no sentence that says what is wrong")
     if (caught_by[f] == "") fail(line, "fault " number[f] " has no line \"caught by: part/file\"")
@@ -158,16 +158,20 @@ function check(f,    n, part, i, line, p, k, seen, path, suite) {
     for (i = 1; i <= n; ++i) {
         path = root "/tests/" part[i] (part[i] ~ /^checks\// ? ".sh" : ".cpp")
         seen = part[i] ~ /^checks\//
-        suite = 0
-        while ((suite = (getline k < path)) > 0 && !seen) seen = k ~ /TEST_CASE/
+        while ((read = (getline k < path)) > 0 && !seen) seen = k ~ /TEST_CASE/
         close(path)
-        if (suite < 0) fail(line, "fault " number[f] " is caught by " part[i] ", which does not exist")
+        if (read < 0) fail(line, "fault " number[f] " is caught by " part[i] ", which does not exist")
         else if (!seen) fail(line, "fault " number[f] " is caught by " part[i] ", which has no test case")
     }
     if (first_place[f] > last_place[f]) fail(line, "fault " number[f] " has no line \"file: ...\"")
     for (p = first_place[f]; p <= last_place[f]; ++p) {
         if (olds[p] == 0) fail(place_line[p], "fault " number[f] " says nothing of where in " file_of[p])
-        if (olds[p] == rows[p] && !minuses[p]) fail(place_line[p], "fault " number[f] " changes nothing in " file_of[p])
+        before = after = ""
+        for (i = 1; i <= rows[p]; ++i) {
+            if (sign[p, i] != "+") before = before row[p, i] "\n"
+            if (sign[p, i] != "-") after = after row[p, i] "\n"
+        }
+        if (before == after) fail(place_line[p], "fault " number[f] " changes nothing in " file_of[p])
     }
     apply(f, 1)
 }
@@ -197,7 +201,6 @@ f == 0 { fail(FNR, "text before the first fault"); unreadable = 1; next }
     row[p, ++rows[p]] = substr($0, 3)
     sign[p, rows[p]] = substr($0, 1, 1)
     if (sign[p, rows[p]] != "+") old[p, ++olds[p]] = substr($0, 3)
-    if (sign[p, rows[p]] == "-") ++minuses[p]
     next
 }
 sentence[f] == "" && first_place[f] > last_place[f] { sentence[f] = $0; next }
