@@ -13,8 +13,8 @@ inline std::string csv_header()
     return out;
 }
 
-/// A frame's line under `csv_header()`, after RFC 4180: the camera's name is quoted. Host times are left out, so that the line is the
-/// same on every engine and in every run. No line break.
+/// A frame's line under `csv_header()`, after RFC 4180: the camera's name is quoted. Host times are left out, so that the
+/// line is the same on every engine and in every run. No line break.
 inline std::string csv_row(FrameReport const& r)
 {
     std::string out = "\"";
