@@ -10,8 +10,8 @@
 
 namespace tilemesh::report {
 
-/// Compares a mesh with what should be on it: every record once, and a copy on every tile that its footprint touches. It
-/// reads the tiles' memory and no counter, so its list is all that the picture lacks, even where a counter is wrong.
+/// Compares what is on a mesh with what should be: every record once, and a copy on every tile that its footprint touches.
+/// Knows nothing of what happened: it reads facts, so what it lists is all that the picture lacks, whatever was counted.
 ///
 /// `S` is a setup; `Machine` a Mesh or CheckedMesh between runs. Costs a look at every stored record: only for frames in which
 /// something was refused or may be under way.
@@ -54,24 +54,24 @@ public:
             moving.emplace(g.id, true);
             list_without_owner(r, g, Cause::late);
         }
-        std::vector<std::uint32_t> absent;
+        std::vector<std::uint32_t> gone;
         for (std::uint32_t row = 0; row < gaussians_.size(); ++row) {
             auto const& g = gaussians_[row];
             if (owners_.count(g.id) != 0 || moving.count(g.id) != 0) continue;
             // Where the host places the records it keeps those with nothing on screen.
             if (!S::routes && !splat::project(g, frame_.view, frame_.tiling).visible()) continue;
-            absent.push_back(row);
+            gone.push_back(row);
             if (S::Saturation::holds && !bounded_)
                 r.lost.push_back({g.id, Loss::whole, Cause::unplaced}); // the host recalls its copies
             else
                 list_without_owner(r, g, S::Saturation::holds ? Cause::unplaced : Cause::storage_full);
         }
-        (S::Saturation::holds ? r.gaussians.unplaced : r.gaussians.dropped) = absent.size();
+        (S::Saturation::holds ? r.gaussians.unplaced : r.gaussians.dropped) = gone.size();
         for (auto const& g : gaussians_) {
             auto const owner = owners_.find(g.id);
             if (owner != owners_.end()) list_missing_copies(r, g.id, owner->second);
         }
-        return absent;
+        return gone;
     }
 
 private:
@@ -90,8 +90,7 @@ private:
         for (auto y = range.first.y(); y <= range.last.y(); ++y)
             for (auto x = range.first.x(); x <= range.last.x(); ++x) f(TileId::at(x, y));
     }
-    /// Lists a record that no tile owns, but that may have left copies: each tile that lacks one, or the record itself where
-    /// all lack it.
+    /// A record that no tile owns but that may have left copies: the tiles that lack one, or the record where all do.
     void list_without_owner(FrameReport& r, Record const& g, Cause cause)
     {
         auto const s = splat::project(g, frame_.view, frame_.tiling);
@@ -118,8 +117,7 @@ private:
             r.lost.push_back({id, index, cause});
         });
     }
-    /// Walks up the bloom tree from a tile without the copy to the first tile that has it. Whatever stopped the copy there stopped it
-    /// for all tiles behind.
+    /// Up the tree from a tile without the copy to the first that has it: what stopped it there stopped all behind.
     Cause why_missing(splat::GaussianId id, TileId anchor, TileId t)
     {
         auto const grid = mesh_.grid();
