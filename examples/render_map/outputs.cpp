@@ -64,7 +64,7 @@ void check_report(Options const& options, fs::path const& out, std::size_t frame
     };
     std::error_code refused;
     auto const status = fs::status(report, refused);
-    auto const folder = fs::absolute(fs::is_other(status) ? report : tilemesh::report::behind_links(report)).parent_path();
+    auto const folder = fs::absolute(fs::is_other(status) ? report : tilemesh::report::link_target(report)).parent_path();
     if (fs::is_directory(status)) refuse("it is a directory");
     if (refused && fs::exists(status)) refuse(refused.message());
     if (!fs::is_directory(folder, refused)) refuse("there is no directory " + folder.string());

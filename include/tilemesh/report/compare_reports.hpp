@@ -11,15 +11,18 @@
 
 namespace tilemesh::report {
 
-/// The first exact field in which two reports differ, with both values: "gaussians.moved: 3 and 4". Empty where the reports are the
-/// same. Compares the camera's name, every exact field, each loss, and the digests where both frames were asked for them.
+/// The first exact field in which two reports differ, with both values: "gaussians.moved: 3 and 4". Empty where the reports
+/// are the same. Compares the camera's name, every exact field, each loss, and the digests where both frames were asked for
+/// them.
 ///
 /// `ignored` names fields, or groups of fields ("exchanged_bytes"), that may differ; "lost" covers the number of losses and their
 /// list. Throws `tilemesh::Error` for a name that no field has.
-inline std::string first_difference(FrameReport const& a, FrameReport const& b, std::initializer_list<std::string_view> ignored = {})
+inline std::string first_difference(FrameReport const& a, FrameReport const& b,
+                                    std::initializer_list<std::string_view> ignored = {})
 {
     for (auto const name : ignored)
-        if (std::none_of(std::begin(report_fields), std::end(report_fields), [&](auto const& field) { return field.is_in(name); }))
+        if (std::none_of(std::begin(report_fields), std::end(report_fields),
+                         [name](ReportField const& field) { return field.is_in(name); }))
             throw Error("cannot ignore " + std::string(name) +
                         " (a report has no such field); take a name or a group of report_fields");
     auto const differs = [](std::string const& name, std::string const& in_a, std::string const& in_b) {
@@ -28,7 +31,7 @@ inline std::string first_difference(FrameReport const& a, FrameReport const& b, 
     if (a.camera != b.camera) return differs("camera", a.camera, b.camera);
     for (auto const& field : report_fields) {
         if (!field.exact() || field.count(a) == field.count(b)) continue;
-        if (std::any_of(ignored.begin(), ignored.end(), [&](auto name) { return field.is_in(name); })) continue;
+        if (std::any_of(ignored.begin(), ignored.end(), [&field](auto name) { return field.is_in(name); })) continue;
         return differs(std::string(field.name), std::to_string(field.count(a)), std::to_string(field.count(b)));
     }
     if (std::find(ignored.begin(), ignored.end(), "lost") == ignored.end()) {

@@ -60,15 +60,15 @@ struct FrameReport {
     std::vector<std::uint64_t> digests; ///< of all live words, one a compute phase, where asked for
 };
 
-/// One number of a FrameReport. Text, report.json, HTML pages and the comparisons of tests read this table, and only this one.
+/// One number of a FrameReport. Text, report.json, CSV, HTML pages and the comparisons of tests read the table of these.
 struct ReportField {
     std::string_view name;    ///< its path in report.json: "gaussians.visible"
     std::string_view unit;    ///< what is counted: "records", "bytes", "ms"
     std::string_view line;    ///< the line of the text that has it; empty: the text has a table for it, or another place
     std::string_view phrase;  ///< what follows the number in that line: "12 visible"
     std::string_view meaning; ///< one sentence
-    std::uint64_t (*count)(FrameReport const&) = nullptr;  ///< reads an exact number, equal on every engine; null for host time
-    double (*milliseconds)(FrameReport const&) = nullptr;  ///< reads a time measured on the host; null for an exact number
+    std::uint64_t (*count)(FrameReport const&) = nullptr; ///< reads an exact number, equal on every engine; null for host time
+    double (*milliseconds)(FrameReport const&) = nullptr; ///< reads a time measured on the host; null for an exact number
 
     constexpr bool exact() const noexcept { return count != nullptr; }
     /// "gaussians" of "gaussians.visible"; empty for a name without a dot.
@@ -83,11 +83,13 @@ struct ReportField {
     constexpr bool is_in(std::string_view path) const noexcept { return name == path || group() == path; }
 };
 
-/// Every number of a FrameReport, in the order of report.json. A new member of FrameReport needs a line here; tests/report/frame_report.cpp
-/// fails without it.
+/// Every number of a FrameReport, in the order of report.json. A new member of FrameReport needs a line here;
+/// tests/report/frame_report.cpp fails without it.
 inline constexpr ReportField report_fields[] = {
-    {"size_px.width", "pixels", "", "", "The width of the picture.", [](FrameReport const& r) -> std::uint64_t { return r.width; }},
-    {"size_px.height", "pixels", "", "", "The height of the picture.", [](FrameReport const& r) -> std::uint64_t { return r.height; }},
+    {"size_px.width", "pixels", "", "", "The width of the picture.",
+     [](FrameReport const& r) -> std::uint64_t { return r.width; }},
+    {"size_px.height", "pixels", "", "", "The height of the picture.",
+     [](FrameReport const& r) -> std::uint64_t { return r.height; }},
 
     {"supersteps.project", "exchanges", "", "", "Exchanges of projection that carried something.",
      [](FrameReport const& r) { return r.supersteps.project; }},
@@ -111,7 +113,8 @@ inline constexpr ReportField report_fields[] = {
     {"gaussians.unplaced", "records", "Gaussians", "unplaced",
      "Records whose anchor tile has no storage left (`hold`); the host keeps them and tries again with the next view.",
      [](FrameReport const& r) { return r.gaussians.unplaced; }},
-    {"gaussians.parked", "records", "Gaussians", "parked", "Records with nothing on screen; each stays on the tile where it is.",
+    {"gaussians.parked", "records", "Gaussians", "parked",
+     "Records with nothing on screen; each stays on the tile where it is.",
      [](FrameReport const& r) { return r.gaussians.parked; }},
     {"gaussians.under_way", "records", "Gaussians", "under way",
      "Records in a channel or a FIFO when the frame ends, because its hops are bounded.",
@@ -123,12 +126,14 @@ inline constexpr ReportField report_fields[] = {
 
     {"copies", "copies", "copies", "on tiles", "Copies that lie on the tiles when the frame ends.",
      [](FrameReport const& r) { return r.copies; }},
-    {"copies_lost", "copies", "copies", "lost", "Copies that their tile lacks, because storage or a channel was full.",
+    {"copies_lost", "copies", "copies", "lost",
+     "Copies that their tile lacks, because storage or a channel was full.",
      [](FrameReport const& r) { return r.lost_copies; }},
     {"copies_late", "copies", "copies", "late", "Copies that their tile lacks, because they are still under way.",
      [](FrameReport const& r) { return r.late_copies; }},
 
-    {"hops", "messages", "exchanged", "hops of routing", "Messages of routing: one for each tile that a record passes on its way.",
+    {"hops", "messages", "exchanged", "hops of routing",
+     "Messages of routing: one for each tile that a record passes on its way.",
      [](FrameReport const& r) { return r.hops; }},
     {"messages", "messages", "exchanged", "messages", "Messages of routing and bloom together.",
      [](FrameReport const& r) { return r.messages; }},
@@ -144,32 +149,41 @@ inline constexpr ReportField report_fields[] = {
      "Pairs with alpha of at least alpha_min in a pixel that was not finished.",
      [](FrameReport const& r) { return r.pairs_contributing; }},
 
-    {"refused.channel_full", "refusals", "refused", "by full channels", "Refusals of a record by a channel without a free slot.",
+    {"refused.channel_full", "refusals", "refused", "by full channels",
+     "Refusals of a record by a channel without a free slot.",
      [](FrameReport const& r) { return r.refused.channel_full; }},
     {"refused.no_credit", "refusals", "refused", "for lack of credit",
      "Refusals of a record because the receiving tile had announced no room.",
      [](FrameReport const& r) { return r.refused.no_credit; }},
-    {"refused.storage_full", "records", "refused", "by full storage", "Records that found no free storage slot on their anchor tile.",
+    {"refused.storage_full", "records", "refused", "by full storage",
+     "Records that found no free storage slot on their anchor tile.",
      [](FrameReport const& r) { return r.refused.storage_full; }},
     {"refused.copies_full", "copies", "refused", "copies by full storage",
-     "Copies that found no free storage slot on a tile.", [](FrameReport const& r) { return r.refused.copies_full; }},
+     "Copies that found no free storage slot on a tile.",
+     [](FrameReport const& r) { return r.refused.copies_full; }},
     {"refused.copies_refused", "copies", "refused", "copies by full channels",
      "Copies that were given up, because the channel had no free slot (`drop`).",
      [](FrameReport const& r) { return r.refused.copies_refused; }},
 
-    {"peak.storage", "records", "peaks", "records on a tile", "The most records, copies among them, that one tile stored.",
+    {"peak.storage", "records", "peaks", "records on a tile",
+     "The most records, copies among them, that one tile stored.",
      [](FrameReport const& r) -> std::uint64_t { return r.peak_storage; }},
     {"peak.channel", "records", "peaks", "in a channel", "The most records that one channel held.",
      [](FrameReport const& r) -> std::uint64_t { return r.peak_channel; }},
 
-    {"host_ms.project", "ms", "", "", "Host time of projection.", nullptr, [](FrameReport const& r) { return r.host_ms.project; }},
-    {"host_ms.route", "ms", "", "", "Host time of routing.", nullptr, [](FrameReport const& r) { return r.host_ms.route; }},
-    {"host_ms.bloom", "ms", "", "", "Host time of bloom.", nullptr, [](FrameReport const& r) { return r.host_ms.bloom; }},
-    {"host_ms.composite", "ms", "", "", "Host time of depth sort and compositing.", nullptr,
-     [](FrameReport const& r) { return r.host_ms.composite; }},
-    {"host_ms.picture", "ms", "", "", "Host time of joining the tiles' framebuffers to one picture, which is no work of the machine.",
+    {"host_ms.project", "ms", "", "", "Host time of projection.",
+     nullptr, [](FrameReport const& r) { return r.host_ms.project; }},
+    {"host_ms.route", "ms", "", "", "Host time of routing.",
+     nullptr, [](FrameReport const& r) { return r.host_ms.route; }},
+    {"host_ms.bloom", "ms", "", "", "Host time of bloom.",
+     nullptr, [](FrameReport const& r) { return r.host_ms.bloom; }},
+    {"host_ms.composite", "ms", "", "", "Host time of depth sort and compositing.",
+     nullptr, [](FrameReport const& r) { return r.host_ms.composite; }},
+    {"host_ms.picture", "ms", "", "",
+     "Host time of joining the tiles' framebuffers to one picture, which is no work of the machine.",
      nullptr, [](FrameReport const& r) { return r.host_ms.picture; }},
-    {"host_ms.total", "ms", "", "", "Host time of the whole frame.", nullptr, [](FrameReport const& r) { return r.host_ms.total; }},
+    {"host_ms.total", "ms", "", "", "Host time of the whole frame.",
+     nullptr, [](FrameReport const& r) { return r.host_ms.total; }},
 };
 
 /// The field of that name, found at compile time: `report_field("gaussians.moved").count(report)`. A name that is not in the

@@ -14,7 +14,7 @@
 
 namespace tilemesh::report {
 
-/// One frame of a run: what it took, how it was cut into tiles and, where a reference was rendered, how far off it is.
+/// One frame of a run: its report, its tiling and, where a reference was rendered, its error.
 struct RunFrame {
     FrameReport report;
     std::string image;                             ///< the file that shows it; empty: none
@@ -25,7 +25,7 @@ struct RunFrame {
     std::optional<ErrorMeasures> error_same_cuts;  ///< against the double reference with ours
 };
 
-/// A whole run as a program describes it: everything report.json says beside the frames' own reports.
+/// A whole run as a program describes it: everything that report.json says beside the frames' own reports.
 struct RunReport {
     struct {
         std::string name;                          ///< "sloth", "built_in"
@@ -46,7 +46,7 @@ struct RunReport {
         std::string routing, addressing, saturation, footprint, copies, pixels, arithmetic;
         std::uint32_t hops = 0;                    ///< supersteps of routing and of bloom a frame; 0: until quiet
     } policies;
-    std::string quality = "default";               ///< splat::name of the one asked for; "default": the preset's own cut-offs
+    std::string quality = "default";               ///< splat::name of the quality asked for; "default": the preset's own cut-offs
     struct {
         float alpha_min = 0, transmittance_min = 0, alpha_max = 0;
     } cut_offs;                                    ///< of splat::Model
@@ -55,8 +55,8 @@ struct RunReport {
         bool kept = true;                          ///< false: not compiled into what ran, or not loaded
         std::string why;
     };
-    std::vector<Feature> features;                 ///< what the scene was found to need
-    std::vector<std::string> notes; ///< what the run left out, beside what the map's own notes say
+    std::vector<Feature> features;                 ///< parts of the program, and whether the scene needs each
+    std::vector<std::string> notes; ///< one line each about the run; the map has notes of its own
     std::vector<RunFrame> frames;
 };
 
@@ -127,7 +127,7 @@ inline nlohmann::ordered_json json_of(std::vector<Region> const& ledger)
     return json;
 }
 
-/// All but the frames.
+/// report.json without its frames.
 inline nlohmann::ordered_json json_of_head(RunReport const& run)
 {
     using Json = nlohmann::ordered_json;
@@ -175,8 +175,8 @@ inline nlohmann::ordered_json json_of_head(RunReport const& run)
 
 } // namespace detail
 
-/// report.json of a run, keys in a fixed order. What has no number is null: the PSNR of two equal
-/// pictures (it is infinite), the tile of a loss that is the record itself, the path of a map without a file.
+/// report.json of a run, keys in a fixed order. Null stands for the PSNR of two equal pictures (it is infinite), for the tile
+/// of a loss that is the record itself, and for the path of a map without a file.
 ///
 /// `machine.grid` and `machine.tile_px` are those of the first frame; each frame has its own, since cameras may differ in
 /// size. Ledger entries with `budgeted` false are kept on the tile, but the budget of the preset has no room for them: then

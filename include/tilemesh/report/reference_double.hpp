@@ -308,7 +308,7 @@ std::vector<double> render_double_unrounded(Records const& gaussians,
     return rgb;
 }
 
-/// The same with what the model leaves out, or with nothing but the terms below `skip_below`.
+/// The same picture with the cut-offs of the model (`Cuts::same`), or without any but `skip_below` (`Cuts::none`).
 template <class Records = std::span<splat::Gaussian const>>
 std::vector<double> render_double_unrounded(Records const& gaussians,
                                             splat::Camera const& camera, splat::Model const& model,
