@@ -6,10 +6,9 @@
 #include <iterator>
 #include <span>
 #include <string>
-#include <thread>
 #include <tilemesh/error.hpp>
+#include <tilemesh/joined_threads.hpp>
 #include <tilemesh/report/whole_file.hpp>
-#include <vector>
 #if defined(__linux__)
 #    include <csignal>
 #    include <sys/resource.h>
@@ -119,9 +118,9 @@ TEST_CASE("of many writers at once, one has the name, whole")
     Folder const folder;
     auto const path = folder.path / "a";
     {
-        std::vector<std::jthread> writers;
+        tilemesh::JoinedThreads writers;
         for (char letter = 'a'; letter < 'e'; ++letter)
-            writers.emplace_back([=] {
+            writers.start([=] {
                 for (int i = 0; i < 50; ++i) write_whole(path, std::string(100'000, letter));
             });
     }

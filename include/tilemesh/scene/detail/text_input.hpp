@@ -11,6 +11,7 @@
 #include <string_view>
 #include <system_error>
 #include <tilemesh/error.hpp>
+#include <tilemesh/number_text.hpp>
 #include <utility>
 
 // What the readers of cameras and trajectories share. Their files may hold anything: no line is longer than what is kept of it,
@@ -83,12 +84,12 @@ inline std::string_view take_word(std::string_view& text)
     return word;
 }
 
-/// The number that `word` is, all of it; false where it is none. `from_chars` takes no plus sign; some writers put one.
+/// The number that `word` is, all of it; false where it is none. `read_number` takes no plus sign; some writers put one.
 template <class T>
 bool parse_number(std::string_view word, T& value)
 {
     if (word.size() > 1 && word[0] == '+' && word[1] != '-') word.remove_prefix(1);
-    auto const [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+    auto const [end, error] = read_number(word.data(), word.data() + word.size(), value);
     return error == std::errc{} && end == word.data() + word.size() && !word.empty();
 }
 
