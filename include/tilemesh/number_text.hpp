@@ -10,6 +10,7 @@
 #include <limits>
 #include <string_view>
 #include <system_error>
+#include <tilemesh/config.hpp>
 #include <type_traits>
 
 namespace tilemesh {

@@ -26,7 +26,8 @@ ours() { printf '%s\n' "$includes" | grep -E "^$1[^:]*: <tilemesh/" | grep -vE "
 refuse "config.hpp includes nothing of ours" "$(ours 'config\.hpp' 'nothing')"
 refuse "machine/ includes machine/ and config.hpp" "$(ours machine/ 'machine/|config\.hpp')"
 refuse "splat/ includes splat/, machine/ and config.hpp" "$(ours splat/ 'splat/|machine/|config\.hpp')"
-for file in error number_text joined_threads; do refuse "$file.hpp includes nothing of ours" "$(ours "$file\.hpp" 'nothing')"; done
+for file in error joined_threads; do refuse "$file.hpp includes nothing of ours" "$(ours "$file\.hpp" 'nothing')"; done
+refuse "number_text.hpp includes config.hpp" "$(ours 'number_text\.hpp' 'config\.hpp')"
 refuse "engine/ includes engine/, machine/, config.hpp and error.hpp" "$(ours engine/ 'engine/|machine/|config\.hpp|error\.hpp')"
 refuse "scene/ includes scene/, splat/ and below, error.hpp and number_text.hpp" \
     "$(ours scene/ 'scene/|splat/|machine/|config\.hpp|error\.hpp|number_text\.hpp')"
