@@ -1,4 +1,5 @@
 #include <array>
+#include <chrono>
 #include <cstddef>
 #include <doctest/doctest.h>
 #include <filesystem>
@@ -22,7 +23,7 @@ using tilemesh::report::write_whole;
 /// A folder of its own; gone at the end of the scope.
 struct Folder {
     fs::path path = fs::temp_directory_path() /
-                    ("tilemesh_whole_" + std::to_string(fs::file_time_type::clock::now().time_since_epoch().count()));
+                    ("tilemesh_whole_" + std::to_string(std::chrono::system_clock::now().time_since_epoch().count()));
     Folder() { fs::create_directory(path); }
     ~Folder() { fs::remove_all(path); }
 
