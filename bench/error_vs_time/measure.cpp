@@ -15,8 +15,8 @@
 #include <numeric>
 #include <string>
 #include <system_error>
-#include <thread>
 #include <tilemesh/error.hpp>
+#include <tilemesh/joined_threads.hpp>
 #include <tilemesh/report/error_measures.hpp>
 #include <tilemesh/report/image_file.hpp>
 #include <tilemesh/scene/records.hpp>
@@ -139,9 +139,9 @@ void on_threads(std::uint32_t threads, std::size_t n, F const& f)
         }
     };
     {
-        std::vector<std::jthread> others;
+        tilemesh::JoinedThreads others;
         try {
-            for (std::uint32_t t = 1; t < threads && t < n; ++t) others.emplace_back(work);
+            for (std::uint32_t t = 1; t < threads && t < n; ++t) others.start(work);
         } catch (std::system_error const&) { // those that there are do it
         }
         work();

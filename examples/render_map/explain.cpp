@@ -28,10 +28,9 @@ std::string short_number(float v)
 /// What routing takes of a tile of lossless with records of this degree.
 std::uint32_t routing_bytes(std::uint32_t degree)
 {
-    using Base = splat::Lossless;
-    constexpr std::uint32_t bytes[] = {splat::routing_bytes<Base>(), splat::routing_bytes<splat::Fitted<Base, 1>>(),
-                                       splat::routing_bytes<splat::Fitted<Base, 2>>(), splat::routing_bytes<splat::Fitted<Base, 3>>()};
-    return bytes[degree];
+    namespace render = tilemesh::render;
+    auto const setup = render::fitted(render::choice_of<splat::Lossless>(), degree, true, true);
+    return splat::routing_bytes(setup.sizes, render::words_of(setup), setup.holds);
 }
 
 /// The first option that asks for the machine as it is; empty: none.

@@ -8,6 +8,7 @@
 #include <thread>
 #include <tilemesh/config.hpp>
 #include <tilemesh/error.hpp>
+#include <tilemesh/number_text.hpp>
 #include <utility>
 #include <vector>
 
@@ -60,7 +61,7 @@ double degrees(std::string_view option, std::string_view text)
 {
     double value = 0;
     auto const digits = text.substr(text.starts_with('+') ? 1 : 0);
-    auto const [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+    auto const [end, error] = tilemesh::read_number(digits.data(), digits.data() + digits.size(), value);
     if (error != std::errc{} || end != digits.data() + digits.size() || !std::isfinite(value))
         throw Error(std::string(option) + " cannot be " + in_quotes(text) +
                     " (it takes degrees a frame, a number); write for example " + std::string(option) + " 0.5");

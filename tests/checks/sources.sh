@@ -27,13 +27,16 @@ plain_reports='report/(heat_image|html|image|plot|stacked_bars|table|whole_file)
 refuse "config.hpp includes nothing of ours" "$(ours 'config\.hpp' 'nothing')"
 refuse "machine/ includes machine/ and config.hpp" "$(ours machine/ 'machine/|config\.hpp')"
 refuse "splat/ includes splat/, machine/ and config.hpp" "$(ours splat/ 'splat/|machine/|config\.hpp')"
-refuse "error.hpp includes nothing of ours" "$(ours 'error\.hpp' 'nothing')"
+for file in error joined_threads; do refuse "$file.hpp includes nothing of ours" "$(ours "$file\.hpp" 'nothing')"; done
+refuse "number_text.hpp includes config.hpp" "$(ours 'number_text\.hpp' 'config\.hpp')"
 refuse "engine/ includes engine/, machine/, config.hpp and error.hpp" "$(ours engine/ 'engine/|machine/|config\.hpp|error\.hpp')"
 refuse "model/ includes model/, engine/ and below, error.hpp, and of report/ what knows no splatting" \
     "$(ours model/ "model/|engine/|machine/|config\\.hpp|error\\.hpp|$plain_reports")"
 refuse "tables, plots and pages know no splatting" "$(ours "$plain_reports" "$plain_reports|error\\.hpp|config\\.hpp")"
-refuse "scene/ includes scene/, splat/ and below, and error.hpp" "$(ours scene/ 'scene/|splat/|machine/|config\.hpp|error\.hpp')"
-refuse "report/ includes report/, splat/ and below, and error.hpp" "$(ours report/ 'report/|splat/|machine/|config\.hpp|error\.hpp')"
+refuse "scene/ includes scene/, splat/ and below, error.hpp and number_text.hpp" \
+    "$(ours scene/ 'scene/|splat/|machine/|config\.hpp|error\.hpp|number_text\.hpp')"
+refuse "report/ includes report/, splat/ and below, error.hpp and joined_threads.hpp" \
+    "$(ours report/ 'report/|splat/|machine/|config\.hpp|error\.hpp|joined_threads\.hpp')"
 refuse "codelets include machine/, config.hpp and codelets" "$(ours "$codelet_code" "$codelet_code|machine/|config\.hpp")"
 refuse "poplar/ includes poplar/, engine/, machine/, config.hpp and error.hpp" \
     "$(ours poplar/ 'poplar/|engine/|machine/|config\.hpp|error\.hpp')"

@@ -11,6 +11,7 @@
 #include <string_view>
 #include <system_error>
 #include <tilemesh/error.hpp>
+#include <tilemesh/number_text.hpp>
 #include <tilemesh/scene/detail/ply_gaussian.hpp>
 #include <tilemesh/scene/detail/ply_header.hpp>
 #include <tilemesh/scene/detail/ply_source.hpp>
@@ -147,7 +148,7 @@ private:
 };
 
 /// Reads the rows of an ASCII body: one row a line, numbers separated by blanks, lines that end in LF or CR LF; blank lines are
-/// passed over. Numbers are read by `from_chars`, whatever type the header names; a leading +, inf and nan are numbers too. In
+/// passed over. Numbers are read by `read_number`, whatever type the header names; a leading +, inf and nan are numbers too. In
 /// columns that are not used any word will do. Throws `Error` for other lines, and names row and line.
 class AsciiRows {
 public:
@@ -241,7 +242,7 @@ private:
         double value = 0.0;
         auto const last = word_.data() + length_;
         bool const plus = word_[0] == '+' && length_ > 1 && word_[1] != '-';
-        auto const [end, error] = std::from_chars(word_.data() + (plus ? 1 : 0), last, value);
+        auto const [end, error] = read_number(word_.data() + (plus ? 1 : 0), last, value);
         if (end == last && error == std::errc::result_out_of_range) {
             constexpr double infinity = std::numeric_limits<double>::infinity();
             auto const exponent = word().find_first_of("eE");

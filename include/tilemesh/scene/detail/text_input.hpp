@@ -11,6 +11,7 @@
 #include <string_view>
 #include <system_error>
 #include <tilemesh/error.hpp>
+#include <tilemesh/number_text.hpp>
 #include <utility>
 
 // Shared by the readers of cameras and trajectories. Their files may hold anything, so the memory of a line is bounded, and a
@@ -84,12 +85,12 @@ inline std::string_view take_word(std::string_view& text)
     return word;
 }
 
-/// Reads all of `word` as a number; false where it is none. `from_chars` takes no plus sign, but some writers put one.
+/// Reads all of `word` as a number; false where it is none. `read_number` takes no plus sign, but some writers put one.
 template <class T>
 bool parse_number(std::string_view word, T& value)
 {
     if (word.size() > 1 && word[0] == '+' && word[1] != '-') word.remove_prefix(1);
-    auto const [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+    auto const [end, error] = read_number(word.data(), word.data() + word.size(), value);
     return error == std::errc{} && end == word.data() + word.size() && !word.empty();
 }
 
