@@ -12,7 +12,7 @@ namespace {
 struct Four : Buffer<std::uint32_t, 4> {
     using Buffer::Buffer;
 };
-struct UpToFour : Buffer<std::uint32_t, 4, Limited> {
+struct UpToFour : Buffer<std::uint32_t, 4> {
     using Buffer::Buffer;
 };
 struct Big { // too large to lie beside the heads

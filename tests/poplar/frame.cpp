@@ -42,9 +42,9 @@ void whole_frame(std::string const& prefix)
     standin::With const restore(standin::settings());
     poplar_test::use(executions[2]);
     standin::settings().check_inputs = false; // a digest of everything that is read, 1,440 times a superstep
-    if constexpr (S::lists_fit) {
+    if constexpr (S::sizes.lists_fit) {
         std::size_t left = 0; // what the ledger leaves for code, exchange code and stacks is taken: the rest must fit in 624 KiB
-        for (auto const& line : on_poplar::ledger<Mk2, splat::Frame<S>>(Grid{40, 36})) left = line.bytes;
+        for (auto const& line : on_poplar::ledger<Mk2, splat::Frame<S>, S>(Grid{40, 36})) left = line.bytes;
         standin::settings().code_bytes = left;
     } else {
         standin::settings().tile_bytes = 1u << 20; // the paper's budget has no room for our lists: see the ledger
@@ -84,7 +84,6 @@ struct Held : support::Small<7, 400> {
 struct Dropped : support::Small<5, 60, splat::Paper> {
     using Machine = Workers<4>;
     using Copies = splat::ScreenCopies;
-    static constexpr bool one_channel_memory = true;
 };
 struct Watched : Held<6> {
     using Machine = Traced<Workers<6>>;

@@ -54,6 +54,25 @@ struct Tag {
     using type = T;
 };
 
+/// The member of the sizes that a region names; a sentence where it names a member of other sizes.
+template <class Member, class Sizes>
+constexpr auto named_size([[maybe_unused]] Sizes const& sizes, [[maybe_unused]] Member member) noexcept
+{
+    if constexpr (std::is_invocable_v<Member, Sizes const&>) {
+        return sizes.*member;
+    } else {
+        static_assert(std::is_invocable_v<Member, Sizes const&>,
+                      "a region of this program names a member of sizes that were not given; name the setup that has them: Tile<Machine, "
+                      "Program, Setup>, mesh_sizes<Program, Machine, Setup>()");
+        return 0u;
+    }
+}
+/// Bytes for a table's column.
+constexpr std::uint32_t column_bytes(std::uint64_t bytes) noexcept
+{
+    return bytes < 0xffffffffu ? static_cast<std::uint32_t>(bytes) : 0xffffffffu;
+}
+
 /// Does channel C lie in the memory of its `memory_of` under these sizes?
 template <class C, class Sizes>
 constexpr bool shares_memory([[maybe_unused]] Sizes const& sizes) noexcept
@@ -61,7 +80,7 @@ constexpr bool shares_memory([[maybe_unused]] Sizes const& sizes) noexcept
     if constexpr (std::is_same_v<typename MemoryOf<C>::type, C>)
         return false;
     else if constexpr (has_memory_flag<C>)
-        return sizes.*C::memory_shared;
+        return named_size(sizes, C::memory_shared);
     else
         return true;
 }
@@ -70,7 +89,7 @@ template <class X, class Sizes>
 constexpr bool counts_against_sram([[maybe_unused]] Sizes const& sizes) noexcept
 {
     if constexpr (has_budget_flag<X>)
-        return sizes.*X::budgeted_if;
+        return named_size(sizes, X::budgeted_if);
     else
         return is_budgeted<X>;
 }
@@ -84,7 +103,7 @@ constexpr std::uint32_t capacity_of([[maybe_unused]] Sizes const& sizes) noexcep
     if constexpr (X::static_capacity != dynamic_capacity)
         return X::static_capacity;
     else if constexpr (detail::has_slots<X>)
-        return sizes.*X::slots;
+        return detail::named_size(sizes, X::slots);
     else
         return dynamic_capacity;
 }
@@ -107,26 +126,26 @@ public:
 
     /// Words of state X as one piece of SRAM: a list's head and items, or the struct.
     template <class X, class Sizes>
-    static constexpr std::uint32_t words([[maybe_unused]] Sizes const& sizes) noexcept
+    static constexpr std::uint64_t words([[maybe_unused]] Sizes const& sizes) noexcept
     {
         if constexpr (detail::is_list<X>) {
             static_assert(X::static_capacity != dynamic_capacity || detail::has_slots<X>,
                           "a state's capacity is part of the layout; give the Buffer a number, or name its slots (static constexpr auto slots "
                           "= &Sizes::member)");
-            return X::words(capacity_of<X>(sizes));
+            return X::words(0) + std::uint64_t{capacity_of<X>(sizes)} * X::item_words;
         } else {
             return sizeof(X) / 4;
         }
     }
     /// SRAM of channel C on one tile with this many slots: four ends in, four out. A dynamic channel counts as its heads.
     template <class C>
-    static constexpr std::uint32_t channel_bytes(std::uint32_t slots) noexcept
+    static constexpr std::uint64_t channel_bytes(std::uint32_t slots) noexcept
     {
-        return 8 * C::end_bytes(slots == dynamic_capacity ? 0 : slots);
+        return 8 * (C::end_bytes(0) + (slots == dynamic_capacity ? 0u : std::uint64_t{slots} * wire_bytes<typename C::value_type>));
     }
     /// The same without what lies in another channel's memory.
     template <class C, class Sizes>
-    static constexpr std::uint32_t own_channel_bytes(Sizes const& sizes) noexcept
+    static constexpr std::uint64_t own_channel_bytes(Sizes const& sizes) noexcept
     {
         using Host = typename detail::MemoryOf<C>::type;
         auto const mine = channel_bytes<C>(capacity_of<C>(sizes));
@@ -138,7 +157,7 @@ public:
                           "memory_of names a channel that itself lies in another's memory; name that one");
             if (!detail::shares_memory<C>(sizes)) return mine;
             // What the host and the guests before this one leave over.
-            std::uint32_t before = channel_bytes<Host>(capacity_of<Host>(sizes));
+            std::uint64_t before = channel_bytes<Host>(capacity_of<Host>(sizes));
             bool found = false;
             ((found = found || std::is_same_v<L, C>,
               before = !found && std::is_same_v<typename detail::MemoryOf<L>::type, Host> && detail::shares_memory<L>(sizes) &&
@@ -155,14 +174,14 @@ public:
     template <class Sizes>
     static constexpr std::array<Region, region_count> lines(MachineSize const& machine, Sizes const& sizes) noexcept
     {
-        return {{Region{name_of<L>(), "channel, 8 ends", own_channel_bytes<L>(sizes), true}...,
-                 Region{name_of<S>(), "state", 4 * words<S>(sizes), detail::counts_against_sram<S>(sizes)}...,
+        return {{Region{name_of<L>(), "channel, 8 ends", detail::column_bytes(own_channel_bytes<L>(sizes)), true}...,
+                 Region{name_of<S>(), "state", detail::column_bytes(4 * words<S>(sizes)), detail::counts_against_sram<S>(sizes)}...,
                  Region{name_of<P>(), "broadcast", static_cast<std::uint32_t>(sizeof(P)), true}...,
                  Region{{"code and stacks", 15}, "reserve", machine.code_bytes, true}}};
     }
     /// Bytes that X, a state or a channel, takes of the SRAM.
     template <class X, class Sizes>
-    static constexpr std::uint32_t counted_bytes(Sizes const& sizes) noexcept
+    static constexpr std::uint64_t counted_bytes(Sizes const& sizes) noexcept
     {
         if constexpr (detail::is_channel<X>)
             return own_channel_bytes<X>(sizes);
@@ -200,17 +219,17 @@ public:
     template <class X>
     static constexpr std::uint32_t words() noexcept
     {
-        return Base::template words<X>(Setup::sizes);
+        return static_cast<std::uint32_t>(Base::template words<X>(Setup::sizes));
     }
     template <class C>
     static constexpr std::uint32_t channel_bytes() noexcept
     {
-        return Base::template channel_bytes<C>(capacity_of<C>(Setup::sizes));
+        return column_bytes(Base::template channel_bytes<C>(capacity_of<C>(Setup::sizes)));
     }
     template <class C>
     static constexpr std::uint32_t own_channel_bytes() noexcept
     {
-        return Base::template own_channel_bytes<C>(Setup::sizes);
+        return column_bytes(Base::template own_channel_bytes<C>(Setup::sizes));
     }
     /// Where X begins among a tile's state words, when they are one tensor.
     template <class X>
@@ -249,7 +268,7 @@ class LargestRegion {
     template <class X>
     static constexpr std::uint32_t size_of() noexcept
     {
-        return Layout::template counted_bytes<X>(Layout::setup_sizes());
+        return column_bytes(Layout::template counted_bytes<X>(Layout::setup_sizes()));
     }
     template <class Best>
     static constexpr auto largest_of() noexcept
@@ -299,7 +318,7 @@ class Tile : public detail::Layout<Machine, Program, Setup> {
     static_assert(detail::SramBudget<Machine, typename Largest::type, Largest::bytes(),
                                      Base::bytes <= Machine::sram_bytes
                                          ? 0u
-                                         : static_cast<std::uint32_t>(Base::bytes - Machine::sram_bytes)>::holds);
+                                         : detail::column_bytes(Base::bytes - Machine::sram_bytes)>::holds);
 };
 
 /// Bytes of a tile that a program takes on a machine, asked before the budget is: nothing is refused.
