@@ -1,3 +1,4 @@
+// test: unoptimised test asan
 #include <doctest/doctest.h>
 #include <filesystem>
 #include <fstream>
