@@ -1,4 +1,4 @@
-// test: unoptimised asan tsan
+// test: unoptimised asan, without tsan
 #include "../../examples/heat/heat.hpp"
 #include "on_poplar.hpp"
 

@@ -1,4 +1,4 @@
-// test: unoptimised test asan tsan
+// test: unoptimised test asan, without tsan
 #include <algorithm>
 #include <array>
 #include <atomic>
