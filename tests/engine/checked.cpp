@@ -1,3 +1,4 @@
+// test: unoptimised test asan tsan
 // What the checked engine catches: kernels that break the rules, each in one way. None of them runs on Mesh.
 //
 // Not detectable, and so not here: workers of one tile that write the same word with the same value in any order.

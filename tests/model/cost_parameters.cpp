@@ -1,3 +1,4 @@
+// test: unoptimised asan, without tsan
 #include <doctest/doctest.h>
 #include <sstream>
 #include <tilemesh/model/cost_parameters.hpp>

@@ -1,3 +1,4 @@
+// test: unoptimised asan, without tsan
 #include "model_by_hand.hpp"
 #include <cmath>
 #include <cstdint>

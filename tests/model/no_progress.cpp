@@ -1,3 +1,4 @@
+// test: unoptimised test asan, without tsan
 #include "../engine/everywhere.hpp"
 #include <algorithm>
 #include <cstdint>

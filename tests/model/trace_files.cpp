@@ -1,3 +1,4 @@
+// test: unoptimised test asan, without tsan
 #include "model_by_hand.hpp"
 #include <algorithm>
 #include <cmath>

@@ -1,3 +1,4 @@
+// test: unoptimised asan, without tsan, needs data, cost 25
 #include "../splat/scenes.hpp"
 #include "on_poplar.hpp"
 #include <standin_vertex.hpp>

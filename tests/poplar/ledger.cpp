@@ -1,3 +1,4 @@
+// test: unoptimised test asan, without tsan
 #include "../../examples/heat/heat.hpp"
 #include "on_poplar.hpp"
 #include <algorithm>

@@ -1,3 +1,4 @@
+// test: unoptimised test asan, without tsan
 #include "../engine/programs.hpp"
 #include "on_poplar.hpp"
 #include <standin_vertex.hpp>

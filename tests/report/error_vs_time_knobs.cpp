@@ -1,3 +1,4 @@
+// test: unoptimised test asan
 // The knobs of bench/error_vs_time: how a record is stored and cut, what orders it, which settings there are and what each leaves
 // out; and that a setting's error is taken apart against the right pictures.
 #include <algorithm>

@@ -1,3 +1,4 @@
+// test: unoptimised test asan
 #include <chrono>
 #include <doctest/doctest.h>
 #include <filesystem>

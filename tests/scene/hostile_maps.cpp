@@ -1,3 +1,4 @@
+// test: unoptimised asan
 #include "../splat/support.hpp"
 #include "ply_writer.hpp"
 #include "support.hpp"

@@ -1,3 +1,4 @@
+// test: without tsan
 #include "blended.hpp"
 #include "support.hpp"
 #include <algorithm>

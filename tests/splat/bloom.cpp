@@ -1,3 +1,4 @@
+// test: unoptimised asan tsan
 #include "support.hpp"
 #include <doctest/doctest.h>
 

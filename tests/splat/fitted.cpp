@@ -1,3 +1,4 @@
+// test: unoptimised test, without asan tsan
 // What a setup does without costs no byte and no counter, and what it has but does not need changes no bit.
 #include "support.hpp"
 #include <doctest/doctest.h>

@@ -1,3 +1,4 @@
+// test: optimised, without asan tsan, needs data, cost 85
 #include "arithmetic_limits.hpp"
 #include "scenes.hpp"
 #include <tilemesh/report/compare_reports.hpp>

@@ -1,3 +1,4 @@
+// test: without asan tsan, needs data
 #include "scenes.hpp"
 #include <cmath>
 #include <cstring>

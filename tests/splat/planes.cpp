@@ -1,3 +1,4 @@
+// test: unoptimised test, without asan tsan
 // Depth and alpha: right where asked for, absent where not.
 #include "support.hpp"
 #include <doctest/doctest.h>

@@ -1,3 +1,4 @@
+// test: unoptimised test, without asan tsan
 // The named settings: what they set, that each is cheaper and farther off than the one before, and that a renderer that is asked for one
 // renders with it, whatever is culled for it.
 #include "support.hpp"

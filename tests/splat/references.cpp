@@ -1,3 +1,4 @@
+// test: unoptimised tsan, without asan, needs data, cost 55
 // The host moves references instead of records: pictures, counters, bytes and losses are those of the machine that moves values.
 #include "scenes.hpp"
 #include <tilemesh/fit_renderer.hpp>

@@ -1,3 +1,4 @@
+// test: unoptimised asan, without tsan
 // The rule of 3D Gaussian Splatting for a pixel's end, which is not the model's, and a setup that blends by a rule of its own.
 #include "blended.hpp"
 #include "support.hpp"

@@ -23,16 +23,16 @@ inline bool fast()
     return value != nullptr && std::string(value) == "1";
 }
 
-/// The folder with real maps, or an empty path.
+/// The folder with real maps, or an empty path: the environment variable TILEMESH_DATA, or else the build's option of that name.
 inline std::filesystem::path data()
 {
-    char const* const value = std::getenv("TILEMESH_DATA");
-#ifdef TILEMESH_DATA_DEFAULT
-    std::filesystem::path const folder = value != nullptr ? value : TILEMESH_DATA_DEFAULT;
-#else
-    std::filesystem::path const folder = value != nullptr ? value : "../shared/data";
+    char const* folder = std::getenv("TILEMESH_DATA");
+#ifdef TILEMESH_TEST_DATA
+    if (folder == nullptr) folder = TILEMESH_TEST_DATA;
 #endif
-    return std::filesystem::is_directory(folder / "maps") ? folder : std::filesystem::path{};
+    if (folder == nullptr || *folder == '\0') return {};
+    std::filesystem::path const path = folder;
+    return std::filesystem::is_directory(path / "maps") ? path : std::filesystem::path{};
 }
 
 /// The same numbers with every compiler and library: SplitMix64.

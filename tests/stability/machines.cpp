@@ -1,3 +1,4 @@
+// test: optimised
 #include "machines.hpp"
 #include "../splat/support.hpp"
 #include <algorithm>
