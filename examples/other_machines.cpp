@@ -80,8 +80,8 @@ CostModel assumed(std::uint64_t bytes_a_cycle, std::uint64_t barrier_cycles)
     auto model = mk2();
     model.name = M::name;
     set_parameter(model, "clock", M::clock_khz, "assumed");
-    for (Operation o : {Operation::slot, Operation::projection, Operation::routed, Operation::copied, Operation::comparison})
-        set_parameter(model, name_of(o), model.millicycles[index(o)] * M::workers / Mk2::workers,
+    for (auto const* operation : {"slot", "projection", "routed", "copied", "comparison"})
+        set_price(model, operation, price_of(model, operation) * M::workers / Mk2::workers,
                       "assumed: mk2's instructions, of which a worker issues one in " + std::to_string(M::workers) + " cycles");
     set_parameter(model, "exchange_byte", (1000 + bytes_a_cycle / 2) / bytes_a_cycle,
                   "assumed: a tile receives " + std::to_string(bytes_a_cycle) + " bytes in a cycle; rounded to whole millicycles");
@@ -152,7 +152,7 @@ std::string timeline(CostModel const& model, Trace const& trace, RunCost const& 
     chart.layout = report::BarLayout::along_x;
     chart.y_high = 100;
     chart.width = 1200;
-    Trace together{trace.kernels, {}};
+    Trace together{trace.kernels, trace.operations, {}};
     SuperstepCost sum{};
     for (std::size_t i = 0; i < trace.supersteps.size(); ++i) {
         auto const& c = cost.supersteps[i];

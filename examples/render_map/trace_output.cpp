@@ -206,7 +206,7 @@ std::string superstep_timeline(tilemesh::Trace const& trace, tilemesh::CostModel
     };
     for (std::size_t i = 0; i < cost.supersteps.size(); ++i) {
         auto const& c = cost.supersteps[i];
-        tilemesh::Trace const one{trace.kernels, {trace.supersteps[i]}};
+        tilemesh::Trace const one{trace.kernels, trace.operations, {trace.supersteps[i]}};
         double const busy = total(heat_map(one, model, grid, tilemesh::TileSum::busy_cycles)) / grid.size();
         std::array<double, 5> const more = {busy, std::max(static_cast<double>(c.compute) - busy, 0.0),
                                             static_cast<double>(c.exchange), static_cast<double>(c.sync),
@@ -397,12 +397,11 @@ void TraceOutput::add_frame(std::size_t index, report::RunFrame const& frame, re
                              thousands(ideal.supersteps_replaced)});
     if (energy) {
         section.facts.emplace_back("energy", joules_text(energy->joules) + " J");
-        for (std::uint32_t e = 0; e < tilemesh::energy_events; ++e)
-            if (energy->events[e] != 0) // then it is set
-                section.energy_kinds.push_back({tilemesh::energy_event_name(e), thousands(energy->events[e]),
-                                                thousands(energy_model_->events[e]->value),
-                                                joules_text(energy->joules_of_kind[e]),
-                                                share(energy->joules_of_kind[e], energy->joules)});
+        for (auto const& event : energy->events)
+            if (event.count != 0) // then it is set
+                section.energy_kinds.push_back({event.name, thousands(event.count),
+                                                thousands(tilemesh::model_detail::find_energy(*energy_model_, event.name)->value),
+                                                joules_text(event.joules), share(event.joules, energy->joules)});
         for (std::size_t s = 0; s < steps.size(); ++s)
             section.energy_steps.push_back({steps[s].kernel, joules_text(energy->joules_of_step[s]),
                                             share(energy->joules_of_step[s], energy->joules)});
@@ -555,7 +554,7 @@ void TraceOutput::finish(report::RunReport const& run) const
         html.section("Energy model " + energy_model_->name);
         rows.clear();
         for (auto const& p : energy_model_->events)
-            if (p) rows.push_back({p->name, thousands(p->value), p->unit, p->source});
+            rows.push_back({p.name, thousands(p.value), p.unit, p.source});
         html.table({"event", "value", "unit", "source"}, rows);
         html.paragraph("Joules are the counts of the trace and of the cost model's cycles times these numbers. A pair counts as if "
                        "each worker of a tile had as many as its slowest; the map of pairs has those evaluated. What no event "

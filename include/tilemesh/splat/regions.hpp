@@ -1,6 +1,6 @@
 #pragma once
-#include <tilemesh/machine/operations.hpp>
 #include <tilemesh/splat/footprint.hpp>
+#include <tilemesh/splat/operations.hpp>
 
 namespace tilemesh::splat {
 
