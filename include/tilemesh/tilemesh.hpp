@@ -30,6 +30,8 @@
 #include <tilemesh/model/prototype_parameters.hpp>
 #include <tilemesh/model/step_costs.hpp>
 #include <tilemesh/model/trace_files.hpp>
+#include <tilemesh/model/trace_page.hpp>
+#include <tilemesh/model/trace_section.hpp>
 #include <tilemesh/renderer.hpp>
 #include <tilemesh/report/error_measures.hpp>
 #include <tilemesh/report/frame_report.hpp>
@@ -39,6 +41,7 @@
 #include <tilemesh/report/image_file.hpp>
 #include <tilemesh/report/losses.hpp>
 #include <tilemesh/report/naive.hpp>
+#include <tilemesh/report/number_text.hpp>
 #include <tilemesh/report/plot.hpp>
 #include <tilemesh/report/reference_double.hpp>
 #include <tilemesh/report/stacked_bars.hpp>
