@@ -4,9 +4,8 @@
 // usage: other_machines [--whole] [--out DIR]
 // --whole: all of the wafer (100 s on two cores and 10.4 GB when it was measured); otherwise 160 x 136 tiles from its middle
 // --out DIR: also each machine's cold start in files: a page (.html), its trace by tile and by superstep (.csv), a timeline for
-//   ui.perfetto.dev (.trace.json), maps of load and busy cycles (.ppm), and the cost model (.model.txt)
+//   ui.perfetto.dev (.trace.json), maps of load, channel fill, busy and idle cycles (.ppm), and the cost model (.model.txt)
 #include <algorithm>
-#include <chrono>
 #include <cstdint>
 #include <cstring>
 #include <exception>
@@ -15,7 +14,6 @@
 #include <new>
 #include <optional>
 #include <string>
-#include <sys/resource.h>
 #include <tilemesh/tilemesh.hpp>
 #include <utility>
 
@@ -68,23 +66,6 @@ struct OnPixels : On<PixelProcessors, 1, 1, 1> {
 constexpr auto least_bytes = bytes_needed<PixelProcessors, splat::Frame<OnPixels>>;
 static_assert(!fits<PixelProcessors, splat::Frame<OnPixels>> && fits<Wafer, splat::Frame<OnWafer>>);
 
-/// mk2()'s numbers where nothing better is known. Its one worker at work issues in every sixth cycle, because six take turns.
-template <class M>
-CostModel assumed(std::uint64_t bytes_a_cycle, std::uint64_t barrier_cycles)
-{
-    auto model = mk2();
-    model.name = M::name;
-    set_parameter(model, "clock", M::clock_khz, "assumed");
-    for (auto const* operation : {"slot", "projection", "routed", "copied", "comparison"})
-        set_price(model, operation, price_of(model, operation) * M::workers / Mk2::workers,
-                      "assumed: mk2's instructions, of which a worker issues one in " + std::to_string(M::workers) + " cycles");
-    set_parameter(model, "exchange_byte", (1000 + bytes_a_cycle / 2) / bytes_a_cycle,
-                  "assumed: a tile receives " + std::to_string(bytes_a_cycle) + " bytes in a cycle; rounded to whole millicycles");
-    set_parameter(model, "sync", barrier_cycles, "assumed");
-    set_parameter(model, "vote", 2 * barrier_cycles, "assumed: there and back");
-    return model;
-}
-
 /// The frame that `renderer` has just rendered as a page and the files beside it.
 template <class Shown>
 void write_page(std::filesystem::path const& folder, CostModel const& model, Shown& renderer)
@@ -113,7 +94,6 @@ bool report_on(scene::Map const& map, CostModel const& model, splat::Camera cons
 {
     using Shown = BasicRenderer<splat::Referenced<S>>;    // the machine of S; the host moves references
     using report::thousands;
-    auto const begin = std::chrono::steady_clock::now();
     options.threads = 2;
     options.arithmetic = splat::Arithmetic::precise;      // the naive loop's
     Shown renderer{map, options};
@@ -121,42 +101,30 @@ bool report_on(scene::Map const& map, CostModel const& model, splat::Camera cons
     renderer.prepare(camera.width, camera.height);
     auto const grid = renderer.mesh().grid();
     std::cout << "== " << S::Machine::name << ": " << grid.width << " x " << grid.height << " of " << thousands(S::Machine::tiles)
-              << " tiles, " << camera.width << " x " << camera.height << " pixels\n";
-    report::Table ledger{{"region", "bytes of a tile"}};
-    for (Region const& r : Shown::Layout::ledger()) ledger.add_row({std::string(r.name.text, r.name.size), thousands(r.bytes)});
-    std::cout << ledger.add_row({"sum, of " + thousands(S::Machine::sram_bytes), thousands(Shown::Layout::bytes)}) << '\n';
-    char const* text = "assumed: ";
-    for (auto const& p : model.parameters)
-        if (p.source.rfind("assumed", 0) == 0)
-            std::cout << std::exchange(text, ", ") << p.name << ' ' << thousands(p.value) << ' ' << p.unit
-                      << (p.name == "exchange_byte" ? " (" + p.source.substr(std::strlen("assumed: ")) + ")" : "");
-    std::cout << '\n';
+              << " tiles, " << camera.width << " x " << camera.height << " pixels\n"
+              << ledger_table(Shown::Layout::ledger(), S::Machine::sram_bytes) << '\n' << assumed_text(model) << '\n';
 
     auto cameras = scene::orbit(camera, scene::robust_centre(map), 0.5, 2);
     cameras.push_back(cameras.back());
     bool ok = true;
-    std::uint64_t before = ~std::uint64_t{0};
+    std::optional<std::uint64_t> before;
     for (auto const& at : cameras) {
         auto const frame = renderer.render(at);
         auto const& r = frame.report;
-        auto const& trace = renderer.trace();
-        auto const cost = model_cost(model, trace, grid);
-        std::cout << '\n' << cost_table(model, trace, cost) << "frame: " << milliseconds_text(model, cost.cycles) << " ms modelled, "
-                  << r.supersteps.total() << " exchanges; " << thousands(r.gaussians.moved) << " Gaussians moved, " << thousands(r.copies)
-                  << " copies, " << thousands(r.lost_copies) << " lost, " << thousands(r.gaussians.unplaced) << " unplaced, "
-                  << thousands(r.peak_storage) << " records on the fullest tile\n";
-        auto const naive = report::render_naive(map.gaussians, at, renderer.model());
-        bool const same = frame.image.rgb.size() == naive.rgb.size() &&
-                          std::memcmp(frame.image.rgb.data(), naive.rgb.data(), naive.rgb.size() * sizeof(float)) == 0;
+        auto const cost = model_cost(model, renderer.trace(), grid);
+        std::cout << '\n' << cost_table(model, renderer.trace(), cost) << "frame: " << milliseconds_text(model, cost.cycles)
+                  << " ms modelled, " << r.supersteps.total() << " exchanges; " << thousands(r.gaussians.moved) << " Gaussians moved, "
+                  << thousands(r.copies) << " copies, " << thousands(r.lost_copies) << " lost, " << thousands(r.gaussians.unplaced)
+                  << " unplaced, " << thousands(r.peak_storage) << " records on the fullest tile\n";
+        auto const naive = report::render_naive(map.gaussians, at, renderer.model()).rgb;
+        bool const same = frame.image.rgb.size() == naive.size() &&
+                          std::memcmp(frame.image.rgb.data(), naive.data(), naive.size() * sizeof(float)) == 0;
         std::cout << (same ? "The picture has the bits of the naive loop's.\n" : "The picture is NOT the naive loop's.\n");
-        ok = ok && same && r.lost.empty() && cost.cycles < before;
-        if (out && before == ~std::uint64_t{0}) write_page(*out, model, renderer); // the cold start only
+        ok = ok && same && r.lost.empty() && (!before || cost.cycles < *before);
+        if (out && !before) write_page(*out, model, renderer); // the cold start only
         before = cost.cycles;
     }
-    rusage used{};
-    getrusage(RUSAGE_SELF, &used);
-    auto const seconds = std::chrono::duration_cast<std::chrono::seconds>(std::chrono::steady_clock::now() - begin);
-    std::cout << "host, with the naive loop's pictures: " << seconds.count() << " s, " << used.ru_maxrss / 1024 << " MiB at most\n\n";
+    std::cout << '\n';
     return ok;
 }
 
@@ -175,7 +143,7 @@ try {
     auto third = map;
     for (std::size_t i = 0; 3 * i < map.gaussians.size(); ++i) third.gaussians[i] = map.gaussians[3 * i];
     third.gaussians.resize((map.gaussians.size() + 2) / 3);
-    bool ok = report_on<OnMultiprocessors>(third, assumed<Multiprocessors>(32, 1000), scene::built_in_camera({640, 360}),
+    bool ok = report_on<OnMultiprocessors>(third, assumed_model<Multiprocessors>(32, 1000), scene::built_in_camera({640, 360}),
                                            {.grid = {12, 11}, .tile = {54, 33}}, out);
     // Each tile has 2 x 2 pixels of 2,000 x 1,700. A part of the wafer shows its part of the picture.
     auto camera = scene::built_in_camera({2000, 1700});
@@ -184,7 +152,7 @@ try {
     camera.cy -= static_cast<float>(850 - part.height);
     camera.width = 2 * part.width;
     camera.height = 2 * part.height;
-    ok = report_on<OnWafer>(map, assumed<Wafer>(4, 1850), camera, {.grid = part, .tile = {2, 2}}, out) && ok;
+    ok = report_on<OnWafer>(map, assumed_model<Wafer>(4, 1850), camera, {.grid = part, .tile = {2, 2}}, out) && ok;
 
     std::cout << "== " << PixelProcessors::name << ": " << PixelProcessors::sram_bytes
               << " bytes a tile. A frame of one record and one pixel a tile takes " << least_bytes << " (a record is "

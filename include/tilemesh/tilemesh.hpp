@@ -21,6 +21,7 @@
 #include <tilemesh/machine/superstep.hpp>
 #include <tilemesh/machine/tile.hpp>
 #include <tilemesh/model/any_to_any.hpp>
+#include <tilemesh/model/assumed_parameters.hpp>
 #include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/model/cost_table.hpp>

@@ -151,7 +151,7 @@ TEST_CASE("own operations: prices as a file, and names that a file cannot hold")
     set_parameter(m, "swap", 7, "another test");
     CHECK(price_of(m, "swap") == 7);
     auto const before = m;
-    for (std::string const name : {"", "#a", "a b", "caf\xc3\xa9", "sync", "clock", std::string(65, 'x').c_str()})
+    for (std::string const& name : std::vector<std::string>{"", "#a", "a b", "caf\xc3\xa9", "sync", "clock", std::string(65, 'x')})
         CHECK(has(error_of([&] { set_price(m, name, 1, "x"); }), "cannot be priced"));
     CHECK(has(error_of([&] { set_price(m, "new", most_millicycles + 1, "x"); }), "parameter new cannot be"));
     CHECK(has(error_of([&] { set_price(m, "new", 1, ""); }), "parameter new has no source"));

@@ -3,6 +3,8 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <sstream>
+#include <tilemesh/model/assumed_parameters.hpp>
 #include <tilemesh/model/trace_page.hpp>
 
 // The page of a run, for a program that is no splatting: the heat equation, and traces put together by hand.
@@ -46,6 +48,10 @@ CostModel priced()
     return m;
 }
 constexpr Grid two{2, 1};
+struct Other {
+    static constexpr char const* name = "other";
+    static constexpr std::uint32_t tiles = 4, sram_bytes = 1000, code_bytes = 0, workers = 3, clock_khz = 7;
+};
 } // namespace
 
 TEST_CASE("trace page: the heat equation as files and a page")
@@ -113,6 +119,24 @@ TEST_CASE("trace page: pictures inside, maps of the caller, energy, and what is 
     CHECK(has(html, "<td>compare</td><td>6</td>"));
     CHECK(text_of(folder.path / "run.maps.csv") == "tile_x,tile_y,numbers,channel_fill,busy_cycles,idle_cycles\n"
                                                    "0,0,1.5,100,40,20\n1,0,2,0,50,10\n");
+}
+
+TEST_CASE("trace page: a ledger for a terminal, and what is assumed about a machine")
+{
+    auto const m = assumed_model<Other>(32, 40);
+    CHECK(price_of(m, "slot") == price_of(mk2(), "slot") / 2); // 3 workers take turns, not 6
+    CHECK(price_of(m, "pair") == price_of(mk2(), "pair"));     // of all workers
+    CHECK(m.vote_cycles == 80);
+    auto const text = assumed_text(m);
+    CHECK(text.starts_with("assumed: clock 7 kHz, slot 12,000 millicycles, projection"));
+    CHECK(has(text, ", exchange_byte 31 millicycles (a tile receives 32 bytes in a cycle; rounded to whole millicycles), sync 40 cycles, vote 80"));
+    CHECK(assumed_text(mk2()).empty());
+
+    Region const regions[] = {{name_of<Cell>(), "state", 600, true}, {name_of<Wall>(), "channel, 8 ends", 1234, false}};
+    std::ostringstream out;
+    out << ledger_table(regions, 1000);
+    CHECK(out.str() == "       region  bytes of a tile\n-------------  ---------------\n         Cell              600\n"
+                       "         Wall            1,234\nsum, of 1,000              600\n");
 }
 
 TEST_CASE("trace page: a folder that is a file, a map of another grid and a price without a source are refused")
