@@ -3,9 +3,9 @@
 #include <cmath>
 #include <cstdint>
 #include <tilemesh/machine/kernel.hpp>
-#include <tilemesh/machine/operations.hpp>
 #include <tilemesh/splat/camera.hpp>
 #include <tilemesh/splat/gaussian.hpp>
+#include <tilemesh/splat/operations.hpp>
 
 // The authors' prototype as a program on the mesh, from what is known of it (its public code of 2024 and 2026, read and described, not
 // copied): one hop a frame, every slot of every buffer looked at, one worker but for blending, copies sent anew and back in every frame,
@@ -18,6 +18,8 @@ namespace paper {
 using namespace tilemesh;
 using splat::Gaussian;
 using splat::GaussianId;
+using splat::Operation;
+using splat::Operations;
 
 /// Slots as coded: 24,000 bytes a channel and 192,000 of storage at a stride of 240 bytes a Gaussian (60 floats, 15 of them used).
 /// The paper counts the same bytes at 60: 400 and 3,200.

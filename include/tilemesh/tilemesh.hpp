@@ -22,6 +22,7 @@
 #include <tilemesh/machine/superstep.hpp>
 #include <tilemesh/machine/tile.hpp>
 #include <tilemesh/model/any_to_any.hpp>
+#include <tilemesh/model/assumed_parameters.hpp>
 #include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/model/cost_table.hpp>
@@ -31,6 +32,8 @@
 #include <tilemesh/model/prototype_parameters.hpp>
 #include <tilemesh/model/step_costs.hpp>
 #include <tilemesh/model/trace_files.hpp>
+#include <tilemesh/model/trace_page.hpp>
+#include <tilemesh/model/trace_section.hpp>
 #include <tilemesh/render/host_form.hpp>
 #include <tilemesh/renderer.hpp>
 #include <tilemesh/report/compare_reports.hpp>
@@ -42,6 +45,7 @@
 #include <tilemesh/report/image.hpp>
 #include <tilemesh/report/image_file.hpp>
 #include <tilemesh/report/naive.hpp>
+#include <tilemesh/report/number_text.hpp>
 #include <tilemesh/report/plot.hpp>
 #include <tilemesh/report/reference_double.hpp>
 #include <tilemesh/report/stacked_bars.hpp>

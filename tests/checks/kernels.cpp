@@ -26,6 +26,7 @@
 #include <tilemesh/splat/logarithm.hpp>
 #include <tilemesh/splat/model.hpp>
 #include <tilemesh/splat/number.hpp>
+#include <tilemesh/splat/operations.hpp>
 #include <tilemesh/splat/policies.hpp>
 #include <tilemesh/splat/policy_set.hpp>
 #include <tilemesh/splat/project_all.hpp>

@@ -92,14 +92,14 @@ TEST_CASE("any to any: steps of one kernel that follow each other are one")
 
 TEST_CASE("any to any: runs that settle differently are different")
 {
-    Operations a;
-    a[Operation::slot] = 3;
+    OperationCounts a;
+    a[0] = 3;
     a.settled_bytes = 8;
     auto b = a;
     CHECK(a == b);
     b.settled_bytes = 4;
     CHECK(!(a == b));
-    CHECK(Operations{}.settled_bytes == 0);
+    CHECK(OperationCounts{}.settled_bytes == 0);
 }
 
 TEST_CASE("any to any: nothing sent, nothing settled, nothing run")
@@ -150,6 +150,10 @@ struct Held {
     std::uint32_t parcels;
 };
 struct Belt : Channel<Parcel, 4> {};
+struct Carrying {
+    enum Kind : std::uint32_t { looked };
+    static constexpr char const* names[] = {"looked"};
+};
 /// Eastwards to the tile that a parcel names.
 struct Carry {
     void operator()(Here here, Held& held, In<Belt> in, Out<Belt> out) const noexcept
@@ -158,9 +162,9 @@ struct Carry {
             if (p.to == here.tile.x()) ++held.parcels;
             else out[Direction::east].push(p);
     }
-    static Operations operations(Here here, In<Belt> in) noexcept
+    static Operations<Carrying> operations(Here here, In<Belt> in) noexcept
     {
-        Operations o;
+        Operations<Carrying> o;
         for (auto const& p : in[Direction::west]) o.settled_bytes += p.to == here.tile.x() ? wire_bytes<Parcel> : 0;
         return o;
     }

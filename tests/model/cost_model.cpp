@@ -18,6 +18,8 @@ struct Load {
     std::uint32_t messages;
 };
 struct Wire : Channel<std::uint32_t, 4> {};
+using splat::Operation; // as good a set as any
+using splat::Operations;
 struct Send {
     void operator()(Load const& load, Out<Wire> out) const noexcept
     {
@@ -89,7 +91,7 @@ TEST_CASE("cost model: three tiles, two supersteps, by hand")
     CHECK(cost.supersteps[0].exchange == 105);
     CHECK(cost.cycles == 162);
     // The same trace again with another machine.
-    m.millicycles[index(Operation::routed)] = 0;
+    m.prices = {{"slot", 500}, {"routed", 0}};
     CHECK(model_cost(m, trace, grid).supersteps[0].compute == 13);
 }
 
@@ -198,10 +200,11 @@ void same_everywhere()
     }
     CHECK(model_cost(model(), traces[0], checked.mesh().grid()).cycles > model_cost(model(), traces[2], checked.mesh().grid()).cycles);
     CHECK(traces[0].supersteps.size() > traces[2].supersteps.size());
-    std::uint64_t operations[operation_kinds] = {};
+    constexpr std::size_t kinds = std::size(Operation::names);
+    std::uint64_t operations[kinds] = {};
     for (auto const& s : traces[0].supersteps)
         for (auto const& t : s.tiles)
-            for (std::uint32_t i = 0; i < operation_kinds; ++i) operations[i] += t.operations.count[i];
+            for (std::uint32_t i = 0; i < kinds; ++i) operations[i] += t.operations.count[i];
     for (auto n : operations) CHECK(n > 0);
     for (auto threads : thread_counts) {
         CAPTURE(threads);

@@ -1,7 +1,9 @@
 // test: unoptimised asan, without tsan
+#include <algorithm>
 #include <doctest/doctest.h>
 #include <sstream>
 #include <tilemesh/model/cost_parameters.hpp>
+#include <tilemesh/splat/operations.hpp>
 #include <tilemesh/splat/projection.hpp>
 
 // The numbers of cost models: where they are from, and their text form.
@@ -54,6 +56,7 @@ Trace most_of_all(std::size_t supersteps)
 {
     Trace trace;
     trace.kernels = {"everything"};
+    trace.operations = {{"a", "b", "c", "d", "e", "f", "g", "h"}};
     TileSample tile{0, {}, {most_count, most_count, most_count, most_count}};
     for (auto& n : tile.operations.count) n = most_count;
     trace.supersteps.assign(supersteps, {0, true, most_count, true, {tile}});
@@ -74,7 +77,12 @@ TEST_CASE("cost parameters: mk2 has every number, with unit and source")
         CHECK((kind == "document" || kind == "arithmetic" || kind == "guess"));
     }
     CHECK(m.parameters[0].value == m.clock_khz);
-    for (std::uint32_t i = 0; i < operation_kinds; ++i) CHECK(m.parameters[2 + i].value == m.millicycles[i]);
+    REQUIRE(m.prices.size() == std::size(splat::Operation::names)); // each that splatting counts
+    for (std::size_t i = 0; i < m.prices.size(); ++i) {
+        CHECK(m.prices[i].operation == splat::Operation::names[i]);
+        CHECK(m.parameters[2 + i].name == m.prices[i].operation);
+        CHECK(m.parameters[2 + i].value == m.prices[i].millicycles);
+    }
     // What no document has says so.
     CHECK(m.parameters[12].source.starts_with("guess"));
     CHECK(m.parameters[13].source.starts_with("guess"));
@@ -86,13 +94,13 @@ TEST_CASE("cost parameters: mk2's numbers by hand")
     CHECK(m.name == "mk2");
     CHECK(m.clock_khz == 1'325'000);
     CHECK(m.exchange_cost == ExchangeCost::capacity);
-    CHECK(m.millicycles[index(Operation::slot)] == 4 * 6000);         // 4 instructions in every 6th cycle
-    CHECK(m.millicycles[index(Operation::projection)] == 753 * 6000); // 425 + 60 + 122 + 146
-    CHECK(m.millicycles[index(Operation::routed)] == 60 * 6000);      // (175 + 3 * 66 + 107) / 8
-    CHECK(m.millicycles[index(Operation::copied)] == 190 * 6000);     // (122 + 258) / 2
-    CHECK(m.millicycles[index(Operation::comparison)] == 30 * 6000);
-    CHECK(m.millicycles[index(Operation::pair)] == 27'059); // 18.4 / 0.68 = 27.0588
-    CHECK(m.millicycles[index(Operation::pixel)] == 93'000);
+    CHECK(price_of(m, "slot") == 4 * 6000);         // 4 instructions in every 6th cycle
+    CHECK(price_of(m, "projection") == 753 * 6000); // 425 + 60 + 122 + 146
+    CHECK(price_of(m, "routed") == 60 * 6000);      // (175 + 3 * 66 + 107) / 8
+    CHECK(price_of(m, "copied") == 190 * 6000);     // (122 + 258) / 2
+    CHECK(price_of(m, "comparison") == 30 * 6000);
+    CHECK(price_of(m, "pair") == 27'059); // 18.4 / 0.68 = 27.0588
+    CHECK(price_of(m, "pixel") == 93'000);
     CHECK(m.run_cycles == 20);
     CHECK(m.exchange_cycles + m.sync_cycles == 300);
     CHECK(m.sync_cycles == 150);
@@ -249,7 +257,10 @@ TEST_CASE("cost parameters: any order, comments, empty lines, blanks, line ends"
         auto const value = p.name == "exchange_cost" ? "capacity" : std::to_string(p.value);
         text += "\t" + p.name + "   " + value + "\t" + p.unit + "  " + p.source + (i == 0 ? "" : " \r\n#\r\n");
     }
-    CHECK(read(text) == m);
+    auto reversed = m; // operations are listed in the order of the file
+    std::reverse(reversed.prices.begin(), reversed.prices.end());
+    std::reverse(reversed.parameters.begin() + 2, reversed.parameters.begin() + 9);
+    CHECK(read(text) == reversed);
     CHECK(read(with_line("sync", "sync 007 cycles x")).sync_cycles == 7);
     CHECK(read(with_line("sync", "sync 7 cycles a\tb")).parameters[12].source == "a b");
 }
@@ -271,9 +282,10 @@ TEST_CASE("cost parameters: every refusal names the file and the line")
     begins("model\n", "1 names no model");
     begins("model " + std::string(2049, 'm') + "\n", "1 names no model");
     begins(changed("clock", "model b\nclock"), "3 names a second model");
-    begins(changed("slot", "slots"), "5 has an unknown parameter (\"slots\")");
+    begins(with_line("sync", "synch 1 cycles x"), "15 has an unknown parameter (\"synch\")");
     begins(changed("slot", "clock 1 kHz x\nslot"), "5 repeats a parameter (clock is in line 3)");
     for (auto const* name : parameters) {
+        if (model_detail::find_price(mk2(), name) != nullptr) continue;
         auto const missing = with_line(name, "");
         CHECK(
             refusal(missing).starts_with("set.txt line 16 ends the file (parameter " + std::string(name) + " is missing)"));
@@ -282,7 +294,9 @@ TEST_CASE("cost parameters: every refusal names the file and the line")
     for (auto const* word : {"-1", "+1", "1.5", "1e6", "0x10", "many", "1,000", "capacity", "99999999999999999999x"})
         begins(with_line("slot", std::string("slot ") + word + " millicycles x"),
                "5 has no whole number (slot is \"" + std::string(word) + "\")");
-    begins(with_line("slot", "slot"), "5 has no whole number (slot is \"\")");
+    begins(with_line("slot", "slot"), "5 has an unknown parameter (\"slot\")");
+    begins(with_line("slot", "slot 1 cycles x"), "5 has an unknown parameter (\"slot\"); use clock, exchange_cost, run, exchange, "
+                                                 "exchange_byte, sync, vote, or the name of an operation and the unit millicycles");
     begins(with_line("slot", "slot 100000001 millicycles x"),
            "5 is out of range (slot is 100000001); write a value from 0 to 100000000");
     begins(with_line("slot", "slot 18446744073709551616 millicycles x"), "5 is out of range");
@@ -338,7 +352,7 @@ TEST_CASE("cost parameters: what cannot be written or set is refused")
     m.parameters.push_back(m.parameters[0]);
     CHECK_THROWS_AS(write_cost_model(out, m), Error);
     m = mk2();
-    m.parameters.push_back({"warp", 1, "c", "fiction"});
+    m.parameters.push_back({"warp", 1, "c", "fiction"}); // an entry without a price
     CHECK_THROWS_WITH_AS(write_cost_model(out, m), doctest::Contains("15 parameters of 14"), Error);
     m = mk2();
     m.parameters.pop_back();
@@ -363,6 +377,7 @@ TEST_CASE("cost parameters: what cannot be written or set is refused")
     // In whatever order they are set, they are listed in one.
     CostModel again;
     again.name = m.name;
+    again.prices = m.prices;
     for (std::size_t i = m.parameters.size(); i-- > 0;)
         set_parameter(again, m.parameters[i].name, m.parameters[i].value, m.parameters[i].source);
     CHECK(again == m);
@@ -371,10 +386,10 @@ TEST_CASE("cost parameters: what cannot be written or set is refused")
 TEST_CASE("cost model: the largest counts and numbers do not wrap, larger numbers are refused")
 {
     CostModel m;
-    m.millicycles.fill(most_millicycles);
+    for (auto const* name : {"a", "b", "c", "d", "e", "f", "g", "h"}) m.prices.push_back({name, most_millicycles});
     m.exchange_millicycles_a_byte = most_millicycles;
     m.run_cycles = m.exchange_cycles = m.sync_cycles = m.vote_cycles = most_cycles;
-    auto const compute = most_cycles + std::uint64_t{operation_kinds} * most_count * (most_millicycles / 1000);
+    auto const compute = most_cycles + std::uint64_t{most_operation_kinds} * most_count * (most_millicycles / 1000);
     auto const exchange = most_cycles + std::uint64_t{4} * most_count * (most_millicycles / 1000);
     for (auto kind : {ExchangeCost::capacity, ExchangeCost::live}) {
         m.exchange_cost = kind;
@@ -390,11 +405,11 @@ TEST_CASE("cost model: the largest counts and numbers do not wrap, larger number
     CHECK_THROWS_WITH_AS(model_cost(m, most_of_all(most + 1), Grid{1, 1}), doctest::Contains("its cycles pass 64 bits"),
                          Error);
 
-    for (std::uint32_t i = 0; i < operation_kinds + 5; ++i) {
+    for (std::uint32_t i = 0; i < most_operation_kinds + 5; ++i) {
         auto wrong = m;
         std::uint64_t* const fixed[] = {&wrong.exchange_millicycles_a_byte, &wrong.run_cycles, &wrong.exchange_cycles,
                                         &wrong.sync_cycles, &wrong.vote_cycles};
-        ++(i < operation_kinds ? wrong.millicycles[i] : *fixed[i - operation_kinds]);
+        ++(i < most_operation_kinds ? wrong.prices[i].millicycles : *fixed[i - most_operation_kinds]);
         CHECK_THROWS_WITH_AS(model_cost(wrong, Trace{}, Grid{1, 1}), doctest::Contains("exceed 1"), Error);
     }
     CHECK(model_cost(m, Trace{}, Grid{1, 1}).cycles == 0);

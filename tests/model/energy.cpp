@@ -71,15 +71,15 @@ TEST_CASE("energy: power x time")
 TEST_CASE("energy: three tiles and two steps, by hand")
 {
     auto const e = energy_of(prices(), model(), by_hand(), row);
-    CHECK(e.events[index(Operation::slot)] == 12);
-    CHECK(e.events[index(Operation::routed)] == 4);
-    CHECK(e.events[sent_byte_event] == 0); // part of the copies
-    CHECK(e.events[capacity_byte_event] == 3 * 4 * 24);
-    CHECK(e.events[tile_cycle_event] == 3 * (cycles[0] + cycles[1]));
-    CHECK(e.joules_of_kind[index(Operation::slot)] == femto(12'000));
-    CHECK(e.joules_of_kind[index(Operation::routed)] == femto(80'000));
-    CHECK(e.joules_of_kind[capacity_byte_event] == femto(2'880));
-    CHECK(e.joules_of_kind[tile_cycle_event] == femto(9 * (cycles[0] + cycles[1])));
+    CHECK(e.of("slot").count == 12);
+    CHECK(e.of("routed").count == 4);
+    CHECK(e.of(sent_byte_event).count == 0); // part of the copies
+    CHECK(e.of(capacity_byte_event).count == 3 * 4 * 24);
+    CHECK(e.of(tile_cycle_event).count == 3 * (cycles[0] + cycles[1]));
+    CHECK(e.of("slot").joules == femto(12'000));
+    CHECK(e.of("routed").joules == femto(80'000));
+    CHECK(e.of(capacity_byte_event).joules == femto(2'880));
+    CHECK(e.of(tile_cycle_event).joules == femto(9 * (cycles[0] + cycles[1])));
     CHECK(e.joules_of_step ==
           std::vector<double>{femto(8'000 + 80'000 + 2'880 + 9 * cycles[0]), femto(4'000 + 9 * cycles[1])});
     auto const alike = 960 + 3 * (cycles[0] + cycles[1]);
@@ -92,31 +92,31 @@ TEST_CASE("energy: three tiles and two steps, by hand")
     auto priced = prices();
     set_energy(priced, "sent_byte", 100, "a test");
     auto const l = energy_of(priced, live, by_hand(), row);
-    CHECK(l.events[capacity_byte_event] == 0);
-    CHECK(l.events[sent_byte_event] == 32);
-    CHECK(l.joules_of_kind[sent_byte_event] == femto(3'200));
-    CHECK(l.events[tile_cycle_event] == 3 * (31 + 105 + 7 + 22));
+    CHECK(l.of(capacity_byte_event).count == 0);
+    CHECK(l.of(sent_byte_event).count == 32);
+    CHECK(l.of(sent_byte_event).joules == femto(3'200));
+    CHECK(l.of(tile_cycle_event).count == 3 * (31 + 105 + 7 + 22));
     CHECK(l.joules_of_tile[2] == femto(3'000 + 3 * 165));
 }
 
 TEST_CASE("energy: an event without a price is refused, one that does not occur needs none")
 {
     auto e = prices();
-    e.events[index(Operation::routed)].reset();
+    std::erase_if(e.events, [](Parameter const& p) { return p.name == "routed"; });
     CHECK(error_of([&] { energy_of(e, model(), by_hand(), row); }) ==
           "energy model \"by hand\" cannot be applied (event routed occurs, first in superstep 0, and its energy is not set); set it, "
           "and say where it is from");
     auto quiet = by_hand();
     for (auto& s : quiet.supersteps)
-        for (auto& t : s.tiles) t.operations[Operation::routed] = 0;
-    CHECK(energy_of(e, model(), quiet, row).events[index(Operation::routed)] == 0);
+        for (auto& t : s.tiles) t.operations[2] = 0; // routed;
+    CHECK(energy_of(e, model(), quiet, row).of("routed").count == 0);
     auto live = model();
     live.exchange_cost = ExchangeCost::live;
     CHECK(error_of([&] { energy_of(prices(), live, by_hand(), row); }).find("event sent_byte occurs") != std::string::npos);
     // A new model has no energy at all, and a free event is said to be free.
     CHECK_THROWS_AS(energy_of({}, model(), by_hand(), row), Error);
     set_energy(e, "routed", 0, "not counted: part of slot");
-    CHECK(energy_of(e, model(), by_hand(), row).joules_of_kind[index(Operation::routed)] == 0);
+    CHECK(energy_of(e, model(), by_hand(), row).of("routed").joules == 0);
     // Nothing ran, nothing is needed.
     Trace none;
     CHECK(energy_of({}, model(), none, row).joules == 0);
@@ -142,7 +142,7 @@ TEST_CASE("energy: sums are exact where 64 bits would not hold them, and counts 
     trace.kernels = {"K"};
     trace.supersteps.assign(20, {0, false, 0, false, {}});
     auto const e = energy_of(prices(), slow, trace, {1000, 800});
-    CHECK(e.events[tile_cycle_event] == 20 * most_cycles * 800'000);
+    CHECK(e.of(tile_cycle_event).count == 20 * most_cycles * 800'000);
     CHECK(e.joules_of_tile[799'999] == 20 * 1e12 * 3 / 1e15);
     trace.supersteps.assign(24, {0, false, 0, false, {}});
     CHECK(error_of([&] { energy_of(prices(), slow, trace, {1000, 800}); }) ==
@@ -153,7 +153,7 @@ TEST_CASE("energy: by kind, by step and by tile are the same joules")
 {
     auto const e = energy_of(prices(), model(), by_hand(), row);
     auto const sum = [](auto const& v) { return std::accumulate(v.begin(), v.end(), 0.0); };
-    CHECK(sum(e.joules_of_kind) == doctest::Approx(e.joules).epsilon(1e-14));
+    CHECK(std::accumulate(e.events.begin(), e.events.end(), 0.0, [](double all, auto const& event) { return all + event.joules; }) == doctest::Approx(e.joules).epsilon(1e-14));
     CHECK(sum(e.joules_of_step) == doctest::Approx(e.joules).epsilon(1e-14));
     CHECK(sum(e.joules_of_tile) == doctest::Approx(e.joules).epsilon(1e-14));
 }
@@ -161,26 +161,25 @@ TEST_CASE("energy: by kind, by step and by tile are the same joules")
 TEST_CASE("energy: names, values and sources that are none are refused")
 {
     EnergyModel e;
-    CHECK(error_of([&] { set_energy(e, "hop", 1, "x"); }) ==
-          "an energy model has no event \"hop\" (it has slot, projection, routed, copied, comparison, pair, pixel, sent_byte, "
-          "capacity_byte, tile_cycle); name one of these");
+    for (std::string const name : {"", "#slot", "two words", "caf\xc3\xa9"})
+        CHECK(error_of([&] { set_energy(e, name, 1, "x"); }).find("an event is a word of 1 to 64 printable ASCII characters") != std::string::npos);
     CHECK(error_of([&] { set_energy(e, "slot", most_femtojoules + 1, "x"); }) ==
           "parameter slot cannot be 4000000001 (it goes from 0 to 4000000000 fJ); give it a value in this range");
     auto by_hand_set = prices(); // events are public: what set_energy refuses would wrap in the sums
     for (std::uint64_t const value : {most_femtojoules + 1, std::uint64_t{1} << 32, ~std::uint64_t{0}}) {
-        by_hand_set.events[index(Operation::slot)]->value = value;
+        by_hand_set.events[0].value = value;
         CHECK(error_of([&] { energy_of(by_hand_set, model(), by_hand(), row); }) ==
               "parameter slot cannot be " + std::to_string(value) +
                   " (it goes from 0 to 4000000000 fJ); give it a value in this range");
     }
-    by_hand_set.events[index(Operation::slot)]->value = most_femtojoules;
-    CHECK(energy_of(by_hand_set, model(), by_hand(), row).joules_of_kind[index(Operation::slot)] == femto(12 * most_femtojoules));
+    by_hand_set.events[0].value = most_femtojoules;
+    CHECK(energy_of(by_hand_set, model(), by_hand(), row).of("slot").joules == femto(12 * most_femtojoules));
     for (std::string const source : {"", " x", "x ", "a\nb"}) CHECK_THROWS_AS(set_energy(e, "slot", 1, source), Error);
     CHECK(e == EnergyModel{});
     set_energy(e, "slot", most_femtojoules, "x");
     set_energy(e, "slot", 2, "y");
-    CHECK(e.events[0]->value == 2);
-    CHECK(e.events[0]->source == "y");
+    CHECK(e.events[0].value == 2);
+    CHECK(e.events[0].source == "y");
 }
 
 TEST_CASE("energy: the file gives back the model, without what is not set")
@@ -189,11 +188,11 @@ TEST_CASE("energy: the file gives back the model, without what is not set")
     auto const text = written(e);
     CHECK(text.find("energy by hand\nslot          1000      fJ          a test\n") != std::string::npos);
     CHECK(read(text) == e);
-    CHECK(read("energy x\n# nothing is known\n").events == EnergyModel{}.events);
-    CHECK(read("energy x\nslot 5 fJ\ta paper\n").events[0]->source == "a paper");
+    CHECK(read("energy x\n# nothing is known\n").events.empty());
+    CHECK(read("energy x\nslot 5 fJ\ta paper\n").events[0].source == "a paper");
 
     EnergyModel wrong = e;
-    wrong.events[0]->unit = "pJ";
+    wrong.events[0].unit = "pJ";
     CHECK(error_of([&] { written(wrong); }).find("cannot be written") != std::string::npos);
     wrong = e;
     wrong.name = "";
@@ -205,7 +204,9 @@ TEST_CASE("energy: the file gives back the model, without what is not set")
     };
     begins("", "0 ends the file (it holds no energy model); begin it with \"energy NAME\"");
     begins("model m\n", "1 begins no energy model");
-    begins("energy m\nslot 1 pJ x\n", "2 has another unit (slot is in fJ, not in \"pJ\"); convert the value");
+    begins("energy m\ntile_cycle 1 pJ x\n", "2 has another unit (tile_cycle is in fJ, not in \"pJ\"); convert the value");
+    begins("energy m\nslot 1 pJ x\n", "2 has an unknown parameter (\"slot\"); use sent_byte, capacity_byte, tile_cycle, or the name of an operation and the unit fJ");
+    CHECK(read("energy m\nswap 1 fJ x\n").events[0].name == "swap"); // an operation of somebody's program
     begins("energy m\nslot 1 fJ\n", "2 has no source");
     begins("energy m\nslot 1.5 fJ x\n", "2 has no whole number (slot is \"1.5\"); write digits only, from 0 to 4000000000");
     begins("energy m\nslot 4000000001 fJ x\n", "2 is out of range");

@@ -251,14 +251,14 @@ TEST_CASE("the prices: of Salad alone, and Sloth's stages follow within a quarte
     Case const salad = {{400, 827}, {130.74, 392.24}, {136.67, 804.82}, {1166.05, 10211.1}, 608'619, {4.14, 14.22, 3.95, 11.61, 0.26, 3.37, 16.66, 45.86}};
     Case const sloth = {{400, 818}, {61.38, 389.44}, {53.37, 811.23}, {412.00, 9715.1}, 591'648, {2.71, 13.70, 3.41, 11.15, 0.12, 3.40, 16.15, 44.40}};
     for (auto const& c : {salad, sloth}) {
-        auto const ms = [&](Operation o, double n) { return n * static_cast<double>(model.millicycles[index(o)]) / 1000 / static_cast<double>(model.clock_khz); };
-        double const ours[7] = {ms(Operation::slot, c.slots[0]) + ms(Operation::routed, c.arrivals[0]),
-                                ms(Operation::slot, c.slots[0]) + ms(Operation::routed, c.arrivals[1]),
-                                ms(Operation::slot, c.slots[1]) + ms(Operation::projection, c.records[0]),
-                                ms(Operation::slot, c.slots[1]) + ms(Operation::projection, c.records[1]),
-                                ms(Operation::comparison, c.comparisons[0]),
-                                ms(Operation::comparison, c.comparisons[1]),
-                                ms(Operation::pair, c.pairs)};
+        auto const ms = [&](char const* o, double n) { return n * static_cast<double>(price_of(model, o)) / 1000 / static_cast<double>(model.clock_khz); };
+        double const ours[7] = {ms("slot", c.slots[0]) + ms("routed", c.arrivals[0]),
+                                ms("slot", c.slots[0]) + ms("routed", c.arrivals[1]),
+                                ms("slot", c.slots[1]) + ms("projection", c.records[0]),
+                                ms("slot", c.slots[1]) + ms("projection", c.records[1]),
+                                ms("comparison", c.comparisons[0]),
+                                ms("comparison", c.comparisons[1]),
+                                ms("pair", c.pairs)};
         double const total = ours[1] + ours[3] + ours[5] + ours[6];
         for (int i = 0; i < 7; ++i) {
             CAPTURE(i);

@@ -14,9 +14,10 @@ Trace three_steps()
 {
     Trace trace;
     trace.kernels = {"first", "second", "third"};
+    trace.operations.assign(3, {"slot", "routed"});
     TileSample one{0, {}, {0, 0, 0, 0}}, other{1, {}, {0, 0, 0, 0}};
-    one.operations[Operation::slot] = 4;   // 2 cycles
-    other.operations[Operation::routed] = 3; // 18
+    one.operations[0] = 4;   // 2 cycles
+    other.operations[1] = 3; // 18
     trace.supersteps.push_back({0, true, 24, true, {one, other}});
     trace.supersteps.push_back({0, true, 24, false, {one}});
     trace.supersteps.push_back({2, false, 0, false, {one, other}});

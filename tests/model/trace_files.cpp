@@ -79,6 +79,14 @@ Timeline timeline(std::string const& text)
     return out;
 }
 
+/// A machine on which nothing takes time.
+CostModel free_of_charge()
+{
+    CostModel m;
+    m.prices = {{"slot", 0}, {"routed", 0}};
+    return m;
+}
+
 double sum(std::vector<double> const& v)
 {
     return std::accumulate(v.begin(), v.end(), 0.0);
@@ -95,12 +103,14 @@ Trace large(std::uint32_t supersteps, Grid grid)
 {
     Trace trace;
     for (std::uint32_t i = 0; i < 7; ++i) trace.kernels.push_back("kernel_of_a_longer_name" + std::to_string(i));
+    trace.operations.assign(7, engine_test::seven_kinds());
     std::uint32_t n = 1;
     for (std::uint32_t i = 0; i < supersteps; ++i) {
         SuperstepSample s{i % 7, i % 2 == 1, 24'000, true, {}};
         for (std::uint32_t tile = 0; tile < grid.size(); ++tile) {
             TileSample t{tile, {}, {}};
-            for (auto& count : t.operations.count) {
+            for (std::uint32_t kind = 0; kind < 7; ++kind) {
+                auto& count = t.operations.count[kind];
                 n = n * 1'664'525 + 1'013'904'223; // the generator of Numerical Recipes
                 count = 100'000 + n / 5000;        // to 958,993
             }
@@ -137,16 +147,17 @@ TEST_CASE("trace files: tables of three tiles and two supersteps, by hand")
     // In a column, x and y change places.
     CHECK(step_csv(by_hand(), model(), {1, 3}) == header + "0,0,Send,3,31,124,7,0,0,1\n1,1,Take,2,12,0,7,3,0,2\n");
     // A machine on which nothing takes time has no slowest tile.
-    CHECK(step_csv(by_hand(), {}, row) == header + "0,0,Send,3,0,0,0,0,,\n1,1,Take,2,0,0,0,0,,\n");
+    CHECK(step_csv(by_hand(), free_of_charge(), row) == header + "0,0,Send,3,0,0,0,0,,\n1,1,Take,2,0,0,0,0,,\n");
 }
 
 TEST_CASE("trace files: each operation and side has its own column")
 {
     Trace trace;
     trace.kernels = {"K"};
+    trace.operations = {engine_test::seven_kinds()};
     trace.supersteps = {{0, false, 0, true, {{0, {{1, 2, 3, 4, 5, 6, 4'294'967'295u}, 10}, {7, 8, 9, 4'000'000'000u}}}}};
     auto m = model();
-    m.millicycles[index(Operation::pixel)] = most_millicycles;
+    m.prices.back().millicycles = most_millicycles; // of a pixel
     auto const text = trace_csv(trace, m, {1, 1});
     CHECK(text.substr(text.find('\n') + 1) == "0,0,K,0,0,1,2,3,4,5,6,4294967295,7,8,9,4000000000,10,429496729500029\n");
 }
@@ -186,11 +197,11 @@ TEST_CASE("trace files: the timeline of three tiles and two supersteps, by hand"
           std::map<std::uint32_t, std::string>{{1, "machine"}, {2, "tile 1, 0"}});
     CHECK(timeline(chrome(by_hand(), model(), row, 0)).spans.size() == 1);
     CHECK(timeline(chrome(by_hand(), model(), row, 3)).spans.size() == 4);
-    CHECK(timeline(chrome(by_hand(), {}, row)).spans.empty()); // nothing takes time
+    CHECK(timeline(chrome(by_hand(), free_of_charge(), row)).spans.empty()); // nothing takes time
 
     // Of tiles that are equally busy, the lower index comes first.
     auto equal = model();
-    equal.millicycles = {};
+    for (auto& p : equal.prices) p.millicycles = 0;
     CHECK(timeline(chrome(by_hand(), equal, row)).names ==
           std::map<std::uint32_t, std::string>{{1, "machine"}, {2, "tile 1, 0"}, {3, "tile 2, 0"}, {4, "tile 0, 0"}});
     auto reversed = by_hand();
@@ -212,8 +223,9 @@ TEST_CASE("trace files: times are cut to nanoseconds, and cycles stay exact")
     // A run of days: no product of cycles passes 64 bits.
     Trace trace;
     trace.kernels = {"K"};
+    trace.operations = {{"slot"}};
     trace.supersteps.assign(2, {0, false, 0, false, {{0, {{4'000'000'000u}}, {}}}});
-    m.millicycles[index(Operation::slot)] = most_millicycles; // 4 * 10^14 cycles, and 10; 301,886,792,452.8377 us; a sync of 7
+    m.prices[0].millicycles = most_millicycles; // 4 * 10^14 cycles, and 10; 301,886,792,452.8377 us; a sync of 7
     auto const days = chrome(trace, m, {1, 1}, 0);
     CHECK(days.find("\"ts\":0.00025,\"dur\":301886792452.837,") != std::string::npos);
     CHECK(days.find("\"ts\":301886792452.84325,\"dur\":301886792452.837,") != std::string::npos);
@@ -283,9 +295,12 @@ TEST_CASE("trace files: heat maps by hand")
     CHECK(heat_map(t, m, row, TileSum::tile_runs) == std::vector<double>{1, 2, 2});
     CHECK(heat_map(t, m, row, TileSum::settled_bytes) == std::vector<double>{0, 4, 12});
     CHECK(heat_map(t, m, row, TileSum::channel_fill) == std::vector<double>{0.5, 20.0 / 24, 0}); // of 24 bytes
-    CHECK(heat_map(t, row, Operation::slot) == std::vector<double>{2, 7, 3});
-    CHECK(heat_map(t, row, Operation::routed) == std::vector<double>{1, 3, 0});
-    CHECK(heat_map(t, row, Operation::pixel) == std::vector<double>{0, 0, 0});
+    CHECK(heat_map(t, row, "slot") == std::vector<double>{2, 7, 3});
+    CHECK(heat_map(t, row, "routed") == std::vector<double>{1, 3, 0});
+    CHECK(heat_map(t, row, "pixel") == std::vector<double>{0, 0, 0});
+    CHECK_THROWS_WITH_AS(heat_map(t, row, "swap"),
+                         "no heat map of operation swap (the program's kernels count slot, projection, routed, copied, comparison, pair, "
+                         "pixel); name one of these", Error);
     // A tile that never ran is idle all the time.
     CHECK(heat_map(t, m, {2, 2}, TileSum::idle_cycles) == std::vector<double>{26, 1, 21, 43});
     CHECK(std::string(name_of(TileSum::busy_cycles)) == "busy_cycles");
@@ -308,7 +323,7 @@ TEST_CASE("trace files: channel fill is the fullest side of the fullest superste
 
 TEST_CASE("trace files: nothing ran")
 {
-    Trace const none;
+    Trace none;
     CHECK(trace_csv(none, model(), row).find('\n') == trace_csv(none, model(), row).size() - 1);
     CHECK(step_csv(none, model(), row).find('\n') == step_csv(none, model(), row).size() - 1);
     auto const t = timeline(chrome(none, model(), row));
@@ -316,7 +331,9 @@ TEST_CASE("trace files: nothing ran")
     CHECK(t.names.size() == 1);
     CHECK(timeline(chrome(none, model(), {0, 0})).spans.empty());
     CHECK(heat_map(none, model(), row, TileSum::idle_cycles) == std::vector<double>(3, 0.0));
-    CHECK(heat_map(none, {0, 0}, Operation::slot).empty());
+    none.operations = {{"slot"}};
+    none.kernels = {"K"};
+    CHECK(heat_map(none, {0, 0}, "slot").empty());
 
     // A superstep without tiles is still synchronised.
     Trace quiet;
@@ -344,7 +361,7 @@ TEST_CASE("trace files: a trace of another grid or program, and a model without 
     CHECK(text([] { step_csv(by_hand(), model(), {2, 1}); }) == grid);
     CHECK(text([] { chrome(by_hand(), model(), {2, 1}); }) == grid);
     CHECK(text([] { heat_map(by_hand(), model(), {2, 1}, TileSum::tile_runs); }) == grid);
-    CHECK(text([] { heat_map(by_hand(), {2, 1}, Operation::slot); }) == grid);
+    CHECK(text([] { heat_map(by_hand(), {2, 1}, "slot"); }) == grid);
     auto other = by_hand();
     other.kernels.pop_back();
     CHECK(text([&] { trace_csv(other, model(), row); }) ==
@@ -359,7 +376,7 @@ TEST_CASE("trace files: a trace of another grid or program, and a model without 
     ++stopped.clock_khz;
     CHECK(text([&] { chrome(by_hand(), stopped, row); }).find("is 1000000001 kHz") != std::string::npos);
     auto slow = model();
-    slow.millicycles[0] = most_millicycles + 1; // sums that may not fit
+    slow.prices[0].millicycles = most_millicycles + 1; // sums that may not fit
     CHECK_THROWS_AS(trace_csv(by_hand(), slow, row), Error);
     CHECK_THROWS_AS(heat_map(by_hand(), slow, row, TileSum::busy_cycles), Error);
 }

@@ -98,7 +98,7 @@ public:
     {
         if (broken_) throw Error("a mesh that stopped on an error cannot run again (its state is half a superstep); build a new one");
         this->require_capacities(Links{});
-        if constexpr (traced) trace_ = engine::detail::begin_trace(names_);
+        if constexpr (traced) trace_ = engine::detail::begin_trace<Program>(names_);
         run_ = {};
         run_.steps = names_;
         state_peak_.fill(0);

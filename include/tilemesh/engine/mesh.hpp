@@ -162,7 +162,7 @@ public:
     {
         if (broken_) throw Error("a mesh that stopped on an error cannot run again (its state is half a superstep); build a new one");
         this->require_capacities(Links{});
-        if constexpr (traced) trace_ = engine::detail::begin_trace(steps_);
+        if constexpr (traced) trace_ = engine::detail::begin_trace<Program>(steps_);
         run_ = {};
         run_.steps = steps_;
         step_ = 0;

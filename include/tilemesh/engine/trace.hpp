@@ -4,6 +4,7 @@
 #include <tilemesh/engine/counters.hpp>
 #include <tilemesh/machine/grid.hpp>
 #include <tilemesh/machine/operations.hpp>
+#include <tilemesh/machine/superstep.hpp>
 #include <type_traits>
 #include <vector>
 
@@ -12,7 +13,7 @@ namespace tilemesh {
 /// What one tile did in one superstep.
 struct TileSample {
     std::uint32_t tile;              ///< index in the grid
-    Operations operations;
+    OperationCounts operations;      ///< of the kinds that Trace::operations names for the step
     std::uint32_t sent_bytes[4];     ///< of messages and their heads, towards each side (news); 0 where nothing went
     friend bool operator==(TileSample const&, TileSample const&) = default;
 };
@@ -28,9 +29,11 @@ struct SuperstepSample {
 };
 
 /// A run, superstep by superstep: what a cost model (model/cost_model.hpp) and the trace files are made of. The same on every
-/// engine and any number of threads. Host memory: 52 bytes a tile that runs in a superstep.
+/// engine and any number of threads. Host memory: 56 bytes a tile that runs in a superstep.
 struct Trace {
     std::vector<std::string> kernels; ///< of the program's steps
+    /// Of each step: the names of what its kernel counts, in the order of OperationCounts; empty where it says nothing.
+    std::vector<std::vector<std::string>> operations;
     std::vector<SuperstepSample> supersteps;
     friend bool operator==(Trace const&, Trace const&) = default;
 };
@@ -39,10 +42,40 @@ namespace engine::detail {
 /// What stands for a trace where none is kept.
 struct NoTrace {};
 
-inline Trace begin_trace(std::vector<StepCounters> const& steps)
+/// What the kernels of a program's steps count, in program order.
+template <class K>
+void list_operations(tilemesh::detail::Tag<K>, std::vector<std::vector<std::string>>& out)
+{
+    constexpr auto names = operation_names<K>();
+    out.emplace_back(names.begin, names.begin + names.size);
+}
+template <class K>
+void list_operations(Superstep<K>*, std::vector<std::vector<std::string>>& out)
+{
+    list_operations(tilemesh::detail::Tag<K>{}, out);
+}
+template <std::uint32_t N, class K>
+void list_operations(Repeat<N, K>*, std::vector<std::vector<std::string>>& out)
+{
+    list_operations(tilemesh::detail::Tag<K>{}, out);
+}
+template <class K>
+void list_operations(UntilQuiet<K>*, std::vector<std::vector<std::string>>& out)
+{
+    list_operations(tilemesh::detail::Tag<K>{}, out);
+}
+template <class... S>
+void list_operations(Sequence<S...>*, std::vector<std::vector<std::string>>& out)
+{
+    (list_operations(static_cast<S*>(nullptr), out), ...);
+}
+
+template <class Program>
+Trace begin_trace(std::vector<StepCounters> const& steps)
 {
     Trace trace;
     for (auto const& s : steps) trace.kernels.push_back(s.kernel);
+    list_operations(static_cast<Program*>(nullptr), trace.operations);
     return trace;
 }
 

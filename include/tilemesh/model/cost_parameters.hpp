@@ -19,47 +19,38 @@ namespace tilemesh {
 
 namespace model_detail {
 inline constexpr std::array<std::string_view, 2> exchange_cost_names = {"capacity", "live"};
-inline constexpr std::uint32_t cost_parameter_count = operation_kinds + 7, first_operation = 2,
-                               after_operations = first_operation + operation_kinds;
+inline constexpr std::uint32_t first_operation = 2, fixed_parameters = 7;
 
-/// In the order of a file: clock, exchange_cost, the kinds of operations, run, exchange, exchange_byte, sync, vote.
-inline ParameterRule parameter_rule(std::uint32_t i)
+/// All that a file of this model says, in its order: clock, exchange_cost, the operations that it prices, run, exchange,
+/// exchange_byte, sync, vote.
+inline std::vector<ParameterRule> parameter_rules(std::vector<OperationPrice> const& prices)
 {
-    if (i == 0) return {"clock", "kHz", 1, most_clock_khz};
-    if (i == 1) return {"exchange_cost", "kind", 0, exchange_cost_names.size() - 1};
-    if (i < after_operations)
-        return {name_of(static_cast<Operation>(i - first_operation)), "millicycles", 0, most_millicycles};
-    constexpr std::string_view cycles = "cycles";
-    ParameterRule const rest[] = {{"run", cycles, 0, most_cycles},
-                                  {"exchange", cycles, 0, most_cycles},
-                                  {"exchange_byte", "millicycles", 0, most_millicycles},
-                                  {"sync", cycles, 0, most_cycles},
-                                  {"vote", cycles, 0, most_cycles}};
-    return rest[i - after_operations];
+    constexpr std::string_view cycles = "cycles", millicycles = "millicycles";
+    std::vector<ParameterRule> rules;
+    rules.push_back({"clock", "kHz", 1, most_clock_khz});
+    rules.push_back({"exchange_cost", "kind", 0, exchange_cost_names.size() - 1});
+    for (auto const& p : prices) rules.push_back({p.operation, millicycles, 0, most_millicycles});
+    rules.push_back({"run", cycles, 0, most_cycles});
+    rules.push_back({"exchange", cycles, 0, most_cycles});
+    rules.push_back({"exchange_byte", millicycles, 0, most_millicycles});
+    rules.push_back({"sync", cycles, 0, most_cycles});
+    rules.push_back({"vote", cycles, 0, most_cycles});
+    return rules;
 }
-/// Its place in the order; `cost_parameter_count` where there is none of this name.
-inline std::uint32_t parameter_index(std::string_view name)
+/// Its place in the order; their number where there is none of this name.
+inline std::size_t parameter_index(std::vector<ParameterRule> const& rules, std::string_view name)
 {
-    std::uint32_t i = 0;
-    while (i < cost_parameter_count && parameter_rule(i).name != name) ++i;
-    return i;
-}
-/// All that a file may name, for errors.
-inline std::string parameter_names()
-{
-    std::string all;
-    for (std::uint32_t i = 0; i < cost_parameter_count; ++i)
-        all += (i == 0 ? "" : ", ") + std::string(parameter_rule(i).name);
-    return all;
+    return static_cast<std::size_t>(std::find_if(rules.begin(), rules.end(), [&](ParameterRule const& r) { return r.name == name; }) -
+                                    rules.begin());
 }
 
 /// The model's number; not for exchange_cost, which is no integer.
 template <class Model>
-auto& parameter_field(Model& m, std::uint32_t i)
+auto& parameter_field(Model& m, std::size_t i)
 {
     if (i == 0) return m.clock_khz;
-    if (i >= first_operation && i < after_operations) return m.millicycles[i - first_operation];
-    switch (i - after_operations) {
+    if (i - first_operation < m.prices.size()) return m.prices[i - first_operation].millicycles;
+    switch (i - first_operation - m.prices.size()) {
     case 0:
         return m.run_cycles;
     case 1:
@@ -72,41 +63,62 @@ auto& parameter_field(Model& m, std::uint32_t i)
         return m.vote_cycles;
     }
 }
-inline std::uint64_t parameter_value(CostModel const& m, std::uint32_t i)
+inline std::uint64_t parameter_value(CostModel const& m, std::size_t i)
 {
     return i == 1 ? static_cast<std::uint64_t>(m.exchange_cost) : parameter_field(m, i);
 }
-inline std::string parameter_text(std::uint32_t i, std::uint64_t value)
+inline std::string parameter_text(std::size_t i, std::uint64_t value)
 {
     return i == 1 && value < exchange_cost_names.size() ? std::string(exchange_cost_names[value]) : std::to_string(value);
-}
-
-inline std::string range_text(std::uint32_t i)
-{
-    return range_text(parameter_rule(i));
 }
 } // namespace model_detail
 
 /// Gives a model one of its numbers, with where it is from: the field and its entry in `parameters`. Names, in this order: clock,
-/// exchange_cost (0: capacity, 1: live), slot, projection, routed, copied, comparison, pair, pixel, run, exchange, exchange_byte,
-/// sync, vote. Throws `Error` for a name that is none, a value out of range, and a source that is not one line of text.
+/// exchange_cost (0: capacity, 1: live), the operations that it has prices for, run, exchange, exchange_byte, sync, vote. Throws
+/// `Error` for a name that is none (set_price prices another operation), a value out of range, and a source that is not one line of
+/// text.
 inline void set_parameter(CostModel& model, std::string_view name, std::uint64_t value, std::string source)
 {
     namespace d = model_detail;
-    std::uint32_t const at = d::parameter_index(name);
-    if (at == d::cost_parameter_count)
-        throw Error("a cost model has no parameter \"" + d::shown(name) + "\" (it has " + d::parameter_names() +
-                    "); name one of these");
-    auto const rule = d::parameter_rule(at);
+    auto const rules = d::parameter_rules(model.prices);
+    auto const at = d::parameter_index(rules, name);
+    if (at == rules.size()) {
+        std::string all;
+        for (auto const& r : rules) {
+            if (!all.empty()) all += ", ";
+            all += r.name;
+        }
+        throw Error("a cost model has no parameter \"" + d::shown(name) + "\" (it has " + all +
+                    "); name one of these, or price an operation of your program with set_price");
+    }
+    auto const& rule = rules[at];
     d::expect_in_range(rule, value);
     d::expect_source(rule.name, source);
     if (at == 1) model.exchange_cost = static_cast<ExchangeCost>(value);
     else d::parameter_field(model, at) = value;
-    Parameter entry{std::string(rule.name), value, std::string(rule.unit), std::move(source)};
+    Parameter entry{rule.name, value, std::string(rule.unit), std::move(source)};
     auto const place = std::find_if(model.parameters.begin(), model.parameters.end(),
-                                    [&](Parameter const& p) { return d::parameter_index(p.name) >= at; });
+                                    [&](Parameter const& p) { return d::parameter_index(rules, p.name) >= at; });
     if (place != model.parameters.end() && place->name == rule.name) *place = std::move(entry);
     else model.parameters.insert(place, std::move(entry));
+}
+
+/// Gives an operation its price, with where that is from: as set_parameter, and for any name that kernels count under
+/// (machine/operations.hpp). Operations are listed in the order in which they were first priced. Throws `Error` for a name that is no
+/// word of at most 64 printable ASCII characters, or that is another parameter's.
+inline void set_price(CostModel& model, std::string_view operation, std::uint64_t millicycles, std::string source)
+{
+    namespace d = model_detail;
+    auto const fixed = d::parameter_rules({});
+    if (!d::is_operation_name(operation) || d::parameter_index(fixed, operation) != fixed.size())
+        throw Error("operation \"" + d::shown(operation) +
+                    "\" cannot be priced (a file cannot tell it from another parameter: a name is a word of 1 to 64 printable ASCII "
+                    "characters and no parameter's); call it something else");
+    if (d::find_price(model, operation) != nullptr) return set_parameter(model, operation, millicycles, std::move(source));
+    auto priced = model; // a refused number changes nothing
+    priced.prices.push_back({std::string(operation), 0});
+    set_parameter(priced, operation, millicycles, std::move(source));
+    model = std::move(priced);
 }
 
 /// What the kernels of splat/ do for one operation, as their code says; mk2() makes cycles of it. Instructions are counted by
@@ -180,8 +192,8 @@ inline CostModel mk2()
     CostModel m;
     m.name = "mk2";
     auto const text = [](std::uint64_t n) { return std::to_string(n); };
-    auto const counted = [&](Operation o, std::uint32_t instructions, std::string const& what) {
-        set_parameter(m, name_of(o), instructions * d::alone,
+    auto const counted = [&](char const* operation, std::uint32_t instructions, std::string const& what) {
+        set_price(m, operation, instructions * d::alone,
                       "arithmetic: " + text(instructions) +
                           " instructions of our code (compiled for RV32IMF) on one worker, which "
                           "issues every 6th cycle (asm_vertices guide): " +
@@ -193,22 +205,22 @@ inline CostModel mk2()
                   "document: GC200 at 1.325 GHz (the paper; eenewseurope on Hot Chips 33); a C600 may run at 1.49 GHz");
     set_parameter(m, "exchange_cost", static_cast<std::uint64_t>(ExchangeCost::capacity),
                   "document: copies are compiled, so that whole channels move (the authors' code, edge_builder.cpp)");
-    counted(Operation::slot, Work::slot, "find, the most frequent look; project and depth sort do more, once a record");
-    set_parameter(m, "projection", d::projection_slots() * d::alone,
+    counted("slot", Work::slot, "find, the most frequent look; project and depth sort do more, once a record");
+    set_price(m, "projection", d::projection_slots() * d::alone,
                   "arithmetic: " + text(Work::projection_flops) + " flops at " + scalar + ", " +
                       text(Work::projection_roots) + " divisions and roots of 5 slots (poplibs), " +
                       text(Work::projection_others) + " other operations, " + text(Work::reach) +
                       " instructions for the tiles it touches: " + text(d::projection_slots()) +
                       " slots of one worker, 6 cycles each");
-    counted(Operation::routed, Work::routed,
+    counted("routed", Work::routed,
             "a 64-byte record leaves (" + text(Work::leaves) + "), passes 3 tiles (" + text(Work::passes) +
                 " each) and settles (" + text(Work::settles) + "), two operations a hop; that it is 4 hops is a guess");
-    counted(Operation::copied, Work::copied,
+    counted("copied", Work::copied,
             "mean of a 60-byte copy's arrival (" + text(Work::copy_arrives) + ") and departure (" +
                 text(Work::copy_leaves) + ")");
-    counted(Operation::comparison, Work::comparison, "a level of heap sort, two compares and three words moved");
-    set_parameter(m, "pair", d::pair_millicycles(), "arithmetic: 18.4 flops (the host's fast blending) at " + scalar);
-    set_parameter(m, "pixel", Work::pixel * d::among_six,
+    counted("comparison", Work::comparison, "a level of heap sort, two compares and three words moved");
+    set_price(m, "pair", d::pair_millicycles(), "arithmetic: 18.4 flops (the host's fast blending) at " + scalar);
+    set_price(m, "pixel", Work::pixel * d::among_six,
                   "arithmetic: " + text(Work::pixel) +
                       " instructions of our code (compiled for RV32IMF) for an RGBX8 pixel on 6 workers, "
                       "one a cycle (graphcore.ai on tile-level parallelism); a float pixel takes about 20");
@@ -238,9 +250,10 @@ inline void write_cost_model(std::ostream& out, CostModel const& model)
         throw Error("a cost model cannot be written (its name is not one line of 1 to " +
                     std::to_string(d::most_text_bytes) + " bytes, without blanks around it); name it");
     std::string text = "# name value unit source; exchange_cost is capacity or live\nmodel " + model.name + '\n';
-    for (std::uint32_t i = 0; i < d::cost_parameter_count; ++i) {
-        auto const rule = d::parameter_rule(i);
-        std::string const name(rule.name);
+    auto const rules = d::parameter_rules(model.prices);
+    for (std::size_t i = 0; i < rules.size(); ++i) {
+        auto const& rule = rules[i];
+        auto const& name = rule.name;
         auto const is_it = [&](Parameter const& p) { return p.name == name; };
         auto const p = std::find_if(model.parameters.begin(), model.parameters.end(), is_it);
         if (p == model.parameters.end() || !d::fits_a_line(p->source))
@@ -254,31 +267,33 @@ inline void write_cost_model(std::ostream& out, CostModel const& model)
                         d::shown(p->unit) + "); set both with set_parameter");
         text += d::parameter_line(name, d::parameter_text(i, value), rule.unit, p->source);
     }
-    if (model.parameters.size() != d::cost_parameter_count)
+    if (model.parameters.size() != rules.size())
         throw Error("cost model \"" + d::shown(model.name) + "\" cannot be written (it lists " +
-                    std::to_string(model.parameters.size()) + " parameters of " + std::to_string(d::cost_parameter_count) +
+                    std::to_string(model.parameters.size()) + " parameters of " + std::to_string(rules.size()) +
                     "); keep those that it has");
     out.write(text.data(), static_cast<std::streamsize>(text.size()));
 }
 
-/// Reads what write_cost_model writes: parameters in any order, each once, none left out; `#` begins a comment line. Throws
+/// Reads what write_cost_model writes: parameters in any order, each once, none left out; `#` begins a comment line. A line in
+/// millicycles under any other name is an operation's price; a program whose operation is not there is refused by model_cost. Throws
 /// `Error`, one line that names `file_name` and the line, for anything else.
 inline CostModel read_cost_model(std::istream& in, std::string const& file_name)
 {
     namespace d = model_detail;
     CostModel model;
-    std::vector<d::ParameterRule> rules;
-    for (std::uint32_t i = 0; i < d::cost_parameter_count; ++i) rules.push_back(d::parameter_rule(i));
-    d::ParameterFile file{in, file_name, {"model", "cost model", "a cost model"}, std::move(rules)};
+    d::ParameterFile file{in, file_name, {"model", "cost model", "a cost model", "millicycles", most_millicycles}, d::parameter_rules({})};
     file.read(
-        [](std::uint32_t at, std::string_view word, auto const& refuse) -> std::optional<std::uint64_t> {
+        [](std::size_t at, std::string_view word, auto const& refuse) -> std::optional<std::uint64_t> {
             if (at != 1) return {};
             auto const kind = std::find(d::exchange_cost_names.begin(), d::exchange_cost_names.end(), word);
             if (kind == d::exchange_cost_names.end())
                 refuse("has no kind of exchange", "exchange_cost is \"" + d::shown(word) + "\"", "write capacity or live");
             return static_cast<std::uint64_t>(kind - d::exchange_cost_names.begin());
         },
-        [&](Parameter p) { set_parameter(model, p.name, p.value, std::move(p.source)); });
+        [&](Parameter p) {
+            bool const fixed = d::parameter_index(d::parameter_rules({}), p.name) != d::fixed_parameters;
+            (fixed ? set_parameter : set_price)(model, p.name, p.value, std::move(p.source));
+        });
     model.name = file.name();
     file.expect_all();
     return model;

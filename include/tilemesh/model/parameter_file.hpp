@@ -17,7 +17,8 @@ namespace tilemesh::model_detail {
 
 /// A number of a model as a file has it.
 struct ParameterRule {
-    std::string_view name, unit;
+    std::string name;
+    std::string_view unit;
     std::uint64_t least, most;
 };
 inline std::string range_text(ParameterRule const& rule)
@@ -61,6 +62,13 @@ inline std::string_view take_word(std::string_view& text)
     text = without_blanks(text.substr(word.size()));
     return word;
 }
+/// Can it name an operation in a file? A word of printable ASCII that begins no comment.
+inline bool is_operation_name(std::string_view name)
+{
+    constexpr std::size_t most = 64;
+    return !name.empty() && name.size() <= most && name.front() != '#' &&
+           std::all_of(name.begin(), name.end(), [](char c) { return c > ' ' && c < 0x7f; });
+}
 /// A source as set_parameter takes it, or an `Error` that says which parameter has none.
 inline void expect_source(std::string_view name, std::string_view source)
 {
@@ -71,7 +79,7 @@ inline void expect_source(std::string_view name, std::string_view source)
 inline void expect_in_range(ParameterRule const& rule, std::uint64_t value)
 {
     if (value < rule.least || value > rule.most)
-        throw Error("parameter " + std::string(rule.name) + " cannot be " + std::to_string(value) + " (it goes " +
+        throw Error("parameter " + rule.name + " cannot be " + std::to_string(value) + " (it goes " +
                     range_text(rule) + " " + std::string(rule.unit) + "); give it a value in this range");
 }
 /// The line of a file, in columns as wide as the longest names and units of a cost model.
@@ -93,6 +101,8 @@ public:
     /// How a file begins, and what errors call what it holds.
     struct Kind {
         std::string keyword, what, a_what;
+        std::string_view unit;   ///< a line of this unit whose name no rule has is of an operation
+        std::uint64_t most = 0;  ///< of its value
     };
     ParameterFile(std::istream& in, std::string const& file_name, Kind kind, std::vector<ParameterRule> rules)
         : in_(in), file_name_(file_name), kind_(std::move(kind)), rules_(std::move(rules)), seen_(rules_.size(), 0)
@@ -128,7 +138,7 @@ public:
     {
         for (std::size_t i = 0; i < rules_.size(); ++i)
             if (seen_[i] == 0) {
-                std::string const name(rules_[i].name);
+                auto const& name = rules_[i].name;
                 refuse("ends the file", "parameter " + name + " is missing",
                        "add \"" + name + " VALUE " + std::string(rules_[i].unit) + " SOURCE\"");
             }
@@ -142,7 +152,10 @@ private:
     std::string all_names() const
     {
         std::string all;
-        for (auto const& rule : rules_) all += (all.empty() ? "" : ", ") + std::string(rule.name);
+        for (auto const& rule : rules_) {
+            if (!all.empty()) all += ", ";
+            all += rule.name;
+        }
         return all;
     }
 
@@ -164,10 +177,20 @@ private:
             return;
         }
         if (first == kind_.keyword) refuse("names a second model", "a file holds one", "remove this line, or split the file");
-        auto const rule = std::find_if(rules_.begin(), rules_.end(), [&](ParameterRule const& r) { return r.name == first; });
-        if (rule == rules_.end()) refuse("has an unknown parameter", "\"" + shown(first) + "\"", "use " + all_names());
-        auto const at = static_cast<std::uint32_t>(rule - rules_.begin());
-        std::string const known(rule->name), unit(rule->unit);
+        auto const named = [&](ParameterRule const& r) { return r.name == first; };
+        auto rule = std::find_if(rules_.begin(), rules_.end(), named);
+        if (rule == rules_.end()) {
+            auto after = rest;
+            take_word(after);
+            if (!is_operation_name(first) || take_word(after) != kind_.unit)
+                refuse("has an unknown parameter", "\"" + shown(first) + "\"",
+                       "use " + all_names() + ", or the name of an operation and the unit " + std::string(kind_.unit));
+            rules_.push_back({std::string(first), kind_.unit, 0, kind_.most});
+            seen_.push_back(0);
+            rule = rules_.end() - 1;
+        }
+        auto const at = static_cast<std::size_t>(rule - rules_.begin());
+        std::string const known = rule->name, unit(rule->unit);
         if (seen_[at] != 0)
             refuse("repeats a parameter", known + " is in line " + std::to_string(seen_[at]), "remove one of them");
         seen_[at] = number_;
@@ -192,7 +215,7 @@ private:
     }
     std::uint64_t whole_number(ParameterRule const& rule, std::string_view word) const
     {
-        std::string const known(rule.name);
+        auto const& known = rule.name;
         std::uint64_t value = 0;
         auto const [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
         bool const whole = end == word.data() + word.size();
@@ -208,7 +231,7 @@ private:
     std::string const& file_name_;
     Kind kind_;
     std::vector<ParameterRule> rules_;
-    std::vector<std::uint64_t> seen_; ///< the line of each; 0: none
+    std::vector<std::uint64_t> seen_; ///< the line of each rule; 0: none
     std::string name_;
     std::uint64_t number_ = 0;        ///< of the line
 };

@@ -104,7 +104,7 @@ std::vector<std::string> quoted_kernels(Trace const& trace, Quote quote)
 } // namespace model_detail
 
 /// One line a superstep and tile that ran, in the trace's order, under a line of names: superstep (from 0), step of the program,
-/// kernel, tile, each operation, bytes sent to each side, bytes that settled, cycles that `model` has the tile compute for. RFC
+/// kernel, tile, each operation that a kernel of the program counts, bytes sent to each side, bytes that settled, cycles that `model` has the tile compute for. RFC
 /// 4180, but lines end as they do on Unix.
 ///
 /// Cost: at most some 125 bytes a line, 27 MB for 150 supersteps in which all of 1,440 tiles run.
@@ -114,18 +114,24 @@ inline void write_trace_csv(std::ostream& out, Trace const& trace, CostModel con
     check_trace(trace, grid);
     expect_sums_fit(model);
     auto const kernels = quoted_kernels(trace, csv_field);
+    OperationColumns const columns(trace);
+    StepPrices const prices(model, trace);
+    std::vector<std::uint32_t> counts(columns.names.size());
     TextStream text(out);
     text << "superstep,step,kernel,tile_x,tile_y";
-    for (std::uint32_t i = 0; i < operation_kinds; ++i) text << "," << name_of(static_cast<Operation>(i));
+    for (auto const& name : columns.names) text << "," << csv_field(name);
     text << ",north_bytes,east_bytes,west_bytes,south_bytes,settled_bytes,compute_cycles\n"; // in the order of `news`
     for (std::size_t i = 0; i < trace.supersteps.size(); ++i) {
         auto const& s = trace.supersteps[i];
         for (auto const& t : s.tiles) {
             auto const at = grid.tile(t.tile);
             text << i << "," << s.step << "," << kernels[s.step] << "," << at.x() << "," << at.y();
-            for (auto const count : t.operations.count) text << "," << count;
+            std::fill(counts.begin(), counts.end(), 0u);
+            for (std::size_t kind = 0; kind < operations_of_step(trace, s.step).size(); ++kind)
+                counts[columns.of_step[s.step][kind]] = t.operations.count[kind];
+            for (auto const count : counts) text << "," << count;
             for (auto const bytes : t.sent_bytes) text << "," << bytes;
-            text << "," << t.operations.settled_bytes << "," << compute_cycles(model, t.operations) << "\n";
+            text << "," << t.operations.settled_bytes << "," << prices.compute_cycles(i, t.operations) << "\n";
         }
     }
     text.flush();
@@ -222,17 +228,18 @@ inline void write_chrome_trace(std::ostream& out, Trace const& trace, CostModel 
     for (auto const tile : shown) name_track(track[tile], tile_name(tile));
 
     auto const kernels = quoted_kernels(trace, json_string);
+    StepPrices const prices(model, trace);
     std::uint64_t now = 0;
     for (std::size_t i = 0; i < cost.supersteps.size(); ++i) {
         auto const& s = trace.supersteps[i];
         auto const& c = cost.supersteps[i];
         for (auto const& t : s.tiles) {
-            auto const cycles = compute_cycles(model, t.operations);
+            auto const cycles = prices.compute_cycles(i, t.operations);
             if (track[t.tile] == 0 || cycles == 0) continue;
             begin_span(track[t.tile], kernels[c.step], i, now, cycles);
-            for (std::uint32_t o = 0; o < operation_kinds; ++o)
-                if (auto const count = t.operations.count[o]; count != 0)
-                    text << ",\"" << name_of(static_cast<Operation>(o)) << "\":" << count;
+            auto const& operations = operations_of_step(trace, s.step);
+            for (std::size_t kind = 0; kind < operations.size(); ++kind)
+                if (auto const count = t.operations.count[kind]; count != 0) text << "," << json_string(operations[kind]) << ":" << count;
             if (auto const bytes = all_sent(t); bytes != 0) text << ",\"sent_bytes\":" << bytes;
             text << "}}";
         }
@@ -305,13 +312,24 @@ inline std::vector<double> heat_map(Trace const& trace, CostModel const& model, 
     return {sums.begin(), sums.end()};
 }
 
-/// How often each tile did `operation` in a run, in the order of the grid's indices. Exact below 2^53.
-inline std::vector<double> heat_map(Trace const& trace, Grid grid, Operation operation)
+/// How often each tile did `operation` in a run, in the order of the grid's indices. Exact below 2^53. Throws `Error` for a name that
+/// no kernel of the run has.
+inline std::vector<double> heat_map(Trace const& trace, Grid grid, std::string_view operation)
 {
     model_detail::check_trace(trace, grid);
+    model_detail::OperationColumns const columns(trace);
+    auto const column = static_cast<std::size_t>(std::find(columns.names.begin(), columns.names.end(), operation) - columns.names.begin());
+    if (column == columns.names.size()) {
+        std::string all;
+        for (auto const& name : columns.names) all += (all.empty() ? "" : ", ") + name;
+        throw Error("no heat map of operation " + std::string(operation) + " (the program's kernels count " +
+                    (all.empty() ? "none" : all) + "); name one of these");
+    }
     std::vector<double> out(grid.size(), 0);
     for (auto const& s : trace.supersteps)
-        for (auto const& t : s.tiles) out[t.tile] += t.operations[operation];
+        for (std::size_t kind = 0; kind < model_detail::operations_of_step(trace, s.step).size(); ++kind)
+            if (columns.of_step[s.step][kind] == column)
+                for (auto const& t : s.tiles) out[t.tile] += t.operations.count[kind];
     return out;
 }
 

@@ -142,7 +142,7 @@ public:
         f(0u, 1u);
     }
 
-    /// The last run, superstep by superstep: that of a Mesh. On a Traced machine only, which streams 52 bytes a tile to the host after
+    /// The last run, superstep by superstep: that of a Mesh. On a Traced machine only, which streams 56 bytes a tile to the host after
     /// each superstep.
     Trace const& trace() const noexcept
     {
@@ -449,7 +449,7 @@ private:
     template <class... Step>
     void make_trace(RunCounters const& counters, Types<Step...>)
     {
-        trace_ = engine::detail::begin_trace(steps_);
+        trace_ = engine::detail::begin_trace<Program>(steps_);
         auto const* s = samples_.data();
         std::uint32_t step = 0;
         [[maybe_unused]] auto const add = [&](auto tag, bool votes) {

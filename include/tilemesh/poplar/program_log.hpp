@@ -73,14 +73,14 @@ struct TileLog<Program, Types<Step...>, tilemesh::detail::Sets<Types<S...>, Type
     static constexpr std::uint32_t words = step(sizeof...(Step)) + static_cast<std::uint32_t>(sizeof...(S) + sizeof...(L));
 };
 
-/// On a Traced machine: what a tile says of each pass, for the host's Trace. 13 words.
+/// On a Traced machine: what a tile says of each pass, for the host's Trace. 14 words.
 struct PassSample {
     static constexpr char const* name = "sample";
     std::uint32_t ran; ///< 0: the rest means nothing
-    Operations operations;
+    OperationCounts operations;
     std::uint32_t sent_bytes[4];
 };
-static_assert(sizeof(PassSample) == 13 * 4, "a sample goes to the host word by word");
+static_assert(sizeof(PassSample) == 14 * 4, "a sample goes to the host word by word");
 
 /// What one tile writes down for all: who has mail, and how often each step ran.
 struct RunLog {

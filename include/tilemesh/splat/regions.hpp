@@ -1,6 +1,6 @@
 #pragma once
-#include <tilemesh/machine/operations.hpp>
 #include <tilemesh/splat/footprint.hpp>
+#include <tilemesh/splat/operations.hpp>
 #include <tilemesh/splat/policy_set.hpp>
 #include <tilemesh/splat/sizes.hpp>
 
