@@ -18,4 +18,4 @@ struct Diffuse {
         for (auto d : news) out[d].unchecked_push(cell.kelvin); // at an edge this comes back: no heat is lost
     }
 };
-using Heat = Sequence<Repeat<1001, Diffuse>>;       // the first superstep only tells
+using Heat = Sequence<Repeat<Diffuse>>;             // Heat{{{1000}}}: how often is a value

@@ -7,7 +7,7 @@
 
 int main()
 {
-    Mesh<Heat> mesh{Grid{40, 36}, {.threads = 2}};
+    Mesh<Heat> mesh{Grid{40, 36}, {.threads = 2}, Heat{{{1001}}}}; // the first superstep only tells
     mesh.broadcast<Conductivity>().per_step = 0.2f;
     // One cosine from west to east: it keeps its shape and fades by 1 - 2 k (1 - cos(pi / 40)) a step.
     auto const shape = [](std::uint32_t x) { return std::cos(std::numbers::pi * (x + 0.5) / 40); };

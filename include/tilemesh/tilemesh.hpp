@@ -18,9 +18,11 @@
 #include <tilemesh/machine/kernel.hpp>
 #include <tilemesh/machine/name.hpp>
 #include <tilemesh/machine/operations.hpp>
+#include <tilemesh/machine/reduce.hpp>
 #include <tilemesh/machine/spec.hpp>
 #include <tilemesh/machine/superstep.hpp>
 #include <tilemesh/machine/tile.hpp>
+#include <tilemesh/machine/types.hpp>
 #include <tilemesh/model/any_to_any.hpp>
 #include <tilemesh/model/assumed_parameters.hpp>
 #include <tilemesh/model/cost_model.hpp>

@@ -6,9 +6,11 @@
 #include <tilemesh/machine/kernel.hpp>
 #include <tilemesh/machine/name.hpp>
 #include <tilemesh/machine/operations.hpp>
+#include <tilemesh/machine/reduce.hpp>
 #include <tilemesh/machine/spec.hpp>
 #include <tilemesh/machine/superstep.hpp>
 #include <tilemesh/machine/tile.hpp>
+#include <tilemesh/machine/types.hpp>
 #include <tilemesh/splat/access.hpp>
 #include <tilemesh/splat/blending.hpp>
 #include <tilemesh/splat/bloom.hpp>

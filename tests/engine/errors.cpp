@@ -21,7 +21,7 @@ struct Overfill {
         for (std::uint32_t i = 0; i < demand.items; ++i) small.push(i);
     }
 };
-using Filling = Sequence<Superstep<Nothing>, Repeat<2, Nothing>, Superstep<Overfill>, Superstep<Nothing>>;
+using Filling = Sequence<Superstep<Nothing>, Superstep<Nothing>, Superstep<Nothing>, Superstep<Overfill>, Superstep<Nothing>>;
 
 struct Wire : Channel<std::uint32_t, 2> {};
 struct Chatter {

@@ -108,6 +108,7 @@ inline void check_same(RunCounters const& a, RunCounters const& b)
         CHECK(a.peaks[i].items == b.peaks[i].items);
         CHECK(a.peaks[i].capacity == b.peaks[i].capacity);
     }
+    CHECK(a.loops == b.loops);
     CHECK(a.digests == b.digests);
 }
 

@@ -36,7 +36,7 @@ struct AddIndex {
     };
 };
 template <std::uint32_t Lie>
-using Adding = Sequence<Superstep<Fill>, Repeat<3, AddIndex<Lie>>>;
+using Adding = Sequence<Superstep<Fill>, Repeat<AddIndex<Lie>>>;
 
 struct Tell { // each engine leaves how it was called
     void operator()(Seen& seen, Worker worker) const noexcept { seen = {seen.calls + 1, worker.index, worker.count}; }
@@ -49,7 +49,7 @@ struct Tell { // each engine leaves how it was called
 
 TEST_CASE("a kernel's Whole leaves what its workers leave, on every engine")
 {
-    auto const p = everywhere<Adding<0>, Bench>({7, 5}, [](auto&) {}, 2);
+    auto const p = everywhere<Adding<0>, Bench>({7, 5}, [](auto&) {}, 2, {{{}, {3}}});
     auto const numbers = p.mesh->state<Numbers>(TileId::at(6, 4));
     REQUIRE(numbers.size() == 10);
     for (std::uint32_t i = 0; i < 10; ++i) CHECK(numbers[i] == 4 * i);
@@ -57,8 +57,8 @@ TEST_CASE("a kernel's Whole leaves what its workers leave, on every engine")
 
 TEST_CASE("a Whole that does otherwise than its workers shows as a difference between the engines")
 {
-    CheckedMesh<Adding<1>, Bench> checked{{7, 5}, {.digest = true}};
-    Mesh<Adding<1>, Bench> mesh{{7, 5}, {.threads = 2, .digest = true}};
+    CheckedMesh<Adding<1>, Bench> checked{{7, 5}, {.digest = true}, {{{}, {3}}}};
+    Mesh<Adding<1>, Bench> mesh{{7, 5}, {.threads = 2, .digest = true}, {{{}, {3}}}};
     auto const a = checked.run(), b = mesh.run();
     REQUIRE(a.digests.size() == 4);
     REQUIRE(b.digests.size() == 4);

@@ -218,13 +218,13 @@ TEST_CASE("a grid that the machine does not have is refused: none, too many, too
         CHECK(has(refused(tag, {65536, 1}), "each side is 1 to 65,535"));
         CHECK(has(refused(tag, {65536, 65536}), "each side is 1 to 65,535")); // their product is 0 in 32 bits
     };
-    check(tilemesh::detail::Tag<Mesh<Heat<1>, Four>>{});
-    check(tilemesh::detail::Tag<CheckedMesh<Heat<1>, Four>>{});
+    check(tilemesh::detail::Tag<Mesh<Heat, Four>>{});
+    check(tilemesh::detail::Tag<CheckedMesh<Heat, Four>>{});
 }
 
 TEST_CASE("Mk2 has 1,472 tiles, and no more")
 {
-    CHECK(error_of([] { Mesh<Heat<1>> mesh{Grid{1472, 1}}; }).empty());
-    CHECK(has(error_of([] { Mesh<Heat<1>> mesh{Grid{1473, 1}}; }), "(mk2 has 1472)"));
-    CHECK(has(error_of([] { CheckedMesh<Heat<1>> mesh{Grid{1473, 1}}; }), "(mk2 has 1472)"));
+    CHECK(error_of([] { Mesh<Heat> mesh{Grid{1472, 1}}; }).empty());
+    CHECK(has(error_of([] { Mesh<Heat> mesh{Grid{1473, 1}}; }), "(mk2 has 1472)"));
+    CHECK(has(error_of([] { CheckedMesh<Heat> mesh{Grid{1473, 1}}; }), "(mk2 has 1472)"));
 }

@@ -56,7 +56,8 @@ std::uint64_t parcels_at_rest(M& mesh)
 
 TEST_CASE("an observer is called once a superstep, in order, with its name, pass, messages and runs")
 {
-    using Program = Sequence<Superstep<Throw>, UntilQuiet<Catch>, UntilQuiet<Catch>, Repeat<2, Tick>>;
+    using Program = Sequence<Superstep<Throw>, UntilQuiet<Catch>, UntilQuiet<Catch>, Repeat<Tick>>;
+    Program const program{{{}, {}, {}, {2}}};
     std::vector<Event> want;
     want.push_back({"Throw", 0, 0, 1, 10, 0});
     for (std::uint64_t p = 1; p <= 4; ++p) want.push_back({"Catch", 1, p, p == 4 ? 0u : 1u, 1, 0});
@@ -83,7 +84,7 @@ TEST_CASE("an observer is called once a superstep, in order, with its name, pass
         mesh.observe({});
         mesh.run();
         CHECK(events.empty());
-    });
+    }, program);
 }
 
 TEST_CASE("an observer sees every engine do the same, digest by digest")
@@ -128,7 +129,7 @@ TEST_CASE("an observer sees every engine do the same, digest by digest")
 
 TEST_CASE("an observer may change states between supersteps")
 {
-    using Program = Repeat<3, Tick>;
+    using Program = Repeat<Tick>;
     on_each<Program>({5, 2}, [&](auto& mesh) {
         mesh.observe([&](SuperstepEvent const& e) {
             mesh.template state<Visits>(TileId::at(4, 1)).count += static_cast<std::uint32_t>(e.pass);
@@ -136,14 +137,14 @@ TEST_CASE("an observer may change states between supersteps")
         mesh.run();
         CHECK(mesh.template state<Visits>(TileId::at(4, 1)).count == 0 + 1 + 2 + 3 * 10);
         CHECK(mesh.template state<Visits>(TileId::at(0, 0)).count == 3 * 10);
-    });
+    }, {3});
 }
 
 TEST_CASE("what an observer throws comes out of run(), itself, and the mesh refuses to run again")
 {
     for (std::uint64_t at : {0u, 2u, 6u}) {
         CAPTURE(at);
-        on_each<Repeat<7, Tick>>({5, 2}, [&](auto& mesh) {
+        on_each<Repeat<Tick>>({5, 2}, [&](auto& mesh) {
             std::uint64_t calls = 0;
             mesh.observe([&](SuperstepEvent const& e) {
                 ++calls;
@@ -160,30 +161,30 @@ TEST_CASE("what an observer throws comes out of run(), itself, and the mesh refu
             CHECK(mesh.template state<Visits>(TileId::at(1, 1)).count == (at + 1) * 10);
             mesh.observe({});
             CHECK(has(error_of([&] { mesh.run(); }), "cannot run again"));
-        });
+        }, {7});
     }
 }
 
 TEST_CASE("an observer is not told of a superstep that broke a contract")
 {
-    on_each<Repeat<3, Overflow>>({5, 2}, [&](auto& mesh) {
+    on_each<Repeat<Overflow>>({5, 2}, [&](auto& mesh) {
         std::uint64_t calls = 0;
         mesh.observe([&](SuperstepEvent const&) { ++calls; });
         CHECK(has(error_of([&] { mesh.run(); }), "[tile (0, 0), superstep 2 (Overflow)]"));
         CHECK(calls == 2);
-    });
+    }, {3});
 }
 
 TEST_CASE("an observer may run another mesh: contracts of the outer one are still heard")
 {
-    on_each<Repeat<3, Overflow>>({5, 2}, [&](auto& mesh) {
+    on_each<Repeat<Overflow>>({5, 2}, [&](auto& mesh) {
         mesh.observe([&](SuperstepEvent const&) {
-            CheckedMesh<Repeat<2, Tick>> checked{{2, 2}};
+            CheckedMesh<Repeat<Tick>> checked{{2, 2}, {}, {2}};
             checked.run();
-            Mesh<Repeat<2, Tick>> threads{{2, 2}, {.threads = 2}};
+            Mesh<Repeat<Tick>> threads{{2, 2}, {.threads = 2}, {2}};
             threads.run();
             CHECK(threads.state<Visits>(TileId::at(1, 1)).count == 20);
         });
         CHECK(has(error_of([&] { mesh.run(); }), "[tile (0, 0), superstep 2 (Overflow)]"));
-    });
+    }, {3});
 }

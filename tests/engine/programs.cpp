@@ -12,11 +12,14 @@ TEST_CASE("heat: two passes known by hand, then conservation, symmetry and decay
 {
     SUBCASE("two passes")
     {
-        auto const heat = everywhere<Heat<2>>({5, 5}, [](auto& mesh) {
-            mesh.template broadcast<Conductivity>().per_step = 0.2f;
-            mesh.template state<Cell>(TileId::at(2, 2)).kelvin = 1000;
-            mesh.template state<Cell>(TileId::at(0, 0)).kelvin = 100;
-        });
+        auto const heat = everywhere<Heat>(
+            {5, 5},
+            [](auto& mesh) {
+                mesh.template broadcast<Conductivity>().per_step = 0.2f;
+                mesh.template state<Cell>(TileId::at(2, 2)).kelvin = 1000;
+                mesh.template state<Cell>(TileId::at(0, 0)).kelvin = 100;
+            },
+            1, Heat{{{2}}});
         auto const at = [&](std::uint32_t x, std::uint32_t y) {
             return heat.mesh->template state<Cell>(TileId::at(x, y)).kelvin;
         };
@@ -38,13 +41,13 @@ TEST_CASE("heat: two passes known by hand, then conservation, symmetry and decay
     SUBCASE("many passes on an odd grid")
     {
         constexpr std::uint32_t size = 11;
-        auto const heat = everywhere<Heat<40>>(
+        auto const heat = everywhere<Heat>(
             {size, size},
             [](auto& mesh) {
                 mesh.template broadcast<Conductivity>().per_step = 0.2f;
                 mesh.template state<Cell>(TileId::at(size / 2, size / 2)).kelvin = 1000;
             },
-            2);
+            2, Heat{{{40}}});
         auto const at = [&](std::uint32_t x, std::uint32_t y) {
             return heat.mesh->template state<Cell>(TileId::at(x, y)).kelvin;
         };
@@ -246,10 +249,13 @@ TEST_CASE("post: parcels from anywhere to anywhere arrive once, in as many super
 TEST_CASE("sorting network: every row of 0s and 1s is sorted, and so every row (0-1 principle)")
 {
     constexpr std::uint32_t width = 8, height = 256; // a row for each input
-    auto const sorted = everywhere<SortRows<width>, Bench>({width, height}, [](auto& mesh) {
-        for (std::uint32_t y = 0; y < height; ++y)
-            for (std::uint32_t x = 0; x < width; ++x) mesh.template state<Key>(TileId::at(x, y)).value = y >> x & 1u;
-    });
+    auto const sorted = everywhere<SortRows, Bench>(
+        {width, height},
+        [](auto& mesh) {
+            for (std::uint32_t y = 0; y < height; ++y)
+                for (std::uint32_t x = 0; x < width; ++x) mesh.template state<Key>(TileId::at(x, y)).value = y >> x & 1u;
+        },
+        1, SortRows{{{width}, {}}});
     for (std::uint32_t y = 0; y < height; ++y) {
         auto const ones = static_cast<std::uint32_t>(__builtin_popcount(y));
         bool right = true;
@@ -264,7 +270,7 @@ TEST_CASE("sorting network: every row of 0s and 1s is sorted, and so every row (
 
 TEST_CASE("sorting network: random keys, rows of odd and even length and of one")
 {
-    auto const one = [](auto program, std::uint32_t width) {
+    for (std::uint32_t const width : {1u, 2u, 9u, 16u}) {
         Grid const grid{width, 5};
         std::vector<WordList> rows(grid.height);
         auto const load = [&](auto& mesh) {
@@ -276,23 +282,19 @@ TEST_CASE("sorting network: random keys, rows of odd and even length and of one"
                 rows[i / width].push_back(value);
             }
         };
-        auto const sorted = everywhere<decltype(program)>(grid, load);
+        auto const sorted = everywhere<SortRows>(grid, load, 1, SortRows{{{width}, {}}});
         for (std::uint32_t y = 0; y < grid.height; ++y) {
             std::sort(rows[y].begin(), rows[y].end());
             for (std::uint32_t x = 0; x < width; ++x)
-                CHECK(sorted.mesh->template state<Key>(TileId::at(x, y)).value == rows[y][x]);
+                CHECK(sorted.mesh->state<Key>(TileId::at(x, y)).value == rows[y][x]);
         }
-    };
-    one(SortRows<1>{}, 1);
-    one(SortRows<2>{}, 2);
-    one(SortRows<9>{}, 9);
-    one(SortRows<16>{}, 16);
+    }
 }
 
 TEST_CASE("digests tell machines apart: another start, another superstep, another place for the same word")
 {
     auto const run = [](TileId at, float kelvin) {
-        CheckedMesh<Heat<3>> mesh{{5, 4}, {.digest = true}};
+        CheckedMesh<Heat> mesh{{5, 4}, {.digest = true}, Heat{{{3}}}};
         mesh.broadcast<Conductivity>().per_step = 0.125f;
         mesh.state<Cell>(at).kelvin = kelvin;
         return mesh.run().digests;

@@ -31,8 +31,7 @@ struct Diffuse {
         for (auto d : news) out[d].unchecked_push(cell.kelvin);
     }
 };
-template <std::uint32_t Times>
-using Heat = Sequence<Repeat<Times, Diffuse>>;
+using Heat = Sequence<Repeat<Diffuse>>;
 
 // --- life: 8 x 8 cells a tile; rows go sideways first, so that corners arrive through the row neighbours ----------------------
 struct Patch {
@@ -181,7 +180,6 @@ struct Settle { // the last offers
         key.phase = 0;
     }
 };
-template <std::uint32_t Width>
-using SortRows = Sequence<Repeat<Width, Trade>, Superstep<Settle>>;
+using SortRows = Sequence<Repeat<Trade>, Superstep<Settle>>; ///< as often as a row is long
 
 } // namespace engine_test

@@ -72,9 +72,9 @@ auto const seed_none = [](auto&) {};
 
 TEST_CASE("a write is invisible before the exchange, to the neighbours and to the tile itself")
 {
-    using Program = Repeat<3, SendThenLook<Red>>;
+    using Program = Repeat<SendThenLook<Red>>;
     for (Grid const grid : {Grid{1, 1}, Grid{3, 3}}) {
-        auto const p = everywhere<Program>(grid, seed_none);
+        auto const p = everywhere<Program>(grid, seed_none, 1, Program{3});
         for (std::uint32_t i = 0; i < grid.size(); ++i) CHECK(seen(*p.mesh, grid.tile(i)) == WordList{0, 4, 4});
     }
 }
@@ -91,8 +91,11 @@ TEST_CASE("mail is read once")
 TEST_CASE("mail outlives steps that do not read it, and steps on other channels")
 {
     using Program = Sequence<Superstep<Send<Red>>, Superstep<Nothing>, Superstep<Send<Blue>>, Superstep<Read<Blue>>,
-                             Repeat<3, Nothing>, Superstep<Read<Red>>>;
-    auto const p = everywhere<Program>({4, 2}, seed_all, 2);
+                             Repeat<Nothing>, Superstep<Read<Red>>>;
+    Program program;
+    get_step<Nothing, 1>(program).times = 3;
+    auto const p = everywhere<Program>({4, 2}, seed_all, 2, program);
+    CHECK(p.step(4).passes == 3);
     for (std::uint32_t i = 0; i < 8; ++i) CHECK(seen(*p.mesh, p.mesh->grid().tile(i)) == WordList{4, 4, 4, 4});
     CHECK(p.step(0).supersteps == 1);
     CHECK(p.step(1).supersteps == 0);
@@ -170,8 +173,9 @@ TEST_CASE("votes hold for the next superstep alone, whatever steps make no pass 
 {
     SUBCASE("a step of no passes keeps them")
     {
-        using Program = Sequence<Superstep<Wind>, Repeat<0, Nothing>, UntilQuiet<Unwind>, UntilQuiet<Unwind>>;
+        using Program = Sequence<Superstep<Wind>, Repeat<Nothing>, UntilQuiet<Unwind>, UntilQuiet<Unwind>>;
         Program program;
+        get_step<Nothing>(program).times = 0;
         std::get<2>(program.steps).at_most = 0;
         auto const p = everywhere<Program>({5, 4}, wind, 1, program);
         CHECK(p.step(1).passes == 0);
@@ -203,15 +207,17 @@ TEST_CASE("votes hold for the next superstep alone, whatever steps make no pass 
     }
 }
 
-TEST_CASE("Repeat and Superstep run every tile, quiet or not; Repeat<0> none")
+TEST_CASE("Repeat and Superstep run every tile, quiet or not; no times none, by default once")
 {
-    auto const p = everywhere<Sequence<Repeat<4, Unwind>, Repeat<0, Unwind>, Superstep<Unwind>>>({5, 4}, wind);
+    using Program = Sequence<Repeat<Unwind>, Repeat<Unwind>, Superstep<Unwind>, Repeat<Unwind>>;
+    auto const p = everywhere<Program>({5, 4}, wind, 1, Program{{{4}, {0}, {}, {}}});
     CHECK(p.step(0).passes == 4);
     CHECK(p.step(0).tile_runs == 80);
     CHECK(p.step(1).passes == 0);
     CHECK(p.step(1).tile_runs == 0);
     CHECK(p.step(2).tile_runs == 20);
-    CHECK(p.last().tile_runs() == 100);
+    CHECK(p.step(3).passes == 1);
+    CHECK(p.last().tile_runs() == 120);
 }
 
 namespace {
@@ -417,7 +423,7 @@ struct TwoChannels {
 
 TEST_CASE("counters add up over the channels of a kernel; each exchange moves both at full capacity")
 {
-    auto const p = everywhere<Repeat<3, TwoChannels>>({4, 3}, seed_none);
+    auto const p = everywhere<Repeat<TwoChannels>>({4, 3}, seed_none, 1, {3});
     CHECK(p.step(0).messages == 3 * 12 * 3);
     CHECK(p.step(0).live_bytes == 4 * 3 * 12 * 3);
     CHECK(p.step(0).supersteps == 3);
@@ -460,11 +466,14 @@ TEST_CASE("an empty program, and one of kernels that take nothing, run")
 
 TEST_CASE("nested sequences are their steps in order")
 {
-    using Flat = Sequence<Superstep<Send<Red>>, Superstep<Read<Red>>, Repeat<2, SendThenLook<Blue>>, Superstep<Read<Blue>>>;
+    using Flat = Sequence<Superstep<Send<Red>>, Superstep<Read<Red>>, Repeat<SendThenLook<Blue>>, Superstep<Read<Blue>>>;
     using Nested = Sequence<Sequence<Superstep<Send<Red>>>,
-                            Sequence<Superstep<Read<Red>>, Sequence<Repeat<2, SendThenLook<Blue>>>>, Superstep<Read<Blue>>>;
-    auto const flat = everywhere<Flat>({4, 3}, seed_all);
-    auto const nested = everywhere<Nested>({4, 3}, seed_all);
+                            Sequence<Superstep<Read<Red>>, Sequence<Repeat<SendThenLook<Blue>>>>, Superstep<Read<Blue>>>;
+    Flat flat_program;
+    Nested nested_program;
+    get_step<SendThenLook<Blue>>(flat_program).times = get_step<SendThenLook<Blue>>(nested_program).times = 2;
+    auto const flat = everywhere<Flat>({4, 3}, seed_all, 1, flat_program);
+    auto const nested = everywhere<Nested>({4, 3}, seed_all, 1, nested_program);
     check_same(flat.last(), nested.last());
     CHECK(words_of(*flat.mesh) == words_of(*nested.mesh));
 }

@@ -37,7 +37,8 @@ struct Hand { // the ball alone
             }
     }
 };
-using Counting = Sequence<Repeat<4, Count>, UntilQuiet<Hand>>;
+using Counting = Sequence<Repeat<Count>, UntilQuiet<Hand>>;
+Counting const four{{{4}, {}}};
 
 } // namespace
 
@@ -50,7 +51,7 @@ TEST_CASE("a program on a corner of a large grid does what it does on a small on
             for (std::uint32_t x = 3; x < 9; ++x) mesh.template state<Marked>(TileId::at(x, y)).alive = 1;
         mesh.template state<Marked>(TileId::at(7, 4)).alive = 2;
     };
-    auto const p = everywhere<Counting, Bench>(large, load, 2);
+    auto const p = everywhere<Counting, Bench>(large, load, 2, four);
     // The ball is thrown in pass 0 from column 7 and is in column 12 after 5 more: outside it wakes who gets it.
     CHECK(p.runs[0].steps[0].tile_runs == 4 * 30 + 2);
     CHECK(p.runs[0].steps[1].tile_runs == 3);
@@ -64,7 +65,7 @@ TEST_CASE("a program on a corner of a large grid does what it does on a small on
 
 TEST_CASE("a tile outside that is not idle is caught by the checked engine")
 {
-    CheckedMesh<Counting, Bench> mesh{{30, 20}};
+    CheckedMesh<Counting, Bench> mesh{{30, 20}, {}, four};
     mesh.run_within(3, 2, 9, 7);
     mesh.state<Marked>(TileId::at(9, 6)).alive = 1;
     auto const text = error_of([&] { mesh.run(); });
@@ -88,5 +89,5 @@ TEST_CASE("the rectangle may be the whole grid, empty, and set anew; not beyond 
                                 error_of([&] { mesh.run_within(3, 0, 2, 5); }), error_of([&] { mesh.run_within(0, 4, 6, 3); })})
             CHECK(has(bad, "(the grid has 6 x 5 tiles); choose a rectangle inside it"));
         CHECK(mesh.run().tile_runs() == 4 * 6);
-    });
+    }, four);
 }

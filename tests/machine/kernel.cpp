@@ -68,13 +68,39 @@ struct First {
     void operator()(Pressure&, Out<Red>, Broadcast<Limit>) const noexcept {}
 };
 using Nested =
-    Sequence<Superstep<First>, Sequence<Repeat<3, Everything>, Sequence<>, UntilQuiet<AllWorkers>>, Superstep<First>>;
+    Sequence<Superstep<First>, Sequence<Repeat<Everything>, Sequence<>, UntilQuiet<AllWorkers>>, Superstep<First>>;
 static_assert(std::is_same_v<Needs<Nested>::States, Types<Pressure, Level, Pile>>);
 static_assert(std::is_same_v<Needs<Nested>::Links, Types<Red, Blue>>);
 static_assert(std::is_same_v<Needs<Nested>::Shareds, Types<Limit, Rate>>);
+static_assert(std::is_same_v<Needs<Sequence<If<&Limit::most, Superstep<Nothing>>, Loop<Superstep<Everything>>>>::Shareds, Types<Rate, Limit>>,
+              "a condition's broadcast counts, after those of kernels");
+static_assert(std::is_same_v<Needs<Sequence<If<&Limit::most, Superstep<First>>>>::Shareds, Types<Limit>>, "and once");
+
+// Steps are numbered in order, whatever they are nested in; Loops too.
+using Twisted = Sequence<Superstep<First>, Loop<If<&Limit::most, UntilQuiet<Everything>>, Loop<Superstep<Nothing>>>, Superstep<First>,
+                         Loop<Repeat<Nothing>, UntilQuiet<Nothing>>>;
+static_assert(std::is_same_v<StepsOf<Twisted>, Types<Superstep<First>, UntilQuiet<Everything>, Superstep<Nothing>, Superstep<First>,
+                                                     Repeat<Nothing>, UntilQuiet<Nothing>>>);
+static_assert(step_of<Twisted, Everything>() == 1 && step_of<Twisted, Nothing>() == 2 && step_of<Twisted, Nothing, 2>() == 5);
+static_assert(step_of<Twisted, First, 1>() == 3 && step_of<Twisted, First, 2>() == no_step && step_of<Twisted, AllWorkers>() == no_step);
+constexpr bool is_at(LoopAt const& loop, std::uint32_t index, std::uint32_t first, std::uint32_t last)
+{
+    return loop.index == index && loop.first == first && loop.last == last;
+}
+static_assert(StepTraits<Twisted>::loops == 3 && is_at(loops_of<Twisted>().found[0], 0, 1, 2) && is_at(loops_of<Twisted>().found[1], 1, 2, 2) &&
+              is_at(loops_of<Twisted>().found[2], 2, 4, 5));
+static_assert(!votes_after<Twisted>(0) && votes_after<Twisted>(1) && votes_after<Twisted>(2) && !votes_after<Twisted>(3) &&
+              !votes_after<Twisted>(4) && votes_after<Twisted>(5));
+static_assert([] {
+    Twisted program;
+    get_step<Everything>(program).at_most = 7;
+    get_step<Nothing, 1>(program).times = 9;
+    auto const& loop = std::get<1>(program.steps);
+    return std::get<0>(std::get<0>(loop.steps).steps).at_most == 7 && std::get<0>(std::get<3>(program.steps).steps).times == 9;
+}());
 static_assert(std::is_same_v<Needs<Superstep<Nothing>>, detail::Sets<Types<>, Types<>, Types<>>>);
 static_assert(std::is_same_v<Needs<Sequence<>>, detail::Sets<Types<>, Types<>, Types<>>>);
-static_assert(std::is_same_v<Needs<Repeat<1, Everything>>, Needs<UntilQuiet<Everything>>>);
+static_assert(std::is_same_v<Needs<Repeat<Everything>>, Needs<UntilQuiet<Everything>>>);
 
 // Sending over unread mail. A program runs again and again, so what its end leaves, its beginning finds.
 struct Send {
@@ -105,12 +131,15 @@ static_assert(clashes<Superstep<Relay>, Superstep<Send>, Superstep<Read>>);
 static_assert(!clashes<Superstep<Send>, UntilQuiet<Relay>>, "until quiet ends with everything read");
 static_assert(!clashes<Superstep<Send>, UntilQuiet<Read>>);
 static_assert(clashes<UntilQuiet<Send>, Superstep<Read>>, "it may send twice");
-static_assert(clashes<Repeat<2, Send>, Superstep<Read>>);
-static_assert(!clashes<Repeat<1, Send>, Superstep<Read>>);
-static_assert(!clashes<Repeat<0, Send>, Superstep<Send>, Superstep<Read>>, "nothing is sent no times");
-static_assert(clashes<Superstep<Send>, Repeat<0, Read>>, "nothing is read no times");
-static_assert(!clashes<Superstep<Send>, Repeat<5, Read>>);
-static_assert(!clashes<Repeat<5, Relay>>);
+static_assert(clashes<Repeat<Send>, Superstep<Read>>, "how often is a value: it may be twice");
+static_assert(!clashes<Superstep<Send>, Repeat<Read>>, "no times would leave it unread, and the engine would say so");
+static_assert(!clashes<Repeat<Relay>>);
+static_assert(clashes<Repeat<Relay>, Superstep<Send>, Superstep<Read>>);
+static_assert(!clashes<Loop<Superstep<Send>, Superstep<Read>>> && !clashes<Superstep<Send>, Loop<Superstep<Relay>>, Superstep<Read>>);
+static_assert(clashes<Loop<Superstep<Send>>, Superstep<Read>>, "the second round sends over the first one's mail");
+static_assert(clashes<Superstep<Send>, Loop<Superstep<Read>>>, "no round leaves it unread");
+static_assert(!clashes<If<&Limit::most, Superstep<Send>, Superstep<Read>>> && !clashes<If<&Limit::most, Superstep<Send>>, Superstep<Read>>);
+static_assert(clashes<Superstep<Send>, If<&Limit::most, Superstep<Read>>>, "a run without it leaves it unread");
 static_assert(clashes<Sequence<Superstep<Send>>, Sequence<Sequence<Superstep<Send>>>, Superstep<Read>>,
               "nesting hides nothing");
 static_assert(!clashes<Sequence<Superstep<Send>, Sequence<Superstep<Read>>>>);

@@ -26,7 +26,7 @@ struct Diffuse {
         for (auto d : news) out[d].unchecked_push(cell.kelvin);
     }
 };
-using Heat = Sequence<Repeat<1000, Diffuse>>;
+using Heat = Sequence<Repeat<Diffuse>>;
 using HeatTile = Tile<Mk2, Heat>;
 
 // 1 word of state, 1 of broadcast, 8 ends of 2 + 1 words, 130 KiB kept back.

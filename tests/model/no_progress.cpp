@@ -288,8 +288,8 @@ TEST_CASE("no progress: as many passes as allowed are no error, one fewer is")
     // A bound of the program is no error, and comes first; other kinds of steps are not bounded.
     Mesh<UntilQuiet<Hand>>::Options options;
     options.most_passes = 1;
-    using Bounded = Sequence<Superstep<Launch>, Repeat<5, Hand>, UntilQuiet<Hand>>;
-    Mesh<Bounded> mesh{row, options, {{{}, {}, {1}}}};
+    using Bounded = Sequence<Superstep<Launch>, Repeat<Hand>, UntilQuiet<Hand>>;
+    Mesh<Bounded> mesh{row, options, {{{}, {5}, {1}}}};
     CHECK(run(mesh).empty());
 }
 

@@ -4,6 +4,8 @@
 
 // The heat program of examples/heat, from the header that its host program and its codelet include.
 namespace {
+Heat const program{{{1001}}};
+
 template <class M>
 void warm(M& mesh)
 {
@@ -17,8 +19,8 @@ TEST_CASE("poplar: heat on 40 x 36 tiles is the same program, bit for bit")
     Grid const grid = engine_test::fast() ? Grid{8, 5} : Grid{40, 36};
     standin::With const restore(standin::settings());
     poplar_test::use(poplar_test::executions[2]);
-    Mesh<Heat> mesh{grid};
-    PoplarMesh<Heat> graph{grid, poplar_test::options("heat")};
+    Mesh<Heat> mesh{grid, {}, program};
+    PoplarMesh<Heat> graph{grid, poplar_test::options("heat"), program};
     warm(mesh);
     warm(graph);
     auto const run = mesh.run();
@@ -42,8 +44,8 @@ TEST_CASE("poplar: heat without counting supersteps needs no reduction")
 {
     auto options = poplar_test::options("heat");
     options.count_supersteps = false;
-    Mesh<Heat> mesh{Grid{5, 3}};
-    PoplarMesh<Heat> graph{Grid{5, 3}, options};
+    Mesh<Heat> mesh{Grid{5, 3}, {}, program};
+    PoplarMesh<Heat> graph{Grid{5, 3}, options, program};
     warm(mesh);
     warm(graph);
     auto const a = mesh.run(), b = graph.run();

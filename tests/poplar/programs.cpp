@@ -97,7 +97,7 @@ struct Fill {
         while (out[Direction::north].try_push(c.ran)) {}
     }
 };
-using Filling = Sequence<Repeat<3, Fill>>;
+using Filling = Sequence<Repeat<Fill>>;
 
 // --- a sender over unread mail ----------------------------------------------------------------------------------------------------------
 struct Stamp {
@@ -183,7 +183,7 @@ TILEMESH_VERTEX(test_pass_middle, Mk2, ThreeInOne, Pass<Middle>)
 TILEMESH_VERTEX(test_take_middle, Mk2, ThreeInOne, Receive<Middle>)
 TILEMESH_VERTEX(test_pass_high, Mk2, ThreeInOne, Pass<High>)
 TILEMESH_VERTEX(test_take_high, Mk2, ThreeInOne, Receive<High>)
-TILEMESH_VERTEX(test_Diffuse, Mk2, Heat<20>, Diffuse)
+TILEMESH_VERTEX(test_Diffuse, Mk2, Heat, Diffuse)
 TILEMESH_VERTEX(test_TellSideways, Mk2, Generation, TellSideways)
 TILEMESH_VERTEX(test_TellUpAndDown, Mk2, Generation, TellUpAndDown)
 TILEMESH_VERTEX(test_Live, Mk2, Generation, Live)
@@ -191,8 +191,8 @@ TILEMESH_VERTEX(test_Throw, Mk2, Bounce, Throw)
 TILEMESH_VERTEX(test_Catch, Mk2, Bounce, Catch)
 TILEMESH_VERTEX(test_Depart, Bench, Post, Depart)
 TILEMESH_VERTEX(test_Deliver, Bench, Post, Deliver)
-TILEMESH_VERTEX(test_Trade, Mk2, SortRows<12>, Trade)
-TILEMESH_VERTEX(test_Settle, Mk2, SortRows<12>, Settle)
+TILEMESH_VERTEX(test_Trade, Mk2, SortRows, Trade)
+TILEMESH_VERTEX(test_Settle, Mk2, SortRows, Settle)
 TILEMESH_VERTEX(test_Tell, Mk2, Listening, Tell)
 TILEMESH_MULTI_VERTEX(test_Listen, Mk2, Listening, Listen)
 TILEMESH_VERTEX(test_SendWide, Mk2, Shared, SendWide)
@@ -239,17 +239,17 @@ using poplar_test::on_both;
 
 TEST_CASE("poplar: heat, life, sorting, bouncing and post are the engine's, word for word")
 {
-    on_both<Heat<20>>("test", Grid{7, 5}, [](auto& mesh) {
+    on_both<Heat>("test", Grid{7, 5}, [](auto& mesh) {
         mesh.template broadcast<Conductivity>().per_step = 0.2f;
         mesh.template state<Cell>(TileId::at(3, 2)).kelvin = 1000;
-    }, 2);
+    }, 2, Heat{{{20}}});
     on_both<Generation>("test", Grid{4, 3}, [](auto& mesh) {
         std::uint32_t const glider[3] = {2, 4, 7};
         for (std::uint32_t i = 0; i < 3; ++i) mesh.template state<Patch>(TileId::at(1, 1)).row[i + 5] = glider[i] << 5;
     }, 12);
-    auto const sorted = on_both<SortRows<12>>("test", Grid{12, 2}, [](auto& mesh) {
+    auto const sorted = on_both<SortRows>("test", Grid{12, 2}, [](auto& mesh) {
         for (std::uint32_t i = 0; i < 24; ++i) mesh.template state<Key>(mesh.grid().tile(i)).value = (i * 7 + 3) % 24;
-    });
+    }, 1, SortRows{{{12}, {}}});
     CHECK(sorted[0].steps[0].supersteps == 12);
     auto const bounced = on_both<Bounce>("test", Grid{5, 2}, [](auto& mesh) {
         mesh.template state<Ball>(TileId::at(1, 0)).throws = 13;
@@ -273,10 +273,10 @@ TEST_CASE("poplar: one tile, one row, one column: every message comes back where
 {
     for (Grid grid : {Grid{1, 1}, Grid{6, 1}, Grid{1, 6}}) {
         CAPTURE(grid.width);
-        on_both<Heat<20>>("test", grid, [](auto& mesh) {
+        on_both<Heat>("test", grid, [](auto& mesh) {
             mesh.template broadcast<Conductivity>().per_step = 0.1f;
             mesh.template state<Cell>(TileId::at(0, 0)).kelvin = 500;
-        });
+        }, 1, Heat{{{20}}});
         on_both<Bounce>("test", grid, [](auto& mesh) { mesh.template state<Ball>(TileId::at(0, 0)).throws = 9; });
     }
 }
@@ -354,7 +354,7 @@ TEST_CASE("poplar: a dynamic channel of 0, 1 and 5 slots")
 {
     CHECK(has(error_of([] { PoplarMesh<Filling>{Grid{2, 2}, poplar_test::options("test")}.run(); }), "has no slots"));
     for (std::uint32_t slots : {1u, 5u})
-        on_both<Filling>("test", Grid{2, 2}, [&](auto& mesh) { mesh.template limit<Any>(slots); }, 2);
+        on_both<Filling>("test", Grid{2, 2}, [&](auto& mesh) { mesh.template limit<Any>(slots); }, 2, Filling{{{3}}});
 }
 
 TEST_CASE("poplar: states of one name; three channels in one memory")
@@ -401,7 +401,7 @@ TEST_CASE("poplar: a run that Poplar stops leaves a mesh that refuses")
 
 TEST_CASE("poplar: mail looked at before a limit, and after runs")
 {
-    PoplarMesh<Filling> graph{Grid{2, 3}, poplar_test::options("test")};
+    PoplarMesh<Filling> graph{Grid{2, 3}, poplar_test::options("test"), Filling{{{3}}}};
     CHECK(graph.incoming<Any>(TileId::at(1, 1), Direction::south).empty());
     graph.limit<Any>(500);
     CHECK(graph.incoming<Any>(TileId::at(1, 1), Direction::south).empty());

@@ -1,9 +1,8 @@
 #pragma once
 #include <algorithm>
-#include <chrono>
 #include <exception>
 #include <tilemesh/engine/mesh.hpp>
-#include <tilemesh/engine/not_quiet.hpp>
+#include <tilemesh/engine/run.hpp>
 
 namespace tilemesh {
 
@@ -29,7 +28,8 @@ struct CheckedMeshOptions {
 template <class Program, class Machine = Mk2>
 class CheckedMesh : public engine::detail::Store<Program, true> {
     using Base = engine::detail::Store<Program, true>;
-    using Clock = std::chrono::steady_clock;
+    using Run = engine::detail::Run<Program, tilemesh::detail::is_traced<Machine>>;
+    friend Run;
 
 public:
     using typename Base::Links;
@@ -49,7 +49,6 @@ public:
         make_ends(Links{});
         busy_[0].assign(grid.size(), 0);
         busy_[1].assign(grid.size(), 0);
-        engine::detail::list_steps(static_cast<Program*>(nullptr), names_);
     }
 
     template <class X>
@@ -78,7 +77,7 @@ public:
         within_ = engine::detail::checked_rectangle(this->grid_, {x0, y0, x1, y1});
     }
 
-    void observe(Observer observer) { observer_ = std::move(observer); }
+    void observe(Observer observer) { run_.observer = std::move(observer); }
 
     /// f(0, 1): this engine has one thread.
     template <class F>
@@ -91,29 +90,29 @@ public:
     Trace const& trace() const noexcept
     {
         static_assert(traced, "a mesh without a trace (its machine is not Traced); build it for Traced<Machine>");
-        return trace_;
+        return run_.trace;
     }
 
     RunCounters run()
     {
-        if (broken_) throw Error("a mesh that stopped on an error cannot run again (its state is half a superstep); build a new one");
         this->require_capacities(Links{});
-        if constexpr (traced) trace_ = engine::detail::begin_trace<Program>(names_);
-        run_ = {};
-        run_.steps = names_;
         state_peak_.fill(0);
         link_peak_.fill(0);
-        step_ = 0;
-        pass_ = 0;
         for (auto& b : busy_) std::fill(b.begin(), b.end(), std::uint8_t{0});
-        try {
-            walk(this->program_);
-        } catch (...) {
-            broken_ = true;
-            throw;
-        }
-        add_peaks(States{}, Links{});
-        return std::move(run_);
+        auto counters = run_.all(*this, this->program_, this->grid_, {options_.most_passes, options_.digest, options_.explain});
+        counters.peaks = engine::detail::list_peaks(States{}, Links{}, [&](auto tag) {
+            using R = typename decltype(tag)::type;
+            Peak peak;
+            if constexpr (tilemesh::detail::is_channel<R>) {
+                peak.items = link_peak_[Base::template index_of_link<R>()];
+                peak.capacity = this->template link_capacity<R>();
+            } else {
+                peak.items = state_peak_[Base::template index_of_state<R>()];
+                peak.capacity = this->capacity_[Base::template index_of_state<R>()];
+            }
+            return peak;
+        });
+        return counters;
     }
 
 private:
@@ -202,8 +201,7 @@ private:
     // --- one tile -------------------------------------------------------------------------------------------------------
     [[noreturn]] void fail(std::uint32_t tile, std::string const& what) const
     {
-        throw Error(what + " [tile " + engine::detail::text(this->grid_.tile(tile)) + ", superstep " + std::to_string(pass_) +
-                    " (" + names_[step_].kernel + ")]");
+        throw run_.failed(this->grid_, tile, what);
     }
     template <class Kernel>
     Vote run_tile(std::uint32_t tile)
@@ -333,8 +331,13 @@ private:
         (refuse_unread<K, C>(tile), ...);
     }
 
+    bool any_busy() const noexcept
+    {
+        auto const& busy = busy_[parity_];
+        return std::find(busy.begin(), busy.end(), 1) != busy.end();
+    }
     template <class Kernel, bool All>
-    bool superstep()
+    engine::detail::Passed superstep()
     {
         using Traits = KernelTraits<Kernel>;
         auto const tiles = this->grid_.size();
@@ -345,12 +348,11 @@ private:
             runs[t] = (All && within_.contains(this->grid_.tile(t))) || busy[t] != 0 || has_mail(t, typename Traits::Arguments{});
             any = any || runs[t] != 0;
         }
-        if (!any) return false;
+        if (!any) return {};
         if constexpr (traced)
-            trace_.supersteps.push_back({step_, !All, this->template capacity_a_side<Kernel>(typename Traits::Links{}), false, {}});
-        auto& counters = run_.steps[step_];
-        auto const messages_before = counters.messages;
-        auto const runs_before = counters.tile_runs;
+            run_.trace.supersteps.push_back({run_.step(), votes_after<Program>(run_.step()), this->template capacity_a_side<Kernel>(typename Traits::Links{}), false, {}});
+        engine::detail::Passed passed;
+        passed.ran = true;
         for (std::uint32_t t = 0; t < tiles; ++t) refuse_unread<Kernel>(t, typename Traits::Links{});
         for (std::uint32_t t = 0; t < tiles; ++t) {
             if (runs[t] == 0) {
@@ -367,32 +369,24 @@ private:
             busy_[parity_ ^ 1u][t] = run_tile<Kernel>(t) == Vote::busy;
             if constexpr (traced) {
                 Source source{*this, t, {0, this->sizes_.machine.workers}};
-                trace_.supersteps.back().tiles.push_back(engine::detail::sample<Kernel>(source, t));
+                run_.trace.supersteps.back().tiles.push_back(engine::detail::sample<Kernel>(source, t));
             }
-            ++counters.tile_runs;
-            measure(t, typename Traits::Arguments{});
+            ++passed.tile_runs;
+            measure(passed, t, typename Traits::Arguments{});
         }
-        bool const sent = exchange<Kernel>(typename Traits::Links{});
-        if constexpr (traced) trace_.supersteps.back().sent = sent;
+        passed.sent = exchange<Kernel>(typename Traits::Links{});
+        if constexpr (traced) run_.trace.supersteps.back().sent = passed.sent;
         check_shared_memory(Links{});
-        ++counters.passes;
-        counters.supersteps += sent ? 1 : 0;
-        if (sent) counters.capacity_bytes += this->template capacity_bytes<Kernel>(typename Traits::Links{});
-        std::uint64_t digest = 0;
-        if (options_.digest) {
-            for (std::uint32_t t = 0; t < tiles; ++t)
-                digest += engine::detail::mix(digest_mail(t, Links{}), this->digest_states(t));
-            run_.digests.push_back(digest);
-        }
-        if (observer_)
-            observer_({names_[step_].kernel, step_, pass_, counters.messages - messages_before,
-                       counters.tile_runs - runs_before, digest});
         std::fill(busy.begin(), busy.end(), std::uint8_t{0});
         parity_ ^= 1u;
-        ++pass_;
-        if (!All && options_.most_passes != 0 && counters.passes > options_.most_passes)
-            throw engine::detail::not_quiet(counters, step_, pass_ - 1, options_.most_passes, trace_, this->grid_, options_.explain);
-        return true;
+        return passed;
+    }
+    std::uint64_t digest_now()
+    {
+        std::uint64_t digest = 0;
+        for (std::uint32_t t = 0; t < this->grid_.size(); ++t)
+            digest += engine::detail::mix(digest_mail(t, Links{}), this->digest_states(t));
+        return digest;
     }
     template <class... A>
     void remember_sizes([[maybe_unused]] std::uint32_t tile, Types<A...>)
@@ -409,12 +403,12 @@ private:
         }
     }
     template <class... A>
-    void measure([[maybe_unused]] std::uint32_t tile, Types<A...>)
+    void measure([[maybe_unused]] engine::detail::Passed& passed, [[maybe_unused]] std::uint32_t tile, Types<A...>)
     {
-        (measure_argument(tile, static_cast<std::remove_reference_t<A>*>(nullptr)), ...);
+        (measure_argument(passed, tile, static_cast<std::remove_reference_t<A>*>(nullptr)), ...);
     }
     template <class X>
-    void measure_argument(std::uint32_t tile, X*)
+    void measure_argument(engine::detail::Passed&, std::uint32_t tile, X*)
     {
         if constexpr (tilemesh::detail::is_list<X> && !std::is_const_v<X>) {
             auto const p = this->template state_place<X>(tile);
@@ -429,13 +423,12 @@ private:
         }
     }
     template <class C>
-    void measure_argument(std::uint32_t tile, Out<C>*)
+    void measure_argument(engine::detail::Passed& passed, std::uint32_t tile, Out<C>*)
     {
-        auto& c = run_.steps[step_];
         for (Direction d : news) {
             auto const n = end<C>(out_, 4 * tile + index(d)).head[0];
-            c.messages += n;
-            c.live_bytes += std::uint64_t{n} * this->template message_bytes<C>();
+            passed.messages += n;
+            passed.live_bytes += std::uint64_t{n} * this->template message_bytes<C>();
             auto& peak = link_peak_[Base::template index_of_link<C>()];
             peak = std::max(peak, n);
         }
@@ -503,56 +496,6 @@ private:
         return h;
     }
 
-    // --- the program ----------------------------------------------------------------------------------------------------
-    template <class K>
-    void walk(Superstep<K> const&)
-    {
-        timed([&] { superstep<K, true>(); });
-    }
-    template <std::uint32_t N, class K>
-    void walk(Repeat<N, K> const&)
-    {
-        timed([&] {
-            for (std::uint32_t i = 0; i < N; ++i) superstep<K, true>();
-        });
-    }
-    template <class K>
-    void walk(UntilQuiet<K> const& step)
-    {
-        timed([&] {
-            for (auto n = step.at_most; n > 0 && superstep<K, false>(); --n) {}
-        });
-    }
-    template <class... S>
-    void walk(Sequence<S...> const& q)
-    {
-        std::apply([&](auto const&... s) { (walk(s), ...); }, q.steps);
-    }
-    template <class F>
-    void timed(F const& run)
-    {
-        auto const begin = Clock::now();
-        run();
-        run_.steps[step_].milliseconds = std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
-        ++step_;
-    }
-    template <class... X, class... C>
-    void add_peaks(Types<X...>, Types<C...>)
-    {
-        [[maybe_unused]] auto const state = [&](auto tag) {
-            using S = typename decltype(tag)::type;
-            if constexpr (tilemesh::detail::is_list<S>) {
-                constexpr auto i = Base::template index_of_state<S>();
-                run_.peaks.push_back({engine::detail::text(name_of<S>()), state_peak_[i], this->capacity_[i]});
-            }
-        };
-        (state(tilemesh::detail::Tag<X>{}), ...);
-        (run_.peaks.push_back({engine::detail::text(name_of<C>()), link_peak_[Base::template index_of_link<C>()],
-                               this->template link_capacity<C>()}),
-         ...);
-    }
-
-    [[no_unique_address]] std::conditional_t<traced, Trace, engine::detail::NoTrace> trace_;
     Options options_;
     engine::detail::Rectangle within_; ///< whose tiles Superstep and Repeat always run
     std::array<Ends, links> in_, out_;
@@ -561,13 +504,8 @@ private:
     std::array<std::uint32_t, States::count + 1> state_peak_{};
     std::array<std::vector<std::uint32_t>, States::count + 1> most_;
     std::array<std::uint32_t, links> link_peak_{};
-    std::vector<StepCounters> names_;
-    RunCounters run_;
-    Observer observer_;
     char const* broken_text_ = nullptr;
-    std::uint32_t step_ = 0;
-    std::uint64_t pass_ = 0;
-    bool broken_ = false;
+    Run run_;
 };
 
 } // namespace tilemesh

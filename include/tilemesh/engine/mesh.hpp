@@ -1,12 +1,10 @@
 #pragma once
 #include <algorithm>
-#include <chrono>
 #include <exception>
+#include <tilemesh/engine/run.hpp>
 #include <tilemesh/engine/store.hpp>
 #include <tilemesh/engine/team.hpp>
 #include <tilemesh/engine/tile_set.hpp>
-#include <tilemesh/engine/trace.hpp>
-#include <tilemesh/engine/not_quiet.hpp>
 
 namespace tilemesh {
 
@@ -17,11 +15,6 @@ struct Failure {
     std::uint32_t tile = 0xffffffffu;
     char const* text = nullptr;
 };
-inline Error failed(Grid grid, Failure const& f, std::string const& kernel, std::uint64_t pass)
-{
-    return Error(std::string(f.text) + " [tile " + text(grid.tile(f.tile)) + ", superstep " + std::to_string(pass) + " (" +
-                 kernel + ")]");
-}
 
 /// Both banks of a channel on the host: the exchange swaps them. A sender writes straight into its neighbour's place.
 struct Bank {
@@ -37,8 +30,8 @@ struct Bank {
 struct MeshOptions {
     std::uint32_t threads = 1; ///< at most 1,024: a few tiles each would be all they do
     bool digest = false; ///< RunCounters::digests: costs a pass over all live words each superstep
-    /// Of one UntilQuiet in a run; 0: as many as it takes. `run` throws Error in the pass after, because a program may never become
-    /// quiet.
+    /// Of one UntilQuiet, and rounds of one Loop; 0: as many as it takes. `run` throws Error in the pass after, because a program may never
+    /// become quiet.
     std::uint32_t most_passes = 0;
     /// Its text ends that error on a Traced machine; null: nothing does. `explain_no_progress` (model/no_progress.hpp) says what repeats.
     ExplainNotQuiet explain = nullptr;
@@ -61,7 +54,8 @@ class Mesh : public engine::detail::Store<Program, false> {
     using Base = engine::detail::Store<Program, false>;
     using Bank = engine::detail::Bank;
     using TileSet = engine::detail::TileSet;
-    using Clock = std::chrono::steady_clock;
+    using Run = engine::detail::Run<Program, tilemesh::detail::is_traced<Machine>>;
+    friend Run;
 
 public:
     using typename Base::Links;
@@ -93,7 +87,6 @@ public:
             w.busy = TileSet(grid.size());
             w.mail.fill(TileSet(grid.size()));
         }
-        engine::detail::list_steps(static_cast<Program*>(nullptr), steps_);
     }
     Mesh(Mesh const&) = delete;
     Mesh& operator=(Mesh const&) = delete;
@@ -127,7 +120,7 @@ public:
     }
 
     /// Called after every superstep by the thread that called run().
-    void observe(Observer observer) { observer_ = std::move(observer); }
+    void observe(Observer observer) { run_.observer = std::move(observer); }
 
     /// Runs f(thread, threads) once on each of the mesh's threads, the caller's is thread 0, and returns when all are done: for
     /// host work beside the machine, between runs. What f throws is thrown here, of the lowest thread that threw. f must not
@@ -154,28 +147,28 @@ public:
     Trace const& trace() const noexcept
     {
         static_assert(traced, "a mesh without a trace (its machine is not Traced); build it for Traced<Machine>");
-        return trace_;
+        return run_.trace;
     }
 
     /// Runs the whole program once.
     RunCounters run()
     {
-        if (broken_) throw Error("a mesh that stopped on an error cannot run again (its state is half a superstep); build a new one");
         this->require_capacities(Links{});
-        if constexpr (traced) trace_ = engine::detail::begin_trace<Program>(steps_);
-        run_ = {};
-        run_.steps = steps_;
-        step_ = 0;
-        pass_ = 0;
         for (auto& w : workers_) w.begin();
-        try {
-            walk(this->program_);
-        } catch (...) {
-            broken_ = true;
-            throw;
-        }
-        add_peaks(States{}, Links{});
-        return std::move(run_);
+        auto counters = run_.all(*this, this->program_, this->grid_, {options_.most_passes, options_.digest, options_.explain});
+        counters.peaks = engine::detail::list_peaks(States{}, Links{}, [&](auto tag) {
+            using R = typename decltype(tag)::type;
+            Peak peak;
+            if constexpr (tilemesh::detail::is_channel<R>) {
+                peak.capacity = this->template link_capacity<R>();
+                for (auto const& w : workers_) peak.items = std::max(peak.items, w.link_peak[Base::template index_of_link<R>()]);
+            } else {
+                peak.capacity = this->capacity_[Base::template index_of_state<R>()];
+                for (auto const& w : workers_) peak.items = std::max(peak.items, w.state_peak[Base::template index_of_state<R>()]);
+            }
+            return peak;
+        });
+        return counters;
     }
 
 private:
@@ -496,9 +489,13 @@ private:
         engine::detail::broken_contract = nullptr; // what runs next on this thread may be no kernel
     }
 
-    /// One superstep on all tiles, or on those that must run; false, having done nothing, when nobody must.
+    /// One superstep on all tiles, or on those that must run; nothing where nobody must.
+    bool any_busy() const noexcept
+    {
+        return std::any_of(workers_.begin(), workers_.end(), [](auto const& w) { return !w.busy.empty(); });
+    }
     template <class Kernel, bool All>
-    bool superstep()
+    engine::detail::Passed superstep()
     {
         using KernelLinks = typename KernelTraits<Kernel>::Links;
         auto n = this->grid_.size();
@@ -506,8 +503,7 @@ private:
         if (all) {
             wakers<Kernel>([](TileSet& set) { set.clear(); }, KernelLinks{});
         } else {
-            bool const any_busy = std::any_of(workers_.begin(), workers_.end(), [](auto const& w) { return !w.busy.empty(); });
-            if (!All && !any_busy && !mail_to_read<Kernel>(KernelLinks{})) return false;
+            if (!All && !any_busy() && !mail_to_read<Kernel>(KernelLinks{})) return {};
             wakers<Kernel>([&](TileSet& set) { active_.take(set); }, KernelLinks{});
             if (All)
                 for (auto y = within_.y0; y < within_.y1; ++y)
@@ -526,39 +522,29 @@ private:
             run_tiles<Kernel>(0, tiles, n, false);
         }
 
-        bool const sent = sent_anything<Kernel>(KernelLinks{});
+        engine::detail::Passed passed;
+        passed.ran = true;
+        passed.sent = sent_anything<Kernel>(KernelLinks{});
         flip(KernelLinks{});
-        auto& counters = run_.steps[step_];
-        ++counters.passes;
-        counters.supersteps += sent ? 1 : 0;
-        if (sent) counters.capacity_bytes += this->template capacity_bytes<Kernel>(KernelLinks{});
-        std::uint64_t messages = 0, runs = 0;
         engine::detail::Failure failure;
         for (auto& w : workers_) {
-            messages += std::exchange(w.messages, 0);
-            runs += std::exchange(w.runs, 0);
-            counters.live_bytes += std::exchange(w.live_bytes, 0);
+            passed.messages += std::exchange(w.messages, 0);
+            passed.tile_runs += std::exchange(w.runs, 0);
+            passed.live_bytes += std::exchange(w.live_bytes, 0);
             if (w.failure.text != nullptr && w.failure.tile < failure.tile) failure = w.failure;
         }
-        counters.messages += messages;
-        counters.tile_runs += runs;
         if constexpr (traced) {
-            SuperstepSample s{step_, !All, this->template capacity_a_side<Kernel>(KernelLinks{}), sent, {}};
+            SuperstepSample s{run_.step(), votes_after<Program>(run_.step()), this->template capacity_a_side<Kernel>(KernelLinks{}),
+                              passed.sent, {}};
             for (auto& w : workers_) {
                 s.tiles.insert(s.tiles.end(), w.samples.begin(), w.samples.end());
                 w.samples.clear();
             }
             std::sort(s.tiles.begin(), s.tiles.end(), [](auto const& a, auto const& b) { return a.tile < b.tile; });
-            trace_.supersteps.push_back(std::move(s));
+            run_.trace.supersteps.push_back(std::move(s));
         }
-        std::uint64_t digest = 0;
-        if (options_.digest) run_.digests.push_back(digest = digest_now());
-        if (failure.text != nullptr) throw engine::detail::failed(this->grid_, failure, counters.kernel, pass_);
-        if (observer_) observer_({counters.kernel, step_, pass_, messages, runs, digest});
-        ++pass_;
-        if (!All && options_.most_passes != 0 && counters.passes > options_.most_passes)
-            throw engine::detail::not_quiet(counters, step_, pass_ - 1, options_.most_passes, trace_, this->grid_, options_.explain);
-        return true;
+        if (failure.text != nullptr) throw run_.failed(this->grid_, failure.tile, failure.text);
+        return passed;
     }
 
     std::uint64_t digest_now() noexcept
@@ -590,63 +576,6 @@ private:
         return h;
     }
 
-    // --- the program ----------------------------------------------------------------------------------------------------
-    template <class K>
-    void walk(Superstep<K> const&)
-    {
-        timed([&] { superstep<K, true>(); });
-    }
-    template <std::uint32_t N, class K>
-    void walk(Repeat<N, K> const&)
-    {
-        timed([&] {
-            for (std::uint32_t i = 0; i < N; ++i) superstep<K, true>();
-        });
-    }
-    template <class K>
-    void walk(UntilQuiet<K> const& step)
-    {
-        timed([&] {
-            for (auto n = step.at_most; n > 0 && superstep<K, false>(); --n) {}
-        });
-    }
-    template <class... S>
-    void walk(Sequence<S...> const& q)
-    {
-        std::apply([&](auto const&... s) { (walk(s), ...); }, q.steps);
-    }
-    template <class F>
-    void timed(F const& run)
-    {
-        auto const begin = Clock::now();
-        run();
-        run_.steps[step_].milliseconds = std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
-        ++step_;
-    }
-    template <class... X, class... C>
-    void add_peaks(Types<X...>, Types<C...>)
-    {
-        [[maybe_unused]] auto const state = [&](auto tag) {
-            using S = typename decltype(tag)::type;
-            if constexpr (tilemesh::detail::is_list<S>) {
-                constexpr auto i = Base::template index_of_state<S>();
-                Peak peak{engine::detail::text(name_of<S>()), 0, this->capacity_[i]};
-                for (auto const& w : workers_) peak.items = std::max(peak.items, w.state_peak[i]);
-                run_.peaks.push_back(std::move(peak));
-            }
-        };
-        [[maybe_unused]] auto const link = [&](auto tag) {
-            using L = typename decltype(tag)::type;
-            constexpr auto l = Base::template index_of_link<L>();
-            Peak peak{engine::detail::text(name_of<L>()), 0, this->template link_capacity<L>()};
-            for (auto const& w : workers_) peak.items = std::max(peak.items, w.link_peak[l]);
-            run_.peaks.push_back(std::move(peak));
-        };
-        (state(tilemesh::detail::Tag<X>{}), ...);
-        (link(tilemesh::detail::Tag<C>{}), ...);
-    }
-
-    [[no_unique_address]] std::conditional_t<traced, Trace, engine::detail::NoTrace> trace_;
     Options options_;
     std::vector<std::uint32_t> slots_;                  ///< where each tile's four outgoing ends are read
     std::array<Bank, links> banks_;
@@ -656,12 +585,7 @@ private:
     std::vector<std::uint32_t> tiles_;                  ///< those that run in this superstep, where not all do
     engine::detail::Shares shares_;
     std::vector<WorkerState> workers_;
-    std::vector<StepCounters> steps_;
-    RunCounters run_;
-    Observer observer_;
-    std::uint32_t step_ = 0;
-    std::uint64_t pass_ = 0;
-    bool broken_ = false;
+    Run run_;
     engine::detail::Team team_;                         ///< last: its threads end before what they use
 };
 

@@ -13,24 +13,48 @@ namespace tilemesh {
 /// error. `explain_no_progress` of model/no_progress.hpp is one.
 using ExplainNotQuiet = std::string (*)(Trace const& trace, Grid grid, std::uint32_t most_passes);
 
-namespace engine::detail {
-/// What an engine throws where a step of UntilQuiet has run more passes than it may; `trace` is a Trace or NoTrace. `explain` may
-/// be null, and is called only where there is a trace.
-template <class MaybeTrace>
-Error not_quiet(StepCounters const& counters, std::uint32_t step, std::uint64_t pass, std::uint32_t most_passes,
-                [[maybe_unused]] MaybeTrace const& trace, [[maybe_unused]] Grid grid, [[maybe_unused]] ExplainNotQuiet explain)
+/// A loop in texts: by its steps.
+inline std::string text_of(LoopCounters const& loop)
 {
-    std::string text = "step " + std::to_string(step) + " is not quiet after " + std::to_string(most_passes) +
-                       " passes (tiles vote busy or have mail, and most_passes allows no more); allow more, or see what repeats";
-    constexpr bool traced = std::is_same_v<MaybeTrace, Trace>;
-    if constexpr (!traced) text += " on a Traced machine";
-    else if (explain == nullptr) text += " (set explain to explain_no_progress)";
-    text += " [superstep " + std::to_string(pass) + " (" + counters.kernel + ")]";
-    if constexpr (traced)
-        if (explain != nullptr) text += "\n" + explain(trace, grid, most_passes);
-    if (text.back() == '\n') text.pop_back(); // who prints an error ends its line
-    return Error(text);
+    auto const first = std::to_string(loop.first), last = std::to_string(loop.last);
+    return first == last ? "the loop of step " + first : "the loop of steps " + first + " to " + last;
 }
+
+namespace engine::detail {
+/// How an engine's error for a step or a loop that goes on and on is made; `trace` is a Trace or NoTrace. `explain` may be null, and is
+/// called only where there is a trace.
+template <class MaybeTrace>
+struct GoesOn {
+    std::string const& kernel;
+    std::uint64_t pass;
+    std::uint32_t most_passes;
+    MaybeTrace const& trace;
+    Grid grid;
+    ExplainNotQuiet explain;
+
+    /// `what` goes on: "step 1 is not quiet after 5 passes (tiles vote busy".
+    Error error(std::string what) const
+    {
+        constexpr bool traced = std::is_same_v<MaybeTrace, Trace>;
+        what += ", and most_passes allows no more); allow more, or see what repeats";
+        if constexpr (!traced) what += " on a Traced machine";
+        else if (explain == nullptr) what += " (set explain to explain_no_progress)";
+        what += " [superstep " + std::to_string(pass) + " (" + kernel + ")]";
+        if constexpr (traced)
+            if (explain != nullptr) what += "\n" + explain(trace, grid, most_passes);
+        if (what.back() == '\n') what.pop_back(); // who prints an error ends its line
+        return Error(what);
+    }
+    Error not_quiet(std::uint32_t step) const
+    {
+        return error("step " + std::to_string(step) + " is not quiet after " + std::to_string(most_passes) +
+                     " passes (tiles vote busy or have mail");
+    }
+    Error not_done(LoopCounters const& loop) const
+    {
+        return error(text_of(loop) + " is not done after " + std::to_string(most_passes) + " rounds (tiles vote busy");
+    }
+};
 } // namespace engine::detail
 
 } // namespace tilemesh

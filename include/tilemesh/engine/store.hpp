@@ -27,26 +27,22 @@ inline std::string text(TileId t)
     return s += ")";
 }
 
-/// The names of a program's steps, in program order.
-template <class K>
-void list_steps(Superstep<K>*, std::vector<StepCounters>& out)
+/// The steps of a program, counted nothing yet.
+template <class... Step>
+std::vector<StepCounters> begin_steps(Types<Step...>)
 {
-    out.push_back({text(name_of<K>())});
+    std::vector<StepCounters> steps;
+    (steps.push_back({text(name_of<KernelOf<Step>>())}), ...);
+    return steps;
 }
-template <std::uint32_t N, class K>
-void list_steps(Repeat<N, K>*, std::vector<StepCounters>& out)
+
+template <class Program>
+std::vector<LoopCounters> begin_loops()
 {
-    out.push_back({text(name_of<K>())});
-}
-template <class K>
-void list_steps(UntilQuiet<K>*, std::vector<StepCounters>& out)
-{
-    out.push_back({text(name_of<K>())});
-}
-template <class... S>
-void list_steps(Sequence<S...>*, std::vector<StepCounters>& out)
-{
-    (list_steps(static_cast<S*>(nullptr), out), ...);
+    std::vector<LoopCounters> loops;
+    auto const all = loops_of<Program>();
+    for (std::uint32_t l = 0; l < StepTraits<Program>::loops; ++l) loops.push_back({all.found[l].first, all.found[l].last, 0});
+    return loops;
 }
 
 /// Words that no kernel may touch stand around each region of a guarded store, and what is dead is filled with a signalling

@@ -21,7 +21,7 @@ struct TileSample {
 /// One superstep: the tiles that ran, in order, and what the exchange moved.
 struct SuperstepSample {
     std::uint32_t step;              ///< of the program
-    bool votes;                      ///< a superstep of UntilQuiet: tiles vote whether there is another
+    bool votes;                      ///< tiles vote whether there is another, or another round: of UntilQuiet, or of the last step of a Loop
     std::uint32_t capacity_bytes;    ///< that a compile-time exchange moves from each tile to each neighbour; 0: no channel
     bool sent;                       ///< anything
     std::vector<TileSample> tiles;
@@ -35,6 +35,7 @@ struct Trace {
     /// Of each step: the names of what its kernel counts, in the order of OperationCounts; empty where it says nothing.
     std::vector<std::vector<std::string>> operations;
     std::vector<SuperstepSample> supersteps;
+    std::vector<LoopCounters> loops = {}; ///< of the program, and their rounds
     friend bool operator==(Trace const&, Trace const&) = default;
 };
 
@@ -43,39 +44,19 @@ namespace engine::detail {
 struct NoTrace {};
 
 /// What the kernels of a program's steps count, in program order.
-template <class K>
-void list_operations(tilemesh::detail::Tag<K>, std::vector<std::vector<std::string>>& out)
+template <class... Step>
+void list_operations(Types<Step...>, std::vector<std::vector<std::string>>& out)
 {
-    constexpr auto names = operation_names<K>();
-    out.emplace_back(names.begin, names.begin + names.size);
+    [[maybe_unused]] auto const add = [&](auto names) { out.emplace_back(names.begin, names.begin + names.size); };
+    (add(operation_names<KernelOf<Step>>()), ...);
 }
-template <class K>
-void list_operations(Superstep<K>*, std::vector<std::vector<std::string>>& out)
-{
-    list_operations(tilemesh::detail::Tag<K>{}, out);
-}
-template <std::uint32_t N, class K>
-void list_operations(Repeat<N, K>*, std::vector<std::vector<std::string>>& out)
-{
-    list_operations(tilemesh::detail::Tag<K>{}, out);
-}
-template <class K>
-void list_operations(UntilQuiet<K>*, std::vector<std::vector<std::string>>& out)
-{
-    list_operations(tilemesh::detail::Tag<K>{}, out);
-}
-template <class... S>
-void list_operations(Sequence<S...>*, std::vector<std::vector<std::string>>& out)
-{
-    (list_operations(static_cast<S*>(nullptr), out), ...);
-}
-
 template <class Program>
-Trace begin_trace(std::vector<StepCounters> const& steps)
+Trace begin_trace(RunCounters const& run)
 {
     Trace trace;
-    for (auto const& s : steps) trace.kernels.push_back(s.kernel);
-    list_operations(static_cast<Program*>(nullptr), trace.operations);
+    for (auto const& s : run.steps) trace.kernels.push_back(s.kernel);
+    list_operations(StepsOf<Program>{}, trace.operations);
+    trace.loops = run.loops;
     return trace;
 }
 

@@ -38,32 +38,14 @@ struct Worker {
     std::uint32_t count = 1;
 };
 
-template <class... Ts>
-struct Types {
-    static constexpr std::uint32_t count = sizeof...(Ts);
-};
+/// What a kernel takes in place of an argument that its policies leave out: it has nothing and names no region.
+struct Absent {};
+/// `OnlyIf<S::routes, Traffic&> traffic` as a kernel's parameter is `Traffic&`, or `Absent` where the policies do without: then the tile keeps
+/// no Traffic, the ledger has no line for it, and the kernel mentions it under `if constexpr (S::routes)` alone. The host passes nothing.
+template <bool Present, class Argument>
+using OnlyIf = std::conditional_t<Present, Argument, Absent>;
 
 namespace detail {
-template <class T, class L>
-inline constexpr bool contains = false;
-template <class T, class... L>
-inline constexpr bool contains<T, Types<L...>> = (std::is_same_v<T, L> || ...);
-
-template <class T, class... L>
-constexpr std::uint32_t index_in(Types<L...>) noexcept
-{
-    std::uint32_t i = 0, found = 0;
-    ((found = std::is_same_v<T, L> ? i : found, ++i), ...);
-    return found;
-}
-
-template <class L, class T>
-struct Insert;
-template <class... L, class T>
-struct Insert<Types<L...>, T> {
-    using type = std::conditional_t<contains<T, Types<L...>>, Types<L...>, Types<L..., T>>;
-};
-
 template <class X, class = void>
 inline constexpr bool is_list = false;
 template <class X>
@@ -80,6 +62,8 @@ template <>
 inline constexpr bool is_end<Here> = true;
 template <>
 inline constexpr bool is_end<Worker> = true;
+template <>
+inline constexpr bool is_end<Absent> = true;
 
 /// What one parameter of a kernel contributes to the tile.
 struct NoRole {
@@ -122,6 +106,8 @@ template <>
 struct Role<Here> : NoRole {};
 template <>
 struct Role<Worker> : NoRole {};
+template <>
+struct Role<Absent> : NoRole {};
 
 template <class F>
 struct Signature { // no operator() that can be named
@@ -226,72 +212,61 @@ template <class Kernel, class Argument>
 inline constexpr bool takes = KernelTraits<Kernel>::template takes<Argument>;
 
 namespace detail {
-/// Everything a program touches, in the order in which its kernels name it; and whether each channel may hold unread mail.
-template <class Acc, class Node>
-struct Walk {
-    static_assert(!sizeof(Node*), "not a program (its parts are Superstep<K>, Repeat<N, K>, UntilQuiet<K>, Sequence<...>); wrap "
-                                  "the kernel in one of them");
+template <class Acc, class Steps>
+struct CollectAll {
+    using type = Acc;
 };
-template <class S, class L, class P, class K>
-struct Walk<Sets<S, L, P>, Superstep<K>> : Collect<Sets<S, L, P>, typename KernelTraits<K>::Arguments> {};
-template <class S, class L, class P, std::uint32_t N, class K>
-struct Walk<Sets<S, L, P>, Repeat<N, K>> : Collect<Sets<S, L, P>, typename KernelTraits<K>::Arguments> {};
-template <class S, class L, class P, class K>
-struct Walk<Sets<S, L, P>, UntilQuiet<K>> : Collect<Sets<S, L, P>, typename KernelTraits<K>::Arguments> {};
-template <class S, class L, class P>
-struct Walk<Sets<S, L, P>, Sequence<>> {
-    using type = Sets<S, L, P>;
-};
-template <class S, class L, class P, class Step, class... Steps>
-struct Walk<Sets<S, L, P>, Sequence<Step, Steps...>>
-    : Walk<typename Walk<Sets<S, L, P>, Step>::type, Sequence<Steps...>> {};
+template <class Acc, class Step, class... Steps>
+struct CollectAll<Acc, Types<Step, Steps...>>
+    : CollectAll<typename Collect<Acc, typename KernelTraits<KernelOf<Step>>::Arguments>::type, Types<Steps...>> {};
 
-/// Does C hold unread mail after this step, if it did (`before`) or did not before? Sets `clash` where a kernel sends over it.
+/// Does C hold unread mail, after the steps so far? Sets `clash` where a kernel sends over it.
 template <class C>
 struct Mail {
     bool unread = false;
     bool clash = false;
-    template <class K>
-    constexpr void step(bool repeated) noexcept
+    template <class Step>
+    constexpr void step(Step const&, std::uint32_t) noexcept
     {
-        using T = KernelTraits<K>;
+        using T = KernelTraits<KernelOf<Step>>;
+        constexpr bool repeated = !std::is_same_v<Step, Superstep<KernelOf<Step>>>; // how often is a value
         if constexpr (T::template writes<C> && !T::template reads<C>) {
             clash = clash || unread || repeated;
             unread = true;
-        } else if constexpr (T::template writes<C>) {
-            unread = true;
-        } else if constexpr (T::template reads<C>) {
-            unread = false;
+        } else if constexpr (T::template reads<C>) { // a bound may leave mail unread, which the engine watches
+            unread = T::template writes<C> && StepTraits<Step>::everywhere;
         }
     }
-    template <class K>
-    constexpr void walk(Superstep<K>*) noexcept
+    template <class Part, class Body>
+    constexpr void loop(Part const&, LoopAt, Body const& body) // no round, one, or several
     {
-        step<K>(false);
+        bool const before = unread;
+        body();
+        body();
+        unread = unread || before;
     }
-    template <std::uint32_t N, class K>
-    constexpr void walk(Repeat<N, K>*) noexcept
+    template <class Part, class Body>
+    constexpr void condition(Part const&, Body const& body)
     {
-        if (N != 0) step<K>(N > 1);
-    }
-    template <class K>
-    constexpr void walk(UntilQuiet<K>*) noexcept // ends with everything read, or is cut off, which the engine watches
-    {
-        step<K>(true);
-        if constexpr (KernelTraits<K>::template reads<C>) unread = false;
-    }
-    template <class... Steps>
-    constexpr void walk(Sequence<Steps...>*) noexcept
-    {
-        (walk(static_cast<Steps*>(nullptr)), ...);
+        bool const before = unread;
+        body();
+        unread = unread || before;
     }
 };
+template <class Acc, class... P>
+constexpr auto collect_flags(Types<P...>) noexcept
+{
+    return typename Collect<Acc, Types<Broadcast<P>...>>::type{};
+}
+template <class Program>
+using CollectSteps = typename CollectAll<Sets<Types<>, Types<>, Types<>>, StepsOf<Program>>::type;
+
 template <class Program, class C>
 constexpr bool sends_over_unread_mail() noexcept
 {
     Mail<C> mail;
-    mail.walk(static_cast<Program*>(nullptr));
-    mail.walk(static_cast<Program*>(nullptr)); // programs run again and again
+    walk(Program{}, mail);
+    walk(Program{}, mail); // programs run again and again
     return mail.clash;
 }
 template <class Program, class C>
@@ -303,8 +278,9 @@ struct ReadBeforeSent {
 };
 } // namespace detail
 
-/// The states, channels and broadcasts of a program: `Sets<Types<...>, Types<...>, Types<...>>`.
+/// The states, channels and broadcasts of a program, in the order in which its kernels name them, then those of its conditions:
+/// `Sets<Types<...>, Types<...>, Types<...>>`.
 template <class Program>
-using Needs = typename detail::Walk<detail::Sets<Types<>, Types<>, Types<>>, Program>::type;
+using Needs = decltype(detail::collect_flags<detail::CollectSteps<Program>>(typename StepTraits<Program>::Flags{}));
 
 } // namespace tilemesh

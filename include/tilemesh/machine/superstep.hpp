@@ -1,6 +1,8 @@
 #pragma once
 #include <cstdint>
+#include <tilemesh/machine/types.hpp>
 #include <tuple>
+#include <type_traits>
 
 namespace tilemesh {
 
@@ -17,9 +19,11 @@ enum class Vote : std::uint32_t { quiet = 0, busy = 1 };
 template <class Kernel>
 struct Superstep {};
 
-/// The kernel on every tile, Times times.
-template <std::uint32_t Times, class Kernel>
-struct Repeat {};
+/// The kernel on every tile, `times` times: `Repeat<Diffuse>{1000}`.
+template <class Kernel>
+struct Repeat {
+    std::uint32_t times = 1;
+};
 
 /// The kernel until all tiles are quiet and none has mail for it, but at most `at_most` times: with a bound, what is under
 /// way stays in its channels and goes on in the next run. The paper moves one hop a frame.
@@ -33,5 +37,247 @@ template <class... Steps>
 struct Sequence {
     std::tuple<Steps...> steps;
 };
+
+/// Its steps in order, over and over: another round while a tile voted busy in the superstep before, but at most `at_most` rounds. It
+/// tests before its first round, as UntilQuiet does: `Sequence<Superstep<Begin>, Loop<UntilQuiet<Spread>, Superstep<Judge>>{100}>`, where
+/// Begin and Judge vote. With `at_most` 1 it is a condition that tiles decide. Mail alone makes no round. Cost on a Poplar machine: votes
+/// are gathered after every superstep of the program, and one more compute set a round.
+template <class... Steps>
+struct Loop {
+    std::uint32_t at_most = 0xffffffffu;
+    std::tuple<Steps...> steps{};
+};
+
+/// Its steps in order, in runs in which a word of a broadcast is not 0; otherwise votes and mail stay as they are.
+/// `If<&Wanted::smoothing, Superstep<Smooth>>`: `Flag` is a pointer to a std::uint32_t member of the broadcast `Wanted`, which need not be
+/// taken by a kernel. The host decides, once a run; what tiles decide is a `Loop` with `at_most` 1.
+template <auto Flag, class... Steps>
+struct If {
+    std::tuple<Steps...> steps{};
+};
+
+/// A part that a program has where `Present`, and does without otherwise: `StepIf<S::routes, UntilQuiet<Route<S>>>`.
+template <bool Present, class Part>
+using StepIf = std::conditional_t<Present, Part, Sequence<>>;
+
+/// What a part of a program is: a step (one kernel) or made of other parts. This and `walk` are all that takes programs apart.
+///   is_step      one kernel: `Kernel`, `everywhere` (on every tile, or only on those that must run), `most(step)` (its passes at most)
+///   Steps        the steps in it, in order: what `StepCounters`, traces and logs are numbered by
+///   Flags        the broadcasts that its conditions look at
+///   loops        how many Loops are in it, itself included
+template <class Part>
+struct StepTraits {
+    static_assert(!sizeof(Part*), "not a program (its parts are Superstep<K>, Repeat<K>, UntilQuiet<K>, Sequence<...>, Loop<...>, "
+                                  "If<&P::flag, ...>); wrap the kernel in one of them");
+};
+
+namespace detail {
+template <class Step, class K, bool Everywhere>
+struct OneKernel {
+    static constexpr bool is_step = true;
+    static constexpr bool everywhere = Everywhere;
+    static constexpr std::uint32_t loops = 0;
+    using Kernel = K;
+    using Steps = Types<Step>;
+    using Flags = Types<>;
+};
+template <class... Parts>
+struct SeveralParts {
+    static constexpr bool is_step = false, is_loop = false, is_condition = false;
+    static constexpr std::uint32_t loops = (0u + ... + StepTraits<Parts>::loops);
+    using Steps = typename Concat<typename StepTraits<Parts>::Steps...>::type;
+    using Flags = typename Concat<typename StepTraits<Parts>::Flags...>::type;
+};
+template <auto Flag>
+struct FlagOf {
+    static_assert(Flag != Flag, "the flag of an If is a pointer to a std::uint32_t member of a broadcast (a word that the host sets); give it "
+                                "If<&Parameters::flag, ...>");
+    using Parameters = void;
+};
+template <class P, std::uint32_t P::*Flag>
+struct FlagOf<Flag> {
+    using Parameters = P;
+};
+} // namespace detail
+
+template <class K>
+struct StepTraits<Superstep<K>> : detail::OneKernel<Superstep<K>, K, true> {
+    static constexpr std::uint32_t most(Superstep<K> const&) noexcept { return 1; }
+};
+template <class K>
+struct StepTraits<Repeat<K>> : detail::OneKernel<Repeat<K>, K, true> {
+    static constexpr std::uint32_t most(Repeat<K> const& step) noexcept { return step.times; }
+};
+template <class K>
+struct StepTraits<UntilQuiet<K>> : detail::OneKernel<UntilQuiet<K>, K, false> {
+    static constexpr std::uint32_t most(UntilQuiet<K> const& step) noexcept { return step.at_most; }
+};
+template <class... Parts>
+struct StepTraits<Sequence<Parts...>> : detail::SeveralParts<Parts...> {};
+template <class... Parts>
+struct StepTraits<Loop<Parts...>> : detail::SeveralParts<Parts...> {
+    static constexpr bool is_loop = true;
+    static constexpr std::uint32_t loops = 1 + detail::SeveralParts<Parts...>::loops;
+    static_assert(detail::SeveralParts<Parts...>::Steps::count != 0, "a Loop without a step (nobody could end it by a vote); give it one");
+};
+template <auto Flag, class... Parts>
+struct StepTraits<If<Flag, Parts...>> : detail::SeveralParts<Parts...> {
+    static constexpr bool is_condition = true;
+    using Parameters = typename detail::FlagOf<Flag>::Parameters;
+    static constexpr std::uint32_t Parameters::*flag = Flag;
+    using Flags = typename detail::Concat<Types<Parameters>, typename detail::SeveralParts<Parts...>::Flags>::type;
+};
+
+/// The steps of a program in order, all else taken apart.
+template <class Program>
+using StepsOf = typename StepTraits<Program>::Steps;
+/// The kernel of a step.
+template <class Step>
+using KernelOf = typename StepTraits<Step>::Kernel;
+
+/// Where a Loop is: its place among a program's Loops (one comes before those in it), and the places of its steps.
+struct LoopAt {
+    std::uint32_t index = 0, first = 0, last = 0;
+};
+
+/// Interprets a program, part by part in the order in which they run:
+///   interpreter.step(step, i)                a step; i is its place in `StepsOf<Program>`
+///   interpreter.loop(loop, LoopAt, body)     a Loop; body() interprets its parts once
+///   interpreter.condition(part, body)        an If; its StepTraits have `Parameters` and `flag`
+/// `first` and `loop` are the places of the program's first step and Loop in a larger one.
+template <class Program, class Interpreter>
+constexpr void walk(Program const& program, Interpreter& interpreter, std::uint32_t first = 0, std::uint32_t loop = 0)
+{
+    using Traits = StepTraits<Program>;
+    if constexpr (Traits::is_step) {
+        interpreter.step(program, first);
+    } else {
+        auto const body = [&] {
+            [[maybe_unused]] auto step = first, inner = loop + (Traits::is_loop ? 1u : 0u);
+            [[maybe_unused]] auto const one = [&](auto const& part) {
+                using Part = std::decay_t<decltype(part)>;
+                walk(part, interpreter, step, inner);
+                step += StepsOf<Part>::count;
+                inner += StepTraits<Part>::loops;
+            };
+            std::apply([&](auto const&... part) { (one(part), ...); }, program.steps);
+        };
+        if constexpr (Traits::is_loop)
+            interpreter.loop(program, LoopAt{loop, first, first + Traits::Steps::count - 1}, body);
+        else if constexpr (Traits::is_condition)
+            interpreter.condition(program, body);
+        else
+            body();
+    }
+}
+
+namespace detail {
+template <class F>
+struct EachOnce {
+    F const& f;
+    template <class Step>
+    constexpr void step(Step const& step, std::uint32_t i)
+    {
+        f(step, i);
+    }
+    template <class Part, class Body>
+    constexpr void loop(Part const&, LoopAt, Body const& body)
+    {
+        body();
+    }
+    template <class Part, class Body>
+    constexpr void condition(Part const&, Body const& body)
+    {
+        body();
+    }
+};
+template <std::uint32_t Count>
+struct FindLoops {
+    LoopAt found[Count + 1] = {};
+    template <class Step>
+    constexpr void step(Step const&, std::uint32_t) noexcept
+    {
+    }
+    template <class Part, class Body>
+    constexpr void loop(Part const&, LoopAt at, Body const& body)
+    {
+        found[at.index] = at;
+        body();
+    }
+    template <class Part, class Body>
+    constexpr void condition(Part const&, Body const& body)
+    {
+        body();
+    }
+};
+} // namespace detail
+
+/// Calls f(step, i) once for each step of a program.
+template <class Program, class F>
+constexpr void for_each_step(Program const& program, F const& f)
+{
+    detail::EachOnce<F> each{f};
+    walk(program, each);
+}
+/// The Loops of a program: `loops_of<Program>().found[0]` to `[StepTraits<Program>::loops - 1]`.
+template <class Program>
+constexpr detail::FindLoops<StepTraits<Program>::loops> loops_of()
+{
+    detail::FindLoops<StepTraits<Program>::loops> loops;
+    walk(Program{}, loops);
+    return loops;
+}
+/// Do tiles vote, after a superstep of this step, whether there is another superstep, or another round of a Loop?
+template <class Program>
+constexpr bool votes_after(std::uint32_t step) noexcept
+{
+    bool votes = false;
+    for_each_step(Program{}, [&](auto const& s, std::uint32_t i) {
+        votes = votes || (i == step && !StepTraits<std::decay_t<decltype(s)>>::everywhere);
+    });
+    auto const loops = loops_of<Program>();
+    for (std::uint32_t l = 0; l < StepTraits<Program>::loops; ++l) votes = votes || loops.found[l].last == step;
+    return votes;
+}
+
+inline constexpr std::uint32_t no_step = 0xffffffffu;
+
+namespace detail {
+template <class Kernel, class... Step>
+constexpr std::uint32_t find_step(std::uint32_t nth, Types<Step...>) noexcept
+{
+    std::uint32_t i = 0, seen = 0, found = no_step;
+    ((found = std::is_same_v<Kernel, KernelOf<Step>> && seen++ == nth ? i : found, ++i), ...);
+    return found;
+}
+template <std::uint32_t Index, std::uint32_t At, class Part>
+constexpr auto& step_at(Part& part) noexcept
+{
+    if constexpr (StepTraits<std::remove_const_t<Part>>::is_step) {
+        return part;
+    } else {
+        constexpr auto n = StepsOf<std::tuple_element_t<At, decltype(part.steps)>>::count;
+        if constexpr (Index < n)
+            return step_at<Index, 0>(std::get<At>(part.steps));
+        else
+            return step_at<Index - n, At + 1>(part);
+    }
+}
+} // namespace detail
+
+/// The place of kernel K among the steps of a program, of its Nth step where it has several; `no_step` for one that is not there.
+template <class Program, class Kernel, std::uint32_t Nth = 0>
+constexpr std::uint32_t step_of() noexcept
+{
+    return detail::find_step<Kernel>(Nth, StepsOf<Program>{});
+}
+/// That step: `get_step<Diffuse>(heat).times = 1000`.
+template <class Kernel, std::uint32_t Nth = 0, class Program>
+constexpr auto& get_step(Program& program) noexcept
+{
+    constexpr auto i = step_of<std::remove_const_t<Program>, Kernel, Nth>();
+    static_assert(i != no_step, "the program has no such step (no step, or fewer than asked for, of this kernel); name a kernel that it runs");
+    return detail::step_at<i, 0>(program);
+}
 
 } // namespace tilemesh

@@ -378,6 +378,10 @@ template <class Source>
 struct Bind<Worker, Source> {
     TILEMESH_KERNEL static Worker make(Source& s) noexcept { return s.worker(); }
 };
+template <class Source>
+struct Bind<Absent, Source> {
+    TILEMESH_KERNEL static Absent make(Source&) noexcept { return {}; }
+};
 template <class Kernel, class Source, class... A>
 TILEMESH_KERNEL Vote call(Source& source, Types<A...>) noexcept
 {

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <tilemesh/engine/trace.hpp>
 #include <tilemesh/error.hpp>
@@ -28,12 +29,13 @@ struct LinkUse {
     friend bool operator==(LinkUse const&, LinkUse const&) = default;
 };
 
-/// What an UntilQuiet does over and over at the end of a trace.
+/// What an UntilQuiet or a Loop does over and over at the end of a trace.
 struct NoProgress {
     Grid grid;
-    std::uint32_t step = 0;               ///< of the program
+    std::uint32_t step = 0;               ///< of the program; of a Loop the one that ran last
     std::string kernel;
-    std::uint64_t supersteps = 0;         ///< of that step at the end of the trace; 0: the trace ends with another kind of step
+    std::optional<LoopCounters> loop;     ///< the innermost one that repeats, where the step by itself does not
+    std::uint64_t supersteps = 0;         ///< of that step, or Loop, at the end of the trace; 0: the trace ends with another kind of step
     std::uint32_t period = 0;             ///< in supersteps; 0: nothing repeats, and nothing below is filled in
     std::uint64_t first = 0;              ///< superstep of the run from which on it repeats
     std::vector<std::uint32_t> tiles;     ///< that run in every superstep
@@ -58,6 +60,7 @@ inline std::uint64_t sample_hash(SuperstepSample const& s) noexcept
 {
     std::uint64_t h = 14695981039346656037u; // FNV-1a, a word at a time
     auto const mix = [&](std::uint64_t word) { h = (h ^ word) * 1099511628211u; };
+    mix(s.step);
     for (auto const& t : s.tiles) {
         mix(t.tile);
         for (auto const n : t.operations.count) mix(n);
@@ -136,8 +139,8 @@ inline std::vector<Link> find_cycle(Grid grid, std::vector<std::uint8_t> live)
 }
 } // namespace model_detail
 
-/// Looks at the end of a trace for an UntilQuiet that never becomes quiet: supersteps in which the same tiles do and send the
-/// same over and over. `at_least` as many of them must repeat, and a period at least twice; two is the least.
+/// Looks at the end of a trace for an UntilQuiet that never becomes quiet, or a Loop that is never done: supersteps in which the same
+/// tiles do and send the same over and over. `at_least` as many of them must repeat, and a period at least twice; two is the least.
 ///
 /// What is equal is what a trace holds: who ran, the operations that kernels count, bytes sent. A steady stream from a tile that
 /// sends to one that keeps looks like that, too, unless the kernel counts something that grows (Route and Bloom count the slots that
@@ -150,17 +153,23 @@ inline NoProgress no_progress(Trace const& trace, Grid grid, std::uint32_t at_le
     NoProgress out;
     out.grid = grid;
     auto const& all = trace.supersteps;
-    if (all.empty() || !all.back().votes) return out;
-    out.step = all.back().step;
-    out.kernel = trace.kernels[out.step];
-    while (out.supersteps < all.size()) {
-        auto const& s = all[all.size() - 1 - out.supersteps];
-        if (s.step != out.step || !s.votes) break;
-        ++out.supersteps;
-    }
+    if (all.empty()) return out;
     auto const* const end = all.data() + all.size();
+    auto const last_step = all.back().step;
     std::uint64_t repeating = 0;
-    out.period = model_detail::find_period(end - out.supersteps, end, std::max(at_least, 2u), repeating);
+    auto const look = [&](auto const& belongs) { // at the supersteps at the end that belong together
+        out.supersteps = 0;
+        while (out.supersteps < all.size() && belongs(*(end - 1 - out.supersteps))) ++out.supersteps;
+        out.step = last_step;
+        out.kernel = trace.kernels[last_step];
+        out.period = model_detail::find_period(end - out.supersteps, end, std::max(at_least, 2u), repeating);
+    };
+    if (all.back().votes) look([&](SuperstepSample const& s) { return s.step == last_step && s.votes; });
+    for (auto loop = trace.loops.rbegin(); out.period == 0 && loop != trace.loops.rend(); ++loop) {
+        if (last_step < loop->first || last_step > loop->last) continue;
+        out.loop = *loop;
+        look([&](SuperstepSample const& s) { return s.step >= loop->first && s.step <= loop->last; });
+    }
     if (out.period == 0) return out;
     out.first = all.size() - repeating;
 
@@ -230,7 +239,7 @@ inline std::string text_of(NoProgress const& report, std::size_t most = 16)
         return std::to_string(n) + " " + (n == 1 ? one : many);
     };
     if (report.supersteps == 0) return "the trace does not end with a step that runs until quiet\n";
-    std::string const step = "step " + std::to_string(report.step) + " (" + report.kernel + ")";
+    auto const step = report.loop ? tilemesh::text_of(*report.loop) : "step " + std::to_string(report.step) + " (" + report.kernel + ")";
     if (report.empty())
         return step + " repeats nothing in its last " + number(report.supersteps, "superstep", "supersteps") +
                ": it goes on, or its period is longer\n";

@@ -242,7 +242,7 @@ class Codelet {
     template <class Vertex>
     static void sample(Vertex& vertex, bool ran) noexcept
     {
-        PassSample s{ran ? 1u : 0u, {}, {0, 0, 0, 0}};
+        PassSample s{vertex.step, ran ? 1u : 0u, {}, {0, 0, 0, 0}};
         if (ran) {
             Source<Vertex> source{vertex, {0, Machine::workers}};
             s.operations = operations_of<Kernel>(source);
@@ -376,6 +376,47 @@ public:
         log[log_at] += 1;
         log[log_at + 1] += sent != 0 ? 1u : 0u;
         again = log[RunLog::left] != 0 && (log[RunLog::busy] | (log[RunLog::mail] & reads)) != 0;
+        return true;
+    }
+};
+
+/// Begins a Loop.
+class BeginLoop : public ::poplar::Vertex {
+public:
+    ::poplar::InOut<::poplar::Vector<unsigned>> log; ///< RunLog
+    unsigned log_at;                                 ///< of the loop: RunLog::loop
+    unsigned at_most;
+    bool compute()
+    {
+        log[log_at] = at_most;
+        return true;
+    }
+};
+
+/// Before each round of a Loop: is there another?
+class TestLoop : public ::poplar::Vertex {
+public:
+    ::poplar::InOut<::poplar::Vector<unsigned>> log; ///< RunLog
+    ::poplar::Output<bool> again;
+    unsigned log_at;
+    bool compute()
+    {
+        bool const more = log[log_at] != 0 && log[RunLog::busy] != 0;
+        log[log_at] -= more ? 1u : 0u;
+        log[log_at + 1] += more ? 1u : 0u;
+        again = more;
+        return true;
+    }
+};
+
+/// The condition of an If: is the word of the broadcast 0?
+class TestFlag : public ::poplar::Vertex {
+public:
+    ::poplar::Input<::poplar::Vector<unsigned>> word;
+    ::poplar::Output<bool> again;
+    bool compute()
+    {
+        again = word[0] != 0;
         return true;
     }
 };

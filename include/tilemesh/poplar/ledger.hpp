@@ -19,14 +19,12 @@ constexpr std::uint32_t kernel_vertex_bytes(Types<A...>, Types<C...>) noexcept
     auto const forgotten = (0u + ... + (Traits::template writes<C> ? 0u : 4u)); // heads of mail that was only read
     return span_bytes * (3 + edges) + 8 * word_bytes + (forgotten == 0 ? 0 : span_bytes * (1 + forgotten));
 }
-template <class Node>
-struct StepBytes {
-    static constexpr std::uint32_t begin = 0;
-};
-template <class K>
-struct StepBytes<UntilQuiet<K>> {
-    static constexpr std::uint32_t begin = span_bytes + 3 * word_bytes; // BeginStep
-};
+template <class Step>
+inline constexpr std::uint32_t begin_bytes = StepTraits<Step>::everywhere ? 0 : span_bytes + 3 * word_bytes; // BeginStep
+/// Loops and conditions: BeginLoop and TestLoop; TestFlag.
+template <class Program>
+inline constexpr std::uint32_t control_bytes =
+    StepTraits<Program>::loops * (span_bytes + 2 * word_bytes + span_bytes + 2 * word_bytes) + StepTraits<Program>::Flags::count * (span_bytes + word_bytes);
 template <class Sizes, class... Step, class... L>
 constexpr std::uint32_t vertex_bytes([[maybe_unused]] Sizes const& sizes, Types<Step...>, Types<L...>) noexcept
 {
@@ -34,10 +32,10 @@ constexpr std::uint32_t vertex_bytes([[maybe_unused]] Sizes const& sizes, Types<
     auto const start = span_bytes * (1 + 3 + own), begin = span_bytes * (1 + 2);
     auto const votes = 2 * span_bytes + 2 * span_bytes + 4 * word_bytes; // GatherVotes, CountPass
     return start + begin +
-           (0u + ... + (kernel_vertex_bytes<on_poplar::KernelOf<Step>>(
-                         typename KernelTraits<on_poplar::KernelOf<Step>>::Arguments{},
-                         typename KernelTraits<on_poplar::KernelOf<Step>>::Links{}) +
-                        StepBytes<Step>::begin + votes));
+           (0u + ... + (kernel_vertex_bytes<KernelOf<Step>>(
+                         typename KernelTraits<KernelOf<Step>>::Arguments{},
+                         typename KernelTraits<KernelOf<Step>>::Links{}) +
+                        begin_bytes<Step> + votes));
 }
 } // namespace detail
 
@@ -59,7 +57,7 @@ constexpr std::uint32_t arriving_bytes(Grid grid) noexcept
 template <class Program, class Setup = NoSetup>
 constexpr std::uint32_t vertex_bytes() noexcept
 {
-    return detail::vertex_bytes(Setup::sizes, StepsOf<Program>{}, typename Needs<Program>::Links{});
+    return detail::control_bytes<Program> + detail::vertex_bytes(Setup::sizes, StepsOf<Program>{}, typename Needs<Program>::Links{});
 }
 
 /// The ledger of a tile as Poplar stores the program: first the lines of `Tile<Machine, Program>`, which are the graph's variables

@@ -8,8 +8,7 @@
 #include <poplar/Engine.hpp>
 #include <poplar/exceptions.hpp>
 #include <string>
-#include <tilemesh/engine/store.hpp>
-#include <tilemesh/engine/trace.hpp>
+#include <tilemesh/engine/run.hpp>
 #include <tilemesh/poplar/program_graph.hpp>
 #include <utility>
 #include <vector>
@@ -72,7 +71,6 @@ public:
                         std::to_string(sizes.machine.workers) + " workers); choose a smaller grid or machine, or another device");
         if (options_.digest)
             throw Error("digests on a PoplarMesh (the host does not see the tiles' words between supersteps); ask a Mesh for them");
-        engine::detail::list_steps(static_cast<Program*>(nullptr), steps_);
         dirty_.fill(true);
     }
     PoplarMesh(PoplarMesh const&) = delete;
@@ -175,8 +173,8 @@ public:
         incoming_stale_.fill(true);
         samples_.clear();
         execute(run_program);
-        auto counters = account(on_poplar::StepsOf<Program>{});
-        if constexpr (Builder::traced) make_trace(counters, on_poplar::StepsOf<Program>{});
+        auto counters = account();
+        if constexpr (Builder::traced) make_trace(counters);
         return counters;
     }
 
@@ -241,7 +239,8 @@ private:
         within_words_.resize(sizeof(on_poplar::Within) / 4);
         receive(run, "who runs", builder.within(), within_words_);
         receive_broadcasts(run, builder, Shareds{});
-        run.add(builder.run(this->program_));
+        built_ = this->program_;
+        run.add(builder.run(built_));
         log_.resize(std::size_t{this->grid_.size()} * Log::words);
         run_log_.resize(RunLog::words<Program>);
         deliver(run, "log", builder.log(), log_.data());
@@ -387,13 +386,18 @@ private:
     }
 
     // --- counters ------------------------------------------------------------------------------------------------------------
-    template <class... Step>
-    RunCounters account(Types<Step...>)
+    RunCounters account()
     {
         RunCounters run;
-        run.steps = steps_;
-        std::uint32_t step = 0;
-        (account_step<Step>(run.steps[step], step, typename KernelTraits<on_poplar::KernelOf<Step>>::Links{}), ...);
+        run.steps = engine::detail::begin_steps(StepsOf<Program>{});
+        run.loops = engine::detail::begin_loops<Program>();
+        for (std::uint32_t l = 0; l < StepTraits<Program>::loops; ++l) run.loops[l].rounds = run_log_[RunLog::loop<Program>(l) + 1];
+        StaticPasses passes{*this, {}};
+        walk(built_, passes);
+        for_each_step(built_, [&](auto const& step, std::uint32_t i) {
+            run.steps[i].passes = std::max<std::uint64_t>(run_log_[RunLog::step(i)], passes.of_step[i]);
+            account_step(run.steps[i], step, i, typename KernelTraits<KernelOf<std::decay_t<decltype(step)>>>::Links{});
+        });
         for (std::uint32_t t = 0; t < this->grid_.size(); ++t)
             if (auto const broken = word(t, Log::broken); broken != 0) {
                 broken_ = true;
@@ -402,42 +406,51 @@ private:
                                 "capacities or machine); compile them again from the same headers");
                 throw Error("a kernel only sends on a channel with unread mail (a bound cut the step that reads it); raise the bound, or let "
                             "the sending kernel read the channel [tile " +
-                            engine::detail::text(this->grid_.tile(t)) + ", " + steps_[broken - 1].kernel + "]");
+                            engine::detail::text(this->grid_.tile(t)) + ", " + run.steps[broken - 1].kernel + "]");
             }
-        add_peaks(run, States{}, Links{});
+        run.peaks = engine::detail::list_peaks(States{}, Links{}, [&](auto tag) {
+            using R = typename decltype(tag)::type;
+            if constexpr (tilemesh::detail::is_channel<R>)
+                return Peak{{}, peak(Log::template link_peak<R>()), this->template link_capacity<R>()};
+            else
+                return Peak{{}, peak(Log::template state_peak<R>()), this->capacity_[Base::template index_of_state<R>()]};
+        });
         return run;
     }
     std::uint32_t word(std::uint32_t tile, std::uint32_t at) const noexcept { return log_[std::size_t{tile} * Log::words + at]; }
 
-    template <class K>
-    static constexpr std::uint64_t static_passes(Superstep<K>*) noexcept
-    {
-        return 1;
-    }
-    template <std::uint32_t N, class K>
-    static constexpr std::uint64_t static_passes(Repeat<N, K>*) noexcept
-    {
-        return N;
-    }
-    template <class K>
-    static constexpr std::uint64_t static_passes(UntilQuiet<K>*) noexcept
-    {
-        return 0;
-    }
+    /// Passes that a program makes whatever its tiles say: counted or not.
+    struct StaticPasses {
+        PoplarMesh& mesh;
+        std::array<std::uint64_t, StepsOf<Program>::count + 1> of_step;
+        template <class Step>
+        void step(Step const& step, std::uint32_t i)
+        {
+            if constexpr (StepTraits<Step>::everywhere) of_step[i] = StepTraits<Step>::most(step);
+        }
+        template <class Part, class Body>
+        void loop(Part const&, LoopAt, Body const&)
+        {
+        }
+        template <class Part, class Body>
+        void condition(Part const&, Body const& body)
+        {
+            using Traits = StepTraits<Part>;
+            if (mesh.Base::template shared<typename Traits::Parameters>()->*Traits::flag != 0) body();
+        }
+    };
     template <class Step, class... C>
-    void account_step(StepCounters& counters, std::uint32_t& step, Types<C...>)
+    void account_step(StepCounters& counters, Step const&, std::uint32_t i, Types<C...>)
     {
-        using K = on_poplar::KernelOf<Step>;
-        auto const at = Log::step(step);
-        counters.passes = std::max<std::uint64_t>(run_log_[RunLog::step(step)], static_passes(static_cast<Step*>(nullptr)));
-        counters.supersteps = run_log_[RunLog::step(step) + 1];
+        using K = KernelOf<Step>;
+        auto const at = Log::step(i);
+        counters.supersteps = run_log_[RunLog::step(i) + 1];
         for (std::uint32_t t = 0; t < this->grid_.size(); ++t) {
             counters.tile_runs += word(t, at);
             std::uint32_t link = 0;
             (count_messages<C>(counters, word(t, at + 1 + link++)), ...);
         }
         counters.capacity_bytes = counters.supersteps * this->template capacity_bytes<K>(Types<C...>{});
-        ++step;
     }
     template <class C>
     void count_messages(StepCounters& counters, std::uint32_t n) const noexcept
@@ -445,27 +458,23 @@ private:
         counters.messages += n;
         counters.live_bytes += std::uint64_t{n} * this->template message_bytes<C>();
     }
-    /// The samples of all passes, in order, belong to the steps in order.
-    template <class... Step>
-    void make_trace(RunCounters const& counters, Types<Step...>)
+    void make_trace(RunCounters const& counters)
     {
-        trace_ = engine::detail::begin_trace<Program>(steps_);
-        auto const* s = samples_.data();
-        std::uint32_t step = 0;
-        [[maybe_unused]] auto const add = [&](auto tag, bool votes) {
-            using K = typename decltype(tag)::type;
-            for (std::uint64_t pass = 0; pass < counters.steps[step].passes; ++pass) {
-                SuperstepSample superstep{step, votes, this->template capacity_a_side<K>(typename KernelTraits<K>::Links{}), false, {}};
-                for (std::uint32_t t = 0; t < this->grid_.size(); ++t, ++s) {
-                    if (s->ran == 0) continue;
-                    superstep.tiles.push_back({t, s->operations, {s->sent_bytes[0], s->sent_bytes[1], s->sent_bytes[2], s->sent_bytes[3]}});
-                    superstep.sent = superstep.sent || (s->sent_bytes[0] | s->sent_bytes[1] | s->sent_bytes[2] | s->sent_bytes[3]) != 0;
-                }
-                trace_.supersteps.push_back(std::move(superstep));
+        trace_ = engine::detail::begin_trace<Program>(counters);
+        std::array<std::uint32_t, StepsOf<Program>::count + 1> capacity{};
+        for_each_step(built_, [&](auto const& step, std::uint32_t i) {
+            using Kernel = KernelOf<std::decay_t<decltype(step)>>;
+            capacity[i] = this->template capacity_a_side<Kernel>(typename KernelTraits<Kernel>::Links{});
+        });
+        for (auto const* s = samples_.data(); s != samples_.data() + samples_.size();) {
+            SuperstepSample superstep{s->step, votes_after<Program>(s->step), capacity[s->step], false, {}};
+            for (std::uint32_t t = 0; t < this->grid_.size(); ++t, ++s) {
+                if (s->ran == 0) continue;
+                superstep.tiles.push_back({t, s->operations, {s->sent_bytes[0], s->sent_bytes[1], s->sent_bytes[2], s->sent_bytes[3]}});
+                superstep.sent = superstep.sent || (s->sent_bytes[0] | s->sent_bytes[1] | s->sent_bytes[2] | s->sent_bytes[3]) != 0;
             }
-            ++step;
-        };
-        (add(tilemesh::detail::Tag<on_poplar::KernelOf<Step>>{}, on_poplar::detail::is_until_quiet<Step>), ...);
+            trace_.supersteps.push_back(std::move(superstep));
+        }
     }
     std::uint32_t peak(std::uint32_t at) const noexcept
     {
@@ -473,23 +482,9 @@ private:
         for (std::uint32_t t = 0; t < this->grid_.size(); ++t) most = std::max(most, word(t, at));
         return most;
     }
-    template <class... X, class... C>
-    void add_peaks(RunCounters& run, Types<X...>, Types<C...>) const
-    {
-        [[maybe_unused]] auto const state = [&](auto tag) {
-            using S = typename decltype(tag)::type;
-            if constexpr (tilemesh::detail::is_list<S>)
-                run.peaks.push_back({engine::detail::text(name_of<S>()), peak(Log::template state_peak<S>()),
-                                     this->capacity_[Base::template index_of_state<S>()]});
-        };
-        (state(tilemesh::detail::Tag<X>{}), ...);
-        (run.peaks.push_back({engine::detail::text(name_of<C>()), peak(Log::template link_peak<C>()), this->template link_capacity<C>()}),
-         ...);
-    }
-
     Options options_;
     on_poplar::Within within_;
-    std::vector<StepCounters> steps_;
+    Program built_{};                                          ///< what the graph runs
     std::unique_ptr<poplar::Graph> graph_;
     std::vector<std::uint32_t> within_words_, log_, run_log_;
     std::vector<on_poplar::PassSample> samples_;

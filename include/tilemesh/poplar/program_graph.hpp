@@ -17,11 +17,6 @@
 namespace tilemesh::on_poplar {
 
 namespace detail {
-template <class Node>
-inline constexpr bool is_until_quiet = false;
-template <class K>
-inline constexpr bool is_until_quiet<UntilQuiet<K>> = true;
-
 constexpr bool same_text(Name a, Name b) noexcept
 {
     if (a.size != b.size) return false;
@@ -37,7 +32,7 @@ constexpr bool name_is_its_own() noexcept
 template <class... Step>
 constexpr bool kernels_have_names_of_their_own(Types<Step...>) noexcept
 {
-    return (true && ... && name_is_its_own<typename KernelOf<Step>::type, typename KernelOf<Step>::type...>());
+    return (true && ... && name_is_its_own<KernelOf<Step>, KernelOf<Step>...>());
 }
 } // namespace detail
 
@@ -51,8 +46,8 @@ constexpr bool kernels_have_names_of_their_own(Types<Step...>) noexcept
 /// (notes) included, in one Copy a superstep; nothing else moves between tiles but broadcasts, and the votes where the program
 /// asks for them. A channel that was only read has the heads of its incoming ends cleared.
 ///
-/// Control. `Repeat` is Poplar's; `UntilQuiet` is RepeatWhileTrue on a word that two reductions make of what tiles say: by rows,
-/// then on tile 0. Codelets are looked up as PREFIX_KERNEL, by the kernel's name with `_` for a space.
+/// Control. `Repeat` and `If` are Poplar's; `UntilQuiet` is RepeatWhileTrue on a word that two reductions make of what tiles say: by rows,
+/// then on tile 0. `Loop` is RepeatWhileTrue on the same word, after its last superstep. Codelets are looked up as PREFIX_KERNEL, by the kernel's name with `_` for a space.
 ///
 /// Grids: up to 65,535 x 65,535 and what the target has; tile (x, y) is Poplar's tile y * width + x.
 template <class Program, class Machine>
@@ -138,8 +133,8 @@ public:
         Sequence all;
         // Votes and counts begin at nothing; unread mail lives on.
         all.add(clear("begin run", {log_, run_log_.slice(RunLog::mail + 1, RunLog::words<Program>)}));
-        step_ = 0;
-        walk(program, all);
+        Interpreter interpreter{*this, &all};
+        walk(program, interpreter);
         return all;
     }
 
@@ -147,7 +142,7 @@ private:
     template <class... Step>
     static constexpr bool needs_votes(Types<Step...>) noexcept
     {
-        return (false || ... || detail::is_until_quiet<Step>);
+        return ((StepTraits<Program>::loops != 0) || ... || !StepTraits<Step>::everywhere);
     }
 
     // --- variables ----------------------------------------------------------------------------------------------------
@@ -310,6 +305,10 @@ private:
     void connect_end(std::vector<Tensor>&, std::uint32_t, Worker*) const
     {
     }
+    template <class K>
+    void connect_end(std::vector<Tensor>&, std::uint32_t, Absent*) const
+    {
+    }
     template <class K, class... A>
     void connect_all(std::vector<Tensor>& reads, std::vector<Tensor>& keeps, std::uint32_t tile, Types<A...>) const
     {
@@ -457,20 +456,88 @@ private:
     }
 
     // --- the program ----------------------------------------------------------------------------------------------------
-    template <class K>
-    void walk(Superstep<K> const&, Sequence& to)
+    struct Interpreter {
+        ProgramGraph& graph;
+        Sequence* to;
+        template <class Step>
+        void step(Step const& step, std::uint32_t i)
+        {
+            graph.step_ = i;
+            if constexpr (StepTraits<Step>::everywhere)
+                graph.add_everywhere(step, *to);
+            else
+                graph.add_until_quiet(step, *to);
+        }
+        template <class Part, class Body>
+        void loop(Part const& part, LoopAt at, Body const& body)
+        {
+            auto const round = inside(body);
+            to->add(graph.begin_loop(at, part.at_most));
+            to->add(::poplar::program::RepeatWhileTrue(graph.test_loop(at), graph.again_, round));
+        }
+        template <class Part, class Body>
+        void condition(Part const&, Body const& body)
+        {
+            auto const then = inside(body);
+            to->add(graph.template test_flag<Part>());
+            to->add(::poplar::program::If(graph.again_, then, Sequence()));
+        }
+        template <class Body>
+        Sequence inside(Body const& body)
+        {
+            Sequence parts;
+            auto* const before = std::exchange(to, &parts);
+            body();
+            to = before;
+            return parts;
+        }
+    };
+    ::poplar::program::Execute begin_loop(LoopAt at, std::uint32_t at_most)
     {
-        to.add(counted_pass<K>());
-        ++step_;
+        auto const set = graph_.addComputeSet("begin loop " + std::to_string(at.index));
+        auto const v = graph_.addVertex(set, "tilemesh::on_poplar::BeginLoop");
+        graph_.connect(v["log"], run_log_);
+        graph_.setInitialValue(v["log_at"], RunLog::loop<Program>(at.index));
+        graph_.setInitialValue(v["at_most"], at_most);
+        graph_.setTileMapping(v, 0);
+        return ::poplar::program::Execute(set);
     }
-    template <std::uint32_t N, class K>
-    void walk(Repeat<N, K> const&, Sequence& to)
+    ::poplar::program::Execute test_loop(LoopAt at)
     {
-        if (N != 0) to.add(::poplar::program::Repeat(N, counted_pass<K>()));
-        ++step_;
+        auto const set = graph_.addComputeSet("another round of loop " + std::to_string(at.index));
+        auto const v = graph_.addVertex(set, "tilemesh::on_poplar::TestLoop");
+        graph_.connect(v["log"], run_log_);
+        graph_.connect(v["again"], again_);
+        graph_.setInitialValue(v["log_at"], RunLog::loop<Program>(at.index));
+        graph_.setTileMapping(v, 0);
+        return ::poplar::program::Execute(set);
+    }
+    template <class Part>
+    ::poplar::program::Execute test_flag()
+    {
+        using Parameters = typename StepTraits<Part>::Parameters;
+        Parameters const p{};
+        auto const at = static_cast<std::size_t>(reinterpret_cast<char const*>(&(p.*StepTraits<Part>::flag)) - reinterpret_cast<char const*>(&p)) / 4;
+        auto const set = graph_.addComputeSet("if a word of " + text<Parameters>());
+        auto const v = graph_.addVertex(set, "tilemesh::on_poplar::TestFlag");
+        graph_.connect(v["word"], broadcast<Parameters>()[0].slice(at, at + 1));
+        graph_.connect(v["again"], again_);
+        graph_.setTileMapping(v, 0);
+        return ::poplar::program::Execute(set);
+    }
+    template <class Step>
+    void add_everywhere(Step const& step, Sequence& to)
+    {
+        auto const times = StepTraits<Step>::most(step);
+        if (times == 0) return;
+        auto const pass = counted_pass<KernelOf<Step>>();
+        if (times == 1)
+            to.add(pass);
+        else
+            to.add(::poplar::program::Repeat(times, pass));
     }
     template <class K>
-    void walk(UntilQuiet<K> const& step, Sequence& to)
+    void add_until_quiet(UntilQuiet<K> const& step, Sequence& to)
     {
         auto const reads = links_read<Program, K>(typename KernelTraits<K>::Links{});
         auto const set = graph_.addComputeSet("begin (step " + std::to_string(step_) + ")");
@@ -485,12 +552,6 @@ private:
         body.add(account<K>(reads));
         to.add(::poplar::program::Execute(set));
         to.add(::poplar::program::RepeatWhileTrue(Sequence(), again_, body));
-        ++step_;
-    }
-    template <class... S>
-    void walk(tilemesh::Sequence<S...> const& q, Sequence& to)
-    {
-        std::apply([&](auto const&... s) { (walk(s, to), ...); }, q.steps);
     }
 
     ::poplar::Graph& graph_;

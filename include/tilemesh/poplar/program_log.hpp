@@ -4,43 +4,6 @@
 /// The same program as Poplar codelets and a Poplar graph: what its vertices and its host agree on. Kernel code.
 namespace tilemesh::on_poplar {
 
-namespace detail {
-template <class Acc, class Node>
-struct Flatten;
-template <class... Done, class Node>
-struct Flatten<Types<Done...>, Node> {
-    using type = Types<Done..., Node>;
-};
-template <class... Done>
-struct Flatten<Types<Done...>, Sequence<>> {
-    using type = Types<Done...>;
-};
-template <class... Done, class Step, class... Steps>
-struct Flatten<Types<Done...>, Sequence<Step, Steps...>>
-    : Flatten<typename Flatten<Types<Done...>, Step>::type, Sequence<Steps...>> {};
-
-template <class Node>
-struct KernelOf;
-template <class K>
-struct KernelOf<Superstep<K>> {
-    using type = K;
-};
-template <std::uint32_t N, class K>
-struct KernelOf<Repeat<N, K>> {
-    using type = K;
-};
-template <class K>
-struct KernelOf<UntilQuiet<K>> {
-    using type = K;
-};
-} // namespace detail
-/// The steps of a program in order, Sequences taken apart: what `StepCounters` are numbered by.
-template <class Program>
-using StepsOf = typename detail::Flatten<Types<>, Program>::type;
-/// The kernel of a step.
-template <class Node>
-using KernelOf = typename detail::KernelOf<Node>::type;
-
 /// What a tile writes down in a run, word by word; the host reads it when the run is over. Cost: 12 bytes, 4 a step and 4 a
 /// channel of the step, 4 a list and 4 a channel of the program.
 template <class Program, class = StepsOf<Program>, class = Needs<Program>>
@@ -73,14 +36,15 @@ struct TileLog<Program, Types<Step...>, tilemesh::detail::Sets<Types<S...>, Type
     static constexpr std::uint32_t words = step(sizeof...(Step)) + static_cast<std::uint32_t>(sizeof...(S) + sizeof...(L));
 };
 
-/// On a Traced machine: what a tile says of each pass, for the host's Trace. 14 words.
+/// On a Traced machine: what a tile says of each pass, for the host's Trace. 15 words.
 struct PassSample {
     static constexpr char const* name = "sample";
-    std::uint32_t ran; ///< 0: the rest means nothing
+    std::uint32_t step; ///< of the program
+    std::uint32_t ran;  ///< 0: the rest means nothing
     OperationCounts operations;
     std::uint32_t sent_bytes[4];
 };
-static_assert(sizeof(PassSample) == 14 * 4, "a sample goes to the host word by word");
+static_assert(sizeof(PassSample) == 15 * 4, "a sample goes to the host word by word");
 
 /// What one tile writes down for all: who has mail, and how often each step ran.
 struct RunLog {
@@ -88,8 +52,14 @@ struct RunLog {
     static constexpr std::uint32_t busy = 1; ///< 1: a tile voted busy in the superstep before
     static constexpr std::uint32_t left = 2; ///< passes that an UntilQuiet may still take
     static constexpr std::uint32_t step(std::uint32_t i) noexcept { return 3 + 2 * i; } ///< passes, then those that sent
+    /// Of Loop l: rounds that it may still take, then those that it took in this run.
     template <class Program>
-    static constexpr std::uint32_t words = step(StepsOf<Program>::count);
+    static constexpr std::uint32_t loop(std::uint32_t l) noexcept
+    {
+        return step(StepsOf<Program>::count) + 2 * l;
+    }
+    template <class Program>
+    static constexpr std::uint32_t words = loop<Program>(StepTraits<Program>::loops);
 };
 
 namespace detail {
@@ -115,7 +85,7 @@ template <class... Step, class... S, class... L, class... P>
 constexpr std::uint32_t mark_of(std::uint32_t workers, bool traced, Types<Step...>, Types<S...>, Types<L...>, Types<P...>) noexcept
 {
     std::uint32_t h = mix(mix(2166136261u, workers), traced ? 1u : 0u);
-    ((h = mix(h, name_of<typename KernelOf<Step>::type>())), ...);
+    ((h = mix(h, name_of<KernelOf<Step>>())), ...);
     ((h = mix_state<S>(h)), ...);
     ((h = mix(mix(mix(h, name_of<L>()), L::static_capacity), L::Receiver::item_words)), ...);
     ((h = mix(mix(h, name_of<P>()), static_cast<std::uint32_t>(sizeof(P)))), ...);

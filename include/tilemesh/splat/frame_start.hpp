@@ -130,48 +130,19 @@ struct ProjectOperations {
     }
 };
 
-template <class S, bool Routes = S::routes, bool Blooms = S::blooms>
-struct Project;
-
 template <class S>
-struct Project<S, true, true> : ProjectOperations<S> {
+struct Project : ProjectOperations<S> {
     static constexpr char const* name = "project";
-    Vote operator()(Here here, Broadcast<typename S::Parameters> frame, Storage<S>& storage, Marks<S>& marks, Splats<S>& splats,
-                    Traffic& traffic, Debts& debts, Counts& counts) const noexcept
+    std::conditional_t<S::routes, Vote, void> operator()(Here here, Broadcast<typename S::Parameters> frame, Storage<S>& storage,
+                                                         Marks<S>& marks, Splats<S>& splats, OnlyIf<S::routes, Traffic&> traffic,
+                                                         OnlyIf<S::blooms, Debts&> debts, Counts& counts) const noexcept
     {
-        auto const begun =
-            detail::begin_frame<S>(here, *frame, storage, marks, splats, counts, {traffic.leaving, debts.open});
-        debts = {begun.owing, in_picture(here, *frame) ? 1u : 0u};
-        return detail::vote_to_route(traffic, begun.leaving);
-    }
-};
-template <class S>
-struct Project<S, true, false> : ProjectOperations<S> {
-    static constexpr char const* name = "project";
-    Vote operator()(Here here, Broadcast<typename S::Parameters> frame, Storage<S>& storage, Marks<S>& marks, Splats<S>& splats,
-                    Traffic& traffic, Counts& counts) const noexcept
-    {
-        auto const begun = detail::begin_frame<S>(here, *frame, storage, marks, splats, counts, {traffic.leaving, 0});
-        return detail::vote_to_route(traffic, begun.leaving);
-    }
-};
-template <class S>
-struct Project<S, false, true> : ProjectOperations<S> {
-    static constexpr char const* name = "project";
-    void operator()(Here here, Broadcast<typename S::Parameters> frame, Storage<S>& storage, Marks<S>& marks, Splats<S>& splats,
-                    Debts& debts, Counts& counts) const noexcept
-    {
-        auto const begun = detail::begin_frame<S>(here, *frame, storage, marks, splats, counts, {0, debts.open});
-        debts = {begun.owing, in_picture(here, *frame) ? 1u : 0u};
-    }
-};
-template <class S>
-struct Project<S, false, false> : ProjectOperations<S> {
-    static constexpr char const* name = "project";
-    void operator()(Here here, Broadcast<typename S::Parameters> frame, Storage<S>& storage, Marks<S>& marks, Splats<S>& splats,
-                    Counts& counts) const noexcept
-    {
-        (void)detail::begin_frame<S>(here, *frame, storage, marks, splats, counts, {0, 0});
+        detail::Begun last{0, 0};
+        if constexpr (S::routes) last.leaving = traffic.leaving;
+        if constexpr (S::blooms) last.owing = debts.open;
+        [[maybe_unused]] auto const begun = detail::begin_frame<S>(here, *frame, storage, marks, splats, counts, last);
+        if constexpr (S::blooms) debts = {begun.owing, in_picture(here, *frame) ? 1u : 0u};
+        if constexpr (S::routes) return detail::vote_to_route(traffic, begun.leaving);
     }
 };
 

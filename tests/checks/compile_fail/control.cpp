@@ -25,7 +25,7 @@ struct Exchange {
 struct Work {
     void operator()(Cell const&, Pile&, tilemesh::Worker) const noexcept {}
 };
-using Program = tilemesh::Sequence<tilemesh::Superstep<Exchange>, tilemesh::Repeat<3, Exchange>,
+using Program = tilemesh::Sequence<tilemesh::Superstep<Exchange>, tilemesh::Repeat<Exchange>,
                                    tilemesh::UntilQuiet<Exchange>, tilemesh::Superstep<Work>>;
 
 static_assert(tilemesh::Tile<tilemesh::Mk2, Program>::bytes > 0);

@@ -11,6 +11,6 @@ struct Send {
 struct Read {
     void operator()(tilemesh::In<Wire>) const noexcept {}
 };
-using Program = tilemesh::Sequence<tilemesh::Repeat<2, Send>, tilemesh::Superstep<Read>>;
+using Program = tilemesh::Sequence<tilemesh::Repeat<Send>, tilemesh::Superstep<Read>>;
 
 static_assert(tilemesh::Tile<tilemesh::Mk2, Program>::bytes > 0);

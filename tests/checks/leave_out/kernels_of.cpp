@@ -5,27 +5,16 @@
 #include <tuple>
 
 namespace leave_out {
-template <class Step>
-struct KernelOf;
-template <class Kernel>
-struct KernelOf<tilemesh::Superstep<Kernel>> {
-    using type = Kernel;
-};
-template <class Kernel>
-struct KernelOf<tilemesh::UntilQuiet<Kernel>> {
-    using type = Kernel;
-};
-
 /// Instantiates every kernel of a program: a call through its address could come from anywhere.
-template <class Program>
+template <class Steps>
 struct Emit;
-template <class... Steps>
-struct Emit<tilemesh::Sequence<Steps...>> {
-    static auto kernels() noexcept { return std::tuple{&KernelOf<Steps>::type::operator()...}; }
+template <class... Step>
+struct Emit<tilemesh::Types<Step...>> {
+    static auto kernels() noexcept { return std::tuple{&tilemesh::KernelOf<Step>::operator()...}; }
 };
 
-template struct Emit<Frame<SETUP>>;
+template struct Emit<tilemesh::StepsOf<Frame<SETUP>>>;
 #ifdef BESIDE
-template struct Emit<Frame<BESIDE>>;
+template struct Emit<tilemesh::StepsOf<Frame<BESIDE>>>;
 #endif
 } // namespace leave_out

@@ -165,6 +165,7 @@ private:
                     "An Execute has no compute set (the graph made none such); give one that addComputeSet returned");
             break;
         case Program::Kind::while_true:
+        case Program::Kind::condition:
             operation.predicate = address(layout_.runs(node.source.parts())[0], layout_, memory_);
             break;
         case Program::Kind::copy:
@@ -280,6 +281,9 @@ private:
         case Program::Kind::while_true:
             for (std::uint64_t pass = 0; test(operation, pass); ++pass) run_operation(operation.children[1]);
             break;
+        case Program::Kind::condition:
+            run_operation(operation.children[predicate(operation) ? 0 : 1]);
+            break;
         case Program::Kind::execute: {
             BoundSet& set = sets_[operation.compute_set];
             computing_.execute(set);
@@ -303,16 +307,21 @@ private:
     bool test(Operation const& operation, std::uint64_t pass)
     {
         run_operation(operation.children[0]);
-        unsigned char value;
-        raw_copy(&value, operation.predicate, 1);
-        if (value > 1)
-            throw poplar::application_runtime_error("A RepeatWhileTrue has a predicate that is no bool (its byte is " +
-                                                    std::to_string(value) +
-                                                    ", as where nobody wrote it); write it in the condition");
-        if (value == 1 && pass >= settings().while_limit)
+        bool const value = predicate(operation);
+        if (value && pass >= settings().while_limit)
             throw poplar::application_runtime_error("A RepeatWhileTrue did not end (its predicate is still true after " +
                                                     std::to_string(pass) +
                                                     " passes); let the condition become false, or raise while_limit");
+        return value;
+    }
+    bool predicate(Operation const& operation) const
+    {
+        unsigned char value;
+        raw_copy(&value, operation.predicate, 1);
+        if (value > 1)
+            throw poplar::application_runtime_error(std::string(operation.kind == Program::Kind::condition ? "An If" : "A RepeatWhileTrue") +
+                                                    " has a predicate that is no bool (its byte is " + std::to_string(value) +
+                                                    ", as where nobody wrote it); write it in the condition");
         return value == 1;
     }
 

@@ -15,13 +15,13 @@ namespace poplar::program {
 /// A program, by value: what is added to a sequence later does not reach programs that it was put into before.
 class Program {
 public:
-    enum class Kind { sequence, execute, copy, to_device, from_device, repeat, while_true };
+    enum class Kind { sequence, execute, copy, to_device, from_device, repeat, while_true, condition };
     struct Node {
         Kind kind;
         std::string name;
-        std::vector<Program> children; ///< of repeat: the body; of while_true: the condition, the body
+        std::vector<Program> children; ///< of repeat: the body; of while_true: the condition, the body; of condition: both branches
         ComputeSet compute_set{};
-        Tensor source{}, destination{}; ///< source of while_true: the predicate
+        Tensor source{}, destination{}; ///< source of while_true and condition: the predicate
         std::vector<DataStream> stream{};
         unsigned count = 0;
     };
@@ -117,6 +117,18 @@ public:
         if (predicate.rank() != 0 || predicate.elementType() != BOOL || !predicate.valid())
             throw control_program_error("A RepeatWhileTrue has a predicate of " + predicate.elementType().toString() + " " +
                                         Tensor::shape_text(predicate.shape()) + " (it wants bool {}); give it a scalar");
+    }
+};
+
+/// Runs one of two programs: the first where the predicate, a scalar, is true.
+class If : public Program {
+public:
+    If(Tensor const& predicate, Program const& where_true, Program const& where_false, std::string const& name = {})
+        : Program(Node{Kind::condition, name, {where_true, where_false}, {}, predicate})
+    {
+        if (predicate.rank() != 0 || predicate.elementType() != BOOL || !predicate.valid())
+            throw control_program_error("An If has a predicate of " + predicate.elementType().toString() + " " +
+                                        Tensor::shape_text(predicate.shape()) + " (the stand-in wants bool {}); give it a scalar");
     }
 };
 

@@ -1,0 +1,157 @@
+#pragma once
+#include <chrono>
+#include <cstdint>
+#include <string>
+#include <tilemesh/engine/counters.hpp>
+#include <tilemesh/engine/not_quiet.hpp>
+#include <tilemesh/engine/store.hpp>
+#include <tilemesh/engine/trace.hpp>
+#include <tilemesh/error.hpp>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace tilemesh::engine::detail {
+
+/// What one superstep of an engine did; nothing where no tile had to run.
+struct Passed {
+    bool ran = false, sent = false;
+    std::uint64_t messages = 0, tile_runs = 0, live_bytes = 0;
+};
+
+/// The peaks of a program's lists, then of its channels; `of(tag)` says what each held at most and its capacity.
+template <class... X, class... C, class F>
+std::vector<Peak> list_peaks(Types<X...>, Types<C...>, F const& of)
+{
+    std::vector<Peak> peaks;
+    [[maybe_unused]] auto const add = [&](auto tag) {
+        using R = typename decltype(tag)::type;
+        if constexpr (tilemesh::detail::is_list<R> || tilemesh::detail::is_channel<R>) {
+            peaks.push_back(of(tag));
+            peaks.back().region = text(name_of<R>());
+        }
+    };
+    (add(tilemesh::detail::Tag<X>{}), ...);
+    (add(tilemesh::detail::Tag<C>{}), ...);
+    return peaks;
+}
+
+/// A run of a program: walks it, counts, and says where it is. What Mesh and CheckedMesh have in common; memory and exchange, in which
+/// each is the check of the other, are the engine's:
+///   Passed superstep<Kernel, everywhere>()    one kernel on the tiles that run, and its exchange
+///   bool any_busy()                           did a tile vote busy in the superstep before?
+///   std::uint64_t digest_now()
+///   P const* shared<P>()
+///   std::uint64_t capacity_bytes<Kernel>()    of one exchange
+template <class Program, bool Traced>
+class Run {
+    using Clock = std::chrono::steady_clock;
+
+public:
+    Observer observer;
+    [[no_unique_address]] std::conditional_t<Traced, Trace, NoTrace> trace;
+
+    std::uint32_t step() const noexcept { return step_; }
+    std::string const& kernel() const noexcept { return counters_.steps[step_].kernel; }
+    /// An error of a kernel on a tile, with tile and superstep.
+    Error failed(Grid grid, std::uint32_t tile, std::string const& what) const
+    {
+        return Error(what + " [tile " + text(grid.tile(tile)) + ", superstep " + std::to_string(pass_) + " (" + kernel() + ")]");
+    }
+
+    struct Limits {
+        std::uint32_t most_passes; ///< of one UntilQuiet, and rounds of one Loop; 0: as many as it takes
+        bool digest;
+        ExplainNotQuiet explain;
+    };
+    /// The program once. Throws what a superstep and an
+    /// observer throw, and `Error` for a step or Loop that goes on and on; after that it refuses.
+    template <class Engine>
+    RunCounters all(Engine& engine, Program const& program, Grid grid, Limits const& limits)
+    {
+        if (broken_) throw Error("a mesh that stopped on an error cannot run again (its state is half a superstep); build a new one");
+        counters_ = {};
+        counters_.steps = begin_steps(StepsOf<Program>{});
+        counters_.loops = begin_loops<Program>();
+        if constexpr (Traced) trace = begin_trace<Program>(counters_);
+        step_ = 0;
+        pass_ = 0;
+        broken_ = true;
+        Interpreter<Engine> interpreter{*this, engine, grid, limits};
+        walk(program, interpreter);
+        broken_ = false;
+        return std::move(counters_);
+    }
+
+private:
+    template <class Engine>
+    struct Interpreter {
+        Run& run;
+        Engine& engine;
+        Grid grid;
+        Limits limits;
+
+        template <class Step>
+        void step(Step const& step, std::uint32_t i)
+        {
+            constexpr bool everywhere = StepTraits<Step>::everywhere;
+            run.step_ = i;
+            auto const begin = Clock::now();
+            auto const most = StepTraits<Step>::most(step);
+            for (std::uint32_t n = 0; n < most && superstep<KernelOf<Step>, everywhere>();)
+                if (++n > limits.most_passes && !everywhere && limits.most_passes != 0)
+                    throw goes_on().not_quiet(i);
+            run.counters_.steps[i].milliseconds += std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+        }
+        template <class Part, class Body>
+        void loop(Part const& part, LoopAt at, Body const& body)
+        {
+            for (std::uint32_t n = 0; n < part.at_most && engine.any_busy(); ++n) {
+                if (n == limits.most_passes && limits.most_passes != 0)
+                    throw goes_on().not_done(run.counters_.loops[at.index]);
+                ++run.counters_.loops[at.index].rounds;
+                if constexpr (Traced) run.trace.loops = run.counters_.loops;
+                body();
+            }
+        }
+        template <class Part, class Body>
+        void condition(Part const&, Body const& body)
+        {
+            using Traits = StepTraits<Part>;
+            if (engine.template shared<typename Traits::Parameters>()->*Traits::flag != 0) body();
+        }
+
+        auto goes_on() const
+        {
+            return GoesOn<std::remove_const_t<decltype(run.trace)>>{run.kernel(),         run.pass_ - 1, limits.most_passes, run.trace, grid,
+                                                                    limits.explain};
+        }
+        template <class Kernel, bool Everywhere>
+        bool superstep()
+        {
+            auto const passed = engine.template superstep<Kernel, Everywhere>();
+            if (!passed.ran) return false;
+            auto& counters = run.counters_.steps[run.step_];
+            ++counters.passes;
+            counters.messages += passed.messages;
+            counters.tile_runs += passed.tile_runs;
+            counters.live_bytes += passed.live_bytes;
+            if (passed.sent) {
+                ++counters.supersteps;
+                counters.capacity_bytes += engine.template capacity_bytes<Kernel>(typename KernelTraits<Kernel>::Links{});
+            }
+            std::uint64_t words = 0;
+            if (limits.digest) run.counters_.digests.push_back(words = engine.digest_now());
+            if (run.observer) run.observer({counters.kernel, run.step_, run.pass_, passed.messages, passed.tile_runs, words});
+            ++run.pass_;
+            return true;
+        }
+    };
+
+    RunCounters counters_;
+    std::uint32_t step_ = 0;
+    std::uint64_t pass_ = 0;
+    bool broken_ = false;
+};
+
+} // namespace tilemesh::engine::detail

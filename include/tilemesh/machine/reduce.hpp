@@ -1,0 +1,172 @@
+#pragma once
+#include <tilemesh/machine/kernel.hpp>
+#include <tilemesh/machine/name.hpp>
+
+namespace tilemesh {
+
+/// How two values become one, for `Reduce`: an empty functor `T operator()(T mine, T others) const noexcept` with a `name`.
+struct Sum {
+    static constexpr char const* name = "sum";
+    template <class T>
+    TILEMESH_KERNEL constexpr T operator()(T mine, T others) const noexcept
+    {
+        return mine + others;
+    }
+};
+/// The smaller; of equal ones, and beside a NaN, the tile's own.
+struct Least {
+    static constexpr char const* name = "least";
+    template <class T>
+    TILEMESH_KERNEL constexpr T operator()(T mine, T others) const noexcept
+    {
+        return others < mine ? others : mine;
+    }
+};
+struct Most {
+    static constexpr char const* name = "most";
+    template <class T>
+    TILEMESH_KERNEL constexpr T operator()(T mine, T others) const noexcept
+    {
+        return mine < others ? others : mine;
+    }
+};
+/// Bit by bit.
+struct And {
+    static constexpr char const* name = "and";
+    template <class T>
+    TILEMESH_KERNEL constexpr T operator()(T mine, T others) const noexcept
+    {
+        return mine & others;
+    }
+};
+
+/// Who has the result of a `Reduce`: tile (0, 0), or every tile, for as many exchanges again.
+enum class ReduceTo : std::uint32_t { one, all };
+
+/// What a tile contributes to a `Reduce`: a member of a state, `Member<&Cell::kelvin>`. A value of your own is an empty functor of the same
+/// kind, `float operator()(Cell const&, Pile const&) const noexcept`, with a `name`; it takes states by const reference, broadcasts and
+/// `Here`.
+template <auto Pointer>
+struct Member;
+template <class X, class T, T X::*Pointer>
+struct Member<Pointer> {
+    static constexpr char const* name = "member";
+    TILEMESH_KERNEL constexpr T operator()(X const& state) const noexcept { return state.*Pointer; }
+};
+
+namespace detail {
+template <class Value>
+using ValueOf = typename CallOf<Value>::Result;
+
+/// "least member begin": the names of a program's kernels must differ.
+template <class Operator, class Value>
+struct ReduceName {
+    char text[96] = {};
+    constexpr ReduceName(char const* end) noexcept
+    {
+        std::uint32_t at = 0;
+        Name const parts[] = {name_of<Operator>(), {" ", 1}, name_of<Value>(), {end, length(end)}};
+        for (auto const& part : parts)
+            for (std::uint32_t i = 0; i < part.size && at < sizeof text - 1; ++i) text[at++] = part.text[i];
+    }
+};
+} // namespace detail
+
+/// The state in which a `Reduce` leaves its result: that of its own part on a tile that is not told the whole. At tile (0, 0) it is the
+/// value of all tiles. Cost: the value's bytes.
+template <class Value, class Operator>
+struct Reduced {
+    using T = detail::ValueOf<Value>;
+    static_assert(std::is_trivially_copyable_v<T> && alignof(T) <= 4 && sizeof(T) % 4 == 0,
+                  "what a Reduce adds up is whole 32-bit words (it is a message and a state); give its value such a type");
+    static constexpr detail::ReduceName<Operator, Value> text{" so far"};
+    static constexpr char const* name = text.text;
+    T value;
+};
+
+namespace detail {
+template <class Value, class Operator>
+struct Partial : Channel<ValueOf<Value>, 1> {
+    static constexpr ReduceName<Operator, Value> text{" link"};
+    static constexpr char const* name = text.text;
+};
+
+/// A row is complete at its west end, column 0 at its north end; from there the result goes the way back.
+template <ReduceTo Where, class R, class Out>
+TILEMESH_KERNEL void tell_all(Here const& here, R const& reduced, Out& out, [[maybe_unused]] bool down) noexcept
+{
+    if constexpr (Where == ReduceTo::all) {
+        if (here.tile.x() + 1 < here.grid.width) out[Direction::east].unchecked_push(reduced.value);
+        if (down && here.tile.y() + 1 < here.grid.height) out[Direction::south].unchecked_push(reduced.value);
+    }
+}
+/// What a tile of column 0 does when it has all that is east and south of it.
+template <ReduceTo Where, class R, class Out>
+TILEMESH_KERNEL void climb(Here const& here, R const& reduced, Out& out) noexcept
+{
+    if (here.tile.y() > 0)
+        out[Direction::north].unchecked_push(reduced.value);
+    else
+        tell_all<Where>(here, reduced, out, true);
+}
+TILEMESH_KERNEL bool is_last_row(Here const& here) noexcept
+{
+    return here.tile.y() + 1 == here.grid.height;
+}
+
+template <class Value, class Operator, ReduceTo Where, class = typename CallOf<Value>::Arguments>
+struct BeginReduce;
+/// Every tile takes its value; the east end of each row begins.
+template <class Value, class Operator, ReduceTo Where, class... A>
+struct BeginReduce<Value, Operator, Where, Types<A...>> {
+    static constexpr ReduceName<Operator, Value> text{Where == ReduceTo::all ? " of all begin" : " begin"};
+    static constexpr char const* name = text.text;
+    void operator()(Here here, A... a, Reduced<Value, Operator>& reduced, Out<Partial<Value, Operator>> out) const noexcept
+    {
+        reduced.value = Value{}(a...);
+        if (here.tile.x() + 1 < here.grid.width) return;
+        if (here.tile.x() > 0)
+            out[Direction::west].unchecked_push(reduced.value);
+        else if (is_last_row(here))
+            climb<Where>(here, reduced, out);
+    }
+};
+template <class Value, class Operator, ReduceTo Where>
+struct GoOnReducing {
+    static constexpr ReduceName<Operator, Value> text{Where == ReduceTo::all ? " of all" : ""};
+    static constexpr char const* name = text.text;
+    void operator()(Here here, Reduced<Value, Operator>& reduced, In<Partial<Value, Operator>> in,
+                    Out<Partial<Value, Operator>> out) const noexcept
+    {
+        if constexpr (Where == ReduceTo::all) {
+            for (auto d : {Direction::north, Direction::west})
+                if (!in[d].empty()) {
+                    reduced.value = in[d][0];
+                    tell_all<Where>(here, reduced, out, d == Direction::north);
+                }
+        }
+        bool const row = !in[Direction::east].empty(), column = !in[Direction::south].empty();
+        if (row) reduced.value = Operator{}(reduced.value, in[Direction::east][0]);
+        if (column) reduced.value = Operator{}(reduced.value, in[Direction::south][0]);
+        if (row && here.tile.x() > 0) out[Direction::west].unchecked_push(reduced.value);
+        if (here.tile.x() == 0 && (column || (row && is_last_row(here)))) climb<Where>(here, reduced, out);
+    }
+};
+} // namespace detail
+
+/// A reduction over all tiles as a part of a program: `Reduce<Member<&Cell::kelvin>, Most>` leaves the largest kelvin of all in
+/// `Reduced<Member<&Cell::kelvin>, Most>` of tile (0, 0), and with `ReduceTo::all` of every tile; kernels after it take that state.
+/// Ordinary kernels and one channel of one message: no engine knows of it.
+///
+/// The order is fixed: each row from its east end to its west end, then column 0 from south to north, `mine` being the tile that adds. So a
+/// sum of floats is the same on every engine and any number of threads. Least and Most want numbers: what a NaN does depends on the order.
+///
+/// On a Poplar machine its two kernels are vertices like others: `detail::BeginReduce<Value, Operator, Where>` and
+/// `detail::GoOnReducing<Value, Operator, Where>`; what `name_of` says ends their names.
+///
+/// Cost on a grid of W x H tiles: W - 1 + H - 1 exchanges, twice as many with `ReduceTo::all`, of one value on the tiles at the front, and
+/// one more compute phase; SRAM of the value and 8 * (8 + its bytes) for the channel.
+template <class Value, class Operator, ReduceTo Where = ReduceTo::one>
+using Reduce = Sequence<Superstep<detail::BeginReduce<Value, Operator, Where>>, UntilQuiet<detail::GoOnReducing<Value, Operator, Where>>>;
+
+} // namespace tilemesh

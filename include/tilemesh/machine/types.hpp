@@ -1,0 +1,47 @@
+#pragma once
+#include <cstdint>
+#include <type_traits>
+
+namespace tilemesh {
+
+/// A list of types: the steps of a program, the parameters of a kernel, the regions of a tile.
+template <class... Ts>
+struct Types {
+    static constexpr std::uint32_t count = sizeof...(Ts);
+};
+
+namespace detail {
+template <class T, class L>
+inline constexpr bool contains = false;
+template <class T, class... L>
+inline constexpr bool contains<T, Types<L...>> = (std::is_same_v<T, L> || ...);
+
+template <class T, class... L>
+constexpr std::uint32_t index_in(Types<L...>) noexcept
+{
+    std::uint32_t i = 0, found = 0;
+    ((found = std::is_same_v<T, L> ? i : found, ++i), ...);
+    return found;
+}
+
+template <class L, class T>
+struct Insert;
+template <class... L, class T>
+struct Insert<Types<L...>, T> {
+    using type = std::conditional_t<contains<T, Types<L...>>, Types<L...>, Types<L..., T>>;
+};
+
+/// The lists one after the other.
+template <class... Lists>
+struct Concat {
+    using type = Types<>;
+};
+template <class... A>
+struct Concat<Types<A...>> {
+    using type = Types<A...>;
+};
+template <class... A, class... B, class... Rest>
+struct Concat<Types<A...>, Types<B...>, Rest...> : Concat<Types<A..., B...>, Rest...> {};
+} // namespace detail
+
+} // namespace tilemesh

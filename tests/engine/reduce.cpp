@@ -1,0 +1,105 @@
+#include "control.hpp"
+#include "everywhere.hpp"
+
+using namespace engine_test;
+
+namespace {
+template <class M>
+void load(M& mesh)
+{
+    Random random{mesh.grid().width * 100 + mesh.grid().height};
+    for (std::uint32_t i = 0; i < mesh.grid().size(); ++i)
+        mesh.template state<Load>(mesh.grid().tile(i)) = {static_cast<float>(random.below(1u << 20)) * 0.001f - 300, random.bits() | 5u};
+}
+template <class M>
+Total total_at(M& mesh, TileId t)
+{
+    return {mesh.template state<Reduced<Weight, Sum>>(t).value, mesh.template state<Reduced<Weight, Least>>(t).value,
+            mesh.template state<Reduced<Weight, Most>>(t).value, mesh.template state<Reduced<Bits, And>>(t).value,
+            mesh.template state<Reduced<Bits, Sum>>(t).value};
+}
+template <class M>
+Total expected(M& mesh)
+{
+    auto const grid = mesh.grid();
+    std::vector<float> weights;
+    std::vector<std::uint32_t> bits;
+    for (std::uint32_t i = 0; i < grid.size(); ++i) {
+        weights.push_back(mesh.template state<Load>(grid.tile(i)).weight);
+        bits.push_back(mesh.template state<Load>(grid.tile(i)).bits);
+    }
+    std::uint32_t all = 0xffffffffu, sum = 0;
+    for (auto b : bits) {
+        all &= b;
+        sum += b;
+    }
+    return {reduce_on_host(weights, grid, [](float a, float b) { return a + b; }), *std::min_element(weights.begin(), weights.end()),
+            *std::max_element(weights.begin(), weights.end()), all, sum};
+}
+void check_equal(Total const& a, Total const& b)
+{
+    CHECK(a.sum == b.sum);
+    CHECK(a.least == b.least);
+    CHECK(a.most == b.most);
+    CHECK(a.all == b.all);
+    CHECK(a.bits == b.bits);
+}
+template <ReduceTo Where>
+void check_grid(Grid grid)
+{
+    CAPTURE(grid.width);
+    CAPTURE(grid.height);
+    auto const p = everywhere<Reducing<Where>>(grid, [](auto& mesh) { load(mesh); }, 2);
+    auto const want = expected(*p.mesh);
+    bool const all = Where == ReduceTo::all;
+    for (std::uint32_t i = 0; i < (all ? grid.size() : 1); ++i) check_equal(total_at(*p.mesh, grid.tile(i)), want);
+    std::uint64_t const hops = (grid.width - 1 + grid.height - 1) * (all ? 2 : 1);
+    for (std::size_t r = 0; r < 5; ++r) {
+        CHECK(p.step(2 * r).supersteps + p.step(2 * r + 1).supersteps == hops);
+        CHECK(p.step(2 * r).passes + p.step(2 * r + 1).passes == hops + 1);
+        // One message of each tile but the last; and one to each of them.
+        CHECK(p.step(2 * r).messages + p.step(2 * r + 1).messages == (grid.size() - 1) * (all ? 2u : 1u));
+    }
+}
+} // namespace
+
+TEST_CASE("Reduce: sum, least, most and and are those of a plain loop, at tile (0, 0) or at all, for W - 1 + H - 1 exchanges")
+{
+    for (Grid const grid : {Grid{1, 1}, Grid{7, 1}, Grid{1, 6}, Grid{2, 2}, Grid{5, 4}, Grid{3, 8}}) {
+        check_grid<ReduceTo::one>(grid);
+        check_grid<ReduceTo::all>(grid);
+    }
+}
+
+TEST_CASE("Reduce: its ledger is a word of state and a channel of one message; a value may look at several things")
+{
+    using Layout = Tile<Mk2, Reduce<Weight, Sum>>;
+    CHECK(Layout::words<Reduced<Weight, Sum>>() == 1);
+    CHECK(Layout::bytes == Mk2::code_bytes + 8 + 4 + 8 * (8 + 4));
+    CHECK(Layout::ledger().size() == 4);
+    CHECK(engine::detail::text(Layout::ledger()[2].name) == "sum weight so far");
+}
+
+namespace {
+struct Where {
+    float weight;
+    std::uint32_t tile;
+};
+struct Heaviest {
+    Where operator()(Load const& load, Here here) const noexcept { return {load.weight, here.grid.index_of(here.tile)}; }
+};
+struct ByWeight {
+    static constexpr char const* name = "heaviest";
+    constexpr Where operator()(Where mine, Where others) const noexcept { return others.weight > mine.weight ? others : mine; }
+};
+} // namespace
+
+TEST_CASE("Reduce: a value and an operator of one's own say where the heaviest is")
+{
+    auto const p = everywhere<Reduce<Heaviest, ByWeight, ReduceTo::all>>({6, 5}, [](auto& mesh) { load(mesh); });
+    auto const grid = p.mesh->grid();
+    std::uint32_t best = 0;
+    for (std::uint32_t i = 1; i < grid.size(); ++i)
+        if (p.mesh->state<Load>(grid.tile(i)).weight > p.mesh->state<Load>(grid.tile(best)).weight) best = i;
+    for (std::uint32_t i = 0; i < grid.size(); ++i) CHECK(p.mesh->state<Reduced<Heaviest, ByWeight>>(grid.tile(i)).value.tile == best);
+}

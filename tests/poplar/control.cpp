@@ -1,0 +1,165 @@
+#include "../engine/control.hpp"
+#include "on_poplar.hpp"
+#include <standin_vertex.hpp>
+#include <tilemesh/poplar/codelet.hpp>
+
+// Loops, conditions and reductions as a Poplar graph: the words, counters and traces of a Mesh.
+using namespace engine_test;
+using tilemesh::detail::BeginReduce;
+using tilemesh::detail::GoOnReducing;
+
+namespace {
+constexpr auto to_one = ReduceTo::one;
+constexpr auto to_all = ReduceTo::all;
+} // namespace
+using Nested = Sequence<Superstep<OpenTap>, Loop<Loop<Superstep<Drain>>, Superstep<Refill>>>;
+using Weighing = Sequence<Reduce<Weight, Sum, to_one>, Reduce<Bits, And, to_all>>;
+
+TILEMESH_VERTEX(drain_OpenTap, Mk2, Draining, OpenTap)
+TILEMESH_VERTEX(drain_Drain, Mk2, Draining, Drain)
+TILEMESH_VERTEX(drain_Refill, Mk2, Draining, Refill)
+TILEMESH_VERTEX(traced_OpenTap, Traced<Mk2>, Draining, OpenTap)
+TILEMESH_VERTEX(traced_Drain, Traced<Mk2>, Draining, Drain)
+TILEMESH_VERTEX(traced_Refill, Traced<Mk2>, Draining, Refill)
+TILEMESH_VERTEX(nested_OpenTap, Mk2, Nested, OpenTap)
+TILEMESH_VERTEX(nested_Drain, Mk2, Nested, Drain)
+TILEMESH_VERTEX(nested_Refill, Mk2, Nested, Refill)
+TILEMESH_VERTEX(warm_Warm, Mk2, Warming, Warm)
+TILEMESH_VERTEX(warm_Spread, Mk2, Warming, Spread)
+TILEMESH_VERTEX(warm_Cool, Mk2, Warming, Cool)
+TILEMESH_VERTEX(warm_most_change_of_all_begin, Mk2, Warming, BeginReduce<Change, Most, to_all>)
+TILEMESH_VERTEX(warm_most_change_of_all, Mk2, Warming, GoOnReducing<Change, Most, to_all>)
+TILEMESH_VERTEX(warm_Judge, Mk2, Warming, Judge)
+TILEMESH_VERTEX(warm_Forget, Mk2, Warming, Forget)
+TILEMESH_VERTEX(choose_add_one, Mk2, Choosing, Add<1>)
+TILEMESH_VERTEX(choose_add_ten, Mk2, Choosing, Add<10>)
+TILEMESH_VERTEX(choose_add_hundred, Mk2, Choosing, Add<100>)
+TILEMESH_VERTEX(weigh_sum_weight_begin, Mk2, Weighing, BeginReduce<Weight, Sum, to_one>)
+TILEMESH_VERTEX(weigh_sum_weight, Mk2, Weighing, GoOnReducing<Weight, Sum, to_one>)
+TILEMESH_VERTEX(weigh_and_bits_of_all_begin, Mk2, Weighing, BeginReduce<Bits, And, to_all>)
+TILEMESH_VERTEX(weigh_and_bits_of_all, Mk2, Weighing, GoOnReducing<Bits, And, to_all>)
+TILEMESH_VERTEX(work_Ring, Mk2, Working<true>, Ring)
+TILEMESH_VERTEX(work_work_and_log, Mk2, Working<true>, Work<true>)
+TILEMESH_VERTEX(work_work, Mk2, Working<false>, Work<false>)
+TILEMESH_VERTEX(work_add_hundred, Mk2, Working<false>, Add<100>)
+
+#define ENTER(Name) POPLAR_STANDIN_VERTEX(Name, reads, keeps, sends, x, y, width, height, step, log_at, task, program)
+ENTER(drain_OpenTap);
+ENTER(drain_Drain);
+ENTER(drain_Refill);
+ENTER(traced_OpenTap);
+ENTER(traced_Drain);
+ENTER(traced_Refill);
+ENTER(nested_OpenTap);
+ENTER(nested_Drain);
+ENTER(nested_Refill);
+ENTER(warm_Warm);
+ENTER(warm_Spread);
+ENTER(warm_Cool);
+ENTER(warm_most_change_of_all_begin);
+ENTER(warm_most_change_of_all);
+ENTER(warm_Judge);
+ENTER(warm_Forget);
+ENTER(choose_add_one);
+ENTER(choose_add_ten);
+ENTER(choose_add_hundred);
+ENTER(weigh_sum_weight_begin);
+ENTER(weigh_sum_weight);
+ENTER(weigh_and_bits_of_all_begin);
+ENTER(weigh_and_bits_of_all);
+ENTER(work_Ring);
+ENTER(work_work_and_log);
+ENTER(work_work);
+ENTER(work_add_hundred);
+
+namespace {
+using poplar_test::on_both;
+
+auto const fill = [](auto& mesh) {
+    for (std::uint32_t i = 0; i < mesh.grid().size(); ++i) mesh.template state<Tank>(mesh.grid().tile(i)) = {i % 4, i % 3, 0, 0};
+};
+
+TEST_CASE("poplar: a Loop takes the rounds of a Mesh, with an UntilQuiet and a Loop in it, up to its bound")
+{
+    for (Grid const grid : {Grid{1, 1}, Grid{5, 1}, Grid{1, 4}, Grid{4, 3}})
+        for (std::uint32_t const at_most : {0u, 1u, 0xffffffffu}) {
+            CAPTURE(grid.width);
+            CAPTURE(at_most);
+            Draining program;
+            std::get<1>(program.steps).at_most = at_most;
+            auto const runs = on_both<Draining>("drain", grid, fill, 2, program);
+            if (grid.size() > 2 && at_most != 0) CHECK(runs[0].loops[0].rounds == std::min(3u, at_most));
+            if (grid.size() == 1) CHECK(runs[0].loops[0].rounds == 0); // the tile has no water: nobody votes
+        }
+    Nested nested;
+    std::get<0>(std::get<1>(nested.steps).steps).at_most = 2;
+    auto const runs = on_both<Nested>("nested", Grid{4, 3}, fill, 1, nested);
+    CHECK(runs[0].loops[0].rounds == 3);
+    CHECK(runs[0].loops[1].rounds > 3);
+}
+
+TEST_CASE("poplar: a Loop that a reduction ends, and an If in it")
+{
+    for (Grid const grid : {Grid{1, 1}, Grid{4, 1}, Grid{1, 3}, Grid{3, 3}})
+        for (std::uint32_t const cooled : {0u, 1u}) {
+            auto const runs = on_both<Warming>("warm", grid, [&](auto& mesh) {
+                mesh.template broadcast<Settling>() = {0.2f, 0.25f, cooled};
+                for (std::uint32_t i = 0; i < grid.size(); ++i) mesh.template state<Plate>(grid.tile(i)).kelvin = static_cast<float>((i * 7 + 3) % 11);
+            });
+            auto const rounds = runs[0].loops[0].rounds;
+            CHECK(rounds >= 1);
+            CHECK(runs[0].steps[2].passes == (cooled != 0 ? rounds : 0));
+        }
+}
+
+TEST_CASE("poplar: If, with supersteps counted or not")
+{
+    for (std::uint32_t const first : {0u, 1u})
+        for (std::uint32_t const second : {0u, 7u}) {
+            auto const load = [&](auto& mesh) { mesh.template broadcast<Wanted>() = {0, first, second}; };
+            on_both<Choosing>("choose", Grid{3, 2}, load, 2);
+            auto options = poplar_test::options("choose");
+            options.count_supersteps = false;
+            Mesh<Choosing> mesh{Grid{3, 2}};
+            PoplarMesh<Choosing> graph{Grid{3, 2}, options};
+            load(mesh);
+            load(graph);
+            check_same(mesh.run(), graph.run()); // no step sends: nothing to count
+            poplar_test::check_same_words(mesh, graph);
+            mesh.broadcast<Wanted>().first ^= 1u; // the same graph, another run
+            graph.broadcast<Wanted>().first ^= 1u;
+            check_same(mesh.run(), graph.run());
+            poplar_test::check_same_words(mesh, graph);
+        }
+}
+
+TEST_CASE("poplar: arguments and steps that are left out have no edge and no compute set")
+{
+    on_both<Working<true>>("work", Grid{3, 2}, [](auto&) {}, 2);
+    on_both<Working<false>>("work", Grid{3, 2}, [](auto&) {}, 2);
+}
+
+TEST_CASE("poplar: Reduce, to one and to all")
+{
+    for (Grid const grid : {Grid{1, 1}, Grid{6, 1}, Grid{1, 5}, Grid{4, 3}})
+        on_both<Weighing>("weigh", grid, [](auto& mesh) {
+            for (std::uint32_t i = 0; i < mesh.grid().size(); ++i)
+                mesh.template state<Load>(mesh.grid().tile(i)) = {static_cast<float>(i) * 0.1f, ~(1u << i)};
+        }, 2);
+}
+
+TEST_CASE("poplar: the trace of a program with a Loop is that of a Mesh")
+{
+    for (std::uint32_t const water : {0u, 1u}) {
+        auto const load = [&](auto& mesh) { if (water != 0) fill(mesh); };
+        Mesh<Draining, Traced<Mk2>> mesh{Grid{3, 2}};
+        PoplarMesh<Draining, Traced<Mk2>> graph{Grid{3, 2}, poplar_test::options("traced")};
+        load(mesh);
+        load(graph);
+        for (int r = 0; r < 2; ++r) {
+            check_same(mesh.run(), graph.run());
+            CHECK(mesh.trace() == graph.trace());
+        }
+    }
+}
+} // namespace
