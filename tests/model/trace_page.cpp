@@ -50,7 +50,7 @@ CostModel priced()
 constexpr Grid two{2, 1};
 struct Other {
     static constexpr char const* name = "other";
-    static constexpr std::uint32_t tiles = 4, sram_bytes = 1000, code_bytes = 0, workers = 3, clock_khz = 7;
+    static constexpr std::uint32_t workers = 3, clock_khz = 7;
 };
 } // namespace
 
