@@ -1,4 +1,5 @@
 #pragma once
+#include <initializer_list>
 #include <tilemesh/machine/kernel.hpp>
 #include <tilemesh/machine/name.hpp>
 
