@@ -176,7 +176,7 @@ TEST_CASE("both engines, any number of threads: pictures, counters and digests o
     }
 }
 
-TEST_CASE("fast arithmetic: the same bits for any tiling, engine and thread count, as far from the double as precise")
+TEST_CASE("fast arithmetic: the same bits for any tiling, engine and thread count, and each pixel within its roundings' limit of precise")
 {
     for (auto const& s : scenes()) {
         auto const& camera = s.cameras.back().second;
@@ -209,7 +209,6 @@ TEST_CASE("fast arithmetic: the same bits for any tiling, engine and thread coun
         MESSAGE(s.map.name, ": fast ", fast_error.psnr_db, " dB, precise ", precise_error.psnr_db, " dB; between them rmse ",
                 between.rmse, ", at most ", between.max_levels, " levels, at most ", beyond.largest_share,
                 " of a pixel's limit; with the stop ", stopped.largest_share);
-        if (s.like_slam) CHECK(fast_error.psnr_db > precise_error.psnr_db - 0.5);
     }
 }
 
