@@ -1,5 +1,6 @@
 // test: optimised, without asan tsan, needs data, cost 85
 #include "arithmetic_limits.hpp"
+#include "runner.hpp"
 #include "scenes.hpp"
 #include <tilemesh/report/compare_reports.hpp>
 #include <tilemesh/report/error_measures.hpp>
@@ -8,8 +9,11 @@
 
 using namespace tilemesh;
 using namespace tilemesh::splat;
+using support::make_runner;
 using support::naive;
 using support::scenes;
+using Default = Referenced<Lossless>; // the setup of Renderer
+static_assert(std::is_same_v<Renderer::Setup, Default>);
 
 namespace {
 float brightest(scene::Map const& map)
@@ -65,12 +69,12 @@ Far far_from(report::Image const& a, report::Image const& b, std::vector<double>
 TEST_CASE("lossless on Mk2: every camera, 40 x 36 tiles, against the naive picture and the double references")
 {
     for (auto const& s : scenes()) {
-        Renderer renderer{s.map, {.threads = 2, .arithmetic = Arithmetic::precise}};
+        auto const renderer = make_runner<Default>(s.map, {.threads = 2, .arithmetic = Arithmetic::precise});
         for (auto const& item : s.cameras) {
             auto const& name = item.first;
             auto const& camera = item.second;
             if (support::fast() && name != s.cameras[0].first) continue;
-            auto const frame = renderer.render(camera);
+            auto const frame = renderer->render(camera);
             INFO(s.map.name, "/", name);
             CHECK(frame.report.lost.empty());
             CHECK(support::differing_pixels(frame.image, naive(s, camera)) == 0);
@@ -92,12 +96,12 @@ TEST_CASE("lossless on Mk2: every camera, 40 x 36 tiles, against the naive pictu
 TEST_CASE("structure: a static frame exchanges nothing, evaluates at most 3 pairs for one that counts; 0.1 degrees sends what changed")
 {
     for (auto const& s : scenes()) {
-        Renderer renderer{s.map, {.threads = 2, .arithmetic = Arithmetic::precise}};
+        auto const renderer = make_runner<Default>(s.map, {.threads = 2, .arithmetic = Arithmetic::precise});
         auto const& start = s.cameras.back().second; // the authors' benchmark pose
         auto const path = scene::orbit(start, scene::robust_centre(s.map), 0.1, support::fast() ? 3 : 8);
-        auto const cold = renderer.render(path[0]).report;
+        auto const cold = renderer->render(path[0]).report;
         CHECK(cold.supersteps.route > 0);
-        auto const still = renderer.render(path[0]).report;
+        auto const still = renderer->render(path[0]).report;
         CHECK(still.supersteps.total() == 0);
         CHECK(still.messages == 0);
         CHECK(still.exchanged_live_bytes == 0);
@@ -109,9 +113,9 @@ TEST_CASE("structure: a static frame exchanges nothing, evaluates at most 3 pair
         if (s.like_slam) CHECK(still.pairs <= 3 * still.pairs_contributing); // a block of 16 x 5 around a needle is nearly empty
         std::uint64_t most = 0;
         for (std::size_t i = 1; i < path.size(); ++i) {
-            auto const frame = renderer.render(path[i]);
+            auto const frame = renderer->render(path[i]);
             most = std::max(most, frame.report.messages);
-            CHECK(frame.report.messages <= messages_of_changes(s.map, path[i - 1], path[i], renderer.model(), renderer.tiling()));
+            CHECK(frame.report.messages <= messages_of_changes(s.map, path[i - 1], path[i], renderer->model(), renderer->tiling()));
             CHECK(support::differing_pixels(frame.image, naive(s, path[i])) == 0);
         }
         MESSAGE(s.map.name, ": pairs ", still.pairs, " for ", still.pairs_contributing, "; 0.1 degrees sends at most ", most);
@@ -122,24 +126,24 @@ TEST_CASE("structure: a static frame exchanges nothing, evaluates at most 3 pair
 TEST_CASE("conservation on real maps: at every superstep every id is owned once, and when quiet copies equal the overlap set")
 {
     for (auto const& s : scenes()) {
-        Renderer renderer{s.map, {.threads = 2, .arithmetic = Arithmetic::precise}};
+        auto const renderer = make_runner<Default>(s.map, {.threads = 2, .arithmetic = Arithmetic::precise});
         std::vector<std::uint32_t> all;
         for (auto const& g : s.map.gaussians) all.push_back(static_cast<std::uint32_t>(g.id));
         std::sort(all.begin(), all.end());
         std::uint32_t supersteps = 0, wrong = 0;
-        renderer.observe([&](SuperstepEvent const&) {
+        renderer->observe([&](SuperstepEvent const&) {
             ++supersteps;
-            if (support::owned_ids<Renderer::Setup>(renderer.mesh()) != all) ++wrong;
+            if (renderer->owned_ids() != all) ++wrong;
         });
         std::uint32_t frames = 0;
         std::uint64_t reported = 0;
         for (auto const& [name, camera] : s.cameras) {
-            auto const r = renderer.render(camera).report;
+            auto const r = renderer->render(camera).report;
             reported += r.supersteps.total();
             // Nothing waited: the bound W + H - 2 holds.
             if (r.gaussians.held == 0) CHECK(r.supersteps.route <= 74);
-            auto const view = make_view(camera, renderer.model());
-            CHECK(support::wrong_tiles<Renderer::Setup>(renderer.mesh(), s.map.gaussians, view, renderer.tiling()) == 0);
+            auto const view = make_view(camera, renderer->model());
+            CHECK(renderer->wrong_tiles(s.map.gaussians, view) == 0);
             if (support::fast() && ++frames == 1) break;
         }
         CHECK(reported > 0);
@@ -151,19 +155,19 @@ TEST_CASE("conservation on real maps: at every superstep every id is owned once,
 TEST_CASE("both engines, any number of threads: pictures, counters and digests of every superstep are equal")
 {
     auto const& s = scenes()[0];
-    auto const reports = [&](auto& renderer) {
+    auto const reports = [&](std::unique_ptr<support::Runner> const& renderer) {
         std::vector<RenderedFrame> out;
         for (std::size_t i : {std::size_t{0}, std::size_t{1}, std::size_t{1}}) {
             auto camera = s.cameras[i].second;
-            out.push_back(renderer.render(camera));
+            out.push_back(renderer->render(camera));
         }
         return out;
     };
-    BasicRenderer<Lossless, CheckedMesh> sequential{s.map, {.digest = true}};
+    auto const sequential = make_runner<Lossless, CheckedMesh>(s.map, {.digest = true});
     auto const truth = reports(sequential);
     for (std::uint32_t threads : {1u, 2u, 3u, 7u}) {
         if (support::fast() && threads != 3) continue;
-        BasicRenderer<Lossless> renderer{s.map, {.threads = threads, .digest = true}};
+        auto const renderer = make_runner<Lossless>(s.map, {.threads = threads, .digest = true});
         auto const ours = reports(renderer);
         for (std::size_t i = 0; i < ours.size(); ++i) {
             auto const& a = ours[i].report;
@@ -182,19 +186,19 @@ TEST_CASE("fast arithmetic: the same bits for any tiling, engine and thread coun
         auto const& camera = s.cameras.back().second;
         auto const rendered = [&](RendererOptions options) {
             options.arithmetic = Arithmetic::fast;
-            return Renderer{s.map, options}.render(camera).image;
+            return make_runner<Default>(s.map, options)->render(camera).image;
         };
         auto const image = rendered({.threads = 2});
         CHECK(support::differing_pixels(image, rendered({.threads = 1, .tile = {20, 32}})) == 0);
         if (!support::fast()) CHECK(support::differing_pixels(image, rendered({.threads = 2, .tile = {40, 16}})) == 0);
-        BasicRenderer<Lossless, CheckedMesh> sequential{s.map, {.arithmetic = Arithmetic::fast}};
-        CHECK(support::differing_pixels(image, sequential.render(camera).image) == 0);
+        auto const sequential = make_runner<Lossless, CheckedMesh>(s.map, {.arithmetic = Arithmetic::fast});
+        CHECK(support::differing_pixels(image, sequential->render(camera).image) == 0);
         // The rounding alone: no pixel stops.
         Model open;
         open.transmittance_min = 0;
-        Renderer renderer{s.map, {.threads = 2, .arithmetic = Arithmetic::fast}};
-        renderer.model().transmittance_min = 0;
-        auto const fast = renderer.render(camera).image, precise = report::render_naive(s.map.gaussians, camera, open);
+        auto const renderer = make_runner<Default>(s.map, {.threads = 2, .arithmetic = Arithmetic::fast});
+        renderer->model().transmittance_min = 0;
+        auto const fast = renderer->render(camera).image, precise = report::render_naive(s.map.gaussians, camera, open);
         auto const limits = support::limits_of_fast(s.map.gaussians, camera, open);
         auto const beyond = far_from(fast, precise, limits, 0);
         CHECK(beyond.largest_share > 0); // or the recurrence was never used
@@ -215,17 +219,16 @@ TEST_CASE("fast arithmetic: the same bits for any tiling, engine and thread coun
 TEST_CASE("presets paper and prototype: what they drop is listed, and the picture lacks just that")
 {
     for (auto const& s : scenes()) {
-        auto const check = [&](auto setup, RendererOptions options, std::string const& what) {
-            using S = decltype(setup);
+        auto const check = [&]<class S>(S, RendererOptions options, std::string const& what) {
             options.threads = 2;
             options.arithmetic = Arithmetic::precise;
-            BasicRenderer<S> renderer{s.map, options};
+            auto const renderer = make_runner<S>(s.map, options);
             for (std::size_t i : {s.cameras.size() - 1, std::size_t{0}}) {
                 auto const& camera = s.cameras[i].second;
-                auto const frame = renderer.render(camera);
+                auto const frame = renderer->render(camera);
                 auto const& r = frame.report;
-                auto without = report::render_naive(s.map.gaussians, camera, renderer.model(),
-                                                    support::Missing(r, renderer.tiling(), renderer.mesh().grid()));
+                auto without = report::render_naive(s.map.gaussians, camera, renderer->model(),
+                                                    renderer->missing(r));
                 for (float& v : without.rgb) v = static_cast<float>(Rgbx8Pixel::level(v)) / 255.0f;
                 MESSAGE(s.map.name, " ", what, ": ", r.gaussians.dropped, " records and ", r.lost_copies,
                         " copies dropped, at most ", r.peak_channel, " in a channel, ", r.peak_storage, " on a tile");
@@ -251,20 +254,20 @@ TEST_CASE("the 250,000-Gaussian map renders with what fits; the unplaced are lis
     if (support::fast()) return;
     auto const map = scene::load_ply(folder / "maps/playbot_250k.ply");
     auto const near = scene::frame_whole(map, {1280, 720});
-    Renderer renderer{map, {.threads = 2, .arithmetic = Arithmetic::precise}};
+    auto const renderer = make_runner<Default>(map, {.threads = 2, .arithmetic = Arithmetic::precise});
     std::uint64_t unplaced = 0;
     for (auto const& camera : scene::orbit(near, scene::robust_centre(map), 3, 3)) {
-        auto const frame = renderer.render(camera);
+        auto const frame = renderer->render(camera);
         auto const& r = frame.report;
         MESSAGE(r.gaussians.unplaced, " unplaced, ", r.lost_copies, " copies lost, ", r.gaussians.visible, " visible");
         unplaced += r.gaussians.unplaced;
         std::uint64_t whole = 0;
         for (auto const& l : r.lost) whole += l.tile == report::Loss::whole ? 1 : 0;
         CHECK(whole == r.gaussians.unplaced);
-        auto const ids = support::owned_ids<Renderer::Setup>(renderer.mesh());
+        auto const ids = renderer->owned_ids();
         CHECK(ids.size() + r.gaussians.unplaced == map.gaussians.size());
-        CHECK(support::differing_pixels(frame.image, report::render_naive(map.gaussians, camera, renderer.model(),
-                                                                          support::Missing(r, renderer.tiling(), renderer.mesh().grid()))) == 0);
+        CHECK(support::differing_pixels(frame.image, report::render_naive(map.gaussians, camera, renderer->model(),
+                                                                          renderer->missing(r))) == 0);
     }
     CHECK(unplaced > 0);
 }
