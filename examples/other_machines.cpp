@@ -4,25 +4,18 @@
 // usage: other_machines [--whole] [--out DIR]
 // --whole: all of the wafer (100 s on two cores and 10.4 GB when it was measured); otherwise 160 x 136 tiles from its middle
 // --out DIR: also each machine's cold start in files: a page (.html), its trace by tile and by superstep (.csv), a timeline for
-//   ui.perfetto.dev (.trace.json), maps of load and busy cycles (.ppm), and the cost model (.model.txt)
+//   ui.perfetto.dev (.trace.json), maps of load, channel fill, busy and idle cycles (.ppm), and the cost model (.model.txt)
 #include <algorithm>
-#include <array>
-#include <chrono>
 #include <cstdint>
 #include <cstring>
 #include <exception>
 #include <filesystem>
 #include <iostream>
 #include <new>
-#include <numeric>
 #include <optional>
-#include <sstream>
 #include <string>
-#include <sys/resource.h>
-#include <system_error>
 #include <tilemesh/tilemesh.hpp>
 #include <utility>
-#include <vector>
 
 using namespace tilemesh;
 
@@ -73,160 +66,24 @@ struct OnPixels : On<PixelProcessors, 1, 1, 1> {
 constexpr auto least_bytes = bytes_needed<PixelProcessors, splat::Frame<OnPixels>>;
 static_assert(!fits<PixelProcessors, splat::Frame<OnPixels>> && fits<Wafer, splat::Frame<OnWafer>>);
 
-/// mk2()'s numbers where nothing better is known. Its one worker at work issues in every sixth cycle, because six take turns.
-template <class M>
-CostModel assumed(std::uint64_t bytes_a_cycle, std::uint64_t barrier_cycles)
-{
-    auto model = mk2();
-    model.name = M::name;
-    set_parameter(model, "clock", M::clock_khz, "assumed");
-    for (Operation o : {Operation::slot, Operation::projection, Operation::routed, Operation::copied, Operation::comparison})
-        set_parameter(model, name_of(o), model.millicycles[index(o)] * M::workers / Mk2::workers,
-                      "assumed: mk2's instructions, of which a worker issues one in " + std::to_string(M::workers) + " cycles");
-    set_parameter(model, "exchange_byte", (1000 + bytes_a_cycle / 2) / bytes_a_cycle,
-                  "assumed: a tile receives " + std::to_string(bytes_a_cycle) + " bytes in a cycle; rounded to whole millicycles");
-    set_parameter(model, "sync", barrier_cycles, "assumed");
-    set_parameter(model, "vote", 2 * barrier_cycles, "assumed: there and back");
-    return model;
-}
-
-/// Files of one machine's cold start. Where they lie is tried before anything is rendered: the model is written first.
-class Files {
-public:
-    Files(std::filesystem::path folder, std::string machine, CostModel const& model) : folder_(std::move(folder)), machine_(std::move(machine))
-    {
-        std::error_code refused;
-        std::filesystem::create_directories(folder_, refused);
-        if (refused) throw Error("cannot make the folder " + folder_.string() + " (" + refused.message() + "); name another with --out");
-        std::replace(machine_.begin(), machine_.end(), ' ', '_');
-        write(".model.txt", [&](std::ostream& out) { write_cost_model(out, model); });
-    }
-
-    std::string const& machine() const noexcept { return machine_; } ///< as files are called
-    /// What `produce` puts into a stream, as the file MACHINE + `what`. The text is in memory twice.
-    template <class Produce>
-    void write(std::string const& what, Produce const& produce) const
-    {
-        std::ostringstream text;
-        produce(text);
-        report::write_whole(folder_ / (machine_ + what), text.str());
-    }
-    /// A map of the grid; how large it is and what its colours mean, in words.
-    std::string write_map(std::string const& what, std::vector<double> const& of_tiles, Grid grid) const
-    {
-        auto const most = report::finite_range(of_tiles).most;
-        auto const cell = std::clamp(480 / std::max(grid.width, grid.height), 1u, 16u);
-        report::write_ppm(folder_ / (machine_ + what), report::heat_image(of_tiles, grid.width, grid.height, {0, most}, cell));
-        return "dark blue is 0, yellow " + report::thousands(static_cast<std::uint64_t>(most)) + "; a tile is " + std::to_string(cell) +
-               " x " + std::to_string(cell) + " pixels";
-    }
-
-private:
-    std::filesystem::path folder_;
-    std::string machine_;
-};
-
-/// Where the cycles go, a bar for each step of the program.
-std::string bars_by_step(CostModel const& model, std::vector<StepCost> const& steps)
-{
-    report::StackedBars chart;
-    chart.title = "Where the cycles go, by step";
-    chart.y_label = "modelled milliseconds";
-    chart.parts = {{"compute", 4}, {"exchange", 1}, {"sync", 3}, {"vote", 6}};
-    chart.width = 900;
-    for (auto const& s : steps) {
-        chart.bars.push_back({s.kernel, {}});
-        for (auto const cycles : {s.compute, s.exchange, s.sync, s.vote}) chart.bars.back().values.push_back(milliseconds(model, cycles));
-    }
-    return svg(chart);
-}
-
-/// Supersteps over modelled time, some 400 bars: neighbours that are thinner share one. An area is tile time.
-std::string timeline(CostModel const& model, Trace const& trace, RunCost const& cost, Grid grid)
-{
-    report::StackedBars chart;
-    chart.title = "Supersteps over time: what the tiles do";
-    chart.x_label = "modelled milliseconds";
-    chart.y_label = "percent of tile time";
-    chart.parts = {{"busy", 4}, {"idle", 7}, {"exchange", 1}, {"sync", 3}, {"vote", 6}};
-    chart.layout = report::BarLayout::along_x;
-    chart.y_high = 100;
-    chart.width = 1200;
-    Trace together{trace.kernels, {}};
-    SuperstepCost sum{};
-    for (std::size_t i = 0; i < trace.supersteps.size(); ++i) {
-        auto const& c = cost.supersteps[i];
-        together.supersteps.push_back(trace.supersteps[i]);
-        sum.compute += c.compute;
-        sum.exchange += c.exchange;
-        sum.sync += c.sync;
-        sum.vote += c.vote;
-        if (sum.total() == 0 || (400 * sum.total() < cost.cycles && i + 1 < trace.supersteps.size())) continue;
-        auto const of_tiles = heat_map(together, model, grid, TileSum::busy_cycles);
-        double const busy = std::accumulate(of_tiles.begin(), of_tiles.end(), 0.0) / grid.size();
-        std::array<double, 5> const cycles = {busy, std::max(static_cast<double>(sum.compute) - busy, 0.0), static_cast<double>(sum.exchange),
-                                              static_cast<double>(sum.sync), static_cast<double>(sum.vote)};
-        chart.bars.push_back({"", {}, milliseconds(model, sum.total())});
-        for (double const part : cycles) chart.bars.back().values.push_back(100 * part / static_cast<double>(sum.total()));
-        together.supersteps.clear();
-        sum = {};
-    }
-    return svg(chart);
-}
-
-/// Of a trace by tile, some 50 bytes each: a whole wafer would take gigabytes.
-constexpr std::uint64_t most_tile_lines = 4'000'000;
-
-/// The frame that `renderer` has just rendered, whose trace this is, as files.
+/// The frame that `renderer` has just rendered as a page and the files beside it.
 template <class Shown>
-void write_frame(Files const& files, CostModel const& model, Shown& renderer, RunCost const& cost)
+void write_page(std::filesystem::path const& folder, CostModel const& model, Shown& renderer)
 {
-    using report::thousands;
     using Machine = typename Shown::Setup::Machine;
-    auto const& trace = renderer.trace();
     auto const& mesh = std::as_const(renderer.mesh());
-    auto const grid = mesh.grid();
-    std::vector<std::pair<std::string, std::string>> beside = {{".supersteps.csv", "the trace by superstep"},
-                                                               {".trace.json", "a timeline for ui.perfetto.dev"},
-                                                               {".model.txt", "the cost model"}};
-    std::uint64_t lines = 0;
-    for (auto const& s : trace.supersteps) lines += s.tiles.size();
-    if (lines <= most_tile_lines) files.write(".tiles.csv", [&](std::ostream& out) { write_trace_csv(out, trace, model, grid); });
-    beside.emplace_back(".tiles.csv", lines <= most_tile_lines ? "the trace by superstep and tile"
-                                                               : "left out: " + thousands(lines) + " lines are too many to hold");
-    files.write(".supersteps.csv", [&](std::ostream& out) { write_step_csv(out, trace, model, grid); });
-    files.write(".trace.json", [&](std::ostream& out) { write_chrome_trace(out, trace, model, grid); });
-    std::vector<double> load;
-    for (std::uint32_t t = 0; t < grid.size(); ++t)
-        load.push_back(static_cast<double>(mesh.template state<splat::Marks<typename Shown::Setup>>(grid.tile(t)).size()));
-    beside.emplace_back(".load.ppm", "records that a tile stores, copies among them: " + files.write_map(".load.ppm", load, grid));
-    beside.emplace_back(".busy_cycles.ppm", "cycles that a tile computes: " +
-                                                files.write_map(".busy_cycles.ppm", heat_map(trace, model, grid, TileSum::busy_cycles), grid));
-
-    std::vector<std::vector<std::string>> rows;
-    report::HtmlReport page("A cold start on " + std::string(Machine::name));
-    page.paragraph(thousands(grid.size()) + " of " + thousands(Machine::tiles) + " tiles, " + thousands(cost.supersteps.size()) +
-                   " supersteps, " + milliseconds_text(model, cost.cycles) +
-                   " ms. Times are modelled; what is assumed about the machine stands below, with its source.");
-    page.section("Ledger of a tile's SRAM");
-    for (Region const& r : Shown::Layout::ledger()) rows.push_back({std::string(r.name.text, r.name.size), thousands(r.bytes)});
-    rows.push_back({"sum, of " + thousands(Machine::sram_bytes), thousands(Shown::Layout::bytes)});
-    page.table({"region", "bytes"}, rows);
-    page.section("Cost");
-    rows.clear();
-    auto const steps = step_costs(trace, cost);
-    for (auto const& s : steps)
-        rows.push_back({s.kernel, thousands(s.supersteps), thousands(s.compute), thousands(s.exchange), thousands(s.sync),
-                        thousands(s.vote), thousands(s.total()), milliseconds_text(model, s.total())});
-    page.table({"step", "supersteps", "compute", "exchange", "sync", "vote", "cycles", "ms"}, rows);
-    page.svg(bars_by_step(model, steps)).svg(timeline(model, trace, cost, grid));
-    page.section("Cost model");
-    rows.clear();
-    for (auto const& p : model.parameters) rows.push_back({p.name, thousands(p.value), p.unit, p.source});
-    page.table({"parameter", "value", "unit", "source"}, rows);
-    for (auto& [file, what] : beside) file.insert(0, files.machine());
-    page.section("Beside this page").key_values(beside);
-    files.write(".html", [&](std::ostream& out) { out << page.str(); });
+    TracePage page;
+    page.title = "A cold start on " + std::string(Machine::name);
+    page.facts = {{"machine", report::thousands(Machine::tiles) + " tiles of " + report::thousands(Machine::sram_bytes) + " bytes"}};
+    auto const ledger = Shown::Layout::ledger();
+    page.ledger.assign(ledger.begin(), ledger.end());
+    TileMap load{"load", "Load", "records that a tile stores, copies among them", true, {}};
+    for (std::uint32_t t = 0; t < mesh.grid().size(); ++t)
+        load.values.push_back(mesh.template state<splat::Marks<typename Shown::Setup>>(mesh.grid().tile(t)).size());
+    page.maps = {load};
+    std::string name = Machine::name;
+    std::replace(name.begin(), name.end(), ' ', '_');
+    write_trace_page(folder, name, renderer.trace(), model, mesh.grid(), page);
 }
 
 /// Ledger, model, and what each of three frames costs: a cold start, a step of half a degree, the same view again. True where the
@@ -237,9 +94,6 @@ bool report_on(scene::Map const& map, CostModel const& model, splat::Camera cons
 {
     using Shown = BasicRenderer<splat::Referenced<S>>;    // the machine of S; the host moves references
     using report::thousands;
-    auto const begin = std::chrono::steady_clock::now();
-    std::optional<Files> files;
-    if (out) files.emplace(*out, S::Machine::name, model);
     options.threads = 2;
     options.arithmetic = splat::Arithmetic::precise;      // the naive loop's
     Shown renderer{map, options};
@@ -247,42 +101,30 @@ bool report_on(scene::Map const& map, CostModel const& model, splat::Camera cons
     renderer.prepare(camera.width, camera.height);
     auto const grid = renderer.mesh().grid();
     std::cout << "== " << S::Machine::name << ": " << grid.width << " x " << grid.height << " of " << thousands(S::Machine::tiles)
-              << " tiles, " << camera.width << " x " << camera.height << " pixels\n";
-    report::Table ledger{{"region", "bytes of a tile"}};
-    for (Region const& r : Shown::Layout::ledger()) ledger.add_row({std::string(r.name.text, r.name.size), thousands(r.bytes)});
-    std::cout << ledger.add_row({"sum, of " + thousands(S::Machine::sram_bytes), thousands(Shown::Layout::bytes)}) << '\n';
-    char const* text = "assumed: ";
-    for (auto const& p : model.parameters)
-        if (p.source.rfind("assumed", 0) == 0)
-            std::cout << std::exchange(text, ", ") << p.name << ' ' << thousands(p.value) << ' ' << p.unit
-                      << (p.name == "exchange_byte" ? " (" + p.source.substr(std::strlen("assumed: ")) + ")" : "");
-    std::cout << '\n';
+              << " tiles, " << camera.width << " x " << camera.height << " pixels\n"
+              << ledger_table(Shown::Layout::ledger(), S::Machine::sram_bytes) << '\n' << assumed_text(model) << '\n';
 
     auto cameras = scene::orbit(camera, scene::robust_centre(map), 0.5, 2);
     cameras.push_back(cameras.back());
     bool ok = true;
-    std::uint64_t before = ~std::uint64_t{0};
+    std::optional<std::uint64_t> before;
     for (auto const& at : cameras) {
         auto const frame = renderer.render(at);
         auto const& r = frame.report;
-        auto const& trace = renderer.trace();
-        auto const cost = model_cost(model, trace, grid);
-        std::cout << '\n' << cost_table(model, trace, cost) << "frame: " << milliseconds_text(model, cost.cycles) << " ms modelled, "
-                  << r.supersteps.total() << " exchanges; " << thousands(r.gaussians.moved) << " Gaussians moved, " << thousands(r.copies)
-                  << " copies, " << thousands(r.lost_copies) << " lost, " << thousands(r.gaussians.unplaced) << " unplaced, "
-                  << thousands(r.peak_storage) << " records on the fullest tile\n";
-        auto const naive = report::render_naive(map.gaussians, at, renderer.model());
-        bool const same = frame.image.rgb.size() == naive.rgb.size() &&
-                          std::memcmp(frame.image.rgb.data(), naive.rgb.data(), naive.rgb.size() * sizeof(float)) == 0;
+        auto const cost = model_cost(model, renderer.trace(), grid);
+        std::cout << '\n' << cost_table(model, renderer.trace(), cost) << "frame: " << milliseconds_text(model, cost.cycles)
+                  << " ms modelled, " << r.supersteps.total() << " exchanges; " << thousands(r.gaussians.moved) << " Gaussians moved, "
+                  << thousands(r.copies) << " copies, " << thousands(r.lost_copies) << " lost, " << thousands(r.gaussians.unplaced)
+                  << " unplaced, " << thousands(r.peak_storage) << " records on the fullest tile\n";
+        auto const naive = report::render_naive(map.gaussians, at, renderer.model()).rgb;
+        bool const same = frame.image.rgb.size() == naive.size() &&
+                          std::memcmp(frame.image.rgb.data(), naive.data(), naive.size() * sizeof(float)) == 0;
         std::cout << (same ? "The picture has the bits of the naive loop's.\n" : "The picture is NOT the naive loop's.\n");
-        ok = ok && same && r.lost.empty() && cost.cycles < before;
+        ok = ok && same && r.lost.empty() && (!before || cost.cycles < *before);
+        if (out && !before) write_page(*out, model, renderer); // the cold start only
         before = cost.cycles;
-        if (files) write_frame(*std::exchange(files, {}), model, renderer, cost); // the cold start only
     }
-    rusage used{};
-    getrusage(RUSAGE_SELF, &used);
-    auto const seconds = std::chrono::duration_cast<std::chrono::seconds>(std::chrono::steady_clock::now() - begin);
-    std::cout << "host, with the naive loop's pictures: " << seconds.count() << " s, " << used.ru_maxrss / 1024 << " MiB at most\n\n";
+    std::cout << '\n';
     return ok;
 }
 
@@ -301,7 +143,7 @@ try {
     auto third = map;
     for (std::size_t i = 0; 3 * i < map.gaussians.size(); ++i) third.gaussians[i] = map.gaussians[3 * i];
     third.gaussians.resize((map.gaussians.size() + 2) / 3);
-    bool ok = report_on<OnMultiprocessors>(third, assumed<Multiprocessors>(32, 1000), scene::built_in_camera({640, 360}),
+    bool ok = report_on<OnMultiprocessors>(third, assumed_model<Multiprocessors>(32, 1000), scene::built_in_camera({640, 360}),
                                            {.grid = {12, 11}, .tile = {54, 33}}, out);
     // Each tile has 2 x 2 pixels of 2,000 x 1,700. A part of the wafer shows its part of the picture.
     auto camera = scene::built_in_camera({2000, 1700});
@@ -310,7 +152,7 @@ try {
     camera.cy -= static_cast<float>(850 - part.height);
     camera.width = 2 * part.width;
     camera.height = 2 * part.height;
-    ok = report_on<OnWafer>(map, assumed<Wafer>(4, 1850), camera, {.grid = part, .tile = {2, 2}}, out) && ok;
+    ok = report_on<OnWafer>(map, assumed_model<Wafer>(4, 1850), camera, {.grid = part, .tile = {2, 2}}, out) && ok;
 
     std::cout << "== " << PixelProcessors::name << ": " << PixelProcessors::sram_bytes
               << " bytes a tile. A frame of one record and one pixel a tile takes " << least_bytes << " (a record is "

@@ -18,8 +18,8 @@
 #include <mutex>
 #include <render_map/png.hpp>
 #include <string>
-#include <thread>
 #include <tilemesh/error.hpp>
+#include <tilemesh/joined_threads.hpp>
 #include <tilemesh/report/table.hpp>
 #include <tilemesh/report/whole_file.hpp>
 #include <vector>
@@ -49,10 +49,10 @@ void run_all(std::vector<std::function<void()>> const& jobs, std::uint32_t threa
             }
         }
     };
-    std::vector<std::jthread> others;
-    for (std::uint32_t t = 1; t < std::min<std::size_t>(threads, jobs.size()); ++t) others.emplace_back(work);
+    tilemesh::JoinedThreads others;
+    for (std::uint32_t t = 1; t < std::min<std::size_t>(threads, jobs.size()); ++t) others.start(work);
     work();
-    others.clear();
+    others.join();
     if (failure) std::rethrow_exception(failure);
 }
 

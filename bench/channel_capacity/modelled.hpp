@@ -2,8 +2,8 @@
 #include "machine.hpp"
 #include <cstdint>
 #include <string>
-#include <tilemesh/engine/cost_parameters.hpp>
 #include <tilemesh/engine/trace.hpp>
+#include <tilemesh/model/cost_parameters.hpp>
 
 namespace channel_capacity {
 

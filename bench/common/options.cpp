@@ -92,10 +92,9 @@ bool Options::take(Words& words, bool may_spoil)
 void Options::finish()
 {
     if (!data_given_ && !help) {
-        char const* const folder = std::getenv("TILEMESH_DATA");
-        data = folder != nullptr ? folder : "../shared/data";
+        if (char const* const folder = std::getenv("TILEMESH_DATA")) data = folder;
     }
-    if (std::filesystem::is_directory(data / "maps")) return;
+    if (!data.empty() && std::filesystem::is_directory(data / "maps")) return;
     if (data_given_)
         throw Error("--data cannot be " + in_quotes(data.string()) +
                     " (there is no folder maps in it); name the folder that holds maps/, "

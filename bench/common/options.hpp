@@ -57,8 +57,8 @@ private:
 
 /// Lines of `--help` that several have.
 inline constexpr char const* help_of_data =
-    "  --data DIR       maps/, trajectories/ and cameras.json; default: the environment variable TILEMESH_DATA, or\n"
-    "                   ../shared/data; what is not there is skipped\n";
+    "  --data DIR       maps/, trajectories/ and cameras.json; default: the environment variable TILEMESH_DATA. What is not\n"
+    "                   there is skipped\n";
 inline constexpr char const* help_of_spoil =
     "  --spoil          the rasteriser blends by other rules than the mesh, on purpose: shows that the checks bite\n";
 inline constexpr char const* help_of_exit =

@@ -15,14 +15,14 @@ class Team {
 public:
     explicit Team(std::uint32_t threads) : size_(threads)
     {
-        for (std::uint32_t t = 1; t < threads; ++t) others_.emplace_back([this, t] { serve(t); });
+        try {
+            for (std::uint32_t t = 1; t < threads; ++t) others_.emplace_back([this, t] { serve(t); });
+        } catch (...) { // those that were started must not outlive it
+            join();
+            throw;
+        }
     }
-    ~Team()
-    {
-        call_ = nullptr;
-        wake();
-        for (auto& t : others_) t.join();
-    }
+    ~Team() { join(); }
     Team(Team const&) = delete;
     Team& operator=(Team const&) = delete;
 
@@ -58,6 +58,12 @@ private:
 #if defined(__x86_64__) || defined(__i386__)
         _mm_pause();
 #endif
+    }
+    void join() noexcept
+    {
+        call_ = nullptr;
+        wake();
+        for (auto& t : others_) t.join();
     }
     void wake() noexcept
     {

@@ -1,7 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <tilemesh/splat/blending.hpp>
-#include <tilemesh/splat/referenced.hpp>
+#include <tilemesh/render/host_form.hpp>
 
 namespace error_vs_time {
 
@@ -13,7 +13,8 @@ enum class Shape : std::uint32_t { float32, half_factor, half_conic };
 /// What happens to the term that takes a pixel's transmittance below the limit.
 enum class Crossing : std::uint32_t { blend, drop };
 
-/// What the library does not offer and the report measures beside it; words, because every tile is told. The defaults are the library.
+/// Rules that the library does not offer and this bench measures beside it. The defaults are the library's own rules. Whole words,
+/// because they are broadcast to every tile.
 struct Knobs {
     float sigmas = 0;                        ///< no pixel beyond so many standard deviations along an axis; 0: no such cut
     Shape shape = Shape::float32;

@@ -1,8 +1,8 @@
 #pragma once
 #include "machine.hpp"
-#include "told.hpp"
-#include <tilemesh/engine/cost_model.hpp>
-#include <tilemesh/engine/cost_parameters.hpp>
+#include "with_knobs.hpp"
+#include <tilemesh/model/cost_model.hpp>
+#include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/renderer.hpp>
 
 namespace error_vs_time {
@@ -37,7 +37,7 @@ public:
     void settle(splat::Camera const& first, splat::Camera const& second) override
     {
         renderer_.prepare(first.width, first.height);
-        renderer_.mesh().template broadcast<Told>().knobs = setting_.knobs;
+        renderer_.mesh().template broadcast<ParametersWithKnobs>().knobs = setting_.knobs;
         for (auto const* camera : {&first, &second, &first}) render(*camera);
         auto const n = setting_.limits.channel_slots;
         auto& mesh = renderer_.mesh();

@@ -15,8 +15,8 @@
 #include <numeric>
 #include <string>
 #include <system_error>
-#include <thread>
 #include <tilemesh/error.hpp>
+#include <tilemesh/joined_threads.hpp>
 #include <tilemesh/report/error_measures.hpp>
 #include <tilemesh/report/image_file.hpp>
 #include <tilemesh/scene/records.hpp>
@@ -139,9 +139,9 @@ void on_threads(std::uint32_t threads, std::size_t n, F const& f)
         }
     };
     {
-        std::vector<std::jthread> others;
+        tilemesh::JoinedThreads others;
         try {
-            for (std::uint32_t t = 1; t < threads && t < n; ++t) others.emplace_back(work);
+            for (std::uint32_t t = 1; t < threads && t < n; ++t) others.start(work);
         } catch (std::system_error const&) { // those that there are do it
         }
         work();
@@ -178,8 +178,8 @@ void take_counters(Row& row, Errors const& e, Machine& machine)
     row.mesh_wrong = row.mesh_wrong || (lost + late + unplaced == 0 && !e.mesh_is_whole);
     row.modelled_ms = machine.modelled_ms();
 }
-/// What the mesh is told; --spoil tells all but the default something else than its references.
-Setting told(Setting setting, MeasureOptions const& options)
+/// The setting that the mesh renders with. With --spoil, all but the default get another alpha_max than their references.
+Setting setting_of_mesh(Setting setting, MeasureOptions const& options)
 {
     if (options.spoil && setting.name != "default") setting.model.alpha_max = bench::spoilt_alpha_max;
     return setting;
@@ -253,7 +253,7 @@ std::vector<Row> measure_view(bench::Scene const& scene, std::vector<Setting> co
     for (auto const& s : settings) rows.push_back(begin_row(scene, "orbit2", s, 1));
     auto const run = [&](Row& row) -> std::unique_ptr<Machine> {
         try {
-            auto machine = make_machine(scene.map, told(row.setting, options), 1);
+            auto machine = make_machine(scene.map, setting_of_mesh(row.setting, options), 1);
             machine->settle(cameras[0], cameras[1]);
             for (auto const i : {1u, 0u, 1u}) machine->render(cameras[i]); // on its way, as in the rounds
             auto const r = references.of(row.setting);
@@ -315,7 +315,7 @@ std::vector<Row> measure_sequence(bench::Scene const& scene, std::string const& 
             if (!row.failed.empty()) return;
             try {
                 if (frame == 0) {
-                    machines[i] = make_machine(scene.map, told(row.setting, options), 1);
+                    machines[i] = make_machine(scene.map, setting_of_mesh(row.setting, options), 1);
                     machines[i]->settle(cameras[0], cameras[1]);
                 } else {
                     machines[i]->render(cameras[frame]);

@@ -1,5 +1,5 @@
 #include "whole_frame.hpp"
-#include "told.hpp"
+#include "with_knobs.hpp"
 #include <algorithm>
 #include <bit>
 #include <cstring>
@@ -44,10 +44,10 @@ Image whole_frame(std::span<splat::Gaussian const> gaussians, splat::Camera cons
 {
     auto const view = splat::make_view(camera, model);
     auto const tiling = splat::make_tiling(camera.width, camera.height, camera.width, camera.height);
-    Told told{};
-    told.knobs = knobs;
+    ParametersWithKnobs frame{};
+    frame.knobs = knobs;
     std::vector<splat::Splat> projected(gaussians.size());
-    project_rows(told, gaussians.data(), static_cast<std::uint32_t>(gaussians.size()), view, tiling, projected.data());
+    project_rows(frame, gaussians.data(), static_cast<std::uint32_t>(gaussians.size()), view, tiling, projected.data());
 
     std::vector<std::uint32_t> rows;
     for (std::uint32_t i = 0; i < projected.size(); ++i)

@@ -17,7 +17,7 @@ namespace splat = tilemesh::splat;
 /// The paper's grid.
 inline constexpr std::uint32_t grid_columns = 40, grid_rows = 36, tiles = grid_columns * grid_rows;
 
-/// What a frame took, with the modelled time of our kernels on Mk2 (engine/cost_parameters.hpp, `mk2`).
+/// What a frame took, with the modelled time of our kernels on Mk2 (model/cost_parameters.hpp, `mk2`).
 struct ModelledFrame {
     report::FrameReport report;
     double milliseconds = 0;

@@ -3,9 +3,9 @@
 #include <cmath>
 #include <cstdint>
 #include <tilemesh/machine/kernel.hpp>
-#include <tilemesh/machine/operations.hpp>
 #include <tilemesh/splat/camera.hpp>
 #include <tilemesh/splat/gaussian.hpp>
+#include <tilemesh/splat/operations.hpp>
 
 // The authors' prototype as a program on the mesh, from what is known of it (its public code of 2024 and 2026, read and described, not
 // copied): one hop a frame, every slot of every buffer looked at, one worker but for blending, copies sent anew and back in every frame,
@@ -18,6 +18,8 @@ namespace paper {
 using namespace tilemesh;
 using splat::Gaussian;
 using splat::GaussianId;
+using splat::Operation;
+using splat::Operations;
 
 /// Slots as coded: 24,000 bytes a channel and 192,000 of storage at a stride of 240 bytes a Gaussian (60 floats, 15 of them used).
 /// The paper counts the same bytes at 60: 400 and 3,200.
@@ -28,25 +30,25 @@ inline constexpr float prototype_near = 0.2f;
 /// Drawn and bloomed only where the box's diagonal is shorter than so many tile diagonals; the paper does not say so.
 inline constexpr float guard_diagonals = 12.0f;
 
-struct Wire : Channel<Gaussian, most_channel_slots, Limited> {};
+struct Wire : Channel<Gaussian, most_channel_slots> {};
 /// Slots, of which those whose id is none are free; always as long as its capacity.
-struct Stored : Buffer<Gaussian, most_storage_slots, Limited> {
+struct Stored : Buffer<Gaussian, most_storage_slots> {
     using Buffer::Buffer;
 };
 /// The ids of Stored again: the mesh's shortcut for looking at every slot, priced as the looks they stand for.
-struct StoredIds : Buffer<GaussianId, most_storage_slots, Limited> {
+struct StoredIds : Buffer<GaussianId, most_storage_slots> {
     using Buffer::Buffer;
 };
 /// What the first half of the prototype's vertex has put into an outgoing channel; the second half adds to it, and then it leaves.
 template <std::uint32_t Side>
-struct Staged : Buffer<Gaussian, most_channel_slots, Limited> {
-    using Buffer<Gaussian, most_channel_slots, Limited>::Buffer;
+struct Staged : Buffer<Gaussian, most_channel_slots> {
+    using Buffer<Gaussian, most_channel_slots>::Buffer;
 };
 /// A Gaussian to draw.
 struct Drawn {
     float x, y, conic[3], depth, opacity, colour[3];
 };
-struct ToDraw : Buffer<Drawn, most_storage_slots, Limited> {
+struct ToDraw : Buffer<Drawn, most_storage_slots> {
     using Buffer::Buffer;
 };
 struct Pixels : Buffer<std::uint32_t, 32 * 20> {

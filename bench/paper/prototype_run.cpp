@@ -64,7 +64,7 @@ void add(OverTiles& sum, std::vector<TileSample> const& tiles, Value const& valu
 
 PrototypeRun run_prototype(std::string const& name, std::filesystem::path const& data, PrototypePlan plan, CostModel const& model)
 {
-    constexpr std::array<Operation, stages_timed> counted = {Operation::routed, Operation::projection, Operation::comparison,
+    constexpr std::array<Operation::Kind, stages_timed> counted = {Operation::routed, Operation::projection, Operation::comparison,
                                                              Operation::pair};
     auto const scene = bench::load_scene(name, data, {columns * tile_width, rows * tile_height});
     auto const poses = tilemesh::scene::load_tum(data / "trajectories" / (name + "_orbit.tum"));

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
-#include <tilemesh/engine/cost_model.hpp>
+#include <tilemesh/model/cost_model.hpp>
 
 namespace paper {
 

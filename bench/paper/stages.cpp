@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <sstream>
 #include <string>
-#include <tilemesh/engine/prototype_parameters.hpp>
+#include <tilemesh/model/prototype_parameters.hpp>
 #include <tilemesh/report/whole_file.hpp>
 #include <vector>
 
@@ -15,7 +15,6 @@ namespace paper {
 namespace {
 
 using tilemesh::CostModel;
-using tilemesh::Operation;
 
 /// A line of the paper's stage table, milliseconds. It has no least and mean of Blend: the slowest tile by the host's clock.
 struct Timed {
@@ -175,18 +174,18 @@ void counts(char const* scene, PrototypeRun const& run, Rows& rows)
 /// Are the set's numbers what this run of Salad gives? A hundredth is left for other compilers' mathematics.
 void compare_parameters(Prices const& prices, CostModel const& model, bool whole, Rows& rows)
 {
-    auto const add = [&](char const* name, Operation o, double price) {
-        auto const stored = model.millicycles[index(o)];
+    auto const add = [&](char const* name, double price) {
+        auto const stored = price_of(model, name);
         double const now = price * static_cast<double>(model.clock_khz) * 1000;
         rows.push_back({"stage", "parameters", std::string(name) + ", millicycles fitted to Salad", {}, now, "fitted",
                         "mk2_prototype has " + std::to_string(stored) + (whole ? "" : ", fitted to more frames than --quick runs"),
                         whole && !(std::fabs(now / static_cast<double>(stored) - 1) < 0.01)});
     };
-    add("slot", Operation::slot, prices.slot);
-    add("routed", Operation::routed, prices.routed);
-    add("projection", Operation::projection, prices.projection);
-    add("comparison", Operation::comparison, prices.comparison);
-    add("pair", Operation::pair, prices.pair);
+    add("slot", prices.slot);
+    add("routed", prices.routed);
+    add("projection", prices.projection);
+    add("comparison", prices.comparison);
+    add("pair", prices.pair);
 }
 
 /// The paper's figures where there is nothing of ours.

@@ -1,7 +1,7 @@
 #include "machines.hpp"
-#include <tilemesh/engine/cost_model.hpp>
-#include <tilemesh/engine/cost_parameters.hpp>
 #include <tilemesh/machine/operations.hpp>
+#include <tilemesh/model/cost_model.hpp>
+#include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/renderer.hpp>
 
 namespace paper {

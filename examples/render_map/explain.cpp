@@ -28,10 +28,15 @@ std::string short_number(float v)
 /// What routing takes of a tile of lossless with records of this degree.
 std::uint32_t routing_bytes(std::uint32_t degree)
 {
-    using Base = splat::Lossless;
-    constexpr std::uint32_t bytes[] = {splat::routing_bytes<Base>(), splat::routing_bytes<splat::Fitted<Base, 1>>(),
-                                       splat::routing_bytes<splat::Fitted<Base, 2>>(), splat::routing_bytes<splat::Fitted<Base, 3>>()};
-    return bytes[degree];
+    namespace render = tilemesh::render;
+    auto const setup = render::fitted(render::choice_of<splat::Lossless>(), degree, true, true);
+    return splat::routing_bytes(setup.sizes, render::words_of(setup), setup.holds);
+}
+
+std::uint32_t bloom_bytes()
+{
+    auto const setup = tilemesh::render::choice_of<splat::Lossless>();
+    return splat::bloom_bytes(setup.sizes, tilemesh::render::words_of(setup));
 }
 
 /// The first option that asks for the machine as it is; empty: none.
@@ -87,11 +92,10 @@ Needs needs_of(Options const& options, scene::Map const& map, std::vector<splat:
 std::vector<tilemesh::report::RunReport::Feature> features(Options const& options, Needs const& needs, scene::Map const& map,
                                                            std::uint32_t file_degree, AnyRenderer const& renderer)
 {
-    using Base = splat::Lossless;
     auto const& seen = needs.seen;
     std::vector<tilemesh::report::RunReport::Feature> out;
     auto const idle = [&](std::string const& why) {
-        return why + "; kept: " + (needs.kept_because.empty() ? "no smaller machine is compiled for this" : needs.kept_because);
+        return why + "; kept: " + (needs.kept_because.empty() ? "a smaller machine is compiled for preset lossless alone" : needs.kept_because);
     };
 
     auto const degree = renderer.sh_degree();
@@ -100,7 +104,7 @@ std::vector<tilemesh::report::RunReport::Feature> features(Options const& option
     else if (map.sh_degree == 0) colour = "the map has none";
     else if (seen.sh_degree == 0) colour = "its coefficients are 0";
     else colour = of_all(seen.shaded, seen.gaussians) + " have coefficients, up to degree " + std::to_string(seen.sh_degree);
-    if (degree > seen.sh_degree) colour += "; compiled for degree " + std::to_string(degree);
+    if (degree > seen.sh_degree) colour += "; kept for degree " + std::to_string(degree);
     auto const limit = options.renderer.storage_slots;
     out.push_back({"view-dependent colour", degree != 0,
                    colour + "; a record of " + std::to_string(renderer.record_bytes()) + " bytes, " +
@@ -120,7 +124,7 @@ std::vector<tilemesh::report::RunReport::Feature> features(Options const& option
                            std::to_string(seen.footprint_rows) + " tiles" +
                            (seen.views > scene::views_scanned_whole ? " in the views looked at" : "");
     if (!renderer.blooms())
-        out.push_back({"bloom", false, footprint + "; frees " + bytes_a_tile(splat::bloom_bytes<Base>())});
+        out.push_back({"bloom", false, footprint + "; frees " + bytes_a_tile(bloom_bytes())});
     else
         out.push_back({"bloom", true, seen.spans ? footprint : idle(footprint)});
 
@@ -140,7 +144,7 @@ std::vector<tilemesh::report::RunReport::Feature> features(Options const& option
                    seen.ties == 0 ? "no two records have one depth in the first view, but they may in another"
                                   : of_all(seen.ties, seen.gaussians) + " have the depth of another in the first view"});
     auto const plane = [&](char const* name, bool asked, bool kept) {
-        out.push_back({name, kept, asked ? "asked for" : kept ? "compiled together with the other plane" : "not asked for: 4 bytes less a pixel"});
+        out.push_back({name, kept, asked ? "asked for" : "not asked for: 4 bytes less a pixel"});
     };
     plane("depth", options.choice.depth, renderer.has_depth());
     plane("alpha", options.choice.alpha, renderer.has_alpha());

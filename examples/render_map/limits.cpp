@@ -95,10 +95,10 @@ Extent2 tile_that_fits(Extent2 frame, std::uint32_t tile_pixels)
 
 void check_framebuffers(Options const& options, Extent2 frame)
 {
-    static_assert(splat::Lossless::tile_pixels == splat::Paper::tile_pixels &&
-                      splat::Lossless::tile_pixels == splat::Prototype::tile_pixels,
+    static_assert(splat::Lossless::sizes.tile_pixels == splat::Paper::sizes.tile_pixels &&
+                      splat::Lossless::sizes.tile_pixels == splat::Prototype::sizes.tile_pixels,
                   "one number for the presets");
-    constexpr auto tile_pixels = splat::Lossless::tile_pixels;
+    constexpr auto tile_pixels = splat::Lossless::sizes.tile_pixels;
     auto const fits = [](Extent2 size) {
         auto const tile = default_tile(size);
         return std::uint64_t{tile.width} * tile.height <= tile_pixels;

@@ -58,32 +58,27 @@ char const* to_string(splat::Arithmetic arithmetic)
 
 report::RunReport describe_run(Options const& options, scene::Map const& map, render_map::AnyRenderer& renderer)
 {
-    auto setup = render_map::describe(options.choice);
-    if (renderer.sh_degree() != 0 || !renderer.routes()) { // not the preset's own records or channels
-        setup.ledger = renderer.ledger();
-        setup.storage_slots = renderer.storage_slots();
-        setup.channel_slots = renderer.channel_slots();
-    }
+    auto const& setup = renderer.facts();
     auto const limited = [](std::uint32_t asked, std::uint32_t own) { return asked != 0 ? asked : own; };
     report::RunReport run;
     run.map = {map.name, map.path, map.gaussians.size(), map.rejected, map.notes};
-    run.machine = {setup.machine, setup.sram_bytes,
-                   limited(options.renderer.storage_slots, setup.storage_slots),
-                   limited(options.renderer.channel_slots, setup.channel_slots), setup.ledger};
-    run.preset = setup.preset;
+    run.machine = {setup.machine.name, setup.machine.sram_bytes,
+                   limited(options.renderer.storage_slots, renderer.storage_slots()),
+                   limited(options.renderer.channel_slots, renderer.channel_slots()), setup.ledger};
+    run.preset = setup.name;
     run.engine =
         options.choice.engine == render_map::EngineKind::threads ? "threads" : "sequential";
     run.threads = options.renderer.threads;
     auto const& model = renderer.model();
     run.quality = options.renderer.quality ? splat::name(*options.renderer.quality) : "default";
     run.cut_offs = {model.alpha_min, model.transmittance_min, model.alpha_max};
-    run.policies = {setup.routing,
-                    setup.addressing,
-                    setup.saturation,
-                    to_string(options.renderer.footprint.value_or(setup.footprint)),
-                    setup.copies,
-                    setup.pixels,
-                    to_string(options.renderer.arithmetic.value_or(setup.arithmetic)),
+    run.policies = {splat::RowFirst::name,
+                    setup.rules.carried != 0 ? splat::Carried::name : splat::Recomputed::name,
+                    setup.rules.holds != 0 ? splat::Hold::name : splat::Drop::name,
+                    to_string(model.footprint),
+                    setup.rules.reusable != 0 ? splat::WorldCopies::name : splat::ScreenCopies::name,
+                    setup.colour == tilemesh::render::ColourFormat::rgbx8 ? splat::Rgbx8Pixel::name : splat::FloatPixel::name,
+                    to_string(model.arithmetic),
                     options.renderer.hops};
     return run;
 }
@@ -243,9 +238,6 @@ int run(Options const& options)
     auto const needs = render_map::needs_of(options, map, path);
     if (needs.seen.culled == map.gaussians.size())
         notes.push_back("nothing of the map is on screen in any view: check the camera, or the trajectory's frame (--relative)");
-    if (options.choice.planes() && needs.used.sh_degree != 0)
-        notes.push_back("planes of a map with view-dependent colour take records of degree 3: where copies find no room, "
-                        "--sh-degree 0 in a run of its own has the same depth and alpha with more room");
     auto const renderer = render_map::make_renderer(options.choice, map, needs.used, options.renderer);
     auto result = describe_run(options, map, *renderer);
     result.notes = notes;

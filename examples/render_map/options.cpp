@@ -1,6 +1,5 @@
 #include "options.hpp"
 #include "text.hpp"
-#include "variant.hpp"
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -9,6 +8,7 @@
 #include <thread>
 #include <tilemesh/config.hpp>
 #include <tilemesh/error.hpp>
+#include <tilemesh/number_text.hpp>
 #include <utility>
 #include <vector>
 
@@ -61,7 +61,7 @@ double degrees(std::string_view option, std::string_view text)
 {
     double value = 0;
     auto const digits = text.substr(text.starts_with('+') ? 1 : 0);
-    auto const [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+    auto const [end, error] = tilemesh::read_number(digits.data(), digits.data() + digits.size(), value);
     if (error != std::errc{} || end != digits.data() + digits.size() || !std::isfinite(value))
         throw Error(std::string(option) + " cannot be " + in_quotes(text) +
                     " (it takes degrees a frame, a number); write for example " + std::string(option) + " 0.5");
@@ -275,45 +275,15 @@ void check_together(Options const& o, std::vector<std::string_view> const& given
     needs("--energy", "--trace", "energy is counted from a trace");
     needs("--follow", "--trace", "what is followed is written beside a trace");
 
-    // Planes, and machines that keep a trace, are compiled for each preset's own policies, on host threads.
-    if (o.choice.planes() || o.choice.trace) {
-        std::string const plane = o.choice.trace ? "--trace" : o.choice.depth ? "--depth" : "--alpha";
-        std::string const what = o.choice.trace ? "a trace comes" : "planes come";
-        auto const leave_out = [&](std::string const& option, std::string const& comes_with) {
-            throw Error(plane + " and " + option + " are both given (" + what + " with " + comes_with + "); leave out " +
-                        option.substr(0, option.find(' ')));
-        };
-        if (o.choice.trace) {
-            if (o.choice.planes()) leave_out(o.choice.depth ? "--depth" : "--alpha", "pixels that have no planes");
-            if (o.choice.machine != MachineKind::mk2) leave_out("--machine test", "machine mk2");
-            if (own_policies_only && o.choice.preset != Preset::lossless)
-                leave_out(o.choice.preset == Preset::paper ? "--preset paper" : "--preset prototype",
-                          "preset lossless in this build, which was made with TILEMESH_RENDER_MAP_POLICIES=OFF");
-        }
-        auto const with_its_own = [&](std::string const& option, auto Choice::*asked, std::string Description::*policy) {
-            Choice preset, changed;
-            preset.preset = changed.preset = o.choice.preset;
-            preset.machine = changed.machine = o.choice.machine;
-            changed.*asked = o.choice.*asked;
-            auto const is = describe(preset), would_be = describe(changed);
-            if (would_be.*policy != is.*policy)
-                leave_out(option + " " + would_be.*policy, "the " + is.*policy + " of preset " + is.preset);
-        };
-        with_its_own("--saturation", &Choice::saturation, &Description::saturation);
-        with_its_own("--copies", &Choice::copies, &Description::copies);
-        with_its_own("--pixels", &Choice::pixels, &Description::pixels);
-        if (o.choice.engine == EngineKind::sequential) leave_out("--engine sequential", "host threads");
-    }
-
-    auto const own = describe(o.choice);
+    auto const own = setup_of(o.choice, 0);
     auto const at_most = [&](std::string_view option, std::uint32_t asked, std::uint32_t most) {
         if (asked > most)
             throw Error(std::string(option) + " cannot be " + std::to_string(asked) + " (preset " +
-                        own.preset + " on machine " + own.machine + " has " +
+                        std::string(own.name) + " on machine " + own.machine.name + " has " +
                         std::to_string(most) + "); choose fewer, or another preset or machine");
     };
-    at_most("--storage-slots", o.renderer.storage_slots, own.storage_slots);
-    at_most("--channel-slots", o.renderer.channel_slots, own.channel_slots);
+    at_most("--storage-slots", o.renderer.storage_slots, own.sizes.storage);
+    at_most("--channel-slots", o.renderer.channel_slots, own.sizes.road);
 }
 
 /// The least number of insertions, deletions, exchanges and swaps of neighbours that make one word of the other.
@@ -453,7 +423,7 @@ std::string help_text()
                   "  cameras.json of 3DGS training, or COLMAP's cameras.txt and images.txt (one of them, or their\n"
                   "  folder). Trajectories: TUM, a line a pose, timestamp tx ty tz qx qy qz qw, camera to world.\n"
                   "  Energy models: `energy NAME`, then a line an event, `EVENT VALUE fJ SOURCE`; no event has a value\n"
-                  "  of its own, and include/tilemesh/engine/energy.hpp lists them.\n"
+                  "  of its own, and include/tilemesh/model/energy.hpp lists them.\n"
                   "\n"
                   "Qualities\n"
                   "  Where a term is too faint to count and a pixel is finished; all else stays the preset's. Pairs\n"
@@ -465,14 +435,16 @@ std::string help_text()
                   "\n"
                   "Conventions\n"
                   "  World units are the map's. Cameras as in OpenCV: x right, y down, z forward; the centre of\n"
-                  "  pixel (i, j) is (i + 0.5, j + 0.5). Colours are written as they are trained, no gamma. What\n"
-                  "  the numbers of a report mean: include/tilemesh/report/frame_report.hpp and json.hpp.\n"
+                  "  pixel (i, j) is (i + 0.5, j + 0.5). Colours are written as they are trained, no gamma.\n"
+                  "  The last table of a trace's report.html says what each number of a report means, and so does\n"
+                  "  include/tilemesh/report/frame_report.hpp.\n"
                   "\n"
                   "What is written\n"
                   "  DIR/frame_0000.png, frame_0001.png, ... and what else was asked for. With --trace, in its DIR, a\n"
-                  "  report.html that a browser shows without a network, model.txt, and for each frame .tiles.csv and\n"
-                  "  .supersteps.csv, .heat.csv and .heat_*.png, .trace.json (ui.perfetto.dev), and with --energy\n"
-                  "  .energy.csv; where --most-passes ends a run, no_progress.txt, which says what the tiles repeat.\n"
+                  "  report.html that a browser shows without a network, model.txt, frames.csv with the counters of\n"
+                  "  all frames, and for each frame .tiles.csv and .supersteps.csv, .heat.csv and .heat_*.png,\n"
+                  "  .trace.json (ui.perfetto.dev), and with --energy .energy.csv; where --most-passes ends a run,\n"
+                  "  no_progress.txt, which says what the tiles repeat.\n"
                   "  A file has its name only when it is whole. Ctrl-C finishes the frame in work, writes the report\n"
                   "  of the frames that are done, and ends; a second one ends at once.\n"
                   "\n"

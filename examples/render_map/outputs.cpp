@@ -39,7 +39,8 @@ bool is_of_trace(fs::path const& file, fs::path const& folder, std::optional<std
     std::error_code ignored;
     auto const name = file.filename().string();
     if (!fs::equivalent(fs::absolute(file).parent_path(), folder, ignored)) return false;
-    if (name == "report.html" || name == "model.txt" || name == no_progress_file || (followed && name == follow_file(*followed))) return true;
+    if (name == "report.html" || name == "model.txt" || name == no_progress_file || name == counters_file) return true;
+    if (followed && name == follow_file(*followed)) return true;
     auto const ends = [&](std::string_view end) { return name.ends_with(end); };
     return name.starts_with("frame_") && (ends(".tiles.csv") || ends(".supersteps.csv") || ends(".heat.csv") ||
                                           ends(".energy.csv") || ends(".trace.json") || (ends(".png") && name.find(".heat_") != std::string::npos));
@@ -63,7 +64,7 @@ void check_report(Options const& options, fs::path const& out, std::size_t frame
     };
     std::error_code refused;
     auto const status = fs::status(report, refused);
-    auto const folder = fs::absolute(fs::is_other(status) ? report : tilemesh::report::behind_links(report)).parent_path();
+    auto const folder = fs::absolute(fs::is_other(status) ? report : tilemesh::report::link_target(report)).parent_path();
     if (fs::is_directory(status)) refuse("it is a directory");
     if (refused && fs::exists(status)) refuse(refused.message());
     if (!fs::is_directory(folder, refused)) refuse("there is no directory " + folder.string());

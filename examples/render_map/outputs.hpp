@@ -17,6 +17,9 @@ std::string follow_file(std::uint32_t id);
 /// What --trace writes where a run makes no progress (--most-passes).
 inline constexpr char const* no_progress_file = "no_progress.txt";
 
+/// What --trace writes of all frames: a line of counters each.
+inline constexpr char const* counters_file = "frames.csv";
+
 /// Makes the folders for the pictures and the trace and looks whether everything can be written where it should: better now
 /// than after an hour. Gives the pictures' folder back; throws `tilemesh::Error` where that is not so, and where the report
 /// or the trace would overwrite another file of the run or one that the run reads.

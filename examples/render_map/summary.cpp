@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <sstream>
@@ -73,51 +74,49 @@ void print_frame(std::ostream& out, report::RunReport const& run, report::RunFra
         print_error("against double precision, same cut-offs", *frame.error_same_cuts);
 }
 
+/// A counter of the table of frames. Its total is the sum over them.
+struct Column {
+    char const* header;
+    std::uint64_t (*count)(report::FrameReport const&);
+};
+constexpr Column columns[] = {{"supersteps", [](report::FrameReport const& r) { return r.supersteps.total(); }},
+                              {"moved", report::report_field("gaussians.moved").count},
+                              {"held", report::report_field("gaussians.held").count},
+                              {"missing", report::report_field("lost").count},
+                              {"messages", report::report_field("messages").count},
+                              {"pairs", report::report_field("pairs").count}};
+
 /// One line a frame, then the totals.
 void print_sequence(std::ostream& out, report::RunReport const& run)
 {
-    std::vector<std::string> headers{"frame",  "camera",   "supersteps", "moved", "held",
-                                     "missing", "messages", "pairs",      "ms"};
+    std::vector<std::string> headers{"frame", "camera"};
+    for (auto const& column : columns) headers.emplace_back(column.header);
+    headers.emplace_back("ms");
     bool const reference = run.frames.front().error_same_cuts.has_value();
-    if (reference) headers.push_back("dB, same cuts");
+    if (reference) headers.emplace_back("dB, same cuts");
     report::Table table{headers};
 
-    std::uint64_t supersteps = 0, moved = 0, held = 0, missing = 0, messages = 0, pairs = 0;
+    std::vector<std::uint64_t> sums(std::size(columns), 0);
     double ms = 0, worst_db = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < run.frames.size(); ++i) {
         auto const& r = run.frames[i].report;
-        std::vector<std::string> row{std::to_string(i),
-                                     one_line(r.camera, 60),
-                                     thousands(r.supersteps.total()),
-                                     thousands(r.gaussians.moved),
-                                     thousands(r.gaussians.held),
-                                     thousands(r.lost.size()),
-                                     thousands(r.messages),
-                                     thousands(r.pairs),
-                                     decimals(r.host_ms.total, 1)};
+        std::vector<std::string> row{std::to_string(i), one_line(r.camera, 60)};
+        for (std::size_t c = 0; c < std::size(columns); ++c) {
+            row.push_back(thousands(columns[c].count(r)));
+            sums[c] += columns[c].count(r);
+        }
+        row.push_back(decimals(r.host_ms.total, 1));
+        ms += r.host_ms.total;
         if (reference) {
             auto const db = run.frames[i].error_same_cuts->psnr_db;
             row.push_back(decimals(db, 2));
             worst_db = std::min(worst_db, db);
         }
         table.add_row(row);
-        supersteps += r.supersteps.total();
-        moved += r.gaussians.moved;
-        held += r.gaussians.held;
-        missing += r.lost.size();
-        messages += r.messages;
-        pairs += r.pairs;
-        ms += r.host_ms.total;
     }
-    std::vector<std::string> totals{"all",
-                                    thousands(run.frames.size()) + " frames",
-                                    thousands(supersteps),
-                                    thousands(moved),
-                                    thousands(held),
-                                    thousands(missing),
-                                    thousands(messages),
-                                    thousands(pairs),
-                                    decimals(ms, 1)};
+    std::vector<std::string> totals{"all", thousands(run.frames.size()) + " frames"};
+    for (auto const sum : sums) totals.push_back(thousands(sum));
+    totals.push_back(decimals(ms, 1));
     if (reference) totals.push_back("worst " + decimals(worst_db, 2));
     table.add_row(totals);
     out << table << '\n';

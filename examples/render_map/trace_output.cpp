@@ -1,22 +1,23 @@
-#include "trace_output.hpp"
 #include "outputs.hpp"
 #include "png.hpp"
 #include "text.hpp"
+#include "trace_output.hpp"
 #include <algorithm>
 #include <array>
 #include <cerrno>
 #include <charconv>
 #include <fstream>
+#include <numeric>
 #include <sstream>
 #include <system_error>
-#include <tilemesh/cost_table.hpp>
-#include <tilemesh/engine/any_to_any.hpp>
-#include <tilemesh/engine/cost_parameters.hpp>
-#include <tilemesh/engine/trace_files.hpp>
 #include <tilemesh/error.hpp>
+#include <tilemesh/model/cost_parameters.hpp>
+#include <tilemesh/model/cost_table.hpp>
+#include <tilemesh/model/trace_page.hpp>
+#include <tilemesh/report/frame_csv.hpp>
+#include <tilemesh/report/frame_report.hpp>
 #include <tilemesh/report/heat_image.hpp>
 #include <tilemesh/report/plot.hpp>
-#include <tilemesh/report/stacked_bars.hpp>
 #include <tilemesh/report/whole_file.hpp>
 
 namespace render_map {
@@ -25,13 +26,9 @@ namespace {
 
 namespace report = tilemesh::report;
 using report::thousands;
+using tilemesh::TileMap;
 using Pairs = std::vector<std::pair<std::string, std::string>>;
 using Rows = std::vector<std::vector<std::string>>;
-
-/// Pixels of a heat map's longer side, at most: a browser shows them 300 wide, and enlarged.
-constexpr std::uint32_t map_px = 480;
-/// Bars of a timeline, at most: fewer than the pixels they share.
-constexpr double timeline_bars = 400;
 
 /// What `read` makes of a file.
 template <class Model>
@@ -48,179 +45,52 @@ Model load_model(std::filesystem::path const& file, Model (*read)(std::istream&,
     return read(in, file.string());
 }
 
-/// What a map of the grid shows.
-struct HeatMap {
-    char const* name; ///< of column and file
-    char const* title;
-    char const* what;
-    bool in_total; ///< the sum over all tiles means something
-    std::vector<double> values;
+/// The counters in the table of all frames.
+struct CounterColumn {
+    char const* header;
+    std::uint64_t (*count)(report::FrameReport const&);
 };
+constexpr CounterColumn counter_columns[] = {{"moved", report::report_field("gaussians.moved").count},
+                                             {"copies", report::report_field("copies").count},
+                                             {"missing", report::report_field("lost").count},
+                                             {"messages", report::report_field("messages").count},
+                                             {"most on a tile", report::report_field("peak.storage").count},
+                                             {"most in a channel", report::report_field("peak.channel").count}};
 
-std::vector<HeatMap> heat_maps(tilemesh::Trace const& trace, tilemesh::CostModel const& model, tilemesh::Grid grid,
+std::vector<TileMap> heat_maps(tilemesh::Trace const& trace, tilemesh::CostModel const& model, tilemesh::Grid grid,
                                std::vector<TileState> const& tiles)
 {
-    using tilemesh::TileSum;
     auto const of_state = [&](auto const& value) {
         std::vector<double> out(grid.size(), 0);
         for (std::size_t t = 0; t < tiles.size(); ++t) out[t] = static_cast<double>(value(tiles[t]));
         return out;
     };
-    auto channel_fill = tilemesh::heat_map(trace, model, grid, TileSum::channel_fill);
-    for (auto& share : channel_fill) share *= 100;
-    std::vector<HeatMap> maps;
+    auto of_trace = tilemesh::trace_maps(trace, model, grid); // channel fill, busy and idle cycles
+    std::vector<TileMap> maps;
     maps.push_back({"load", "Load", "records stored when the frame is over, copies among them", true,
                     of_state([](TileState const& t) { return t.records; })});
     maps.push_back({"copies", "Copies", "records stored whose anchor is another tile", true,
                     of_state([](TileState const& t) { return t.copies; })});
-    maps.push_back({"channel_fill", "Channel fill", "percent of the fullest end of a channel in the fullest superstep",
-                    false, std::move(channel_fill)});
+    maps.push_back(std::move(of_trace[0]));
     maps.push_back({"refusals", "Refusals", "sends that waited for a full channel or for credit; three waits count three",
                     true, of_state([](TileState const& t) { return std::uint64_t{t.channel_full} + t.no_credit; })});
     maps.push_back(
         {"drops", "Drops", "records and copies that found no storage, and copies given up at a full channel", true,
          of_state([](TileState const& t) { return std::uint64_t{t.storage_full} + t.copies_full + t.copies_refused; })});
-    maps.push_back({"busy_cycles", "Busy cycles", "modelled cycles that the tile computes", true,
-                    tilemesh::heat_map(trace, model, grid, TileSum::busy_cycles)});
-    maps.push_back({"idle_cycles", "Idle cycles", "modelled cycles that the tile waits for the slowest tile's compute",
-                    true, tilemesh::heat_map(trace, model, grid, TileSum::idle_cycles)});
+    maps.push_back(std::move(of_trace[1]));
+    maps.push_back(std::move(of_trace[2]));
     maps.push_back(
         {"pairs", "Pairs", "Gaussian-pixel pairs evaluated", true, of_state([](TileState const& t) { return t.pairs; })});
     return maps;
 }
 
-/// Of a number that is not negative; plain, without a locale.
-std::string decimals(double value, int digits)
-{
-    std::array<char, 64> text{}; // below 2^64, 20 digits before the point
-    auto const end = std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::fixed, digits);
-    return {text.data(), end.ptr};
-}
-/// Whole numbers as such, others with a decimal.
-std::string plain(double value)
-{
-    return decimals(value, value == static_cast<double>(static_cast<std::uint64_t>(value)) ? 0 : 1);
-}
 /// Three digits that say something: "0.00392".
-std::string short_number(double value)
+std::string three_digits(double value)
 {
     std::array<char, 64> text{}; // three digits and an exponent are a tenth of it
     auto const end = std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::general, 3);
     return {text.data(), end.ptr};
 }
-std::string number(double value)
-{
-    if (value < 1000) return plain(value);
-    return thousands(static_cast<std::uint64_t>(value + 0.5));
-}
-double total(std::vector<double> const& values)
-{
-    double sum = 0;
-    for (double const v : values) sum += v;
-    return sum;
-}
-
-/// One line a tile, with the numbers of all maps.
-std::string heat_csv(std::vector<HeatMap> const& maps, tilemesh::Grid grid)
-{
-    std::string text = "tile_x,tile_y";
-    for (auto const& map : maps) text.append(",").append(map.name);
-    text += '\n';
-    for (std::uint32_t t = 0; t < grid.size(); ++t) {
-        text += std::to_string(grid.tile(t).x()) + "," + std::to_string(grid.tile(t).y());
-        for (auto const& map : maps) text += "," + plain(map.values[t]);
-        text += '\n';
-    }
-    return text;
-}
-
-std::string share(double part, double whole)
-{
-    return decimals(whole == 0 ? 0 : 100 * part / whole, 1) + " %";
-}
-std::string share(std::uint64_t part, std::uint64_t whole)
-{
-    return share(static_cast<double>(part), static_cast<double>(whole));
-}
-/// Six digits are enough to compare; the CSV file has all.
-std::string joules_text(double joules)
-{
-    std::array<char, 32> text{};
-    auto const end = std::to_chars(text.data(), text.data() + text.size(), joules, std::chars_format::general, 6);
-    return {text.data(), end.ptr};
-}
-/// One line a tile, with all digits.
-std::string energy_csv(tilemesh::Energy const& energy, tilemesh::Grid grid)
-{
-    std::string text = "tile_x,tile_y,joules\n";
-    std::array<char, 32> digits{}; // of the shortest text that reads back as the same double, 24 at most
-    for (std::uint32_t t = 0; t < grid.size(); ++t) {
-        auto const end = std::to_chars(digits.data(), digits.data() + digits.size(), energy.joules_of_tile[t]);
-        text += std::to_string(grid.tile(t).x()) + "," + std::to_string(grid.tile(t).y()) + ",";
-        text.append(digits.data(), end.ptr) += '\n';
-    }
-    return text;
-}
-
-std::vector<report::BarPart> const phases = {{"compute", 4}, {"exchange", 1}, {"sync", 3}, {"vote", 6}};
-
-std::string stage_bars(tilemesh::CostModel const& model, std::vector<tilemesh::StepCost> const& steps)
-{
-    report::StackedBars chart;
-    chart.title = "Where the cycles go, by step";
-    chart.x_label = "step of the program";
-    chart.y_label = "modelled milliseconds";
-    chart.parts = phases;
-    chart.width = 900;
-    for (auto const& s : steps) {
-        report::Bar bar{s.kernel, {}};
-        for (auto const cycles : {s.compute, s.exchange, s.sync, s.vote}) bar.values.push_back(milliseconds(model, cycles));
-        chart.bars.push_back(std::move(bar));
-    }
-    return svg(chart);
-}
-
-/// Supersteps over modelled time; those that are too thin to be seen are drawn together with their neighbours. An area is
-/// tile time.
-std::string superstep_timeline(tilemesh::Trace const& trace, tilemesh::CostModel const& model,
-                               tilemesh::RunCost const& cost, tilemesh::Grid grid)
-{
-    report::StackedBars chart;
-    chart.title = "Supersteps over time: what the tiles do";
-    chart.x_label = "modelled milliseconds";
-    chart.y_label = "percent of tile time";
-    chart.parts = {{"busy", 4}, {"idle", 7}, {"exchange", 1}, {"sync", 3}, {"vote", 6}};
-    chart.layout = report::BarLayout::along_x;
-    chart.y_high = 100;
-    chart.width = 1200;
-    std::array<double, 5> cycles{};
-    double sum = 0;
-    auto const draw = [&] {
-        if (sum == 0) return;
-        report::Bar bar;
-        for (double const c : cycles) bar.values.push_back(100 * c / sum);
-        bar.width = sum / static_cast<double>(model.clock_khz);
-        chart.bars.push_back(std::move(bar));
-        cycles = {};
-        sum = 0;
-    };
-    for (std::size_t i = 0; i < cost.supersteps.size(); ++i) {
-        auto const& c = cost.supersteps[i];
-        tilemesh::Trace const one{trace.kernels, {trace.supersteps[i]}};
-        double const busy = total(heat_map(one, model, grid, tilemesh::TileSum::busy_cycles)) / grid.size();
-        std::array<double, 5> const more = {busy, std::max(static_cast<double>(c.compute) - busy, 0.0),
-                                            static_cast<double>(c.exchange), static_cast<double>(c.sync),
-                                            static_cast<double>(c.vote)};
-        for (std::size_t k = 0; k < more.size(); ++k) {
-            cycles[k] += more[k];
-            sum += more[k];
-        }
-        if (sum * timeline_bars >= static_cast<double>(cost.cycles)) draw();
-    }
-    draw();
-    return svg(chart);
-}
-
 std::string tile_text(tilemesh::TileId tile)
 {
     return "(" + std::to_string(tile.x()) + ", " + std::to_string(tile.y()) + ")";
@@ -266,27 +136,8 @@ std::string TraceOutput::write_no_progress(std::string const& text) const
 
 std::size_t TraceOutput::Section::bytes() const noexcept
 {
-    auto pictures = picture_png.size();
-    for (auto const& [what, png] : maps) pictures += png.size();
-    return pictures / 3 * 4 + stage_bars.size() + timeline.size();
-}
-
-/// As many of the busiest tiles as fit below the limit; what is left out is in `note`.
-std::string TraceOutput::timeline(tilemesh::Trace const& trace, tilemesh::Grid grid, std::string& note) const
-{
-    for (std::uint32_t busiest = 64;; busiest /= 2) { // as write_chrome_trace has by itself
-        std::ostringstream out;
-        write_chrome_trace(out, trace, model_, grid, busiest);
-        auto text = out.str();
-        if (text.size() < most_timeline_bytes) {
-            note = "timeline of the machine and its " + std::to_string(std::min(busiest, grid.size())) + " busiest tiles";
-            return text;
-        }
-        if (busiest == 0) break;
-    }
-    note = "no timeline: " + thousands(trace.supersteps.size()) + " supersteps take more than " +
-           thousands(most_timeline_bytes) + " bytes";
-    return {};
+    auto const pictures = picture_png.size();
+    return pictures / 3 * 4 + run.bytes();
 }
 
 void TraceOutput::add_frame(std::size_t index, report::RunFrame const& frame, report::Image const& picture,
@@ -313,43 +164,38 @@ void TraceOutput::add_frame(std::size_t index, report::RunFrame const& frame, re
     write(frame_file(index, ".supersteps.csv"), supersteps.str());
     std::string note;
     auto const timeline_file = frame_file(index, ".trace.json");
-    if (auto const text = timeline(trace, grid, note); !text.empty()) write(timeline_file, text);
+    if (auto const text = tilemesh::timeline_below(most_timeline_bytes, trace, model_, grid, note); !text.empty()) write(timeline_file, text);
     else remove_old(timeline_file);
 
     auto const maps = heat_maps(trace, model_, grid, instruments.tiles());
-    write(frame_file(index, ".heat.csv"), heat_csv(maps, grid));
-    auto const cell = std::clamp(map_px / std::max(grid.width, grid.height), 1u, 16u);
+    write(frame_file(index, ".heat.csv"), maps_csv(maps, grid));
     Section section;
+    std::vector<std::pair<std::string, std::string>> shown_maps;
     double busy = 0;
-    auto const add_map = [&](HeatMap const& map, std::string (*shown)(double)) {
-        auto const most = report::finite_range(map.values).most;
-        auto png = png_bytes(report::heat_image(map.values, grid.width, grid.height, {0, most}, cell));
-        write(frame_file(index, std::string(".heat_") + map.name + ".png"), png);
-        auto caption = std::string(map.title) + ": " + map.what + ". 0 to " + shown(most) + " a tile";
-        if (map.in_total) caption += ", " + shown(total(map.values)) + " in all";
-        section.maps.emplace_back(caption + ".", std::move(png));
+    auto const add_map = [&](TileMap const& map, std::string (*shown)(double)) {
+        auto png = png_bytes(map_image(map, grid));
+        write(frame_file(index, ".heat_" + map.name + ".png"), png);
+        shown_maps.emplace_back(map_caption(map, shown), std::move(png));
     };
     for (auto const& map : maps) {
-        add_map(map, number);
-        if (map.name == std::string("busy_cycles")) busy = total(map.values);
+        add_map(map, report::short_number);
+        if (map.name == "busy_cycles") busy = std::accumulate(map.values.begin(), map.values.end(), 0.0);
     }
     if (energy) {
         write(frame_file(index, ".energy.csv"), energy_csv(*energy, grid));
-        add_map({"energy", "Energy", "joules of all that is counted", true, energy->joules_of_tile}, joules_text);
+        add_map({"energy", "Energy", "joules of all that is counted", true, energy->joules_of_tile}, report::joules_text);
     }
 
     auto const ms = milliseconds_text(model_, cost.cycles);
-    auto const lost = thousands(r.lost.size());
-    auto const utilisation = share(busy, static_cast<double>(cost.cycles) * grid.size());
+    auto const utilisation = report::share_text(busy, static_cast<double>(cost.cycles) * grid.size());
     milliseconds_.emplace_back(static_cast<double>(index), tilemesh::milliseconds(model_, cost.cycles));
     if (lines_.size() < most_lines) {
         lines_.push_back({std::to_string(index) + ": " + r.camera, thousands(cost.supersteps.size()),
-                          thousands(cost.cycles), ms, utilisation, thousands(r.gaussians.moved), thousands(r.copies), lost,
-                          thousands(r.messages), thousands(r.peak_storage), thousands(r.peak_channel)});
-        if (energy) lines_.back().push_back(joules_text(energy->joules));
+                          thousands(cost.cycles), ms, utilisation});
+        for (auto const& column : counter_columns) lines_.back().push_back(thousands(column.count(r)));
+        if (energy) lines_.back().push_back(report::joules_text(energy->joules));
     }
     ++frames_;
-    auto const steps = step_costs(trace, cost);
     std::ostringstream table;
     table << cost_table(model_, trace, cost);
     cost_text_ = "modelled by " + one_line(model_.name, 60) + " (" +
@@ -357,7 +203,7 @@ void TraceOutput::add_frame(std::size_t index, report::RunFrame const& frame, re
                  utilisation + " of all tile time:\n" + table.str();
     if (energy)
         cost_text_ += "energy by " + one_line(energy_model_->name, 60) + " in frame " + std::to_string(index) + ": " +
-                      joules_text(energy->joules) + " J\n";
+                      report::joules_text(energy->joules) + " J\n";
     if (followed_ != 0) add_life(index, instruments.life());
 
     if (sections_.size() == most_full_frames || bytes_ > most_report_bytes) return;
@@ -369,44 +215,11 @@ void TraceOutput::add_frame(std::size_t index, report::RunFrame const& frame, re
         {"tiles", std::to_string(grid.width) + " x " + std::to_string(grid.height) + " of " +
                       std::to_string(frame.tile_px[0]) + " x " + std::to_string(frame.tile_px[1]) + " pixels, busy " +
                       utilisation + " of the time"},
-        {"Gaussians", thousands(r.gaussians.visible) + " visible, " + thousands(r.gaussians.parked) + " parked, " +
-                          thousands(r.gaussians.moved) + " moved, " + thousands(r.gaussians.unplaced) + " unplaced, " +
-                          thousands(r.gaussians.dropped) + " dropped"},
-        {"copies",
-         thousands(r.copies) + " on tiles, " + thousands(r.lost_copies) + " lost, " + thousands(r.late_copies) + " late"},
-        {"refused", thousands(r.refused.channel_full) + " by full channels, " + thousands(r.refused.no_credit) +
-                        " for credit, " + thousands(r.refused.storage_full + r.refused.copies_full) + " by full storage, " +
-                        thousands(r.refused.copies_refused) + " copies given up"},
-        {"missing in the picture", lost},
-        {"exchanged", plural(r.messages, "message") + ", " + thousands(r.exchanged_live_bytes) + " bytes live, " +
-                          thousands(r.exchanged_capacity_bytes) + " bytes of capacity"},
         {frame_file(index, ".trace.json"), note}};
-    section.stage_bars = stage_bars(model_, steps);
-    section.timeline = superstep_timeline(trace, model_, cost, grid);
-    auto const add_step = [&](std::string const& name, tilemesh::StepCost const& s) {
-        section.steps.push_back({name, thousands(s.supersteps), thousands(s.compute), thousands(s.exchange),
-                                 thousands(s.sync), thousands(s.vote), thousands(s.total()),
-                                 milliseconds_text(model_, s.total()), share(s.total(), cost.cycles)});
-    };
-    for (auto const& s : steps) add_step(s.kernel, s);
-    auto const ideal = any_to_any(model_, trace, grid);
-    for (auto const& s : ideal.steps)
-        section.ideal.push_back({s.kernel, thousands(s.news_cycles), thousands(s.bound_cycles),
-                                 thousands(s.replaced ? s.supersteps : 0)});
-    section.ideal.push_back({"all", thousands(ideal.news_cycles), thousands(ideal.bound_cycles),
-                             thousands(ideal.supersteps_replaced)});
-    if (energy) {
-        section.facts.emplace_back("energy", joules_text(energy->joules) + " J");
-        for (std::uint32_t e = 0; e < tilemesh::energy_events; ++e)
-            if (energy->events[e] != 0) // then it is set
-                section.energy_kinds.push_back({tilemesh::energy_event_name(e), thousands(energy->events[e]),
-                                                thousands(energy_model_->events[e]->value),
-                                                joules_text(energy->joules_of_kind[e]),
-                                                share(energy->joules_of_kind[e], energy->joules)});
-        for (std::size_t s = 0; s < steps.size(); ++s)
-            section.energy_steps.push_back({steps[s].kernel, joules_text(energy->joules_of_step[s]),
-                                            share(energy->joules_of_step[s], energy->joules)});
-    }
+    for (auto const line : report::text_lines) section.facts.emplace_back(line, report::numbers_of(r, line));
+    section.run = trace_section(trace, model_, cost, grid, energy_model_ ? &*energy_model_ : nullptr, energy ? &*energy : nullptr);
+    section.run.maps = std::move(shown_maps);
+    if (energy) section.facts.emplace_back("energy", report::joules_text(energy->joules) + " J");
     bytes_ += section.bytes();
     sections_.push_back(std::move(section));
 }
@@ -448,24 +261,7 @@ void TraceOutput::add_section(report::HtmlReport& html, Section const& section)
     html.section(section.heading);
     html.picture(section.picture_png, section.picture_alt, "");
     html.key_values(section.facts);
-    html.svg(section.stage_bars);
-    html.table({"step", "supersteps", "compute", "exchange", "sync", "vote", "cycles", "ms", "share"}, section.steps);
-    html.svg(section.timeline);
-    html.subsection("Ideal routing");
-    html.table({"step", "cycles hop by hop", "bound", "supersteps replaced"}, section.ideal);
-    html.paragraph("Exchange, sync and vote of each step, hop by hop as modelled above, and if every message went from any tile "
-                   "straight to where it stays, in one exchange. This is a bound and no machine: nobody asks where a record "
-                   "is, and the busiest receiver never waits. Steps of one kernel that follow each other are one line; compute "
-                   "is in neither column.");
-    if (!section.energy_kinds.empty()) {
-        html.subsection("Energy");
-        html.table({"event", "count", "fJ each", "joules", "share"}, section.energy_kinds);
-        html.table({"step", "joules", "share"}, section.energy_steps);
-    }
-    html.subsection("Maps of the grid");
-    html.picture(png_bytes(report::heat_legend(256, 12)), "colours from dark blue over green to yellow",
-                 "From 0 (left) to the most that a tile has (right).");
-    for (auto const& [caption, png] : section.maps) html.picture(png, caption, caption, report::HtmlPicture::small);
+    tilemesh::add_section(html, section.run, png_bytes(report::heat_legend(256, 12)));
 }
 
 void TraceOutput::add_run(report::HtmlReport& html, report::RunReport const& run) const
@@ -480,9 +276,9 @@ void TraceOutput::add_run(report::HtmlReport& html, report::RunReport const& run
                                     ", copies " + run.policies.copies + ", pixels " + run.policies.pixels +
                                     ", arithmetic " + run.policies.arithmetic + ", hops " +
                                     (run.policies.hops == 0 ? "until quiet" : std::to_string(run.policies.hops))},
-                   {"cut-offs", "quality " + run.quality + ": alpha_min " + short_number(run.cut_offs.alpha_min) +
-                                    ", transmittance_min " + short_number(run.cut_offs.transmittance_min) + ", alpha_max " +
-                                    short_number(run.cut_offs.alpha_max)},
+                   {"cut-offs", "quality " + run.quality + ": alpha_min " + three_digits(run.cut_offs.alpha_min) +
+                                    ", transmittance_min " + three_digits(run.cut_offs.transmittance_min) + ", alpha_max " +
+                                    three_digits(run.cut_offs.alpha_max)},
                    {"cost model", model_.name + ", " + thousands(model_.clock_khz) + " kHz (model.txt)"},
                    {"frames", thousands(frames_)}};
     if (energy_model_) facts.emplace_back("energy model", energy_model_->name);
@@ -494,8 +290,8 @@ void TraceOutput::add_run(report::HtmlReport& html, report::RunReport const& run
         "slowest tile's compute, then the exchange, a sync, and a vote where the step runs until quiet. What was measured "
         "on the host is in none of them.");
     html.section("Frames");
-    std::vector<std::string> headers = {"frame",   "supersteps", "cycles",   "ms",             "tiles busy",       "moved",
-                                        "copies", "missing",    "messages", "most on a tile", "most in a channel"};
+    std::vector<std::string> headers = {"frame", "supersteps", "cycles", "ms", "tiles busy"};
+    for (auto const& column : counter_columns) headers.emplace_back(column.header);
     if (energy_model_) headers.emplace_back("joules");
     html.table(headers, lines_);
     if (lines_.size() < frames_)
@@ -518,6 +314,9 @@ void TraceOutput::add_run(report::HtmlReport& html, report::RunReport const& run
 void TraceOutput::finish(report::RunReport const& run) const
 {
     if (followed_ != 0) write(follow_file(followed_), follow_csv_);
+    auto counters = report::csv_header() + "\n";
+    for (auto const& frame : run.frames) counters += report::csv_row(frame.report) + "\n";
+    write(counters_file, counters);
     report::HtmlReport html("Map " + run.map.name + " on " + run.machine.name);
     add_run(html, run);
     for (auto const& section : sections_) add_section(html, section);
@@ -545,22 +344,20 @@ void TraceOutput::finish(report::RunReport const& run) const
         sum += region.budgeted ? region.bytes : 0;
     }
     rows.push_back({"in the budget", "", thousands(sum),
-                    share(sum, run.machine.sram_bytes) + " of " + thousands(run.machine.sram_bytes)});
+                    report::share_text(static_cast<double>(sum), run.machine.sram_bytes) + " of " + thousands(run.machine.sram_bytes)});
     html.table({"region", "what", "bytes", ""}, rows);
-    html.section("Cost model " + model_.name);
-    rows.clear();
-    for (auto const& p : model_.parameters) rows.push_back({p.name, thousands(p.value), p.unit, p.source});
-    html.table({"parameter", "value", "unit", "source"}, rows);
+    add_parameters(html, model_);
     if (energy_model_) {
-        html.section("Energy model " + energy_model_->name);
-        rows.clear();
-        for (auto const& p : energy_model_->events)
-            if (p) rows.push_back({p->name, thousands(p->value), p->unit, p->source});
-        html.table({"event", "value", "unit", "source"}, rows);
+        add_parameters(html, *energy_model_);
         html.paragraph("Joules are the counts of the trace and of the cost model's cycles times these numbers. A pair counts as if "
                        "each worker of a tile had as many as its slowest; the map of pairs has those evaluated. What no event "
                        "stands for is not in the joules, and what these numbers are worth is for their sources to say.");
     }
+    html.section("What the counters mean");
+    rows.clear();
+    for (auto const& field : report::report_fields)
+        rows.push_back({std::string(field.name), std::string(field.unit), std::string(field.meaning)});
+    html.table({"name in report.json", "unit", "meaning"}, rows);
     write("report.html", html.str());
 }
 

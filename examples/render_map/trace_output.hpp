@@ -6,8 +6,9 @@
 #include <filesystem>
 #include <optional>
 #include <string>
-#include <tilemesh/engine/cost_model.hpp>
-#include <tilemesh/engine/energy.hpp>
+#include <tilemesh/model/cost_model.hpp>
+#include <tilemesh/model/energy.hpp>
+#include <tilemesh/model/trace_section.hpp>
 #include <tilemesh/report/html.hpp>
 #include <tilemesh/report/image.hpp>
 #include <tilemesh/report/json.hpp>
@@ -50,14 +51,11 @@ private:
     struct Section {
         std::string heading, picture_alt, picture_png;
         std::vector<std::pair<std::string, std::string>> facts;
-        std::vector<std::pair<std::string, std::string>> maps; ///< what it shows, and a PNG
-        std::string stage_bars, timeline;                      ///< SVG
-        std::vector<std::vector<std::string>> steps, ideal, energy_kinds, energy_steps; ///< those of energy may be empty
+        tilemesh::TraceSection run;
         std::size_t bytes() const noexcept;
     };
     void write(std::string const& name, std::string const& text) const;
     void remove_old(std::string const& name) const; ///< what this run has none of and an earlier one may have left
-    std::string timeline(tilemesh::Trace const& trace, tilemesh::Grid grid, std::string& note) const;
     void add_life(std::size_t index, Life const& life);
     void add_run(tilemesh::report::HtmlReport& report, tilemesh::report::RunReport const& run) const;
     static void add_section(tilemesh::report::HtmlReport& report, Section const& section);

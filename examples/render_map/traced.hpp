@@ -9,23 +9,16 @@
 
 namespace render_map {
 
-/// Setup S on the same machine, which keeps a trace.
-template <class S>
-struct OnTraced : S {
-    using Machine = tilemesh::Traced<typename S::Machine>;
-};
-
-/// The renderer of a setup on a Traced machine, on threads, with instruments.
-template <class S>
-class TracedRendererOf final : public tilemesh::RendererOf<S>, public Instruments {
-    using Base = tilemesh::RendererOf<S>;
-    using Renderer = typename Base::Renderer;
-    using Setup = typename Renderer::Setup;
-    using Steps = typename Renderer::Steps;
-    static constexpr bool holds = Setup::Saturation::holds;
+/// A renderer on a machine that keeps a trace, with instruments.
+template <class R>
+class TracedRenderer final : public tilemesh::RendererOver<R>, public Instruments {
+    using Base = tilemesh::RendererOver<R>;
+    using Setup = typename R::Policies;
+    using Steps = typename R::Steps;
 
 public:
-    TracedRendererOf(tilemesh::scene::Map const& map, tilemesh::RendererOptions const& options) : Base(map, options)
+    TracedRenderer(tilemesh::scene::Map const& map, tilemesh::render::SetupFacts facts, tilemesh::RendererOptions const& options)
+        : Base(map, std::move(facts), options)
     {
         this->renderer().observe([this](tilemesh::SuperstepEvent const& event) { look(event); });
     }
@@ -110,7 +103,7 @@ private:
                 std::uint32_t owed = 0; // Bloom tries each superstep too
                 if (blooms && mark.is(splat::Mark::owes)) {
                     auto const& entry = std::as_const(mesh).template state<splat::Splats<Setup>>(tile)[slot];
-                    auto const reach = splat::reach(tilemesh::Here{tile, mesh.grid()}, frame, entry);
+                    auto const reach = splat::AccessOf<Setup>::reach(tilemesh::Here{tile, mesh.grid()}, frame, entry);
                     owed = reach.sides & splat::child_sides(reach.anchor, tile) & ~mark.bits;
                 }
                 for (Direction d : tilemesh::news) {
@@ -118,7 +111,7 @@ private:
                     if ((owed & splat::Mark::shared(d)) != 0) add(Seen::owed, d, true);
                 }
             }
-            if constexpr (holds) {
+            if constexpr (Setup::Saturation::may_hold) {
                 for (auto const& m : std::as_const(mesh).template state<splat::Waiting<Setup, 0>>(tile))
                     if (record_id(m) == followed_) add(Seen::waiting, Setup::Routing::first_leg[0], routes);
                 for (auto const& m : std::as_const(mesh).template state<splat::Waiting<Setup, 1>>(tile))

@@ -2,6 +2,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <tilemesh/render/setup_facts.hpp>
 #include <tilemesh/renderer.hpp>
 #include <tilemesh/scene/demand.hpp>
 #include <tilemesh/splat/fitted.hpp>
@@ -23,42 +24,33 @@ public:
     virtual Extent2 grid() = 0;                           ///< tiles; of the last frame, which there must be
     virtual Extent2 tile() = 0;                           ///< pixels; of the last frame
 
-    virtual std::uint32_t sh_degree() const = 0;          ///< of a record
+    virtual render::SetupFacts const& facts() const = 0;  ///< machine, sizes, ledger, bytes of a record
     virtual bool routes() const = 0;
     virtual bool blooms() const = 0;
-    virtual bool has_depth() const = 0;                   ///< planes beside the picture
-    virtual bool has_alpha() const = 0;
-    virtual std::uint32_t record_bytes() const = 0;
-    virtual std::uint32_t storage_slots() const = 0;
-    virtual std::uint32_t channel_slots() const = 0;      ///< of a channel that bloom or routing has; 0: none
-    virtual std::vector<Region> ledger() const = 0;
+
+    std::uint32_t sh_degree() const { return facts().sh_degree; } ///< of a record
+    bool has_depth() const { return facts().has_depth; }          ///< planes beside the picture
+    bool has_alpha() const { return facts().has_alpha; }
+    std::uint32_t record_bytes() const { return facts().record_bytes; }
+    std::uint32_t storage_slots() const { return facts().sizes.storage; }
+    /// Of a channel that bloom or routing has; 0: none.
+    std::uint32_t channel_slots() const { return blooms() ? facts().sizes.beam : routes() ? facts().sizes.road : 0; }
+    std::vector<Region> const& ledger() const { return facts().ledger; }
 };
 
-namespace detail {
-/// What renders setup S: on host threads by reference, on the engine that checks by value, so that it is the other's oracle.
-template <class S, template <class, class> class Engine>
-struct Renders {
-    using type = BasicRenderer<S, Engine>;
-};
-template <class S>
-struct Renders<S, Mesh> {
-    using type = BasicRenderer<std::conditional_t<has_dynamic_channel<S>(), S, splat::Referenced<S>>, Mesh>;
-};
-} // namespace detail
-
-/// AnyRenderer over one setup and engine; a program derives from it where it wants more of the renderer.
-template <class S, template <class, class> class Engine = Mesh>
-class RendererOf : public AnyRenderer {
+/// AnyRenderer over a renderer of one set of policies (render::FrameRenderer); a program derives from it where it wants more of the
+/// renderer.
+template <class R>
+class RendererOver : public AnyRenderer {
 public:
-    using Renderer = typename detail::Renders<S, Engine>::type;
+    using Renderer = R;
 
-    RendererOf(scene::Map const& map, RendererOptions const& options, typename Renderer::EngineOptions engine = {})
-        : renderer_(map, options, std::move(engine))
+    RendererOver(scene::Map const& map, render::SetupFacts facts, RendererOptions const& options, typename R::EngineOptions engine = {})
+        : renderer_(map, std::move(facts), options, std::move(engine))
     {
-        if (options.footprint) renderer_.model().footprint = *options.footprint;
     }
 
-    Renderer& renderer() noexcept { return renderer_; }
+    R& renderer() noexcept { return renderer_; }
 
     RenderedFrame render(splat::Camera const& camera) override
     {
@@ -81,28 +73,37 @@ public:
         return {grid.width, grid.height};
     }
     Extent2 tile() override { return {renderer_.tiling().tile_width, renderer_.tiling().tile_height}; }
-
-    std::uint32_t sh_degree() const override { return S::Record::sh_degree; }
-    bool routes() const override { return S::routes; }
-    bool blooms() const override { return S::blooms; }
-    bool has_depth() const override { return S::Pixel::has_depth; }
-    bool has_alpha() const override { return S::Pixel::has_alpha; }
-    std::uint32_t record_bytes() const override { return sizeof(typename S::Record); }
-    std::uint32_t storage_slots() const override { return S::storage_slots; }
-    std::uint32_t channel_slots() const override
-    {
-        if constexpr (S::blooms) return splat::Beam<S>::static_capacity;
-        else return S::routes ? splat::Road<S>::static_capacity : 0;
-    }
-    std::vector<Region> ledger() const override
-    {
-        auto const regions = Renderer::Layout::ledger();
-        return {regions.begin(), regions.end()};
-    }
+    render::SetupFacts const& facts() const override { return renderer_.facts(); }
+    bool routes() const override { return R::Policies::routes; }
+    bool blooms() const override { return R::Policies::blooms; }
 
 private:
-    Renderer renderer_;
+    R renderer_;
     scene::Demand demand_; ///< what it says of the views
+};
+
+namespace detail {
+/// What renders setup S: on host threads by reference, on other engines by value, so that they are the other's oracle.
+template <class S, template <class, class> class Engine>
+struct Renders {
+    using type = BasicRenderer<S, Engine>;
+};
+template <class S>
+struct Renders<S, Mesh> {
+    using type = BasicRenderer<splat::Referenced<S>, Mesh>;
+};
+} // namespace detail
+
+/// RendererOver for a setup.
+template <class S, template <class, class> class Engine = Mesh>
+class RendererOf : public RendererOver<typename detail::Renders<S, Engine>::type::Core> {
+    using Base = RendererOver<typename detail::Renders<S, Engine>::type::Core>;
+
+public:
+    RendererOf(scene::Map const& map, RendererOptions const& options, typename Base::Renderer::EngineOptions engine = {})
+        : Base(map, render::facts_of<S>(options), options, std::move(engine))
+    {
+    }
 };
 
 /// Does setup S do all that a scene demands?

@@ -1,12 +1,12 @@
 #!/bin/sh
-# usage: bench_paper.sh PROGRAM [DATA]
+# usage: bench_paper.sh PROGRAM [DATA]    (the environment variable TILEMESH_DATA wins)
 # Runs the paper's tables quickly on the built-in map, without data: every row of the CSV has its table, row, quantity and kind and the
 # ratio of its two figures, what must hold does, the arithmetic has known answers, and results do not depend on threads. With DATA, a
 # folder with the map of Sloth, the six counts of the churn table are the paper's. What is no option or no table is refused with one line.
 set -eu
 export LC_ALL=C
 program=$1
-data=${2:-}
+data=${TILEMESH_DATA:-${2:-}}
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 failed=0

@@ -11,6 +11,7 @@
 #include <tilemesh/machine/superstep.hpp>
 #include <tilemesh/machine/tile.hpp>
 #include <tilemesh/machine/types.hpp>
+#include <tilemesh/splat/access.hpp>
 #include <tilemesh/splat/blending.hpp>
 #include <tilemesh/splat/bloom.hpp>
 #include <tilemesh/splat/camera.hpp>
@@ -27,17 +28,17 @@
 #include <tilemesh/splat/logarithm.hpp>
 #include <tilemesh/splat/model.hpp>
 #include <tilemesh/splat/number.hpp>
+#include <tilemesh/splat/operations.hpp>
 #include <tilemesh/splat/policies.hpp>
+#include <tilemesh/splat/policy_set.hpp>
 #include <tilemesh/splat/project_all.hpp>
 #include <tilemesh/splat/projection.hpp>
 #include <tilemesh/splat/quality.hpp>
-#include <tilemesh/splat/referenced.hpp>
-#include <tilemesh/splat/referenced.hpp>
 #include <tilemesh/splat/regions.hpp>
 #include <tilemesh/splat/routing.hpp>
 #include <tilemesh/splat/setup.hpp>
+#include <tilemesh/splat/sizes.hpp>
 #include <tilemesh/splat/view.hpp>
-#include <tilemesh/splat/with_pixel.hpp>
 
 namespace {
 using namespace tilemesh;
@@ -53,7 +54,7 @@ struct Sram {
 
 template <class Setup>
 struct Source {
-    using Layout = Tile<typename Setup::Machine, splat::Frame<Setup>>;
+    using Layout = Tile<typename Setup::Machine, splat::Frame<Setup>, Setup>;
     Sram const& sram;
 
     template <class X>
@@ -61,15 +62,16 @@ struct Source {
     {
         auto* const words = sram.states + Layout::template offset<X>();
         if constexpr (detail::is_list<X>)
-            return {words, words + X::head_words, X::static_capacity};
+            return {words, words + X::head_words, capacity_of<X>(Setup::sizes)};
         else
             return {nullptr, words, 1};
     }
     template <class C>
     Place end(std::uint32_t number) const noexcept
     {
-        auto* const words = sram.links[detail::index_in<C>(typename Layout::Links{})] + number * C::Receiver::words(C::static_capacity);
-        return {words, words + C::Receiver::head_words, C::static_capacity};
+        constexpr auto slots = capacity_of<C>(Setup::sizes);
+        auto* const words = sram.links[detail::index_in<C>(typename Layout::Links{})] + number * C::Receiver::words(slots);
+        return {words, words + C::Receiver::head_words, slots};
     }
     template <class C>
     Place in(Direction d) const noexcept
@@ -102,7 +104,7 @@ struct Screen : splat::Lossless {
     using Copies = splat::ScreenCopies;
     using Addressing = splat::Recomputed;
     using Pixel = splat::Rgbx8Pixel;
-    static constexpr bool one_channel_memory = true;
+    static constexpr splat::Sizes sizes{2000, 200, 200, 200, 32 * 20, true, /*one_channel_memory*/ true};
 };
 using Shaded = splat::Fitted<splat::Lossless, 3>;
 using Still = splat::Fitted<splat::Lossless, 0, false>;
@@ -124,7 +126,6 @@ ALL_KERNELS(paper, splat::Paper)
 ALL_KERNELS(prototype, splat::Prototype)
 ALL_KERNELS(screen, Screen)
 ALL_KERNELS(planes, Planes)
-ALL_KERNELS(referenced, splat::Referenced<splat::Lossless>)
 ALL_KERNELS(shaded, Shaded)
 
 // What a still scene and one that stays within its tiles leave out.

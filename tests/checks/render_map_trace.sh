@@ -20,7 +20,7 @@ counter() { grep -oE "\"$2\": [0-9]+" "$1" | sed -n "$(($3 + 1))s/.*: //p"; }
 equal() { [ "$2" = "$3" ] || fail "$1: $2 is not $3"; }
 # has_trace FOLDER FRAMES: all that is promised, not empty, and nothing else but what is followed.
 has_trace() {
-    for file in report.html model.txt; do [ -s "$1/$file" ] || fail "$1/$file is missing"; done
+    for file in report.html model.txt frames.csv; do [ -s "$1/$file" ] || fail "$1/$file is missing"; done
     for frame in $2; do
         for end in tiles.csv supersteps.csv heat.csv trace.json; do [ -s "$1/frame_$frame.$end" ] || fail "$1/frame_$frame.$end is missing"; done
         for map in $maps; do [ -s "$1/frame_$frame.heat_$map.png" ] || fail "$1/frame_$frame.heat_$map.png is missing"; done
@@ -28,7 +28,7 @@ has_trace() {
         is_json "$1/frame_$frame.trace.json"
     done
     # shellcheck disable=SC2086
-    equal "files in $1" "$(find "$1" -type f | grep -vc follow_)" $((2 + 12 * $(echo $2 | wc -w)))
+    equal "files in $1" "$(find "$1" -type f | grep -vc follow_)" $((3 + 12 * $(echo $2 | wc -w)))
     has_whole_pictures "$1"
     has_no_parts "$1"
     # No script, nothing that is fetched: the only address is that of data in the page.
@@ -70,11 +70,14 @@ same plain/frame_0001.pfm pictures/frame_0001.pfm
 has_trace trace "0000 0001"
 agrees trace 0000 report.json 0
 agrees trace 0001 report.json 1
+for column in pairs messages copies; do
+    equal "$column of frames.csv" "$(sum trace/frames.csv $column)" $(($(counter report.json $column 0) + $(counter report.json $column 1)))
+done
 equal "records of both frames" "$(sum trace/frame_0000.heat.csv load)" \
     $(($(counter report.json visible 0) + $(counter report.json parked 0) + $(counter report.json copies 0)))
 for heading in "<h1>Map built_in on " "<h2>Frames</h2>" "<h2>Frame 0: built_in orbit" "<h2>Frame 1: built_in orbit" \
     "<h3>Maps of the grid</h3>" "Where the cycles go, by step" "Supersteps over time" "<h2>The life of Gaussian 17</h2>" \
-    "<h2>Ledger of a tile" "<h2>Cost model mk2</h2>"; do
+    "<h2>Ledger of a tile" "<h2>Cost model mk2</h2>" "<h2>What the counters mean</h2>"; do
     has trace/report.html "$heading"
 done
 

@@ -23,13 +23,20 @@ includes=$(grep -HE '^ *# *include' $all ../../examples/heat/heat.hpp ../../exam
 ours() { printf '%s\n' "$includes" | grep -E "^$1[^:]*: <tilemesh/" | grep -vE ": <tilemesh/($2)" || true; }
 
 # Layers: an arrow points to what may be included.
+plain_reports='report/(heat_image|html|image|image_file|number_text|plot|stacked_bars|table|whole_file)\.hpp'
 refuse "config.hpp includes nothing of ours" "$(ours 'config\.hpp' 'nothing')"
 refuse "machine/ includes machine/ and config.hpp" "$(ours machine/ 'machine/|config\.hpp')"
 refuse "splat/ includes splat/, machine/ and config.hpp" "$(ours splat/ 'splat/|machine/|config\.hpp')"
-refuse "error.hpp includes nothing of ours" "$(ours 'error\.hpp' 'nothing')"
+for file in error joined_threads; do refuse "$file.hpp includes nothing of ours" "$(ours "$file\.hpp" 'nothing')"; done
+refuse "number_text.hpp includes config.hpp" "$(ours 'number_text\.hpp' 'config\.hpp')"
 refuse "engine/ includes engine/, machine/, config.hpp and error.hpp" "$(ours engine/ 'engine/|machine/|config\.hpp|error\.hpp')"
-refuse "scene/ includes scene/, splat/ and below, and error.hpp" "$(ours scene/ 'scene/|splat/|machine/|config\.hpp|error\.hpp')"
-refuse "report/ includes report/, splat/ and below, and error.hpp" "$(ours report/ 'report/|splat/|machine/|config\.hpp|error\.hpp')"
+refuse "model/ includes model/, engine/ and below, error.hpp, and of report/ what knows no splatting" \
+    "$(ours model/ "model/|engine/|machine/|config\\.hpp|error\\.hpp|$plain_reports")"
+refuse "tables, plots and pages know no splatting" "$(ours "$plain_reports" "$plain_reports|error\\.hpp|config\\.hpp")"
+refuse "scene/ includes scene/, splat/ and below, error.hpp and number_text.hpp" \
+    "$(ours scene/ 'scene/|splat/|machine/|config\.hpp|error\.hpp|number_text\.hpp')"
+refuse "report/ includes report/, splat/ and below, error.hpp and joined_threads.hpp" \
+    "$(ours report/ 'report/|splat/|machine/|config\.hpp|error\.hpp|joined_threads\.hpp')"
 refuse "codelets include machine/, config.hpp and codelets" "$(ours "$codelet_code" "$codelet_code|machine/|config\.hpp")"
 refuse "poplar/ includes poplar/, engine/, machine/, config.hpp and error.hpp" \
     "$(ours poplar/ 'poplar/|engine/|machine/|config\.hpp|error\.hpp')"
@@ -48,7 +55,7 @@ refuse "$json are for users" "$(printf '%s\n' "$includes" | grep -E "<tilemesh/(
 # shellcheck disable=SC2086
 refuse "no #pragma once" "$(grep -L '^#pragma once' $all || true)"
 umbrella=$(sed -nE 's/^#include <tilemesh\/(.*)>$/\1/p' tilemesh.hpp)
-refuse "missing in tilemesh.hpp" "$(printf '%s\n' $all | grep -E '^(machine|report|scene)/[a-z_]+\.hpp$' |
+refuse "missing in tilemesh.hpp" "$(printf '%s\n' $all | grep -E '^(machine|model|report|scene)/[a-z_]+\.hpp$' |
     grep -vxE "$json" | grep -vxF "$umbrella" || true)"
 
 # Kernel code: what it includes.

@@ -1,3 +1,4 @@
+// test: unoptimised test asan tsan
 // What the checked engine catches: kernels that break the rules, each in one way. None of them runs on Mesh.
 //
 // Not detectable, and so not here: workers of one tile that write the same word with the same value in any order.
@@ -12,7 +13,7 @@ namespace {
 struct Four : Buffer<std::uint32_t, 4> {
     using Buffer::Buffer;
 };
-struct UpToFour : Buffer<std::uint32_t, 4, Limited> {
+struct UpToFour : Buffer<std::uint32_t, 4> {
     using Buffer::Buffer;
 };
 struct Big { // too large to lie beside the heads

@@ -1,3 +1,4 @@
+// test: unoptimised asan
 #include "everywhere.hpp"
 #include "programs.hpp"
 

@@ -133,13 +133,13 @@ inline constexpr std::uint32_t thread_counts[] = {1, 2, 3, 8};
 /// Loads and runs a program on CheckedMesh and on Mesh with 1, 2, 3 and 8 threads. All live words and counters must agree after
 /// every run, and the digest after every superstep; the checked mesh is returned. `load` takes either engine.
 template <class Program, class Machine = Mk2, class Load>
-Played<Program, Machine> everywhere(Grid grid, Load const& load, int runs = 1, Program program = {})
+Played<Program, Machine> everywhere(Grid grid, Load const& load, int runs, Program program, MeshSizes<Program> const& sizes)
 {
     Played<Program, Machine> played;
     std::vector<WordList> words;
     typename CheckedMesh<Program, Machine>::Options checked;
     checked.digest = true;
-    played.mesh = std::make_unique<CheckedMesh<Program, Machine>>(grid, checked, program);
+    played.mesh = std::make_unique<CheckedMesh<Program, Machine>>(grid, checked, program, sizes);
     load(*played.mesh);
     for (int r = 0; r < runs; ++r) {
         played.runs.push_back(played.mesh->run());
@@ -151,7 +151,7 @@ Played<Program, Machine> everywhere(Grid grid, Load const& load, int runs = 1, P
         typename Mesh<Program, Machine>::Options options;
         options.threads = threads;
         options.digest = true;
-        Mesh<Program, Machine> mesh{grid, options, program};
+        Mesh<Program, Machine> mesh{grid, options, program, sizes};
         load(mesh);
         for (std::size_t r = 0; r < played.runs.size(); ++r) {
             CAPTURE(r);
@@ -160,7 +160,7 @@ Played<Program, Machine> everywhere(Grid grid, Load const& load, int runs = 1, P
         }
         // Digests and observers add barriers: once more as users run it.
         options.digest = false;
-        Mesh<Program, Machine> plain{grid, options, program};
+        Mesh<Program, Machine> plain{grid, options, program, sizes};
         load(plain);
         for (std::size_t r = 0; r < played.runs.size(); ++r) {
             CAPTURE(r);
@@ -174,22 +174,34 @@ Played<Program, Machine> everywhere(Grid grid, Load const& load, int runs = 1, P
     return played;
 }
 
+/// The same with the slots that the program's types name.
+template <class Program, class Machine = Mk2, class Load>
+Played<Program, Machine> everywhere(Grid grid, Load const& load, int runs = 1, Program program = {})
+{
+    return everywhere<Program, Machine>(grid, load, runs, program, mesh_sizes<Program, Machine>());
+}
+
 /// Calls f(mesh) with a fresh mesh of each engine and number of threads.
 template <class Program, class Machine = Mk2, class F>
-void on_each(Grid grid, F const& f, Program program = {})
+void on_each(Grid grid, F const& f, Program program, MeshSizes<Program> const& sizes)
 {
     {
         CAPTURE("checked");
-        CheckedMesh<Program, Machine> mesh{grid, {}, program};
+        CheckedMesh<Program, Machine> mesh{grid, {}, program, sizes};
         f(mesh);
     }
     for (auto threads : thread_counts) {
         CAPTURE(threads);
         typename Mesh<Program, Machine>::Options options;
         options.threads = threads;
-        Mesh<Program, Machine> mesh{grid, options, program};
+        Mesh<Program, Machine> mesh{grid, options, program, sizes};
         f(mesh);
     }
+}
+template <class Program, class Machine = Mk2, class F>
+void on_each(Grid grid, F const& f, Program program = {})
+{
+    on_each<Program, Machine>(grid, f, program, mesh_sizes<Program, Machine>());
 }
 
 /// The text of the Error that f throws; empty when it throws none.

@@ -1,3 +1,4 @@
+// test: unoptimised test asan tsan
 #include "everywhere.hpp"
 #include "programs.hpp"
 
@@ -5,15 +6,14 @@ using namespace engine_test;
 
 namespace {
 
-struct Stock : Buffer<std::uint32_t, 8, Limited> {
+struct Stock : Buffer<std::uint32_t, 8> {
     using Buffer::Buffer;
 };
 struct Shelf : Buffer<std::uint32_t, 8> {
     using Buffer::Buffer;
 };
-struct Pipe : Channel<std::uint32_t> {}; // dynamic
-struct Belt : Channel<std::uint32_t, 8, Limited> {};
-struct Rail : Channel<std::uint32_t, 8> {}; // fixed
+struct Pipe : Channel<std::uint32_t> {}; // its slots come by limit
+struct Belt : Channel<std::uint32_t, 8> {};
 
 /// Fills everything it has, and counts; reads what came.
 template <class C>
@@ -65,21 +65,17 @@ TEST_CASE("a dynamic channel needs limit<> before run, and then holds what it wa
     });
 }
 
-TEST_CASE("dynamic, Limited and Fixed channels of one size give the same words and counters")
+TEST_CASE("a channel whose type names its slots and one that gets them by limit give the same words and counters")
 {
-    auto const fixed = everywhere<Drained<Rail>>({3, 2}, [](auto&) {});
-    auto const limited = everywhere<Drained<Belt>>({3, 2}, [](auto&) {});
-    auto const dynamic = everywhere<Drained<Pipe>>({3, 2}, [](auto& mesh) { mesh.template limit<Pipe>(8); });
-    for (auto const* other : {&limited.last(), &dynamic.last()})
-        for (std::size_t s = 0; s < 2; ++s) {
-            CHECK(fixed.step(s).messages == other->steps[s].messages);
-            CHECK(fixed.step(s).capacity_bytes == other->steps[s].capacity_bytes);
-            CHECK(fixed.step(s).tile_runs == other->steps[s].tile_runs);
-        }
-    CHECK(fixed.last().digests == limited.last().digests);
-    CHECK(fixed.last().digests == dynamic.last().digests);
-    CHECK(words_of(*fixed.mesh) == words_of(*limited.mesh));
-    CHECK(words_of(*fixed.mesh) == words_of(*dynamic.mesh));
+    auto const belt = everywhere<Drained<Belt>>({3, 2}, [](auto&) {});
+    auto const pipe = everywhere<Drained<Pipe>>({3, 2}, [](auto& mesh) { mesh.template limit<Pipe>(8); });
+    for (std::size_t s = 0; s < 2; ++s) {
+        CHECK(belt.step(s).messages == pipe.step(s).messages);
+        CHECK(belt.step(s).capacity_bytes == pipe.step(s).capacity_bytes);
+        CHECK(belt.step(s).tile_runs == pipe.step(s).tile_runs);
+    }
+    CHECK(belt.last().digests == pipe.last().digests);
+    CHECK(words_of(*belt.mesh) == words_of(*pipe.mesh));
 }
 
 TEST_CASE("the SRAM budget of a dynamic channel is checked when it is sized: exactly full fits, one slot over does not")
@@ -87,7 +83,7 @@ TEST_CASE("the SRAM budget of a dynamic channel is checked when it is sized: exa
     // Two lists of 2 + 8 words, heads of 8 ends, 32 bytes a slot.
     constexpr std::uint32_t base = 2 * 40 + 64, slots = 7;
     using Exact = TestMachine<base + 32 * slots>;
-    static_assert(CheckedMesh<Drained<Pipe>, Exact>::Layout::bytes == base);
+    static_assert(Tile<Exact, Drained<Pipe>>::bytes == base);
     on_each<Drained<Pipe>, Exact>({2, 2}, [&](auto& mesh) {
         CHECK(mesh.sram_bytes() == base);
         mesh.template limit<Pipe>(slots);
@@ -103,13 +99,14 @@ TEST_CASE("the SRAM budget of a dynamic channel is checked when it is sized: exa
     });
 }
 
-TEST_CASE("Limited: 1, N - 1 and N are obeyed by the kernels; N + 1 is refused")
+TEST_CASE("a limit of 1, N - 1 and N is obeyed by the kernels; N + 1 is refused")
 {
     for (std::uint32_t limit : {1u, 7u, 8u}) {
         CAPTURE(limit);
         auto const p = everywhere<Loaded<Belt>>({3, 2}, [&](auto& mesh) {
             mesh.template limit<Belt>(limit);
             mesh.template limit<Stock>(limit);
+            mesh.template limit<Shelf>(limit - 1);
         });
         CHECK(p.last().messages() == 6 * 4 * limit);
         CHECK(p.step(0).capacity_bytes == 16 * 6 * (2 + limit));
@@ -117,7 +114,7 @@ TEST_CASE("Limited: 1, N - 1 and N are obeyed by the kernels; N + 1 is refused")
         CHECK(p.mesh->state<Stock>(TileId::at(1, 1)).capacity() == limit);
         CHECK(p.last().peaks[0].capacity == limit);
         CHECK(p.last().peaks[0].items == limit);
-        CHECK(p.mesh->sram_bytes() == CheckedMesh<Loaded<Belt>>::Layout::bytes); // a limit frees no SRAM
+        CHECK(p.mesh->sram_bytes() == Tile<Mk2, Loaded<Belt>>::bytes); // a limit frees no SRAM
     }
     on_each<Loaded<Belt>>({3, 2}, [](auto& mesh) {
         auto const channel = error_of([&] { mesh.template limit<Belt>(9); });
@@ -144,16 +141,18 @@ TEST_CASE("a buffer limited to 0 takes nothing; a channel limited to 0 is refuse
     });
 }
 
-TEST_CASE("a Fixed capacity is in the kernels: a limit would not reach them, and is refused")
+TEST_CASE("a limit may change between runs, up to the slots that the mesh was built with and no further")
 {
-    on_each<Loaded<Rail>>({3, 2}, [](auto& mesh) {
-        for (std::uint32_t limit : {0u, 7u, 9u}) {
+    on_each<Drained<Belt>>({3, 2}, [](auto& mesh) {
+        for (std::uint32_t limit : {7u, 1u, 8u}) { // down, and up again
             CAPTURE(limit);
-            CHECK(has(error_of([&] { mesh.template limit<Rail>(limit); }), "for Rail (its capacity of 8 is Fixed"));
-            CHECK(has(error_of([&] { mesh.template limit<Shelf>(limit); }), "for Shelf (its capacity of 8 is Fixed"));
+            mesh.template limit<Belt>(limit);
+            mesh.template limit<Stock>(limit);
+            auto const run = mesh.run();
+            CHECK(run.messages() == 6 * 4 * limit);
+            CHECK(run.peaks[0].items == limit);
         }
-        mesh.template limit<Rail>(8); // what it is
-        CHECK(mesh.run().messages() == 6 * 4 * 8);
+        CHECK(has(error_of([&] { mesh.template limit<Belt>(9); }), "a limit of 9 items for Belt (the program's layout has 8"));
     });
 }
 

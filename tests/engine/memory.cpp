@@ -58,12 +58,12 @@ constexpr Grid grid{400, 250};
 
 /// Resident bytes a tile that `make` and one run with nothing on the mesh add; negative where it cannot be measured.
 template <class M, class Prepare>
-double bytes_a_tile(std::uint32_t threads, Prepare const& prepare)
+double bytes_a_tile(std::uint32_t threads, typename M::Sizes const& sizes, Prepare const& prepare)
 {
     auto const before = resident_bytes();
     if (sanitized || before == 0) return -1;
     try {
-        M mesh{grid, {.threads = threads}};
+        M mesh{grid, {.threads = threads}, {}, sizes};
         prepare(mesh);
         for (int i = 0; i < 2; ++i) {
             auto const run = mesh.run();
@@ -84,7 +84,7 @@ TEST_CASE("an idle tile of a small program costs at most 256 bytes")
     CHECK(Tile<Field::Machine, Program>::bytes > 200'000); // that is what it may hold
     for (std::uint32_t threads : {1u, 2u}) {
         CAPTURE(threads);
-        auto const bytes = bytes_a_tile<Mesh<Program, Field::Machine>>(threads, [](auto&) {});
+        auto const bytes = bytes_a_tile<Mesh<Program, Field::Machine>>(threads, mesh_sizes<Program, Field::Machine>(), [](auto&) {});
         if (bytes < 0) {
             MESSAGE("not measured: no /proc/self/statm, too little address space, or a sanitizer");
             return;
@@ -98,8 +98,8 @@ TEST_CASE("an idle tile of a small program costs at most 256 bytes")
 TEST_CASE("an idle tile of the splat frame costs at most 256 bytes")
 {
     using Program = splat::Frame<Field>;
-    CHECK(Tile<Field::Machine, Program>::bytes > 500'000);
-    auto const bytes = bytes_a_tile<Mesh<Program, Field::Machine>>(1, [](auto& mesh) {
+    CHECK(Tile<Field::Machine, Program, Field>::bytes > 500'000);
+    auto const bytes = bytes_a_tile<Mesh<Program, Field::Machine>>(1, mesh_sizes<Program, Field::Machine, Field>(), [](auto& mesh) {
         // A camera that shows nothing: no tile has pixels.
         splat::Camera camera{};
         camera.fx = camera.fy = 1000;

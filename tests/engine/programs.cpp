@@ -1,3 +1,4 @@
+// test: unoptimised test asan tsan
 #include "programs.hpp"
 #include "everywhere.hpp"
 #include <algorithm>

@@ -1,3 +1,4 @@
+// test: unoptimised test asan tsan
 #include "everywhere.hpp"
 #include "programs.hpp"
 #include <algorithm>

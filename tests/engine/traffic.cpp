@@ -1,3 +1,4 @@
+// test: unoptimised test asan tsan
 // The program of bench/mesh: nothing is lost at any capacity, and everybody goes the shortest way.
 #include "../../bench/mesh/traffic.hpp"
 #include "everywhere.hpp"

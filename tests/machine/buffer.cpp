@@ -52,15 +52,12 @@ std::vector<std::uint32_t> contents(List const& list)
 using Values = std::vector<std::uint32_t>;
 
 using Four = Buffer<std::uint32_t, 4>;
-using AtMostFour = Buffer<std::uint32_t, 4, Limited>;
 using Sized = Buffer<std::uint32_t>;
 
-// A view is two pointers where the capacity is a constant, and one word more where it is not.
-static_assert(sizeof(Four) == 2 * sizeof(void*));
-static_assert(sizeof(AtMostFour) == 3 * sizeof(void*) && sizeof(Sized) == 3 * sizeof(void*));
-static_assert(std::is_trivially_copyable_v<Four> && std::is_trivially_copyable_v<AtMostFour>);
-static_assert(Four::static_capacity == 4 && AtMostFour::static_capacity == 4 && Sized::static_capacity == dynamic_capacity);
-static_assert(!Four::has_limit && AtMostFour::has_limit && Sized::has_limit);
+// A view is two pointers and a capacity, whether a type or a value gives the slots.
+static_assert(sizeof(Four) == 3 * sizeof(void*) && sizeof(Sized) == 3 * sizeof(void*));
+static_assert(std::is_trivially_copyable_v<Four> && std::is_trivially_copyable_v<Sized>);
+static_assert(Four::static_capacity == 4 && Sized::static_capacity == dynamic_capacity);
 static_assert(Four::head_words == 2 && Four::item_words == 1 && Buffer<Parcel, 7>::item_words == 5);
 static_assert(Four::words(0) == 2 && Four::words(1) == 3 && Four::words(4) == 6);
 static_assert(Buffer<Parcel, 7>::words(7) == 2 + 35 && Buffer<Parcel, 7>::words(0) == 2);
@@ -94,7 +91,7 @@ TEST_CASE("a buffer fills to its capacity, 0, 1, n - 1, n, and refuses item n + 
 TEST_CASE("a buffer of capacity 0 and of capacity 1")
 {
     Words<1> words;
-    Buffer<std::uint32_t, 0> none{words.place()};
+    Buffer<std::uint32_t, 0> none{words.place(0)};
     CHECK(none.room() == 0);
     CHECK_FALSE(none.try_push(1));
     CHECK(none.empty());
@@ -221,37 +218,28 @@ TEST_CASE("resize: to 0, n - 1 and n; beyond the capacity it is refused and the 
     CHECK(words.intact());
 }
 
-TEST_CASE("a Fixed capacity is the type's, whatever the place says; Limited and dynamic capacities are the place's")
+TEST_CASE_TEMPLATE("one rule of capacity: a list has the slots of its place, 0, 1, n - 1, n, n + 1, whatever its type names", List, Four, Sized)
 {
-    Words<8> words;
-    CHECK(Four{words.place(2)}.capacity() == 4);
-    CHECK(Four{words.place(8)}.capacity() == 4);
-    for (std::uint32_t limit : {0u, 1u, 3u, 4u}) {
-        Words<8> own;
-        AtMostFour b{own.place(limit)};
-        CHECK(b.capacity() == limit);
-        CHECK(b.room() == limit);
+    for (std::uint32_t slots : {0u, 1u, 3u, 4u, 5u}) {
+        CAPTURE(slots);
+        Words<8> words;
+        List b{words.place(slots)};
+        CHECK(b.capacity() == slots);
+        CHECK(b.room() == slots);
         std::uint32_t taken = 0;
         while (b.try_push(taken)) ++taken;
-        CHECK(taken == limit);
-        CHECK(b.size() == limit);
-        CHECK(own.items[1 + limit] == canary);
-    }
-    for (std::uint32_t capacity : {0u, 1u, 7u, 8u}) {
-        Words<8> own;
-        Sized b{own.place(capacity)};
-        CHECK(b.capacity() == capacity);
-        std::uint32_t taken = 0;
-        while (b.try_push(taken)) ++taken;
-        CHECK(taken == capacity);
-        CHECK(own.intact());
+        CHECK(taken == slots);
+        CHECK(b.size() == slots);
+        CHECK(b.room() == 0);
+        CHECK(words.items[1 + slots] == canary);
+        CHECK(words.intact());
     }
 }
 
-TEST_CASE("push into a Limited buffer is refused at the limit, not at N")
+TEST_CASE_TEMPLATE("push and resize are refused at the slots of the place", List, Four, Sized)
 {
     Words<4> words;
-    AtMostFour b{words.place(2)};
+    List b{words.place(2)};
     b.push(1);
     b.push(2);
     auto const before = broken_contracts();
@@ -264,12 +252,12 @@ TEST_CASE("push into a Limited buffer is refused at the limit, not at N")
     CHECK(words.items[3] == canary);
 }
 
-TEST_CASE("a limit below what is held leaves no room and refuses, instead of wrapping around")
+TEST_CASE_TEMPLATE("fewer slots than what is held leaves no room and refuses, instead of wrapping around", List, Four, Sized)
 {
     Words<4> words;
-    AtMostFour wide{words.place(4)};
+    List wide{words.place(4)};
     for (std::uint32_t v : {1u, 2u, 3u}) wide.push(v);
-    AtMostFour narrow{words.place(2)};
+    List narrow{words.place(2)};
     CHECK(narrow.room() == 0);
     CHECK_FALSE(narrow.try_push(4));
     CHECK(contents(narrow) == Values{1, 2, 3});

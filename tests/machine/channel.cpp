@@ -17,15 +17,14 @@ struct Letter {
     float text;
 };
 struct Post : Channel<Letter, 3> {};
-struct Wire : Channel<std::uint32_t, 4, Limited> {};
+struct Wire : Channel<std::uint32_t, 4> {};
 struct Pipe : Channel<std::uint32_t> {};
 
 static_assert(Post::static_capacity == 3 && Pipe::static_capacity == dynamic_capacity);
 static_assert(Post::Receiver::words(3) == 2 + 9 && Wire::Sender::words(4) == 6);
-static_assert(sizeof(Post::Sender) == 2 * sizeof(void*) && sizeof(Post::Receiver) == 2 * sizeof(void*));
+static_assert(sizeof(Post::Sender) == 3 * sizeof(void*) && sizeof(Post::Receiver) == 3 * sizeof(void*));
 static_assert(sizeof(Wire::Sender) == 3 * sizeof(void*) && sizeof(Pipe::Receiver) == 3 * sizeof(void*));
 static_assert(sizeof(In<Post>) == 4 * sizeof(Post::Receiver) && sizeof(Out<Post>) == 4 * sizeof(Post::Sender));
-static_assert(!Post::Receiver::has_limit && Wire::Sender::has_limit && Pipe::Sender::has_limit);
 static_assert(std::is_same_v<Post::value_type, Letter>);
 
 /// Whether an end can be written: the reading end cannot.
@@ -140,12 +139,12 @@ TEST_CASE("the note travels beside the messages: 0 when unwritten, alone or with
     CHECK(in[Direction::north].note() == 0);
 }
 
-TEST_CASE("Limited and dynamic channels hold what the machine gave them: 0, 1, n - 1, n")
+TEST_CASE("channels with and without a number hold what the machine gave them: 0, 1, n - 1, n, n + 1")
 {
-    for (std::uint32_t limit : {0u, 1u, 3u, 4u}) {
-        Ends<Wire, 4> wires;
+    for (std::uint32_t limit : {0u, 1u, 3u, 4u, 5u}) {
+        Ends<Wire, 5> wires;
         auto wire = wires.out(limit);
-        Ends<Pipe, 4> pipes;
+        Ends<Pipe, 5> pipes;
         auto pipe = pipes.out(limit);
         std::uint32_t in_wire = 0, in_pipe = 0;
         while (wire[Direction::north].try_push(in_wire)) ++in_wire;
@@ -156,6 +155,4 @@ TEST_CASE("Limited and dynamic channels hold what the machine gave them: 0, 1, n
         CHECK(wire[Direction::north].capacity() == limit);
         CHECK(pipe[Direction::north].capacity() == limit);
     }
-    Ends<Post, 3> fixed; // Fixed ignores it
-    CHECK(fixed.out(1)[Direction::north].capacity() == 3);
 }

@@ -11,7 +11,7 @@ using namespace tilemesh::splat;
 namespace {
 
 template <class S>
-using FrameTile = Tile<typename S::Machine, Frame<S>>;
+using FrameTile = Tile<typename S::Machine, Frame<S>, S>;
 
 template <class S>
 std::map<std::string, Region> rows()
@@ -54,15 +54,13 @@ struct LargeMk2 : Mk2 {
 struct Wishes : Lossless {
     static constexpr char const* name = "wishes";
     using Machine = LargeMk2;
-    static constexpr std::uint32_t storage_slots = 3200;
-    static constexpr std::uint32_t road_bytes = 400 * sizeof(Addressed);
-    static constexpr std::uint32_t beam_bytes = 400 * sizeof(Gaussian);
-    static constexpr std::uint32_t waiting_bytes = 800 * sizeof(Addressed);
+    static constexpr Sizes sizes{.storage = 3200, .road = 400, .beam = 400, .waiting = 800, .tile_pixels = 32 * 20};
 };
 /// The same with one set of channels, as in the sum of 757 KB (which counts 40 bytes a slot for the screen cache).
 struct FewerWishes : Wishes {
     static constexpr char const* name = "fewer wishes";
-    static constexpr bool one_channel_memory = true;
+    static constexpr Sizes sizes{
+        .storage = 3200, .road = 400, .beam = 400, .waiting = 800, .tile_pixels = 32 * 20, .one_channel_memory = true};
 };
 
 } // namespace
@@ -108,15 +106,15 @@ TEST_CASE("our ledger: every region counts, and all of it fits")
 {
     auto const ledger = rows<Lossless>();
     for (auto const& row : ledger) CHECK_MESSAGE(row.second.budgeted, row.first);
-    CHECK(ledger.at("storage").bytes == Lossless::storage_slots * 60 + 8);
-    CHECK(ledger.at("marks").bytes == Lossless::storage_slots * sizeof(Mark) + 8);
-    CHECK(ledger.at("projected records").bytes == Lossless::storage_slots * sizeof(Splat) + 8);
-    CHECK(ledger.at("sort keys").bytes == Lossless::storage_slots * sizeof(SortKey) + 8);
+    CHECK(ledger.at("storage").bytes == Lossless::sizes.storage * 60 + 8);
+    CHECK(ledger.at("marks").bytes == Lossless::sizes.storage * sizeof(Mark) + 8);
+    CHECK(ledger.at("projected records").bytes == Lossless::sizes.storage * sizeof(Splat) + 8);
+    CHECK(ledger.at("sort keys").bytes == Lossless::sizes.storage * sizeof(SortKey) + 8);
     CHECK(ledger.at("framebuffer").bytes == 640 * 12 + 8); // float pixels
-    CHECK(ledger.at("road").bytes == 8 * (Lossless::road_bytes + 8));
-    CHECK(ledger.at("beam").bytes == 8 * (Lossless::beam_bytes + 8));
-    CHECK(ledger.at("waiting (side 0)").bytes == Lossless::waiting_bytes + 8);
-    CHECK(ledger.at("waiting (side 1)").bytes == Lossless::waiting_bytes + 8);
+    CHECK(ledger.at("road").bytes == 8 * (Lossless::sizes.road * sizeof(Addressed) + 8));
+    CHECK(ledger.at("beam").bytes == 8 * (Lossless::sizes.beam * sizeof(Gaussian) + 8));
+    CHECK(ledger.at("waiting (side 0)").bytes == Lossless::sizes.waiting * sizeof(Addressed) + 8);
+    CHECK(ledger.at("waiting (side 1)").bytes == Lossless::sizes.waiting * sizeof(Addressed) + 8);
     CHECK(ledger.at("code and stacks").bytes == 130 * 1024);
     CHECK(FrameTile<Lossless>::bytes == budgeted_sum<Lossless>());
     CHECK(FrameTile<Lossless>::bytes <= 638'976);

@@ -56,7 +56,7 @@ struct List : Buffer<std::uint32_t, 10> {
     using Buffer::Buffer;
     static constexpr char const* name = "a list of ten";
 };
-struct Wide : Buffer<Small, 5, Limited> {
+struct Wide : Buffer<Small, 5> {
     using Buffer::Buffer;
 };
 struct Extra : Buffer<std::uint32_t, 100> {
@@ -108,7 +108,7 @@ static_assert(TalkTile<Beam<3, 6>, Road<6>>::bytes == 352, "whoever is named fir
 
 struct Free : Channel<std::uint32_t> {};
 static_assert(TalkTile<Free>::bytes == 64, "a dynamic channel counts as its heads; the engine counts the rest");
-static_assert(TalkTile<Free>::channel_bytes<Free>(10) == 32 * 12);
+static_assert(SramLedger<Superstep<Talk<Free>>>::channel_bytes<Free>(10) == 32 * 12);
 
 // The budget's edge. One word more than the last that fits is a compile-time error, tested in tests/checks.
 template <std::uint32_t N>
@@ -126,6 +126,44 @@ static_assert(Loaded<exact, 10>::bytes == exact, "exactly full fits");
 static_assert(Loaded<exact, 9>::bytes == exact - 4);
 static_assert(Loaded<exact + 4, 11>::bytes == exact + 4, "one word over needs one word more");
 static_assert(Loaded<exact, 0>::bytes == exact - 40);
+
+// Slots that are a value: members of the sizes of a setup, or what comes at run time. Flags among the sizes say whether bytes count.
+struct Slots {
+    std::uint32_t pile = 0, road = 0, beam = 0;
+    bool counted = true, shared = false;
+};
+struct Pile : Buffer<Small> {
+    using Buffer::Buffer;
+    static constexpr auto slots = &Slots::pile;
+    static constexpr auto budgeted_if = &Slots::counted;
+};
+struct Way : Channel<std::uint32_t> {
+    static constexpr auto slots = &Slots::road;
+};
+struct Ray : Channel<Small> {
+    using memory_of = Way;
+    static constexpr auto slots = &Slots::beam;
+    static constexpr auto memory_shared = &Slots::shared;
+};
+struct Carry {
+    void operator()(Pile&, In<Way>, Out<Way>, In<Ray>, Out<Ray>) const noexcept {}
+};
+using Carrying = Superstep<Carry>;
+using Ledger = SramLedger<Carrying>;
+template <std::uint32_t Sram, std::uint32_t N, bool Counted = true, bool Shared = false>
+struct CarryingSetup {
+    using Machine = TestMachine<Sram>;
+    static constexpr Slots sizes{N, 6, 3, Counted, Shared};
+    using Layout = Tile<Machine, Carrying, CarryingSetup>;
+};
+constexpr std::uint32_t ways = 8 * (8 + 6 * 4), rays = 8 * (8 + 3 * 12); // 256 and 352 bytes
+static_assert(CarryingSetup<2000, 10>::Layout::bytes == ways + rays + 4 * (2 + 30));
+static_assert(CarryingSetup<2000, 10, false>::Layout::bytes == ways + rays, "bytes that the flag takes out of the budget");
+static_assert(CarryingSetup<2000, 10, true, true>::Layout::bytes == rays + 4 * (2 + 30), "the larger of the two");
+static_assert(CarryingSetup<2000, 10, false, true>::Layout::words<Pile>() == 32, "still stored");
+static_assert(CarryingSetup<ways + rays + 128, 10>::Layout::bytes == ways + rays + 128, "exactly full fits");
+static_assert(!fits<TestMachine<ways + rays + 127>, Carrying, CarryingSetup<2000, 10>> && fits<TestMachine<ways + rays + 128>, Carrying, CarryingSetup<2000, 10>>);
+static_assert(CarryingSetup<2000, 10>::Layout::machine.sram_bytes == 2000);
 
 // A program that keeps nothing.
 struct Idle {
@@ -199,4 +237,45 @@ TEST_CASE("shared channel memory is one row's bytes, and rows add up to the tota
     CHECK(beyond[0].bytes == 256);
     CHECK(beyond[1].bytes == 96);
     CHECK(budgeted_sum(beyond) == TalkTile<Road<6>, Beam<3, 6>>::bytes);
+}
+
+TEST_CASE("the ledger of sizes that come at run time is that of the same constants, with both flags at both values")
+{
+    auto const machine = size_of_machine<tile_test::Mine>();
+    CHECK(std::string(machine.name) == "mine");
+    for (std::uint32_t pile : {0u, 1u, 9u, 10u, 11u})
+        for (bool counted : {false, true})
+            for (bool shared : {false, true}) {
+                CAPTURE(pile);
+                CAPTURE(counted);
+                CAPTURE(shared);
+                Slots const sizes{pile, 6, 3, counted, shared};
+                auto const lines = Ledger::lines(machine, sizes);
+                REQUIRE(lines.size() == 4);
+                CHECK(text(lines[0].name) == "Way");
+                CHECK(lines[0].bytes == ways);
+                CHECK(lines[1].bytes == (shared ? rays - ways : rays));
+                CHECK(lines[2].bytes == 8 + 12 * pile);
+                CHECK(lines[2].budgeted == counted);
+                CHECK(lines[3].bytes == 100);
+                CHECK(budgeted_sum(lines) == Ledger::bytes(machine, sizes));
+            }
+    constexpr auto fixed = CarryingSetup<2000, 10, true, true>::Layout::ledger();
+    auto const lines = Ledger::lines(size_of_machine<TestMachine<2000>>(), Slots{10, 6, 3, true, true});
+    REQUIRE(fixed.size() == lines.size());
+    for (std::size_t i = 0; i < lines.size(); ++i) {
+        CHECK(fixed[i].bytes == lines[i].bytes);
+        CHECK(fixed[i].budgeted == lines[i].budgeted);
+        CHECK(text(fixed[i].name) == text(lines[i].name));
+    }
+}
+
+TEST_CASE("slots beyond what 32 bits of bytes can count are counted, not wrapped around")
+{
+    auto const machine = size_of_machine<Mk2>();
+    std::uint64_t const rest = 133'120 + 8 + std::uint64_t{ways + rays};
+    CHECK(Ledger::bytes(machine, Slots{0x15555556u, 6, 3}) == rest + std::uint64_t{12} * 0x15555556u); // 2^32 + 8 bytes
+    CHECK(Ledger::bytes(machine, Slots{0xffffffffu, 6, 3}) == rest + std::uint64_t{12} * 0xffffffffu);
+    CHECK(Ledger::bytes(machine, Slots{0, 6, 0x0aaaaaabu}) == rest - rays + 8 * (8 + std::uint64_t{12} * 0x0aaaaaabu));
+    CHECK(Ledger::lines(machine, Slots{0xffffffffu, 6, 3})[2].bytes == 0xffffffffu);
 }

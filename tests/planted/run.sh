@@ -1,240 +1,333 @@
 #!/usr/bin/env bash
-# usage: run.sh COMPILER [-j JOBS] [NN ...]    plants each fault (or those numbered) and wants the test files it names to fail
-#        run.sh --apply                        only: every patch applies, and names test files that exist
+# usage: run.sh [-c COMPILER] [-j JOBS] [NN | NN-MM | PART/TEST | FILE]...
+#                   plants each fault of faults.txt (or those numbered, or those that this test catches, or that change this file):
+#                   every test that a fault names must fail. Default: Clang, which compiles fastest; else $CXX or c++. All cores.
+#        run.sh --check    only: the text of every fault is in its file, once, and the tests that it names exist
+#        run.sh --move     rewrites faults.txt: a text that is in another file now names that file
 #
-# A fault is NN_name.patch: what a programmer might have done wrong, `# caught by: PART/FILE ...`, a diff of include/, examples/ or bench/.
-# Where the build must fail: `# how: compile` and `# expect: TEXT OF THE STATIC_ASSERT`. Where a sanitizer may be the judge:
-# `# flags: -fsanitize=address`, with which the tests are compiled and linked. `# check: codelets`, instead of a test file or besides:
-# tests/checks/codelets.sh must refuse the fault. All of them must also pass without the fault.
-# The real maps are not used. Scratch space: some 200 MB in TMPDIR.
+# A test is compiled alone, without optimisation, against a copy of the project that holds the fault, and runs up to its first failure.
+# First every test in question must pass without a fault. The real maps are not used. Scratch space: some 300 MB in TMPDIR.
 set -u
+export LC_ALL=C
 here=$(cd "$(dirname "$0")" && pwd)
 root=$(cd "$here/../.." && pwd)
-limit_s=120 # a test file takes seconds: longer is a hang, and counts as caught
-
+table() { # MODE [-v NAME=VALUE ...]
+    awk -f "$here/faults.awk" -v mode="$1" -v root="$root" "${@:2}" "$here/faults.txt"
+}
 usage() {
-    sed -n '2,3s/^# *//p' "$0" >&2
+    sed -n '2,6s/^# //p' "$0" >&2
     exit 2
 }
-compiler=${1-}
-jobs=1
-[ -n "$compiler" ] || usage
-shift
+
+case ${1-} in
+--check)
+    table check
+    exit
+    ;;
+--move)
+    if ! table move >"$here/faults.new"; then rm "$here/faults.new" && exit 1; fi
+    mv "$here/faults.new" "$here/faults.txt"
+    table check
+    exit
+    ;;
+esac
+
+compiler=
+jobs=$(getconf _NPROCESSORS_ONLN 2>/dev/null || echo 2)
 wanted=()
 while [ $# -gt 0 ]; do
     case $1 in
+    -c) compiler=${2-} && shift ;;
     -j) jobs=${2-} && shift ;;
     -j*) jobs=${1#-j} ;;
-    [0-9]*) wanted+=("$1") ;;
-    *) usage ;;
+    -*) usage ;;
+    *) wanted+=("$1") ;;
     esac
     shift
 done
 [ "$jobs" -ge 1 ] 2>/dev/null || usage
+if [ -z "$compiler" ]; then
+    for compiler in clang++-16 clang++ ${CXX-} c++; do
+        if command -v "$compiler" >/dev/null; then break; fi
+    done
+fi
+command -v "$compiler" >/dev/null || { echo "run.sh: there is no compiler $compiler (it is not in PATH); name one with -c" >&2 && exit 2; }
 
 work=$(mktemp -d "${TMPDIR:-/tmp}/tilemesh_planted.XXXXXX") || exit 2
 trap 'rm -rf "$work"' EXIT
-trap 'exit 130' INT TERM
+trap 'kill $(jobs -p) 2>/dev/null; wait; exit 130' INT TERM
 export TILEMESH_FAST=1 TILEMESH_DATA=/nonexistent
 
-field() { # NAME PATCH: the rest of the line "# NAME: ..."
-    sed -n -e '/^---/q' -e "s/^# $1: *//p" "$2"
-}
-
-# Plants patch $2 in the copy of include/, examples/ and bench/ below $1; prints what is wrong and fails otherwise. Further arguments go to `patch`.
-plant() {
-    local log
-    if ! log=$(patch -d "$1" -p1 -F2 -f -s --no-backup-if-mismatch "${@:3}" <"$2" 2>&1); then
-        echo "FAIL: no longer applies ($(echo "$log" | tr '\n' ' '))"
-        return 1
-    fi
-}
-
-# Prints what is wrong with the head of patch $1.
-check_head() {
-    head -n 1 "$1" | grep -q '^# ..*[a-z]' || echo "FAIL: the first line does not say what is wrong"
-    [ -n "$(field 'caught by' "$1")$(field check "$1")" ] || echo "FAIL: no line \"# caught by: part/file\", nor \"# check: codelets\""
-    case $(field check "$1") in
-    '' | codelets) ;;
-    *) echo "FAIL: \"# check:\" is codelets, or absent" ;;
-    esac
-    for test in $(field 'caught by' "$1"); do
-        [ -f "$root/tests/$test.cpp" ] || echo "FAIL: there is no tests/$test.cpp"
+# ---- which faults
+is_wanted() { # NUMBER TESTS FILES
+    local one
+    [ ${#wanted[@]} -gt 0 ] || return 0
+    for one in "${wanted[@]}"; do
+        case $one in
+        */*) case " $2 $3 " in *" $one "*) return 0 ;; esac ;;
+        *-*) [ "$1" -ge "${one%-*}" ] && [ "$1" -le "${one#*-}" ] && return 0 ;;
+        *) [ "$1" -eq "$one" ] && return 0 ;;
+        esac
     done
-    case $(field how "$1") in
-    '') ;;
-    compile) [ -n "$(field expect "$1")" ] || echo "FAIL: no line \"# expect: text of the static_assert\"" ;;
-    *) echo "FAIL: \"# how:\" is compile, or absent" ;;
+    return 1
+}
+for one in ${wanted[@]+"${wanted[@]}"}; do
+    [[ $one == */* || $one =~ ^[0-9]+(-[0-9]+)?$ ]] || usage
+done
+table list >"$work/all" || exit 1
+while IFS='|' read -r number name tests flags refusal files; do
+    if is_wanted "$number" "$tests" "$files"; then echo "$number|$name|$tests|$flags|$refusal|$files"; fi
+done <"$work/all" >"$work/faults"
+[ -s "$work/faults" ] || { echo "run.sh: no fault is ${wanted[*]}; faults.txt lists them" >&2 && exit 2; }
+total=$(wc -l <"$work/faults")
+
+# ---- trees: each job has a copy of the project of its own; `pristine` holds the files as they were
+mkdir "$work/pristine" "$work/pristine/tests"
+cp -R "$root"/include "$root"/examples "$root"/bench "$work/pristine" || exit 2
+for part in "$root"/tests/*/; do
+    case $(basename "$part") in
+    planted | consumers | fuzz) ;;
+    *) cp -R "$part" "$work/pristine/tests" || exit 2 ;;
     esac
+done
+for ((job = 1; job <= jobs; ++job)); do cp -R "$work/pristine" "$work/tree_$job" || exit 2; done
+
+# ---- kits: what all tests have in common, for each set of flags: a compiler, doctest's main, precompiled headers of others
+cat >"$work/common.hpp" <<'headers'
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <iostream>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <numeric>
+#include <optional>
+#include <random>
+#include <span>
+#include <sstream>
+#include <string>
+#include <thread>
+#include <tuple>
+#include <vector>
+#include <doctest/doctest.h>
+headers
+kit_of() { # FLAGS
+    echo "$work/kit_${1//[^a-z0-9]/_}"
+}
+make_kit() { # FLAGS
+    local kit candidate
+    kit=$(kit_of "$1")
+    mkdir "$kit" && cp "$work/common.hpp" "$kit/common.hpp" && echo 'int main() {}' >"$kit/empty.cpp"
+    for candidate in "$compiler" ${CXX-} c++ g++; do # a sanitizer's library need not be there for each
+        # shellcheck disable=SC2086
+        "$candidate" -pthread $1 "$kit/empty.cpp" -o "$kit/empty" 2>/dev/null && echo "$candidate" >"$kit/compiler" && break
+    done
+    [ -e "$kit/compiler" ] || return 0
+    # shellcheck disable=SC2086
+    "$candidate" -std=c++20 -O0 -pthread -UNDEBUG -w $1 -x c++-header "$kit/common.hpp" -o "$kit/common.hpp.gch" &&
+        "$candidate" -std=c++20 -O0 -pthread -UNDEBUG -w $1 -c "$root/tests/main.cpp" -o "$kit/main.o"
 }
 
-# Where headers are, of the tree $2 and for test file $1.
-folders() {
-    echo "-I$2/include"
-    case $1 in
-    poplar/*) echo "-I$2/examples -I$root/tests/poplar/standin" ;;
-    engine/* | report/*) echo "-I$2/bench" ;;
-    esac
+# ---- one test
+compile() { # TEST-FILE TREE FLAGS ARGUMENTS...
+    # shellcheck disable=SC2046,SC2086
+    "$(cat "$(kit_of "$3")/compiler")" -std=c++20 -O0 -pthread -UNDEBUG -w $3 -include "$(kit_of "$3")/common.hpp" -I"$2/include" -I"$2/bench" \
+        -I"$2/examples" -I"$2/tests/poplar/standin" "$2/tests/$1.cpp" "${@:4}"
 }
-# Where test files are, of the tree $1: those of poplar/ include examples by relative paths, so a tree has its own.
-tests_of() {
-    if [ -d "$1/tests" ]; then echo "$1/tests"; else echo "$root/tests"; fi
+# Builds a test into OUT, with what its part links beside it (sources without a test case). Objects that CHANGED files are no part of
+# are those of the test without a fault.
+build() { # TEST TREE FLAGS OUT CHANGED...
+    local test=$1 tree=$2 flags=$3 out=$4 kit source object objects=() file
+    shift 4
+    kit=$(kit_of "$flags")
+    while read -r source; do
+        source=${test%/*}/$(basename "$source" .cpp)
+        object=$kit/${source//\//_}.o
+        if [ -e "$object.d" ]; then
+            for file in "$@"; do
+                if grep -qF "/$file" "$object.d"; then object=$out.o && break; fi
+            done
+        fi
+        if [ ! -e "$object" ]; then
+            compile "$source" "$tree" "$flags" -MMD -MF "$out.d" -c -o "$out.o" || return
+            if [ "$object" != "$out.o" ]; then cp "$out.o" "$object" && mv "$out.d" "$object.d"; fi
+        fi
+        objects+=("$object")
+    done < <(grep -L TEST_CASE "$tree/tests/${test%/*}"/*.cpp)
+    compile "$test" "$tree" "$flags" ${objects[@]+"${objects[@]}"} "$kit/main.o" -o "$out"
 }
-# Builds test file $1 against the headers of $2 into $3, with what its part links beside it (sources without a test case); further
-# arguments are flags.
-build() {
-    local beside tests
-    tests=$(tests_of "$2")
-    mapfile -t beside < <(grep -L TEST_CASE "$tests/${1%/*}"/*.cpp)
-    # shellcheck disable=SC2046
-    "$compiler" -std=c++20 -O1 -UNDEBUG -w "${@:4}" $(folders "$1" "$2") "$tests/$1.cpp" "${beside[@]}" "$work/main.o" -o "$3" -pthread
+run() { # PROGRAM SECONDS
+    (cd "$(dirname "$1")" && timeout -k 5 "$2" "$1" -aa=1 -tce='slow:*' --no-colors=true >"$1.log" 2>&1; exit $?) 2>/dev/null
 }
-# Checks that test file $1 compiles, or not, against the headers of $2: static_asserts only.
-only_compile() {
-    # shellcheck disable=SC2046
-    "$compiler" -std=c++20 -fsyntax-only -w $(folders "$1" "$2") "$(tests_of "$2")/$1.cpp"
-}
-# Runs tests/checks/$1.sh on the tree $2, with its output in $3.log.
-check() {
-    sh "$root/tests/checks/$1.sh" clang++-16 "$2" "$3" >"$3.log" 2>&1
-}
-# Runs program $1 with its output in $1.log.
-run() {
-    (cd "$(dirname "$1")" && timeout "$limit_s" "$1" -tce='slow:*' --no-colors=true >"$1.log" 2>&1; exit $?) 2>/dev/null
-}
-failed_cases() { # in the log $1
+failed_cases() { # LOG
     sed -n 's/^\[doctest\] test cases:.*| *\([0-9]*\) failed.*/\1/p' "$1"
 }
-reported() { # by a sanitizer in the log $1: what
+first_failed() { # LOG: the name of the test case (a message prints its name too)
+    awk '/^TEST CASE: / { sub(/^TEST CASE: */, ""); name = $0 } /: (FATAL )?ERROR: / { print name; exit }' "$1"
+}
+reported() { # LOG: what a sanitizer says
     sed -nE 's/.*(ERROR|WARNING): ((Address|Thread)Sanitizer: [A-Za-z -]*[A-Za-z]).*/\2/p; s/.*runtime error: (.*)/\1/p' "$1" | head -n 1
 }
-
-# The fault of this name: one line.
-try_fault() {
-    local name=$1 patch=$here/$1.patch dir=$work/$1 line="" test out status n wrong text flags
-    mkdir "$dir" && cp -R "$root"/{include,examples,bench} "$dir" || return
-    case " $(field 'caught by' "$patch")" in
-    *' poplar/'*) mkdir "$dir/tests" && cp -R "$root"/tests/{engine,splat,poplar} "$dir/tests" || return ;;
-    esac
-    wrong=$(check_head "$patch")
-    if [ -n "$wrong" ] || ! wrong=$(plant "$dir" "$patch"); then
-        echo "${name/_/ }: $wrong"
-        return
-    fi
-    read -ra flags < <(field flags "$patch")
-    for test in $(field check "$patch"); do
-        out=$dir/check_$test
-        if check "$test" "$dir" "$out"; then
-            line="FAIL: check.$test does not see it: $(tail -n 1 "$out.log")"
-            if grep -q '^skipped: ' "$out.log"; then echo "${name/_/ }: check.$test is $(grep '^skipped: ' "$out.log")" && : >"$work/skipped_$name" && return; fi
-        else
-            line="$line, check.$test ($(head -n 1 "$out.log"))"
-        fi
-    done
-    for test in $(field 'caught by' "$patch"); do
-        case $line in FAIL*) break ;; esac
-        out=$dir/${test//\//_}
-        if [ "$(field how "$patch")" = compile ]; then
-            text=$(field expect "$patch")
-            if only_compile "$test" "$dir" >"$out.log" 2>&1; then
-                line="FAIL: $test still compiles"
-            elif ! grep -qF -- "$text" "$out.log"; then
-                line="FAIL: $test fails to compile, but not with \"$text\": $(grep -m1 'error:' "$out.log")"
-            else
-                line="$line, $test (does not compile: \"$text\")"
-            fi
-        elif ! build "$test" "$dir" "$out" "${flags[@]}" >"$out.log" 2>&1; then
-            line="FAIL: $test does not compile: $(grep -m1 'error:' "$out.log")"
-        else
-            run "$out"
-            status=$?
-            n=$(failed_cases "$out.log")
-            if [ $status -eq 124 ]; then
-                line="$line, $test (hangs)"
-            elif [ $status -ne 0 ] && [ "${n:-0}" -gt 0 ]; then
-                line="$line, $test ($n test cases failed$([ $status -lt 128 ] || echo ', the last by a crash'))"
-            elif [ $status -ne 0 ] && [ ${#flags[@]} -gt 0 ] && [ -n "$(reported "$out.log")" ]; then
-                line="$line, $test ($(reported "$out.log"))"
-            else
-                line="FAIL: $test does not see it (exit status $status: $(tail -n 1 "$out.log"))"
-            fi
-        fi
-    done
-    case $line in
-    FAIL*) ;;
-    *) line="caught by ${line#, }" && rm -rf "$dir" && : >"$work/caught_$name" ;;
-    esac
-    echo "${name/_/ }: $line"
+check() { # NAME TREE OUT
+    mkdir -p "$3"
+    sh "$root/tests/checks/$1.sh" clang++-16 "$2" "$3" >"$3.log" 2>&1
 }
-# One test file without a fault: it must pass, or compile; or one check. $1: run, compile or check. Further arguments are flags.
-try_control() {
-    local out ok=0
-    out=$(echo "control $*" | tr -c 'A-Za-z0-9\n' _)
-    out=$work/$out
-    if [ "$1" = compile ]; then
-        only_compile "$2" "$root" >"$out.log" 2>&1 || ok=1
-    elif [ "$1" = check ]; then
-        check "$2" "$root" "$out" || ok=1
+now() {
+    date +%s%3N
+}
+
+# ---- without a fault
+# What a control is called: the test, its flags, and whether it is only compiled. A check has neither.
+control_name() { # TEST FLAGS REFUSAL
+    local name="$1_$2_${3:+compile}"
+    [[ $1 != checks/* ]] || name=$1
+    echo "${name//[^A-Za-z0-9]/_}"
+}
+try_control() { # JOB TEST|FLAGS|REFUSAL
+    local tree=$work/tree_$1 test flags refusal name out ok=0 begin built
+    IFS='|' read -r test flags refusal <<<"$2"
+    name=$(control_name "$test" "$flags" "$refusal")
+    out=$work/control_$name
+    begin=$(now)
+    built=$begin
+    if [[ $test == checks/* ]]; then
+        check "${test#*/}" "$tree" "$out" || ok=1
+    elif [ ! -e "$(kit_of "$flags")/compiler" ]; then
+        echo "skipped: no compiler here links $flags" >"$out.log"
+    elif [ -n "$refusal" ]; then
+        compile "$test" "$tree" "$flags" -fsyntax-only >"$out.log" 2>&1 || ok=1
     else
-        build "$2" "$root" "$out" "${@:3}" >"$out.log" 2>&1 && run "$out" || ok=1
+        build "$test" "$tree" "$flags" "$out" >"$out.log" 2>&1 && built=$(now) && run "$out" 600 || ok=1
         [ "$(failed_cases "$out.log")" = 0 ] && ! grep -q 'test cases: *0 ' "$out.log" || ok=1
     fi
-    [ $ok -eq 0 ] && rm -rf "$out" && return
+    echo "$(($(now) - begin)) $(($(now) - built))" >"$work/ms_$name"
+    if grep -m 1 '^skipped: ' "$out.log" >"$work/why_$name"; then return; fi
+    rm -rf "$work/why_$name"
+    if [ $ok -eq 0 ]; then rm -rf "$out" "$out.o" "$out.log" && return; fi
     grep -A 6 -e 'ERROR:' -e 'error:' "$out.log" | head -n 20
     tail -n 3 "$out.log"
-    echo "control: tests/$([ "$1" = check ] && echo "checks/$2.sh" || echo "$2.cpp") fails without any fault${3+ (${*:3})}; put that right first"
+    echo "control: tests/$test fails without any fault${flags:+ ($flags)}; correct that first"
     : >"$work/control_failed"
 }
 
-patches=()
-for patch in "$here"/[0-9]*.patch; do
-    number=$(basename "$patch")
-    number=${number%%_*}
-    case " ${wanted[*]-} " in
-    "  " | *" $number "*) patches+=("$patch") ;;
-    esac
-done
-[ ${#patches[@]} -gt 0 ] || usage
-
-if [ "$compiler" = --apply ]; then
-    bad=0
-    for patch in "${patches[@]}"; do
-        wrong=$(check_head "$patch")
-        [ -n "$wrong" ] || wrong=$(plant "$root" "$patch" --dry-run) || bad=1
-        [ -z "$wrong" ] || { echo "$(basename "$patch"): $wrong" && bad=1; }
-    done
-    double=$(basename -a "${patches[@]}" | sed 's/_.*//' | uniq -d)
-    [ -z "$double" ] || { echo "FAIL: two patches with number $double" && bad=1; }
-    echo "${#patches[@]} patches"
-    [ ${#patches[@]} -ge 25 ] || bad=1
-    exit $bad
-fi
-
-# Runs "$1 ARGUMENTS", the arguments read from stdin a line each, at most $jobs at a time.
-in_parallel() {
-    local arguments
-    while read -r arguments; do
-        while [ "$(jobs -rp | wc -l)" -ge "$jobs" ]; do wait -n; done
+# ---- with a fault
+# Says how a test takes the fault: "TEST (why it is caught)", or "NOT CAUGHT: ..." or "skipped: ...".
+try_test() { # TEST TREE FLAGS REFUSAL OUT FILES...
+    local test=$1 tree=$2 flags=$3 refusal=$4 out=$5 name status n ms
+    name=$(control_name "$test" "$flags" "$refusal")
+    if [ -e "$work/why_$name" ]; then
+        cat "$work/why_$name"
+    elif [[ $test == checks/* ]]; then
+        if check "${test#*/}" "$tree" "$out"; then
+            echo "NOT CAUGHT: $test passes: $(tail -n 1 "$out.log")"
+        else
+            echo "$test ($(head -n 1 "$out.log"))"
+        fi
+    elif [ -n "$refusal" ]; then
+        if compile "$test" "$tree" "$flags" -fsyntax-only >"$out.log" 2>&1; then
+            echo "NOT CAUGHT: $test still compiles"
+        elif ! grep -qF -- "$refusal" "$out.log"; then
+            echo "NOT CAUGHT: $test does not compile, but not because of \"$refusal\": $(grep -m 1 'error:' "$out.log")"
+        else
+            echo "$test (does not compile: \"$refusal\")"
+        fi
+    elif ! build "$test" "$tree" "$flags" "$out" "${@:6}" >"$out.log" 2>&1; then
+        echo "NOT CAUGHT: $test does not compile: $(grep -m 1 'error:' "$out.log")"
+    else
+        read -r _ ms <"$work/ms_$name"
+        run "$out" $((20 + ms / 100)) # ten times as long as without the fault is a hang, which counts as caught
+        status=$?
+        n=$(failed_cases "$out.log")
+        if [ $status -eq 124 ]; then
+            echo "$test (hangs)"
+        elif [ $status -ne 0 ] && [ "${n:-0}" -gt 0 ]; then
+            echo "$test (\"$(first_failed "$out.log")\"$([ $status -lt 128 ] || echo ' crashes'))"
+        elif [ $status -ne 0 ] && [ -n "$flags" ] && [ -n "$(reported "$out.log")" ]; then
+            echo "$test ($(reported "$out.log"))"
+        else
+            echo "NOT CAUGHT: $test passes (exit status $status: $(tail -n 1 "$out.log"))"
+        fi
+    fi
+}
+try_fault() { # JOB NUMBER|NAME|TESTS|FLAGS|REFUSAL|FILES: prints one line
+    local tree=$work/tree_$1 number name tests flags refusal files test says line="" begin out
+    IFS='|' read -r number name tests flags refusal files <<<"$2"
+    begin=$(now)
+    out=$work/out_$1
+    if ! says=$(table plant -v fault="$number" -v out="$tree" 2>&1 >/dev/null); then
+        line="NOT CAUGHT: $(echo "$says" | head -n 1)"
+        tests=
+    fi
+    for test in $tests; do
         # shellcheck disable=SC2086
-        "$1" $arguments &
+        says=$(try_test "$test" "$tree" "$flags" "$refusal" "$out" $files)
+        case $says in
+        'NOT CAUGHT: '* | 'skipped: '*) line=$says && break ;;
+        *) line="${line:-caught by }${line:+, }$says" ;;
+        esac
+        rm -rf "$out" "$out.o" "$out.d" "$out.log"
+    done
+    for file in $files; do cp "$work/pristine/$file" "$tree/$file"; done
+    case $line in
+    caught*) : >"$work/caught_$number" ;;
+    skipped*) : >"$work/skipped_$number" ;;
+    esac
+    echo "$number $name: $line in $((($(now) - begin + 500) / 1000)) s"
+}
+
+# ---- all of them
+# Calls "$1 JOB LINE" for every line of file $2; whoever is free takes the next.
+in_parallel() {
+    local job line
+    for ((job = 1; job <= jobs; ++job)); do
+        (
+            n=0
+            while read -r line; do
+                n=$((n + 1))
+                if mkdir "$2.claim_$n" 2>/dev/null; then "$1" "$job" "$line"; fi
+            done <"$2"
+        ) &
     done
     wait
 }
 
 SECONDS=0
-"$compiler" -std=c++20 -O1 -w -c "$root/tests/main.cpp" -o "$work/main.o" || exit 2
-for patch in "${patches[@]}"; do
-    for test in $(field 'caught by' "$patch"); do
-        [ ! -f "$root/tests/$test.cpp" ] || echo "$(field how "$patch" | grep . || echo run) $test $(field flags "$patch")"
+while IFS='|' read -r _ _ tests flags refusal _; do
+    for test in $tests; do
+        if [[ $test == checks/* ]]; then echo "$test||"; else echo "$test|$flags|${refusal:+compile}"; fi
     done
-    for test in $(field check "$patch"); do echo "check $test"; done
-done | sort -u >"$work/controls"
-in_parallel try_control <"$work/controls"
+done <"$work/faults" | sort -u >"$work/controls"
+make_kit "" || exit 2
+cut -d '|' -f 2 "$work/controls" | sort -u | while read -r flags; do
+    if [ -n "$flags" ]; then make_kit "$flags" || exit 2; fi
+done
+in_parallel try_control "$work/controls"
 [ ! -e "$work/control_failed" ] || exit 1
-echo "control: $(wc -l <"$work/controls") test files and checks pass without a fault ($SECONDS s)"
+controls=$(wc -l <"$work/controls")
 
-basename -a -s .patch "${patches[@]}" | in_parallel try_fault
-caught=$(find "$work" -name 'caught_*' | wc -l)
-skipped=$(find "$work" -name 'skipped_*' | wc -l)
-echo "$((caught)) of ${#patches[@]} caught$([ "$((skipped))" -eq 0 ] || echo ", $((skipped)) skipped") ($SECONDS s)"
-[ $((caught + skipped)) -eq ${#patches[@]} ]
+# What takes longest begins first, so that no job waits for another at the end.
+sum_ms=0
+while IFS= read -r fault; do
+    IFS='|' read -r _ _ tests flags refusal _ <<<"$fault"
+    ms=0
+    for test in $tests; do
+        read -r one _ <"$work/ms_$(control_name "$test" "$flags" "$refusal")"
+        ms=$((ms + one))
+    done
+    sum_ms=$((sum_ms + ms))
+    echo "$ms $fault"
+done <"$work/faults" >"$work/timed"
+echo "control: $controls tests pass without a fault ($SECONDS s); the faults will take about $((sum_ms / jobs / 1000)) s"
+sort -rn "$work/timed" | cut -d ' ' -f 2- >"$work/queue"
+in_parallel try_fault "$work/queue"
+
+caught=$(find "$work" -maxdepth 1 -name 'caught_*' | wc -l)
+skipped=$(find "$work" -maxdepth 1 -name 'skipped_*' | wc -l)
+echo "$((caught)) of $((total)) caught$([ "$skipped" -eq 0 ] || echo ", $((skipped)) skipped") ($SECONDS s)"
+[ $((caught + skipped)) -eq "$total" ]

@@ -1,15 +1,16 @@
+// test: unoptimised asan, without tsan, needs data, cost 25
 #include "../splat/scenes.hpp"
 #include "on_poplar.hpp"
 #include <standin_vertex.hpp>
 #include <tilemesh/poplar/ledger.hpp>
 #include <tilemesh/renderer.hpp>
+#include <tilemesh/report/compare_reports.hpp>
 #include <tilemesh/scene/orbit.hpp>
 
 // The frame program as codelets on a graph, over the stand-in for Poplar: pictures, counters and words of the thread engine.
 namespace {
 using namespace tilemesh;
 using poplar_test::executions;
-using support::counted;
 
 /// Renders the cameras on both; every bit and every count must agree, and after the last frame every word of every tile.
 template <class S>
@@ -23,7 +24,7 @@ void compare(scene::Map const& map, std::string const& prefix, RendererOptions c
         threads.render_into(cameras[i], expected);
         graph.render_into(cameras[i], frame);
         CHECK(support::differing_pixels(frame.image, expected.image) == 0);
-        CHECK(counted(frame.report) == counted(expected.report));
+        CHECK(report::first_difference(frame.report, expected.report) == "");
     }
     CHECK(expected.report.pairs > 0);
     poplar_test::check_same_words(threads.mesh(), graph.mesh());
@@ -42,9 +43,9 @@ void whole_frame(std::string const& prefix)
     standin::With const restore(standin::settings());
     poplar_test::use(executions[2]);
     standin::settings().check_inputs = false; // a digest of everything that is read, 1,440 times a superstep
-    if constexpr (S::lists_fit) {
+    if constexpr (S::sizes.lists_fit) {
         std::size_t left = 0; // what the ledger leaves for code, exchange code and stacks is taken: the rest must fit in 624 KiB
-        for (auto const& line : on_poplar::ledger<Mk2, splat::Frame<S>>(Grid{40, 36})) left = line.bytes;
+        for (auto const& line : on_poplar::ledger<Mk2, splat::Frame<S>, S>(Grid{40, 36})) left = line.bytes;
         standin::settings().code_bytes = left;
     } else {
         standin::settings().tile_bytes = 1u << 20; // the paper's budget has no room for our lists: see the ledger
@@ -84,7 +85,6 @@ struct Held : support::Small<7, 400> {
 struct Dropped : support::Small<5, 60, splat::Paper> {
     using Machine = Workers<4>;
     using Copies = splat::ScreenCopies;
-    static constexpr bool one_channel_memory = true;
 };
 struct Watched : Held<6> {
     using Machine = Traced<Workers<6>>;

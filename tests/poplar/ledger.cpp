@@ -1,3 +1,4 @@
+// test: unoptimised test asan, without tsan
 #include "../../examples/heat/heat.hpp"
 #include "../engine/control.hpp"
 #include "on_poplar.hpp"
@@ -38,13 +39,13 @@ Grid grid_of_tests()
 }
 
 /// The lines of the ledger are the variables of tile 0, byte for byte, and nothing else is there.
-template <class Machine, class Program>
+template <class Machine, class Program, class Setup = NoSetup>
 void check_ledger(std::string const& prefix, Grid grid)
 {
-    PoplarMesh<Program, Machine> mesh{grid, poplar_test::options(prefix)};
+    PoplarMesh<Program, Machine> mesh{grid, poplar_test::options(prefix), {}, mesh_sizes<Program, Machine, Setup>()};
     mesh.prepare();
     auto const found = standin::tile_bytes(mesh.engine(), 0);
-    auto const lines = on_poplar::ledger<Machine, Program>(grid);
+    auto const lines = on_poplar::ledger<Machine, Program, Setup>(grid);
     auto variables = found.variables;
     std::size_t sum = 0, expected = 0;
     auto const take = [&](std::string const& name) {
@@ -73,7 +74,7 @@ void check_ledger(std::string const& prefix, Grid grid)
         }
     }
     CHECK(variables.empty());
-    using Layout = Tile<Machine, Program>;
+    using Layout = Tile<Machine, Program, Setup>;
     for (auto const& line : Layout::ledger()) expected += line.bytes;
     CHECK(sum == expected);
     if (prefix != "paper") CHECK(sum == Layout::bytes); // the paper's budget leaves lists out
@@ -95,7 +96,7 @@ std::vector<standin::Exchange> copies_of(PoplarMesh<Program, Machine>& mesh)
 
 TEST_CASE("poplar: the graph's variables are the tile's ledger, byte for byte")
 {
-    SUBCASE("lossless") { check_ledger<Mk2, splat::Frame<Lossless>>("lossless", grid_of_tests()); }
+    SUBCASE("lossless") { check_ledger<Mk2, splat::Frame<Lossless>, Lossless>("lossless", grid_of_tests()); }
     SUBCASE("heat") { check_ledger<Mk2, Heat>("heat", grid_of_tests()); }
     SUBCASE("heat on one row") { check_ledger<Mk2, Heat>("heat", Grid{7, 1}); }
     SUBCASE("a loop with a condition and a reduction") { check_ledger<Mk2, engine_test::Warming>("warm", Grid{6, 5}); }
@@ -107,10 +108,10 @@ TEST_CASE("poplar: the paper's budget holds on the machine, but its lists do not
     // 520,008 bytes of the paper's and 243,224 of lists that it has no room for: Poplar would refuse, as the ledger says.
     standin::With const restore(standin::settings());
     standin::settings().code_bytes = Mk2::code_bytes;
-    PoplarMesh<splat::Frame<Paper>> mesh{grid_of_tests(), poplar_test::options("paper")};
+    PoplarMesh<splat::Frame<Paper>> mesh{grid_of_tests(), poplar_test::options("paper"), {}, mesh_sizes<splat::Frame<Paper>, Mk2, Paper>()};
     CHECK(engine_test::has(engine_test::error_of([&] { mesh.prepare(); }), "more than its 638976"));
     standin::settings().tile_bytes = 1u << 20;
-    check_ledger<Mk2, splat::Frame<Paper>>("paper", grid_of_tests());
+    check_ledger<Mk2, splat::Frame<Paper>, Paper>("paper", grid_of_tests());
 }
 
 TEST_CASE("poplar: a tile that is full, and one word over")
@@ -136,7 +137,7 @@ TEST_CASE("poplar: a tile that is full, and one word over")
 TEST_CASE("poplar: the exchange moves whole ends to the four neighbours, and nothing else")
 {
     Grid const grid{5, 4};
-    PoplarMesh<splat::Frame<Lossless>> mesh{grid, poplar_test::options("lossless")};
+    PoplarMesh<splat::Frame<Lossless>> mesh{grid, poplar_test::options("lossless"), {}, mesh_sizes<splat::Frame<Lossless>, Mk2, Lossless>()};
     std::size_t whole = 0, broadcasts = 0;
     for (auto const& copy : copies_of(mesh)) {
         auto const& moves = copy.moves;

@@ -1,3 +1,4 @@
+// test: unoptimised test asan, without tsan
 #include "../engine/programs.hpp"
 #include "on_poplar.hpp"
 #include <standin_vertex.hpp>
@@ -32,10 +33,10 @@ struct Listen {
 using Listening = Sequence<Superstep<Tell>, Superstep<Listen>, Superstep<Listen>>;
 
 // --- two channels in one memory, and a list with a limit ---------------------------------------------------------------------------
-struct Pile : Buffer<std::uint32_t, 9, Limited> {
+struct Pile : Buffer<std::uint32_t, 9> {
     using Buffer::Buffer;
 };
-struct Wide : Channel<std::uint32_t, 5, Limited> {};
+struct Wide : Channel<std::uint32_t, 5> {};
 struct Narrow : Channel<std::uint32_t, 2> {
     using memory_of = Wide;
 };

@@ -1,3 +1,4 @@
+// test: unoptimised test asan, without tsan
 // Codelets of every field kind, executed with known answers: by hand through the registration, and through the stand-in's
 // graph and engine. The stand-in is not Poplar. What passes here shows that the headers take this style of code and that
 // the engine gives each codelet its data; it cannot show that popc accepts the same text, how an IPU lays these fields out,

@@ -1,3 +1,4 @@
+// test: unoptimised test asan, without tsan
 #include <algorithm>
 #include <array>
 #include <atomic>

@@ -1,3 +1,4 @@
+// test: unoptimised test asan
 // What bench/error_vs_time finds in its rows: fronts, claims about host time, what must hold, the file of all rows.
 #include <cmath>
 #include <cstdint>

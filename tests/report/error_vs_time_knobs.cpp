@@ -1,3 +1,4 @@
+// test: unoptimised test asan
 // The knobs of bench/error_vs_time: how a record is stored and cut, what orders it, which settings there are and what each leaves
 // out; and that a setting's error is taken apart against the right pictures.
 #include <algorithm>
@@ -15,7 +16,7 @@
 // The bench is a program: its sources are compiled here.
 #include <error_vs_time/measure.cpp>
 #include <error_vs_time/settings.cpp>
-#include <error_vs_time/told.cpp>
+#include <error_vs_time/with_knobs.cpp>
 #include <error_vs_time/whole_frame.cpp>
 #include <tilemesh/splat/quality.hpp>
 #include <tilemesh/splat/setup.hpp>

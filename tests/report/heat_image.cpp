@@ -1,3 +1,4 @@
+// test: unoptimised asan
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -1,3 +1,4 @@
+// test: unoptimised asan
 #include <cstddef>
 #include <doctest/doctest.h>
 #include <limits>

@@ -1,4 +1,5 @@
 #include <array>
+#include <chrono>
 #include <cstddef>
 #include <doctest/doctest.h>
 #include <filesystem>
@@ -6,10 +7,9 @@
 #include <iterator>
 #include <span>
 #include <string>
-#include <thread>
 #include <tilemesh/error.hpp>
+#include <tilemesh/joined_threads.hpp>
 #include <tilemesh/report/whole_file.hpp>
-#include <vector>
 #if defined(__linux__)
 #    include <csignal>
 #    include <sys/resource.h>
@@ -23,7 +23,7 @@ using tilemesh::report::write_whole;
 /// A folder of its own; gone at the end of the scope.
 struct Folder {
     fs::path path = fs::temp_directory_path() /
-                    ("tilemesh_whole_" + std::to_string(fs::file_time_type::clock::now().time_since_epoch().count()));
+                    ("tilemesh_whole_" + std::to_string(std::chrono::system_clock::now().time_since_epoch().count()));
     Folder() { fs::create_directory(path); }
     ~Folder() { fs::remove_all(path); }
 
@@ -119,9 +119,9 @@ TEST_CASE("of many writers at once, one has the name, whole")
     Folder const folder;
     auto const path = folder.path / "a";
     {
-        std::vector<std::jthread> writers;
+        tilemesh::JoinedThreads writers;
         for (char letter = 'a'; letter < 'e'; ++letter)
-            writers.emplace_back([=] {
+            writers.start([=] {
                 for (int i = 0; i < 50; ++i) write_whole(path, std::string(100'000, letter));
             });
     }

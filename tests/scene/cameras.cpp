@@ -1,3 +1,4 @@
+// test: unoptimised test, needs data, cost 20
 #include "support.hpp"
 #include <cmath>
 #include <cstdint>

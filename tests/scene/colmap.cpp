@@ -1,3 +1,4 @@
+// test: unoptimised test asan
 #include "support.hpp"
 #include <cmath>
 #include <cstdint>

@@ -1,4 +1,5 @@
-#include "../splat/support.hpp"
+// test: unoptimised asan
+#include "../splat/runner.hpp"
 #include "ply_writer.hpp"
 #include "support.hpp"
 #include <cmath>
@@ -6,7 +7,6 @@
 #include <doctest/doctest.h>
 #include <initializer_list>
 #include <string>
-#include <tilemesh/renderer.hpp>
 #include <tilemesh/report/naive.hpp>
 #include <tilemesh/scene/ply.hpp>
 #include <vector>
@@ -17,6 +17,12 @@ using namespace scene_test;
 using namespace tilemesh;
 
 namespace {
+
+/// The default renderer.
+std::unique_ptr<support::Runner> renderer_of(scene::Map const& map, RendererOptions const& options)
+{
+    return support::make_runner<splat::Referenced<splat::Lossless>>(map, options);
+}
 
 constexpr int x = 0, y = 1, z = 2, f_dc_0 = 3, opacity = 6, scale_0 = 7, rot_0 = 10;
 
@@ -52,23 +58,22 @@ bool render_all(scene::Map const& map, splat::Camera const& camera)
     back.rotation[0][0] = back.rotation[2][2] = -1;
     bool any_unplaced = false;
     for (auto const footprint : {splat::Footprint::opacity_box, splat::Footprint::three_sigma_square}) {
-        Renderer renderer{map, {.grid = {4, 3}, .footprint = footprint, .arithmetic = splat::Arithmetic::precise}};
-        auto model = renderer.model();
+        auto const renderer = renderer_of(map, {.grid = {4, 3}, .footprint = footprint, .arithmetic = splat::Arithmetic::precise});
+        auto model = renderer->model();
         model.footprint = footprint;
         for (auto const& view : {camera, turned, back}) {
-            auto const frame = renderer.render(view);
+            auto const frame = renderer->render(view);
             auto const& r = frame.report;
             std::size_t not_finite = 0;
             for (float v : frame.image.rgb) not_finite += std::isfinite(v) ? 0 : 1;
             CHECK(not_finite == 0);
             CHECK(support::differing_pixels(frame.image, report::render_naive(map.gaussians, view, model,
-                                                                              support::Missing(r, renderer.tiling(),
-                                                                                               renderer.mesh().grid()))) ==
+                                                                              renderer->missing(r))) ==
                   0);
             auto const& n = r.gaussians;
             // Counted when the frame begins; of these some may find no room.
             CHECK(n.visible + n.parked == map.gaussians.size());
-            CHECK(support::owned_ids<Renderer::Setup>(renderer.mesh()).size() + n.unplaced == map.gaussians.size());
+            CHECK(renderer->owned_ids().size() + n.unplaced == map.gaussians.size());
             CHECK(n.dropped + n.under_way == 0);
             CHECK(r.lost.size() == n.unplaced + r.lost_copies);
             any_unplaced = any_unplaced || n.unplaced != 0;
@@ -106,8 +111,8 @@ TEST_CASE("what cannot be drawn leaves the picture of the others as it is")
     auto const picture = [](Row const& row) {
         Ply ply;
         ply.rows = rows_around(row);
-        Renderer renderer{read(ply), {.grid = {4, 3}, .arithmetic = splat::Arithmetic::precise}};
-        return renderer.render(front()).image;
+        auto const renderer = renderer_of(read(ply), {.grid = {4, 3}, .arithmetic = splat::Arithmetic::precise});
+        return renderer->render(front()).image;
     };
     auto const others = picture(ball(0, 0, -5));
     CHECK(support::differing_pixels(picture(ball(0, 0, 3)), others) > 100);
@@ -236,7 +241,7 @@ TEST_CASE("many Gaussians at one point: equal depths, then more than a tile can 
         }
         auto const map = read(ply);
         REQUIRE(map.gaussians.size() == count);
-        CHECK(render_all(map, front()) == (count > splat::Lossless::storage_slots));
+        CHECK(render_all(map, front()) == (count > splat::Lossless::sizes.storage));
     }
 }
 
@@ -246,7 +251,7 @@ TEST_CASE("an empty map renders black")
     ply.rows.clear();
     auto const map = read(ply);
     CHECK_FALSE(render_all(map, front()));
-    Renderer renderer{map, {.grid = {4, 3}, .arithmetic = splat::Arithmetic::precise}};
-    auto const frame = renderer.render(front());
+    auto const renderer = renderer_of(map, {.grid = {4, 3}, .arithmetic = splat::Arithmetic::precise});
+    auto const frame = renderer->render(front());
     for (float v : frame.image.rgb) REQUIRE(v == 0.0f);
 }

@@ -1,3 +1,4 @@
+// test: needs data
 #include "support.hpp"
 #include <cmath>
 #include <cstdint>

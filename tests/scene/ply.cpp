@@ -1,3 +1,4 @@
+// test: needs data
 #include "ply_writer.hpp"
 #include "support.hpp"
 #include <algorithm>

@@ -42,18 +42,17 @@ private:
     std::filesystem::path path_;
 };
 
-/// A file of the real data set, or an empty path and a message where it is absent.
+/// A file of the real data set, or an empty path and a message where it is absent: in the folder that the environment variable
+/// TILEMESH_DATA names, or else the build's option of that name.
 inline std::filesystem::path data_file(std::string const& name)
 {
-#if defined(TILEMESH_DATA_DEFAULT)
-    std::string folder = TILEMESH_DATA_DEFAULT;
-#else
-    std::string folder = "../shared/data";
+    char const* folder = std::getenv("TILEMESH_DATA");
+#ifdef TILEMESH_TEST_DATA
+    if (folder == nullptr) folder = TILEMESH_TEST_DATA;
 #endif
-    if (char const* given = std::getenv("TILEMESH_DATA")) folder = given;
-    auto const path = std::filesystem::path(folder) / name;
-    if (std::filesystem::exists(path)) return path;
-    MESSAGE("skipped: ", path.string(), " is absent");
+    if (folder != nullptr && *folder != '\0')
+        if (auto const path = std::filesystem::path(folder) / name; std::filesystem::exists(path)) return path;
+    MESSAGE("skipped: ", name, " is absent (TILEMESH_DATA)");
     return {};
 }
 

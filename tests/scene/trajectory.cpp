@@ -1,3 +1,4 @@
+// test: unoptimised test asan, needs data
 #include "support.hpp"
 #include <cmath>
 #include <cstddef>

@@ -1,3 +1,4 @@
+// test: without tsan
 #include "blended.hpp"
 #include "support.hpp"
 #include <algorithm>
@@ -13,14 +14,14 @@
 
 using namespace tilemesh;
 using namespace tilemesh::splat;
-namespace kernel = tilemesh::splat::detail;
+namespace inner = tilemesh::splat::detail;
 
 namespace {
 using Scene = support::SortedSplats;
 using Picture = support::Blended;
 
 /// The frame in tiles of this size; by one thread for all workers, or by each of `workers` in turn.
-template <std::uint32_t Lanes = kernel::native_lanes>
+template <std::uint32_t Lanes = inner::native_lanes>
 Picture blend(Scene const& scene, Arithmetic arithmetic, std::uint32_t tile_width, std::uint32_t tile_height, std::uint32_t workers = 0)
 {
     Model model = scene.model;
@@ -206,15 +207,15 @@ TEST_CASE("blending: a polynomial of each degree has the error that it claims")
         double most = 0;
         for (int i = -126 * 64; i <= 126 * 64; ++i) {
             float const x = static_cast<float>(i) / 64 + (i < 126 * 64 ? 0.0078f : 0.0f);
-            auto const y = kernel::power_of_two<degree, 4>(kernel::broadcast<4>(x));
+            auto const y = inner::power_of_two<degree, 4>(inner::broadcast<4>(x));
             most = std::max(most, std::fabs(double{y[0]} / std::exp2(double{x}) - 1));
         }
         return most;
     };
-    CHECK(error(kernel::Recurrence<3>{}) == doctest::Approx(7.5e-5).epsilon(0.05));
-    CHECK(error(kernel::Recurrence<4>{}) == doctest::Approx(2.6e-6).epsilon(0.1));
-    CHECK(error(kernel::Recurrence<5>{}) < 3e-7);
-    CHECK(error(kernel::Recurrence<5>{}) > 7e-8);
+    CHECK(error(inner::Recurrence<3>{}) == doctest::Approx(7.5e-5).epsilon(0.05));
+    CHECK(error(inner::Recurrence<4>{}) == doctest::Approx(2.6e-6).epsilon(0.1));
+    CHECK(error(inner::Recurrence<5>{}) < 3e-7);
+    CHECK(error(inner::Recurrence<5>{}) > 7e-8);
 }
 
 TEST_CASE("blending: pixels outside a rectangle get nothing, however bright the splat")

@@ -1,81 +1,81 @@
-#include "support.hpp"
+// test: unoptimised asan tsan
+#include "runner.hpp"
 #include <doctest/doctest.h>
 
 using namespace tilemesh;
 using namespace tilemesh::splat;
+using support::Dropping;
+using support::make_runner;
+using support::Screens;
+using support::sized;
+using support::Whole;
 
 namespace {
 /// Renders a hand-held path over a cloud and compares, after every frame, what each tile holds with brute force.
 template <class S, template <class, class> class Engine = Mesh>
-void check_copies(RendererOptions options, std::vector<float> const& turns)
+void check_copies(std::uint32_t slots, RendererOptions options, std::vector<float> const& turns)
 {
     auto const gaussians = support::cloud(400, 21);
-    BasicRenderer<S, Engine> renderer{support::map_of(gaussians), options};
+    options.sizes = sized<S>(slots, 400);
+    auto const runner = make_runner<S, Engine>(support::map_of(gaussians), options);
     for (float turn : turns) {
         auto const camera = support::lens(120, 80, turn);
-        auto const frame = renderer.render(camera);
-        auto const view = make_view(camera, renderer.model());
-        CHECK(support::wrong_tiles<S>(renderer.mesh(), gaussians, view, renderer.tiling()) == 0);
+        auto const frame = runner->render(camera);
+        CHECK(runner->wrong_tiles(gaussians, make_view(camera, runner->model())) == 0);
         CHECK(frame.report.lost.empty());
-        CHECK(support::differing_pixels(frame.image, report::render_naive(gaussians, camera, renderer.model())) == 0);
+        CHECK(support::differing_pixels(frame.image, report::render_naive(gaussians, camera, runner->model())) == 0);
     }
 }
 std::vector<float> const path = {0, 0, 0.002f, 0.004f, 0.05f, -0.4f, 1.5f, 3.1f, 0.01f, 0.01f, 0.02f, -0.02f};
-
-struct ScreenBase : Lossless {
-    using Copies = ScreenCopies;
-};
 } // namespace
 
 TEST_CASE("bloom: after every frame the copies equal the overlap set: channels of 1, 2, 5 and 300, both engines")
 {
-    check_copies<support::Small<1, 400>>({.grid = {7, 6}}, path);
-    check_copies<support::Small<2, 400>>({.threads = 3, .grid = {5, 9}}, path);
-    check_copies<support::Small<5, 400>>({.threads = 2, .grid = {12, 8}}, path);
-    check_copies<support::Small<300, 400>>({.grid = {1, 1}}, path);
-    check_copies<support::Small<1, 400>, CheckedMesh>({.grid = {4, 3}}, path);
-    check_copies<support::Small<5, 400>, CheckedMesh>({.tile = {7, 13}}, path);
+    check_copies<Whole>(1, {.grid = {7, 6}}, path);
+    check_copies<Whole>(2, {.threads = 3, .grid = {5, 9}}, path);
+    check_copies<Whole>(5, {.threads = 2, .grid = {12, 8}}, path);
+    check_copies<Whole>(300, {.grid = {1, 1}}, path);
+    check_copies<Whole, CheckedMesh>(1, {.grid = {4, 3}}, path);
+    check_copies<Whole, CheckedMesh>(5, {.tile = {7, 13}}, path);
 }
 
 TEST_CASE("bloom: screen copies are good for one view and bloom anew for the next")
 {
-    check_copies<support::Small<5, 400, ScreenBase>>({.grid = {7, 6}}, path);
-    check_copies<support::Small<1, 400, ScreenBase>, CheckedMesh>({.grid = {4, 3}}, path);
+    check_copies<Screens>(5, {.grid = {7, 6}}, path);
+    check_copies<Screens, CheckedMesh>(1, {.grid = {4, 3}}, path);
 }
 
 TEST_CASE("bloom: k tiles cost k - 1 messages, a static view none, and a footprint that leaves a tile frees its slot")
 {
-    using S = support::Small<8, 20>;
     // 9 x 9 tiles of 8 pixels; one ball whose box covers all of them.
     std::vector<Gaussian> const one{support::ball(1, 36, 36, 16, 0.9f)};
-    BasicRenderer<S> renderer{support::map_of(one), {.tile = {8, 8}}};
+    auto const renderer = make_runner<Whole>(support::map_of(one), {.tile = {8, 8}, .sizes = sized<Whole>(8, 20)});
     auto camera = support::flat_camera(72, 72);
-    auto const first = renderer.render(camera);
+    auto const first = renderer->render(camera);
     CHECK(first.report.copies == 80);
     CHECK(first.report.messages - first.report.hops == 80);
     CHECK(first.report.supersteps.bloom == 8); // 4 along the row, 4 along the columns
-    auto const again = renderer.render(camera);
+    auto const again = renderer->render(camera);
     CHECK(again.report.messages == 0);
     CHECK(again.report.supersteps.total() == 0);
     CHECK(again.report.copies == 80);
     CHECK(again.report.exchanged_live_bytes == 0);
     CHECK(again.report.exchanged_capacity_bytes == 0);
     camera.position[2] = -7000; // eight times as far: a sigma of 2 pixels about pixel 4.5
-    auto const far = renderer.render(camera);
+    auto const far = renderer->render(camera);
     CHECK(far.report.copies == 3);
 }
 
 TEST_CASE("bloom: an anchor that moves by a tile costs what is new, not the whole footprint")
 {
-    using S = support::Small<40, 20>;
     std::vector<Gaussian> const one{support::ball(1, 70, 70, 10, 0.9f)};
-    BasicRenderer<S> renderer{support::map_of(one), {.tile = {8, 8}}};
+    auto const renderer = make_runner<Whole>(support::map_of(one), {.tile = {8, 8}, .sizes = sized<Whole>(40, 20)});
     auto camera = support::flat_camera(240, 240);
-    (void)renderer.render(camera);
+    (void)renderer->render(camera);
     for (auto const& [dx, dy] : {std::pair{8.0f, 0.0f}, {0.0f, 8.0f}}) {
         camera.position[0] -= dx;
         camera.position[1] -= dy;
-        auto const r = renderer.render(camera).report;
+        auto const r = renderer->render(camera).report;
         CHECK(r.gaussians.moved == 1);
         CHECK(r.copies > 60);
         CHECK(r.messages <= 1 + 2 * 11); // the record, a column or row of new copies, and at most a row that has them already
@@ -86,21 +86,19 @@ TEST_CASE("bloom: an anchor that moves by a tile costs what is new, not the whol
 TEST_CASE("drop: every copy that is missing is listed with its cause, and the picture lacks just these")
 {
     auto gaussians = support::cloud(500, 31);
-    auto const check = [&](auto setup, RendererOptions const& options, report::Cause cause) {
-        using S = decltype(setup);
-        BasicRenderer<S> renderer{support::map_of(gaussians), options};
+    auto const check = [&]<class S>(S, std::uint32_t slots, std::uint32_t records, report::Cause cause) {
+        auto const renderer = make_runner<S>(support::map_of(gaussians), {.grid = {7, 6}, .sizes = sized<S>(slots, records)});
         for (float turn : {0.0f, 0.0f, 0.03f}) {
             auto const view = support::lens(120, 80, turn);
-            auto const frame = renderer.render(view);
+            auto const frame = renderer->render(view);
             auto const& r = frame.report;
             REQUIRE_FALSE(r.lost.empty());
             bool seen = false;
             for (auto const& l : r.lost) seen = seen || l.cause == cause;
             CHECK(seen);
             if (S::Saturation::holds) CHECK(r.lost_copies + r.gaussians.unplaced == r.lost.size());
-            auto const full = report::render_naive(gaussians, view, renderer.model());
-            auto const without = report::render_naive(
-                gaussians, view, renderer.model(), support::Missing(r, renderer.tiling(), renderer.mesh().grid()));
+            auto const full = report::render_naive(gaussians, view, renderer->model());
+            auto const without = report::render_naive(gaussians, view, renderer->model(), renderer->missing(r));
             // RGBX8 or float: what the framebuffer holds.
             auto shown = without;
             if constexpr (std::is_same_v<typename S::Pixel, Rgbx8Pixel>)
@@ -109,28 +107,27 @@ TEST_CASE("drop: every copy that is missing is listed with its cause, and the pi
             CHECK(support::differing_pixels(full, without) > 0);
         }
     };
-    check(support::Small<2, 600, Paper>{}, {.grid = {7, 6}}, report::Cause::channel_full);
-    check(support::Small<300, 22, Paper>{}, {.grid = {7, 6}}, report::Cause::storage_full);
-    check(support::Small<300, 22, Lossless>{}, {.grid = {7, 6}}, report::Cause::storage_full);
+    check(Dropping{}, 2, 600, report::Cause::channel_full);
+    check(Dropping{}, 300, 22, report::Cause::storage_full);
+    check(Whole{}, 300, 22, report::Cause::storage_full);
     // Two tiles' worth of records on one anchor tile: unplaced, by id.
     for (auto& g : gaussians) g.mean_world[0] = g.mean_world[2] * 0.01f, g.mean_world[1] = g.mean_world[2] * 0.01f;
-    check(support::Small<300, 60, Lossless>{}, {.grid = {7, 6}}, report::Cause::unplaced);
+    check(Whole{}, 300, 60, report::Cause::unplaced);
 }
 
 TEST_CASE("hold: what was unplaced comes back when another view has room for it, and lost copies are sent again")
 {
-    using S = support::Small<300, 140>;
     auto const gaussians = support::cloud(500, 31);
-    BasicRenderer<S> renderer{support::map_of(gaussians), {.grid = {7, 6}}};
+    auto const renderer = make_runner<Whole>(support::map_of(gaussians), {.grid = {7, 6}, .sizes = sized<Whole>(300, 140)});
     auto near = support::lens(120, 80);
     auto far = near;
     far.position[2] = -30; // all on a few tiles
-    auto const crowded = renderer.render(far);
+    auto const crowded = renderer->render(far);
     CHECK(crowded.report.gaussians.unplaced > 0);
-    CHECK(renderer.render(far).report.gaussians.unplaced == crowded.report.gaussians.unplaced); // static: nothing tried again
+    CHECK(renderer->render(far).report.gaussians.unplaced == crowded.report.gaussians.unplaced); // static: nothing tried again
     auto away = near; // looking the other way nothing is on screen and all have room
     away.rotation[0][0] = away.rotation[2][2] = -1;
-    auto const parked = renderer.render(away);
+    auto const parked = renderer->render(away);
     CHECK(parked.report.gaussians.unplaced == 0);
     CHECK(parked.report.lost.empty());
     CHECK(parked.report.gaussians.parked == 500);
@@ -138,45 +135,46 @@ TEST_CASE("hold: what was unplaced comes back when another view has room for it,
 
 TEST_CASE("hold: `held` counts every wait, for a slot as for a credit, of one frame")
 {
-    using S = support::Small<1, 400>;
-    BasicRenderer<S> renderer{support::map_of(support::cloud(400, 21)), {.grid = {7, 6}}};
-    auto const r = renderer.render(support::lens(120, 80)).report;
+    auto const renderer = make_runner<Whole>(support::map_of(support::cloud(400, 21)), {.grid = {7, 6}, .sizes = sized<Whole>(1, 400)});
+    auto const r = renderer->render(support::lens(120, 80)).report;
     CHECK(r.refused.channel_full > 0);
     CHECK(r.refused.no_credit > 0);
     CHECK(r.gaussians.held == r.refused.channel_full + r.refused.no_credit);
     CHECK(r.gaussians.dropped == 0);
-    CHECK(renderer.render(support::lens(120, 80)).report.gaussians.held == 0); // a static view waits for nothing
+    CHECK(renderer->render(support::lens(120, 80)).report.gaussians.held == 0); // a static view waits for nothing
 }
 
 TEST_CASE("drop: what a full channel refused is owed again in the next view, and nothing else is")
 {
     auto const gaussians = support::cloud(250, 53);
-    BasicRenderer<support::Small<2, 600, Paper>> renderer{support::map_of(gaussians), {.grid = {7, 6}}};
+    auto const renderer = make_runner<Dropping>(support::map_of(gaussians), {.grid = {7, 6}, .sizes = sized<Dropping>(2, 600)});
     auto camera = support::lens(96, 80);
-    auto const first = renderer.render(camera).report;
+    auto const first = renderer->render(camera).report;
     REQUIRE(first.lost_copies > 50);
     auto before = first;
     std::uint32_t frames = 0;
     for (; frames < 200 && before.lost_copies != 0; ++frames) {
         camera.cx += 1e-4f; // a new view, in which next to nothing moves
-        auto const now = renderer.render(camera).report;
+        auto const now = renderer->render(camera).report;
         CHECK(now.messages <= before.lost_copies + 20); // an anchor or two may cross a border
         CHECK(now.lost_copies <= before.lost_copies + 5);
         before = now;
     }
     CHECK(before.lost_copies == 0);
     CHECK(frames > 1);
-    auto const again = renderer.render(camera).report;
+    auto const again = renderer->render(camera).report;
     CHECK(again.lost.empty());
     CHECK(again.messages == 0);
 }
 
 TEST_CASE("bounded hops: one superstep a frame; every frame lacks just what is listed, and a static view converges")
 {
-    auto const check = [](auto tag, auto setup, std::uint32_t hops) {
-        using S = decltype(setup);
-        auto const gaussians = support::cloud(300, 41);
-        auto renderer = tag(support::map_of(gaussians), RendererOptions{.grid = {8, 6}, .hops = hops}, setup);
+    auto const gaussians = support::cloud(300, 41);
+    auto const map = support::map_of(gaussians);
+    auto const options = [](std::uint32_t slots, std::uint32_t hops) {
+        return RendererOptions{.grid = {8, 6}, .hops = hops, .sizes = sized<Whole>(slots, 400)};
+    };
+    auto const check = [&](std::unique_ptr<support::Runner> const& renderer, std::uint32_t hops) {
         std::uint64_t late = 0, under_way = 0;
         for (float turn : {0.0f, 0.3f, 0.31f, -1.0f, 0.2f}) { // each starts while the one before is still under way
             std::uint64_t missing = 1, frames = 0;
@@ -187,11 +185,10 @@ TEST_CASE("bounded hops: one superstep a frame; every frame lacks just what is l
                 auto const& r = frame.report;
                 CHECK(r.supersteps.route <= hops);
                 CHECK(r.supersteps.bloom <= hops);
-                auto const ids = support::owned_ids<S>(renderer->mesh());
+                auto const ids = renderer->owned_ids();
                 CHECK(ids.size() == gaussians.size());
                 CHECK(std::adjacent_find(ids.begin(), ids.end()) == ids.end());
-                auto const without = report::render_naive(gaussians, camera, renderer->model(),
-                                                          support::Missing(r, renderer->tiling(), renderer->mesh().grid()));
+                auto const without = report::render_naive(gaussians, camera, renderer->model(), renderer->missing(r));
                 CHECK(support::differing_pixels(frame.image, without) == 0);
                 for (auto const& l : r.lost) CHECK(l.cause == report::Cause::late);
                 late += r.late_copies;
@@ -206,31 +203,24 @@ TEST_CASE("bounded hops: one superstep a frame; every frame lacks just what is l
         CHECK(late > 0);
         CHECK(under_way > 0);
     };
-    auto const threads = [](scene::Map map, RendererOptions options, auto setup) {
-        return std::make_unique<BasicRenderer<decltype(setup)>>(std::move(map), options);
-    };
-    auto const checked = [](scene::Map map, RendererOptions options, auto setup) {
-        return std::make_unique<BasicRenderer<decltype(setup), CheckedMesh>>(std::move(map), options);
-    };
-    check(threads, support::Small<300, 400>{}, 1);
-    check(threads, support::Small<2, 400>{}, 1);
-    check(threads, support::Small<2, 400>{}, 3);
-    check(threads, support::Small<300, 400, ScreenBase>{}, 1);
-    check(checked, support::Small<2, 400>{}, 1);
+    check(make_runner<Whole>(map, options(300, 1)), 1);
+    check(make_runner<Whole>(map, options(2, 1)), 1);
+    check(make_runner<Whole>(map, options(2, 3)), 3);
+    check(make_runner<Screens>(map, options(300, 1)), 1);
+    check(make_runner<Whole, CheckedMesh>(map, options(2, 1)), 1);
 }
 
 TEST_CASE("bounded hops: views that change while records are under way never leave two waiting for each other")
 {
     // FIFOs of one, and a new view every frame: records meet that both must turn back.
-    using S = support::Small<1, 300>;
     auto const gaussians = support::cloud(200, 43);
     for (std::uint64_t seed = 0; seed < (support::fast() ? 4u : 24u); ++seed) {
-        BasicRenderer<S> renderer{support::map_of(gaussians), {.grid = {5, 4}, .hops = seed % 3 == 2 ? 2u : 1u}};
+        auto const renderer = make_runner<Whole>(support::map_of(gaussians), {.grid = {5, 4}, .hops = seed % 3 == 2 ? 2u : 1u, .sizes = sized<Whole>(1, 300)});
         support::Random random(seed);
-        for (int i = 0; i < 40; ++i) (void)renderer.render(support::lens(60, 48, random.uniform(-1, 1)));
+        for (int i = 0; i < 40; ++i) (void)renderer->render(support::lens(60, 48, random.uniform(-1, 1)));
         std::uint64_t missing = 1;
         for (int i = 0; i < 600 && missing != 0; ++i) {
-            auto const r = renderer.render(support::lens(60, 48, 0.1f)).report;
+            auto const r = renderer->render(support::lens(60, 48, 0.1f)).report;
             missing = r.lost.size() + r.gaussians.under_way;
         }
         INFO("seed ", seed);
@@ -240,23 +230,22 @@ TEST_CASE("bounded hops: views that change while records are under way never lea
 
 TEST_CASE("bounded hops: what finds no storage is listed tile by tile, and comes back without doubling")
 {
-    using S = support::Small<5, 30>;
     auto const gaussians = support::cloud(400, 47);
     std::uint64_t unplaced = 0;
     for (std::uint64_t seed = 0; seed < 3; ++seed) {
-        BasicRenderer<S> renderer{support::map_of(gaussians), {.grid = {5, 4}, .hops = 2}};
+        auto const renderer = make_runner<Whole>(support::map_of(gaussians), {.grid = {5, 4}, .hops = 2, .sizes = sized<Whole>(5, 30)});
         support::Random random(seed);
         for (int i = 0; i < 40; ++i) {
             auto const camera = support::lens(60, 48, random.uniform(-0.6f, 0.6f));
-            auto const frame = renderer.render(camera);
+            auto const frame = renderer->render(camera);
             auto const& r = frame.report;
             unplaced += r.gaussians.unplaced;
-            auto const ids = support::owned_ids<S>(renderer.mesh());
+            auto const ids = renderer->owned_ids();
             CHECK(ids.size() + r.gaussians.unplaced == gaussians.size());
             CHECK(std::adjacent_find(ids.begin(), ids.end()) == ids.end());
             CHECK(support::differing_pixels(
-                      frame.image, report::render_naive(gaussians, camera, renderer.model(),
-                                                        support::Missing(r, renderer.tiling(), renderer.mesh().grid()))) == 0);
+                      frame.image, report::render_naive(gaussians, camera, renderer->model(),
+                                                        renderer->missing(r))) == 0);
         }
     }
     CHECK(unplaced > 0);

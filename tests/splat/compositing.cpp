@@ -1,17 +1,16 @@
-#include "support.hpp"
+// test: unoptimised asan, without tsan
+#include "runner.hpp"
 #include <doctest/doctest.h>
 
 using namespace tilemesh;
 using namespace tilemesh::splat;
+using support::make_runner;
 
 namespace {
 Splat splat_of(Gaussian const& g, Camera const& camera, Model const& model = {})
 {
     return project(g, make_view(camera, model), make_tiling(camera.width, camera.height, camera.width, camera.height));
 }
-struct Eight : support::Small<50, 500> {
-    using Pixel = Rgbx8Pixel;
-};
 /// May a pixel of the block with these outermost centres, relative to the mean, see the splat?
 bool reaches(Splat const& s, float x0, float x1, float y0, float y1)
 {
@@ -22,13 +21,14 @@ bool reaches(Splat const& s, float x0, float x1, float y0, float y1)
     auto const lanes = [](float v) { return detail::broadcast<4>(v); };
     return detail::reaches<4>(chunk, 0, lanes(x0), lanes(x1), lanes(y0), lanes(y1))[0] != 0;
 }
-template <class S = support::Small<50, 500>>
+template <class S = support::Whole>
 report::Image on_mesh(std::vector<Gaussian> const& gaussians, Camera const& camera, RendererOptions options = {.grid = {1, 1}},
                       Model const* model = nullptr)
 {
-    BasicRenderer<S> renderer{support::map_of(gaussians), options};
-    if (model != nullptr) renderer.model() = *model;
-    return renderer.render(camera).image;
+    options.sizes = support::sized<S>(50, 500);
+    auto const runner = make_runner<S>(support::map_of(gaussians), options);
+    if (model != nullptr) runner->model() = *model;
+    return runner->render(camera).image;
 }
 } // namespace
 
@@ -151,8 +151,7 @@ TEST_CASE("contributing pairs belong to the picture, not to the tiling")
     auto const gaussians = support::cloud(400, 81);
     std::vector<std::uint64_t> contributing;
     for (Extent2 tile : {Extent2{120, 80}, {32, 20}, {16, 4}, {7, 13}}) {
-        BasicRenderer<support::Small<50, 500>> renderer{support::map_of(gaussians), {.tile = tile}};
-        auto const r = renderer.render(camera).report;
+        auto const r = make_runner<support::Whole>(support::map_of(gaussians), {.tile = tile})->render(camera).report;
         contributing.push_back(r.pairs_contributing);
         CHECK(r.pairs >= r.pairs_contributing);
         CHECK(r.pairs % 80 == 0);
@@ -192,7 +191,7 @@ TEST_CASE("rgbx8: the float picture rounded to levels, clamped, padded")
     auto const camera = support::lens(120, 80);
     auto const gaussians = support::cloud(200, 95);
     auto const exact = on_mesh(gaussians, camera);
-    auto const eight = on_mesh<Eight>(gaussians, camera);
+    auto const eight = on_mesh<support::BytesAndPlanes>(gaussians, camera);
     for (std::size_t i = 0; i < exact.rgb.size(); ++i)
         if (eight.rgb[i] != static_cast<float>(Rgbx8Pixel::level(exact.rgb[i])) / 255.0f) FAIL("channel ", i);
 }
@@ -217,8 +216,7 @@ TEST_CASE("bad requests are refused in one line")
     auto const map = support::map_of(support::cloud(50, 99));
     auto const message = [&](RendererOptions options, Camera const& camera) {
         try {
-            Renderer renderer{map, options};
-            (void)renderer.render(camera);
+            (void)make_runner<Referenced<Lossless>>(map, options)->render(camera);
         } catch (Error const& e) {
             return std::string(e.what());
         }
@@ -237,7 +235,7 @@ TEST_CASE("bad requests are refused in one line")
     blind.near_depth = 0;
     CHECK(message({}, blind).find("near plane") != std::string::npos);
     try {
-        BasicRenderer<Paper> renderer{map, {.hops = 1}};
+        (void)make_runner<Paper>(map, {.hops = 1});
         FAIL("one set of channels cannot hold what a bound leaves in both");
     } catch (Error const& e) {
         CHECK(std::string(e.what()).find("bounded hops") != std::string::npos);
@@ -247,5 +245,5 @@ TEST_CASE("bad requests are refused in one line")
     CHECK(message({}, none).find("0 x 64") != std::string::npos);
     auto twins = map;
     twins.gaussians[3].id = twins.gaussians[4].id;
-    CHECK_THROWS_AS(Renderer{twins}, Error);
+    CHECK_THROWS_AS(make_runner<Referenced<Lossless>>(twins), Error);
 }

@@ -1,4 +1,5 @@
-#include "support.hpp"
+// test: unoptimised asan, without tsan
+#include "runner.hpp"
 #include <doctest/doctest.h>
 
 using namespace tilemesh::splat;
@@ -64,8 +65,9 @@ TEST_CASE("depth ties: the picture does not depend on the order in which records
     auto gaussians = support::cloud(300, 11);
     for (auto& g : gaussians) g.mean_world[2] = 2; // all at one depth
     auto const camera = support::lens(90, 60);
-    tilemesh::BasicRenderer<support::Small<8, 400>> first{support::map_of(gaussians), {.grid = {3, 3}}};
+    tilemesh::RendererOptions const options{.grid = {3, 3}, .sizes = support::sized<support::Whole>(8, 400)};
+    auto const first = support::make_runner<support::Whole>(support::map_of(gaussians), options);
     std::reverse(gaussians.begin(), gaussians.end());
-    tilemesh::BasicRenderer<support::Small<8, 400>> second{support::map_of(gaussians), {.grid = {3, 3}}};
-    CHECK(support::differing_pixels(first.render(camera).image, second.render(camera).image) == 0);
+    auto const second = support::make_runner<support::Whole>(support::map_of(gaussians), options);
+    CHECK(support::differing_pixels(first->render(camera).image, second->render(camera).image) == 0);
 }

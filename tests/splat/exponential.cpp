@@ -1,3 +1,4 @@
+// test: without tsan
 #include <cmath>
 #include <cstring>
 #include <doctest/doctest.h>

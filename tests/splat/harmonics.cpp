@@ -1,8 +1,9 @@
+// test: without asan tsan, needs data
+#include "runner.hpp"
 #include "scenes.hpp"
 #include <cmath>
 #include <cstring>
 #include <doctest/doctest.h>
-#include <tilemesh/fit_renderer.hpp>
 #include <tilemesh/report/error_measures.hpp>
 #include <tilemesh/report/reference_double.hpp>
 #include <tilemesh/scene/frame_whole.hpp>
@@ -135,16 +136,10 @@ TEST_CASE("harmonics on the mesh: bit-equal to the naive picture over tilings, c
     map.sh_degree = 2;
     for (std::size_t i = 0; i < 24 * map.gaussians.size(); ++i) map.harmonics.push_back(random.uniform(-0.4f, 0.4f));
     auto const gaussians = scene::records<ShadedGaussian<2>>(map);
-    struct World : support::Small<50, 700> {
-        using Record = ShadedGaussian<2>;
-    };
-    struct Screen : World {
-        using Copies = ScreenCopies;
-    };
-    auto const check = [&](auto renderer) {
+    auto const check = [&](std::unique_ptr<support::Runner> const& runner) {
         for (float turn : {0.0f, 0.02f, 0.5f, 0.0f}) {
             auto const camera = support::lens(200, 120, turn);
-            auto const frame = renderer.render(camera);
+            auto const frame = runner->render(camera);
             CHECK(frame.report.lost.empty());
             CHECK(support::differing_pixels(frame.image, report::render_naive(gaussians, camera, Model{})) == 0);
             auto const error =
@@ -152,9 +147,13 @@ TEST_CASE("harmonics on the mesh: bit-equal to the naive picture over tilings, c
             CHECK(error.psnr_db > 90);
         }
     };
-    check(BasicRenderer<World>{map, {.threads = 2, .tile = {32, 20}}});
-    check(BasicRenderer<World>{map, {.tile = {13, 7}}});
-    check(BasicRenderer<Screen>{map, {.tile = {20, 30}}});
+    auto const sizes = support::sized<support::Whole>(20, 700);
+    using World = Fitted<support::Whole, 2>;
+    using Screen = Fitted<support::Screens, 2>;
+    check(support::make_runner<World>(map, {.threads = 2, .tile = {32, 20}, .sizes = sizes}));
+    check(support::make_runner<World>(map, {.tile = {13, 7}, .sizes = sizes}));
+    check(support::make_runner<Referenced<World>>(map, {.tile = {16, 9}, .sizes = sizes}));
+    check(support::make_runner<Referenced<Screen>>(map, {.tile = {20, 30}, .sizes = sizes}));
 
     // A setup of degree 0 does not pretend.
     CHECK_THROWS_WITH_AS(scene::records<Gaussian>(map),
@@ -175,7 +174,7 @@ TEST_CASE("harmonics on Mk2: fruit_drops of degree 3 and playbot of degree 2 hav
         REQUIRE(map.sh_degree == degree);
         auto const first = support::fast() ? scene::frame_whole(map, {640, 360}) : scene::frame_whole(map, {1280, 720});
         auto const renderer =
-            fit_renderer<Fitted<Lossless, 2>, Fitted<Lossless, 3>>(map, scene::demand_of(map), {.threads = 2});
+            support::fit_shared<Fitted<Lossless, 2>, Fitted<Lossless, 3>>(map, scene::demand_of(map), {.threads = 2});
         REQUIRE(renderer);
         CHECK(renderer->sh_degree() == degree);
         for (auto const& camera : scene::orbit(first, scene::robust_centre(map), 4, support::fast() ? 1 : 2)) {

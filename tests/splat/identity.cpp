@@ -1,3 +1,5 @@
+// test: optimised, without asan tsan, needs data, cost 170
+#include "runner.hpp"
 #include "scenes.hpp"
 #include <array>
 
@@ -11,60 +13,41 @@ using support::scenes;
 namespace {
 enum class Motion { cold, teleport, orbit };
 
-struct ScreenBase : Lossless {
-    using Copies = ScreenCopies;
-};
-/// Tiles up to 64 x 40 on any number of tiles; capacities as in lossless, or dynamic.
-template <class Base, bool Dynamic>
-struct Tiles : Base {
-    using Machine = TestMachine<8u << 20>;
-    static constexpr std::uint32_t storage_slots = 6000;
-    static constexpr std::uint32_t tile_pixels = 64 * 40;
-    static constexpr std::uint32_t road_bytes = Dynamic ? dynamic_capacity : Base::road_bytes;
-    static constexpr std::uint32_t beam_bytes = Dynamic ? dynamic_capacity : Base::beam_bytes;
-};
-template <class Base, bool Dynamic>
-struct Whole : Tiles<Base, Dynamic> {
-    using Machine = typename Roomy<Base>::Machine;
-    static constexpr std::uint32_t storage_slots = 40'000;
-    static constexpr std::uint32_t tile_pixels = 1u << 20;
-};
+/// Tiles of any size; capacities as in lossless, or given when the mesh is made.
+Sizes sizes_of(bool whole, bool dynamic)
+{
+    auto sizes = Lossless::sizes;
+    sizes.storage = whole ? 40'000 : 6000;
+    sizes.tile_pixels = whole ? 1u << 20 : 64 * 40;
+    if (dynamic) sizes.road = sizes.beam = dynamic_capacity;
+    return sizes;
+}
 
 /// Renders one combination; the number of pixels that differ from the naive picture, over all compared frames.
-template <class S>
-std::uint64_t differing(Scene const& s, std::size_t camera, Extent2 tile, std::uint32_t threads, Motion motion, std::uint32_t step)
+std::uint64_t differing(Scene const& s, std::size_t camera, Extent2 tile, std::uint32_t threads, bool dynamic, bool screen,
+                        Motion motion, std::uint32_t step)
 {
-    RendererOptions options{.threads = threads, .tile = tile, .arithmetic = Arithmetic::precise};
-    if (S::road_bytes == dynamic_capacity) options.channel_slots = 37;
-    BasicRenderer<S> renderer{s.map, options};
+    RendererOptions const options{.threads = threads,
+                                  .tile = tile,
+                                  .channel_slots = dynamic ? 37u : 0u,
+                                  .arithmetic = Arithmetic::precise,
+                                  .sizes = sizes_of(tile.width > 64, dynamic)};
+    auto const renderer = screen ? support::make_runner<support::Screens>(s.map, options) : support::make_runner<support::Whole>(s.map, options);
     auto const& view = s.cameras[camera].second;
     std::uint64_t differ = 0;
     if (motion == Motion::orbit) {
         auto const path = scene::orbit(view, scene::robust_centre(s.map), 0.5, 20);
         for (std::uint32_t i = 0; i < path.size(); ++i) {
-            auto const frame = renderer.render(path[i]);
+            auto const frame = renderer->render(path[i]);
             CHECK(frame.report.lost.empty());
             if ((i + 1) % step == 0) differ += support::differing_pixels(frame.image, naive(s, path[i]));
         }
         return differ;
     }
-    if (motion == Motion::teleport) (void)renderer.render(s.cameras[(camera + 1) % s.cameras.size()].second);
-    auto const frame = renderer.render(view);
+    if (motion == Motion::teleport) (void)renderer->render(s.cameras[(camera + 1) % s.cameras.size()].second);
+    auto const frame = renderer->render(view);
     CHECK(frame.report.lost.empty());
     return support::differing_pixels(frame.image, naive(s, view));
-}
-std::uint64_t differing(Scene const& s, std::size_t camera, Extent2 tile, std::uint32_t threads, bool dynamic, bool screen,
-                        Motion motion, std::uint32_t step)
-{
-    bool const whole = tile.width > 64;
-    if (whole && dynamic && screen) return differing<Whole<ScreenBase, true>>(s, camera, tile, threads, motion, step);
-    if (whole && dynamic) return differing<Whole<Lossless, true>>(s, camera, tile, threads, motion, step);
-    if (whole && screen) return differing<Whole<ScreenBase, false>>(s, camera, tile, threads, motion, step);
-    if (whole) return differing<Whole<Lossless, false>>(s, camera, tile, threads, motion, step);
-    if (dynamic && screen) return differing<Tiles<ScreenBase, true>>(s, camera, tile, threads, motion, step);
-    if (dynamic) return differing<Tiles<Lossless, true>>(s, camera, tile, threads, motion, step);
-    if (screen) return differing<Tiles<ScreenBase, false>>(s, camera, tile, threads, motion, step);
-    return differing<Tiles<Lossless, false>>(s, camera, tile, threads, motion, step);
 }
 constexpr Extent2 tile_sizes[] = {{16, 20}, {32, 20}, {64, 40}, {24, 24}, {7, 13}, {1280, 720}};
 constexpr std::uint32_t thread_counts[] = {1, 2, 3, 7};

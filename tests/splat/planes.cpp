@@ -1,5 +1,6 @@
+// test: unoptimised test, without asan tsan
 // Depth and alpha: right where asked for, absent where not.
-#include "support.hpp"
+#include "runner.hpp"
 #include <doctest/doctest.h>
 #include <tilemesh/report/reference_double.hpp>
 
@@ -7,18 +8,15 @@ using namespace tilemesh;
 using namespace tilemesh::splat;
 
 namespace {
-using Room = support::Small<50, 500>;
-struct Eight : Room {
-    using Pixel = Rgbx8Pixel;
-};
-using Depth = WithPixel<Room, WithDepth<FloatPixel>>;
-using Alpha = WithPixel<Room, WithAlpha<FloatPixel>>;
-using Both = WithPixel<Room, WithAlpha<WithDepth<FloatPixel>>>;
+using Both = support::Planes;
+using Depth = Referenced<WithPixel<support::Whole, WithDepth<FloatPixel>>>;
+using Alpha = Referenced<WithPixel<support::Whole, WithAlpha<FloatPixel>>>;
 
 template <class S, template <class, class> class Engine = Mesh>
 RenderedFrame on_mesh(std::vector<Gaussian> const& gaussians, Camera const& camera, RendererOptions options = {.grid = {1, 1}})
 {
-    return BasicRenderer<S, Engine>{support::map_of(gaussians), options}.render(camera);
+    options.sizes = support::sized<support::Whole>(50, 500);
+    return support::make_runner<S, Engine>(support::map_of(gaussians), options)->render(camera);
 }
 
 /// The same Gaussians, red with their view depth and green with 1: a picture of them holds sum(w z) and sum(w).
@@ -35,7 +33,7 @@ std::vector<Gaussian> painted_with_depth(std::vector<Gaussian> gaussians, Camera
 template <class S>
 std::uint32_t framebuffer_bytes()
 {
-    for (Region const& r : Tile<typename S::Machine, Frame<S>>::ledger())
+    for (Region const& r : Tile<typename S::Machine, Frame<S>, S>::ledger())
         if (std::string(r.name.text, r.name.size) == "framebuffer") return r.bytes;
     return 0;
 }
@@ -47,13 +45,14 @@ TEST_CASE("planes: on Mk2 a tile keeps what is asked for, and storage gives up t
     using Two = WithPixel<Lossless, WithAlpha<WithDepth<FloatPixel>>>;
     CHECK(framebuffer_bytes<One>() - framebuffer_bytes<Lossless>() == 4 * 640);
     CHECK(framebuffer_bytes<Two>() - framebuffer_bytes<Lossless>() == 8 * 640);
-    CHECK(Lossless::storage_slots - One::storage_slots == 7);
-    CHECK(Lossless::storage_slots - Two::storage_slots == 25);
-    CHECK(WithPixel<Lossless, FloatPixel>::storage_slots == Lossless::storage_slots);
-    CHECK(WithPixel<Paper, WithDepth<Rgbx8Pixel>>::storage_slots == Paper::storage_slots); // its ledger has room
-    CHECK(Tile<Mk2, Frame<Two>>::bytes <= Mk2::sram_bytes);
-    CHECK(Tile<Mk2, Frame<Two>>::bytes + 136 > Mk2::sram_bytes); // no slot more than it must
-    CHECK(Tile<Mk2, Frame<WithPixel<Lossless, FloatPixel>>>::bytes == Tile<Mk2, Frame<Lossless>>::bytes);
+    CHECK(Lossless::sizes.storage - One::sizes.storage == 7);
+    CHECK(Lossless::sizes.storage - Two::sizes.storage == 25);
+    CHECK(WithPixel<Lossless, FloatPixel>::sizes == Lossless::sizes);
+    CHECK(WithPixel<Paper, WithDepth<Rgbx8Pixel>>::sizes == Paper::sizes); // its ledger has room
+    CHECK(Tile<Mk2, Frame<Two>, Two>::bytes <= Mk2::sram_bytes);
+    CHECK(Tile<Mk2, Frame<Two>, Two>::bytes + 136 > Mk2::sram_bytes); // no slot more than it must
+    using Same = WithPixel<Lossless, FloatPixel>;
+    CHECK(Tile<Mk2, Frame<Same>, Same>::bytes == Tile<Mk2, Frame<Lossless>, Lossless>::bytes);
 }
 
 TEST_CASE("planes: one surface has its own depth in every pixel that sees it, and 0 elsewhere")
@@ -114,7 +113,7 @@ TEST_CASE("planes: bit-equal to the naive loop's sums over every tiling and engi
     same(alpha);
     CHECK(depth.alpha.empty());
     CHECK(alpha.depth.empty());
-    auto const neither = on_mesh<Room>(gaussians, camera);
+    auto const neither = on_mesh<support::Whole>(gaussians, camera);
     CHECK(neither.depth.empty());
     CHECK(neither.alpha.empty());
 }
@@ -170,7 +169,7 @@ TEST_CASE("planes: with the paper's pixels too")
     auto const camera = support::lens(60, 40);
     auto const gaussians = support::cloud(150, 173);
     auto const floats = on_mesh<Both>(gaussians, camera);
-    auto const eight = on_mesh<WithPixel<Eight, WithAlpha<WithDepth<Rgbx8Pixel>>>>(gaussians, camera);
+    auto const eight = on_mesh<support::BytesAndPlanes>(gaussians, camera);
     CHECK(eight.depth.values == floats.depth.values);
     CHECK(eight.alpha.values == floats.alpha.values);
     for (std::size_t i = 0; i < eight.image.rgb.size(); ++i)

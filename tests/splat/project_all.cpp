@@ -1,3 +1,4 @@
+// test: without tsan
 #include "support.hpp"
 #include <doctest/doctest.h>
 #include <limits>

@@ -1,12 +1,13 @@
+// test: unoptimised test, without asan tsan
 // The named settings: what they set, that each is cheaper and farther off than the one before, and that a renderer that is asked for one
 // renders with it, whatever is culled for it.
-#include "support.hpp"
+#include "runner.hpp"
 #include <cstring>
 #include <doctest/doctest.h>
 #include <optional>
 #include <span>
 #include <string>
-#include <tilemesh/fit_renderer.hpp>
+#include <tilemesh/report/compare_reports.hpp>
 #include <tilemesh/report/error_measures.hpp>
 #include <tilemesh/report/reference_double.hpp>
 #include <tilemesh/scene/built_in.hpp>
@@ -15,6 +16,7 @@
 
 using namespace tilemesh;
 using namespace tilemesh::splat;
+using support::make_runner;
 
 namespace {
 
@@ -30,7 +32,7 @@ static_assert(with_quality({}, Quality::on_sensor).transmittance_min == 1e-2f);
 // The stops that are not asked for: the library's, and 3D Gaussian Splatting's in the presets that are the paper's machine.
 static_assert(Model{}.alpha_min == 1.0f / 255 && Model{}.transmittance_min == 5e-3f);
 static_assert(Lossless::transmittance_min == 5e-3f && Fitted<Lossless, 3, false>::transmittance_min == 5e-3f);
-static_assert(Paper::transmittance_min == 1e-4f && Prototype::transmittance_min == 1e-4f && Roomy<Paper>::transmittance_min == 1e-4f);
+static_assert(Paper::transmittance_min == 1e-4f && Prototype::transmittance_min == 1e-4f && support::Room<Paper>::transmittance_min == 1e-4f);
 
 bool same_bits(Model const& a, Model const& b) { return std::memcmp(&a, &b, sizeof a) == 0; }
 
@@ -44,13 +46,16 @@ Desk const& desk()
     return d;
 }
 
-using Machine64 = Roomy<Lossless>;
 constexpr Extent2 tile{16, 10};
 
+std::unique_ptr<support::Runner> desk_runner(std::optional<Quality> quality)
+{
+    return make_runner<Referenced<support::Whole>>(
+        desk().map, {.tile = tile, .arithmetic = Arithmetic::fast, .quality = quality, .sizes = roomy(Lossless::sizes)});
+}
 RenderedFrame rendered(std::optional<Quality> quality)
 {
-    BasicRenderer<Referenced<Machine64>> renderer(desk().map, {.tile = tile, .quality = quality});
-    return renderer.render(desk().camera);
+    return desk_runner(quality)->render(desk().camera);
 }
 
 } // namespace
@@ -83,18 +88,18 @@ TEST_CASE("quality: its name, its two cut-offs, and nothing else")
 TEST_CASE("quality: presets keep their own stop until a quality is asked for")
 {
     auto const map = support::map_of(support::cloud(20, 3));
-    auto const model_of = [&]<class S>(S) { return BasicRenderer<S>(map).model(); };
+    auto const model_of = [&]<class S>(S) { return make_runner<S>(map)->model(); };
     CHECK(model_of(Lossless{}).transmittance_min == 5e-3f);
     for (auto const& model : {model_of(Paper{}), model_of(Prototype{})}) {
         CHECK(model.transmittance_min == 1e-4f);
         CHECK(model.alpha_min == 1.0f / 255);
         CHECK(model.alpha_max == 0.99f);
     }
-    RendererOf<Paper> asked(map, {.quality = Quality::viewing});
-    CHECK(asked.model().transmittance_min == 5e-3f);
-    CHECK(asked.model().alpha_min == 1.0f / 128);
-    CHECK(asked.model().alpha_max == 0.99f);
-    CHECK(asked.model().footprint == Footprint::three_sigma_square);
+    auto const asked = make_runner<Referenced<Paper>>(map, {.quality = Quality::viewing});
+    CHECK(asked->model().transmittance_min == 5e-3f);
+    CHECK(asked->model().alpha_min == 1.0f / 128);
+    CHECK(asked->model().alpha_max == 0.99f);
+    CHECK(asked->model().footprint == Footprint::three_sigma_square);
 }
 
 TEST_CASE("quality: fewer pairs and a larger error, from evaluation to the default to viewing to on_sensor")
@@ -125,11 +130,11 @@ TEST_CASE("quality: asked for in the options or written into the model, the same
     for (auto const quality : qualities) {
         CAPTURE(name(quality));
         auto const asked = rendered(quality);
-        BasicRenderer<Referenced<Machine64>> told(desk().map, {.tile = tile});
-        told.model() = with_quality(told.model(), quality);
-        auto const written = told.render(desk().camera);
+        auto const told = desk_runner(std::nullopt);
+        told->model() = with_quality(told->model(), quality);
+        auto const written = told->render(desk().camera);
         CHECK(support::differing_pixels(asked.image, written.image) == 0);
-        CHECK(support::counted(asked.report) == support::counted(written.report));
+        CHECK(report::first_difference(asked.report, written.report) == "");
         CHECK(support::differing_pixels(asked.image, rendered(std::nullopt).image) > 0);
     }
 }
@@ -141,10 +146,10 @@ TEST_CASE("quality: with precise arithmetic the naive loop's bits, with every fo
     for (auto const footprint : {Footprint::opacity_box, Footprint::three_sigma_square})
         for (auto const quality : qualities) {
             CAPTURE(name(quality));
-            BasicRenderer<support::Small<400, 1000>> renderer(map, {.tile = {16, 8}, .footprint = footprint, .quality = quality});
-            auto model = with_quality(renderer.model(), quality);
+            auto const runner = make_runner<support::Whole>(map, {.tile = {16, 8}, .footprint = footprint, .quality = quality});
+            auto model = with_quality(Model{}, quality);
             model.footprint = footprint;
-            auto const frame = renderer.render(camera);
+            auto const frame = runner->render(camera);
             REQUIRE(frame.report.lost.empty());
             CHECK(support::differing_pixels(frame.image, report::render_naive(map.gaussians, camera, model)) == 0);
         }
@@ -171,10 +176,9 @@ TEST_CASE("quality: what is culled for it is what it does not show")
         auto const model = with_quality(Model{}, quality);
         auto const demand = scene::demand_of(map, std::span(path), model, tiling);
         culled.push_back(demand.culled);
-        auto const fitted = fit_renderer<Roomy<Fitted<Lossless, 0, false>>>(map, demand, options);
+        auto const fitted = support::fit_shared<support::NoRouting>(map, demand, options);
         auto const frame = fitted->render(camera);
-        RendererOf<Roomy<Lossless>> whole(map, options);
-        auto const all = whole.render(camera);
+        auto const all = make_runner<Referenced<support::Whole>>(map, options)->render(camera);
         CHECK(support::differing_pixels(frame.image, all.image) == 0);
         CHECK(frame.report.pairs == all.report.pairs);
         CHECK(frame.report.gaussians.visible == all.report.gaussians.visible);
@@ -183,7 +187,7 @@ TEST_CASE("quality: what is culled for it is what it does not show")
         // A demand of another model is refused, not rendered with holes.
         auto const others = scene::demand_of(map, std::span(path), Model{}, tiling);
         REQUIRE(others.culled != 0);
-        auto const wrong = fit_renderer<Roomy<Fitted<Lossless, 0, false>>>(map, others, options);
+        auto const wrong = support::fit_shared<support::NoRouting>(map, others, options);
         CHECK_THROWS_AS(wrong->render(camera), Error);
     }
     REQUIRE(culled.size() == 3);

@@ -1,6 +1,8 @@
+// test: unoptimised asan, without tsan
 #include "support.hpp"
 #include <doctest/doctest.h>
 #include <map>
+#include <tilemesh/engine/checked_mesh.hpp>
 
 using namespace tilemesh;
 using namespace tilemesh::splat;
@@ -12,11 +14,12 @@ constexpr std::uint32_t tile_px = 8;
 template <class S>
 using RouteOnly = Sequence<Superstep<Project<S>>, UntilQuiet<Route<S>>>;
 
-struct Again : support::Small<3, 300> {
+using S = support::Room<>;
+struct Again : S {
     using Addressing = Recomputed;
-    static constexpr std::uint32_t road_bytes = 3 * sizeof(Gaussian);
-    static constexpr std::uint32_t waiting_bytes = 3 * sizeof(Gaussian);
 };
+using Dropping = support::Room<Paper>;
+using support::sized;
 
 Gaussian at_tile(std::uint32_t id, TileId t)
 {
@@ -26,12 +29,12 @@ Gaussian at_tile(std::uint32_t id, TileId t)
 /// Routes `records` from their tiles, and checks after every superstep that every id is owned exactly once.
 template <class S, template <class, class> class Engine = Mesh>
 struct Job {
-    Engine<RouteOnly<S>, typename S::Machine> mesh;
+    Engine<RouteOnly<S>, AnyMachine> mesh;
     std::vector<std::uint32_t> ids;
     std::uint64_t supersteps = 0, refused_storage = 0;
     std::uint32_t bad_supersteps = 0;
 
-    explicit Job(Grid grid) : mesh(grid)
+    Job(Grid grid, Sizes const& sizes) : mesh(grid, {}, {}, mesh_sizes<RouteOnly<S>>(size_of_machine<typename S::Machine>(), sizes))
     {
         mesh.template broadcast<FrameParameters>() = {
             make_view(support::flat_camera(grid.width * tile_px, grid.height * tile_px), Model{}),
@@ -70,11 +73,10 @@ struct Job {
 
 TEST_CASE("routing: from every tile to every tile, one record takes |dx| + |dy| exchanges")
 {
-    using S = support::Small<1, 4>;
     Grid const grid{4, 3};
     for (std::uint32_t i = 0; i < grid.size(); ++i)
         for (std::uint32_t j = 0; j < grid.size(); ++j) {
-            Job<S> job(grid);
+            Job<S> job(grid, sized<S>(1, 4));
             auto const a = grid.tile(i), b = grid.tile(j);
             job.put(1, a, b);
             CHECK(job.run() == 0);
@@ -85,11 +87,10 @@ TEST_CASE("routing: from every tile to every tile, one record takes |dx| + |dy| 
 
 TEST_CASE("routing: on every small grid, every pair of records arrives through channels and FIFOs of one")
 {
-    using S = support::Small<1, 4>;
     for (auto const& grid : {Grid{1, 1}, Grid{2, 1}, Grid{1, 2}, Grid{2, 2}, Grid{3, 2}}) {
         auto const n = grid.size();
         for (std::uint32_t code = 0; code < n * n * n * n; ++code) {
-            Job<S, CheckedMesh> job(grid); // the checked engine: also runs every quiet tile
+            Job<S, CheckedMesh> job(grid, sized<S>(1, 4)); // the checked engine: also runs every quiet tile
             job.put(1, grid.tile(code % n), grid.tile(code / n % n));
             job.put(2, grid.tile(code / n / n % n), grid.tile(code / n / n / n));
             if (job.run() != 0 || job.bad_supersteps != 0) FAIL("code ", code, " on ", grid.width, "x", grid.height);
@@ -100,11 +101,10 @@ TEST_CASE("routing: on every small grid, every pair of records arrives through c
 TEST_CASE("routing: all to one, one to all, reversal and random, channels of 1, 2 and 5: nothing lost, nothing stuck")
 {
     Grid const grid{6, 5};
-    auto const check = [&](auto setup) {
-        using S = decltype(setup);
+    auto const check = [&](Sizes const& sizes) {
         for (int kind = 0; kind < 6; ++kind)
             for (std::uint32_t per_tile : {1u, 7u}) {
-                Job<S> job(grid);
+                Job<S> job(grid, sizes);
                 support::Random random(static_cast<std::uint64_t>(kind) * 10 + per_tile);
                 std::uint32_t id = 0;
                 for (std::uint32_t i = 0; i < grid.size(); ++i)
@@ -123,24 +123,23 @@ TEST_CASE("routing: all to one, one to all, reversal and random, channels of 1, 
                 CHECK(job.bad_supersteps == 0);
                 CHECK(job.refused_storage == 0);
             }
-        Job<S> packed(grid); // everything starts on one tile
+        Job<S> packed(grid, sizes); // everything starts on one tile
         for (std::uint32_t id = 1; id <= 200; ++id) packed.put(id, TileId::at(2, 2), grid.tile(id % grid.size()));
         CHECK(packed.run() == 0);
         CHECK(packed.bad_supersteps == 0);
     };
-    check(support::Small<1, 400>{});
-    check(support::Small<2, 400>{});
-    check(support::Small<5, 400>{});
-    check(support::Small<5, 400, Lossless, 1>{}); // FIFOs smaller than channels
-    check(support::Small<1, 400, Lossless, 9>{}); // and larger
+    check(sized<S>(1, 400));
+    check(sized<S>(2, 400));
+    check(sized<S>(5, 400));
+    check(sized<S>(5, 400, 1)); // FIFOs smaller than channels
+    check(sized<S>(1, 400, 9)); // and larger
 }
 
 TEST_CASE("routing: within W + H - 2 exchanges from any placement when no channel fills")
 {
-    using S = support::Small<400, 1200>;
     Grid const grid{9, 7};
     for (std::uint64_t seed = 0; seed < 12; ++seed) {
-        Job<S> job(grid);
+        Job<S> job(grid, sized<S>(400, 1200));
         support::Random random(seed);
         for (std::uint32_t id = 1; id <= 600; ++id) {
             auto const from = random.below(grid.size()), to = random.below(grid.size());
@@ -150,7 +149,7 @@ TEST_CASE("routing: within W + H - 2 exchanges from any placement when no channe
         CHECK(job.run() == 0);
         CHECK(job.supersteps == grid.width + grid.height - 2);
     }
-    Job<S> paper(Grid{40, 36}); // the paper's grid: 74, not max(W, H) = 40
+    Job<S> paper(Grid{40, 36}, sized<S>(400, 1200)); // the paper's grid: 74, not max(W, H) = 40
     paper.put(1, TileId::at(0, 0), TileId::at(39, 35));
     CHECK(paper.run() == 0);
     CHECK(paper.supersteps == 74);
@@ -158,9 +157,8 @@ TEST_CASE("routing: within W + H - 2 exchanges from any placement when no channe
 
 TEST_CASE("routing: a full storage refuses what arrives, counts it, and blocks nobody")
 {
-    using S = support::Small<2, 10>;
     Grid const grid{5, 1};
-    Job<S> job(grid);
+    Job<S> job(grid, sized<S>(2, 10));
     for (std::uint32_t id = 1; id <= 10; ++id) job.put(id, TileId::at(2, 0), TileId::at(2, 0)); // full to the last slot
     for (std::uint32_t id = 11; id <= 14; ++id) job.put(id, TileId::at(0, 0), TileId::at(2, 0));
     job.put(15, TileId::at(0, 0), TileId::at(4, 0)); // must pass the full tile
@@ -175,9 +173,8 @@ TEST_CASE("routing: a full storage refuses what arrives, counts it, and blocks n
 
 TEST_CASE("routing: n - 1, n and n + 1 records for a storage of n")
 {
-    using S = support::Small<3, 6>;
     for (std::uint32_t n : {5u, 6u, 7u}) {
-        Job<S> job(Grid{3, 1});
+        Job<S> job(Grid{3, 1}, sized<S>(3, 6));
         for (std::uint32_t id = 1; id <= n; ++id) job.put(id, TileId::at(id % 2 == 0 ? 0 : 2, 0), TileId::at(1, 0));
         (void)job.run();
         CHECK(job.refused_storage == (n > 6 ? n - 6 : 0));
@@ -190,9 +187,8 @@ TEST_CASE("credits: at capacity 1 a sender never outruns the FIFO behind, whatev
 {
     // Two rows of traffic that must turn into one full column: the FIFOs fill, and every superstep stays within credit. The
     // engine reports a push into a full FIFO as an error; here the fill is watched as well.
-    using S = support::Small<1, 200, Lossless, 1>;
     Grid const grid{7, 7};
-    Job<S> job(grid);
+    Job<S> job(grid, sized<S>(1, 200, 1));
     std::uint32_t id = 0;
     for (std::uint32_t x = 0; x < 7; ++x)
         for (std::uint32_t y = 0; y < 7; ++y)
@@ -206,17 +202,15 @@ TEST_CASE("credits: at capacity 1 a sender never outruns the FIFO behind, whatev
 
 TEST_CASE("drop: a record that meets a full channel takes a slot where it is; only a full storage loses it")
 {
-    using S = support::Small<1, 30, Paper>;
     Grid const grid{5, 5};
-    Job<S> job(grid);
+    Job<Dropping> job(grid, sized<Dropping>(1, 30));
     std::uint32_t id = 0;
     for (std::uint32_t i = 0; i < grid.size(); ++i) job.put(++id, grid.tile(i), TileId::at(2, 2));
     CHECK(job.run() == 0);
     CHECK(job.bad_supersteps == 0);
     CHECK(job.refused_storage == 0);
 
-    using Tight = support::Small<1, 3, Paper>;
-    Job<Tight> tight(grid);
+    Job<Dropping> tight(grid, sized<Dropping>(1, 3));
     id = 0;
     for (std::uint32_t i = 0; i < grid.size(); ++i) tight.put(++id, grid.tile(i), TileId::at(2, 2));
     (void)tight.run();
@@ -227,8 +221,8 @@ TEST_CASE("drop: a record that meets a full channel takes a slot where it is; on
 TEST_CASE("carried and recomputed addresses route alike")
 {
     Grid const grid{6, 6};
-    Job<support::Small<3, 300>> carried(grid);
-    Job<Again> again(grid);
+    Job<S> carried(grid, sized<S>(3, 300));
+    Job<Again> again(grid, sized<S>(3, 300));
     support::Random random(77);
     for (std::uint32_t id = 1; id <= 300; ++id) {
         auto const from = grid.tile(random.below(36)), to = grid.tile(random.below(36));
@@ -239,7 +233,7 @@ TEST_CASE("carried and recomputed addresses route alike")
     CHECK(again.run() == 0);
     CHECK(carried.supersteps == again.supersteps);
     for (std::uint32_t i = 0; i < grid.size(); ++i) {
-        auto const a = carried.mesh.state<Storage<support::Small<3, 300>>>(grid.tile(i));
+        auto const a = carried.mesh.state<Storage<S>>(grid.tile(i));
         auto const b = again.mesh.state<Storage<Again>>(grid.tile(i));
         REQUIRE(a.size() == b.size());
         for (std::uint32_t k = 0; k < a.size(); ++k) CHECK(a[k].id == b[k].id);
@@ -248,9 +242,8 @@ TEST_CASE("carried and recomputed addresses route alike")
 
 TEST_CASE("parked: what has nothing on screen stays where it is; an off-screen mean with pixels on screen goes to the edge tile")
 {
-    using S = support::Small<4, 10>;
     Grid const grid{4, 4};
-    Job<S> job(grid);
+    Job<S> job(grid, sized<S>(4, 10));
     job.ids = {1, 2, 3, 4};
     auto behind = at_tile(1, TileId::at(0, 0));
     behind.mean_world[2] = -1;

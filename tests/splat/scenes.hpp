@@ -1,13 +1,16 @@
 #pragma once
+#include "stand_ins.hpp"
 #include "support.hpp"
+#include <cstdlib>
 #include <doctest/doctest.h>
 #include <map>
 #include <tilemesh/scene/built_in.hpp>
 #include <tilemesh/scene/camera_json.hpp>
+#include <tilemesh/scene/frame_whole.hpp>
 #include <tilemesh/scene/orbit.hpp>
 #include <tilemesh/scene/ply.hpp>
 
-// The real maps, and the built-in one where they are absent.
+// The real maps, the built-in one where they are absent, and made ones where they are asked for.
 namespace support {
 using splat::Camera;
 using splat::Model;
@@ -15,24 +18,35 @@ using splat::Model;
 struct Scene {
     scene::Map map;
     std::vector<std::pair<std::string, Camera>> cameras;
+    /// Does it look as a SLAM map does? Only then a test may state what was measured on such maps and follows from no arithmetic.
+    bool like_slam = true;
 };
-/// Sloth and Salad with every camera of cameras.json, or the built-in map with three cameras of its own.
+/// Sloth and Salad with every camera of cameras.json, or the built-in map with three cameras of its own. Where the environment variable
+/// TILEMESH_STAND_IN names a map of stand_ins.hpp, that map alone, with three cameras.
 inline std::vector<Scene> const& scenes()
 {
     static std::vector<Scene> const all = [] {
         std::vector<Scene> out;
+        auto const add = [&](scene::Map map, Camera const& first, bool like_slam) {
+            auto const orbit = scene::orbit(first, scene::robust_centre(map), 20, 3);
+            out.push_back({std::move(map), {}, like_slam});
+            for (std::size_t i = 0; i < orbit.size(); ++i) out[0].cameras.emplace_back("orbit" + std::to_string(i), orbit[i]);
+        };
+        if (char const* const name = std::getenv("TILEMESH_STAND_IN"); name != nullptr && *name != '\0') {
+            auto map = stand_in(name);
+            auto const camera = scene::frame_whole(map, {1280, 720});
+            add(std::move(map), camera, false);
+            return out;
+        }
         auto const folder = data();
         if (folder.empty()) {
             MESSAGE("skipped: no real maps (TILEMESH_DATA); the built-in map stands in");
-            out.push_back({scene::built_in_map(), {}});
-            auto const camera = scene::built_in_camera({1280, 720});
-            auto const orbit = scene::orbit(camera, scene::robust_centre(out[0].map), 20, 3);
-            for (std::size_t i = 0; i < orbit.size(); ++i) out[0].cameras.emplace_back("orbit" + std::to_string(i), orbit[i]);
+            add(scene::built_in_map(), scene::built_in_camera({1280, 720}), true);
             return out;
         }
         auto const cameras = scene::load_cameras(folder / "cameras.json");
         for (char const* name : {"sloth", "salad"}) {
-            Scene s{scene::load_ply(folder / "maps" / (std::string(name) + ".ply")), {}};
+            Scene s{scene::load_ply(folder / "maps" / (std::string(name) + ".ply")), {}, true};
             for (auto const& c : scene::select_cameras(cameras, "", name)) s.cameras.emplace_back(c.name, c.camera);
             out.push_back(std::move(s));
         }

@@ -1,10 +1,12 @@
+// test: unoptimised asan, without tsan
 // The rule of 3D Gaussian Splatting for a pixel's end, which is not the model's, and a setup that blends by a rule of its own.
 #include "blended.hpp"
-#include "support.hpp"
+#include "runner.hpp"
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <doctest/doctest.h>
+#include <tilemesh/report/compare_reports.hpp>
 #include <tilemesh/splat/blending.hpp>
 #include <utility>
 #include <vector>
@@ -13,7 +15,7 @@
 
 using namespace tilemesh;
 using namespace tilemesh::splat;
-namespace kernel = tilemesh::splat::detail;
+namespace inner = tilemesh::splat::detail;
 
 TILEMESH_EXACT_BEGIN
 namespace {
@@ -55,14 +57,14 @@ Picture naive(Scene const& v)
     return out;
 }
 /// The kernel over the frame in tiles.
-template <class Stop, std::uint32_t Lanes = kernel::native_lanes, class Rule = kernel::EachPair>
+template <class Stop, std::uint32_t Lanes = inner::native_lanes, class Rule = inner::EachPair>
 Picture blend(Scene const& v, std::uint32_t tile_width, std::uint32_t tile_height)
 {
     return support::blended_in_tiles(
         v, tile_width, tile_height,
         [&](PixelRect const& tile, std::uint32_t n, auto const& at, FloatPixel* pixels, Picture& picture) {
             PairCount count{};
-            kernel::blend_tile_by<Rule, Stop, Lanes, 8, 128>(tile, v.camera, v.model, n, at, pixels, v.camera.width, Worker{0, 1}, &count,
+            inner::blend_tile_by<Rule, Stop, Lanes, 8, 128>(tile, v.camera, v.model, n, at, pixels, v.camera.width, Worker{0, 1}, &count,
                                                              1);
             picture.count(count);
         });
@@ -112,20 +114,30 @@ private:
                       std::uint32_t stride_px, Worker worker, PairCount* counts, std::uint32_t workers) noexcept
     {
         if (tile.empty()) return;
-        kernel::blend_tile_by<kernel::EachPair, kernel::StopBeforeCrossing, kernel::native_lanes, 8, 128>(
+        inner::blend_tile_by<inner::EachPair, inner::StopBeforeCrossing, inner::native_lanes, 8, 128>(
             tile, frame.view.camera, frame.view.model, n, at, pixels, stride_px, worker, counts, workers);
     }
 };
-struct Ordinary : support::Small<100, 3000> {};
-struct Dropping : Ordinary {
+struct Dropping : support::Whole {
     using Blending = BlendDropping;
 };
-template <class S, template <class, class> class Engine>
-RenderedFrame on_mesh(Scene const& v, std::uint32_t threads = 1)
+RendererOptions options_with(std::uint32_t threads)
 {
-    BasicRenderer<S, Engine> renderer{support::map_of(v.gaussians), {.threads = threads, .tile = {32, 20}}};
+    return {.threads = threads, .tile = {32, 20}, .sizes = support::sized<support::Whole>(100, 3000)};
+}
+template <template <class, class> class Engine>
+RenderedFrame dropping(Scene const& v, std::uint32_t threads = 1)
+{
+    BasicRenderer<Dropping, Engine> renderer{support::map_of(v.gaussians), options_with(threads)};
     renderer.model() = v.model;
     return renderer.render(v.camera);
+}
+template <template <class, class> class Engine>
+RenderedFrame ordinary(Scene const& v)
+{
+    auto const runner = support::make_runner<support::Whole, Engine>(support::map_of(v.gaussians), options_with(1));
+    runner->model() = v.model;
+    return runner->render(v.camera);
 }
 bool same_bits(Picture const& a, report::Image const& b)
 {
@@ -145,16 +157,16 @@ TEST_CASE("stop before crossing: 3DGS's loop, bit for bit, for any tiling and an
             model.alpha_max = alpha_max;
             Scene const v(dense(700, 41), support::lens(150, 71), model);
             auto const truth = naive(v);
-            auto const ours = blend<kernel::StopBeforeCrossing>(v, 32, 20);
+            auto const ours = blend<inner::StopBeforeCrossing>(v, 32, 20);
             CHECK(ours == truth);
             CHECK(ours.contributing == truth.contributing);
-            CHECK(blend<kernel::StopBeforeCrossing>(v, 150, 71) == truth);
-            CHECK(blend<kernel::StopBeforeCrossing>(v, 13, 7) == truth);
-            CHECK(blend<kernel::StopBeforeCrossing, 4>(v, 32, 20) == truth);
-            CHECK(blend<kernel::StopBeforeCrossing, 8>(v, 17, 3) == truth);
-            CHECK(blend<kernel::StopBeforeCrossing, 16>(v, 32, 20) == truth);
+            CHECK(blend<inner::StopBeforeCrossing>(v, 150, 71) == truth);
+            CHECK(blend<inner::StopBeforeCrossing>(v, 13, 7) == truth);
+            CHECK(blend<inner::StopBeforeCrossing, 4>(v, 32, 20) == truth);
+            CHECK(blend<inner::StopBeforeCrossing, 8>(v, 17, 3) == truth);
+            CHECK(blend<inner::StopBeforeCrossing, 16>(v, 32, 20) == truth);
             // The rule matters here, and blends less.
-            auto const model_rule = blend<kernel::StopEachPixel>(v, 32, 20);
+            auto const model_rule = blend<inner::StopEachPixel>(v, 32, 20);
             CHECK_FALSE(model_rule == truth);
             CHECK(model_rule.contributing > truth.contributing);
         }
@@ -166,30 +178,30 @@ TEST_CASE("stop before crossing: the recurrence's bits do not depend on the tili
     model.transmittance_min = 1e-2f;
     model.alpha_max = 0.99f;
     Scene const v(dense(700, 43), support::lens(150, 71), model);
-    auto const whole = blend<kernel::StopBeforeCrossing, 8, kernel::FastRule>(v, 150, 71);
-    CHECK(blend<kernel::StopBeforeCrossing, 8, kernel::FastRule>(v, 32, 20) == whole);
-    CHECK(blend<kernel::StopBeforeCrossing, 4, kernel::FastRule>(v, 13, 7) == whole);
-    CHECK_FALSE(blend<kernel::StopEachPixel, 8, kernel::FastRule>(v, 32, 20) == whole);
+    auto const whole = blend<inner::StopBeforeCrossing, 8, inner::FastRule>(v, 150, 71);
+    CHECK(blend<inner::StopBeforeCrossing, 8, inner::FastRule>(v, 32, 20) == whole);
+    CHECK(blend<inner::StopBeforeCrossing, 4, inner::FastRule>(v, 13, 7) == whole);
+    CHECK_FALSE(blend<inner::StopEachPixel, 8, inner::FastRule>(v, 32, 20) == whole);
 }
 
 TEST_CASE("stop before crossing: a pixel exactly at the limit goes on, one below it ends without the term")
 {
     // Halves are exact: 1/2 and 1/4 are left.
-    CHECK(middle<kernel::StopBeforeCrossing>({0.5f, 0.5f, 0.5f}, 0.25f) == 0.75f);
-    CHECK(middle<kernel::StopEachPixel>({0.5f, 0.5f, 0.5f}, 0.25f) == 0.875f);
-    CHECK(middle<kernel::StopBeforeCrossing>({0.5f, 0.5f, 0.5f}, std::nextafter(0.25f, 1.0f)) == 0.5f);
-    CHECK(middle<kernel::StopEachPixel>({0.5f, 0.5f, 0.5f}, std::nextafter(0.25f, 1.0f)) == 0.75f);
+    CHECK(middle<inner::StopBeforeCrossing>({0.5f, 0.5f, 0.5f}, 0.25f) == 0.75f);
+    CHECK(middle<inner::StopEachPixel>({0.5f, 0.5f, 0.5f}, 0.25f) == 0.875f);
+    CHECK(middle<inner::StopBeforeCrossing>({0.5f, 0.5f, 0.5f}, std::nextafter(0.25f, 1.0f)) == 0.5f);
+    CHECK(middle<inner::StopEachPixel>({0.5f, 0.5f, 0.5f}, std::nextafter(0.25f, 1.0f)) == 0.75f);
     // With a limit of 1 no term is blended; the model's rule blends the first.
-    CHECK(middle<kernel::StopBeforeCrossing>({0.5f, 0.5f}, 1.0f) == 0.0f);
-    CHECK(middle<kernel::StopEachPixel>({0.5f, 0.5f}, 1.0f) == 0.5f);
+    CHECK(middle<inner::StopBeforeCrossing>({0.5f, 0.5f}, 1.0f) == 0.0f);
+    CHECK(middle<inner::StopEachPixel>({0.5f, 0.5f}, 1.0f) == 0.5f);
 }
 
 TEST_CASE("stop before crossing: a pixel that has dropped a term is finished, however faint the next one is")
 {
-    CHECK(middle<kernel::StopBeforeCrossing>({0.5f, 0.75f, 0.25f}, 0.25f) == 0.5f); // 0.25 would leave 0.375
-    CHECK(middle<kernel::StopBeforeCrossing>({0.5f, 0.25f}, 0.25f) == 0.625f);
-    CHECK(middle<kernel::StopBeforeCrossing>({1.0f, 0.25f}, 1e-4f) == 0.0f); // an opaque term always crosses
-    CHECK(middle<kernel::StopBeforeCrossing>({0.5f, 1.0f, 0.25f, 0.25f, 0.25f}, 1e-4f) == 0.5f);
+    CHECK(middle<inner::StopBeforeCrossing>({0.5f, 0.75f, 0.25f}, 0.25f) == 0.5f); // 0.25 would leave 0.375
+    CHECK(middle<inner::StopBeforeCrossing>({0.5f, 0.25f}, 0.25f) == 0.625f);
+    CHECK(middle<inner::StopBeforeCrossing>({1.0f, 0.25f}, 1e-4f) == 0.0f); // an opaque term always crosses
+    CHECK(middle<inner::StopBeforeCrossing>({0.5f, 1.0f, 0.25f, 0.25f, 0.25f}, 1e-4f) == 0.5f);
 }
 
 TEST_CASE("stop before crossing: a limit of 0 never stops")
@@ -197,18 +209,18 @@ TEST_CASE("stop before crossing: a limit of 0 never stops")
     Model model;
     model.transmittance_min = 0;
     Scene const v(dense(700, 47), support::lens(150, 71), model);
-    auto const picture = blend<kernel::StopBeforeCrossing>(v, 32, 20), same = blend<kernel::StopEachPixel>(v, 32, 20);
+    auto const picture = blend<inner::StopBeforeCrossing>(v, 32, 20), same = blend<inner::StopEachPixel>(v, 32, 20);
     CHECK(picture == same);
     CHECK(picture == naive(v));
     CHECK(picture.contributing == same.contributing);
-    CHECK(middle<kernel::StopBeforeCrossing>({1.0f, 1.0f}, 0.0f) == 1.0f);
+    CHECK(middle<inner::StopBeforeCrossing>({1.0f, 1.0f}, 0.0f) == 1.0f);
 }
 
 TEST_CASE("stop before crossing: a block whose pixels have all ended looks at no more than 64 further splats")
 {
     auto const blocks = [](float opacity) {
         auto const v = layers(std::vector<float>(1000, opacity), 1e-2f);
-        return blend<kernel::StopBeforeCrossing>(v, 20, 20).blocks;
+        return blend<inner::StopBeforeCrossing>(v, 20, 20).blocks;
     };
     CHECK(blocks(0.9f) == 8 * 64); // 2 x 4 blocks; two layers are blended, the third ends every pixel
     CHECK(blocks(1e-2f) == 8 * 512); // 0.99^458 is the last above a hundredth
@@ -221,18 +233,18 @@ TEST_CASE("a setup's own blending is what the mesh composites by, run by workers
     model.alpha_max = 0.99f;
     Scene const v(dense(700, 53), support::lens(150, 71), model);
     auto const truth = naive(v);
-    auto const ordinary = blend<kernel::StopEachPixel>(v, 150, 71);
-    REQUIRE_FALSE(truth == ordinary);
+    auto const by_model = blend<inner::StopEachPixel>(v, 150, 71);
+    REQUIRE_FALSE(truth == by_model);
 
-    auto const by_workers = on_mesh<Dropping, CheckedMesh>(v);
+    auto const by_workers = dropping<CheckedMesh>(v);
     CHECK(same_bits(truth, by_workers.image));
     CHECK(by_workers.report.pairs_contributing == truth.contributing);
     for (std::uint32_t const threads : {1u, 3u}) {
-        auto const whole = on_mesh<Dropping, Mesh>(v, threads);
+        auto const whole = dropping<Mesh>(v, threads);
         CHECK(same_bits(truth, whole.image));
-        CHECK(support::counted(whole.report) == support::counted(by_workers.report));
+        CHECK(report::first_difference(whole.report, by_workers.report) == "");
     }
-    CHECK(same_bits(ordinary, on_mesh<Ordinary, CheckedMesh>(v).image));
-    CHECK(same_bits(ordinary, on_mesh<Ordinary, Mesh>(v).image));
-    CHECK(on_mesh<Ordinary, Mesh>(v).report.pairs_contributing == ordinary.contributing);
+    CHECK(same_bits(by_model, ordinary<CheckedMesh>(v).image));
+    CHECK(same_bits(by_model, ordinary<Mesh>(v).image));
+    CHECK(ordinary<Mesh>(v).report.pairs_contributing == by_model.contributing);
 }

@@ -23,16 +23,16 @@ inline bool fast()
     return value != nullptr && std::string(value) == "1";
 }
 
-/// The folder with real maps, or an empty path.
+/// The folder with real maps, or an empty path: the environment variable TILEMESH_DATA, or else the build's option of that name.
 inline std::filesystem::path data()
 {
-    char const* const value = std::getenv("TILEMESH_DATA");
-#ifdef TILEMESH_DATA_DEFAULT
-    std::filesystem::path const folder = value != nullptr ? value : TILEMESH_DATA_DEFAULT;
-#else
-    std::filesystem::path const folder = value != nullptr ? value : "../shared/data";
+    char const* folder = std::getenv("TILEMESH_DATA");
+#ifdef TILEMESH_TEST_DATA
+    if (folder == nullptr) folder = TILEMESH_TEST_DATA;
 #endif
-    return std::filesystem::is_directory(folder / "maps") ? folder : std::filesystem::path{};
+    if (folder == nullptr || *folder == '\0') return {};
+    std::filesystem::path const path = folder;
+    return std::filesystem::is_directory(path / "maps") ? path : std::filesystem::path{};
 }
 
 /// The same numbers with every compiler and library: SplitMix64.
@@ -124,45 +124,6 @@ inline std::uint64_t differing_pixels(report::Image const& a, report::Image cons
     return n;
 }
 
-/// All that a report says but for milliseconds and digests.
-inline std::vector<std::uint64_t> counted(report::FrameReport const& r)
-{
-    std::vector<std::uint64_t> out{r.width,
-                                   r.height,
-                                   r.supersteps.project,
-                                   r.supersteps.route,
-                                   r.supersteps.bloom,
-                                   r.supersteps.composite,
-                                   r.gaussians.visible,
-                                   r.gaussians.moved,
-                                   r.gaussians.held,
-                                   r.gaussians.dropped,
-                                   r.gaussians.unplaced,
-                                   r.gaussians.parked,
-                                   r.gaussians.under_way,
-                                   r.refused.channel_full,
-                                   r.refused.no_credit,
-                                   r.refused.storage_full,
-                                   r.refused.copies_full,
-                                   r.refused.copies_refused,
-                                   r.copies,
-                                   r.lost_copies,
-                                   r.late_copies,
-                                   r.messages,
-                                   r.hops,
-                                   r.exchanged_live_bytes,
-                                   r.exchanged_capacity_bytes,
-                                   r.pairs,
-                                   r.pairs_contributing,
-                                   r.peak_storage,
-                                   r.peak_channel};
-    for (auto const& l : r.lost) {
-        out.push_back(static_cast<std::uint64_t>(l.id) << 32 | l.tile);
-        out.push_back(static_cast<std::uint64_t>(l.cause));
-    }
-    return out;
-}
-
 /// What a frame's report says is missing, for the naive picture.
 class Missing {
 public:
@@ -188,17 +149,36 @@ private:
     std::set<std::pair<splat::GaussianId, std::uint32_t>> copies_;
 };
 
-/// Slots for tests: any number of tiles, `Slots` a channel end and FIFO, `Records` of storage.
-template <std::uint32_t Slots, std::uint32_t Records, class Base = splat::Lossless, std::uint32_t Fifo = Slots>
-struct Small : Base {
+/// A setup's sizes with `slots` a channel end, `records` of storage and `fifo` in each FIFO.
+template <class S>
+constexpr splat::Sizes sized(std::uint32_t slots, std::uint32_t records, std::uint32_t fifo)
+{
+    auto sizes = S::sizes;
+    sizes.storage = records;
+    sizes.road = sizes.beam = slots;
+    sizes.waiting = fifo;
+    return sizes;
+}
+template <class S>
+constexpr splat::Sizes sized(std::uint32_t slots, std::uint32_t records)
+{
+    return sized<S>(slots, records, slots);
+}
+
+/// `Base` on any number of tiles of up to 128 x 128 pixels, with room for what tests put there. Tests that want other sizes say so in
+/// the options, so that all share the code of one setup.
+template <class Base = splat::Lossless>
+struct Room : Base {
     using Machine = TestMachine<64u << 20>;
-    static constexpr bool lists_fit = true;
-    static constexpr std::uint32_t storage_slots = Records;
-    static constexpr std::uint32_t road_bytes = Slots * sizeof(splat::RoadMessage<Base>);
-    static constexpr std::uint32_t beam_bytes = Slots * sizeof(splat::BeamMessage<Base>);
-    static constexpr std::uint32_t waiting_bytes = Fifo * sizeof(splat::RoadMessage<Base>);
-    static constexpr std::uint32_t tile_pixels = 128 * 128;
+    static constexpr splat::Sizes sizes{/*storage*/ 1000,        /*road*/ 400,       /*beam*/ 400, /*waiting*/ 400,
+                                        /*tile_pixels*/ 128 * 128, /*lists_fit*/ true, Base::sizes.one_channel_memory};
     static constexpr splat::Arithmetic arithmetic = splat::Arithmetic::precise; // compared with the naive loop
+};
+
+/// `Room` of other sizes as a setup of its own: where a type is wanted.
+template <std::uint32_t Slots, std::uint32_t Records, class Base = splat::Lossless, std::uint32_t Fifo = Slots>
+struct Small : Room<Base> {
+    static constexpr splat::Sizes sizes = sized<Room<Base>>(Slots, Records, Fifo);
 };
 
 /// Puts a record onto a tile, as a host would.
@@ -225,9 +205,10 @@ std::vector<std::uint32_t> owned_ids(M& mesh)
         auto const t = grid.tile(i);
         for (auto const& m : mesh.template state<splat::Marks<S>>(t))
             if (!m.is(splat::Mark::copy)) add(m.id);
-        for (Direction d : news)
-            for (auto const& m : mesh.template incoming<splat::Road<S>>(t, d)) add(S::Addressing::record(m).id);
-        if constexpr (S::Saturation::holds) {
+        if constexpr (S::routes)
+            for (Direction d : news)
+                for (auto const& m : mesh.template incoming<splat::Road<S>>(t, d)) add(S::Addressing::record(m).id);
+        if constexpr (S::routes && S::Saturation::may_hold) {
             for (auto const& m : mesh.template state<splat::Waiting<S, 0>>(t)) add(S::Addressing::record(m).id);
             for (auto const& m : mesh.template state<splat::Waiting<S, 1>>(t)) add(S::Addressing::record(m).id);
         }
@@ -237,12 +218,11 @@ std::vector<std::uint32_t> owned_ids(M& mesh)
 }
 
 /// Tiles on which the set of records differs from brute force: anchored exactly on its anchor tile (parked ones anywhere, once),
-/// a copy exactly on every other tile that its footprint touches.
-template <class S, class M>
-std::uint32_t wrong_tiles(M& mesh, std::vector<splat::Gaussian> const& gaussians, splat::View const& view,
-                          splat::Tiling const& tiling)
+/// a copy exactly on every other tile that its footprint touches. `marks_of(tile)`: the marks of its records.
+template <class MarksOf>
+std::uint32_t wrong_tiles_of(Grid grid, MarksOf const& marks_of, std::vector<splat::Gaussian> const& gaussians, splat::View const& view,
+                             splat::Tiling const& tiling)
 {
-    auto const grid = mesh.grid();
     std::vector<std::set<std::uint32_t>> want(grid.size()), have(grid.size());
     std::vector<bool> twice(grid.size(), false);
     std::set<std::uint32_t> parked;
@@ -258,7 +238,7 @@ std::uint32_t wrong_tiles(M& mesh, std::vector<splat::Gaussian> const& gaussians
     }
     std::uint32_t parked_seen = 0;
     for (std::uint32_t i = 0; i < grid.size(); ++i)
-        for (auto const& m : mesh.template state<splat::Marks<S>>(grid.tile(i))) {
+        for (auto const& m : marks_of(grid.tile(i))) {
             auto const id = static_cast<std::uint32_t>(m.id);
             bool const copy = m.is(splat::Mark::copy);
             if (!copy && parked.count(id) != 0) {
@@ -270,6 +250,12 @@ std::uint32_t wrong_tiles(M& mesh, std::vector<splat::Gaussian> const& gaussians
     std::uint32_t wrong = parked_seen == parked.size() ? 0 : 1;
     for (std::uint32_t i = 0; i < grid.size(); ++i) wrong += want[i] != have[i] || twice[i] ? 1 : 0;
     return wrong;
+}
+template <class S, class M>
+std::uint32_t wrong_tiles(M& mesh, std::vector<splat::Gaussian> const& gaussians, splat::View const& view, splat::Tiling const& tiling)
+{
+    return wrong_tiles_of(
+        mesh.grid(), [&](TileId tile) { return mesh.template state<splat::Marks<S>>(tile); }, gaussians, view, tiling);
 }
 
 } // namespace support

@@ -1,5 +1,6 @@
+// test: optimised
 #include "machines.hpp"
-#include "../splat/support.hpp"
+#include "../splat/runner.hpp"
 #include <algorithm>
 #include <utility>
 
@@ -9,70 +10,51 @@ using namespace tilemesh::splat;
 namespace stability {
 namespace {
 
-struct RoomyBase : Lossless {
-    using Pixel = WithAlpha<WithDepth<FloatPixel>>;
-};
-struct DropBase : Lossless {
-    using Saturation = Drop;
-};
-template <class Base>
-struct Large : support::Small<400, 25'000, Base> {
-    static constexpr std::uint32_t tile_pixels = 1u << 16;
-};
-
-template <class S>
+/// The renderers are those of the tests of splat/.
 class RunnerOf final : public Runner {
 public:
-    RunnerOf(scene::Map const& map, RendererOptions options)
-        : gaussians_(map.gaussians), options_(options), renderer_(map, options)
+    RunnerOf(std::unique_ptr<support::Runner> runner, scene::Map const& map) : gaussians_(map.gaussians), runner_(std::move(runner))
     {
-        renderer_.model().arithmetic = Arithmetic::precise; // compared with the naive loop
+        runner_->model().arithmetic = Arithmetic::precise; // compared with the naive loop
     }
-    RenderedFrame render(Camera const& camera) override { return renderer_.render(camera); }
-    Model& model() override { return renderer_.model(); }
-    Tiling tiling() override { return renderer_.tiling(); }
-    Grid grid() override { return renderer_.mesh().grid(); }
-    void observe(Observer observer) override { renderer_.observe(std::move(observer)); }
-    std::vector<std::uint32_t> owned_ids() override { return support::owned_ids<S>(renderer_.mesh()); }
+    RenderedFrame render(Camera const& camera) override { return runner_->render(camera); }
+    Model& model() override { return runner_->model(); }
+    Tiling tiling() override { return runner_->tiling(); }
+    Grid grid() override { return runner_->grid(); }
+    void observe(Observer observer) override { runner_->observe(std::move(observer)); }
+    std::vector<std::uint32_t> owned_ids() override { return runner_->owned_ids(); }
     std::vector<std::pair<std::uint32_t, std::uint32_t>> owners() override
     {
         std::vector<std::pair<std::uint32_t, std::uint32_t>> found;
         for (std::uint32_t i = 0; i < grid().size(); ++i)
-            for (auto const& m : renderer_.mesh().template state<Marks<S>>(grid().tile(i)))
+            for (auto const& m : runner_->marks(grid().tile(i)))
                 if (!m.is(Mark::copy)) found.emplace_back(static_cast<std::uint32_t>(m.id), i);
         std::sort(found.begin(), found.end());
         return found;
     }
-    std::uint32_t wrong_tiles(Camera const& camera) override
-    {
-        return support::wrong_tiles<S>(renderer_.mesh(), gaussians_, make_view(camera, rules()), tiling());
-    }
+    std::uint32_t wrong_tiles(Camera const& camera) override { return runner_->wrong_tiles(gaussians_, make_view(camera, model())); }
     std::uint64_t differing_pixels(RenderedFrame const& frame, Camera const& camera) override
     {
-        support::Missing const missing(frame.report, tiling(), grid());
-        return support::differing_pixels(frame.image, report::render_naive(gaussians_, camera, rules(), missing));
+        return support::differing_pixels(frame.image,
+                                         report::render_naive(gaussians_, camera, model(), runner_->missing(frame.report)));
     }
 
 private:
-    Model rules()
-    {
-        auto m = renderer_.model();
-        if (options_.footprint) m.footprint = *options_.footprint;
-        return m;
-    }
-
     std::vector<Gaussian> gaussians_;
-    RendererOptions options_;
-    BasicRenderer<S> renderer_;
+    std::unique_ptr<support::Runner> runner_;
 };
 
 } // namespace
 
 std::unique_ptr<Runner> make_runner(Kind kind, scene::Map const& map, RendererOptions options)
 {
-    if (kind == Kind::drop) return std::make_unique<RunnerOf<Large<DropBase>>>(map, options);
-    if (kind == Kind::mk2) return std::make_unique<RunnerOf<Lossless>>(map, options);
-    return std::make_unique<RunnerOf<Large<RoomyBase>>>(map, options);
+    if (kind == Kind::mk2) return std::make_unique<RunnerOf>(support::make_runner<Lossless>(map, options), map);
+    auto sizes = support::sized<support::Whole>(400, 25'000);
+    sizes.tile_pixels = 1u << 16;
+    options.sizes = sizes;
+    return std::make_unique<RunnerOf>(kind == Kind::drop ? support::make_runner<support::Room<support::DropBase>>(map, options)
+                                                         : support::make_runner<support::Planes>(map, options),
+                                      map);
 }
 
 RenderedFrame render(Kind kind, scene::Map const& map, Camera const& camera, RendererOptions options, Model const* model)

@@ -992,15 +992,14 @@ std::uint64_t most_blocks(std::uint64_t pixels)
     }
     return most;
 }
-template <class S>
-void counters_suffice(Model const& m)
+void counters_suffice(Model const& m, tilemesh::splat::Sizes const& sizes)
 {
     constexpr std::uint64_t end = std::uint64_t{1} << 32;
-    CHECK(std::uint64_t{S::storage_slots} * most_blocks(S::tile_pixels) < end);
+    CHECK(std::uint64_t{sizes.storage} * most_blocks(sizes.tile_pixels) < end);
     // A pixel takes at most so many terms: each leaves 1 - alpha_min of its transmittance at the most.
     auto const terms =
         static_cast<std::uint64_t>(std::log(double(m.transmittance_min)) / std::log1p(-double(m.alpha_min))) + 2;
-    CHECK(std::min<std::uint64_t>(terms, S::storage_slots) * S::tile_pixels < end);
+    CHECK(std::min<std::uint64_t>(terms, sizes.storage) * sizes.tile_pixels < end);
 }
 } // namespace
 
@@ -1018,16 +1017,16 @@ TEST_CASE("row 38: 1.5 million full-screen splats on 1,440 tiles are counted in 
     CHECK(r.copies == 2147484960u);
     CHECK(r.pairs / 640 == copies);
     // What a tile counts in 32 bits within a frame.
-    auto const suffice = []<class S>(S) {
+    auto const suffice = []<class S>(S, tilemesh::splat::Sizes const& sizes = S::sizes) {
         Model m;
         m.transmittance_min = S::transmittance_min;
-        counters_suffice<S>(m);
-        if (S::tile_pixels <= 640) counters_suffice<S>(with_quality(m, tilemesh::splat::Quality::evaluation)); // what takes most terms
+        counters_suffice(m, sizes);
+        if (sizes.tile_pixels <= 640) counters_suffice(with_quality(m, tilemesh::splat::Quality::evaluation), sizes); // what takes most terms
     };
     suffice(tilemesh::splat::Lossless{});
     suffice(tilemesh::splat::Paper{});
     suffice(tilemesh::splat::Prototype{});
-    suffice(tilemesh::splat::Roomy<tilemesh::splat::Lossless>{}); // no machine of SRAM: with the model's own alpha_min
+    suffice(tilemesh::splat::Lossless{}, roomy(tilemesh::splat::Lossless::sizes)); // no machine of SRAM: with the model's own alpha_min
     report({38, "1,491,309 full-screen splats x 1,440 tiles", "a 32-bit count is negative",
             "64 bits; no tile's own count overflows", "exact", true});
 }

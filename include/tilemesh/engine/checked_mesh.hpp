@@ -13,6 +13,7 @@ struct CheckedMeshOptions {
     /// `Vote`, without which a machine that runs every tile (the IPU) would differ.
     bool check_quiet_tiles = true;
     std::uint32_t most_passes = 0; ///< see MeshOptions
+    ExplainNotQuiet explain = nullptr; ///< see MeshOptions
 };
 
 /// The sequential engine, which trusts nobody: tiles one by one in order, incoming and outgoing ends of channels in separate
@@ -25,19 +26,25 @@ struct CheckedMeshOptions {
 /// channel, a size above its capacity, a quiet tile that is not quiet, two channels that share memory and both carry
 /// mail, and a kernel of all workers that sizes a list. Cost: about the live words of every tile, each superstep.
 template <class Program, class Machine = Mk2>
-class CheckedMesh : public engine::detail::Store<Program, Machine, true> {
-    using Base = engine::detail::Store<Program, Machine, true>;
+class CheckedMesh : public engine::detail::Store<Program, true> {
+    using Base = engine::detail::Store<Program, true>;
     using Run = engine::detail::Run<Program, tilemesh::detail::is_traced<Machine>>;
     friend Run;
 
 public:
-    using typename Base::Layout;
     using typename Base::Links;
     using typename Base::States;
+    using typename Base::Sizes;
     using Options = CheckedMeshOptions;
 
+    /// The machine, and lists of the slots that their types name.
     explicit CheckedMesh(Grid grid, Options options = {}, Program program = {})
-        : Base(grid, program), options_(options), within_{0, 0, grid.width, grid.height}
+        : CheckedMesh(grid, options, program, mesh_sizes<Program, Machine>())
+    {
+    }
+    /// Machine and slots as `sizes` says.
+    CheckedMesh(Grid grid, Options options, Program program, Sizes const& sizes)
+        : Base(grid, program, sizes), options_(options), within_{0, 0, grid.width, grid.height}
     {
         make_ends(Links{});
         busy_[0].assign(grid.size(), 0);
@@ -92,7 +99,7 @@ public:
         state_peak_.fill(0);
         link_peak_.fill(0);
         for (auto& b : busy_) std::fill(b.begin(), b.end(), std::uint8_t{0});
-        auto counters = run_.all(*this, this->program_, this->grid_, options_.most_passes, options_.digest);
+        auto counters = run_.all(*this, this->program_, this->grid_, {options_.most_passes, options_.digest, options_.explain});
         counters.peaks = engine::detail::list_peaks(States{}, Links{}, [&](auto tag) {
             using R = typename decltype(tag)::type;
             Peak peak;
@@ -143,6 +150,12 @@ private:
         P const* shared() noexcept
         {
             return mesh.Base::template shared<P>();
+        }
+        /// Bytes on the machine of an end of C with n messages.
+        template <class C>
+        std::uint32_t end_bytes(std::uint32_t n) const noexcept
+        {
+            return mesh.template end_bytes<C>(n);
         }
         Here here() noexcept { return {mesh.grid_.tile(tile), mesh.grid_}; }
         Worker worker() noexcept { return share; }
@@ -198,8 +211,8 @@ private:
         engine::detail::broken_contract = &broken_text_;
         [[maybe_unused]] auto const sizes = list_sizes(tile, typename KernelTraits<Kernel>::Arguments{});
         if constexpr (KernelTraits<Kernel>::multi_worker) { // all workers, last first: their order must not matter
-            for (std::uint32_t w = Machine::workers; w-- > 0;) {
-                Source source{*this, tile, {w, Machine::workers}};
+            for (std::uint32_t w = this->sizes_.machine.workers; w-- > 0;) {
+                Source source{*this, tile, {w, this->sizes_.machine.workers}};
                 vote = run_kernel<Kernel>(source);
             }
         } else {
@@ -355,7 +368,7 @@ private:
             }
             busy_[parity_ ^ 1u][t] = run_tile<Kernel>(t) == Vote::busy;
             if constexpr (traced) {
-                Source source{*this, t, {0, 1}};
+                Source source{*this, t, {0, this->sizes_.machine.workers}};
                 run_.trace.supersteps.back().tiles.push_back(engine::detail::sample<Kernel>(source, t));
             }
             ++passed.tile_runs;
@@ -415,7 +428,7 @@ private:
         for (Direction d : news) {
             auto const n = end<C>(out_, 4 * tile + index(d)).head[0];
             passed.messages += n;
-            passed.live_bytes += std::uint64_t{n} * wire_bytes<typename C::value_type>;
+            passed.live_bytes += std::uint64_t{n} * this->template message_bytes<C>();
             auto& peak = link_peak_[Base::template index_of_link<C>()];
             peak = std::max(peak, n);
         }
@@ -459,19 +472,13 @@ private:
     void check_shared_memory_of()
     {
         using Host = typename tilemesh::detail::MemoryOf<C>::type;
-        if constexpr (!std::is_same_v<Host, C>)
+        if constexpr (!std::is_same_v<Host, C>) {
+            if (!this->sizes_.shares_memory[Base::template index_of_link<C>()]) return;
             for (std::uint32_t t = 0; t < this->grid_.size(); ++t)
                 if (unread<C>(t) && unread<Host>(t))
                     fail(t, "channels " + engine::detail::text(name_of<C>()) + " and " + engine::detail::text(name_of<Host>()) +
                                 " both carry mail (memory_of says that they share their words); give each its own memory");
-    }
-    template <class K, class... C>
-    std::uint64_t capacity_bytes(Types<C...>) const noexcept
-    {
-        return (std::uint64_t{0} + ... +
-                (KernelTraits<K>::template writes<C>
-                     ? std::uint64_t{4} * this->grid_.size() * C::end_bytes(this->template link_capacity<C>())
-                     : 0));
+        }
     }
     template <class... C>
     std::uint64_t digest_mail(std::uint32_t tile, Types<C...>)

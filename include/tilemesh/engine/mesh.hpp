@@ -31,8 +31,10 @@ struct MeshOptions {
     std::uint32_t threads = 1; ///< at most 1,024: a few tiles each would be all they do
     bool digest = false; ///< RunCounters::digests: costs a pass over all live words each superstep
     /// Of one UntilQuiet, and rounds of one Loop; 0: as many as it takes. `run` throws Error in the pass after, because a program may never
-    /// become quiet; on a Traced machine with what repeats (engine/no_progress.hpp).
+    /// become quiet.
     std::uint32_t most_passes = 0;
+    /// Its text ends that error on a Traced machine; null: nothing does. `explain_no_progress` (model/no_progress.hpp) says what repeats.
+    ExplainNotQuiet explain = nullptr;
 };
 
 /// Runs a program on host threads. The thread that calls run() walks the program, and in each superstep the others take their
@@ -48,21 +50,27 @@ struct MeshOptions {
 /// kernel broke, with tile and superstep, for a step that runs on and on (most_passes), and what an observer threw; after that the
 /// mesh refuses to run again.
 template <class Program, class Machine = Mk2>
-class Mesh : public engine::detail::Store<Program, Machine, false> {
-    using Base = engine::detail::Store<Program, Machine, false>;
+class Mesh : public engine::detail::Store<Program, false> {
+    using Base = engine::detail::Store<Program, false>;
     using Bank = engine::detail::Bank;
     using TileSet = engine::detail::TileSet;
     using Run = engine::detail::Run<Program, tilemesh::detail::is_traced<Machine>>;
     friend Run;
 
 public:
-    using typename Base::Layout;
     using typename Base::Links;
     using typename Base::States;
+    using typename Base::Sizes;
     using Options = MeshOptions;
 
+    /// The machine, and lists of the slots that their types name.
     explicit Mesh(Grid grid, Options options = {}, Program program = {})
-        : Base(grid, program), options_(options), within_{0, 0, grid.width, grid.height},
+        : Mesh(grid, options, program, mesh_sizes<Program, Machine>())
+    {
+    }
+    /// Machine and slots as `sizes` says.
+    Mesh(Grid grid, Options options, Program program, Sizes const& sizes)
+        : Base(grid, program, sizes), options_(options), within_{0, 0, grid.width, grid.height},
           active_(grid.size()), shares_(checked_threads(options)),
           workers_(checked_threads(options)), team_(checked_threads(options))
     {
@@ -147,7 +155,7 @@ public:
     {
         this->require_capacities(Links{});
         for (auto& w : workers_) w.begin();
-        auto counters = run_.all(*this, this->program_, this->grid_, options_.most_passes, options_.digest);
+        auto counters = run_.all(*this, this->program_, this->grid_, {options_.most_passes, options_.digest, options_.explain});
         counters.peaks = engine::detail::list_peaks(States{}, Links{}, [&](auto tag) {
             using R = typename decltype(tag)::type;
             Peak peak;
@@ -253,6 +261,12 @@ private:
         {
             return mesh.Base::template shared<P>();
         }
+        /// Bytes on the machine of an end of C with n messages.
+        template <class C>
+        std::uint32_t end_bytes(std::uint32_t n) const noexcept
+        {
+            return mesh.template end_bytes<C>(n);
+        }
         TILEMESH_KERNEL Here here() noexcept { return {mesh.grid_.tile(tile), mesh.grid_}; }
         TILEMESH_KERNEL Worker worker() noexcept { return share; }
     };
@@ -269,7 +283,7 @@ private:
         auto& b = banks_[l];
         auto const n = std::size_t{this->grid_.size()} * 4;
         b.capacity = this->template link_capacity<C>();
-        auto const most = C::static_capacity == dynamic_capacity ? b.capacity : C::static_capacity;
+        auto const most = this->template gets_slots_by_limit<C>() ? b.capacity : this->template most_slots<C>();
         auto const stride = ((std::size_t{most} * C::Receiver::item_words + 15u) & ~std::size_t{15}) | 16u;
         for (int i : {0, 1}) {
             if (b.heads[i].data() == nullptr) b.heads[i] = engine::detail::Arena(n * 2);
@@ -286,11 +300,11 @@ private:
         source.slots = slots_.data() + 4 * std::size_t{tile};
         using Whole = tilemesh::detail::WholeOf<Kernel>;
         if constexpr (Whole::exists) {
-            source.share = {0, Machine::workers};
+            source.share = {0, this->sizes_.machine.workers};
             (void)run_kernel<typename Whole::type>(source);
         } else if constexpr (KernelTraits<Kernel>::multi_worker) { // one host thread takes the shares of all of the tile's workers
-            for (std::uint32_t w = 0; w < Machine::workers; ++w) {
-                source.share = {w, Machine::workers};
+            for (std::uint32_t w = 0; w < this->sizes_.machine.workers; ++w) {
+                source.share = {w, this->sizes_.machine.workers};
                 (void)run_kernel<Kernel>(source);
             }
         } else if (run_kernel<Kernel>(source) == Vote::busy) {
@@ -336,7 +350,7 @@ private:
             if ((n | head[1]) == 0) continue;
             me.mail[l].insert(source.slots[index(d)] / 4);
             me.messages += n;
-            me.live_bytes += std::uint64_t{n} * wire_bytes<typename C::value_type>;
+            me.live_bytes += std::uint64_t{n} * this->template message_bytes<C>();
             me.link_peak[l] = std::max(me.link_peak[l], n);
         }
     }
@@ -434,14 +448,6 @@ private:
     bool sent_anything(Types<C...>) const noexcept
     {
         return ((KernelTraits<K>::template writes<C> && has_mail<C>()) || ...);
-    }
-    template <class K, class... C>
-    std::uint64_t capacity_bytes(Types<C...>) const noexcept
-    {
-        return (std::uint64_t{0} + ... +
-                (KernelTraits<K>::template writes<C>
-                     ? std::uint64_t{4} * this->grid_.size() * C::end_bytes(this->template link_capacity<C>())
-                     : 0));
     }
     /// Hands each set of tiles that kernel K wakes to `f`: those that voted busy, and those with mail for it.
     template <class K, class F, class... C>

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <string>
 #include <tilemesh/engine/counters.hpp>
-#include <tilemesh/engine/no_progress.hpp>
+#include <tilemesh/engine/not_quiet.hpp>
 #include <tilemesh/engine/store.hpp>
 #include <tilemesh/engine/trace.hpp>
 #include <tilemesh/error.hpp>
@@ -59,20 +59,25 @@ public:
         return Error(what + " [tile " + text(grid.tile(tile)) + ", superstep " + std::to_string(pass_) + " (" + kernel() + ")]");
     }
 
-    /// The program once. `most_passes`: of one UntilQuiet, and rounds of one Loop; 0: as many as it takes. Throws what a superstep and an
+    struct Limits {
+        std::uint32_t most_passes; ///< of one UntilQuiet, and rounds of one Loop; 0: as many as it takes
+        bool digest;
+        ExplainNotQuiet explain;
+    };
+    /// The program once. Throws what a superstep and an
     /// observer throw, and `Error` for a step or Loop that goes on and on; after that it refuses.
     template <class Engine>
-    RunCounters all(Engine& engine, Program const& program, Grid grid, std::uint32_t most_passes, bool digest)
+    RunCounters all(Engine& engine, Program const& program, Grid grid, Limits const& limits)
     {
         if (broken_) throw Error("a mesh that stopped on an error cannot run again (its state is half a superstep); build a new one");
         counters_ = {};
         counters_.steps = begin_steps(StepsOf<Program>{});
         counters_.loops = begin_loops<Program>();
-        if constexpr (Traced) trace = begin_trace(counters_);
+        if constexpr (Traced) trace = begin_trace<Program>(counters_);
         step_ = 0;
         pass_ = 0;
         broken_ = true;
-        Interpreter<Engine> interpreter{*this, engine, grid, most_passes, digest};
+        Interpreter<Engine> interpreter{*this, engine, grid, limits};
         walk(program, interpreter);
         broken_ = false;
         return std::move(counters_);
@@ -84,8 +89,7 @@ private:
         Run& run;
         Engine& engine;
         Grid grid;
-        std::uint32_t most_passes;
-        bool digest;
+        Limits limits;
 
         template <class Step>
         void step(Step const& step, std::uint32_t i)
@@ -95,16 +99,16 @@ private:
             auto const begin = Clock::now();
             auto const most = StepTraits<Step>::most(step);
             for (std::uint32_t n = 0; n < most && superstep<KernelOf<Step>, everywhere>();)
-                if (++n > most_passes && !everywhere && most_passes != 0)
-                    throw not_quiet(run.counters_.steps[i], i, run.pass_ - 1, most_passes, run.trace, grid);
+                if (++n > limits.most_passes && !everywhere && limits.most_passes != 0)
+                    throw goes_on().not_quiet(i);
             run.counters_.steps[i].milliseconds += std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
         }
         template <class Part, class Body>
         void loop(Part const& part, LoopAt at, Body const& body)
         {
             for (std::uint32_t n = 0; n < part.at_most && engine.any_busy(); ++n) {
-                if (n == most_passes && most_passes != 0)
-                    throw not_done(run.counters_.loops[at.index], run.kernel(), run.pass_ - 1, most_passes, run.trace, grid);
+                if (n == limits.most_passes && limits.most_passes != 0)
+                    throw goes_on().not_done(run.counters_.loops[at.index]);
                 ++run.counters_.loops[at.index].rounds;
                 if constexpr (Traced) run.trace.loops = run.counters_.loops;
                 body();
@@ -117,6 +121,11 @@ private:
             if (engine.template shared<typename Traits::Parameters>()->*Traits::flag != 0) body();
         }
 
+        auto goes_on() const
+        {
+            return GoesOn<std::remove_const_t<decltype(run.trace)>>{run.kernel(),         run.pass_ - 1, limits.most_passes, run.trace, grid,
+                                                                    limits.explain};
+        }
         template <class Kernel, bool Everywhere>
         bool superstep()
         {
@@ -132,7 +141,7 @@ private:
                 counters.capacity_bytes += engine.template capacity_bytes<Kernel>(typename KernelTraits<Kernel>::Links{});
             }
             std::uint64_t words = 0;
-            if (digest) run.counters_.digests.push_back(words = engine.digest_now());
+            if (limits.digest) run.counters_.digests.push_back(words = engine.digest_now());
             if (run.observer) run.observer({counters.kernel, run.step_, run.pass_, passed.messages, passed.tile_runs, words});
             ++run.pass_;
             return true;

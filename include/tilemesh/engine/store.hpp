@@ -6,6 +6,7 @@
 #include <tilemesh/engine/arena.hpp>
 #include <tilemesh/engine/contract.hpp>
 #include <tilemesh/engine/counters.hpp>
+#include <tilemesh/engine/mesh_sizes.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/machine/tile.hpp>
 #include <tuple>
@@ -86,29 +87,32 @@ inline Rectangle checked_rectangle(Grid grid, Rectangle r)
 ///
 /// Heads of lists and small structs of a tile lie together in `hot`, so that a tile where little happens is one or two
 /// cache lines; items and large structs lie in one arena a region and cost memory only where they are live.
-template <class Program, class Machine, bool Guarded>
+template <class Program, bool Guarded>
 class Store {
 public:
-    using Layout = Tile<Machine, Program>;
-    using States = typename Layout::States;
-    using Links = typename Layout::Links;
-    using Shareds = typename Layout::Shareds;
+    using Sizes = MeshSizes<Program>;
+    using States = typename Needs<Program>::States;
+    using Links = typename Needs<Program>::Links;
+    using Shareds = typename Needs<Program>::Shareds;
 
-    Store(Grid grid, Program program) : program_(program), grid_(grid)
+    Store(Grid grid, Program program, Sizes const& sizes) : program_(program), grid_(grid), sizes_(sizes)
     {
+        auto const& machine = sizes_.machine;
         if (grid.width == 0 || grid.height == 0 || grid.width > 65535 || grid.height > 65535)
             throw Error("a grid of " + std::to_string(grid.width) + " x " + std::to_string(grid.height) +
                         " tiles (each side is 1 to 65,535); choose another");
-        if (grid.size() > Machine::tiles)
+        if (grid.size() > machine.tiles)
             throw Error("a grid of " + std::to_string(grid.width) + " x " + std::to_string(grid.height) + " = " +
-                        std::to_string(grid.size()) + " tiles (" + Machine::name + " has " + std::to_string(Machine::tiles) +
+                        std::to_string(grid.size()) + " tiles (" + machine.name + " has " + std::to_string(machine.tiles) +
                         "); choose a smaller grid, larger tiles or another machine");
         hot_ = Arena(std::size_t{grid.size()} * hot_stride);
+        capacity_ = sizes_.slots;
         make(States{});
         set_capacities(Links{});
         guard_all(States{});
     }
 
+    MachineSize const& machine() const noexcept { return sizes_.machine; }
     Grid grid() const noexcept { return grid_; }
     Program& program() noexcept { return program_; }
 
@@ -152,11 +156,11 @@ public:
         auto* const hot = hot_.data() + std::size_t{tile} * hot_stride + hot_offset<X>();
         constexpr auto i = index_of_state<X>();
         if constexpr (tilemesh::detail::is_list<X>)
-            return {hot, items_[i].data() + std::size_t{tile} * stride<X>() + guard_words, capacity_[i]};
+            return {hot, items_[i].data() + std::size_t{tile} * stride_[i] + guard_words, capacity_[i]};
         else if constexpr (is_small<X>)
             return {nullptr, hot, 1};
         else
-            return {nullptr, items_[i].data() + std::size_t{tile} * stride<X>() + guard_words, 1};
+            return {nullptr, items_[i].data() + std::size_t{tile} * stride_[i] + guard_words, 1};
     }
     template <class P>
     TILEMESH_KERNEL P const* shared() const noexcept
@@ -191,7 +195,7 @@ protected:
     void limit_state(std::uint32_t items)
     {
         auto& capacity = capacity_[index_of_state<X>()];
-        check_limit(name_of<X>(), items, X::static_capacity, X::has_limit);
+        check_limit(name_of<X>(), items, most_slots<X>());
         for (std::uint32_t i = 0; i < grid_.size(); ++i)
             if (state_place<X>(i).head[0] > items)
                 throw Error("a limit of " + std::to_string(items) + " items for " + text(name_of<X>()) + " (tile " +
@@ -206,11 +210,10 @@ protected:
         if (unread)
             throw Error("new slots for channel " + text(name_of<C>()) +
                         " (it carries mail of the last run); set limits before the first run");
-        if constexpr (C::static_capacity != dynamic_capacity)
-            check_limit(name_of<C>(), items, C::static_capacity, C::Receiver::has_limit);
+        if (!gets_slots_by_limit<C>()) check_limit(name_of<C>(), items, most_slots<C>());
         auto const before = std::exchange(link_capacity_[index_of_link<C>()], items);
-        if (sram_bytes() > Machine::sram_bytes) {
-            auto const over = sram_bytes() - Machine::sram_bytes;
+        if (sram_bytes() > sizes_.machine.sram_bytes) {
+            auto const over = sram_bytes() - sizes_.machine.sram_bytes;
             link_capacity_[index_of_link<C>()] = before;
             throw Error("channel " + text(name_of<C>()) + " with " + std::to_string(items) + " slots (the program is then " +
                         std::to_string(over) + " bytes over a tile's SRAM); give it fewer slots");
@@ -220,7 +223,47 @@ protected:
     template <class K, class... C>
     std::uint32_t capacity_a_side(Types<C...>) const noexcept
     {
-        return (0u + ... + (KernelTraits<K>::template writes<C> ? C::end_bytes(link_capacity<C>()) : 0u));
+        return (0u + ... + (KernelTraits<K>::template writes<C> ? end_bytes<C>(link_capacity<C>()) : 0u));
+    }
+    /// The same from all tiles to all their neighbours.
+    template <class K, class... C>
+    std::uint64_t capacity_bytes(Types<C...> links) const noexcept
+    {
+        return std::uint64_t{4} * grid_.size() * capacity_a_side<K>(links);
+    }
+    /// Bytes on the machine: of a message of C, and of an end of C with n slots, head included.
+    template <class C>
+    TILEMESH_KERNEL std::uint32_t message_bytes() const noexcept
+    {
+        return sizes_.links[index_of_link<C>()].message_bytes;
+    }
+    template <class C>
+    TILEMESH_KERNEL std::uint32_t end_bytes(std::uint32_t n) const noexcept
+    {
+        return 8 + n * message_bytes<C>();
+    }
+    /// Words of state X as one piece, head included.
+    template <class X>
+    std::size_t words() const noexcept
+    {
+        if constexpr (tilemesh::detail::is_list<X>)
+            return X::head_words + std::size_t{most_slots<X>()} * X::item_words;
+        else
+            return sizeof(X) / 4;
+    }
+    /// The slots that the mesh was built with: those that its memory has.
+    template <class X>
+    std::uint32_t most_slots() const noexcept
+    {
+        if constexpr (tilemesh::detail::is_channel<X>)
+            return sizes_.links[index_of_link<X>()].slots;
+        else
+            return sizes_.slots[index_of_state<X>()];
+    }
+    template <class C>
+    bool gets_slots_by_limit() const noexcept
+    {
+        return most_slots<C>() == dynamic_capacity;
     }
     template <class... C>
     void require_capacities(Types<C...>) const
@@ -256,6 +299,8 @@ protected:
 
     Program program_;
     Grid grid_;
+    Sizes sizes_;
+    std::array<std::size_t, States::count + 1> stride_{};
     std::array<std::uint32_t, Links::count + 1> link_capacity_{};
     std::array<std::uint32_t, States::count + 1> capacity_{};
     std::array<Arena, States::count + 1> items_;
@@ -298,9 +343,9 @@ private:
         return hot_offset_in<X>(States{});
     }
     template <class X>
-    static constexpr std::uint32_t stride() noexcept // an odd number of cache lines: neighbours fall on different sets
+    std::size_t stride() const noexcept // an odd number of cache lines: neighbours fall on different sets
     {
-        return ((Layout::template words<X>() + 2 * guard_words + 15u) & ~15u) | 16u;
+        return ((words<X>() + 2 * guard_words + 15u) & ~std::size_t{15}) | 16u;
     }
 
 protected:
@@ -322,15 +367,15 @@ protected:
             return p.items[sizeof(X) / 4] == guard_word;
         }
         auto const words = item_words_of<X>();
-        for (std::uint32_t i = 0; i < guard_words; ++i)
+        for (std::size_t i = 0; i < guard_words; ++i)
             ok = ok && p.items[words + i] == guard_word && (p.items - guard_words)[i] == guard_word;
         return ok;
     }
     template <class X>
-    static constexpr std::uint32_t item_words_of() noexcept
+    std::size_t item_words_of() const noexcept
     {
         if constexpr (tilemesh::detail::is_list<X>)
-            return X::static_capacity * X::item_words;
+            return std::size_t{most_slots<X>()} * X::item_words;
         else
             return sizeof(X) / 4;
     }
@@ -368,27 +413,24 @@ private:
     void make_one()
     {
         constexpr auto i = index_of_state<X>();
-        if constexpr (tilemesh::detail::is_list<X>) capacity_[i] = X::static_capacity;
         auto slack = std::size_t{0}; // a guarded store outlives one item past the last region
         if constexpr (Guarded && tilemesh::detail::is_list<X>) slack = X::item_words;
-        if constexpr (!is_small<X>) items_[i] = Arena(std::size_t{grid_.size()} * stride<X>() + slack);
+        stride_[i] = stride<X>();
+        if constexpr (!is_small<X>) items_[i] = Arena(std::size_t{grid_.size()} * stride_[i] + slack);
     }
     template <class... C>
     void set_capacities(Types<C...>)
     {
-        ((link_capacity_[index_of_link<C>()] = C::static_capacity == dynamic_capacity ? 0 : C::static_capacity), ...);
+        ((link_capacity_[index_of_link<C>()] = gets_slots_by_limit<C>() ? 0 : most_slots<C>()), ...);
     }
     template <class... C>
     std::uint64_t sram_bytes(Types<C...>) const noexcept
     {
         auto const extra = [&](auto tag) -> std::uint64_t {
             using Link = typename decltype(tag)::type;
-            if constexpr (Link::static_capacity == dynamic_capacity)
-                return std::uint64_t{8} * wire_bytes<typename Link::value_type> * link_capacity<Link>();
-            else
-                return 0;
+            return gets_slots_by_limit<Link>() ? std::uint64_t{8} * message_bytes<Link>() * link_capacity<Link>() : 0;
         };
-        return Layout::bytes + (std::uint64_t{0} + ... + extra(tilemesh::detail::Tag<C>{}));
+        return sizes_.sram_bytes + (std::uint64_t{0} + ... + extra(tilemesh::detail::Tag<C>{}));
     }
     template <class C>
     void require_capacity() const
@@ -397,11 +439,8 @@ private:
             throw Error("channel " + text(name_of<C>()) + " has no slots (its capacity is dynamic and was never set, or was "
                                                           "limited to 0); call limit<Channel>(slots) before run()");
     }
-    static void check_limit(Name name, std::uint32_t items, std::uint32_t most, bool has_limit)
+    static void check_limit(Name name, std::uint32_t items, std::uint32_t most)
     {
-        if (!has_limit && items != most)
-            throw Error("a limit of " + std::to_string(items) + " items for " + text(name) + " (its capacity of " +
-                        std::to_string(most) + " is Fixed, a constant in the kernels); declare it Limited");
         if (items > most)
             throw Error("a limit of " + std::to_string(items) + " items for " + text(name) + " (the program's layout has " +
                         std::to_string(most) + "); choose a smaller limit or a program with more slots");

@@ -1,11 +1,10 @@
 #pragma once
-#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <tilemesh/engine/counters.hpp>
-#include <tilemesh/error.hpp>
 #include <tilemesh/machine/grid.hpp>
 #include <tilemesh/machine/operations.hpp>
+#include <tilemesh/machine/superstep.hpp>
 #include <type_traits>
 #include <vector>
 
@@ -14,7 +13,7 @@ namespace tilemesh {
 /// What one tile did in one superstep.
 struct TileSample {
     std::uint32_t tile;              ///< index in the grid
-    Operations operations;
+    OperationCounts operations;      ///< of the kinds that Trace::operations names for the step
     std::uint32_t sent_bytes[4];     ///< of messages and their heads, towards each side (news); 0 where nothing went
     friend bool operator==(TileSample const&, TileSample const&) = default;
 };
@@ -29,10 +28,12 @@ struct SuperstepSample {
     friend bool operator==(SuperstepSample const&, SuperstepSample const&) = default;
 };
 
-/// A run, superstep by superstep: what a cost model (engine/cost_model.hpp) and the trace files are made of. The same on every
-/// engine and any number of threads. Host memory: 52 bytes a tile that runs in a superstep.
+/// A run, superstep by superstep: what a cost model (model/cost_model.hpp) and the trace files are made of. The same on every
+/// engine and any number of threads. Host memory: 56 bytes a tile that runs in a superstep.
 struct Trace {
     std::vector<std::string> kernels; ///< of the program's steps
+    /// Of each step: the names of what its kernel counts, in the order of OperationCounts; empty where it says nothing.
+    std::vector<std::vector<std::string>> operations;
     std::vector<SuperstepSample> supersteps;
     std::vector<LoopCounters> loops = {}; ///< of the program, and their rounds
     friend bool operator==(Trace const&, Trace const&) = default;
@@ -42,10 +43,19 @@ namespace engine::detail {
 /// What stands for a trace where none is kept.
 struct NoTrace {};
 
-inline Trace begin_trace(RunCounters const& run)
+/// What the kernels of a program's steps count, in program order.
+template <class... Step>
+void list_operations(Types<Step...>, std::vector<std::vector<std::string>>& out)
+{
+    [[maybe_unused]] auto const add = [&](auto names) { out.emplace_back(names.begin, names.begin + names.size); };
+    (add(operation_names<KernelOf<Step>>()), ...);
+}
+template <class Program>
+Trace begin_trace(RunCounters const& run)
 {
     Trace trace;
     for (auto const& s : run.steps) trace.kernels.push_back(s.kernel);
+    list_operations(StepsOf<Program>{}, trace.operations);
     trace.loops = run.loops;
     return trace;
 }
@@ -59,7 +69,7 @@ void add_sent(TileSample& s, Source& source, Out<C>*) noexcept
 {
     for (Direction d : news) {
         auto const* const head = source.template out<C>(d).head;
-        if ((head[0] | head[1]) != 0) s.sent_bytes[index(d)] += C::end_bytes(head[0]);
+        if ((head[0] | head[1]) != 0) s.sent_bytes[index(d)] += source.template end_bytes<C>(head[0]);
     }
 }
 template <class Source, class... A>
@@ -74,31 +84,6 @@ TileSample sample(Source& source, std::uint32_t tile) noexcept
     TileSample s{tile, operations_of<K>(source), {0, 0, 0, 0}};
     add_all_sent(s, source, typename KernelTraits<K>::Arguments{});
     return s;
-}
-
-/// Throws `Error` where the trace names a step or a tile that is not there.
-inline void check_trace(Trace const& trace, Grid grid)
-{
-    auto const fail = [](std::size_t superstep, std::string const& why) {
-        throw Error("cannot read the trace (superstep " + std::to_string(superstep) + " ran " + why +
-                    "); give the trace and the grid of one run");
-    };
-    for (std::size_t i = 0; i < trace.supersteps.size(); ++i) {
-        auto const& s = trace.supersteps[i];
-        if (s.step >= trace.kernels.size())
-            fail(i, "step " + std::to_string(s.step) + " of a program of " + std::to_string(trace.kernels.size()));
-        for (auto const& t : s.tiles)
-            if (t.tile >= grid.size())
-                fail(i, "tile " + std::to_string(t.tile) + " of a grid of " + std::to_string(grid.width) + " x " +
-                            std::to_string(grid.height));
-    }
-}
-
-inline std::uint64_t all_sent(TileSample const& t) noexcept
-{
-    std::uint64_t bytes = 0;
-    for (Direction d : news) bytes += t.sent_bytes[index(d)];
-    return bytes;
 }
 } // namespace engine::detail
 

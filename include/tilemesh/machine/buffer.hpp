@@ -6,61 +6,38 @@
 
 namespace tilemesh {
 
-/// A capacity that is known only when the machine is set up. A dynamic capacity is not in the compile-time ledger; the
-/// engine checks it against the SRAM when it is set.
+/// The capacity of a list whose slots are no part of its type: they are a value, given when the mesh is built (see `capacity_of` in
+/// machine/tile.hpp). Lists of any number of slots share one type, and so their kernels' code.
 inline constexpr std::uint32_t dynamic_capacity = 0xffffffffu;
-
-/// Capacity rules: `Fixed` is N itself, a constant in the code. `Limited` is a run-time limit of at most N: the same types
-/// and the same ledger over a whole sweep.
-struct Fixed {};
-struct Limited {};
 
 /// Words of a tile's SRAM that hold a list: two words of head, then the items. The head need not lie beside the items: a
 /// host engine keeps all heads together, a Poplar tensor holds both in one piece.
 struct Place {
     std::uint32_t* head;     ///< {size, note}
     std::uint32_t* items;    ///< capacity * sizeof(T) / 4 words
-    std::uint32_t capacity;  ///< in items; what a Fixed list ignores
+    std::uint32_t capacity;  ///< in items
 };
 
 namespace detail {
-template <std::uint32_t N, class Rule>
-class Extent {
-public:
-    TILEMESH_KERNEL constexpr explicit Extent(std::uint32_t n) noexcept : capacity_(n) {}
-    TILEMESH_KERNEL constexpr std::uint32_t capacity() const noexcept { return capacity_; }
-
-private:
-    std::uint32_t capacity_;
-};
-template <std::uint32_t N>
-class Extent<N, Fixed> {
-public:
-    TILEMESH_KERNEL constexpr explicit Extent(std::uint32_t) noexcept {}
-    TILEMESH_KERNEL static constexpr std::uint32_t capacity() noexcept { return N; }
-};
-
-/// What Buffer and the two ends of a Channel share: a view of a list in external words.
-template <class T, std::uint32_t N, class Rule>
-class List : Extent<N, std::conditional_t<N == dynamic_capacity, Limited, Rule>> {
-    using Base = Extent<N, std::conditional_t<N == dynamic_capacity, Limited, Rule>>;
+/// What Buffer and the two ends of a Channel share: a view of a list in external words. Its capacity is what its place has.
+template <class T, std::uint32_t N>
+class List {
     static_assert(std::is_trivially_copyable_v<T> && alignof(T) <= 4 && sizeof(T) % 4 == 0,
                   "an item is copied by the exchange fabric: it must be trivially copyable and whole 32-bit words");
 
 public:
     using value_type = T;
     static constexpr std::uint32_t static_capacity = N;
-    static constexpr bool has_limit = N == dynamic_capacity || std::is_same_v<Rule, Limited>;
     static constexpr std::uint32_t head_words = 2;
     static constexpr std::uint32_t item_words = sizeof(T) / 4;
     /// Words of a list of n items, head included.
     TILEMESH_KERNEL static constexpr std::uint32_t words(std::uint32_t n) noexcept { return head_words + n * item_words; }
 
     TILEMESH_KERNEL explicit List(Place p) noexcept
-        : Base(p.capacity), head_(p.head), items_(reinterpret_cast<T*>(p.items))
+        : head_(p.head), items_(reinterpret_cast<T*>(p.items)), capacity_(p.capacity)
     {
     }
-    using Base::capacity;
+    TILEMESH_KERNEL std::uint32_t capacity() const noexcept { return capacity_; }
     TILEMESH_KERNEL std::uint32_t size() const noexcept { return head_[0]; }
     TILEMESH_KERNEL std::uint32_t room() const noexcept { return size() < capacity() ? capacity() - size() : 0; }
     TILEMESH_KERNEL bool empty() const noexcept { return size() == 0; }
@@ -89,17 +66,21 @@ protected:
     }
     std::uint32_t* head_;
     T* items_;
+    std::uint32_t capacity_;
 };
 } // namespace detail
 
 /// A fixed-capacity list in a tile's SRAM: a view, the words belong to the tile. A program names its regions by types:
 /// `struct Storage : Buffer<Gaussian, 1800> { using Buffer::Buffer; };`
 ///
+/// One rule of capacity: a tile's list has as many slots as the mesh gave it. Those are N; or, for a `Buffer<T>`, what a value says when the
+/// mesh is built; or fewer after `limit`.
+///
 /// When full, `push` reports a broken contract and keeps the list as it is, `try_push` returns false, `unchecked_push` must
 /// not be called. Cost: N * sizeof(T) + 8 bytes of SRAM. Items must be read by the type they were written as.
-template <class T, std::uint32_t N = dynamic_capacity, class Rule = Fixed>
-class Buffer : public detail::List<T, N, Rule> {
-    using Base = detail::List<T, N, Rule>;
+template <class T, std::uint32_t N = dynamic_capacity>
+class Buffer : public detail::List<T, N> {
+    using Base = detail::List<T, N>;
 
 public:
     using Base::Base;

@@ -25,10 +25,11 @@ inline constexpr std::uint32_t wire_bytes = detail::wire_bytes_of<T>;
 /// carries one `note`, a free word (credits); 0 when nobody wrote it.
 ///
 /// `using memory_of = Other;` inside the named type says that it lies in the SRAM of channel Other, because never do both
-/// carry mail; the ledger counts the larger of the two and the sequential engine checks the promise.
+/// carry mail; the ledger counts the larger of the two and the sequential engine checks the promise. With
+/// `static constexpr auto memory_shared = &Sizes::member;` beside it, a flag among the sizes decides whether it does.
 ///
 /// Cost: 2 * (N * wire_bytes<T> + 8) bytes of SRAM a direction; the compile-time exchange moves the whole capacity.
-template <class T, std::uint32_t N = dynamic_capacity, class Rule = Fixed>
+template <class T, std::uint32_t N = dynamic_capacity>
 struct Channel {
     static_assert(wire_bytes<T> % 4 == 0 || wire_bytes<T> == sizeof(T),
                   "wire_bytes is what the machine moves for a message (whole 32-bit words); make it a multiple of 4");
@@ -39,16 +40,16 @@ struct Channel {
     TILEMESH_KERNEL static constexpr std::uint32_t end_bytes(std::uint32_t n) noexcept { return 8 + n * wire_bytes<T>; }
 
     /// The reading end: what one neighbour sent in the superstep before.
-    class Receiver : public detail::List<T, N, Rule> {
+    class Receiver : public detail::List<T, N> {
     public:
-        using detail::List<T, N, Rule>::List;
+        using detail::List<T, N>::List;
         TILEMESH_KERNEL std::uint32_t note() const noexcept { return this->head_[1]; }
     };
 
     /// The writing end: empty when compute begins.
-    class Sender : public detail::List<T, N, Rule> {
+    class Sender : public detail::List<T, N> {
     public:
-        using detail::List<T, N, Rule>::List;
+        using detail::List<T, N>::List;
         TILEMESH_KERNEL void push(T const& message) noexcept
         {
             if (TILEMESH_EXPECT(this->size() < this->capacity(), "push into a full channel (its capacity is part of the "

@@ -3,45 +3,58 @@
 
 namespace tilemesh {
 
-/// What a kernel spends its time on, in units that a cost model has cycles for.
-enum class Operation : std::uint32_t {
-    slot,       ///< a slot of a list or channel end looked at
-    projection, ///< a record projected
-    routed,     ///< a record taken from a channel, or given to one, on its way
-    copied,     ///< a copy taken from a channel, or given to one
-    comparison, ///< two keys compared and put in order
-    pair,       ///< a Gaussian-pixel pair evaluated
-    pixel       ///< a pixel begun and written
-};
-inline constexpr std::uint32_t operation_kinds = 7;
-constexpr std::uint32_t index(Operation o) noexcept
-{
-    return static_cast<std::uint32_t>(o);
-}
-constexpr char const* name_of(Operation o) noexcept
-{
-    constexpr char const* names[operation_kinds] = {"slot", "projection", "routed", "copied", "comparison", "pair", "pixel"};
-    return names[index(o)];
-}
+/// As many kinds of operations as a kernel may count.
+inline constexpr std::uint32_t most_operation_kinds = 8;
 
-/// What one run of a kernel on one tile did. A kernel that wants to be modelled says so with
-/// `static Operations operations(...) noexcept`, whose parameters are any of the kernel's own (states by const reference): it is
-/// called after the kernel, before the exchange, and only where an engine keeps a trace, so that it costs nothing elsewhere. It
-/// follows from the tile's words alone: the same on every engine.
-struct Operations {
-    std::uint32_t count[operation_kinds] = {};
+/// What one run of a kernel on one tile did, as engines record it: kind i is the one that the kernel's set names i-th. 36 bytes.
+struct OperationCounts {
+    std::uint32_t count[most_operation_kinds] = {};
     /// Of messages that had arrived and go no further: what an exchange from any tile to any tile would have brought. 0 where a
     /// kernel does not say.
     std::uint32_t settled_bytes = 0;
-    constexpr std::uint32_t& operator[](Operation o) noexcept { return count[index(o)]; }
-    constexpr std::uint32_t operator[](Operation o) const noexcept { return count[index(o)]; }
+    constexpr std::uint32_t& operator[](std::uint32_t kind) noexcept { return count[kind]; }
+    constexpr std::uint32_t operator[](std::uint32_t kind) const noexcept { return count[kind]; }
 };
-constexpr bool operator==(Operations const& a, Operations const& b) noexcept
+constexpr bool operator==(OperationCounts const& a, OperationCounts const& b) noexcept
 {
-    for (std::uint32_t i = 0; i < operation_kinds; ++i)
+    for (std::uint32_t i = 0; i < most_operation_kinds; ++i)
         if (a.count[i] != b.count[i]) return false;
     return a.settled_bytes == b.settled_bytes;
 }
+
+namespace detail {
+template <class Set, class = void>
+inline constexpr std::uint32_t kinds_of = 0;
+template <class Set>
+inline constexpr std::uint32_t kinds_of<Set, std::void_t<typename Set::Kind, decltype(Set::names[0])>> =
+    sizeof(Set::names) / sizeof(Set::names[0]);
+} // namespace detail
+
+/// What one run of a kernel on one tile did, in units that a cost model has prices for. `Set` is the program's own and names them:
+///   struct Sorting {
+///       enum Kind : std::uint32_t { compare, swap };
+///       static constexpr char const* names[] = {"compare", "swap"};
+///   };
+/// A trace carries the names, and a cost model prices operations by name; the same name has the same price in every program.
+///
+/// A kernel that wants to be modelled says what it did with `static Operations<Sorting> operations(...) noexcept`, whose parameters
+/// are any of the kernel's own (states by const reference): it is called after the kernel, before the exchange, and only where an
+/// engine keeps a trace, so that it costs nothing elsewhere. It follows from the tile's words alone: the same on every engine.
+template <class Set>
+struct Operations : OperationCounts {
+    static_assert(detail::kinds_of<Set> != 0, "a set of operations has no names (a trace and the prices of a cost model need them); "
+                                              "give it `enum Kind : std::uint32_t {...}` and `static constexpr char const* names[]`");
+    static_assert(detail::kinds_of<Set> <= most_operation_kinds, "a kernel counts too many kinds of operations (a trace holds "
+                                                                 "most_operation_kinds of them); count fewer");
+    constexpr std::uint32_t& operator[](typename Set::Kind kind) noexcept { return this->count[kind]; }
+    constexpr std::uint32_t operator[](typename Set::Kind kind) const noexcept { return this->count[kind]; }
+};
+
+/// The names of a set's operations, in the order of their counts.
+struct OperationNames {
+    char const* const* begin = nullptr;
+    std::uint32_t size = 0;
+};
 
 /// a * b, or what 32 bits hold at most.
 constexpr std::uint32_t times(std::uint32_t a, std::uint32_t b) noexcept
@@ -55,9 +68,10 @@ struct OperationsSignature {
     static constexpr bool fits = false;
     using Arguments = Types<>;
 };
-template <class... A>
-struct OperationsSignature<Operations (*)(A...) noexcept> {
+template <class S, class... A>
+struct OperationsSignature<Operations<S> (*)(A...) noexcept> {
     static constexpr bool fits = true;
+    using Set = S;
     using Arguments = Types<A...>;
 };
 template <class K, class = void>
@@ -68,7 +82,7 @@ template <class K>
 struct OperationsOf<K, std::void_t<decltype(&K::operations)>> {
     static constexpr bool declared = true;
     using Signature = OperationsSignature<decltype(&K::operations)>;
-    static_assert(Signature::fits, "a kernel's operations is `static Operations operations(...) noexcept` (it counts what a run did, from "
+    static_assert(Signature::fits, "a kernel's operations is `static Operations<Set> operations(...) noexcept` (it counts what a run did, from "
                                    "the tile's words); declare it so");
 };
 
@@ -82,7 +96,7 @@ template <class K, class C>
 inline constexpr bool known_to<K, Out<C>> = KernelTraits<K>::template writes<C>;
 
 template <class K, class Source, class... A>
-Operations call_operations(Source& source, Types<A...>) noexcept
+OperationCounts call_operations(Source& source, Types<A...>) noexcept
 {
     static_assert((known_to<K, A> && ...), "a kernel's operations takes what the kernel does not (it follows from what the kernel may "
                                            "touch; states by const reference); take parameters of the kernel");
@@ -92,12 +106,24 @@ Operations call_operations(Source& source, Types<A...>) noexcept
 
 /// What the run of kernel K that has just ended on the tile of `source` did; nothing for a kernel that does not say.
 template <class K, class Source>
-Operations operations_of([[maybe_unused]] Source& source) noexcept
+OperationCounts operations_of([[maybe_unused]] Source& source) noexcept
 {
     if constexpr (detail::OperationsOf<K>::declared)
         return detail::call_operations<K>(source, typename detail::OperationsOf<K>::Signature::Arguments{});
     else
         return {};
+}
+
+/// What the counts of kernel K are of; no name for a kernel that does not say what it did.
+template <class K>
+constexpr OperationNames operation_names() noexcept
+{
+    if constexpr (detail::OperationsOf<K>::declared) {
+        using Set = typename detail::OperationsOf<K>::Signature::Set;
+        return {Set::names, detail::kinds_of<Set>};
+    } else {
+        return {};
+    }
 }
 
 /// A machine on which engines keep a trace (engine/trace.hpp): `Machine` in all else. A setup asks for it with

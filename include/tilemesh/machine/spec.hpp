@@ -27,4 +27,22 @@ struct TestMachine {
     static constexpr std::uint32_t clock_khz = 1'325'000;
 };
 
+/// A machine as a value: what engines and ledgers need to know of it. Another machine needs no other code.
+struct MachineSize {
+    char const* name;
+    std::uint32_t tiles;
+    std::uint32_t sram_bytes;
+    std::uint32_t code_bytes;
+    std::uint32_t workers;
+    std::uint32_t clock_khz;
+};
+template <class Machine>
+constexpr MachineSize size_of_machine() noexcept
+{
+    return {Machine::name, Machine::tiles, Machine::sram_bytes, Machine::code_bytes, Machine::workers, Machine::clock_khz};
+}
+
+/// The machine of a mesh that is told its MachineSize when it is built: one type, and so one piece of code, for all of them.
+struct AnyMachine {};
+
 } // namespace tilemesh

@@ -15,18 +15,27 @@ struct Region {
     bool budgeted;           ///< false: kept, but outside the budget this machine's program claims (see `Tile`)
 };
 
-namespace detail {
-/// Instantiated only when a program does not fit: its arguments say what to do about it.
-template <class Machine, class LargestRegion, std::uint32_t LargestRegionBytes, std::uint32_t BytesOver>
-struct SramBudget {
-    static_assert(BytesOver == 0, "the program does not fit in a tile's SRAM (SramBudget<Machine, LargestRegion, its bytes, "
-                                  "BytesOver> in this message names the region and the bytes over); give it fewer slots");
-    static constexpr bool holds = true;
+/// Sizes of a program whose lists all have the capacity that their types name.
+struct NoSizes {};
+/// The setup of such a program.
+struct NoSetup {
+    static constexpr NoSizes sizes{};
 };
+
+namespace detail {
+template <class X, class = void>
+inline constexpr bool has_slots = false;
+template <class X>
+inline constexpr bool has_slots<X, std::void_t<decltype(X::slots)>> = true;
+
 template <class X, class = void>
 inline constexpr bool is_budgeted = true;
 template <class X>
 inline constexpr bool is_budgeted<X, std::void_t<decltype(X::budgeted)>> = X::budgeted;
+template <class X, class = void>
+inline constexpr bool has_budget_flag = false;
+template <class X>
+inline constexpr bool has_budget_flag<X, std::void_t<decltype(X::budgeted_if)>> = true;
 
 template <class C, class = void>
 struct MemoryOf {
@@ -36,22 +45,79 @@ template <class C>
 struct MemoryOf<C, std::void_t<typename C::memory_of>> {
     using type = typename C::memory_of;
 };
+template <class C, class = void>
+inline constexpr bool has_memory_flag = false;
+template <class C>
+inline constexpr bool has_memory_flag<C, std::void_t<decltype(C::memory_shared)>> = true;
 template <class T>
 struct Tag {
     using type = T;
 };
+
+/// The member of the sizes that a region names; a sentence where it names a member of other sizes.
+template <class Member, class Sizes>
+constexpr auto named_size([[maybe_unused]] Sizes const& sizes, [[maybe_unused]] Member member) noexcept
+{
+    if constexpr (std::is_invocable_v<Member, Sizes const&>) {
+        return sizes.*member;
+    } else {
+        static_assert(std::is_invocable_v<Member, Sizes const&>,
+                      "a region of this program names a member of sizes that were not given; name the setup that has them: Tile<Machine, "
+                      "Program, Setup>, mesh_sizes<Program, Machine, Setup>()");
+        return 0u;
+    }
+}
+/// Bytes for a table's column.
+constexpr std::uint32_t column_bytes(std::uint64_t bytes) noexcept
+{
+    return bytes < 0xffffffffu ? static_cast<std::uint32_t>(bytes) : 0xffffffffu;
+}
+
+/// Does channel C lie in the memory of its `memory_of` under these sizes?
+template <class C, class Sizes>
+constexpr bool shares_memory([[maybe_unused]] Sizes const& sizes) noexcept
+{
+    if constexpr (std::is_same_v<typename MemoryOf<C>::type, C>)
+        return false;
+    else if constexpr (has_memory_flag<C>)
+        return named_size(sizes, C::memory_shared);
+    else
+        return true;
+}
+/// Do the bytes of state X count against the SRAM under these sizes?
+template <class X, class Sizes>
+constexpr bool counts_against_sram([[maybe_unused]] Sizes const& sizes) noexcept
+{
+    if constexpr (has_budget_flag<X>)
+        return named_size(sizes, X::budgeted_if);
+    else
+        return is_budgeted<X>;
+}
 } // namespace detail
 
-/// Layout and SRAM ledger of a program on one tile of a machine, derived from its kernels; nobody writes it by hand.
-///
-/// What does not fit is a compile-time error that names the largest region and the bytes over. A state with
-/// `static constexpr bool budgeted = false;` is listed but not counted: for a published budget that leaves out what the
-/// program really needs (the paper's). A dynamic channel counts as its heads; the engine checks it when it is sized.
-template <class Machine, class Program, class = Needs<Program>>
-class Tile;
+/// The slots of list or channel X under these sizes: those of its type; or the member that X names with
+/// `static constexpr auto slots = &Sizes::member;`. `dynamic_capacity` for a channel that has neither: it gets its slots by `limit`.
+template <class X, class Sizes>
+constexpr std::uint32_t capacity_of([[maybe_unused]] Sizes const& sizes) noexcept
+{
+    if constexpr (X::static_capacity != dynamic_capacity)
+        return X::static_capacity;
+    else if constexpr (detail::has_slots<X>)
+        return detail::named_size(sizes, X::slots);
+    else
+        return dynamic_capacity;
+}
 
-template <class Machine, class Program, class... S, class... L, class... P>
-class Tile<Machine, Program, detail::Sets<Types<S...>, Types<L...>, Types<P...>>> {
+/// SRAM ledger of a program on one tile, derived from its kernels; nobody writes it by hand. The machine and the sizes are values, so
+/// the same functions serve constants at compile time and what a user asked for at run time.
+///
+/// A state with `static constexpr bool budgeted = false;` is listed but not counted: for a published budget that leaves out what the
+/// program really needs (the paper's). With `static constexpr auto budgeted_if = &Sizes::member;` a flag among the sizes decides.
+template <class Program, class = Needs<Program>>
+class SramLedger;
+
+template <class Program, class... S, class... L, class... P>
+class SramLedger<Program, detail::Sets<Types<S...>, Types<L...>, Types<P...>>> {
 public:
     using States = Types<S...>;
     using Links = Types<L...>;
@@ -59,53 +125,45 @@ public:
     static_assert((detail::ReadBeforeSent<Program, L>::value && ...));
 
     /// Words of state X as one piece of SRAM: a list's head and items, or the struct.
-    template <class X>
-    static constexpr std::uint32_t words() noexcept
+    template <class X, class Sizes>
+    static constexpr std::uint64_t words([[maybe_unused]] Sizes const& sizes) noexcept
     {
         if constexpr (detail::is_list<X>) {
-            static_assert(X::static_capacity != dynamic_capacity,
-                          "a state's capacity is part of the layout; give the Buffer a number (Limited for sweeps)");
-            return X::words(X::static_capacity);
+            static_assert(X::static_capacity != dynamic_capacity || detail::has_slots<X>,
+                          "a state's capacity is part of the layout; give the Buffer a number, or name its slots (static constexpr auto slots "
+                          "= &Sizes::member)");
+            return X::words(0) + std::uint64_t{capacity_of<X>(sizes)} * X::item_words;
         } else {
             return sizeof(X) / 4;
         }
     }
-    /// Where X begins among a tile's state words, when they are one tensor.
-    template <class X>
-    static constexpr std::uint32_t offset() noexcept
-    {
-        static_assert(detail::contains<X, States>, "no kernel of this program keeps this state");
-        std::uint32_t at = 0;
-        bool found = false;
-        ((found = found || std::is_same_v<X, S>, at += found ? 0 : words<S>()), ...);
-        return at;
-    }
-    static constexpr std::uint32_t state_words = (0u + ... + words<S>());
-
-    /// SRAM of channel C on one tile: four ends in, four out.
+    /// SRAM of channel C on one tile with this many slots: four ends in, four out. A dynamic channel counts as its heads.
     template <class C>
-    static constexpr std::uint32_t channel_bytes(std::uint32_t capacity = C::static_capacity) noexcept
+    static constexpr std::uint64_t channel_bytes(std::uint32_t slots) noexcept
     {
-        return 8 * C::end_bytes(capacity == dynamic_capacity ? 0 : capacity);
+        return 8 * (C::end_bytes(0) + (slots == dynamic_capacity ? 0u : std::uint64_t{slots} * wire_bytes<typename C::value_type>));
     }
     /// The same without what lies in another channel's memory.
-    template <class C>
-    static constexpr std::uint32_t own_channel_bytes(std::uint32_t capacity = C::static_capacity) noexcept
+    template <class C, class Sizes>
+    static constexpr std::uint64_t own_channel_bytes(Sizes const& sizes) noexcept
     {
         using Host = typename detail::MemoryOf<C>::type;
-        auto const mine = channel_bytes<C>(capacity);
+        auto const mine = channel_bytes<C>(capacity_of<C>(sizes));
         if constexpr (std::is_same_v<Host, C>) {
             return mine;
         } else {
             static_assert(detail::contains<Host, Links>, "memory_of names a channel that this program does not use");
             static_assert(std::is_same_v<typename detail::MemoryOf<Host>::type, Host>,
                           "memory_of names a channel that itself lies in another's memory; name that one");
+            if (!detail::shares_memory<C>(sizes)) return mine;
             // What the host and the guests before this one leave over.
-            std::uint32_t before = channel_bytes<Host>();
+            std::uint64_t before = channel_bytes<Host>(capacity_of<Host>(sizes));
             bool found = false;
             ((found = found || std::is_same_v<L, C>,
-              before = !found && std::is_same_v<typename detail::MemoryOf<L>::type, Host> && channel_bytes<L>() > before ? channel_bytes<L>()
-                                                                                                                       : before),
+              before = !found && std::is_same_v<typename detail::MemoryOf<L>::type, Host> && detail::shares_memory<L>(sizes) &&
+                               channel_bytes<L>(capacity_of<L>(sizes)) > before
+                           ? channel_bytes<L>(capacity_of<L>(sizes))
+                           : before),
              ...);
             return mine > before ? mine - before : 0;
         }
@@ -113,31 +171,109 @@ public:
 
     static constexpr std::uint32_t region_count = sizeof...(S) + sizeof...(L) + sizeof...(P) + 1;
     /// The table for reports, in the order in which kernels name things; code and stacks last.
-    static constexpr std::array<Region, region_count> ledger() noexcept
+    template <class Sizes>
+    static constexpr std::array<Region, region_count> lines(MachineSize const& machine, Sizes const& sizes) noexcept
     {
-        return {{Region{name_of<L>(), "channel, 8 ends", own_channel_bytes<L>(), true}...,
-                 Region{name_of<S>(), "state", 4 * words<S>(), detail::is_budgeted<S>}...,
+        return {{Region{name_of<L>(), "channel, 8 ends", detail::column_bytes(own_channel_bytes<L>(sizes)), true}...,
+                 Region{name_of<S>(), "state", detail::column_bytes(4 * words<S>(sizes)), detail::counts_against_sram<S>(sizes)}...,
                  Region{name_of<P>(), "broadcast", static_cast<std::uint32_t>(sizeof(P)), true}...,
-                 Region{{"code and stacks", 15}, "reserve", Machine::code_bytes, true}}};
+                 Region{{"code and stacks", 15}, "reserve", machine.code_bytes, true}}};
+    }
+    /// Bytes that X, a state or a channel, takes of the SRAM.
+    template <class X, class Sizes>
+    static constexpr std::uint64_t counted_bytes(Sizes const& sizes) noexcept
+    {
+        if constexpr (detail::is_channel<X>)
+            return own_channel_bytes<X>(sizes);
+        else
+            return detail::counts_against_sram<X>(sizes) ? 4 * words<X>(sizes) : 0;
     }
     /// Bytes that count against the SRAM.
-    static constexpr std::uint64_t bytes = Machine::code_bytes + (std::uint64_t{0} + ... + own_channel_bytes<L>()) +
-                                           (std::uint64_t{0} + ... + sizeof(P)) +
-                                           (std::uint64_t{0} + ... + (detail::is_budgeted<S> ? 4 * words<S>() : 0));
+    template <class Sizes>
+    static constexpr std::uint64_t bytes(MachineSize const& machine, [[maybe_unused]] Sizes const& sizes) noexcept
+    {
+        return machine.code_bytes + (std::uint64_t{0} + ... + counted_bytes<L>(sizes)) + (std::uint64_t{0} + ... + sizeof(P)) +
+               (std::uint64_t{0} + ... + counted_bytes<S>(sizes));
+    }
+};
+
+namespace detail {
+/// Instantiated only when a program does not fit: its arguments say what to do about it.
+template <class Machine, class LargestRegion, std::uint32_t LargestRegionBytes, std::uint32_t BytesOver>
+struct SramBudget {
+    static_assert(BytesOver == 0, "the program does not fit in a tile's SRAM (SramBudget<Machine, LargestRegion, its bytes, "
+                                  "BytesOver> in this message names the region and the bytes over); give it fewer slots");
+    static constexpr bool holds = true;
+};
+
+/// The states and channels of a program under a setup whose sizes are a constant; nothing is refused.
+template <class Machine, class Program, class Setup>
+class Layout : public SramLedger<Program> {
+    using Base = SramLedger<Program>;
+
+public:
+    using typename Base::Links;
+    using typename Base::States;
+    static constexpr MachineSize machine = size_of_machine<Machine>();
+
+    template <class X>
+    static constexpr std::uint32_t words() noexcept
+    {
+        return static_cast<std::uint32_t>(Base::template words<X>(Setup::sizes));
+    }
+    template <class C>
+    static constexpr std::uint32_t channel_bytes() noexcept
+    {
+        return column_bytes(Base::template channel_bytes<C>(capacity_of<C>(Setup::sizes)));
+    }
+    template <class C>
+    static constexpr std::uint32_t own_channel_bytes() noexcept
+    {
+        return column_bytes(Base::template own_channel_bytes<C>(Setup::sizes));
+    }
+    /// Where X begins among a tile's state words, when they are one tensor.
+    template <class X>
+    static constexpr std::uint32_t offset() noexcept
+    {
+        static_assert(contains<X, States>, "no kernel of this program keeps this state");
+        return offset_in<X>(States{});
+    }
+    static constexpr auto ledger() noexcept { return Base::lines(machine, Setup::sizes); }
+    /// Bytes that count against the SRAM.
+    static constexpr std::uint64_t bytes = Base::bytes(machine, Setup::sizes);
 
 private:
+    template <class X, class... S>
+    static constexpr std::uint32_t offset_in(Types<S...>) noexcept
+    {
+        std::uint32_t at = 0;
+        bool found = false;
+        ((found = found || std::is_same_v<X, S>, at += found ? 0 : words<S>()), ...);
+        return at;
+    }
+    template <class... S>
+    static constexpr std::uint32_t all_words(Types<S...>) noexcept
+    {
+        return (0u + ... + words<S>());
+    }
+
+public:
+    static constexpr std::uint32_t state_words = all_words(States{});
+};
+
+/// The state or channel that takes most of the SRAM, as a type.
+template <class Layout>
+class LargestRegion {
+    struct NothingKept {};
     template <class X>
     static constexpr std::uint32_t size_of() noexcept
     {
-        if constexpr (detail::is_channel<X>)
-            return own_channel_bytes<X>();
-        else
-            return detail::is_budgeted<X> ? 4 * words<X>() : 0;
+        return column_bytes(Layout::template counted_bytes<X>(Layout::setup_sizes()));
     }
     template <class Best>
     static constexpr auto largest_of() noexcept
     {
-        return detail::Tag<Best>{};
+        return Tag<Best>{};
     }
     template <class Best, class Next, class... Rest>
     static constexpr auto largest_of() noexcept
@@ -147,45 +283,50 @@ private:
         else
             return largest_of<Best, Rest...>();
     }
-    struct NothingKept {
-        std::uint32_t word;
-    };
-    template <class... X>
-    static constexpr auto pick(Types<X...>) noexcept
+    template <class... S, class... L>
+    static constexpr auto pick(Types<S...>, Types<L...>) noexcept
     {
-        if constexpr (sizeof...(X) == 0)
-            return detail::Tag<NothingKept>{};
+        if constexpr (sizeof...(S) + sizeof...(L) == 0)
+            return Tag<NothingKept>{};
         else
-            return largest_of<X...>();
+            return largest_of<S..., L...>();
     }
-    template <class X>
-    static constexpr std::uint32_t bytes_or_zero() noexcept
+
+public:
+    using type = typename decltype(pick(typename Layout::States{}, typename Layout::Links{}))::type;
+    static constexpr std::uint32_t bytes() noexcept
     {
-        if constexpr (std::is_same_v<X, NothingKept>)
+        if constexpr (std::is_same_v<type, NothingKept>)
             return 0;
         else
-            return size_of<X>();
+            return size_of<type>();
     }
-    using Largest = typename decltype(pick(Types<S..., L...>{}))::type;
-    static_assert(detail::SramBudget<Machine, Largest, bytes_or_zero<Largest>(),
-                                     bytes <= Machine::sram_bytes
-                                         ? 0u
-                                         : static_cast<std::uint32_t>(bytes - Machine::sram_bytes)>::holds);
-};
-
-namespace detail {
-template <class Machine>
-struct WithRoom : Machine {
-    static constexpr std::uint32_t sram_bytes = 0xffffffffu;
 };
 } // namespace detail
 
+/// Layout and SRAM ledger of a program on one tile of a machine, with the sizes of a setup (`Setup::sizes`, a constant).
+///
+/// What does not fit is a compile-time error that names the largest region and the bytes over. Sizes that come at run time are refused
+/// by `Error` with the same sentence when a mesh is built (engine/mesh_sizes.hpp).
+template <class Machine, class Program, class Setup = NoSetup>
+class Tile : public detail::Layout<Machine, Program, Setup> {
+    using Base = detail::Layout<Machine, Program, Setup>;
+    struct Sized : Base {
+        static constexpr auto setup_sizes() noexcept { return Setup::sizes; }
+    };
+    using Largest = detail::LargestRegion<Sized>;
+    static_assert(detail::SramBudget<Machine, typename Largest::type, Largest::bytes(),
+                                     Base::bytes <= Machine::sram_bytes
+                                         ? 0u
+                                         : detail::column_bytes(Base::bytes - Machine::sram_bytes)>::holds);
+};
+
 /// Bytes of a tile that a program takes on a machine, asked before the budget is: nothing is refused.
-template <class Machine, class Program>
-inline constexpr std::uint64_t bytes_needed = Tile<detail::WithRoom<Machine>, Program>::bytes;
-/// Does it fit there? Where it does not, `Tile<Machine, Program>` is a compile-time error.
-template <class Machine, class Program>
-inline constexpr bool fits = bytes_needed<Machine, Program> <= Machine::sram_bytes;
+template <class Machine, class Program, class Setup = NoSetup>
+inline constexpr std::uint64_t bytes_needed = detail::Layout<Machine, Program, Setup>::bytes;
+/// Does it fit there? Where it does not, `Tile<Machine, Program, Setup>` is a compile-time error.
+template <class Machine, class Program, class Setup = NoSetup>
+inline constexpr bool fits = bytes_needed<Machine, Program, Setup> <= Machine::sram_bytes;
 
 namespace detail {
 /// Makes argument A for one call from what an interpreter offers (`source`).

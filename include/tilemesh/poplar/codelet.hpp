@@ -244,7 +244,7 @@ class Codelet {
     {
         PassSample s{vertex.step, ran ? 1u : 0u, {}, {0, 0, 0, 0}};
         if (ran) {
-            Source<Vertex> source{vertex, {0, 1}};
+            Source<Vertex> source{vertex, {0, Machine::workers}};
             s.operations = operations_of<Kernel>(source);
             sent_bytes(vertex, s, Links{});
         }

@@ -25,10 +25,10 @@ inline constexpr std::uint32_t begin_bytes = StepTraits<Step>::everywhere ? 0 : 
 template <class Program>
 inline constexpr std::uint32_t control_bytes =
     StepTraits<Program>::loops * (span_bytes + 2 * word_bytes + span_bytes + 2 * word_bytes) + StepTraits<Program>::Flags::count * (span_bytes + word_bytes);
-template <class... Step, class... L>
-constexpr std::uint32_t vertex_bytes(Types<Step...>, Types<L...>) noexcept
+template <class Sizes, class... Step, class... L>
+constexpr std::uint32_t vertex_bytes([[maybe_unused]] Sizes const& sizes, Types<Step...>, Types<L...>) noexcept
 {
-    auto const own = (0u + ... + (std::is_same_v<L, typename tilemesh::detail::MemoryOf<L>::type> ? 4u : 0u));
+    auto const own = (0u + ... + (tilemesh::detail::shares_memory<L>(sizes) ? 0u : 4u));
     auto const start = span_bytes * (1 + 3 + own), begin = span_bytes * (1 + 2);
     auto const votes = 2 * span_bytes + 2 * span_bytes + 4 * word_bytes; // GatherVotes, CountPass
     return start + begin +
@@ -54,25 +54,25 @@ constexpr std::uint32_t arriving_bytes(Grid grid) noexcept
     return 4 * StepsOf<Program>::count * ((grid.width > 1 ? grid.width : 0) + (grid.height > 1 ? grid.height : 0));
 }
 /// Bytes of the states of all vertices on tile 0.
-template <class Program>
+template <class Program, class Setup = NoSetup>
 constexpr std::uint32_t vertex_bytes() noexcept
 {
-    return detail::control_bytes<Program> + detail::vertex_bytes(StepsOf<Program>{}, typename Needs<Program>::Links{});
+    return detail::control_bytes<Program> + detail::vertex_bytes(Setup::sizes, StepsOf<Program>{}, typename Needs<Program>::Links{});
 }
 
 /// The ledger of a tile as Poplar stores the program: first the lines of `Tile<Machine, Program>`, which are the graph's variables
 /// byte for byte, then what Poplar needs besides, on tile 0, the fullest. That comes out of the reserve for code and stacks (a
 /// machine's `code_bytes`; Mk2's is the "~130 KB code + stacks" that the paper's authors measured for a whole Poplar program,
 /// exchange code included), so that the sum is the tile's. A machine without a reserve has nothing left, and more than the sum.
-template <class Machine, class Program>
+template <class Machine, class Program, class Setup = NoSetup>
 constexpr auto ledger(Grid grid) noexcept
 {
-    using Layout = Tile<Machine, Program>;
+    using Layout = Tile<Machine, Program, Setup>;
     constexpr auto tile = Layout::ledger();
     constexpr auto n = tile.size() - 1; // without the reserve
     std::array<Region, n + 4> lines{};
     for (std::size_t i = 0; i < n; ++i) lines[i] = tile[i];
-    auto const logs = log_bytes<Program>(), arriving = arriving_bytes<Program>(grid), vertices = vertex_bytes<Program>();
+    auto const logs = log_bytes<Program>(), arriving = arriving_bytes<Program>(grid), vertices = vertex_bytes<Program, Setup>();
     auto const used = logs + arriving + vertices;
     lines[n] = {{"logs and votes", 14}, "variables beside the program's", logs, true};
     lines[n + 1] = {{"votes arriving", 14}, "temporaries", arriving, true};

@@ -38,32 +38,37 @@ struct PoplarOptions {
 /// finds no room for, an observer, digests, what stops a run, and a run in which a kernel sent over unread mail; after the last two
 /// the mesh refuses to run again. Broken contracts inside kernels are silent, as in any build with NDEBUG.
 template <class Program, class Machine = Mk2>
-class PoplarMesh : public engine::detail::Store<Program, Machine, false> {
-    using Base = engine::detail::Store<Program, Machine, false>;
+class PoplarMesh : public engine::detail::Store<Program, false> {
+    using Base = engine::detail::Store<Program, false>;
     using Builder = on_poplar::ProgramGraph<Program, Machine>;
     using Log = on_poplar::TileLog<Program>;
     using RunLog = on_poplar::RunLog;
 
 public:
-    using typename Base::Layout;
     using typename Base::Links;
     using typename Base::Shareds;
     using typename Base::States;
     using Options = PoplarOptions;
 
+    /// The machine, and lists of the slots that their types name.
     explicit PoplarMesh(Grid grid, Options options = {}, Program program = {})
-        : Base(grid, program), options_(std::move(options)), within_{0, 0, grid.width, grid.height}
+        : PoplarMesh(grid, std::move(options), program, mesh_sizes<Program, Machine>())
+    {
+    }
+    /// Machine and slots as `sizes` says.
+    PoplarMesh(Grid grid, Options options, Program program, typename Base::Sizes const& sizes)
+        : Base(grid, program, sizes), options_(std::move(options)), within_{0, 0, grid.width, grid.height}
     {
         if (options_.device == nullptr)
             throw Error("a PoplarMesh without a device (it runs on an IPU); give it an attached poplar::Device");
         auto const& target = options_.device->getTarget();
-        if (target.getNumTiles() < grid.size() || target.getBytesPerTile() < Machine::sram_bytes ||
-            target.getNumWorkerContexts() < Machine::workers)
-            throw Error(std::string("machine ") + Machine::name + " on a device of " + std::to_string(target.getNumTiles()) +
+        if (target.getNumTiles() < grid.size() || target.getBytesPerTile() < sizes.machine.sram_bytes ||
+            target.getNumWorkerContexts() < sizes.machine.workers)
+            throw Error(std::string("machine ") + sizes.machine.name + " on a device of " + std::to_string(target.getNumTiles()) +
                         " tiles of " + std::to_string(target.getBytesPerTile()) + " bytes and " +
                         std::to_string(target.getNumWorkerContexts()) + " workers (the grid has " + std::to_string(grid.size()) +
-                        " tiles, the machine " + std::to_string(Machine::sram_bytes) + " bytes and " +
-                        std::to_string(Machine::workers) + " workers); choose a smaller grid or machine, or another device");
+                        " tiles, the machine " + std::to_string(sizes.machine.sram_bytes) + " bytes and " +
+                        std::to_string(sizes.machine.workers) + " workers); choose a smaller grid or machine, or another device");
         if (options_.digest)
             throw Error("digests on a PoplarMesh (the host does not see the tiles' words between supersteps); ask a Mesh for them");
         dirty_.fill(true);
@@ -226,7 +231,7 @@ private:
         typename Builder::Slots slots;
         slots.states = this->capacity_;
         slots.links = this->link_capacity_;
-        Builder builder(*graph_, this->grid_, options_.prefix, slots, options_.count_supersteps);
+        Builder builder(*graph_, this->grid_, options_.prefix, this->sizes_, slots, options_.count_supersteps);
 
         std::vector<poplar::program::Program> programs;
         programs.push_back(builder.start());
@@ -283,10 +288,10 @@ private:
         (std::memcpy(broadcast_words_[tilemesh::detail::index_in<P>(Shareds{})].data(), &this->template broadcast<P>(), sizeof(P)), ...);
     }
     template <class... X>
-    static std::size_t most_state_words(Types<X...>) noexcept
+    std::size_t most_state_words(Types<X...>) const noexcept
     {
         std::size_t most = 1;
-        ((most = std::max<std::size_t>(most, Layout::template words<X>())), ...);
+        ((most = std::max<std::size_t>(most, this->template words<X>())), ...);
         return most;
     }
     template <class... C>
@@ -340,7 +345,7 @@ private:
     void for_each_tile(F const& f)
     {
         for (std::uint32_t i = 0; i < this->grid_.size(); ++i)
-            f(staging_.data() + std::size_t{i} * Layout::template words<X>(), this->template state_place<X>(i));
+            f(staging_.data() + std::size_t{i} * this->template words<X>(), this->template state_place<X>(i));
     }
     template <class X>
     void send_one()
@@ -445,21 +450,17 @@ private:
             std::uint32_t link = 0;
             (count_messages<C>(counters, word(t, at + 1 + link++)), ...);
         }
-        counters.capacity_bytes = counters.supersteps * (std::uint64_t{0} + ... +
-                                                         (KernelTraits<K>::template writes<C>
-                                                              ? std::uint64_t{4} * this->grid_.size() *
-                                                                    C::end_bytes(this->template link_capacity<C>())
-                                                              : 0));
+        counters.capacity_bytes = counters.supersteps * this->template capacity_bytes<K>(Types<C...>{});
     }
     template <class C>
-    static void count_messages(StepCounters& counters, std::uint32_t n) noexcept
+    void count_messages(StepCounters& counters, std::uint32_t n) const noexcept
     {
         counters.messages += n;
-        counters.live_bytes += std::uint64_t{n} * wire_bytes<typename C::value_type>;
+        counters.live_bytes += std::uint64_t{n} * this->template message_bytes<C>();
     }
     void make_trace(RunCounters const& counters)
     {
-        trace_ = engine::detail::begin_trace(counters);
+        trace_ = engine::detail::begin_trace<Program>(counters);
         std::array<std::uint32_t, StepsOf<Program>::count + 1> capacity{};
         for_each_step(built_, [&](auto const& step, std::uint32_t i) {
             using Kernel = KernelOf<std::decay_t<decltype(step)>>;

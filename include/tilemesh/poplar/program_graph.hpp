@@ -8,6 +8,7 @@
 #include <poplar/Graph.hpp>
 #include <poplar/Program.hpp>
 #include <string>
+#include <tilemesh/engine/mesh_sizes.hpp>
 #include <tilemesh/poplar/codelet.hpp>
 #include <tuple>
 #include <utility>
@@ -52,10 +53,9 @@ constexpr bool kernels_have_names_of_their_own(Types<Step...>) noexcept
 template <class Program, class Machine>
 class ProgramGraph {
 public:
-    using Layout = Tile<Machine, Program>;
-    using States = typename Layout::States;
-    using Links = typename Layout::Links;
-    using Shareds = typename Layout::Shareds;
+    using States = typename Needs<Program>::States;
+    using Links = typename Needs<Program>::Links;
+    using Shareds = typename Needs<Program>::Shareds;
     using Steps = StepsOf<Program>;
     using Log = TileLog<Program>;
     using Sequence = ::poplar::program::Sequence;
@@ -72,8 +72,8 @@ public:
 
     /// Adds the variables; the graph must have the codelets already. `count`: account for every pass, also where the program has no
     /// use for votes (two small compute sets a superstep). Throws what Poplar throws.
-    ProgramGraph(::poplar::Graph& graph, Grid grid, std::string prefix, Slots const& slots, bool count)
-        : graph_(graph), grid_(grid), prefix_(std::move(prefix)), slots_(slots), counts_(count || needs_votes(Steps{}))
+    ProgramGraph(::poplar::Graph& graph, Grid grid, std::string prefix, MeshSizes<Program> const& sizes, Slots const& slots, bool count)
+        : graph_(graph), grid_(grid), prefix_(std::move(prefix)), sizes_(sizes), slots_(slots), counts_(count || needs_votes(Steps{}))
     {
         within_ = per_tile("who runs", sizeof(Within) / 4);
         log_ = per_tile("log", Log::words);
@@ -164,7 +164,15 @@ private:
     template <class... X>
     void add_states(Types<X...>)
     {
-        ((states_[tilemesh::detail::index_in<X>(States{})] = per_tile(text<X>(), Layout::template words<X>())), ...);
+        ((states_[tilemesh::detail::index_in<X>(States{})] = per_tile(text<X>(), laid_out_words_of<X>())), ...);
+    }
+    template <class X>
+    std::uint32_t laid_out_words_of() const noexcept
+    {
+        if constexpr (tilemesh::detail::is_list<X>)
+            return X::words(sizes_.slots[tilemesh::detail::index_in<X>(States{})]);
+        else
+            return sizeof(X) / 4;
     }
     template <class... P>
     void add_shareds(Types<P...>)
@@ -173,7 +181,19 @@ private:
     }
     /// Which channel's variables C lies in.
     template <class C>
-    static constexpr std::uint32_t memory() noexcept
+    std::uint32_t memory() const noexcept
+    {
+        constexpr auto own = tilemesh::detail::index_in<C>(Links{});
+        return sizes_.shares_memory[own] ? tilemesh::detail::index_in<typename tilemesh::detail::MemoryOf<C>::type>(Links{}) : own;
+    }
+    template <class C>
+    bool has_memory_of_its_own() const noexcept
+    {
+        return memory<C>() == tilemesh::detail::index_in<C>(Links{});
+    }
+    /// Which channel's variables C may lie in, whatever the sizes say.
+    template <class C>
+    static constexpr std::uint32_t possible_memory() noexcept
     {
         return tilemesh::detail::index_in<typename tilemesh::detail::MemoryOf<C>::type>(Links{});
     }
@@ -188,7 +208,8 @@ private:
     template <class C>
     std::uint32_t laid_out_words() const noexcept
     {
-        return C::static_capacity == dynamic_capacity ? link_words<C>() : C::Receiver::words(C::static_capacity);
+        auto const slots = sizes_.links[tilemesh::detail::index_in<C>(Links{})].slots;
+        return slots == dynamic_capacity ? link_words<C>() : C::Receiver::words(slots);
     }
     template <class... C>
     void add_links(Types<C...>)
@@ -200,7 +221,7 @@ private:
     template <class C>
     void add_link(std::uint32_t words)
     {
-        if constexpr (std::is_same_v<C, typename tilemesh::detail::MemoryOf<C>::type>)
+        if (has_memory_of_its_own<C>())
             for (Direction d : news) {
                 static constexpr char const* side[4] = {" north", " east", " west", " south"};
                 in_[memory<C>()][index(d)] = per_tile(text<C>() + " from" + side[index(d)], words);
@@ -216,7 +237,7 @@ private:
     template <class... C>
     void clear_links(std::vector<Tensor>& heads, Types<C...>) const
     {
-        ((std::is_same_v<C, typename tilemesh::detail::MemoryOf<C>::type> ? clear_link<C>(heads) : void()), ...);
+        ((has_memory_of_its_own<C>() ? clear_link<C>(heads) : void()), ...);
     }
     template <class C>
     void clear_link(std::vector<Tensor>& heads) const
@@ -314,7 +335,7 @@ private:
     {
         [[maybe_unused]] std::uint32_t used = 0;
         bool apart = true;
-        ((apart = apart && (used >> memory<C>() & 1u) == 0, used |= 1u << memory<C>()), ...);
+        ((apart = apart && (used >> possible_memory<C>() & 1u) == 0, used |= 1u << possible_memory<C>()), ...);
         return apart;
     }
     /// Compute, exchange, and what read mail leaves.
@@ -361,7 +382,7 @@ private:
             graph_.setInitialValue(v["step"], step_);
             graph_.setInitialValue(v["log_at"], Log::step(step_));
             graph_.setInitialValue(v["task"], static_cast<unsigned>(task));
-            graph_.setInitialValue(v["program"], program_mark<Machine, Program>);
+            graph_.setInitialValue(v["program"], program_mark_on<Program>(sizes_.machine.workers, traced));
             graph_.setTileMapping(v, i);
         }
         return ::poplar::program::Execute(set);
@@ -536,6 +557,7 @@ private:
     ::poplar::Graph& graph_;
     Grid grid_;
     std::string prefix_;
+    MeshSizes<Program> sizes_;
     Slots slots_;
     bool counts_;
     std::uint32_t step_ = 0;

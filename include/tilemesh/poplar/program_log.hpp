@@ -36,15 +36,15 @@ struct TileLog<Program, Types<Step...>, tilemesh::detail::Sets<Types<S...>, Type
     static constexpr std::uint32_t words = step(sizeof...(Step)) + static_cast<std::uint32_t>(sizeof...(S) + sizeof...(L));
 };
 
-/// On a Traced machine: what a tile says of each pass, for the host's Trace. 14 words.
+/// On a Traced machine: what a tile says of each pass, for the host's Trace. 15 words.
 struct PassSample {
     static constexpr char const* name = "sample";
     std::uint32_t step; ///< of the program
     std::uint32_t ran;  ///< 0: the rest means nothing
-    Operations operations;
+    OperationCounts operations;
     std::uint32_t sent_bytes[4];
 };
-static_assert(sizeof(PassSample) == 14 * 4, "a sample goes to the host word by word");
+static_assert(sizeof(PassSample) == 15 * 4, "a sample goes to the host word by word");
 
 /// What one tile writes down for all: who has mail, and how often each step ran.
 struct RunLog {
@@ -72,23 +72,36 @@ constexpr std::uint32_t mix(std::uint32_t h, Name name) noexcept
     for (std::uint32_t i = 0; i < name.size; ++i) h = mix(h, static_cast<std::uint32_t>(name.text[i]));
     return h;
 }
-template <class Machine, class Program, class... Step, class... S, class... L, class... P>
-constexpr std::uint32_t mark_of(Types<Step...>, Types<S...>, Types<L...>, Types<P...>) noexcept
+template <class X>
+constexpr std::uint32_t mix_state(std::uint32_t h) noexcept
 {
-    using Layout = Tile<Machine, Program>;
-    std::uint32_t h = mix(mix(2166136261u, Machine::workers), tilemesh::detail::is_traced<Machine> ? 1u : 0u);
+    h = mix(h, name_of<X>());
+    if constexpr (tilemesh::detail::is_list<X>)
+        return mix(mix(h, X::static_capacity), X::item_words);
+    else
+        return mix(h, static_cast<std::uint32_t>(sizeof(X)));
+}
+template <class... Step, class... S, class... L, class... P>
+constexpr std::uint32_t mark_of(std::uint32_t workers, bool traced, Types<Step...>, Types<S...>, Types<L...>, Types<P...>) noexcept
+{
+    std::uint32_t h = mix(mix(2166136261u, workers), traced ? 1u : 0u);
     ((h = mix(h, name_of<KernelOf<Step>>())), ...);
-    ((h = mix(mix(h, name_of<S>()), Layout::template words<S>())), ...);
+    ((h = mix_state<S>(h)), ...);
     ((h = mix(mix(mix(h, name_of<L>()), L::static_capacity), L::Receiver::item_words)), ...);
     ((h = mix(mix(h, name_of<P>()), static_cast<std::uint32_t>(sizeof(P)))), ...);
     return h;
 }
 } // namespace detail
-/// A number that differs for another program, or another layout of it, as far as 32 bits can tell: a vertex and the graph that it
-/// is in must agree on it.
+/// A number that differs for another program, as far as 32 bits can tell: a vertex and the graph that it is in must agree on it. Slots that
+/// are values are no part of it: a vertex takes lists of any length.
+template <class Program>
+constexpr std::uint32_t program_mark_on(std::uint32_t workers, bool traced) noexcept
+{
+    return detail::mark_of(workers, traced, StepsOf<Program>{}, typename Needs<Program>::States{}, typename Needs<Program>::Links{},
+                           typename Needs<Program>::Shareds{});
+}
 template <class Machine, class Program>
-inline constexpr std::uint32_t program_mark = detail::mark_of<Machine, Program>(
-    StepsOf<Program>{}, typename Needs<Program>::States{}, typename Needs<Program>::Links{}, typename Needs<Program>::Shareds{});
+inline constexpr std::uint32_t program_mark = program_mark_on<Program>(Machine::workers, tilemesh::detail::is_traced<Machine>);
 
 /// What a tile says after each pass: bit 0 is its vote, bit 1 + i that it sent on channel i of the program.
 inline constexpr std::uint32_t said_busy = 1;

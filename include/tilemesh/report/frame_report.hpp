@@ -2,6 +2,7 @@
 #include <cstdint>
 #include <ostream>
 #include <string>
+#include <string_view>
 #include <tilemesh/report/table.hpp>
 #include <tilemesh/splat/gaussian.hpp>
 #include <vector>
@@ -10,10 +11,10 @@ namespace tilemesh::report {
 
 /// Why a record, or its copy on some tile, is not in the picture.
 enum class Cause : std::uint32_t {
-    unplaced,      ///< its anchor tile has no storage left (`hold`): the host has it
-    storage_full,  ///< it, or the copy, found no storage slot: gone
+    unplaced,      ///< the record's anchor tile has no storage left (`hold`); the host keeps the record
+    storage_full,  ///< the record, or the copy, found no storage slot and is lost
     channel_full,  ///< the copy found no slot in the channel (`drop`)
-    late,          ///< under way: the frame's hops are bounded
+    late,          ///< the record, or the copy, is still under way, because the frame's hops are bounded
     no_bloom       ///< the setup does not bloom, and the footprint leaves the anchor tile
 };
 inline char const* to_string(Cause cause) noexcept
@@ -22,52 +23,193 @@ inline char const* to_string(Cause cause) noexcept
     return names[static_cast<std::uint32_t>(cause)];
 }
 
+/// A record, or one copy of it, that the picture lacks.
 struct Loss {
     static constexpr std::uint32_t whole = 0xffffffffu;
     splat::GaussianId id;
     std::uint32_t tile; ///< index of the tile that lacks the copy; `whole`: the record itself
     Cause cause;
+
+    friend bool operator==(Loss const&, Loss const&) = default;
 };
 
-/// What one frame took. Exact and the same on every engine and any number of threads, but for host_ms.
+/// What one frame took. Every number but `host_ms` is exact: it is the same on every engine and any number of threads.
+/// `report_fields` below says what each number means, and in which unit it is.
 struct FrameReport {
     std::string camera;
     std::uint32_t width = 0, height = 0;
     struct Supersteps {
         std::uint64_t project = 0, route = 0, bloom = 0, composite = 0;
         std::uint64_t total() const noexcept { return project + route + bloom + composite; }
-    } supersteps;                              ///< exchanges that carried something
+    } supersteps;
     struct {
-        std::uint64_t visible = 0;             ///< something on screen when the frame begins; the unplaced are among them
-        std::uint64_t moved = 0;               ///< whose anchor changed
-        std::uint64_t held = 0;                ///< refusals of a full channel or missing credit: three waits count three
-        std::uint64_t dropped = 0;             ///< gone for good (`drop`)
-        std::uint64_t unplaced = 0;            ///< anchor tile full (`hold`)
-        std::uint64_t parked = 0;              ///< nothing on screen
-        std::uint64_t under_way = 0;           ///< in a channel or FIFO at the end (bounded hops)
+        std::uint64_t visible = 0, moved = 0, held = 0, dropped = 0, unplaced = 0, parked = 0, under_way = 0;
     } gaussians;
     struct {
         std::uint64_t channel_full = 0, no_credit = 0, storage_full = 0, copies_full = 0, copies_refused = 0;
-    } refused;                                 ///< refusals by cause
-    std::vector<Loss> lost;                    ///< every record and copy that the picture lacks
-    std::uint64_t copies = 0;                  ///< on the tiles when the frame ends
-    std::uint64_t lost_copies = 0, late_copies = 0;
-    std::uint64_t messages = 0;                ///< of routing and bloom
-    std::uint64_t hops = 0;                    ///< of routing
+    } refused;
+    std::vector<Loss> lost;
+    std::uint64_t copies = 0, lost_copies = 0, late_copies = 0;
+    std::uint64_t messages = 0, hops = 0;
     std::uint64_t exchanged_live_bytes = 0, exchanged_capacity_bytes = 0;
-    std::uint64_t pairs = 0;                   ///< Gaussian-pixel pairs evaluated
-    std::uint64_t pairs_contributing = 0;      ///< with alpha >= alpha_min in a pixel that was not finished
-    std::uint32_t peak_storage = 0;            ///< records on one tile
-    std::uint32_t peak_channel = 0;            ///< records in one channel
+    std::uint64_t pairs = 0, pairs_contributing = 0;
+    std::uint32_t peak_storage = 0, peak_channel = 0;
     struct {
-        double project = 0, route = 0, bloom = 0, composite = 0;
-        double picture = 0;                    ///< framebuffers of the tiles to one image, which is no work of the machine
-        double total = 0;                      ///< all of it
-    } host_ms;                                 ///< composite includes the depth sort
-    std::vector<std::uint64_t> digests;
+        double project = 0, route = 0, bloom = 0, composite = 0, picture = 0, total = 0;
+    } host_ms;
+    std::vector<std::uint64_t> digests; ///< of all live words, one a compute phase, where asked for
 };
 
-/// A short table for a terminal.
+/// One number of a FrameReport. Text, report.json, CSV, HTML pages and the comparisons of tests read the table of these.
+struct ReportField {
+    std::string_view name;    ///< its path in report.json: "gaussians.visible"
+    std::string_view unit;    ///< what is counted: "records", "bytes", "ms"
+    std::string_view line;    ///< the line of the text that has it; empty: the text has a table for it, or another place
+    std::string_view phrase;  ///< what follows the number in that line: "12 visible"
+    std::string_view meaning; ///< one sentence
+    std::uint64_t (*count)(FrameReport const&) = nullptr; ///< reads an exact number, equal on every engine; null for host time
+    double (*milliseconds)(FrameReport const&) = nullptr; ///< reads a time measured on the host; null for an exact number
+
+    constexpr bool exact() const noexcept { return count != nullptr; }
+    /// "gaussians" of "gaussians.visible"; empty for a name without a dot.
+    constexpr std::string_view group() const noexcept
+    {
+        auto const dot = name.find('.');
+        return dot == name.npos ? std::string_view{} : name.substr(0, dot);
+    }
+    /// "visible" of "gaussians.visible"; the name itself where it has no dot.
+    constexpr std::string_view leaf() const noexcept { return name.substr(name.find('.') + 1); }
+    /// Whether `path` is this field's name or its group.
+    constexpr bool is_in(std::string_view path) const noexcept { return name == path || group() == path; }
+};
+
+/// Every number of a FrameReport, in the order of report.json. A new member of FrameReport needs a line here;
+/// tests/report/frame_report.cpp fails without it.
+inline constexpr ReportField report_fields[] = {
+    {"size_px.width", "pixels", "", "", "The width of the picture.",
+     [](FrameReport const& r) -> std::uint64_t { return r.width; }},
+    {"size_px.height", "pixels", "", "", "The height of the picture.",
+     [](FrameReport const& r) -> std::uint64_t { return r.height; }},
+
+    {"supersteps.project", "exchanges", "", "", "Exchanges of projection that carried something.",
+     [](FrameReport const& r) { return r.supersteps.project; }},
+    {"supersteps.route", "exchanges", "", "", "Exchanges of routing that carried something.",
+     [](FrameReport const& r) { return r.supersteps.route; }},
+    {"supersteps.bloom", "exchanges", "", "", "Exchanges of bloom that carried something.",
+     [](FrameReport const& r) { return r.supersteps.bloom; }},
+    {"supersteps.composite", "exchanges", "", "", "Exchanges of compositing that carried something.",
+     [](FrameReport const& r) { return r.supersteps.composite; }},
+
+    {"gaussians.visible", "records", "Gaussians", "visible",
+     "Records with something on screen when the frame begins; the unplaced ones are among them.",
+     [](FrameReport const& r) { return r.gaussians.visible; }},
+    {"gaussians.moved", "records", "Gaussians", "moved", "Records whose anchor tile changed in this frame.",
+     [](FrameReport const& r) { return r.gaussians.moved; }},
+    {"gaussians.held", "refusals", "Gaussians", "held",
+     "Refusals of a record by a full channel or for lack of credit (`hold`); a record that waits three times counts three.",
+     [](FrameReport const& r) { return r.gaussians.held; }},
+    {"gaussians.dropped", "records", "Gaussians", "dropped", "Records that the machine lost for good (`drop`).",
+     [](FrameReport const& r) { return r.gaussians.dropped; }},
+    {"gaussians.unplaced", "records", "Gaussians", "unplaced",
+     "Records whose anchor tile has no storage left (`hold`); the host keeps them and tries again with the next view.",
+     [](FrameReport const& r) { return r.gaussians.unplaced; }},
+    {"gaussians.parked", "records", "Gaussians", "parked",
+     "Records with nothing on screen; each stays on the tile where it is.",
+     [](FrameReport const& r) { return r.gaussians.parked; }},
+    {"gaussians.under_way", "records", "Gaussians", "under way",
+     "Records in a channel or a FIFO when the frame ends, because its hops are bounded.",
+     [](FrameReport const& r) { return r.gaussians.under_way; }},
+
+    {"lost", "records and copies", "missing", "records and copies",
+     "Records and copies that the picture lacks; report.json lists each with its id, tile and cause.",
+     [](FrameReport const& r) -> std::uint64_t { return r.lost.size(); }},
+
+    {"copies", "copies", "copies", "on tiles", "Copies that lie on the tiles when the frame ends.",
+     [](FrameReport const& r) { return r.copies; }},
+    {"copies_lost", "copies", "copies", "lost",
+     "Copies that their tile lacks, because storage or a channel was full.",
+     [](FrameReport const& r) { return r.lost_copies; }},
+    {"copies_late", "copies", "copies", "late", "Copies that their tile lacks, because they are still under way.",
+     [](FrameReport const& r) { return r.late_copies; }},
+
+    {"hops", "messages", "exchanged", "hops of routing",
+     "Messages of routing: one for each tile that a record passes on its way.",
+     [](FrameReport const& r) { return r.hops; }},
+    {"messages", "messages", "exchanged", "messages", "Messages of routing and bloom together.",
+     [](FrameReport const& r) { return r.messages; }},
+    {"exchanged_bytes.live", "bytes", "exchanged", "bytes live", "Bytes of these messages.",
+     [](FrameReport const& r) { return r.exchanged_live_bytes; }},
+    {"exchanged_bytes.capacity", "bytes", "exchanged", "bytes of capacity",
+     "Bytes that a compile-time exchange moves in these supersteps: the capacity of every channel, however full it is.",
+     [](FrameReport const& r) { return r.exchanged_capacity_bytes; }},
+
+    {"pairs", "pairs", "pairs", "evaluated", "Gaussian-pixel pairs that compositing evaluated.",
+     [](FrameReport const& r) { return r.pairs; }},
+    {"pairs_contributing", "pairs", "pairs", "contributing",
+     "Pairs with alpha of at least alpha_min in a pixel that was not finished.",
+     [](FrameReport const& r) { return r.pairs_contributing; }},
+
+    {"refused.channel_full", "refusals", "refused", "by full channels",
+     "Refusals of a record by a channel without a free slot.",
+     [](FrameReport const& r) { return r.refused.channel_full; }},
+    {"refused.no_credit", "refusals", "refused", "for lack of credit",
+     "Refusals of a record because the receiving tile had announced no room.",
+     [](FrameReport const& r) { return r.refused.no_credit; }},
+    {"refused.storage_full", "records", "refused", "by full storage",
+     "Records that found no free storage slot on their anchor tile.",
+     [](FrameReport const& r) { return r.refused.storage_full; }},
+    {"refused.copies_full", "copies", "refused", "copies by full storage",
+     "Copies that found no free storage slot on a tile.",
+     [](FrameReport const& r) { return r.refused.copies_full; }},
+    {"refused.copies_refused", "copies", "refused", "copies by full channels",
+     "Copies that were given up, because the channel had no free slot (`drop`).",
+     [](FrameReport const& r) { return r.refused.copies_refused; }},
+
+    {"peak.storage", "records", "peaks", "records on a tile",
+     "The most records, copies among them, that one tile stored.",
+     [](FrameReport const& r) -> std::uint64_t { return r.peak_storage; }},
+    {"peak.channel", "records", "peaks", "in a channel", "The most records that one channel held.",
+     [](FrameReport const& r) -> std::uint64_t { return r.peak_channel; }},
+
+    {"host_ms.project", "ms", "", "", "Host time of projection.",
+     nullptr, [](FrameReport const& r) { return r.host_ms.project; }},
+    {"host_ms.route", "ms", "", "", "Host time of routing.",
+     nullptr, [](FrameReport const& r) { return r.host_ms.route; }},
+    {"host_ms.bloom", "ms", "", "", "Host time of bloom.",
+     nullptr, [](FrameReport const& r) { return r.host_ms.bloom; }},
+    {"host_ms.composite", "ms", "", "", "Host time of depth sort and compositing.",
+     nullptr, [](FrameReport const& r) { return r.host_ms.composite; }},
+    {"host_ms.picture", "ms", "", "",
+     "Host time of joining the tiles' framebuffers to one picture, which is no work of the machine.",
+     nullptr, [](FrameReport const& r) { return r.host_ms.picture; }},
+    {"host_ms.total", "ms", "", "", "Host time of the whole frame.",
+     nullptr, [](FrameReport const& r) { return r.host_ms.total; }},
+};
+
+/// The field of that name, found at compile time: `report_field("gaussians.moved").count(report)`. A name that is not in the
+/// table does not compile.
+consteval ReportField const& report_field(std::string_view name)
+{
+    for (auto const& field : report_fields)
+        if (field.name == name) return field;
+    throw "report_fields has no field of this name";
+}
+
+/// The lines of the text, in order. Every `line` of report_fields is one of them, or empty.
+inline constexpr std::string_view text_lines[] = {"Gaussians", "missing", "copies", "exchanged", "refused", "pairs", "peaks"};
+
+/// The numbers of one line of the text: numbers_of(report, "copies") is "96,484 on tiles, 0 lost, 0 late". Empty for a line that
+/// no field names.
+inline std::string numbers_of(FrameReport const& r, std::string_view line)
+{
+    std::string out;
+    for (auto const& field : report_fields)
+        if (field.exact() && field.line == line)
+            out += (out.empty() ? "" : ", ") + thousands(field.count(r)) + " " + std::string(field.phrase);
+    return out;
+}
+
+/// A short text for a terminal: a table of the stages, then one line for each group of counters.
 inline std::ostream& operator<<(std::ostream& out, FrameReport const& r)
 {
     auto const ms = [](double v) {
@@ -76,23 +218,16 @@ inline std::ostream& operator<<(std::ostream& out, FrameReport const& r)
         return std::to_string(hundredths / 100) + (fraction < 10 ? ".0" : ".") + std::to_string(fraction);
     };
     Table stages{{"stage", "supersteps", "host ms"}};
-    stages.add_row({"project", thousands(r.supersteps.project), ms(r.host_ms.project)});
-    stages.add_row({"route", thousands(r.supersteps.route), ms(r.host_ms.route)});
-    stages.add_row({"bloom", thousands(r.supersteps.bloom), ms(r.host_ms.bloom)});
-    stages.add_row({"composite", thousands(r.supersteps.composite), ms(r.host_ms.composite)});
-    stages.add_row({"picture", "0", ms(r.host_ms.picture)});
-    stages.add_row({"frame", thousands(r.supersteps.total()), ms(r.host_ms.total)});
-    out << stages << "Gaussians: " << thousands(r.gaussians.visible) << " visible, " << thousands(r.gaussians.parked)
-        << " parked, " << thousands(r.gaussians.moved) << " moved, " << thousands(r.gaussians.held) << " held, "
-        << thousands(r.gaussians.dropped) << " dropped, " << thousands(r.gaussians.unplaced) << " unplaced\n"
-        << "copies: " << thousands(r.copies) << " on tiles, " << thousands(r.lost_copies) << " lost, "
-        << thousands(r.late_copies) << " late\n"
-        << "messages: " << thousands(r.messages) << " (" << thousands(r.hops) << " hops of routing), "
-        << thousands(r.exchanged_live_bytes) << " bytes live, " << thousands(r.exchanged_capacity_bytes)
-        << " bytes of capacity\n"
-        << "pairs: " << thousands(r.pairs) << " evaluated, " << thousands(r.pairs_contributing) << " contributing\n"
-        << "peaks: " << thousands(r.peak_storage) << " records on a tile, " << thousands(r.peak_channel)
-        << " in a channel\n";
+    for (auto const& time : report_fields) {
+        if (time.group() != "host_ms") continue;
+        bool const all = time.leaf() == "total";
+        std::uint64_t supersteps = 0; // making the picture has none
+        for (auto const& field : report_fields)
+            if (field.group() == "supersteps" && (all || field.leaf() == time.leaf())) supersteps += field.count(r);
+        stages.add_row({all ? "frame" : std::string(time.leaf()), thousands(supersteps), ms(time.milliseconds(r))});
+    }
+    out << stages;
+    for (auto const line : text_lines) out << line << ": " << numbers_of(r, line) << '\n';
     return out;
 }
 

@@ -29,7 +29,7 @@ inline HeatRange finite_range(std::span<double const> values) noexcept
     return range;
 }
 
-/// What is not finite is drawn in: a grey that the colour map does not have.
+/// The colour of values that are not finite: a grey that the colour map does not have.
 inline constexpr std::array<float, 3> heat_gap = {160 / 255.0f, 160 / 255.0f, 160 / 255.0f};
 
 /// The colour at `share` of the way from the least value (0, dark blue) to the greatest (1, yellow), as values of a picture.
@@ -59,8 +59,8 @@ inline std::array<float, 3> heat_colour(double share) noexcept
 }
 
 /// A map of `width` x `height` values, row by row from the top left, as a picture with `cell_px` x `cell_px` pixels a
-/// value. Values outside the range have the colour of its nearer end. Where the range is empty (all zero, all the same)
-/// every value has the first colour, but one above it the last; what is not finite is `heat_gap`.
+/// value. Values outside the range have the colour of its nearer end. Where the range is empty (all values are equal) they have
+/// the first colour, and values above it the last. Values that are not finite have the colour `heat_gap`.
 ///
 /// Throws `Error` where the number of values is not width * height, for a range that is not finite or not in order, and for a
 /// picture without pixels or with a side above 65,535.

@@ -46,8 +46,8 @@ inline std::string html_text(std::string_view text)
 enum class HtmlPicture { whole, small };
 
 /// A report as one HTML file that needs nothing else: pictures are inside, there is no script, and a content security policy
-/// forbids a browser to ask any network for anything. Light or dark as the reader has it. What is added stands below what was
-/// added before; every text is escaped. The same bytes on every run.
+/// forbids a browser to ask any network for anything. It is light or dark as the reader's browser is set. Each call adds an
+/// element at the end; every text is escaped. The same calls give the same bytes.
 ///
 /// Cost: the file's bytes in memory; a picture takes 4/3 of its PNG.
 class HtmlReport {
@@ -84,9 +84,9 @@ public:
         return add(text + "</table>\n");
     }
 
-    /// A diagram: what `svg` of plot.hpp or stacked_bars.hpp gives. Its ids are made unique in the report, and the name
-    /// space, which HTML knows, is left out. Throws `Error` for what is no SVG document or has an element that runs or
-    /// loads something.
+    /// Adds a diagram that `svg` of plot.hpp or stacked_bars.hpp made. Its ids are made unique in the report, and its name
+    /// space is left out, because HTML knows it. Throws `Error` for a text that is no SVG document, and for one with an
+    /// element that runs or loads something.
     HtmlReport& svg(std::string_view document)
     {
         if (!document.starts_with("<svg"))
@@ -128,7 +128,7 @@ public:
         return add("<figcaption>" + html_text(caption) + "</figcaption></figure>\n");
     }
 
-    /// Of the body so far.
+    /// Bytes of the body so far.
     std::size_t bytes() const noexcept { return body_.size(); }
 
     /// The whole file.

@@ -18,7 +18,8 @@ struct Image {
     float const* pixel(std::uint32_t x, std::uint32_t y) const noexcept { return &rgb[3 * (std::size_t{y} * width + x)]; }
 };
 
-/// One float a pixel, row by row from the top left: a depth map, or how much of each pixel is covered. Empty where nobody asked.
+/// One float a pixel, row by row from the top left: a depth map, or how much of each pixel is covered. Empty unless it was
+/// asked for.
 struct Plane {
     std::uint32_t width = 0;
     std::uint32_t height = 0;

@@ -117,7 +117,7 @@ inline void write_pfm(std::filesystem::path const& path, Image const& image)
     detail::write_rows_as_pfm(path, image.width, image.height, 3, image.rgb);
 }
 
-/// The same for one float a pixel ("Pf").
+/// Portable float map of one float a pixel ("Pf"), under the same rules.
 inline void write_pfm(std::filesystem::path const& path, Plane const& plane)
 {
     if (plane.empty() || plane.values.size() != std::size_t{plane.width} * plane.height)

@@ -14,7 +14,7 @@
 
 namespace tilemesh::report {
 
-/// One frame of a run: what it took, how it was cut into tiles and, where a reference was rendered, how far off it is.
+/// One frame of a run: its report, its tiling and, where a reference was rendered, its error.
 struct RunFrame {
     FrameReport report;
     std::string image;                             ///< the file that shows it; empty: none
@@ -25,7 +25,7 @@ struct RunFrame {
     std::optional<ErrorMeasures> error_same_cuts;  ///< against the double reference with ours
 };
 
-/// A whole run as a program describes it: everything report.json says beside the frames' own reports.
+/// A whole run as a program describes it: everything that report.json says beside the frames' own reports.
 struct RunReport {
     struct {
         std::string name;                          ///< "sloth", "built_in"
@@ -46,7 +46,7 @@ struct RunReport {
         std::string routing, addressing, saturation, footprint, copies, pixels, arithmetic;
         std::uint32_t hops = 0;                    ///< supersteps of routing and of bloom a frame; 0: until quiet
     } policies;
-    std::string quality = "default";               ///< splat::name of the one asked for; "default": the preset's own cut-offs
+    std::string quality = "default";               ///< splat::name of the quality asked for; "default": the preset's own cut-offs
     struct {
         float alpha_min = 0, transmittance_min = 0, alpha_max = 0;
     } cut_offs;                                    ///< of splat::Model
@@ -55,8 +55,8 @@ struct RunReport {
         bool kept = true;                          ///< false: not compiled into what ran, or not loaded
         std::string why;
     };
-    std::vector<Feature> features;                 ///< what the scene was found to need
-    std::vector<std::string> notes; ///< what the run left out, beside what the map's own notes say
+    std::vector<Feature> features;                 ///< parts of the program, and whether the scene needs each
+    std::vector<std::string> notes; ///< one line each about the run; the map has notes of its own
     std::vector<RunFrame> frames;
 };
 
@@ -98,37 +98,19 @@ inline nlohmann::ordered_json json_of(RunFrame const& frame)
     if (!frame.image.empty()) json["image"] = frame.image;
     if (!frame.depth.empty()) json["depth"] = frame.depth;
     if (!frame.alpha.empty()) json["alpha"] = frame.alpha;
-    json["supersteps"] = {{"project", r.supersteps.project},
-                          {"route", r.supersteps.route},
-                          {"bloom", r.supersteps.bloom},
-                          {"composite", r.supersteps.composite}};
-    json["gaussians"] = {{"visible", r.gaussians.visible},   {"moved", r.gaussians.moved},
-                         {"held", r.gaussians.held},         {"dropped", r.gaussians.dropped},
-                         {"unplaced", r.gaussians.unplaced}, {"parked", r.gaussians.parked},
-                         {"under_way", r.gaussians.under_way}};
-    json["lost"] = Json::array();
-    for (auto const& loss : r.lost) json["lost"].push_back(json_of(loss));
-    json["copies"] = r.copies;
-    json["copies_lost"] = r.lost_copies;
-    json["copies_late"] = r.late_copies;
-    json["hops"] = r.hops;
-    json["messages"] = r.messages;
-    json["exchanged_bytes"] = {{"live", r.exchanged_live_bytes},
-                               {"capacity", r.exchanged_capacity_bytes}};
-    json["pairs"] = r.pairs;
-    json["pairs_contributing"] = r.pairs_contributing;
-    json["refused"] = {{"channel_full", r.refused.channel_full},
-                       {"no_credit", r.refused.no_credit},
-                       {"storage_full", r.refused.storage_full},
-                       {"copies_full", r.refused.copies_full},
-                       {"copies_refused", r.refused.copies_refused}};
-    json["peak"] = {{"storage", r.peak_storage}, {"channel", r.peak_channel}};
-    json["host_ms"] = {{"project", r.host_ms.project},
-                       {"route", r.host_ms.route},
-                       {"bloom", r.host_ms.bloom},
-                       {"composite", r.host_ms.composite},
-                       {"picture", r.host_ms.picture},
-                       {"total", r.host_ms.total}};
+    for (auto const& field : report_fields) {
+        if (field.group() == "size_px") continue; // an array, above
+        auto& value = field.group().empty() ? json[std::string(field.name)]
+                                            : json[std::string(field.group())][std::string(field.leaf())];
+        if (field.name == "lost") {
+            value = Json::array();
+            for (auto const& loss : r.lost) value.push_back(json_of(loss));
+        } else if (field.exact()) {
+            value = field.count(r);
+        } else {
+            value = field.milliseconds(r);
+        }
+    }
     if (frame.error) json["error"] = json_of(*frame.error);
     if (frame.error_same_cuts) json["error_same_cuts"] = json_of(*frame.error_same_cuts);
     return json;
@@ -145,7 +127,7 @@ inline nlohmann::ordered_json json_of(std::vector<Region> const& ledger)
     return json;
 }
 
-/// All but the frames.
+/// report.json without its frames.
 inline nlohmann::ordered_json json_of_head(RunReport const& run)
 {
     using Json = nlohmann::ordered_json;
@@ -193,8 +175,8 @@ inline nlohmann::ordered_json json_of_head(RunReport const& run)
 
 } // namespace detail
 
-/// report.json of a run, keys in a fixed order. What has no number is null: the PSNR of two equal
-/// pictures (it is infinite), the tile of a loss that is the record itself, the path of a map without a file.
+/// report.json of a run, keys in a fixed order. Null stands for the PSNR of two equal pictures (it is infinite), for the tile
+/// of a loss that is the record itself, and for the path of a map without a file.
 ///
 /// `machine.grid` and `machine.tile_px` are those of the first frame; each frame has its own, since cameras may differ in
 /// size. Ledger entries with `budgeted` false are kept on the tile, but the budget of the preset has no room for them: then

@@ -26,7 +26,8 @@ struct PlotAxis {
     std::optional<double> low{}, high{}; ///< finite, low < high, above 0 where the scale is logarithmic
 };
 
-/// How two neighbouring points are joined: by a line, by the first one's value until the second begins, or not at all: dots alone.
+/// How two neighbouring points are joined: by a line, by the first one's value until the second begins, or not at all (dots
+/// only).
 enum class PlotLine { straight, step, none };
 
 /// Points that belong together, in the order in which they are joined. A y of +infinity (the PSNR of equal pictures) is drawn on
@@ -37,7 +38,7 @@ struct PlotSeries {
     PlotLine line = PlotLine::straight;
     std::uint32_t colour = 0; ///< one of eight that colour-blind eyes tell apart; 8 is 0 again
     bool dashed = false;
-    bool faded = false;       ///< drawn at 35 % of its strength: what the other series are seen against
+    bool faded = false;       ///< drawn at 35 % of its strength: a background for the other series
     double dot_px = 2.5;      ///< radius of its dots
 };
 

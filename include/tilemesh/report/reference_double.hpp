@@ -7,7 +7,7 @@
 #include <cstdlib>
 #include <optional>
 #include <span>
-#include <thread>
+#include <tilemesh/joined_threads.hpp>
 #include <tilemesh/report/image.hpp>
 #include <tilemesh/splat/camera.hpp>
 #include <tilemesh/splat/gaussian.hpp>
@@ -300,15 +300,14 @@ std::vector<double> render_double_unrounded(Records const& gaussians,
             detail::blend_reference_rows(splats, border(band), border(band + 1), camera.width, cuts,
                                          rgb, transmittance);
         };
-        std::vector<std::jthread> workers;
-        workers.reserve(bands - 1);
-        for (unsigned band = 1; band < bands; ++band) workers.emplace_back(blend, band);
+        JoinedThreads workers;
+        for (unsigned band = 1; band < bands; ++band) workers.start(blend, band);
         blend(0);
     }
     return rgb;
 }
 
-/// The same with what the model leaves out, or with nothing but the terms below `skip_below`.
+/// The same picture with the cut-offs of the model (`Cuts::same`), or without any but `skip_below` (`Cuts::none`).
 template <class Records = std::span<splat::Gaussian const>>
 std::vector<double> render_double_unrounded(Records const& gaussians,
                                             splat::Camera const& camera, splat::Model const& model,

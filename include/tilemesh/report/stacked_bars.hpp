@@ -12,7 +12,7 @@
 
 namespace tilemesh::report {
 
-/// What one colour of all bars stands for.
+/// A part that every bar has: its name and its colour.
 struct BarPart {
     std::string name;
     std::uint32_t colour = 0; ///< as in PlotSeries
@@ -25,8 +25,8 @@ struct Bar {
     double width = 1;           ///< finite, 0 or above, on the x axis; only where bars lie along it
 };
 
-/// Where the bars are: side by side, each over its name, or one after the other along an x axis that begins at 0, each as
-/// wide as it says.
+/// Where the bars are. `named`: side by side, each over its name. `along_x`: one after the other along an x axis that begins
+/// at 0, each as wide as its `width`.
 enum class BarLayout { named, along_x };
 
 /// A diagram of stacked bars for a report, with a legend on the right.
@@ -36,7 +36,7 @@ struct StackedBars {
     std::vector<BarPart> parts;
     std::vector<Bar> bars;
     BarLayout layout = BarLayout::named;
-    std::optional<double> y_high{};          ///< above 0; where the y axis ends, whatever the bars are: what is above is cut off
+    std::optional<double> y_high{};          ///< above 0: where the y axis ends; higher bars are cut off there
     std::uint32_t width = 800, height = 320; ///< of the whole picture, in pixels; 320 x 200 or more
 };
 

@@ -11,8 +11,8 @@
 
 namespace tilemesh::report {
 
-/// Where the bytes for `path` go: what a symbolic link names, whether that is there or not. Throws `Error` for a ring of links.
-inline std::filesystem::path behind_links(std::filesystem::path path)
+/// The file that `path` names once its symbolic links are followed; the file need not exist. Throws `Error` for a ring of links.
+inline std::filesystem::path link_target(std::filesystem::path path)
 {
     std::error_code ignored;
     for (int links = 0; std::filesystem::is_symlink(std::filesystem::symlink_status(path, ignored)); ++links) {
@@ -24,8 +24,8 @@ inline std::filesystem::path behind_links(std::filesystem::path path)
 }
 
 namespace detail {
-/// `write_whole` for bytes that are made piece by piece: `produce` is called with `put(text)`, which it calls for each piece. `room`
-/// is how much the error asks for.
+/// `write_whole` for bytes that are made piece by piece. It calls `produce(put)`, which calls `put(text)` for each piece.
+/// `room` is the disk space that the error asks for, in words.
 template <class Produce>
 void write_in_pieces(std::filesystem::path const& path, std::string const& room, Produce produce)
 {
@@ -41,7 +41,7 @@ void write_in_pieces(std::filesystem::path const& path, std::string const& room,
     if (type == fs::file_type::directory) fail(std::make_error_code(std::errc::is_a_directory));
 
     // Mode x: nobody else has this part.
-    auto const name = straight ? path : behind_links(path);
+    auto const name = straight ? path : link_target(path);
     auto part = name;
     std::FILE* file = nullptr;
     errno = 0;
@@ -79,10 +79,11 @@ void write_in_pieces(std::filesystem::path const& path, std::string const& room,
 
 /// Writes `header`, then `body`, as the file `path`: whole or not at all.
 ///
-/// The bytes go to a new file beside it, "<name>.part" or, where that is taken, "<name>.2.part" and so on; every write and the
-/// close are checked; then it is renamed over the name. So what has the name is always whole: of two writers at the same time
-/// the one that ends last has it. On failure the part is removed and what had the name before is untouched; a process that is
-/// killed leaves its part. A file that is replaced gets the permissions of a new one. A symbolic link is followed. A device or a pipe keeps nothing: the bytes go straight into it.
+/// The bytes go to a new file beside it, "<name>.part" or, where that is taken, "<name>.2.part" and so on; every write and
+/// the close are checked; then it is renamed to `path`. So a file called `path` is always whole. Of two writers at the same
+/// time, the one that ends last wins. On failure the part is removed, and the old file is untouched; a process that is killed
+/// leaves its part. A file that is replaced gets the permissions of a new one. A symbolic link is followed. Into a device or
+/// a pipe the bytes are written directly.
 ///
 /// Throws `tilemesh::Error` with the system's reason when the bytes cannot be written. Cost: the bytes on disk, beside those of
 /// the old file until the rename; no copy in memory.

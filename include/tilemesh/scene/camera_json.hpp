@@ -39,7 +39,7 @@ public:
         if (!entry_.is_object()) refuse("it is not an object");
     }
 
-    /// Errors call the camera `name` from here on, and no longer by its number.
+    /// From here on, errors call the camera `name` instead of its number.
     void rename(std::string const& name) { name_ = shown(name); }
 
     [[noreturn]] void refuse(std::string const& why) const
@@ -122,7 +122,7 @@ private:
     std::string name_;
 };
 
-/// Is an opening bracket the first character, after a byte order mark and blanks?
+/// Whether the first character after a byte order mark and blanks is an opening bracket.
 inline bool begins_as_json(std::istream& stream)
 {
     for (char c = '\0'; stream.get(c);)
@@ -130,7 +130,7 @@ inline bool begins_as_json(std::istream& stream)
     return false;
 }
 
-/// Parses JSON whose memory and depth are bounded. Throws `Error` for what is none.
+/// Parses JSON within bounds of memory and depth. Throws `Error` for a text that is no JSON or exceeds them.
 inline nlohmann::json parse_json(std::istream& stream, std::string const& name)
 {
     // A camera file is five deep and has some thirty values and keys a camera: this is 500,000 cameras and, with the
@@ -160,7 +160,7 @@ inline nlohmann::json parse_json(std::istream& stream, std::string const& name)
     }
 }
 
-/// One of our own `cameras[]`. The centre is -R^-1 t, so that R (p - c) = R p + t for this very R.
+/// One camera of our own form. The centre is -R^-1 t, so that R (p - c) = R p + t for this very R.
 inline NamedCamera own_camera(CameraEntry& entry)
 {
     NamedCamera named{
@@ -196,8 +196,8 @@ inline NamedCamera training_camera(CameraEntry const& entry, std::string name)
                          {entry.number("fx"), entry.number("fy"), 0.5 * width, 0.5 * height, default_near, width, height})};
 }
 
-/// The names of the cameras that 3DGS training wrote: img_name, or img_name#id for all of those that share theirs. The training
-/// leaves folders out of img_name, so pictures of several folders often share it.
+/// The names of the cameras that 3DGS training wrote: img_name, or img_name#id for cameras that share an img_name. Pictures of
+/// several folders often share one, because the training leaves the folder out.
 inline std::vector<std::string> training_names(nlohmann::json const& list, std::string const& file)
 {
     std::vector<std::string> names;

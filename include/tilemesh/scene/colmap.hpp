@@ -83,7 +83,7 @@ inline std::unordered_map<std::uint32_t, Intrinsics> read_colmap_lenses(std::ist
 }
 
 /// Skips the line of 2-D points that follows an image: triples of two numbers and a whole one, of any length, none at the end of
-/// the file. False where it is something else, such as the next image.
+/// the file. False for any other line, such as the next image.
 inline bool skip_colmap_points(LineReader& lines)
 {
     std::uint64_t words = 0;
@@ -158,7 +158,7 @@ inline std::vector<NamedCamera> read_colmap(std::istream& cameras_txt, std::istr
     return cameras;
 }
 
-/// Is this path a COLMAP model: a directory, or a file called as one of a model's files is?
+/// Whether this path is a COLMAP model: a directory, or a file that has the name of one of a model's files.
 inline bool names_colmap(std::filesystem::path const& path)
 {
     static constexpr std::array<std::string_view, 5> files{"cameras.txt", "images.txt", "cameras.bin", "images.bin",

@@ -13,7 +13,7 @@
 
 namespace tilemesh::scene {
 
-/// What a map seen along a path of cameras needs of a machine: found by one scan, used to leave out the rest.
+/// What a machine needs to show a map along a path of cameras. `demand_of` finds it by one scan; the rest is left out.
 struct Demand {
     std::uint64_t gaussians = 0;         ///< of the map
     std::uint64_t views = 0;             ///< cameras of the path; 0: any camera may come
@@ -73,9 +73,9 @@ inline Demand demand_of(Map const& map, splat::Model const& model = {})
 /// Views of a path in which every record is looked at.
 inline constexpr std::size_t views_scanned_whole = 16;
 
-/// The demand along a path, under a model; other cameras and other rules may need more (`Demand::holds_for`). `tiling_of(camera)`
-/// says how that camera's frame is cut. Conservative where the scan ends early: after 200 million projections what has not been
-/// seen yet counts as visible.
+/// The demand along a path, under a model. Other cameras and other models may need more (`Demand::holds_for`).
+/// `tiling_of(camera)` gives the tiling of that camera's frame. The scan ends after 200 million projections: records that it
+/// has not seen by then count as visible.
 ///
 /// Cost: a projection for each record and each of the first 16 views; after them, until a record is seen, one for each view.
 template <std::invocable<splat::Camera const&> TilingOf>
@@ -128,8 +128,8 @@ Demand demand_of(Map const& map, std::span<splat::Camera const> path, splat::Mod
     return d;
 }
 
-/// The map without the records that no view of the path shows, and without the coefficients that are 0 in all of them: for the
-/// views that the demand was made for. Throws `Error` for a demand of another map.
+/// The map without the records that no view of the path shows, and without the coefficients that are 0 in all records. It serves
+/// only the views that the demand was made for. Throws `Error` for a demand of another map.
 inline Map needed(Map map, Demand const& demand)
 {
     if (demand.gaussians != map.gaussians.size())

@@ -31,8 +31,8 @@ inline std::string label(NamedCamera const& camera)
 
 namespace detail {
 
-/// What makes a pose and a lens no camera that can be rendered; empty where nothing does. The numbers are finite, the sides 1 to
-/// 65535.
+/// Why no camera of this pose and lens can be rendered; empty if it can. The caller has checked that the numbers are finite
+/// and the sides 1 to 65535.
 inline std::string fault_of(Pose const& pose, Intrinsics const& lens)
 {
     glm::dmat3 const square = glm::transpose(pose.rotation) * pose.rotation;
@@ -62,7 +62,7 @@ inline std::string fault_of(Pose const& pose, Intrinsics const& lens)
     return "";
 }
 
-/// Names one after another; the first twenty of many.
+/// Names in one line, separated by commas; of more than twenty, the first twenty.
 inline std::string list_of(std::vector<std::string> const& names)
 {
     constexpr std::size_t most = 20;
@@ -77,10 +77,10 @@ inline std::string list_of(std::vector<std::string> const& names)
 
 } // namespace detail
 
-/// The cameras that `selector` means: a label, or a NAME where only one camera of the file, or only one of the map's own, has it.
-/// An empty selector means every camera of the map: those without a scene, those whose scene is `map_name` and those whose file
-/// is `map_name`, with its extension or without. Never empty: throws `Error` that lists the choices where nothing fits or a name
-/// is ambiguous.
+/// The cameras that `selector` means: a label, or a NAME where only one camera of the file, or only one of the map's own, has
+/// it. An empty selector means every camera of the map: those without a scene, those whose scene is `map_name` and those
+/// whose file is `map_name`, with its extension or without. The result is never empty: where nothing fits or a name is
+/// ambiguous, it throws an `Error` that lists the choices.
 inline std::vector<NamedCamera> select_cameras(std::vector<NamedCamera> const& cameras, std::string const& selector,
                                                std::string const& map_name)
 {

@@ -22,8 +22,7 @@ namespace tilemesh::scene {
 
 namespace detail {
 
-/// Of anything that a file may have many of, the first five are named in the notes: enough to find the cause, short enough to
-/// print.
+/// A note names the first five of a kind (rows, columns, elements): enough to find the cause, short enough to print.
 inline constexpr std::uint64_t named_in_notes = 5;
 
 inline std::string note_on_rest(PlyHarmonics const& found)
@@ -38,7 +37,7 @@ inline std::string note_on_rest(PlyHarmonics const& found)
     return std::to_string(found.columns) + " columns f_rest_* skipped (they fit no degree of view-dependent colour: 9, 24, 45)";
 }
 
-/// What of a file is not used, one line each.
+/// Adds a note for each part of the file that is not used.
 inline void note_skipped(PlyHeader const& header, PlyElement const& vertex, PlyColumns const& columns,
                          PlyHarmonics const& harmonics, Map& map)
 {
@@ -74,11 +73,11 @@ inline void note_skipped(PlyHeader const& header, PlyElement const& vertex, PlyC
 ///
 /// Rows that are not finite or have a zero quaternion are left out and counted; the notes name the first five, numbered from 1
 /// as the ids are. An infinite `opacity` and a `scale` of -infinity are values. An ASCII row is one line; a file may lack its
-/// last line end, with a note, for the last number may be cut off then. Throws `Error` for what is no such file, with what it
-/// is where that shows, and for a body that is shorter than its header promises.
+/// last line end; a note says so, because its last number may be cut off. Throws `Error` for another kind of file, and names the
+/// kind where it is known; also for a body that is shorter than its header promises.
 ///
-/// Cost: 60 bytes a Gaussian, with harmonics 96, 156 or 240, and 1 MiB, in every format; the stream is read once. What is set
-/// aside is bounded by the bytes that are there, not by the header: at most 60 bytes for 14 of the file (240 for 59).
+/// Cost: 60 bytes a Gaussian, with harmonics 96, 156 or 240, and 1 MiB, in every format; the stream is read once. The memory is
+/// bounded by the length of the file, not by its header: at most 60 bytes for 14 of the file (240 for 59).
 inline Map read_ply(std::istream& stream, std::string const& name)
 {
     std::string const file = detail::shown(name, name.size());

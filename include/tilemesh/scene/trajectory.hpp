@@ -38,7 +38,8 @@ inline constexpr std::size_t most_poses = std::size_t{1} << 24;
 
 namespace detail {
 
-/// The eight numbers of a TUM line. `why` says what is wrong with it and is empty where nothing is; `advice`, what to do.
+/// The eight numbers of a TUM line. `why` says what is wrong with the line, and is empty for a good one; `advice` says what
+/// to do.
 struct TumLine {
     std::array<double, 8> fields{};
     std::string why;
@@ -85,10 +86,10 @@ inline TumLine parse_tum_line(std::string_view text)
 
 /// Reads a trajectory in the format of the TUM RGB-D benchmark: a line a pose, `timestamp tx ty tz qx qy qz qw`, seconds and
 /// world units, camera to world, separated by blanks; `#` starts a comment, on a line of its own or after a pose; blank lines are
-/// skipped. Quaternions of any length but zero are normalised; timestamps may come in any order and are kept in it, what is odd
-/// about them say `trajectory_notes`.
+/// skipped. Quaternions of any length but zero are normalised. Timestamps may come in any order, which is kept;
+/// `trajectory_notes` says what is odd about them.
 ///
-/// Throws `Error` that names the first line that is none of these, where no pose is found, and where there are more than `most`.
+/// Throws `Error` for any other line and names it, for a file without a pose, and for more than `most` poses.
 /// `name` is what errors call the file. Costs 104 bytes a pose, up to three times that while it grows.
 inline Trajectory read_tum(std::istream& stream, std::string const& name, std::size_t most = most_poses)
 {
@@ -116,7 +117,7 @@ inline Trajectory read_tum(std::istream& stream, std::string const& name, std::s
 /// file.
 inline Trajectory load_tum(std::filesystem::path const& path, std::size_t most = most_poses)
 {
-    // The number of poses is what is bounded, not that of comments.
+    // The number of poses is bounded, the number of comments is not.
     auto stream = detail::open_file(path, std::numeric_limits<std::uint64_t>::max(), "a TUM trajectory file");
     return read_tum(stream, detail::shown_path(path), most);
 }

@@ -3,24 +3,17 @@
 
 namespace tilemesh::splat {
 
-/// Sends each record to every tile that its footprint touches and that does not hold it yet, along the tree of
-/// footprint.hpp; run until quiet.
-///
-/// Who holds what is known by fact, not by last frame's rectangle: `Mark::shared(d)` is set when a record is sent to side d
-/// or came from it. A copy is sent only where that bit is missing, so a static view sends nothing and a small step sends a few;
-/// when the root of the tree moves, a tile may be sent what it has, notes who else has it, and goes on. With `Hold` what finds
-/// no slot stays owed; with `Drop` it is given up and marked. The copy's storage is the sink: no credit, no FIFO, no dead-lock.
-///
-/// When quiet, and nothing was refused, the tiles that hold a record are exactly those that its footprint touches. Cost: one
-/// message a new copy, plus at most the width of the footprint in tiles when an anchor changes row.
+namespace kernel {
 template <class S>
 struct Bloom {
     static constexpr char const* name = "bloom";
     using Copies = typename S::Copies;
+    using Access = AccessOf<S>;
 
     Vote operator()(Here here, Broadcast<typename S::Parameters> frame, Storage<S>& storage, Marks<S>& marks, Splats<S>& splats,
                     Debts& debts, Counts& counts, In<Beam<S>> in, Out<Beam<S>> out) const noexcept
     {
+        bool const reusable = Copies::reusable_in(*frame), holds = S::Saturation::holds_in(*frame);
         // Sends slot i where it is owed; true when something remains owed.
         auto const pay = [&](std::uint32_t i, Reach const& r) noexcept {
             std::uint32_t bits = marks[i].bits & ~Mark::owes;
@@ -28,9 +21,9 @@ struct Bloom {
             if (owed != 0)
                 for (Direction d : news) {
                     if ((owed & Mark::shared(d)) == 0) continue;
-                    if (out[d].try_push(Copies::make(storage[i], look(*frame, splats[i])))) {
+                    if (out[d].try_push(Copies::make(storage[i], Access::splat_of(*frame, splats[i])))) {
                         bits |= Mark::shared(d);
-                    } else if (S::Saturation::holds) {
+                    } else if (holds) {
                         ++counts.channel_full;
                         bits |= Mark::owes;
                     } else {
@@ -44,7 +37,7 @@ struct Bloom {
 
         // What was under way when the view changed: a projected copy shows the old view, and its sender has forgotten it; where the
         // host places the records, nobody is what its sender thought it was.
-        bool const stale = (!Copies::reusable || !S::routes) && frame->view_changed != 0 &&
+        bool const stale = (!reusable || !S::routes) && frame->view_changed != 0 &&
                            (debts.first != 0 || !in_picture(here, *frame));
         // In the first superstep Project and routing have said who owes, and what arrives waits for its turn among them.
         bool const in_turn = debts.open != 0 || debts.first != 0;
@@ -53,11 +46,11 @@ struct Bloom {
         for (Direction d : news)
             for (auto const& message : in[d]) {
                 if (stale) break;
-                auto i = find(marks, *frame, splats.begin(), message);
+                auto i = Access::slot_of(marks, splats.begin(), message);
                 if (i == no_slot) {
                     auto const entry = Copies::splat(message, *frame);
-                    counts.projected += Copies::reusable ? 1 : 0;
-                    if (!is_here(here, *frame, entry)) continue; // under way since an older view
+                    counts.projected += reusable ? 1 : 0;
+                    if (!Access::is_here(here, *frame, entry)) continue; // under way since an older view
                     i = storage.size();
                     if (!storage.try_push(Copies::template record<typename S::Record>(message))) {
                         ++counts.copies_full;
@@ -67,7 +60,7 @@ struct Bloom {
                     splats.unchecked_push(entry);
                     ++counts.changes;
                 }
-                Reach const r = reach(here, *frame, splats[i]);
+                Reach const r = Access::reach(here, *frame, splats[i]);
                 marks[i].bits |= r.sides & Mark::shared(d);
                 if (in_turn) {
                     marks[i].bits |= Mark::owes;
@@ -78,14 +71,15 @@ struct Bloom {
             }
         if (waiting)
             for (std::uint32_t i = 0, n = storage.size(); i < n; ++i)
-                if (marks[i].is(Mark::owes)) open += pay(i, reach(here, *frame, splats[i])) ? 1 : 0;
+                if (marks[i].is(Mark::owes)) open += pay(i, Access::reach(here, *frame, splats[i])) ? 1 : 0;
         debts = {open, 0};
         return open == 0 ? Vote::quiet : Vote::busy;
     }
 
     /// For a cost model: an arrival is looked for among the tile's records and projected, a copy given to a channel. Each
     /// arrival settles: what goes on from here is another copy.
-    static Operations operations(Marks<S> const& marks, In<Beam<S>> in, Out<Beam<S>> out) noexcept
+    static Operations operations(Broadcast<typename S::Parameters> frame, Marks<S> const& marks, In<Beam<S>> in,
+                                 Out<Beam<S>> out) noexcept
     {
         std::uint32_t arrived = 0, left = 0;
         for (Direction d : news) {
@@ -94,11 +88,25 @@ struct Bloom {
         }
         Operations o;
         o[Operation::copied] = arrived + left;
-        o[Operation::projection] = Copies::reusable ? arrived : 0;
+        o[Operation::projection] = Copies::reusable_in(*frame) ? arrived : 0;
         o[Operation::slot] = times(arrived + (left > arrived ? 1 : 0), marks.size());
-        o.settled_bytes = times(arrived, wire_bytes<BeamMessage<S>>);
+        o.settled_bytes = times(arrived, Access::template beam_bytes<BeamMessage<S>>(*frame));
         return o;
     }
 };
+} // namespace kernel
+
+/// Sends each record to every tile that its footprint touches and that does not hold it yet, along the tree of
+/// footprint.hpp; run until quiet.
+///
+/// Who holds what is known by fact, not by last frame's rectangle: `Mark::shared(d)` is set when a record is sent to side d
+/// or came from it. A copy is sent only where that bit is missing, so a static view sends nothing and a small step sends a few;
+/// when the root of the tree moves, a tile may be sent what it has, notes who else has it, and goes on. With `Hold` what finds
+/// no slot stays owed; with `Drop` it is given up and marked. The copy's storage is the sink: no credit, no FIFO, no dead-lock.
+///
+/// When quiet, and nothing was refused, the tiles that hold a record are exactly those that its footprint touches. Cost: one
+/// message a new copy, plus at most the width of the footprint in tiles when an anchor changes row.
+template <class S>
+using Bloom = kernel::Bloom<PoliciesOf<S>>;
 
 } // namespace tilemesh::splat

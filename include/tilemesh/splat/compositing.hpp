@@ -3,34 +3,29 @@
 
 namespace tilemesh::splat {
 
-/// Blends the tile's pixels front to back (blending.hpp), in the order that DepthSort left.
-///
-/// Requires a framebuffer of the tile's pixels (the host sizes it when it sets the tiling). Runs on all workers; each takes
-/// whole blocks, so writes are disjoint. Cost: no exchange; 80 pairs for each splat that may be seen in a block that is not
-/// finished.
+namespace kernel {
 template <class S>
 struct Composite {
     static constexpr char const* name = "composite";
-    static_assert(S::Machine::workers >= 1 && S::Machine::workers <= Work::max_workers,
-                  "a machine with more workers than Work counts for; raise Work::max_workers");
+    static constexpr std::uint32_t most_workers = Work::max_workers;
 
     void operator()(Here here, Broadcast<typename S::Parameters> frame, Splats<S> const& splats, Order<S> const& order,
                     Framebuffer<S>& framebuffer, Work& work, Worker worker) const noexcept
     {
         auto const tile = pixels_of(frame->tiling, frame->view.camera, here.tile);
-        auto const at = [&](std::uint32_t i) noexcept -> Splat const& { return look(*frame, splats[order[i].slot]); };
+        auto const at = [&](std::uint32_t i) noexcept -> Splat const& { return AccessOf<S>::splat_of(*frame, splats[order[i].slot]); };
         auto const pairs = S::Blending::tile(tile, *frame, order.size(), at, framebuffer.begin(), tile.x1 - tile.x0, worker);
         work.blocks[worker.index] = pairs.blocks;
         work.contributing[worker.index] = pairs.contributing;
     }
 
     /// For a cost model: all workers wait for the one with the most pairs.
-    static Operations operations(Framebuffer<S> const& framebuffer, Work const& work) noexcept
+    static Operations operations(Framebuffer<S> const& framebuffer, Work const& work, Worker worker) noexcept
     {
         std::uint32_t most = 0;
-        for (std::uint32_t w = 0; w < S::Machine::workers; ++w) most = work.blocks[w] > most ? work.blocks[w] : most;
+        for (std::uint32_t w = 0; w < worker.count; ++w) most = work.blocks[w] > most ? work.blocks[w] : most;
         Operations o;
-        o[Operation::pair] = times(most, S::Machine::workers * detail::block_width * detail::block_height);
+        o[Operation::pair] = times(most, worker.count * detail::block_width * detail::block_height);
         o[Operation::pixel] = framebuffer.size();
         return o;
     }
@@ -42,7 +37,7 @@ struct Composite {
                         Framebuffer<S>& framebuffer, Work& work, Worker worker) const noexcept
         {
             auto const tile = pixels_of(frame->tiling, frame->view.camera, here.tile);
-            auto const at = [&](std::uint32_t i) noexcept -> Splat const& { return look(*frame, splats[order[i].slot]); };
+            auto const at = [&](std::uint32_t i) noexcept -> Splat const& { return AccessOf<S>::splat_of(*frame, splats[order[i].slot]); };
             PairCount pairs[Work::max_workers] = {};
             S::Blending::whole(tile, *frame, order.size(), at, framebuffer.begin(), tile.x1 - tile.x0, pairs, worker.count);
             for (std::uint32_t w = 0; w < worker.count; ++w) {
@@ -52,5 +47,14 @@ struct Composite {
         }
     };
 };
+} // namespace kernel
+
+/// Blends the tile's pixels front to back (blending.hpp), in the order that DepthSort left.
+///
+/// Requires a framebuffer of the tile's pixels (the host sizes it when it sets the tiling). Runs on all workers; each takes
+/// whole blocks, so writes are disjoint. Cost: no exchange; 80 pairs for each splat that may be seen in a block that is not
+/// finished.
+template <class S>
+using Composite = kernel::Composite<PoliciesOf<S>>;
 
 } // namespace tilemesh::splat

@@ -89,41 +89,37 @@ void repair(Key* keys, std::uint32_t listed, std::uint32_t n, std::uint32_t room
 }
 } // namespace detail
 
-/// Lists what touches the tile, front to back: by depth, ties by id, so that the order is a function of view and scene alone,
-/// the same on every tile and for every order of arrival. No exchange.
-///
-/// The order of the last frame is repaired: its keys get their new depths, those whose slot is gone or no longer touches the tile
-/// leave, new slots follow, and what is nearly in order is put in order. In the view of the last frame, with the same
-/// slots, nothing is done.
+namespace kernel {
 template <class S>
 struct DepthSort {
     static constexpr char const* name = "depth sort";
+    using Access = AccessOf<S>;
 
     void operator()(Here here, Broadcast<typename S::Parameters> parameters, Marks<S>& marks, Splats<S> const& splats, Order<S>& order,
                     Counts& counts) const noexcept
     {
-        auto const& frame = at_hand(*parameters);
+        auto const& frame = Access::hold(*parameters);
         std::uint32_t const n = splats.size();
         if (counts.changes == 0) {
             if (frame.view_changed == 0) return;
-            about_to_read(frame, order);
-            about_to_read(frame, splats);
-            for (SortKey& key : order) key.depth_bits = depth_bits(frame, splats[key.slot]);
+            Access::about_to_read(order);
+            Access::about_to_read(splats);
+            for (SortKey& key : order) key.depth_bits = Access::depth_bits(frame, splats[key.slot]);
             detail::repair(order.begin(), order.size(), order.size(), order.capacity());
             return;
         }
         counts.changes = 0;
-        about_to_read(frame, order);
-        about_to_read(frame, marks);
-        about_to_read(frame, splats);
+        Access::about_to_read(order);
+        Access::about_to_read(marks);
+        Access::about_to_read(splats);
         std::uint32_t kept = 0, copies = 0;
         if constexpr (S::routes || S::blooms) {
             for (SortKey const& key : order) {
                 if (key.slot >= n || marks[key.slot].id != key.id) continue;
                 std::uint32_t const bits = marks[key.slot].bits;
-                if ((bits & Mark::copy) == 0 && !is_here(here, frame, splats[key.slot])) continue; // a copy that is not goes
+                if ((bits & Mark::copy) == 0 && !Access::is_here(here, frame, splats[key.slot])) continue; // a copy that is not goes
                 copies += (bits & Mark::copy) != 0 ? 1 : 0;
-                order[kept++] = {depth_bits(frame, splats[key.slot]), key.id, key.slot};
+                order[kept++] = {Access::depth_bits(frame, splats[key.slot]), key.id, key.slot};
             }
         }
         order.truncate(kept);
@@ -139,7 +135,7 @@ struct DepthSort {
                     }
                     copies += (bits & Mark::copy) != 0 ? 1 : 0;
                 }
-                if (is_here(here, frame, splats[i])) order.unchecked_push({depth_bits(frame, splats[i]), marks[i].id, i});
+                if (Access::is_here(here, frame, splats[i])) order.unchecked_push({Access::depth_bits(frame, splats[i]), marks[i].id, i});
             }
         }
         counts.copies = copies;
@@ -159,5 +155,15 @@ struct DepthSort {
         return o;
     }
 };
+} // namespace kernel
+
+/// Lists what touches the tile, front to back: by depth, ties by id, so that the order is a function of view and scene alone,
+/// the same on every tile and for every order of arrival. No exchange.
+///
+/// The order of the last frame is repaired: its keys get their new depths, those whose slot is gone or no longer touches the tile
+/// leave, new slots follow, and what is nearly in order is put in order. In the view of the last frame, with the same
+/// slots, nothing is done.
+template <class S>
+using DepthSort = kernel::DepthSort<PoliciesOf<S>>;
 
 } // namespace tilemesh::splat

@@ -1,30 +1,69 @@
 #pragma once
 #include <cstdint>
+#include <tilemesh/machine/tile.hpp>
 #include <tilemesh/splat/frame_program.hpp>
 
 namespace tilemesh::splat {
 
-/// SRAM of a tile that a setup needs for routing, and for bloom: what it frees without.
-template <class S>
-constexpr std::uint32_t routing_bytes() noexcept
+/// Bytes of the words that a frame's sizes count: of one record, message or pixel on the machine, whatever a host moves.
+struct FrameWords {
+    std::uint32_t record, road_message, beam_message, pixel;
+    std::uint32_t slot_lists; ///< what a slot of storage has beside its record: mark, projected record and sort key, where these count
+
+    constexpr std::uint32_t slot() const noexcept { return record + slot_lists; }
+};
+constexpr std::uint32_t slot_list_bytes(bool lists_fit, std::uint32_t mark_bytes) noexcept
 {
-    return 8 * 4 * Road<S>::Receiver::words(Road<S>::static_capacity) +
-           (S::Saturation::holds ? 2 * 4 * Waiting<S, 0>::words(Waiting<S, 0>::static_capacity) : 0u) +
-           static_cast<std::uint32_t>(sizeof(Traffic));
+    return lists_fit ? mark_bytes + static_cast<std::uint32_t>(sizeof(Splat) + sizeof(SortKey)) : 0;
 }
 template <class S>
-constexpr std::uint32_t bloom_bytes() noexcept
+constexpr FrameWords frame_words() noexcept
 {
-    return 8 * 4 * Beam<S>::Receiver::words(Beam<S>::static_capacity) + static_cast<std::uint32_t>(sizeof(Debts));
+    using P = PoliciesOf<S>;
+    return {sizeof(typename P::Record), wire_bytes<RoadMessage<P>>, wire_bytes<BeamMessage<P>>, sizeof(typename P::Pixel),
+            slot_list_bytes(S::sizes.lists_fit, sizeof(MarkOf<P>))};
+}
+
+/// SRAM of a tile that routing takes, and bloom: what it frees without.
+constexpr std::uint32_t routing_bytes(Sizes const& sizes, FrameWords const& words, bool holds) noexcept
+{
+    return 8 * (8 + sizes.road * words.road_message) + (holds ? 2 * (8 + sizes.waiting * words.road_message) : 0u) +
+           static_cast<std::uint32_t>(sizeof(Traffic));
+}
+constexpr std::uint32_t bloom_bytes(Sizes const& sizes, FrameWords const& words) noexcept
+{
+    return 8 * (8 + sizes.beam * words.beam_message) + static_cast<std::uint32_t>(sizeof(Debts));
+}
+
+/// The sizes for other words in the same bytes of SRAM: channels and FIFOs keep their bytes, so their slots follow from the size of a
+/// message. Storage has its bytes and `freed` ones besides: of `Lossless` 2,000 slots of 60 bytes and their lists, 860 of 240 bytes,
+/// 2,941 without routing, 3,758 without either.
+constexpr Sizes refitted(Sizes sizes, FrameWords const& before, FrameWords const& now, std::uint32_t freed = 0) noexcept
+{
+    sizes.road = slots_in(sizes.road * before.road_message, now.road_message);
+    sizes.beam = slots_in(sizes.beam * before.beam_message, now.beam_message);
+    sizes.waiting = slots_in(sizes.waiting * before.road_message, now.road_message);
+    sizes.storage = slots_in(sizes.storage * before.slot() + freed, now.slot());
+    return sizes;
+}
+
+/// The sizes where pixels of `words` become `pixel` bytes large. Where the SRAM has no room for what they take beyond today's, storage
+/// gives up as many slots as that needs: of the 2,000 of `Lossless` 7 for a depth, 25 for depth and alpha. `room`: bytes that are free.
+constexpr Sizes with_pixels_of(Sizes sizes, FrameWords const& words, std::uint32_t pixel, std::uint64_t room) noexcept
+{
+    std::uint64_t const before = std::uint64_t{words.pixel} * sizes.tile_pixels;
+    std::uint64_t const after = std::uint64_t{pixel} * sizes.tile_pixels;
+    std::uint64_t const missing = after > before + room ? after - before - room : 0;
+    auto const slots = static_cast<std::uint32_t>((missing + words.slot() - 1) / words.slot());
+    sizes.storage = sizes.storage > slots ? sizes.storage - slots : 0;
+    return sizes;
 }
 
 /// `Base` cut to what a scene needs: harmonics up to `Degree`, and routing and bloom only where they have something to do
-/// (scene/demand.hpp finds out). The bytes of the channels stay as they are, so their slots follow from the record's size. Storage
-/// has the bytes of Base's and those that routing and bloom would have taken: of `Lossless` 2,000 slots of 60 bytes and their
-/// lists, 860 of 240 bytes, 2,941 without routing, 3,758 without either.
+/// (scene/demand.hpp finds out), in Base's bytes (`refitted`).
 template <class Base, std::uint32_t Degree, bool Routes = true, bool Blooms = true>
 struct Fitted : Base {
-    static_assert((Routes && Blooms) || !Base::one_channel_memory,
+    static_assert((Routes && Blooms) || !Base::sizes.one_channel_memory,
                   "a setup whose routing and bloom share their channels keeps both; fit one that has channels of each kind");
     using Record = GaussianOfDegree<Degree>;
     static constexpr bool routes = Routes;
@@ -36,12 +75,21 @@ private:
         static constexpr bool routes = Routes;
         static constexpr bool blooms = Blooms;
     };
+    static constexpr std::uint32_t freed =
+        (Base::routes && !Routes ? routing_bytes(Base::sizes, frame_words<Base>(), Base::Saturation::holds) : 0) +
+        (Base::blooms && !Blooms ? bloom_bytes(Base::sizes, frame_words<Base>()) : 0);
 
 public:
-    static constexpr std::uint32_t storage_slots =
-        (Base::storage_slots * detail::slot_bytes<Base>() + (Routes ? 0 : routing_bytes<Base>()) +
-         (Blooms ? 0 : bloom_bytes<Base>())) /
-        detail::slot_bytes<Slot>();
+    static constexpr Sizes sizes = refitted(Base::sizes, frame_words<Base>(), frame_words<Slot>(), freed);
+};
+
+/// `Base` with other pixels: `WithPixel<Lossless, WithDepth<FloatPixel>>`, in the same SRAM (`with_pixels_of`).
+template <class Base, class P>
+struct WithPixel : Base {
+    using Pixel = P;
+    static constexpr Sizes sizes =
+        with_pixels_of(Base::sizes, frame_words<Base>(), sizeof(P),
+                       Base::Machine::sram_bytes - Tile<typename Base::Machine, Frame<Base>, Base>::bytes);
 };
 
 } // namespace tilemesh::splat

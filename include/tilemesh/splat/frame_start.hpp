@@ -17,31 +17,7 @@ void count_anchored(typename S::Parameters const& frame, Marks<S> const& marks, 
 {
     counts.visible = counts.parked = 0;
     for (std::uint32_t i = 0, n = marks.size(); i < n; ++i)
-        if (!marks[i].is(Mark::copy)) ++(look(frame, splats[i]).visible() ? counts.visible : counts.parked);
-}
-
-/// Is there nothing to do for a slot with these bits whose record stands as it stood in the last view? Then `standing` has what
-/// Project counts. The machine, which moves values, projects the record to find out.
-template <class Record>
-TILEMESH_KERNEL bool stands(FrameParameters const&, Record const&, std::uint32_t, std::uint32_t&) noexcept
-{
-    return false;
-}
-TILEMESH_KERNEL bool stands(ReferencedParameters const& frame, SplatRow s, std::uint32_t bits, std::uint32_t& standing) noexcept
-{
-    standing = frame.standings.get()[s.row];
-    return ((bits & (Mark::refused_any | Mark::leaving | Mark::owes)) | (standing & Standing::moved)) == 0;
-}
-/// Did an anchored record of this tile begin or cease to show on it?
-TILEMESH_KERNEL bool changed_here(Here const& here, FrameParameters const& frame, Splat const& before, bool covered, std::uint32_t,
-                                  std::uint32_t) noexcept
-{
-    return covers(before, frame.tiling, here.tile) != covered;
-}
-TILEMESH_KERNEL bool changed_here(Here const&, ReferencedParameters const&, SplatRow, bool covered, std::uint32_t bits,
-                                  std::uint32_t standing) noexcept
-{
-    return !covered || (bits & Mark::leaving) != 0 || (standing & Standing::appeared) != 0;
+        if (!marks[i].is(Mark::copy)) ++(AccessOf<S>::splat_of(frame, splats[i]).visible() ? counts.visible : counts.parked);
 }
 
 /// What Project does with a tile's records in a new view.
@@ -49,17 +25,19 @@ template <class S>
 Begun begin_view(Here const& here, typename S::Parameters const& parameters, Storage<S>& storage, Marks<S>& marks,
                  Splats<S>& splats, Counts& counts) noexcept
 {
-    auto const& frame = at_hand(parameters);
-    about_to_read(frame, splats);
-    about_to_read(frame, marks);
+    using Access = AccessOf<S>;
+    auto const& frame = Access::hold(parameters);
+    Access::about_to_read(splats);
+    Access::about_to_read(marks);
     Begun begun{0, 0};
-    bool const forget = frame.anew != 0 || (!S::Copies::reusable && frame.view_changed != 0);
+    bool const reusable = S::Copies::reusable_in(frame);
+    bool const forget = frame.resend_copies != 0 || (!reusable && frame.view_changed != 0);
     std::uint32_t visible = 0, parked = 0, kept = 0;
     [[maybe_unused]] std::uint32_t moved = 0, removed = 0, changes = 0;
     std::uint32_t const held = storage.size();
     for (std::uint32_t i = held; i-- > 0;) {
         bool const copy = S::blooms && marks[i].is(Mark::copy);
-        if (copy && !S::Copies::reusable) { // its splat is all there is of it, and it is good for one view
+        if (copy && !reusable) { // its splat is all there is of it, and it is good for one view
             if (forget) {
                 remove_slot(storage, marks, splats, i);
                 ++removed;
@@ -69,21 +47,21 @@ Begun begin_view(Here const& here, typename S::Parameters const& parameters, Sto
         }
         [[maybe_unused]] std::uint32_t bits = marks[i].bits;
         [[maybe_unused]] std::uint32_t standing = 0;
-        if (stands(frame, splats[i], bits, standing) && S::routes && !forget) {
-            std::uint32_t const own = copy ? 0u : 1u, shows = standing & Standing::visible;
+        if (Access::is_settled(frame, splats[i], bits, standing) && S::routes && !forget) {
+            std::uint32_t const own = copy ? 0u : 1u, shows = standing & 1u;
             visible += own & shows;
             parked += own & ~shows;
             continue;
         }
-        auto const entry = projected(storage[i], frame);
-        Reach const r = reach(here, frame, entry);
+        auto const entry = Access::project(storage[i], frame);
+        Reach const r = Access::reach(here, frame, entry);
         if (copy && !r.here) {
             remove_slot(storage, marks, splats, i);
             ++removed;
             continue;
         }
         if constexpr (S::routes) // otherwise the host places the records, and says so
-            if (!copy && changed_here(here, frame, splats[i], r.here, bits, standing)) ++changes;
+            if (!copy && Access::shows_anew(here, frame, splats[i], r.here, bits, standing)) ++changes;
         splats[i] = entry;
         if constexpr (S::blooms) {
             std::uint32_t const wrong = (forget ? Mark::all_sides : ~r.sides & Mark::all_sides) |
@@ -125,7 +103,7 @@ Begun begin_frame(Here const& here, typename S::Parameters const& frame, Storage
     counts = {};
     counts.copies = before.copies;
     counts.changes = before.changes;
-    if (frame.view_changed != 0 || frame.anew != 0) return begin_view<S>(here, frame, storage, marks, splats, counts);
+    if (frame.view_changed != 0 || frame.resend_copies != 0) return begin_view<S>(here, frame, storage, marks, splats, counts);
     counts.visible = before.visible;
     counts.parked = before.parked;
     if constexpr (S::routes)
@@ -139,6 +117,7 @@ inline Vote vote_to_route(Traffic& traffic, std::uint32_t leaving) noexcept
 }
 } // namespace detail
 
+namespace kernel {
 /// What Project did, for a cost model: it looks at every stored record, and projects those that it must.
 template <class S>
 struct ProjectOperations {
@@ -151,14 +130,6 @@ struct ProjectOperations {
     }
 };
 
-/// Begins a frame on a tile: projects all it holds in the new view, marks the anchored records that must leave and the slots that
-/// owe copies, and drops the copies whose footprint left the tile. In the view of the last frame it only begins the counters.
-/// Votes busy where a record must leave or waits.
-///
-/// After this, on every tile: a copy is here only if its footprint touches the tile; `Mark::shared(d)` is set only if the
-/// neighbour on side d holds the record; what a full channel refused is owed again in a new view. Both tiles of a pair decide
-/// with the same words and the same view, so no message is needed for a copy to end. Cost: one projection a stored record in a
-/// new view, nothing in an old one; no exchange. A setup that does not route or bloom keeps nothing for it.
 template <class S>
 struct Project : ProjectOperations<S> {
     static constexpr char const* name = "project";
@@ -174,5 +145,18 @@ struct Project : ProjectOperations<S> {
         if constexpr (S::routes) return detail::vote_to_route(traffic, begun.leaving);
     }
 };
+
+} // namespace kernel
+
+/// Begins a frame on a tile: projects all it holds in the new view, marks the anchored records that must leave and the slots that
+/// owe copies, and drops the copies whose footprint left the tile. In the view of the last frame it only begins the counters.
+/// Votes busy where a record must leave or waits.
+///
+/// After this, on every tile: a copy is here only if its footprint touches the tile; `Mark::shared(d)` is set only if the
+/// neighbour on side d holds the record; what a full channel refused is owed again in a new view. Both tiles of a pair decide
+/// with the same words and the same view, so no message is needed for a copy to end. Cost: one projection a stored record in a
+/// new view, nothing in an old one; no exchange. A setup that does not route or bloom keeps nothing for it.
+template <class S>
+using Project = kernel::Project<PoliciesOf<S>>;
 
 } // namespace tilemesh::splat

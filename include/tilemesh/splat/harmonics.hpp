@@ -36,8 +36,9 @@ void harmonic_basis(Float3 const& d, float (&basis)[harmonics_per_channel(Degree
 }
 
 /// Gives `s`, which is visible, the colour that the camera sees from where it stands; false where it is no colour.
+/// `harmonics`: as in ShadedGaussian<Degree>.
 template <std::uint32_t Degree>
-bool shade(ShadedGaussian<Degree> const& g, View const& view, Splat& s) noexcept
+bool shade(Gaussian const& g, float const* harmonics, View const& view, Splat& s) noexcept
 {
     // The direction from the camera to the mean. It is in front of the near plane, so no length is 0; the largest component
     // becomes about 1 first, so that no square leaves the floats' range.
@@ -55,11 +56,16 @@ bool shade(ShadedGaussian<Degree> const& g, View const& view, Splat& s) noexcept
     for (std::uint32_t channel = 0; channel < 3; ++channel) {
         float colour = g.colour[channel];
         for (std::uint32_t k = 0; k < harmonics_per_channel(Degree); ++k)
-            colour = multiply_add(g.harmonics[3 * k + channel], basis[k], colour);
+            colour = multiply_add(harmonics[3 * k + channel], basis[k], colour);
         if (!(colour <= largest_colour)) return false; // also NaN
         s.colour[channel] = colour > 0.0f ? colour : 0.0f;
     }
     return true;
+}
+template <std::uint32_t Degree>
+bool shade(ShadedGaussian<Degree> const& g, View const& view, Splat& s) noexcept
+{
+    return shade<Degree>(g, g.harmonics, view, s);
 }
 } // namespace detail
 

@@ -1,5 +1,5 @@
 #pragma once
-#include <tilemesh/splat/referenced.hpp>
+#include <tilemesh/splat/access.hpp>
 
 TILEMESH_EXACT_BEGIN
 namespace tilemesh::splat {
@@ -41,16 +41,28 @@ constexpr bool is_dimension_ordered() noexcept
 
 // --- saturation ------------------------------------------------------------------------------------------------------------
 
+// `may_hold`: the frame has FIFOs. `holds_in(frame)`: this frame holds; a constant, unless the host decides from frame to frame.
+
 /// Nothing that was sent can be lost: see routing.hpp.
 struct Hold {
     static constexpr char const* name = "hold";
-    static constexpr bool holds = true;
+    static constexpr bool holds = true, may_hold = true;
+    template <class Parameters>
+    static constexpr bool holds_in(Parameters const&) noexcept
+    {
+        return true;
+    }
 };
 /// The paper's: no FIFO, no credit. A record that cannot go on takes a storage slot where it is and tries again; one that
 /// finds no slot is gone, and so is a copy that meets a full channel.
 struct Drop {
     static constexpr char const* name = "drop";
-    static constexpr bool holds = false;
+    static constexpr bool holds = false, may_hold = false;
+    template <class Parameters>
+    static constexpr bool holds_in(Parameters const&) noexcept
+    {
+        return false;
+    }
 };
 
 // --- what a routed message carries --------------------------------------------------------------------------------------------
@@ -61,6 +73,11 @@ struct Carried {
     template <class Record>
     using Message = AddressedRecord<Record>;
     static constexpr bool carried = true;
+    template <class Parameters>
+    static constexpr bool carried_in(Parameters const&) noexcept // in this frame
+    {
+        return true;
+    }
     template <class Record>
     static AddressedRecord<Record> make(Record const& g, TileId anchor) noexcept
     {
@@ -71,6 +88,11 @@ struct Carried {
     {
         return m.record;
     }
+    template <class Record>
+    static TileId anchor(AddressedRecord<Record> const& m) noexcept
+    {
+        return m.anchor;
+    }
 };
 /// The paper's 60 bytes: every tile on the way projects the record again.
 struct Recomputed {
@@ -78,6 +100,11 @@ struct Recomputed {
     template <class Record>
     using Message = Record;
     static constexpr bool carried = false;
+    template <class Parameters>
+    static constexpr bool carried_in(Parameters const&) noexcept
+    {
+        return false;
+    }
     template <class Record>
     static Record make(Record const& g, TileId) noexcept
     {
@@ -87,6 +114,11 @@ struct Recomputed {
     static Record const& record(Record const& m) noexcept
     {
         return m;
+    }
+    template <class Record>
+    static TileId anchor(Record const&) noexcept // never asked
+    {
+        return {};
     }
 };
 
@@ -98,6 +130,11 @@ struct WorldCopies {
     template <class Record>
     using Message = Record;
     static constexpr bool reusable = true;
+    template <class Parameters>
+    static constexpr bool reusable_in(Parameters const&) noexcept // in this frame
+    {
+        return true;
+    }
     template <class Record>
     static Record make(Record const& g, Splat const&) noexcept
     {
@@ -111,16 +148,21 @@ struct WorldCopies {
     template <class Record, class Parameters>
     static auto splat(Record const& m, Parameters const& f) noexcept
     {
-        return projected(m, f);
+        return Access<Parameters>::project(m, f);
     }
 };
 /// The projected record; nothing to compute at the receiver, and 60 bytes at any degree, but good for one view only: a new
 /// view blooms all copies anew.
 struct ScreenCopies {
     static constexpr char const* name = "screen";
-    template <class Record>
-    using Message = typename ScreenCopyOf<Record>::type;
+    template <class>
+    using Message = ScreenCopy;
     static constexpr bool reusable = false;
+    template <class Parameters>
+    static constexpr bool reusable_in(Parameters const&) noexcept
+    {
+        return false;
+    }
     static ScreenCopy make(Gaussian const& g, Splat const& s) noexcept { return {s, g.id}; }
     template <class Record>
     static Record record(ScreenCopy const& m) noexcept // only its id means anything
@@ -130,21 +172,6 @@ struct ScreenCopies {
         return g;
     }
     static Splat splat(ScreenCopy const& m, FrameParameters const&) noexcept { return m.splat; }
-    template <class Record>
-    static ScreenReference<Record> make(Reference<Record> const& g, Splat const&) noexcept
-    {
-        return {g};
-    }
-    template <class Handle, class Record>
-    static Handle record(ScreenReference<Record> const& m) noexcept
-    {
-        return m;
-    }
-    template <class Record>
-    static SplatRow splat(ScreenReference<Record> const& m, ReferencedParameters const&) noexcept
-    {
-        return {m.row};
-    }
 };
 
 // --- pixels ------------------------------------------------------------------------------------------------------------------------

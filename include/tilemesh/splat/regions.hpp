@@ -1,6 +1,8 @@
 #pragma once
-#include <tilemesh/machine/operations.hpp>
 #include <tilemesh/splat/footprint.hpp>
+#include <tilemesh/splat/operations.hpp>
+#include <tilemesh/splat/policy_set.hpp>
+#include <tilemesh/splat/sizes.hpp>
 
 namespace tilemesh::splat {
 
@@ -10,19 +12,26 @@ struct FrameParameters {
     View view;
     Tiling tiling;
     std::uint32_t view_changed;  ///< 0: the view of the last frame, whose splats still hold
-    std::uint32_t anew;          ///< 1: trust no neighbour to hold a copy (after a full storage lost some): send all again
+    std::uint32_t resend_copies; ///< 1: trust no neighbour to hold a copy (after a full storage lost some): send all again
     std::uint32_t readdress;     ///< 1: what is under way was addressed in another view (a bound cut the last frame)
 };
 
-// --- state of a tile; `S` is a Setup (setup.hpp), which gives the slots -----------------------------------------------------
+// --- state of a tile ------------------------------------------------------------------------------------------------------------
+// Regions are types of a set of policies; their slots are members of `Sizes`. `Storage<S>`, for a setup or a set of policies S, is the
+// region under S's policies.
 
+namespace region {
+template <class P>
+struct Storage : Buffer<typename P::Record> {
+    using Buffer<typename P::Record>::Buffer;
+    static constexpr char const* name = "storage";
+    static constexpr auto slots = &Sizes::storage;
+};
+} // namespace region
 /// The records a tile holds: Gaussians anchored here, and the copies that bloom brought. `Marks` and `Splats` go with it,
 /// slot by slot.
 template <class S>
-struct Storage : Buffer<typename S::Record, S::storage_slots, Limited> {
-    using Buffer<typename S::Record, S::storage_slots, Limited>::Buffer;
-    static constexpr char const* name = "storage";
-};
+using Storage = region::Storage<PoliciesOf<S>>;
 
 /// What a tile knows of a stored record.
 struct Mark {
@@ -48,20 +57,27 @@ struct AnchorMark {
 };
 template <class S>
 using MarkOf = std::conditional_t<S::routes || S::blooms, Mark, AnchorMark>;
-template <class S>
-struct Marks : Buffer<MarkOf<S>, S::storage_slots> {
-    using Buffer<MarkOf<S>, S::storage_slots>::Buffer;
+namespace region {
+template <class P>
+struct Marks : Buffer<MarkOf<P>> {
+    using Buffer<MarkOf<P>>::Buffer;
     static constexpr char const* name = "marks";
-    static constexpr bool budgeted = S::lists_fit;
+    static constexpr auto slots = &Sizes::storage;
+    static constexpr auto budgeted_if = &Sizes::lists_fit;
 };
-
-/// The projected records of this frame: the screen cache. `look` gives the splat of an entry.
-template <class S>
-struct Splats : Buffer<typename S::Projected, S::storage_slots> {
-    using Buffer<typename S::Projected, S::storage_slots>::Buffer;
+template <class P>
+struct Splats : Buffer<typename P::Projected> {
+    using Buffer<typename P::Projected>::Buffer;
     static constexpr char const* name = "projected records";
-    static constexpr bool budgeted = S::lists_fit;
+    static constexpr auto slots = &Sizes::storage;
+    static constexpr auto budgeted_if = &Sizes::lists_fit;
 };
+} // namespace region
+template <class S>
+using Marks = region::Marks<PoliciesOf<S>>;
+/// The projected records of this frame: the screen cache. `Access::splat_of` gives the splat of an entry.
+template <class S>
+using Splats = region::Splats<PoliciesOf<S>>;
 
 /// Depth order: the view depth's bits (all visible depths are positive, so bits order as floats do), then the id.
 struct SortKey {
@@ -73,19 +89,27 @@ constexpr bool operator<(SortKey const& a, SortKey const& b) noexcept
 {
     return a.depth_bits != b.depth_bits ? a.depth_bits < b.depth_bits : a.id < b.id;
 }
-template <class S>
-struct Order : Buffer<SortKey, S::storage_slots> {
-    using Buffer<SortKey, S::storage_slots>::Buffer;
+struct SortKeys : Buffer<SortKey> {
+    using Buffer<SortKey>::Buffer;
     static constexpr char const* name = "sort keys";
-    static constexpr bool budgeted = S::lists_fit;
+    static constexpr auto slots = &Sizes::storage;
+    static constexpr auto budgeted_if = &Sizes::lists_fit;
 };
+/// The slots of what touches the tile, in depth order. The same for all policies.
+template <class>
+using Order = SortKeys;
 
+namespace region {
+template <class Pixel>
+struct Framebuffer : Buffer<Pixel> {
+    using Buffer<Pixel>::Buffer;
+    static constexpr char const* name = "framebuffer";
+    static constexpr auto slots = &Sizes::tile_pixels;
+};
+} // namespace region
 /// The tile's slice of the picture, row by row of the tile's own rectangle; sized by the host when it sets the tiling.
 template <class S>
-struct Framebuffer : Buffer<typename S::Pixel, S::tile_pixels> {
-    using Buffer<typename S::Pixel, S::tile_pixels>::Buffer;
-    static constexpr char const* name = "framebuffer";
-};
+using Framebuffer = region::Framebuffer<typename S::Pixel>;
 
 /// What a tile counts in a frame; Project begins it at zero but for the last two, which are kept. Exact on every engine.
 struct Counts {
@@ -147,73 +171,47 @@ struct ScreenCopy {
 };
 static_assert(sizeof(Addressed) == 64 && sizeof(ScreenCopy) == 60, "messages are whole records");
 
-/// What routing and bloom send under a setup.
+/// What routing and bloom send under a set of policies.
 template <class S>
 using RoadMessage = typename S::Addressing::template Message<typename S::Record>;
 template <class S>
 using BeamMessage = typename S::Copies::template Message<typename S::Record>;
 
-/// Carries records to their anchor tiles.
-template <class S>
-struct Road : Channel<RoadMessage<S>, S::template slots<RoadMessage<S>>(S::road_bytes), typename S::ChannelRule> {
+namespace region {
+template <class P>
+struct Road : Channel<RoadMessage<P>> {
     static constexpr char const* name = "road";
+    static constexpr auto slots = &Sizes::road;
 };
-/// Carries copies from a record's anchor tile to all tiles its footprint touches.
-template <class S, bool Own = !S::one_channel_memory || !S::routes>
-struct Beam : Channel<BeamMessage<S>, S::template slots<BeamMessage<S>>(S::beam_bytes), typename S::ChannelRule> {
+template <class P, bool Routes = P::routes>
+struct Beam : Channel<BeamMessage<P>> {
     static constexpr char const* name = "beam";
+    static constexpr auto slots = &Sizes::beam;
 };
 /// The paper has one set of channels: routing is over when bloom begins.
-template <class S>
-struct Beam<S, false> : Beam<S, true> {
-    using memory_of = Road<S>;
+template <class P>
+struct Beam<P, true> : Beam<P, false> {
+    using memory_of = Road<P>;
+    static constexpr auto memory_shared = &Sizes::one_channel_memory;
 };
-
+template <class P, std::uint32_t Side>
+struct Waiting : Buffer<RoadMessage<P>> {
+    using Buffer<RoadMessage<P>>::Buffer;
+    static constexpr char const* name = Side == 0 ? "waiting (side 0)" : "waiting (side 1)";
+    static constexpr auto slots = &Sizes::waiting;
+};
+} // namespace region
+/// Carries records to their anchor tiles.
+template <class S>
+using Road = region::Road<PoliciesOf<S>>;
+/// Carries copies from a record's anchor tile to all tiles its footprint touches.
+template <class S>
+using Beam = region::Beam<PoliciesOf<S>>;
 /// Records under way that arrived on the first leg and found no room ahead; one FIFO a side of that leg.
 template <class S, std::uint32_t Side>
-struct Waiting : Buffer<RoadMessage<S>, S::template slots<RoadMessage<S>>(S::waiting_bytes), Limited> {
-    using Buffer<RoadMessage<S>, S::template slots<RoadMessage<S>>(S::waiting_bytes), Limited>::Buffer;
-    static constexpr char const* name = Side == 0 ? "waiting (side 0)" : "waiting (side 1)";
-};
-
-namespace detail {
-/// SRAM that one slot of storage takes, with what goes with it slot by slot.
-template <class S>
-constexpr std::uint32_t slot_bytes() noexcept
-{
-    return static_cast<std::uint32_t>(sizeof(typename S::Record) +
-                                      (S::lists_fit ? sizeof(MarkOf<S>) + sizeof(typename S::Projected) + sizeof(SortKey) : 0));
-}
-} // namespace detail
+using Waiting = region::Waiting<PoliciesOf<S>, Side>;
 
 // --- helpers that several kernels share ------------------------------------------------------------------------------------
-
-/// The record in this frame's view: what goes into `Splats` for it.
-template <class Record>
-Splat projected(Record const& g, FrameParameters const& frame) noexcept
-{
-    return project(g, frame.view, frame.tiling);
-}
-/// The frame's parameters for a loop that writes words: by reference, they are copied, so that no write can change an address in them
-/// for all the compiler knows.
-TILEMESH_KERNEL FrameParameters const& at_hand(FrameParameters const& frame) noexcept
-{
-    return frame;
-}
-/// Says that a kernel is about to read a list: nothing where memory is SRAM.
-template <class List>
-TILEMESH_KERNEL void about_to_read(FrameParameters const&, List const&) noexcept
-{
-}
-/// The splat of an entry of `Splats`. (Where the host moves references, see referenced.hpp for its own of both.)
-TILEMESH_KERNEL Splat const& look(FrameParameters const&, Splat const& s) noexcept
-{
-    return s;
-}
-TILEMESH_KERNEL std::uint32_t depth_bits(FrameParameters const&, Splat const& s) noexcept
-{
-    return __builtin_bit_cast(std::uint32_t, s.depth);
-}
 
 /// Does the tile hold pixels? On one that does not there are no copies, and none are under way to it.
 TILEMESH_KERNEL bool in_picture(Here const& here, FrameParameters const& frame) noexcept
@@ -228,19 +226,6 @@ struct Reach {
     bool here;             ///< touches this tile
     std::uint32_t sides;   ///< touches the neighbour on side d: bit index(d), as in Mark::shared
 };
-TILEMESH_KERNEL Reach reach(Here const& here, FrameParameters const& frame, Splat const& s) noexcept
-{
-    std::uint32_t sides = 0;
-    for (Direction d : news)
-        if (here.grid.has_neighbour(here.tile, d) && covers(s, frame.tiling, here.grid.neighbour(here.tile, d)))
-            sides |= Mark::shared(d);
-    return {s.anchor, s.visible(), covers(s, frame.tiling, here.tile), sides};
-}
-/// Does it touch this tile?
-TILEMESH_KERNEL bool is_here(Here const& here, FrameParameters const& frame, Splat const& s) noexcept
-{
-    return covers(s, frame.tiling, here.tile);
-}
 /// The sides of tile t on which its children are in the tree that is rooted at `anchor`, as bits.
 TILEMESH_KERNEL std::uint32_t child_sides(TileId anchor, TileId t) noexcept
 {
@@ -274,13 +259,6 @@ std::uint32_t find(MarkList const& marks, GaussianId id) noexcept
 {
     return detail::first_of(marks.begin(), marks.size(), [id](auto const& mark) noexcept { return mark.id == id; });
 }
-/// The slot of the record that a message brings, or `no_slot`.
-template <class MarkList, class Message>
-TILEMESH_KERNEL std::uint32_t find(MarkList const& marks, FrameParameters const&, Splat const*, Message const& message) noexcept
-{
-    return find(marks, message.id);
-}
-
 /// Takes slot i out of storage, marks and projected records.
 template <class A, class B, class C>
 TILEMESH_KERNEL void remove_slot(A& storage, B& marks, C& splats, std::uint32_t i) noexcept

@@ -33,6 +33,7 @@ struct RouteStep {
     using Record = typename S::Record;
     using Message = RoadMessage<S>;
     using Rule = typename S::Routing;
+    using Access = AccessOf<S>;
     static_assert(is_dimension_ordered<Rule>(),
                   "this routing rule is not dimension-ordered (it may turn back from its second leg, so FIFOs and credits on "
                   "the first leg do not prevent dead-lock); go along one axis until the coordinate fits, then the other");
@@ -47,12 +48,12 @@ struct RouteStep {
     /// Is this the tile of the message's record? Sets `anchor`, by projecting where it is not carried or is out of date.
     bool is_home(Message const& m, TileId& anchor) const noexcept
     {
-        if constexpr (S::Addressing::carried) {
-            anchor = m.anchor;
-            if (frame.readdress == 0) return anchor == here.tile;
+        if (S::Addressing::carried_in(frame) && frame.readdress == 0) {
+            anchor = S::Addressing::anchor(m);
+            return anchor == here.tile;
         }
-        auto const entry = projected(S::Addressing::record(m), frame);
-        Splat const& s = look(frame, entry);
+        auto const entry = Access::project(S::Addressing::record(m), frame);
+        Splat const& s = Access::splat_of(frame, entry);
         ++counts.projected;
         anchor = s.anchor;
         return !s.visible() || s.anchor == here.tile; // with nothing on screen it stays where it is
@@ -60,9 +61,9 @@ struct RouteStep {
     /// Puts a record into storage; false when it is full. A copy of it that is here already becomes the anchored record.
     bool settle(Record const& g) const noexcept
     {
-        auto const entry = projected(g, frame);
+        auto const entry = Access::project(g, frame);
         ++counts.projected;
-        auto const i = S::blooms ? find(marks, frame, splats.begin(), g) : no_slot; // no copies without bloom
+        auto const i = S::blooms ? Access::slot_of(marks, splats.begin(), g) : no_slot; // no copies without bloom
         if (i != no_slot) {
             storage[i] = g;
             splats[i] = entry;
@@ -84,7 +85,7 @@ struct RouteStep {
     {
         auto const before = storage.size();
         if (!settle(g)) return false;
-        auto const i = storage.size() > before ? before : find(marks, frame, splats.begin(), g);
+        auto const i = storage.size() > before ? before : Access::slot_of(marks, splats.begin(), g);
         marks[i].bits |= Mark::leaving;
         ++traffic.leaving;
         return true;
@@ -94,7 +95,7 @@ struct RouteStep {
     template <class Side>
     void depart(std::uint32_t i, Side& out) const noexcept
     {
-        Splat const& s = look(frame, splats[i]);
+        Splat const& s = Access::splat_of(frame, splats[i]);
         out.unchecked_push(S::Addressing::make(storage[i], s.anchor));
         ++counts.hops;
         ++counts.changes;
@@ -110,7 +111,7 @@ struct RouteStep {
         std::uint32_t left = 0;
         for (std::uint32_t i = storage.size(); i-- > 0;) {
             if (!marks[i].is(Mark::leaving)) continue;
-            auto const d = Rule::towards(here.tile, look(frame, splats[i]).anchor);
+            auto const d = Rule::towards(here.tile, Access::splat_of(frame, splats[i]).anchor);
             if (room(d))
                 depart(i, out[d]);
             else
@@ -124,10 +125,9 @@ struct RouteStep {
 template <class S>
 bool ends_here(Here const& here, typename S::Parameters const& frame, RoadMessage<S> const& m) noexcept
 {
-    if constexpr (S::Addressing::carried)
-        if (frame.readdress == 0) return m.anchor == here.tile;
-    auto const entry = projected(S::Addressing::record(m), frame);
-    Splat const& s = look(frame, entry);
+    if (S::Addressing::carried_in(frame) && frame.readdress == 0) return S::Addressing::anchor(m) == here.tile;
+    auto const entry = AccessOf<S>::project(S::Addressing::record(m), frame);
+    Splat const& s = AccessOf<S>::splat_of(frame, entry);
     return !s.visible() || s.anchor == here.tile;
 }
 
@@ -152,31 +152,24 @@ struct RouteOperations {
         std::uint32_t const own = left > arrived ? left - arrived : 0; // of this tile's own, for which it looks at its marks
         Operations o;
         o[Operation::routed] = arrived + left;
-        o[Operation::projection] = S::Addressing::carried ? home : arrived;
+        o[Operation::projection] = S::Addressing::carried_in(*frame) ? home : arrived;
         o[Operation::slot] = times(home + (own != 0 ? 1 : 0), marks.size());
-        o.settled_bytes = times(settled, wire_bytes<RoadMessage<S>>);
+        o.settled_bytes = times(settled, AccessOf<S>::template road_bytes<RoadMessage<S>>(*frame));
         return o;
     }
 };
-} // namespace detail
-
-template <class S, class Saturation = typename S::Saturation>
-struct Route;
-
+/// What Route does with a tile, with `Hold`.
 template <class S>
-struct Route<S, Hold> : detail::RouteOperations<S> {
-    static constexpr char const* name = "route";
+struct HoldingRoute {
     using Message = RoadMessage<S>;
-    static_assert(S::template slots<Message>(S::waiting_bytes) >= 1,
-                  "a setup that holds needs FIFOs (without one no credit is ever given and nothing moves); give waiting_bytes "
-                  "room for at least one message");
     using Rule = typename S::Routing;
+    using Access = AccessOf<S>;
 
-    Vote operator()(Here here, Broadcast<typename S::Parameters> frame, Storage<S>& storage, Marks<S>& marks, Splats<S>& splats,
-                    Waiting<S, 0>& waiting0, Waiting<S, 1>& waiting1, Traffic& traffic, Counts& counts, In<Road<S>> in,
-                    Out<Road<S>> out) const noexcept
+    TILEMESH_KERNEL static Vote run(RouteStep<S> const& step, Broadcast<typename S::Parameters> frame, Waiting<S, 0>& waiting0,
+                                    Waiting<S, 1>& waiting1, Traffic& traffic, In<Road<S>> const& in, Out<Road<S>>& out) noexcept
     {
-        detail::RouteStep<S> const step{here, *frame, storage, marks, splats, counts};
+        Here const& here = step.here;
+        Counts& counts = step.counts;
 
         // How many records each side may take: its slots, and on the first leg what is promised behind it.
         std::uint32_t limit[4];
@@ -213,8 +206,8 @@ struct Route<S, Hold> : detail::RouteOperations<S> {
         // wait for ever: it becomes one of this tile's own instead.
         auto const turns_back = [&](Message const& m, Direction from) noexcept {
             if (frame->readdress == 0) return false;
-            auto const entry = projected(S::Addressing::record(m), *frame);
-            return Rule::towards(here.tile, look(*frame, entry).anchor) == from;
+            auto const entry = Access::project(S::Addressing::record(m), *frame);
+            return Rule::towards(here.tile, Access::splat_of(*frame, entry).anchor) == from;
         };
         auto const serve = [&](auto& waiting, auto const& arrived, Direction from) noexcept {
             std::uint32_t kept = 0;
@@ -258,16 +251,16 @@ struct Route<S, Hold> : detail::RouteOperations<S> {
     }
 };
 
+/// The same with `Drop`.
 template <class S>
-struct Route<S, Drop> : detail::RouteOperations<S> {
-    static constexpr char const* name = "route";
+struct DroppingRoute {
     using Message = RoadMessage<S>;
     using Rule = typename S::Routing;
 
-    Vote operator()(Here here, Broadcast<typename S::Parameters> frame, Storage<S>& storage, Marks<S>& marks, Splats<S>& splats,
-                    Traffic& traffic, Counts& counts, In<Road<S>> in, Out<Road<S>> out) const noexcept
+    TILEMESH_KERNEL static Vote run(RouteStep<S> const& step, Traffic& traffic, In<Road<S>> const& in, Out<Road<S>>& out) noexcept
     {
-        detail::RouteStep<S> const step{here, *frame, storage, marks, splats, counts};
+        Here const& here = step.here;
+        Counts& counts = step.counts;
         auto const room = [&](Direction d) noexcept {
             if (out[d].size() < out[d].capacity()) return true;
             ++counts.channel_full;
@@ -292,5 +285,39 @@ struct Route<S, Drop> : detail::RouteOperations<S> {
         return traffic.leaving == 0 ? Vote::quiet : Vote::busy;
     }
 };
+} // namespace detail
+
+namespace kernel {
+template <class P, bool MayHold = P::Saturation::may_hold>
+struct Route;
+
+template <class P>
+struct Route<P, true> : detail::RouteOperations<P> {
+    static constexpr char const* name = "route";
+
+    Vote operator()(Here here, Broadcast<typename P::Parameters> frame, Storage<P>& storage, Marks<P>& marks, Splats<P>& splats,
+                    Waiting<P, 0>& waiting0, Waiting<P, 1>& waiting1, Traffic& traffic, Counts& counts, In<Road<P>> in,
+                    Out<Road<P>> out) const noexcept
+    {
+        detail::RouteStep<P> const step{here, *frame, storage, marks, splats, counts};
+        if (!P::Saturation::holds_in(*frame)) return detail::DroppingRoute<P>::run(step, traffic, in, out);
+        return detail::HoldingRoute<P>::run(step, frame, waiting0, waiting1, traffic, in, out);
+    }
+};
+template <class P>
+struct Route<P, false> : detail::RouteOperations<P> {
+    static constexpr char const* name = "route";
+
+    Vote operator()(Here here, Broadcast<typename P::Parameters> frame, Storage<P>& storage, Marks<P>& marks, Splats<P>& splats,
+                    Traffic& traffic, Counts& counts, In<Road<P>> in, Out<Road<P>> out) const noexcept
+    {
+        detail::RouteStep<P> const step{here, *frame, storage, marks, splats, counts};
+        return detail::DroppingRoute<P>::run(step, traffic, in, out);
+    }
+};
+} // namespace kernel
+/// Moves every record one tile towards its anchor tile. Without FIFOs where the saturation policy drops.
+template <class S>
+using Route = kernel::Route<PoliciesOf<S>>;
 
 } // namespace tilemesh::splat

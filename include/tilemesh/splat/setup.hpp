@@ -6,10 +6,13 @@ namespace tilemesh::splat {
 
 struct BlendAsAsked;
 
-/// What a Setup says: the machine, the policies, and the bytes of every region of a tile; slots follow from the size of a
-/// record. Derive from one and change what you want; names appear in every report.
+/// What a setup says, in four groups: the machine (a type), the policies (types that change what kernels do), the sizes (one value,
+/// `Sizes`), and how the picture is made. Derive from one and change what you want; names appear in every report.
+///
+/// Setups that differ in machine, sizes or picture alone share all kernels.
 struct SetupDefaults {
     using Machine = Mk2;
+
     using Record = Gaussian;                          ///< or ShadedGaussian<Degree>, for colour that depends on the view
     using Projected = Splat;                          ///< an entry of Splats
     using Parameters = FrameParameters;               ///< the frame's broadcast
@@ -19,36 +22,26 @@ struct SetupDefaults {
     using Copies = WorldCopies;
     using Pixel = FloatPixel;
     using Blending = BlendAsAsked;                    ///< blending.hpp
-    using ChannelRule = Limited;
-    /// False: the host places each record on its anchor tile, view by view, and what found no room again in the next view.
+    /// False: the host places each record on its anchor tile, view by view, and a record that found no room again in the next view.
     static constexpr bool routes = true;
     static constexpr bool blooms = true;              ///< false: nothing may touch two tiles; what does is listed as lost
-    static constexpr bool one_channel_memory = false; ///< road and beam lie in the same SRAM
-    static constexpr bool lists_fit = true;           ///< marks, projected records and sort keys count against the SRAM
+
     static constexpr Footprint footprint = Footprint::opacity_box;
     static constexpr float alpha_max = 1.0f;
     static constexpr float transmittance_min = Model{}.transmittance_min;
     /// 0.70 to 0.74 times the host time of `precise`, and no farther from the picture in double (README, "How fast it is").
     static constexpr Arithmetic arithmetic = Arithmetic::fast;
-
-    template <class Message>
-    static constexpr std::uint32_t slots(std::uint32_t bytes) noexcept
-    {
-        return bytes == dynamic_capacity ? dynamic_capacity : bytes / wire_bytes<Message>;
-    }
 };
 
 /// The default: nothing is lost, float pixels, and a ledger that holds all that the kernels keep (622.3 KiB of Mk2's 624).
 ///
 /// Two sets of channels instead of one, at half the paper's size: the most that two real maps and motions up to 2 degrees a
-/// frame put into one channel is 165 records (measured), and a full channel costs supersteps, not records.
+/// frame put into one channel is 165 records (measured), and a full channel costs supersteps, not records. FIFOs of 200 messages cost
+/// no superstep up to 100,000 records (measured).
 struct Lossless : SetupDefaults {
     static constexpr char const* name = "lossless";
-    static constexpr std::uint32_t storage_slots = 2000;      ///< anchors and copies; 136 bytes each with marks, splats, keys
-    static constexpr std::uint32_t road_bytes = 200 * sizeof(Addressed);
-    static constexpr std::uint32_t beam_bytes = 200 * sizeof(Gaussian);
-    static constexpr std::uint32_t waiting_bytes = 200 * sizeof(Addressed); ///< costs no superstep up to 100,000 records (measured)
-    static constexpr std::uint32_t tile_pixels = 32 * 20;
+    /// A record of storage takes 136 bytes, with its mark, splat and sort key.
+    static constexpr Sizes sizes{/*storage*/ 2000, /*road*/ 200, /*beam*/ 200, /*waiting*/ 200, /*tile_pixels*/ 32 * 20};
 };
 
 /// The paper's numbers (sections "Framebuffer Partitioning" and "Per-tile SRAM capacity"): 400-slot channels, 3,200 slots of
@@ -59,34 +52,37 @@ struct Paper : SetupDefaults {
     using Saturation = Drop;
     using Addressing = Recomputed;
     using Pixel = Rgbx8Pixel;
-    static constexpr bool one_channel_memory = true;
-    static constexpr bool lists_fit = false;
+    static constexpr Sizes sizes{/*storage*/ 3200,      /*road*/ 400,        /*beam*/ 400,             /*waiting*/ 0,
+                                 /*tile_pixels*/ 32 * 20, /*lists_fit*/ false, /*one_channel_memory*/ true};
     static constexpr Footprint footprint = Footprint::three_sigma_square;
     static constexpr float alpha_max = 0.99f;
     static constexpr float transmittance_min = 1e-4f; ///< that of 3D Gaussian Splatting
-    static constexpr std::uint32_t storage_slots = 3200;
-    static constexpr std::uint32_t road_bytes = 400 * sizeof(Gaussian);
-    static constexpr std::uint32_t beam_bytes = 400 * sizeof(Gaussian);
-    static constexpr std::uint32_t waiting_bytes = 0;
-    static constexpr std::uint32_t tile_pixels = 32 * 20;
 };
 
 /// What the authors' public code really has room for: it steps through float buffers by a count of bytes, so that a record
 /// takes 240 bytes and the paper's 24,000-byte channel holds 100, its 192,000-byte storage 800. The ledger is in real records.
 struct Prototype : Paper {
     static constexpr char const* name = "prototype";
-    static constexpr std::uint32_t storage_slots = 800;
-    static constexpr std::uint32_t road_bytes = 100 * sizeof(Gaussian);
-    static constexpr std::uint32_t beam_bytes = 100 * sizeof(Gaussian);
+    static constexpr Sizes sizes{/*storage*/ 800,       /*road*/ 100,        /*beam*/ 100,             /*waiting*/ 0,
+                                 /*tile_pixels*/ 32 * 20, /*lists_fit*/ false, /*one_channel_memory*/ true};
 };
 
-/// `Base` on a test machine with room for a whole map and a whole frame on one tile.
-template <class Base>
-struct Roomy : Base {
-    using Machine = TestMachine<64u << 20>;
-    static constexpr bool lists_fit = true;
-    static constexpr std::uint32_t storage_slots = 40'000;
-    static constexpr std::uint32_t tile_pixels = 1u << 20;
-};
+/// The machine and the sizes for a whole map and a whole frame on one tile: what remains of these sizes is slots of channels.
+using RoomyMachine = TestMachine<64u << 20>;
+constexpr Sizes roomy(Sizes sizes) noexcept
+{
+    sizes.storage = 40'000;
+    sizes.tile_pixels = 1u << 20;
+    sizes.lists_fit = true;
+    return sizes;
+}
+
+/// A setup with members that older versions had: they would change nothing now.
+namespace detail {
+template <class S, class = void>
+inline constexpr bool names_slots = false;
+template <class S>
+inline constexpr bool names_slots<S, std::void_t<decltype(S::storage_slots)>> = true;
+} // namespace detail
 
 } // namespace tilemesh::splat

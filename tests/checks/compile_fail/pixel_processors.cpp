@@ -15,10 +15,10 @@ struct Least : tilemesh::splat::Lossless {
     using Machine = PixelProcessors;
     using Pixel = tilemesh::splat::Rgbx8Pixel;
     static constexpr bool routes = false, blooms = false;
-    static constexpr std::uint32_t storage_slots = 1, tile_pixels = 1;
+    static constexpr tilemesh::splat::Sizes sizes{.storage = 1, .tile_pixels = 1};
 };
-static_assert(tilemesh::bytes_needed<PixelProcessors, tilemesh::splat::Frame<Least>> == 412);
-static_assert(!tilemesh::fits<PixelProcessors, tilemesh::splat::Frame<Least>>);
+static_assert(tilemesh::bytes_needed<PixelProcessors, tilemesh::splat::Frame<Least>, Least> == 412);
+static_assert(!tilemesh::fits<PixelProcessors, tilemesh::splat::Frame<Least>, Least>);
 
 tilemesh::RenderedFrame render(tilemesh::scene::Map const& map, tilemesh::splat::Camera const& camera)
 {

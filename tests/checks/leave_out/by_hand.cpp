@@ -28,7 +28,7 @@ inline void project_records(FrameParameters const& frame, Records const& storage
     counts = Counts{};
     counts.copies = before.copies;
     counts.changes = before.changes;
-    if (frame.view_changed == 0 && frame.anew == 0) {
+    if (frame.view_changed == 0 && frame.resend_copies == 0) {
         counts.visible = before.visible;
         counts.parked = before.parked;
         return;

@@ -21,8 +21,8 @@ std::uint64_t projections(Renderer& renderer)
 template <class S>
 void row(char const* name, scene::Map const& map, RendererOptions const& options = {})
 {
-    using Layout = Tile<typename S::Machine, splat::Frame<S>>;
-    constexpr std::uint32_t slot = splat::detail::slot_bytes<S>();
+    using Layout = Tile<typename S::Machine, splat::Frame<S>, S>;
+    constexpr std::uint32_t slot = splat::frame_words<S>().slot;
     auto const camera = scene::built_in_camera({1280, 720});
     BasicRenderer<S> renderer{map, options};
     auto const cold = renderer.render(camera).report;
@@ -30,8 +30,8 @@ void row(char const* name, scene::Map const& map, RendererOptions const& options
     auto const still = renderer.render(camera).report;
     auto const cells = {std::uint64_t{sizeof(typename S::Record)},
                         std::uint64_t{slot},
-                        Layout::bytes - S::Machine::code_bytes - std::uint64_t{slot} * S::storage_slots,
-                        std::uint64_t{S::storage_slots},
+                        Layout::bytes - S::Machine::code_bytes - std::uint64_t{slot} * S::sizes.storage,
+                        std::uint64_t{S::sizes.storage},
                         cold.supersteps.total(),
                         cold.messages,
                         cold_projections,

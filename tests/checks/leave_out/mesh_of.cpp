@@ -17,8 +17,8 @@ RunCounters run(Mesh<Frame<Run>, Run::Machine>& mesh, CheckedMesh<Frame<Run>, Ru
 }
 
 // Not a byte of a tile either: region by region.
-using Here = Tile<Run::Machine, Frame<Run>>;
-using Plain = Tile<Mk2, Frame<Lossless>>;
+using Here = Tile<Run::Machine, Frame<Run>, Run>;
+using Plain = Tile<Mk2, Frame<Lossless>, Lossless>;
 constexpr bool same_ledger() noexcept
 {
     if (Here::bytes != Plain::bytes || Here::state_words != Plain::state_words || Here::region_count != Plain::region_count) return false;

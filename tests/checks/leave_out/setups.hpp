@@ -1,5 +1,5 @@
 #pragma once
-#include <tilemesh/splat/with_pixel.hpp>
+#include <tilemesh/splat/fitted.hpp>
 
 /// Setups of the default, feature by feature.
 namespace leave_out {
@@ -15,7 +15,12 @@ using degree_3 = Fitted<Lossless, 3>;
 using with_depth = WithPixel<both, WithDepth<FloatPixel>>;
 using with_alpha = WithPixel<both, WithAlpha<FloatPixel>>;
 using everything = WithPixel<degree_3, WithAlpha<WithDepth<FloatPixel>>>;
-using one_tile = Fitted<Roomy<Lossless>, 0, false, false>; ///< minimal with room for a frame on one tile of a test machine
+/// Room for a frame on one tile of a test machine.
+struct Roomy : Lossless {
+    using Machine = RoomyMachine;
+    static constexpr Sizes sizes = roomy(Lossless::sizes);
+};
+using one_tile = Fitted<Roomy, 0, false, false>; ///< minimal with room for a frame on one tile of a test machine
 
 /// A setup under another name.
 template <class S>

@@ -13,7 +13,7 @@
 // The built-in scene; see painter.hpp for its axes and units.
 namespace tilemesh::scene::detail {
 
-/// What stands on the desk, and what is behind it.
+/// Paints the objects on the desk, and the wall and floor behind it.
 class Desk : Painter {
 public:
     using Painter::Painter;

@@ -14,17 +14,17 @@
 
 namespace tilemesh::scene::detail {
 
-/// What a Gaussian needs of a row.
+/// The properties that every Gaussian needs.
 inline constexpr std::array<std::string_view, 14> needed_properties{"x",      "y",       "z",       "f_dc_0",  "f_dc_1",
                                                                     "f_dc_2", "opacity", "scale_0", "scale_1", "scale_2",
                                                                     "rot_0",  "rot_1",   "rot_2",   "rot_3"};
-/// And up to 45 coefficients of harmonics, red, green and blue of one after the other.
+/// The values of these properties, then up to 45 coefficients of harmonics: red, green and blue of each in turn.
 using GaussianRow = std::array<double, needed_properties.size() + 45>;
 
-/// Where they are, and behind them the coefficients of harmonics that are read; empty: an element that is passed over.
+/// The columns of these properties, then of the coefficients that are read; empty for an element that is passed over.
 using PlyColumns = std::vector<PlyProperty const*>;
 
-/// Finds them by name. Throws `Error` for those that are absent or lists.
+/// Finds the needed properties by name. Throws `Error` where one is absent or a list.
 inline PlyColumns find_columns(PlyElement const& vertex, std::string const& file)
 {
     PlyColumns columns(needed_properties.size());
@@ -70,8 +70,8 @@ inline PlyHarmonics find_harmonics(PlyElement const& vertex, PlyColumns& columns
     return found;
 }
 
-/// Turns the raw fields of a row into a record without its id; its colour is not clamped where harmonics are added to it. Null, or what is
-/// wrong with the row.
+/// Turns the raw fields of a row into a record without its id. The colour is clamped at 0 unless harmonics are added to it later.
+/// Returns null, or what is wrong with the row.
 inline char const* make_gaussian(GaussianRow const& raw, splat::Gaussian& g, bool clamp_colour = true)
 {
     constexpr double infinity = std::numeric_limits<double>::infinity();

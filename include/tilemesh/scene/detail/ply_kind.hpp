@@ -10,8 +10,8 @@
 
 namespace tilemesh::scene::detail {
 
-/// Throws `Error` for a file that does not begin with "ply": by the magic of other formats of 3DGS maps, and by the extension
-/// where a format has none. Takes nothing from the source.
+/// Throws `Error` for a file that does not begin with "ply". It names other formats of 3DGS maps, known by their first bytes,
+/// or by the extension where a format has no such bytes. It takes nothing from the source.
 inline void require_ply(ByteSource& source, std::string const& file)
 {
     if (source.begins_with("ply")) return;

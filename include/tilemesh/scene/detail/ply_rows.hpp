@@ -11,6 +11,7 @@
 #include <string_view>
 #include <system_error>
 #include <tilemesh/error.hpp>
+#include <tilemesh/number_text.hpp>
 #include <tilemesh/scene/detail/ply_gaussian.hpp>
 #include <tilemesh/scene/detail/ply_header.hpp>
 #include <tilemesh/scene/detail/ply_source.hpp>
@@ -25,8 +26,8 @@ namespace tilemesh::scene::detail {
                 " are there); copy or export the map again");
 }
 
-/// Checks that the body has room for what the header promises, in 64 bits and by division only: a count may be anything.
-/// Lists count as empty: only where no element has any are all binary rows known to be there.
+/// Checks that the body is long enough for the rows that the header promises. It divides and never multiplies, because a
+/// count may be anything. Lists count as empty, so the check of a file with lists is only a lower bound.
 inline void require_rows(PlyHeader const& header, std::uint64_t body_bytes, std::string const& file)
 {
     // The last line of an ASCII file may lack its end.
@@ -147,16 +148,16 @@ private:
 };
 
 /// Reads the rows of an ASCII body: one row a line, numbers separated by blanks, lines that end in LF or CR LF; blank lines are
-/// passed over. Numbers are as `from_chars` takes them, a leading + and the words inf and nan too, whatever type the header
-/// names; those of columns that nobody reads may be anything. Throws `Error`, which names row and line, for other lines.
+/// passed over. Numbers are read by `read_number`, whatever type the header names; a leading +, inf and nan are numbers too. In
+/// columns that are not used any word will do. Throws `Error` for other lines, and names row and line.
 class AsciiRows {
 public:
-    /// `lines`: those of the header.
+    /// `lines` is the number of lines of the header.
     AsciiRows(ByteSource& source, std::string const& file, std::uint64_t lines)
         : source_(source), file_(file), line_(lines + 1)
     {}
 
-    /// Did the last line have no end? Its last number may be cut off then.
+    /// Whether the last line had no end; then its last number may be cut off.
     bool open_end() const { return open_end_; }
 
     void skip(PlyElement const& element)
@@ -241,7 +242,7 @@ private:
         double value = 0.0;
         auto const last = word_.data() + length_;
         bool const plus = word_[0] == '+' && length_ > 1 && word_[1] != '-';
-        auto const [end, error] = std::from_chars(word_.data() + (plus ? 1 : 0), last, value);
+        auto const [end, error] = read_number(word_.data() + (plus ? 1 : 0), last, value);
         if (end == last && error == std::errc::result_out_of_range) {
             constexpr double infinity = std::numeric_limits<double>::infinity();
             auto const exponent = word().find_first_of("eE");

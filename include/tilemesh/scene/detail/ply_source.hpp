@@ -13,13 +13,13 @@
 
 namespace tilemesh::scene::detail {
 
-/// Words of a header in a message.
+/// Words of a header, as a message quotes them.
 inline std::string in_quotes(std::string_view text)
 {
     return std::string(1, '"').append(shown(text, 40)).append(1, '"');
 }
 
-/// The bytes of a stream from where it stands to its end, read once and in order, at most 1 MiB of them in memory. Throws
+/// The bytes of a stream from its current position to its end, read once and in order, at most 1 MiB of them in memory. Throws
 /// `Error`, which begins with `file`, where the stream has no known size or ends before it.
 class ByteSource {
 public:
@@ -70,7 +70,7 @@ public:
     }
 
 private:
-    /// Makes `n` bytes stand in one piece; false where fewer are left.
+    /// Fills the buffer until `n` bytes are contiguous; false where fewer are left.
     bool fetch(std::size_t n)
     {
         if (n > left()) return false;

@@ -11,17 +11,19 @@
 #include <string_view>
 #include <system_error>
 #include <tilemesh/error.hpp>
+#include <tilemesh/number_text.hpp>
 #include <utility>
 
-// What the readers of cameras and trajectories share. Their files may hold anything: no line is longer than what is kept of it,
-// and no byte of them breaks the one line of an error.
+// Shared by the readers of cameras and trajectories. Their files may hold anything, so the memory of a line is bounded, and a
+// text of the file is made printable before it stands in the one line of an error.
 namespace tilemesh::scene::detail {
 
-/// The largest number that is taken, in any field: a tenth of the largest float, so that sums and rotated vectors of a few such
-/// numbers stay finite when they are rounded.
+/// The largest number that a field may hold: a tenth of the largest float, so that sums and rotated vectors of a few such numbers
+/// stay finite when they are rounded.
 inline constexpr double largest_number = 1e37;
 
-/// The bytes of the UTF-8 character that `text` begins with; 0 where that is none, a control character or a line separator.
+/// How many bytes the first UTF-8 character of `text` has; 0 for bytes that are no character, a control character or a line
+/// separator.
 inline std::size_t character_bytes(std::string_view text)
 {
     auto const byte = [&](std::size_t i) { return i < text.size() ? static_cast<unsigned char>(text[i]) : 0u; };
@@ -61,7 +63,7 @@ inline std::string shown_path(std::filesystem::path const& path)
     return shown(text, text.size());
 }
 
-/// Characters only: a name that can stand in a report and in one line.
+/// Whether `text` has printable characters only, so that it can stand in a report and in one line.
 inline bool is_plain(std::string_view text)
 {
     while (!text.empty()) {
@@ -83,12 +85,12 @@ inline std::string_view take_word(std::string_view& text)
     return word;
 }
 
-/// The number that `word` is, all of it; false where it is none. `from_chars` takes no plus sign; some writers put one.
+/// Reads all of `word` as a number; false where it is none. `read_number` takes no plus sign, but some writers put one.
 template <class T>
 bool parse_number(std::string_view word, T& value)
 {
     if (word.size() > 1 && word[0] == '+' && word[1] != '-') word.remove_prefix(1);
-    auto const [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+    auto const [end, error] = read_number(word.data(), word.data() + word.size(), value);
     return error == std::errc{} && end == word.data() + word.size() && !word.empty();
 }
 
@@ -129,7 +131,7 @@ class LineReader {
 public:
     static constexpr std::size_t most_bytes = 65536;
 
-    /// `name` is what errors call the file.
+    /// Errors call the file `name`.
     LineReader(std::istream& stream, std::string name)
         : stream_(stream), name_(std::move(name)), buffer_(most_bytes + 1, '\0')
     {}
@@ -143,7 +145,7 @@ public:
         return there;
     }
 
-    /// The same for a line of any length, 64 KiB at a time: the line goes on until it is `whole`.
+    /// Goes to the next part of a line of any length, 64 KiB at a time; the line ends with the part that is `whole`.
     bool next_part()
     {
         if (whole_) ++number_;

@@ -1,0 +1,99 @@
+#pragma once
+#include "knobs.hpp"
+#include <cstdint>
+#include <tilemesh/render/screen_cache.hpp>
+#include <tilemesh/splat/setup.hpp>
+
+/// The library's frame with rules of this bench: its parameters carry knobs, and its kernels obey them.
+namespace error_vs_time {
+
+/// The frame's parameters by reference, and the knobs.
+struct ParametersWithKnobs : splat::ReferencedParameters {
+    static constexpr char const* name = "frame parameters and knobs";
+    Knobs knobs;
+    /// A new frame; the knobs stay.
+    ParametersWithKnobs& operator=(splat::ReferencedParameters const& frame) noexcept
+    {
+        static_cast<splat::ReferencedParameters&>(*this) = frame;
+        return *this;
+    }
+};
+
+/// A projected record under the knobs: its shape as it is stored, its rectangle cut at so many standard deviations, rounded outward
+/// to whole pixels.
+void apply(Knobs const& knobs, splat::View const& view, splat::Tiling const& tiling, splat::Splat& s) noexcept;
+
+template <class Record>
+void project_rows(ParametersWithKnobs const& frame, Record const* records, std::uint32_t n, splat::View const& view,
+                  splat::Tiling const& tiling, splat::Splat* out) noexcept
+{
+    splat::project_all(records, n, view, tiling, out);
+    for (std::uint32_t i = 0; i < n; ++i) apply(frame.knobs, view, tiling, out[i]);
+}
+/// The bits of a depth that order splats.
+inline std::uint32_t key_of(Knobs const& knobs, std::uint32_t depth_bits) noexcept
+{
+    return knobs.key_bits >= 32 ? depth_bits : depth_bits & ~(0xffffffffu >> knobs.key_bits);
+}
+inline ParametersWithKnobs at_hand(ParametersWithKnobs const& frame) noexcept
+{
+    return frame;
+}
+inline std::uint32_t depth_bits(ParametersWithKnobs const& frame, splat::SplatRow s) noexcept
+{
+    return key_of(frame.knobs, frame.depths.get()[s.row]);
+}
+
+/// `blend_tile_by` the arithmetic of a model and the knobs.
+template <class Pixel, class SplatAt>
+void blend(splat::PixelRect const& tile, splat::View const& view, Knobs const& knobs, std::uint32_t n, SplatAt const& at, Pixel* pixels,
+           std::uint32_t stride_px, tilemesh::Worker worker, splat::PairCount* counts, std::uint32_t workers) noexcept
+{
+    namespace kernel = splat::detail;
+    if (tile.empty()) return;
+    auto const by = [&]<class Rule, class Stop>() noexcept {
+        kernel::blend_tile_by<Rule, Stop, kernel::native_lanes, 8, 128>(tile, view.camera, view.model, n, at, pixels, stride_px, worker,
+                                                                        counts, workers);
+    };
+    bool const fast = view.model.arithmetic == splat::Arithmetic::fast && view.model.alpha_min >= kernel::faintest_cut;
+    bool const drops = knobs.crossing == Crossing::drop;
+    if (!fast && drops) by.template operator()<kernel::EachPair, kernel::StopBeforeCrossing>();
+    else if (!fast) by.template operator()<kernel::EachPair, kernel::StopEachPixel>();
+    else if (drops) by.template operator()<kernel::FastRule, kernel::StopBeforeCrossing>();
+    else if (knobs.degree == 3) by.template operator()<kernel::Recurrence<3>, kernel::StopEachPixel>();
+    else if (knobs.degree == 4) by.template operator()<kernel::Recurrence<4>, kernel::StopEachPixel>();
+    else by.template operator()<kernel::FastRule, kernel::StopEachPixel>();
+}
+
+/// The blending that Composite runs.
+struct BlendWithKnobs {
+    template <class SplatAt, class Pixel>
+    static splat::PairCount tile(splat::PixelRect const& tile, ParametersWithKnobs const& frame, std::uint32_t n, SplatAt const& at,
+                                 Pixel* pixels, std::uint32_t stride_px, tilemesh::Worker worker) noexcept
+    {
+        splat::PairCount pairs{};
+        blend(tile, frame.view, frame.knobs, n, at, pixels, stride_px, worker, &pairs, 1);
+        return pairs;
+    }
+    template <class SplatAt, class Pixel>
+    static void whole(splat::PixelRect const& tile, ParametersWithKnobs const& frame, std::uint32_t n, SplatAt const& at,
+                      Pixel* pixels, std::uint32_t stride_px, splat::PairCount* counts, std::uint32_t workers) noexcept
+    {
+        blend(tile, frame.view, frame.knobs, n, at, pixels, stride_px, tilemesh::Worker{0, 1}, counts, workers);
+    }
+};
+
+/// Setup S by reference, with the knobs in its parameters.
+template <class S>
+struct WithKnobs : splat::Referenced<S> {
+    using Parameters = ParametersWithKnobs;
+    using Blending = BlendWithKnobs;
+};
+
+} // namespace error_vs_time
+
+template <class S>
+struct tilemesh::splat::ValueOf<error_vs_time::WithKnobs<S>> {
+    using type = S;
+    static constexpr bool referenced = true;
+};

@@ -1,0 +1,8 @@
+#include "renderers.hpp"
+
+std::unique_ptr<render_map::AnyRenderer> render_map::threads(tilemesh::scene::Map const& map, tilemesh::render::SetupFacts facts,
+                                                        tilemesh::RendererOptions const& options)
+{
+    using Machine = tilemesh::AnyMachine;
+    return std::make_unique<tilemesh::RendererOver<HostRenderer<tilemesh::Mesh, Machine, false>>>(map, std::move(facts), options);
+}

@@ -1,0 +1,98 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <string>
+#include <tilemesh/error.hpp>
+#include <tilemesh/machine/tile.hpp>
+
+namespace tilemesh {
+
+/// Slots of a channel end, and the bytes that one of its messages takes on the machine.
+struct LinkSize {
+    std::uint32_t slots;
+    std::uint32_t message_bytes;
+};
+
+/// What a mesh is told of its machine and of the sizes of its lists. It is a value: meshes of other sizes share their code.
+///
+/// `mesh_sizes` makes one that fits the SRAM. Entries stand in the order of `Needs<Program>`.
+template <class Program>
+struct MeshSizes {
+    using States = typename Needs<Program>::States;
+    using Links = typename Needs<Program>::Links;
+    MachineSize machine{};
+    std::array<std::uint32_t, States::count + 1> slots{}; ///< of each list; 1 for a struct
+    std::array<LinkSize, Links::count + 1> links{};       ///< `dynamic_capacity` slots: `limit` gives them
+    std::array<bool, Links::count + 1> shares_memory{};   ///< with the channel that its memory_of names
+    std::uint64_t sram_bytes = 0;                         ///< of a tile; channels that still get slots count as their heads
+
+    template <class X>
+    constexpr std::uint32_t& slots_of() noexcept
+    {
+        return slots[tilemesh::detail::index_in<X>(States{})];
+    }
+    template <class C>
+    constexpr LinkSize& link() noexcept
+    {
+        return links[tilemesh::detail::index_in<C>(Links{})];
+    }
+};
+
+namespace engine::detail {
+template <class X, class Sizes>
+constexpr std::uint32_t slots_or_one([[maybe_unused]] Sizes const& sizes) noexcept
+{
+    if constexpr (tilemesh::detail::is_list<X>)
+        return capacity_of<X>(sizes);
+    else
+        return 1;
+}
+template <class Program, class Sizes, class... S, class... L>
+constexpr MeshSizes<Program> plain_sizes(MachineSize const& machine, Sizes const& sizes, Types<S...>, Types<L...>) noexcept
+{
+    MeshSizes<Program> m;
+    m.machine = machine;
+    m.slots = {slots_or_one<S>(sizes)..., 0u};
+    m.links = {LinkSize{capacity_of<L>(sizes), wire_bytes<typename L::value_type>}..., LinkSize{0, 0}};
+    m.shares_memory = {tilemesh::detail::shares_memory<L>(sizes)..., false};
+    m.sram_bytes = SramLedger<Program>::bytes(machine, sizes);
+    return m;
+}
+} // namespace engine::detail
+
+/// The sizes of a program on a machine whose setup is a constant. A program that does not fit is a compile-time error (`Tile`).
+template <class Program, class Machine, class Setup = NoSetup>
+constexpr MeshSizes<Program> mesh_sizes() noexcept
+{
+    static_assert(Tile<Machine, Program, Setup>::bytes <= Machine::sram_bytes);
+    return engine::detail::plain_sizes<Program>(size_of_machine<Machine>(), Setup::sizes, typename Needs<Program>::States{},
+                                                typename Needs<Program>::Links{});
+}
+
+/// The sentence of `Tile` for a ledger whose sum is more than the machine's SRAM.
+template <class Lines>
+Error does_not_fit(MachineSize const& machine, Lines const& ledger, std::uint64_t bytes)
+{
+    Region largest{{"code and stacks", 15}, "reserve", 0, true};
+    for (Region const& r : ledger)
+        if (r.budgeted && r.bytes > largest.bytes && std::string(r.what) != "reserve") largest = r;
+    return Error("the program does not fit in a tile's SRAM (machine " + std::string(machine.name) + ", region " +
+                 std::string(largest.name.text, largest.name.size) + " has " + std::to_string(largest.bytes) + " bytes, and the sum is " +
+                 std::to_string(bytes - machine.sram_bytes) + " bytes over); give it fewer slots");
+}
+/// Throws Error where a program of these sizes does not fit into a tile's SRAM.
+template <class Program, class Sizes>
+void require_fit(MachineSize const& machine, Sizes const& sizes)
+{
+    auto const bytes = SramLedger<Program>::bytes(machine, sizes);
+    if (bytes > machine.sram_bytes) throw does_not_fit(machine, SramLedger<Program>::lines(machine, sizes), bytes);
+}
+/// The same where machine or sizes come at run time: throws Error, with the same sentence, where the program does not fit.
+template <class Program, class Sizes>
+MeshSizes<Program> mesh_sizes(MachineSize const& machine, Sizes const& sizes)
+{
+    require_fit<Program>(machine, sizes);
+    return engine::detail::plain_sizes<Program>(machine, sizes, typename Needs<Program>::States{}, typename Needs<Program>::Links{});
+}
+
+} // namespace tilemesh

@@ -1,0 +1,43 @@
+#pragma once
+#include <cstdint>
+#include <string>
+#include <tilemesh/machine/spec.hpp>
+#include <tilemesh/model/cost_parameters.hpp>
+#include <tilemesh/report/table.hpp>
+
+namespace tilemesh {
+
+/// mk2()'s numbers on another machine, for where nothing better is known; what is assumed has a source that begins with "assumed".
+/// Clock and workers are `Machine`'s. A kernel of one worker has mk2's instructions, of which a worker issues one in as many cycles as
+/// there are workers; what runs on all workers keeps mk2's price. A tile receives `bytes_a_cycle`; a barrier takes `barrier_cycles`, and
+/// a vote two of them. Throws `Error` as set_parameter does; `bytes_a_cycle` must not be 0.
+template <class Machine>
+CostModel assumed_model(std::uint64_t bytes_a_cycle, std::uint64_t barrier_cycles)
+{
+    auto model = mk2();
+    model.name = Machine::name;
+    set_parameter(model, "clock", Machine::clock_khz, "assumed");
+    for (auto const* operation : {"slot", "projection", "routed", "copied", "comparison"})
+        set_price(model, operation, price_of(model, operation) * Machine::workers / Mk2::workers,
+                  "assumed: mk2's instructions, of which a worker issues one in " + std::to_string(Machine::workers) + " cycles");
+    set_parameter(model, "exchange_byte", (1000 + bytes_a_cycle / 2) / bytes_a_cycle,
+                  "assumed: a tile receives " + std::to_string(bytes_a_cycle) + " bytes in a cycle; rounded to whole millicycles");
+    set_parameter(model, "sync", barrier_cycles, "assumed");
+    set_parameter(model, "vote", 2 * barrier_cycles, "assumed: there and back");
+    return model;
+}
+
+/// What is assumed in a model, as one line: the parameters whose source begins with "assumed", with what the source says of them.
+inline std::string assumed_text(CostModel const& model)
+{
+    std::string const word = "assumed";
+    std::string text;
+    for (auto const& p : model.parameters) {
+        if (p.source.rfind(word, 0) != 0) continue;
+        text += (text.empty() ? "assumed: " : ", ") + p.name + ' ' + report::thousands(p.value) + ' ' + p.unit;
+        if (p.name == "exchange_byte" && p.source.size() > word.size() + 2) text += " (" + p.source.substr(word.size() + 2) + ")";
+    }
+    return text;
+}
+
+} // namespace tilemesh

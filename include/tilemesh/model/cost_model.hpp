@@ -1,0 +1,207 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <string_view>
+#include <tilemesh/engine/trace.hpp>
+#include <tilemesh/error.hpp>
+#include <tilemesh/machine/grid.hpp>
+#include <tilemesh/machine/operations.hpp>
+#include <tilemesh/model/detail/trace_reading.hpp>
+#include <vector>
+
+namespace tilemesh {
+
+/// How the exchange is paid for.
+enum class ExchangeCost : std::uint32_t {
+    capacity,   ///< every slot of every channel that the superstep sends on, live or not: Poplar's compile-time copies
+    live        ///< what was sent
+};
+
+/// A number that a model needs, with where it is from.
+struct Parameter {
+    std::string name;
+    std::uint64_t value;
+    std::string unit;
+    std::string source; ///< a document, or "fitted to ..."
+    friend bool operator==(Parameter const&, Parameter const&) = default;
+};
+
+/// What an operation costs: the name under which kernels count it (machine/operations.hpp), and a tile's thousandths of a cycle.
+struct OperationPrice {
+    std::string operation;
+    std::uint64_t millicycles;
+    friend bool operator==(OperationPrice const&, OperationPrice const&) = default;
+};
+
+/// The largest numbers of a model, for exact sums in 64 bits. Eight kinds of 2^32 - 1 operations at 100,000 cycles each are 3.4e18
+/// millicycles, four ends of 2^32 - 1 bytes 1.7e18, and 64 bits hold 1.8e19. 1e12 cycles are a quarter of an hour at 1 GHz.
+inline constexpr std::uint64_t most_millicycles = 100'000'000, most_cycles = 1'000'000'000'000, most_clock_khz = 1'000'000'000;
+
+/// What a machine's cycles go to. All integers: modelled cycles are exact and the same everywhere.
+///
+/// A superstep costs the slowest tile's compute, the exchange, a sync, and the vote where there is one:
+///   compute   run + sum over operations of count * price / 1,000, rounded up; of the slowest tile. An operation that occurs and
+///             has no price is an error: an operation that costs nothing has the price 0
+///   exchange  exchange + bytes that the busiest tile receives * exchange_byte / 1,000, rounded up; 0 where the superstep has no
+///             channel, or (`live`) nothing was sent
+///   sync      sync
+///   vote      vote, in supersteps of UntilQuiet
+struct CostModel {
+    std::string name;
+    std::uint64_t clock_khz = 1'325'000;
+    ExchangeCost exchange_cost = ExchangeCost::capacity;
+    std::vector<OperationPrice> prices;                       ///< each operation once; set_price (cost_parameters.hpp)
+    std::uint64_t run_cycles = 0;                             ///< to enter and leave a vertex
+    std::uint64_t exchange_cycles = 0, sync_cycles = 0, vote_cycles = 0;
+    std::uint64_t exchange_millicycles_a_byte = 0;
+    std::vector<Parameter> parameters;                        ///< where the numbers are from, for reports
+    friend bool operator==(CostModel const&, CostModel const&) = default;
+};
+
+/// Modelled cycles of a superstep.
+struct SuperstepCost {
+    std::uint32_t step;
+    std::uint64_t compute = 0, exchange = 0, sync = 0, vote = 0;
+    std::uint32_t slowest = 0; ///< the tile
+    std::uint64_t total() const noexcept { return compute + exchange + sync + vote; }
+};
+
+/// Modelled cycles of a run.
+struct RunCost {
+    std::vector<SuperstepCost> supersteps;
+    std::vector<std::vector<std::uint64_t>> busy; ///< of each step of the program, for each tile: cycles it computes
+    std::uint64_t cycles = 0;
+};
+
+namespace model_detail {
+constexpr std::uint64_t per_thousand(std::uint64_t count, std::uint64_t millicycles) noexcept
+{
+    return (count * millicycles + 999) / 1000;
+}
+/// Refuses numbers with which a superstep's sums could pass 64 bits.
+inline void expect_sums_fit(CostModel const& m)
+{
+    std::uint64_t millicycles = m.exchange_millicycles_a_byte, cycles = 0;
+    for (auto const& p : m.prices) millicycles = std::max(millicycles, p.millicycles);
+    for (auto n : {m.run_cycles, m.exchange_cycles, m.sync_cycles, m.vote_cycles}) cycles = std::max(cycles, n);
+    if (millicycles > most_millicycles || cycles > most_cycles)
+        throw Error("a cost model cannot be applied (" +
+                    (millicycles > most_millicycles
+                         ? std::to_string(millicycles) + " millicycles exceed " + std::to_string(most_millicycles)
+                         : std::to_string(cycles) + " cycles exceed " + std::to_string(most_cycles)) +
+                    "); give it smaller numbers");
+}
+inline OperationPrice const* find_price(CostModel const& m, std::string_view operation) noexcept
+{
+    auto const p = std::find_if(m.prices.begin(), m.prices.end(), [&](OperationPrice const& known) { return known.operation == operation; });
+    return p == m.prices.end() ? nullptr : &*p;
+}
+
+/// A model's prices for the steps of a trace, each name looked up once.
+class StepPrices {
+public:
+    StepPrices(CostModel const& model, Trace const& trace) : model_(model), trace_(trace)
+    {
+        for (std::size_t step = 0; step < trace.kernels.size(); ++step) {
+            auto& of_step = millicycles_.emplace_back();
+            of_step.fill(none);
+            auto const& names = operations_of_step(trace, step);
+            for (std::size_t kind = 0; kind < names.size() && kind < of_step.size(); ++kind)
+                if (auto const* p = find_price(model, names[kind])) of_step[kind] = p->millicycles;
+        }
+    }
+    /// Cycles that a tile computes in this superstep. Throws `Error` for an operation that occurs and has no price.
+    std::uint64_t compute_cycles(std::size_t superstep, OperationCounts const& o) const
+    {
+        auto const& of_step = millicycles_[trace_.supersteps[superstep].step];
+        std::uint64_t millicycles = 0;
+        for (std::uint32_t kind = 0; kind < most_operation_kinds; ++kind) {
+            if (o[kind] == 0) continue;
+            if (of_step[kind] == none) refuse(superstep, kind);
+            millicycles += o[kind] * of_step[kind];
+        }
+        return model_.run_cycles + (millicycles + 999) / 1000;
+    }
+
+private:
+    static constexpr std::uint64_t none = std::numeric_limits<std::uint64_t>::max();
+    [[noreturn]] void refuse(std::size_t superstep, std::uint32_t kind) const
+    {
+        auto const step = trace_.supersteps[superstep].step;
+        auto const& names = operations_of_step(trace_, step);
+        throw Error("cost model \"" + model_.name + "\" cannot be applied (operation " +
+                    (kind < names.size() ? names[kind] : "number " + std::to_string(kind) + ", which has no name,") + " of kernel " +
+                    trace_.kernels[step] + " occurs, first in superstep " + std::to_string(superstep) +
+                    ", and has no price); give it one with set_price, and say where it is from");
+    }
+
+    CostModel const& model_;
+    Trace const& trace_;
+    std::vector<std::array<std::uint64_t, most_operation_kinds>> millicycles_; ///< of each step
+};
+} // namespace model_detail
+
+/// The price of an operation, in millicycles. Throws `Error` where the model has none of this name.
+inline std::uint64_t price_of(CostModel const& model, std::string_view operation)
+{
+    auto const* const p = model_detail::find_price(model, operation);
+    if (p == nullptr) {
+        std::string all;
+        for (auto const& known : model.prices) all += (all.empty() ? "" : ", ") + known.operation;
+        throw Error("cost model \"" + model.name + "\" has no price for operation " + std::string(operation) + " (it prices " +
+                    (all.empty() ? "none" : all) + "); give it one with set_price");
+    }
+    return p->millicycles;
+}
+
+/// Applies a model to a trace; as often as one likes, with any model. Throws `Error` where a number of the model is above its
+/// limit, for an operation that occurs and has no price, and where the run's cycles pass 64 bits. Cost: linear in the trace.
+inline RunCost model_cost(CostModel const& m, Trace const& trace, Grid grid)
+{
+    model_detail::expect_sums_fit(m);
+    RunCost out;
+    out.busy.assign(trace.kernels.size(), std::vector<std::uint64_t>(grid.size(), 0));
+    std::vector<std::uint64_t> received(grid.size());
+    model_detail::StepPrices const prices(m, trace);
+    for (std::size_t i = 0; i < trace.supersteps.size(); ++i) {
+        auto const& s = trace.supersteps[i];
+        SuperstepCost c{s.step};
+        for (auto const& t : s.tiles) {
+            auto const cycles = prices.compute_cycles(i, t.operations);
+            out.busy[s.step][t.tile] += cycles;
+            if (cycles > c.compute) {
+                c.compute = cycles;
+                c.slowest = t.tile;
+            }
+        }
+        if (m.exchange_cost == ExchangeCost::capacity) {
+            if (s.capacity_bytes != 0)
+                c.exchange = m.exchange_cycles + model_detail::per_thousand(std::uint64_t{4} * s.capacity_bytes, m.exchange_millicycles_a_byte);
+        } else if (s.sent) {
+            std::fill(received.begin(), received.end(), 0);
+            for (auto const& t : s.tiles)
+                for (Direction d : news) received[grid.index_of(grid.neighbour(grid.tile(t.tile), d))] += t.sent_bytes[index(d)];
+            c.exchange = m.exchange_cycles +
+                         model_detail::per_thousand(*std::max_element(received.begin(), received.end()), m.exchange_millicycles_a_byte);
+        }
+        c.sync = m.sync_cycles;
+        c.vote = s.votes ? m.vote_cycles : 0;
+        if (c.total() > std::numeric_limits<std::uint64_t>::max() - out.cycles)
+            throw Error("a run cannot be modelled (its cycles pass 64 bits after " + std::to_string(out.supersteps.size()) +
+                        " supersteps); give the cost model smaller numbers");
+        out.cycles += c.total();
+        out.supersteps.push_back(c);
+    }
+    return out;
+}
+
+inline double milliseconds(CostModel const& m, std::uint64_t cycles) noexcept
+{
+    return static_cast<double>(cycles) / static_cast<double>(m.clock_khz);
+}
+
+} // namespace tilemesh

@@ -1,0 +1,302 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <istream>
+#include <optional>
+#include <ostream>
+#include <string>
+#include <string_view>
+#include <tilemesh/model/cost_model.hpp>
+#include <tilemesh/model/parameter_file.hpp>
+#include <utility>
+#include <vector>
+
+// Sets of a cost model's numbers: one for our kernels on Mk2, and a text format, so that a set can be changed and applied to a
+// trace again.
+namespace tilemesh {
+
+namespace model_detail {
+inline constexpr std::array<std::string_view, 2> exchange_cost_names = {"capacity", "live"};
+inline constexpr std::uint32_t first_operation = 2, fixed_parameters = 7;
+
+/// All that a file of this model says, in its order: clock, exchange_cost, the operations that it prices, run, exchange,
+/// exchange_byte, sync, vote.
+inline std::vector<ParameterRule> parameter_rules(std::vector<OperationPrice> const& prices)
+{
+    constexpr std::string_view cycles = "cycles", millicycles = "millicycles";
+    std::vector<ParameterRule> rules;
+    rules.push_back({"clock", "kHz", 1, most_clock_khz});
+    rules.push_back({"exchange_cost", "kind", 0, exchange_cost_names.size() - 1});
+    for (auto const& p : prices) rules.push_back({p.operation, millicycles, 0, most_millicycles});
+    rules.push_back({"run", cycles, 0, most_cycles});
+    rules.push_back({"exchange", cycles, 0, most_cycles});
+    rules.push_back({"exchange_byte", millicycles, 0, most_millicycles});
+    rules.push_back({"sync", cycles, 0, most_cycles});
+    rules.push_back({"vote", cycles, 0, most_cycles});
+    return rules;
+}
+/// Its place in the order; their number where there is none of this name.
+inline std::size_t parameter_index(std::vector<ParameterRule> const& rules, std::string_view name)
+{
+    return static_cast<std::size_t>(std::find_if(rules.begin(), rules.end(), [&](ParameterRule const& r) { return r.name == name; }) -
+                                    rules.begin());
+}
+
+/// The model's number; not for exchange_cost, which is no integer.
+template <class Model>
+auto& parameter_field(Model& m, std::size_t i)
+{
+    if (i == 0) return m.clock_khz;
+    if (i - first_operation < m.prices.size()) return m.prices[i - first_operation].millicycles;
+    switch (i - first_operation - m.prices.size()) {
+    case 0:
+        return m.run_cycles;
+    case 1:
+        return m.exchange_cycles;
+    case 2:
+        return m.exchange_millicycles_a_byte;
+    case 3:
+        return m.sync_cycles;
+    default:
+        return m.vote_cycles;
+    }
+}
+inline std::uint64_t parameter_value(CostModel const& m, std::size_t i)
+{
+    return i == 1 ? static_cast<std::uint64_t>(m.exchange_cost) : parameter_field(m, i);
+}
+inline std::string parameter_text(std::size_t i, std::uint64_t value)
+{
+    return i == 1 && value < exchange_cost_names.size() ? std::string(exchange_cost_names[value]) : std::to_string(value);
+}
+} // namespace model_detail
+
+/// Gives a model one of its numbers, with where it is from: the field and its entry in `parameters`. Names, in this order: clock,
+/// exchange_cost (0: capacity, 1: live), the operations that it has prices for, run, exchange, exchange_byte, sync, vote. Throws
+/// `Error` for a name that is none (set_price prices another operation), a value out of range, and a source that is not one line of
+/// text.
+inline void set_parameter(CostModel& model, std::string_view name, std::uint64_t value, std::string source)
+{
+    namespace d = model_detail;
+    auto const rules = d::parameter_rules(model.prices);
+    auto const at = d::parameter_index(rules, name);
+    if (at == rules.size()) {
+        std::string all;
+        for (auto const& r : rules) {
+            if (!all.empty()) all += ", ";
+            all += r.name;
+        }
+        throw Error("a cost model has no parameter \"" + d::shown(name) + "\" (it has " + all +
+                    "); name one of these, or price an operation of your program with set_price");
+    }
+    auto const& rule = rules[at];
+    d::expect_in_range(rule, value);
+    d::expect_source(rule.name, source);
+    if (at == 1) model.exchange_cost = static_cast<ExchangeCost>(value);
+    else d::parameter_field(model, at) = value;
+    Parameter entry{rule.name, value, std::string(rule.unit), std::move(source)};
+    auto const place = std::find_if(model.parameters.begin(), model.parameters.end(),
+                                    [&](Parameter const& p) { return d::parameter_index(rules, p.name) >= at; });
+    if (place != model.parameters.end() && place->name == rule.name) *place = std::move(entry);
+    else model.parameters.insert(place, std::move(entry));
+}
+
+/// Gives an operation its price, with where that is from: as set_parameter, and for any name that kernels count under
+/// (machine/operations.hpp). Operations are listed in the order in which they were first priced. Throws `Error` for a name that is no
+/// word of at most 64 printable ASCII characters, or that is another parameter's.
+inline void set_price(CostModel& model, std::string_view operation, std::uint64_t millicycles, std::string source)
+{
+    namespace d = model_detail;
+    auto const fixed = d::parameter_rules({});
+    if (!d::is_operation_name(operation) || d::parameter_index(fixed, operation) != fixed.size())
+        throw Error("operation \"" + d::shown(operation) +
+                    "\" cannot be priced (a file cannot tell it from another parameter: a name is a word of 1 to 64 printable ASCII "
+                    "characters and no parameter's); call it something else");
+    if (d::find_price(model, operation) != nullptr) return set_parameter(model, operation, millicycles, std::move(source));
+    auto priced = model; // a refused number changes nothing
+    priced.prices.push_back({std::string(operation), 0});
+    set_parameter(priced, operation, millicycles, std::move(source));
+    model = std::move(priced);
+}
+
+/// What the kernels of splat/ do for one operation, as their code says; mk2() makes cycles of it. Instructions are counted by
+/// hand, to about a tenth, in what Clang 16 compiles with -O2 for RV32IMF, a scalar machine of 32-bit words as a worker is, where
+/// a record is copied word by word. The arithmetic of a projection is exact: tests/model/cost_parameters.cpp counts it.
+struct KernelWork {
+    /// One projection with an opacity box: additions and multiplications (two in a fused one); divisions and square roots;
+    /// compares, selects, conversions and operations on integers.
+    static constexpr std::uint32_t projection_flops = 289, projection_roots = 12, projection_others = 122;
+    /// What its record touches is found out beside it: `reach`, five rectangles compared.
+    static constexpr std::uint32_t reach = 146;
+    /// Of `find`: load, compare, set, add; the loop is unrolled 16 times.
+    static constexpr std::uint32_t slot = 4;
+    /// A 64-byte record leaves its tile, passes others and settles; each hop counts two. The mean for 4 hops; for one it is 141,
+    /// for many 33.
+    static constexpr std::uint32_t leaves = 175, passes = 66, settles = 107, hops = 4;
+    static constexpr std::uint32_t routed = (leaves + (hops - 1) * passes + settles) / (2 * hops);
+    /// A 60-byte copy arrives, as a record that settles, with 15 of bloom's loop; and was sent: `reach`, tree, record and mark.
+    static constexpr std::uint32_t copy_arrives = settles + 15, copy_leaves = reach + 112;
+    static constexpr std::uint32_t copied = (copy_arrives + copy_leaves) / 2;
+    /// A level of heap sort: the larger of two keys is compared with a third, and 3 words moved.
+    static constexpr std::uint32_t comparison = 30;
+    /// Of the host's fast blending, in tenths: what bench/ takes for its roofline.
+    static constexpr std::uint32_t tenth_flops_a_pair = 184;
+    /// RGBX8: 81 to clamp, round and pack, 4 stores to begin, 4 loads, 4 of the loop.
+    static constexpr std::uint32_t pixel = 93;
+};
+
+namespace model_detail {
+/// Tile cycles of a worker's instruction, in thousandths: six workers take turns. A worker that is alone waits for its turn.
+inline constexpr std::uint64_t alone = 6000, among_six = 1000;
+/// Flops that naive scalar C++ does in 100 issue slots: 0.68 a tile cycle with six workers, where each cycle is one slot.
+inline constexpr std::uint64_t flops_in_100_slots = 68;
+/// Issue slots of a division or square root: 10 for two (poplibs).
+inline constexpr std::uint64_t slots_a_root = 5;
+
+constexpr std::uint64_t projection_slots() noexcept
+{
+    return (100 * KernelWork::projection_flops + flops_in_100_slots / 2) / flops_in_100_slots +
+           slots_a_root * KernelWork::projection_roots + KernelWork::projection_others + KernelWork::reach;
+}
+/// 1,000 (milli) * flops / 10 * 100 slots / 68, to the nearest.
+constexpr std::uint64_t pair_millicycles() noexcept
+{
+    return (KernelWork::tenth_flops_a_pair * (among_six / 10) * 100 + flops_in_100_slots / 2) / flops_in_100_slots;
+}
+
+/// A superstep's syncs and fixed exchange share 300 cycles (jit-dynamic-lookup), of which a sync is at most half.
+inline constexpr std::uint64_t exchange_with_two_syncs = 300, most_a_sync = exchange_with_two_syncs / 2;
+/// To enter and leave a vertex: 11 cycles of the supervisor, and 9 (poplibs).
+inline constexpr std::uint64_t vertex_cycles = 11 + 9;
+inline constexpr std::uint64_t bytes_a_cycle = 4;
+/// Votes of 40 x 36 tiles: rows, then their results, each a superstep of one word a tile read by one worker in 4 instructions;
+/// then the run's log in 25.
+constexpr std::uint64_t vote_cycles(std::uint64_t columns, std::uint64_t rows) noexcept
+{
+    std::uint64_t const words = columns + rows;
+    return 2 * (exchange_with_two_syncs + vertex_cycles) + words * 4 / bytes_a_cycle + (words * 4 + 25) * alone / 1000;
+}
+} // namespace model_detail
+
+/// Our kernels on Graphcore's Mk2, out of documents and counted code; nothing is fitted. Sources begin with "document",
+/// "arithmetic" (from documents and our code) or "guess" (no document has the number).
+///
+/// All kernels but composite run on one worker, which issues in every sixth cycle; composite runs on six. Not in it: dual issue,
+/// vectors of two floats, and the test of a loop that runs until quiet.
+inline CostModel mk2()
+{
+    namespace d = model_detail;
+    using Work = KernelWork;
+    CostModel m;
+    m.name = "mk2";
+    auto const text = [](std::uint64_t n) { return std::to_string(n); };
+    auto const counted = [&](char const* operation, std::uint32_t instructions, std::string const& what) {
+        set_price(m, operation, instructions * d::alone,
+                      "arithmetic: " + text(instructions) +
+                          " instructions of our code (compiled for RV32IMF) on one worker, which "
+                          "issues every 6th cycle (asm_vertices guide): " +
+                          what);
+    };
+    std::string const scalar = "0.68 a cycle (measured for naive scalar C++ on 6 workers, poplar_explorer)";
+
+    set_parameter(m, "clock", 1'325'000,
+                  "document: GC200 at 1.325 GHz (the paper; eenewseurope on Hot Chips 33); a C600 may run at 1.49 GHz");
+    set_parameter(m, "exchange_cost", static_cast<std::uint64_t>(ExchangeCost::capacity),
+                  "document: copies are compiled, so that whole channels move (the authors' code, edge_builder.cpp)");
+    counted("slot", Work::slot, "find, the most frequent look; project and depth sort do more, once a record");
+    set_price(m, "projection", d::projection_slots() * d::alone,
+                  "arithmetic: " + text(Work::projection_flops) + " flops at " + scalar + ", " +
+                      text(Work::projection_roots) + " divisions and roots of 5 slots (poplibs), " +
+                      text(Work::projection_others) + " other operations, " + text(Work::reach) +
+                      " instructions for the tiles it touches: " + text(d::projection_slots()) +
+                      " slots of one worker, 6 cycles each");
+    counted("routed", Work::routed,
+            "a 64-byte record leaves (" + text(Work::leaves) + "), passes 3 tiles (" + text(Work::passes) +
+                " each) and settles (" + text(Work::settles) + "), two operations a hop; that it is 4 hops is a guess");
+    counted("copied", Work::copied,
+            "mean of a 60-byte copy's arrival (" + text(Work::copy_arrives) + ") and departure (" +
+                text(Work::copy_leaves) + ")");
+    counted("comparison", Work::comparison, "a level of heap sort, two compares and three words moved");
+    set_price(m, "pair", d::pair_millicycles(), "arithmetic: 18.4 flops (the host's fast blending) at " + scalar);
+    set_price(m, "pixel", Work::pixel * d::among_six,
+                  "arithmetic: " + text(Work::pixel) +
+                      " instructions of our code (compiled for RV32IMF) for an RGBX8 pixel on 6 workers, "
+                      "one a cycle (graphcore.ai on tile-level parallelism); a float pixel takes about 20");
+    set_parameter(m, "run", d::vertex_cycles,
+                  "document: 11 cycles of the supervisor and about 9 (poplibs popopsCycleEstimators)");
+    set_parameter(
+        m, "exchange", d::exchange_with_two_syncs - d::most_a_sync,
+        "arithmetic: about 300 fixed with two syncs (jit-dynamic-lookup), less one sync; how they share is a guess");
+    set_parameter(m, "exchange_byte", 1000 / d::bytes_a_cycle,
+                  "document: 4 bytes a cycle a tile (jit-dynamic-lookup; 8 TB/s over 1,472 tiles at 1.325 GHz is 4.1)");
+    set_parameter(m, "sync", d::most_a_sync,
+                  "guess: no number found; at most half of 300 cycles with two syncs (jit-dynamic-lookup)");
+    set_parameter(
+        m, "vote", d::vote_cycles(40, 36),
+        "guess: two supersteps that gather 40 words, then 36 (our graph), at the numbers above and 4 instructions a word; "
+        "no number found for the loop's own test, which is not in it");
+    return m;
+}
+
+/// Writes a set as text: `#` comments, `model NAME`, then one parameter a line, `name value unit source`, to be read by
+/// read_cost_model, which gives back the same model. Throws `Error` where the model cannot be written so: a parameter without
+/// unit and source, or with a value or unit other than the model's own (set_parameter keeps them together).
+inline void write_cost_model(std::ostream& out, CostModel const& model)
+{
+    namespace d = model_detail;
+    if (!d::fits_a_line(model.name))
+        throw Error("a cost model cannot be written (its name is not one line of 1 to " +
+                    std::to_string(d::most_text_bytes) + " bytes, without blanks around it); name it");
+    std::string text = "# name value unit source; exchange_cost is capacity or live\nmodel " + model.name + '\n';
+    auto const rules = d::parameter_rules(model.prices);
+    for (std::size_t i = 0; i < rules.size(); ++i) {
+        auto const& rule = rules[i];
+        auto const& name = rule.name;
+        auto const is_it = [&](Parameter const& p) { return p.name == name; };
+        auto const p = std::find_if(model.parameters.begin(), model.parameters.end(), is_it);
+        if (p == model.parameters.end() || !d::fits_a_line(p->source))
+            throw Error("cost model \"" + d::shown(model.name) + "\" cannot be written (parameter " + name +
+                        " has no source); give it one with set_parameter");
+        auto const value = d::parameter_value(model, i);
+        if (p->value != value || p->unit != rule.unit || value < rule.least || value > rule.most ||
+            std::count_if(model.parameters.begin(), model.parameters.end(), is_it) != 1)
+            throw Error("cost model \"" + d::shown(model.name) + "\" cannot be written (parameter " + name + " is " +
+                        std::to_string(value) + ", and its source is of " + std::to_string(p->value) + " " +
+                        d::shown(p->unit) + "); set both with set_parameter");
+        text += d::parameter_line(name, d::parameter_text(i, value), rule.unit, p->source);
+    }
+    if (model.parameters.size() != rules.size())
+        throw Error("cost model \"" + d::shown(model.name) + "\" cannot be written (it lists " +
+                    std::to_string(model.parameters.size()) + " parameters of " + std::to_string(rules.size()) +
+                    "); keep those that it has");
+    out.write(text.data(), static_cast<std::streamsize>(text.size()));
+}
+
+/// Reads what write_cost_model writes: parameters in any order, each once, none left out; `#` begins a comment line. A line in
+/// millicycles under any other name is an operation's price; a program whose operation is not there is refused by model_cost. Throws
+/// `Error`, one line that names `file_name` and the line, for anything else.
+inline CostModel read_cost_model(std::istream& in, std::string const& file_name)
+{
+    namespace d = model_detail;
+    CostModel model;
+    d::ParameterFile file{in, file_name, {"model", "cost model", "a cost model", "millicycles", most_millicycles}, d::parameter_rules({})};
+    file.read(
+        [](std::size_t at, std::string_view word, auto const& refuse) -> std::optional<std::uint64_t> {
+            if (at != 1) return {};
+            auto const kind = std::find(d::exchange_cost_names.begin(), d::exchange_cost_names.end(), word);
+            if (kind == d::exchange_cost_names.end())
+                refuse("has no kind of exchange", "exchange_cost is \"" + d::shown(word) + "\"", "write capacity or live");
+            return static_cast<std::uint64_t>(kind - d::exchange_cost_names.begin());
+        },
+        [&](Parameter p) {
+            bool const fixed = d::parameter_index(d::parameter_rules({}), p.name) != d::fixed_parameters;
+            (fixed ? set_parameter : set_price)(model, p.name, p.value, std::move(p.source));
+        });
+    model.name = file.name();
+    file.expect_all();
+    return model;
+}
+
+} // namespace tilemesh

@@ -1,0 +1,57 @@
+#pragma once
+#include <array>
+#include <charconv>
+#include <span>
+#include <string>
+#include <tilemesh/machine/tile.hpp>
+#include <tilemesh/model/step_costs.hpp>
+#include <tilemesh/report/table.hpp>
+#include <vector>
+
+namespace tilemesh {
+
+/// Modelled milliseconds of these cycles as text: four decimals, a tenth of a microsecond.
+inline std::string milliseconds_text(CostModel const& model, std::uint64_t cycles)
+{
+    std::array<char, 64> text{}; // 2^64 cycles at 1 kHz have 20 digits before the point
+    auto const end = std::to_chars(text.data(), text.data() + text.size(), milliseconds(model, cycles), std::chars_format::fixed, 4);
+    return {text.data(), end.ptr};
+}
+
+/// The ledger of a tile's SRAM (Layout::ledger()) as a table for terminals: bytes by region, then the sum of what the budget of
+/// `sram_bytes` pays for.
+inline report::Table ledger_table(std::span<Region const> ledger, std::uint32_t sram_bytes)
+{
+    report::Table table{{"region", "bytes of a tile"}};
+    std::uint64_t sum = 0;
+    for (auto const& region : ledger) {
+        table.add_row({std::string(region.name.text, region.name.size), report::thousands(region.bytes)});
+        sum += region.budgeted ? region.bytes : 0;
+    }
+    return table.add_row({"sum, of " + report::thousands(sram_bytes), report::thousands(sum)});
+}
+
+/// A run's modelled cost as a table for terminals: a row for each step of the program, then their sum. Cycles, and milliseconds at
+/// the model's clock. `cost` is what model_cost made of this trace; throws `Error` where it is of another.
+inline report::Table cost_table(CostModel const& model, Trace const& trace, RunCost const& cost)
+{
+    using report::thousands;
+    report::Table table{{"step", "supersteps", "compute", "exchange", "sync and vote", "modelled ms"}};
+    auto const add = [&](std::string const& name, StepCost const& s) {
+        table.add_row({name, thousands(s.supersteps), thousands(s.compute), thousands(s.exchange), thousands(s.sync + s.vote),
+                       milliseconds_text(model, s.total())});
+    };
+    StepCost sum;
+    for (auto const& s : step_costs(trace, cost)) {
+        add(s.kernel, s);
+        sum.supersteps += s.supersteps;
+        sum.compute += s.compute;
+        sum.exchange += s.exchange;
+        sum.sync += s.sync;
+        sum.vote += s.vote;
+    }
+    add("sum", sum);
+    return table;
+}
+
+} // namespace tilemesh

@@ -1,0 +1,336 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cstddef>
+#include <cstdint>
+#include <ostream>
+#include <string>
+#include <string_view>
+#include <tilemesh/engine/trace.hpp>
+#include <tilemesh/error.hpp>
+#include <tilemesh/machine/grid.hpp>
+#include <tilemesh/machine/operations.hpp>
+#include <tilemesh/model/detail/trace_reading.hpp>
+#include <tilemesh/model/cost_model.hpp>
+#include <vector>
+
+/// What a trace looks like outside: two tables, a timeline for trace viewers, sums for heat maps. Every byte follows from the
+/// trace, the model and the grid alone: no clock, no locale, no rounding of a count. A trace that is not of that grid throws
+/// `tilemesh::Error`; whether the stream took the bytes is for the caller to look at.
+namespace tilemesh {
+
+namespace model_detail {
+/// Text for a stream, in pieces of 64 KiB (few calls, little memory); numbers as plain decimals.
+class TextStream {
+public:
+    explicit TextStream(std::ostream& out) : out_(out) {}
+    TextStream& operator<<(std::string_view text)
+    {
+        text_ += text;
+        if (text_.size() >= 65'536) flush();
+        return *this;
+    }
+    TextStream& operator<<(std::uint64_t number)
+    {
+        std::array<char, 20> digits{}; // 2^64 has 20
+        auto const end = std::to_chars(digits.data(), digits.data() + digits.size(), number);
+        return *this << std::string_view(digits.data(), static_cast<std::size_t>(end.ptr - digits.data()));
+    }
+    void flush()
+    {
+        out_.write(text_.data(), static_cast<std::streamsize>(text_.size()));
+        text_.clear();
+    }
+
+private:
+    std::ostream& out_;
+    std::string text_;
+};
+
+/// A field of a CSV line as RFC 4180 has it: in quotes where it needs them, a quote in it twice.
+inline std::string csv_field(std::string_view text)
+{
+    if (text.find_first_of(",\"\r\n") == std::string_view::npos) return std::string(text);
+    std::string out = "\"";
+    for (char const c : text) out += c == '"' ? "\"\"" : std::string(1, c);
+    return out + '"';
+}
+
+/// How many bytes the UTF-8 character at the front of `text` has; 0 where there is none (RFC 3629: no longer form than needed, no
+/// surrogate, nothing above U+10FFFF).
+inline std::size_t utf8_length(std::string_view text) noexcept
+{
+    auto const byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+    unsigned const first = byte(0);
+    if (first < 0x80) return 1;
+    std::size_t const length = first >= 0xf0 ? 4 : first >= 0xe0 ? 3 : 2;
+    if (first < 0xc2 || first > 0xf4 || text.size() < length) return 0;
+    for (std::size_t i = 1; i < length; ++i)
+        if ((byte(i) & 0xc0u) != 0x80) return 0;
+    bool const too_long = (first == 0xe0 && byte(1) < 0xa0) || (first == 0xf0 && byte(1) < 0x90);
+    bool const no_character = (first == 0xed && byte(1) > 0x9f) || (first == 0xf4 && byte(1) > 0x8f);
+    return too_long || no_character ? 0 : length;
+}
+
+/// A JSON string with its quotes. A byte that is not UTF-8 becomes U+FFFD, because JSON has no way to say it.
+inline std::string json_string(std::string_view text)
+{
+    constexpr char const* hexadecimal = "0123456789abcdef";
+    std::string out = "\"";
+    while (!text.empty()) {
+        auto const c = static_cast<unsigned char>(text[0]);
+        auto const length = utf8_length(text);
+        if (length == 0)
+            out += "\\ufffd";
+        else if (c == '"' || c == '\\')
+            (out += '\\') += text[0];
+        else if (c < 0x20)
+            ((out += "\\u00") += hexadecimal[c >> 4]) += hexadecimal[c & 15u];
+        else
+            out += text.substr(0, length);
+        text.remove_prefix(std::max<std::size_t>(length, 1));
+    }
+    return out + '"';
+}
+
+template <class Quote>
+std::vector<std::string> quoted_kernels(Trace const& trace, Quote quote)
+{
+    std::vector<std::string> out;
+    for (auto const& kernel : trace.kernels) out.push_back(quote(kernel));
+    return out;
+}
+} // namespace model_detail
+
+/// One line a superstep and tile that ran, in the trace's order, under a line of names: superstep (from 0), step of the program,
+/// kernel, tile, each operation that a kernel of the program counts, bytes sent to each side, bytes that settled, cycles that `model` has the tile compute for. RFC
+/// 4180, but lines end as they do on Unix.
+///
+/// Cost: at most some 125 bytes a line, 27 MB for 150 supersteps in which all of 1,440 tiles run.
+inline void write_trace_csv(std::ostream& out, Trace const& trace, CostModel const& model, Grid grid)
+{
+    using namespace model_detail;
+    check_trace(trace, grid);
+    expect_sums_fit(model);
+    auto const kernels = quoted_kernels(trace, csv_field);
+    OperationColumns const columns(trace);
+    StepPrices const prices(model, trace);
+    std::vector<std::uint32_t> counts(columns.names.size());
+    TextStream text(out);
+    text << "superstep,step,kernel,tile_x,tile_y";
+    for (auto const& name : columns.names) text << "," << csv_field(name);
+    text << ",north_bytes,east_bytes,west_bytes,south_bytes,settled_bytes,compute_cycles\n"; // in the order of `news`
+    for (std::size_t i = 0; i < trace.supersteps.size(); ++i) {
+        auto const& s = trace.supersteps[i];
+        for (auto const& t : s.tiles) {
+            auto const at = grid.tile(t.tile);
+            text << i << "," << s.step << "," << kernels[s.step] << "," << at.x() << "," << at.y();
+            std::fill(counts.begin(), counts.end(), 0u);
+            for (std::size_t kind = 0; kind < operations_of_step(trace, s.step).size(); ++kind)
+                counts[columns.of_step[s.step][kind]] = t.operations.count[kind];
+            for (auto const count : counts) text << "," << count;
+            for (auto const bytes : t.sent_bytes) text << "," << bytes;
+            text << "," << t.operations.settled_bytes << "," << prices.compute_cycles(i, t.operations) << "\n";
+        }
+    }
+    text.flush();
+}
+
+/// One line a superstep, under a line of names: superstep (from 0), step of the program, kernel, tiles that ran, cycles of each
+/// phase, and the slowest tile, which is empty where no tile computed for a cycle.
+inline void write_step_csv(std::ostream& out, Trace const& trace, CostModel const& model, Grid grid)
+{
+    using namespace model_detail;
+    check_trace(trace, grid);
+    auto const kernels = quoted_kernels(trace, csv_field);
+    auto const cost = model_cost(model, trace, grid);
+    TextStream text(out);
+    text << "superstep,step,kernel,tiles_run,compute_cycles,exchange_cycles,sync_cycles,vote_cycles,slowest_x,slowest_y\n";
+    for (std::size_t i = 0; i < cost.supersteps.size(); ++i) {
+        auto const& c = cost.supersteps[i];
+        text << i << "," << c.step << "," << kernels[c.step] << "," << trace.supersteps[i].tiles.size() << "," << c.compute << ","
+             << c.exchange << "," << c.sync << "," << c.vote << ",";
+        if (c.compute != 0) text << grid.tile(c.slowest).x() << "," << grid.tile(c.slowest).y() << "\n";
+        else text << ",\n";
+    }
+    text.flush();
+}
+
+/// The run as a timeline for Perfetto (ui.perfetto.dev) and chrome://tracing: Trace Event Format, JSON. The first track is the
+/// machine: compute, exchange, sync and vote of one superstep after the other, in the order in which the model adds them up. Then
+/// come the `busiest` tiles that compute longest in the whole run, longest first (of equals the one with the lower index), with
+/// what each computed under the kernel's name. What takes no cycle is left out.
+///
+/// Times are the model's cycles at its clock, cut to whole nanoseconds, as Perfetto keeps them; `args.cycles` is exact. Perfetto
+/// drops an event that overlaps the one before by a nanosecond, and readers turn microseconds into nanoseconds by cutting off a
+/// product that may be a little too low (1.009 * 1000): so each `ts` has a quarter of a nanosecond on top, that the start of an
+/// event is read as written; a `dur` that is read too low makes a gap that nobody sees.
+///
+/// A clock of 0 kHz or above `most_clock_khz` throws `tilemesh::Error`; a run is below 500 years (2^64 ns). Cost: some 280 bytes an
+/// event where counts have six digits; with 64 tiles 2.7 MB for 150 supersteps, whatever the grid.
+inline void write_chrome_trace(std::ostream& out, Trace const& trace, CostModel const& model, Grid grid,
+                               std::uint32_t busiest = 64)
+{
+    using namespace model_detail;
+    check_trace(trace, grid);
+    if (model.clock_khz == 0 || model.clock_khz > most_clock_khz)
+        throw Error("cannot lay the trace over time (the clock of model \"" + model.name + "\" is " +
+                    std::to_string(model.clock_khz) + " kHz); give it one from 1 to " + std::to_string(most_clock_khz) + " kHz");
+    auto const cost = model_cost(model, trace, grid);
+
+    // The busiest tiles, and the track of each tile: 0 where it has none.
+    std::vector<std::uint64_t> busy(grid.size(), 0);
+    for (auto const& step : cost.busy)
+        for (std::uint32_t tile = 0; tile < grid.size(); ++tile) busy[tile] += step[tile];
+    std::vector<std::uint32_t> shown;
+    for (std::uint32_t tile = 0; tile < grid.size(); ++tile)
+        if (busy[tile] != 0) shown.push_back(tile);
+    std::sort(shown.begin(), shown.end(),
+              [&](std::uint32_t a, std::uint32_t b) { return busy[a] != busy[b] ? busy[a] > busy[b] : a < b; });
+    shown.resize(std::min<std::size_t>(shown.size(), busiest));
+    constexpr std::uint32_t process = 1, machine = 1; // 0 is the idle process to Perfetto
+    std::vector<std::uint32_t> track(grid.size(), 0);
+    for (std::size_t i = 0; i < shown.size(); ++i) track[shown[i]] = machine + 1 + static_cast<std::uint32_t>(i);
+
+    TextStream text(out);
+    bool first = true;
+    auto const begin_event = [&](char const* phase, std::uint32_t tid) -> TextStream& {
+        text << (first ? "\n" : ",\n") << "{\"ph\":\"" << phase << "\",\"pid\":" << process << ",\"tid\":" << tid;
+        first = false;
+        return text;
+    };
+    auto const nanoseconds = [khz = model.clock_khz](std::uint64_t cycles) { // in two parts, which do not overflow
+        return cycles / khz * 1'000'000 + cycles % khz * 1'000'000 / khz;
+    };
+    auto const microseconds = [](std::uint64_t ns) {
+        auto const part = std::to_string(1000 + ns % 1000);
+        return std::to_string(ns / 1000) + "." + part.substr(1);
+    };
+    // Up to the braces of `args`, which begin with the superstep and the cycles.
+    auto const begin_span = [&](std::uint32_t tid, std::string_view name, std::size_t superstep, std::uint64_t from,
+                                std::uint64_t cycles) {
+        auto const begin = nanoseconds(from), end = nanoseconds(from + cycles);
+        begin_event("X", tid) << ",\"ts\":" << microseconds(begin) << "25,\"dur\":" << microseconds(end - begin)
+                              << ",\"name\":" << name << ",\"args\":{\"superstep\":" << superstep << ",\"cycles\":" << cycles;
+    };
+    auto const tile_name = [grid](std::uint32_t tile) {
+        return "\"tile " + std::to_string(grid.tile(tile).x()) + ", " + std::to_string(grid.tile(tile).y()) + "\"";
+    };
+
+    text << "{\"displayTimeUnit\":\"ns\",\"traceEvents\":[";
+    begin_event("M", machine) << ",\"name\":\"process_name\",\"args\":{\"name\":" << json_string(model.name) << "}}";
+    auto const name_track = [&](std::uint32_t tid, std::string_view name) {
+        begin_event("M", tid) << ",\"name\":\"thread_name\",\"args\":{\"name\":" << name << "}}";
+        begin_event("M", tid) << ",\"name\":\"thread_sort_index\",\"args\":{\"sort_index\":" << tid << "}}";
+    };
+    name_track(machine, "\"machine\"");
+    for (auto const tile : shown) name_track(track[tile], tile_name(tile));
+
+    auto const kernels = quoted_kernels(trace, json_string);
+    StepPrices const prices(model, trace);
+    std::uint64_t now = 0;
+    for (std::size_t i = 0; i < cost.supersteps.size(); ++i) {
+        auto const& s = trace.supersteps[i];
+        auto const& c = cost.supersteps[i];
+        for (auto const& t : s.tiles) {
+            auto const cycles = prices.compute_cycles(i, t.operations);
+            if (track[t.tile] == 0 || cycles == 0) continue;
+            begin_span(track[t.tile], kernels[c.step], i, now, cycles);
+            auto const& operations = operations_of_step(trace, s.step);
+            for (std::size_t kind = 0; kind < operations.size(); ++kind)
+                if (auto const count = t.operations.count[kind]; count != 0) text << "," << json_string(operations[kind]) << ":" << count;
+            if (auto const bytes = all_sent(t); bytes != 0) text << ",\"sent_bytes\":" << bytes;
+            text << "}}";
+        }
+        auto const phase = [&](std::string_view name, std::uint64_t cycles) {
+            if (cycles == 0) return;
+            begin_span(machine, name, i, now, cycles);
+            text << ",\"step\":" << c.step << ",\"kernel\":" << kernels[c.step] << ",\"tiles_run\":" << s.tiles.size();
+            if (c.compute != 0) text << ",\"slowest\":" << tile_name(c.slowest);
+            text << "}}";
+            now += cycles;
+        };
+        phase("\"compute\"", c.compute);
+        phase("\"exchange\"", c.exchange);
+        phase("\"sync\"", c.sync);
+        phase("\"vote\"", c.vote);
+    }
+    text << "\n]}\n";
+    text.flush();
+}
+
+/// What a heat map may show of a tile, beside its operations.
+enum class TileSum : std::uint32_t {
+    busy_cycles, ///< it computes
+    idle_cycles, ///< it waits in compute phases for the slowest tile, whether it ran or not
+    sent_bytes,  ///< messages and their heads, towards all sides, and at an edge to itself
+    tile_runs,   ///< kernel calls
+    settled_bytes, ///< of messages that arrived and went no further
+    /// No sum: the largest share of a side's channel ends, heads included, that its messages took in any superstep; 1 is full to the
+    /// last slot. Where a kernel sends on several channels, of all of them together.
+    channel_fill
+};
+inline constexpr std::uint32_t tile_sum_kinds = 6;
+constexpr char const* name_of(TileSum sum) noexcept
+{
+    constexpr char const* names[tile_sum_kinds] = {"busy_cycles", "idle_cycles", "sent_bytes",
+                                                        "tile_runs",   "settled_bytes", "channel_fill"};
+    return names[static_cast<std::uint32_t>(sum)];
+}
+
+/// The sum over a run of `what`, for each tile in the order of the grid's indices. Exact below 2^53; a share is rounded once.
+inline std::vector<double> heat_map(Trace const& trace, CostModel const& model, Grid grid, TileSum what)
+{
+    model_detail::check_trace(trace, grid);
+    if (what == TileSum::channel_fill) {
+        std::vector<double> most(grid.size(), 0);
+        for (auto const& s : trace.supersteps) {
+            if (s.capacity_bytes == 0) continue;
+            for (auto const& t : s.tiles)
+                for (auto const bytes : t.sent_bytes)
+                    most[t.tile] = std::max(most[t.tile], static_cast<double>(bytes) / static_cast<double>(s.capacity_bytes));
+        }
+        return most;
+    }
+    std::vector<std::uint64_t> sums(grid.size(), 0);
+    if (what == TileSum::busy_cycles || what == TileSum::idle_cycles) {
+        auto const cost = model_cost(model, trace, grid);
+        std::uint64_t compute = 0;
+        for (auto const& c : cost.supersteps) compute += c.compute;
+        for (std::uint32_t tile = 0; tile < grid.size(); ++tile) {
+            for (auto const& step : cost.busy) sums[tile] += step[tile];
+            if (what == TileSum::idle_cycles) sums[tile] = compute - sums[tile];
+        }
+    } else {
+        for (auto const& s : trace.supersteps)
+            for (auto const& t : s.tiles)
+                sums[t.tile] += what == TileSum::sent_bytes      ? model_detail::all_sent(t)
+                                : what == TileSum::settled_bytes ? t.operations.settled_bytes
+                                                                 : 1;
+    }
+    return {sums.begin(), sums.end()};
+}
+
+/// How often each tile did `operation` in a run, in the order of the grid's indices. Exact below 2^53. Throws `Error` for a name that
+/// no kernel of the run has.
+inline std::vector<double> heat_map(Trace const& trace, Grid grid, std::string_view operation)
+{
+    model_detail::check_trace(trace, grid);
+    model_detail::OperationColumns const columns(trace);
+    auto const column = static_cast<std::size_t>(std::find(columns.names.begin(), columns.names.end(), operation) - columns.names.begin());
+    if (column == columns.names.size()) {
+        std::string all;
+        for (auto const& name : columns.names) all += (all.empty() ? "" : ", ") + name;
+        throw Error("no heat map of operation " + std::string(operation) + " (the program's kernels count " +
+                    (all.empty() ? "none" : all) + "); name one of these");
+    }
+    std::vector<double> out(grid.size(), 0);
+    for (auto const& s : trace.supersteps)
+        for (std::size_t kind = 0; kind < model_detail::operations_of_step(trace, s.step).size(); ++kind)
+            if (columns.of_step[s.step][kind] == column)
+                for (auto const& t : s.tiles) out[t.tile] += t.operations.count[kind];
+    return out;
+}
+
+} // namespace tilemesh

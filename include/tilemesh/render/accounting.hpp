@@ -1,0 +1,85 @@
+#pragma once
+#include <algorithm>
+#include <cstdint>
+#include <string>
+#include <tilemesh/engine/counters.hpp>
+#include <tilemesh/report/frame_report.hpp>
+#include <tilemesh/splat/frame_program.hpp>
+
+/// From counters to a frame's report: pure functions.
+namespace tilemesh::render {
+
+/// What the tiles counted in a frame, summed up.
+struct TileSums {
+    std::uint64_t visible = 0, parked = 0, moved = 0, hops = 0, copies = 0;
+    std::uint64_t channel_full = 0, no_credit = 0, storage_full = 0, copies_full = 0, copies_refused = 0;
+    std::uint64_t blocks = 0, contributing = 0;
+
+    void add(splat::Counts const& c, splat::Work const& w) noexcept
+    {
+        visible += c.visible;
+        parked += c.parked;
+        moved += c.moved;
+        hops += c.hops;
+        copies += c.copies;
+        channel_full += c.channel_full;
+        no_credit += c.no_credit;
+        storage_full += c.storage_full;
+        copies_full += c.copies_full;
+        copies_refused += c.copies_refused;
+        for (std::uint32_t i = 0; i < splat::Work::max_workers; ++i) {
+            blocks += w.blocks[i];
+            contributing += w.contributing[i];
+        }
+    }
+};
+
+/// The report of a run of the frame program `Frame<P>`, without the list of losses. `holds`: the frame did.
+template <class P>
+report::FrameReport account(RunCounters const& run, TileSums const& sums, bool holds)
+{
+    using Steps = splat::FrameSteps<P>;
+    report::FrameReport r;
+    r.gaussians.visible = sums.visible;
+    r.gaussians.parked = sums.parked;
+    r.gaussians.moved = sums.moved;
+    r.gaussians.held = holds ? sums.channel_full + sums.no_credit : 0;
+    r.hops = sums.hops;
+    r.copies = sums.copies;
+    r.refused = {sums.channel_full, sums.no_credit, sums.storage_full, sums.copies_full, sums.copies_refused};
+    r.pairs = sums.blocks * splat::detail::block_width * splat::detail::block_height;
+    r.pairs_contributing = sums.contributing;
+    // A step that the setup does without took nothing.
+    auto const supersteps = [&](std::uint32_t step) { return step == Steps::none ? 0u : run.steps[step].supersteps; };
+    auto const milliseconds = [&](std::uint32_t step) { return step == Steps::none ? 0.0 : run.steps[step].milliseconds; };
+    r.supersteps = {supersteps(Steps::project), supersteps(Steps::route), supersteps(Steps::bloom_first) + supersteps(Steps::bloom),
+                    supersteps(Steps::composite)};
+    r.host_ms = {milliseconds(Steps::project), milliseconds(Steps::route), milliseconds(Steps::bloom_first) + milliseconds(Steps::bloom),
+                 milliseconds(Steps::depth_sort) + milliseconds(Steps::composite), 0, 0};
+    r.messages = run.messages();
+    for (auto const& s : run.steps) {
+        r.exchanged_live_bytes += s.live_bytes;
+        r.exchanged_capacity_bytes += s.capacity_bytes;
+    }
+    for (auto const& p : run.peaks) {
+        if (p.region == splat::Storage<P>::name) r.peak_storage = p.items;
+        if (p.region == splat::Road<P>::name || p.region == splat::Beam<P>::name) r.peak_channel = std::max(r.peak_channel, p.items);
+    }
+    r.digests = run.digests;
+    return r;
+}
+
+/// Where a frame had to run twice, because copies of missing records were recalled: the first run's report with what the second, which
+/// moved nothing, left.
+inline void add_second_run(report::FrameReport& r, report::FrameReport const& again)
+{
+    r.copies = again.copies;
+    r.pairs = again.pairs;
+    r.pairs_contributing = again.pairs_contributing;
+    r.lost = again.lost;
+    r.lost_copies = again.lost_copies;
+    r.host_ms.composite += again.host_ms.composite;
+    r.digests.insert(r.digests.end(), again.digests.begin(), again.digests.end());
+}
+
+} // namespace tilemesh::render

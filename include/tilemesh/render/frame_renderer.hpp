@@ -1,0 +1,361 @@
+#pragma once
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <tilemesh/engine/mesh.hpp>
+#include <tilemesh/engine/trace.hpp>
+#include <tilemesh/error.hpp>
+#include <tilemesh/model/no_progress.hpp>
+#include <tilemesh/render/accounting.hpp>
+#include <tilemesh/render/frame_layout.hpp>
+#include <tilemesh/render/losses.hpp>
+#include <tilemesh/render/picture.hpp>
+#include <tilemesh/render/record_keeper.hpp>
+#include <tilemesh/render/record_table.hpp>
+#include <tilemesh/render/screen_cache.hpp>
+#include <tilemesh/render/setup_facts.hpp>
+#include <tilemesh/splat/quality.hpp>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace tilemesh {
+
+/// What a Renderer may be told. Zeros mean "as the setup says".
+struct RendererOptions {
+    std::uint32_t threads = 1;
+    Extent2 grid{};                          ///< tiles; 0: follows from frame and tile, or 40 x 36
+    Extent2 tile{};                          ///< pixels; 0: the frame spread evenly over the grid
+    std::uint32_t hops = 0;                  ///< supersteps of routing, and of bloom, a frame; 0: until quiet
+    std::uint32_t channel_slots = 0;         ///< a limit, at most the setup's
+    std::uint32_t waiting_slots = 0;         ///< of each of routing's FIFOs; a limit, at most the setup's
+    std::uint32_t storage_slots = 0;         ///< a limit, at most the setup's
+    std::optional<splat::Footprint> footprint{};
+    std::optional<splat::Arithmetic> arithmetic{};
+    std::optional<splat::Quality> quality{};  ///< its two cut-offs instead of the setup's, for `model()` to begin with
+    bool digest = false;
+    /// Of routing, and of bloom, in a run; a frame that needs more throws Error (MeshOptions::most_passes). 0: what the engine's own
+    /// options say. Engines without such a bound (PoplarMesh) leave it out.
+    std::uint32_t most_passes = 0;
+    /// Instead of the setup's sizes. Throws Error where they do not fit into a tile's SRAM.
+    std::optional<splat::Sizes> sizes{};
+};
+
+/// How a frame is cut: `tile` where it is given, or else evenly over `grid`, or over 40 x 36 tiles.
+inline splat::Tiling tiling_for(RendererOptions const& options, std::uint32_t width, std::uint32_t height) noexcept
+{
+    return render::tiling_for({options.grid, options.tile}, width, height);
+}
+
+namespace render {
+
+/// The facts of a setup, with the sizes of the options where they name some.
+template <class S>
+SetupFacts facts_of(RendererOptions const& options)
+{
+    return options.sizes ? facts_of<S>(*options.sizes) : facts_of<S>();
+}
+/// The model that a renderer begins with: the setup's, with what the options change.
+inline splat::Model resolved_model(SetupFacts const& facts, RendererOptions const& options)
+{
+    auto model = facts.model;
+    if (options.quality) model = splat::with_quality(model, *options.quality);
+    if (options.footprint) model.footprint = *options.footprint;
+    if (options.arithmetic) model.arithmetic = *options.arithmetic;
+    return model;
+}
+inline void check_camera(splat::Camera const& camera)
+{
+    if (!(camera.near_depth > 0) || !(camera.fx > 0) || !(camera.fy > 0))
+        throw Error("a camera whose near plane or focal length is not above 0 (nothing in front of it can be projected); "
+                    "correct the camera");
+}
+inline void check_model(splat::Model const& model)
+{
+    if (!(model.alpha_min >= 0) || !(model.alpha_max >= 0) || !(model.transmittance_min >= 0) || !(model.dilation >= 0))
+        throw Error("a model whose alpha_min, alpha_max, transmittance_min or dilation is negative or not a number (it would "
+                    "blend what is not light); correct the model");
+}
+
+/// A renderer of policies P: what BasicRenderer is but for the setup, which it is told as a value. `Machine` is AnyMachine, or
+/// Traced<AnyMachine>.
+template <class P, template <class, class> class Engine, class Machine>
+class FrameRenderer {
+public:
+    using Policies = P;
+    using Program = splat::Frame<P>;
+    using Steps = splat::FrameSteps<P>;
+    using Parameters = typename P::Parameters;
+    using MeshType = Engine<Program, Machine>;
+    using EngineOptions = typename MeshType::Options;
+    static constexpr bool by_reference = std::is_same_v<typename P::Record, splat::Reference>;
+
+    FrameRenderer(scene::Map const& map, SetupFacts facts, RendererOptions const& options, EngineOptions engine);
+    ~FrameRenderer();
+    FrameRenderer(FrameRenderer const&) = delete;
+    FrameRenderer& operator=(FrameRenderer const&) = delete;
+
+    /// The rules of the picture; change them before a frame.
+    splat::Model& model() noexcept { return model_; }
+    splat::Model const& model() const noexcept { return model_; }
+
+    /// What the setup is, and how large.
+    SetupFacts const& facts() const noexcept { return facts_; }
+
+    /// The mesh; exists once the first frame has been rendered or `prepare` was called.
+    MeshType& mesh() noexcept { return *mesh_; }
+    splat::Tiling const& tiling() const noexcept { return tiling_; }
+
+    /// What the last frame did, superstep by superstep; on a Traced machine only. Where copies were recalled the program ran twice,
+    /// and both runs are in it, one after the other (the mesh's own trace has the second alone); what the host did between is not.
+    Trace const& trace() const noexcept
+        requires(tilemesh::detail::is_traced<Machine>)
+    {
+        return ran_twice_ ? trace_ : mesh_->trace();
+    }
+
+    /// Builds the mesh for frames of this size and loads the map, unless it stands already.
+    void prepare(std::uint32_t width, std::uint32_t height);
+
+    /// Called after every superstep; see SuperstepEvent.
+    void observe(Observer observer);
+
+    /// Renders one frame, starting from where the last one left the records.
+    RenderedFrame render(splat::Camera const& camera);
+
+    /// The same into a frame that exists already, whose memory is used again: for many frames of one size.
+    void render_into(splat::Camera const& camera, RenderedFrame& result);
+
+private:
+    static constexpr bool traced = tilemesh::detail::is_traced<Machine>;
+    using Clock = std::chrono::steady_clock;
+    static double since(Clock::time_point begin)
+    {
+        return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+    }
+
+    void build(Grid grid)
+    {
+        engine_.digest = options_.digest;
+        if constexpr (requires { engine_.threads; }) engine_.threads = options_.threads;
+        if constexpr (requires { engine_.most_passes; })
+            if (options_.most_passes != 0) engine_.most_passes = options_.most_passes;
+        if constexpr (traced && requires { engine_.explain; })
+            if (engine_.explain == nullptr) engine_.explain = explain_no_progress;
+        mesh_ = std::make_unique<MeshType>(grid, engine_, splat::frame_program<P>(options_.hops), mesh_sizes_of<P>(facts_));
+        if (options_.channel_slots != 0) {
+            if constexpr (P::routes) mesh_->template limit<splat::Road<P>>(options_.channel_slots);
+            if constexpr (P::blooms) mesh_->template limit<splat::Beam<P>>(options_.channel_slots);
+        }
+        if constexpr (P::routes && P::Saturation::may_hold)
+            if (options_.waiting_slots != 0 && facts_.rules.holds != 0) {
+                mesh_->template limit<splat::Waiting<P, 0>>(options_.waiting_slots);
+                mesh_->template limit<splat::Waiting<P, 1>>(options_.waiting_slots);
+            }
+        if (options_.storage_slots != 0) mesh_->template limit<splat::Storage<P>>(options_.storage_slots);
+        if (observer_) mesh_->observe(observer_);
+        size_framebuffers<P>(*mesh_, tiling_, size_);
+        last_.reset();
+        copies_lost_ = copies_refused_ = cut_ = ran_twice_ = false;
+        keeper_.begin(*mesh_, tiling_, options_.storage_slots != 0 ? options_.storage_slots : facts_.sizes.storage);
+    }
+
+    /// In a new view the host projects its table and puts the records onto the mesh that are not there. Returns whether it is one.
+    bool put_records(splat::View const& view)
+    {
+        auto const& frame = mesh_->template broadcast<Parameters>();
+        bool const changed = !last_ || __builtin_memcmp(&*last_, &view, sizeof view) != 0 ||
+                             __builtin_memcmp(&frame.tiling, &tiling_, sizeof tiling_) != 0;
+        if (!changed) return false;
+        if constexpr (by_reference) project_all(view);
+        if constexpr (!P::routes)
+            keeper_.place(*mesh_, view, tiling_);
+        else if (facts_.rules.holds != 0 && !keeper_.missing().empty())
+            keeper_.load(*mesh_, tiling_, last_.has_value());
+        return true;
+    }
+    /// Projects all records into the table, on all threads.
+    void project_all(splat::View const& view)
+    {
+        mesh_->on_threads([&](std::uint32_t thread, std::uint32_t threads) {
+            std::uint64_t const n = records_.rows();
+            cache_.project(records_, static_cast<std::uint32_t>(n * thread / threads),
+                           static_cast<std::uint32_t>(n * (thread + 1) / threads), view, tiling_, !last_,
+                           mesh_->template broadcast<Parameters>());
+        });
+    }
+    void tell(splat::View const& view, bool changed)
+    {
+        auto& frame = mesh_->template broadcast<Parameters>();
+        static_cast<splat::FrameParameters&>(frame) = {view, tiling_, changed ? 1u : 0u, changed && copies_lost_ ? 1u : 0u,
+                                                       cut_ ? 1u : 0u};
+        if constexpr (by_reference) {
+            frame.rules = facts_.rules;
+            cache_.point(frame);
+        }
+    }
+
+    report::FrameReport run() { return finish(mesh_->run()); }
+    /// The frame again: nothing moves, but it is sorted and composited anew.
+    void run_again(report::FrameReport& report)
+    {
+        if constexpr (traced) trace_ = mesh_->trace();
+        auto& frame = mesh_->template broadcast<Parameters>();
+        frame.view_changed = frame.resend_copies = 0;
+        add_second_run(report, run());
+        if constexpr (traced) {
+            auto const& second = mesh_->trace().supersteps;
+            trace_.supersteps.insert(trace_.supersteps.end(), second.begin(), second.end());
+        }
+    }
+
+    report::FrameReport finish(RunCounters const& counters)
+    {
+        TileSums sums;
+        keeper_.for_each_tile([&](TileId tile) {
+            auto const& mesh = std::as_const(*mesh_);
+            sums.add(mesh.template state<splat::Counts>(tile), mesh.template state<splat::Work>(tile));
+        });
+        auto r = account<P>(counters, sums, facts_.rules.holds != 0);
+
+        // Losses last until the records are sent again: a frame that refused nothing may still lack what the last one lost.
+        auto const& frame = mesh_->template broadcast<Parameters>();
+        copies_lost_ = r.refused.copies_full != 0 || (copies_lost_ && frame.resend_copies == 0);
+        copies_refused_ = r.refused.copies_refused != 0 || (copies_refused_ && frame.view_changed == 0);
+        bool spans = false;
+        if constexpr (!P::blooms) spans = any_spans();
+        if constexpr (!P::routes) {
+            r.gaussians.visible += keeper_.missing().size();
+            r.gaussians.parked += keeper_.parked();
+        }
+        if (r.refused.storage_full != 0 || !keeper_.missing().empty() || copies_lost_ || copies_refused_ || options_.hops != 0 || spans)
+            keeper_.set_missing(list_losses(r));
+        return r;
+    }
+    std::vector<std::uint32_t> list_losses(report::FrameReport& r)
+    {
+        auto const& frame = mesh_->template broadcast<Parameters>();
+        auto const facts = facts_on<P>(*mesh_);
+        LossQuestion const question{mesh_->grid(), frame.view,  frame.tiling, P::routes, P::blooms, facts_.rules.holds != 0,
+                                    options_.hops != 0};
+        return LossFinder(question, records_, facts).list(r);
+    }
+    /// Without bloom: does a footprint leave its anchor tile?
+    bool any_spans()
+    {
+        auto const& frame = mesh_->template broadcast<Parameters>();
+        bool any = false;
+        keeper_.for_each_tile([&](TileId tile) {
+            for (auto const& entry : std::as_const(*mesh_).template state<splat::Splats<P>>(tile)) {
+                auto const& s = splat::AccessOf<P>::splat_of(frame, entry);
+                any = any || (s.visible() && splat::tiles_of(s, tiling_).count() > 1);
+            }
+        });
+        return any;
+    }
+
+    RendererOptions options_;
+    EngineOptions engine_;
+    SetupFacts facts_;
+    RecordTable records_;
+    ScreenCache cache_;                              ///< by reference: what tiles read
+    RecordKeeper<P> keeper_;
+    splat::Model model_;
+    Extent2 size_{};                                 ///< of the frame, pixels
+    splat::Tiling tiling_{};
+    std::unique_ptr<MeshType> mesh_;
+    Observer observer_;
+    std::optional<splat::View> last_;
+    bool copies_lost_ = false;                       ///< copies are missing that found no storage: nobody sends them again by itself
+    bool copies_refused_ = false;                    ///< copies are missing that met a full channel: owed again in a new view
+    bool cut_ = false;                               ///< a bound may have left records under way
+    bool ran_twice_ = false;                         ///< the last frame: copies were recalled
+    [[no_unique_address]] std::conditional_t<traced, Trace, engine::detail::NoTrace> trace_; ///< of both runs, where it did
+};
+
+// The members that users call stand outside the class: so an `extern template` keeps them, and all that they need, out of a user's file.
+
+template <class P, template <class, class> class Engine, class Machine>
+FrameRenderer<P, Engine, Machine>::FrameRenderer(scene::Map const& map, SetupFacts facts, RendererOptions const& options,
+                                                 EngineOptions engine)
+    : options_(options), engine_(std::move(engine)), facts_(std::move(facts)), records_(map, facts_.sh_degree),
+      cache_(by_reference ? records_.rows() : 0), keeper_(records_, &cache_), model_(resolved_model(facts_, options))
+{
+    if (facts_.sizes.one_channel_memory && options.hops != 0)
+        throw Error(std::string("setup ") + facts_.name + " with bounded hops (its routing and bloom take turns in one set of " +
+                    "channels, which a bound would leave full); choose a setup with channels of their own");
+}
+template <class P, template <class, class> class Engine, class Machine>
+FrameRenderer<P, Engine, Machine>::~FrameRenderer() = default;
+
+template <class P, template <class, class> class Engine, class Machine>
+void FrameRenderer<P, Engine, Machine>::prepare(std::uint32_t width, std::uint32_t height)
+{
+    if (mesh_ && width == size_.width && height == size_.height) return;
+    auto const layout =
+        layout_frame({options_.grid, options_.tile}, width, height, facts_.machine, facts_.sizes.tile_pixels, facts_.name);
+    size_ = {width, height};
+    tiling_ = layout.tiling;
+    if (mesh_ && layout.grid.width == mesh_->grid().width && layout.grid.height == mesh_->grid().height) {
+        size_framebuffers<P>(*mesh_, tiling_, size_);
+        keeper_.occupy(*mesh_, tiling_.columns, tiling_.rows);
+        return;
+    }
+    try {
+        build(layout.grid);
+    } catch (...) {
+        mesh_.reset();
+        throw;
+    }
+}
+
+template <class P, template <class, class> class Engine, class Machine>
+void FrameRenderer<P, Engine, Machine>::observe(Observer observer)
+{
+    observer_ = std::move(observer);
+    if (mesh_) mesh_->observe(observer_);
+}
+
+template <class P, template <class, class> class Engine, class Machine>
+RenderedFrame FrameRenderer<P, Engine, Machine>::render(splat::Camera const& camera)
+{
+    RenderedFrame result;
+    render_into(camera, result);
+    return result;
+}
+
+template <class P, template <class, class> class Engine, class Machine>
+void FrameRenderer<P, Engine, Machine>::render_into(splat::Camera const& camera, RenderedFrame& result)
+{
+    auto const begin = Clock::now();
+    check_camera(camera);
+    check_model(model_);
+    prepare(camera.width, camera.height);
+    auto const view = splat::make_view(camera, model_);
+    auto const start = Clock::now();
+    bool const changed = put_records(view);
+    tell(view, changed);
+    auto const prepared_ms = since(start);
+
+    auto report = run();
+    report.host_ms.project += prepared_ms;
+    // Where records found no room, the frame runs again without their copies, so that the picture shows a record whole or not at all.
+    bool const may_recall = facts_.rules.holds != 0 && options_.hops == 0;
+    ran_twice_ = may_recall && keeper_.recall_copies(*mesh_);
+    if (ran_twice_) run_again(report);
+
+    auto const tiles_done = Clock::now();
+    collect_picture<P>(*mesh_, facts_, tiling_, camera, result);
+    result.report = std::move(report);
+    result.report.width = camera.width;
+    result.report.height = camera.height;
+    last_ = view;
+    cut_ = options_.hops != 0;
+    result.report.host_ms.picture = since(tiles_done);
+    result.report.host_ms.total = since(begin);
+}
+
+} // namespace render
+} // namespace tilemesh

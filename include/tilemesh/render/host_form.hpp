@@ -1,0 +1,227 @@
+#pragma once
+#include <tilemesh/splat/fitted.hpp>
+#include <type_traits>
+
+/// The host's form of the frame program: tiles and channels hold references to rows of a table instead of records.
+///
+/// The machine moves values: records of 60 bytes and more, each tile projects its own. A host that simulates it has one memory,
+/// and may keep one instance of a record, project it once a view, and move its row. The same kernels run on both forms
+/// (splat/access.hpp); the capacities in slots, the bytes on the wire, every counter and every bit of the picture are those of the
+/// values.
+///
+/// A reference is the same for every record, and what a frame does with a full channel is a word in the frame's parameters here. So
+/// machines, sizes, degrees of harmonics, saturation, addressing, copies and formats of colours all share one set of policies, and its code.
+namespace tilemesh::splat {
+
+/// A record's place in the host's table, with its id.
+struct Reference {
+    GaussianId id;
+    std::uint32_t row;
+};
+
+/// An entry of `Splats`: a row of the host's table.
+struct SplatRow {
+    std::uint32_t row;
+};
+
+/// An address in the host's memory, as words of a broadcast.
+template <class T>
+class HostPointer {
+public:
+    HostPointer() noexcept = default;
+    explicit HostPointer(T const* p) noexcept { __builtin_memcpy(words_, &p, sizeof p); }
+    TILEMESH_KERNEL T const* get() const noexcept
+    {
+        T const* p;
+        __builtin_memcpy(&p, words_, sizeof words_);
+        return p;
+    }
+
+private:
+    std::uint32_t words_[sizeof(T const*) / 4] = {};
+};
+
+/// What a new view changed for a record, as far as tiles must know. A byte, so that the table of a whole map stays in the
+/// processor's nearest caches.
+struct Standing {
+    static constexpr std::uint8_t visible = 1;
+    static constexpr std::uint8_t moved = 2;    ///< other tiles than in the last view, another anchor, or put on the mesh by the host
+    static constexpr std::uint8_t appeared = 4; ///< or disappeared
+};
+
+/// The tiles that a record touches in a view, first to last, and its anchor.
+struct Touched {
+    TileId first, last, anchor;
+    std::uint32_t visible; ///< 0 or 1
+};
+
+/// The policies of a setup as values, and the bytes of its messages on the machine.
+struct FrameRules {
+    std::uint32_t holds, carried, reusable; ///< 0 or 1
+    std::uint32_t road_bytes, beam_bytes;
+};
+template <class S>
+constexpr FrameRules rules_of() noexcept
+{
+    constexpr auto words = frame_words<S>();
+    return {S::Saturation::holds ? 1u : 0u, S::Addressing::carried ? 1u : 0u, S::Copies::reusable ? 1u : 0u, words.road_message,
+            words.beam_message};
+}
+
+/// The frame's parameters, and the host's table of this view, by rows.
+struct TableParameters : FrameParameters {
+    static constexpr char const* name = "frame parameters and tables";
+    FrameRules rules;
+    HostPointer<Splat> splats;
+    HostPointer<Touched> touched;
+    HostPointer<std::uint8_t> standings;
+    HostPointer<std::uint32_t> depths;     ///< bits
+};
+
+/// How kernels read where tiles hold rows of a table.
+template <class Parameters>
+struct TableAccess {
+    TILEMESH_KERNEL static SplatRow project(Reference const& g, Parameters const&) noexcept { return {g.row}; }
+    TILEMESH_KERNEL static Parameters hold(Parameters const& frame) noexcept { return frame; }
+    /// A host asks for all of its cache lines at once: the lists of a tile are short and far from those of the tile before, and one
+    /// line after the other would cost as many waits.
+    template <class List>
+    TILEMESH_KERNEL static void about_to_read(List const& list) noexcept
+    {
+        constexpr std::uint32_t items_a_line = 64 / sizeof(typename List::value_type);
+        for (std::uint32_t i = 0, n = list.size(); i < n; i += items_a_line) __builtin_prefetch(list.begin() + i);
+    }
+    TILEMESH_KERNEL static Splat const& splat_of(Parameters const& frame, SplatRow s) noexcept { return frame.splats.get()[s.row]; }
+    TILEMESH_KERNEL static std::uint32_t depth_bits(Parameters const& frame, SplatRow s) noexcept { return frame.depths.get()[s.row]; }
+    TILEMESH_KERNEL static Reach reach(Here const& here, Parameters const& frame, SplatRow s) noexcept
+    {
+        Touched const& t = frame.touched.get()[s.row];
+        // A range lies in the grid, so that a side beyond the grid's edge is in none.
+        std::uint32_t const x = here.tile.x() - t.first.x(), columns = t.last.x() - t.first.x();
+        std::uint32_t const y = here.tile.y() - t.first.y(), rows = t.last.y() - t.first.y();
+        auto const bit = [](bool yes) noexcept { return yes ? 1u : 0u; };
+        std::uint32_t const in_x = bit(x <= columns) & t.visible, in_y = bit(y <= rows) & t.visible;
+        std::uint32_t const sides = (in_x & bit(y - 1 <= rows)) << index(Direction::north) |
+                                    (in_y & bit(x + 1 <= columns)) << index(Direction::east) |
+                                    (in_y & bit(x - 1 <= columns)) << index(Direction::west) |
+                                    (in_x & bit(y + 1 <= rows)) << index(Direction::south);
+        return {t.anchor, t.visible != 0, (in_x & in_y) != 0, sides};
+    }
+    TILEMESH_KERNEL static bool is_here(Here const& here, Parameters const& frame, SplatRow s) noexcept
+    {
+        return reach(here, frame, s).here;
+    }
+    /// By its row: four bytes a slot to look at instead of eight.
+    template <class MarkList>
+    static std::uint32_t slot_of(MarkList const& marks, SplatRow const* splats, Reference const& message) noexcept
+    {
+        return detail::first_of(splats, marks.size(), [row = message.row](SplatRow s) noexcept { return s.row == row; });
+    }
+    TILEMESH_KERNEL static bool is_settled(Parameters const& frame, SplatRow s, std::uint32_t bits, std::uint32_t& standing) noexcept
+    {
+        standing = frame.standings.get()[s.row];
+        return ((bits & (Mark::refused_any | Mark::leaving | Mark::owes)) | (standing & Standing::moved)) == 0;
+    }
+    TILEMESH_KERNEL static bool shows_anew(Here const&, Parameters const&, SplatRow, bool covered, std::uint32_t bits,
+                                           std::uint32_t standing) noexcept
+    {
+        return !covered || (bits & Mark::leaving) != 0 || (standing & Standing::appeared) != 0;
+    }
+    /// What these parameters change of n splats that the host has projected: nothing, unless a program of its own says otherwise.
+    static void adjust(Parameters const&, View const&, Tiling const&, Splat*, std::uint32_t) noexcept {}
+    template <class>
+    static std::uint32_t road_bytes(Parameters const& frame) noexcept
+    {
+        return frame.rules.road_bytes;
+    }
+    template <class>
+    static std::uint32_t beam_bytes(Parameters const& frame) noexcept
+    {
+        return frame.rules.beam_bytes;
+    }
+};
+template <>
+struct Access<TableParameters> : TableAccess<TableParameters> {};
+
+/// Policies whose rule is a word of the frame's parameters.
+struct SaturationAsTold {
+    static constexpr char const* name = "as told";
+    static constexpr bool may_hold = true;
+    TILEMESH_KERNEL static bool holds_in(TableParameters const& frame) noexcept { return frame.rules.holds != 0; }
+};
+struct AddressingAsTold : Carried {
+    static constexpr char const* name = "as told";
+    TILEMESH_KERNEL static bool carried_in(TableParameters const& frame) noexcept { return frame.rules.carried != 0; }
+};
+struct CopiesAsTold {
+    static constexpr char const* name = "as told";
+    template <class Record>
+    using Message = Record;
+    TILEMESH_KERNEL static bool reusable_in(TableParameters const& frame) noexcept { return frame.rules.reusable != 0; }
+    TILEMESH_KERNEL static Reference make(Reference const& g, Splat const&) noexcept { return g; }
+    template <class>
+    TILEMESH_KERNEL static Reference record(Reference const& m) noexcept
+    {
+        return m;
+    }
+    TILEMESH_KERNEL static SplatRow splat(Reference const& m, TableParameters const&) noexcept { return {m.row}; }
+};
+
+namespace detail {
+/// What the host keeps of a pixel: colours as floats, which it shows in the setup's format, and both planes where there is one.
+template <class Pixel, bool Known, bool Planes>
+struct HostPixelOf {
+    using type = Pixel;
+};
+template <class Pixel>
+struct HostPixelOf<Pixel, true, false> {
+    using type = FloatPixel;
+};
+template <class Pixel>
+struct HostPixelOf<Pixel, true, true> {
+    using type = WithAlpha<WithDepth<FloatPixel>>;
+};
+template <class Pixel>
+struct ColourOf {
+    using type = Pixel;
+};
+template <class Colour>
+struct ColourOf<WithDepth<Colour>> : ColourOf<Colour> {};
+template <class Colour>
+struct ColourOf<WithAlpha<Colour>> : ColourOf<Colour> {};
+} // namespace detail
+/// The colour of a pixel, without its planes.
+template <class Pixel>
+using ColourOf = typename detail::ColourOf<Pixel>::type;
+/// Is it one of the library's formats? The host shows these from floats.
+template <class Pixel>
+inline constexpr bool is_known_colour = std::is_same_v<ColourOf<Pixel>, FloatPixel> || std::is_same_v<ColourOf<Pixel>, Rgbx8Pixel>;
+template <class Pixel>
+using HostPixel = typename detail::HostPixelOf<Pixel, is_known_colour<Pixel>, Pixel::has_depth || Pixel::has_alpha>::type;
+
+/// The policies of setup S by reference. The ledger stays that of S: ask `Tile<Machine, Frame<S>, S>`.
+template <class S>
+struct Referenced : S {
+    using Value = S;
+    using Record = Reference;
+    using Projected = SplatRow;
+    using Parameters = TableParameters;
+    using Saturation = SaturationAsTold;
+    using Addressing = AddressingAsTold;
+    using Copies = CopiesAsTold;
+    using Pixel = HostPixel<typename S::Pixel>;
+};
+
+/// The setup whose machine S simulates: S itself, or what is referenced.
+template <class S, class = void>
+struct ValueOf {
+    using type = S;
+    static constexpr bool referenced = false;
+};
+template <class S>
+struct ValueOf<S, std::void_t<typename S::Value>> {
+    using type = typename S::Value;
+    static constexpr bool referenced = true;
+};
+
+} // namespace tilemesh::splat

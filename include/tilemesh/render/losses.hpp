@@ -1,0 +1,174 @@
+#pragma once
+#include <cstdint>
+#include <tilemesh/render/setup_facts.hpp>
+#include <tilemesh/render/record_table.hpp>
+#include <tilemesh/report/frame_report.hpp>
+#include <unordered_map>
+#include <unordered_set>
+#include <utility>
+#include <vector>
+
+/// Compares what is on a mesh with what should be: every record once, and a copy on every tile that its footprint touches.
+/// Knows nothing of what happened: it reads facts, so what it lists is all that the picture lacks, whatever was counted.
+namespace tilemesh::render {
+
+/// Where a mesh holds what, between runs. Costs a look at every stored record: only for frames in which something was refused or may be
+/// under way.
+struct MeshFacts {
+    std::unordered_map<std::uint64_t, std::uint32_t> held;       ///< `key` of id and tile -> the bits of its mark
+    std::unordered_map<splat::GaussianId, splat::Splat> owners;  ///< anchored records
+    std::vector<splat::GaussianId> under_way;                    ///< records in channels and FIFOs, in the order of tiles
+    std::unordered_set<std::uint64_t> copies_under_way;          ///< `key` of id and the tile that they reach next
+
+    static std::uint64_t key(splat::GaussianId id, std::uint32_t tile) noexcept
+    {
+        return std::uint64_t{static_cast<std::uint32_t>(id)} << 32 | tile;
+    }
+};
+template <class P, class M>
+MeshFacts facts_on(M& mesh)
+{
+    MeshFacts facts;
+    auto const& frame = mesh.template broadcast<typename P::Parameters>();
+    auto const grid = mesh.grid();
+    for (std::uint32_t t = 0; t < grid.size(); ++t) {
+        auto const marks = std::as_const(mesh).template state<splat::Marks<P>>(grid.tile(t));
+        auto const splats = std::as_const(mesh).template state<splat::Splats<P>>(grid.tile(t));
+        for (std::uint32_t i = 0; i < marks.size(); ++i) {
+            facts.held.emplace(MeshFacts::key(marks[i].id, t), marks[i].bits);
+            if (!marks[i].is(splat::Mark::copy)) facts.owners.emplace(marks[i].id, splat::AccessOf<P>::splat_of(frame, splats[i]));
+        }
+        if constexpr (P::routes)
+            for (Direction d : news)
+                for (auto const& m : mesh.template incoming<splat::Road<P>>(grid.tile(t), d))
+                    facts.under_way.push_back(P::Addressing::record(m).id);
+        if constexpr (P::routes && P::Saturation::may_hold) {
+            for (auto const& m : std::as_const(mesh).template state<splat::Waiting<P, 0>>(grid.tile(t)))
+                facts.under_way.push_back(P::Addressing::record(m).id);
+            for (auto const& m : std::as_const(mesh).template state<splat::Waiting<P, 1>>(grid.tile(t)))
+                facts.under_way.push_back(P::Addressing::record(m).id);
+        }
+        if constexpr (P::blooms)
+            for (Direction d : news)
+                for (auto const& m : mesh.template incoming<splat::Beam<P>>(grid.tile(t), d))
+                    facts.copies_under_way.insert(MeshFacts::key(m.id, t));
+    }
+    return facts;
+}
+
+/// The frame that was run, as far as the list of losses must know.
+struct LossQuestion {
+    Grid grid;
+    splat::View view;
+    splat::Tiling tiling;
+    bool routes, blooms, holds;
+    bool bounded; ///< the frame's hops are, so that records may be under way and copies of lost records stay on their tiles
+};
+
+/// Lists what the picture lacks.
+class LossFinder {
+public:
+    LossFinder(LossQuestion const& question, RecordTable const& records, MeshFacts const& facts)
+        : ask_(question), records_(records), facts_(facts)
+    {
+    }
+
+    /// Fills `lost` and its sums in the report. Returns the rows that are nowhere on the mesh, in order.
+    std::vector<std::uint32_t> list(report::FrameReport& r)
+    {
+        r.gaussians.under_way = facts_.under_way.size();
+        std::unordered_map<splat::GaussianId, std::uint32_t> row_of;
+        if (!facts_.under_way.empty())
+            for (std::uint32_t row = 0; row < records_.rows(); ++row) row_of.emplace(records_.id(row), row);
+        std::unordered_set<splat::GaussianId> moving;
+        for (auto const id : facts_.under_way) {
+            moving.insert(id);
+            list_without_owner(r, row_of.at(id), report::Cause::late);
+        }
+        std::vector<std::uint32_t> missing;
+        for (std::uint32_t row = 0; row < records_.rows(); ++row) {
+            auto const id = records_.id(row);
+            if (facts_.owners.count(id) != 0 || moving.count(id) != 0) continue;
+            // Where the host places the records it keeps those with nothing on screen.
+            if (!ask_.routes && !project(row).visible()) continue;
+            missing.push_back(row);
+            if (ask_.holds && !ask_.bounded)
+                r.lost.push_back({id, report::Loss::whole, report::Cause::unplaced}); // the host recalls its copies
+            else
+                list_without_owner(r, row, ask_.holds ? report::Cause::unplaced : report::Cause::storage_full);
+        }
+        (ask_.holds ? r.gaussians.unplaced : r.gaussians.dropped) = missing.size();
+        for (std::uint32_t row = 0; row < records_.rows(); ++row) {
+            auto const owner = facts_.owners.find(records_.id(row));
+            if (owner != facts_.owners.end()) list_missing_copies(r, records_.id(row), owner->second);
+        }
+        return missing;
+    }
+
+private:
+    splat::Splat project(std::uint32_t row) const { return records_.project(row, ask_.view, ask_.tiling); }
+    bool holds_a_copy(splat::GaussianId id, std::uint32_t tile) const { return facts_.held.count(MeshFacts::key(id, tile)) != 0; }
+    /// Calls f(tile) for each tile that the splat touches.
+    template <class F>
+    void for_each_tile(splat::Splat const& s, F const& f) const
+    {
+        if (!s.visible()) return;
+        auto const range = splat::tiles_of(s, ask_.tiling);
+        for (auto y = range.first.y(); y <= range.last.y(); ++y)
+            for (auto x = range.first.x(); x <= range.last.x(); ++x) f(TileId::at(x, y));
+    }
+    /// A record that no tile owns but that may have left copies: the tiles that lack one, or the record where all do.
+    void list_without_owner(report::FrameReport& r, std::uint32_t row, report::Cause cause)
+    {
+        auto const s = project(row);
+        auto const id = records_.id(row);
+        if (!s.visible() && cause == report::Cause::late) return; // nothing to be late for
+        std::vector<std::uint32_t> lacking;
+        bool any = false;
+        for_each_tile(s, [&](TileId t) {
+            auto const index = ask_.grid.index_of(t);
+            if (holds_a_copy(id, index))
+                any = true;
+            else
+                lacking.push_back(index);
+        });
+        if (!any) lacking.assign(1, report::Loss::whole);
+        for (auto t : lacking) r.lost.push_back({id, t, cause});
+    }
+    void list_missing_copies(report::FrameReport& r, splat::GaussianId id, splat::Splat const& s)
+    {
+        for_each_tile(s, [&](TileId t) {
+            auto const index = ask_.grid.index_of(t);
+            if (holds_a_copy(id, index)) return;
+            auto const cause = why_missing(id, s.anchor, t);
+            ++(cause == report::Cause::late ? r.late_copies : r.lost_copies);
+            r.lost.push_back({id, index, cause});
+        });
+    }
+    /// Up the tree from a tile without the copy to the first that has it: what stopped it there stopped all behind.
+    report::Cause why_missing(splat::GaussianId id, TileId anchor, TileId t) const
+    {
+        Direction towards_child = Direction::north;
+        auto holder = facts_.held.end();
+        for (TileId at = t; !(at == anchor) && holder == facts_.held.end();) {
+            Direction const up = at.y() != anchor.y() ? (at.y() > anchor.y() ? Direction::north : Direction::south)
+                                                      : (at.x() > anchor.x() ? Direction::west : Direction::east);
+            towards_child = opposite(up);
+            t = at;
+            at = ask_.grid.neighbour(at, up);
+            holder = facts_.held.find(MeshFacts::key(id, ask_.grid.index_of(at)));
+        }
+        if (holder == facts_.held.end()) return report::Cause::late; // the record itself has not arrived
+        if (!ask_.blooms) return report::Cause::no_bloom;
+        if ((holder->second & splat::Mark::refused(towards_child)) != 0) return report::Cause::channel_full;
+        bool const arriving = facts_.copies_under_way.count(MeshFacts::key(id, ask_.grid.index_of(t))) != 0;
+        if ((holder->second & splat::Mark::shared(towards_child)) != 0 && !arriving) return report::Cause::storage_full;
+        return report::Cause::late;
+    }
+
+    LossQuestion ask_;
+    RecordTable const& records_;
+    MeshFacts const& facts_;
+};
+
+} // namespace tilemesh::render

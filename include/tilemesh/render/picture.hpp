@@ -1,0 +1,102 @@
+#pragma once
+#include <cstdint>
+#include <tilemesh/render/frame_layout.hpp>
+#include <tilemesh/render/setup_facts.hpp>
+#include <tilemesh/report/frame_report.hpp>
+#include <tilemesh/report/image.hpp>
+#include <type_traits>
+#include <utility>
+
+namespace tilemesh {
+
+/// A picture and what it took.
+struct RenderedFrame {
+    report::Image image;
+    report::Plane depth; ///< view z in world units, 0 where nothing is; empty unless the setup's pixels have it (WithDepth)
+    report::Plane alpha; ///< share of the pixel that is covered; empty unless the setup's pixels have it (WithAlpha)
+    report::FrameReport report;
+};
+
+namespace render {
+
+/// Gives every tile the pixels it owns, black.
+template <class P, class M>
+void size_framebuffers(M& mesh, splat::Tiling const& tiling, Extent2 size)
+{
+    splat::Camera frame{};
+    frame.width = size.width;
+    frame.height = size.height;
+    auto const grid = mesh.grid();
+    for (std::uint32_t t = 0; t < grid.size(); ++t) {
+        auto const rect = splat::pixels_of(tiling, frame, grid.tile(t));
+        auto framebuffer = mesh.template state<splat::Framebuffer<P>>(grid.tile(t));
+        framebuffer.truncate(0);
+        for (std::uint32_t n = rect.empty() ? 0 : (rect.x1 - rect.x0) * (rect.y1 - rect.y0); n > 0; --n)
+            framebuffer.unchecked_push(P::Pixel::make(splat::nothing_blended));
+    }
+}
+
+namespace detail {
+/// Rows of floats, shown as a machine with 8 bits a channel would.
+inline void round_to_levels(float* rgb, std::uint32_t floats) noexcept
+{
+    for (std::uint32_t i = 0; i < floats; ++i) rgb[i] = static_cast<float>(splat::Rgbx8Pixel::level(rgb[i])) / 255.0f;
+}
+inline void show(splat::FloatPixel const& p, std::uint32_t x, std::uint32_t y, RenderedFrame& to) noexcept
+{
+    for (std::uint32_t c = 0; c < 3; ++c) to.image.pixel(x, y)[c] = p.rgb[c];
+}
+inline void show(splat::Rgbx8Pixel const& p, std::uint32_t x, std::uint32_t y, RenderedFrame& to) noexcept
+{
+    for (std::uint32_t c = 0; c < 3; ++c) to.image.pixel(x, y)[c] = static_cast<float>(p.word >> (8 * c) & 255u) / 255.0f;
+}
+template <class Colour>
+void show(splat::WithDepth<Colour> const& p, std::uint32_t x, std::uint32_t y, RenderedFrame& to) noexcept
+{
+    show(p.colour, x, y, to);
+    if (to.depth.width != 0) to.depth.at(x, y) = p.depth;
+}
+template <class Colour>
+void show(splat::WithAlpha<Colour> const& p, std::uint32_t x, std::uint32_t y, RenderedFrame& to) noexcept
+{
+    show(p.colour, x, y, to);
+    if (to.alpha.width != 0) to.alpha.at(x, y) = p.alpha;
+}
+} // namespace detail
+
+/// The tiles' framebuffers as one picture, on all threads of the mesh; its planes are those that the setup has.
+template <class P, class M>
+void collect_picture(M& mesh, SetupFacts const& facts, splat::Tiling const& tiling, splat::Camera const& camera, RenderedFrame& to)
+{
+    auto const size = [&](auto& plane, bool wanted) {
+        if (!wanted)
+            plane = {};
+        else if (plane.width != camera.width || plane.height != camera.height)
+            plane = std::remove_reference_t<decltype(plane)>(camera.width, camera.height);
+    };
+    size(to.image, true);
+    size(to.depth, facts.has_depth);
+    size(to.alpha, facts.has_alpha);
+    // Where the host blends floats for a machine that stores levels, they are rounded here.
+    bool const round = facts.colour == ColourFormat::rgbx8 && std::is_same_v<splat::ColourOf<typename P::Pixel>, splat::FloatPixel>;
+    mesh.on_threads([&](std::uint32_t thread, std::uint32_t threads) {
+        auto const tiles = std::uint64_t{tiling.rows} * tiling.columns;
+        for (auto t = tiles * thread / threads; t < tiles * (thread + 1) / threads; ++t) {
+            auto const tile = TileId::at(static_cast<std::uint32_t>(t % tiling.columns), static_cast<std::uint32_t>(t / tiling.columns));
+            auto const rect = splat::pixels_of(tiling, camera, tile);
+            auto const framebuffer = std::as_const(mesh).template state<splat::Framebuffer<P>>(tile);
+            auto const* row = framebuffer.begin();
+            auto const width = rect.x1 - rect.x0;
+            for (auto y = rect.y0; y < rect.y1; ++y, row += width) {
+                if constexpr (std::is_same_v<typename P::Pixel, splat::FloatPixel>)
+                    __builtin_memcpy(to.image.pixel(rect.x0, y), row, width * sizeof(splat::FloatPixel));
+                else
+                    for (auto x = rect.x0; x < rect.x1; ++x) detail::show(row[x - rect.x0], x, y, to);
+                if (round) detail::round_to_levels(to.image.pixel(rect.x0, y), 3 * width);
+            }
+        }
+    });
+}
+
+} // namespace render
+} // namespace tilemesh

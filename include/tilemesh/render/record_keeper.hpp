@@ -1,0 +1,201 @@
+#pragma once
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <tilemesh/error.hpp>
+#include <tilemesh/render/frame_layout.hpp>
+#include <tilemesh/render/host_form.hpp>
+#include <tilemesh/render/record_table.hpp>
+#include <tilemesh/render/screen_cache.hpp>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace tilemesh::render {
+
+/// Puts a map's records onto a mesh and knows which of them are nowhere on it: the host's side of the protocol in which records keep their
+/// tiles from frame to frame.
+///
+/// With routing: `load_all` once, then in a new view `load` for the records that a frame handed back. Without routing: `place` in each new
+/// view. After a frame `set_missing` with what the list of losses found, then `recall_copies` of these. Every row is on the mesh once, or
+/// among `missing()`, or (without routing) parked.
+///
+/// `P` is a set of policies; every member takes the mesh, which must be between runs.
+template <class P>
+class RecordKeeper {
+public:
+    static constexpr bool by_reference = std::is_same_v<typename P::Record, splat::Reference>;
+
+    /// `cache`: the host's table, where tiles hold references to it.
+    RecordKeeper(RecordTable const& records, ScreenCache* cache) : records_(records), cache_(cache) {}
+
+    /// Rows that are nowhere on the mesh, in order.
+    std::vector<std::uint32_t> const& missing() const noexcept { return missing_; }
+    void set_missing(std::vector<std::uint32_t> rows) { missing_ = std::move(rows); }
+    /// Rows with nothing on screen that stay with the host: without routing.
+    std::uint64_t parked() const noexcept { return parked_; }
+    /// Tiles from (0, 0) that hold pixels, or may hold records.
+    Extent2 occupied() const noexcept { return occupied_; }
+
+    /// f(tile) for every tile that may hold anything.
+    template <class F>
+    void for_each_tile(F const& f) const
+    {
+        for (std::uint32_t y = 0; y < occupied_.height; ++y)
+            for (std::uint32_t x = 0; x < occupied_.width; ++x) f(TileId::at(x, y));
+    }
+    /// From now on the machine runs these tiles, and those that were occupied before; the others are idle.
+    template <class M>
+    void occupy(M& mesh, std::uint32_t columns, std::uint32_t rows)
+    {
+        if (columns <= occupied_.width && rows <= occupied_.height) return;
+        occupied_ = {std::max(columns, occupied_.width), std::max(rows, occupied_.height)};
+        mesh.run_within(0, 0, occupied_.width, occupied_.height);
+    }
+
+    /// Begins with a mesh that is empty. With routing all records go onto it; throws Error where its storage, of `slots` a tile, has no
+    /// room for them.
+    template <class M>
+    void begin(M& mesh, splat::Tiling const& tiling, std::uint32_t slots)
+    {
+        occupied_ = {};
+        occupy(mesh, tiling.columns, tiling.rows);
+        missing_.clear();
+        parked_ = 0;
+        if constexpr (P::routes) load_all(mesh, tiling, slots);
+    }
+
+    /// Puts the missing records onto the mesh: in order, an even share a tile of the picture; a tile that is full passes its share on,
+    /// to the tiles beyond the picture where need be. Those that find no room stay missing. `rendered`: frames have been, so that a tile
+    /// may hold a copy of a missing record, which becomes the record.
+    template <class M>
+    void load(M& mesh, splat::Tiling const& tiling, bool rendered)
+    {
+        auto const grid = mesh.grid();
+        auto const in_picture = tiling.columns * tiling.rows;
+        auto const share = (missing_.size() + in_picture - 1) / in_picture;
+        std::size_t next = 0;
+        auto const fill = [&](TileId tile, std::size_t most) {
+            auto storage = mesh.template state<splat::Storage<P>>(tile);
+            auto marks = mesh.template state<splat::Marks<P>>(tile);
+            auto splats = mesh.template state<splat::Splats<P>>(tile);
+            for (std::size_t n = 0; n < most && next < missing_.size(); ++n, ++next) {
+                auto const row = missing_[next];
+                auto const g = record_of(row);
+                if constexpr (by_reference) cache_->put(row);
+                ++mesh.template state<splat::Counts>(tile).changes;
+                auto const copy = rendered ? splat::find(marks, g.id) : splat::no_slot;
+                if (copy != splat::no_slot) { // left behind when its record found no room
+                    storage[copy] = g;
+                    marks[copy].bits &= ~splat::Mark::copy;
+                    continue;
+                }
+                if (!storage.try_push(g)) return;
+                occupy(mesh, tile.x() + 1, tile.y() + 1);
+                marks.unchecked_push({g.id, 0});
+                splats.unchecked_push(entry_of(row, {}));
+            }
+        };
+        for (std::uint32_t i = 0; i < in_picture && next < missing_.size(); ++i)
+            fill(TileId::at(i % tiling.columns, i / tiling.columns), share);
+        for (std::uint32_t t = 0; t < grid.size() && next < missing_.size(); ++t) fill(grid.tile(t), missing_.size());
+        missing_.erase(missing_.begin(), missing_.begin() + static_cast<std::ptrdiff_t>(next));
+    }
+
+    /// Without routing: puts the records that have something on screen onto their anchor tiles, in order. A record that finds its tile
+    /// full is missing, and one with nothing on screen stays with the host.
+    template <class M>
+    void place(M& mesh, splat::View const& view, splat::Tiling const& tiling)
+    {
+        for_each_tile([&](TileId tile) {
+            mesh.template state<splat::Storage<P>>(tile).truncate(0);
+            mesh.template state<splat::Marks<P>>(tile).truncate(0);
+            mesh.template state<splat::Splats<P>>(tile).truncate(0);
+            mesh.template state<splat::Counts>(tile).changes = 1;
+        });
+        missing_.clear();
+        parked_ = 0;
+        for (std::uint32_t row = 0; row < records_.rows(); ++row) {
+            auto const s = by_reference ? (*cache_)[row] : records_.project(row, view, tiling);
+            if (!s.visible()) {
+                ++parked_;
+                continue;
+            }
+            auto const g = record_of(row);
+            if (!mesh.template state<splat::Storage<P>>(s.anchor).try_push(g)) {
+                missing_.push_back(row);
+                continue;
+            }
+            splat::MarkOf<P> mark{};
+            mark.id = g.id;
+            mesh.template state<splat::Marks<P>>(s.anchor).unchecked_push(mark);
+            mesh.template state<splat::Splats<P>>(s.anchor).unchecked_push(entry_of(row, s));
+        }
+    }
+
+    /// Takes the copies of missing records off the tiles; true when there were any.
+    template <class M>
+    bool recall_copies(M& mesh)
+    {
+        if (missing_.empty()) return false;
+        std::vector<splat::GaussianId> ids;
+        for (auto row : missing_) ids.push_back(records_.id(row));
+        std::sort(ids.begin(), ids.end());
+        bool any = false;
+        auto const is_orphan = [&](auto const& mark) {
+            return mark.is(splat::Mark::copy) && std::binary_search(ids.begin(), ids.end(), mark.id);
+        };
+        for_each_tile([&](TileId tile) {
+            auto const seen = std::as_const(mesh).template state<splat::Marks<P>>(tile);
+            if (std::none_of(seen.begin(), seen.end(), is_orphan)) return;
+            auto storage = mesh.template state<splat::Storage<P>>(tile);
+            auto marks = mesh.template state<splat::Marks<P>>(tile);
+            auto splats = mesh.template state<splat::Splats<P>>(tile);
+            for (std::uint32_t i = storage.size(); i-- > 0;)
+                if (is_orphan(marks[i])) {
+                    splat::remove_slot(storage, marks, splats, i);
+                    ++mesh.template state<splat::Counts>(tile).changes;
+                    any = true;
+                }
+        });
+        return any;
+    }
+
+private:
+    template <class M>
+    void load_all(M& mesh, splat::Tiling const& tiling, std::uint32_t slots)
+    {
+        missing_.resize(records_.rows());
+        for (std::uint32_t i = 0; i < records_.rows(); ++i) missing_[i] = i;
+        load(mesh, tiling, false);
+        auto const tiles = mesh.grid().size();
+        if (!missing_.empty())
+            throw Error("a map of " + std::to_string(records_.rows()) + " Gaussians (" + std::to_string(tiles) + " tiles of " +
+                        std::to_string(slots) + " slots hold " + std::to_string(std::uint64_t{tiles} * slots) +
+                        "); choose more slots or a larger machine");
+    }
+    /// What tiles hold for a row, and for its splat.
+    typename P::Record record_of(std::uint32_t row) const noexcept
+    {
+        if constexpr (by_reference)
+            return {records_.id(row), row};
+        else
+            return records_.template record<typename P::Record>(row);
+    }
+    typename P::Projected entry_of([[maybe_unused]] std::uint32_t row, [[maybe_unused]] splat::Splat const& s) const noexcept
+    {
+        if constexpr (by_reference)
+            return {row};
+        else
+            return s;
+    }
+
+    RecordTable const& records_;
+    ScreenCache* cache_;
+    std::vector<std::uint32_t> missing_;
+    std::uint64_t parked_ = 0;
+    Extent2 occupied_{};
+};
+
+} // namespace tilemesh::render

@@ -1,0 +1,96 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <tilemesh/error.hpp>
+#include <tilemesh/scene/map.hpp>
+#include <tilemesh/scene/records.hpp>
+#include <tilemesh/splat/project_all.hpp>
+#include <type_traits>
+#include <unordered_set>
+#include <utility>
+#include <vector>
+
+namespace tilemesh::render {
+
+/// A map's records on the host, by rows: Gaussians and, where the map has some, harmonics of one degree. The degree is a value, so that
+/// maps of all degrees share their code.
+class RecordTable {
+public:
+    /// `degree`: what a record of the setup holds. Throws Error where the map has a higher degree, coefficients are missing, or two
+    /// Gaussians have one id or one has the id 0.
+    RecordTable(scene::Map const& map, std::uint32_t degree) : gaussians_(map.gaussians), degree_(map.sh_degree)
+    {
+        if (map.sh_degree > degree)
+            throw Error("a map with view-dependent colour of degree " + std::to_string(map.sh_degree) +
+                        " (the setup's records hold degree " + std::to_string(degree) +
+                        "); render it with fit_renderer or a Fitted<Lossless, " + std::to_string(map.sh_degree) +
+                        "> setup, or give up the rest with scene::at_degree");
+        scene::detail::require_harmonics(map);
+        harmonics_ = map.harmonics;
+        std::unordered_set<splat::GaussianId> ids;
+        ids.reserve(gaussians_.size());
+        for (auto const& g : gaussians_)
+            if (!ids.insert(g.id).second || g.id == splat::GaussianId::none)
+                throw Error("two Gaussians with id " + std::to_string(static_cast<std::uint32_t>(g.id)) +
+                            ", or an id of 0 (a record is known by its id); number them from 1");
+    }
+
+    std::uint32_t rows() const noexcept { return static_cast<std::uint32_t>(gaussians_.size()); }
+    std::uint32_t sh_degree() const noexcept { return degree_; }
+    std::span<splat::Gaussian const> gaussians() const noexcept { return gaussians_; }
+    splat::GaussianId id(std::uint32_t row) const noexcept { return gaussians_[row].id; }
+
+    /// Row `row` as a record that the machine stores, Gaussian or ShadedGaussian; coefficients that the map lacks are zero.
+    template <class Record>
+    Record record(std::uint32_t row) const noexcept
+    {
+        Record g{};
+        static_cast<splat::Gaussian&>(g) = gaussians_[row];
+        if constexpr (Record::sh_degree > 0)
+            for (std::size_t i = 0; i < floats_a_row(); ++i) g.harmonics[i] = harmonics_of(row)[i];
+        return g;
+    }
+
+    /// Row `row` as a tile that holds its record would project it.
+    splat::Splat project(std::uint32_t row, splat::View const& view, splat::Tiling const& tiling) const noexcept
+    {
+        auto s = splat::project(gaussians_[row], view, tiling);
+        if (s.visible() && !shade(row, view, s)) s = {};
+        return s;
+    }
+    /// The same for n rows from `first` on, several at once.
+    void project(std::uint32_t first, std::uint32_t n, splat::View const& view, splat::Tiling const& tiling,
+                 splat::Splat* out) const noexcept
+    {
+        splat::project_all(gaussians_.data() + first, n, view, tiling, out);
+        if (degree_ == 0) return;
+        for (std::uint32_t i = 0; i < n; ++i)
+            if (out[i].visible() && !shade(first + i, view, out[i])) out[i] = {};
+    }
+
+private:
+    std::size_t floats_a_row() const noexcept { return 3 * std::size_t{splat::harmonics_per_channel(degree_)}; }
+    float const* harmonics_of(std::uint32_t row) const noexcept { return harmonics_.data() + row * floats_a_row(); }
+    bool shade(std::uint32_t row, splat::View const& view, splat::Splat& s) const noexcept
+    {
+        auto const& g = gaussians_[row];
+        switch (degree_) {
+        case 1:
+            return splat::detail::shade<1>(g, harmonics_of(row), view, s);
+        case 2:
+            return splat::detail::shade<2>(g, harmonics_of(row), view, s);
+        case 3:
+            return splat::detail::shade<3>(g, harmonics_of(row), view, s);
+        default:
+            return true;
+        }
+    }
+
+    std::vector<splat::Gaussian> gaussians_;
+    std::vector<float> harmonics_;
+    std::uint32_t degree_;
+};
+
+} // namespace tilemesh::render

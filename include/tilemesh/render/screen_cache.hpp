@@ -1,0 +1,94 @@
+#pragma once
+#include <algorithm>
+#include <cstdint>
+#include <tilemesh/render/host_form.hpp>
+#include <tilemesh/render/record_table.hpp>
+#include <vector>
+
+namespace tilemesh::render {
+
+/// The host's table of a map's records in one view: each is projected once, whatever number of tiles has it.
+///
+/// `project` is called by one thread or by several, each for rows of its own, for each new view; then `point` gives the
+/// tiles what they read. Cost: 77 bytes a record beside the record.
+class ScreenCache {
+public:
+    ScreenCache() = default;
+    explicit ScreenCache(std::uint32_t rows)
+        : splats_(rows), touched_(rows), depths_(rows), standings_(rows, splat::Standing::moved | splat::Standing::appeared)
+    {
+    }
+    splat::Splat const& operator[](std::uint32_t row) const noexcept { return splats_[row]; }
+    std::uint32_t rows() const noexcept { return static_cast<std::uint32_t>(splats_.size()); }
+
+    /// Projects the rows [first, last) of `records` and says how each stands against the view of the last call; `first_view`: against
+    /// none. The parameters' type may change what is projected (`Access::adjust`).
+    template <class Parameters>
+    void project(RecordTable const& records, std::uint32_t first, std::uint32_t last, splat::View const& view,
+                 splat::Tiling const& tiling, bool first_view, Parameters const& parameters) noexcept
+    {
+        constexpr std::uint32_t at_once = 256; // their splats are still in the nearest cache when they are looked at
+        for (std::uint32_t from = first; from < last; from += at_once) {
+            auto const to = std::min(from + at_once, last);
+            records.project(from, to - from, view, tiling, splats_.data() + from);
+            splat::Access<Parameters>::adjust(parameters, view, tiling, splats_.data() + from, to - from);
+            compare(from, to, tiling, first_view);
+        }
+    }
+    /// The host puts this row onto the mesh: its tile must look at it in this view.
+    void put(std::uint32_t row) noexcept { standings_[row] |= splat::Standing::moved | splat::Standing::appeared; }
+
+    /// Tells the tiles where the table is.
+    void point(splat::TableParameters& p) const noexcept
+    {
+        p.splats = splat::HostPointer<splat::Splat>(splats_.data());
+        p.touched = splat::HostPointer<splat::Touched>(touched_.data());
+        p.standings = splat::HostPointer<std::uint8_t>(standings_.data());
+        p.depths = splat::HostPointer<std::uint32_t>(depths_.data());
+    }
+
+private:
+    void compare(std::uint32_t from, std::uint32_t to, splat::Tiling const& tiling, bool first_view) noexcept
+    {
+        for (auto row = from; row < to; ++row) {
+            auto const& s = splats_[row];
+            std::uint32_t depth;
+            __builtin_memcpy(&depth, &s.depth, sizeof depth);
+            depths_[row] = depth;
+            bool const shows = s.visible();
+            auto& old = touched_[row];
+            bool const same = !first_view && shows == (old.visible != 0) && (!shows || stays(old, s, tiling));
+            if (same) {
+                standings_[row] = shows ? splat::Standing::visible : 0;
+                continue;
+            }
+            standings_[row] =
+                static_cast<std::uint8_t>(splat::Standing::moved | (shows ? splat::Standing::visible : 0) |
+                                          (first_view || shows != (old.visible != 0) ? splat::Standing::appeared : 0));
+            if (shows) {
+                auto const range = splat::tiles_of(s, tiling);
+                old = {range.first, range.last, s.anchor, 1};
+            } else {
+                old = {};
+            }
+        }
+    }
+    /// Does a visible splat touch the same tiles as before, with the same anchor? No division.
+    static bool stays(splat::Touched const& old, splat::Splat const& s, splat::Tiling const& tiling) noexcept
+    {
+        auto const r = s.rect();
+        auto const within = [](std::uint32_t px, std::uint32_t tile, std::uint32_t size) {
+            return px - tile * size < size ? 1u : 0u;
+        };
+        return (within(r.x0, old.first.x(), tiling.tile_width) & within(r.x1 - 1, old.last.x(), tiling.tile_width) &
+                within(r.y0, old.first.y(), tiling.tile_height) & within(r.y1 - 1, old.last.y(), tiling.tile_height) &
+                (s.anchor == old.anchor ? 1u : 0u)) != 0;
+    }
+
+    std::vector<splat::Splat> splats_;
+    std::vector<splat::Touched> touched_;
+    std::vector<std::uint32_t> depths_;
+    std::vector<std::uint8_t> standings_;
+};
+
+} // namespace tilemesh::render

@@ -1,0 +1,150 @@
+#pragma once
+#include <cstdint>
+#include <string>
+#include <tilemesh/engine/mesh_sizes.hpp>
+#include <tilemesh/error.hpp>
+#include <tilemesh/render/setup_facts.hpp>
+#include <vector>
+
+namespace tilemesh::render {
+
+/// A setup that is put together at run time, of the library's policies: its facts, and its ledger to the byte, without an instantiation
+/// for each combination.
+struct SetupChoice {
+    char const* name = "";
+    MachineSize machine{};
+    splat::Sizes sizes{};
+    bool holds = true;              ///< `Hold`, or `Drop`
+    bool carried = true;            ///< `Carried`, or `Recomputed`
+    bool reusable = true;           ///< `WorldCopies`, or `ScreenCopies`
+    bool routes = true, blooms = true;
+    std::uint32_t sh_degree = 0;    ///< of a record, 0 to 3
+    ColourFormat colour = ColourFormat::float32;
+    bool depth = false, alpha = false;
+    splat::Model model{};           ///< the picture's rules
+};
+/// A setup of the library's policies as a choice, to be changed.
+template <class S>
+constexpr SetupChoice choice_of() noexcept
+{
+    using Colour = splat::ColourOf<typename S::Pixel>;
+    static_assert(splat::is_known_colour<typename S::Pixel>, "a setup with pixels of its own (a choice knows FloatPixel and Rgbx8Pixel); "
+                                                             "ask facts_of<S>()");
+    return {S::name,
+            size_of_machine<typename S::Machine>(),
+            S::sizes,
+            S::Saturation::holds,
+            S::Addressing::carried,
+            S::Copies::reusable,
+            S::routes,
+            S::blooms,
+            S::Record::sh_degree,
+            std::is_same_v<Colour, splat::FloatPixel> ? ColourFormat::float32 : ColourFormat::rgbx8,
+            S::Pixel::has_depth,
+            S::Pixel::has_alpha,
+            model_of<S>()};
+}
+
+constexpr std::uint32_t record_bytes(std::uint32_t sh_degree) noexcept
+{
+    return static_cast<std::uint32_t>(sizeof(splat::Gaussian)) + 12 * splat::harmonics_per_channel(sh_degree);
+}
+static_assert(record_bytes(1) == sizeof(splat::ShadedGaussian<1>) && record_bytes(3) == sizeof(splat::ShadedGaussian<3>));
+
+constexpr splat::FrameWords words_of(SetupChoice const& c) noexcept
+{
+    auto const record = record_bytes(c.sh_degree);
+    auto const mark = static_cast<std::uint32_t>(c.routes || c.blooms ? sizeof(splat::Mark) : sizeof(splat::AnchorMark));
+    return {record, record + (c.carried ? static_cast<std::uint32_t>(sizeof(TileId)) : 0u),
+            c.reusable ? record : static_cast<std::uint32_t>(sizeof(splat::ScreenCopy)),
+            (c.colour == ColourFormat::rgbx8 ? 4u : 12u) + (c.depth ? 4u : 0u) + (c.alpha ? 4u : 0u),
+            splat::slot_list_bytes(c.sizes.lists_fit, mark)};
+}
+
+/// The ledger of a choice: the lines of `Tile<Machine, Frame<S>, S>::ledger()` for the setup S that says the same.
+inline std::vector<Region> ledger_of(SetupChoice const& c)
+{
+    auto const words = words_of(c);
+    std::vector<Region> lines;
+    auto const list = [](std::uint32_t slots, std::uint32_t bytes) { return 8 + slots * bytes; };
+    auto const add = [&](char const* name, char const* what, std::uint64_t bytes, bool budgeted = true) {
+        lines.push_back({{name, tilemesh::detail::length(name)}, what, static_cast<std::uint32_t>(bytes), budgeted});
+    };
+    auto const road = 8 * list(c.sizes.road, words.road_message), beam = 8 * list(c.sizes.beam, words.beam_message);
+    bool const shared = c.sizes.one_channel_memory && c.routes && c.blooms;
+    using Names = splat::PoliciesOf<splat::Lossless>;
+    if (c.routes) add(splat::Road<Names>::name, "channel, 8 ends", road);
+    if (c.blooms) add(splat::Beam<Names>::name, "channel, 8 ends", shared ? (beam > road ? beam - road : 0) : beam);
+    bool const fit = c.sizes.lists_fit;
+    auto const mark = static_cast<std::uint32_t>(c.routes || c.blooms ? sizeof(splat::Mark) : sizeof(splat::AnchorMark));
+    add(splat::Storage<Names>::name, "state", list(c.sizes.storage, words.record));
+    add(splat::Marks<Names>::name, "state", list(c.sizes.storage, mark), fit);
+    add(splat::Splats<Names>::name, "state", list(c.sizes.storage, sizeof(splat::Splat)), fit);
+    if (c.routes) add(splat::Traffic::name, "state", sizeof(splat::Traffic));
+    if (c.blooms) add(splat::Debts::name, "state", sizeof(splat::Debts));
+    add(splat::Counts::name, "state", sizeof(splat::Counts));
+    if (c.routes && c.holds) {
+        add(splat::Waiting<Names, 0>::name, "state", list(c.sizes.waiting, words.road_message));
+        add(splat::Waiting<Names, 1>::name, "state", list(c.sizes.waiting, words.road_message));
+    }
+    add(splat::Order<Names>::name, "state", list(c.sizes.storage, sizeof(splat::SortKey)), fit);
+    add(splat::Framebuffer<Names>::name, "state", list(c.sizes.tile_pixels, words.pixel));
+    add(splat::Work::name, "state", sizeof(splat::Work));
+    add(splat::FrameParameters::name, "broadcast", sizeof(splat::FrameParameters));
+    add("code and stacks", "reserve", c.machine.code_bytes);
+    return lines;
+}
+inline std::uint64_t sram_bytes_of(SetupChoice const& c)
+{
+    std::uint64_t sum = 0;
+    for (auto const& line : ledger_of(c)) sum += line.budgeted ? line.bytes : 0;
+    return sum;
+}
+
+/// The facts of a choice. Throws Error where it does not fit into its machine's SRAM, or holds without FIFOs.
+inline SetupFacts facts_of(SetupChoice const& c)
+{
+    auto const words = words_of(c);
+    SetupFacts f{c.name,
+                 c.machine,
+                 c.sizes,
+                 {c.holds ? 1u : 0u, c.carried ? 1u : 0u, c.reusable ? 1u : 0u, words.road_message, words.beam_message},
+                 c.sh_degree,
+                 words.record,
+                 c.colour,
+                 c.depth,
+                 c.alpha,
+                 c.model,
+                 sram_bytes_of(c),
+                 ledger_of(c)};
+    if (f.sram_bytes > c.machine.sram_bytes) throw does_not_fit(c.machine, f.ledger, f.sram_bytes);
+    if (c.routes && c.holds && c.sizes.waiting == 0) throw Error(detail::needs_fifos);
+    return f;
+}
+
+/// The choice cut to what a scene needs: records of another degree, and without routing or bloom where they have nothing to do, in the
+/// same bytes of SRAM (`splat::Fitted`).
+constexpr SetupChoice fitted(SetupChoice c, std::uint32_t degree, bool routes, bool blooms) noexcept
+{
+    auto const before = words_of(c);
+    std::uint32_t const freed = (c.routes && !routes ? splat::routing_bytes(c.sizes, before, c.holds) : 0) +
+                                (c.blooms && !blooms ? splat::bloom_bytes(c.sizes, before) : 0);
+    c.sh_degree = degree;
+    c.routes = routes;
+    c.blooms = blooms;
+    c.sizes = splat::refitted(c.sizes, before, words_of(c), freed);
+    return c;
+}
+/// With planes beside the colours, for which storage gives up slots where the SRAM has no room.
+inline SetupChoice with_planes(SetupChoice c, bool depth, bool alpha)
+{
+    auto const before = words_of(c);
+    auto const used = sram_bytes_of(c);
+    c.depth = depth;
+    c.alpha = alpha;
+    auto const room = c.machine.sram_bytes > used ? c.machine.sram_bytes - used : 0;
+    c.sizes = splat::with_pixels_of(c.sizes, before, words_of(c).pixel, room);
+    return c;
+}
+
+} // namespace tilemesh::render

@@ -1,0 +1,105 @@
+#pragma once
+#include <cstdint>
+#include <string>
+#include <tilemesh/engine/mesh_sizes.hpp>
+#include <tilemesh/render/host_form.hpp>
+#include <vector>
+
+namespace tilemesh::render {
+
+/// How a pixel's colour is stored on the machine.
+enum class ColourFormat : std::uint32_t { float32, rgbx8, own };
+
+/// What a renderer must know of a setup, as a value: renderers of setups that share their policies share their code.
+struct SetupFacts {
+    char const* name;
+    MachineSize machine;
+    splat::Sizes sizes;
+    splat::FrameRules rules;
+    std::uint32_t sh_degree;    ///< of a record
+    std::uint32_t record_bytes;
+    ColourFormat colour;
+    bool has_depth, has_alpha;
+    splat::Model model;         ///< the picture's rules that the setup begins with
+    std::uint64_t sram_bytes;   ///< of a tile, all that counts
+    std::vector<Region> ledger; ///< of a tile
+};
+
+/// The picture's rules of a setup.
+template <class S>
+constexpr splat::Model model_of() noexcept
+{
+    splat::Model m;
+    m.footprint = S::footprint;
+    m.alpha_max = S::alpha_max;
+    m.transmittance_min = S::transmittance_min;
+    m.arithmetic = S::arithmetic;
+    return m;
+}
+
+namespace detail {
+template <class S>
+SetupFacts facts_with(splat::Sizes const& sizes)
+{
+    using Pixel = splat::ColourOf<typename S::Pixel>;
+    using Ledger = SramLedger<splat::Frame<S>>;
+    constexpr auto words = splat::frame_words<S>();
+    constexpr auto machine = size_of_machine<typename S::Machine>();
+    SetupFacts f{};
+    f.name = S::name;
+    f.machine = machine;
+    f.sizes = sizes;
+    f.rules = splat::rules_of<S>();
+    f.sh_degree = S::Record::sh_degree;
+    f.record_bytes = words.record;
+    f.colour = std::is_same_v<Pixel, splat::FloatPixel>   ? ColourFormat::float32
+               : std::is_same_v<Pixel, splat::Rgbx8Pixel> ? ColourFormat::rgbx8
+                                                          : ColourFormat::own;
+    f.has_depth = S::Pixel::has_depth;
+    f.has_alpha = S::Pixel::has_alpha;
+    f.model = model_of<S>();
+    f.sram_bytes = Ledger::bytes(machine, sizes);
+    auto const lines = Ledger::lines(machine, sizes);
+    f.ledger.assign(lines.begin(), lines.end());
+    return f;
+}
+inline constexpr char needs_fifos[] = "a setup that holds needs FIFOs (without one no credit is ever given and nothing moves); give "
+                                      "Sizes::waiting room for at least one message";
+} // namespace detail
+
+/// The facts of a setup with its own sizes. A setup that does not fit into its machine's SRAM does not compile.
+template <class S>
+SetupFacts facts_of()
+{
+    static_assert(Tile<typename S::Machine, splat::Frame<S>, S>::bytes <= S::Machine::sram_bytes);
+    static_assert(!S::routes || !S::Saturation::holds || S::sizes.waiting >= 1,
+                  "a setup that holds needs FIFOs (without one no credit is ever given and nothing moves); give Sizes::waiting "
+                  "room for at least one message");
+    static_assert(!splat::detail::names_slots<S>, "a setup that names storage_slots (its sizes are one value: it would change nothing); give "
+                                                  "it static constexpr Sizes sizes");
+    static_assert(S::Machine::workers >= 1 && S::Machine::workers <= splat::Work::max_workers,
+                  "a machine with more workers than Work counts for; raise Work::max_workers");
+    return detail::facts_with<S>(S::sizes);
+}
+/// The facts of a setup with other sizes. Throws Error, with the same sentences, where they do not fit.
+template <class S>
+SetupFacts facts_of(splat::Sizes const& sizes)
+{
+    require_fit<splat::Frame<S>>(size_of_machine<typename S::Machine>(), sizes);
+    if (S::routes && S::Saturation::holds && sizes.waiting == 0) throw Error(detail::needs_fifos);
+    return detail::facts_with<S>(sizes);
+}
+
+/// What a mesh that runs the frame of policies P is told: slots and bytes are those of the machine, whatever the host moves.
+template <class P>
+MeshSizes<splat::Frame<P>> mesh_sizes_of(SetupFacts const& facts)
+{
+    auto m = engine::detail::plain_sizes<splat::Frame<P>>(facts.machine, facts.sizes, typename Needs<splat::Frame<P>>::States{},
+                                                          typename Needs<splat::Frame<P>>::Links{});
+    if constexpr (P::routes) m.template link<splat::Road<P>>().message_bytes = facts.rules.road_bytes;
+    if constexpr (P::blooms) m.template link<splat::Beam<P>>().message_bytes = facts.rules.beam_bytes;
+    m.sram_bytes = facts.sram_bytes;
+    return m;
+}
+
+} // namespace tilemesh::render

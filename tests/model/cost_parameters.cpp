@@ -1,0 +1,416 @@
+// test: unoptimised asan, without tsan
+#include <algorithm>
+#include <doctest/doctest.h>
+#include <sstream>
+#include <tilemesh/model/cost_parameters.hpp>
+#include <tilemesh/splat/operations.hpp>
+#include <tilemesh/splat/projection.hpp>
+
+// The numbers of cost models: where they are from, and their text form.
+using namespace tilemesh;
+
+namespace {
+std::string written(CostModel const& m)
+{
+    std::ostringstream out;
+    write_cost_model(out, m);
+    return out.str();
+}
+CostModel read(std::string const& text)
+{
+    std::istringstream in(text);
+    return read_cost_model(in, "set.txt");
+}
+std::string refusal(std::string const& text)
+{
+    try {
+        read(text);
+    } catch (Error const& e) {
+        return e.what();
+    }
+    return "";
+}
+/// mk2() as a file, with its first `from` replaced.
+std::string changed(std::string const& from, std::string const& to)
+{
+    auto text = written(mk2());
+    auto const at = text.find(from);
+    REQUIRE(at != std::string::npos);
+    return text.replace(at, from.size(), to);
+}
+/// mk2() as a file, with other words where a parameter's line was.
+std::string with_line(std::string const& name, std::string const& line)
+{
+    auto text = written(mk2());
+    auto const at = text.find('\n' + name + ' ') + 1;
+    REQUIRE(at != 0);
+    return text.replace(at, text.find('\n', at) - at, line);
+}
+constexpr char const* parameters[] = {"clock",    "exchange_cost", "slot", "projection", "routed",
+                                      "copied",   "comparison",    "pair", "pixel",      "run",
+                                      "exchange", "exchange_byte", "sync", "vote"};
+constexpr std::uint32_t most_count = 0xffffffffu;
+
+/// A run of one superstep of one tile that did as much as can be counted, of all kinds.
+Trace most_of_all(std::size_t supersteps)
+{
+    Trace trace;
+    trace.kernels = {"everything"};
+    trace.operations = {{"a", "b", "c", "d", "e", "f", "g", "h"}};
+    TileSample tile{0, {}, {most_count, most_count, most_count, most_count}};
+    for (auto& n : tile.operations.count) n = most_count;
+    trace.supersteps.assign(supersteps, {0, true, most_count, true, {tile}});
+    return trace;
+}
+} // namespace
+
+TEST_CASE("cost parameters: mk2 has every number, with unit and source")
+{
+    auto const m = mk2();
+    REQUIRE(m.parameters.size() == std::size(parameters));
+    for (std::size_t i = 0; i < std::size(parameters); ++i) {
+        auto const& p = m.parameters[i];
+        CAPTURE(p.name);
+        CHECK(p.name == parameters[i]);
+        CHECK(!p.unit.empty());
+        auto const kind = p.source.substr(0, p.source.find(':'));
+        CHECK((kind == "document" || kind == "arithmetic" || kind == "guess"));
+    }
+    CHECK(m.parameters[0].value == m.clock_khz);
+    REQUIRE(m.prices.size() == std::size(splat::Operation::names)); // each that splatting counts
+    for (std::size_t i = 0; i < m.prices.size(); ++i) {
+        CHECK(m.prices[i].operation == splat::Operation::names[i]);
+        CHECK(m.parameters[2 + i].name == m.prices[i].operation);
+        CHECK(m.parameters[2 + i].value == m.prices[i].millicycles);
+    }
+    // What no document has says so.
+    CHECK(m.parameters[12].source.starts_with("guess"));
+    CHECK(m.parameters[13].source.starts_with("guess"));
+}
+
+TEST_CASE("cost parameters: mk2's numbers by hand")
+{
+    auto const m = mk2();
+    CHECK(m.name == "mk2");
+    CHECK(m.clock_khz == 1'325'000);
+    CHECK(m.exchange_cost == ExchangeCost::capacity);
+    CHECK(price_of(m, "slot") == 4 * 6000);         // 4 instructions in every 6th cycle
+    CHECK(price_of(m, "projection") == 753 * 6000); // 425 + 60 + 122 + 146
+    CHECK(price_of(m, "routed") == 60 * 6000);      // (175 + 3 * 66 + 107) / 8
+    CHECK(price_of(m, "copied") == 190 * 6000);     // (122 + 258) / 2
+    CHECK(price_of(m, "comparison") == 30 * 6000);
+    CHECK(price_of(m, "pair") == 27'059); // 18.4 / 0.68 = 27.0588
+    CHECK(price_of(m, "pixel") == 93'000);
+    CHECK(m.run_cycles == 20);
+    CHECK(m.exchange_cycles + m.sync_cycles == 300);
+    CHECK(m.sync_cycles == 150);
+    CHECK(m.vote_cycles == 2 * 320 + 76 + (4 * 76 + 25) * 6);
+    // Four channels of 24 KB arrive in the 24,000 cycles that are 18 us.
+    CHECK(model_detail::per_thousand(4 * 24'000, m.exchange_millicycles_a_byte) == 24'000);
+    CHECK(milliseconds(m, 24'000) == doctest::Approx(0.0181).epsilon(0.01));
+}
+
+namespace {
+/// What a projection does, counted: an arithmetic as splat/number.hpp describes it, of one float.
+struct Counting {
+    static inline std::uint32_t flops, roots, others;
+    struct Real {
+        float v;
+        friend Real operator+(Real a, Real b) { return flop(a.v + b.v); }
+        friend Real operator-(Real a, Real b) { return flop(a.v - b.v); }
+        friend Real operator*(Real a, Real b) { return flop(a.v * b.v); }
+        friend Real operator/(Real a, Real b) { return root(a.v / b.v); }
+        friend Real operator+(Real a, float b) { return flop(a.v + b); }
+        friend Real operator-(Real a, float b) { return flop(a.v - b); }
+        friend Real operator*(Real a, float b) { return flop(a.v * b); }
+        friend Real operator/(Real a, float b) { return root(a.v / b); }
+        friend Real operator*(float a, Real b) { return flop(a * b.v); }
+        friend Real operator/(float a, Real b) { return root(a / b.v); }
+        friend Real operator-(Real a) { return flop(-a.v); }
+        friend bool operator<(Real a, Real b) { return other(a.v < b.v); }
+        friend bool operator>(Real a, Real b) { return other(a.v > b.v); }
+        friend bool operator<=(Real a, Real b) { return other(a.v <= b.v); }
+        friend bool operator>=(Real a, Real b) { return other(a.v >= b.v); }
+    };
+    struct Word {
+        std::int32_t v;
+        friend Word operator+(Word a, std::int32_t b) { return other(Word{a.v + b}); }
+        friend Word operator-(Word a, std::int32_t b) { return other(Word{a.v - b}); }
+        friend Word operator&(Word a, std::int32_t b) { return other(Word{a.v & b}); }
+        friend Word operator|(Word a, Word b) { return other(Word{a.v | b.v}); }
+        friend Word operator>>(Word a, int by) { return other(Word{a.v >> by}); }
+        friend Word operator<<(Word a, int by) { return other(Word{a.v << by}); }
+        friend bool operator!=(Word a, std::int32_t b) { return other(a.v != b); }
+    };
+    using Mask = bool;
+    static constexpr std::uint32_t lanes = 2; // where one float leaves early or goes a rare way, lanes go on
+
+    static Real flop(float v)
+    {
+        ++flops;
+        return {v};
+    }
+    static Real root(float v)
+    {
+        ++roots;
+        return {v};
+    }
+    template <class X>
+    static X other(X x)
+    {
+        ++others;
+        return x;
+    }
+    static Real all(float v) { return {v}; }
+    template <class... Masks>
+    static Mask every(Masks... m)
+    {
+        return (... & m);
+    }
+    static Mask negation(Mask m) { return !m; }
+    static bool any(Mask m) { return m; }
+    static Real select(Mask m, Real yes, Real no) { return other(m ? yes : no); }
+    static Word keep(Mask m, Word v) { return other(m ? v : Word{0}); }
+    static Word bits(Real v) { return other(Word{__builtin_bit_cast(std::int32_t, v.v)}); }
+    static Real floats(Word v) { return other(Real{__builtin_bit_cast(float, v.v)}); }
+    static Real magnitude(Real v) { return other(Real{std::fabs(v.v)}); }
+    static Word truncate(Real v) { return other(Word{static_cast<std::int32_t>(v.v)}); }
+    static Real real(Word v) { return other(Real{static_cast<float>(v.v)}); }
+    static Real multiply_add(Real a, Real b, Real c)
+    {
+        ++flops;
+        return flop(std::fma(a.v, b.v, c.v));
+    }
+    static Real square_root(Real v) { return root(std::sqrt(v.v)); }
+    /// Its own steps (exponential.hpp): 9 fused, 3 others; 2 compares, 2 selects, a shift and an addition of words.
+    static Real exponential(Real v)
+    {
+        flops += 2 * 9 + 3;
+        others += 6;
+        return {splat::exponential(v.v)};
+    }
+};
+} // namespace
+
+TEST_CASE("cost parameters: a projection does what mk2 counts")
+{
+    splat::Camera camera{};
+    for (int i = 0; i < 3; ++i) camera.rotation[i][i] = 1;
+    camera.fx = camera.fy = 1000;
+    camera.cx = 640;
+    camera.cy = 360;
+    camera.near_depth = 0.2f;
+    camera.width = 1280;
+    camera.height = 720;
+    auto const view = splat::make_view(camera, splat::Model{});
+    auto const tiling = splat::make_tiling(1280, 720, 32, 20);
+    splat::Gaussian const g{{0.1f, 0.2f, 3},       {0.5f, 0.5f, 0.5f}, 0.8f,
+                            {1, 0.1f, 0.2f, 0.3f}, {-4, -4, -5},       splat::GaussianId{}};
+    splat::detail::GaussianWords<Counting> const words{{{g.mean_world[0]}, {g.mean_world[1]}, {g.mean_world[2]}},
+                                                       {{g.colour[0]}, {g.colour[1]}, {g.colour[2]}},
+                                                       {g.opacity},
+                                                       {{g.rotation[0]}, {g.rotation[1]}, {g.rotation[2]}, {g.rotation[3]}},
+                                                       {{g.log_scale[0]}, {g.log_scale[1]}, {g.log_scale[2]}}};
+    splat::detail::SplatWords<Counting> s{};
+    Counting::flops = Counting::roots = Counting::others = 0;
+    auto const outcome = splat::detail::project_words<Counting>(words, view, tiling, s);
+    REQUIRE(outcome.visible);
+    CHECK(static_cast<std::uint32_t>(s.anchor.v) == splat::project(g, view, tiling).anchor.packed);
+    CHECK(Counting::flops == KernelWork::projection_flops);
+    CHECK(Counting::roots == KernelWork::projection_roots);
+    CHECK(Counting::others == KernelWork::projection_others);
+}
+
+TEST_CASE("cost parameters: what is written is read back, and written alike")
+{
+    auto const m = mk2();
+    auto const text = written(m);
+    CHECK(read(text) == m);
+    CHECK(written(read(text)) == text);
+
+    auto other = m;
+    other.name = "a machine of 2 words";
+    set_parameter(other, "exchange_cost", 1, "fitted to Salad");
+    CHECK(other.exchange_cost == ExchangeCost::live);
+    // The bounds, and sources that look like something else.
+    set_parameter(other, "clock", 1, "#1");
+    set_parameter(other, "pair", most_millicycles, "a  b, (c); 7 kHz");
+    set_parameter(other, "sync", most_cycles, std::string(2048, 'x'));
+    set_parameter(other, "vote", 0, "M\xc3\xbcller 1984");
+    CHECK(read(written(other)) == other);
+    CHECK(read(written(other)) != m);
+
+    // However the stream prints numbers.
+    std::ostringstream hex;
+    hex << std::hex << std::showbase;
+    hex.width(40);
+    write_cost_model(hex, m);
+    CHECK(hex.str() == text);
+}
+
+TEST_CASE("cost parameters: any order, comments, empty lines, blanks, line ends")
+{
+    std::string text = "\n# a comment\n  model \t mk2 \r\n";
+    auto const m = mk2();
+    for (std::size_t i = m.parameters.size(); i-- > 0;) {
+        auto const& p = m.parameters[i];
+        auto const value = p.name == "exchange_cost" ? "capacity" : std::to_string(p.value);
+        text += "\t" + p.name + "   " + value + "\t" + p.unit + "  " + p.source + (i == 0 ? "" : " \r\n#\r\n");
+    }
+    auto reversed = m; // operations are listed in the order of the file
+    std::reverse(reversed.prices.begin(), reversed.prices.end());
+    std::reverse(reversed.parameters.begin() + 2, reversed.parameters.begin() + 9);
+    CHECK(read(text) == reversed);
+    CHECK(read(with_line("sync", "sync 007 cycles x")).sync_cycles == 7);
+    CHECK(read(with_line("sync", "sync 7 cycles a\tb")).parameters[12].source == "a b");
+}
+
+TEST_CASE("cost parameters: every refusal names the file and the line")
+{
+    auto const begins = [](std::string const& text, std::string const& begin) {
+        auto const said = refusal(text);
+        CAPTURE(said);
+        CHECK(said.starts_with("set.txt line " + begin));
+        CHECK(said.find('\n') == std::string::npos);
+        CHECK(said.find(" (") != std::string::npos);
+        CHECK(said.find("); ") != std::string::npos);
+    };
+    // Lines: 1 comment, 2 model, 3 clock, 4 exchange_cost, 5 slot, ..., 16 vote.
+    begins("", "0 ends the file (it holds no cost model)");
+    begins("# only this\n", "1 ends the file (it holds no cost model)");
+    begins("clock 1 kHz x\n", "1 begins no cost model");
+    begins("model\n", "1 names no model");
+    begins("model " + std::string(2049, 'm') + "\n", "1 names no model");
+    begins(changed("clock", "model b\nclock"), "3 names a second model");
+    begins(with_line("sync", "synch 1 cycles x"), "15 has an unknown parameter (\"synch\")");
+    begins(changed("slot", "clock 1 kHz x\nslot"), "5 repeats a parameter (clock is in line 3)");
+    for (auto const* name : parameters) {
+        if (model_detail::find_price(mk2(), name) != nullptr) continue;
+        auto const missing = with_line(name, "");
+        CHECK(
+            refusal(missing).starts_with("set.txt line 16 ends the file (parameter " + std::string(name) + " is missing)"));
+    }
+    begins("model m", "1 ends the file (parameter clock is missing)");
+    for (auto const* word : {"-1", "+1", "1.5", "1e6", "0x10", "many", "1,000", "capacity", "99999999999999999999x"})
+        begins(with_line("slot", std::string("slot ") + word + " millicycles x"),
+               "5 has no whole number (slot is \"" + std::string(word) + "\")");
+    begins(with_line("slot", "slot"), "5 has an unknown parameter (\"slot\")");
+    begins(with_line("slot", "slot 1 cycles x"), "5 has an unknown parameter (\"slot\"); use clock, exchange_cost, run, exchange, "
+                                                 "exchange_byte, sync, vote, or the name of an operation and the unit millicycles");
+    begins(with_line("slot", "slot 100000001 millicycles x"),
+           "5 is out of range (slot is 100000001); write a value from 0 to 100000000");
+    begins(with_line("slot", "slot 18446744073709551616 millicycles x"), "5 is out of range");
+    begins(with_line("clock", "clock 0 kHz x"), "3 is out of range");
+    begins(with_line("clock", "clock 1000000001 kHz x"), "3 is out of range");
+    begins(with_line("sync", "sync 1000000000001 cycles x"), "15 is out of range");
+    begins(with_line("exchange_cost", "exchange_cost any_to_any kind x"),
+           "4 has no kind of exchange (exchange_cost is \"any_to_any\")");
+    begins(with_line("exchange_cost", "exchange_cost 0 kind x"), "4 has no kind of exchange");
+    begins(with_line("exchange_cost", "exchange_cost"), "4 has no kind of exchange");
+    begins(with_line("sync", "sync 1"), "15 has no unit (sync is in cycles)");
+    begins(with_line("sync", "sync 1 ms x"), "15 has another unit (sync is in cycles, not in \"ms\")");
+    begins(with_line("sync", "sync 1 cycles"), "15 has no source");
+    begins(with_line("sync", "sync 1 cycles \t "), "15 has no source");
+    begins(with_line("sync", "sync 1 cycles " + std::string(2049, 'x')), "15 has too long a source");
+    begins(with_line("sync", "sync 1 cycles a\x01"
+                             "b"),
+           "15 cannot be read (it holds a control character)");
+    begins(with_line("sync", std::string("sync 1 cycles a\0b", 17)), "15 cannot be read");
+    begins(with_line("sync", std::string("\x1b[1m\xff", 5) + " 1 cycles x"), "15 cannot be read");
+    begins(with_line("sync", "s\xff 1 cycles x"), "15 has an unknown parameter (\"s?\")");
+    begins(with_line("sync", std::string(300, 's') + " 1 cycles x"),
+           "15 has an unknown parameter (\"" + std::string(200, 's') + "...\")");
+
+    // Lines of 4,096 bytes, and one more.
+    CHECK(read(with_line("sync", "sync 1 cycles x\n#" + std::string(4095, '.'))).sync_cycles == 1);
+    begins(with_line("sync", "sync 1 cycles x\n#" + std::string(4096, '.')), "16 is too long (more than 4096 bytes)");
+    begins("#" + std::string(4096, '.'), "1 is too long");
+
+    // A name of a file that would break the line.
+    std::istringstream empty;
+    CHECK_THROWS_WITH_AS(read_cost_model(empty, "a\nb"), doctest::Contains("a?b line 0"), Error);
+}
+
+TEST_CASE("cost parameters: what cannot be written or set is refused")
+{
+    std::ostringstream out;
+    CostModel bare;
+    CHECK_THROWS_WITH_AS(write_cost_model(out, bare), doctest::Contains("its name is not one line"), Error);
+    bare.name = "bare";
+    CHECK_THROWS_WITH_AS(write_cost_model(out, bare), doctest::Contains("parameter clock has no source"), Error);
+    auto m = mk2();
+    m.sync_cycles = 1;
+    CHECK_THROWS_WITH_AS(write_cost_model(out, m),
+                         doctest::Contains("parameter sync is 1, and its source is of 150 cycles"), Error);
+    m = mk2();
+    m.exchange_cost = ExchangeCost::live;
+    CHECK_THROWS_WITH_AS(write_cost_model(out, m), doctest::Contains("parameter exchange_cost is 1"), Error);
+    m = mk2();
+    m.parameters[3].unit = "cycles";
+    CHECK_THROWS_AS(write_cost_model(out, m), Error);
+    m = mk2();
+    m.parameters.push_back(m.parameters[0]);
+    CHECK_THROWS_AS(write_cost_model(out, m), Error);
+    m = mk2();
+    m.parameters.push_back({"warp", 1, "c", "fiction"}); // an entry without a price
+    CHECK_THROWS_WITH_AS(write_cost_model(out, m), doctest::Contains("15 parameters of 14"), Error);
+    m = mk2();
+    m.parameters.pop_back();
+    CHECK_THROWS_WITH_AS(write_cost_model(out, m), doctest::Contains("parameter vote has no source"), Error);
+    for (auto const* source : {"", " x", "x ", "a\nb", "a\tb"}) {
+        m = mk2();
+        m.parameters[0].source = source;
+        CHECK_THROWS_WITH_AS(write_cost_model(out, m), doctest::Contains("parameter clock has no source"), Error);
+        CHECK_THROWS_WITH_AS(set_parameter(m, "clock", 1, source), doctest::Contains("has no source that a file can hold"),
+                             Error);
+    }
+    CHECK(out.str().empty());
+
+    m = mk2();
+    CHECK_THROWS_WITH_AS(set_parameter(m, "warp", 1, "x"),
+                         doctest::Contains("no parameter \"warp\" (it has clock, exchange_cost, slot,"), Error);
+    CHECK_THROWS_AS(set_parameter(m, "clock", 0, "x"), Error);
+    CHECK_THROWS_AS(set_parameter(m, "exchange_cost", 2, "x"), Error);
+    CHECK_THROWS_AS(set_parameter(m, "run", most_cycles + 1, "x"), Error);
+    CHECK_THROWS_AS(set_parameter(m, "pixel", most_millicycles + 1, "x"), Error);
+    CHECK(m == mk2()); // a refused number changes nothing
+    // In whatever order they are set, they are listed in one.
+    CostModel again;
+    again.name = m.name;
+    again.prices = m.prices;
+    for (std::size_t i = m.parameters.size(); i-- > 0;)
+        set_parameter(again, m.parameters[i].name, m.parameters[i].value, m.parameters[i].source);
+    CHECK(again == m);
+}
+
+TEST_CASE("cost model: the largest counts and numbers do not wrap, larger numbers are refused")
+{
+    CostModel m;
+    for (auto const* name : {"a", "b", "c", "d", "e", "f", "g", "h"}) m.prices.push_back({name, most_millicycles});
+    m.exchange_millicycles_a_byte = most_millicycles;
+    m.run_cycles = m.exchange_cycles = m.sync_cycles = m.vote_cycles = most_cycles;
+    auto const compute = most_cycles + std::uint64_t{most_operation_kinds} * most_count * (most_millicycles / 1000);
+    auto const exchange = most_cycles + std::uint64_t{4} * most_count * (most_millicycles / 1000);
+    for (auto kind : {ExchangeCost::capacity, ExchangeCost::live}) {
+        m.exchange_cost = kind;
+        auto const cost = model_cost(m, most_of_all(1), Grid{1, 1}); // what one tile sends comes back to it, on all sides
+        CHECK(cost.supersteps[0].compute == compute);
+        CHECK(cost.supersteps[0].exchange == exchange);
+        CHECK(cost.cycles == compute + exchange + 2 * most_cycles);
+        CHECK(cost.busy[0][0] == compute);
+    }
+    // As many supersteps as 64 bits hold, and one more.
+    auto const most = ~std::uint64_t{0} / (compute + exchange + 2 * most_cycles);
+    CHECK(model_cost(m, most_of_all(most), Grid{1, 1}).cycles == most * (compute + exchange + 2 * most_cycles));
+    CHECK_THROWS_WITH_AS(model_cost(m, most_of_all(most + 1), Grid{1, 1}), doctest::Contains("its cycles pass 64 bits"),
+                         Error);
+
+    for (std::uint32_t i = 0; i < most_operation_kinds + 5; ++i) {
+        auto wrong = m;
+        std::uint64_t* const fixed[] = {&wrong.exchange_millicycles_a_byte, &wrong.run_cycles, &wrong.exchange_cycles,
+                                        &wrong.sync_cycles, &wrong.vote_cycles};
+        ++(i < most_operation_kinds ? wrong.prices[i].millicycles : *fixed[i - most_operation_kinds]);
+        CHECK_THROWS_WITH_AS(model_cost(wrong, Trace{}, Grid{1, 1}), doctest::Contains("exceed 1"), Error);
+    }
+    CHECK(model_cost(m, Trace{}, Grid{1, 1}).cycles == 0);
+}

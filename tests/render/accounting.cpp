@@ -1,0 +1,132 @@
+// From counters to a report: made-up numbers in, the report out.
+#include "../splat/support.hpp"
+#include <doctest/doctest.h>
+#include <tilemesh/render/accounting.hpp>
+#include <tilemesh/report/compare_reports.hpp>
+
+using namespace tilemesh;
+using namespace tilemesh::splat;
+
+namespace {
+using Whole = PoliciesOf<Lossless>;
+using Minimal = PoliciesOf<Fitted<Lossless, 0, false, false>>;
+
+/// Step i took i + 1 supersteps, 10^i ms, sent 100 (i + 1) messages of 2 bytes; its exchange moves 3 a message.
+RunCounters run_of(std::uint32_t steps)
+{
+    RunCounters run;
+    double ms = 1;
+    for (std::uint32_t i = 0; i < steps; ++i, ms *= 10) {
+        StepCounters s;
+        s.supersteps = i + 1;
+        s.messages = 100 * (i + 1);
+        s.live_bytes = 2 * s.messages;
+        s.capacity_bytes = 3 * s.messages;
+        s.milliseconds = ms;
+        run.steps.push_back(s);
+    }
+    run.digests = {7, 8, 9};
+    return run;
+}
+render::TileSums sums()
+{
+    Counts counts{};
+    counts.visible = 1;
+    counts.parked = 2;
+    counts.moved = 3;
+    counts.hops = 4;
+    counts.copies = 5;
+    counts.channel_full = 6;
+    counts.no_credit = 7;
+    counts.storage_full = 8;
+    counts.copies_full = 9;
+    counts.copies_refused = 10;
+    Work work{};
+    work.blocks[0] = 11;
+    work.blocks[Work::max_workers - 1] = 12;
+    work.contributing[1] = 13;
+    render::TileSums out;
+    out.add(counts, work);
+    counts.visible = 0xffffffffu; // a tile's counts have 32 bits, their sums more
+    out.add(counts, work);
+    return out;
+}
+} // namespace
+
+TEST_CASE("accounting: every counter goes to its place in the report")
+{
+    auto run = run_of(6); // project, route, bloom's first, bloom, sort, composite
+    run.peaks = {{"storage", 41, 2000}, {"marks", 99, 2000}, {"road", 42, 200}, {"beam", 43, 200}};
+    auto const r = render::account<Whole>(run, sums(), true);
+    CHECK(r.gaussians.visible == 0x100000000u);
+    CHECK(r.gaussians.parked == 4);
+    CHECK(r.gaussians.moved == 6);
+    CHECK(r.gaussians.held == 2 * (6 + 7));
+    CHECK(r.hops == 8);
+    CHECK(r.copies == 10);
+    CHECK(r.refused.channel_full == 12);
+    CHECK(r.refused.no_credit == 14);
+    CHECK(r.refused.storage_full == 16);
+    CHECK(r.refused.copies_full == 18);
+    CHECK(r.refused.copies_refused == 20);
+    CHECK(r.pairs == 2 * (11 + 12) * 80);
+    CHECK(r.pairs_contributing == 26);
+    CHECK(r.supersteps.project == 1);
+    CHECK(r.supersteps.route == 2);
+    CHECK(r.supersteps.bloom == 3 + 4);
+    CHECK(r.supersteps.composite == 6);
+    CHECK(r.host_ms.project == 1);
+    CHECK(r.host_ms.route == 10);
+    CHECK(r.host_ms.bloom == 1100);
+    CHECK(r.host_ms.composite == 110'000);
+    CHECK(r.messages == 2100);
+    CHECK(r.exchanged_live_bytes == 4200);
+    CHECK(r.exchanged_capacity_bytes == 6300);
+    CHECK(r.peak_storage == 41);
+    CHECK(r.peak_channel == 43);
+    CHECK(r.digests == std::vector<std::uint64_t>{7, 8, 9});
+    CHECK(r.lost.empty());
+
+    CHECK(render::account<Whole>(run, sums(), false).gaussians.held == 0); // what drops does not wait
+}
+
+TEST_CASE("accounting: a part that a setup does without took nothing")
+{
+    auto run = run_of(3); // project, sort, composite
+    run.peaks = {{"storage", 41, 2000}, {"road", 42, 200}};
+    auto const r = render::account<Minimal>(run, sums(), true);
+    CHECK(r.supersteps.project == 1);
+    CHECK(r.supersteps.route == 0);
+    CHECK(r.supersteps.bloom == 0);
+    CHECK(r.supersteps.composite == 3);
+    CHECK(r.host_ms.route == 0);
+    CHECK(r.host_ms.bloom == 0);
+    CHECK(r.host_ms.composite == 110);
+}
+
+TEST_CASE("accounting: a second run replaces what it decides, and what it took comes on top")
+{
+    auto const first = render::account<Whole>(run_of(6), sums(), true);
+    auto run = run_of(6);
+    run.digests = {10};
+    auto again = render::account<Whole>(run, {}, true);
+    again.copies = 51;
+    again.pairs = 52;
+    again.pairs_contributing = 53;
+    again.lost_copies = 54;
+    again.lost = {{GaussianId{5}, 6, report::Cause::late}};
+    auto both = first;
+    render::add_second_run(both, again);
+    CHECK(both.copies == 51);
+    CHECK(both.pairs == 52);
+    CHECK(both.pairs_contributing == 53);
+    CHECK(both.lost_copies == 54);
+    CHECK(both.lost == again.lost);
+    CHECK(both.host_ms.composite == 220'000);
+    CHECK(both.digests == std::vector<std::uint64_t>{7, 8, 9, 10});
+    // All else is the first run's.
+    CHECK(both.supersteps.total() == first.supersteps.total());
+    CHECK(both.messages == first.messages);
+    CHECK(both.gaussians.visible == first.gaussians.visible);
+    CHECK(both.refused.copies_full == first.refused.copies_full);
+}

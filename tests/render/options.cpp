@@ -1,0 +1,137 @@
+// What a renderer is told: sizes at run time are the sizes of a setup, and model() says how the picture is made.
+#include "../splat/runner.hpp"
+#include <doctest/doctest.h>
+#include <limits>
+#include <tilemesh/report/compare_reports.hpp>
+
+using namespace tilemesh;
+using namespace tilemesh::splat;
+using support::make_runner;
+using support::Whole;
+
+namespace {
+scene::Map cloud() { return support::map_of(support::cloud(400, 21)); }
+std::vector<Camera> path()
+{
+    std::vector<Camera> out;
+    for (float turn : {0.0f, 0.0f, 0.02f, -0.4f, 3.1f, 0.01f}) out.push_back(support::lens(120, 80, turn));
+    return out;
+}
+void same_frames(support::Runner& a, support::Runner& b)
+{
+    for (auto const& camera : path()) {
+        auto const x = a.render(camera), y = b.render(camera);
+        CHECK(support::differing_pixels(x.image, y.image) == 0);
+        CHECK(report::first_difference(x.report, y.report) == "");
+        CHECK(x.report.digests == y.report.digests);
+        CHECK(a.on_tiles() == b.on_tiles());
+    }
+}
+void same_ledgers(std::vector<Region> const& a, std::vector<Region> const& b)
+{
+    REQUIRE(a.size() == b.size());
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        CHECK(std::string(a[i].name.text, a[i].name.size) == std::string(b[i].name.text, b[i].name.size));
+        CHECK(a[i].bytes == b[i].bytes);
+        CHECK(a[i].budgeted == b[i].budgeted);
+    }
+}
+std::string refusal(Sizes const& sizes)
+{
+    try {
+        (void)make_runner<Lossless>(cloud(), {.sizes = sizes});
+    } catch (Error const& e) {
+        return e.what();
+    }
+    return {};
+}
+} // namespace
+
+TEST_CASE("sizes at run time are those of a setup: picture, counters, digests, tiles and ledger")
+{
+    using Fixed = support::FixedSizes;
+    RendererOptions const fixed{.grid = {7, 6}, .digest = true};
+    auto told = fixed;
+    told.sizes = Fixed::sizes;
+    static_assert(!(Fixed::sizes == Whole::sizes));
+    auto const a = make_runner<Fixed>(cloud(), fixed), b = make_runner<Whole>(cloud(), told);
+    same_frames(*a, *b);
+    same_ledgers(a->facts().ledger, b->facts().ledger);
+    CHECK(a->facts().sram_bytes == b->facts().sram_bytes);
+    CHECK(b->facts().sizes == Fixed::sizes);
+    auto const c = make_runner<Referenced<Fixed>>(cloud(), fixed), d = make_runner<Referenced<Whole>>(cloud(), told);
+    same_frames(*c, *d);
+    same_ledgers(a->facts().ledger, d->facts().ledger);
+    // They matter: with others it is another frame.
+    auto const e = make_runner<Whole>(cloud(), fixed);
+    CHECK(e->render(path()[0]).report.gaussians.held != make_runner<Whole>(cloud(), told)->render(path()[0]).report.gaussians.held);
+}
+
+TEST_CASE("sizes at run time that do not fit, or leave a setup without FIFOs, are refused with the sentence of the compiler")
+{
+    auto sizes = Lossless::sizes;
+    CHECK(refusal(sizes).empty());
+    sizes.storage = 2013; // 622.3 KiB of 624 are taken
+    CHECK(refusal(sizes).find("the program does not fit in a tile's SRAM (machine mk2, region storage has ") == 0);
+    sizes.storage = 2000 + (Mk2::sram_bytes - Tile<Mk2, Frame<Lossless>, Lossless>::bytes) / 136;
+    CHECK(refusal(sizes).empty());
+    ++sizes.storage;
+    CHECK(refusal(sizes).find("bytes over); give it fewer slots") != std::string::npos);
+    sizes = Lossless::sizes;
+    sizes.waiting = 0;
+    CHECK(refusal(sizes).find("a setup that holds needs FIFOs") == 0);
+}
+
+TEST_CASE("model() says from the beginning what the options asked for, and a later change wins")
+{
+    auto const map = cloud();
+    auto const camera = support::lens(120, 80);
+    RendererOptions const options{.tile = {20, 10},
+                                  .footprint = Footprint::three_sigma_square,
+                                  .arithmetic = Arithmetic::fast,
+                                  .quality = Quality::viewing};
+    auto const runner = make_runner<Referenced<Whole>>(map, options);
+    CHECK(runner->model().footprint == Footprint::three_sigma_square);
+    CHECK(runner->model().arithmetic == Arithmetic::fast);
+    CHECK(runner->model().alpha_min == 1.0f / 128);
+    CHECK(runner->model().transmittance_min == 5e-3f);
+    CHECK(runner->model().alpha_max == Whole::alpha_max);
+    auto const plain = make_runner<Referenced<Whole>>(map);
+    CHECK(plain->model().footprint == Whole::footprint);
+    CHECK(plain->model().arithmetic == Whole::arithmetic);
+
+    runner->model().arithmetic = Arithmetic::precise;
+    auto const squares = runner->render(camera).image;
+    CHECK(support::differing_pixels(squares, report::render_naive(map.gaussians, camera, runner->model())) == 0);
+    runner->model().footprint = Footprint::opacity_box;
+    runner->model().alpha_min = 1.0f / 32;
+    auto const boxes = runner->render(camera).image;
+    CHECK(support::differing_pixels(boxes, report::render_naive(map.gaussians, camera, runner->model())) == 0);
+    CHECK(support::differing_pixels(boxes, squares) > 0);
+    CHECK(runner->model().footprint == Footprint::opacity_box); // and stays
+}
+
+TEST_CASE("rgbx8 by reference and by value: the same bits, of colours below 0, above 1 and of none")
+{
+    auto gaussians = support::cloud(300, 23);
+    float const odd[] = {-0.5f, -1e-3f, 7.5f, 3e38f, std::numeric_limits<float>::quiet_NaN(), 1e-40f, 254.5f / 255};
+    for (std::size_t i = 0; i < gaussians.size(); i += 3) gaussians[i].colour[i % 9 / 3] = odd[i / 3 % 7];
+    auto const map = support::map_of(gaussians);
+    RendererOptions const options{.threads = 2, .grid = {7, 6}};
+    auto const values = make_runner<support::BytesAndPlanes>(map, options), references = make_runner<Referenced<support::BytesAndPlanes>>(map, options);
+    auto const paper = make_runner<support::Dropping>(map, options), paper_references = make_runner<Referenced<support::Dropping>>(map, options);
+    auto const same = [](RenderedFrame const& a, RenderedFrame const& b) {
+        CHECK(support::differing_pixels(a.image, b.image) == 0);
+        CHECK(a.depth.values.size() == b.depth.values.size());
+        CHECK(std::memcmp(a.depth.values.data(), b.depth.values.data(), a.depth.values.size() * sizeof(float)) == 0);
+        CHECK(a.alpha.values.size() == b.alpha.values.size());
+        CHECK(std::memcmp(a.alpha.values.data(), b.alpha.values.data(), a.alpha.values.size() * sizeof(float)) == 0);
+        for (float v : a.image.rgb) CHECK((v >= 0 && v <= 1));
+        CHECK(*std::max_element(a.image.rgb.begin(), a.image.rgb.end()) == 1);
+    };
+    for (auto const& camera : path()) {
+        if (camera.rotation[0][0] < 0) continue; // nothing there
+        same(values->render(camera), references->render(camera));
+        same(paper->render(camera), paper_references->render(camera));
+    }
+}

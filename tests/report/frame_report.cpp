@@ -1,0 +1,177 @@
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <doctest/doctest.h>
+#include <iterator>
+#include <set>
+#include <sstream>
+#include <string>
+#include <string_view>
+#include <tilemesh/error.hpp>
+#include <tilemesh/report/compare_reports.hpp>
+#include <tilemesh/report/frame_csv.hpp>
+#include <tilemesh/report/frame_report.hpp>
+#include <vector>
+
+namespace report = tilemesh::report;
+using report::FrameReport;
+using tilemesh::splat::GaussianId;
+
+namespace {
+
+/// A report in which every number is another one.
+FrameReport all_different()
+{
+    FrameReport r;
+    r.camera = "sloth/front";
+    r.width = 1280;
+    r.height = 720;
+    r.supersteps = {1001, 2, 3, 4};
+    r.gaussians = {.visible = 11, .moved = 12, .held = 13, .dropped = 14, .unplaced = 15, .parked = 16, .under_way = 17};
+    r.refused = {.channel_full = 21, .no_credit = 22, .storage_full = 23, .copies_full = 24, .copies_refused = 25};
+    r.lost = {{GaussianId{7}, report::Loss::whole, report::Cause::unplaced}, {GaussianId{8}, 1439, report::Cause::channel_full},
+              {GaussianId{9}, 3, report::Cause::late}, {GaussianId{9}, 4, report::Cause::late}, {GaussianId{9}, 5, report::Cause::late}};
+    r.copies = 31;
+    r.lost_copies = 32;
+    r.late_copies = 33;
+    r.messages = 34;
+    r.hops = 35;
+    r.exchanged_live_bytes = 36;
+    r.exchanged_capacity_bytes = 0xffffffffffffffffu;
+    r.pairs = 38;
+    r.pairs_contributing = 39;
+    r.peak_storage = 41;
+    r.peak_channel = 42;
+    r.host_ms = {.project = 0.5, .route = 1.5, .bloom = 2.5, .composite = 3.5, .picture = 0.75, .total = 1008.5};
+    r.digests = {51, 52};
+    return r;
+}
+
+} // namespace
+
+TEST_SUITE_BEGIN("report");
+
+TEST_CASE("the table of a report's fields has every member once")
+{
+    // Width, height and two peaks have 32 bits, `lost` is a list: all other fields are eight bytes.
+    constexpr auto fields = std::size(report::report_fields);
+    static_assert(sizeof(FrameReport) == sizeof(std::string) + sizeof(std::vector<report::Loss>) + sizeof(std::vector<std::uint64_t>) +
+                                             8 * (fields - 5) + 4 * 4,
+                  "a member of FrameReport is not in report_fields, or a field is there twice");
+    std::set<std::string_view> names;
+    std::set<std::uint64_t> counts;
+    std::set<double> times;
+    auto const r = all_different();
+    for (auto const& field : report::report_fields) {
+        CAPTURE(field.name);
+        CHECK(names.insert(field.name).second);
+        CHECK(field.exact() != (field.milliseconds != nullptr));
+        CHECK((field.exact() ? counts.insert(field.count(r)).second : times.insert(field.milliseconds(r)).second));
+        CHECK(field.exact() == (field.unit != "ms"));
+        CHECK(field.exact() == (field.group() != "host_ms"));
+        CHECK(field.meaning.ends_with("."));
+        CHECK(field.line.empty() == field.phrase.empty());
+        auto const& lines = report::text_lines;
+        CHECK((std::find(std::begin(lines), std::end(lines), field.line) == std::end(lines)) == field.line.empty());
+    }
+}
+
+TEST_CASE("a field is found by its name at compile time, and says its group and leaf")
+{
+    static_assert(report::report_field("gaussians.moved").group() == "gaussians");
+    static_assert(report::report_field("gaussians.moved").leaf() == "moved");
+    static_assert(report::report_field("copies").group().empty());
+    static_assert(report::report_field("copies").leaf() == "copies");
+    static_assert(report::report_field("copies").is_in("copies"));
+    static_assert(!report::report_field("copies_lost").is_in("copies"));
+    static_assert(report::report_field("gaussians.moved").is_in("gaussians"));
+    auto const r = all_different();
+    CHECK(report::report_field("gaussians.moved").count(r) == 12);
+    CHECK(report::report_field("lost").count(r) == 5);
+    CHECK(report::report_field("exchanged_bytes.capacity").count(r) == 0xffffffffffffffffu);
+    CHECK(report::report_field("host_ms.picture").milliseconds(r) == 0.75);
+}
+
+TEST_CASE("a report's text")
+{
+    std::ostringstream text;
+    text << all_different();
+    CHECK(text.str() == "    stage  supersteps  host ms\n"
+                        "---------  ----------  -------\n"
+                        "  project       1,001     0.50\n"
+                        "    route           2     1.50\n"
+                        "    bloom           3     2.50\n"
+                        "composite           4     3.50\n"
+                        "  picture           0     0.75\n"
+                        "    frame       1,010  1008.50\n"
+                        "Gaussians: 11 visible, 12 moved, 13 held, 14 dropped, 15 unplaced, 16 parked, 17 under way\n"
+                        "missing: 5 records and copies\n"
+                        "copies: 31 on tiles, 32 lost, 33 late\n"
+                        "exchanged: 35 hops of routing, 34 messages, 36 bytes live, 18,446,744,073,709,551,615 bytes of capacity\n"
+                        "refused: 21 by full channels, 22 for lack of credit, 23 by full storage, 24 copies by full storage, "
+                        "25 copies by full channels\n"
+                        "pairs: 38 evaluated, 39 contributing\n"
+                        "peaks: 41 records on a tile, 42 in a channel\n");
+    CHECK(report::numbers_of(all_different(), "missing") == "5 records and copies");
+    CHECK(report::numbers_of(all_different(), "no such line").empty());
+}
+
+TEST_CASE("a report as a line of CSV: the camera quoted, then every exact field under its name")
+{
+    CHECK(report::csv_header().starts_with("camera,size_px.width,size_px.height,supersteps.project,"));
+    CHECK(report::csv_header().ends_with(",peak.storage,peak.channel"));
+    auto r = all_different();
+    r.camera = "a \"b\", c";
+    CHECK(report::csv_row(r) == "\"a \"\"b\"\", c\",1280,720,1001,2,3,4,11,12,13,14,15,16,17,5,31,32,33,35,34,36,18446744073709551615,38,39,"
+                                "21,22,23,24,25,41,42");
+    auto const header = report::csv_header(), row = report::csv_row(all_different());
+    CHECK(std::count(header.begin(), header.end(), ',') == std::count(row.begin(), row.end(), ','));
+}
+
+TEST_CASE("two reports differ in the first exact field that differs, and host time is none")
+{
+    auto const a = all_different();
+    auto b = a;
+    b.host_ms.total = 9;
+    CHECK(report::first_difference(a, b).empty());
+    CHECK(report::same_report(a, b));
+
+    b.peak_channel = 43;
+    CHECK(report::first_difference(a, b) == "peak.channel: 42 and 43");
+    CHECK_FALSE(report::same_report(a, b));
+    b.gaussians.moved = 99;
+    CHECK(report::first_difference(a, b) == "gaussians.moved: 12 and 99");
+    CHECK(report::first_difference(a, b, {"gaussians"}) == "peak.channel: 42 and 43");
+    CHECK(report::first_difference(a, b, {"gaussians.held"}) == "gaussians.moved: 12 and 99");
+    CHECK(report::first_difference(a, b, {"gaussians.moved", "peak"}).empty());
+    b.camera = "sloth/back";
+    CHECK(report::first_difference(a, b) == "camera: sloth/front and sloth/back");
+    CHECK_THROWS_WITH_AS(
+        report::first_difference(a, b, {"gausians"}),
+        "cannot ignore gausians (a report has no such field); take a name or a group of report_fields", tilemesh::Error);
+}
+
+TEST_CASE("two reports with as many losses differ in the first loss that differs, and in digests that both have")
+{
+    auto const a = all_different();
+    auto b = a;
+    b.lost[1].tile = 1438;
+    b.lost[2].cause = report::Cause::storage_full;
+    CHECK(report::first_difference(a, b) == "lost[1]: Gaussian 8 on tile 1439 (channel_full) and Gaussian 8 on tile 1438 (channel_full)");
+    b.lost[1] = a.lost[1];
+    CHECK(report::first_difference(a, b) == "lost[2]: Gaussian 9 on tile 3 (late) and Gaussian 9 on tile 3 (storage_full)");
+    CHECK(report::first_difference(a, b, {"lost"}).empty());
+    b.lost.pop_back();
+    CHECK(report::first_difference(a, b) == "lost: 5 and 4");
+    CHECK(report::first_difference(a, b, {"lost"}).empty());
+
+    b = a;
+    b.digests[1] = 53;
+    CHECK(report::first_difference(a, b) == "digests[1]: 52 and 53");
+    b.digests = {51};
+    CHECK(report::first_difference(a, b) == "digests: 2 and 1");
+    b.digests.clear(); // not asked for
+    CHECK(report::first_difference(a, b).empty());
+}
+
+TEST_SUITE_END();

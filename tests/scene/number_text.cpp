@@ -1,0 +1,263 @@
+#include <array>
+#include <cerrno>
+#include <charconv>
+#include <clocale>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <doctest/doctest.h>
+#include <limits>
+#include <random>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <tilemesh/number_text.hpp>
+#include <vector>
+
+using namespace tilemesh;
+
+TEST_SUITE_BEGIN("number_text");
+
+namespace {
+
+/// What a reader says to a text: where it ended, its error, the value (7 before).
+template <class T>
+struct Answer {
+    std::ptrdiff_t length;
+    std::errc error;
+    T value;
+    bool operator==(Answer const& other) const
+    {
+        bool const same = std::isnan(value) ? std::isnan(other.value) : value == other.value;
+        return length == other.length && error == other.error && same && std::signbit(value) == std::signbit(other.value);
+    }
+};
+template <class T>
+std::string text_of(Answer<T> const& a)
+{
+    return std::to_string(a.length) + " characters, error " + std::to_string(static_cast<int>(a.error)) + ", " +
+           std::to_string(a.value);
+}
+template <class T, class Read>
+Answer<T> answer(std::string_view text, Read const& read)
+{
+    T value = 7;
+    auto const [end, error] = read(text.data(), text.data() + text.size(), value);
+    return {end - text.data(), error, value};
+}
+template <class T>
+Answer<T> by_fallback(std::string_view text)
+{
+    return answer<T>(text, [](auto first, auto last, T& value) { return detail::read_floating(first, last, value); });
+}
+template <class T>
+Answer<T> by_any(std::string_view text)
+{
+    return answer<T>(text, [](auto first, auto last, T& value) { return read_number(first, last, value); });
+}
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
+constexpr std::errc good{}, none = std::errc::invalid_argument, beyond = std::errc::result_out_of_range;
+
+struct Case {
+    std::string text;
+    Answer<double> expected;
+};
+/// Texts whose answer the standard gives.
+std::vector<Case> cases()
+{
+    std::string const zeros(1000, '0');
+    std::string const half_way = "9007199254740993"; // 2^53 + 1: between two doubles, the lower one is even
+    return {
+        {"0", {1, good, 0.0}},
+        {"-0", {2, good, -0.0}},
+        {"1", {1, good, 1.0}},
+        {"-12.5e-1", {8, good, -1.25}},
+        {"12.5E+1 ", {7, good, 125.0}},
+        {".5", {2, good, 0.5}},
+        {"5.", {2, good, 5.0}},
+        {"5.e1", {4, good, 50.0}},
+        {"1,5", {1, good, 1.0}},
+        {"1.2.3", {3, good, 1.2}},
+        {"1'000", {1, good, 1.0}},
+        {"1e", {1, good, 1.0}},
+        {"1e+", {1, good, 1.0}},
+        {"1e-x", {1, good, 1.0}},
+        {"0x10", {1, good, 0.0}},
+        {"1p3", {1, good, 1.0}},
+        {"", {0, none, 7.0}},
+        {"-", {0, none, 7.0}},
+        {".", {0, none, 7.0}},
+        {"-.e1", {0, none, 7.0}},
+        {"e1", {0, none, 7.0}},
+        {"+1", {0, none, 7.0}},
+        {"--1", {0, none, 7.0}},
+        {" 1", {0, none, 7.0}},
+        {"\n1", {0, none, 7.0}},
+        {"in", {0, none, 7.0}},
+        {"na", {0, none, 7.0}},
+        {"inf", {3, good, infinity}},
+        {"-Inf", {4, good, -infinity}},
+        {"INFINITY", {8, good, infinity}},
+        {"infinite", {3, good, infinity}},
+        {"nan", {3, good, not_a_number}},
+        {"-NaN", {4, good, -not_a_number}},
+        {"nan(", {3, good, not_a_number}},
+        {"nan(_a1)2", {8, good, not_a_number}},
+        {"nan(a b)", {3, good, not_a_number}},
+        {"1.7976931348623157e308", {22, good, std::numeric_limits<double>::max()}},
+        {"1e308", {5, good, 1e308}},
+        {"1e309", {5, beyond, 7.0}},
+        {"-1e309", {6, beyond, 7.0}},
+        {"1e99999999999999999999", {22, beyond, 7.0}},
+        {"0e99999999999999999999", {22, good, 0.0}},
+        {"1e-99999999999999999999", {23, beyond, 7.0}},
+        {"4.9e-324", {8, good, std::numeric_limits<double>::denorm_min()}},
+        {"2.5e-324", {8, good, std::numeric_limits<double>::denorm_min()}},
+        {"2.4e-324", {8, beyond, 7.0}},
+        {"2.2250738585072011e-308", {23, good, 0x0.fffffffffffffp-1022}},
+        // Long texts: more digits than a double and the point half-way to the next one have.
+        {"1" + zeros + "e-1000", {1007, good, 1.0}},
+        {"0." + zeros + "1e1001", {1008, good, 1.0}},
+        {zeros + "1.5" + zeros, {2003, good, 1.5}},
+        {half_way, {16, good, 9007199254740992.0}},
+        {half_way + "." + zeros, {1017, good, 9007199254740992.0}},
+        {half_way + "." + zeros + "1", {1018, good, 9007199254740994.0}},
+        {half_way + zeros + "1e-1001", {1023, good, 9007199254740994.0}},
+        {std::string(400, '9'), {400, beyond, 7.0}},
+    };
+}
+
+TEST_CASE("what is read is what std::from_chars reads, by either way")
+{
+    for (auto const& c : cases()) {
+        CAPTURE(c.text);
+        CHECK_MESSAGE(by_fallback<double>(c.text) == c.expected, text_of(by_fallback<double>(c.text)));
+        CHECK_MESSAGE(by_any<double>(c.text) == c.expected, text_of(by_any<double>(c.text)));
+    }
+}
+
+TEST_CASE("a float is rounded once, not by way of a double")
+{
+    // Above half-way between 1 and the next float by less than a double tells.
+    std::string const text = "1.000000059604644775390626";
+    CHECK(by_fallback<float>(text).value == std::nextafter(1.0f, 2.0f));
+    CHECK(by_any<float>(text).value == std::nextafter(1.0f, 2.0f));
+    CHECK(by_fallback<float>("3.5e38") == Answer<float>{6, beyond, 7.0f});
+    CHECK(by_fallback<float>("1e-46") == Answer<float>{5, beyond, 7.0f});
+    CHECK(by_fallback<float>("1e-45") == Answer<float>{5, good, std::numeric_limits<float>::denorm_min()});
+}
+
+TEST_CASE("whole numbers are read as ever")
+{
+    CHECK(by_any<std::uint32_t>("4294967295").value == 4294967295u);
+    CHECK(by_any<std::uint32_t>("4294967296").error == beyond);
+    CHECK(by_any<int>("-3.5").length == 2);
+}
+
+TEST_CASE("nothing behind the end is read, and errno stays")
+{
+    std::string_view const digits = "123456";
+    double value = 0;
+    errno = 5;
+    CHECK(detail::read_floating(digits.data(), digits.data() + 3, value).ptr == digits.data() + 3);
+    CHECK(value == 123.0);
+    CHECK(by_fallback<double>("1e999").error == beyond);
+    CHECK(errno == 5);
+    for (std::string_view const whole : {"infinity", "nan(x)", "-1.5e-10"})
+        for (std::size_t n = 0; n <= whole.size(); ++n) { // of a copy that ends there: sanitizers see a byte too many
+            std::vector<char> const text(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(n));
+            auto const got = detail::read_floating(text.data(), text.data() + n, value);
+            CHECK(got.ptr - text.data() <= static_cast<std::ptrdiff_t>(n));
+        }
+}
+
+TEST_CASE("a locale with a decimal comma changes nothing")
+{
+    std::string const before = std::setlocale(LC_NUMERIC, nullptr);
+    char const* found = nullptr;
+    for (auto const* name : {"de_DE.UTF-8", "de_DE", "fr_FR.UTF-8", "fr_FR", "nl_NL.UTF-8"})
+        if (found == nullptr) found = std::setlocale(LC_NUMERIC, name);
+    if (found == nullptr) MESSAGE("skipped: the system has no locale with a decimal comma");
+    CHECK(by_fallback<double>("1.5") == Answer<double>{3, good, 1.5});
+    CHECK(by_fallback<double>("1,5") == Answer<double>{1, good, 1.0});
+    std::setlocale(LC_NUMERIC, before.c_str());
+}
+
+/// Calls f(text) for many doubles of any size, as different writers put them.
+template <class F>
+void for_written_numbers(F const& f)
+{
+    std::mt19937_64 random(1);
+    for (int i = 0; i < 20000; ++i) {
+        std::uint64_t const bits = random();
+        double value = 0;
+        std::memcpy(&value, &bits, sizeof value);
+        if (!std::isfinite(value)) continue;
+        int exponent = 0;
+        if (i % 2 == 0) value = std::ldexp(std::frexp(value, &exponent), i % 100 - 50); // half of them as in maps and poses
+        std::array<char, 1200> text{};
+        auto const last = text.data() + text.size();
+        auto const put = [&](std::to_chars_result const& written) {
+            f(std::string_view(text.data(), static_cast<std::size_t>(written.ptr - text.data())), value);
+        };
+        put(std::to_chars(text.data(), last, value));
+        put(std::to_chars(text.data(), last, value, std::chars_format::scientific, 16));
+        if (i % 10 != 0) continue;
+        put(std::to_chars(text.data(), last, value, std::chars_format::scientific, 40));
+        put(std::to_chars(text.data(), last, value, std::chars_format::fixed, 800));
+    }
+}
+
+TEST_CASE("what was written is read, to the bit")
+{
+    int wrong = 0; // 800 decimals have 476 digits of the least double, which is more than the 17 that tell it
+    for_written_numbers([&](std::string_view text, double value) { wrong += by_fallback<double>(text).value != value ? 1 : 0; });
+    CHECK(wrong == 0);
+}
+
+#if defined(__cpp_lib_to_chars) && __cpp_lib_to_chars >= 201611L
+/// How many texts std::from_chars answers otherwise; the first of them is shown.
+template <class T>
+int differences(std::vector<std::string> const& texts)
+{
+    int different = 0;
+    for (auto const& text : texts) {
+        auto const theirs = answer<T>(text, [](auto first, auto last, T& value) { return std::from_chars(first, last, value); });
+        auto const ours = by_fallback<T>(text);
+        if (theirs == ours) continue;
+        if (different++ == 0) MESSAGE("\"" << text << "\": " << text_of(ours) << "; std::from_chars: " << text_of(theirs));
+    }
+    return different;
+}
+
+TEST_CASE("std::from_chars reads the same in texts of any kind")
+{
+    std::mt19937_64 random(2);
+    std::vector<std::string> texts;
+    for_written_numbers([&](std::string_view text, double) { texts.emplace_back(text); });
+    for (auto const& c : cases()) texts.push_back(c.text);
+    // Texts that are nearly numbers: characters of numbers in any order, and numbers with a character changed.
+    std::string_view const letters = "0123456789012345678901234567890....eeE+--infatyINFATY()_x, ";
+    auto const letter = [&] { return letters[random() % letters.size()]; };
+    for (int i = 0; i < 50000; ++i) {
+        std::string text(random() % 12, ' ');
+        for (auto& c : text) c = letter();
+        texts.push_back(text);
+    }
+    for (std::size_t i = 0; i < 20000; ++i) {
+        auto text = texts[i * 2];
+        text[random() % text.size()] = letter();
+        texts.push_back(text);
+    }
+    CHECK(texts.size() > 100'000);
+    CHECK(differences<double>(texts) == 0);
+    CHECK(differences<float>(texts) == 0);
+}
+#endif
+
+} // namespace
+
+TEST_SUITE_END();

@@ -1,0 +1,96 @@
+#pragma once
+#include "support.hpp"
+#include <memory>
+#include <tilemesh/engine/checked_mesh.hpp>
+#include <tilemesh/fit_renderer.hpp>
+
+// Renderers behind plain functions: the files in shared/ alone instantiate them, each once for all tests.
+namespace support {
+
+/// A renderer of any setup and engine, with what tests look at on its tiles.
+class Runner {
+public:
+    virtual ~Runner() = default;
+
+    virtual void render_into(splat::Camera const& camera, RenderedFrame& frame) = 0;
+    RenderedFrame render(splat::Camera const& camera)
+    {
+        RenderedFrame frame;
+        render_into(camera, frame);
+        return frame;
+    }
+    virtual splat::Model& model() = 0;
+    virtual splat::Tiling const& tiling() = 0;
+    virtual Grid grid() = 0;                     ///< of the last frame, which there must be
+    virtual render::SetupFacts const& facts() = 0;
+    virtual void observe(Observer observer) = 0;
+
+    /// Of the records on a tile, in the order of their slots.
+    virtual std::vector<splat::Mark> marks(TileId tile) = 0;
+    /// Every id that the mesh owns, sorted; see `support::owned_ids`.
+    virtual std::vector<std::uint32_t> owned_ids() = 0;
+    /// Counters, marks and the order of every tile, as words.
+    virtual std::vector<std::uint64_t> on_tiles() = 0;
+
+    /// Tiles on which the set of records differs from brute force; see `wrong_tiles_of`.
+    std::uint32_t wrong_tiles(std::vector<splat::Gaussian> const& gaussians, splat::View const& view)
+    {
+        return wrong_tiles_of(grid(), [&](TileId tile) { return marks(tile); }, gaussians, view, tiling());
+    }
+    /// What a frame's report says is missing.
+    Missing missing(report::FrameReport const& r) { return Missing(r, tiling(), grid()); }
+};
+
+/// A renderer of setup S. Defined for the setups that a file in shared/ names: for others it does not link.
+template <class S, template <class, class> class Engine = Mesh>
+std::unique_ptr<Runner> make_runner(scene::Map const& map, RendererOptions const& options = {});
+
+/// `fit_renderer<Setups...>`, likewise.
+template <class... Setups>
+std::unique_ptr<AnyRenderer> fit_shared(scene::Map const& map, scene::Demand const& demand, RendererOptions const& options = {});
+
+// --- the setups of several tests ---------------------------------------------------------------------------------------------
+
+using splat::Referenced;
+/// What most tests are about: hold, carried, world copies, float pixels, by value.
+using Whole = Room<>;
+
+struct ScreenBase : splat::Lossless {
+    using Copies = splat::ScreenCopies;
+};
+struct RecomputedBase : splat::Lossless {
+    using Addressing = splat::Recomputed;
+};
+struct DropBase : splat::Lossless {
+    using Saturation = splat::Drop;
+};
+using Screens = Room<ScreenBase>;
+using Dropping = Room<splat::Paper>;
+using Shaded = splat::Fitted<Whole, 3>;
+using Planes = splat::WithPixel<Whole, splat::WithAlpha<splat::WithDepth<splat::FloatPixel>>>;
+/// The policies of Whole, tight.
+struct FixedSizes : Whole {
+    static constexpr splat::Sizes sizes = sized<Whole>(3, 120, 2);
+};
+
+// Without a part.
+using NoRouting = splat::Fitted<Whole, 0, false, true>;
+using NoBloom = splat::WithPixel<splat::Fitted<Whole, 0, true, false>, splat::WithAlpha<splat::WithDepth<splat::FloatPixel>>>;
+using Minimal = splat::Fitted<Whole, 0, false, false>;
+
+// With those above, every pair of hold or drop, world or screen, carried or recomputed, floats or bytes, planes or none, harmonics or none.
+struct DropScreens : Room<DropBase> {
+    using Copies = splat::ScreenCopies;
+    using Addressing = splat::Recomputed;
+    using Pixel = splat::WithAlpha<splat::FloatPixel>;
+    using Record = splat::ShadedGaussian<3>;
+};
+struct BytesAndPlanes : Room<RecomputedBase> {
+    using Pixel = splat::WithAlpha<splat::WithDepth<splat::Rgbx8Pixel>>;
+};
+struct ShadedScreens : Screens {
+    using Pixel = splat::WithDepth<splat::Rgbx8Pixel>;
+    using Record = splat::ShadedGaussian<3>;
+};
+
+} // namespace support

@@ -1,0 +1,6 @@
+#include "runner_of.hpp"
+
+using namespace support;
+
+SUPPORT_SHARED(NoRouting, CheckedMesh);
+SUPPORT_SHARED(Planes, CheckedMesh);

@@ -1,0 +1,9 @@
+#include "runner_of.hpp"
+
+using namespace support;
+
+SUPPORT_SHARED(Dropping);
+SUPPORT_SHARED(tilemesh::splat::Paper);
+SUPPORT_SHARED(tilemesh::splat::Prototype);
+SUPPORT_SHARED(Room<DropBase>);
+SUPPORT_SHARED(DropScreens);

@@ -1,0 +1,7 @@
+#include "runner_of.hpp"
+
+using namespace support;
+
+SUPPORT_SHARED(NoRouting);
+SUPPORT_SHARED(NoBloom);
+SUPPORT_SHARED(Minimal);

@@ -1,0 +1,6 @@
+#include "runner_of.hpp"
+
+using namespace support;
+
+SUPPORT_SHARED(Planes);
+SUPPORT_SHARED(BytesAndPlanes);

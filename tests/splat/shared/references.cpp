@@ -1,0 +1,15 @@
+#include "runner_of.hpp"
+
+using namespace support;
+
+SUPPORT_SHARED(Referenced<Whole>);
+SUPPORT_SHARED(Referenced<Screens>);
+SUPPORT_SHARED(Referenced<Dropping>);
+SUPPORT_SHARED(Referenced<Room<DropBase>>);
+SUPPORT_SHARED(Referenced<Shaded>);
+SUPPORT_SHARED(Referenced<tilemesh::splat::Fitted<Whole, 2>>);
+SUPPORT_SHARED(Referenced<tilemesh::splat::Fitted<Screens, 2>>);
+SUPPORT_SHARED(Referenced<tilemesh::splat::Lossless>);
+SUPPORT_SHARED(Referenced<tilemesh::splat::Paper>);
+SUPPORT_SHARED_FIT(tilemesh::splat::Fitted<tilemesh::splat::Lossless, 2>, tilemesh::splat::Fitted<tilemesh::splat::Lossless, 3>);
+SUPPORT_SHARED(Referenced<FixedSizes>);

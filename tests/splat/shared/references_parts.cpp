@@ -1,0 +1,8 @@
+#include "runner_of.hpp"
+
+using namespace support;
+
+SUPPORT_SHARED(Referenced<NoRouting>);
+SUPPORT_SHARED(Referenced<NoBloom>);
+SUPPORT_SHARED(Referenced<Minimal>);
+SUPPORT_SHARED_FIT(NoRouting);

@@ -1,0 +1,6 @@
+#include "runner_of.hpp"
+
+using namespace support;
+
+SUPPORT_SHARED(Shaded);
+SUPPORT_SHARED(tilemesh::splat::Fitted<Whole, 2>);
