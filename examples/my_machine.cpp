@@ -17,11 +17,7 @@ struct Camera256 {                                        // many small tiles, a
 struct Small : splat::Lossless {                          // what does not fit in the SRAM does not compile
     static constexpr char const* name = "small";
     using Machine = Camera256;
-    static constexpr std::uint32_t storage_slots = 700;
-    static constexpr std::uint32_t road_bytes = 100 * sizeof(splat::Addressed);
-    static constexpr std::uint32_t beam_bytes = 100 * sizeof(splat::Gaussian);
-    static constexpr std::uint32_t waiting_bytes = 100 * sizeof(splat::Addressed);
-    static constexpr std::uint32_t tile_pixels = 16 * 12;
+    static constexpr splat::Sizes sizes{.storage = 700, .road = 100, .beam = 100, .waiting = 100, .tile_pixels = 16 * 12};
 };
 
 int main()
@@ -36,8 +32,10 @@ int main()
     report::Table table{{"slots a channel", "supersteps", "refusals", "unplaced", "copies lost", "fullest tile"}};
     std::uint64_t refused_before = 0;
     bool grows = true;
-    for (std::uint32_t slots : {100u, 50u, 20u, 10u, 5u}) {
-        auto const frame = BasicRenderer<Small>{map, {.tile = {16, 12}, .channel_slots = slots}}.render(camera);
+    for (std::uint32_t slots : {100u, 50u, 20u, 10u, 5u}) { // sizes are values: one renderer is compiled, not five
+        auto sizes = Small::sizes;
+        sizes.road = sizes.beam = slots;
+        auto const frame = BasicRenderer<splat::Referenced<Small>>{map, {.tile = {16, 12}, .sizes = sizes}}.render(camera);
         auto const& r = frame.report;
         using report::thousands;
         table.add_row({std::to_string(slots), std::to_string(r.supersteps.total()), thousands(r.gaussians.held),

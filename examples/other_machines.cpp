@@ -44,27 +44,25 @@ struct PixelProcessors {                                  // a SCAMP: 256 x 256;
     static constexpr std::uint32_t clock_khz = 10'000;
 };
 
-template <class M, std::uint32_t Channel, std::uint32_t Stored, std::uint32_t Pixels>
-struct On : splat::Lossless {                             // slots of a channel end, slots of storage, pixels
-    static constexpr char const* name = M::name;
-    using Machine = Traced<M>;
-    static constexpr std::uint32_t storage_slots = Stored;
-    static constexpr std::uint32_t road_bytes = Channel * sizeof(splat::Addressed);
-    static constexpr std::uint32_t beam_bytes = Channel * sizeof(splat::Gaussian);
-    static constexpr std::uint32_t waiting_bytes = Channel * sizeof(splat::Addressed);
-    static constexpr std::uint32_t tile_pixels = Pixels;
+struct OnMultiprocessors : splat::Lossless {
+    static constexpr char const* name = Multiprocessors::name;
+    using Machine = Traced<Multiprocessors>;
+    static constexpr splat::Sizes sizes{.storage = 1400, .road = 40, .beam = 40, .waiting = 40, .tile_pixels = 54 * 33};
 };
-using OnMultiprocessors = On<Multiprocessors, 40, 1400, 54 * 33>;
-using OnWafer = On<Wafer, 8, 211, 2 * 2>;
-
+struct OnWafer : splat::Lossless {
+    static constexpr char const* name = Wafer::name;
+    using Machine = Traced<Wafer>;
+    static constexpr splat::Sizes sizes{.storage = 211, .road = 8, .beam = 8, .waiting = 8, .tile_pixels = 2 * 2};
+};
 // The least that a frame can ask for: one record and one pixel a tile, nothing moves, nothing spans two tiles. `BasicRenderer` of it is
 // refused by the budget (tests/checks/compile_fail/pixel_processors.cpp), so ask what it takes before.
-struct OnPixels : On<PixelProcessors, 1, 1, 1> {
+struct OnPixels : splat::Lossless {
     using Pixel = splat::Rgbx8Pixel;
     static constexpr bool routes = false, blooms = false;
+    static constexpr splat::Sizes sizes{.storage = 1, .road = 1, .beam = 1, .waiting = 1, .tile_pixels = 1};
 };
-constexpr auto least_bytes = bytes_needed<PixelProcessors, splat::Frame<OnPixels>>;
-static_assert(!fits<PixelProcessors, splat::Frame<OnPixels>> && fits<Wafer, splat::Frame<OnWafer>>);
+constexpr auto least_bytes = bytes_needed<PixelProcessors, splat::Frame<OnPixels>, OnPixels>;
+static_assert(!fits<PixelProcessors, splat::Frame<OnPixels>, OnPixels> && fits<Wafer, splat::Frame<OnWafer>, OnWafer>);
 
 /// The frame that `renderer` has just rendered as a page and the files beside it.
 template <class Shown>
@@ -79,7 +77,7 @@ void write_page(std::filesystem::path const& folder, CostModel const& model, Sho
     page.ledger.assign(ledger.begin(), ledger.end());
     TileMap load{"load", "Load", "records that a tile stores, copies among them", true, {}};
     for (std::uint32_t t = 0; t < mesh.grid().size(); ++t)
-        load.values.push_back(mesh.template state<splat::Marks<typename Shown::Setup>>(mesh.grid().tile(t)).size());
+        load.values.push_back(mesh.template state<splat::Marks<typename Shown::Policies>>(mesh.grid().tile(t)).size());
     page.maps = {load};
     std::string name = Machine::name;
     std::replace(name.begin(), name.end(), ' ', '_');
@@ -97,7 +95,6 @@ bool report_on(scene::Map const& map, CostModel const& model, splat::Camera cons
     options.threads = 2;
     options.arithmetic = splat::Arithmetic::precise;      // the naive loop's
     Shown renderer{map, options};
-    renderer.model().arithmetic = splat::Arithmetic::precise;
     renderer.prepare(camera.width, camera.height);
     auto const grid = renderer.mesh().grid();
     std::cout << "== " << S::Machine::name << ": " << grid.width << " x " << grid.height << " of " << thousands(S::Machine::tiles)
