@@ -66,6 +66,26 @@ Region largest_region(MachineSize const& machine, Sizes const& sizes)
         if (r.budgeted && r.bytes > largest.bytes && std::string(r.what) != "reserve") largest = r;
     return largest;
 }
+/// A ledger counts a region's bytes in 32 bits: with more slots than these hold they would begin again at 0.
+template <class X, class Sizes>
+void require_countable([[maybe_unused]] MachineSize const& machine, [[maybe_unused]] Sizes const& sizes)
+{
+    if constexpr (tilemesh::detail::is_list<X> || tilemesh::detail::is_channel<X>) {
+        constexpr std::uint64_t ends = tilemesh::detail::is_channel<X> ? 8 : 1;
+        std::uint64_t const slots = capacity_of<X>(sizes);
+        if (tilemesh::detail::is_channel<X> && slots == dynamic_capacity) return;
+        if (ends * (8 + slots * sizeof(typename X::value_type)) >> 32 == 0) return;
+        constexpr Name name = name_of<X>();
+        throw Error("the program does not fit in a tile's SRAM (machine " + std::string(machine.name) + ", region " +
+                    std::string(name.text, name.size) + " has " + std::to_string(slots) + " slots, more than 4 GiB); give it fewer slots");
+    }
+}
+template <class Sizes, class... S, class... L>
+void require_countable(MachineSize const& machine, Sizes const& sizes, Types<S...>, Types<L...>)
+{
+    (require_countable<S>(machine, sizes), ...);
+    (require_countable<L>(machine, sizes), ...);
+}
 } // namespace engine::detail
 
 /// The sizes of a program on a machine whose setup is a constant. A program that does not fit is a compile-time error (`Tile`).
@@ -81,6 +101,7 @@ constexpr MeshSizes<Program> mesh_sizes() noexcept
 template <class Program, class Sizes>
 void require_fit(MachineSize const& machine, Sizes const& sizes)
 {
+    engine::detail::require_countable(machine, sizes, typename Needs<Program>::States{}, typename Needs<Program>::Links{});
     auto const bytes = SramLedger<Program>::bytes(machine, sizes);
     if (bytes <= machine.sram_bytes) return;
     auto const largest = engine::detail::largest_region<Program>(machine, sizes);
