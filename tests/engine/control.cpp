@@ -63,8 +63,7 @@ TEST_CASE("Loop: no round where nobody voted busy before it, and each run begins
 
 TEST_CASE("Loop: loops in loops count all their rounds")
 {
-    using Inner = Loop<Superstep<Drain>>;
-    using Program = Sequence<Superstep<OpenTap>, Loop<Inner, Superstep<Refill>>>;
+    using Program = NestedDraining;
     Grid const grid{3, 2};
     auto const load = [](auto& mesh) { mesh.template state<Tank>(TileId::at(2, 1)) = {3, 2, 0, 0}; };
     auto const p = everywhere<Program>(grid, load);
