@@ -1,5 +1,6 @@
 #include "control.hpp"
 #include "everywhere.hpp"
+#include <tilemesh/model/no_progress.hpp>
 #include <tuple>
 
 using namespace engine_test;
