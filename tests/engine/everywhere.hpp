@@ -130,15 +130,17 @@ struct Played {
 inline constexpr std::uint32_t thread_counts[] = {1, 2, 3, 8};
 
 /// Loads and runs a program on CheckedMesh and on Mesh with 1, 2, 3 and 8 threads. All live words and counters must agree after
-/// every run, and the digest after every superstep; the checked mesh is returned. `load` takes either engine.
+/// every run, and the digest after every superstep; the checked mesh is returned. `load` takes either engine. `sizes`: for lists whose
+/// slots are values.
 template <class Program, class Machine = Mk2, class Load>
-Played<Program, Machine> everywhere(Grid grid, Load const& load, int runs = 1, Program program = {})
+Played<Program, Machine> everywhere(Grid grid, Load const& load, int runs = 1, Program program = {},
+                                    MeshSizes<Program> const& sizes = mesh_sizes<Program, Machine>())
 {
     Played<Program, Machine> played;
     std::vector<WordList> words;
     typename CheckedMesh<Program, Machine>::Options checked;
     checked.digest = true;
-    played.mesh = std::make_unique<CheckedMesh<Program, Machine>>(grid, checked, program);
+    played.mesh = std::make_unique<CheckedMesh<Program, Machine>>(grid, checked, program, sizes);
     load(*played.mesh);
     for (int r = 0; r < runs; ++r) {
         played.runs.push_back(played.mesh->run());
@@ -150,7 +152,7 @@ Played<Program, Machine> everywhere(Grid grid, Load const& load, int runs = 1, P
         typename Mesh<Program, Machine>::Options options;
         options.threads = threads;
         options.digest = true;
-        Mesh<Program, Machine> mesh{grid, options, program};
+        Mesh<Program, Machine> mesh{grid, options, program, sizes};
         load(mesh);
         for (std::size_t r = 0; r < played.runs.size(); ++r) {
             CAPTURE(r);
@@ -159,7 +161,7 @@ Played<Program, Machine> everywhere(Grid grid, Load const& load, int runs = 1, P
         }
         // Digests and observers add barriers: once more as users run it.
         options.digest = false;
-        Mesh<Program, Machine> plain{grid, options, program};
+        Mesh<Program, Machine> plain{grid, options, program, sizes};
         load(plain);
         for (std::size_t r = 0; r < played.runs.size(); ++r) {
             CAPTURE(r);
