@@ -18,13 +18,13 @@ struct Small : splat::Lossless {
     static constexpr char const* name = "small";
     using Machine = Camera256;                            // the hardware: a type
     using Pixel = splat::Rgbx8Pixel;                      // policies: types that change what kernels do
-    static constexpr splat::Sizes sizes{                  // slots: a value; what does not fit in the SRAM does not compile
+    static constexpr splat::Sizes sizes{                  // slots: a value; what does not fit does not compile
         .storage = 700, .road = 100, .beam = 100, .waiting = 100, .tile_pixels = 16 * 12};
 };
 
 int main()
 {
-    using MyRenderer = BasicRenderer<splat::Referenced<Small>>; // Referenced: the host keeps each record once, in place of copies
+    using MyRenderer = BasicRenderer<splat::Referenced<Small>>; // by reference: the host keeps each record once
     using Layout = MyRenderer::Layout;
     for (Region const& r : Layout::ledger())
         std::cout << std::string(r.name.text, r.name.size) << ": " << r.bytes << " bytes\n";

@@ -28,25 +28,25 @@ inline constexpr float prototype_near = 0.2f;
 /// Drawn and bloomed only where the box's diagonal is shorter than so many tile diagonals; the paper does not say so.
 inline constexpr float guard_diagonals = 12.0f;
 
-struct Wire : Channel<Gaussian, most_channel_slots, Limited> {};
+struct Wire : Channel<Gaussian, most_channel_slots> {};
 /// Slots, of which those whose id is none are free; always as long as its capacity.
-struct Stored : Buffer<Gaussian, most_storage_slots, Limited> {
+struct Stored : Buffer<Gaussian, most_storage_slots> {
     using Buffer::Buffer;
 };
 /// The ids of Stored again: the mesh's shortcut for looking at every slot, priced as the looks they stand for.
-struct StoredIds : Buffer<GaussianId, most_storage_slots, Limited> {
+struct StoredIds : Buffer<GaussianId, most_storage_slots> {
     using Buffer::Buffer;
 };
 /// What the first half of the prototype's vertex has put into an outgoing channel; the second half adds to it, and then it leaves.
 template <std::uint32_t Side>
-struct Staged : Buffer<Gaussian, most_channel_slots, Limited> {
-    using Buffer<Gaussian, most_channel_slots, Limited>::Buffer;
+struct Staged : Buffer<Gaussian, most_channel_slots> {
+    using Buffer<Gaussian, most_channel_slots>::Buffer;
 };
 /// A Gaussian to draw.
 struct Drawn {
     float x, y, conic[3], depth, opacity, colour[3];
 };
-struct ToDraw : Buffer<Drawn, most_storage_slots, Limited> {
+struct ToDraw : Buffer<Drawn, most_storage_slots> {
     using Buffer::Buffer;
 };
 struct Pixels : Buffer<std::uint32_t, 32 * 20> {
