@@ -33,8 +33,7 @@ done
 is_json first.json
 
 # --- one picture, whatever renders it ----------------------------------------------------------
-if own_policies; then skip "this build has the presets' own policies alone" && policies=""; else policies="--copies screen"; fi
-for options in "--engine sequential" "--threads 1" "--threads=3" "$policies" "${policies:+--saturation drop}" "--grid 32x32" \
+for options in "--engine sequential" "--threads 1" "--threads=3" "--copies screen" "--saturation drop" "--grid 32x32" \
     "--tile 9x7" "--machine test --tile 24x24" "--machine test --grid 1x1" "--machine test --tile 64x40 --engine sequential" \
     "--channel-slots 5" "--footprint opacity_box --hops quiet --pixels float --arithmetic fast"; do
     # shellcheck disable=SC2086
@@ -45,11 +44,9 @@ for options in "--engine sequential" "--threads 1" "--threads=3" "$policies" "${
 done
 
 # The picture in bytes is the float picture, rounded.
-if [ -n "$policies" ]; then
-    runs $small --out other --float --pixels rgbx8
-    same first/frame_0000.png other/frame_0000.png
-    if cmp -s first/frame_0000.pfm other/frame_0000.pfm; then fail "rgbx8 kept floats"; fi
-fi
+runs $small --out other --float --pixels rgbx8
+same first/frame_0000.png other/frame_0000.png
+if cmp -s first/frame_0000.pfm other/frame_0000.pfm; then fail "rgbx8 kept floats"; fi
 
 # One hop a frame: the first picture lacks what is still under way, and the report says what.
 runs $small --out other --float --hops 1 --report other.json
@@ -82,7 +79,7 @@ for preset in lossless paper prototype; do
 done
 has report.json '"budgeted": false'
 has report.json '"note":'
-for copies in ${policies:+world screen}; do
+for copies in world screen; do
     for pixels in float rgbx8; do
         runs $small --out threads --float --preset paper --saturation hold --copies $copies --pixels $pixels
         runs $small --out sequential --float --preset paper --saturation hold --copies $copies --pixels $pixels \
@@ -210,16 +207,32 @@ for columns in 9 24 45; do
     runs shaded_$columns.ply --size 320x180 --orbit 5 --frames 2 --machine test
     rm -r shaded base planes
 done
-runs shaded_45.ply $small --preset paper
-refuses "--preset prototype with a map of view-dependent colour" shaded_45.ply $small --preset prototype
-run shaded_45.ply --size 320x180 --out explained --depth --explain >stdout
-has stdout "^  alpha  *kept      compiled together"
-refuses "--engine sequential with a map of view-dependent colour, degree 3" shaded_45.ply $small --engine sequential
-refuses "--depth with preset paper and a map of view-dependent colour" shaded_45.ply $small --preset paper --depth
-refuses "--storage-slots cannot be 2000" shaded_45.ply $small --storage-slots 2000
+# Any preset, engine and policy takes it; the reports have the bytes of its records.
+runs shaded_45.ply $small --out shaded --float
+for options in "--engine sequential" "--copies screen" "--saturation drop" "--machine test --fit off"; do
+    # shellcheck disable=SC2086
+    runs shaded_45.ply $small --out other --float $options
+    same shaded/frame_0000.pfm other/frame_0000.pfm
+    rm -r other
+done
+for preset in paper prototype; do
+    runs shaded_45.ply $small --out shaded_$preset --float --preset $preset
+    runs shaded_45.ply $small --out other --float --preset $preset --engine sequential --depth
+    same shaded_$preset/frame_0000.pfm other/frame_0000.pfm
+    if cmp -s shaded_$preset/frame_0000.pfm shaded/frame_0000.pfm; then fail "preset $preset has the picture of lossless"; fi
+    rm -r shaded_$preset other
+done
+rm -r shaded
+runs shaded_45.ply --size 320x180 --out explained --depth --explain
+has stdout "view-dependent colour *kept .*; a record of 240 bytes, 860 slots a tile"
+has stdout "^  depth  *kept      asked for"
+has stdout "^  alpha  *left out  not asked for"
+[ ! -e explained/frame_0000.alpha.pfm ] || fail "a plane that nobody asked for"
+refuses "--storage-slots cannot be 861 (records of degree 3 leave 860)" shaded_45.ply $small --storage-slots 861
+runs shaded_45.ply $small --storage-slots 860 --channel-slots 50
+refuses "--channel-slots cannot be 51 (records of degree 3 leave 50)" shaded_45.ply $small --channel-slots 51
 refuses "--sh-degree cannot be" --sh-degree 4
 refuses "--fit cannot be" --fit me
-if [ -n "$policies" ]; then refuses "--copies screen with a map" shaded_9.ply $small --copies screen; fi
 
 # --- sequences ---------------------------------------------------------------------------------
 runs --size 320x180 --out orbit --orbit -0.5 --frames 3 --float --report orbit.json

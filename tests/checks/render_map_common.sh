@@ -50,12 +50,6 @@ refuses() {
     [ ! -s stdout ] || fail "standard output of: $*"
 }
 
-# A build without other policies than the presets' own says so, and is tested without them.
-own_policies() {
-    run --size 64x48 --grid 4x3 --quiet --out probe --copies screen >/dev/null 2>stderr
-    grep -q TILEMESH_RENDER_MAP_POLICIES stderr
-}
-
 same() { cmp -s "$1" "$2" || fail "$1 and $2 differ"; }
 # has FILE PATTERN
 has() { grep -a -q -e "$2" "$1" || fail "\"$2\" is not in $1"; }

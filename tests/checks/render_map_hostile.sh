@@ -148,14 +148,6 @@ for words in "--camera a" "--frames 3" "--orbit 3" "--relative"; do
     refuses "without" map.ply $words
 done
 refuses "the frame is" map.ply --grid 2x2 --tile 16x20
-for plane in --depth --alpha; do
-    refuses "leave out --engine" map.ply $plane --engine sequential
-    if own_policies; then skip "this build has the presets' own policies alone" && continue; fi
-    refuses "leave out --pixels" map.ply $plane --pixels rgbx8
-    refuses "leave out --copies" map.ply $plane --copies screen
-    refuses "leave out --saturation" map.ply $plane --saturation drop
-    refuses "leave out --saturation" map.ply $plane --preset paper --saturation hold
-done
 long=$(head -c 10000 /dev/zero | tr '\0' a)
 for option in --camera --orbit --frames --size --preset --grid --tile --machine --channel-slots --storage-slots \
     --saturation --footprint --copies --hops --pixels --arithmetic --quality --engine --threads; do

@@ -148,7 +148,7 @@ has priced/report.html "<tr><td>pair</td><td>600</td><td>fJ</td><td>a &lt;test&g
 has_whole_pictures priced
 # Everything else is as without, where there is no word of it.
 [ -s priced/frame_0000.heat_energy.png ] || fail "priced/frame_0000.heat_energy.png is missing"
-equal "files with energy" "$(find priced -type f | wc -l)" 16
+equal "files with energy" "$(find priced -type f | wc -l)" 17
 for file in second/*; do [ "$file" = second/report.html ] || same "$file" "priced/${file#second/}"; done
 if grep -a -i -e energy -e joules second/report.html; then fail "energy without --energy"; fi
 
@@ -223,27 +223,43 @@ equal "runs of the first frame" "$(grep -c ',project,' crowded/frame_0000.supers
 [ "$(sum crowded/frame_0000.heat.csv drops)" -gt 0 ] || fail "tiles of 240 slots had room for all"
 
 # --- other presets -----------------------------------------------------------------------------
-if own_policies; then
-    skip "this build has a trace with preset lossless alone"
+for preset in paper prototype; do
     # shellcheck disable=SC2086
-    refuses "^--trace and --preset paper are both given .*; leave out --preset" $small --trace refused --preset paper
-else
-    for preset in paper prototype; do
-        # shellcheck disable=SC2086
-        runs $small --out plain --float --preset $preset --channel-slots 10
-        # shellcheck disable=SC2086
-        runs $small --out pictures --float --preset $preset --channel-slots 10 --trace $preset --follow 17 --report $preset.json
-        same plain/frame_0000.pfm pictures/frame_0000.pfm
-        has_trace $preset 0000
-        agrees $preset 0000 $preset.json 0
+    runs $small --out plain --float --preset $preset --channel-slots 10
+    # shellcheck disable=SC2086
+    runs $small --out pictures --float --preset $preset --channel-slots 10 --trace $preset --follow 17 --report $preset.json
+    same plain/frame_0000.pfm pictures/frame_0000.pfm
+    has_trace $preset 0000
+    agrees $preset 0000 $preset.json 0
+done
+[ "$(sum prototype/frame_0000.heat.csv drops)" -gt 0 ] || fail "channels of ten slots dropped nothing"
+# A record that is gone: its life ends where it met a full storage.
+# shellcheck disable=SC2086
+runs $small --out pictures --preset prototype --channel-slots 20 --storage-slots 150 --trace gone --follow 7 --report gone.json
+has gone.json '"id": 7,'
+equal "the end of a record that is dropped" "$(tail -n 1 gone/follow_7.csv)" 0,13,route,2,10,dropped,north,1
+
+# --- other machines, engines, policies and planes ----------------------------------------------
+# Both engines have one trace, byte for byte. Whatever is asked for, the picture is the one without a trace.
+# shellcheck disable=SC2086
+{
+    for options in "" "--depth --alpha"; do
+        runs $small --out pictures --trace threads --follow 17 $options
+        runs $small --out pictures --trace sequential --follow 17 --engine sequential $options
+        has_trace sequential 0000
+        for file in threads/*.csv; do same "$file" "sequential/${file##*/}"; done
+        rm -r threads sequential
     done
-    [ "$(sum prototype/frame_0000.heat.csv drops)" -gt 0 ] || fail "channels of ten slots dropped nothing"
-    # A record that is gone: its life ends where it met a full storage.
-    # shellcheck disable=SC2086
-    runs $small --out pictures --preset prototype --channel-slots 20 --storage-slots 150 --trace gone --follow 7 --report gone.json
-    has gone.json '"id": 7,'
-    equal "the end of a record that is dropped" "$(tail -n 1 gone/follow_7.csv)" 0,13,route,2,10,dropped,north,1
-fi
+    for options in "--machine test" "--copies screen" "--pixels rgbx8" "--saturation drop --channel-slots 10" \
+        "--preset paper --saturation hold --channel-slots 10 --depth"; do
+        runs $small --out plain --float --fit off $options
+        runs $small --out pictures --float $options --trace other --follow 17 --report other.json
+        same plain/frame_0000.pfm pictures/frame_0000.pfm
+        has_trace other 0000
+        agrees other 0000 other.json 0
+        rm -r other
+    done
+}
 
 # --- what is refused ---------------------------------------------------------------------------
 for option in --trace --cost-model --energy --follow --most-passes; do refuses "^$option has no value" $option; done
@@ -253,14 +269,6 @@ refuses "empty" --trace ""
 refuses "^--cost-model is given without --trace" --cost-model first/model.txt
 refuses "^--energy is given without --trace" --energy energy.txt
 refuses "^--follow is given without --trace" --follow 1
-policies="--saturation drop|--copies screen|--pixels rgbx8"
-if own_policies; then policies=; fi
-echo "--engine sequential|--machine test|--depth|--alpha|$policies" | tr '|' '\n' >together
-while read -r options; do
-    [ -n "$options" ] || continue
-    # shellcheck disable=SC2086
-    refuses "^--trace and $options are both given .*; leave out ${options%% *}" $small --trace refused $options
-done <together
 # shellcheck disable=SC2086
 {
     refuses "^--follow cannot be 99999999 (map built_in has " $small --trace refused --follow 99999999
@@ -290,6 +298,9 @@ done <together
     refuses "cannot write to file (.*); name a writable directory with --trace" $small --out pictures --trace file
     refuses "cannot write to file/below (.*); name a writable directory with --trace" $small --out pictures --trace file/below
 }
+[ ! -e refused ] || fail "a folder for a trace that was refused"
+
+# --- view-dependent colour ---------------------------------------------------------------------
 {
     printf 'ply\nformat ascii 1.0\nelement vertex 1\n'
     for property in x y z nx ny nz f_dc_0 f_dc_1 f_dc_2 $(seq -f 'f_rest_%g' 0 8) opacity scale_0 scale_1 scale_2 rot_0 rot_1 rot_2 rot_3; do
@@ -298,11 +309,20 @@ done <together
     printf 'end_header\n0 0 0 0 0 0 1 1 1 1 1 1 1 1 1 1 1 1 5 -1 -1 -1 1 0 0 0\n'
 } >shaded.ply
 # shellcheck disable=SC2086
-refuses "^--trace with a map of view-dependent colour, degree 1 (.*); add --sh-degree 0" shaded.ply $small --trace refused
-[ ! -e refused ] || fail "a folder for a trace that was refused"
-# shellcheck disable=SC2086
-runs shaded.ply $small --out pictures --trace flat --sh-degree 0
-has_trace flat 0000
+for bytes in 96 60; do # of a record
+    options=
+    [ $bytes -eq 96 ] || options="--sh-degree 0"
+    runs shaded.ply $small --out plain --float $options
+    runs shaded.ply $small --out pictures --float --trace shaded --follow 1 --report shaded.json $options
+    same plain/frame_0000.pfm pictures/frame_0000.pfm
+    has_trace shaded 0000
+    agrees shaded 0000 shaded.json 0
+    has shaded/follow_1.csv ',anchored,,0$'
+    # A record that routing sends has 4 bytes more than a copy that bloom sends: its anchor tile.
+    hops=$(counter shaded.json hops 0)
+    equal "live bytes of records of $bytes bytes" "$(counter shaded.json live 0)" $((4 * hops + bytes * $(counter shaded.json messages 0)))
+    rm -r shaded
+done
 
 # A bound that is too small for records that come from far: one line, and with a trace what it says besides in a file.
 bounded="$small --out pictures --most-passes"
