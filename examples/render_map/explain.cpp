@@ -95,7 +95,7 @@ std::vector<tilemesh::report::RunReport::Feature> features(Options const& option
     auto const& seen = needs.seen;
     std::vector<tilemesh::report::RunReport::Feature> out;
     auto const idle = [&](std::string const& why) {
-        return why + "; kept: " + (needs.kept_because.empty() ? "a smaller machine is compiled for preset lossless alone" : needs.kept_because);
+        return why + "; kept: " + (needs.kept_because.empty() ? "a machine with routing or harmonics has bloom too" : needs.kept_because);
     };
 
     auto const degree = renderer.sh_degree();

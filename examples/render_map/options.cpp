@@ -406,7 +406,7 @@ std::string help_text()
                        "How far off double precision the picture is:\n"
                        "  render_map room.ply --reference\n"
                        "Which tiles, steps and channels the machine waits for; and what became of one Gaussian:\n"
-                       "  render_map room.ply --sh-degree 0 --trace where --follow 4711\n";
+                       "  render_map room.ply --trace where --follow 4711\n";
     for (auto const& option : options) {
         for (auto const& group : groups)
             if (group.first == option.name) text.append("\n").append(group.title).append("\n");
