@@ -2,7 +2,7 @@
 #include "renderers.hpp"
 #include <string>
 #include <tilemesh/error.hpp>
-#include <tilemesh/scene/demand.hpp>
+#include <tilemesh/splat/setup.hpp>
 
 namespace render_map {
 

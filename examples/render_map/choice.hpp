@@ -2,8 +2,11 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <tilemesh/fit_renderer.hpp>
+#include <tilemesh/any_renderer.hpp>
+#include <tilemesh/render/renderer_options.hpp>
 #include <tilemesh/render/setup_choice.hpp>
+#include <tilemesh/scene/demand.hpp>
+#include <tilemesh/scene/map.hpp>
 
 namespace render_map {
 

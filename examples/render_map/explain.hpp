@@ -2,7 +2,7 @@
 #include "choice.hpp"
 #include "options.hpp"
 #include <ostream>
-#include <tilemesh/report/json.hpp>
+#include <tilemesh/report/run_report.hpp>
 #include <tilemesh/scene/demand.hpp>
 #include <vector>
 

@@ -5,7 +5,7 @@
 #include <optional>
 #include <span>
 #include <string>
-#include <tilemesh/renderer.hpp>
+#include <tilemesh/render/renderer_options.hpp>
 #include <tilemesh/scene/pose.hpp>
 
 namespace render_map {

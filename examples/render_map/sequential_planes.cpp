@@ -1,4 +1,4 @@
-#include "renderers.hpp"
+#include "host_renderer.hpp"
 #include <tilemesh/engine/checked_mesh.hpp>
 
 std::unique_ptr<render_map::AnyRenderer> render_map::sequential_planes(tilemesh::scene::Map const& map, tilemesh::render::SetupFacts facts,

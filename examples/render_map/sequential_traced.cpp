@@ -1,4 +1,4 @@
-#include "renderers.hpp"
+#include "host_renderer.hpp"
 #include <tilemesh/engine/checked_mesh.hpp>
 #include "traced.hpp"
 

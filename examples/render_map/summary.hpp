@@ -1,6 +1,6 @@
 #pragma once
 #include <ostream>
-#include <tilemesh/report/json.hpp>
+#include <tilemesh/report/run_report.hpp>
 
 namespace render_map {
 

@@ -1,4 +1,4 @@
-#include "renderers.hpp"
+#include "host_renderer.hpp"
 
 std::unique_ptr<render_map::AnyRenderer> render_map::threads_planes(tilemesh::scene::Map const& map, tilemesh::render::SetupFacts facts,
                                                         tilemesh::RendererOptions const& options)

@@ -1,4 +1,4 @@
-#include "renderers.hpp"
+#include "host_renderer.hpp"
 
 #include "traced.hpp"
 

@@ -11,7 +11,7 @@
 #include <tilemesh/model/trace_section.hpp>
 #include <tilemesh/report/html.hpp>
 #include <tilemesh/report/image.hpp>
-#include <tilemesh/report/json.hpp>
+#include <tilemesh/report/run_report.hpp>
 #include <tilemesh/report/table.hpp>
 #include <utility>
 #include <vector>

@@ -50,6 +50,7 @@
 #include <tilemesh/report/number_text.hpp>
 #include <tilemesh/report/plot.hpp>
 #include <tilemesh/report/reference_double.hpp>
+#include <tilemesh/report/run_report.hpp>
 #include <tilemesh/report/stacked_bars.hpp>
 #include <tilemesh/report/table.hpp>
 #include <tilemesh/report/whole_file.hpp>

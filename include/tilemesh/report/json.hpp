@@ -1,64 +1,17 @@
 #pragma once
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <string>
 #include <tilemesh/machine/tile.hpp>
 #include <tilemesh/report/error_measures.hpp>
 #include <tilemesh/report/frame_report.hpp>
+#include <tilemesh/report/run_report.hpp>
 #include <tilemesh/report/whole_file.hpp>
 #include <vector>
 
 namespace tilemesh::report {
-
-/// One frame of a run: its report, its tiling and, where a reference was rendered, its error.
-struct RunFrame {
-    FrameReport report;
-    std::string image;                             ///< the file that shows it; empty: none
-    std::string depth, alpha;                      ///< the files of its planes; empty: none
-    std::array<std::uint32_t, 2> grid{};           ///< tiles, width and height
-    std::array<std::uint32_t, 2> tile_px{};        ///< pixels, width and height
-    std::optional<ErrorMeasures> error;            ///< against the double reference without cut-offs
-    std::optional<ErrorMeasures> error_same_cuts;  ///< against the double reference with ours
-};
-
-/// A whole run as a program describes it: everything that report.json says beside the frames' own reports.
-struct RunReport {
-    struct {
-        std::string name;                          ///< "sloth", "built_in"
-        std::string path;                          ///< as the user gave it; empty for a map without a file
-        std::uint64_t gaussians = 0, rejected = 0;
-        std::vector<std::string> notes;
-    } map;
-    struct {
-        std::string name;
-        std::uint32_t sram_bytes = 0;              ///< of a tile
-        std::uint32_t storage_slots = 0;           ///< of a tile, after the user's limit
-        std::uint32_t channel_slots = 0;           ///< of a channel, after the user's limit
-        std::vector<Region> ledger;                ///< Tile<Machine, Program>::ledger()
-    } machine;
-    std::string preset, engine;
-    std::uint32_t threads = 1;
-    struct {
-        std::string routing, addressing, saturation, footprint, copies, pixels, arithmetic;
-        std::uint32_t hops = 0;                    ///< supersteps of routing and of bloom a frame; 0: until quiet
-    } policies;
-    std::string quality = "default";               ///< splat::name of the quality asked for; "default": the preset's own cut-offs
-    struct {
-        float alpha_min = 0, transmittance_min = 0, alpha_max = 0;
-    } cut_offs;                                    ///< of splat::Model
-    struct Feature {
-        std::string name;                          ///< "routing"
-        bool kept = true;                          ///< false: not compiled into what ran, or not loaded
-        std::string why;
-    };
-    std::vector<Feature> features;                 ///< parts of the program, and whether the scene needs each
-    std::vector<std::string> notes; ///< one line each about the run; the map has notes of its own
-    std::vector<RunFrame> frames;
-};
 
 namespace detail {
 
