@@ -8,6 +8,7 @@
 #include "png.hpp"
 #include "process.hpp"
 #include "progress.hpp"
+#include "reference.hpp"
 #include "shots.hpp"
 #include "summary.hpp"
 #include "text.hpp"
@@ -29,7 +30,6 @@
 #include <tilemesh/report/frame_report.hpp>
 #include <tilemesh/report/image_file.hpp>
 #include <tilemesh/report/json.hpp>
-#include <tilemesh/report/reference_double.hpp>
 #include <tilemesh/report/table.hpp>
 #include <tilemesh/scene/built_in.hpp>
 #include <tilemesh/scene/ply.hpp>
@@ -144,25 +144,6 @@ void require_followed(Options const& options, scene::Map const& map)
                           "); name 1 + the row of a Gaussian");
 }
 
-/// The double reference of the whole map, whatever was left out.
-report::Image reference_of(scene::Map const& map, splat::Camera const& camera, splat::Model const& model, report::Cuts cuts,
-                           unsigned threads)
-{
-    auto const of_degree = [&]<std::uint32_t degree>(std::integral_constant<std::uint32_t, degree>) {
-        return report::render_double(scene::records<splat::GaussianOfDegree<degree>>(map), camera, model, cuts, threads);
-    };
-    switch (map.sh_degree) {
-    case 0:
-        return report::render_double(map.gaussians, camera, model, cuts, threads);
-    case 1:
-        return of_degree(std::integral_constant<std::uint32_t, 1>{});
-    case 2:
-        return of_degree(std::integral_constant<std::uint32_t, 2>{});
-    default:
-        return of_degree(std::integral_constant<std::uint32_t, 3>{});
-    }
-}
-
 /// The error of a mesh that is not quiet after --most-passes says in further lines what it repeats, where it keeps a trace: they go
 /// into a file, and the error that is thrown instead names it.
 tilemesh::RenderedFrame render(render_map::AnyRenderer& renderer, splat::Camera const& camera, render_map::TraceOutput const* trace)
@@ -202,7 +183,7 @@ void render_frames(Options const& options, scene::Map const& map, std::vector<re
         if (options.reference && render_map::interrupt() == 0) {
             auto const error = [&](report::Cuts cuts) {
                 return report::compare(rendered.image,
-                                       reference_of(map, camera, renderer.model(), cuts, options.renderer.threads));
+                                       render_map::reference_of(map, camera, renderer.model(), cuts, options.renderer.threads));
             };
             progress.say_frame("reference 1 of 2");
             frame.error = error(report::Cuts::none);

@@ -64,7 +64,7 @@ inline std::string maps_csv(std::span<TileMap const> maps, Grid grid)
     text += '\n';
     for (std::uint32_t t = 0; t < grid.size(); ++t) {
         text += std::to_string(grid.tile(t).x()) + "," + std::to_string(grid.tile(t).y());
-        for (auto const& map : maps) text += "," + report::plain_number(map.values[t]);
+        for (auto const& map : maps) text.append(",").append(report::plain_number(map.values[t]));
         text += '\n';
     }
     return text;

@@ -1,0 +1,14 @@
+#pragma once
+#include <tilemesh/report/image.hpp>
+#include <tilemesh/report/reference_double.hpp>
+#include <tilemesh/scene/map.hpp>
+#include <tilemesh/splat/camera.hpp>
+#include <tilemesh/splat/model.hpp>
+
+namespace render_map {
+
+/// The double reference of the whole map, whatever was left out.
+tilemesh::report::Image reference_of(tilemesh::scene::Map const& map, tilemesh::splat::Camera const& camera,
+                                     tilemesh::splat::Model const& model, tilemesh::report::Cuts cuts, unsigned threads);
+
+} // namespace render_map
