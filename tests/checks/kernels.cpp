@@ -61,7 +61,7 @@ struct Source {
     Place state() const noexcept
     {
         auto* const words = sram.states + Layout::template offset<X>();
-        if constexpr (detail::is_list<X>)
+        if constexpr (is_list<X>)
             return {words, words + X::head_words, capacity_of<X>(Setup::sizes)};
         else
             return {nullptr, words, 1};
@@ -70,7 +70,7 @@ struct Source {
     Place end(std::uint32_t number) const noexcept
     {
         constexpr auto slots = capacity_of<C>(Setup::sizes);
-        auto* const words = sram.links[detail::index_in<C>(typename Layout::Links{})] + number * C::Receiver::words(slots);
+        auto* const words = sram.links[index_in<C>(typename Layout::Links{})] + number * C::Receiver::words(slots);
         return {words, words + C::Receiver::head_words, slots};
     }
     template <class C>

@@ -67,7 +67,7 @@ refuse "not among the headers of codelets" "$(printf '%s\n' "$includes" | grep -
 # Kernel code: what it says. `code` prints "file:line:text" without comments and literals.
 code() {
     for file in "$@"; do
-        sed -E 's/"(\\.|[^"\\])*"/""/g; s,//.*$,,' "$file" | grep -nE '[^ ]' | sed "s,^,$file:,"
+        sed -E 's/"(\\.|[^"\\])*"/""/g; s,/\*[a-z_]+\*/,,g; s,//.*$,,' "$file" | grep -nE '[^ ]' | sed "s,^,$file:,"
     done
 }
 # shellcheck disable=SC2086
@@ -77,7 +77,7 @@ refuse "block comments (this check reads lines)" "$(printf '%s\n' "$text" | grep
 refuse "double precision" "$(says 'double')"
 refuse "sizes are 32 bits" "$(says '(std::)?(size_t|ptrdiff_t|u?intptr_t)')"
 # The ledger is added up in 64 bits at compile time, so that a huge program cannot wrap into a small one.
-refuse "64-bit integers" "$(says '(std::)?u?int64_t|long' | grep -vE '^(machine/tile|splat/with_pixel)\.hpp:' || true)"
+refuse "64-bit integers" "$(says '(std::)?u?int64_t|long' | grep -vE '^(machine/tile|splat/fitted)\.hpp:' || true)"
 refuse "not for tiles" "$(says 'virtual|throw|try|catch|new|delete|dynamic_cast|typeid|goto|mutable|thread_local|asm|std::(function|string|vector|sort|thread|atomic|mutex|chrono)')"
 refuse "C++20 only" "$(says 'concept|requires|consteval|constinit|co_await|co_yield|co_return|std::(span|bit_cast|numbers)')"
 refuse "library trigonometry costs thousands of cycles" "$(says '(std::)?(sin|cos|tan|asin|acos|atan|atan2|sinh|cosh|tanh|pow)f?')"

@@ -41,7 +41,7 @@ struct MeshOptions {
 /// shares of the tiles that must run; where next to nothing runs it does that alone. Pictures, counters and digests do not
 /// depend on the number of threads and equal those of CheckedMesh.
 ///
-/// A multi-worker kernel runs as its `Whole`, where it has one (see Worker).
+/// A multi-worker kernel runs as its `AllWorkers`, where it has one (see Worker).
 ///
 /// Cost: idle tiles and empty channels cost nothing in a superstep but a word for each 4,096 tiles; memory follows live
 /// records. A mesh stays as it is between runs: states, and mail that a bound (`at_most`) left under way.
@@ -50,11 +50,11 @@ struct MeshOptions {
 /// kernel broke, with tile and superstep, for a step that runs on and on (most_passes), and what an observer threw; after that the
 /// mesh refuses to run again.
 template <class Program, class Machine = Mk2>
-class Mesh : public engine::detail::Store<Program, false> {
-    using Base = engine::detail::Store<Program, false>;
+class Mesh : public engine::TileStore<Program, false> {
+    using Base = engine::TileStore<Program, false>;
     using Bank = engine::detail::Bank;
     using TileSet = engine::detail::TileSet;
-    using Run = engine::detail::Run<Program, tilemesh::detail::is_traced<Machine>>;
+    using Run = engine::Run<Program, is_traced<Machine>>;
     friend Run;
 
 public:
@@ -95,7 +95,7 @@ public:
     template <class X>
     void limit(std::uint32_t items)
     {
-        if constexpr (tilemesh::detail::is_channel<X>) {
+        if constexpr (is_channel<X>) {
             this->template limit_link<X>(items, has_mail<X>());
             make_bank<X>();
         } else {
@@ -116,7 +116,7 @@ public:
     /// Error for a rectangle that is not in the grid.
     void run_within(std::uint32_t x0, std::uint32_t y0, std::uint32_t x1, std::uint32_t y1)
     {
-        within_ = engine::detail::checked_rectangle(this->grid_, {x0, y0, x1, y1});
+        within_ = engine::checked_rectangle(this->grid_, {x0, y0, x1, y1});
     }
 
     /// Called after every superstep by the thread that called run().
@@ -156,10 +156,10 @@ public:
         this->require_capacities(Links{});
         for (auto& w : workers_) w.begin();
         auto counters = run_.all(*this, this->program_, this->grid_, {options_.most_passes, options_.digest, options_.explain});
-        counters.peaks = engine::detail::list_peaks(States{}, Links{}, [&](auto tag) {
+        counters.peaks = engine::list_peaks(States{}, Links{}, [&](auto tag) {
             using R = typename decltype(tag)::type;
             Peak peak;
-            if constexpr (tilemesh::detail::is_channel<R>) {
+            if constexpr (is_channel<R>) {
                 peak.capacity = this->template link_capacity<R>();
                 for (auto const& w : workers_) peak.items = std::max(peak.items, w.link_peak[Base::template index_of_link<R>()]);
             } else {
@@ -172,7 +172,7 @@ public:
     }
 
 private:
-    static constexpr bool traced = tilemesh::detail::is_traced<Machine>;
+    static constexpr bool traced = is_traced<Machine>;
 
     /// Up to this many tiles the thread that walks the program runs alone. A tile run takes 20 ns to 1 us, to let another
     /// thread in and out 0.2 us, and the words of the tiles may have to come from its cache.
@@ -189,7 +189,7 @@ private:
     /// One thread's part of a superstep.
     struct alignas(64) WorkerState {
         std::uint64_t messages = 0, live_bytes = 0, runs = 0, digest = 0;
-        [[no_unique_address]] std::conditional_t<traced, std::vector<TileSample>, engine::detail::NoTrace> samples;
+        [[no_unique_address]] std::conditional_t<traced, std::vector<TileSample>, engine::NoTrace> samples;
         engine::detail::Failure failure;                    ///< of the lowest tile
         TileSet busy;                                       ///< who voted busy
         std::array<TileSet, links> mail;                    ///< who was sent something on a channel
@@ -286,8 +286,8 @@ private:
         auto const most = this->template gets_slots_by_limit<C>() ? b.capacity : this->template most_slots<C>();
         auto const stride = ((std::size_t{most} * C::Receiver::item_words + 15u) & ~std::size_t{15}) | 16u;
         for (int i : {0, 1}) {
-            if (b.heads[i].data() == nullptr) b.heads[i] = engine::detail::Arena(n * 2);
-            if (stride != b.stride) b.items[i] = engine::detail::Arena(n * stride);
+            if (b.heads[i].data() == nullptr) b.heads[i] = engine::Arena(n * 2);
+            if (stride != b.stride) b.items[i] = engine::Arena(n * stride);
         }
         b.stride = stride;
     }
@@ -298,10 +298,10 @@ private:
     {
         source.tile = tile;
         source.slots = slots_.data() + 4 * std::size_t{tile};
-        using Whole = tilemesh::detail::WholeOf<Kernel>;
-        if constexpr (Whole::exists) {
+        using AllWorkers = AllWorkersOf<Kernel>;
+        if constexpr (AllWorkers::exists) {
             source.share = {0, this->sizes_.machine.workers};
-            (void)run_kernel<typename Whole::type>(source);
+            (void)run_kernel<typename AllWorkers::type>(source);
         } else if constexpr (KernelTraits<Kernel>::multi_worker) { // one host thread takes the shares of all of the tile's workers
             for (std::uint32_t w = 0; w < this->sizes_.machine.workers; ++w) {
                 source.share = {w, this->sizes_.machine.workers};
@@ -310,7 +310,7 @@ private:
         } else if (run_kernel<Kernel>(source) == Vote::busy) {
             source.me.busy.insert(tile);
         }
-        if constexpr (traced) source.me.samples.push_back(engine::detail::sample<Kernel>(source, tile));
+        if constexpr (traced) source.me.samples.push_back(engine::sample<Kernel>(source, tile));
         after_kernel(source, typename KernelTraits<Kernel>::Arguments{});
     }
     static void fail(WorkerState& me, engine::detail::Failure const& failure) noexcept
@@ -325,7 +325,7 @@ private:
     template <class X>
     TILEMESH_KERNEL void after([[maybe_unused]] Source& source, X*) noexcept
     {
-        if constexpr (tilemesh::detail::is_list<X> && !std::is_const_v<X>) {
+        if constexpr (is_list<X> && !std::is_const_v<X>) {
             auto& peak = source.me.state_peak[Base::template index_of_state<X>()];
             peak = std::max(peak, source.template state<X>().head[0]);
         }
@@ -397,7 +397,7 @@ private:
     template <class X>
     TILEMESH_KERNEL void prefetch_list([[maybe_unused]] std::uint32_t tile, X*) noexcept
     {
-        if constexpr (tilemesh::detail::is_list<X>) {
+        if constexpr (is_list<X>) {
             auto const* const items = this->template state_place<X>(tile).items;
             for (std::uint32_t line = 0; line < 4; ++line) __builtin_prefetch(items + 16 * line);
         }
@@ -495,7 +495,7 @@ private:
         return std::any_of(workers_.begin(), workers_.end(), [](auto const& w) { return !w.busy.empty(); });
     }
     template <class Kernel, bool All>
-    engine::detail::Passed superstep()
+    engine::Passed superstep()
     {
         using KernelLinks = typename KernelTraits<Kernel>::Links;
         auto n = this->grid_.size();
@@ -522,7 +522,7 @@ private:
             run_tiles<Kernel>(0, tiles, n, false);
         }
 
-        engine::detail::Passed passed;
+        engine::Passed passed;
         passed.ran = true;
         passed.sent = sent_anything<Kernel>(KernelLinks{});
         flip(KernelLinks{});
@@ -554,7 +554,7 @@ private:
         team_.share([&](std::uint32_t w) noexcept {
             for (std::uint32_t first = 0, last = 0; shares_.take(w, first, last);)
                 for (auto t = first; t < last; ++t)
-                    workers_[w].digest += engine::detail::mix(digest_mail(all, t, Links{}), this->digest_states(t));
+                    workers_[w].digest += engine::mix(digest_mail(all, t, Links{}), this->digest_states(t));
         });
         std::uint64_t digest = 0;
         for (auto& w : workers_) digest += std::exchange(w.digest, 0);
@@ -568,11 +568,11 @@ private:
             using L = typename decltype(tag)::type;
             for (Direction d : news) {
                 auto const p = all[Base::template index_of_link<L>()].in(4 * tile + index(d));
-                h = engine::detail::mix(h, p.head[1]);
-                h = engine::detail::mix_words(h, p.items, std::size_t{p.head[0]} * L::Receiver::item_words);
+                h = engine::mix(h, p.head[1]);
+                h = engine::mix_words(h, p.items, std::size_t{p.head[0]} * L::Receiver::item_words);
             }
         };
-        (one(tilemesh::detail::Tag<C>{}), ...);
+        (one(Tag<C>{}), ...);
         return h;
     }
 
@@ -580,7 +580,7 @@ private:
     std::vector<std::uint32_t> slots_;                  ///< where each tile's four outgoing ends are read
     std::array<Bank, links> banks_;
     std::array<std::uint32_t, links> bank_{};           ///< the bank that senders write now
-    engine::detail::Rectangle within_;                  ///< whose tiles Superstep and Repeat always run
+    engine::Rectangle within_;                  ///< whose tiles Superstep and Repeat always run
     TileSet active_;
     std::vector<std::uint32_t> tiles_;                  ///< those that run in this superstep, where not all do
     engine::detail::Shares shares_;

@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-namespace tilemesh::engine::detail {
+namespace tilemesh::engine {
 
 /// What one superstep of an engine did; nothing where no tile had to run.
 struct Passed {
@@ -26,13 +26,13 @@ std::vector<Peak> list_peaks(Types<X...>, Types<C...>, F const& of)
     std::vector<Peak> peaks;
     [[maybe_unused]] auto const add = [&](auto tag) {
         using R = typename decltype(tag)::type;
-        if constexpr (tilemesh::detail::is_list<R> || tilemesh::detail::is_channel<R>) {
+        if constexpr (is_list<R> || is_channel<R>) {
             peaks.push_back(of(tag));
             peaks.back().region = text(name_of<R>());
         }
     };
-    (add(tilemesh::detail::Tag<X>{}), ...);
-    (add(tilemesh::detail::Tag<C>{}), ...);
+    (add(Tag<X>{}), ...);
+    (add(Tag<C>{}), ...);
     return peaks;
 }
 
@@ -154,4 +154,4 @@ private:
     bool broken_ = false;
 };
 
-} // namespace tilemesh::engine::detail
+} // namespace tilemesh::engine

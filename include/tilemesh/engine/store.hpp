@@ -12,7 +12,7 @@
 #include <tuple>
 #include <vector>
 
-namespace tilemesh::engine::detail {
+namespace tilemesh::engine {
 
 inline std::string text(Name name)
 {
@@ -88,14 +88,14 @@ inline Rectangle checked_rectangle(Grid grid, Rectangle r)
 /// Heads of lists and small structs of a tile lie together in `hot`, so that a tile where little happens is one or two
 /// cache lines; items and large structs lie in one arena a region and cost memory only where they are live.
 template <class Program, bool Guarded>
-class Store {
+class TileStore {
 public:
     using Sizes = MeshSizes<Program>;
     using States = typename Needs<Program>::States;
     using Links = typename Needs<Program>::Links;
     using Shareds = typename Needs<Program>::Shareds;
 
-    Store(Grid grid, Program program, Sizes const& sizes) : program_(program), grid_(grid), sizes_(sizes)
+    TileStore(Grid grid, Program program, Sizes const& sizes) : program_(program), grid_(grid), sizes_(sizes)
     {
         auto const& machine = sizes_.machine;
         if (grid.width == 0 || grid.height == 0 || grid.width > 65535 || grid.height > 65535)
@@ -121,7 +121,7 @@ public:
     decltype(auto) state(TileId t) noexcept
     {
         auto const place = state_place<X>(grid_.index_of(t));
-        if constexpr (tilemesh::detail::is_list<X>)
+        if constexpr (is_list<X>)
             return X{place};
         else
             return static_cast<X&>(*reinterpret_cast<X*>(place.items));
@@ -130,8 +130,8 @@ public:
     template <class X>
     decltype(auto) state(TileId t) const noexcept
     {
-        auto const place = const_cast<Store*>(this)->template state_place<X>(grid_.index_of(t));
-        if constexpr (tilemesh::detail::is_list<X>) {
+        auto const place = const_cast<TileStore*>(this)->template state_place<X>(grid_.index_of(t));
+        if constexpr (is_list<X>) {
             X const view{place};
             return view;
         } else {
@@ -155,7 +155,7 @@ public:
     {
         auto* const hot = hot_.data() + std::size_t{tile} * hot_stride + hot_offset<X>();
         constexpr auto i = index_of_state<X>();
-        if constexpr (tilemesh::detail::is_list<X>)
+        if constexpr (is_list<X>)
             return {hot, items_[i].data() + std::size_t{tile} * stride_[i] + guard_words, capacity_[i]};
         else if constexpr (is_small<X>)
             return {nullptr, hot, 1};
@@ -171,19 +171,19 @@ public:
 protected:
     static constexpr std::uint32_t guard_words = Guarded ? 4 : 0;
     template <class X>
-    static constexpr bool is_small = !tilemesh::detail::is_list<X> && sizeof(X) <= 64;
+    static constexpr bool is_small = !is_list<X> && sizeof(X) <= 64;
 
     template <class X>
     static constexpr std::uint32_t index_of_state() noexcept
     {
-        static_assert(tilemesh::detail::contains<X, States>, "no kernel of this program keeps this state");
-        return tilemesh::detail::index_in<X>(States{});
+        static_assert(contains<X, States>, "no kernel of this program keeps this state");
+        return index_in<X>(States{});
     }
     template <class C>
     static constexpr std::uint32_t index_of_link() noexcept
     {
-        static_assert(tilemesh::detail::contains<C, Links>, "no kernel of this program uses this channel");
-        return tilemesh::detail::index_in<C>(Links{});
+        static_assert(contains<C, Links>, "no kernel of this program uses this channel");
+        return index_in<C>(Links{});
     }
     template <class C>
     std::uint32_t link_capacity() const noexcept
@@ -246,7 +246,7 @@ protected:
     template <class X>
     std::size_t words() const noexcept
     {
-        if constexpr (tilemesh::detail::is_list<X>)
+        if constexpr (is_list<X>)
             return X::head_words + std::size_t{most_slots<X>()} * X::item_words;
         else
             return sizeof(X) / 4;
@@ -255,7 +255,7 @@ protected:
     template <class X>
     std::uint32_t most_slots() const noexcept
     {
-        if constexpr (tilemesh::detail::is_channel<X>)
+        if constexpr (is_channel<X>)
             return sizes_.links[index_of_link<X>()].slots;
         else
             return sizes_.slots[index_of_state<X>()];
@@ -291,7 +291,7 @@ protected:
     std::uint64_t digest_state(std::uint64_t h, std::uint32_t tile) noexcept
     {
         auto const p = state_place<X>(tile);
-        if constexpr (tilemesh::detail::is_list<X>)
+        if constexpr (is_list<X>)
             return mix_words(mix(h, p.head[0]), p.items, std::size_t{p.head[0]} * X::item_words);
         else
             return mix_words(h, p.items, sizeof(X) / 4);
@@ -319,7 +319,7 @@ private:
     template <class X>
     static constexpr std::uint32_t hot_words() noexcept
     {
-        if constexpr (tilemesh::detail::is_list<X>)
+        if constexpr (is_list<X>)
             return 2 + (Guarded ? 1 : 0);
         else
             return is_small<X> ? sizeof(X) / 4 + (Guarded ? 1 : 0) : 0;
@@ -361,7 +361,7 @@ protected:
     {
         auto const p = state_place<X>(tile);
         bool ok = true;
-        if constexpr (tilemesh::detail::is_list<X>) {
+        if constexpr (is_list<X>) {
             ok = p.head[2] == guard_word && p.head[0] <= p.capacity;
         } else if constexpr (is_small<X>) {
             return p.items[sizeof(X) / 4] == guard_word;
@@ -374,7 +374,7 @@ protected:
     template <class X>
     std::size_t item_words_of() const noexcept
     {
-        if constexpr (tilemesh::detail::is_list<X>)
+        if constexpr (is_list<X>)
             return std::size_t{most_slots<X>()} * X::item_words;
         else
             return sizeof(X) / 4;
@@ -390,10 +390,10 @@ private:
     void guard()
     {
         constexpr std::size_t poisoned_at_once = std::size_t{64} << 18; // words: 64 MiB a region, beyond that only what died
-        bool const fill = tilemesh::detail::is_list<X> && std::size_t{grid_.size()} * item_words_of<X>() <= poisoned_at_once;
+        bool const fill = is_list<X> && std::size_t{grid_.size()} * item_words_of<X>() <= poisoned_at_once;
         for (std::uint32_t i = 0; i < grid_.size(); ++i) {
             auto const p = state_place<X>(i);
-            if constexpr (tilemesh::detail::is_list<X>)
+            if constexpr (is_list<X>)
                 p.head[2] = guard_word;
             else if constexpr (is_small<X>) {
                 p.items[sizeof(X) / 4] = guard_word;
@@ -414,7 +414,7 @@ private:
     {
         constexpr auto i = index_of_state<X>();
         auto slack = std::size_t{0}; // a guarded store outlives one item past the last region
-        if constexpr (Guarded && tilemesh::detail::is_list<X>) slack = X::item_words;
+        if constexpr (Guarded && is_list<X>) slack = X::item_words;
         stride_[i] = stride<X>();
         if constexpr (!is_small<X>) items_[i] = Arena(std::size_t{grid_.size()} * stride_[i] + slack);
     }
@@ -430,7 +430,7 @@ private:
             using Link = typename decltype(tag)::type;
             return gets_slots_by_limit<Link>() ? std::uint64_t{8} * message_bytes<Link>() * link_capacity<Link>() : 0;
         };
-        return sizes_.sram_bytes + (std::uint64_t{0} + ... + extra(tilemesh::detail::Tag<C>{}));
+        return sizes_.sram_bytes + (std::uint64_t{0} + ... + extra(Tag<C>{}));
     }
     template <class C>
     void require_capacity() const
@@ -447,4 +447,4 @@ private:
     }
 };
 
-} // namespace tilemesh::engine::detail
+} // namespace tilemesh::engine

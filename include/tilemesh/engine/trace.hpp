@@ -39,7 +39,7 @@ struct Trace {
     friend bool operator==(Trace const&, Trace const&) = default;
 };
 
-namespace engine::detail {
+namespace engine {
 /// What stands for a trace where none is kept.
 struct NoTrace {};
 
@@ -85,6 +85,6 @@ TileSample sample(Source& source, std::uint32_t tile) noexcept
     add_all_sent(s, source, typename KernelTraits<K>::Arguments{});
     return s;
 }
-} // namespace engine::detail
+} // namespace engine
 
 } // namespace tilemesh

@@ -62,17 +62,16 @@ struct Channel {
     };
 };
 
-namespace detail {
+/// Is X a channel?
 template <class X, class = void>
 inline constexpr bool is_channel = false;
 template <class X>
 inline constexpr bool is_channel<X, std::void_t<decltype(X::is_channel)>> = true;
-} // namespace detail
 
 /// The four incoming ends of channel C, indexed by the side the messages came from.
 template <class C>
 struct In {
-    static_assert(detail::is_channel<C>, "In<C>: C is not a channel; write struct C : Channel<Message, slots> {}");
+    static_assert(is_channel<C>, "In<C>: C is not a channel; write struct C : Channel<Message, slots> {}");
     typename C::Receiver side[4];
     TILEMESH_KERNEL typename C::Receiver const& operator[](Direction d) const noexcept { return side[index(d)]; }
 };
@@ -80,7 +79,7 @@ struct In {
 /// The four outgoing ends of channel C. At an edge of the grid what is sent comes back to its own tile on the same side.
 template <class C>
 struct Out {
-    static_assert(detail::is_channel<C>, "Out<C>: C is not a channel; write struct C : Channel<Message, slots> {}");
+    static_assert(is_channel<C>, "Out<C>: C is not a channel; write struct C : Channel<Message, slots> {}");
     typename C::Sender side[4];
     TILEMESH_KERNEL typename C::Sender& operator[](Direction d) noexcept { return side[index(d)]; }
 };

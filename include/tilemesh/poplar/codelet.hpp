@@ -87,7 +87,7 @@ class Codelet {
     using Links = typename Traits::Links;
     using AllLinks = typename Needs<Program>::Links;
     using Log = TileLog<Program>;
-    static constexpr bool traced = tilemesh::detail::is_traced<Machine>;
+    static constexpr bool traced = is_traced<Machine>;
     static_assert(AllLinks::count <= 31, "a tile says in one word on which channels it sent (31 fit); use fewer channels");
 
     /// What run_kernel needs, out of the vertex's fields.
@@ -142,7 +142,7 @@ class Codelet {
     template <class X, class Edge>
     TILEMESH_KERNEL static Place place(Edge& edge) noexcept
     {
-        if constexpr (tilemesh::detail::is_list<X>)
+        if constexpr (is_list<X>)
             return list<X>(edge);
         else
             return {nullptr, words(edge), 1};
@@ -200,9 +200,9 @@ class Codelet {
                 notes |= head[1];
                 peak = head[0] > peak ? head[0] : peak;
             }
-            log[vertex.log_at + 1 + tilemesh::detail::index_in<C>(Links{})] += messages;
+            log[vertex.log_at + 1 + index_in<C>(Links{})] += messages;
             log[Log::template link_peak<C>()] = peak;
-            return (messages | notes) != 0 ? said_mail(tilemesh::detail::index_in<C>(AllLinks{})) : 0;
+            return (messages | notes) != 0 ? said_mail(index_in<C>(AllLinks{})) : 0;
         } else {
             return 0;
         }
@@ -217,7 +217,7 @@ class Codelet {
     TILEMESH_KERNEL static void peak_of([[maybe_unused]] Vertex& vertex, [[maybe_unused]] std::uint32_t* log) noexcept
     {
         using X = std::remove_reference_t<A>;
-        if constexpr (std::is_reference_v<A> && !std::is_const_v<X> && tilemesh::detail::is_list<X>) {
+        if constexpr (std::is_reference_v<A> && !std::is_const_v<X> && is_list<X>) {
             auto const size = words(vertex.keeps[detail::keeps_at<Kernel, X&>(Arguments{})])[0];
             auto& peak = log[Log::template state_peak<X>()];
             peak = size > peak ? size : peak;

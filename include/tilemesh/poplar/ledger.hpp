@@ -28,7 +28,7 @@ inline constexpr std::uint32_t control_bytes =
 template <class Sizes, class... Step, class... L>
 constexpr std::uint32_t vertex_bytes([[maybe_unused]] Sizes const& sizes, Types<Step...>, Types<L...>) noexcept
 {
-    auto const own = (0u + ... + (tilemesh::detail::shares_memory<L>(sizes) ? 0u : 4u));
+    auto const own = (0u + ... + (tilemesh::shares_memory<L>(sizes) ? 0u : 4u));
     auto const start = span_bytes * (1 + 3 + own), begin = span_bytes * (1 + 2);
     auto const votes = 2 * span_bytes + 2 * span_bytes + 4 * word_bytes; // GatherVotes, CountPass
     return start + begin +

@@ -92,7 +92,7 @@ public:
         add_links(Links{});
         add_shareds(Shareds{});
     }
-    static constexpr bool traced = tilemesh::detail::is_traced<Machine>;
+    static constexpr bool traced = is_traced<Machine>;
     /// The stream that brings the PassSample of all tiles after each pass; on a Traced machine only.
     static constexpr char const* samples_handle = "samples";
 
@@ -100,7 +100,7 @@ public:
     template <class X>
     Tensor const& state() const
     {
-        return states_[tilemesh::detail::index_in<X>(States{})];
+        return states_[index_in<X>(States{})];
     }
     /// {tiles, words} of the ends on which tiles receive from side d.
     template <class C>
@@ -112,7 +112,7 @@ public:
     template <class P>
     Tensor const& broadcast() const
     {
-        return shareds_[tilemesh::detail::index_in<P>(Shareds{})];
+        return shareds_[index_in<P>(Shareds{})];
     }
     Tensor const& within() const noexcept { return within_; }
     Tensor const& log() const noexcept { return log_; }
@@ -164,38 +164,38 @@ private:
     template <class... X>
     void add_states(Types<X...>)
     {
-        ((states_[tilemesh::detail::index_in<X>(States{})] = per_tile(text<X>(), laid_out_words_of<X>())), ...);
+        ((states_[index_in<X>(States{})] = per_tile(text<X>(), laid_out_words_of<X>())), ...);
     }
     template <class X>
     std::uint32_t laid_out_words_of() const noexcept
     {
-        if constexpr (tilemesh::detail::is_list<X>)
-            return X::words(sizes_.slots[tilemesh::detail::index_in<X>(States{})]);
+        if constexpr (is_list<X>)
+            return X::words(sizes_.slots[index_in<X>(States{})]);
         else
             return sizeof(X) / 4;
     }
     template <class... P>
     void add_shareds(Types<P...>)
     {
-        ((shareds_[tilemesh::detail::index_in<P>(Shareds{})] = per_tile(text<P>(), sizeof(P) / 4)), ...);
+        ((shareds_[index_in<P>(Shareds{})] = per_tile(text<P>(), sizeof(P) / 4)), ...);
     }
     /// Which channel's variables C lies in.
     template <class C>
     std::uint32_t memory() const noexcept
     {
-        constexpr auto own = tilemesh::detail::index_in<C>(Links{});
-        return sizes_.shares_memory[own] ? tilemesh::detail::index_in<typename tilemesh::detail::MemoryOf<C>::type>(Links{}) : own;
+        constexpr auto own = index_in<C>(Links{});
+        return sizes_.shares_memory[own] ? index_in<MemoryOf<C>>(Links{}) : own;
     }
     template <class C>
     bool has_memory_of_its_own() const noexcept
     {
-        return memory<C>() == tilemesh::detail::index_in<C>(Links{});
+        return memory<C>() == index_in<C>(Links{});
     }
     /// Which channel's variables C may lie in, whatever the sizes say.
     template <class C>
     static constexpr std::uint32_t possible_memory() noexcept
     {
-        return tilemesh::detail::index_in<typename tilemesh::detail::MemoryOf<C>::type>(Links{});
+        return index_in<MemoryOf<C>>(Links{});
     }
     template <class C>
     std::uint32_t link_words() const noexcept
@@ -203,12 +203,12 @@ private:
         static_assert(wire_bytes<typename C::value_type> == sizeof(typename C::value_type),
                       "a channel whose messages are handles of the host (wire_bytes is not their size): a tile has no host memory; build "
                       "the program that moves values");
-        return C::Receiver::words(slots_.links[tilemesh::detail::index_in<C>(Links{})]);
+        return C::Receiver::words(slots_.links[index_in<C>(Links{})]);
     }
     template <class C>
     std::uint32_t laid_out_words() const noexcept
     {
-        auto const slots = sizes_.links[tilemesh::detail::index_in<C>(Links{})].slots;
+        auto const slots = sizes_.links[index_in<C>(Links{})].slots;
         return slots == dynamic_capacity ? link_words<C>() : C::Receiver::words(slots);
     }
     template <class... C>
@@ -268,13 +268,13 @@ private:
     void connect(std::vector<Tensor>& reads, std::vector<Tensor>& keeps, std::uint32_t tile, A*) const
     {
         using Traits = KernelTraits<K>;
-        if constexpr (tilemesh::detail::is_end<A>) {
+        if constexpr (is_view<A>) {
             connect_end<K>(reads, tile, static_cast<A*>(nullptr));
         } else {
             using X = std::remove_const_t<A>;
             auto row = state<X>()[tile];
-            if constexpr (tilemesh::detail::is_list<X>)
-                row = row.slice(0, X::words(slots_.states[tilemesh::detail::index_in<X>(States{})]));
+            if constexpr (is_list<X>)
+                row = row.slice(0, X::words(slots_.states[index_in<X>(States{})]));
             if constexpr (!std::is_const_v<A>)
                 keeps.push_back(row);
             else if constexpr (!Traits::template takes<X&>)
@@ -322,7 +322,7 @@ private:
             if constexpr (KernelTraits<K>::template writes<L>)
                 for (Direction d : news) sends.push_back(cut<L>(out_[memory<L>()][index(d)])[tile]);
         };
-        (one(tilemesh::detail::Tag<C>{}), ...);
+        (one(Tag<C>{}), ...);
     }
     void connect_list(::poplar::VertexRef const& v, char const* field, std::vector<Tensor> const& edges)
     {
@@ -397,7 +397,7 @@ private:
             else
                 clear_link<L>(read);
         };
-        (one(tilemesh::detail::Tag<C>{}), ...);
+        (one(Tag<C>{}), ...);
     }
     /// What all tiles send towards d: a shift of the whole grid by one tile; at the edge it comes back on the side it left.
     template <class C>

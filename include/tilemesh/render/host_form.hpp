@@ -115,7 +115,7 @@ struct TableAccess {
     template <class MarkList>
     static std::uint32_t slot_of(MarkList const& marks, SplatRow const* splats, Reference const& message) noexcept
     {
-        return detail::first_of(splats, marks.size(), [row = message.row](SplatRow s) noexcept { return s.row == row; });
+        return first_of(splats, marks.size(), [row = message.row](SplatRow s) noexcept { return s.row == row; });
     }
     TILEMESH_KERNEL static bool is_settled(Parameters const& frame, SplatRow s, std::uint32_t bits, std::uint32_t& standing) noexcept
     {
@@ -167,7 +167,9 @@ struct CopiesAsTold {
     TILEMESH_KERNEL static SplatRow splat(Reference const& m, TableParameters const&) noexcept { return {m.row}; }
 };
 
-namespace detail {
+} // namespace tilemesh::splat
+namespace tilemesh::render::detail {
+using splat::FloatPixel, splat::WithAlpha, splat::WithDepth;
 /// What the host keeps of a pixel: colours as floats, which it shows in the setup's format, and both planes where there is one.
 template <class Pixel, bool Known, bool Planes>
 struct HostPixelOf {
@@ -189,15 +191,17 @@ template <class Colour>
 struct ColourOf<WithDepth<Colour>> : ColourOf<Colour> {};
 template <class Colour>
 struct ColourOf<WithAlpha<Colour>> : ColourOf<Colour> {};
-} // namespace detail
+} // namespace tilemesh::render::detail
+namespace tilemesh::splat {
+
 /// The colour of a pixel, without its planes.
 template <class Pixel>
-using ColourOf = typename detail::ColourOf<Pixel>::type;
+using ColourOf = typename render::detail::ColourOf<Pixel>::type;
 /// Is it one of the library's formats? The host shows these from floats.
 template <class Pixel>
 inline constexpr bool is_known_colour = std::is_same_v<ColourOf<Pixel>, FloatPixel> || std::is_same_v<ColourOf<Pixel>, Rgbx8Pixel>;
 template <class Pixel>
-using HostPixel = typename detail::HostPixelOf<Pixel, is_known_colour<Pixel>, Pixel::has_depth || Pixel::has_alpha>::type;
+using HostPixel = typename render::detail::HostPixelOf<Pixel, is_known_colour<Pixel>, Pixel::has_depth || Pixel::has_alpha>::type;
 
 /// The policies of setup S by reference. The ledger stays that of S: ask `Tile<Machine, Frame<S>, S>`.
 template <class S>

@@ -68,7 +68,7 @@ inline std::vector<Region> ledger_of(SetupChoice const& c)
     std::vector<Region> lines;
     auto const list = [](std::uint32_t slots, std::uint32_t bytes) { return 8 + slots * bytes; };
     auto const add = [&](char const* name, char const* what, std::uint64_t bytes, bool budgeted = true) {
-        lines.push_back({{name, tilemesh::detail::length(name)}, what, static_cast<std::uint32_t>(bytes), budgeted});
+        lines.push_back({as_name(name), what, static_cast<std::uint32_t>(bytes), budgeted});
     };
     auto const road = 8 * list(c.sizes.road, words.road_message), beam = 8 * list(c.sizes.beam, words.beam_message);
     bool const shared = c.sizes.one_channel_memory && c.routes && c.blooms;

@@ -24,8 +24,10 @@ struct PairCount {
     std::uint32_t contributing; ///< pairs that passed both cut-offs
 };
 
-namespace detail {
+/// Pixels of a block.
 inline constexpr std::uint32_t block_width = 16, block_height = 5;
+
+namespace detail {
 /// Of what is read and written as vectors: one that straddles two cache lines costs two accesses.
 inline constexpr std::uint32_t vector_bytes = native_lanes * sizeof(float);
 

@@ -77,12 +77,10 @@ constexpr Sizes roomy(Sizes sizes) noexcept
     return sizes;
 }
 
-/// A setup with members that older versions had: they would change nothing now.
-namespace detail {
+/// Is S a setup with members that older versions had? They would change nothing now.
 template <class S, class = void>
 inline constexpr bool names_slots = false;
 template <class S>
 inline constexpr bool names_slots<S, std::void_t<decltype(S::storage_slots)>> = true;
-} // namespace detail
 
 } // namespace tilemesh::splat
