@@ -48,6 +48,24 @@ refuse "of libraries poplar/ includes the standard's and the SDK's" \
 refuse "tilemesh.hpp is for users" "$(printf '%s\n' "$includes" | grep '<tilemesh/tilemesh.hpp>' || true)"
 refuse "detail/ is for its own part" "$(printf '%s\n' "$includes" | grep -E '<tilemesh/[a-z]+/detail/' |
     grep -vE '^([a-z]+)/[^:]*: <tilemesh/\1/detail/' || true)"
+# A part's `detail` namespaces are its own: machine/ and the headers beside the folders have tilemesh::detail, model/ has model_detail,
+# every other part PART::detail (poplar/: on_poplar::detail). Unqualified, a name must be declared by the part. No exceptions.
+# shellcheck disable=SC2086
+detail=$(grep -HoE '(([a-z_]+::)*|\b)(model_)?detail::[A-Za-z_]+' $all |
+    sed -E 's/:(::)?tilemesh::/:tilemesh::/' | sort -u)
+owners='engine|splat|scene|render|report'
+refuse "a part's detail is its own" "$(printf '%s\n' "$detail" | grep -E "^[^:]*:(tilemesh::)?($owners|on_poplar|model_detail|tilemesh::model_detail)::" |
+    grep -vE '^([a-z]+)/[^:]*:(tilemesh::)?\1::detail::|^poplar/[^:]*:(tilemesh::)?on_poplar::detail::|^model/[^:]*:(tilemesh::)?model_detail::' || true)"
+refuse "tilemesh::detail is for machine/ and the headers beside the folders" \
+    "$(printf '%s\n' "$detail" | grep -E ':tilemesh::detail::' | grep -vE '^(machine/|[a-z_]+\.hpp:)' || true)"
+refuse "a part's detail is its own (the part declares no such name)" "$(printf '%s\n' "$detail" | grep -E '^[^:]*:detail::' |
+    while IFS= read -r use; do
+        file=${use%%:*} name=${use##*:}
+        case $file in */*) own=${file%%/*}/*.hpp ;; *) own=*.hpp ;; esac
+        # shellcheck disable=SC2086
+        grep -hwE "$name" $own $(case $file in */*) find "${file%%/*}" -mindepth 2 -name '*.hpp' ;; esac) |
+            grep -qE "(struct|class|enum|using|namespace|[A-Za-z0-9_>\*&]) +\*?&?$name\b" || printf '%s\n' "$use"
+    done)"
 refuse "full paths, in angle brackets" "$(printf '%s\n' "$includes" | grep -v '^\.\./' | grep '"' || true)"
 json='scene/camera_json\.hpp|report/json\.hpp' # what only the users of nlohmann-json include
 refuse "nlohmann-json is for $json" "$(printf '%s\n' "$includes" | grep nlohmann | grep -vE "^($json):" || true)"

@@ -39,6 +39,7 @@ struct MeshSizes {
 };
 
 namespace engine {
+/// Slots of a list, 1 for a struct.
 template <class X, class Sizes>
 constexpr std::uint32_t slots_or_one([[maybe_unused]] Sizes const& sizes) noexcept
 {
@@ -47,6 +48,7 @@ constexpr std::uint32_t slots_or_one([[maybe_unused]] Sizes const& sizes) noexce
     else
         return 1;
 }
+/// The sizes of a program on a machine, whether they fit or not.
 template <class Program, class Sizes, class... S, class... L>
 constexpr MeshSizes<Program> plain_sizes(MachineSize const& machine, Sizes const& sizes, Types<S...>, Types<L...>) noexcept
 {

@@ -13,6 +13,25 @@
 
 namespace tilemesh::engine {
 
+/// The steps of a program, counted nothing yet.
+template <class... Step>
+std::vector<StepCounters> begin_steps(Types<Step...>)
+{
+    std::vector<StepCounters> steps;
+    (steps.push_back({text(name_of<KernelOf<Step>>())}), ...);
+    return steps;
+}
+
+/// Its Loops, without a round yet.
+template <class Program>
+std::vector<LoopCounters> begin_loops()
+{
+    std::vector<LoopCounters> loops;
+    auto const all = loops_of<Program>();
+    for (std::uint32_t l = 0; l < StepTraits<Program>::loops; ++l) loops.push_back({all.found[l].first, all.found[l].last, 0});
+    return loops;
+}
+
 /// What one superstep of an engine did; nothing where no tile had to run.
 struct Passed {
     bool ran = false, sent = false;

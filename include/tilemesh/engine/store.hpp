@@ -5,85 +5,22 @@
 #include <string>
 #include <tilemesh/engine/arena.hpp>
 #include <tilemesh/engine/contract.hpp>
-#include <tilemesh/engine/counters.hpp>
+#include <tilemesh/engine/digest.hpp>
 #include <tilemesh/engine/mesh_sizes.hpp>
+#include <tilemesh/engine/rectangle.hpp>
+#include <tilemesh/engine/text.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/machine/tile.hpp>
 #include <tuple>
-#include <vector>
 
 namespace tilemesh::engine {
-
-inline std::string text(Name name)
-{
-    return std::string(name.text, name.size);
-}
-inline std::string text(TileId t)
-{
-    std::string s = "("; // step by step: GCC 12 sees an overlap in `"(" + std::to_string(...)` (its bug 105651)
-    s += std::to_string(t.x());
-    s += ", ";
-    s += std::to_string(t.y());
-    return s += ")";
-}
-
-/// The steps of a program, counted nothing yet.
-template <class... Step>
-std::vector<StepCounters> begin_steps(Types<Step...>)
-{
-    std::vector<StepCounters> steps;
-    (steps.push_back({text(name_of<KernelOf<Step>>())}), ...);
-    return steps;
-}
-
-template <class Program>
-std::vector<LoopCounters> begin_loops()
-{
-    std::vector<LoopCounters> loops;
-    auto const all = loops_of<Program>();
-    for (std::uint32_t l = 0; l < StepTraits<Program>::loops; ++l) loops.push_back({all.found[l].first, all.found[l].last, 0});
-    return loops;
-}
 
 /// Words that no kernel may touch stand around each region of a guarded store, and what is dead is filled with a signalling
 /// pattern: read as a float it is a NaN, read as an index it is out of range.
 inline constexpr std::uint32_t guard_word = 0x7fa0beefu;
 inline constexpr std::uint32_t poison_word = 0x7fa0dead;
 
-/// Mixes one word into a digest (the finaliser of SplitMix64: Steele, Lea, Flood 2014).
-inline std::uint64_t mix(std::uint64_t h, std::uint64_t word) noexcept
-{
-    h += word + 0x9e3779b97f4a7c15u;
-    h = (h ^ (h >> 30)) * 0xbf58476d1ce4e5b9u;
-    h = (h ^ (h >> 27)) * 0x94d049bb133111ebu;
-    return h ^ (h >> 31);
-}
-inline std::uint64_t mix_words(std::uint64_t h, std::uint32_t const* words, std::size_t n) noexcept
-{
-    for (std::size_t i = 0; i < n; ++i) {
-        std::uint32_t w;
-        std::memcpy(&w, words + i, 4);
-        h = (h ^ w) * 0x100000001b3u; // FNV-1a, a word at a time
-    }
-    return mix(h, n);
-}
-
-/// Columns x0..x1-1 and rows y0..y1-1 of a grid.
-struct Rectangle {
-    std::uint32_t x0, y0, x1, y1;
-    bool contains(TileId t) const noexcept { return t.x() >= x0 && t.x() < x1 && t.y() >= y0 && t.y() < y1; }
-    bool covers(Grid grid) const noexcept { return x0 == 0 && y0 == 0 && x1 == grid.width && y1 == grid.height; }
-};
-inline Rectangle checked_rectangle(Grid grid, Rectangle r)
-{
-    if (r.x0 > r.x1 || r.y0 > r.y1 || r.x1 > grid.width || r.y1 > grid.height)
-        throw Error("columns " + std::to_string(r.x0) + " to " + std::to_string(r.x1) + " and rows " + std::to_string(r.y0) +
-                    " to " + std::to_string(r.y1) + " (the grid has " + std::to_string(grid.width) + " x " +
-                    std::to_string(grid.height) + " tiles); choose a rectangle inside it");
-    return r;
-}
-
-/// The words of all tiles' states and broadcasts: what both engines have in common.
+/// The words of all tiles' states and broadcasts: what all engines derive from. `Guarded` puts guard words around every region.
 ///
 /// Heads of lists and small structs of a tile lie together in `hot`, so that a tile where little happens is one or two
 /// cache lines; items and large structs lie in one arena a region and cost memory only where they are live.

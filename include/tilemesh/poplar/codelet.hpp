@@ -3,7 +3,9 @@
 #include <poplar/Vertex.hpp>
 #include <tilemesh/poplar/program_log.hpp>
 
-/// A superstep of a program as a Poplar vertex. Kernel code: what popc compiles. One codelet file a program:
+/// A superstep of a program as a Poplar vertex. Experimental until an SDK has compiled it.
+///
+/// Kernel code: what popc compiles. One codelet file a program:
 /// ```
 /// #include <tilemesh/poplar/codelet.hpp>
 /// #include "heat.hpp"

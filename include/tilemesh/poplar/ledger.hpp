@@ -60,7 +60,7 @@ constexpr std::uint32_t vertex_bytes() noexcept
     return detail::control_bytes<Program> + detail::vertex_bytes(Setup::sizes, StepsOf<Program>{}, typename Needs<Program>::Links{});
 }
 
-/// The ledger of a tile as Poplar stores the program: first the lines of `Tile<Machine, Program>`, which are the graph's variables
+/// The ledger of a tile as Poplar stores the program (experimental until an SDK has compiled it): first the lines of `Tile<Machine, Program>`, which are the graph's variables
 /// byte for byte, then what Poplar needs besides, on tile 0, the fullest. That comes out of the reserve for code and stacks (a
 /// machine's `code_bytes`; Mk2's is the "~130 KB code + stacks" that the paper's authors measured for a whole Poplar program,
 /// exchange code included), so that the sum is the tile's. A machine without a reserve has nothing left, and more than the sum.

@@ -26,7 +26,7 @@ struct PoplarOptions {
 
 /// Runs a program on an IPU, through Poplar: the members of Mesh, the same bits and counters, from the same kernels
 /// (poplar/codelet.hpp) on the graph that the program's type describes (poplar/program_graph.hpp). So
-/// `BasicRenderer<S, PoplarMesh>` is a renderer.
+/// `BasicRenderer<S, PoplarMesh>` is a renderer. Experimental until an SDK has compiled it.
 ///
 /// The host keeps a mirror of each state: `state` brings a region (all tiles of it) when the device has changed it, and a region
 /// that was taken without const goes back before the next run. What `state` gave is good until then: take it again after a run. A run
@@ -76,7 +76,7 @@ public:
     PoplarMesh(PoplarMesh const&) = delete;
     PoplarMesh& operator=(PoplarMesh const&) = delete;
 
-    /// At most `items` in this Limited buffer, or this many slots in this Limited or dynamic channel, on every tile.
+    /// At most `items` in this buffer, or this many slots in this channel, on every tile.
     template <class X>
     void limit(std::uint32_t items)
     {

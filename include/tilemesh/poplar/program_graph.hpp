@@ -36,18 +36,20 @@ constexpr bool kernels_have_names_of_their_own(Types<Step...>) noexcept
 }
 } // namespace detail
 
-/// A program as a Poplar graph: its variables, vertices, exchanges and control flow, made by walking the program's type.
+/// A program as a Poplar graph: its variables, vertices, exchanges and control flow, made by walking the program's type. Experimental
+/// until an SDK has compiled it.
 ///
 /// Variables. One a state, {tiles, words}, row i on tile i: a list is its head and its items; eight a channel, one an end
 /// (`memory_of` channels lie in their host's); one a broadcast. Their bytes are the lines of `Tile<Machine, Program>`'s ledger;
-/// what comes on top is in `ledger_on_poplar` (poplar/ledger.hpp).
+/// what comes on top is in `on_poplar::ledger` (poplar/ledger.hpp).
 ///
 /// Exchange. After a kernel that sends on a channel each outgoing end is copied whole to the incoming end it faces, credits
 /// (notes) included, in one Copy a superstep; nothing else moves between tiles but broadcasts, and the votes where the program
 /// asks for them. A channel that was only read has the heads of its incoming ends cleared.
 ///
 /// Control. `Repeat` and `If` are Poplar's; `UntilQuiet` is RepeatWhileTrue on a word that two reductions make of what tiles say: by rows,
-/// then on tile 0. `Loop` is RepeatWhileTrue on the same word, after its last superstep. Codelets are looked up as PREFIX_KERNEL, by the kernel's name with `_` for a space.
+/// then on tile 0. `Loop` is RepeatWhileTrue on the same word, after its last superstep. Codelets are looked up as PREFIX_KERNEL, by the
+/// kernel's name with `_` for a space.
 ///
 /// Grids: up to 65,535 x 65,535 and what the target has; tile (x, y) is Poplar's tile y * width + x.
 template <class Program, class Machine>
