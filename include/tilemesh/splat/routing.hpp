@@ -20,7 +20,8 @@
 /// No dead-lock: second-leg records never wait, so their channels empty in a bounded number of supersteps. A first-leg FIFO
 /// waits for a second-leg channel, or for the next FIFO in the same direction, and directions end at the edge: no cycle.
 /// Only where a bound cut the frame before and the view changed may a record turn back; such a one never waits in a FIFO or on
-/// the second leg: it goes, or becomes a record of the tile it is on, or is unplaced where that tile is full. Hence every superstep in which a record is under way moves one, for any capacities c, q >= 1 and any order of arrival.
+/// the second leg: it goes, or becomes a record of the tile it is on, or is unplaced where that tile is full. Hence every superstep in
+/// which a record is under way moves one, for any capacities c, q >= 1 and any order of arrival.
 /// tests/splat/routing.cpp tries to break it at capacity 1, exhaustively on small grids.
 ///
 /// Cost: without a full channel, W + H - 2 exchanges and one more compute from any placement; a record's bytes a hop.
@@ -209,7 +210,7 @@ struct HoldingRoute {
             auto const entry = Access::project(S::Addressing::record(m), *frame);
             return Rule::towards(here.tile, Access::splat_of(*frame, entry).anchor) == from;
         };
-        auto const serve = [&](auto& waiting, auto const& arrived, Direction from) noexcept {
+        auto const empty_fifo = [&](auto& waiting, auto const& arrived, Direction from) noexcept {
             std::uint32_t kept = 0;
             for (std::uint32_t i = 0, n = waiting.size(); i < n; ++i) {
                 if (go(waiting[i])) continue;
@@ -237,8 +238,8 @@ struct HoldingRoute {
             if (d != Rule::first_leg[0] && d != Rule::first_leg[1])
                 for (Message const& m : in[d])
                     if (!go(m)) (void)step.keep(S::Addressing::record(m), traffic);
-        serve(waiting0, in[Rule::first_leg[0]], Rule::first_leg[0]);
-        serve(waiting1, in[Rule::first_leg[1]], Rule::first_leg[1]);
+        empty_fifo(waiting0, in[Rule::first_leg[0]], Rule::first_leg[0]);
+        empty_fifo(waiting1, in[Rule::first_leg[1]], Rule::first_leg[1]);
         if (traffic.leaving != 0) traffic.leaving = step.depart_all(out, room);
 
         out[Rule::first_leg[0]].set_note(waiting0.size());
@@ -288,30 +289,18 @@ struct DroppingRoute {
 } // namespace detail
 
 namespace kernel {
-template <class P, bool MayHold = P::Saturation::may_hold>
-struct Route;
-
 template <class P>
-struct Route<P, true> : detail::RouteOperations<P> {
+struct Route : detail::RouteOperations<P> {
     static constexpr char const* name = "route";
+    static constexpr bool may_hold = P::Saturation::may_hold;
 
     Vote operator()(Here here, Broadcast<typename P::Parameters> frame, Storage<P>& storage, Marks<P>& marks, Splats<P>& splats,
-                    Waiting<P, 0>& waiting0, Waiting<P, 1>& waiting1, Traffic& traffic, Counts& counts, In<Road<P>> in,
-                    Out<Road<P>> out) const noexcept
+                    OnlyIf<may_hold, Waiting<P, 0>&> waiting0, OnlyIf<may_hold, Waiting<P, 1>&> waiting1, Traffic& traffic, Counts& counts,
+                    In<Road<P>> in, Out<Road<P>> out) const noexcept
     {
         detail::RouteStep<P> const step{here, *frame, storage, marks, splats, counts};
-        if (!P::Saturation::holds_in(*frame)) return detail::DroppingRoute<P>::run(step, traffic, in, out);
-        return detail::HoldingRoute<P>::run(step, frame, waiting0, waiting1, traffic, in, out);
-    }
-};
-template <class P>
-struct Route<P, false> : detail::RouteOperations<P> {
-    static constexpr char const* name = "route";
-
-    Vote operator()(Here here, Broadcast<typename P::Parameters> frame, Storage<P>& storage, Marks<P>& marks, Splats<P>& splats,
-                    Traffic& traffic, Counts& counts, In<Road<P>> in, Out<Road<P>> out) const noexcept
-    {
-        detail::RouteStep<P> const step{here, *frame, storage, marks, splats, counts};
+        if constexpr (may_hold)
+            if (P::Saturation::holds_in(*frame)) return detail::HoldingRoute<P>::run(step, frame, waiting0, waiting1, traffic, in, out);
         return detail::DroppingRoute<P>::run(step, traffic, in, out);
     }
 };
