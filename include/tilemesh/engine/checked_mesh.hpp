@@ -44,7 +44,7 @@ public:
     }
     /// Machine and slots as `sizes` says.
     CheckedMesh(Grid grid, Options options, Program program, Sizes const& sizes)
-        : Base(grid, program, sizes), options_(options), within_{0, 0, grid.width, grid.height}
+        : Base(grid, program, sizes), options_(options), rectangle_{0, 0, grid.width, grid.height}
     {
         make_ends(Links{});
         busy_[0].assign(grid.size(), 0);
@@ -74,7 +74,7 @@ public:
     /// Error for a rectangle that is not in the grid.
     void run_within(std::uint32_t x0, std::uint32_t y0, std::uint32_t x1, std::uint32_t y1)
     {
-        within_ = engine::checked_rectangle(this->grid_, {x0, y0, x1, y1});
+        rectangle_ = engine::checked_rectangle(this->grid_, {x0, y0, x1, y1});
     }
 
     void observe(Observer observer) { run_.observer = std::move(observer); }
@@ -345,7 +345,7 @@ private:
         std::vector<std::uint8_t> runs(tiles, 0);
         bool any = All;
         for (std::uint32_t t = 0; t < tiles; ++t) {
-            runs[t] = (All && within_.contains(this->grid_.tile(t))) || busy[t] != 0 || has_mail(t, typename Traits::Arguments{});
+            runs[t] = (All && rectangle_.contains(this->grid_.tile(t))) || busy[t] != 0 || has_mail(t, typename Traits::Arguments{});
             any = any || runs[t] != 0;
         }
         if (!any) return {};
@@ -497,7 +497,7 @@ private:
     }
 
     Options options_;
-    engine::Rectangle within_; ///< whose tiles Superstep and Repeat always run
+    engine::Rectangle rectangle_; ///< whose tiles Superstep and Repeat always run
     std::array<Ends, links> in_, out_;
     std::vector<std::uint8_t> busy_[2];
     std::uint32_t parity_ = 0;

@@ -70,7 +70,7 @@ public:
     }
     /// Machine and slots as `sizes` says.
     Mesh(Grid grid, Options options, Program program, Sizes const& sizes)
-        : Base(grid, program, sizes), options_(options), within_{0, 0, grid.width, grid.height},
+        : Base(grid, program, sizes), options_(options), rectangle_{0, 0, grid.width, grid.height},
           active_(grid.size()), shares_(checked_threads(options)),
           workers_(checked_threads(options)), team_(checked_threads(options))
     {
@@ -116,7 +116,7 @@ public:
     /// Error for a rectangle that is not in the grid.
     void run_within(std::uint32_t x0, std::uint32_t y0, std::uint32_t x1, std::uint32_t y1)
     {
-        within_ = engine::checked_rectangle(this->grid_, {x0, y0, x1, y1});
+        rectangle_ = engine::checked_rectangle(this->grid_, {x0, y0, x1, y1});
     }
 
     /// Called after every superstep by the thread that called run().
@@ -176,7 +176,7 @@ private:
 
     /// Up to this many tiles the thread that walks the program runs alone. A tile run takes 20 ns to 1 us, to let another
     /// thread in and out 0.2 us, and the words of the tiles may have to come from its cache.
-    static constexpr std::uint32_t alone = 8;
+    static constexpr std::uint32_t most_tiles_of_one_thread = 8;
 
     static std::uint32_t checked_threads(Options const& options)
     {
@@ -451,7 +451,7 @@ private:
     }
     /// Hands each set of tiles that kernel K wakes to `f`: those that voted busy, and those with mail for it.
     template <class K, class F, class... C>
-    void wakers(F const& f, Types<C...>) noexcept
+    void for_each_waking_set(F const& f, Types<C...>) noexcept
     {
         for (auto& w : workers_) {
             f(w.busy);
@@ -499,22 +499,22 @@ private:
     {
         using KernelLinks = typename KernelTraits<Kernel>::Links;
         auto n = this->grid_.size();
-        bool const all = All && within_.covers(this->grid_);
+        bool const all = All && rectangle_.covers(this->grid_);
         if (all) {
-            wakers<Kernel>([](TileSet& set) { set.clear(); }, KernelLinks{});
+            for_each_waking_set<Kernel>([](TileSet& set) { set.clear(); }, KernelLinks{});
         } else {
             if (!All && !any_busy() && !mail_to_read<Kernel>(KernelLinks{})) return {};
-            wakers<Kernel>([&](TileSet& set) { active_.take(set); }, KernelLinks{});
+            for_each_waking_set<Kernel>([&](TileSet& set) { active_.take(set); }, KernelLinks{});
             if (All)
-                for (auto y = within_.y0; y < within_.y1; ++y)
-                    active_.insert(y * this->grid_.width + within_.x0, y * this->grid_.width + within_.x1);
+                for (auto y = rectangle_.y0; y < rectangle_.y1; ++y)
+                    active_.insert(y * this->grid_.width + rectangle_.x0, y * this->grid_.width + rectangle_.x1);
             n = active_.list(tiles_.data());
         }
         auto const* const tiles = all ? nullptr : tiles_.data();
         if (sends_over_unread<Kernel>(KernelLinks{}))
             fail(workers_[0], {0, "a kernel sends on a channel with unread mail (a bound cut the step that reads it); raise the "
                                   "bound, or let the sending kernel read the channel"});
-        bool const together = team_.size() > 1 && n > (All ? 1 : alone);
+        bool const together = team_.size() > 1 && n > (All ? 1 : most_tiles_of_one_thread);
         if (together) {
             shares_.set(n);
             team_.share([&](std::uint32_t w) noexcept { run_tiles<Kernel>(w, tiles, n, true); });
@@ -580,7 +580,7 @@ private:
     std::vector<std::uint32_t> slots_;                  ///< where each tile's four outgoing ends are read
     std::array<Bank, links> banks_;
     std::array<std::uint32_t, links> bank_{};           ///< the bank that senders write now
-    engine::Rectangle within_;                  ///< whose tiles Superstep and Repeat always run
+    engine::Rectangle rectangle_;                  ///< whose tiles Superstep and Repeat always run
     TileSet active_;
     std::vector<std::uint32_t> tiles_;                  ///< those that run in this superstep, where not all do
     engine::detail::Shares shares_;

@@ -38,7 +38,7 @@ public:
     {
         threads_.reserve(threads);
         try {
-            for (std::uint32_t w = 1; w < threads; ++w) threads_.emplace_back([this, w] { serve(w); });
+            for (std::uint32_t w = 1; w < threads; ++w) threads_.emplace_back([this, w] { run_calls(w); });
         } catch (std::system_error const& e) {
             auto const started = size();
             join();
@@ -102,7 +102,7 @@ private:
     {
         return (gate & open) != 0 && gate / next_epoch != seen;
     }
-    void serve(std::uint32_t w) noexcept
+    void run_calls(std::uint32_t w) noexcept
     {
         for (std::uint64_t seen = 0;;) {
             auto gate = gate_.load(std::memory_order_acquire);

@@ -235,8 +235,8 @@ class Codelet {
     template <class Vertex>
     TILEMESH_KERNEL static bool has_to_run(Vertex& vertex, std::uint32_t const* log) noexcept
     {
-        auto const* const within = reinterpret_cast<Within const*>(words(vertex.reads[0]));
-        return (vertex.task == static_cast<unsigned>(Task::always) && within->contains(vertex.x, vertex.y)) || log[Log::vote] != 0 ||
+        auto const* const rectangle = reinterpret_cast<RunRectangle const*>(words(vertex.reads[0]));
+        return (vertex.task == static_cast<unsigned>(Task::always) && rectangle->contains(vertex.x, vertex.y)) || log[Log::vote] != 0 ||
                has_mail(vertex, Links{});
     }
 

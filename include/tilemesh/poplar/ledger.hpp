@@ -44,7 +44,7 @@ template <class Program>
 constexpr std::uint32_t log_bytes() noexcept
 {
     // said, rows said, again (a bool, stored as a word)
-    return 4 * (TileLog<Program>::words + RunLog::words<Program> + 1 + 1 + 1) + static_cast<std::uint32_t>(sizeof(Within));
+    return 4 * (TileLog<Program>::words + RunLog::words<Program> + 1 + 1 + 1) + static_cast<std::uint32_t>(sizeof(RunRectangle));
 }
 /// Bytes on tile 0 where the votes of its row, and those of all rows, arrive after each step; were Poplar to let steps share them,
 /// one step's would do.

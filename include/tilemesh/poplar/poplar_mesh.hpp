@@ -57,7 +57,7 @@ public:
     }
     /// Machine and slots as `sizes` says.
     PoplarMesh(Grid grid, Options options, Program program, typename Base::Sizes const& sizes)
-        : Base(grid, program, sizes), options_(std::move(options)), within_{0, 0, grid.width, grid.height}
+        : Base(grid, program, sizes), options_(std::move(options)), rectangle_{0, 0, grid.width, grid.height}
     {
         if (options_.device == nullptr)
             throw Error("a PoplarMesh without a device (it runs on an IPU); give it an attached poplar::Device");
@@ -125,7 +125,7 @@ public:
     void run_within(std::uint32_t x0, std::uint32_t y0, std::uint32_t x1, std::uint32_t y1)
     {
         auto const r = engine::checked_rectangle(this->grid_, {x0, y0, x1, y1});
-        within_ = {r.x0, r.y0, r.x1, r.y1};
+        rectangle_ = {r.x0, r.y0, r.x1, r.y1};
     }
     void observe(Observer observer)
     {
@@ -167,7 +167,7 @@ public:
         if (broken_) throw Error("a mesh that stopped on an error cannot run again (its state is half a superstep); build a new one");
         prepare();
         send(States{});
-        std::memcpy(within_words_.data(), &within_, sizeof within_);
+        std::memcpy(rectangle_words_.data(), &rectangle_, sizeof rectangle_);
         copy_broadcasts(Shareds{});
         stale_.fill(true);
         incoming_stale_.fill(true);
@@ -236,8 +236,8 @@ private:
         std::vector<poplar::program::Program> programs;
         programs.push_back(builder.start());
         poplar::program::Sequence run;
-        within_words_.resize(sizeof(on_poplar::Within) / 4);
-        receive(run, "who runs", builder.within(), within_words_);
+        rectangle_words_.resize(sizeof(on_poplar::RunRectangle) / 4);
+        receive(run, "who runs", builder.rectangle(), rectangle_words_);
         receive_broadcasts(run, builder, Shareds{});
         built_ = this->program_;
         run.add(builder.run(built_));
@@ -483,10 +483,10 @@ private:
         return most;
     }
     Options options_;
-    on_poplar::Within within_;
+    on_poplar::RunRectangle rectangle_;
     Program built_{};                                          ///< what the graph runs
     std::unique_ptr<poplar::Graph> graph_;
-    std::vector<std::uint32_t> within_words_, log_, run_log_;
+    std::vector<std::uint32_t> rectangle_words_, log_, run_log_;
     std::vector<on_poplar::PassSample> samples_;
     Trace trace_;
     std::array<std::vector<std::uint32_t>, Shareds::count + 1> broadcast_words_;

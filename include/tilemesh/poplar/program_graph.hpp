@@ -77,7 +77,7 @@ public:
     ProgramGraph(::poplar::Graph& graph, Grid grid, std::string prefix, MeshSizes<Program> const& sizes, Slots const& slots, bool count)
         : graph_(graph), grid_(grid), prefix_(std::move(prefix)), sizes_(sizes), slots_(slots), counts_(count || needs_votes(Steps{}))
     {
-        within_ = per_tile("who runs", sizeof(Within) / 4);
+        rectangle_ = per_tile("who runs", sizeof(RunRectangle) / 4);
         log_ = per_tile("log", Log::words);
         said_ = per_tile("said", 1);
         rows_said_ = variable("rows said", {grid.height, 1});
@@ -116,7 +116,7 @@ public:
     {
         return shareds_[index_in<P>(Shareds{})];
     }
-    Tensor const& within() const noexcept { return within_; }
+    Tensor const& rectangle() const noexcept { return rectangle_; }
     Tensor const& log() const noexcept { return log_; }
     Tensor const& run_log() const noexcept { return run_log_; }
 
@@ -369,7 +369,7 @@ private:
         std::replace(vertex.begin(), vertex.end(), ' ', '_');
         for (std::uint32_t i = 0; i < grid_.size(); ++i) {
             auto const v = graph_.addVertex(set, vertex);
-            std::vector<Tensor> reads{within_[i]}, keeps{log_[i]}, sends{said_[i]};
+            std::vector<Tensor> reads{rectangle_[i]}, keeps{log_[i]}, sends{said_[i]};
             if constexpr (traced) sends.push_back(sample_[i]);
             connect_all<K>(reads, keeps, i, typename Traits::Arguments{});
             connect_sends<K>(sends, i, typename Traits::Links{});
@@ -563,7 +563,7 @@ private:
     Slots slots_;
     bool counts_;
     std::uint32_t step_ = 0;
-    Tensor within_, log_, said_, rows_said_, run_log_, again_, sample_;
+    Tensor rectangle_, log_, said_, rows_said_, run_log_, again_, sample_;
     std::optional<::poplar::DataStream> samples_;
     std::array<Tensor, States::count + 1> states_;
     std::array<Tensor, Shareds::count + 1> shareds_;

@@ -129,12 +129,12 @@ constexpr std::uint32_t links_touched(Types<L...>) noexcept
 /// When a vertex runs its kernel.
 enum class Task : std::uint32_t {
     if_needed, ///< where the tile voted busy or has mail: UntilQuiet
-    always,    ///< in the rectangle of Within, and elsewhere if needed
+    always,    ///< in the rectangle of RunRectangle, and elsewhere if needed
     sample     ///< not at all: it says what the pass before did (a kernel of all workers cannot, while they run)
 };
 
 /// The columns and rows whose tiles every Superstep and Repeat runs (Mesh::run_within): words of a broadcast of its own.
-struct Within {
+struct RunRectangle {
     static constexpr char const* name = "who runs";
     std::uint32_t x0, y0, x1, y1;
     TILEMESH_KERNEL constexpr bool contains(std::uint32_t x, std::uint32_t y) const noexcept

@@ -80,8 +80,8 @@ inline std::vector<Region> ledger_of(SetupChoice const& c)
     add(splat::Storage<Names>::name, "state", list(c.sizes.storage, words.record));
     add(splat::Marks<Names>::name, "state", list(c.sizes.storage, mark), fit);
     add(splat::Splats<Names>::name, "state", list(c.sizes.storage, sizeof(splat::Splat)), fit);
-    if (c.routes) add(splat::Traffic::name, "state", sizeof(splat::Traffic));
-    if (c.blooms) add(splat::Debts::name, "state", sizeof(splat::Debts));
+    if (c.routes) add(splat::FlowControl::name, "state", sizeof(splat::FlowControl));
+    if (c.blooms) add(splat::OwedCopies::name, "state", sizeof(splat::OwedCopies));
     add(splat::Counts::name, "state", sizeof(splat::Counts));
     if (c.routes && c.holds) {
         add(splat::Waiting<Names, 0>::name, "state", list(c.sizes.waiting, words.road_message));

@@ -132,7 +132,7 @@ struct Counts {
 static_assert(sizeof(Counts) <= 64, "small enough to lie beside the heads of a tile's lists");
 
 /// Flow control's memory: see routing.hpp.
-struct Traffic {
+struct FlowControl {
     static constexpr char const* name = "credits and flow control";
     std::uint32_t leaving;       ///< records in storage that wait to go
     std::uint32_t waiting;       ///< records in the FIFOs
@@ -140,7 +140,7 @@ struct Traffic {
 };
 
 /// Whether stored records may owe copies that were not sent yet.
-struct Debts {
+struct OwedCopies {
     static constexpr char const* name = "bloom debts";
     std::uint32_t open;          ///< not fewer than the slots with Mark::owes that routing did not bring
     std::uint32_t first;         ///< 1 until bloom has run once in this frame: mail is older than the view; 0 outside the picture
