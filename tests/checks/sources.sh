@@ -48,6 +48,8 @@ refuse "of libraries poplar/ includes the standard's and the SDK's" \
 refuse "tilemesh.hpp is for users" "$(printf '%s\n' "$includes" | grep '<tilemesh/tilemesh.hpp>' || true)"
 refuse "detail/ is for its own part" "$(printf '%s\n' "$includes" | grep -E '<tilemesh/[a-z]+/detail/' |
     grep -vE '^([a-z]+)/[^:]*: <tilemesh/\1/detail/' || true)"
+refuse "machine/ and engine/ know no splatting, in comments either" "$(grep -niE 'gaussian|splat|pixel|bloom|camera|footprint|(^|[^a-z:])pairs?([^a-z]|$)' \
+    machine/*.hpp engine/*.hpp || true)"
 # A part's `detail` namespaces are its own: machine/ and the headers beside the folders have tilemesh::detail, model/ has model_detail,
 # every other part PART::detail (poplar/: on_poplar::detail). Unqualified, a name must be declared by the part. No exceptions.
 # shellcheck disable=SC2086

@@ -7,7 +7,7 @@
 
 namespace tilemesh::engine {
 
-/// Zeroed 32-bit words that cost no memory until they are written: a machine's capacity is address space, its live records
+/// Zeroed 32-bit words that cost no memory until they are written: a machine's capacity is address space, its live words
 /// are memory. Throws std::bad_alloc when even the address space is not to be had.
 class Arena {
 public:

@@ -44,7 +44,7 @@ struct MeshOptions {
 /// A multi-worker kernel runs as its `AllWorkers`, where it has one (see Worker).
 ///
 /// Cost: idle tiles and empty channels cost nothing in a superstep but a word for each 4,096 tiles; memory follows live
-/// records. A mesh stays as it is between runs: states, and mail that a bound (`at_most`) left under way.
+/// items. A mesh stays as it is between runs: states, and mail that a bound (`at_most`) left under way.
 ///
 /// Errors: the constructor and `limit` throw Error for a machine that is too small; `run` throws Error for a contract that a
 /// kernel broke, with tile and superstep, for a step that runs on and on (most_passes), and what an observer threw; after that the
@@ -123,7 +123,7 @@ public:
     void observe(Observer observer) { run_.observer = std::move(observer); }
 
     /// Runs f(thread, threads) once on each of the mesh's threads, the caller's is thread 0, and returns when all are done: for
-    /// host work beside the machine, between runs. What f throws is thrown here, of the lowest thread that threw. f must not
+    /// host work beside the mesh, between runs. What f throws is thrown here, of the lowest thread that threw. f must not
     /// call the mesh's run() or on_threads().
     template <class F>
     void on_threads(F const& f)

@@ -21,7 +21,7 @@ inline void relax() noexcept
 
 /// How a waiting thread waits. Between supersteps work comes within a few microseconds: it spins for that. Longer spinning
 /// collapses when another process, or another thread of the team, wants the core, so it then yields between looks, which
-/// costs half a microsecond where nobody does. Frames that follow each other come within a hundred microseconds or so, and a
+/// costs half a microsecond where nobody does. Runs that follow each other come within a hundred microseconds or so, and a
 /// wake-up costs tens: only then does it sleep.
 inline constexpr std::uint32_t spins_before_yield = 200;  ///< some 5 us at 40 to 140 cycles a pause
 inline constexpr std::uint32_t yields_before_sleep = 200; ///< some 100 us

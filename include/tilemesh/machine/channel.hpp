@@ -12,14 +12,14 @@ inline constexpr std::uint32_t wire_bytes_of<T, std::void_t<decltype(T::wire_byt
 } // namespace detail
 
 /// Bytes that a message of type T takes on the modelled machine, in a channel and on its way: sizeof(T), unless T says
-/// otherwise with `static constexpr std::uint32_t wire_bytes`, because the host moves a handle where the machine moves the
-/// record. Ledgers and counted bytes of channels are in wire bytes.
+/// otherwise with `static constexpr std::uint32_t wire_bytes`, because the host moves a handle where the machine moves what
+/// it names. Ledgers and counted bytes of channels are in wire bytes.
 template <class T>
 inline constexpr std::uint32_t wire_bytes = detail::wire_bytes_of<T>;
 
 /// A fixed-capacity link from a tile to each of its four neighbours: what is written in compute is readable after the
 /// exchange, until a kernel has read it once; the exchange overwrites. A program names its own:
-/// `struct Road : Channel<Gaussian, 400> {};`
+/// `struct Road : Channel<Parcel, 400> {};`
 ///
 /// A full channel refuses, it never overwrites: saturation is a result to be counted, not an error. Besides its messages it
 /// carries one `note`, a free word (credits); 0 when nobody wrote it.

@@ -40,9 +40,8 @@ struct Worker {
 
 /// What a kernel takes in place of an argument that its policies leave out: it has nothing and names no region.
 struct Absent {};
-/// `OnlyIf<S::routes, FlowControl&> flow` as a kernel's parameter is `FlowControl&`, or `Absent` where the policies do without: then the
-/// tile keeps no FlowControl, the ledger has no line for it, and the kernel mentions it under `if constexpr (S::routes)` alone. The host
-/// passes nothing.
+/// `OnlyIf<P::counts, Tally&> tally` as a kernel's parameter is `Tally&`, or `Absent` where the policies do without: then the tile keeps no
+/// Tally, the ledger has no line for it, and the kernel mentions it under `if constexpr (P::counts)` alone. The host passes nothing.
 template <bool Present, class Argument>
 using OnlyIf = std::conditional_t<Present, Argument, Absent>;
 
