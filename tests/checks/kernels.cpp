@@ -13,6 +13,9 @@
 #include <tilemesh/machine/types.hpp>
 #include <tilemesh/splat/access.hpp>
 #include <tilemesh/splat/blending.hpp>
+#include <tilemesh/splat/blending_block.hpp>
+#include <tilemesh/splat/blending_hits.hpp>
+#include <tilemesh/splat/blending_rules.hpp>
 #include <tilemesh/splat/bloom.hpp>
 #include <tilemesh/splat/camera.hpp>
 #include <tilemesh/splat/compositing.hpp>
