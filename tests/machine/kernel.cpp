@@ -1,6 +1,7 @@
 #include <cstdint>
 #include <doctest/doctest.h>
 #include <tilemesh/machine/kernel.hpp>
+#include <tilemesh/machine/run_kernel.hpp>
 #include <tilemesh/machine/tile.hpp>
 #include <type_traits>
 

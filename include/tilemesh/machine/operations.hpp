@@ -1,4 +1,5 @@
 #pragma once
+#include <tilemesh/machine/run_kernel.hpp>
 #include <tilemesh/machine/tile.hpp>
 
 namespace tilemesh {

@@ -5,7 +5,7 @@
 namespace tilemesh::splat {
 
 /// How kernels read the records of a tile, by the type of the frame's parameters. This, the default, is the machine's way: a tile holds
-/// values, and projects what it holds. A host may have another way (render/host_form.hpp), for parameters of its own.
+/// values, and projects what it holds. A host may have another way, for parameters of its own.
 template <class Parameters>
 struct Access {
     /// The record in this frame's view: what goes into `Splats` for it.
