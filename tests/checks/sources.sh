@@ -1,7 +1,7 @@
 #!/bin/sh
 # usage: sources.sh PROJECT
 # Reads the headers as text: who may include whom, and what kernel code (machine/, splat/, config.hpp, and what becomes codelets:
-# poplar/codelet.hpp, poplar/program_log.hpp, and in examples/ the heat equation and the codelet file) may say. Comments and string
+# `codelet_code` of poplar/, and in examples/ the heat equation and the codelet file) may say. Comments and string
 # literals do not count.
 set -eu
 export LC_ALL=C
@@ -14,7 +14,7 @@ refuse() { # a reason, then what was found (nothing: all is well)
 }
 all=$(find . -name '*.hpp' | sed 's,^\./,,' | sort)
 kernel_code=$(ls config.hpp machine/*.hpp splat/*.hpp)
-codelet_code='poplar/(codelet|program_log)\.hpp'
+codelet_code='poplar/(codelet|control_vertices|program_log|vertex_edges)\.hpp'
 codelets="$(printf '%s\n' $all | grep -xE "$codelet_code") ../../examples/heat/heat.hpp ../../examples/on_poplar/codelets.cpp"
 
 # "file: included" for every direct include.
@@ -82,7 +82,7 @@ refuse "missing in tilemesh.hpp" "$(printf '%s\n' $all | grep -E '^(machine|mode
 refuse "not among the headers of kernel code" "$(printf '%s\n' "$includes" | grep -E '^(config|machine/|splat/)' |
     grep -vE ": <($standard_headers|$glm_headers|tilemesh/.*)>\$" || true)"
 refuse "not among the headers of codelets" "$(printf '%s\n' "$includes" | grep -E "^($codelet_code|\.\./)" |
-    grep -vE ": (<($standard_headers|tilemesh/.*)>|\"\.\./heat/heat\.hpp\")\$|^poplar/codelet\.hpp: <poplar/Vertex\.hpp>\$" || true)"
+    grep -vE ": (<($standard_headers|tilemesh/.*)>|\"\.\./heat/heat\.hpp\")\$|^poplar/(codelet|control_vertices)\.hpp: <poplar/Vertex\.hpp>\$" || true)"
 
 # Kernel code: what it says. `code` prints "file:line:text" without comments and literals.
 code() {

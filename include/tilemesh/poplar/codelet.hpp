@@ -1,7 +1,9 @@
 #pragma once
 #include <cstring>
 #include <poplar/Vertex.hpp>
+#include <tilemesh/poplar/control_vertices.hpp>
 #include <tilemesh/poplar/program_log.hpp>
+#include <tilemesh/poplar/vertex_edges.hpp>
 
 /// A superstep of a program as a Poplar vertex. Experimental until an SDK has compiled it.
 ///
@@ -26,60 +28,6 @@
 /// documented.
 
 namespace tilemesh::on_poplar {
-
-namespace detail {
-/// How many edges argument A of Kernel takes in each list.
-template <class Kernel, class A>
-struct EdgesOf {
-    static constexpr std::uint32_t reads = 0, keeps = 0;
-};
-template <class Kernel, class X>
-struct EdgesOf<Kernel, X const&> {
-    static constexpr std::uint32_t reads = KernelTraits<Kernel>::template takes<X&> ? 0 : 1, keeps = 0;
-};
-template <class Kernel, class X>
-struct EdgesOf<Kernel, X&> {
-    static constexpr std::uint32_t reads = 0, keeps = 1;
-};
-template <class Kernel, class C>
-struct EdgesOf<Kernel, In<C>> {
-    static constexpr std::uint32_t reads = 4, keeps = 0;
-};
-template <class Kernel, class C>
-struct EdgesOf<Kernel, Out<C>> {
-    static constexpr std::uint32_t reads = KernelTraits<Kernel>::template reads<C> ? 0 : 4, keeps = 0;
-};
-template <class Kernel, class P>
-struct EdgesOf<Kernel, Broadcast<P>> {
-    static constexpr std::uint32_t reads = 1, keeps = 0;
-};
-
-/// Where the edges of argument A begin in `reads`, in `keeps`; and those of channel C in `sends`.
-template <class Kernel, class A, class... Args>
-constexpr std::uint32_t reads_at(Types<Args...>) noexcept
-{
-    std::uint32_t at = 1;
-    bool found = false;
-    ((found = found || std::is_same_v<A, Args>, at += found ? 0 : EdgesOf<Kernel, Args>::reads), ...);
-    return at;
-}
-template <class Kernel, class A, class... Args>
-constexpr std::uint32_t keeps_at(Types<Args...>) noexcept
-{
-    std::uint32_t at = 1;
-    bool found = false;
-    ((found = found || std::is_same_v<A, Args>, at += found ? 0 : EdgesOf<Kernel, Args>::keeps), ...);
-    return at;
-}
-template <class Kernel, class C, bool Sampled, class... L>
-constexpr std::uint32_t sends_at(Types<L...>) noexcept
-{
-    std::uint32_t at = Sampled ? 2 : 1;
-    bool found = false;
-    ((found = found || std::is_same_v<C, L>, at += !found && KernelTraits<Kernel>::template writes<L> ? 4 : 0), ...);
-    return at;
-}
-} // namespace detail
 
 /// How a vertex of any of the two kinds computes.
 template <class Machine, class Program, class Kernel>
@@ -328,112 +276,6 @@ public:
             log[Log::vote] = said & said_busy;
             *vertex.sends[0].begin() = said;
         }
-        return true;
-    }
-};
-
-/// Makes all its words 0: the log before a run, the heads of mail that was read.
-class Clear : public ::poplar::Vertex {
-public:
-    ::poplar::Vector<::poplar::Output<::poplar::Vector<unsigned>>> words;
-    bool compute()
-    {
-        for (unsigned i = 0; i < words.size(); ++i)
-            for (unsigned k = 0; k < words[i].size(); ++k) words[i][k] = 0;
-        return true;
-    }
-};
-
-/// What a row of tiles says: the bits of any.
-class GatherVotes : public ::poplar::Vertex {
-public:
-    ::poplar::Input<::poplar::Vector<unsigned>> said;
-    ::poplar::Output<::poplar::Vector<unsigned>> any;
-    bool compute()
-    {
-        unsigned all = 0;
-        for (unsigned i = 0; i < said.size(); ++i) all |= said[i];
-        any[0] = all;
-        return true;
-    }
-};
-
-/// Ends a pass: what all rows say goes into the run's log, and decides whether there is another.
-class CountPass : public ::poplar::Vertex {
-public:
-    ::poplar::Input<::poplar::Vector<unsigned>> said;
-    ::poplar::InOut<::poplar::Vector<unsigned>> log; ///< RunLog
-    ::poplar::Output<bool> again;
-    unsigned log_at;  ///< of the step: RunLog::step
-    unsigned touched; ///< channels that this pass exchanged, or read and emptied
-    unsigned reads;   ///< channels whose mail makes another pass; with no bit and no vote there is none
-    bool compute()
-    {
-        unsigned all = 0;
-        for (unsigned i = 0; i < said.size(); ++i) all |= said[i];
-        unsigned const sent = all >> 1;
-        log[RunLog::mail] = (log[RunLog::mail] & ~touched) | sent;
-        log[RunLog::busy] = all & said_busy;
-        log[RunLog::left] -= 1;
-        log[log_at] += 1;
-        log[log_at + 1] += sent != 0 ? 1u : 0u;
-        again = log[RunLog::left] != 0 && (log[RunLog::busy] | (log[RunLog::mail] & reads)) != 0;
-        return true;
-    }
-};
-
-/// Begins a Loop.
-class BeginLoop : public ::poplar::Vertex {
-public:
-    ::poplar::InOut<::poplar::Vector<unsigned>> log; ///< RunLog
-    unsigned log_at;                                 ///< of the loop: RunLog::loop
-    unsigned at_most;
-    bool compute()
-    {
-        log[log_at] = at_most;
-        return true;
-    }
-};
-
-/// Before each round of a Loop: is there another?
-class TestLoop : public ::poplar::Vertex {
-public:
-    ::poplar::InOut<::poplar::Vector<unsigned>> log; ///< RunLog
-    ::poplar::Output<bool> again;
-    unsigned log_at;
-    bool compute()
-    {
-        bool const more = log[log_at] != 0 && log[RunLog::busy] != 0;
-        log[log_at] -= more ? 1u : 0u;
-        log[log_at + 1] += more ? 1u : 0u;
-        again = more;
-        return true;
-    }
-};
-
-/// The condition of an If: is the word of the broadcast 0?
-class TestFlag : public ::poplar::Vertex {
-public:
-    ::poplar::Input<::poplar::Vector<unsigned>> word;
-    ::poplar::Output<bool> again;
-    bool compute()
-    {
-        again = word[0] != 0;
-        return true;
-    }
-};
-
-/// Begins an UntilQuiet: is there anything to do?
-class BeginStep : public ::poplar::Vertex {
-public:
-    ::poplar::InOut<::poplar::Vector<unsigned>> log; ///< RunLog
-    ::poplar::Output<bool> again;
-    unsigned at_most;
-    unsigned reads;
-    bool compute()
-    {
-        log[RunLog::left] = at_most;
-        again = at_most != 0 && (log[RunLog::busy] | (log[RunLog::mail] & reads)) != 0;
         return true;
     }
 };

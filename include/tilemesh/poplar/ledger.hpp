@@ -1,7 +1,9 @@
 #pragma once
 #include <array>
 #include <cstddef>
-#include <tilemesh/poplar/codelet.hpp>
+#include <tilemesh/machine/tile.hpp>
+#include <tilemesh/poplar/program_log.hpp>
+#include <tilemesh/poplar/vertex_edges.hpp>
 
 namespace tilemesh::on_poplar {
 
