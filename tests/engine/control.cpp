@@ -1,5 +1,6 @@
 #include "control.hpp"
 #include "everywhere.hpp"
+#include <tilemesh/model/no_progress.hpp>
 #include <tuple>
 
 using namespace engine_test;
@@ -63,8 +64,7 @@ TEST_CASE("Loop: no round where nobody voted busy before it, and each run begins
 
 TEST_CASE("Loop: loops in loops count all their rounds")
 {
-    using Inner = Loop<Superstep<Drain>>;
-    using Program = Sequence<Superstep<OpenTap>, Loop<Inner, Superstep<Refill>>>;
+    using Program = NestedDraining;
     Grid const grid{3, 2};
     auto const load = [](auto& mesh) { mesh.template state<Tank>(TileId::at(2, 1)) = {3, 2, 0, 0}; };
     auto const p = everywhere<Program>(grid, load);
@@ -208,7 +208,7 @@ TEST_CASE("a Loop that is never done: most_passes rounds, and the report of what
     CheckedMesh<Forever> checked{grid, {.most_passes = 20}};
     CHECK(error_of([&] { checked.run(); }) == said + " on a Traced machine [superstep 40 (Insist)]");
     CHECK(has(error_of([&] { checked.run(); }), "cannot run again"));
-    Mesh<Forever, Traced<Mk2>> traced{grid, {.most_passes = 20}};
+    Mesh<Forever, Traced<Mk2>> traced{grid, {.most_passes = 20, .explain = explain_no_progress}};
     auto const report = error_of([&] { traced.run(); });
     CHECK(has(report, said + " [superstep 40 (Insist)]"));
     CHECK(has(report, "the loop of steps 1 to 2 does the same every 2 supersteps from superstep 1 of the run on"));

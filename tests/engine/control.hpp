@@ -35,6 +35,7 @@ struct Refill {
     }
 };
 using Draining = Sequence<Superstep<OpenTap>, Loop<UntilQuiet<Drain>, Superstep<Refill>>>;
+using NestedDraining = Sequence<Superstep<OpenTap>, Loop<Loop<Superstep<Drain>>, Superstep<Refill>>>;
 
 struct Drained {
     std::uint64_t rounds = 0, passes = 0;

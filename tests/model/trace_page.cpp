@@ -56,10 +56,10 @@ struct Other {
 
 TEST_CASE("trace page: the heat equation as files and a page")
 {
-    using Program = Repeat<20, Diffuse>;
+    using Program = Repeat<Diffuse>;
     Grid const grid{4, 3};
     using Heated = Mesh<Program, Traced<Mk2>>;
-    Heated mesh{grid};
+    Heated mesh{grid, {}, Program{20}};
     mesh.broadcast<Conductivity>() = {0.1f};
     mesh.state<Cell>(grid.tile(5)).kelvin = 100;
     mesh.run();
@@ -67,7 +67,7 @@ TEST_CASE("trace page: the heat equation as files and a page")
     TracePage page;
     page.title = "Heat & <more>";
     page.facts = {{"program", "heat"}};
-    auto const ledger = Heated::Layout::ledger();
+    auto const ledger = Tile<Mk2, Program>::ledger();
     page.ledger.assign(ledger.begin(), ledger.end());
     auto const written = write_trace_page(folder.path, "heat", mesh.trace(), mk2(), grid, page);
     CHECK(written == folder.path / "heat.html");

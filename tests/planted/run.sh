@@ -135,10 +135,15 @@ make_kit() { # FLAGS
 }
 
 # ---- one test
+# The renderers of splat/runner.hpp are compiled apart for the suite (splat/shared). Here a file has the definition of those templates in
+# front of it, and so contains the few renderers that it makes.
 compile() { # TEST-FILE TREE FLAGS ARGUMENTS...
-    # shellcheck disable=SC2046,SC2086
-    "$(cat "$(kit_of "$3")/compiler")" -std=c++20 -O0 -pthread -UNDEBUG -w $3 -include "$(kit_of "$3")/common.hpp" -I"$2/include" -I"$2/bench" \
-        -I"$2/examples" -I"$2/tests/poplar/standin" "$2/tests/$1.cpp" "${@:4}"
+    local kit front=()
+    kit=$(kit_of "$3")
+    if grep -qE '(make_runner|fit_shared)<' "$2/tests/$1.cpp"; then front=(-include "$2/tests/splat/shared/runner_of.hpp"); fi
+    # shellcheck disable=SC2086
+    "$(cat "$kit/compiler")" -std=c++20 -O0 -pthread -UNDEBUG -w $3 -include "$kit/common.hpp" ${front[@]+"${front[@]}"} -I"$2/include" \
+        -I"$2/bench" -I"$2/examples" -I"$2/tests/poplar/standin" "$2/tests/$1.cpp" "${@:4}"
 }
 # Builds a test into OUT, with what its part links beside it (sources without a test case). Objects that CHANGED files are no part of
 # are those of the test without a fault.

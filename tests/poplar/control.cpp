@@ -12,7 +12,7 @@ namespace {
 constexpr auto to_one = ReduceTo::one;
 constexpr auto to_all = ReduceTo::all;
 } // namespace
-using Nested = Sequence<Superstep<OpenTap>, Loop<Loop<Superstep<Drain>>, Superstep<Refill>>>;
+using Nested = NestedDraining;
 using Weighing = Sequence<Reduce<Weight, Sum, to_one>, Reduce<Bits, And, to_all>>;
 
 TILEMESH_VERTEX(drain_OpenTap, Mk2, Draining, OpenTap)

@@ -1,5 +1,6 @@
 // test: unoptimised test asan, without tsan
 #include "../../examples/heat/heat.hpp"
+#include "../engine/control.hpp"
 #include "on_poplar.hpp"
 #include <algorithm>
 #include <cstdio>
@@ -98,6 +99,8 @@ TEST_CASE("poplar: the graph's variables are the tile's ledger, byte for byte")
     SUBCASE("lossless") { check_ledger<Mk2, splat::Frame<Lossless>, Lossless>("lossless", grid_of_tests()); }
     SUBCASE("heat") { check_ledger<Mk2, Heat>("heat", grid_of_tests()); }
     SUBCASE("heat on one row") { check_ledger<Mk2, Heat>("heat", Grid{7, 1}); }
+    SUBCASE("a loop with a condition and a reduction") { check_ledger<Mk2, engine_test::Warming>("warm", Grid{6, 5}); }
+    SUBCASE("a loop in a loop") { check_ledger<Mk2, engine_test::NestedDraining>("nested", Grid{6, 5}); }
 }
 
 TEST_CASE("poplar: the paper's budget holds on the machine, but its lists do not fit beside it")

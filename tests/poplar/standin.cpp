@@ -95,6 +95,7 @@ using poplar::UNSIGNED_INT;
 using poplar::program::Copy;
 using poplar::program::Execute;
 using poplar::program::Program;
+using poplar::program::If;
 using poplar::program::Repeat;
 using poplar::program::RepeatWhileTrue;
 using poplar::program::Sequence;
@@ -540,6 +541,35 @@ TEST_CASE("RepeatWhileTrue runs its condition, and its body while that leaves tr
     CHECK(says(refusal<control_program_error>(
                    [&] { RepeatWhileTrue(Sequence(), rig.scalar(UNSIGNED_INT, "n", 0), Sequence()); }),
                "unsigned"));
+}
+
+TEST_CASE("If runs one of two programs, as its predicate says")
+{
+    for (unsigned const bound : {0u, 5u}) {
+        Rig rig;
+        Tensor const count = rig.scalar(UNSIGNED_INT, "count", 1), limit = rig.scalar(UNSIGNED_INT, "bound", 1);
+        Tensor const go = rig.scalar(poplar::BOOL, "go", 1), runs = rig.words("runs", 1, 0);
+        auto const condition = rig.graph->addComputeSet("condition"), one = rig.graph->addComputeSet("one"), other = rig.graph->addComputeSet("other");
+        auto const v = rig.graph->addVertex(condition, "StandinCount");
+        rig.graph->connect(v["count"], count);
+        rig.graph->connect(v["bound"], limit);
+        rig.graph->connect(v["below"], go);
+        rig.graph->setInitialValue(v["step"], 1u);
+        rig.graph->setPerfEstimate(v, 20);
+        rig.graph->setTileMapping(v, 1);
+        rig.any(one, 0, {}, {runs}, {});
+        rig.any(other, 0, {}, {runs}, {});
+        any_compute = [](StandinAny& w) { ++w.keeps[0][0]; };
+        auto const start =
+            Sequence({rig.give(count.reshape({1}), {0}), rig.give(limit.reshape({1}), {bound}), rig.give(runs, {0}), Execute(condition)});
+        auto engine = rig.run(Sequence({start, If(go, Execute(one), Sequence({Execute(other), Execute(other)})), rig.take(runs)}));
+        CHECK(rig.taken() == Words{bound == 0 ? 2u : 1u});
+        CHECK(standin::last_run(engine).by_name["one"] == (bound == 0 ? 0u : 1u));
+    }
+    Rig rig;
+    Tensor const go = rig.scalar(poplar::BOOL, "go", 1);
+    CHECK(says(refusal<poplar::application_runtime_error>([&] { rig.run(If(go, Sequence(), Sequence())); }), "An If has a predicate that is no bool"));
+    CHECK(says(refusal<poplar::control_program_error>([&] { If(go.reshape({1}), Sequence(), Sequence()); }), "{1}"));
 }
 
 TEST_CASE("a stream reads or writes the same host memory each time, or walks round a buffer")

@@ -9,10 +9,24 @@ using namespace tilemesh;
 using namespace tilemesh::splat;
 
 namespace {
+/// Has the record of a row the map's coefficients of that row, and zeros behind them?
+template <std::uint32_t Degree>
+bool is_row_of(scene::Map const& map, std::uint32_t row, GaussianOfDegree<Degree> const& record)
+{
+    if constexpr (Degree != 0) {
+        std::vector<float> expected(std::size(record.harmonics));
+        auto const floats = 3 * std::size_t{harmonics_per_channel(map.sh_degree)};
+        std::copy_n(map.harmonics.begin() + static_cast<std::ptrdiff_t>(row * floats), map.sh_degree == 0 ? 0 : floats, expected.begin());
+        if (std::memcmp(expected.data(), record.harmonics, sizeof record.harmonics) != 0) return false;
+    }
+    return record.id == map.gaussians[row].id;
+}
 template <std::uint32_t Degree>
 void same_projections(scene::Map const& map)
 {
     render::RecordTable const table(map, Degree);
+    for (std::uint32_t row = 0; row < table.rows(); ++row)
+        CHECK(is_row_of<Degree>(map, row, table.record<GaussianOfDegree<Degree>>(row)));
     for (float turn : {0.0f, 0.4f, 2.9f})
         for (auto const arithmetic : {Arithmetic::precise, Arithmetic::fast}) {
             Model model;

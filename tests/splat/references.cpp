@@ -110,10 +110,10 @@ TEST_CASE("references: pairwise, hold or drop, world or screen, carried or recom
         lost += compare<S>(map, {.grid = {7, 6}, .channel_slots = 2}, path()).lost.size();
         lost += compare<S>(map, {.grid = {7, 6}, .storage_slots = 22}, path()).lost.size();
     };
-    check(Room<DropBase>{}, cloud(500, 31));
-    check(Screens{}, cloud(500, 31));
-    check(Planes{}, cloud(500, 31));
-    check(BytesAndPlanes{}, cloud(500, 31));
+    check(Room<DropBase>{}, ::cloud(500, 31));
+    check(Screens{}, ::cloud(500, 31));
+    check(Planes{}, ::cloud(500, 31));
+    check(BytesAndPlanes{}, ::cloud(500, 31));
     check(DropScreens{}, shaded_cloud(500, 78, 3));
     check(ShadedScreens{}, shaded_cloud(500, 77, 3));
     check(Shaded{}, shaded_cloud(500, 77, 3));

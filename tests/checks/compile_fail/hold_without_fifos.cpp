@@ -1,12 +1,11 @@
 // EXPECT: a setup that holds needs FIFOs
-#include "source.hpp"
-#include <tilemesh/splat/frame_program.hpp>
+#include <tilemesh/render/setup_facts.hpp>
 
-struct Setup : tilemesh::splat::Paper { // whose FIFOs have no byte
+struct Setup : tilemesh::splat::Paper { // whose FIFOs have no slot
     using Saturation = tilemesh::splat::Hold;
 };
 
-tilemesh::Vote run(Source& source)
+tilemesh::render::SetupFacts facts()
 {
-    return tilemesh::run_kernel<tilemesh::splat::Route<Setup>>(source);
+    return tilemesh::render::facts_of<Setup>();
 }

@@ -1,6 +1,5 @@
 // EXPECT: a machine with more workers than Work counts for
-#include "source.hpp"
-#include <tilemesh/splat/frame_program.hpp>
+#include <tilemesh/render/setup_facts.hpp>
 
 struct EightWorkers : tilemesh::Mk2 {
     static constexpr std::uint32_t workers = 8;
@@ -9,7 +8,7 @@ struct Setup : tilemesh::splat::Lossless {
     using Machine = EightWorkers;
 };
 
-tilemesh::Vote run(Source& source)
+tilemesh::render::SetupFacts facts()
 {
-    return tilemesh::run_kernel<tilemesh::splat::Composite<Setup>>(source);
+    return tilemesh::render::facts_of<Setup>();
 }

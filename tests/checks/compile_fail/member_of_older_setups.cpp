@@ -1,0 +1,11 @@
+// EXPECT: a setup that names storage_slots .its sizes are one value: it would change nothing.; give it static constexpr Sizes sizes
+#include <tilemesh/render/setup_facts.hpp>
+
+struct Setup : tilemesh::splat::Lossless {
+    static constexpr std::uint32_t storage_slots = 700;
+};
+
+tilemesh::render::SetupFacts facts()
+{
+    return tilemesh::render::facts_of<Setup>();
+}

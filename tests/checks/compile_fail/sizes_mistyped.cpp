@@ -1,0 +1,6 @@
+// EXPECT: (member named .*storage_slot|storage_slot.* does not refer to any field)
+#include <tilemesh/splat/setup.hpp>
+
+struct Setup : tilemesh::splat::Lossless {
+    static constexpr tilemesh::splat::Sizes sizes{.storage_slot = 700};
+};
