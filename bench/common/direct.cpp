@@ -82,7 +82,7 @@ void Direct::render(splat::Camera const& camera, splat::Model const& model, Team
 
     pairs_ = contributing_ = 0;
     for (auto const& s : shares_) {
-        pairs_ += s.blocks * splat::detail::block_width * splat::detail::block_height;
+        pairs_ += s.blocks * splat::block_width * splat::block_height;
         contributing_ += s.contributing;
     }
     stages_.total = frame.lap();

@@ -63,7 +63,7 @@ private:
             }
             auto const& work = mesh.template state<splat::Work>(tile);
             for (auto const blocks : work.blocks)
-                to.pairs += std::uint64_t{blocks} * splat::detail::block_width * splat::detail::block_height;
+                to.pairs += std::uint64_t{blocks} * splat::block_width * splat::block_height;
             to.channel_full += counts.channel_full;
             to.no_credit += counts.no_credit;
             to.storage_full += counts.storage_full;

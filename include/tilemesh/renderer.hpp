@@ -28,11 +28,11 @@ namespace tilemesh {
 template <class S = splat::Lossless, template <class, class> class Engine = Mesh>
 class BasicRenderer
     : public render::FrameRenderer<splat::PoliciesOf<S>, Engine,
-                                   std::conditional_t<detail::is_traced<typename S::Machine>, Traced<AnyMachine>, AnyMachine>> {
+                                   std::conditional_t<is_traced<typename S::Machine>, Traced<AnyMachine>, AnyMachine>> {
 public:
     /// What setups with these policies share.
     using Core = render::FrameRenderer<splat::PoliciesOf<S>, Engine,
-                                       std::conditional_t<detail::is_traced<typename S::Machine>, Traced<AnyMachine>, AnyMachine>>;
+                                       std::conditional_t<is_traced<typename S::Machine>, Traced<AnyMachine>, AnyMachine>>;
     using Setup = S;
     using Value = typename splat::ValueOf<S>::type;
     using Machine = typename S::Machine;

@@ -19,6 +19,7 @@
 #include <tilemesh/machine/name.hpp>
 #include <tilemesh/machine/operations.hpp>
 #include <tilemesh/machine/reduce.hpp>
+#include <tilemesh/machine/run_kernel.hpp>
 #include <tilemesh/machine/spec.hpp>
 #include <tilemesh/machine/superstep.hpp>
 #include <tilemesh/machine/tile.hpp>

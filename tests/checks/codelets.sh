@@ -40,7 +40,7 @@ for abi in 32 ilp32 ilp32f; do : >"$folder/none/gnu/stubs-$abi.h"; done
 
 # Every vertex has its compute called, as Poplar's loader would.
 vertices=$(sed -nE 's/^TILEMESH_VERTEX\(([A-Za-z_0-9]+),.*/\1 0/p; s/^TILEMESH_MULTI_VERTEX\(([A-Za-z_0-9]+),.*/\1 1/p' "$codelets"
-    sed -nE 's/^class ([A-Za-z_0-9]+) : public ::poplar::Vertex \{$/tilemesh::on_poplar::\1 0/p' "$project/include/tilemesh/poplar/codelet.hpp")
+    sed -nE 's/^class ([A-Za-z_0-9]+) : public ::poplar::Vertex \{$/tilemesh::on_poplar::\1 0/p' "$project/include/tilemesh/poplar/control_vertices.hpp")
 all=$folder/all_vertices.cpp
 {
     echo "#include \"$codelets\""

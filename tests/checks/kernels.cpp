@@ -7,12 +7,16 @@
 #include <tilemesh/machine/name.hpp>
 #include <tilemesh/machine/operations.hpp>
 #include <tilemesh/machine/reduce.hpp>
+#include <tilemesh/machine/run_kernel.hpp>
 #include <tilemesh/machine/spec.hpp>
 #include <tilemesh/machine/superstep.hpp>
 #include <tilemesh/machine/tile.hpp>
 #include <tilemesh/machine/types.hpp>
 #include <tilemesh/splat/access.hpp>
 #include <tilemesh/splat/blending.hpp>
+#include <tilemesh/splat/blending_block.hpp>
+#include <tilemesh/splat/blending_hits.hpp>
+#include <tilemesh/splat/blending_rules.hpp>
 #include <tilemesh/splat/bloom.hpp>
 #include <tilemesh/splat/camera.hpp>
 #include <tilemesh/splat/compositing.hpp>
@@ -61,7 +65,7 @@ struct Source {
     Place state() const noexcept
     {
         auto* const words = sram.states + Layout::template offset<X>();
-        if constexpr (detail::is_list<X>)
+        if constexpr (is_list<X>)
             return {words, words + X::head_words, capacity_of<X>(Setup::sizes)};
         else
             return {nullptr, words, 1};
@@ -70,7 +74,7 @@ struct Source {
     Place end(std::uint32_t number) const noexcept
     {
         constexpr auto slots = capacity_of<C>(Setup::sizes);
-        auto* const words = sram.links[detail::index_in<C>(typename Layout::Links{})] + number * C::Receiver::words(slots);
+        auto* const words = sram.links[index_in<C>(typename Layout::Links{})] + number * C::Receiver::words(slots);
         return {words, words + C::Receiver::head_words, slots};
     }
     template <class C>

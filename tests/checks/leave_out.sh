@@ -96,8 +96,8 @@ lacks() { # SETUP WORDS
     fi
     printf '%-16s %s: %s symbols, none has %s\n' -O0 "$1" "$(wc -l <"$folder/names.txt" | tr -d ' ')" "$2"
 }
-routing='Route|Road|Waiting|Traffic'
-bloom='Bloom|Beam|Debts|is_child'
+routing='Route|Road|Waiting|FlowControl'
+bloom='Bloom|Beam|OwedCopies|is_child'
 harmonics='harmonic_basis|ShadedGaussian'
 planes='DepthBlock|WithDepth|WithAlpha'
 lacks minimal "$routing|$bloom|$harmonics|$planes"

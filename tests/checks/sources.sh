@@ -1,7 +1,7 @@
 #!/bin/sh
 # usage: sources.sh PROJECT
 # Reads the headers as text: who may include whom, and what kernel code (machine/, splat/, config.hpp, and what becomes codelets:
-# poplar/codelet.hpp, poplar/program_log.hpp, and in examples/ the heat equation and the codelet file) may say. Comments and string
+# `codelet_code` of poplar/, and in examples/ the heat equation and the codelet file) may say. Comments and string
 # literals do not count.
 set -eu
 export LC_ALL=C
@@ -14,7 +14,7 @@ refuse() { # a reason, then what was found (nothing: all is well)
 }
 all=$(find . -name '*.hpp' | sed 's,^\./,,' | sort)
 kernel_code=$(ls config.hpp machine/*.hpp splat/*.hpp)
-codelet_code='poplar/(codelet|program_log)\.hpp'
+codelet_code='poplar/(codelet|control_vertices|program_log|vertex_edges)\.hpp'
 codelets="$(printf '%s\n' $all | grep -xE "$codelet_code") ../../examples/heat/heat.hpp ../../examples/on_poplar/codelets.cpp"
 
 # "file: included" for every direct include.
@@ -32,7 +32,7 @@ refuse "number_text.hpp includes config.hpp" "$(ours 'number_text\.hpp' 'config\
 refuse "engine/ includes engine/, machine/, config.hpp and error.hpp" "$(ours engine/ 'engine/|machine/|config\.hpp|error\.hpp')"
 refuse "model/ includes model/, engine/ and below, error.hpp, and of report/ what knows no splatting" \
     "$(ours model/ "model/|engine/|machine/|config\\.hpp|error\\.hpp|$plain_reports")"
-refuse "tables, plots and pages know no splatting" "$(ours "$plain_reports" "$plain_reports|error\\.hpp|config\\.hpp")"
+refuse "tables, plots and pages know no splatting" "$(ours "$plain_reports" "$plain_reports|report/detail/image_file_code\\.hpp|error\\.hpp|config\\.hpp")"
 refuse "scene/ includes scene/, splat/ and below, error.hpp and number_text.hpp" \
     "$(ours scene/ 'scene/|splat/|machine/|config\.hpp|error\.hpp|number_text\.hpp')"
 refuse "report/ includes report/, splat/ and below, error.hpp and joined_threads.hpp" \
@@ -48,6 +48,26 @@ refuse "of libraries poplar/ includes the standard's and the SDK's" \
 refuse "tilemesh.hpp is for users" "$(printf '%s\n' "$includes" | grep '<tilemesh/tilemesh.hpp>' || true)"
 refuse "detail/ is for its own part" "$(printf '%s\n' "$includes" | grep -E '<tilemesh/[a-z]+/detail/' |
     grep -vE '^([a-z]+)/[^:]*: <tilemesh/\1/detail/' || true)"
+refuse "machine/ and engine/ know no splatting, in comments either" "$(grep -niE 'gaussian|splat|pixel|bloom|camera|footprint|(^|[^a-z:])pairs?([^a-z]|$)' \
+    machine/*.hpp engine/*.hpp || true)"
+# A part's `detail` namespaces are its own: machine/ and the headers beside the folders have tilemesh::detail, model/ has model_detail,
+# every other part PART::detail (poplar/: on_poplar::detail). Unqualified, a name must be declared by the part. No exceptions.
+# shellcheck disable=SC2086
+detail=$(grep -HoE '(([a-z_]+::)*|\b)(model_)?detail::[A-Za-z_]+' $all |
+    sed -E 's/:(::)?tilemesh::/:tilemesh::/' | sort -u)
+owners='engine|splat|scene|render|report'
+refuse "a part's detail is its own" "$(printf '%s\n' "$detail" | grep -E "^[^:]*:(tilemesh::)?($owners|on_poplar|model_detail|tilemesh::model_detail)::" |
+    grep -vE '^([a-z]+)/[^:]*:(tilemesh::)?\1::detail::|^poplar/[^:]*:(tilemesh::)?on_poplar::detail::|^model/[^:]*:(tilemesh::)?model_detail::' || true)"
+refuse "tilemesh::detail is for machine/ and the headers beside the folders" \
+    "$(printf '%s\n' "$detail" | grep -E ':tilemesh::detail::' | grep -vE '^(machine/|[a-z_]+\.hpp:)' || true)"
+refuse "a part's detail is its own (the part declares no such name)" "$(printf '%s\n' "$detail" | grep -E '^[^:]*:detail::' |
+    while IFS= read -r use; do
+        file=${use%%:*} name=${use##*:}
+        case $file in */*) own=${file%%/*}/*.hpp ;; *) own=*.hpp ;; esac
+        # shellcheck disable=SC2086
+        grep -hwE "$name" $own $(case $file in */*) find "${file%%/*}" -mindepth 2 -name '*.hpp' ;; esac) |
+            grep -qE "(struct|class|enum|using|namespace|[A-Za-z0-9_>\*&]) +\*?&?$name\b" || printf '%s\n' "$use"
+    done)"
 refuse "full paths, in angle brackets" "$(printf '%s\n' "$includes" | grep -v '^\.\./' | grep '"' || true)"
 json='scene/camera_json\.hpp|report/json\.hpp' # what only the users of nlohmann-json include
 refuse "nlohmann-json is for $json" "$(printf '%s\n' "$includes" | grep nlohmann | grep -vE "^($json):" || true)"
@@ -62,7 +82,7 @@ refuse "missing in tilemesh.hpp" "$(printf '%s\n' $all | grep -E '^(machine|mode
 refuse "not among the headers of kernel code" "$(printf '%s\n' "$includes" | grep -E '^(config|machine/|splat/)' |
     grep -vE ": <($standard_headers|$glm_headers|tilemesh/.*)>\$" || true)"
 refuse "not among the headers of codelets" "$(printf '%s\n' "$includes" | grep -E "^($codelet_code|\.\./)" |
-    grep -vE ": (<($standard_headers|tilemesh/.*)>|\"\.\./heat/heat\.hpp\")\$|^poplar/codelet\.hpp: <poplar/Vertex\.hpp>\$" || true)"
+    grep -vE ": (<($standard_headers|tilemesh/.*)>|\"\.\./heat/heat\.hpp\")\$|^poplar/(codelet|control_vertices)\.hpp: <poplar/Vertex\.hpp>\$" || true)"
 
 # Kernel code: what it says. `code` prints "file:line:text" without comments and literals. A block comment may name a value on its line.
 code() {
@@ -84,7 +104,7 @@ refuse "library trigonometry costs thousands of cycles" "$(says '(std::)?(sin|co
 refuse "statics that change" "$(printf '%s\n' "$text" | grep -oE '^[^:]*:[0-9]+|(^|[^A-Za-z_])static +[^(;={]*[;={]' |
     grep -vE '^[a-z_./]+\.[ch]pp:[0-9]+$' | grep -v constexpr || true)"
 refuse "unknown macros" "$(printf '%s\n' "$text" | sed -nE 's/^([^:]*:[0-9]+): *# *define ([A-Za-z_]+).*/\1 \2/p' |
-    grep -vE ' TILEMESH_(VERSION|KERNEL|EXPECT|EXACT_BEGIN|EXACT_END)$|^poplar/codelet\.hpp:[0-9]+ TILEMESH_(MULTI_)?VERTEX$' || true)"
+    grep -vE ' TILEMESH_(VERSION|KERNEL|HOST|EXPECT|EXACT_BEGIN|EXACT_END)$|^poplar/codelet\.hpp:[0-9]+ TILEMESH_(MULTI_)?VERTEX$' || true)"
 
 # kernels.cpp must be all of it.
 here="$1/tests/checks/kernels.cpp"

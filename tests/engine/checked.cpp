@@ -6,7 +6,7 @@
 #include "programs.hpp"
 
 using namespace engine_test;
-using engine::detail::poison_word;
+using engine::poison_word;
 
 namespace {
 

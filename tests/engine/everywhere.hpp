@@ -43,7 +43,7 @@ using WordList = std::vector<std::uint32_t>;
 template <class M, class X>
 void add_state(M& mesh, TileId t, WordList& words, X*)
 {
-    if constexpr (tilemesh::detail::is_list<X>) {
+    if constexpr (is_list<X>) {
         auto const list = mesh.template state<X>(t);
         words.push_back(list.size());
         for (auto const& item : list) {

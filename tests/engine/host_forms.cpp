@@ -28,7 +28,7 @@ struct AddIndex {
     {
         for (auto i = worker.index; i < numbers.size(); i += worker.count) numbers[i] += i;
     }
-    struct Whole {
+    struct AllWorkers {
         void operator()(Numbers& numbers, Worker worker) const noexcept
         {
             for (std::uint32_t i = 0; i < numbers.size(); ++i) numbers[i] += i + Lie * worker.count;
@@ -40,14 +40,14 @@ using Adding = Sequence<Superstep<Fill>, Repeat<AddIndex<Lie>>>;
 
 struct Tell { // each engine leaves how it was called
     void operator()(Seen& seen, Worker worker) const noexcept { seen = {seen.calls + 1, worker.index, worker.count}; }
-    struct Whole {
+    struct AllWorkers {
         void operator()(Seen& seen, Worker worker) const noexcept { seen = {seen.calls + 100, worker.index, worker.count}; }
     };
 };
 
 } // namespace
 
-TEST_CASE("a kernel's Whole leaves what its workers leave, on every engine")
+TEST_CASE("a kernel's AllWorkers leaves what its workers leave, on every engine")
 {
     auto const p = everywhere<Adding<0>, Bench>({7, 5}, [](auto&) {}, 2, {{{}, {3}}});
     auto const numbers = p.mesh->state<Numbers>(TileId::at(6, 4));
@@ -55,7 +55,7 @@ TEST_CASE("a kernel's Whole leaves what its workers leave, on every engine")
     for (std::uint32_t i = 0; i < 10; ++i) CHECK(numbers[i] == 4 * i);
 }
 
-TEST_CASE("a Whole that does otherwise than its workers shows as a difference between the engines")
+TEST_CASE("an AllWorkers that does otherwise than its workers shows as a difference between the engines")
 {
     CheckedMesh<Adding<1>, Bench> checked{{7, 5}, {.digest = true}, {{{}, {3}}}};
     Mesh<Adding<1>, Bench> mesh{{7, 5}, {.threads = 2, .digest = true}, {{{}, {3}}}};
@@ -67,7 +67,7 @@ TEST_CASE("a Whole that does otherwise than its workers shows as a difference be
     CHECK(words_of(checked) != words_of(mesh));
 }
 
-TEST_CASE("Mesh calls Whole once a tile with all workers, CheckedMesh the kernel for each")
+TEST_CASE("Mesh calls AllWorkers once a tile with all workers, CheckedMesh the kernel for each")
 {
     using Program = Sequence<Superstep<Fill>, Superstep<Tell>>;
     Mesh<Program> mesh{{4, 3}};

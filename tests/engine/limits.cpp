@@ -218,8 +218,8 @@ TEST_CASE("a grid that the machine does not have is refused: none, too many, too
         CHECK(has(refused(tag, {65536, 1}), "each side is 1 to 65,535"));
         CHECK(has(refused(tag, {65536, 65536}), "each side is 1 to 65,535")); // their product is 0 in 32 bits
     };
-    check(tilemesh::detail::Tag<Mesh<Heat, Four>>{});
-    check(tilemesh::detail::Tag<CheckedMesh<Heat, Four>>{});
+    check(Tag<Mesh<Heat, Four>>{});
+    check(Tag<CheckedMesh<Heat, Four>>{});
 }
 
 TEST_CASE("Mk2 has 1,472 tiles, and no more")

@@ -77,7 +77,7 @@ TEST_CASE("Reduce: its ledger is a word of state and a channel of one message; a
     CHECK(Layout::words<Reduced<Weight, Sum>>() == 1);
     CHECK(Layout::bytes == Mk2::code_bytes + 8 + 4 + 8 * (8 + 4));
     CHECK(Layout::ledger().size() == 4);
-    CHECK(engine::detail::text(Layout::ledger()[2].name) == "sum weight so far");
+    CHECK(engine::text(Layout::ledger()[2].name) == "sum weight so far");
 }
 
 namespace {

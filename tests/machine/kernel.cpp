@@ -1,6 +1,7 @@
 #include <cstdint>
 #include <doctest/doctest.h>
 #include <tilemesh/machine/kernel.hpp>
+#include <tilemesh/machine/run_kernel.hpp>
 #include <tilemesh/machine/tile.hpp>
 #include <type_traits>
 
@@ -98,8 +99,8 @@ static_assert([] {
     auto const& loop = std::get<1>(program.steps);
     return std::get<0>(std::get<0>(loop.steps).steps).at_most == 7 && std::get<0>(std::get<3>(program.steps).steps).times == 9;
 }());
-static_assert(std::is_same_v<Needs<Superstep<Nothing>>, detail::Sets<Types<>, Types<>, Types<>>>);
-static_assert(std::is_same_v<Needs<Sequence<>>, detail::Sets<Types<>, Types<>, Types<>>>);
+static_assert(std::is_same_v<Needs<Superstep<Nothing>>, RegionTypes<Types<>, Types<>, Types<>>>);
+static_assert(std::is_same_v<Needs<Sequence<>>, RegionTypes<Types<>, Types<>, Types<>>>);
 static_assert(std::is_same_v<Needs<Repeat<Everything>>, Needs<UntilQuiet<Everything>>>);
 
 // Sending over unread mail. A program runs again and again, so what its end leaves, its beginning finds.

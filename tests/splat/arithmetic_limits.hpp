@@ -52,7 +52,7 @@ inline std::vector<double> limits_of_fast(std::vector<splat::Gaussian> const& ga
         auto const r = s.rect();
         for (auto y = r.y0; y < r.y1; ++y)
             for (auto x = r.x0; x < r.x1; ++x) {
-                auto const k = y % splat::detail::block_height;
+                auto const k = y % splat::block_height;
                 float const px = static_cast<float>(x) + 0.5f - camera.cx, py = static_cast<float>(y) + 0.5f - camera.cy;
                 double const dx = px - s.mean_px[0], dy = py - s.mean_px[1], off = dy - double{s.slope} * dx;
                 double const error = alpha_rounding(s, dx, off - k, off, dy - k, dy, static_cast<int>(k));

@@ -5,9 +5,9 @@
 #include <sys/mman.h>
 #include <utility>
 
-namespace tilemesh::engine::detail {
+namespace tilemesh::engine {
 
-/// Zeroed 32-bit words that cost no memory until they are written: a machine's capacity is address space, its live records
+/// Zeroed 32-bit words that cost no memory until they are written: a machine's capacity is address space, its live words
 /// are memory. Throws std::bad_alloc when even the address space is not to be had.
 class Arena {
 public:
@@ -40,4 +40,4 @@ private:
     std::size_t bytes_ = 0;
 };
 
-} // namespace tilemesh::engine::detail
+} // namespace tilemesh::engine

@@ -22,13 +22,13 @@ struct CheckedMeshOptions {
 /// NaN as a float.
 ///
 /// Same members, counters, digests and pictures as Mesh. A multi-worker kernel is called once for each worker, last first,
-/// never its `Whole`. Beside Mesh's errors it reports a write outside a region or
+/// never its `AllWorkers`. Beside Mesh's errors it reports a write outside a region or
 /// channel, a size above its capacity, a quiet tile that is not quiet, two channels that share memory and both carry
 /// mail, and a kernel of all workers that sizes a list. Cost: about the live words of every tile, each superstep.
 template <class Program, class Machine = Mk2>
-class CheckedMesh : public engine::detail::Store<Program, true> {
-    using Base = engine::detail::Store<Program, true>;
-    using Run = engine::detail::Run<Program, tilemesh::detail::is_traced<Machine>>;
+class CheckedMesh : public engine::TileStore<Program, true> {
+    using Base = engine::TileStore<Program, true>;
+    using Run = engine::Run<Program, is_traced<Machine>>;
     friend Run;
 
 public:
@@ -44,7 +44,7 @@ public:
     }
     /// Machine and slots as `sizes` says.
     CheckedMesh(Grid grid, Options options, Program program, Sizes const& sizes)
-        : Base(grid, program, sizes), options_(options), within_{0, 0, grid.width, grid.height}
+        : Base(grid, program, sizes), options_(options), rectangle_{0, 0, grid.width, grid.height}
     {
         make_ends(Links{});
         busy_[0].assign(grid.size(), 0);
@@ -54,7 +54,7 @@ public:
     template <class X>
     void limit(std::uint32_t items)
     {
-        if constexpr (tilemesh::detail::is_channel<X>) {
+        if constexpr (is_channel<X>) {
             bool mail = false;
             for (std::uint32_t t = 0; t < this->grid_.size(); ++t) mail = mail || unread<X>(t);
             this->template limit_link<X>(items, mail);
@@ -74,7 +74,7 @@ public:
     /// Error for a rectangle that is not in the grid.
     void run_within(std::uint32_t x0, std::uint32_t y0, std::uint32_t x1, std::uint32_t y1)
     {
-        within_ = engine::detail::checked_rectangle(this->grid_, {x0, y0, x1, y1});
+        rectangle_ = engine::checked_rectangle(this->grid_, {x0, y0, x1, y1});
     }
 
     void observe(Observer observer) { run_.observer = std::move(observer); }
@@ -100,10 +100,10 @@ public:
         link_peak_.fill(0);
         for (auto& b : busy_) std::fill(b.begin(), b.end(), std::uint8_t{0});
         auto counters = run_.all(*this, this->program_, this->grid_, {options_.most_passes, options_.digest, options_.explain});
-        counters.peaks = engine::detail::list_peaks(States{}, Links{}, [&](auto tag) {
+        counters.peaks = engine::list_peaks(States{}, Links{}, [&](auto tag) {
             using R = typename decltype(tag)::type;
             Peak peak;
-            if constexpr (tilemesh::detail::is_channel<R>) {
+            if constexpr (is_channel<R>) {
                 peak.items = link_peak_[Base::template index_of_link<R>()];
                 peak.capacity = this->template link_capacity<R>();
             } else {
@@ -116,13 +116,13 @@ public:
     }
 
 private:
-    static constexpr bool traced = tilemesh::detail::is_traced<Machine>;
+    static constexpr bool traced = is_traced<Machine>;
     static constexpr std::uint32_t links = Links::count + 1;
     static constexpr std::uint32_t guard_words = Base::guard_words;
     /// One side of a channel on all tiles: {size, note, most ever written} and guarded items a slot.
     struct Ends {
         std::vector<std::array<std::uint32_t, 4>> heads;
-        engine::detail::Arena items;
+        engine::Arena items;
         std::size_t stride = 0;
         std::uint32_t capacity = 0;
     };
@@ -180,21 +180,21 @@ private:
             e.capacity = this->template link_capacity<C>();
             e.stride = std::size_t{e.capacity} * C::Receiver::item_words + 2 * guard_words;
             auto const n = std::size_t{this->grid_.size()} * 4;
-            e.heads.assign(n, {0, 0, 0, engine::detail::guard_word});
-            e.items = engine::detail::Arena(n * e.stride + C::Receiver::item_words); // one item past the last end is ours, too
+            e.heads.assign(n, {0, 0, 0, engine::guard_word});
+            e.items = engine::Arena(n * e.stride + C::Receiver::item_words); // one item past the last end is ours, too
             bool const fill = n * e.stride <= (std::size_t{64} << 18);
             for (std::size_t s = 0; s < n; ++s) {
                 auto* const items = e.items.data() + s * e.stride;
                 for (std::size_t g = 0; g < guard_words; ++g)
-                    items[g] = items[e.stride - 1 - g] = engine::detail::guard_word;
-                if (fill) std::fill(items + guard_words, items + e.stride - guard_words, engine::detail::poison_word);
+                    items[g] = items[e.stride - 1 - g] = engine::guard_word;
+                if (fill) std::fill(items + guard_words, items + e.stride - guard_words, engine::poison_word);
             }
         }
     }
     template <class C>
     void poison(Place p) noexcept // what a list of this end held is dead now
     {
-        std::fill(p.items, p.items + std::size_t{p.head[0]} * C::Receiver::item_words, engine::detail::poison_word);
+        std::fill(p.items, p.items + std::size_t{p.head[0]} * C::Receiver::item_words, engine::poison_word);
         p.head[0] = p.head[1] = 0;
     }
 
@@ -235,13 +235,13 @@ private:
     std::uint64_t list_sizes([[maybe_unused]] std::uint32_t tile, Types<A...>)
     {
         std::uint64_t h = 0;
-        ((h = engine::detail::mix(h, list_size(tile, static_cast<std::remove_reference_t<A>*>(nullptr)))), ...);
+        ((h = engine::mix(h, list_size(tile, static_cast<std::remove_reference_t<A>*>(nullptr)))), ...);
         return h;
     }
     template <class X>
     std::uint32_t list_size([[maybe_unused]] std::uint32_t tile, X*)
     {
-        if constexpr (tilemesh::detail::is_list<X> && !std::is_const_v<X>)
+        if constexpr (is_list<X> && !std::is_const_v<X>)
             return this->template state_place<X>(tile).head[0];
         else
             return 0;
@@ -258,12 +258,12 @@ private:
             for (auto* side : {&in_, &out_}) {
                 auto const p = end<C>(*side, 4 * tile + index(d));
                 auto const words = std::size_t{p.capacity} * C::Receiver::item_words;
-                bool ok = p.head[3] == engine::detail::guard_word && p.head[0] <= p.capacity;
+                bool ok = p.head[3] == engine::guard_word && p.head[0] <= p.capacity;
                 for (std::uint32_t g = 0; g < guard_words; ++g)
-                    ok = ok && p.items[words + g] == engine::detail::guard_word &&
-                         (p.items - guard_words)[g] == engine::detail::guard_word;
+                    ok = ok && p.items[words + g] == engine::guard_word &&
+                         (p.items - guard_words)[g] == engine::guard_word;
                 if (!ok)
-                    fail(tile, "a kernel wrote outside channel " + engine::detail::text(name_of<C>()) +
+                    fail(tile, "a kernel wrote outside channel " + engine::text(name_of<C>()) +
                                    " (its guard words are gone, or its size is above its capacity); use try_push");
             }
     }
@@ -278,7 +278,7 @@ private:
     template <class X>
     std::uint64_t digest_argument(std::uint64_t h, std::uint32_t tile, X*)
     {
-        if constexpr (!std::is_const_v<X> && !tilemesh::detail::is_end<X>)
+        if constexpr (!std::is_const_v<X> && !is_view<X>)
             return this->template digest_state<X>(h, tile);
         else
             return h;
@@ -288,7 +288,7 @@ private:
     {
         for (Direction d : news) {
             auto const p = end<C>(out_, 4 * tile + index(d));
-            h = engine::detail::mix(engine::detail::mix(h, p.head[0]), p.head[1]);
+            h = engine::mix(engine::mix(h, p.head[0]), p.head[1]);
         }
         return h;
     }
@@ -337,7 +337,7 @@ private:
         return std::find(busy.begin(), busy.end(), 1) != busy.end();
     }
     template <class Kernel, bool All>
-    engine::detail::Passed superstep()
+    engine::Passed superstep()
     {
         using Traits = KernelTraits<Kernel>;
         auto const tiles = this->grid_.size();
@@ -345,13 +345,13 @@ private:
         std::vector<std::uint8_t> runs(tiles, 0);
         bool any = All;
         for (std::uint32_t t = 0; t < tiles; ++t) {
-            runs[t] = (All && within_.contains(this->grid_.tile(t))) || busy[t] != 0 || has_mail(t, typename Traits::Arguments{});
+            runs[t] = (All && rectangle_.contains(this->grid_.tile(t))) || busy[t] != 0 || has_mail(t, typename Traits::Arguments{});
             any = any || runs[t] != 0;
         }
         if (!any) return {};
         if constexpr (traced)
             run_.trace.supersteps.push_back({run_.step(), votes_after<Program>(run_.step()), this->template capacity_a_side<Kernel>(typename Traits::Links{}), false, {}});
-        engine::detail::Passed passed;
+        engine::Passed passed;
         passed.ran = true;
         for (std::uint32_t t = 0; t < tiles; ++t) refuse_unread<Kernel>(t, typename Traits::Links{});
         for (std::uint32_t t = 0; t < tiles; ++t) {
@@ -369,7 +369,7 @@ private:
             busy_[parity_ ^ 1u][t] = run_tile<Kernel>(t) == Vote::busy;
             if constexpr (traced) {
                 Source source{*this, t, {0, this->sizes_.machine.workers}};
-                run_.trace.supersteps.back().tiles.push_back(engine::detail::sample<Kernel>(source, t));
+                run_.trace.supersteps.back().tiles.push_back(engine::sample<Kernel>(source, t));
             }
             ++passed.tile_runs;
             measure(passed, t, typename Traits::Arguments{});
@@ -385,7 +385,7 @@ private:
     {
         std::uint64_t digest = 0;
         for (std::uint32_t t = 0; t < this->grid_.size(); ++t)
-            digest += engine::detail::mix(digest_mail(t, Links{}), this->digest_states(t));
+            digest += engine::mix(digest_mail(t, Links{}), this->digest_states(t));
         return digest;
     }
     template <class... A>
@@ -396,21 +396,21 @@ private:
     template <class X>
     void remember_size([[maybe_unused]] std::uint32_t tile, X*)
     {
-        if constexpr (tilemesh::detail::is_list<X> && !std::is_const_v<X>) {
+        if constexpr (is_list<X> && !std::is_const_v<X>) {
             auto& most = most_[Base::template index_of_state<X>()];
             if (most.empty()) most.assign(this->grid_.size(), 0);
             most[tile] = std::max(most[tile], this->template state_place<X>(tile).head[0]);
         }
     }
     template <class... A>
-    void measure([[maybe_unused]] engine::detail::Passed& passed, [[maybe_unused]] std::uint32_t tile, Types<A...>)
+    void measure([[maybe_unused]] engine::Passed& passed, [[maybe_unused]] std::uint32_t tile, Types<A...>)
     {
         (measure_argument(passed, tile, static_cast<std::remove_reference_t<A>*>(nullptr)), ...);
     }
     template <class X>
-    void measure_argument(engine::detail::Passed&, std::uint32_t tile, X*)
+    void measure_argument(engine::Passed&, std::uint32_t tile, X*)
     {
-        if constexpr (tilemesh::detail::is_list<X> && !std::is_const_v<X>) {
+        if constexpr (is_list<X> && !std::is_const_v<X>) {
             auto const p = this->template state_place<X>(tile);
             auto& peak = state_peak_[Base::template index_of_state<X>()];
             peak = std::max(peak, p.head[0]);
@@ -418,12 +418,12 @@ private:
             auto& most = most_[Base::template index_of_state<X>()];
             if (most[tile] > p.head[0])
                 std::fill(p.items + std::size_t{p.head[0]} * X::item_words, p.items + std::size_t{most[tile]} * X::item_words,
-                          engine::detail::poison_word);
+                          engine::poison_word);
             most[tile] = p.head[0];
         }
     }
     template <class C>
-    void measure_argument(engine::detail::Passed& passed, std::uint32_t tile, Out<C>*)
+    void measure_argument(engine::Passed& passed, std::uint32_t tile, Out<C>*)
     {
         for (Direction d : news) {
             auto const n = end<C>(out_, 4 * tile + index(d)).head[0];
@@ -471,12 +471,12 @@ private:
     template <class C>
     void check_shared_memory_of()
     {
-        using Host = typename tilemesh::detail::MemoryOf<C>::type;
+        using Host = MemoryOf<C>;
         if constexpr (!std::is_same_v<Host, C>) {
             if (!this->sizes_.shares_memory[Base::template index_of_link<C>()]) return;
             for (std::uint32_t t = 0; t < this->grid_.size(); ++t)
                 if (unread<C>(t) && unread<Host>(t))
-                    fail(t, "channels " + engine::detail::text(name_of<C>()) + " and " + engine::detail::text(name_of<Host>()) +
+                    fail(t, "channels " + engine::text(name_of<C>()) + " and " + engine::text(name_of<Host>()) +
                                 " both carry mail (memory_of says that they share their words); give each its own memory");
         }
     }
@@ -488,16 +488,16 @@ private:
             using L = typename decltype(tag)::type;
             for (Direction d : news) {
                 auto const p = end<L>(in_, 4 * tile + index(d));
-                h = engine::detail::mix(h, p.head[1]);
-                h = engine::detail::mix_words(h, p.items, std::size_t{p.head[0]} * L::Receiver::item_words);
+                h = engine::mix(h, p.head[1]);
+                h = engine::mix_words(h, p.items, std::size_t{p.head[0]} * L::Receiver::item_words);
             }
         };
-        (one(tilemesh::detail::Tag<C>{}), ...);
+        (one(Tag<C>{}), ...);
         return h;
     }
 
     Options options_;
-    engine::detail::Rectangle within_; ///< whose tiles Superstep and Repeat always run
+    engine::Rectangle rectangle_; ///< whose tiles Superstep and Repeat always run
     std::array<Ends, links> in_, out_;
     std::vector<std::uint8_t> busy_[2];
     std::uint32_t parity_ = 0;

@@ -41,20 +41,20 @@ struct MeshOptions {
 /// shares of the tiles that must run; where next to nothing runs it does that alone. Pictures, counters and digests do not
 /// depend on the number of threads and equal those of CheckedMesh.
 ///
-/// A multi-worker kernel runs as its `Whole`, where it has one (see Worker).
+/// A multi-worker kernel runs as its `AllWorkers`, where it has one (see Worker).
 ///
 /// Cost: idle tiles and empty channels cost nothing in a superstep but a word for each 4,096 tiles; memory follows live
-/// records. A mesh stays as it is between runs: states, and mail that a bound (`at_most`) left under way.
+/// items. A mesh stays as it is between runs: states, and mail that a bound (`at_most`) left under way.
 ///
 /// Errors: the constructor and `limit` throw Error for a machine that is too small; `run` throws Error for a contract that a
 /// kernel broke, with tile and superstep, for a step that runs on and on (most_passes), and what an observer threw; after that the
 /// mesh refuses to run again.
 template <class Program, class Machine = Mk2>
-class Mesh : public engine::detail::Store<Program, false> {
-    using Base = engine::detail::Store<Program, false>;
+class Mesh : public engine::TileStore<Program, false> {
+    using Base = engine::TileStore<Program, false>;
     using Bank = engine::detail::Bank;
     using TileSet = engine::detail::TileSet;
-    using Run = engine::detail::Run<Program, tilemesh::detail::is_traced<Machine>>;
+    using Run = engine::Run<Program, is_traced<Machine>>;
     friend Run;
 
 public:
@@ -70,7 +70,7 @@ public:
     }
     /// Machine and slots as `sizes` says.
     Mesh(Grid grid, Options options, Program program, Sizes const& sizes)
-        : Base(grid, program, sizes), options_(options), within_{0, 0, grid.width, grid.height},
+        : Base(grid, program, sizes), options_(options), rectangle_{0, 0, grid.width, grid.height},
           active_(grid.size()), shares_(checked_threads(options)),
           workers_(checked_threads(options)), team_(checked_threads(options))
     {
@@ -96,7 +96,7 @@ public:
     template <class X>
     void limit(std::uint32_t items)
     {
-        if constexpr (tilemesh::detail::is_channel<X>) {
+        if constexpr (is_channel<X>) {
             this->template limit_link<X>(items, has_mail<X>());
             make_bank<X>();
         } else {
@@ -117,14 +117,14 @@ public:
     /// Error for a rectangle that is not in the grid.
     void run_within(std::uint32_t x0, std::uint32_t y0, std::uint32_t x1, std::uint32_t y1)
     {
-        within_ = engine::detail::checked_rectangle(this->grid_, {x0, y0, x1, y1});
+        rectangle_ = engine::checked_rectangle(this->grid_, {x0, y0, x1, y1});
     }
 
     /// Called after every superstep by the thread that called run().
     void observe(Observer observer) { run_.observer = std::move(observer); }
 
     /// Runs f(thread, threads) once on each of the mesh's threads, the caller's is thread 0, and returns when all are done: for
-    /// host work beside the machine, between runs. What f throws is thrown here, of the lowest thread that threw. f must not
+    /// host work beside the mesh, between runs. What f throws is thrown here, of the lowest thread that threw. f must not
     /// call the mesh's run() or on_threads().
     template <class F>
     void on_threads(F const& f)
@@ -157,10 +157,10 @@ public:
         this->require_capacities(Links{});
         for (auto& w : workers_) w.begin();
         auto counters = run_.all(*this, this->program_, this->grid_, {options_.most_passes, options_.digest, options_.explain});
-        counters.peaks = engine::detail::list_peaks(States{}, Links{}, [&](auto tag) {
+        counters.peaks = engine::list_peaks(States{}, Links{}, [&](auto tag) {
             using R = typename decltype(tag)::type;
             Peak peak;
-            if constexpr (tilemesh::detail::is_channel<R>) {
+            if constexpr (is_channel<R>) {
                 peak.capacity = this->template link_capacity<R>();
                 for (auto const& w : workers_) peak.items = std::max(peak.items, w.link_peak[Base::template index_of_link<R>()]);
             } else {
@@ -173,11 +173,11 @@ public:
     }
 
 private:
-    static constexpr bool traced = tilemesh::detail::is_traced<Machine>;
+    static constexpr bool traced = is_traced<Machine>;
 
     /// Up to this many tiles the thread that walks the program runs alone. A tile run takes 20 ns to 1 us, to let another
     /// thread in and out 0.2 us, and the words of the tiles may have to come from its cache.
-    static constexpr std::uint32_t alone = 8;
+    static constexpr std::uint32_t most_tiles_of_one_thread = 8;
 
     static std::uint32_t checked_threads(Options const& options)
     {
@@ -190,7 +190,7 @@ private:
     /// One thread's part of a superstep.
     struct alignas(64) WorkerState {
         std::uint64_t messages = 0, live_bytes = 0, runs = 0, digest = 0;
-        [[no_unique_address]] std::conditional_t<traced, std::vector<TileSample>, engine::detail::NoTrace> samples;
+        [[no_unique_address]] std::conditional_t<traced, std::vector<TileSample>, engine::NoTrace> samples;
         engine::detail::Failure failure;                    ///< of the lowest tile
         TileSet busy;                                       ///< who voted busy
         std::array<TileSet, links> mail;                    ///< who was sent something on a channel
@@ -287,8 +287,8 @@ private:
         auto const most = this->template gets_slots_by_limit<C>() ? b.capacity : this->template most_slots<C>();
         auto const stride = ((std::size_t{most} * C::Receiver::item_words + 15u) & ~std::size_t{15}) | 16u;
         for (int i : {0, 1}) {
-            if (b.heads[i].data() == nullptr) b.heads[i] = engine::detail::Arena(n * 2);
-            if (stride != b.stride) b.items[i] = engine::detail::Arena(n * stride);
+            if (b.heads[i].data() == nullptr) b.heads[i] = engine::Arena(n * 2);
+            if (stride != b.stride) b.items[i] = engine::Arena(n * stride);
         }
         b.stride = stride;
     }
@@ -299,10 +299,10 @@ private:
     {
         source.tile = tile;
         source.slots = slots_.data() + 4 * std::size_t{tile};
-        using Whole = tilemesh::detail::WholeOf<Kernel>;
-        if constexpr (Whole::exists) {
+        using AllWorkers = AllWorkersOf<Kernel>;
+        if constexpr (AllWorkers::exists) {
             source.share = {0, this->sizes_.machine.workers};
-            (void)run_kernel<typename Whole::type>(source);
+            (void)run_kernel<typename AllWorkers::type>(source);
         } else if constexpr (KernelTraits<Kernel>::multi_worker) { // one host thread takes the shares of all of the tile's workers
             for (std::uint32_t w = 0; w < this->sizes_.machine.workers; ++w) {
                 source.share = {w, this->sizes_.machine.workers};
@@ -311,7 +311,7 @@ private:
         } else if (run_kernel<Kernel>(source) == Vote::busy) {
             source.me.busy.insert(tile);
         }
-        if constexpr (traced) source.me.samples.push_back(engine::detail::sample<Kernel>(source, tile));
+        if constexpr (traced) source.me.samples.push_back(engine::sample<Kernel>(source, tile));
         after_kernel(source, typename KernelTraits<Kernel>::Arguments{});
     }
     static void fail(WorkerState& me, engine::detail::Failure const& failure) noexcept
@@ -326,7 +326,7 @@ private:
     template <class X>
     TILEMESH_KERNEL void after([[maybe_unused]] Source& source, X*) noexcept
     {
-        if constexpr (tilemesh::detail::is_list<X> && !std::is_const_v<X>) {
+        if constexpr (is_list<X> && !std::is_const_v<X>) {
             auto& peak = source.me.state_peak[Base::template index_of_state<X>()];
             peak = std::max(peak, source.template state<X>().head[0]);
         }
@@ -398,7 +398,7 @@ private:
     template <class X>
     TILEMESH_KERNEL void prefetch_list([[maybe_unused]] std::uint32_t tile, X*) noexcept
     {
-        if constexpr (tilemesh::detail::is_list<X>) {
+        if constexpr (is_list<X>) {
             auto const* const items = this->template state_place<X>(tile).items;
             for (std::uint32_t line = 0; line < 4; ++line) __builtin_prefetch(items + 16 * line);
         }
@@ -452,7 +452,7 @@ private:
     }
     /// Hands each set of tiles that kernel K wakes to `f`: those that voted busy, and those with mail for it.
     template <class K, class F, class... C>
-    void wakers(F const& f, Types<C...>) noexcept
+    void for_each_waking_set(F const& f, Types<C...>) noexcept
     {
         for (auto& w : workers_) {
             f(w.busy);
@@ -496,26 +496,26 @@ private:
         return std::any_of(workers_.begin(), workers_.end(), [](auto const& w) { return !w.busy.empty(); });
     }
     template <class Kernel, bool All>
-    engine::detail::Passed superstep()
+    engine::Passed superstep()
     {
         using KernelLinks = typename KernelTraits<Kernel>::Links;
         auto n = this->grid_.size();
-        bool const all = All && within_.covers(this->grid_);
+        bool const all = All && rectangle_.covers(this->grid_);
         if (all) {
-            wakers<Kernel>([](TileSet& set) { set.clear(); }, KernelLinks{});
+            for_each_waking_set<Kernel>([](TileSet& set) { set.clear(); }, KernelLinks{});
         } else {
             if (!All && !any_busy() && !mail_to_read<Kernel>(KernelLinks{})) return {};
-            wakers<Kernel>([&](TileSet& set) { active_.take(set); }, KernelLinks{});
+            for_each_waking_set<Kernel>([&](TileSet& set) { active_.take(set); }, KernelLinks{});
             if (All)
-                for (auto y = within_.y0; y < within_.y1; ++y)
-                    active_.insert(y * this->grid_.width + within_.x0, y * this->grid_.width + within_.x1);
+                for (auto y = rectangle_.y0; y < rectangle_.y1; ++y)
+                    active_.insert(y * this->grid_.width + rectangle_.x0, y * this->grid_.width + rectangle_.x1);
             n = active_.list(tiles_.data());
         }
         auto const* const tiles = all ? nullptr : tiles_.data();
         if (sends_over_unread<Kernel>(KernelLinks{}))
             fail(workers_[0], {0, "a kernel sends on a channel with unread mail (a bound cut the step that reads it); raise the "
                                   "bound, or let the sending kernel read the channel"});
-        bool const together = team_.size() > 1 && n > (All ? 1 : alone);
+        bool const together = team_.size() > 1 && n > (All ? 1 : most_tiles_of_one_thread);
         if (together) {
             shares_.set(n);
             team_.share([&](std::uint32_t w) noexcept { run_tiles<Kernel>(w, tiles, n, true); });
@@ -523,7 +523,7 @@ private:
             run_tiles<Kernel>(0, tiles, n, false);
         }
 
-        engine::detail::Passed passed;
+        engine::Passed passed;
         passed.ran = true;
         passed.sent = sent_anything<Kernel>(KernelLinks{});
         flip(KernelLinks{});
@@ -555,7 +555,7 @@ private:
         team_.share([&](std::uint32_t w) noexcept {
             for (std::uint32_t first = 0, last = 0; shares_.take(w, first, last);)
                 for (auto t = first; t < last; ++t)
-                    workers_[w].digest += engine::detail::mix(digest_mail(all, t, Links{}), this->digest_states(t));
+                    workers_[w].digest += engine::mix(digest_mail(all, t, Links{}), this->digest_states(t));
         });
         std::uint64_t digest = 0;
         for (auto& w : workers_) digest += std::exchange(w.digest, 0);
@@ -569,11 +569,11 @@ private:
             using L = typename decltype(tag)::type;
             for (Direction d : news) {
                 auto const p = all[Base::template index_of_link<L>()].in(4 * tile + index(d));
-                h = engine::detail::mix(h, p.head[1]);
-                h = engine::detail::mix_words(h, p.items, std::size_t{p.head[0]} * L::Receiver::item_words);
+                h = engine::mix(h, p.head[1]);
+                h = engine::mix_words(h, p.items, std::size_t{p.head[0]} * L::Receiver::item_words);
             }
         };
-        (one(tilemesh::detail::Tag<C>{}), ...);
+        (one(Tag<C>{}), ...);
         return h;
     }
 
@@ -581,7 +581,7 @@ private:
     std::vector<std::uint32_t> slots_;                  ///< where each tile's four outgoing ends are read
     std::array<Bank, links> banks_;
     std::array<std::uint32_t, links> bank_{};           ///< the bank that senders write now
-    engine::detail::Rectangle within_;                  ///< whose tiles Superstep and Repeat always run
+    engine::Rectangle rectangle_;                  ///< whose tiles Superstep and Repeat always run
     TileSet active_;
     std::vector<std::uint32_t> tiles_;                  ///< those that run in this superstep, where not all do
     engine::detail::Shares shares_;

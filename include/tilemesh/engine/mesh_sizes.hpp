@@ -29,24 +29,26 @@ struct MeshSizes {
     template <class X>
     constexpr std::uint32_t& slots_of() noexcept
     {
-        return slots[tilemesh::detail::index_in<X>(States{})];
+        return slots[index_in<X>(States{})];
     }
     template <class C>
     constexpr LinkSize& link() noexcept
     {
-        return links[tilemesh::detail::index_in<C>(Links{})];
+        return links[index_in<C>(Links{})];
     }
 };
 
-namespace engine::detail {
+namespace engine {
+/// Slots of a list, 1 for a struct.
 template <class X, class Sizes>
 constexpr std::uint32_t slots_or_one([[maybe_unused]] Sizes const& sizes) noexcept
 {
-    if constexpr (tilemesh::detail::is_list<X>)
+    if constexpr (is_list<X>)
         return capacity_of<X>(sizes);
     else
         return 1;
 }
+/// The sizes of a program on a machine, whether they fit or not.
 template <class Program, class Sizes, class... S, class... L>
 constexpr MeshSizes<Program> plain_sizes(MachineSize const& machine, Sizes const& sizes, Types<S...>, Types<L...>) noexcept
 {
@@ -54,18 +56,18 @@ constexpr MeshSizes<Program> plain_sizes(MachineSize const& machine, Sizes const
     m.machine = machine;
     m.slots = {slots_or_one<S>(sizes)..., 0u};
     m.links = {LinkSize{capacity_of<L>(sizes), wire_bytes<typename L::value_type>}..., LinkSize{0, 0}};
-    m.shares_memory = {tilemesh::detail::shares_memory<L>(sizes)..., false};
+    m.shares_memory = {tilemesh::shares_memory<L>(sizes)..., false};
     m.sram_bytes = SramLedger<Program>::bytes(machine, sizes);
     return m;
 }
-} // namespace engine::detail
+} // namespace engine
 
 /// The sizes of a program on a machine whose setup is a constant. A program that does not fit is a compile-time error (`Tile`).
 template <class Program, class Machine, class Setup = NoSetup>
 constexpr MeshSizes<Program> mesh_sizes() noexcept
 {
     static_assert(Tile<Machine, Program, Setup>::bytes <= Machine::sram_bytes);
-    return engine::detail::plain_sizes<Program>(size_of_machine<Machine>(), Setup::sizes, typename Needs<Program>::States{},
+    return engine::plain_sizes<Program>(size_of_machine<Machine>(), Setup::sizes, typename Needs<Program>::States{},
                                                 typename Needs<Program>::Links{});
 }
 
@@ -92,7 +94,7 @@ template <class Program, class Sizes>
 MeshSizes<Program> mesh_sizes(MachineSize const& machine, Sizes const& sizes)
 {
     require_fit<Program>(machine, sizes);
-    return engine::detail::plain_sizes<Program>(machine, sizes, typename Needs<Program>::States{}, typename Needs<Program>::Links{});
+    return engine::plain_sizes<Program>(machine, sizes, typename Needs<Program>::States{}, typename Needs<Program>::Links{});
 }
 
 } // namespace tilemesh

@@ -20,7 +20,7 @@ inline std::string text_of(LoopCounters const& loop)
     return first == last ? "the loop of step " + first : "the loop of steps " + first + " to " + last;
 }
 
-namespace engine::detail {
+namespace engine {
 /// How an engine's error for a step or a loop that goes on and on is made; `trace` is a Trace or NoTrace. `explain` may be null, and is
 /// called only where there is a trace.
 template <class MaybeTrace>
@@ -55,6 +55,6 @@ struct GoesOn {
         return error(text_of(loop) + " is not done after " + std::to_string(most_passes) + " rounds (tiles vote busy");
     }
 };
-} // namespace engine::detail
+} // namespace engine
 
 } // namespace tilemesh

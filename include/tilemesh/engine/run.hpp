@@ -11,7 +11,26 @@
 #include <utility>
 #include <vector>
 
-namespace tilemesh::engine::detail {
+namespace tilemesh::engine {
+
+/// The steps of a program, counted nothing yet.
+template <class... Step>
+std::vector<StepCounters> begin_steps(Types<Step...>)
+{
+    std::vector<StepCounters> steps;
+    (steps.push_back({text(name_of<KernelOf<Step>>())}), ...);
+    return steps;
+}
+
+/// Its Loops, without a round yet.
+template <class Program>
+std::vector<LoopCounters> begin_loops()
+{
+    std::vector<LoopCounters> loops;
+    auto const all = loops_of<Program>();
+    for (std::uint32_t l = 0; l < StepTraits<Program>::loops; ++l) loops.push_back({all.found[l].first, all.found[l].last, 0});
+    return loops;
+}
 
 /// What one superstep of an engine did; nothing where no tile had to run.
 struct Passed {
@@ -26,13 +45,13 @@ std::vector<Peak> list_peaks(Types<X...>, Types<C...>, F const& of)
     std::vector<Peak> peaks;
     [[maybe_unused]] auto const add = [&](auto tag) {
         using R = typename decltype(tag)::type;
-        if constexpr (tilemesh::detail::is_list<R> || tilemesh::detail::is_channel<R>) {
+        if constexpr (is_list<R> || is_channel<R>) {
             peaks.push_back(of(tag));
             peaks.back().region = text(name_of<R>());
         }
     };
-    (add(tilemesh::detail::Tag<X>{}), ...);
-    (add(tilemesh::detail::Tag<C>{}), ...);
+    (add(Tag<X>{}), ...);
+    (add(Tag<C>{}), ...);
     return peaks;
 }
 
@@ -154,4 +173,4 @@ private:
     bool broken_ = false;
 };
 
-} // namespace tilemesh::engine::detail
+} // namespace tilemesh::engine

@@ -5,97 +5,34 @@
 #include <string>
 #include <tilemesh/engine/arena.hpp>
 #include <tilemesh/engine/contract.hpp>
-#include <tilemesh/engine/counters.hpp>
+#include <tilemesh/engine/digest.hpp>
 #include <tilemesh/engine/mesh_sizes.hpp>
+#include <tilemesh/engine/rectangle.hpp>
+#include <tilemesh/engine/text.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/machine/tile.hpp>
 #include <tuple>
-#include <vector>
 
-namespace tilemesh::engine::detail {
-
-inline std::string text(Name name)
-{
-    return std::string(name.text, name.size);
-}
-inline std::string text(TileId t)
-{
-    std::string s = "("; // step by step: GCC 12 sees an overlap in `"(" + std::to_string(...)` (its bug 105651)
-    s += std::to_string(t.x());
-    s += ", ";
-    s += std::to_string(t.y());
-    return s += ")";
-}
-
-/// The steps of a program, counted nothing yet.
-template <class... Step>
-std::vector<StepCounters> begin_steps(Types<Step...>)
-{
-    std::vector<StepCounters> steps;
-    (steps.push_back({text(name_of<KernelOf<Step>>())}), ...);
-    return steps;
-}
-
-template <class Program>
-std::vector<LoopCounters> begin_loops()
-{
-    std::vector<LoopCounters> loops;
-    auto const all = loops_of<Program>();
-    for (std::uint32_t l = 0; l < StepTraits<Program>::loops; ++l) loops.push_back({all.found[l].first, all.found[l].last, 0});
-    return loops;
-}
+namespace tilemesh::engine {
 
 /// Words that no kernel may touch stand around each region of a guarded store, and what is dead is filled with a signalling
 /// pattern: read as a float it is a NaN, read as an index it is out of range.
 inline constexpr std::uint32_t guard_word = 0x7fa0beefu;
 inline constexpr std::uint32_t poison_word = 0x7fa0dead;
 
-/// Mixes one word into a digest (the finaliser of SplitMix64: Steele, Lea, Flood 2014).
-inline std::uint64_t mix(std::uint64_t h, std::uint64_t word) noexcept
-{
-    h += word + 0x9e3779b97f4a7c15u;
-    h = (h ^ (h >> 30)) * 0xbf58476d1ce4e5b9u;
-    h = (h ^ (h >> 27)) * 0x94d049bb133111ebu;
-    return h ^ (h >> 31);
-}
-inline std::uint64_t mix_words(std::uint64_t h, std::uint32_t const* words, std::size_t n) noexcept
-{
-    for (std::size_t i = 0; i < n; ++i) {
-        std::uint32_t w;
-        std::memcpy(&w, words + i, 4);
-        h = (h ^ w) * 0x100000001b3u; // FNV-1a, a word at a time
-    }
-    return mix(h, n);
-}
-
-/// Columns x0..x1-1 and rows y0..y1-1 of a grid.
-struct Rectangle {
-    std::uint32_t x0, y0, x1, y1;
-    bool contains(TileId t) const noexcept { return t.x() >= x0 && t.x() < x1 && t.y() >= y0 && t.y() < y1; }
-    bool covers(Grid grid) const noexcept { return x0 == 0 && y0 == 0 && x1 == grid.width && y1 == grid.height; }
-};
-inline Rectangle checked_rectangle(Grid grid, Rectangle r)
-{
-    if (r.x0 > r.x1 || r.y0 > r.y1 || r.x1 > grid.width || r.y1 > grid.height)
-        throw Error("columns " + std::to_string(r.x0) + " to " + std::to_string(r.x1) + " and rows " + std::to_string(r.y0) +
-                    " to " + std::to_string(r.y1) + " (the grid has " + std::to_string(grid.width) + " x " +
-                    std::to_string(grid.height) + " tiles); choose a rectangle inside it");
-    return r;
-}
-
-/// The words of all tiles' states and broadcasts: what both engines have in common.
+/// The words of all tiles' states and broadcasts: what all engines derive from. `Guarded` puts guard words around every region.
 ///
 /// Heads of lists and small structs of a tile lie together in `hot`, so that a tile where little happens is one or two
 /// cache lines; items and large structs lie in one arena a region and cost memory only where they are live.
 template <class Program, bool Guarded>
-class Store {
+class TileStore {
 public:
     using Sizes = MeshSizes<Program>;
     using States = typename Needs<Program>::States;
     using Links = typename Needs<Program>::Links;
     using Shareds = typename Needs<Program>::Shareds;
 
-    Store(Grid grid, Program program, Sizes const& sizes) : program_(program), grid_(grid), sizes_(sizes)
+    TileStore(Grid grid, Program program, Sizes const& sizes) : program_(program), grid_(grid), sizes_(sizes)
     {
         auto const& machine = sizes_.machine;
         if (grid.width == 0 || grid.height == 0 || grid.width > 65535 || grid.height > 65535)
@@ -121,7 +58,7 @@ public:
     decltype(auto) state(TileId t) noexcept
     {
         auto const place = state_place<X>(grid_.index_of(t));
-        if constexpr (tilemesh::detail::is_list<X>)
+        if constexpr (is_list<X>)
             return X{place};
         else
             return static_cast<X&>(*reinterpret_cast<X*>(place.items));
@@ -130,8 +67,8 @@ public:
     template <class X>
     decltype(auto) state(TileId t) const noexcept
     {
-        auto const place = const_cast<Store*>(this)->template state_place<X>(grid_.index_of(t));
-        if constexpr (tilemesh::detail::is_list<X>) {
+        auto const place = const_cast<TileStore*>(this)->template state_place<X>(grid_.index_of(t));
+        if constexpr (is_list<X>) {
             X const view{place};
             return view;
         } else {
@@ -155,7 +92,7 @@ public:
     {
         auto* const hot = hot_.data() + std::size_t{tile} * hot_stride + hot_offset<X>();
         constexpr auto i = index_of_state<X>();
-        if constexpr (tilemesh::detail::is_list<X>)
+        if constexpr (is_list<X>)
             return {hot, items_[i].data() + std::size_t{tile} * stride_[i] + guard_words, capacity_[i]};
         else if constexpr (is_small<X>)
             return {nullptr, hot, 1};
@@ -171,19 +108,19 @@ public:
 protected:
     static constexpr std::uint32_t guard_words = Guarded ? 4 : 0;
     template <class X>
-    static constexpr bool is_small = !tilemesh::detail::is_list<X> && sizeof(X) <= 64;
+    static constexpr bool is_small = !is_list<X> && sizeof(X) <= 64;
 
     template <class X>
     static constexpr std::uint32_t index_of_state() noexcept
     {
-        static_assert(tilemesh::detail::contains<X, States>, "no kernel of this program keeps this state");
-        return tilemesh::detail::index_in<X>(States{});
+        static_assert(contains<X, States>, "no kernel of this program keeps this state");
+        return index_in<X>(States{});
     }
     template <class C>
     static constexpr std::uint32_t index_of_link() noexcept
     {
-        static_assert(tilemesh::detail::contains<C, Links>, "no kernel of this program uses this channel");
-        return tilemesh::detail::index_in<C>(Links{});
+        static_assert(contains<C, Links>, "no kernel of this program uses this channel");
+        return index_in<C>(Links{});
     }
     template <class C>
     std::uint32_t link_capacity() const noexcept
@@ -246,7 +183,7 @@ protected:
     template <class X>
     std::size_t words() const noexcept
     {
-        if constexpr (tilemesh::detail::is_list<X>)
+        if constexpr (is_list<X>)
             return X::head_words + std::size_t{most_slots<X>()} * X::item_words;
         else
             return sizeof(X) / 4;
@@ -255,7 +192,7 @@ protected:
     template <class X>
     std::uint32_t most_slots() const noexcept
     {
-        if constexpr (tilemesh::detail::is_channel<X>)
+        if constexpr (is_channel<X>)
             return sizes_.links[index_of_link<X>()].slots;
         else
             return sizes_.slots[index_of_state<X>()];
@@ -291,7 +228,7 @@ protected:
     std::uint64_t digest_state(std::uint64_t h, std::uint32_t tile) noexcept
     {
         auto const p = state_place<X>(tile);
-        if constexpr (tilemesh::detail::is_list<X>)
+        if constexpr (is_list<X>)
             return mix_words(mix(h, p.head[0]), p.items, std::size_t{p.head[0]} * X::item_words);
         else
             return mix_words(h, p.items, sizeof(X) / 4);
@@ -319,7 +256,7 @@ private:
     template <class X>
     static constexpr std::uint32_t hot_words() noexcept
     {
-        if constexpr (tilemesh::detail::is_list<X>)
+        if constexpr (is_list<X>)
             return 2 + (Guarded ? 1 : 0);
         else
             return is_small<X> ? sizeof(X) / 4 + (Guarded ? 1 : 0) : 0;
@@ -361,7 +298,7 @@ protected:
     {
         auto const p = state_place<X>(tile);
         bool ok = true;
-        if constexpr (tilemesh::detail::is_list<X>) {
+        if constexpr (is_list<X>) {
             ok = p.head[2] == guard_word && p.head[0] <= p.capacity;
         } else if constexpr (is_small<X>) {
             return p.items[sizeof(X) / 4] == guard_word;
@@ -374,7 +311,7 @@ protected:
     template <class X>
     std::size_t item_words_of() const noexcept
     {
-        if constexpr (tilemesh::detail::is_list<X>)
+        if constexpr (is_list<X>)
             return std::size_t{most_slots<X>()} * X::item_words;
         else
             return sizeof(X) / 4;
@@ -390,10 +327,10 @@ private:
     void guard()
     {
         constexpr std::size_t poisoned_at_once = std::size_t{64} << 18; // words: 64 MiB a region, beyond that only what died
-        bool const fill = tilemesh::detail::is_list<X> && std::size_t{grid_.size()} * item_words_of<X>() <= poisoned_at_once;
+        bool const fill = is_list<X> && std::size_t{grid_.size()} * item_words_of<X>() <= poisoned_at_once;
         for (std::uint32_t i = 0; i < grid_.size(); ++i) {
             auto const p = state_place<X>(i);
-            if constexpr (tilemesh::detail::is_list<X>)
+            if constexpr (is_list<X>)
                 p.head[2] = guard_word;
             else if constexpr (is_small<X>) {
                 p.items[sizeof(X) / 4] = guard_word;
@@ -414,7 +351,7 @@ private:
     {
         constexpr auto i = index_of_state<X>();
         auto slack = std::size_t{0}; // a guarded store outlives one item past the last region
-        if constexpr (Guarded && tilemesh::detail::is_list<X>) slack = X::item_words;
+        if constexpr (Guarded && is_list<X>) slack = X::item_words;
         stride_[i] = stride<X>();
         if constexpr (!is_small<X>) items_[i] = Arena(std::size_t{grid_.size()} * stride_[i] + slack);
     }
@@ -430,7 +367,7 @@ private:
             using Link = typename decltype(tag)::type;
             return gets_slots_by_limit<Link>() ? std::uint64_t{8} * message_bytes<Link>() * link_capacity<Link>() : 0;
         };
-        return sizes_.sram_bytes + (std::uint64_t{0} + ... + extra(tilemesh::detail::Tag<C>{}));
+        return sizes_.sram_bytes + (std::uint64_t{0} + ... + extra(Tag<C>{}));
     }
     template <class C>
     void require_capacity() const
@@ -447,4 +384,4 @@ private:
     }
 };
 
-} // namespace tilemesh::engine::detail
+} // namespace tilemesh::engine

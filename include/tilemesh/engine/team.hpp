@@ -21,7 +21,7 @@ inline void relax() noexcept
 
 /// How a waiting thread waits. Between supersteps work comes within a few microseconds: it spins for that. Longer spinning
 /// collapses when another process, or another thread of the team, wants the core, so it then yields between looks, which
-/// costs half a microsecond where nobody does. Frames that follow each other come within a hundred microseconds or so, and a
+/// costs half a microsecond where nobody does. Runs that follow each other come within a hundred microseconds or so, and a
 /// wake-up costs tens: only then does it sleep.
 inline constexpr std::uint32_t spins_before_yield = 200;  ///< some 5 us at 40 to 140 cycles a pause
 inline constexpr std::uint32_t yields_before_sleep = 200; ///< some 100 us
@@ -38,7 +38,7 @@ public:
     {
         threads_.reserve(threads);
         try {
-            for (std::uint32_t w = 1; w < threads; ++w) threads_.emplace_back([this, w] { serve(w); });
+            for (std::uint32_t w = 1; w < threads; ++w) threads_.emplace_back([this, w] { run_calls(w); });
         } catch (std::system_error const& e) {
             auto const started = size();
             join();
@@ -102,7 +102,7 @@ private:
     {
         return (gate & open) != 0 && gate / next_epoch != seen;
     }
-    void serve(std::uint32_t w) noexcept
+    void run_calls(std::uint32_t w) noexcept
     {
         for (std::uint64_t seen = 0;;) {
             auto gate = gate_.load(std::memory_order_acquire);

@@ -39,7 +39,7 @@ struct Trace {
     friend bool operator==(Trace const&, Trace const&) = default;
 };
 
-namespace engine::detail {
+namespace engine {
 /// What stands for a trace where none is kept.
 struct NoTrace {};
 
@@ -50,6 +50,7 @@ void list_operations(Types<Step...>, std::vector<std::vector<std::string>>& out)
     [[maybe_unused]] auto const add = [&](auto names) { out.emplace_back(names.begin, names.begin + names.size); };
     (add(operation_names<KernelOf<Step>>()), ...);
 }
+/// The trace of a run that has not begun.
 template <class Program>
 Trace begin_trace(RunCounters const& run)
 {
@@ -60,6 +61,7 @@ Trace begin_trace(RunCounters const& run)
     return trace;
 }
 
+/// What the tile of `source` sent on a channel; nothing for other parameters.
 template <class X, class Source>
 void add_sent(TileSample&, Source&, X*) noexcept
 {
@@ -85,6 +87,6 @@ TileSample sample(Source& source, std::uint32_t tile) noexcept
     add_all_sent(s, source, typename KernelTraits<K>::Arguments{});
     return s;
 }
-} // namespace engine::detail
+} // namespace engine
 
 } // namespace tilemesh

@@ -71,7 +71,7 @@ protected:
 } // namespace detail
 
 /// A fixed-capacity list in a tile's SRAM: a view, the words belong to the tile. A program names its regions by types:
-/// `struct Storage : Buffer<Gaussian, 1800> { using Buffer::Buffer; };`
+/// `struct Stock : Buffer<Item, 1800> { using Buffer::Buffer; };`
 ///
 /// One rule of capacity: a tile's list has as many slots as the mesh gave it. Those are N; or, for a `Buffer<T>`, what a value says when the
 /// mesh is built; or fewer after `limit`.

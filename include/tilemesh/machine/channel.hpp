@@ -12,14 +12,14 @@ inline constexpr std::uint32_t wire_bytes_of<T, std::void_t<decltype(T::wire_byt
 } // namespace detail
 
 /// Bytes that a message of type T takes on the modelled machine, in a channel and on its way: sizeof(T), unless T says
-/// otherwise with `static constexpr std::uint32_t wire_bytes`, because the host moves a handle where the machine moves the
-/// record. Ledgers and counted bytes of channels are in wire bytes.
+/// otherwise with `static constexpr std::uint32_t wire_bytes`, because the host moves a handle where the machine moves what
+/// it names. Ledgers and counted bytes of channels are in wire bytes.
 template <class T>
 inline constexpr std::uint32_t wire_bytes = detail::wire_bytes_of<T>;
 
 /// A fixed-capacity link from a tile to each of its four neighbours: what is written in compute is readable after the
 /// exchange, until a kernel has read it once; the exchange overwrites. A program names its own:
-/// `struct Road : Channel<Gaussian, 400> {};`
+/// `struct Road : Channel<Parcel, 400> {};`
 ///
 /// A full channel refuses, it never overwrites: saturation is a result to be counted, not an error. Besides its messages it
 /// carries one `note`, a free word (credits); 0 when nobody wrote it.
@@ -62,17 +62,16 @@ struct Channel {
     };
 };
 
-namespace detail {
+/// Is X a channel?
 template <class X, class = void>
 inline constexpr bool is_channel = false;
 template <class X>
 inline constexpr bool is_channel<X, std::void_t<decltype(X::is_channel)>> = true;
-} // namespace detail
 
 /// The four incoming ends of channel C, indexed by the side the messages came from.
 template <class C>
 struct In {
-    static_assert(detail::is_channel<C>, "In<C>: C is not a channel; write struct C : Channel<Message, slots> {}");
+    static_assert(is_channel<C>, "In<C>: C is not a channel; write struct C : Channel<Message, slots> {}");
     typename C::Receiver side[4];
     TILEMESH_KERNEL typename C::Receiver const& operator[](Direction d) const noexcept { return side[index(d)]; }
 };
@@ -80,7 +79,7 @@ struct In {
 /// The four outgoing ends of channel C. At an edge of the grid what is sent comes back to its own tile on the same side.
 template <class C>
 struct Out {
-    static_assert(detail::is_channel<C>, "Out<C>: C is not a channel; write struct C : Channel<Message, slots> {}");
+    static_assert(is_channel<C>, "Out<C>: C is not a channel; write struct C : Channel<Message, slots> {}");
     typename C::Sender side[4];
     TILEMESH_KERNEL typename C::Sender& operator[](Direction d) noexcept { return side[index(d)]; }
 };

@@ -29,7 +29,7 @@ struct Here {
 /// Asked for by a kernel that all of a tile's workers run at once: it takes items index, index + count, ... Its writes must
 /// be disjoint between workers, so it may neither send nor vote, and leaves the sizes of lists as they are (CheckedMesh insists).
 ///
-/// Such a kernel may have a nested `Whole`: an empty functor with the same parameters, given {0, all workers}, that does the
+/// Such a kernel may have a nested `AllWorkers`: an empty functor with the same parameters, given {0, all workers}, that does the
 /// shares of all of the tile's workers at once and leaves exactly the words that they would leave. An engine that runs a tile
 /// on one host thread calls it instead (Mesh does); CheckedMesh runs the kernel for each worker, so that comparing the two
 /// engines tests the promise.
@@ -40,31 +40,41 @@ struct Worker {
 
 /// What a kernel takes in place of an argument that its policies leave out: it has nothing and names no region.
 struct Absent {};
-/// `OnlyIf<S::routes, Traffic&> traffic` as a kernel's parameter is `Traffic&`, or `Absent` where the policies do without: then the tile keeps
-/// no Traffic, the ledger has no line for it, and the kernel mentions it under `if constexpr (S::routes)` alone. The host passes nothing.
+/// `OnlyIf<P::counts, Tally&> tally` as a kernel's parameter is `Tally&`, or `Absent` where the policies do without: then the tile keeps no
+/// Tally, the ledger has no line for it, and the kernel mentions it under `if constexpr (P::counts)` alone. The host passes nothing.
 template <bool Present, class Argument>
 using OnlyIf = std::conditional_t<Present, Argument, Absent>;
 
-namespace detail {
+/// Is X a list (a Buffer)? Its state is a view of a head and of slots.
 template <class X, class = void>
 inline constexpr bool is_list = false;
 template <class X>
 inline constexpr bool is_list<X, std::void_t<typename X::value_type, decltype(X::head_words)>> = true;
+/// Is X what a kernel takes by value: In<C>, Out<C>, Broadcast<P>, Here, Worker, Absent?
 template <class X>
-inline constexpr bool is_end = false;
+inline constexpr bool is_view = false;
 template <class C>
-inline constexpr bool is_end<In<C>> = true;
+inline constexpr bool is_view<In<C>> = true;
 template <class C>
-inline constexpr bool is_end<Out<C>> = true;
+inline constexpr bool is_view<Out<C>> = true;
 template <class P>
-inline constexpr bool is_end<Broadcast<P>> = true;
+inline constexpr bool is_view<Broadcast<P>> = true;
 template <>
-inline constexpr bool is_end<Here> = true;
+inline constexpr bool is_view<Here> = true;
 template <>
-inline constexpr bool is_end<Worker> = true;
+inline constexpr bool is_view<Worker> = true;
 template <>
-inline constexpr bool is_end<Absent> = true;
+inline constexpr bool is_view<Absent> = true;
 
+/// The states, channels and broadcasts of a kernel or a program, each a `Types<...>` without repetition.
+template <class S, class L, class P>
+struct RegionTypes {
+    using States = S;
+    using Links = L;
+    using Shareds = P;
+};
+
+namespace detail {
 /// What one parameter of a kernel contributes to the tile.
 struct NoRole {
     using State = void;
@@ -79,7 +89,7 @@ struct Role : NoRole {
 };
 template <class X>
 struct Role<X&> : NoRole {
-    static_assert(!is_end<std::remove_const_t<X>>,
+    static_assert(!is_view<std::remove_const_t<X>>,
                   "In<C>, Out<C>, Broadcast<P>, Here and Worker are views (a reference to one would outlive its superstep); "
                   "take them by value");
     static_assert(!is_channel<X>, "a channel is not state (its words are exchanged); take In<C> or Out<C> by value");
@@ -139,19 +149,13 @@ template <class L, class T>
 using InsertReal =
     typename std::conditional_t<std::is_void_v<T>, std::common_type<L>, Insert<L, std::conditional_t<std::is_void_v<T>, int, T>>>::type;
 
-template <class S, class L, class P>
-struct Sets {
-    using States = S;
-    using Links = L;
-    using Shareds = P;
-};
 template <class Acc, class Args>
 struct Collect {
     using type = Acc;
 };
 template <class S, class L, class P, class A, class... As>
-struct Collect<Sets<S, L, P>, Types<A, As...>>
-    : Collect<Sets<InsertReal<S, typename Role<A>::State>, InsertReal<L, typename Role<A>::Link>,
+struct Collect<RegionTypes<S, L, P>, Types<A, As...>>
+    : Collect<RegionTypes<InsertReal<S, typename Role<A>::State>, InsertReal<L, typename Role<A>::Link>,
                    InsertReal<P, typename Role<A>::Shared>>,
               Types<As...>> {};
 } // namespace detail
@@ -171,7 +175,7 @@ struct KernelTraits : detail::CallOf<K> {
     static_assert(std::is_void_v<Result> || std::is_same_v<Result, Vote>,
                   "a kernel returns nothing or a Vote; keep other results in the tile's state");
     template <class A>
-    static constexpr bool takes = detail::contains<A, Arguments>;
+    static constexpr bool takes = contains<A, Arguments>;
     template <class... A>
     static constexpr bool any_writes(Types<A...>) noexcept
     {
@@ -182,7 +186,7 @@ struct KernelTraits : detail::CallOf<K> {
     static_assert(!multi_worker || (std::is_void_v<Result> && !sends),
                   "a kernel that takes Worker may neither send nor vote (six workers would race); do that in a superstep of "
                   "its own");
-    using Needs = typename detail::Collect<detail::Sets<Types<>, Types<>, Types<>>, Arguments>::type;
+    using Needs = typename detail::Collect<RegionTypes<Types<>, Types<>, Types<>>, Arguments>::type;
     /// The channels this kernel reads or writes, in the order of its parameters.
     using Links = typename Needs::Links;
     template <class C>
@@ -191,22 +195,21 @@ struct KernelTraits : detail::CallOf<K> {
     static constexpr bool writes = takes<Out<C>>;
 };
 
-namespace detail {
+/// The functor that does the shares of all of a tile's workers at once: K's nested `AllWorkers`, or K where it has none (`exists` says).
 template <class K, class = void>
-struct WholeOf {
+struct AllWorkersOf {
     using type = K;
     static constexpr bool exists = false;
 };
 template <class K>
-struct WholeOf<K, std::void_t<typename K::Whole>> {
-    using type = typename K::Whole;
+struct AllWorkersOf<K, std::void_t<typename K::AllWorkers>> {
+    using type = typename K::AllWorkers;
     static constexpr bool exists = true;
-    static_assert(KernelTraits<K>::multi_worker, "only a kernel that takes Worker may have a Whole (it stands for the shares of "
-                                                 "all workers); take Worker or remove it");
+    static_assert(KernelTraits<K>::multi_worker, "only a kernel that takes Worker may have AllWorkers (it does the shares of all workers); "
+                                                 "take Worker or remove it");
     static_assert(std::is_same_v<typename KernelTraits<K>::Arguments, typename KernelTraits<type>::Arguments>,
-                  "a kernel's Whole takes other parameters than the kernel (it is called in its place); give it the same list");
+                  "a kernel's AllWorkers takes other parameters than the kernel (it is called in its place); give it the same list");
 };
-} // namespace detail
 
 template <class Kernel, class Argument>
 inline constexpr bool takes = KernelTraits<Kernel>::template takes<Argument>;
@@ -259,7 +262,7 @@ constexpr auto collect_flags(Types<P...>) noexcept
     return typename Collect<Acc, Types<Broadcast<P>...>>::type{};
 }
 template <class Program>
-using CollectSteps = typename CollectAll<Sets<Types<>, Types<>, Types<>>, StepsOf<Program>>::type;
+using CollectSteps = typename CollectAll<RegionTypes<Types<>, Types<>, Types<>>, StepsOf<Program>>::type;
 
 template <class Program, class C>
 constexpr bool sends_over_unread_mail() noexcept
@@ -279,7 +282,7 @@ struct ReadBeforeSent {
 } // namespace detail
 
 /// The states, channels and broadcasts of a program, in the order in which its kernels name them, then those of its conditions:
-/// `Sets<Types<...>, Types<...>, Types<...>>`.
+/// `RegionTypes<Types<...>, Types<...>, Types<...>>`.
 template <class Program>
 using Needs = decltype(detail::collect_flags<detail::CollectSteps<Program>>(typename StepTraits<Program>::Flags{}));
 

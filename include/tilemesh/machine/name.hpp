@@ -10,18 +10,19 @@ struct Name {
     std::uint32_t size;
 };
 
+/// A text of the program as a name.
+constexpr Name as_name(char const* text) noexcept
+{
+    std::uint32_t size = 0;
+    while (text[size] != '\0') ++size;
+    return {text, size};
+}
+
 namespace detail {
 template <class X, class = void>
 inline constexpr bool has_own_name = false;
 template <class X>
 inline constexpr bool has_own_name<X, std::void_t<decltype(X::name)>> = true;
-
-constexpr std::uint32_t length(char const* text) noexcept
-{
-    std::uint32_t n = 0;
-    while (text[n] != '\0') ++n;
-    return n;
-}
 
 /// "ns::Outer<A>::Inner" out of the compiler's own text for this function; only the last component, without arguments.
 template <class X>
@@ -50,7 +51,7 @@ template <class X>
 constexpr Name name_of() noexcept
 {
     if constexpr (detail::has_own_name<X>)
-        return {X::name, detail::length(X::name)};
+        return as_name(X::name);
     else
         return detail::type_name<X>();
 }

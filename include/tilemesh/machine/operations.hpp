@@ -1,4 +1,5 @@
 #pragma once
+#include <tilemesh/machine/run_kernel.hpp>
 #include <tilemesh/machine/tile.hpp>
 
 namespace tilemesh {
@@ -132,11 +133,10 @@ template <class Machine>
 struct Traced : Machine {
     static constexpr bool traced = true;
 };
-namespace detail {
+/// Do engines keep a trace on this machine?
 template <class Machine, class = void>
 inline constexpr bool is_traced = false;
 template <class Machine>
 inline constexpr bool is_traced<Machine, std::void_t<decltype(Machine::traced)>> = Machine::traced;
-} // namespace detail
 
 } // namespace tilemesh

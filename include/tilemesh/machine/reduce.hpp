@@ -66,7 +66,7 @@ struct ReduceName {
     constexpr ReduceName(char const* end) noexcept
     {
         std::uint32_t at = 0;
-        Name const parts[] = {name_of<Operator>(), {" ", 1}, name_of<Value>(), {end, length(end)}};
+        Name const parts[] = {name_of<Operator>(), {" ", 1}, name_of<Value>(), as_name(end)};
         for (auto const& part : parts)
             for (std::uint32_t i = 0; i < part.size && at < sizeof text - 1; ++i) text[at++] = part.text[i];
     }

@@ -26,7 +26,7 @@ struct Repeat {
 };
 
 /// The kernel until all tiles are quiet and none has mail for it, but at most `at_most` times: with a bound, what is under
-/// way stays in its channels and goes on in the next run. The paper moves one hop a frame.
+/// way stays in its channels and goes on in the next run. With 1 a run moves everything by one hop.
 template <class Kernel>
 struct UntilQuiet {
     std::uint32_t at_most = 0xffffffffu;
@@ -56,7 +56,7 @@ struct If {
     std::tuple<Steps...> steps{};
 };
 
-/// A part that a program has where `Present`, and does without otherwise: `StepIf<S::routes, UntilQuiet<Route<S>>>`.
+/// A part that a program has where `Present`, and does without otherwise: `StepIf<P::sorts, UntilQuiet<Sort<P>>>`.
 template <bool Present, class Part>
 using StepIf = std::conditional_t<Present, Part, Sequence<>>;
 

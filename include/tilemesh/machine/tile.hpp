@@ -38,22 +38,17 @@ template <class X>
 inline constexpr bool has_budget_flag<X, std::void_t<decltype(X::budgeted_if)>> = true;
 
 template <class C, class = void>
-struct MemoryOf {
+struct MemoryNamedBy {
     using type = C;
 };
 template <class C>
-struct MemoryOf<C, std::void_t<typename C::memory_of>> {
+struct MemoryNamedBy<C, std::void_t<typename C::memory_of>> {
     using type = typename C::memory_of;
 };
 template <class C, class = void>
 inline constexpr bool has_memory_flag = false;
 template <class C>
 inline constexpr bool has_memory_flag<C, std::void_t<decltype(C::memory_shared)>> = true;
-template <class T>
-struct Tag {
-    using type = T;
-};
-
 /// The member of the sizes that a region names; a sentence where it names a member of other sizes.
 template <class Member, class Sizes>
 constexpr auto named_size([[maybe_unused]] Sizes const& sizes, [[maybe_unused]] Member member) noexcept
@@ -73,17 +68,6 @@ constexpr std::uint32_t column_bytes(std::uint64_t bytes) noexcept
     return bytes < 0xffffffffu ? static_cast<std::uint32_t>(bytes) : 0xffffffffu;
 }
 
-/// Does channel C lie in the memory of its `memory_of` under these sizes?
-template <class C, class Sizes>
-constexpr bool shares_memory([[maybe_unused]] Sizes const& sizes) noexcept
-{
-    if constexpr (std::is_same_v<typename MemoryOf<C>::type, C>)
-        return false;
-    else if constexpr (has_memory_flag<C>)
-        return named_size(sizes, C::memory_shared);
-    else
-        return true;
-}
 /// Do the bytes of state X count against the SRAM under these sizes?
 template <class X, class Sizes>
 constexpr bool counts_against_sram([[maybe_unused]] Sizes const& sizes) noexcept
@@ -94,6 +78,22 @@ constexpr bool counts_against_sram([[maybe_unused]] Sizes const& sizes) noexcept
         return is_budgeted<X>;
 }
 } // namespace detail
+
+/// The channel in whose memory channel C may lie: its `memory_of`, or C itself.
+template <class C>
+using MemoryOf = typename detail::MemoryNamedBy<C>::type;
+
+/// Does channel C lie in the memory of its `memory_of` under these sizes?
+template <class C, class Sizes>
+constexpr bool shares_memory([[maybe_unused]] Sizes const& sizes) noexcept
+{
+    if constexpr (std::is_same_v<MemoryOf<C>, C>)
+        return false;
+    else if constexpr (detail::has_memory_flag<C>)
+        return detail::named_size(sizes, C::memory_shared);
+    else
+        return true;
+}
 
 /// The slots of list or channel X under these sizes: those of its type; or the member that X names with
 /// `static constexpr auto slots = &Sizes::member;`. `dynamic_capacity` for a channel that has neither: it gets its slots by `limit`.
@@ -117,7 +117,7 @@ template <class Program, class = Needs<Program>>
 class SramLedger;
 
 template <class Program, class... S, class... L, class... P>
-class SramLedger<Program, detail::Sets<Types<S...>, Types<L...>, Types<P...>>> {
+class SramLedger<Program, RegionTypes<Types<S...>, Types<L...>, Types<P...>>> {
 public:
     using States = Types<S...>;
     using Links = Types<L...>;
@@ -128,7 +128,7 @@ public:
     template <class X, class Sizes>
     static constexpr std::uint64_t words([[maybe_unused]] Sizes const& sizes) noexcept
     {
-        if constexpr (detail::is_list<X>) {
+        if constexpr (is_list<X>) {
             static_assert(X::static_capacity != dynamic_capacity || detail::has_slots<X>,
                           "a state's capacity is part of the layout; give the Buffer a number, or name its slots (static constexpr auto slots "
                           "= &Sizes::member)");
@@ -147,20 +147,20 @@ public:
     template <class C, class Sizes>
     static constexpr std::uint64_t own_channel_bytes(Sizes const& sizes) noexcept
     {
-        using Host = typename detail::MemoryOf<C>::type;
+        using Host = MemoryOf<C>;
         auto const mine = channel_bytes<C>(capacity_of<C>(sizes));
         if constexpr (std::is_same_v<Host, C>) {
             return mine;
         } else {
-            static_assert(detail::contains<Host, Links>, "memory_of names a channel that this program does not use");
-            static_assert(std::is_same_v<typename detail::MemoryOf<Host>::type, Host>,
+            static_assert(contains<Host, Links>, "memory_of names a channel that this program does not use");
+            static_assert(std::is_same_v<MemoryOf<Host>, Host>,
                           "memory_of names a channel that itself lies in another's memory; name that one");
-            if (!detail::shares_memory<C>(sizes)) return mine;
+            if (!shares_memory<C>(sizes)) return mine;
             // What the host and the guests before this one leave over.
             std::uint64_t before = channel_bytes<Host>(capacity_of<Host>(sizes));
             bool found = false;
             ((found = found || std::is_same_v<L, C>,
-              before = !found && std::is_same_v<typename detail::MemoryOf<L>::type, Host> && detail::shares_memory<L>(sizes) &&
+              before = !found && std::is_same_v<MemoryOf<L>, Host> && shares_memory<L>(sizes) &&
                                channel_bytes<L>(capacity_of<L>(sizes)) > before
                            ? channel_bytes<L>(capacity_of<L>(sizes))
                            : before),
@@ -183,7 +183,7 @@ public:
     template <class X, class Sizes>
     static constexpr std::uint64_t counted_bytes(Sizes const& sizes) noexcept
     {
-        if constexpr (detail::is_channel<X>)
+        if constexpr (is_channel<X>)
             return own_channel_bytes<X>(sizes);
         else
             return detail::counts_against_sram<X>(sizes) ? 4 * words<X>(sizes) : 0;
@@ -327,80 +327,5 @@ inline constexpr std::uint64_t bytes_needed = detail::Layout<Machine, Program, S
 /// Does it fit there? Where it does not, `Tile<Machine, Program, Setup>` is a compile-time error.
 template <class Machine, class Program, class Setup = NoSetup>
 inline constexpr bool fits = bytes_needed<Machine, Program, Setup> <= Machine::sram_bytes;
-
-namespace detail {
-/// Makes argument A for one call from what an interpreter offers (`source`).
-template <class A, class Source>
-struct Bind;
-template <class X, class Source>
-struct Bind<X&, Source> {
-    using Plain = std::remove_const_t<X>;
-    struct View {
-        Plain view;
-        TILEMESH_KERNEL operator X&() noexcept { return view; }
-    };
-    TILEMESH_KERNEL static decltype(auto) make(Source& source) noexcept
-    {
-        Place const place = source.template state<Plain>();
-        if constexpr (is_list<Plain>)
-            return View{Plain{place}};
-        else
-            return static_cast<X&>(*reinterpret_cast<Plain*>(place.items));
-    }
-};
-template <class C, class Source>
-struct Bind<In<C>, Source> {
-    using R = typename C::Receiver;
-    TILEMESH_KERNEL static In<C> make(Source& s) noexcept
-    {
-        return {{R{s.template in<C>(news[0])}, R{s.template in<C>(news[1])}, R{s.template in<C>(news[2])},
-                 R{s.template in<C>(news[3])}}};
-    }
-};
-template <class C, class Source>
-struct Bind<Out<C>, Source> {
-    using W = typename C::Sender;
-    TILEMESH_KERNEL static Out<C> make(Source& s) noexcept
-    {
-        return {{W{s.template out<C>(news[0])}, W{s.template out<C>(news[1])}, W{s.template out<C>(news[2])},
-                 W{s.template out<C>(news[3])}}};
-    }
-};
-template <class P, class Source>
-struct Bind<Broadcast<P>, Source> {
-    TILEMESH_KERNEL static Broadcast<P> make(Source& s) noexcept { return Broadcast<P>{s.template shared<P>()}; }
-};
-template <class Source>
-struct Bind<Here, Source> {
-    TILEMESH_KERNEL static Here make(Source& s) noexcept { return s.here(); }
-};
-template <class Source>
-struct Bind<Worker, Source> {
-    TILEMESH_KERNEL static Worker make(Source& s) noexcept { return s.worker(); }
-};
-template <class Source>
-struct Bind<Absent, Source> {
-    TILEMESH_KERNEL static Absent make(Source&) noexcept { return {}; }
-};
-template <class Kernel, class Source, class... A>
-TILEMESH_KERNEL Vote call(Source& source, Types<A...>) noexcept
-{
-    if constexpr (std::is_void_v<typename KernelTraits<Kernel>::Result>) {
-        Kernel{}(Bind<A, Source>::make(source)...);
-        return Vote::quiet;
-    } else {
-        return Kernel{}(Bind<A, Source>::make(source)...);
-    }
-}
-} // namespace detail
-
-/// Runs a kernel on the tile that `source` describes. `Source` is all that an interpreter writes:
-///   Place state<X>();  Place in<C>(Direction);  Place out<C>(Direction);  P const* shared<P>();  Here here();  Worker worker();
-/// where a plain struct's Place has its words in `items`.
-template <class Kernel, class Source>
-TILEMESH_KERNEL Vote run_kernel(Source& source) noexcept
-{
-    return detail::call<Kernel>(source, typename KernelTraits<Kernel>::Arguments{});
-}
 
 } // namespace tilemesh

@@ -10,12 +10,19 @@ struct Types {
     static constexpr std::uint32_t count = sizeof...(Ts);
 };
 
-namespace detail {
-template <class T, class L>
+/// A type as a value: what a generic function is called with in place of an object.
+template <class T>
+struct Tag {
+    using type = T;
+};
+
+/// Is T among the types of a list?
+template <class T, class List>
 inline constexpr bool contains = false;
 template <class T, class... L>
 inline constexpr bool contains<T, Types<L...>> = (std::is_same_v<T, L> || ...);
 
+/// The place of T in a list of types; 0 where it is not there (`contains` says).
 template <class T, class... L>
 constexpr std::uint32_t index_in(Types<L...>) noexcept
 {
@@ -24,6 +31,7 @@ constexpr std::uint32_t index_in(Types<L...>) noexcept
     return found;
 }
 
+namespace detail {
 template <class L, class T>
 struct Insert;
 template <class... L, class T>

@@ -149,7 +149,7 @@ struct KernelWork {
 
 namespace model_detail {
 /// Tile cycles of a worker's instruction, in thousandths: six workers take turns. A worker that is alone waits for its turn.
-inline constexpr std::uint64_t alone = 6000, among_six = 1000;
+inline constexpr std::uint64_t one_worker = 6000, six_workers = 1000;
 /// Flops that naive scalar C++ does in 100 issue slots: 0.68 a tile cycle with six workers, where each cycle is one slot.
 inline constexpr std::uint64_t flops_in_100_slots = 68;
 /// Issue slots of a division or square root: 10 for two (poplibs).
@@ -163,7 +163,7 @@ constexpr std::uint64_t projection_slots() noexcept
 /// 1,000 (milli) * flops / 10 * 100 slots / 68, to the nearest.
 constexpr std::uint64_t pair_millicycles() noexcept
 {
-    return (KernelWork::tenth_flops_a_pair * (among_six / 10) * 100 + flops_in_100_slots / 2) / flops_in_100_slots;
+    return (KernelWork::tenth_flops_a_pair * (six_workers / 10) * 100 + flops_in_100_slots / 2) / flops_in_100_slots;
 }
 
 /// A superstep's syncs and fixed exchange share 300 cycles (jit-dynamic-lookup), of which a sync is at most half.
@@ -176,7 +176,7 @@ inline constexpr std::uint64_t bytes_a_cycle = 4;
 constexpr std::uint64_t vote_cycles(std::uint64_t columns, std::uint64_t rows) noexcept
 {
     std::uint64_t const words = columns + rows;
-    return 2 * (exchange_with_two_syncs + vertex_cycles) + words * 4 / bytes_a_cycle + (words * 4 + 25) * alone / 1000;
+    return 2 * (exchange_with_two_syncs + vertex_cycles) + words * 4 / bytes_a_cycle + (words * 4 + 25) * one_worker / 1000;
 }
 } // namespace model_detail
 
@@ -193,7 +193,7 @@ inline CostModel mk2()
     m.name = "mk2";
     auto const text = [](std::uint64_t n) { return std::to_string(n); };
     auto const counted = [&](char const* operation, std::uint32_t instructions, std::string const& what) {
-        set_price(m, operation, instructions * d::alone,
+        set_price(m, operation, instructions * d::one_worker,
                       "arithmetic: " + text(instructions) +
                           " instructions of our code (compiled for RV32IMF) on one worker, which "
                           "issues every 6th cycle (asm_vertices guide): " +
@@ -206,7 +206,7 @@ inline CostModel mk2()
     set_parameter(m, "exchange_cost", static_cast<std::uint64_t>(ExchangeCost::capacity),
                   "document: copies are compiled, so that whole channels move (the authors' code, edge_builder.cpp)");
     counted("slot", Work::slot, "find, the most frequent look; project and depth sort do more, once a record");
-    set_price(m, "projection", d::projection_slots() * d::alone,
+    set_price(m, "projection", d::projection_slots() * d::one_worker,
                   "arithmetic: " + text(Work::projection_flops) + " flops at " + scalar + ", " +
                       text(Work::projection_roots) + " divisions and roots of 5 slots (poplibs), " +
                       text(Work::projection_others) + " other operations, " + text(Work::reach) +
@@ -220,7 +220,7 @@ inline CostModel mk2()
                 text(Work::copy_leaves) + ")");
     counted("comparison", Work::comparison, "a level of heap sort, two compares and three words moved");
     set_price(m, "pair", d::pair_millicycles(), "arithmetic: 18.4 flops (the host's fast blending) at " + scalar);
-    set_price(m, "pixel", Work::pixel * d::among_six,
+    set_price(m, "pixel", Work::pixel * d::six_workers,
                   "arithmetic: " + text(Work::pixel) +
                       " instructions of our code (compiled for RV32IMF) for an RGBX8 pixel on 6 workers, "
                       "one a cycle (graphcore.ai on tile-level parallelism); a float pixel takes about 20");

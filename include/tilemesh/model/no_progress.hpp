@@ -157,18 +157,18 @@ inline NoProgress no_progress(Trace const& trace, Grid grid, std::uint32_t at_le
     auto const* const end = all.data() + all.size();
     auto const last_step = all.back().step;
     std::uint64_t repeating = 0;
-    auto const look = [&](auto const& belongs) { // at the supersteps at the end that belong together
+    auto const find_in = [&](auto const& belongs) { // at the supersteps at the end that belong together
         out.supersteps = 0;
         while (out.supersteps < all.size() && belongs(*(end - 1 - out.supersteps))) ++out.supersteps;
         out.step = last_step;
         out.kernel = trace.kernels[last_step];
         out.period = model_detail::find_period(end - out.supersteps, end, std::max(at_least, 2u), repeating);
     };
-    if (all.back().votes) look([&](SuperstepSample const& s) { return s.step == last_step && s.votes; });
+    if (all.back().votes) find_in([&](SuperstepSample const& s) { return s.step == last_step && s.votes; });
     for (auto loop = trace.loops.rbegin(); out.period == 0 && loop != trace.loops.rend(); ++loop) {
         if (last_step < loop->first || last_step > loop->last) continue;
         out.loop = *loop;
-        look([&](SuperstepSample const& s) { return s.step >= loop->first && s.step <= loop->last; });
+        find_in([&](SuperstepSample const& s) { return s.step >= loop->first && s.step <= loop->last; });
     }
     if (out.period == 0) return out;
     out.first = all.size() - repeating;

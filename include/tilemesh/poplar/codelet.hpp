@@ -1,9 +1,13 @@
 #pragma once
 #include <cstring>
 #include <poplar/Vertex.hpp>
+#include <tilemesh/poplar/control_vertices.hpp>
 #include <tilemesh/poplar/program_log.hpp>
+#include <tilemesh/poplar/vertex_edges.hpp>
 
-/// A superstep of a program as a Poplar vertex. Kernel code: what popc compiles. One codelet file a program:
+/// A superstep of a program as a Poplar vertex. Experimental until an SDK has compiled it.
+///
+/// Kernel code: what popc compiles. One codelet file a program:
 /// ```
 /// #include <tilemesh/poplar/codelet.hpp>
 /// #include "heat.hpp"
@@ -25,60 +29,6 @@
 
 namespace tilemesh::on_poplar {
 
-namespace detail {
-/// How many edges argument A of Kernel takes in each list.
-template <class Kernel, class A>
-struct EdgesOf {
-    static constexpr std::uint32_t reads = 0, keeps = 0;
-};
-template <class Kernel, class X>
-struct EdgesOf<Kernel, X const&> {
-    static constexpr std::uint32_t reads = KernelTraits<Kernel>::template takes<X&> ? 0 : 1, keeps = 0;
-};
-template <class Kernel, class X>
-struct EdgesOf<Kernel, X&> {
-    static constexpr std::uint32_t reads = 0, keeps = 1;
-};
-template <class Kernel, class C>
-struct EdgesOf<Kernel, In<C>> {
-    static constexpr std::uint32_t reads = 4, keeps = 0;
-};
-template <class Kernel, class C>
-struct EdgesOf<Kernel, Out<C>> {
-    static constexpr std::uint32_t reads = KernelTraits<Kernel>::template reads<C> ? 0 : 4, keeps = 0;
-};
-template <class Kernel, class P>
-struct EdgesOf<Kernel, Broadcast<P>> {
-    static constexpr std::uint32_t reads = 1, keeps = 0;
-};
-
-/// Where the edges of argument A begin in `reads`, in `keeps`; and those of channel C in `sends`.
-template <class Kernel, class A, class... Args>
-constexpr std::uint32_t reads_at(Types<Args...>) noexcept
-{
-    std::uint32_t at = 1;
-    bool found = false;
-    ((found = found || std::is_same_v<A, Args>, at += found ? 0 : EdgesOf<Kernel, Args>::reads), ...);
-    return at;
-}
-template <class Kernel, class A, class... Args>
-constexpr std::uint32_t keeps_at(Types<Args...>) noexcept
-{
-    std::uint32_t at = 1;
-    bool found = false;
-    ((found = found || std::is_same_v<A, Args>, at += found ? 0 : EdgesOf<Kernel, Args>::keeps), ...);
-    return at;
-}
-template <class Kernel, class C, bool Sampled, class... L>
-constexpr std::uint32_t sends_at(Types<L...>) noexcept
-{
-    std::uint32_t at = Sampled ? 2 : 1;
-    bool found = false;
-    ((found = found || std::is_same_v<C, L>, at += !found && KernelTraits<Kernel>::template writes<L> ? 4 : 0), ...);
-    return at;
-}
-} // namespace detail
-
 /// How a vertex of any of the two kinds computes.
 template <class Machine, class Program, class Kernel>
 class Codelet {
@@ -87,7 +37,7 @@ class Codelet {
     using Links = typename Traits::Links;
     using AllLinks = typename Needs<Program>::Links;
     using Log = TileLog<Program>;
-    static constexpr bool traced = tilemesh::detail::is_traced<Machine>;
+    static constexpr bool traced = is_traced<Machine>;
     static_assert(AllLinks::count <= 31, "a tile says in one word on which channels it sent (31 fit); use fewer channels");
 
     /// What run_kernel needs, out of the vertex's fields.
@@ -142,7 +92,7 @@ class Codelet {
     template <class X, class Edge>
     TILEMESH_KERNEL static Place place(Edge& edge) noexcept
     {
-        if constexpr (tilemesh::detail::is_list<X>)
+        if constexpr (is_list<X>)
             return list<X>(edge);
         else
             return {nullptr, words(edge), 1};
@@ -200,9 +150,9 @@ class Codelet {
                 notes |= head[1];
                 peak = head[0] > peak ? head[0] : peak;
             }
-            log[vertex.log_at + 1 + tilemesh::detail::index_in<C>(Links{})] += messages;
+            log[vertex.log_at + 1 + index_in<C>(Links{})] += messages;
             log[Log::template link_peak<C>()] = peak;
-            return (messages | notes) != 0 ? said_mail(tilemesh::detail::index_in<C>(AllLinks{})) : 0;
+            return (messages | notes) != 0 ? said_mail(index_in<C>(AllLinks{})) : 0;
         } else {
             return 0;
         }
@@ -217,7 +167,7 @@ class Codelet {
     TILEMESH_KERNEL static void peak_of([[maybe_unused]] Vertex& vertex, [[maybe_unused]] std::uint32_t* log) noexcept
     {
         using X = std::remove_reference_t<A>;
-        if constexpr (std::is_reference_v<A> && !std::is_const_v<X> && tilemesh::detail::is_list<X>) {
+        if constexpr (std::is_reference_v<A> && !std::is_const_v<X> && is_list<X>) {
             auto const size = words(vertex.keeps[detail::keeps_at<Kernel, X&>(Arguments{})])[0];
             auto& peak = log[Log::template state_peak<X>()];
             peak = size > peak ? size : peak;
@@ -233,8 +183,8 @@ class Codelet {
     template <class Vertex>
     TILEMESH_KERNEL static bool has_to_run(Vertex& vertex, std::uint32_t const* log) noexcept
     {
-        auto const* const within = reinterpret_cast<Within const*>(words(vertex.reads[0]));
-        return (vertex.task == static_cast<unsigned>(Task::always) && within->contains(vertex.x, vertex.y)) || log[Log::vote] != 0 ||
+        auto const* const rectangle = reinterpret_cast<RunRectangle const*>(words(vertex.reads[0]));
+        return (vertex.task == static_cast<unsigned>(Task::always) && rectangle->contains(vertex.x, vertex.y)) || log[Log::vote] != 0 ||
                has_mail(vertex, Links{});
     }
 
@@ -326,112 +276,6 @@ public:
             log[Log::vote] = said & said_busy;
             *vertex.sends[0].begin() = said;
         }
-        return true;
-    }
-};
-
-/// Makes all its words 0: the log before a run, the heads of mail that was read.
-class Clear : public ::poplar::Vertex {
-public:
-    ::poplar::Vector<::poplar::Output<::poplar::Vector<unsigned>>> words;
-    bool compute()
-    {
-        for (unsigned i = 0; i < words.size(); ++i)
-            for (unsigned k = 0; k < words[i].size(); ++k) words[i][k] = 0;
-        return true;
-    }
-};
-
-/// What a row of tiles says: the bits of any.
-class GatherVotes : public ::poplar::Vertex {
-public:
-    ::poplar::Input<::poplar::Vector<unsigned>> said;
-    ::poplar::Output<::poplar::Vector<unsigned>> any;
-    bool compute()
-    {
-        unsigned all = 0;
-        for (unsigned i = 0; i < said.size(); ++i) all |= said[i];
-        any[0] = all;
-        return true;
-    }
-};
-
-/// Ends a pass: what all rows say goes into the run's log, and decides whether there is another.
-class CountPass : public ::poplar::Vertex {
-public:
-    ::poplar::Input<::poplar::Vector<unsigned>> said;
-    ::poplar::InOut<::poplar::Vector<unsigned>> log; ///< RunLog
-    ::poplar::Output<bool> again;
-    unsigned log_at;  ///< of the step: RunLog::step
-    unsigned touched; ///< channels that this pass exchanged, or read and emptied
-    unsigned reads;   ///< channels whose mail makes another pass; with no bit and no vote there is none
-    bool compute()
-    {
-        unsigned all = 0;
-        for (unsigned i = 0; i < said.size(); ++i) all |= said[i];
-        unsigned const sent = all >> 1;
-        log[RunLog::mail] = (log[RunLog::mail] & ~touched) | sent;
-        log[RunLog::busy] = all & said_busy;
-        log[RunLog::left] -= 1;
-        log[log_at] += 1;
-        log[log_at + 1] += sent != 0 ? 1u : 0u;
-        again = log[RunLog::left] != 0 && (log[RunLog::busy] | (log[RunLog::mail] & reads)) != 0;
-        return true;
-    }
-};
-
-/// Begins a Loop.
-class BeginLoop : public ::poplar::Vertex {
-public:
-    ::poplar::InOut<::poplar::Vector<unsigned>> log; ///< RunLog
-    unsigned log_at;                                 ///< of the loop: RunLog::loop
-    unsigned at_most;
-    bool compute()
-    {
-        log[log_at] = at_most;
-        return true;
-    }
-};
-
-/// Before each round of a Loop: is there another?
-class TestLoop : public ::poplar::Vertex {
-public:
-    ::poplar::InOut<::poplar::Vector<unsigned>> log; ///< RunLog
-    ::poplar::Output<bool> again;
-    unsigned log_at;
-    bool compute()
-    {
-        bool const more = log[log_at] != 0 && log[RunLog::busy] != 0;
-        log[log_at] -= more ? 1u : 0u;
-        log[log_at + 1] += more ? 1u : 0u;
-        again = more;
-        return true;
-    }
-};
-
-/// The condition of an If: is the word of the broadcast 0?
-class TestFlag : public ::poplar::Vertex {
-public:
-    ::poplar::Input<::poplar::Vector<unsigned>> word;
-    ::poplar::Output<bool> again;
-    bool compute()
-    {
-        again = word[0] != 0;
-        return true;
-    }
-};
-
-/// Begins an UntilQuiet: is there anything to do?
-class BeginStep : public ::poplar::Vertex {
-public:
-    ::poplar::InOut<::poplar::Vector<unsigned>> log; ///< RunLog
-    ::poplar::Output<bool> again;
-    unsigned at_most;
-    unsigned reads;
-    bool compute()
-    {
-        log[RunLog::left] = at_most;
-        again = at_most != 0 && (log[RunLog::busy] | (log[RunLog::mail] & reads)) != 0;
         return true;
     }
 };

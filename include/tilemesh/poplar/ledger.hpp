@@ -1,7 +1,9 @@
 #pragma once
 #include <array>
 #include <cstddef>
-#include <tilemesh/poplar/codelet.hpp>
+#include <tilemesh/machine/tile.hpp>
+#include <tilemesh/poplar/program_log.hpp>
+#include <tilemesh/poplar/vertex_edges.hpp>
 
 namespace tilemesh::on_poplar {
 
@@ -28,7 +30,7 @@ inline constexpr std::uint32_t control_bytes =
 template <class Sizes, class... Step, class... L>
 constexpr std::uint32_t vertex_bytes([[maybe_unused]] Sizes const& sizes, Types<Step...>, Types<L...>) noexcept
 {
-    auto const own = (0u + ... + (tilemesh::detail::shares_memory<L>(sizes) ? 0u : 4u));
+    auto const own = (0u + ... + (tilemesh::shares_memory<L>(sizes) ? 0u : 4u));
     auto const start = span_bytes * (1 + 3 + own), begin = span_bytes * (1 + 2);
     auto const votes = 2 * span_bytes + 2 * span_bytes + 4 * word_bytes; // GatherVotes, CountPass
     return start + begin +
@@ -44,7 +46,7 @@ template <class Program>
 constexpr std::uint32_t log_bytes() noexcept
 {
     // said, rows said, again (a bool, stored as a word)
-    return 4 * (TileLog<Program>::words + RunLog::words<Program> + 1 + 1 + 1) + static_cast<std::uint32_t>(sizeof(Within));
+    return 4 * (TileLog<Program>::words + RunLog::words<Program> + 1 + 1 + 1) + static_cast<std::uint32_t>(sizeof(RunRectangle));
 }
 /// Bytes on tile 0 where the votes of its row, and those of all rows, arrive after each step; were Poplar to let steps share them,
 /// one step's would do.
@@ -60,7 +62,7 @@ constexpr std::uint32_t vertex_bytes() noexcept
     return detail::control_bytes<Program> + detail::vertex_bytes(Setup::sizes, StepsOf<Program>{}, typename Needs<Program>::Links{});
 }
 
-/// The ledger of a tile as Poplar stores the program: first the lines of `Tile<Machine, Program>`, which are the graph's variables
+/// The ledger of a tile as Poplar stores the program (experimental until an SDK has compiled it): first the lines of `Tile<Machine, Program>`, which are the graph's variables
 /// byte for byte, then what Poplar needs besides, on tile 0, the fullest. That comes out of the reserve for code and stacks (a
 /// machine's `code_bytes`; Mk2's is the "~130 KB code + stacks" that the paper's authors measured for a whole Poplar program,
 /// exchange code included), so that the sum is the tile's. A machine without a reserve has nothing left, and more than the sum.

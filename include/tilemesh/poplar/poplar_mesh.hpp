@@ -26,7 +26,7 @@ struct PoplarOptions {
 
 /// Runs a program on an IPU, through Poplar: the members of Mesh, the same bits and counters, from the same kernels
 /// (poplar/codelet.hpp) on the graph that the program's type describes (poplar/program_graph.hpp). So
-/// `BasicRenderer<S, PoplarMesh>` is a renderer.
+/// `BasicRenderer<S, PoplarMesh>` is a renderer. Experimental until an SDK has compiled it.
 ///
 /// The host keeps a mirror of each state: `state` brings a region (all tiles of it) when the device has changed it, and a region
 /// that was taken without const goes back before the next run. What `state` gave is good until then: take it again after a run. A run
@@ -38,8 +38,8 @@ struct PoplarOptions {
 /// finds no room for, an observer, digests, what stops a run, and a run in which a kernel sent over unread mail; after the last two
 /// the mesh refuses to run again. Broken contracts inside kernels are silent, as in any build with NDEBUG.
 template <class Program, class Machine = Mk2>
-class PoplarMesh : public engine::detail::Store<Program, false> {
-    using Base = engine::detail::Store<Program, false>;
+class PoplarMesh : public engine::TileStore<Program, false> {
+    using Base = engine::TileStore<Program, false>;
     using Builder = on_poplar::ProgramGraph<Program, Machine>;
     using Log = on_poplar::TileLog<Program>;
     using RunLog = on_poplar::RunLog;
@@ -57,7 +57,7 @@ public:
     }
     /// Machine and slots as `sizes` says.
     PoplarMesh(Grid grid, Options options, Program program, typename Base::Sizes const& sizes)
-        : Base(grid, program, sizes), options_(std::move(options)), within_{0, 0, grid.width, grid.height}
+        : Base(grid, program, sizes), options_(std::move(options)), rectangle_{0, 0, grid.width, grid.height}
     {
         if (options_.device == nullptr)
             throw Error("a PoplarMesh without a device (it runs on an IPU); give it an attached poplar::Device");
@@ -83,7 +83,7 @@ public:
     {
         if (engine_)
             throw Error("a limit on a PoplarMesh that has run (its graph is built); set limits before the first run");
-        if constexpr (tilemesh::detail::is_channel<X>) {
+        if constexpr (is_channel<X>) {
             this->template limit_link<X>(items, false);
             incoming_[Base::template index_of_link<X>()] = {};
         } else {
@@ -112,7 +112,7 @@ public:
         auto& mirror = incoming_[Base::template index_of_link<C>()];
         auto const words = C::Receiver::words(this->template link_capacity<C>());
         auto const side = std::size_t{this->grid_.size()} * words;
-        if (mirror.data() == nullptr) mirror = engine::detail::Arena(4 * side);
+        if (mirror.data() == nullptr) mirror = engine::Arena(4 * side);
         if (auto& stale = incoming_stale_[Base::template index_of_link<C>()]; stale && engine_) {
             execute(first_incoming + Base::template index_of_link<C>());
             std::memcpy(mirror.data(), staging_.data(), 4 * side * 4);
@@ -125,8 +125,8 @@ public:
     /// See Mesh.
     void run_within(std::uint32_t x0, std::uint32_t y0, std::uint32_t x1, std::uint32_t y1)
     {
-        auto const r = engine::detail::checked_rectangle(this->grid_, {x0, y0, x1, y1});
-        within_ = {r.x0, r.y0, r.x1, r.y1};
+        auto const r = engine::checked_rectangle(this->grid_, {x0, y0, x1, y1});
+        rectangle_ = {r.x0, r.y0, r.x1, r.y1};
     }
     void observe(Observer observer)
     {
@@ -168,7 +168,7 @@ public:
         if (broken_) throw Error("a mesh that stopped on an error cannot run again (its state is half a superstep); build a new one");
         prepare();
         send(States{});
-        std::memcpy(within_words_.data(), &within_, sizeof within_);
+        std::memcpy(rectangle_words_.data(), &rectangle_, sizeof rectangle_);
         copy_broadcasts(Shareds{});
         stale_.fill(true);
         incoming_stale_.fill(true);
@@ -237,8 +237,8 @@ private:
         std::vector<poplar::program::Program> programs;
         programs.push_back(builder.start());
         poplar::program::Sequence run;
-        within_words_.resize(sizeof(on_poplar::Within) / 4);
-        receive(run, "who runs", builder.within(), within_words_);
+        rectangle_words_.resize(sizeof(on_poplar::RunRectangle) / 4);
+        receive(run, "who runs", builder.rectangle(), rectangle_words_);
         receive_broadcasts(run, builder, Shareds{});
         built_ = this->program_;
         run.add(builder.run(built_));
@@ -248,7 +248,7 @@ private:
         deliver(run, "run log", builder.run_log(), run_log_.data());
         programs.push_back(run);
 
-        staging_ = engine::detail::Arena(std::max(most_state_words(States{}), most_link_words(Links{})) * this->grid_.size());
+        staging_ = engine::Arena(std::max(most_state_words(States{}), most_link_words(Links{})) * this->grid_.size());
         add_sends(programs, builder, States{});
         add_fetches(programs, builder, States{});
         add_incoming(programs, builder, Links{});
@@ -277,16 +277,16 @@ private:
     {
         [[maybe_unused]] auto const one = [&](auto tag) {
             using X = typename decltype(tag)::type;
-            auto& words = broadcast_words_[tilemesh::detail::index_in<X>(Shareds{})];
+            auto& words = broadcast_words_[index_in<X>(Shareds{})];
             words.resize(sizeof(X) / 4);
-            receive(to, engine::detail::text(name_of<X>()), builder.template broadcast<X>(), words);
+            receive(to, engine::text(name_of<X>()), builder.template broadcast<X>(), words);
         };
-        (one(tilemesh::detail::Tag<P>{}), ...);
+        (one(Tag<P>{}), ...);
     }
     template <class... P>
     void copy_broadcasts(Types<P...>)
     {
-        (std::memcpy(broadcast_words_[tilemesh::detail::index_in<P>(Shareds{})].data(), &this->template broadcast<P>(), sizeof(P)), ...);
+        (std::memcpy(broadcast_words_[index_in<P>(Shareds{})].data(), &this->template broadcast<P>(), sizeof(P)), ...);
     }
     template <class... X>
     std::size_t most_state_words(Types<X...>) const noexcept
@@ -307,13 +307,13 @@ private:
     {
         [[maybe_unused]] auto const one = [&](auto tag) {
             using S = typename decltype(tag)::type;
-            auto const name = handle("to " + engine::detail::text(name_of<S>()));
+            auto const name = handle("to " + engine::text(name_of<S>()));
             auto const& tensor = builder.template state<S>();
             auto const stream = graph_->addHostToDeviceFIFO(name, poplar::UNSIGNED_INT, tensor.numElements());
             streams_.emplace_back(name, staging_.data());
             programs.push_back(poplar::program::Copy(stream, tensor.flatten()));
         };
-        (one(tilemesh::detail::Tag<X>{}), ...);
+        (one(Tag<X>{}), ...);
     }
     template <class... X>
     void add_fetches(std::vector<poplar::program::Program>& programs, Builder& builder, Types<X...>)
@@ -321,10 +321,10 @@ private:
         [[maybe_unused]] auto const one = [&](auto tag) {
             using S = typename decltype(tag)::type;
             poplar::program::Sequence q;
-            deliver(q, engine::detail::text(name_of<S>()), builder.template state<S>(), staging_.data());
+            deliver(q, engine::text(name_of<S>()), builder.template state<S>(), staging_.data());
             programs.push_back(q);
         };
-        (one(tilemesh::detail::Tag<X>{}), ...);
+        (one(Tag<X>{}), ...);
     }
     template <class... C>
     void add_incoming(std::vector<poplar::program::Program>& programs, Builder& builder, Types<C...>)
@@ -334,10 +334,10 @@ private:
             std::vector<poplar::Tensor> sides;
             for (Direction d : news) sides.push_back(builder.template incoming<L>(d).flatten());
             poplar::program::Sequence q;
-            deliver(q, engine::detail::text(name_of<L>()) + " (mail)", poplar::concat(sides), staging_.data());
+            deliver(q, engine::text(name_of<L>()) + " (mail)", poplar::concat(sides), staging_.data());
             programs.push_back(q);
         };
-        (one(tilemesh::detail::Tag<C>{}), ...);
+        (one(Tag<C>{}), ...);
     }
 
     // --- states between runs ----------------------------------------------------------------------------------------------
@@ -354,7 +354,7 @@ private:
         auto& dirty = dirty_[Base::template index_of_state<X>()];
         if (!dirty) return;
         for_each_tile<X>([](std::uint32_t* words, Place const& place) {
-            if constexpr (tilemesh::detail::is_list<X>) {
+            if constexpr (is_list<X>) {
                 std::memcpy(words, place.head, X::head_words * 4);
                 std::memcpy(words + X::head_words, place.items, std::size_t{place.head[0]} * X::item_words * 4);
             } else {
@@ -376,7 +376,7 @@ private:
         if (!stale_[i]) return;
         execute(first_fetch + i);
         for_each_tile<X>([](std::uint32_t const* words, Place const& place) {
-            if constexpr (tilemesh::detail::is_list<X>) {
+            if constexpr (is_list<X>) {
                 std::memcpy(place.head, words, X::head_words * 4);
                 std::memcpy(place.items, words + X::head_words, std::size_t{place.head[0]} * X::item_words * 4);
             } else {
@@ -390,8 +390,8 @@ private:
     RunCounters account()
     {
         RunCounters run;
-        run.steps = engine::detail::begin_steps(StepsOf<Program>{});
-        run.loops = engine::detail::begin_loops<Program>();
+        run.steps = engine::begin_steps(StepsOf<Program>{});
+        run.loops = engine::begin_loops<Program>();
         for (std::uint32_t l = 0; l < StepTraits<Program>::loops; ++l) run.loops[l].rounds = run_log_[RunLog::loop<Program>(l) + 1];
         StaticPasses passes{*this, {}};
         walk(built_, passes);
@@ -407,11 +407,11 @@ private:
                                 "capacities or machine); compile them again from the same headers");
                 throw Error("a kernel only sends on a channel with unread mail (a bound cut the step that reads it); raise the bound, or let "
                             "the sending kernel read the channel [tile " +
-                            engine::detail::text(this->grid_.tile(t)) + ", " + run.steps[broken - 1].kernel + "]");
+                            engine::text(this->grid_.tile(t)) + ", " + run.steps[broken - 1].kernel + "]");
             }
-        run.peaks = engine::detail::list_peaks(States{}, Links{}, [&](auto tag) {
+        run.peaks = engine::list_peaks(States{}, Links{}, [&](auto tag) {
             using R = typename decltype(tag)::type;
-            if constexpr (tilemesh::detail::is_channel<R>)
+            if constexpr (is_channel<R>)
                 return Peak{{}, peak(Log::template link_peak<R>()), this->template link_capacity<R>()};
             else
                 return Peak{{}, peak(Log::template state_peak<R>()), this->capacity_[Base::template index_of_state<R>()]};
@@ -461,7 +461,7 @@ private:
     }
     void make_trace(RunCounters const& counters)
     {
-        trace_ = engine::detail::begin_trace<Program>(counters);
+        trace_ = engine::begin_trace<Program>(counters);
         std::array<std::uint32_t, StepsOf<Program>::count + 1> capacity{};
         for_each_step(built_, [&](auto const& step, std::uint32_t i) {
             using Kernel = KernelOf<std::decay_t<decltype(step)>>;
@@ -484,16 +484,16 @@ private:
         return most;
     }
     Options options_;
-    on_poplar::Within within_;
+    on_poplar::RunRectangle rectangle_;
     Program built_{};                                          ///< what the graph runs
     std::unique_ptr<poplar::Graph> graph_;
-    std::vector<std::uint32_t> within_words_, log_, run_log_;
+    std::vector<std::uint32_t> rectangle_words_, log_, run_log_;
     std::vector<on_poplar::PassSample> samples_;
     Trace trace_;
     std::array<std::vector<std::uint32_t>, Shareds::count + 1> broadcast_words_;
     std::vector<std::pair<std::string, std::uint32_t*>> streams_;
-    engine::detail::Arena staging_;                            ///< a region of all tiles on its way
-    std::array<engine::detail::Arena, Links::count + 1> incoming_;
+    engine::Arena staging_;                            ///< a region of all tiles on its way
+    std::array<engine::Arena, Links::count + 1> incoming_;
     std::array<bool, States::count + 1> stale_{};              ///< the device has changed it since
     std::array<bool, States::count + 1> dirty_{};              ///< the host may have
     std::array<bool, Links::count + 1> incoming_stale_{};

@@ -36,18 +36,20 @@ constexpr bool kernels_have_names_of_their_own(Types<Step...>) noexcept
 }
 } // namespace detail
 
-/// A program as a Poplar graph: its variables, vertices, exchanges and control flow, made by walking the program's type.
+/// A program as a Poplar graph: its variables, vertices, exchanges and control flow, made by walking the program's type. Experimental
+/// until an SDK has compiled it.
 ///
 /// Variables. One a state, {tiles, words}, row i on tile i: a list is its head and its items; eight a channel, one an end
 /// (`memory_of` channels lie in their host's); one a broadcast. Their bytes are the lines of `Tile<Machine, Program>`'s ledger;
-/// what comes on top is in `ledger_on_poplar` (poplar/ledger.hpp).
+/// what comes on top is in `on_poplar::ledger` (poplar/ledger.hpp).
 ///
 /// Exchange. After a kernel that sends on a channel each outgoing end is copied whole to the incoming end it faces, credits
 /// (notes) included, in one Copy a superstep; nothing else moves between tiles but broadcasts, and the votes where the program
 /// asks for them. A channel that was only read has the heads of its incoming ends cleared.
 ///
 /// Control. `Repeat` and `If` are Poplar's; `UntilQuiet` is RepeatWhileTrue on a word that two reductions make of what tiles say: by rows,
-/// then on tile 0. `Loop` is RepeatWhileTrue on the same word, after its last superstep. Codelets are looked up as PREFIX_KERNEL, by the kernel's name with `_` for a space.
+/// then on tile 0. `Loop` is RepeatWhileTrue on the same word, after its last superstep. Codelets are looked up as PREFIX_KERNEL, by the
+/// kernel's name with `_` for a space.
 ///
 /// Grids: up to 65,535 x 65,535 and what the target has; tile (x, y) is Poplar's tile y * width + x.
 template <class Program, class Machine>
@@ -75,7 +77,7 @@ public:
     ProgramGraph(::poplar::Graph& graph, Grid grid, std::string prefix, MeshSizes<Program> const& sizes, Slots const& slots, bool count)
         : graph_(graph), grid_(grid), prefix_(std::move(prefix)), sizes_(sizes), slots_(slots), counts_(count || needs_votes(Steps{}))
     {
-        within_ = per_tile("who runs", sizeof(Within) / 4);
+        rectangle_ = per_tile("who runs", sizeof(RunRectangle) / 4);
         log_ = per_tile("log", Log::words);
         said_ = per_tile("said", 1);
         rows_said_ = variable("rows said", {grid.height, 1});
@@ -92,7 +94,7 @@ public:
         add_links(Links{});
         add_shareds(Shareds{});
     }
-    static constexpr bool traced = tilemesh::detail::is_traced<Machine>;
+    static constexpr bool traced = is_traced<Machine>;
     /// The stream that brings the PassSample of all tiles after each pass; on a Traced machine only.
     static constexpr char const* samples_handle = "samples";
 
@@ -100,7 +102,7 @@ public:
     template <class X>
     Tensor const& state() const
     {
-        return states_[tilemesh::detail::index_in<X>(States{})];
+        return states_[index_in<X>(States{})];
     }
     /// {tiles, words} of the ends on which tiles receive from side d.
     template <class C>
@@ -112,9 +114,9 @@ public:
     template <class P>
     Tensor const& broadcast() const
     {
-        return shareds_[tilemesh::detail::index_in<P>(Shareds{})];
+        return shareds_[index_in<P>(Shareds{})];
     }
-    Tensor const& within() const noexcept { return within_; }
+    Tensor const& rectangle() const noexcept { return rectangle_; }
     Tensor const& log() const noexcept { return log_; }
     Tensor const& run_log() const noexcept { return run_log_; }
 
@@ -164,38 +166,38 @@ private:
     template <class... X>
     void add_states(Types<X...>)
     {
-        ((states_[tilemesh::detail::index_in<X>(States{})] = per_tile(text<X>(), laid_out_words_of<X>())), ...);
+        ((states_[index_in<X>(States{})] = per_tile(text<X>(), laid_out_words_of<X>())), ...);
     }
     template <class X>
     std::uint32_t laid_out_words_of() const noexcept
     {
-        if constexpr (tilemesh::detail::is_list<X>)
-            return X::words(sizes_.slots[tilemesh::detail::index_in<X>(States{})]);
+        if constexpr (is_list<X>)
+            return X::words(sizes_.slots[index_in<X>(States{})]);
         else
             return sizeof(X) / 4;
     }
     template <class... P>
     void add_shareds(Types<P...>)
     {
-        ((shareds_[tilemesh::detail::index_in<P>(Shareds{})] = per_tile(text<P>(), sizeof(P) / 4)), ...);
+        ((shareds_[index_in<P>(Shareds{})] = per_tile(text<P>(), sizeof(P) / 4)), ...);
     }
     /// Which channel's variables C lies in.
     template <class C>
     std::uint32_t memory() const noexcept
     {
-        constexpr auto own = tilemesh::detail::index_in<C>(Links{});
-        return sizes_.shares_memory[own] ? tilemesh::detail::index_in<typename tilemesh::detail::MemoryOf<C>::type>(Links{}) : own;
+        constexpr auto own = index_in<C>(Links{});
+        return sizes_.shares_memory[own] ? index_in<MemoryOf<C>>(Links{}) : own;
     }
     template <class C>
     bool has_memory_of_its_own() const noexcept
     {
-        return memory<C>() == tilemesh::detail::index_in<C>(Links{});
+        return memory<C>() == index_in<C>(Links{});
     }
     /// Which channel's variables C may lie in, whatever the sizes say.
     template <class C>
     static constexpr std::uint32_t possible_memory() noexcept
     {
-        return tilemesh::detail::index_in<typename tilemesh::detail::MemoryOf<C>::type>(Links{});
+        return index_in<MemoryOf<C>>(Links{});
     }
     template <class C>
     std::uint32_t link_words() const noexcept
@@ -203,12 +205,12 @@ private:
         static_assert(wire_bytes<typename C::value_type> == sizeof(typename C::value_type),
                       "a channel whose messages are handles of the host (wire_bytes is not their size): a tile has no host memory; build "
                       "the program that moves values");
-        return C::Receiver::words(slots_.links[tilemesh::detail::index_in<C>(Links{})]);
+        return C::Receiver::words(slots_.links[index_in<C>(Links{})]);
     }
     template <class C>
     std::uint32_t laid_out_words() const noexcept
     {
-        auto const slots = sizes_.links[tilemesh::detail::index_in<C>(Links{})].slots;
+        auto const slots = sizes_.links[index_in<C>(Links{})].slots;
         return slots == dynamic_capacity ? link_words<C>() : C::Receiver::words(slots);
     }
     template <class... C>
@@ -268,13 +270,13 @@ private:
     void connect(std::vector<Tensor>& reads, std::vector<Tensor>& keeps, std::uint32_t tile, A*) const
     {
         using Traits = KernelTraits<K>;
-        if constexpr (tilemesh::detail::is_end<A>) {
+        if constexpr (is_view<A>) {
             connect_end<K>(reads, tile, static_cast<A*>(nullptr));
         } else {
             using X = std::remove_const_t<A>;
             auto row = state<X>()[tile];
-            if constexpr (tilemesh::detail::is_list<X>)
-                row = row.slice(0, X::words(slots_.states[tilemesh::detail::index_in<X>(States{})]));
+            if constexpr (is_list<X>)
+                row = row.slice(0, X::words(slots_.states[index_in<X>(States{})]));
             if constexpr (!std::is_const_v<A>)
                 keeps.push_back(row);
             else if constexpr (!Traits::template takes<X&>)
@@ -322,7 +324,7 @@ private:
             if constexpr (KernelTraits<K>::template writes<L>)
                 for (Direction d : news) sends.push_back(cut<L>(out_[memory<L>()][index(d)])[tile]);
         };
-        (one(tilemesh::detail::Tag<C>{}), ...);
+        (one(Tag<C>{}), ...);
     }
     void connect_list(::poplar::VertexRef const& v, char const* field, std::vector<Tensor> const& edges)
     {
@@ -367,7 +369,7 @@ private:
         std::replace(vertex.begin(), vertex.end(), ' ', '_');
         for (std::uint32_t i = 0; i < grid_.size(); ++i) {
             auto const v = graph_.addVertex(set, vertex);
-            std::vector<Tensor> reads{within_[i]}, keeps{log_[i]}, sends{said_[i]};
+            std::vector<Tensor> reads{rectangle_[i]}, keeps{log_[i]}, sends{said_[i]};
             if constexpr (traced) sends.push_back(sample_[i]);
             connect_all<K>(reads, keeps, i, typename Traits::Arguments{});
             connect_sends<K>(sends, i, typename Traits::Links{});
@@ -397,7 +399,7 @@ private:
             else
                 clear_link<L>(read);
         };
-        (one(tilemesh::detail::Tag<C>{}), ...);
+        (one(Tag<C>{}), ...);
     }
     /// What all tiles send towards d: a shift of the whole grid by one tile; at the edge it comes back on the side it left.
     template <class C>
@@ -561,7 +563,7 @@ private:
     Slots slots_;
     bool counts_;
     std::uint32_t step_ = 0;
-    Tensor within_, log_, said_, rows_said_, run_log_, again_, sample_;
+    Tensor rectangle_, log_, said_, rows_said_, run_log_, again_, sample_;
     std::optional<::poplar::DataStream> samples_;
     std::array<Tensor, States::count + 1> states_;
     std::array<Tensor, Shareds::count + 1> shareds_;

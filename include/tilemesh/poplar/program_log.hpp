@@ -2,6 +2,8 @@
 #include <tilemesh/machine/operations.hpp>
 
 /// The same program as Poplar codelets and a Poplar graph: what its vertices and its host agree on. Kernel code.
+///
+/// All of poplar/ is experimental until an SDK has compiled it: names and layouts here may change.
 namespace tilemesh::on_poplar {
 
 /// What a tile writes down in a run, word by word; the host reads it when the run is over. Cost: 12 bytes, 4 a step and 4 a
@@ -9,7 +11,7 @@ namespace tilemesh::on_poplar {
 template <class Program, class = StepsOf<Program>, class = Needs<Program>>
 struct TileLog;
 template <class Program, class... Step, class... S, class... L, class... P>
-struct TileLog<Program, Types<Step...>, tilemesh::detail::Sets<Types<S...>, Types<L...>, Types<P...>>> {
+struct TileLog<Program, Types<Step...>, RegionTypes<Types<S...>, Types<L...>, Types<P...>>> {
     static constexpr std::uint32_t vote = 0;   ///< of the tile's last run
     /// 1 + the first step that sent over unread mail; 0: none; `other_program`: a vertex was compiled for another program.
     static constexpr std::uint32_t broken = 1;
@@ -26,12 +28,12 @@ struct TileLog<Program, Types<Step...>, tilemesh::detail::Sets<Types<S...>, Type
     template <class X>
     static constexpr std::uint32_t state_peak() noexcept
     {
-        return step(sizeof...(Step)) + tilemesh::detail::index_in<X>(Types<S...>{});
+        return step(sizeof...(Step)) + index_in<X>(Types<S...>{});
     }
     template <class C>
     static constexpr std::uint32_t link_peak() noexcept
     {
-        return step(sizeof...(Step)) + static_cast<std::uint32_t>(sizeof...(S)) + tilemesh::detail::index_in<C>(Types<L...>{});
+        return step(sizeof...(Step)) + static_cast<std::uint32_t>(sizeof...(S)) + index_in<C>(Types<L...>{});
     }
     static constexpr std::uint32_t words = step(sizeof...(Step)) + static_cast<std::uint32_t>(sizeof...(S) + sizeof...(L));
 };
@@ -76,7 +78,7 @@ template <class X>
 constexpr std::uint32_t mix_state(std::uint32_t h) noexcept
 {
     h = mix(h, name_of<X>());
-    if constexpr (tilemesh::detail::is_list<X>)
+    if constexpr (is_list<X>)
         return mix(mix(h, X::static_capacity), X::item_words);
     else
         return mix(h, static_cast<std::uint32_t>(sizeof(X)));
@@ -101,7 +103,7 @@ constexpr std::uint32_t program_mark_on(std::uint32_t workers, bool traced) noex
                            typename Needs<Program>::Shareds{});
 }
 template <class Machine, class Program>
-inline constexpr std::uint32_t program_mark = program_mark_on<Program>(Machine::workers, tilemesh::detail::is_traced<Machine>);
+inline constexpr std::uint32_t program_mark = program_mark_on<Program>(Machine::workers, is_traced<Machine>);
 
 /// What a tile says after each pass: bit 0 is its vote, bit 1 + i that it sent on channel i of the program.
 inline constexpr std::uint32_t said_busy = 1;
@@ -115,24 +117,24 @@ template <class Program, class Kernel, class... L>
 constexpr std::uint32_t links_read(Types<L...>) noexcept
 {
     return (0u | ... | (KernelTraits<Kernel>::template reads<L>
-                            ? 1u << tilemesh::detail::index_in<L>(typename Needs<Program>::Links{})
+                            ? 1u << index_in<L>(typename Needs<Program>::Links{})
                             : 0u));
 }
 template <class Program, class... L>
 constexpr std::uint32_t links_touched(Types<L...>) noexcept
 {
-    return (0u | ... | (1u << tilemesh::detail::index_in<L>(typename Needs<Program>::Links{})));
+    return (0u | ... | (1u << index_in<L>(typename Needs<Program>::Links{})));
 }
 
 /// When a vertex runs its kernel.
 enum class Task : std::uint32_t {
     if_needed, ///< where the tile voted busy or has mail: UntilQuiet
-    always,    ///< in the rectangle of Within, and elsewhere if needed
+    always,    ///< in the rectangle of RunRectangle, and elsewhere if needed
     sample     ///< not at all: it says what the pass before did (a kernel of all workers cannot, while they run)
 };
 
 /// The columns and rows whose tiles every Superstep and Repeat runs (Mesh::run_within): words of a broadcast of its own.
-struct Within {
+struct RunRectangle {
     static constexpr char const* name = "who runs";
     std::uint32_t x0, y0, x1, y1;
     TILEMESH_KERNEL constexpr bool contains(std::uint32_t x, std::uint32_t y) const noexcept

@@ -47,7 +47,7 @@ report::FrameReport account(RunCounters const& run, TileSums const& sums, bool h
     r.hops = sums.hops;
     r.copies = sums.copies;
     r.refused = {sums.channel_full, sums.no_credit, sums.storage_full, sums.copies_full, sums.copies_refused};
-    r.pairs = sums.blocks * splat::detail::block_width * splat::detail::block_height;
+    r.pairs = sums.blocks * splat::block_width * splat::block_height;
     r.pairs_contributing = sums.contributing;
     // A step that the setup does without took nothing.
     auto const supersteps = [&](std::uint32_t step) { return step == Steps::none ? 0u : run.steps[step].supersteps; };

@@ -86,7 +86,7 @@ public:
     /// What the last frame did, superstep by superstep; on a Traced machine only. Where copies were recalled the program ran twice,
     /// and both runs are in it, one after the other (the mesh's own trace has the second alone); what the host did between is not.
     Trace const& trace() const noexcept
-        requires(tilemesh::detail::is_traced<Machine>)
+        requires(is_traced<Machine>)
     {
         return ran_twice_ ? trace_ : mesh_->trace();
     }
@@ -104,7 +104,7 @@ public:
     void render_into(splat::Camera const& camera, RenderedFrame& result);
 
 private:
-    static constexpr bool traced = tilemesh::detail::is_traced<Machine>;
+    static constexpr bool traced = is_traced<Machine>;
     using Clock = std::chrono::steady_clock;
     static double since(Clock::time_point begin)
     {
@@ -247,7 +247,7 @@ private:
     bool copies_refused_ = false;                    ///< copies are missing that met a full channel: owed again in a new view
     bool cut_ = false;                               ///< a bound may have left records under way
     bool ran_twice_ = false;                         ///< the last frame: copies were recalled
-    [[no_unique_address]] std::conditional_t<traced, Trace, engine::detail::NoTrace> trace_; ///< of both runs, where it did
+    [[no_unique_address]] std::conditional_t<traced, Trace, engine::NoTrace> trace_; ///< of both runs, where it did
 };
 
 // The members that users call stand outside the class: so an `extern template` keeps them, and all that they need, out of a user's file.

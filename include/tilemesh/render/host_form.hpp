@@ -43,14 +43,14 @@ private:
 
 /// What a new view changed for a record, as far as tiles must know. A byte, so that the table of a whole map stays in the
 /// processor's nearest caches.
-struct Standing {
+struct RowState {
     static constexpr std::uint8_t visible = 1;
     static constexpr std::uint8_t moved = 2;    ///< other tiles than in the last view, another anchor, or put on the mesh by the host
     static constexpr std::uint8_t appeared = 4; ///< or disappeared
 };
 
 /// The tiles that a record touches in a view, first to last, and its anchor.
-struct Touched {
+struct TouchedTiles {
     TileId first, last, anchor;
     std::uint32_t visible; ///< 0 or 1
 };
@@ -73,8 +73,8 @@ struct TableParameters : FrameParameters {
     static constexpr char const* name = "frame parameters and tables";
     FrameRules rules;
     HostPointer<Splat> splats;
-    HostPointer<Touched> touched;
-    HostPointer<std::uint8_t> standings;
+    HostPointer<TouchedTiles> touched;
+    HostPointer<std::uint8_t> row_states;
     HostPointer<std::uint32_t> depths;     ///< bits
 };
 
@@ -95,7 +95,7 @@ struct TableAccess {
     TILEMESH_KERNEL static std::uint32_t depth_bits(Parameters const& frame, SplatRow s) noexcept { return frame.depths.get()[s.row]; }
     TILEMESH_KERNEL static Reach reach(Here const& here, Parameters const& frame, SplatRow s) noexcept
     {
-        Touched const& t = frame.touched.get()[s.row];
+        TouchedTiles const& t = frame.touched.get()[s.row];
         // A range lies in the grid, so that a side beyond the grid's edge is in none.
         std::uint32_t const x = here.tile.x() - t.first.x(), columns = t.last.x() - t.first.x();
         std::uint32_t const y = here.tile.y() - t.first.y(), rows = t.last.y() - t.first.y();
@@ -115,17 +115,17 @@ struct TableAccess {
     template <class MarkList>
     static std::uint32_t slot_of(MarkList const& marks, SplatRow const* splats, Reference const& message) noexcept
     {
-        return detail::first_of(splats, marks.size(), [row = message.row](SplatRow s) noexcept { return s.row == row; });
+        return first_of(splats, marks.size(), [row = message.row](SplatRow s) noexcept { return s.row == row; });
     }
-    TILEMESH_KERNEL static bool is_settled(Parameters const& frame, SplatRow s, std::uint32_t bits, std::uint32_t& standing) noexcept
+    TILEMESH_KERNEL static bool is_settled(Parameters const& frame, SplatRow s, std::uint32_t bits, std::uint32_t& row_state) noexcept
     {
-        standing = frame.standings.get()[s.row];
-        return ((bits & (Mark::refused_any | Mark::leaving | Mark::owes)) | (standing & Standing::moved)) == 0;
+        row_state = frame.row_states.get()[s.row];
+        return ((bits & (Mark::refused_any | Mark::leaving | Mark::owes)) | (row_state & RowState::moved)) == 0;
     }
-    TILEMESH_KERNEL static bool shows_anew(Here const&, Parameters const&, SplatRow, bool covered, std::uint32_t bits,
-                                           std::uint32_t standing) noexcept
+    TILEMESH_KERNEL static bool coverage_changed(Here const&, Parameters const&, SplatRow, bool covered, std::uint32_t bits,
+                                                 std::uint32_t row_state) noexcept
     {
-        return !covered || (bits & Mark::leaving) != 0 || (standing & Standing::appeared) != 0;
+        return !covered || (bits & Mark::leaving) != 0 || (row_state & RowState::appeared) != 0;
     }
     /// What these parameters change of n splats that the host has projected: nothing, unless a program of its own says otherwise.
     static void adjust(Parameters const&, View const&, Tiling const&, Splat*, std::uint32_t) noexcept {}
@@ -144,16 +144,16 @@ template <>
 struct Access<TableParameters> : TableAccess<TableParameters> {};
 
 /// Policies whose rule is a word of the frame's parameters.
-struct SaturationAsTold {
+struct RunTimeSaturation {
     static constexpr char const* name = "as told";
     static constexpr bool may_hold = true;
     TILEMESH_KERNEL static bool holds_in(TableParameters const& frame) noexcept { return frame.rules.holds != 0; }
 };
-struct AddressingAsTold : Carried {
+struct RunTimeAddressing : Carried {
     static constexpr char const* name = "as told";
     TILEMESH_KERNEL static bool carried_in(TableParameters const& frame) noexcept { return frame.rules.carried != 0; }
 };
-struct CopiesAsTold {
+struct RunTimeCopies {
     static constexpr char const* name = "as told";
     template <class Record>
     using Message = Record;
@@ -167,7 +167,9 @@ struct CopiesAsTold {
     TILEMESH_KERNEL static SplatRow splat(Reference const& m, TableParameters const&) noexcept { return {m.row}; }
 };
 
-namespace detail {
+} // namespace tilemesh::splat
+namespace tilemesh::render::detail {
+using splat::FloatPixel, splat::WithAlpha, splat::WithDepth;
 /// What the host keeps of a pixel: colours as floats, which it shows in the setup's format, and both planes where there is one.
 template <class Pixel, bool Known, bool Planes>
 struct HostPixelOf {
@@ -189,15 +191,17 @@ template <class Colour>
 struct ColourOf<WithDepth<Colour>> : ColourOf<Colour> {};
 template <class Colour>
 struct ColourOf<WithAlpha<Colour>> : ColourOf<Colour> {};
-} // namespace detail
+} // namespace tilemesh::render::detail
+namespace tilemesh::splat {
+
 /// The colour of a pixel, without its planes.
 template <class Pixel>
-using ColourOf = typename detail::ColourOf<Pixel>::type;
+using ColourOf = typename render::detail::ColourOf<Pixel>::type;
 /// Is it one of the library's formats? The host shows these from floats.
 template <class Pixel>
 inline constexpr bool is_known_colour = std::is_same_v<ColourOf<Pixel>, FloatPixel> || std::is_same_v<ColourOf<Pixel>, Rgbx8Pixel>;
 template <class Pixel>
-using HostPixel = typename detail::HostPixelOf<Pixel, is_known_colour<Pixel>, Pixel::has_depth || Pixel::has_alpha>::type;
+using HostPixel = typename render::detail::HostPixelOf<Pixel, is_known_colour<Pixel>, Pixel::has_depth || Pixel::has_alpha>::type;
 
 /// The policies of setup S by reference. The ledger stays that of S: ask `Tile<Machine, Frame<S>, S>`.
 template <class S>
@@ -206,9 +210,9 @@ struct Referenced : S {
     using Record = Reference;
     using Projected = SplatRow;
     using Parameters = TableParameters;
-    using Saturation = SaturationAsTold;
-    using Addressing = AddressingAsTold;
-    using Copies = CopiesAsTold;
+    using Saturation = RunTimeSaturation;
+    using Addressing = RunTimeAddressing;
+    using Copies = RunTimeCopies;
     using Pixel = HostPixel<typename S::Pixel>;
 };
 

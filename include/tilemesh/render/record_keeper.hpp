@@ -45,7 +45,7 @@ public:
         for (std::uint32_t y = 0; y < occupied_.height; ++y)
             for (std::uint32_t x = 0; x < occupied_.width; ++x) f(TileId::at(x, y));
     }
-    /// From now on the machine runs these tiles, and those that were occupied before; the others are idle.
+    /// From now on the mesh runs these tiles, and those that were occupied before; the others are idle.
     template <class M>
     void occupy(M& mesh, std::uint32_t columns, std::uint32_t rows)
     {

@@ -27,7 +27,7 @@ public:
                         " (the setup's records hold degree " + std::to_string(degree) +
                         "); render it with fit_renderer or a Fitted<Lossless, " + std::to_string(map.sh_degree) +
                         "> setup, or give up the rest with scene::at_degree");
-        scene::detail::require_harmonics(map);
+        scene::require_harmonics(map);
         harmonics_ = map.harmonics;
         std::unordered_set<splat::GaussianId> ids;
         ids.reserve(gaussians_.size());
@@ -78,11 +78,11 @@ private:
         auto const& g = gaussians_[row];
         switch (degree_) {
         case 1:
-            return splat::detail::shade<1>(g, harmonics_of(row), view, s);
+            return splat::shade<1>(g, harmonics_of(row), view, s);
         case 2:
-            return splat::detail::shade<2>(g, harmonics_of(row), view, s);
+            return splat::shade<2>(g, harmonics_of(row), view, s);
         case 3:
-            return splat::detail::shade<3>(g, harmonics_of(row), view, s);
+            return splat::shade<3>(g, harmonics_of(row), view, s);
         default:
             return true;
         }

@@ -15,7 +15,7 @@ class ScreenCache {
 public:
     ScreenCache() = default;
     explicit ScreenCache(std::uint32_t rows)
-        : splats_(rows), touched_(rows), depths_(rows), standings_(rows, splat::Standing::moved | splat::Standing::appeared)
+        : splats_(rows), touched_(rows), depths_(rows), row_states_(rows, splat::RowState::moved | splat::RowState::appeared)
     {
     }
     splat::Splat const& operator[](std::uint32_t row) const noexcept { return splats_[row]; }
@@ -36,14 +36,14 @@ public:
         }
     }
     /// The host puts this row onto the mesh: its tile must look at it in this view.
-    void put(std::uint32_t row) noexcept { standings_[row] |= splat::Standing::moved | splat::Standing::appeared; }
+    void put(std::uint32_t row) noexcept { row_states_[row] |= splat::RowState::moved | splat::RowState::appeared; }
 
     /// Tells the tiles where the table is.
     void point(splat::TableParameters& p) const noexcept
     {
         p.splats = splat::HostPointer<splat::Splat>(splats_.data());
-        p.touched = splat::HostPointer<splat::Touched>(touched_.data());
-        p.standings = splat::HostPointer<std::uint8_t>(standings_.data());
+        p.touched = splat::HostPointer<splat::TouchedTiles>(touched_.data());
+        p.row_states = splat::HostPointer<std::uint8_t>(row_states_.data());
         p.depths = splat::HostPointer<std::uint32_t>(depths_.data());
     }
 
@@ -59,12 +59,12 @@ private:
             auto& old = touched_[row];
             bool const same = !first_view && shows == (old.visible != 0) && (!shows || stays(old, s, tiling));
             if (same) {
-                standings_[row] = shows ? splat::Standing::visible : 0;
+                row_states_[row] = shows ? splat::RowState::visible : 0;
                 continue;
             }
-            standings_[row] =
-                static_cast<std::uint8_t>(splat::Standing::moved | (shows ? splat::Standing::visible : 0) |
-                                          (first_view || shows != (old.visible != 0) ? splat::Standing::appeared : 0));
+            row_states_[row] =
+                static_cast<std::uint8_t>(splat::RowState::moved | (shows ? splat::RowState::visible : 0) |
+                                          (first_view || shows != (old.visible != 0) ? splat::RowState::appeared : 0));
             if (shows) {
                 auto const range = splat::tiles_of(s, tiling);
                 old = {range.first, range.last, s.anchor, 1};
@@ -74,7 +74,7 @@ private:
         }
     }
     /// Does a visible splat touch the same tiles as before, with the same anchor? No division.
-    static bool stays(splat::Touched const& old, splat::Splat const& s, splat::Tiling const& tiling) noexcept
+    static bool stays(splat::TouchedTiles const& old, splat::Splat const& s, splat::Tiling const& tiling) noexcept
     {
         auto const r = s.rect();
         auto const within = [](std::uint32_t px, std::uint32_t tile, std::uint32_t size) {
@@ -86,9 +86,9 @@ private:
     }
 
     std::vector<splat::Splat> splats_;
-    std::vector<splat::Touched> touched_;
+    std::vector<splat::TouchedTiles> touched_;
     std::vector<std::uint32_t> depths_;
-    std::vector<std::uint8_t> standings_;
+    std::vector<std::uint8_t> row_states_;
 };
 
 } // namespace tilemesh::render

@@ -68,7 +68,7 @@ inline std::vector<Region> ledger_of(SetupChoice const& c)
     std::vector<Region> lines;
     auto const list = [](std::uint32_t slots, std::uint32_t bytes) { return 8 + slots * bytes; };
     auto const add = [&](char const* name, char const* what, std::uint64_t bytes, bool budgeted = true) {
-        lines.push_back({{name, tilemesh::detail::length(name)}, what, static_cast<std::uint32_t>(bytes), budgeted});
+        lines.push_back({as_name(name), what, static_cast<std::uint32_t>(bytes), budgeted});
     };
     auto const road = 8 * list(c.sizes.road, words.road_message), beam = 8 * list(c.sizes.beam, words.beam_message);
     bool const shared = c.sizes.one_channel_memory && c.routes && c.blooms;
@@ -80,8 +80,8 @@ inline std::vector<Region> ledger_of(SetupChoice const& c)
     add(splat::Storage<Names>::name, "state", list(c.sizes.storage, words.record));
     add(splat::Marks<Names>::name, "state", list(c.sizes.storage, mark), fit);
     add(splat::Splats<Names>::name, "state", list(c.sizes.storage, sizeof(splat::Splat)), fit);
-    if (c.routes) add(splat::Traffic::name, "state", sizeof(splat::Traffic));
-    if (c.blooms) add(splat::Debts::name, "state", sizeof(splat::Debts));
+    if (c.routes) add(splat::FlowControl::name, "state", sizeof(splat::FlowControl));
+    if (c.blooms) add(splat::OwedCopies::name, "state", sizeof(splat::OwedCopies));
     add(splat::Counts::name, "state", sizeof(splat::Counts));
     if (c.routes && c.holds) {
         add(splat::Waiting<Names, 0>::name, "state", list(c.sizes.waiting, words.road_message));

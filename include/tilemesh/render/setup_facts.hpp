@@ -75,7 +75,7 @@ SetupFacts facts_of()
     static_assert(!S::routes || !S::Saturation::holds || S::sizes.waiting >= 1,
                   "a setup that holds needs FIFOs (without one no credit is ever given and nothing moves); give Sizes::waiting "
                   "room for at least one message");
-    static_assert(!splat::detail::names_slots<S>,
+    static_assert(!splat::names_slots<S>,
                   "a setup that names storage_slots, road_bytes, beam_bytes, waiting_bytes, tile_pixels, lists_fit or one_channel_memory "
                   "(its sizes are one value: they would change nothing); give it static constexpr Sizes sizes");
     static_assert(S::Machine::workers >= 1 && S::Machine::workers <= splat::Work::max_workers,
@@ -95,7 +95,7 @@ SetupFacts facts_of(splat::Sizes const& sizes)
 template <class P>
 MeshSizes<splat::Frame<P>> mesh_sizes_of(SetupFacts const& facts)
 {
-    auto m = engine::detail::plain_sizes<splat::Frame<P>>(facts.machine, facts.sizes, typename Needs<splat::Frame<P>>::States{},
+    auto m = engine::plain_sizes<splat::Frame<P>>(facts.machine, facts.sizes, typename Needs<splat::Frame<P>>::States{},
                                                           typename Needs<splat::Frame<P>>::Links{});
     if constexpr (P::routes) m.template link<splat::Road<P>>().message_bytes = facts.rules.road_bytes;
     if constexpr (P::blooms) m.template link<splat::Beam<P>>().message_bytes = facts.rules.beam_bytes;

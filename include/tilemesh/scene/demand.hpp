@@ -99,7 +99,7 @@ Demand demand_of(Map const& map, std::span<splat::Camera const> path, splat::Mod
         auto const view = splat::make_view(path[i], model);
         auto const tiling = tiling_of(path[i]);
         bool const whole = i < views_scanned_whole || !d.spans;
-        auto const look = [&](std::uint32_t row) {
+        auto const project_row = [&](std::uint32_t row) {
             auto const s = splat::project(map.gaussians[row], view, tiling);
             ++projections;
             if (!s.visible()) return;
@@ -111,9 +111,9 @@ Demand demand_of(Map const& map, std::span<splat::Camera const> path, splat::Mod
             if (i == 0) depths.push_back(s.depth);
         };
         if (whole)
-            for (std::uint32_t row = 0; row < map.gaussians.size(); ++row) look(row);
+            for (std::uint32_t row = 0; row < map.gaussians.size(); ++row) project_row(row);
         else
-            for (auto row : unseen) look(row);
+            for (auto row : unseen) project_row(row);
         std::erase_if(unseen, [&](std::uint32_t row) { return d.visible[row]; });
         if (projections > most_projections && i + 1 < path.size()) {
             for (auto row : unseen) d.visible[row] = map.gaussians[row].opacity >= model.alpha_min;

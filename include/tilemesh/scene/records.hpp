@@ -10,7 +10,7 @@
 
 namespace tilemesh::scene {
 
-namespace detail {
+/// Throws `Error` where a map has not as many coefficients of harmonics as its degree asks for.
 inline void require_harmonics(Map const& map)
 {
     std::size_t const floats = 3 * std::size_t{splat::harmonics_per_channel(map.sh_degree)};
@@ -19,7 +19,6 @@ inline void require_harmonics(Map const& map)
                     std::to_string(map.gaussians.size()) + " Gaussians of degree " + std::to_string(map.sh_degree) + " have " +
                     std::to_string(map.gaussians.size() * floats) + "); fill in all of them");
 }
-} // namespace detail
 
 /// The map's records, of the type that a setup stores. Harmonics that a map lacks are zero, which changes no bit of the
 /// picture. Throws `Error` where the map has a higher degree than the record: `at_degree` says that you mean it.
@@ -31,7 +30,7 @@ std::vector<Record> records(Map const& map)
                     " (the setup's records hold degree " + std::to_string(Record::sh_degree) +
                     "); render it with fit_renderer or a Fitted<Lossless, " + std::to_string(map.sh_degree) +
                     "> setup, or give up the rest with scene::at_degree");
-    detail::require_harmonics(map);
+    require_harmonics(map);
     if constexpr (Record::sh_degree == 0) {
         return map.gaussians;
     } else {
@@ -50,7 +49,7 @@ std::vector<Record> records(Map const& map)
 inline Map at_degree(Map map, std::uint32_t degree)
 {
     if (degree >= map.sh_degree) return map;
-    detail::require_harmonics(map);
+    require_harmonics(map);
     std::size_t const from = 3 * splat::harmonics_per_channel(map.sh_degree), to = 3 * splat::harmonics_per_channel(degree);
     for (std::size_t i = 0; i < map.gaussians.size(); ++i) {
         auto const row = map.harmonics.begin() + static_cast<std::ptrdiff_t>(i * from);

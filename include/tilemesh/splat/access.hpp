@@ -5,7 +5,7 @@
 namespace tilemesh::splat {
 
 /// How kernels read the records of a tile, by the type of the frame's parameters. This, the default, is the machine's way: a tile holds
-/// values, and projects what it holds. A host may have another way (render/host_form.hpp), for parameters of its own.
+/// values, and projects what it holds. A host may have another way, for parameters of its own.
 template <class Parameters>
 struct Access {
     /// The record in this frame's view: what goes into `Splats` for it.
@@ -48,11 +48,11 @@ struct Access {
         return find(marks, message.id);
     }
     /// Is there nothing to do for a slot with these mark bits, because its record touches what it touched in the last view? Then
-    /// `standing` is 1 where the record is visible. A tile that holds values projects the record to find out.
+    /// `row_state` is 1 where the record is visible. A tile that holds values projects the record to find out.
     TILEMESH_KERNEL static bool is_settled(Parameters const&, Splat const&, std::uint32_t, std::uint32_t&) noexcept { return false; }
     /// Did an anchored record of this tile begin or cease to show on it? `covered`: it does now.
-    TILEMESH_KERNEL static bool shows_anew(Here const& here, Parameters const& frame, Splat const& before, bool covered, std::uint32_t,
-                                           std::uint32_t) noexcept
+    TILEMESH_KERNEL static bool coverage_changed(Here const& here, Parameters const& frame, Splat const& before, bool covered,
+                                                 std::uint32_t, std::uint32_t) noexcept
     {
         return covers(before, frame.tiling, here.tile) != covered;
     }

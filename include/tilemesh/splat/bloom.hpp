@@ -11,11 +11,11 @@ struct Bloom {
     using Access = AccessOf<S>;
 
     Vote operator()(Here here, Broadcast<typename S::Parameters> frame, Storage<S>& storage, Marks<S>& marks, Splats<S>& splats,
-                    Debts& debts, Counts& counts, In<Beam<S>> in, Out<Beam<S>> out) const noexcept
+                    OwedCopies& owed_copies, Counts& counts, In<Beam<S>> in, Out<Beam<S>> out) const noexcept
     {
         bool const reusable = Copies::reusable_in(*frame), holds = S::Saturation::holds_in(*frame);
         // Sends slot i where it is owed; true when something remains owed.
-        auto const pay = [&](std::uint32_t i, Reach const& r) noexcept {
+        auto const send_owed = [&](std::uint32_t i, Reach const& r) noexcept {
             std::uint32_t bits = marks[i].bits & ~Mark::owes;
             std::uint32_t const owed = r.sides & child_sides(r.anchor, here.tile) & ~bits;
             if (owed != 0)
@@ -38,10 +38,10 @@ struct Bloom {
         // What was under way when the view changed: a projected copy shows the old view, and its sender has forgotten it; where the
         // host places the records, nobody is what its sender thought it was.
         bool const stale = (!reusable || !S::routes) && frame->view_changed != 0 &&
-                           (debts.first != 0 || !in_picture(here, *frame));
+                           (owed_copies.first != 0 || !in_picture(here, *frame));
         // In the first superstep Project and routing have said who owes, and what arrives waits for its turn among them.
-        bool const in_turn = debts.open != 0 || debts.first != 0;
-        bool waiting = debts.open != 0 || (debts.first != 0 && counts.changes != 0);
+        bool const in_turn = owed_copies.open != 0 || owed_copies.first != 0;
+        bool waiting = owed_copies.open != 0 || (owed_copies.first != 0 && counts.changes != 0);
         std::uint32_t open = 0;
         for (Direction d : news)
             for (auto const& message : in[d]) {
@@ -66,13 +66,13 @@ struct Bloom {
                     marks[i].bits |= Mark::owes;
                     waiting = true;
                 } else {
-                    open += pay(i, r) ? 1 : 0;
+                    open += send_owed(i, r) ? 1 : 0;
                 }
             }
         if (waiting)
             for (std::uint32_t i = 0, n = storage.size(); i < n; ++i)
-                if (marks[i].is(Mark::owes)) open += pay(i, Access::reach(here, *frame, splats[i])) ? 1 : 0;
-        debts = {open, 0};
+                if (marks[i].is(Mark::owes)) open += send_owed(i, Access::reach(here, *frame, splats[i])) ? 1 : 0;
+        owed_copies = {open, 0};
         return open == 0 ? Vote::quiet : Vote::busy;
     }
 

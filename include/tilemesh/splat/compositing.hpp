@@ -25,13 +25,13 @@ struct Composite {
         std::uint32_t most = 0;
         for (std::uint32_t w = 0; w < worker.count; ++w) most = work.blocks[w] > most ? work.blocks[w] : most;
         Operations o;
-        o[Operation::pair] = times(most, worker.count * detail::block_width * detail::block_height);
+        o[Operation::pair] = times(most, worker.count * block_width * block_height);
         o[Operation::pixel] = framebuffer.size();
         return o;
     }
 
     /// The shares of all workers at once, for a host thread.
-    struct Whole {
+    struct AllWorkers {
         static constexpr char const* name = Composite::name;
         void operator()(Here here, Broadcast<typename S::Parameters> frame, Splats<S> const& splats, Order<S> const& order,
                         Framebuffer<S>& framebuffer, Work& work, Worker worker) const noexcept

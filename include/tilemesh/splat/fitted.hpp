@@ -28,11 +28,11 @@ constexpr FrameWords frame_words() noexcept
 constexpr std::uint32_t routing_bytes(Sizes const& sizes, FrameWords const& words, bool holds) noexcept
 {
     return 8 * (8 + sizes.road * words.road_message) + (holds ? 2 * (8 + sizes.waiting * words.road_message) : 0u) +
-           static_cast<std::uint32_t>(sizeof(Traffic));
+           static_cast<std::uint32_t>(sizeof(FlowControl));
 }
 constexpr std::uint32_t bloom_bytes(Sizes const& sizes, FrameWords const& words) noexcept
 {
-    return 8 * (8 + sizes.beam * words.beam_message) + static_cast<std::uint32_t>(sizeof(Debts));
+    return 8 * (8 + sizes.beam * words.beam_message) + static_cast<std::uint32_t>(sizeof(OwedCopies));
 }
 
 /// The sizes for other words in the same bytes of SRAM: channels and FIFOs keep their bytes, so their slots follow from the size of a

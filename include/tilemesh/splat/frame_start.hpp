@@ -5,7 +5,7 @@ namespace tilemesh::splat {
 
 namespace detail {
 /// What Project adds up on a tile.
-struct Begun {
+struct Pending {
     std::uint32_t leaving; ///< records that wait to leave
     std::uint32_t owing;   ///< slots with Mark::owes
 };
@@ -22,14 +22,14 @@ void count_anchored(typename S::Parameters const& frame, Marks<S> const& marks, 
 
 /// What Project does with a tile's records in a new view.
 template <class S>
-Begun begin_view(Here const& here, typename S::Parameters const& parameters, Storage<S>& storage, Marks<S>& marks,
+Pending begin_view(Here const& here, typename S::Parameters const& parameters, Storage<S>& storage, Marks<S>& marks,
                  Splats<S>& splats, Counts& counts) noexcept
 {
     using Access = AccessOf<S>;
     auto const& frame = Access::hold(parameters);
     Access::about_to_read(splats);
     Access::about_to_read(marks);
-    Begun begun{0, 0};
+    Pending pending{0, 0};
     bool const reusable = S::Copies::reusable_in(frame);
     bool const forget = frame.resend_copies != 0 || (!reusable && frame.view_changed != 0);
     std::uint32_t visible = 0, parked = 0, kept = 0;
@@ -46,9 +46,9 @@ Begun begin_view(Here const& here, typename S::Parameters const& parameters, Sto
             continue;
         }
         [[maybe_unused]] std::uint32_t bits = marks[i].bits;
-        [[maybe_unused]] std::uint32_t standing = 0;
-        if (Access::is_settled(frame, splats[i], bits, standing) && S::routes && !forget) {
-            std::uint32_t const own = copy ? 0u : 1u, shows = standing & 1u;
+        [[maybe_unused]] std::uint32_t row_state = 0;
+        if (Access::is_settled(frame, splats[i], bits, row_state) && S::routes && !forget) {
+            std::uint32_t const own = copy ? 0u : 1u, shows = row_state & 1u;
             visible += own & shows;
             parked += own & ~shows;
             continue;
@@ -61,7 +61,7 @@ Begun begin_view(Here const& here, typename S::Parameters const& parameters, Sto
             continue;
         }
         if constexpr (S::routes) // otherwise the host places the records, and says so
-            if (!copy && Access::shows_anew(here, frame, splats[i], r.here, bits, standing)) ++changes;
+            if (!copy && Access::coverage_changed(here, frame, splats[i], r.here, bits, row_state)) ++changes;
         splats[i] = entry;
         if constexpr (S::blooms) {
             std::uint32_t const wrong = (forget ? Mark::all_sides : ~r.sides & Mark::all_sides) |
@@ -69,7 +69,7 @@ Begun begin_view(Here const& here, typename S::Parameters const& parameters, Sto
             bits &= ~(wrong | wrong << 4 | Mark::owes);
             if ((r.sides & child_sides(r.anchor, here.tile) & ~bits) != 0) {
                 bits |= Mark::owes;
-                ++begun.owing;
+                ++pending.owing;
             }
         }
         if (!copy) {
@@ -77,7 +77,7 @@ Begun begin_view(Here const& here, typename S::Parameters const& parameters, Sto
                 bool const goes = r.visible && !(r.anchor == here.tile);
                 if (goes && (bits & Mark::leaving) == 0) ++moved;
                 bits = goes ? bits | Mark::leaving : bits & ~Mark::leaving;
-                begun.leaving += goes ? 1 : 0;
+                pending.leaving += goes ? 1 : 0;
             }
             std::uint32_t const shows = r.visible ? 1u : 0u;
             visible += shows;
@@ -90,14 +90,14 @@ Begun begin_view(Here const& here, typename S::Parameters const& parameters, Sto
     counts.projected = held - kept;
     if constexpr (S::routes) counts.moved = moved;
     if constexpr (S::routes || S::blooms) counts.changes += removed + changes;
-    return begun;
+    return pending;
 }
 
 /// What Project does with a tile. In the view of the last frame all that it would find out still holds: what is `leaving` and
 /// `owing` is what was.
 template <class S>
-Begun begin_frame(Here const& here, typename S::Parameters const& frame, Storage<S>& storage, Marks<S>& marks, Splats<S>& splats,
-                  Counts& counts, Begun last) noexcept
+Pending begin_frame(Here const& here, typename S::Parameters const& frame, Storage<S>& storage, Marks<S>& marks, Splats<S>& splats,
+                  Counts& counts, Pending last) noexcept
 {
     Counts const before = counts;
     counts = {};
@@ -110,10 +110,10 @@ Begun begin_frame(Here const& here, typename S::Parameters const& frame, Storage
         if ((before.hops | before.projected) != 0) count_anchored<S>(frame, marks, splats, counts);
     return last;
 }
-inline Vote vote_to_route(Traffic& traffic, std::uint32_t leaving) noexcept
+inline Vote vote_to_route(FlowControl& flow, std::uint32_t leaving) noexcept
 {
-    traffic.leaving = leaving;
-    return leaving + traffic.waiting + traffic.sent[0] + traffic.sent[1] != 0 ? Vote::busy : Vote::quiet;
+    flow.leaving = leaving;
+    return leaving + flow.waiting + flow.sent[0] + flow.sent[1] != 0 ? Vote::busy : Vote::quiet;
 }
 } // namespace detail
 
@@ -134,15 +134,15 @@ template <class S>
 struct Project : ProjectOperations<S> {
     static constexpr char const* name = "project";
     std::conditional_t<S::routes, Vote, void> operator()(Here here, Broadcast<typename S::Parameters> frame, Storage<S>& storage,
-                                                         Marks<S>& marks, Splats<S>& splats, OnlyIf<S::routes, Traffic&> traffic,
-                                                         OnlyIf<S::blooms, Debts&> debts, Counts& counts) const noexcept
+                                                         Marks<S>& marks, Splats<S>& splats, OnlyIf<S::routes, FlowControl&> flow,
+                                                         OnlyIf<S::blooms, OwedCopies&> owed_copies, Counts& counts) const noexcept
     {
-        detail::Begun last{0, 0};
-        if constexpr (S::routes) last.leaving = traffic.leaving;
-        if constexpr (S::blooms) last.owing = debts.open;
-        [[maybe_unused]] auto const begun = detail::begin_frame<S>(here, *frame, storage, marks, splats, counts, last);
-        if constexpr (S::blooms) debts = {begun.owing, in_picture(here, *frame) ? 1u : 0u};
-        if constexpr (S::routes) return detail::vote_to_route(traffic, begun.leaving);
+        detail::Pending last{0, 0};
+        if constexpr (S::routes) last.leaving = flow.leaving;
+        if constexpr (S::blooms) last.owing = owed_copies.open;
+        [[maybe_unused]] auto const pending = detail::begin_frame<S>(here, *frame, storage, marks, splats, counts, last);
+        if constexpr (S::blooms) owed_copies = {pending.owing, in_picture(here, *frame) ? 1u : 0u};
+        if constexpr (S::routes) return detail::vote_to_route(flow, pending.leaving);
     }
 };
 

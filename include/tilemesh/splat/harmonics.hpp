@@ -35,11 +35,14 @@ void harmonic_basis(Float3 const& d, float (&basis)[harmonics_per_channel(Degree
     }
 }
 
+} // namespace detail
+
 /// Gives `s`, which is visible, the colour that the camera sees from where it stands; false where it is no colour.
 /// `harmonics`: as in ShadedGaussian<Degree>.
 template <std::uint32_t Degree>
 bool shade(Gaussian const& g, float const* harmonics, View const& view, Splat& s) noexcept
 {
+    using namespace detail;
     // The direction from the camera to the mean. It is in front of the near plane, so no length is 0; the largest component
     // becomes about 1 first, so that no square leaves the floats' range.
     Float3 d{g.mean_world[0] - view.camera.position[0], g.mean_world[1] - view.camera.position[1],
@@ -67,7 +70,6 @@ bool shade(ShadedGaussian<Degree> const& g, View const& view, Splat& s) noexcept
 {
     return shade<Degree>(g, g.harmonics, view, s);
 }
-} // namespace detail
 
 /// A record with harmonics, projected: as its Gaussian, with the colour that the camera sees from where it stands, clamped at
 /// 0 from below. Invisible where that colour is not finite or above `largest_colour`.
@@ -77,7 +79,7 @@ template <std::uint32_t Degree>
 Splat project(ShadedGaussian<Degree> const& g, View const& view, Tiling const& tiling) noexcept
 {
     Splat s = project(static_cast<Gaussian const&>(g), view, tiling);
-    if (!s.visible() || detail::shade(g, view, s)) return s;
+    if (!s.visible() || shade(g, view, s)) return s;
     return {};
 }
 

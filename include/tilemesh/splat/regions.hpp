@@ -132,7 +132,7 @@ struct Counts {
 static_assert(sizeof(Counts) <= 64, "small enough to lie beside the heads of a tile's lists");
 
 /// Flow control's memory: see routing.hpp.
-struct Traffic {
+struct FlowControl {
     static constexpr char const* name = "credits and flow control";
     std::uint32_t leaving;       ///< records in storage that wait to go
     std::uint32_t waiting;       ///< records in the FIFOs
@@ -140,7 +140,7 @@ struct Traffic {
 };
 
 /// Whether stored records may owe copies that were not sent yet.
-struct Debts {
+struct OwedCopies {
     static constexpr char const* name = "bloom debts";
     std::uint32_t open;          ///< not fewer than the slots with Mark::owes that routing did not bring
     std::uint32_t first;         ///< 1 until bloom has run once in this frame: mail is older than the view; 0 outside the picture
@@ -236,7 +236,6 @@ TILEMESH_KERNEL std::uint32_t child_sides(TileId anchor, TileId t) noexcept
 
 inline constexpr std::uint32_t no_slot = 0xffffffffu;
 
-namespace detail {
 /// The first of n items that `is_it`, or `no_slot`. Looks at 16 at once, which a compiler makes one or a few vector compares.
 template <class Item, class IsIt>
 std::uint32_t first_of(Item const* items, std::uint32_t n, IsIt const& is_it) noexcept
@@ -252,12 +251,11 @@ std::uint32_t first_of(Item const* items, std::uint32_t n, IsIt const& is_it) no
         if (is_it(items[i])) return i;
     return no_slot;
 }
-} // namespace detail
 /// The slot of record `id`, or `no_slot`.
 template <class MarkList>
 std::uint32_t find(MarkList const& marks, GaussianId id) noexcept
 {
-    return detail::first_of(marks.begin(), marks.size(), [id](auto const& mark) noexcept { return mark.id == id; });
+    return first_of(marks.begin(), marks.size(), [id](auto const& mark) noexcept { return mark.id == id; });
 }
 /// Takes slot i out of storage, marks and projected records.
 template <class A, class B, class C>

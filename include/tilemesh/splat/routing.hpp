@@ -20,7 +20,8 @@
 /// No dead-lock: second-leg records never wait, so their channels empty in a bounded number of supersteps. A first-leg FIFO
 /// waits for a second-leg channel, or for the next FIFO in the same direction, and directions end at the edge: no cycle.
 /// Only where a bound cut the frame before and the view changed may a record turn back; such a one never waits in a FIFO or on
-/// the second leg: it goes, or becomes a record of the tile it is on, or is unplaced where that tile is full. Hence every superstep in which a record is under way moves one, for any capacities c, q >= 1 and any order of arrival.
+/// the second leg: it goes, or becomes a record of the tile it is on, or is unplaced where that tile is full. Hence every superstep in
+/// which a record is under way moves one, for any capacities c, q >= 1 and any order of arrival.
 /// tests/splat/routing.cpp tries to break it at capacity 1, exhaustively on small grids.
 ///
 /// Cost: without a full channel, W + H - 2 exchanges and one more compute from any placement; a record's bytes a hop.
@@ -81,13 +82,13 @@ struct RouteStep {
         return true;
     }
     /// Keeps a record that cannot go on as one of the tile's own, to leave later; false when storage is full.
-    bool keep(Record const& g, Traffic& traffic) const noexcept
+    bool keep(Record const& g, FlowControl& flow) const noexcept
     {
         auto const before = storage.size();
         if (!settle(g)) return false;
         auto const i = storage.size() > before ? before : Access::slot_of(marks, splats.begin(), g);
         marks[i].bits |= Mark::leaving;
-        ++traffic.leaving;
+        ++flow.leaving;
         return true;
     }
     /// Sends slot i's record on its way. Where the footprint still touches this tile, a copy stays, unless
@@ -166,7 +167,7 @@ struct HoldingRoute {
     using Access = AccessOf<S>;
 
     TILEMESH_KERNEL static Vote run(RouteStep<S> const& step, Broadcast<typename S::Parameters> frame, Waiting<S, 0>& waiting0,
-                                    Waiting<S, 1>& waiting1, Traffic& traffic, In<Road<S>> const& in, Out<Road<S>>& out) noexcept
+                                    Waiting<S, 1>& waiting1, FlowControl& flow, In<Road<S>> const& in, Out<Road<S>>& out) noexcept
     {
         Here const& here = step.here;
         Counts& counts = step.counts;
@@ -177,7 +178,7 @@ struct HoldingRoute {
         for (Direction d : news) limit[index(d)] = out[d].capacity();
         for (std::uint32_t leg = 0; leg < 2; ++leg) {
             Direction const d = Rule::first_leg[leg];
-            std::uint32_t const used = in[d].note() + traffic.sent[leg];
+            std::uint32_t const used = in[d].note() + flow.sent[leg];
             std::uint32_t const behind = leg == 0 ? waiting1.capacity() : waiting0.capacity(); // the FIFO it will meet there
             std::uint32_t const credit = used < behind ? behind - used : 0;
             if (credit < limit[index(d)]) {
@@ -209,12 +210,12 @@ struct HoldingRoute {
             auto const entry = Access::project(S::Addressing::record(m), *frame);
             return Rule::towards(here.tile, Access::splat_of(*frame, entry).anchor) == from;
         };
-        auto const serve = [&](auto& waiting, auto const& arrived, Direction from) noexcept {
+        auto const empty_fifo = [&](auto& waiting, auto const& arrived, Direction from) noexcept {
             std::uint32_t kept = 0;
             for (std::uint32_t i = 0, n = waiting.size(); i < n; ++i) {
                 if (go(waiting[i])) continue;
                 if (turns_back(waiting[i], from)) {
-                    (void)step.keep(S::Addressing::record(waiting[i]), traffic);
+                    (void)step.keep(S::Addressing::record(waiting[i]), flow);
                     continue;
                 }
                 if (kept != i) waiting[kept] = waiting[i];
@@ -224,7 +225,7 @@ struct HoldingRoute {
             for (Message const& m : arrived) {
                 if (go(m)) continue;
                 if (turns_back(m, from))
-                    (void)step.keep(S::Addressing::record(m), traffic);
+                    (void)step.keep(S::Addressing::record(m), flow);
                 else if (!TILEMESH_EXPECT(waiting.try_push(m), "a FIFO was sent more than its credit (flow control is broken); "
                                                                "report this"))
                     ++counts.storage_full;
@@ -236,17 +237,17 @@ struct HoldingRoute {
         for (Direction d : news)
             if (d != Rule::first_leg[0] && d != Rule::first_leg[1])
                 for (Message const& m : in[d])
-                    if (!go(m)) (void)step.keep(S::Addressing::record(m), traffic);
-        serve(waiting0, in[Rule::first_leg[0]], Rule::first_leg[0]);
-        serve(waiting1, in[Rule::first_leg[1]], Rule::first_leg[1]);
-        if (traffic.leaving != 0) traffic.leaving = step.depart_all(out, room);
+                    if (!go(m)) (void)step.keep(S::Addressing::record(m), flow);
+        empty_fifo(waiting0, in[Rule::first_leg[0]], Rule::first_leg[0]);
+        empty_fifo(waiting1, in[Rule::first_leg[1]], Rule::first_leg[1]);
+        if (flow.leaving != 0) flow.leaving = step.depart_all(out, room);
 
         out[Rule::first_leg[0]].set_note(waiting0.size());
         out[Rule::first_leg[1]].set_note(waiting1.size());
-        for (std::uint32_t leg = 0; leg < 2; ++leg) traffic.sent[leg] = out[Rule::first_leg[leg]].size();
-        traffic.waiting = waiting0.size() + waiting1.size();
+        for (std::uint32_t leg = 0; leg < 2; ++leg) flow.sent[leg] = out[Rule::first_leg[leg]].size();
+        flow.waiting = waiting0.size() + waiting1.size();
         bool const quiet =
-            traffic.leaving == 0 && traffic.waiting == 0 && traffic.sent[0] == 0 && traffic.sent[1] == 0;
+            flow.leaving == 0 && flow.waiting == 0 && flow.sent[0] == 0 && flow.sent[1] == 0;
         return quiet ? Vote::quiet : Vote::busy;
     }
 };
@@ -257,7 +258,7 @@ struct DroppingRoute {
     using Message = RoadMessage<S>;
     using Rule = typename S::Routing;
 
-    TILEMESH_KERNEL static Vote run(RouteStep<S> const& step, Traffic& traffic, In<Road<S>> const& in, Out<Road<S>>& out) noexcept
+    TILEMESH_KERNEL static Vote run(RouteStep<S> const& step, FlowControl& flow, In<Road<S>> const& in, Out<Road<S>>& out) noexcept
     {
         Here const& here = step.here;
         Counts& counts = step.counts;
@@ -278,41 +279,29 @@ struct DroppingRoute {
                     out[d].unchecked_push(S::Addressing::make(S::Addressing::record(m), anchor));
                     ++counts.hops;
                 } else {
-                    (void)step.keep(S::Addressing::record(m), traffic);
+                    (void)step.keep(S::Addressing::record(m), flow);
                 }
             }
-        if (traffic.leaving != 0) traffic.leaving = step.depart_all(out, room);
-        return traffic.leaving == 0 ? Vote::quiet : Vote::busy;
+        if (flow.leaving != 0) flow.leaving = step.depart_all(out, room);
+        return flow.leaving == 0 ? Vote::quiet : Vote::busy;
     }
 };
 } // namespace detail
 
 namespace kernel {
-template <class P, bool MayHold = P::Saturation::may_hold>
-struct Route;
-
 template <class P>
-struct Route<P, true> : detail::RouteOperations<P> {
+struct Route : detail::RouteOperations<P> {
     static constexpr char const* name = "route";
+    static constexpr bool may_hold = P::Saturation::may_hold;
 
     Vote operator()(Here here, Broadcast<typename P::Parameters> frame, Storage<P>& storage, Marks<P>& marks, Splats<P>& splats,
-                    Waiting<P, 0>& waiting0, Waiting<P, 1>& waiting1, Traffic& traffic, Counts& counts, In<Road<P>> in,
-                    Out<Road<P>> out) const noexcept
+                    OnlyIf<may_hold, Waiting<P, 0>&> waiting0, OnlyIf<may_hold, Waiting<P, 1>&> waiting1, FlowControl& flow, Counts& counts,
+                    In<Road<P>> in, Out<Road<P>> out) const noexcept
     {
         detail::RouteStep<P> const step{here, *frame, storage, marks, splats, counts};
-        if (!P::Saturation::holds_in(*frame)) return detail::DroppingRoute<P>::run(step, traffic, in, out);
-        return detail::HoldingRoute<P>::run(step, frame, waiting0, waiting1, traffic, in, out);
-    }
-};
-template <class P>
-struct Route<P, false> : detail::RouteOperations<P> {
-    static constexpr char const* name = "route";
-
-    Vote operator()(Here here, Broadcast<typename P::Parameters> frame, Storage<P>& storage, Marks<P>& marks, Splats<P>& splats,
-                    Traffic& traffic, Counts& counts, In<Road<P>> in, Out<Road<P>> out) const noexcept
-    {
-        detail::RouteStep<P> const step{here, *frame, storage, marks, splats, counts};
-        return detail::DroppingRoute<P>::run(step, traffic, in, out);
+        if constexpr (may_hold)
+            if (P::Saturation::holds_in(*frame)) return detail::HoldingRoute<P>::run(step, frame, waiting0, waiting1, flow, in, out);
+        return detail::DroppingRoute<P>::run(step, flow, in, out);
     }
 };
 } // namespace kernel

@@ -107,9 +107,12 @@ template <class S, class = void>
 inline constexpr bool names_one_channel_memory = false;
 template <class S>
 inline constexpr bool names_one_channel_memory<S, std::void_t<decltype(S::one_channel_memory)>> = true;
-template <class S>
-inline constexpr bool names_slots = names_storage_slots<S> || names_road_bytes<S> || names_beam_bytes<S> || names_waiting_bytes<S> ||
-                                    names_tile_pixels<S> || names_lists_fit<S> || names_one_channel_memory<S>;
 } // namespace detail
+
+/// Is S a setup with a member that older versions had?
+template <class S>
+inline constexpr bool names_slots =
+    detail::names_storage_slots<S> || detail::names_road_bytes<S> || detail::names_beam_bytes<S> || detail::names_waiting_bytes<S> ||
+    detail::names_tile_pixels<S> || detail::names_lists_fit<S> || detail::names_one_channel_memory<S>;
 
 } // namespace tilemesh::splat

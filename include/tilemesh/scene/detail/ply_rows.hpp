@@ -54,7 +54,7 @@ inline std::vector<int> slots_of(PlyElement const& element, PlyColumns const& co
     return slots;
 }
 
-/// The `T` at `bytes`, as a number, whatever the order of bytes of this machine.
+/// The `T` at `bytes`, as a number, whatever the order of bytes of this host.
 template <class T, std::endian order>
 double read_as(unsigned char const* bytes)
 {

@@ -1,4 +1,4 @@
-// EXPECT: only a kernel that takes Worker may have a Whole
+// EXPECT: only a kernel that takes Worker may have AllWorkers
 #include <tilemesh/engine/contract.hpp>
 #include <tilemesh/engine/mesh.hpp>
 
@@ -7,7 +7,7 @@ struct Cell {
 };
 struct Step {
     void operator()(Cell&) const noexcept {}
-    struct Whole {
+    struct AllWorkers {
         void operator()(Cell&) const noexcept {}
     };
 };

@@ -1,4 +1,4 @@
-// EXPECT: a kernel's Whole takes other parameters than the kernel
+// EXPECT: a kernel's AllWorkers takes other parameters than the kernel
 #include <tilemesh/engine/contract.hpp>
 #include <tilemesh/engine/mesh.hpp>
 
@@ -7,7 +7,7 @@ struct Cell {
 };
 struct Step {
     void operator()(Cell&, tilemesh::Worker) const noexcept {}
-    struct Whole {
+    struct AllWorkers {
         void operator()(Cell&, tilemesh::Here, tilemesh::Worker) const noexcept {}
     };
 };

@@ -1,0 +1,27 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+
+namespace tilemesh::engine {
+
+/// Mixes one word into a digest (the finaliser of SplitMix64: Steele, Lea, Flood 2014).
+inline std::uint64_t mix(std::uint64_t h, std::uint64_t word) noexcept
+{
+    h += word + 0x9e3779b97f4a7c15u;
+    h = (h ^ (h >> 30)) * 0xbf58476d1ce4e5b9u;
+    h = (h ^ (h >> 27)) * 0x94d049bb133111ebu;
+    return h ^ (h >> 31);
+}
+/// Mixes n words and their number into a digest.
+inline std::uint64_t mix_words(std::uint64_t h, std::uint32_t const* words, std::size_t n) noexcept
+{
+    for (std::size_t i = 0; i < n; ++i) {
+        std::uint32_t w;
+        std::memcpy(&w, words + i, 4);
+        h = (h ^ w) * 0x100000001b3u; // FNV-1a, a word at a time
+    }
+    return mix(h, n);
+}
+
+} // namespace tilemesh::engine

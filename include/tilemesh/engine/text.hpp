@@ -1,0 +1,22 @@
+#pragma once
+#include <string>
+#include <tilemesh/machine/grid.hpp>
+#include <tilemesh/machine/name.hpp>
+
+namespace tilemesh::engine {
+
+/// A name or a tile, as errors and counters say it.
+inline std::string text(Name name)
+{
+    return std::string(name.text, name.size);
+}
+inline std::string text(TileId t)
+{
+    std::string s = "("; // step by step: GCC 12 sees an overlap in `"(" + std::to_string(...)` (its bug 105651)
+    s += std::to_string(t.x());
+    s += ", ";
+    s += std::to_string(t.y());
+    return s += ")";
+}
+
+} // namespace tilemesh::engine

@@ -1,0 +1,82 @@
+#pragma once
+#include <tilemesh/machine/kernel.hpp>
+#include <type_traits>
+
+namespace tilemesh {
+
+namespace detail {
+/// Makes argument A for one call from what an interpreter offers (`source`).
+template <class A, class Source>
+struct Bind;
+template <class X, class Source>
+struct Bind<X&, Source> {
+    using Plain = std::remove_const_t<X>;
+    struct View {
+        Plain view;
+        TILEMESH_KERNEL operator X&() noexcept { return view; }
+    };
+    TILEMESH_KERNEL static decltype(auto) make(Source& source) noexcept
+    {
+        Place const place = source.template state<Plain>();
+        if constexpr (is_list<Plain>)
+            return View{Plain{place}};
+        else
+            return static_cast<X&>(*reinterpret_cast<Plain*>(place.items));
+    }
+};
+template <class C, class Source>
+struct Bind<In<C>, Source> {
+    using R = typename C::Receiver;
+    TILEMESH_KERNEL static In<C> make(Source& s) noexcept
+    {
+        return {{R{s.template in<C>(news[0])}, R{s.template in<C>(news[1])}, R{s.template in<C>(news[2])},
+                 R{s.template in<C>(news[3])}}};
+    }
+};
+template <class C, class Source>
+struct Bind<Out<C>, Source> {
+    using W = typename C::Sender;
+    TILEMESH_KERNEL static Out<C> make(Source& s) noexcept
+    {
+        return {{W{s.template out<C>(news[0])}, W{s.template out<C>(news[1])}, W{s.template out<C>(news[2])},
+                 W{s.template out<C>(news[3])}}};
+    }
+};
+template <class P, class Source>
+struct Bind<Broadcast<P>, Source> {
+    TILEMESH_KERNEL static Broadcast<P> make(Source& s) noexcept { return Broadcast<P>{s.template shared<P>()}; }
+};
+template <class Source>
+struct Bind<Here, Source> {
+    TILEMESH_KERNEL static Here make(Source& s) noexcept { return s.here(); }
+};
+template <class Source>
+struct Bind<Worker, Source> {
+    TILEMESH_KERNEL static Worker make(Source& s) noexcept { return s.worker(); }
+};
+template <class Source>
+struct Bind<Absent, Source> {
+    TILEMESH_KERNEL static Absent make(Source&) noexcept { return {}; }
+};
+template <class Kernel, class Source, class... A>
+TILEMESH_KERNEL Vote call(Source& source, Types<A...>) noexcept
+{
+    if constexpr (std::is_void_v<typename KernelTraits<Kernel>::Result>) {
+        Kernel{}(Bind<A, Source>::make(source)...);
+        return Vote::quiet;
+    } else {
+        return Kernel{}(Bind<A, Source>::make(source)...);
+    }
+}
+} // namespace detail
+
+/// Runs a kernel on the tile that `source` describes. `Source` is all that an interpreter writes:
+///   Place state<X>();  Place in<C>(Direction);  Place out<C>(Direction);  P const* shared<P>();  Here here();  Worker worker();
+/// where a plain struct's Place has its words in `items`.
+template <class Kernel, class Source>
+TILEMESH_KERNEL Vote run_kernel(Source& source) noexcept
+{
+    return detail::call<Kernel>(source, typename KernelTraits<Kernel>::Arguments{});
+}
+
+} // namespace tilemesh

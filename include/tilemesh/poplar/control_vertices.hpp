@@ -1,0 +1,115 @@
+#pragma once
+#include <poplar/Vertex.hpp>
+#include <tilemesh/poplar/program_log.hpp>
+
+/// The vertices that no kernel is in: they gather votes, count passes and decide about loops, steps and conditions. Kernel code;
+/// experimental until an SDK has compiled it.
+namespace tilemesh::on_poplar {
+
+/// Makes all its words 0: the log before a run, the heads of mail that was read.
+class Clear : public ::poplar::Vertex {
+public:
+    ::poplar::Vector<::poplar::Output<::poplar::Vector<unsigned>>> words;
+    bool compute()
+    {
+        for (unsigned i = 0; i < words.size(); ++i)
+            for (unsigned k = 0; k < words[i].size(); ++k) words[i][k] = 0;
+        return true;
+    }
+};
+
+/// What a row of tiles says: the bits of any.
+class GatherVotes : public ::poplar::Vertex {
+public:
+    ::poplar::Input<::poplar::Vector<unsigned>> said;
+    ::poplar::Output<::poplar::Vector<unsigned>> any;
+    bool compute()
+    {
+        unsigned all = 0;
+        for (unsigned i = 0; i < said.size(); ++i) all |= said[i];
+        any[0] = all;
+        return true;
+    }
+};
+
+/// Ends a pass: what all rows say goes into the run's log, and decides whether there is another.
+class CountPass : public ::poplar::Vertex {
+public:
+    ::poplar::Input<::poplar::Vector<unsigned>> said;
+    ::poplar::InOut<::poplar::Vector<unsigned>> log; ///< RunLog
+    ::poplar::Output<bool> again;
+    unsigned log_at;  ///< of the step: RunLog::step
+    unsigned touched; ///< channels that this pass exchanged, or read and emptied
+    unsigned reads;   ///< channels whose mail makes another pass; with no bit and no vote there is none
+    bool compute()
+    {
+        unsigned all = 0;
+        for (unsigned i = 0; i < said.size(); ++i) all |= said[i];
+        unsigned const sent = all >> 1;
+        log[RunLog::mail] = (log[RunLog::mail] & ~touched) | sent;
+        log[RunLog::busy] = all & said_busy;
+        log[RunLog::left] -= 1;
+        log[log_at] += 1;
+        log[log_at + 1] += sent != 0 ? 1u : 0u;
+        again = log[RunLog::left] != 0 && (log[RunLog::busy] | (log[RunLog::mail] & reads)) != 0;
+        return true;
+    }
+};
+
+/// Begins a Loop.
+class BeginLoop : public ::poplar::Vertex {
+public:
+    ::poplar::InOut<::poplar::Vector<unsigned>> log; ///< RunLog
+    unsigned log_at;                                 ///< of the loop: RunLog::loop
+    unsigned at_most;
+    bool compute()
+    {
+        log[log_at] = at_most;
+        return true;
+    }
+};
+
+/// Before each round of a Loop: is there another?
+class TestLoop : public ::poplar::Vertex {
+public:
+    ::poplar::InOut<::poplar::Vector<unsigned>> log; ///< RunLog
+    ::poplar::Output<bool> again;
+    unsigned log_at;
+    bool compute()
+    {
+        bool const more = log[log_at] != 0 && log[RunLog::busy] != 0;
+        log[log_at] -= more ? 1u : 0u;
+        log[log_at + 1] += more ? 1u : 0u;
+        again = more;
+        return true;
+    }
+};
+
+/// The condition of an If: is the word of the broadcast 0?
+class TestFlag : public ::poplar::Vertex {
+public:
+    ::poplar::Input<::poplar::Vector<unsigned>> word;
+    ::poplar::Output<bool> again;
+    bool compute()
+    {
+        again = word[0] != 0;
+        return true;
+    }
+};
+
+/// Begins an UntilQuiet: is there anything to do?
+class BeginStep : public ::poplar::Vertex {
+public:
+    ::poplar::InOut<::poplar::Vector<unsigned>> log; ///< RunLog
+    ::poplar::Output<bool> again;
+    unsigned at_most;
+    unsigned reads;
+    bool compute()
+    {
+        log[RunLog::left] = at_most;
+        again = at_most != 0 && (log[RunLog::busy] | (log[RunLog::mail] & reads)) != 0;
+        return true;
+    }
+};
+
+} // namespace tilemesh::on_poplar

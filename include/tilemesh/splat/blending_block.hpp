@@ -1,0 +1,256 @@
+#pragma once
+#include <tilemesh/splat/blending_hits.hpp>
+#include <tilemesh/splat/exponential.hpp>
+#include <type_traits>
+
+/// Blends the splats that a block may see, one after the other, into its rows.
+TILEMESH_EXACT_BEGIN
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wpsabi" // see lanes.hpp
+namespace tilemesh::splat::detail {
+
+/// The state of a block while it is blended, row by row. Dead lanes, outside the tile, have a negative transmittance.
+struct alignas(vector_bytes) Block {
+    float transmittance[block_height][block_width];
+    float red[block_height][block_width];
+    float green[block_height][block_width];
+    float blue[block_height][block_width];
+    static constexpr bool has_depth = false;
+};
+struct DepthBlock : Block {
+    float weight[block_height][block_width];
+    float depth[block_height][block_width];
+    static constexpr bool has_depth = true;
+};
+
+/// N columns of a block in registers.
+template <std::uint32_t N, bool HasDepth>
+struct Strip {
+    Floats<N> t[block_height], r[block_height], g[block_height], b[block_height];
+    Floats<N> w[HasDepth ? block_height : 1], z[HasDepth ? block_height : 1];
+    Words<N> contributing;
+};
+template <std::uint32_t N>
+struct LaneColour {
+    Floats<N> r, g, b, z;
+};
+
+/// Blends one row: C += w c, T -= w with w = alpha T where the pair takes part. A lane that takes no part adds 0, which
+/// changes no bit.
+template <class Stop, std::uint32_t K, std::uint32_t N, bool HasDepth>
+TILEMESH_KERNEL void blend_row(Strip<N, HasDepth>& s, Floats<N> const& alpha, Model const& m, float const* least,
+                               LaneColour<N> const& c) noexcept
+{
+    Words<N> takes_part = alpha >= least[K];
+    if constexpr (Stop::each_pixel)
+        takes_part &= s.t[K] >= m.transmittance_min;
+    else
+        takes_part &= s.t[K] >= 0.0f;
+    if constexpr (Stop::drops_crossing) {
+        Floats<N> const share = alpha * s.t[K];
+        Words<N> const crosses = takes_part & (s.t[K] - share < m.transmittance_min);
+        s.t[K] = crosses ? -s.t[K] : s.t[K];
+        takes_part &= ~crosses;
+    }
+    Floats<N> const weight = takes_part ? alpha * s.t[K] : Floats<N>{};
+    s.r[K] = multiply_add_lanes<N>(weight, c.r, s.r[K]);
+    s.g[K] = multiply_add_lanes<N>(weight, c.g, s.g[K]);
+    s.b[K] = multiply_add_lanes<N>(weight, c.b, s.b[K]);
+    s.t[K] = s.t[K] - weight;
+    if constexpr (HasDepth) {
+        s.w[K] = s.w[K] + weight;
+        s.z[K] = multiply_add_lanes<N>(weight, c.z, s.z[K]);
+    }
+    s.contributing = takes_part ? s.contributing + 1 : s.contributing;
+}
+
+/// alpha of row K, as the naive loop computes it.
+template <std::uint32_t K, std::uint32_t N, std::uint32_t Size>
+TILEMESH_KERNEL Floats<N> alpha_of_row(Chunk<Size> const& c, std::uint32_t i, BlockPlace const& at, Floats<N> const& dx,
+                                       Floats<N> const& opacity, float alpha_max) noexcept
+{
+    Floats<N> const dy = broadcast<N>(at.ys[K] - c.mean_y[i]);
+    Floats<N> const off = multiply_add_lanes<N>(broadcast<N>(-c.slope[i]), dx, dy);
+    Floats<N> const power = multiply_add_lanes<N>(c.along[i] * dx, dx, c.across[i] * off * off);
+    Floats<N> const alpha = opacity * exponential_lanes<N>(power);
+    return alpha < alpha_max ? alpha : broadcast<N>(alpha_max);
+}
+
+template <bool HasDepth, std::uint32_t N, std::uint32_t Size>
+TILEMESH_KERNEL LaneColour<N> colour_of(Chunk<Size> const& c, std::uint32_t i) noexcept
+{
+    LaneColour<N> l{broadcast<N>(c.red[i]), broadcast<N>(c.green[i]), broadcast<N>(c.blue[i]), Floats<N>{}};
+    if constexpr (HasDepth) l.z = broadcast<N>(c.depth[i]);
+    return l;
+}
+/// The opacity; in columns outside the splat's rectangle negative, so that alpha is below any cut-off.
+template <std::uint32_t N, std::uint32_t Size>
+TILEMESH_KERNEL Floats<N> opacity_of(Chunk<Size> const& c, std::uint32_t i, Words<N> const& columns) noexcept
+{
+    auto const offset = __builtin_bit_cast(UnsignedWords<N>, Words<N>(columns - c.x0[i]));
+    return offset < static_cast<std::uint32_t>(c.x1[i] - c.x0[i]) ? broadcast<N>(c.opacity[i]) : broadcast<N>(-1.0f);
+}
+
+/// alpha in the first row of a block, and its ratio to the second's.
+template <std::uint32_t N>
+struct FirstRow {
+    Floats<N> alpha, ratio;
+};
+/// Of a splat that is not tame: no matter what.
+template <class Rule, std::uint32_t N, std::uint32_t Size>
+TILEMESH_KERNEL FirstRow<N> first_row(Chunk<Size> const& c, std::uint32_t hit, BlockPlace const& at, Floats<N> const& xs,
+                                      Words<N> const& columns) noexcept
+{
+    constexpr float log2_e = 1.44269504088896341f;
+    std::uint32_t const i = hit & Hit::number;
+    float const across = c.across[i] * log2_e, along = c.along[i] * log2_e;
+    Floats<N> const dx = xs - c.mean_x[i];
+    Floats<N> const off = multiply_add_lanes<N>(broadcast<N>(-c.slope[i]), dx, broadcast<N>(at.ys[0] - c.mean_y[i]));
+    Floats<N> const u = across * off;
+    Floats<N> const power = multiply_add_lanes<N>(along * dx, dx, u * off), rise = u + u + across;
+    auto const lowest = broadcast<N>(-126.0f);
+    return {opacity_of<N>(c, i, columns) * power_of_two<Rule::degree, N>(power > lowest ? power : lowest),
+            power_of_two<Rule::degree, N>(rise > lowest ? rise : lowest)};
+}
+
+/// Blends the splats of `hits` into N columns.
+template <class Rule, class Stop, std::uint32_t N, bool HasDepth, std::uint32_t Size>
+TILEMESH_KERNEL void blend_hits(Strip<N, HasDepth>& s, Chunk<Size> const& c, std::uint32_t const* hits, std::uint32_t n,
+                                BlockPlace const& at, std::uint32_t column, Model const& m, RowLimits const& limits) noexcept
+{
+    static_assert(block_height == 5, "the rows below are written out: a loop would leave the registers");
+    auto const xs = load<N>(at.xs + column);
+    std::int32_t numbers[N];
+    for (std::uint32_t k = 0; k < N; ++k) numbers[k] = at.column + static_cast<std::int32_t>(column + k);
+    auto const columns = load_words<N>(numbers);
+    if constexpr (Rule::recurs) {
+        // The next splat's exponentials are on their way while this one's rows are blended: a chain of 80 cycles.
+        auto now = first_row<Rule, N>(c, hits[0], at, xs, columns);
+        for (std::uint32_t h = 0; h < n; ++h) {
+            auto const next = first_row<Rule, N>(c, hits[h + 1], at, xs, columns);
+            std::uint32_t const i = hits[h] & Hit::number;
+            auto const l = colour_of<HasDepth, N>(c, i);
+            float const* const least = limits.of(hits[h] >> Hit::limits_at);
+            Floats<N> const q = broadcast<N>(c.q[i]);
+            Floats<N> alpha = now.alpha, ratio = now.ratio;
+            blend_row<Stop, 0, N>(s, alpha, m, least, l);
+            alpha = alpha * ratio, ratio = ratio * q;
+            blend_row<Stop, 1, N>(s, alpha, m, least, l);
+            alpha = alpha * ratio, ratio = ratio * q;
+            blend_row<Stop, 2, N>(s, alpha, m, least, l);
+            alpha = alpha * ratio, ratio = ratio * q;
+            blend_row<Stop, 3, N>(s, alpha, m, least, l);
+            alpha = alpha * ratio;
+            blend_row<Stop, 4, N>(s, alpha, m, least, l);
+            now = next;
+        }
+    } else {
+        for (std::uint32_t h = 0; h < n; ++h) {
+            std::uint32_t const i = hits[h] & Hit::number;
+            auto const l = colour_of<HasDepth, N>(c, i);
+            float const* const least = limits.of(hits[h] >> Hit::limits_at);
+            Floats<N> const dx = xs - c.mean_x[i], opacity = opacity_of<N>(c, i, columns);
+            blend_row<Stop, 0, N>(s, alpha_of_row<0, N>(c, i, at, dx, opacity, m.alpha_max), m, least, l);
+            blend_row<Stop, 1, N>(s, alpha_of_row<1, N>(c, i, at, dx, opacity, m.alpha_max), m, least, l);
+            blend_row<Stop, 2, N>(s, alpha_of_row<2, N>(c, i, at, dx, opacity, m.alpha_max), m, least, l);
+            blend_row<Stop, 3, N>(s, alpha_of_row<3, N>(c, i, at, dx, opacity, m.alpha_max), m, least, l);
+            blend_row<Stop, 4, N>(s, alpha_of_row<4, N>(c, i, at, dx, opacity, m.alpha_max), m, least, l);
+        }
+    }
+}
+
+/// Blends the splats of `hits` into a block, all by one rule; returns how many pairs contributed. A function of its own for each
+/// rule, so that each has all registers.
+template <class Rule, class Stop, std::uint32_t N, class AnyBlock, std::uint32_t Size>
+[[gnu::noinline]] std::uint32_t blend_block(AnyBlock& block, Chunk<Size> const& c, std::uint32_t const* hits, std::uint32_t n,
+                                            BlockPlace const& at, Model const& m, RowLimits const& limits) noexcept
+{
+    // Keeps the stack frame on vector bounds: Clang would let the vectors that it spills straddle two cache lines, by chance.
+    [[maybe_unused]] alignas(vector_bytes) volatile std::uint32_t const on_bounds = 0;
+    std::uint32_t contributing = 0;
+    for (std::uint32_t column = 0; column < block_width; column += N) {
+        Strip<N, AnyBlock::has_depth> s;
+        s.contributing = Words<N>{};
+        for (std::uint32_t k = 0; k < block_height; ++k) {
+            s.t[k] = load<N>(block.transmittance[k] + column);
+            s.r[k] = load<N>(block.red[k] + column);
+            s.g[k] = load<N>(block.green[k] + column);
+            s.b[k] = load<N>(block.blue[k] + column);
+            if constexpr (AnyBlock::has_depth) s.w[k] = load<N>(block.weight[k] + column), s.z[k] = load<N>(block.depth[k] + column);
+        }
+        blend_hits<Rule, Stop, N>(s, c, hits, n, at, column, m, limits);
+        for (std::uint32_t k = 0; k < block_height; ++k) {
+            store(block.transmittance[k] + column, s.t[k]);
+            store(block.red[k] + column, s.r[k]);
+            store(block.green[k] + column, s.g[k]);
+            store(block.blue[k] + column, s.b[k]);
+            if constexpr (AnyBlock::has_depth) store(block.weight[k] + column, s.w[k]), store(block.depth[k] + column, s.z[k]);
+        }
+        std::uint32_t counts[N];
+        store(counts, s.contributing);
+        for (std::uint32_t count : counts) contributing += count;
+    }
+    return contributing;
+}
+
+/// How many of the next `most` splats are evaluated as the first one is.
+inline std::uint32_t same_rule(std::uint32_t const* hits, std::uint32_t most) noexcept
+{
+    std::uint32_t n = 1;
+    while (n < most && ((hits[n] ^ hits[0]) & Hit::recurs) == 0) ++n;
+    return n;
+}
+
+inline bool finished(Block const& block, float transmittance_min) noexcept
+{
+    std::uint32_t going = 0;
+    for (auto const& row : block.transmittance)
+        for (float t : row) going |= t >= transmittance_min ? 1u : 0u;
+    return going == 0;
+}
+template <class AnyBlock>
+Blended blended(AnyBlock const& block, std::uint32_t row, std::uint32_t column) noexcept
+{
+    Blended b{{block.red[row][column], block.green[row][column], block.blue[row][column]}, block.transmittance[row][column], 0, 0};
+    if constexpr (AnyBlock::has_depth) {
+        b.weight = block.weight[row][column];
+        b.depth = block.depth[row][column];
+    }
+    return b;
+}
+
+/// A block that is open: where it is, what it holds, and whether all its pixels have stopped.
+template <bool HasDepth>
+struct OpenBlock {
+    BlockPlace at;
+    std::conditional_t<HasDepth, DepthBlock, Block> state;
+    PixelRect live;           ///< its pixels within the tile
+    std::uint32_t number;     ///< in the tile, row by row
+    std::uint32_t blended;    ///< splats so far
+    bool done;
+
+    void begin(std::uint32_t bx, std::uint32_t by, std::uint32_t index, PixelRect const& tile, Camera const& camera) noexcept
+    {
+        at.column = static_cast<std::int32_t>(bx);
+        at.row = static_cast<std::int32_t>(by);
+        for (std::uint32_t i = 0; i < block_width; ++i) at.xs[i] = static_cast<float>(bx + i) + 0.5f - camera.cx;
+        for (std::uint32_t j = 0; j < block_height; ++j) at.ys[j] = static_cast<float>(by + j) + 0.5f - camera.cy;
+        live = {bx > tile.x0 ? bx : tile.x0, bx + block_width < tile.x1 ? bx + block_width : tile.x1,
+                by > tile.y0 ? by : tile.y0, by + block_height < tile.y1 ? by + block_height : tile.y1};
+        state = {};
+        bool const whole = live.x1 - live.x0 == block_width && live.y1 - live.y0 == block_height;
+        for (std::uint32_t j = 0; j < block_height; ++j)
+            for (std::uint32_t i = 0; i < block_width; ++i) state.transmittance[j][i] = 1.0f;
+        for (std::uint32_t j = 0; j < block_height && !whole; ++j)
+            for (std::uint32_t i = 0; i < block_width; ++i)
+                if (!(bx + i >= live.x0 && bx + i < live.x1 && by + j >= live.y0 && by + j < live.y1))
+                    state.transmittance[j][i] = -1.0f;
+        number = index;
+        blended = 0;
+        done = false;
+    }
+};
+
+} // namespace tilemesh::splat::detail
+#pragma GCC diagnostic pop
+TILEMESH_EXACT_END

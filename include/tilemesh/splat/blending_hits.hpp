@@ -1,0 +1,184 @@
+#pragma once
+#include <tilemesh/splat/blending_rules.hpp>
+#include <tilemesh/splat/policies.hpp>
+
+/// Which of some splats a pixel of a block may see: a test over as many splats at once as there are lanes.
+TILEMESH_EXACT_BEGIN
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wpsabi" // see lanes.hpp
+namespace tilemesh::splat::detail {
+
+/// Some splats, field by field.
+template <std::uint32_t Size>
+struct alignas(vector_bytes) Chunk {
+    static constexpr std::uint32_t size = Size;
+    float mean_x[size], mean_y[size];
+    float along[size], slope[size], across[size], opacity[size];
+    float red[size], green[size], blue[size], depth[size];
+    float faintest[size];
+    float steepest[size]; ///< across slope / (along + across slope^2): times y, the x of the best point on a horizontal edge
+    float q[size];        ///< 2^(2 across) of the recurrence
+    std::int32_t x0[size], x1[size], y0[size], y1[size];
+
+    void take(std::uint32_t i, Splat const& s) noexcept
+    {
+        mean_x[i] = s.mean_px[0];
+        mean_y[i] = s.mean_px[1];
+        along[i] = s.along;
+        slope[i] = s.slope;
+        across[i] = s.across;
+        opacity[i] = s.opacity;
+        red[i] = s.colour[0];
+        green[i] = s.colour[1];
+        blue[i] = s.colour[2];
+        depth[i] = s.depth;
+        faintest[i] = s.faintest;
+        x0[i] = static_cast<std::int32_t>(s.columns & 0xffffu);
+        x1[i] = static_cast<std::int32_t>(s.columns >> 16);
+        y0[i] = static_cast<std::int32_t>(s.rows & 0xffffu);
+        y1[i] = static_cast<std::int32_t>(s.rows >> 16);
+    }
+    /// What follows from the fields of the first n splats, and of what fills their last lanes.
+    template <class Rule, std::uint32_t N>
+    void complete(std::uint32_t n) noexcept
+    {
+        constexpr float two_log2_e = 2 * 1.44269504088896341f;
+        for (std::uint32_t i = 0; i < n; i += N) {
+            Floats<N> const k = load<N>(slope + i), steep = load<N>(across + i) * k;
+            store(steepest + i, Floats<N>(steep / (load<N>(along + i) + steep * k)));
+            if constexpr (Rule::recurs) {
+                Floats<N> const exponent = load<N>(across + i) * two_log2_e; // never above 0
+                store(q + i, power_of_two<Rule::degree, N>(exponent > -126.0f ? exponent : broadcast<N>(-126.0f)));
+            }
+        }
+    }
+};
+
+template <std::uint32_t N>
+TILEMESH_KERNEL Floats<N> clamped(Floats<N> const& v, Floats<N> const& low, Floats<N> const& high) noexcept
+{
+    return v < low ? low : v > high ? high : v;
+}
+template <std::uint32_t N>
+TILEMESH_KERNEL Floats<N> magnitude(Floats<N> const& v) noexcept
+{
+    return floats_of<N>(bits_of<N>(v) & 0x7fffffff);
+}
+/// How far v is from w beyond what rounding makes of two such numbers (2^-21 of them: 8 roundings); 0 for NaN. Of a needle whose
+/// mean is far from the frame, v - w may be nothing but rounding.
+template <std::uint32_t N>
+TILEMESH_KERNEL Floats<N> beyond_rounding(Floats<N> const& v, Floats<N> const& w) noexcept
+{
+    Floats<N> const rounding = 0x1p-21f * (magnitude<N>(v) + magnitude<N>(w)), distance = magnitude<N>(v - w);
+    return distance > rounding ? distance - rounding : Floats<N>{};
+}
+
+/// May a pixel of a block see these splats? The largest power over the block's pixel centres, from the point of the block
+/// nearest to the mean in the splat's own metric: never wrong to say yes, and the margin (2 % of alpha and 1e-4 of the power)
+/// is far above the rounding of either side. (x0, x1, y0, y1): the block's outermost pixel centres relative to the means.
+template <std::uint32_t N, std::uint32_t Size>
+TILEMESH_KERNEL Words<N> reaches(Chunk<Size> const& c, std::uint32_t i, Floats<N> const& x0, Floats<N> const& x1,
+                                 Floats<N> const& y0, Floats<N> const& y1) noexcept
+{
+    auto const along = load<N>(c.along + i), slope = load<N>(c.slope + i), across = load<N>(c.across + i);
+    // On the side of the block that faces the mean, the best point of the vertical and of the horizontal edge.
+    auto const x = clamped<N>(Floats<N>{}, x0, x1), y = clamped<N>(Floats<N>{}, y0, y1);
+    auto const best_y = clamped<N>(slope * x, y0, y1);
+    auto const off1 = beyond_rounding<N>(best_y, slope * x);
+    auto const power1 = along * x * x + across * off1 * off1;
+    auto const best_x = clamped<N>(load<N>(c.steepest + i) * y, x0, x1);
+    auto const off2 = beyond_rounding<N>(y, slope * best_x);
+    auto const power2 = along * best_x * best_x + across * off2 * off2;
+    auto const power = power1 > power2 ? power1 : power2;
+    return ~(power * (1.0f - 1e-4f) + 0.02f < load<N>(c.faintest + i)); // NaN says yes
+}
+
+/// Is the splat tame in a block? The ratio of the first two rows is 2 to the power of something linear in the column: its extremes
+/// are at the ends. What alpha_max would clamp is not, because clamping rounds no ratio. NaN says no.
+template <std::uint32_t N, std::uint32_t Size>
+TILEMESH_KERNEL Words<N> is_tame(Chunk<Size> const& c, std::uint32_t i, Floats<N> const& x0, Floats<N> const& x1,
+                                 Floats<N> const& y0, float alpha_max) noexcept
+{
+    constexpr float log2_e = 1.44269504088896341f;
+    auto const slope = load<N>(c.slope + i), across = load<N>(c.across + i) * log2_e;
+    auto const across0 = slope * x0, across1 = slope * x1, off0 = y0 - across0, off1 = y0 - across1;
+    auto const least = off0 < off1 ? off0 : off1; // across is negative: the steepest rise is where `off` is least
+    auto const rise = across * (least + least + 1.0f);
+    // To row k: k rise + k (k - 1) across.
+    return (rise < steepest_rise) & (2.0f * (rise + across) < steepest_rise) & (3.0f * (rise + 2.0f * across) < steepest_rise) &
+           (4.0f * (rise + 3.0f * across) < steepest_rise) & (magnitude<N>(y0) < farthest_px) &
+           (magnitude<N>(across0) < farthest_px) & (magnitude<N>(across1) < farthest_px) &
+           (load<N>(c.opacity + i) <= alpha_max * below_the_clamp);
+}
+
+/// Which rows of a block a splat covers that covers [first, last) of them: all bits of a row or none.
+struct CoveredRows {
+    static constexpr std::uint32_t patterns = (block_height + 1) * (block_height + 1);
+    std::uint32_t bits[patterns * block_height];
+    constexpr CoveredRows() noexcept : bits{}
+    {
+        for (std::uint32_t i = 0; i < patterns * block_height; ++i) {
+            std::uint32_t const first = i / block_height / (block_height + 1), last = i / block_height % (block_height + 1);
+            bits[i] = i % block_height >= first && i % block_height < last ? 0xffffffffu : 0u;
+        }
+    }
+};
+inline constexpr CoveredRows covered_rows{};
+
+/// The least alpha of each row, by pattern: alpha_min in the rows that a splat covers, infinity in the others.
+struct RowLimits {
+    float alpha[CoveredRows::patterns * block_height];
+    explicit RowLimits(float alpha_min) noexcept
+    {
+        auto const least = __builtin_bit_cast(std::uint32_t, alpha_min);
+        constexpr std::uint32_t infinity = 0x7f800000u;
+        for (std::uint32_t i = 0; i < CoveredRows::patterns * block_height; ++i)
+            alpha[i] = __builtin_bit_cast(float, infinity ^ ((infinity ^ least) & covered_rows.bits[i]));
+    }
+    float const* of(std::uint32_t pattern) const noexcept { return alpha + pattern * block_height; }
+};
+
+/// What a block needs to know besides its state and its splats.
+struct alignas(vector_bytes) BlockPlace {
+    float xs[block_width];              ///< pixel centres relative to the principal point
+    float ys[block_height];
+    std::int32_t column, row;           ///< of its first pixel
+};
+
+/// A splat that a block blends: its number in the chunk, whether the recurrence may be used, and the number of its RowLimits.
+struct Hit {
+    static constexpr std::uint32_t number = 0xffu, recurs = 0x100u, limits_at = 16;
+};
+
+/// Lists the splats of a chunk that a pixel of the block may see; returns how many. Requires room for one more.
+template <class Rule, std::uint32_t N, std::uint32_t Size>
+std::uint32_t list_hits(Chunk<Size> const& c, std::uint32_t n, BlockPlace const& at, float alpha_max, std::uint32_t* hits) noexcept
+{
+    constexpr std::int32_t rows = static_cast<std::int32_t>(block_height);
+    alignas(vector_bytes) std::int32_t entries[Size]; // negative: no pixel sees the splat
+    for (std::uint32_t i = 0; i < n; i += N) {
+        auto const mean_x = load<N>(c.mean_x + i), mean_y = load<N>(c.mean_y + i);
+        Floats<N> const x0 = at.xs[0] - mean_x, x1 = at.xs[block_width - 1] - mean_x;
+        Floats<N> const y0 = at.ys[0] - mean_y, y1 = at.ys[block_height - 1] - mean_y;
+        Words<N> first = load_words<N>(c.y0 + i) - at.row, last = load_words<N>(c.y1 + i) - at.row;
+        Words<N> const unseen = ~(reaches<N>(c, i, x0, x1, y0, y1) & (first < rows) & (last > 0) &
+                                  (load_words<N>(c.x0 + i) < at.column + static_cast<std::int32_t>(block_width)) &
+                                  (load_words<N>(c.x1 + i) > at.column));
+        first = first > 0 ? first : Words<N>{};
+        last = last < rows ? last : broadcast_word<N>(rows);
+        Words<N> entry = (first * (rows + 1) + last) << static_cast<std::int32_t>(Hit::limits_at);
+        if constexpr (Rule::recurs) entry |= is_tame<N>(c, i, x0, x1, y0, alpha_max) & static_cast<std::int32_t>(Hit::recurs);
+        store(entries + i, Words<N>(entry | unseen));
+    }
+    std::uint32_t count = 0;
+    for (std::uint32_t i = 0; i < n; ++i) { // without a branch: every second splat is seen
+        hits[count] = static_cast<std::uint32_t>(entries[i]) | i;
+        count += entries[i] >= 0 ? 1u : 0u;
+    }
+    hits[count] = 0; // looked at, never blended
+    return count;
+}
+
+} // namespace tilemesh::splat::detail
+#pragma GCC diagnostic pop
+TILEMESH_EXACT_END

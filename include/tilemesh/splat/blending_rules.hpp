@@ -1,0 +1,76 @@
+#pragma once
+#include <tilemesh/splat/lanes.hpp>
+
+/// How a pair of a splat and a pixel is evaluated, and when a pixel stops: what the block loop (blending_block.hpp) is told by type.
+TILEMESH_EXACT_BEGIN
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wpsabi" // see lanes.hpp
+namespace tilemesh::splat {
+
+/// Pixels of a block.
+inline constexpr std::uint32_t block_width = 16, block_height = 5;
+
+namespace detail {
+/// Of what is read and written as vectors: one that straddles two cache lines costs two accesses.
+inline constexpr std::uint32_t vector_bytes = native_lanes * sizeof(float);
+
+/// Every pair by itself, as the naive loop does: equal bits.
+struct EachPair {
+    static constexpr bool recurs = false;
+};
+/// Down a column of the block alpha is a Gaussian of the row, so that each ratio of neighbours is the last one times a constant
+/// q = 2^(2 across): two exponentials for five rows. `Degree` is that of 2^x's polynomial. Splats that are not tame in a block
+/// are evaluated pair by pair.
+template <int Degree>
+struct Recurrence {
+    static constexpr bool recurs = true;
+    static constexpr int degree = Degree;
+};
+/// A splat is tame in a block where alpha rises by less than 2^steepest_rise from the first row to any other. The exponent of the
+/// first row is clamped at -126. A column that this changes has less than 2^(steepest_rise - 126) = 2^-14 in every row, which
+/// is below `faintest_cut`, and stays below it; in all others nothing is clamped, and the rounding of an exponent of 126 is
+/// 2^-18 of the value.
+inline constexpr float steepest_rise = 112.0f, faintest_cut = 0x1p-13f;
+/// And where no term of the distance across the splat, in pixels, exceeds this: of a needle whose mean is far from the frame the
+/// distance may be nothing but the rounding of its terms, which is another one in every row.
+inline constexpr float farthest_px = 512.0f;
+/// alpha of a tame splat is below its opacity by more than the recurrence's error, 2^-16: it can exceed neither alpha_max nor 1.
+inline constexpr float below_the_clamp = 1.0f - 0x1p-16f;
+using FastRule = Recurrence<5>;
+
+/// A pixel stops when its own transmittance is below the limit, as the model says.
+struct StopEachPixel {
+    static constexpr bool each_pixel = true, drops_crossing = false;
+};
+/// All pixels of a block go on until the last one has stopped. Not the model: measured beside it (bench/frame).
+struct StopWholeBlock {
+    static constexpr bool each_pixel = false, drops_crossing = false;
+};
+/// A pixel stops before the splat that would take its transmittance below the limit, which it leaves out, as 3D Gaussian Splatting
+/// does. Not the model: it loses up to the limit at once, and one rounding decides whether (numerics, rows 45 and 46); measured
+/// beside it (bench/error_vs_time). What a stopped pixel keeps of its transmittance has its sign turned.
+struct StopBeforeCrossing {
+    static constexpr bool each_pixel = true, drops_crossing = true;
+};
+
+/// 2^x for |x| <= 126. The polynomials are those of
+/// least relative error on [-1/2, 1/2] (Remez): 7.5e-5 at degree 3, 2.6e-6 at 4, 7.5e-8 at 5, before rounding.
+template <int Degree, std::uint32_t N>
+TILEMESH_KERNEL Floats<N> power_of_two(Floats<N> const& x) noexcept
+{
+    static_assert(Degree >= 3 && Degree <= 5, "polynomials of degree 3, 4 and 5 are known");
+    constexpr float to_integer = 12582912.0f; // 1.5 * 2^23: adding it rounds to the nearest integer
+    Floats<N> const shifted = x + to_integer;
+    Floats<N> const r = x - (shifted - to_integer);
+    constexpr float c[3][6] = {{0.999928057f, 0.693260968f, 0.242611125f, 0.0551716685f, 0, 0},
+                               {0.999999285f, 0.693121791f, 0.240247443f, 0.0559178591f, 0.00957010221f, 0},
+                               {1.00000012f, 0.693146944f, 0.240221202f, 0.0555071309f, 0.00967554096f, 0.00132764725f}};
+    Floats<N> p = broadcast<N>(c[Degree - 3][Degree]);
+    for (int i = Degree; i-- > 0;) p = multiply_add_lanes<N>(p, r, broadcast<N>(c[Degree - 3][i]));
+    return floats_of<N>(bits_of<N>(p) + (bits_of<N>(shifted) << 23));
+}
+} // namespace detail
+
+} // namespace tilemesh::splat
+#pragma GCC diagnostic pop
+TILEMESH_EXACT_END
