@@ -49,4 +49,18 @@ public:
 /// The default: `lossless` on Mk2, on host threads, by reference.
 using Renderer = BasicRenderer<splat::Referenced<splat::Lossless>>;
 
+namespace render {
+/// The policies of all setups by reference that route and bloom, blend as the library does and have no planes: every preset on every
+/// machine, with records of any degree. And those of setups with a depth, an alpha, or both.
+using HostPolicies = splat::PoliciesOf<splat::Referenced<splat::Lossless>>;
+using HostPoliciesWithPlanes =
+    splat::PoliciesOf<splat::Referenced<splat::WithPixel<splat::Lossless, splat::WithAlpha<splat::WithDepth<splat::FloatPixel>>>>>;
+} // namespace render
+
+#if defined(TILEMESH_COMPILED)
+extern template class render::FrameRenderer<render::HostPolicies, Mesh, AnyMachine>;
+extern template class render::FrameRenderer<render::HostPolicies, Mesh, Traced<AnyMachine>>;
+extern template class render::FrameRenderer<render::HostPoliciesWithPlanes, Mesh, AnyMachine>;
+#endif
+
 } // namespace tilemesh

@@ -64,8 +64,8 @@ public:
         bool digest;
         ExplainNotQuiet explain;
     };
-    /// The program once. Throws what a superstep and an
-    /// observer throw, and `Error` for a step or Loop that goes on and on; after that it refuses.
+    /// The program once. Throws what a superstep and an observer throw, and `Error` for a step or Loop that goes on and on; after that it
+    /// refuses.
     template <class Engine>
     RunCounters all(Engine& engine, Program const& program, Grid grid, Limits const& limits)
     {

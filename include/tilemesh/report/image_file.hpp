@@ -1,24 +1,9 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <bit>
-#include <cerrno>
-#include <cmath>
 #include <cstddef>
-#include <cstdint>
 #include <filesystem>
-#include <fstream>
-#include <ios>
-#include <limits>
-#include <locale>
-#include <span>
-#include <sstream>
 #include <string>
-#include <string_view>
-#include <system_error>
-#include <tilemesh/error.hpp>
+#include <tilemesh/config.hpp>
 #include <tilemesh/report/image.hpp>
-#include <tilemesh/report/whole_file.hpp>
 #include <vector>
 
 /// Pictures in files. PFM keeps every bit of the linear floats; PPM and `rgb8` are for eyes.
@@ -26,170 +11,37 @@
 /// A file is written whole or not at all: see `write_whole`.
 
 namespace tilemesh::report {
-namespace detail {
-
-inline std::string last_system_error()
-{
-    return errno != 0 ? std::generic_category().message(errno) : "the stream failed";
-}
-
-inline void expect_pixels(Image const& image, std::string const& action)
-{
-    if (image.width == 0 || image.height == 0)
-        throw Error("cannot " + action + " (the picture has no pixels); render a frame first");
-    if (image.rgb.size() != std::size_t{3} * image.width * image.height)
-        throw Error("cannot " + action + " (" + std::to_string(image.rgb.size()) +
-                    " floats are not 3 x width x height); keep rgb in step with the size");
-}
-
-inline void store_float(float value, std::byte* to) noexcept
-{
-    auto const bits = std::bit_cast<std::uint32_t>(value);
-    for (unsigned i = 0; i < 4; ++i) to[i] = static_cast<std::byte>(bits >> (8 * i) & 0xffu);
-}
-
-inline float load_float(std::byte const* from, std::endian order) noexcept
-{
-    std::uint32_t bits = 0;
-    for (unsigned i = 0; i < 4; ++i) {
-        auto const byte = from[order == std::endian::little ? i : 3 - i];
-        bits |= std::to_integer<std::uint32_t>(byte) << (8 * i);
-    }
-    return std::bit_cast<float>(bits);
-}
-
-} // namespace detail
-
 /// The picture as 8-bit RGB, row by row from the top left, 3 * width * height bytes: the span that
 /// PNG encoders take. Each value is clamped to [0, 1], times 255, rounded to nearest (halves up); a
 /// NaN becomes 0.
 ///
 /// Linear values are written as they are: 3DGS maps are trained on display values, so no gamma is
 /// applied.
-inline std::vector<std::byte> rgb8(Image const& image)
-{
-    std::vector<std::byte> bytes(image.rgb.size());
-    std::transform(image.rgb.begin(), image.rgb.end(), bytes.begin(), [](float value) {
-        // 255 v + 0.5 is exact in double, so no value lands on the wrong side of a half.
-        double const clamped = value > 0.0f ? std::min(double{value}, 1.0) : 0.0;
-        return static_cast<std::byte>(static_cast<unsigned>(255.0 * clamped + 0.5));
-    });
-    return bytes;
-}
+TILEMESH_HOST std::vector<std::byte> rgb8(Image const& image);
 
 /// Binary PPM (P6, 8 bits a channel) of `rgb8`: the file that every viewer opens. Throws
 /// `tilemesh::Error` for a picture without pixels and when the file cannot be written; then no file
 /// is left behind.
-inline void write_ppm(std::filesystem::path const& path, Image const& image)
-{
-    detail::expect_pixels(image, "write " + path.string());
-    auto const header =
-        "P6\n" + std::to_string(image.width) + ' ' + std::to_string(image.height) + "\n255\n";
-    write_whole(path, header, rgb8(image));
-}
-
-namespace detail {
-/// `channels` floats a pixel, rows from the bottom to the top as the format demands (Debevec's description, as Netpbm's `pfm(5)`
-/// gives it), little endian (scale -1.0).
-inline void write_rows_as_pfm(std::filesystem::path const& path, std::uint32_t width, std::uint32_t height,
-                              std::uint32_t channels, std::span<float const> values)
-{
-    auto const header = (channels == 3 ? "PF\n" : "Pf\n") + std::to_string(width) + ' ' + std::to_string(height) + "\n-1.0\n";
-    std::vector<std::byte> body(4 * values.size());
-    auto* to = body.data();
-    auto const row = std::size_t{channels} * width;
-    for (std::size_t y = height; y-- > 0;)
-        for (float value : values.subspan(y * row, row)) {
-            store_float(value, to);
-            to += 4;
-        }
-    write_whole(path, header, body);
-}
-} // namespace detail
+TILEMESH_HOST void write_ppm(std::filesystem::path const& path, Image const& image);
 
 /// Portable float map ("PF"): linear RGB float32, every bit as in the picture.
 ///
 /// Throws `tilemesh::Error` for a picture without pixels and when the file cannot be written; then
 /// no file is left behind.
-inline void write_pfm(std::filesystem::path const& path, Image const& image)
-{
-    detail::expect_pixels(image, "write " + path.string());
-    detail::write_rows_as_pfm(path, image.width, image.height, 3, image.rgb);
-}
+TILEMESH_HOST void write_pfm(std::filesystem::path const& path, Image const& image);
 
 /// Portable float map of one float a pixel ("Pf"), under the same rules.
-inline void write_pfm(std::filesystem::path const& path, Plane const& plane)
-{
-    if (plane.empty() || plane.values.size() != std::size_t{plane.width} * plane.height)
-        throw Error("cannot write " + path.string() + " (" + std::to_string(plane.values.size()) +
-                    " floats are not width x height, or none); render with a setup whose pixels have this plane");
-    detail::write_rows_as_pfm(path, plane.width, plane.height, 1, plane.values);
-}
+TILEMESH_HOST void write_pfm(std::filesystem::path const& path, Plane const& plane);
 
 /// A colour PFM of either byte order with scale 1 or -1. Values are taken as they are, infinities
 /// and NaN too: the error measures refuse those.
 ///
 /// Throws `tilemesh::Error` when the file cannot be read, is grey ("Pf"), has another scale, or is
 /// not exactly as long as its header says; nothing is allocated before that length was checked.
-inline Image read_pfm(std::filesystem::path const& path)
-{
-    auto const fail = [&](std::string const& why, std::string const& remedy) {
-        throw Error("cannot read " + path.string() + " (" + why + "); " + remedy);
-    };
-    std::string const write_again = "write it again as a colour PFM";
-    std::error_code refused;
-    auto const size = std::filesystem::file_size(path, refused);
-    if (refused) fail(refused.message(), "name a PFM file");
-    errno = 0;
-    std::ifstream in{path, std::ios::binary};
-    if (!in) fail(detail::last_system_error(), "name a readable PFM file");
-
-    // The longest header with two 10-digit sizes and a plain scale is far below 128 bytes.
-    std::array<char, 128> head{};
-    in.read(head.data(), static_cast<std::streamsize>(head.size()));
-    if (in.bad()) fail(detail::last_system_error(), "name a readable PFM file");
-    std::string const text(head.data(), static_cast<std::size_t>(in.gcount()));
-    if (text.starts_with("Pf")) fail("a grey PFM, magic \"Pf\"", write_again);
-    if (!text.starts_with("PF")) fail("no magic \"PF\": not a PFM file", "name a PFM file");
-
-    std::istringstream header{text.substr(2)};
-    header.imbue(std::locale::classic());
-    std::int64_t width = 0;
-    std::int64_t height = 0;
-    double scale = 0.0;
-    header >> width >> height >> scale;
-    // One white space ends the header; where the text ends without it, the file is cut short.
-    if (!header ||
-        std::string_view{" \t\r\n"}.find(static_cast<char>(header.get())) == std::string_view::npos)
-        fail("the header is not \"PF width height scale\"", write_again);
-    constexpr std::int64_t largest = std::numeric_limits<std::uint32_t>::max();
-    if (width < 1 || height < 1 || width > largest || height > largest)
-        fail("its size is " + std::to_string(width) + " x " + std::to_string(height), write_again);
-    if (!(std::abs(scale) == 1.0))
-        fail("its scale is " + std::to_string(scale) + ", only 1 and -1 are read", write_again);
-
-    // Compare by division: width * height * 12 may not fit into 64 bits.
-    auto const start = static_cast<std::uint64_t>(header.tellg()) + 2;
-    auto const body = size >= start ? size - start : 0;
-    auto const w = static_cast<std::uint64_t>(width);
-    auto const h = static_cast<std::uint64_t>(height);
-    if (body % 12 != 0 || body / 12 % w != 0 || body / 12 / w != h)
-        fail("its " + std::to_string(body) + " bytes of pixels are not those of " +
-                 std::to_string(width) + " x " + std::to_string(height),
-             "it is truncated or damaged: " + write_again);
-
-    Image image{static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height)};
-    std::vector<std::byte> row(std::size_t{12} * image.width);
-    auto const order = scale < 0.0 ? std::endian::little : std::endian::big;
-    in.clear();
-    in.seekg(static_cast<std::streamoff>(start));
-    for (std::uint32_t y = image.height; y-- > 0;) {
-        in.read(reinterpret_cast<char*>(row.data()), static_cast<std::streamsize>(row.size()));
-        if (!in) fail("it ends in row " + std::to_string(y), write_again);
-        for (std::size_t i = 0; i < std::size_t{3} * image.width; ++i)
-            image.pixel(0, y)[i] = detail::load_float(&row[4 * i], order);
-    }
-    return image;
-}
+TILEMESH_HOST Image read_pfm(std::filesystem::path const& path);
 
 } // namespace tilemesh::report
+
+#if !defined(TILEMESH_COMPILED)
+#    include <tilemesh/report/detail/image_file_code.hpp>
+#endif

@@ -1,7 +1,5 @@
 #pragma once
-#include <glm/vec3.hpp>
-#include <tilemesh/scene/detail/brush.hpp>
-#include <tilemesh/scene/detail/desk.hpp>
+#include <tilemesh/config.hpp>
 #include <tilemesh/scene/map.hpp>
 #include <tilemesh/scene/pose.hpp>
 #include <tilemesh/splat/camera.hpp>
@@ -18,20 +16,14 @@ namespace tilemesh::scene {
 /// may differ between C libraries, and between builds with and without fused operations.
 ///
 /// Cost: 2.4 MB and some 20 ms.
-inline Map built_in_map()
-{
-    Map map;
-    map.name = "built_in";
-    detail::paint_desk_scene(map);
-    return map;
-}
+TILEMESH_HOST Map built_in_map();
 
 /// The camera that the built-in map is composed for: before the desk, at the eyes of somebody who
 /// sits there; 60 degrees wide. Throws `Error` for a side outside 1..65535.
-inline splat::Camera built_in_camera(Size size)
-{
-    return make_camera(look_at(detail::desk_eye, {0.0, -0.215, 0.10}),
-                       lens_from_field_of_view(60.0, size));
-}
+TILEMESH_HOST splat::Camera built_in_camera(Size size);
 
 } // namespace tilemesh::scene
+
+#if !defined(TILEMESH_COMPILED)
+#    include <tilemesh/scene/detail/built_in_code.hpp>
+#endif

@@ -1,68 +1,11 @@
 #pragma once
-#include <algorithm>
-#include <bit>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
 #include <filesystem>
 #include <istream>
-#include <limits>
 #include <string>
-#include <tilemesh/error.hpp>
-#include <tilemesh/scene/detail/ply_gaussian.hpp>
-#include <tilemesh/scene/detail/ply_header.hpp>
-#include <tilemesh/scene/detail/ply_kind.hpp>
-#include <tilemesh/scene/detail/ply_rows.hpp>
-#include <tilemesh/scene/detail/ply_source.hpp>
-#include <tilemesh/scene/detail/text_input.hpp>
+#include <tilemesh/config.hpp>
 #include <tilemesh/scene/map.hpp>
-#include <tilemesh/splat/gaussian.hpp>
 
 namespace tilemesh::scene {
-
-namespace detail {
-
-/// A note names the first five of a kind (rows, columns, elements): enough to find the cause, short enough to print.
-inline constexpr std::uint64_t named_in_notes = 5;
-
-inline std::string note_on_rest(PlyHarmonics const& found)
-{
-    auto const degree = [](std::uint32_t d) { return "view-dependent colour of degree " + std::to_string(d); };
-    if (found.degree != 0 && found.degree < found.file_degree)
-        return degree(found.file_degree) + " (" + std::to_string(found.columns) + " columns f_rest_*) read up to degree " +
-               std::to_string(found.degree);
-    if (found.file_degree != 0)
-        return degree(found.file_degree) + " (" + std::to_string(found.columns) +
-               " columns f_rest_*) skipped (they are not numbers f_rest_0 to f_rest_" + std::to_string(found.columns - 1) + ")";
-    return std::to_string(found.columns) + " columns f_rest_* skipped (they fit no degree of view-dependent colour: 9, 24, 45)";
-}
-
-/// Adds a note for each part of the file that is not used.
-inline void note_skipped(PlyHeader const& header, PlyElement const& vertex, PlyColumns const& columns,
-                         PlyHarmonics const& harmonics, Map& map)
-{
-    std::uint64_t elements = 0, others = 0;
-    for (auto const& element : header.elements)
-        if (&element != &vertex && ++elements <= named_in_notes)
-            map.notes.push_back("element " + in_quotes(element.name) + ": " + std::to_string(element.count) +
-                                " rows skipped");
-    if (elements > named_in_notes)
-        map.notes.push_back("and " + std::to_string(elements - named_in_notes) + " more elements skipped");
-
-    std::string names;
-    for (auto const& property : vertex.properties) {
-        if (std::find(columns.begin(), columns.end(), &property) != columns.end()) continue;
-        if (!property.name.starts_with("f_rest_") && ++others <= 2 * named_in_notes)
-            names.append(names.empty() ? "" : ", ").append(shown(property.name, 40));
-    }
-    if (harmonics.columns != 0 && (harmonics.degree == 0 || harmonics.degree < harmonics.file_degree))
-        map.notes.push_back(note_on_rest(harmonics));
-    if (others > 2 * named_in_notes) names += " and " + std::to_string(others - 2 * named_in_notes) + " more";
-    if (others != 0) map.notes.push_back("columns skipped: " + names);
-    if (vertex.count == 0) map.notes.push_back("element \"vertex\" has no rows: the map is empty");
-}
-
-} // namespace detail
 
 /// Reads a 3DGS map from a stream that can seek, from where it stands to its end: a PLY, ASCII or binary in either order of
 /// bytes, the needed properties of element `vertex` found by name, in any order and of any scalar type. `name` is what
@@ -78,78 +21,14 @@ inline void note_skipped(PlyHeader const& header, PlyElement const& vertex, PlyC
 ///
 /// Cost: 60 bytes a Gaussian, with harmonics 96, 156 or 240, and 1 MiB, in every format; the stream is read once. The memory is
 /// bounded by the length of the file, not by its header: at most 60 bytes for 14 of the file (240 for 59).
-inline Map read_ply(std::istream& stream, std::string const& name)
-{
-    std::string const file = detail::shown(name, name.size());
-    detail::ByteSource source(stream, file);
-    detail::require_ply(source, file);
-    detail::PlyHeader const header = detail::read_ply_header(source, file);
-    detail::PlyElement const& vertex = detail::require_vertex(header, file);
-    detail::PlyColumns columns = detail::find_columns(vertex, file);
-    detail::PlyHarmonics const harmonics = detail::find_harmonics(vertex, columns);
-    detail::require_rows(header, source.left(), file);
-    // Ids are 32 bits wide and 0 is none.
-    if (vertex.count > std::numeric_limits<std::uint32_t>::max())
-        throw Error(file + " has " + std::to_string(vertex.count) + " rows (an id has 32 bits); split the map");
-
-    Map map;
-    map.name = std::filesystem::path(name).stem().string();
-    map.path = name;
-    map.sh_degree = harmonics.degree;
-    detail::note_skipped(header, vertex, columns, harmonics, map);
-    map.gaussians.reserve(static_cast<std::size_t>(vertex.count));
-    std::size_t const first = detail::needed_properties.size();
-    map.harmonics.reserve(static_cast<std::size_t>(vertex.count) * (columns.size() - first));
-    auto const keep = [&](std::uint64_t number, detail::GaussianRow const& row) {
-        splat::Gaussian g{};
-        char const* const wrong = detail::make_gaussian(row, g, map.sh_degree == 0);
-        std::string why = wrong ? wrong : "";
-        for (std::size_t i = first; i < columns.size() && why.empty(); ++i)
-            if (!(std::fabs(row[i]) <= static_cast<double>(std::numeric_limits<float>::max())))
-                why = columns[i]->name + " is not finite";
-        if (!why.empty()) {
-            if (++map.rejected <= detail::named_in_notes)
-                map.notes.push_back("row " + std::to_string(number) + " rejected: " + why);
-            return;
-        }
-        g.id = splat::GaussianId{static_cast<std::uint32_t>(number)};
-        map.gaussians.push_back(g);
-        for (std::size_t i = first; i < columns.size(); ++i) map.harmonics.push_back(static_cast<float>(row[i]));
-    };
-    auto const read = [&](auto&& rows) {
-        for (auto const& element : header.elements)
-            if (&element == &vertex) rows.read(element, columns, keep);
-            else rows.skip(element);
-    };
-    bool open_end = false;
-    switch (header.format) {
-    case detail::PlyFormat::little_endian:
-        read(detail::BinaryRows<std::endian::little>(source, file));
-        break;
-    case detail::PlyFormat::big_endian:
-        read(detail::BinaryRows<std::endian::big>(source, file));
-        break;
-    case detail::PlyFormat::ascii:
-        detail::AsciiRows rows(source, file, header.lines);
-        read(rows);
-        open_end = rows.open_end();
-        rows.find_row(); // blank lines at the end
-        break;
-    }
-
-    if (map.rejected > detail::named_in_notes)
-        map.notes.push_back("and " + std::to_string(map.rejected - detail::named_in_notes) + " more rows rejected");
-    if (open_end) map.notes.push_back("the last line has no end: its last number may be cut off");
-    if (source.left() != 0) map.notes.push_back(std::to_string(source.left()) + " bytes after the last row skipped");
-    return map;
-}
+TILEMESH_HOST Map read_ply(std::istream& stream, std::string const& name);
 
 /// `read_ply` of a file. Only regular files are opened, so that a pipe or a device cannot block; everything else, and what
 /// cannot be opened, throws `Error`.
-inline Map load_ply(std::filesystem::path const& path)
-{
-    auto stream = detail::open_file(path, std::numeric_limits<std::uint64_t>::max(), "a 3DGS map");
-    return read_ply(stream, path.string());
-}
+TILEMESH_HOST Map load_ply(std::filesystem::path const& path);
 
 } // namespace tilemesh::scene
+
+#if !defined(TILEMESH_COMPILED)
+#    include <tilemesh/scene/detail/ply_code.hpp>
+#endif

@@ -1,0 +1,4 @@
+// A part of tilemesh::compiled: pictures in files, reports, errors.
+#include <tilemesh/report/detail/error_measures_code.hpp>
+#include <tilemesh/report/detail/frame_report_code.hpp>
+#include <tilemesh/report/detail/image_file_code.hpp>
