@@ -22,8 +22,8 @@ int main()
 {
     auto const map = scene::built_in_map();
     auto const camera = scene::built_in_camera({640, 360});
-    auto const rows = BasicRenderer<splat::Lossless>{map}.render(camera);
-    auto const columns = BasicRenderer<Mine>{map}.render(camera);
+    auto const rows = Renderer{map}.render(camera);
+    auto const columns = BasicRenderer<splat::Referenced<Mine>>{map}.render(camera);
     bool const same = rows.image.rgb == columns.image.rgb;
     std::cout << "row first:    " << rows.report.hops << " hops, " << rows.report.supersteps.route << " supersteps, at most "
               << rows.report.peak_channel << " records in a channel\n"

@@ -11,7 +11,7 @@ struct Watched : splat::Lossless { // the same machine; its tiles say what they 
 int main()
 try {
     auto const map = scene::built_in_map();
-    BasicRenderer<Watched> renderer{map, {.threads = 2}};
+    BasicRenderer<splat::Referenced<Watched>> renderer{map, {.threads = 2}};
     auto const model = mk2();
     for (auto const& camera : scene::orbit(scene::built_in_camera({1280, 720}), scene::robust_centre(map), 0.5, 2)) {
         renderer.render(camera);

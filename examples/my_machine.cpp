@@ -14,15 +14,18 @@ struct Camera256 {                                        // many small tiles, a
     static constexpr std::uint32_t workers = 4;
     static constexpr std::uint32_t clock_khz = 800'000;
 };
-struct Small : splat::Lossless {                          // what does not fit in the SRAM does not compile
+struct Small : splat::Lossless {
     static constexpr char const* name = "small";
-    using Machine = Camera256;
-    static constexpr splat::Sizes sizes{.storage = 700, .road = 100, .beam = 100, .waiting = 100, .tile_pixels = 16 * 12};
+    using Machine = Camera256;                            // the hardware: a type
+    using Pixel = splat::Rgbx8Pixel;                      // policies: types that change what kernels do
+    static constexpr splat::Sizes sizes{                  // slots: a value; what does not fit does not compile
+        .storage = 700, .road = 100, .beam = 100, .waiting = 100, .tile_pixels = 16 * 12};
 };
 
 int main()
 {
-    using Layout = BasicRenderer<Small>::Layout;
+    using MyRenderer = BasicRenderer<splat::Referenced<Small>>; // by reference: the host keeps each record once
+    using Layout = MyRenderer::Layout;
     for (Region const& r : Layout::ledger())
         std::cout << std::string(r.name.text, r.name.size) << ": " << r.bytes << " bytes\n";
     std::cout << "sum: " << Layout::bytes << " of " << Camera256::sram_bytes << "\n\n";
@@ -32,10 +35,10 @@ int main()
     report::Table table{{"slots a channel", "supersteps", "refusals", "unplaced", "copies lost", "fullest tile"}};
     std::uint64_t refused_before = 0;
     bool grows = true;
-    for (std::uint32_t slots : {100u, 50u, 20u, 10u, 5u}) { // sizes are values: one renderer is compiled, not five
+    for (std::uint32_t slots : {100u, 50u, 20u, 10u, 5u}) {
         auto sizes = Small::sizes;
-        sizes.road = sizes.beam = slots;
-        auto const frame = BasicRenderer<splat::Referenced<Small>>{map, {.tile = {16, 12}, .sizes = sizes}}.render(camera);
+        sizes.road = sizes.beam = slots;                  // another value, no other renderer
+        auto const frame = MyRenderer{map, {.tile = {16, 12}, .sizes = sizes}}.render(camera);
         auto const& r = frame.report;
         using report::thousands;
         table.add_row({std::to_string(slots), std::to_string(r.supersteps.total()), thousands(r.gaussians.held),

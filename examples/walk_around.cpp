@@ -11,7 +11,7 @@ int main(int argc, char** argv)
 try {
     auto const map = argc > 1 ? scene::load_ply(argv[1]) : scene::built_in_map();
     auto const first = scene::frame_whole(map, {640, 360});
-    BasicRenderer<WithDepth> renderer{map, {.threads = std::thread::hardware_concurrency()}};
+    BasicRenderer<splat::Referenced<WithDepth>> renderer{map, {.threads = std::thread::hardware_concurrency()}};
     int number = 0;
     for (auto const& camera : scene::orbit(first, scene::robust_centre(map), 5.0, 4)) { // degrees a frame, frames
         auto const frame = renderer.render(camera);

@@ -72,7 +72,8 @@ Latency follow(Scene const& scene, std::string const& motion, std::uint32_t hops
             throw tilemesh::Error("records of " + scene.map.name + " that do not arrive (" + std::to_string(journeys.size()) +
                                   " records and " + std::to_string(copies.size()) + " copies after " + std::to_string(frame) +
                                   " frames); report this");
-        auto const report = machine->render(camera).report;
+        machine->render(camera);
+        auto const& report = machine->report();
         result.refused += report.refused.channel_full + report.refused.no_credit + report.refused.storage_full + report.refused.copies_full;
         for (auto const& stored : machine->stored()) {
             if (stored.home) {

@@ -10,15 +10,15 @@ constexpr tilemesh::Grid grid{grid_columns, grid_rows};
 
 std::uint32_t road_bytes(std::uint32_t slots)
 {
-    return Budget<Held>::Road::end_bytes(slots);
+    return splat::Road<Held>::end_bytes(slots);
 }
 std::uint32_t beam_bytes(std::uint32_t slots)
 {
-    return Budget<Held>::Beam::end_bytes(slots);
+    return splat::Beam<Held>::end_bytes(slots);
 }
-static_assert(Budget<Held>::Road::end_bytes(1) == Budget<Dropped>::Road::end_bytes(1) &&
-                  Budget<Held>::Beam::end_bytes(1) == Budget<Dropped>::Beam::end_bytes(1) &&
-                  Budget<Held>::Road::end_bytes(1) != Budget<Held>::Beam::end_bytes(1),
+static_assert(splat::Road<Held>::end_bytes(1) == splat::Road<Dropped>::end_bytes(1) &&
+                  splat::Beam<Held>::end_bytes(1) == splat::Beam<Dropped>::end_bytes(1) &&
+                  splat::Road<Held>::end_bytes(1) != splat::Beam<Held>::end_bytes(1),
               "both policies send the same records, and the bytes of an exchange tell which channel it is");
 
 /// Cycles of an exchange that moves so many bytes from each tile to each neighbour.

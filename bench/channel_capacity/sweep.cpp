@@ -198,11 +198,11 @@ private:
         std::size_t worst = 0;
         row.worst = equal_pictures();
         for (std::size_t i = 0; i < cameras_.size(); ++i) {
-            auto frame = machine->render(cameras_[i]);
-            auto const& r = frame.report;
+            machine->render(cameras_[i]);
+            auto const& r = machine->report();
             auto const missing = missing_by_tile(scene_, wanted_[i], r, loaded, row_of_);
             auto const sum = std::accumulate(missing.begin(), missing.end(), std::uint64_t{0});
-            check(row, *machine, frame, references_[i], sum, loaded);
+            check(row, *machine, references_[i], sum, loaded);
             row.storage_needed = std::max(row.storage_needed, r.peak_storage);
             if (i == 0 && !cold_) {
                 row.missing_first = sum;
@@ -237,10 +237,10 @@ private:
             row.missing += sum;
             for (auto t : references_[i].dense) row.missing_dense += missing[t];
 
-            row.psnr_last_db = sum == 0 ? std::numeric_limits<double>::infinity() : psnr_db(frame.image, references_[i].image);
+            row.psnr_last_db = sum == 0 ? std::numeric_limits<double>::infinity() : psnr_db(machine->image(), references_[i].image);
             if (row.psnr_last_db < row.worst.psnr_db) {
                 row.worst.psnr_db = row.psnr_last_db;
-                worst_image = std::move(frame.image);
+                worst_image = machine->image();
                 worst = i;
             }
         }
@@ -249,10 +249,10 @@ private:
         return row;
     }
 
-    void check(Row const& row, Machine& machine, Frame const& frame, Reference const& reference, std::uint64_t missing, std::size_t loaded)
+    void check(Row const& row, Machine& machine, Reference const& reference, std::uint64_t missing, std::size_t loaded)
     {
-        auto const& r = frame.report;
-        if (missing == 0 && !same_bits(frame.image, reference.image))
+        auto const& r = machine.report();
+        if (missing == 0 && !same_bits(machine.image(), reference.image))
             complain(row, "nothing is missing and the picture is not the naive one");
         if (r.peak_storage > row.storage) complain(row, "a tile held " + std::to_string(r.peak_storage) + " records");
         if (r.gaussians.under_way != 0 || r.late_copies != 0) complain(row, "something is under way after a frame without a bound");
@@ -344,11 +344,12 @@ Image saturated_pair(Scene const& scene, std::string const& motion, std::uint32_
     auto const cameras = cameras_of(motion, scene, 1, data);
     auto machine = make_machine(Saturation::drop, scene.map, {.storage_slots = storage_left(Saturation::drop, capacity)});
     machine->limit_channels(motion == "static" ? capacity : 0);
-    auto frame = machine->render(cameras[0]);
+    machine->render(cameras[0]);
     if (motion != "static") {
         machine->limit_channels(capacity);
-        frame = machine->render(cameras[1]);
+        machine->render(cameras[1]);
     }
+    auto const& image = machine->image();
     auto const& camera = motion == "static" ? cameras[0] : cameras[1];
     auto const full = tilemesh::report::render_naive(scene.map.gaussians, camera, machine->model());
 
@@ -363,7 +364,7 @@ Image saturated_pair(Scene const& scene, std::string const& motion, std::uint32_
             double sum = 0;
             for (auto py = y; py < y + cut.height; py += 2)
                 for (auto px = x; px < x + cut.width; px += 2) {
-                    auto const* a = frame.image.pixel(px, py);
+                    auto const* a = image.pixel(px, py);
                     auto const* b = full.pixel(px, py);
                     for (int c = 0; c < 3; ++c) sum += double{a[c] - b[c]} * double{a[c] - b[c]};
                 }
@@ -374,7 +375,7 @@ Image saturated_pair(Scene const& scene, std::string const& motion, std::uint32_
     std::fill(pair.rgb.begin(), pair.rgb.end(), 1.0f);
     for (std::uint32_t y = 0; y < cut.height; ++y) {
         auto const bytes = std::size_t{3} * cut.width * sizeof(float);
-        std::memcpy(pair.pixel(0, y), frame.image.pixel(left, top + y), bytes);
+        std::memcpy(pair.pixel(0, y), image.pixel(left, top + y), bytes);
         std::memcpy(pair.pixel(cut.width + gap, y), full.pixel(left, top + y), bytes);
     }
     return pair;

@@ -1,11 +1,22 @@
 #pragma once
+#include <cstdint>
+#include <memory>
+#include <tilemesh/engine/trace.hpp>
+#include <tilemesh/machine/grid.hpp>
+#include <tilemesh/render/setup_choice.hpp>
 #include <tilemesh/report/frame_report.hpp>
 #include <tilemesh/report/image.hpp>
+#include <tilemesh/scene/map.hpp>
 #include <tilemesh/splat/camera.hpp>
+#include <vector>
+
+namespace tilemesh {
+struct RendererOptions;
+}
 
 namespace bench {
 
-/// A mesh that renders frame after frame; hides the setup that it was compiled for.
+/// A mesh that renders frame after frame on the host by reference, as `tilemesh::Renderer` does. One renderer is compiled for all setups.
 class Machine {
 public:
     virtual ~Machine() = default;
@@ -16,5 +27,32 @@ public:
     virtual tilemesh::report::Image const& image() const = 0;
     virtual tilemesh::report::FrameReport const& report() const = 0;
 };
+/// Throws Error where the setup does not fit into its machine, or the options do not fit the setup.
+std::unique_ptr<Machine> make_machine(tilemesh::scene::Map const&, tilemesh::render::SetupChoice const&,
+                                      tilemesh::RendererOptions const&);
+
+/// A record on a tile.
+struct Stored {
+    tilemesh::splat::GaussianId id;
+    std::uint32_t tile; ///< index
+    bool home;          ///< it is the record itself, on its anchor tile; else a copy, or a record that must leave
+};
+
+/// A mesh that keeps a trace, and whose limits may change between frames.
+class TracedMachine : public Machine {
+public:
+    /// Slots of every channel end and, where the setup holds, of each FIFO, from the next frame on; 0: the setup's. Not while records are
+    /// under way.
+    virtual void limit_channels(std::uint32_t slots) = 0;
+    /// Another bound on the hops a frame, after the first frame; 0: until quiet. Only for machines that were made with a bound.
+    virtual void limit_hops(std::uint32_t hops) = 0;
+    virtual std::vector<Stored> stored() = 0;
+    virtual tilemesh::splat::Model const& model() const = 0;
+    /// Of the last frame.
+    virtual tilemesh::Trace const& trace() const = 0;
+    virtual tilemesh::Grid grid() = 0;
+};
+std::unique_ptr<TracedMachine> make_traced_machine(tilemesh::scene::Map const&, tilemesh::render::SetupChoice const&,
+                                                   tilemesh::RendererOptions const&);
 
 } // namespace bench

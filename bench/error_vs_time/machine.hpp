@@ -11,7 +11,7 @@ namespace error_vs_time {
 /// The paper's tile; a smaller frame has fewer of them.
 inline constexpr std::uint32_t tile_width = 32, tile_height = 20;
 
-/// A mesh that renders by one setting; hides which policy it was compiled for.
+/// A mesh that renders by one setting.
 class Machine {
 public:
     virtual ~Machine() = default;
@@ -27,11 +27,6 @@ public:
     virtual double host_ms() const = 0;
 };
 
-std::unique_ptr<Machine> make_hold(scene::Map const&, Setting const&, std::uint32_t threads);
-std::unique_ptr<Machine> make_drop(scene::Map const&, Setting const&, std::uint32_t threads);
-inline std::unique_ptr<Machine> make_machine(scene::Map const& map, Setting const& setting, std::uint32_t threads)
-{
-    return (setting.limits.drop ? make_drop : make_hold)(map, setting, threads);
-}
+std::unique_ptr<Machine> make_machine(scene::Map const&, Setting const&, std::uint32_t threads);
 
 } // namespace error_vs_time

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstring>
+#include <tilemesh/splat/project_all.hpp>
 #include <vector>
 
 TILEMESH_EXACT_BEGIN
@@ -44,10 +45,9 @@ Image whole_frame(std::span<splat::Gaussian const> gaussians, splat::Camera cons
 {
     auto const view = splat::make_view(camera, model);
     auto const tiling = splat::make_tiling(camera.width, camera.height, camera.width, camera.height);
-    ParametersWithKnobs frame{};
-    frame.knobs = knobs;
     std::vector<splat::Splat> projected(gaussians.size());
-    project_rows(frame, gaussians.data(), static_cast<std::uint32_t>(gaussians.size()), view, tiling, projected.data());
+    splat::project_all(gaussians.data(), static_cast<std::uint32_t>(gaussians.size()), view, tiling, projected.data());
+    for (auto& s : projected) apply(knobs, view, tiling, s);
 
     std::vector<std::uint32_t> rows;
     for (std::uint32_t i = 0; i < projected.size(); ++i)

@@ -1,49 +1,27 @@
 #pragma once
 #include "knobs.hpp"
 #include <cstdint>
-#include <tilemesh/render/screen_cache.hpp>
+#include <tilemesh/render/host_form.hpp>
 #include <tilemesh/splat/setup.hpp>
 
 /// The library's frame with rules of this bench: its parameters carry knobs, and its kernels obey them.
 namespace error_vs_time {
 
-/// The frame's parameters by reference, and the knobs.
-struct ParametersWithKnobs : splat::ReferencedParameters {
+/// The frame's parameters by reference, and the knobs, which stay from frame to frame.
+struct ParametersWithKnobs : splat::TableParameters {
     static constexpr char const* name = "frame parameters and knobs";
     Knobs knobs;
-    /// A new frame; the knobs stay.
-    ParametersWithKnobs& operator=(splat::ReferencedParameters const& frame) noexcept
-    {
-        static_cast<splat::ReferencedParameters&>(*this) = frame;
-        return *this;
-    }
 };
 
 /// A projected record under the knobs: its shape as it is stored, its rectangle cut at so many standard deviations, rounded outward
 /// to whole pixels.
 void apply(Knobs const& knobs, splat::View const& view, splat::Tiling const& tiling, splat::Splat& s) noexcept;
 
-template <class Record>
-void project_rows(ParametersWithKnobs const& frame, Record const* records, std::uint32_t n, splat::View const& view,
-                  splat::Tiling const& tiling, splat::Splat* out) noexcept
-{
-    splat::project_all(records, n, view, tiling, out);
-    for (std::uint32_t i = 0; i < n; ++i) apply(frame.knobs, view, tiling, out[i]);
-}
 /// The bits of a depth that order splats.
 inline std::uint32_t key_of(Knobs const& knobs, std::uint32_t depth_bits) noexcept
 {
     return knobs.key_bits >= 32 ? depth_bits : depth_bits & ~(0xffffffffu >> knobs.key_bits);
 }
-inline ParametersWithKnobs at_hand(ParametersWithKnobs const& frame) noexcept
-{
-    return frame;
-}
-inline std::uint32_t depth_bits(ParametersWithKnobs const& frame, splat::SplatRow s) noexcept
-{
-    return key_of(frame.knobs, frame.depths.get()[s.row]);
-}
-
 /// `blend_tile_by` the arithmetic of a model and the knobs.
 template <class Pixel, class SplatAt>
 void blend(splat::PixelRect const& tile, splat::View const& view, Knobs const& knobs, std::uint32_t n, SplatAt const& at, Pixel* pixels,
@@ -83,17 +61,24 @@ struct BlendWithKnobs {
     }
 };
 
-/// Setup S by reference, with the knobs in its parameters.
-template <class S>
-struct WithKnobs : splat::Referenced<S> {
+/// `lossless` by reference, with the knobs in its parameters.
+struct WithKnobs : splat::Referenced<splat::Lossless> {
     using Parameters = ParametersWithKnobs;
     using Blending = BlendWithKnobs;
 };
 
 } // namespace error_vs_time
 
-template <class S>
-struct tilemesh::splat::ValueOf<error_vs_time::WithKnobs<S>> {
-    using type = S;
-    static constexpr bool referenced = true;
+/// Kernels read the table as the library's do, but for keys of fewer bits; what the host has projected is changed by the knobs.
+template <>
+struct tilemesh::splat::Access<error_vs_time::ParametersWithKnobs> : TableAccess<error_vs_time::ParametersWithKnobs> {
+    static std::uint32_t depth_bits(error_vs_time::ParametersWithKnobs const& frame, SplatRow s) noexcept
+    {
+        return error_vs_time::key_of(frame.knobs, TableAccess::depth_bits(frame, s));
+    }
+    static void adjust(error_vs_time::ParametersWithKnobs const& frame, View const& view, Tiling const& tiling, Splat* splats,
+                       std::uint32_t n) noexcept
+    {
+        for (std::uint32_t i = 0; i < n; ++i) error_vs_time::apply(frame.knobs, view, tiling, splats[i]);
+    }
 };

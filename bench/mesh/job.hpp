@@ -49,33 +49,7 @@ private:
 /// A load on a mesh: measured again and again, checked each time.
 class Job {
 public:
-    Job(Load const& load, std::uint32_t capacity, std::uint32_t threads) : load_(load), capacity_(capacity), threads_(threads) {}
-    virtual ~Job() = default;
-
-    Load const& load() const { return load_; }
-    std::uint32_t capacity() const { return capacity_; }
-    std::uint32_t threads() const { return threads_; }
-    std::int64_t rss_bytes() const { return rss_; }
-
-    /// Places all records, moves them, and checks every one: it is on its tile, once, with its payload, and the machine counted
-    /// the distances that they went. Throws Error when that does not hold.
-    virtual Run run() = 0;
-    /// Seconds of a superstep with one record under way, from corner to corner of the area.
-    virtual double idle_seconds() = 0;
-
-protected:
-    Load load_;
-    std::uint32_t capacity_, threads_;
-    std::int64_t rss_ = 0;
-};
-
-template <class Size>
-class JobOf final : public Job {
-    /// Room for any of the sizes; as many tiles as wanted.
-    using Machine = TestMachine<64u << 20>;
-
-public:
-    JobOf(Load const& load, std::uint32_t threads) : Job(load, Size::slots, threads)
+    Job(Load const& load, Sizes sizes, std::uint32_t threads) : load_(load), sizes_(sizes), threads_(threads)
     {
         auto const before = resident_bytes();
         Random random{20240607};
@@ -86,16 +60,25 @@ public:
             starts_.push_back(a);
             ends_.push_back(b);
             distance_ += (a.x() > b.x() ? a.x() - b.x() : b.x() - a.x()) + (a.y() > b.y() ? a.y() - b.y() : b.y() - a.y());
-            if (++from[load.area.index_of(a)] > Size::storage || ++to[load.area.index_of(b)] > Size::storage)
-                throw Error("a tile with more than " + std::to_string(Size::storage) +
+            if (++from[load.area.index_of(a)] > sizes_.storage || ++to[load.area.index_of(b)] > sizes_.storage)
+                throw Error("a tile with more than " + std::to_string(sizes_.storage) +
                             " records (its storage); use fewer records or more storage");
         }
-        mesh_ = std::make_unique<Mesh<Program<Size>, Machine>>(load.grid, MeshOptions{threads, false});
+        auto const machine = size_of_machine<TestMachine<64u << 20>>(); // room for any of the sizes; as many tiles as wanted
+        mesh_ = std::make_unique<Mesh<Program, AnyMachine>>(load.grid, MeshOptions{threads, false}, Program{},
+                                                            mesh_sizes<Program>(machine, sizes));
         run(); // touches all memory once
         rss_ = resident_bytes() - before;
     }
 
-    Run run() override
+    Load const& load() const { return load_; }
+    std::uint32_t capacity() const { return sizes_.slots; }
+    std::uint32_t threads() const { return threads_; }
+    std::int64_t rss_bytes() const { return rss_; }
+
+    /// Places all records, moves them, and checks every one: it is on its tile, once, with its payload, and the machine counted
+    /// the distances that they went. Throws Error when that does not hold.
+    Run run()
     {
         for (std::uint32_t id = 0; id < load_.records; ++id) place(id, starts_[id], ends_[id]);
         auto const begin = std::chrono::steady_clock::now();
@@ -107,7 +90,8 @@ public:
         check(run.hops);
         return run;
     }
-    double idle_seconds() override
+    /// Seconds of a superstep with one record under way, from corner to corner of the area.
+    double idle_seconds()
     {
         double ms = 0;
         std::uint64_t passes = 0;
@@ -117,7 +101,7 @@ public:
             auto const counters = mesh_->run();
             ms += counters.steps[1].milliseconds;
             passes += counters.steps[1].passes;
-            auto arrived = mesh_->template state<Arrived<Size>>(last);
+            auto arrived = mesh_->state<Arrived>(last);
             if (counters.messages() != load_.area.width + load_.area.height - 2 || arrived.size() != 1)
                 throw Error("a single record that did not arrive (a bug of this program or the mesh); report this");
             arrived.truncate(0);
@@ -130,7 +114,7 @@ private:
     {
         Record r{id, to, {}};
         for (std::uint32_t i = 0; i < 13; ++i) r.payload[i] = payload_word(id, i);
-        mesh_->template state<Leaving<Size>>(from).push(r);
+        mesh_->state<Leaving>(from).push(r);
     }
     /// Checks all arrivals and empties the mesh.
     void check(std::uint64_t hops)
@@ -142,7 +126,7 @@ private:
         std::uint64_t found = 0;
         for (std::uint32_t t = 0; t < load_.area.size(); ++t) {
             auto const tile = load_.area.tile(t);
-            auto arrived = mesh_->template state<Arrived<Size>>(tile);
+            auto arrived = mesh_->state<Arrived>(tile);
             for (Record const& r : arrived) {
                 require(r.to == tile, "a record on another tile");
                 require(r.id < load_.records && ends_[r.id] == tile && seen[r.id]++ == 0, "a record twice, or one that never was");
@@ -150,19 +134,23 @@ private:
                 ++found;
             }
             arrived.truncate(0);
-            require(mesh_->template state<Leaving<Size>>(tile).empty() &&
-                        mesh_->template state<Waiting<Size, 0>>(tile).empty() &&
-                        mesh_->template state<Waiting<Size, 1>>(tile).empty(),
+            require(mesh_->state<Leaving>(tile).empty() &&
+                        mesh_->state<Waiting<0>>(tile).empty() &&
+                        mesh_->state<Waiting<1>>(tile).empty(),
                     "a record left behind");
-            require(mesh_->template state<Traffic>(tile).refused == 0, "a full storage");
+            require(mesh_->state<Traffic>(tile).refused == 0, "a full storage");
         }
         require(found == load_.records, "records lost");
         require(hops == distance_, "hops that are not the distances");
     }
 
+    Load load_;
+    Sizes sizes_;
+    std::uint32_t threads_;
+    std::int64_t rss_ = 0;
     std::vector<TileId> starts_, ends_;
     std::uint64_t distance_ = 0;
-    std::unique_ptr<Mesh<Program<Size>, Machine>> mesh_;
+    std::unique_ptr<Mesh<Program, AnyMachine>> mesh_;
 };
 
 } // namespace traffic

@@ -120,10 +120,10 @@ int main(int argc, char** argv)
             to.push_back({std::move(job), {}, {}, {}});
         };
         for (std::uint32_t threads : {1u, 2u}) {
-            add(std::make_unique<JobOf<Sizes<400, 200, 200>>>(Load{paper, paper, records}, threads), lines);
-            add(std::make_unique<JobOf<Sizes<400, 200, 200>>>(Load{{400, 250}, paper, records}, threads), lines);
-            add(std::make_unique<JobOf<Sizes<10, 200, 200>>>(Load{paper, paper, records}, threads), lines);
-            add(std::make_unique<JobOf<Sizes<4000, 200, 4000>>>(Load{paper, paper, records}, threads), lines);
+            add(std::make_unique<Job>(Load{paper, paper, records}, Sizes{400, 200, 200}, threads), lines);
+            add(std::make_unique<Job>(Load{{400, 250}, paper, records}, Sizes{400, 200, 200}, threads), lines);
+            add(std::make_unique<Job>(Load{paper, paper, records}, Sizes{10, 200, 200}, threads), lines);
+            add(std::make_unique<Job>(Load{paper, paper, records}, Sizes{4000, 200, 4000}, threads), lines);
         }
         measure(lines, rounds);
         for (auto const& line : lines) print(line);
@@ -139,7 +139,7 @@ int main(int argc, char** argv)
             Grid const field{1000, 850};
             for (std::uint32_t threads : {1u, 2u}) {
                 std::vector<Line> one;
-                add(std::make_unique<JobOf<Sizes<4, 16, 8>>>(Load{field, field, 100'000}, threads), one);
+                add(std::make_unique<Job>(Load{field, field, 100'000}, Sizes{4, 16, 8}, threads), one);
                 measure(one, 1); // a minute each
                 print(one[0]);
                 if (csv.is_open()) write(csv, one[0]);

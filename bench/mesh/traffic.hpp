@@ -23,27 +23,28 @@ constexpr std::uint32_t payload_word(std::uint32_t id, std::uint32_t i) noexcept
     return h ^ (h >> 16);
 }
 
-/// A size of the machine: slots of a channel end, of a tile's storage and of a FIFO on the first leg.
-template <std::uint32_t Slots, std::uint32_t Storage, std::uint32_t Waiting>
+/// Slots of a channel end, of a tile's storage and of a FIFO on the first leg.
 struct Sizes {
-    static constexpr std::uint32_t slots = Slots, storage = Storage, waiting = Waiting;
+    std::uint32_t slots, storage, waiting;
 };
 
-template <class Size>
-struct Road : Channel<Record, Size::slots> {};
-/// What has not left its first tile.
-template <class Size>
-struct Leaving : Buffer<Record, Size::storage> {
-    using Buffer<Record, Size::storage>::Buffer;
+struct Road : Channel<Record> {
+    static constexpr auto slots = &Sizes::slots;
 };
-template <class Size>
-struct Arrived : Buffer<Record, Size::storage> {
-    using Buffer<Record, Size::storage>::Buffer;
+/// What has not left its first tile.
+struct Leaving : Buffer<Record> {
+    using Buffer::Buffer;
+    static constexpr auto slots = &Sizes::storage;
+};
+struct Arrived : Buffer<Record> {
+    using Buffer::Buffer;
+    static constexpr auto slots = &Sizes::storage;
 };
 /// What came from the east (0) or the west (1) and found no room ahead.
-template <class Size, std::uint32_t Side>
-struct Waiting : Buffer<Record, Size::waiting> {
-    using Buffer<Record, Size::waiting>::Buffer;
+template <std::uint32_t Side>
+struct Waiting : Buffer<Record> {
+    using Buffer<Record>::Buffer;
+    static constexpr auto slots = &Sizes::waiting;
 };
 struct Traffic {
     std::uint32_t sent[2]; ///< to the east and to the west in the superstep before
@@ -57,12 +58,11 @@ struct Traffic {
 /// is told to the neighbour there as the note of the channel back, and no more is sent than what was told and what may be on
 /// its way leave free. So nothing is lost, and since a row's FIFOs wait only for columns and for the edge, nothing waits for
 /// ever.
-template <class Size>
 struct Move {
     static constexpr char const* name = "move";
 
-    Vote operator()(Here here, Leaving<Size>& leaving, Arrived<Size>& arrived, Waiting<Size, 0>& from_east,
-                    Waiting<Size, 1>& from_west, Traffic& traffic, In<Road<Size>> in, Out<Road<Size>> out) const noexcept
+    Vote operator()(Here here, Leaving& leaving, Arrived& arrived, Waiting<0>& from_east, Waiting<1>& from_west, Traffic& traffic,
+                    In<Road> in, Out<Road> out) const noexcept
     {
         auto const x = here.tile.x();
         auto const y = here.tile.y();
@@ -72,8 +72,9 @@ struct Move {
         auto& south = out[Direction::south];
         auto const credit = [&](Direction side, std::uint32_t sent) noexcept {
             auto const used = in[side].note() + sent;
-            auto const free = used < Size::waiting ? Size::waiting - used : 0;
-            return free < Size::slots ? free : Size::slots;
+            auto const fifo = from_east.capacity(), slots = east.capacity(); // as all tiles have them
+            auto const free = used < fifo ? fifo - used : 0;
+            return free < slots ? free : slots;
         };
         auto const east_limit = credit(Direction::east, traffic.sent[0]);
         auto const west_limit = credit(Direction::west, traffic.sent[1]);
@@ -129,7 +130,6 @@ struct Move {
 };
 
 /// The kernel on every tile once, then until nothing is on the road.
-template <class Size>
-using Program = Sequence<Superstep<Move<Size>>, UntilQuiet<Move<Size>>>;
+using Program = Sequence<Superstep<Move>, UntilQuiet<Move>>;
 
 } // namespace traffic

@@ -65,10 +65,10 @@ void rows_of(Context const& context, bench::Scene const& scene, std::string cons
     for (auto const& v : views) predicted.push_back(walk(scene.map, v.camera, at));
 
     for (std::uint32_t const slots : {400u, 100u}) {
-        auto const machine = make_watched(scene.map, {.threads = context.threads,
-                                                      .channel_slots = slots,
-                                                      .storage = Storage::roomy,
-                                                      .footprint = splat::Footprint::three_sigma_square});
+        Watched machine(scene.map, {.threads = context.threads,
+                                    .channel_slots = slots,
+                                    .storage_slots = 20'000,
+                                    .footprint = splat::Footprint::three_sigma_square});
         for (std::size_t i = 0; i < std::size(views); ++i) {
             auto const& v = views[i];
             auto const& p = predicted[i];
@@ -84,7 +84,7 @@ void rows_of(Context const& context, bench::Scene const& scene, std::string cons
                                 "anchor and tree of one record; the deepest tree has " + std::to_string(p.tree) +
                                     " steps, 3-sigma squares"});
             }
-            auto const r = machine->render(v.camera).report;
+            auto const r = machine.render(v.camera).report;
             auto const route = r.supersteps.route, bloom = r.supersteps.bloom;
             Row counted{"convergence",
                         row,

@@ -1,4 +1,5 @@
 #pragma once
+#include <common/machine.hpp>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -7,6 +8,7 @@
 #include <tilemesh/scene/map.hpp>
 #include <tilemesh/splat/camera.hpp>
 #include <tilemesh/splat/model.hpp>
+#include <tilemesh/splat/setup.hpp>
 
 namespace paper {
 
@@ -23,24 +25,21 @@ struct ModelledFrame {
     double milliseconds = 0;
 };
 
-enum class Storage {
-    preset, ///< 2,000 slots a tile
-    roomy   ///< 20,000, which no tile of a Mk2 has
-};
-
 /// The preset `lossless` on a Mk2 that keeps a trace; frame after frame on one mesh.
 class Watched {
 public:
     struct Options {
         std::uint32_t threads = 1;
-        std::uint32_t channel_slots = 200; ///< at most 400; the preset's
-        Storage storage = Storage::preset;
+        std::uint32_t channel_slots = splat::Lossless::sizes.road;    ///< of road and beam
+        std::uint32_t storage_slots = splat::Lossless::sizes.storage; ///< or more than a tile of a Mk2 has
         std::optional<splat::Footprint> footprint{};
     };
-    virtual ~Watched() = default;
-    virtual ModelledFrame render(splat::Camera const&) = 0;
+    Watched(scene::Map const&, Options const&);
+    ModelledFrame render(splat::Camera const&);
+
+private:
+    std::unique_ptr<bench::TracedMachine> machine_;
 };
-std::unique_ptr<Watched> make_watched(scene::Map const&, Watched::Options);
 
 /// A cold start of the preset `paper`: records in the file's order, evenly over the tiles.
 struct PaperFrame {

@@ -2,9 +2,8 @@
 #include <common/statistics.hpp>
 #include <iterator>
 #include <string>
-#include <tilemesh/machine/tile.hpp>
+#include <tilemesh/render/setup_choice.hpp>
 #include <tilemesh/report/whole_file.hpp>
-#include <tilemesh/splat/frame_program.hpp>
 #include <tilemesh/splat/setup.hpp>
 
 namespace paper {
@@ -71,14 +70,12 @@ std::string bars()
     return out + "</svg>\n";
 }
 
-template <class Setup>
-void ledger_of(Rows& rows)
+void add_ledger(tilemesh::render::SetupChoice const& setup, Rows& rows)
 {
-    using Layout = tilemesh::Tile<typename Setup::Machine, splat::Frame<Setup>>;
-    std::string const name = std::string("a tile of our ") + Setup::name;
-    bool const is_paper = std::string(Setup::name) == "paper";
+    std::string const name = std::string("a tile of our ") + setup.name;
+    bool const is_paper = std::string(setup.name) == "paper";
     std::uint64_t outside = 0;
-    for (auto const& region : Layout::ledger()) {
+    for (auto const& region : tilemesh::render::ledger_of(setup)) {
         std::string what(region.name.text, region.name.size);
         std::erase_if(what, [](char c) { return c == '(' || c == ')'; }); // `waiting (side 0)`: a CSV keeps of brackets a unit only
         if (!region.budgeted) {
@@ -99,9 +96,9 @@ void ledger_of(Rows& rows)
                     name,
                     "sum (B)",
                     {},
-                    static_cast<double>(Layout::bytes),
+                    static_cast<double>(tilemesh::render::sram_bytes_of(setup)),
                     "arithmetic",
-                    "a tile has " + std::to_string(Setup::Machine::sram_bytes)});
+                    "a tile has " + std::to_string(setup.machine.sram_bytes)});
     if (outside != 0)
         rows.push_back({"memory",
                         name,
@@ -138,8 +135,8 @@ void memory(Context const& context, Rows& rows)
         {"memory", "eight channels", "bytes", 192'000.0, 8 * channel_bytes, "arithmetic", "four sides, in and out"});
     rows.push_back({"memory", "channels and storage", "bytes", 400'000.0, 8 * channel_bytes + buffer_bytes, "arithmetic",
                     "\"roughly 400 KB remains for scene data\""});
-    ledger_of<splat::Paper>(rows);
-    ledger_of<splat::Lossless>(rows);
+    add_ledger(tilemesh::render::choice_of<splat::Paper>(), rows);
+    add_ledger(tilemesh::render::choice_of<splat::Lossless>(), rows);
     if (!context.out.empty()) tilemesh::report::write_whole(context.out / "memory.svg", bars());
 }
 

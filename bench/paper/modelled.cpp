@@ -12,9 +12,9 @@ paper::Modelled paper::model_scene(Context const& context, std::string const& na
     Modelled m;
     m.gaussians = loaded.map.gaussians.size();
     m.frames = context.quick ? 2 : m.gaussians > 100'000 ? 4 : 12;
-    auto const machine = make_watched(loaded.map, {.threads = context.threads});
+    Watched machine(loaded.map, {.threads = context.threads});
     auto const render = [&](splat::Camera const& camera) {
-        auto const frame = machine->render(camera);
+        auto const frame = machine.render(camera);
         m.complete = m.complete && frame.report.lost.empty();
         return frame.milliseconds;
     };

@@ -1,8 +1,8 @@
 // How a frame's time and memory grow with Gaussians, pixels and tiles.
-#include "machine.hpp"
 #include "options.hpp"
 #include "synthetic.hpp"
 #include <common/direct.hpp>
+#include <common/machine.hpp>
 #include <common/program.hpp>
 #include <common/scenes.hpp>
 #include <common/statistics.hpp>
@@ -15,6 +15,7 @@
 #include <new>
 #include <string>
 #include <tilemesh/error.hpp>
+#include <tilemesh/render/frame_renderer.hpp>
 #include <tilemesh/report/table.hpp>
 #include <tilemesh/report/whole_file.hpp>
 #include <unistd.h>
@@ -34,6 +35,17 @@ double resident_bytes()
     double all = 0, resident = 0;
     file >> all >> resident;
     return resident * static_cast<double>(::sysconf(_SC_PAGESIZE));
+}
+
+/// `lossless` with more slots and pixels a tile: room for what any value of any axis brings. Capacity is address space, and costs no memory
+/// until it is used.
+tilemesh::render::SetupChoice roomy_setup()
+{
+    auto setup = tilemesh::render::choice_of<tilemesh::splat::Lossless>();
+    setup.machine = tilemesh::size_of_machine<tilemesh::splat::RoomyMachine>();
+    setup.sizes.storage = 40'000;         // Sloth on 10 x 9 tiles, a million Gaussians on 1,440
+    setup.sizes.tile_pixels = 128 * 80;   // 1280 x 720 on 10 x 9 tiles; 3840 x 2160 on 40 x 36 has 96 x 60
+    return setup;
 }
 
 /// One value of an axis.
@@ -115,7 +127,7 @@ std::vector<Row> measure(Point const& point, Options const& options, std::vector
         contest->row.threads = threads;
         auto const bytes_of = [&](std::unique_ptr<bench::Machine>& machine, tilemesh::scene::Map const& map) {
             auto const before = resident_bytes();
-            machine = make_machine(map, {.threads = threads, .grid = point.grid, .tile = point.tile});
+            machine = bench::make_machine(map, roomy_setup(), {.threads = threads, .grid = point.grid, .tile = point.tile});
             machine->render(scene.camera);
             return resident_bytes() - before;
         };

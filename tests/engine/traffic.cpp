@@ -7,7 +7,7 @@ using namespace engine_test;
 
 namespace {
 
-using Machine = TestMachine<64u << 20>;
+constexpr MachineSize machine = size_of_machine<TestMachine<64u << 20>>();
 
 traffic::Record record(std::uint32_t id, TileId to)
 {
@@ -17,8 +17,8 @@ traffic::Record record(std::uint32_t id, TileId to)
 }
 
 /// `each` records on every tile, to where `to(from, random)` says. Returns the supersteps.
-template <class Size, class To>
-std::uint64_t check_load(Grid grid, std::uint32_t each, To const& to)
+template <class To>
+std::uint64_t check_load(traffic::Sizes sizes, Grid grid, std::uint32_t each, To const& to)
 {
     std::uint64_t distances = 0;
     std::vector<TileId> ends;
@@ -31,14 +31,15 @@ std::uint64_t check_load(Grid grid, std::uint32_t each, To const& to)
             distances += std::max(from.y(), ends[i].y()) - std::min(from.y(), ends[i].y());
         }
     }
-    auto const p = everywhere<traffic::Program<Size>, Machine>(grid, [&](auto& mesh) {
+    auto const load = [&](auto& mesh) {
         for (std::uint32_t i = 0; i < ends.size(); ++i)
-            mesh.template state<traffic::Leaving<Size>>(grid.tile(i % grid.size())).push(record(i, ends[i]));
-    });
+            mesh.template state<traffic::Leaving>(grid.tile(i % grid.size())).push(record(i, ends[i]));
+    };
+    auto const p = everywhere<traffic::Program, AnyMachine>(grid, load, 1, {}, mesh_sizes<traffic::Program>(machine, sizes));
     CHECK(p.last().messages() == distances);
     std::vector<int> seen(ends.size(), 0);
     for (std::uint32_t t = 0; t < grid.size(); ++t)
-        for (auto const& r : p.mesh->template state<traffic::Arrived<Size>>(grid.tile(t))) {
+        for (auto const& r : p.mesh->template state<traffic::Arrived>(grid.tile(t))) {
             REQUIRE(r.id < ends.size());
             ++seen[r.id];
             CHECK(r.to == grid.tile(t));
@@ -55,8 +56,9 @@ std::uint64_t check_load(Grid grid, std::uint32_t each, To const& to)
 TEST_CASE("traffic: with room for all, as many supersteps as the farthest has to go")
 {
     Grid const grid{7, 5};
-    auto const supersteps = check_load<traffic::Sizes<64, 400, 64>>(
-        grid, 3, [&](TileId from, Random&) { return TileId::at(grid.width - 1 - from.x(), grid.height - 1 - from.y()); });
+    auto const supersteps = check_load({64, 400, 64}, grid, 3, [&](TileId from, Random&) {
+        return TileId::at(grid.width - 1 - from.x(), grid.height - 1 - from.y());
+    });
     CHECK(supersteps == 7 + 5 - 2);
 }
 
@@ -64,17 +66,17 @@ TEST_CASE("traffic: random places, channels and FIFOs of one slot and more")
 {
     Grid const grid{9, 6};
     auto const anywhere = [&](TileId, Random& random) { return grid.tile(random.below(grid.size())); };
-    check_load<traffic::Sizes<1, 400, 1>>(grid, 6, anywhere);
-    check_load<traffic::Sizes<2, 400, 1>>(grid, 6, anywhere);
-    check_load<traffic::Sizes<1, 400, 3>>(grid, 6, anywhere);
-    check_load<traffic::Sizes<5, 400, 4>>(grid, 12, anywhere);
+    check_load({1, 400, 1}, grid, 6, anywhere);
+    check_load({2, 400, 1}, grid, 6, anywhere);
+    check_load({1, 400, 3}, grid, 6, anywhere);
+    check_load({5, 400, 4}, grid, 12, anywhere);
 }
 
 TEST_CASE("traffic: everybody to one tile, and one row across another")
 {
     Grid const grid{8, 5};
-    check_load<traffic::Sizes<1, 400, 1>>(grid, 4, [](TileId, Random&) { return TileId::at(3, 2); });
-    check_load<traffic::Sizes<2, 400, 2>>(grid, 4, [](TileId from, Random&) { return TileId::at(7 - from.x(), from.y()); });
-    check_load<traffic::Sizes<1, 400, 1>>({1, 9}, 4, [](TileId from, Random&) { return TileId::at(0, 8 - from.y()); });
-    check_load<traffic::Sizes<1, 400, 1>>({9, 1}, 4, [](TileId from, Random&) { return TileId::at(8 - from.x(), 0); });
+    check_load({1, 400, 1}, grid, 4, [](TileId, Random&) { return TileId::at(3, 2); });
+    check_load({2, 400, 2}, grid, 4, [](TileId from, Random&) { return TileId::at(7 - from.x(), from.y()); });
+    check_load({1, 400, 1}, {1, 9}, 4, [](TileId from, Random&) { return TileId::at(0, 8 - from.y()); });
+    check_load({1, 400, 1}, {9, 1}, 4, [](TileId from, Random&) { return TileId::at(8 - from.x(), 0); });
 }

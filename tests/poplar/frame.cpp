@@ -178,6 +178,16 @@ TEST_CASE("poplar: worker order and count change nothing; starved channels, drop
         compare<Held<6>>(map, "held6", options, cameras);
         options.hops = 0;
     }
+    // Other sizes than the codelets' setup has: they serve any.
+    auto sizes = Held<6>::sizes;
+    sizes.storage = 230;
+    sizes.road = 3;
+    sizes.beam = 9;
+    sizes.waiting = 2;
+    options.sizes = sizes;
+    poplar_test::use(executions[0]);
+    compare<Held<6>>(map, "held6", options, cameras);
+    options.sizes.reset();
     // Fewer slots than the layout has.
     options.channel_slots = 2;
     options.storage_slots = 200;

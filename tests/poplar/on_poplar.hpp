@@ -62,15 +62,16 @@ void check_same_words(M& a, M2& b)
 
 /// Loads and runs a program on both, `runs` times, however the stand-in executes it. Returns the runs' counters of the Mesh.
 template <class Program, class Machine = Mk2, class Load>
-std::vector<RunCounters> on_both(std::string const& prefix, Grid grid, Load const& load, int runs = 1, Program program = {})
+std::vector<RunCounters> on_both(std::string const& prefix, Grid grid, Load const& load, int runs, Program program,
+                                 MeshSizes<Program> const& sizes)
 {
     standin::With const restore(standin::settings());
     std::vector<RunCounters> counted;
     for (auto const& e : executions) {
         CAPTURE(e.name);
         use(e);
-        Mesh<Program, Machine> mesh{grid, {}, program};
-        PoplarMesh<Program, Machine> graph{grid, options(prefix), program};
+        Mesh<Program, Machine> mesh{grid, {}, program, sizes};
+        PoplarMesh<Program, Machine> graph{grid, options(prefix), program, sizes};
         load(mesh);
         load(graph);
         counted.clear();
@@ -82,6 +83,12 @@ std::vector<RunCounters> on_both(std::string const& prefix, Grid grid, Load cons
         }
     }
     return counted;
+}
+/// The same with the slots that the program's types name.
+template <class Program, class Machine = Mk2, class Load>
+std::vector<RunCounters> on_both(std::string const& prefix, Grid grid, Load const& load, int runs = 1, Program program = {})
+{
+    return on_both<Program, Machine>(prefix, grid, load, runs, program, mesh_sizes<Program, Machine>());
 }
 
 } // namespace poplar_test

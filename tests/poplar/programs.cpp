@@ -74,6 +74,54 @@ struct TakeNarrow {
 };
 using Shared = Sequence<Superstep<SendWide>, Superstep<TakeWide>, Superstep<SendNarrow>, Superstep<TakeNarrow>>;
 
+// --- slots that are a value: one codelet, graphs of any sizes -----------------------------------------------------------------------
+struct Slots {
+    std::uint32_t crate = 0, cart = 0, tray = 0;
+    bool shared = false;
+};
+struct Crate : Buffer<std::uint32_t> {
+    using Buffer::Buffer;
+    static constexpr auto slots = &Slots::crate;
+};
+struct Cart : Channel<std::uint32_t> {
+    static constexpr auto slots = &Slots::cart;
+};
+struct Tray : Channel<std::uint32_t> {
+    using memory_of = Cart;
+    static constexpr auto slots = &Slots::tray;
+    static constexpr auto memory_shared = &Slots::shared;
+};
+struct SendCart {
+    void operator()(Crate& crate, Here here, Out<Cart> out) const noexcept
+    {
+        std::uint32_t n = here.tile.x();
+        while (crate.try_push(n)) ++n;
+        for (auto word : crate)
+            if (!out[Direction::east].try_push(word)) break;
+    }
+};
+struct TakeCart {
+    void operator()(Crate& crate, In<Cart> in) const noexcept
+    {
+        crate.truncate(0);
+        for (auto word : in[Direction::west]) (void)crate.try_push(word);
+    }
+};
+struct SendTray {
+    void operator()(Crate const& crate, Out<Tray> out) const noexcept
+    {
+        for (auto word : crate)
+            if (!out[Direction::north].try_push(word + 1)) break;
+    }
+};
+struct TakeTray {
+    void operator()(Crate& crate, In<Tray> in) const noexcept
+    {
+        for (auto word : in[Direction::south]) (void)crate.try_push(word);
+    }
+};
+using Sized = Sequence<Superstep<SendCart>, Superstep<TakeCart>, Superstep<SendTray>, Superstep<TakeTray>>;
+
 // --- votes alone, without a channel ---------------------------------------------------------------------------------------------------
 struct Countdown {
     std::uint32_t left, ran;
@@ -195,6 +243,10 @@ TILEMESH_VERTEX(test_Trade, Mk2, SortRows, Trade)
 TILEMESH_VERTEX(test_Settle, Mk2, SortRows, Settle)
 TILEMESH_VERTEX(test_Tell, Mk2, Listening, Tell)
 TILEMESH_MULTI_VERTEX(test_Listen, Mk2, Listening, Listen)
+TILEMESH_VERTEX(test_SendCart, Mk2, Sized, SendCart)
+TILEMESH_VERTEX(test_TakeCart, Mk2, Sized, TakeCart)
+TILEMESH_VERTEX(test_SendTray, Mk2, Sized, SendTray)
+TILEMESH_VERTEX(test_TakeTray, Mk2, Sized, TakeTray)
 TILEMESH_VERTEX(test_SendWide, Mk2, Shared, SendWide)
 TILEMESH_VERTEX(test_TakeWide, Mk2, Shared, TakeWide)
 TILEMESH_VERTEX(test_SendNarrow, Mk2, Shared, SendNarrow)
@@ -225,6 +277,10 @@ ENTER(test_Trade);
 ENTER(test_Settle);
 ENTER(test_Tell);
 ENTER(test_Listen);
+ENTER(test_SendCart);
+ENTER(test_TakeCart);
+ENTER(test_SendTray);
+ENTER(test_TakeTray);
 ENTER(test_SendWide);
 ENTER(test_TakeWide);
 ENTER(test_SendNarrow);
@@ -334,6 +390,28 @@ TEST_CASE("poplar: two channels in one memory; lists and channels shorter than t
     auto const runs = on_both<Shared>("test", Grid{4, 3}, load, 4);
     CHECK(runs[0].peaks[0].capacity == 7);
     CHECK(runs[0].steps[0].capacity_bytes == 12u * 4 * (8 + 3 * 4));
+}
+
+TEST_CASE("poplar: one codelet serves any slots, and channels in one memory or in two, as the sizes of the graph say")
+{
+    for (Slots const slots : {Slots{6, 4, 3, false}, Slots{6, 4, 3, true}, Slots{1, 2, 5, true}, Slots{17, 1, 9, false}, Slots{0, 1, 1, true}}) {
+        CAPTURE(slots.crate);
+        CAPTURE(slots.shared);
+        auto const sizes = mesh_sizes<Sized>(size_of_machine<Mk2>(), slots);
+        auto const runs = on_both<Sized>("test", Grid{4, 3}, [](auto&) {}, 2, {}, sizes);
+        CHECK(runs[0].steps[0].messages == 12u * std::min(slots.crate, slots.cart));
+        CHECK(runs[0].peaks[0].capacity == slots.crate);
+        CHECK(runs[0].peaks[0].items == slots.crate);
+        // The graph stores what the ledger says.
+        PoplarMesh<Sized> graph{Grid{4, 3}, poplar_test::options("test"), {}, sizes};
+        graph.run();
+        std::size_t channels = 0, stored = 0;
+        for (auto const& line : SramLedger<Sized>::lines(sizes.machine, slots))
+            if (std::string(line.what) == "channel, 8 ends") channels += line.bytes;
+        for (auto const& [name, n] : standin::tile_bytes(graph.engine(), 1).variables)
+            if (name.find("Cart") == 0 || name.find("Tray") == 0) stored += n;
+        CHECK(stored == channels);
+    }
 }
 
 TEST_CASE("poplar: votes without channels; who runs is counted, also outside a rectangle")

@@ -77,9 +77,48 @@ TEST_CASE("sizes at run time that do not fit, or leave a setup without FIFOs, ar
     CHECK(refusal(sizes).empty());
     ++sizes.storage;
     CHECK(refusal(sizes).find("bytes over); give it fewer slots") != std::string::npos);
+    for (auto const member : {&Sizes::storage, &Sizes::road, &Sizes::beam, &Sizes::waiting, &Sizes::tile_pixels}) { // 32 bits would wrap
+        sizes = Lossless::sizes;
+        sizes.lists_fit = false;
+        for (std::uint32_t slots : {71'582'789u, 1u << 29, 1u << 30, 0xfffffff0u}) {
+            sizes.*member = slots;
+            CHECK(refusal(sizes).find("the program does not fit in a tile's SRAM (machine mk2, region ") == 0);
+        }
+    }
     sizes = Lossless::sizes;
     sizes.waiting = 0;
     CHECK(refusal(sizes).find("a setup that holds needs FIFOs") == 0);
+}
+
+TEST_CASE("channels whose slots a limit gives: by value and by reference they fill what the machine's messages leave of the SRAM")
+{
+    auto sizes = Lossless::sizes;
+    sizes.road = sizes.beam = dynamic_capacity;
+    RendererOptions options{.grid = {7, 6}, .channel_slots = 3, .sizes = sizes};
+    auto fixed = Lossless::sizes;
+    fixed.road = fixed.beam = 3;
+    auto const camera = path()[3];
+    auto const truth = make_runner<Lossless>(cloud(), {.grid = {7, 6}, .sizes = fixed})->render(camera);
+    for (auto const make : {make_runner<Lossless>, make_runner<Referenced<Lossless>>}) {
+        auto const frame = make(cloud(), options)->render(camera);
+        CHECK(support::differing_pixels(frame.image, truth.image) == 0);
+        CHECK(report::first_difference(frame.report, truth.report) == "");
+    }
+    auto const message = [&](auto const make, std::uint32_t slots) {
+        options.channel_slots = slots;
+        try {
+            (void)make(cloud(), options)->render(camera);
+        } catch (Error const& e) {
+            return std::string(e.what());
+        }
+        return std::string();
+    };
+    for (std::uint32_t slots : {100u, 300u}) {
+        auto const refused = message(make_runner<Lossless>, slots);
+        CHECK(refused == message(make_runner<Referenced<Lossless>>, slots));
+        CHECK(refused.empty() == (slots == 100));
+    }
+    CHECK(message(make_runner<Referenced<Lossless>>, 0).find("has no slots (its capacity is dynamic") != std::string::npos);
 }
 
 TEST_CASE("model() says from the beginning what the options asked for, and a later change wins")

@@ -61,11 +61,7 @@ private:
 
 } // namespace
 
-std::unique_ptr<Machine> error_vs_time::make_hold(scene::Map const& map, Setting const& setting, std::uint32_t)
-{
-    return std::make_unique<PretendedMachine>(map, setting);
-}
-std::unique_ptr<Machine> error_vs_time::make_drop(scene::Map const& map, Setting const& setting, std::uint32_t)
+std::unique_ptr<Machine> error_vs_time::make_machine(scene::Map const& map, Setting const& setting, std::uint32_t)
 {
     return std::make_unique<PretendedMachine>(map, setting);
 }

@@ -91,7 +91,8 @@ public:
     Mesh(Mesh const&) = delete;
     Mesh& operator=(Mesh const&) = delete;
 
-    /// At most `items` in this Limited buffer, or this many slots in this Limited or dynamic channel, on every tile.
+    /// At most `items` in this buffer, or this many slots in this channel, on every tile: no more than the mesh was built with, or what the
+    /// SRAM holds where `limit` alone gives a channel its slots.
     template <class X>
     void limit(std::uint32_t items)
     {

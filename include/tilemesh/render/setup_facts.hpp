@@ -75,8 +75,9 @@ SetupFacts facts_of()
     static_assert(!S::routes || !S::Saturation::holds || S::sizes.waiting >= 1,
                   "a setup that holds needs FIFOs (without one no credit is ever given and nothing moves); give Sizes::waiting "
                   "room for at least one message");
-    static_assert(!splat::detail::names_slots<S>, "a setup that names storage_slots (its sizes are one value: it would change nothing); give "
-                                                  "it static constexpr Sizes sizes");
+    static_assert(!splat::detail::names_slots<S>,
+                  "a setup that names storage_slots, road_bytes, beam_bytes, waiting_bytes, tile_pixels, lists_fit or one_channel_memory "
+                  "(its sizes are one value: they would change nothing); give it static constexpr Sizes sizes");
     static_assert(S::Machine::workers >= 1 && S::Machine::workers <= splat::Work::max_workers,
                   "a machine with more workers than Work counts for; raise Work::max_workers");
     return detail::facts_with<S>(S::sizes);

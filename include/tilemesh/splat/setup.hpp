@@ -77,12 +77,39 @@ constexpr Sizes roomy(Sizes sizes) noexcept
     return sizes;
 }
 
-/// A setup with members that older versions had: they would change nothing now.
 namespace detail {
+/// Does a setup have a member of that name, as it had before sizes were one value? It would change nothing now.
 template <class S, class = void>
-inline constexpr bool names_slots = false;
+inline constexpr bool names_storage_slots = false;
 template <class S>
-inline constexpr bool names_slots<S, std::void_t<decltype(S::storage_slots)>> = true;
+inline constexpr bool names_storage_slots<S, std::void_t<decltype(S::storage_slots)>> = true;
+template <class S, class = void>
+inline constexpr bool names_road_bytes = false;
+template <class S>
+inline constexpr bool names_road_bytes<S, std::void_t<decltype(S::road_bytes)>> = true;
+template <class S, class = void>
+inline constexpr bool names_beam_bytes = false;
+template <class S>
+inline constexpr bool names_beam_bytes<S, std::void_t<decltype(S::beam_bytes)>> = true;
+template <class S, class = void>
+inline constexpr bool names_waiting_bytes = false;
+template <class S>
+inline constexpr bool names_waiting_bytes<S, std::void_t<decltype(S::waiting_bytes)>> = true;
+template <class S, class = void>
+inline constexpr bool names_tile_pixels = false;
+template <class S>
+inline constexpr bool names_tile_pixels<S, std::void_t<decltype(S::tile_pixels)>> = true;
+template <class S, class = void>
+inline constexpr bool names_lists_fit = false;
+template <class S>
+inline constexpr bool names_lists_fit<S, std::void_t<decltype(S::lists_fit)>> = true;
+template <class S, class = void>
+inline constexpr bool names_one_channel_memory = false;
+template <class S>
+inline constexpr bool names_one_channel_memory<S, std::void_t<decltype(S::one_channel_memory)>> = true;
+template <class S>
+inline constexpr bool names_slots = names_storage_slots<S> || names_road_bytes<S> || names_beam_bytes<S> || names_waiting_bytes<S> ||
+                                    names_tile_pixels<S> || names_lists_fit<S> || names_one_channel_memory<S>;
 } // namespace detail
 
 } // namespace tilemesh::splat

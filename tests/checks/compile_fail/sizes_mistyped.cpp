@@ -1,4 +1,4 @@
-// EXPECT: (no member named|has no non-static data member named|does not refer to any field).*storage_slot
+// EXPECT: (member named .*storage_slot|storage_slot.* does not refer to any field)
 #include <tilemesh/splat/setup.hpp>
 
 struct Setup : tilemesh::splat::Lossless {

@@ -1,18 +1,17 @@
 #pragma once
 #include "machine.hpp"
-#include <tilemesh/renderer.hpp>
+#include <tilemesh/render/frame_renderer.hpp>
 
 namespace bench {
 
-/// On the host by reference, as `tilemesh::Renderer`: the pictures and counters of S.
-template <class S>
-class MachineOf final : public Machine {
+/// Base, a kind of Machine, over a renderer.
+template <class Base, class Renderer>
+class MachineOver : public Base {
 public:
-    MachineOf(tilemesh::scene::Map const& map, tilemesh::splat::Arithmetic arithmetic,
-              tilemesh::RendererOptions const& options)
-        : renderer_(map, options)
+    MachineOver(tilemesh::scene::Map const& map, tilemesh::render::SetupChoice const& setup,
+                tilemesh::RendererOptions const& options)
+        : renderer_(map, tilemesh::render::facts_of(setup), options, {})
     {
-        renderer_.model().arithmetic = arithmetic;
     }
     void wake(tilemesh::splat::Camera const& camera) override
     {
@@ -23,8 +22,8 @@ public:
     tilemesh::report::Image const& image() const override { return frame_.image; }
     tilemesh::report::FrameReport const& report() const override { return frame_.report; }
 
-private:
-    tilemesh::BasicRenderer<tilemesh::splat::Referenced<S>> renderer_;
+protected:
+    Renderer renderer_;
     tilemesh::RenderedFrame frame_;
 };
 

@@ -1,0 +1,66 @@
+#include "machine_over.hpp"
+#include <optional>
+#include <tilemesh/renderer.hpp>
+
+namespace bench {
+
+namespace {
+
+namespace splat = tilemesh::splat;
+
+using Renderer = tilemesh::render::FrameRenderer<tilemesh::Renderer::Policies, tilemesh::Mesh, tilemesh::Traced<tilemesh::AnyMachine>>;
+
+class MachineWithTrace final : public MachineOver<TracedMachine, Renderer> {
+    using P = Renderer::Policies;
+
+public:
+    using MachineOver::MachineOver;
+
+    void render(splat::Camera const& camera) override
+    {
+        renderer_.prepare(camera.width, camera.height);
+        if (slots_) set_limits();
+        MachineOver::render(camera);
+    }
+    void limit_channels(std::uint32_t slots) override { slots_ = slots; }
+    void limit_hops(std::uint32_t hops) override { renderer_.mesh().program() = splat::frame_program<P>(hops); }
+    std::vector<Stored> stored() override
+    {
+        std::vector<Stored> out;
+        auto const& mesh = std::as_const(renderer_.mesh());
+        for (std::uint32_t t = 0; t < mesh.grid().size(); ++t)
+            for (auto const& m : mesh.state<splat::Marks<P>>(mesh.grid().tile(t)))
+                out.push_back({m.id, t, !m.is(splat::Mark::copy) && !m.is(splat::Mark::leaving)});
+        return out;
+    }
+    splat::Model const& model() const override { return renderer_.model(); }
+    tilemesh::Trace const& trace() const override { return renderer_.trace(); }
+    tilemesh::Grid grid() override { return renderer_.mesh().grid(); }
+
+private:
+    void set_limits()
+    {
+        auto const& sizes = renderer_.facts().sizes;
+        auto& mesh = renderer_.mesh();
+        auto const at_most = [&](std::uint32_t most) { return *slots_ == 0 ? most : *slots_; };
+        mesh.limit<splat::Road<P>>(at_most(sizes.road));
+        mesh.limit<splat::Beam<P>>(at_most(sizes.beam));
+        if (renderer_.facts().rules.holds != 0) {
+            mesh.limit<splat::Waiting<P, 0>>(at_most(sizes.waiting));
+            mesh.limit<splat::Waiting<P, 1>>(at_most(sizes.waiting));
+        }
+        slots_.reset();
+    }
+
+    std::optional<std::uint32_t> slots_; ///< not yet the mesh's
+};
+
+} // namespace
+
+std::unique_ptr<TracedMachine> make_traced_machine(tilemesh::scene::Map const& map, tilemesh::render::SetupChoice const& setup,
+                                                   tilemesh::RendererOptions const& options)
+{
+    return std::make_unique<MachineWithTrace>(map, setup, options);
+}
+
+} // namespace bench

@@ -1,0 +1,84 @@
+#include "machine.hpp"
+#include "with_knobs.hpp"
+#include <tilemesh/model/cost_model.hpp>
+#include <tilemesh/model/cost_parameters.hpp>
+#include <tilemesh/render/setup_choice.hpp>
+#include <tilemesh/renderer.hpp>
+
+namespace error_vs_time {
+
+namespace {
+
+/// Lossless' policies on a machine with room for every setting, so that a setting's error is its own: storage and channels are
+/// limited while it runs. What a setting needs of Mk2 is counted (peak_storage).
+tilemesh::render::SetupFacts roomy_facts(bool drops)
+{
+    auto setup = tilemesh::render::choice_of<splat::Lossless>();
+    setup.machine = tilemesh::size_of_machine<splat::RoomyMachine>();
+    setup.holds = !drops;
+    setup.sizes.storage = 100'000;                        // a tile has never held half of it
+    setup.sizes.road = setup.sizes.beam = 8'192;          // the cold start of 250,000 records puts fewer into one channel
+    setup.sizes.waiting = drops ? 0 : setup.sizes.road;
+    return tilemesh::render::facts_of(setup);
+}
+
+class RoomyMachine final : public Machine {
+    using P = splat::PoliciesOf<WithKnobs>;
+
+public:
+    RoomyMachine(scene::Map const& map, Setting const& setting, std::uint32_t threads)
+        : setting_(setting), renderer_(map, roomy_facts(setting.limits.drop),
+                                       {.threads = threads,
+                                        .tile = {tile_width, tile_height},
+                                        .hops = setting.limits.hops == 0 ? 0 : unbounded,
+                                        .storage_slots = setting.limits.storage_slots},
+                                       {})
+    {
+        renderer_.model() = setting.model;
+    }
+    void settle(splat::Camera const& first, splat::Camera const& second) override
+    {
+        renderer_.prepare(first.width, first.height);
+        renderer_.mesh().broadcast<ParametersWithKnobs>().knobs = setting_.knobs;
+        for (auto const* camera : {&first, &second, &first}) render(*camera);
+        auto const n = setting_.limits.channel_slots;
+        auto& mesh = renderer_.mesh();
+        mesh.limit<splat::Road<P>>(n);
+        mesh.limit<splat::Beam<P>>(n);
+        if (!setting_.limits.drop) {
+            mesh.limit<splat::Waiting<P, 0>>(n);
+            mesh.limit<splat::Waiting<P, 1>>(n);
+        }
+        if (setting_.limits.hops != 0) mesh.program() = splat::frame_program<P>(setting_.limits.hops);
+    }
+    void render(splat::Camera const& camera) override { renderer_.render_into(camera, frame_); }
+    report::Image const& image() const override { return frame_.image; }
+    report::FrameReport const& counters() const override { return frame_.report; }
+    double modelled_ms() override
+    {
+        static tilemesh::CostModel const model = tilemesh::mk2();
+        return tilemesh::milliseconds(model, tilemesh::model_cost(model, renderer_.trace(), renderer_.mesh().grid()).cycles);
+    }
+    double host_ms() const override // without the list of what is missing, which is the report's work
+    {
+        auto const& ms = frame_.report.host_ms;
+        return ms.project + ms.route + ms.bloom + ms.composite + ms.picture;
+    }
+
+private:
+    /// More hops than any frame takes, as a bound that can be changed: a renderer without one does not look for late records.
+    static constexpr std::uint32_t unbounded = 1u << 30;
+
+    Setting setting_;
+    tilemesh::render::FrameRenderer<P, tilemesh::Mesh, tilemesh::Traced<tilemesh::AnyMachine>> renderer_;
+    tilemesh::RenderedFrame frame_;
+};
+
+} // namespace
+
+std::unique_ptr<Machine> make_machine(scene::Map const& map, Setting const& setting, std::uint32_t threads)
+{
+    return std::make_unique<RoomyMachine>(map, setting, threads);
+}
+
+} // namespace error_vs_time

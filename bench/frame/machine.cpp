@@ -1,0 +1,22 @@
+#include "machine.hpp"
+#include <tilemesh/render/frame_renderer.hpp>
+
+std::unique_ptr<frame::Machine> frame::make_machine(Kind kind, tilemesh::scene::Map const& map, tilemesh::splat::Arithmetic arithmetic,
+                                                    std::uint32_t threads, tilemesh::splat::Camera const& camera)
+{
+    auto setup = tilemesh::render::choice_of<tilemesh::splat::Lossless>();
+    setup.model.transmittance_min = stop_of_3dgs;
+    setup.model.arithmetic = arithmetic;
+    tilemesh::RendererOptions options{.threads = threads};
+    if (kind == Kind::large) {
+        setup.machine = tilemesh::size_of_machine<tilemesh::splat::RoomyMachine>();
+        setup.sizes.storage = 20'000; // of the 250,000 records of the object capture that this is for, with their copies
+    }
+    if (kind == Kind::wide) {
+        auto const part = [](std::uint32_t size, std::uint32_t tiles) { return (size + tiles - 1) / tiles; };
+        setup.machine = tilemesh::size_of_machine<tilemesh::TestMachine<tilemesh::Mk2::sram_bytes, 100'000>>();
+        options.grid = {400, 250};
+        options.tile = {part(camera.width, 40), part(camera.height, 36)};
+    }
+    return bench::make_machine(map, setup, options);
+}
