@@ -21,16 +21,6 @@ TILEMESH_VERTEX(drain_Refill, Mk2, Draining, Refill)
 TILEMESH_VERTEX(traced_OpenTap, Traced<Mk2>, Draining, OpenTap)
 TILEMESH_VERTEX(traced_Drain, Traced<Mk2>, Draining, Drain)
 TILEMESH_VERTEX(traced_Refill, Traced<Mk2>, Draining, Refill)
-TILEMESH_VERTEX(nested_OpenTap, Mk2, Nested, OpenTap)
-TILEMESH_VERTEX(nested_Drain, Mk2, Nested, Drain)
-TILEMESH_VERTEX(nested_Refill, Mk2, Nested, Refill)
-TILEMESH_VERTEX(warm_Warm, Mk2, Warming, Warm)
-TILEMESH_VERTEX(warm_Spread, Mk2, Warming, Spread)
-TILEMESH_VERTEX(warm_Cool, Mk2, Warming, Cool)
-TILEMESH_VERTEX(warm_most_change_of_all_begin, Mk2, Warming, BeginReduce<Change, Most, to_all>)
-TILEMESH_VERTEX(warm_most_change_of_all, Mk2, Warming, GoOnReducing<Change, Most, to_all>)
-TILEMESH_VERTEX(warm_Judge, Mk2, Warming, Judge)
-TILEMESH_VERTEX(warm_Forget, Mk2, Warming, Forget)
 TILEMESH_VERTEX(choose_add_one, Mk2, Choosing, Add<1>)
 TILEMESH_VERTEX(choose_add_ten, Mk2, Choosing, Add<10>)
 TILEMESH_VERTEX(choose_add_hundred, Mk2, Choosing, Add<100>)
@@ -50,16 +40,6 @@ ENTER(drain_Refill);
 ENTER(traced_OpenTap);
 ENTER(traced_Drain);
 ENTER(traced_Refill);
-ENTER(nested_OpenTap);
-ENTER(nested_Drain);
-ENTER(nested_Refill);
-ENTER(warm_Warm);
-ENTER(warm_Spread);
-ENTER(warm_Cool);
-ENTER(warm_most_change_of_all_begin);
-ENTER(warm_most_change_of_all);
-ENTER(warm_Judge);
-ENTER(warm_Forget);
 ENTER(choose_add_one);
 ENTER(choose_add_ten);
 ENTER(choose_add_hundred);
