@@ -64,6 +64,13 @@ function(form_installed)
     expect_output(app/expected.txt)
 endfunction()
 
+# The host code compiled once, from the installed sources: the same output.
+function(form_compiled)
+    configure(compiled "-DCMAKE_PREFIX_PATH=${prefix}")
+    run(${CMAKE_COMMAND} --build "${work}" --parallel 2)
+    expect_output(app/expected.txt)
+endfunction()
+
 function(form_relocated)
     install_into("${WORK}/first_prefix")
     file(REMOVE_RECURSE "${WORK}/second_prefix")

@@ -35,5 +35,5 @@ TILEMESH_HOST ErrorMeasures compare(Image const& image, Image const& reference);
 } // namespace tilemesh::report
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/report/detail/error_measures_code.hpp>
+#include <tilemesh/report/detail/error_measures_code.hpp>
 #endif

@@ -208,5 +208,5 @@ TILEMESH_HOST std::ostream& operator<<(std::ostream& out, FrameReport const& r);
 } // namespace tilemesh::report
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/report/detail/frame_report_code.hpp>
+#include <tilemesh/report/detail/frame_report_code.hpp>
 #endif

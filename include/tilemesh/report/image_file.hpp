@@ -43,5 +43,5 @@ TILEMESH_HOST Image read_pfm(std::filesystem::path const& path);
 } // namespace tilemesh::report
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/report/detail/image_file_code.hpp>
+#include <tilemesh/report/detail/image_file_code.hpp>
 #endif

@@ -25,5 +25,5 @@ TILEMESH_HOST splat::Camera built_in_camera(Size size);
 } // namespace tilemesh::scene
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/scene/detail/built_in_code.hpp>
+#include <tilemesh/scene/detail/built_in_code.hpp>
 #endif

@@ -30,5 +30,5 @@ TILEMESH_HOST Map load_ply(std::filesystem::path const& path);
 } // namespace tilemesh::scene
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/scene/detail/ply_code.hpp>
+#include <tilemesh/scene/detail/ply_code.hpp>
 #endif
