@@ -16,6 +16,7 @@
 #include <tilemesh/render/record_table.hpp>
 #include <tilemesh/render/renderer_options.hpp>
 #include <tilemesh/render/screen_cache.hpp>
+#include <tilemesh/render/setup_choice.hpp>
 #include <tilemesh/render/setup_facts.hpp>
 #include <tilemesh/splat/quality.hpp>
 #include <type_traits>

@@ -1,10 +1,9 @@
 #pragma once
 #include <cstdint>
-#include <tilemesh/render/setup_facts.hpp>
 #include <tilemesh/render/record_table.hpp>
+#include <tilemesh/render/setup_facts.hpp>
+#include <tilemesh/render/sorted_table.hpp>
 #include <tilemesh/report/frame_report.hpp>
-#include <unordered_map>
-#include <unordered_set>
 #include <utility>
 #include <vector>
 
@@ -15,12 +14,13 @@ namespace tilemesh::render {
 /// Where a mesh holds what, between runs. Costs a look at every stored record: only for frames in which something was refused or may be
 /// under way.
 struct MeshFacts {
-    std::unordered_map<std::uint64_t, std::uint32_t> held;       ///< `key` of id and tile -> the bits of its mark
-    std::unordered_map<splat::GaussianId, splat::Splat> owners;  ///< anchored records
-    std::vector<splat::GaussianId> under_way;                    ///< records in channels and FIFOs, in the order of tiles
-    std::unordered_set<std::uint64_t> copies_under_way;          ///< `key` of id and the tile that they reach next
+    SortedTable held;                         ///< `key` of id and tile -> the bits of its mark
+    SortedTable owners;                       ///< `key` of an anchored record's id -> where its splat is in `splats`
+    std::vector<splat::Splat> splats;
+    std::vector<splat::GaussianId> under_way; ///< records in channels and FIFOs, in the order of tiles
+    SortedTable copies_under_way;             ///< `key` of id and the tile that they reach next
 
-    static std::uint64_t key(splat::GaussianId id, std::uint32_t tile) noexcept
+    static std::uint64_t key(splat::GaussianId id, std::uint32_t tile = 0) noexcept
     {
         return std::uint64_t{static_cast<std::uint32_t>(id)} << 32 | tile;
     }
@@ -35,8 +35,10 @@ MeshFacts facts_on(M& mesh)
         auto const marks = std::as_const(mesh).template state<splat::Marks<P>>(grid.tile(t));
         auto const splats = std::as_const(mesh).template state<splat::Splats<P>>(grid.tile(t));
         for (std::uint32_t i = 0; i < marks.size(); ++i) {
-            facts.held.emplace(MeshFacts::key(marks[i].id, t), marks[i].bits);
-            if (!marks[i].is(splat::Mark::copy)) facts.owners.emplace(marks[i].id, splat::AccessOf<P>::splat_of(frame, splats[i]));
+            facts.held.add(MeshFacts::key(marks[i].id, t), marks[i].bits);
+            if (marks[i].is(splat::Mark::copy)) continue;
+            facts.owners.add(MeshFacts::key(marks[i].id), static_cast<std::uint32_t>(facts.splats.size()));
+            facts.splats.push_back(splat::AccessOf<P>::splat_of(frame, splats[i]));
         }
         if constexpr (P::routes)
             for (Direction d : news)
@@ -51,8 +53,9 @@ MeshFacts facts_on(M& mesh)
         if constexpr (P::blooms)
             for (Direction d : news)
                 for (auto const& m : mesh.template incoming<splat::Beam<P>>(grid.tile(t), d))
-                    facts.copies_under_way.insert(MeshFacts::key(m.id, t));
+                    facts.copies_under_way.add(MeshFacts::key(m.id, t), 0);
     }
+    for (auto* const table : {&facts.held, &facts.owners, &facts.copies_under_way}) (void)table->sort();
     return facts;
 }
 
@@ -77,18 +80,17 @@ public:
     std::vector<std::uint32_t> list(report::FrameReport& r)
     {
         r.gaussians.under_way = facts_.under_way.size();
-        std::unordered_map<splat::GaussianId, std::uint32_t> row_of;
+        SortedTable row_of, moving;
         if (!facts_.under_way.empty())
-            for (std::uint32_t row = 0; row < records_.rows(); ++row) row_of.emplace(records_.id(row), row);
-        std::unordered_set<splat::GaussianId> moving;
-        for (auto const id : facts_.under_way) {
-            moving.insert(id);
-            list_without_owner(r, row_of.at(id), report::Cause::late);
-        }
+            for (std::uint32_t row = 0; row < records_.rows(); ++row) row_of.add(MeshFacts::key(records_.id(row)), row);
+        for (auto const id : facts_.under_way) moving.add(MeshFacts::key(id), 0);
+        (void)row_of.sort();
+        (void)moving.sort();
+        for (auto const id : facts_.under_way) list_without_owner(r, *row_of.find(MeshFacts::key(id)), report::Cause::late);
         std::vector<std::uint32_t> missing;
         for (std::uint32_t row = 0; row < records_.rows(); ++row) {
             auto const id = records_.id(row);
-            if (facts_.owners.count(id) != 0 || moving.count(id) != 0) continue;
+            if (facts_.owners.has(MeshFacts::key(id)) || moving.has(MeshFacts::key(id))) continue;
             // Where the host places the records it keeps those with nothing on screen.
             if (!ask_.routes && !project(row).visible()) continue;
             missing.push_back(row);
@@ -99,15 +101,15 @@ public:
         }
         (ask_.holds ? r.gaussians.unplaced : r.gaussians.dropped) = missing.size();
         for (std::uint32_t row = 0; row < records_.rows(); ++row) {
-            auto const owner = facts_.owners.find(records_.id(row));
-            if (owner != facts_.owners.end()) list_missing_copies(r, records_.id(row), owner->second);
+            auto const* const owner = facts_.owners.find(MeshFacts::key(records_.id(row)));
+            if (owner != nullptr) list_missing_copies(r, records_.id(row), facts_.splats[*owner]);
         }
         return missing;
     }
 
 private:
     splat::Splat project(std::uint32_t row) const { return records_.project(row, ask_.view, ask_.tiling); }
-    bool holds_a_copy(splat::GaussianId id, std::uint32_t tile) const { return facts_.held.count(MeshFacts::key(id, tile)) != 0; }
+    bool holds_a_copy(splat::GaussianId id, std::uint32_t tile) const { return facts_.held.has(MeshFacts::key(id, tile)); }
     /// Calls f(tile) for each tile that the splat touches.
     template <class F>
     void for_each_tile(splat::Splat const& s, F const& f) const
@@ -149,8 +151,8 @@ private:
     report::Cause why_missing(splat::GaussianId id, TileId anchor, TileId t) const
     {
         Direction towards_child = Direction::north;
-        auto holder = facts_.held.end();
-        for (TileId at = t; !(at == anchor) && holder == facts_.held.end();) {
+        std::uint32_t const* holder = nullptr; // its mark's bits
+        for (TileId at = t; !(at == anchor) && holder == nullptr;) {
             Direction const up = at.y() != anchor.y() ? (at.y() > anchor.y() ? Direction::north : Direction::south)
                                                       : (at.x() > anchor.x() ? Direction::west : Direction::east);
             towards_child = opposite(up);
@@ -158,11 +160,11 @@ private:
             at = ask_.grid.neighbour(at, up);
             holder = facts_.held.find(MeshFacts::key(id, ask_.grid.index_of(at)));
         }
-        if (holder == facts_.held.end()) return report::Cause::late; // the record itself has not arrived
+        if (holder == nullptr) return report::Cause::late; // the record itself has not arrived
         if (!ask_.blooms) return report::Cause::no_bloom;
-        if ((holder->second & splat::Mark::refused(towards_child)) != 0) return report::Cause::channel_full;
-        bool const arriving = facts_.copies_under_way.count(MeshFacts::key(id, ask_.grid.index_of(t))) != 0;
-        if ((holder->second & splat::Mark::shared(towards_child)) != 0 && !arriving) return report::Cause::storage_full;
+        if ((*holder & splat::Mark::refused(towards_child)) != 0) return report::Cause::channel_full;
+        bool const arriving = facts_.copies_under_way.has(MeshFacts::key(id, ask_.grid.index_of(t)));
+        if ((*holder & splat::Mark::shared(towards_child)) != 0 && !arriving) return report::Cause::storage_full;
         return report::Cause::late;
     }
 

@@ -8,6 +8,7 @@
 #include <tilemesh/render/host_form.hpp>
 #include <tilemesh/render/record_table.hpp>
 #include <tilemesh/render/screen_cache.hpp>
+#include <tilemesh/render/sorted_table.hpp>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -139,12 +140,12 @@ public:
     bool recall_copies(M& mesh)
     {
         if (missing_.empty()) return false;
-        std::vector<splat::GaussianId> ids;
-        for (auto row : missing_) ids.push_back(records_.id(row));
-        std::sort(ids.begin(), ids.end());
+        SortedTable ids;
+        for (auto row : missing_) ids.add(static_cast<std::uint32_t>(records_.id(row)), row);
+        (void)ids.sort();
         bool any = false;
         auto const is_orphan = [&](auto const& mark) {
-            return mark.is(splat::Mark::copy) && std::binary_search(ids.begin(), ids.end(), mark.id);
+            return mark.is(splat::Mark::copy) && ids.has(static_cast<std::uint32_t>(mark.id));
         };
         for_each_tile([&](TileId tile) {
             auto const seen = std::as_const(mesh).template state<splat::Marks<P>>(tile);

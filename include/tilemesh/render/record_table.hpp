@@ -4,11 +4,11 @@
 #include <span>
 #include <string>
 #include <tilemesh/error.hpp>
+#include <tilemesh/render/sorted_table.hpp>
 #include <tilemesh/scene/map.hpp>
 #include <tilemesh/scene/records.hpp>
 #include <tilemesh/splat/project_all.hpp>
 #include <type_traits>
-#include <unordered_set>
 #include <utility>
 #include <vector>
 
@@ -29,11 +29,13 @@ public:
                         "> setup, or give up the rest with scene::at_degree");
         scene::require_harmonics(map);
         harmonics_ = map.harmonics;
-        std::unordered_set<splat::GaussianId> ids;
+        SortedTable ids;
         ids.reserve(gaussians_.size());
-        for (auto const& g : gaussians_)
-            if (!ids.insert(g.id).second || g.id == splat::GaussianId::none)
-                throw Error("two Gaussians with id " + std::to_string(static_cast<std::uint32_t>(g.id)) +
+        for (std::uint32_t row = 0; row < rows(); ++row) ids.add(static_cast<std::uint32_t>(id(row)), row);
+        bool const unique = ids.sort();
+        for (std::uint32_t row = 0; row < rows(); ++row)
+            if (id(row) == splat::GaussianId::none || (!unique && *ids.find(static_cast<std::uint32_t>(id(row))) != row))
+                throw Error("two Gaussians with id " + std::to_string(static_cast<std::uint32_t>(id(row))) +
                             ", or an id of 0 (a record is known by its id); number them from 1");
     }
 

@@ -122,6 +122,52 @@ inline SetupFacts facts_of(SetupChoice const& c)
     return f;
 }
 
+namespace detail {
+/// Are all of a setup's words the library's? Then its facts are a choice's, and cost no code of their own.
+template <class S>
+inline constexpr bool is_of_the_library =
+    splat::is_known_colour<typename S::Pixel> && std::is_same_v<typename S::Parameters, splat::FrameParameters> &&
+    std::is_same_v<typename S::Projected, splat::Splat> &&
+    (std::is_same_v<typename S::Saturation, splat::Hold> || std::is_same_v<typename S::Saturation, splat::Drop>) &&
+    (std::is_same_v<typename S::Addressing, splat::Carried> || std::is_same_v<typename S::Addressing, splat::Recomputed>) &&
+    (std::is_same_v<typename S::Copies, splat::WorldCopies> || std::is_same_v<typename S::Copies, splat::ScreenCopies>);
+template <class S>
+SetupFacts facts_at(splat::Sizes const& sizes)
+{
+    if constexpr (is_of_the_library<S>) {
+        auto choice = choice_of<S>();
+        choice.sizes = sizes;
+        return facts_of(choice);
+    } else {
+        return facts_with<S>(sizes);
+    }
+}
+} // namespace detail
+
+/// The facts of a setup with its own sizes. A setup that does not fit into its machine's SRAM does not compile.
+template <class S>
+SetupFacts facts_of()
+{
+    static_assert(Tile<typename S::Machine, splat::Frame<S>, S>::bytes <= S::Machine::sram_bytes);
+    static_assert(!S::routes || !S::Saturation::holds || S::sizes.waiting >= 1,
+                  "a setup that holds needs FIFOs (without one no credit is ever given and nothing moves); give Sizes::waiting "
+                  "room for at least one message");
+    static_assert(!splat::names_slots<S>,
+                  "a setup that names storage_slots, road_bytes, beam_bytes, waiting_bytes, tile_pixels, lists_fit or one_channel_memory "
+                  "(its sizes are one value: they would change nothing); give it static constexpr Sizes sizes");
+    static_assert(S::Machine::workers >= 1 && S::Machine::workers <= splat::Work::max_workers,
+                  "a machine with more workers than Work counts for; raise Work::max_workers");
+    return detail::facts_at<S>(S::sizes);
+}
+/// The facts of a setup with other sizes. Throws Error, with the same sentences, where they do not fit.
+template <class S>
+SetupFacts facts_of(splat::Sizes const& sizes)
+{
+    if constexpr (!detail::is_of_the_library<S>) require_fit<splat::Frame<S>>(size_of_machine<typename S::Machine>(), sizes);
+    if (S::routes && S::Saturation::holds && sizes.waiting == 0) throw Error(detail::needs_fifos);
+    return detail::facts_at<S>(sizes);
+}
+
 /// The choice cut to what a scene needs: records of another degree, and without routing or bloom where they have nothing to do, in the
 /// same bytes of SRAM (`splat::Fitted`).
 constexpr SetupChoice fitted(SetupChoice c, std::uint32_t degree, bool routes, bool blooms) noexcept

@@ -67,30 +67,6 @@ inline constexpr char needs_fifos[] = "a setup that holds needs FIFOs (without o
                                       "Sizes::waiting room for at least one message";
 } // namespace detail
 
-/// The facts of a setup with its own sizes. A setup that does not fit into its machine's SRAM does not compile.
-template <class S>
-SetupFacts facts_of()
-{
-    static_assert(Tile<typename S::Machine, splat::Frame<S>, S>::bytes <= S::Machine::sram_bytes);
-    static_assert(!S::routes || !S::Saturation::holds || S::sizes.waiting >= 1,
-                  "a setup that holds needs FIFOs (without one no credit is ever given and nothing moves); give Sizes::waiting "
-                  "room for at least one message");
-    static_assert(!splat::names_slots<S>,
-                  "a setup that names storage_slots, road_bytes, beam_bytes, waiting_bytes, tile_pixels, lists_fit or one_channel_memory "
-                  "(its sizes are one value: they would change nothing); give it static constexpr Sizes sizes");
-    static_assert(S::Machine::workers >= 1 && S::Machine::workers <= splat::Work::max_workers,
-                  "a machine with more workers than Work counts for; raise Work::max_workers");
-    return detail::facts_with<S>(S::sizes);
-}
-/// The facts of a setup with other sizes. Throws Error, with the same sentences, where they do not fit.
-template <class S>
-SetupFacts facts_of(splat::Sizes const& sizes)
-{
-    require_fit<splat::Frame<S>>(size_of_machine<typename S::Machine>(), sizes);
-    if (S::routes && S::Saturation::holds && sizes.waiting == 0) throw Error(detail::needs_fifos);
-    return detail::facts_with<S>(sizes);
-}
-
 /// What a mesh that runs the frame of policies P is told: slots and bytes are those of the machine, whatever the host moves.
 template <class P>
 MeshSizes<splat::Frame<P>> mesh_sizes_of(SetupFacts const& facts)
