@@ -48,7 +48,7 @@ struct Hold {
     static constexpr char const* name = "hold";
     static constexpr bool holds = true, may_hold = true;
     template <class Parameters>
-    static constexpr bool holds_in(Parameters const&) noexcept
+    TILEMESH_KERNEL static constexpr bool holds_in(Parameters const&) noexcept
     {
         return true;
     }
@@ -59,7 +59,7 @@ struct Drop {
     static constexpr char const* name = "drop";
     static constexpr bool holds = false, may_hold = false;
     template <class Parameters>
-    static constexpr bool holds_in(Parameters const&) noexcept
+    TILEMESH_KERNEL static constexpr bool holds_in(Parameters const&) noexcept
     {
         return false;
     }
@@ -74,7 +74,7 @@ struct Carried {
     using Message = AddressedRecord<Record>;
     static constexpr bool carried = true;
     template <class Parameters>
-    static constexpr bool carried_in(Parameters const&) noexcept // in this frame
+    TILEMESH_KERNEL static constexpr bool carried_in(Parameters const&) noexcept // in this frame
     {
         return true;
     }
@@ -101,7 +101,7 @@ struct Recomputed {
     using Message = Record;
     static constexpr bool carried = false;
     template <class Parameters>
-    static constexpr bool carried_in(Parameters const&) noexcept
+    TILEMESH_KERNEL static constexpr bool carried_in(Parameters const&) noexcept
     {
         return false;
     }
@@ -131,7 +131,7 @@ struct WorldCopies {
     using Message = Record;
     static constexpr bool reusable = true;
     template <class Parameters>
-    static constexpr bool reusable_in(Parameters const&) noexcept // in this frame
+    TILEMESH_KERNEL static constexpr bool reusable_in(Parameters const&) noexcept // in this frame
     {
         return true;
     }
@@ -159,7 +159,7 @@ struct ScreenCopies {
     using Message = ScreenCopy;
     static constexpr bool reusable = false;
     template <class Parameters>
-    static constexpr bool reusable_in(Parameters const&) noexcept
+    TILEMESH_KERNEL static constexpr bool reusable_in(Parameters const&) noexcept
     {
         return false;
     }

@@ -22,7 +22,9 @@ struct Roomy : Lossless {
 };
 using one_tile = Fitted<Roomy, 0, false, false>; ///< minimal with room for a frame on one tile of a test machine
 
-/// A setup under another name.
+/// A setup whose policies are others by name alone: setups that share a set of policies share their kernels.
 template <class S>
-struct Twin : S {};
+struct Twin : S {
+    struct Parameters : S::Parameters {};
+};
 } // namespace leave_out
