@@ -148,20 +148,21 @@ compile() { # TEST-FILE TREE FLAGS ARGUMENTS...
 # Builds a test into OUT, with what its part links beside it (sources without a test case). Objects that CHANGED files are no part of
 # are those of the test without a fault.
 build() { # TEST TREE FLAGS OUT CHANGED...
-    local test=$1 tree=$2 flags=$3 out=$4 kit source object objects=() file
+    local test=$1 tree=$2 flags=$3 out=$4 kit source object own objects=() file
     shift 4
     kit=$(kit_of "$flags")
     while read -r source; do
         source=${test%/*}/$(basename "$source" .cpp)
         object=$kit/${source//\//_}.o
+        own=$out.${#objects[@]}.o
         if [ -e "$object.d" ]; then
             for file in "$@"; do
-                if grep -qF "/$file" "$object.d"; then object=$out.o && break; fi
+                if grep -qF "/$file" "$object.d"; then object=$own && break; fi
             done
         fi
         if [ ! -e "$object" ]; then
-            compile "$source" "$tree" "$flags" -MMD -MF "$out.d" -c -o "$out.o" || return
-            if [ "$object" != "$out.o" ]; then cp "$out.o" "$object" && mv "$out.d" "$object.d"; fi
+            compile "$source" "$tree" "$flags" -MMD -MF "$own.d" -c -o "$own" || return
+            if [ "$object" != "$own" ]; then mv "$own.d" "$object.d" && mv "$own" "$object"; fi
         fi
         objects+=("$object")
     done < <(grep -L TEST_CASE "$tree/tests/${test%/*}"/*.cpp)
@@ -214,7 +215,7 @@ try_control() { # JOB TEST|FLAGS|REFUSAL
     echo "$(($(now) - begin)) $(($(now) - built))" >"$work/ms_$name"
     if grep -m 1 '^skipped: ' "$out.log" >"$work/why_$name"; then return; fi
     rm -rf "$work/why_$name"
-    if [ $ok -eq 0 ]; then rm -rf "$out" "$out.o" "$out.log" && return; fi
+    if [ $ok -eq 0 ]; then rm -rf "$out" "$out".*.o "$out".*.d "$out.log" && return; fi
     grep -A 6 -e 'ERROR:' -e 'error:' "$out.log" | head -n 20
     tail -n 3 "$out.log"
     echo "control: tests/$test fails without any fault${flags:+ ($flags)}; correct that first"
@@ -276,7 +277,7 @@ try_fault() { # JOB NUMBER|NAME|TESTS|FLAGS|REFUSAL|FILES: prints one line
         'NOT CAUGHT: '* | 'skipped: '*) line=$says && break ;;
         *) line="${line:-caught by }${line:+, }$says" ;;
         esac
-        rm -rf "$out" "$out.o" "$out.d" "$out.log"
+        rm -rf "$out" "$out".*.o "$out".*.d "$out.log"
     done
     for file in $files; do cp "$work/pristine/$file" "$tree/$file"; done
     case $line in
