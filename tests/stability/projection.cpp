@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <cstring>
 #include <sstream>
+#include <tilemesh/scene/detail/ply_gaussian.hpp>
 #include <tilemesh/scene/ply.hpp>
 #include <tilemesh/splat/depth_sort.hpp>
 #include <tilemesh/splat/harmonics.hpp>
@@ -984,7 +985,8 @@ namespace {
 /// The most blocks of the compositing kernel that a tile of at most `pixels` pixels touches, wherever it lies.
 std::uint64_t most_blocks(std::uint64_t pixels)
 {
-    using namespace tilemesh::splat::detail;
+    using tilemesh::splat::block_height;
+    using tilemesh::splat::block_width;
     std::uint64_t most = 0;
     for (std::uint64_t w = 1; w <= 65535 && w <= pixels; ++w) {
         std::uint64_t const h = std::min<std::uint64_t>(pixels / w, 65535);
