@@ -40,6 +40,14 @@ struct RoomyLossless : Lossless {
     static constexpr Sizes sizes = roomy(Lossless::sizes);
 };
 
+/// A record with a word of its own takes its bytes, which no choice knows.
+struct Labelled : Gaussian {
+    std::uint32_t label;
+};
+struct OfLabelled : Lossless {
+    using Record = Labelled;
+};
+
 /// Facts of a type without the checks, so that setups that do not fit can be compared too.
 template <class S>
 render::SetupFacts facts_of_type()
@@ -122,6 +130,17 @@ TEST_CASE("a choice of a setup has its facts")
     same_facts<RoomyLossless>(choice_of<RoomyLossless>());
     same_facts<Fitted<Paper, 2>>(choice_of<Fitted<Paper, 2>>());
     same_facts<WithPixel<Lossless, Both>>(choice_of<WithPixel<Lossless, Both>>());
+}
+
+TEST_CASE("a setup with a record of its own is no choice")
+{
+    static_assert(render::detail::is_of_the_library<Lossless> && render::detail::is_of_the_library<Fitted<Paper, 3>>);
+    static_assert(!render::detail::is_of_the_library<OfLabelled>);
+    auto sizes = Lossless::sizes;
+    sizes.storage = 1000;
+    auto const facts = facts_of<OfLabelled>(sizes);
+    CHECK(facts.record_bytes == sizeof(Labelled));
+    CHECK(line_of(facts.ledger[2]) == "storage, state: " + std::to_string(8 + 1000 * sizeof(Labelled)));
 }
 
 TEST_CASE("a choice that is changed has the facts of the type that says the same")

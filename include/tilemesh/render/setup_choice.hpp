@@ -128,6 +128,7 @@ template <class S>
 inline constexpr bool is_of_the_library =
     splat::is_known_colour<typename S::Pixel> && std::is_same_v<typename S::Parameters, splat::FrameParameters> &&
     std::is_same_v<typename S::Projected, splat::Splat> &&
+    std::is_same_v<typename S::Record, splat::GaussianOfDegree<S::Record::sh_degree>> &&
     (std::is_same_v<typename S::Saturation, splat::Hold> || std::is_same_v<typename S::Saturation, splat::Drop>) &&
     (std::is_same_v<typename S::Addressing, splat::Carried> || std::is_same_v<typename S::Addressing, splat::Recomputed>) &&
     (std::is_same_v<typename S::Copies, splat::WorldCopies> || std::is_same_v<typename S::Copies, splat::ScreenCopies>);
