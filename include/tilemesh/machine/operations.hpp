@@ -24,11 +24,19 @@ constexpr bool operator==(OperationCounts const& a, OperationCounts const& b) no
 }
 
 namespace detail {
+template <class Name, std::uint32_t N>
+constexpr std::uint32_t length_of(Name const (&)[N]) noexcept
+{
+    return N;
+}
 template <class Set, class = void>
-inline constexpr std::uint32_t kinds_of = 0;
+struct KindsOf {
+    static constexpr std::uint32_t count = 0;
+};
 template <class Set>
-inline constexpr std::uint32_t kinds_of<Set, std::void_t<typename Set::Kind, decltype(Set::names[0])>> =
-    sizeof(Set::names) / sizeof(Set::names[0]);
+struct KindsOf<Set, std::void_t<typename Set::Kind, decltype(Set::names)>> {
+    static constexpr std::uint32_t count = length_of(Set::names);
+};
 } // namespace detail
 
 /// What one run of a kernel on one tile did, in units that a cost model has prices for. `Set` is the program's own and names them:
@@ -43,9 +51,9 @@ inline constexpr std::uint32_t kinds_of<Set, std::void_t<typename Set::Kind, dec
 /// engine keeps a trace, so that it costs nothing elsewhere. It follows from the tile's words alone: the same on every engine.
 template <class Set>
 struct Operations : OperationCounts {
-    static_assert(detail::kinds_of<Set> != 0, "a set of operations has no names (a trace and the prices of a cost model need them); "
+    static_assert(detail::KindsOf<Set>::count != 0, "a set of operations has no names (a trace and the prices of a cost model need them); "
                                               "give it `enum Kind : std::uint32_t {...}` and `static constexpr char const* names[]`");
-    static_assert(detail::kinds_of<Set> <= most_operation_kinds, "a kernel counts too many kinds of operations (a trace holds "
+    static_assert(detail::KindsOf<Set>::count <= most_operation_kinds, "a kernel counts too many kinds of operations (a trace holds "
                                                                  "most_operation_kinds of them); count fewer");
     constexpr std::uint32_t& operator[](typename Set::Kind kind) noexcept { return this->count[kind]; }
     constexpr std::uint32_t operator[](typename Set::Kind kind) const noexcept { return this->count[kind]; }
@@ -121,7 +129,7 @@ constexpr OperationNames operation_names() noexcept
 {
     if constexpr (detail::OperationsOf<K>::declared) {
         using Set = typename detail::OperationsOf<K>::Signature::Set;
-        return {Set::names, detail::kinds_of<Set>};
+        return {Set::names, detail::KindsOf<Set>::count};
     } else {
         return {};
     }

@@ -4,6 +4,7 @@
 #include <tilemesh/engine/mesh_sizes.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/render/setup_facts.hpp>
+#include <utility>
 #include <vector>
 
 namespace tilemesh::render {
@@ -61,50 +62,63 @@ constexpr splat::FrameWords words_of(SetupChoice const& c) noexcept
             splat::slot_list_bytes(c.sizes.lists_fit, mark)};
 }
 
-/// The ledger of a choice: the lines of `Tile<Machine, Frame<S>, S>::ledger()` for the setup S that says the same.
+/// The ledger of a choice: the lines of `Tile<Machine, Frame<S>, S>::ledger()` for the setup S that says the same, and their sum.
+struct ChoiceLedger {
+    std::vector<Region> lines;
+    std::uint64_t bytes = 0; ///< that count against the SRAM
+
+    explicit ChoiceLedger(SetupChoice const& c)
+    {
+        using Names = splat::PoliciesOf<splat::Lossless>;
+        auto const words = words_of(c);
+        auto const list = [](std::uint64_t slots, std::uint64_t slot_bytes) { return 8 + slots * slot_bytes; };
+        // A channel whose slots `limit` gives counts as its heads.
+        auto const channel = [&](std::uint32_t slots, std::uint32_t message) { return 8 * list(slots == dynamic_capacity ? 0 : slots, message); };
+        auto const road = channel(c.sizes.road, words.road_message), beam = channel(c.sizes.beam, words.beam_message);
+        bool const shared = c.sizes.one_channel_memory && c.routes && c.blooms;
+        if (c.routes) add(splat::Road<Names>::name, "channel, 8 ends", road);
+        if (c.blooms) add(splat::Beam<Names>::name, "channel, 8 ends", shared ? (beam > road ? beam - road : 0) : beam);
+        bool const fit = c.sizes.lists_fit;
+        auto const mark = c.routes || c.blooms ? sizeof(splat::Mark) : sizeof(splat::AnchorMark);
+        add(splat::Storage<Names>::name, "state", list(c.sizes.storage, words.record));
+        add(splat::Marks<Names>::name, "state", list(c.sizes.storage, mark), fit);
+        add(splat::Splats<Names>::name, "state", list(c.sizes.storage, sizeof(splat::Splat)), fit);
+        if (c.routes) add(splat::FlowControl::name, "state", sizeof(splat::FlowControl));
+        if (c.blooms) add(splat::OwedCopies::name, "state", sizeof(splat::OwedCopies));
+        add(splat::Counts::name, "state", sizeof(splat::Counts));
+        if (c.routes && c.holds) {
+            add(splat::Waiting<Names, 0>::name, "state", list(c.sizes.waiting, words.road_message));
+            add(splat::Waiting<Names, 1>::name, "state", list(c.sizes.waiting, words.road_message));
+        }
+        add(splat::Order<Names>::name, "state", list(c.sizes.storage, sizeof(splat::SortKey)), fit);
+        add(splat::Framebuffer<Names>::name, "state", list(c.sizes.tile_pixels, words.pixel));
+        add(splat::Work::name, "state", sizeof(splat::Work));
+        add(splat::FrameParameters::name, "broadcast", sizeof(splat::FrameParameters));
+        add("code and stacks", "reserve", c.machine.code_bytes);
+    }
+
+private:
+    void add(char const* name, char const* what, std::uint64_t region_bytes, bool budgeted = true)
+    {
+        auto const line = region_bytes < 0xffffffffu ? static_cast<std::uint32_t>(region_bytes) : 0xffffffffu;
+        lines.push_back({as_name(name), what, line, budgeted});
+        bytes += budgeted ? region_bytes : 0;
+    }
+};
 inline std::vector<Region> ledger_of(SetupChoice const& c)
 {
-    auto const words = words_of(c);
-    std::vector<Region> lines;
-    auto const list = [](std::uint32_t slots, std::uint32_t bytes) { return 8 + slots * bytes; };
-    auto const add = [&](char const* name, char const* what, std::uint64_t bytes, bool budgeted = true) {
-        lines.push_back({as_name(name), what, static_cast<std::uint32_t>(bytes), budgeted});
-    };
-    auto const road = 8 * list(c.sizes.road, words.road_message), beam = 8 * list(c.sizes.beam, words.beam_message);
-    bool const shared = c.sizes.one_channel_memory && c.routes && c.blooms;
-    using Names = splat::PoliciesOf<splat::Lossless>;
-    if (c.routes) add(splat::Road<Names>::name, "channel, 8 ends", road);
-    if (c.blooms) add(splat::Beam<Names>::name, "channel, 8 ends", shared ? (beam > road ? beam - road : 0) : beam);
-    bool const fit = c.sizes.lists_fit;
-    auto const mark = static_cast<std::uint32_t>(c.routes || c.blooms ? sizeof(splat::Mark) : sizeof(splat::AnchorMark));
-    add(splat::Storage<Names>::name, "state", list(c.sizes.storage, words.record));
-    add(splat::Marks<Names>::name, "state", list(c.sizes.storage, mark), fit);
-    add(splat::Splats<Names>::name, "state", list(c.sizes.storage, sizeof(splat::Splat)), fit);
-    if (c.routes) add(splat::FlowControl::name, "state", sizeof(splat::FlowControl));
-    if (c.blooms) add(splat::OwedCopies::name, "state", sizeof(splat::OwedCopies));
-    add(splat::Counts::name, "state", sizeof(splat::Counts));
-    if (c.routes && c.holds) {
-        add(splat::Waiting<Names, 0>::name, "state", list(c.sizes.waiting, words.road_message));
-        add(splat::Waiting<Names, 1>::name, "state", list(c.sizes.waiting, words.road_message));
-    }
-    add(splat::Order<Names>::name, "state", list(c.sizes.storage, sizeof(splat::SortKey)), fit);
-    add(splat::Framebuffer<Names>::name, "state", list(c.sizes.tile_pixels, words.pixel));
-    add(splat::Work::name, "state", sizeof(splat::Work));
-    add(splat::FrameParameters::name, "broadcast", sizeof(splat::FrameParameters));
-    add("code and stacks", "reserve", c.machine.code_bytes);
-    return lines;
+    return ChoiceLedger(c).lines;
 }
 inline std::uint64_t sram_bytes_of(SetupChoice const& c)
 {
-    std::uint64_t sum = 0;
-    for (auto const& line : ledger_of(c)) sum += line.budgeted ? line.bytes : 0;
-    return sum;
+    return ChoiceLedger(c).bytes;
 }
 
 /// The facts of a choice. Throws Error where it does not fit into its machine's SRAM, or holds without FIFOs.
 inline SetupFacts facts_of(SetupChoice const& c)
 {
     auto const words = words_of(c);
+    ChoiceLedger ledger(c);
     SetupFacts f{c.name,
                  c.machine,
                  c.sizes,
@@ -115,8 +129,8 @@ inline SetupFacts facts_of(SetupChoice const& c)
                  c.depth,
                  c.alpha,
                  c.model,
-                 sram_bytes_of(c),
-                 ledger_of(c)};
+                 ledger.bytes,
+                 std::move(ledger.lines)};
     if (f.sram_bytes > c.machine.sram_bytes) throw does_not_fit(c.machine, f.ledger, f.sram_bytes);
     if (c.routes && c.holds && c.sizes.waiting == 0) throw Error(detail::needs_fifos);
     return f;

@@ -1,5 +1,5 @@
 // EXPECT: a setup that holds needs FIFOs
-#include <tilemesh/render/setup_facts.hpp>
+#include <tilemesh/render/setup_choice.hpp>
 
 struct Setup : tilemesh::splat::Paper { // whose FIFOs have no slot
     using Saturation = tilemesh::splat::Hold;

@@ -1,5 +1,5 @@
 // EXPECT: a setup that names storage_slots .its sizes are one value: it would change nothing.; give it static constexpr Sizes sizes
-#include <tilemesh/render/setup_facts.hpp>
+#include <tilemesh/render/setup_choice.hpp>
 
 struct Setup : tilemesh::splat::Lossless {
     static constexpr std::uint32_t storage_slots = 700;

@@ -1,5 +1,5 @@
 // EXPECT: a machine with more workers than Work counts for
-#include <tilemesh/render/setup_facts.hpp>
+#include <tilemesh/render/setup_choice.hpp>
 
 struct EightWorkers : tilemesh::Mk2 {
     static constexpr std::uint32_t workers = 8;
