@@ -1,3 +1,4 @@
+// test: unoptimised test asan tsan
 #include "control.hpp"
 #include "everywhere.hpp"
 #include <tilemesh/model/no_progress.hpp>

@@ -1,4 +1,4 @@
-// test: unoptimised asan
+// test: unoptimised test asan
 #include "everywhere.hpp"
 #include "programs.hpp"
 

@@ -1,4 +1,4 @@
-// test: unoptimised asan
+// test: unoptimised test asan
 // What a host may do otherwise than the machine: a tile's workers at once, and handles for records.
 #include "everywhere.hpp"
 #include "programs.hpp"

@@ -1,3 +1,4 @@
+// test: unoptimised test asan tsan
 // Machine and slots as values: one program, and one piece of code, for meshes of any sizes.
 #include "everywhere.hpp"
 #include <tilemesh/engine/trace.hpp>

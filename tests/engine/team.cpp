@@ -1,4 +1,4 @@
-// test: unoptimised asan
+// test: unoptimised test asan
 // Threads of a mesh: who shares, who takes, who sleeps. And sets of tiles.
 #include "everywhere.hpp"
 #include "programs.hpp"

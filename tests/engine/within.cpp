@@ -1,4 +1,4 @@
-// test: unoptimised asan
+// test: unoptimised test asan
 // Superstep and Repeat on a part of the grid, where the rest is idle.
 #include "everywhere.hpp"
 #include "programs.hpp"

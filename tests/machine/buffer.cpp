@@ -1,3 +1,4 @@
+// test: unoptimised test asan tsan
 #include "handler.hpp"
 #include <algorithm>
 #include <array>

@@ -1,3 +1,4 @@
+// test: unoptimised test asan tsan
 #include <cstdint>
 #include <doctest/doctest.h>
 #include <string>

@@ -1,4 +1,4 @@
-// test: unoptimised asan, without tsan
+// test: unoptimised test asan, without tsan
 #include "../engine/everywhere.hpp"
 #include "model_by_hand.hpp"
 #include <cstdint>

@@ -1,3 +1,4 @@
+// test: unoptimised test asan tsan
 #include "../engine/everywhere.hpp"
 #include "model_by_hand.hpp"
 #include <sstream>

@@ -1,4 +1,4 @@
-// test: unoptimised asan tsan
+// test: unoptimised test asan tsan
 // The authors' prototype as bench/paper has it, on small grids where what happens can be told by hand; and the prices fitted to it.
 #include <doctest/doctest.h>
 #include <paper/prototype.hpp>

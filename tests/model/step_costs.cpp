@@ -1,4 +1,4 @@
-// test: unoptimised asan, without tsan
+// test: unoptimised test asan, without tsan
 #include "model_by_hand.hpp"
 #include <doctest/doctest.h>
 #include <sstream>

@@ -1,3 +1,4 @@
+// test: unoptimised test asan tsan
 #include "../../examples/heat/heat.hpp"
 #include "../engine/everywhere.hpp"
 #include <filesystem>

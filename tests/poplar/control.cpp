@@ -1,3 +1,4 @@
+// test: unoptimised test asan tsan
 #include "../engine/control.hpp"
 #include "on_poplar.hpp"
 #include <standin_vertex.hpp>

@@ -1,3 +1,4 @@
+// test: unoptimised test asan tsan
 // From counters to a report: made-up numbers in, the report out.
 #include "../splat/support.hpp"
 #include <doctest/doctest.h>

@@ -1,3 +1,4 @@
+// test: unoptimised test asan tsan
 // What the host does in the machine's place, bit for bit: it projects a table of any degree, and shows floats as levels.
 #include "../splat/support.hpp"
 #include <doctest/doctest.h>

@@ -1,3 +1,4 @@
+// test: unoptimised test asan tsan
 // What a renderer is told: sizes at run time are the sizes of a setup, and model() says how the picture is made.
 #include "../splat/runner.hpp"
 #include <doctest/doctest.h>

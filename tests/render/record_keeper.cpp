@@ -1,3 +1,4 @@
+// test: unoptimised test asan tsan
 // The record keeper on a mesh that nothing renders on: what it loads, places and recalls is there once, and in order.
 #include "../splat/support.hpp"
 #include <doctest/doctest.h>

@@ -1,3 +1,4 @@
+// test: unoptimised test asan tsan
 // A setup that is put together at run time has the facts and the ledger, to the byte, of the type that says the same.
 #include <doctest/doctest.h>
 #include <string>

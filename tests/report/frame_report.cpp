@@ -1,3 +1,4 @@
+// test: unoptimised test asan tsan
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>

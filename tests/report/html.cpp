@@ -1,4 +1,4 @@
-// test: unoptimised asan
+// test: unoptimised test asan
 #include <cstddef>
 #include <doctest/doctest.h>
 #include <limits>

@@ -1,3 +1,4 @@
+// test: unoptimised test asan tsan
 #include <atomic>
 #include <doctest/doctest.h>
 #include <stdexcept>

@@ -1,3 +1,4 @@
+// test: unoptimised test asan tsan
 #include <cmath>
 #include <cstddef>
 #include <cstdlib>

@@ -1,3 +1,4 @@
+// test: unoptimised test asan tsan
 #include <array>
 #include <cerrno>
 #include <charconv>

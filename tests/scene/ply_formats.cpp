@@ -1,3 +1,4 @@
+// test: unoptimised test asan tsan
 #include "ply_writer.hpp"
 #include "support.hpp"
 #include <cstdint>
