@@ -1,4 +1,4 @@
-// EXPECT: a setup that names storage_slots .its sizes are one value: it would change nothing.; give it static constexpr Sizes sizes
+// EXPECT: a setup that names storage_slots, road_bytes, .* .its sizes are one value: they would change nothing.; give it static constexpr Sizes sizes
 #include <tilemesh/render/setup_choice.hpp>
 
 struct Setup : tilemesh::splat::Lossless {
