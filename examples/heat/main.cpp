@@ -3,7 +3,7 @@
 #include <cmath>
 #include <cstdio>
 #include <numbers>
-#include <tilemesh/tilemesh.hpp>
+#include <tilemesh/engine/mesh.hpp>
 
 int main()
 {
