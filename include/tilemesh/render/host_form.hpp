@@ -127,7 +127,8 @@ struct TableAccess {
     {
         return !covered || (bits & Mark::leaving) != 0 || (row_state & RowState::appeared) != 0;
     }
-    /// What these parameters change of n splats that the host has projected: nothing, unless a program of its own says otherwise.
+    /// What these parameters change of n splats that the host has projected: nothing, unless a program of its own says otherwise. What a
+    /// report lists as missing (render/losses.hpp) is by the library's footprint: keep to it where records may be lost.
     static void adjust(Parameters const&, View const&, Tiling const&, Splat*, std::uint32_t) noexcept {}
     template <class>
     static std::uint32_t road_bytes(Parameters const& frame) noexcept
