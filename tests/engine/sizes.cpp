@@ -208,6 +208,23 @@ TEST_CASE("sizes that come at run time and do not fit are refused with the sente
     CHECK(has(frame(), "(machine mk2, region storage has 180008 bytes, and the sum is "));
 }
 
+TEST_CASE("a machine with more workers than a kernel has words for is refused, and one without workers")
+{
+    auto const refused = [](std::uint32_t workers) {
+        auto machine = size_of_machine<Mk2>();
+        machine.workers = workers;
+        return error_of([&] { (void)mesh_sizes<splat::Frame<splat::Lossless>>(machine, splat::Lossless::sizes); });
+    };
+    CHECK(refused(1).empty());
+    CHECK(refused(6).empty());
+    CHECK(has(refused(7), "machine mk2 with 7 workers"));
+    CHECK(has(refused(0), "machine mk2 with 0 workers"));
+    // A program whose kernels count nothing for workers runs on any machine.
+    auto many = machine_with(8192);
+    many.workers = 100;
+    CHECK(error_of([&] { (void)mesh_sizes<Freight>(many, Slots{3, 3, 3}); }).empty());
+}
+
 TEST_CASE("memory_shared: two channels in one memory may not carry mail at once, and may where the flag says they have their own")
 {
     auto const crowded = [](bool shared) {
