@@ -146,6 +146,14 @@ TEST_CASE("sizes that come at run time: 0, 1, n - 1, n and n + 1 slots on every 
             }
 }
 
+TEST_CASE("a channel to which the sizes give no slot is refused by a run, and nobody is told to limit it")
+{
+    Slots const slots{5, 4, 0};
+    on_each<Freight, AnyMachine>(
+        grid, [](auto& mesh) { CHECK(has(error_of([&] { mesh.run(); }), "channel Lane has no slots (the sizes of the mesh give it none")); }, {},
+        mesh_sizes<Freight>(machine_with(8192), slots));
+}
+
 TEST_CASE("a limit is at most the slots of the sizes, and frees no SRAM")
 {
     Slots const slots{5, 4, 3};
