@@ -1,10 +1,16 @@
 #pragma once
 #include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
 #include <exception>
 #include <tilemesh/engine/run.hpp>
 #include <tilemesh/engine/store.hpp>
 #include <tilemesh/engine/team.hpp>
 #include <tilemesh/engine/tile_set.hpp>
+#include <type_traits>
+#include <utility>
+#include <vector>
 
 namespace tilemesh {
 

@@ -4,6 +4,7 @@
 #include <string>
 #include <tilemesh/error.hpp>
 #include <tilemesh/machine/tile.hpp>
+#include <type_traits>
 
 namespace tilemesh {
 

@@ -1,5 +1,7 @@
 #pragma once
+#include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <string>
@@ -12,6 +14,8 @@
 #include <tilemesh/error.hpp>
 #include <tilemesh/machine/tile.hpp>
 #include <tuple>
+#include <type_traits>
+#include <utility>
 
 namespace tilemesh::engine {
 

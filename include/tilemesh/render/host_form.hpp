@@ -1,4 +1,5 @@
 #pragma once
+#include <cstdint>
 #include <tilemesh/splat/fitted.hpp>
 #include <type_traits>
 
@@ -221,12 +222,10 @@ struct Referenced : S {
 template <class S, class = void>
 struct ValueOf {
     using type = S;
-    static constexpr bool referenced = false;
 };
 template <class S>
 struct ValueOf<S, std::void_t<typename S::Value>> {
     using type = typename S::Value;
-    static constexpr bool referenced = true;
 };
 
 } // namespace tilemesh::splat

@@ -4,6 +4,7 @@
 #include <tilemesh/engine/mesh_sizes.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/render/setup_facts.hpp>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
