@@ -5,6 +5,7 @@
 #include <atomic>
 #include <bit>
 #include <cstring>
+#include <span>
 #include <tilemesh/splat/project_all.hpp>
 #include <utility>
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstring>
+#include <span>
 #include <tilemesh/splat/project_all.hpp>
 #include <vector>
 

@@ -26,14 +26,14 @@ std::string short_number(float v)
 }
 
 /// What routing takes of a tile of lossless with records of this degree.
-std::uint32_t routing_bytes(std::uint32_t degree)
+std::uint64_t routing_bytes(std::uint32_t degree)
 {
     namespace render = tilemesh::render;
     auto const setup = render::fitted(render::choice_of<splat::Lossless>(), degree, true, true);
     return splat::routing_bytes(setup.sizes, render::words_of(setup), setup.holds);
 }
 
-std::uint32_t bloom_bytes()
+std::uint64_t bloom_bytes()
 {
     auto const setup = tilemesh::render::choice_of<splat::Lossless>();
     return splat::bloom_bytes(setup.sizes, tilemesh::render::words_of(setup));
@@ -56,7 +56,7 @@ std::string exploring_option(Options const& o)
     return {};
 }
 
-std::string bytes_a_tile(std::uint32_t bytes)
+std::string bytes_a_tile(std::uint64_t bytes)
 {
     return thousands(bytes) + " bytes a tile";
 }

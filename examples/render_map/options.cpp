@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 #include <numeric>
+#include <span>
 #include <string_view>
 #include <thread>
 #include <tilemesh/config.hpp>

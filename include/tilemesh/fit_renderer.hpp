@@ -88,8 +88,9 @@ bool meets(scene::Demand const& demand) noexcept
     return S::Record::sh_degree >= demand.sh_degree && (S::routes || !demand.moves) && (S::blooms || !demand.spans);
 }
 
-/// The renderer of the first of `Setups` that does all that the scene demands, on host threads; name the smallest first. Each
-/// costs seconds of compile time. Throws Error where none does. The records that no view shows are not loaded (scene::needed).
+/// The renderer of the first of `Setups` that does all that the scene demands, on host threads; name the smallest first. Throws Error
+/// where none does. The records that no view shows are not loaded (scene::needed). Compile time: setups that differ in machine, sizes,
+/// degree or saturation share one renderer; one without routing or bloom costs seconds more.
 template <class... Setups>
 std::unique_ptr<AnyRenderer> fit_renderer(scene::Map const& map, scene::Demand const& demand, RendererOptions const& options = {})
 {

@@ -146,6 +146,14 @@ TEST_CASE("sizes that come at run time: 0, 1, n - 1, n and n + 1 slots on every 
             }
 }
 
+TEST_CASE("a channel to which the sizes give no slot is refused by a run, and nobody is told to limit it")
+{
+    Slots const slots{5, 4, 0};
+    on_each<Freight, AnyMachine>(
+        grid, [](auto& mesh) { CHECK(has(error_of([&] { mesh.run(); }), "channel Lane has no slots (the sizes of the mesh give it none")); }, {},
+        mesh_sizes<Freight>(machine_with(8192), slots));
+}
+
 TEST_CASE("a limit is at most the slots of the sizes, and frees no SRAM")
 {
     Slots const slots{5, 4, 3};
@@ -206,6 +214,23 @@ TEST_CASE("sizes that come at run time and do not fit are refused with the sente
     CHECK(frame().empty());
     sizes.storage += 1000;
     CHECK(has(frame(), "(machine mk2, region storage has 180008 bytes, and the sum is "));
+}
+
+TEST_CASE("a machine with more workers than a kernel has words for is refused, and one without workers")
+{
+    auto const refused = [](std::uint32_t workers) {
+        auto machine = size_of_machine<Mk2>();
+        machine.workers = workers;
+        return error_of([&] { (void)mesh_sizes<splat::Frame<splat::Lossless>>(machine, splat::Lossless::sizes); });
+    };
+    CHECK(refused(1).empty());
+    CHECK(refused(6).empty());
+    CHECK(has(refused(7), "machine mk2 with 7 workers"));
+    CHECK(has(refused(0), "machine mk2 with 0 workers"));
+    // A program whose kernels count nothing for workers runs on any machine.
+    auto many = machine_with(8192);
+    many.workers = 100;
+    CHECK(error_of([&] { (void)mesh_sizes<Freight>(many, Slots{3, 3, 3}); }).empty());
 }
 
 TEST_CASE("memory_shared: two channels in one memory may not carry mail at once, and may where the flag says they have their own")

@@ -122,6 +122,37 @@ TEST_CASE("channels whose slots a limit gives: by value and by reference they fi
     CHECK(message(make_runner<Referenced<Lossless>>, 0).find("has no slots (its capacity is dynamic") != std::string::npos);
 }
 
+TEST_CASE("facts of a setup with other records, rules or planes than a renderer's policies are refused")
+{
+    using render::check_facts;
+    auto const choice = render::choice_of<Lossless>();
+    auto const refused = [](auto policies, render::SetupChoice const& c) {
+        try {
+            check_facts<decltype(policies)>(render::facts_of(c));
+        } catch (Error const& e) {
+            return std::string(e.what()).find("on a renderer of other policies") != std::string::npos;
+        }
+        return false;
+    };
+    PoliciesOf<Lossless> const by_value{};
+    PoliciesOf<Referenced<Lossless>> const by_reference{};
+    PoliciesOf<Referenced<WithPixel<Lossless, WithDepth<FloatPixel>>>> const planes{};
+    auto const shaded = render::fitted(choice, 1, true, true);
+    auto dropping = choice, screen = choice, recomputed = choice;
+    dropping.holds = screen.reusable = recomputed.carried = false;
+    for (auto const& c : {choice, shaded, dropping, screen, recomputed}) {
+        CHECK(refused(by_value, c) == !(c.sh_degree == 0 && c.holds && c.reusable && c.carried));
+        CHECK(!refused(by_reference, c));
+    }
+    for (bool depth : {false, true})
+        for (bool alpha : {false, true}) {
+            auto const c = render::with_planes(choice, depth, alpha);
+            CHECK(refused(by_reference, c) == (depth || alpha));
+            CHECK(refused(by_value, c) == (depth || alpha));
+            CHECK(!refused(planes, c));
+        }
+}
+
 TEST_CASE("model() says from the beginning what the options asked for, and a later change wins")
 {
     auto const map = cloud();

@@ -253,6 +253,20 @@ TEST_CASE("a choice that is exactly full fits, and one byte less of SRAM does no
     CHECK(planes.sizes.storage == tight.sizes.storage - (2 * 4 * 640 + 135) / 136);
 }
 
+TEST_CASE("a machine with more workers than a frame counts for, or with none, is refused")
+{
+    for (std::uint32_t workers : {0u, 1u, 6u, 7u}) {
+        CAPTURE(workers);
+        auto choice = choice_of<Lossless>();
+        choice.machine.workers = workers;
+        bool const counted = workers == 1 || workers == 6;
+        CHECK((refusal(choice) == "") == counted);
+        if (!counted)
+            CHECK(refusal(choice) == "machine mk2 with " + std::to_string(workers) +
+                                         " workers (Work counts for 1 to 6); choose another machine, or raise Work::max_workers");
+    }
+}
+
 TEST_CASE("a choice that holds without FIFOs is refused")
 {
     auto choice = choice_of<Paper>();

@@ -37,6 +37,15 @@ static_assert(has_slots<1, 1581, 2326, 2139, 2953>);
 static_assert(has_slots<2, 1172, 1724, 1586, 2176>);
 static_assert(has_slots<3, 860, 1266, 1164, 1590>);
 
+// Channels whose slots `limit` gives stay so for other records, and free their heads alone. Sizes of 4 GiB and more do not wrap.
+struct ByLimit : Lossless {
+    static constexpr Sizes sizes{.storage = 2000, .road = dynamic_capacity, .beam = dynamic_capacity, .waiting = 200, .tile_pixels = 640};
+};
+static_assert(Fitted<ByLimit, 3>::sizes.road == dynamic_capacity && Fitted<ByLimit, 3>::sizes.beam == dynamic_capacity);
+static_assert(Fitted<ByLimit, 3>::sizes.storage == 860 && Fitted<ByLimit, 0, true, false>::sizes.storage == 2000);
+static_assert(refitted({.storage = 1u << 30, .road = 1u << 30}, {60, 64, 60, 12, 76}, {60, 64, 60, 12, 76}).road == 1u << 30);
+static_assert(refitted({.storage = 1u << 30}, {60, 64, 60, 12, 76}, {60, 64, 60, 12, 76}).storage == 1u << 30);
+
 using Ledger = std::map<std::string, std::uint32_t>;
 template <class S>
 Ledger ledger()

@@ -1,8 +1,16 @@
 #pragma once
 #include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
 #include <exception>
+#include <string>
 #include <tilemesh/engine/mesh.hpp>
 #include <tilemesh/engine/run.hpp>
+#include <type_traits>
+#include <utility>
+#include <vector>
 
 namespace tilemesh {
 

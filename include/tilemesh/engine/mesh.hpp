@@ -1,10 +1,16 @@
 #pragma once
 #include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
 #include <exception>
 #include <tilemesh/engine/run.hpp>
 #include <tilemesh/engine/store.hpp>
 #include <tilemesh/engine/team.hpp>
 #include <tilemesh/engine/tile_set.hpp>
+#include <type_traits>
+#include <utility>
+#include <vector>
 
 namespace tilemesh {
 
@@ -490,11 +496,11 @@ private:
         engine::detail::broken_contract = nullptr; // what runs next on this thread may be no kernel
     }
 
-    /// One superstep on all tiles, or on those that must run; nothing where nobody must.
     bool any_busy() const noexcept
     {
         return std::any_of(workers_.begin(), workers_.end(), [](auto const& w) { return !w.busy.empty(); });
     }
+    /// One superstep on all tiles, or on those that must run; nothing where nobody must.
     template <class Kernel, bool All>
     engine::Passed superstep()
     {

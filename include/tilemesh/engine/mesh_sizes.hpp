@@ -4,6 +4,7 @@
 #include <string>
 #include <tilemesh/error.hpp>
 #include <tilemesh/machine/tile.hpp>
+#include <type_traits>
 
 namespace tilemesh {
 
@@ -60,6 +61,18 @@ constexpr MeshSizes<Program> plain_sizes(MachineSize const& machine, Sizes const
     m.sram_bytes = SramLedger<Program>::bytes(machine, sizes);
     return m;
 }
+/// The workers that kernel K has words for: its `most_workers`, or any number.
+template <class K, class = void>
+inline constexpr std::uint32_t most_workers_of = 0xffffffffu;
+template <class K>
+inline constexpr std::uint32_t most_workers_of<K, std::void_t<decltype(K::most_workers)>> = K::most_workers;
+/// Has every kernel of a program words for all of the machine's workers?
+template <class... Step>
+constexpr bool has_words_for_workers([[maybe_unused]] MachineSize const& machine, Types<Step...>) noexcept
+{
+    return ((most_workers_of<KernelOf<Step>> == 0xffffffffu ||
+             (machine.workers >= 1 && machine.workers <= most_workers_of<KernelOf<Step>>)) && ...);
+}
 } // namespace engine
 
 /// The sizes of a program on a machine whose setup is a constant. A program that does not fit is a compile-time error (`Tile`).
@@ -67,6 +80,9 @@ template <class Program, class Machine, class Setup = NoSetup>
 constexpr MeshSizes<Program> mesh_sizes() noexcept
 {
     static_assert(Tile<Machine, Program, Setup>::bytes <= Machine::sram_bytes);
+    static_assert(engine::has_words_for_workers(size_of_machine<Machine>(), StepsOf<Program>{}),
+                  "a machine with more workers than a kernel of this program has words for, or with none (the kernel's most_workers says how "
+                  "many); choose another machine, or give the kernel more words");
     return engine::plain_sizes<Program>(size_of_machine<Machine>(), Setup::sizes, typename Needs<Program>::States{},
                                                 typename Needs<Program>::Links{});
 }
@@ -82,10 +98,13 @@ Error does_not_fit(MachineSize const& machine, Lines const& ledger, std::uint64_
                  std::string(largest.name.text, largest.name.size) + " has " + std::to_string(largest.bytes) + " bytes, and the sum is " +
                  std::to_string(bytes - machine.sram_bytes) + " bytes over); give it fewer slots");
 }
-/// Throws Error where a program of these sizes does not fit into a tile's SRAM.
+/// Throws Error where a program of these sizes does not fit into a tile's SRAM, or has no words for all of the machine's workers.
 template <class Program, class Sizes>
 void require_fit(MachineSize const& machine, Sizes const& sizes)
 {
+    if (!engine::has_words_for_workers(machine, StepsOf<Program>{}))
+        throw Error("machine " + std::string(machine.name) + " with " + std::to_string(machine.workers) +
+                    " workers (a kernel of the program has words for fewer, and needs one); choose another machine");
     auto const bytes = SramLedger<Program>::bytes(machine, sizes);
     if (bytes > machine.sram_bytes) throw does_not_fit(machine, SramLedger<Program>::lines(machine, sizes), bytes);
 }

@@ -1,5 +1,7 @@
 #pragma once
+#include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <string>
@@ -12,6 +14,8 @@
 #include <tilemesh/error.hpp>
 #include <tilemesh/machine/tile.hpp>
 #include <tuple>
+#include <type_traits>
+#include <utility>
 
 namespace tilemesh::engine {
 
@@ -372,9 +376,12 @@ private:
     template <class C>
     void require_capacity() const
     {
-        if (link_capacity<C>() == 0)
-            throw Error("channel " + text(name_of<C>()) + " has no slots (its capacity is dynamic and was never set, or was "
-                                                          "limited to 0); call limit<Channel>(slots) before run()");
+        if (link_capacity<C>() != 0) return;
+        auto const channel = "channel " + text(name_of<C>());
+        if (gets_slots_by_limit<C>())
+            throw Error(channel + " has no slots (its capacity is dynamic and was never set, or was limited to 0); call "
+                                  "limit<Channel>(slots) before run()");
+        throw Error(channel + " has no slots (the sizes of the mesh give it none, or it was limited to 0); give it at least one");
     }
     static void check_limit(Name name, std::uint32_t items, std::uint32_t most)
     {

@@ -33,6 +33,9 @@ struct Here {
 /// shares of all of the tile's workers at once and leaves exactly the words that they would leave. An engine that runs a tile
 /// on one host thread calls it instead (Mesh does); CheckedMesh runs the kernel for each worker, so that comparing the two
 /// engines tests the promise.
+///
+/// A kernel whose state has words for a number of workers names it, `static constexpr std::uint32_t most_workers = 6;`: then no mesh is built
+/// for a machine with more workers, or with none (engine/mesh_sizes.hpp).
 struct Worker {
     std::uint32_t index = 0;
     std::uint32_t count = 1;

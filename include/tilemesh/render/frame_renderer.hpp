@@ -54,6 +54,18 @@ inline void check_model(splat::Model const& model)
         throw Error("a model whose alpha_min, alpha_max, transmittance_min or dilation is negative or not a number (it would "
                     "blend what is not light); correct the model");
 }
+/// Throws Error for facts of a setup that a renderer of policies P cannot serve: planes that its pixels lack; by value, other records or rules.
+template <class P>
+void check_facts(SetupFacts const& facts)
+{
+    bool serves = (P::Pixel::has_depth || !facts.has_depth) && (P::Pixel::has_alpha || !facts.has_alpha);
+    if constexpr (!std::is_same_v<typename P::Record, splat::Reference>)
+        serves = serves && facts.sh_degree == P::Record::sh_degree && (facts.rules.holds != 0) == P::Saturation::holds &&
+                 (facts.rules.carried != 0) == P::Addressing::carried && (facts.rules.reusable != 0) == P::Copies::reusable;
+    if (!serves)
+        throw Error(std::string("setup ") + facts.name + " on a renderer of other policies (its pixels lack a plane, or by value its records or " +
+                    "rules are others); choose the renderer with the setup's policies");
+}
 
 /// A renderer of policies P: what BasicRenderer is but for the setup, which it is told as a value. `Machine` is AnyMachine, or
 /// Traced<AnyMachine>.
@@ -259,6 +271,7 @@ FrameRenderer<P, Engine, Machine>::FrameRenderer(scene::Map const& map, SetupFac
     : options_(options), engine_(std::move(engine)), facts_(std::move(facts)), records_(map, facts_.sh_degree),
       cache_(by_reference ? records_.rows() : 0), keeper_(records_, &cache_), model_(resolved_model(facts_, options))
 {
+    check_facts<P>(facts_);
     if (facts_.sizes.one_channel_memory && options.hops != 0)
         throw Error(std::string("setup ") + facts_.name + " with bounded hops (its routing and bloom take turns in one set of " +
                     "channels, which a bound would leave full); choose a setup with channels of their own");

@@ -1,4 +1,5 @@
 #pragma once
+#include <cstdint>
 #include <tilemesh/splat/fitted.hpp>
 #include <type_traits>
 
@@ -127,7 +128,8 @@ struct TableAccess {
     {
         return !covered || (bits & Mark::leaving) != 0 || (row_state & RowState::appeared) != 0;
     }
-    /// What these parameters change of n splats that the host has projected: nothing, unless a program of its own says otherwise.
+    /// What these parameters change of n splats that the host has projected: nothing, unless a program of its own says otherwise. What a
+    /// report lists as missing (render/losses.hpp) is by the library's footprint: keep to it where records may be lost.
     static void adjust(Parameters const&, View const&, Tiling const&, Splat*, std::uint32_t) noexcept {}
     template <class>
     static std::uint32_t road_bytes(Parameters const& frame) noexcept
@@ -220,12 +222,10 @@ struct Referenced : S {
 template <class S, class = void>
 struct ValueOf {
     using type = S;
-    static constexpr bool referenced = false;
 };
 template <class S>
 struct ValueOf<S, std::void_t<typename S::Value>> {
     using type = typename S::Value;
-    static constexpr bool referenced = true;
 };
 
 } // namespace tilemesh::splat

@@ -1,7 +1,6 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
-#include <span>
 #include <string>
 #include <tilemesh/error.hpp>
 #include <tilemesh/render/sorted_table.hpp>
@@ -40,8 +39,6 @@ public:
     }
 
     std::uint32_t rows() const noexcept { return static_cast<std::uint32_t>(gaussians_.size()); }
-    std::uint32_t sh_degree() const noexcept { return degree_; }
-    std::span<splat::Gaussian const> gaussians() const noexcept { return gaussians_; }
     splat::GaussianId id(std::uint32_t row) const noexcept { return gaussians_[row].id; }
 
     /// Row `row` as a record that the machine stores, Gaussian or ShadedGaussian; coefficients that the map lacks are zero.

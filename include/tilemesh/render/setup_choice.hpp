@@ -4,6 +4,7 @@
 #include <tilemesh/engine/mesh_sizes.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/render/setup_facts.hpp>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -114,9 +115,14 @@ inline std::uint64_t sram_bytes_of(SetupChoice const& c)
     return ChoiceLedger(c).bytes;
 }
 
-/// The facts of a choice. Throws Error where it does not fit into its machine's SRAM, or holds without FIFOs.
+/// The facts of a choice. Throws Error where it does not fit into its machine's SRAM, holds without FIFOs, or where the machine has other
+/// workers than `Work` counts for.
 inline SetupFacts facts_of(SetupChoice const& c)
 {
+    if (c.machine.workers < 1 || c.machine.workers > splat::Work::max_workers)
+        throw Error("machine " + std::string(c.machine.name) + " with " + std::to_string(c.machine.workers) +
+                    " workers (Work counts for 1 to " + std::to_string(splat::Work::max_workers) +
+                    "); choose another machine, or raise Work::max_workers");
     auto const words = words_of(c);
     ChoiceLedger ledger(c);
     SetupFacts f{c.name,
@@ -184,11 +190,12 @@ SetupFacts facts_of(splat::Sizes const& sizes)
 }
 
 /// The choice cut to what a scene needs: records of another degree, and without routing or bloom where they have nothing to do, in the
-/// same bytes of SRAM (`splat::Fitted`).
+/// same bytes of SRAM (`splat::Fitted`). A choice with `one_channel_memory` keeps routing and bloom: one without the other would free what
+/// it still needs, and not fit.
 constexpr SetupChoice fitted(SetupChoice c, std::uint32_t degree, bool routes, bool blooms) noexcept
 {
     auto const before = words_of(c);
-    std::uint32_t const freed = (c.routes && !routes ? splat::routing_bytes(c.sizes, before, c.holds) : 0) +
+    std::uint64_t const freed = (c.routes && !routes ? splat::routing_bytes(c.sizes, before, c.holds) : 0) +
                                 (c.blooms && !blooms ? splat::bloom_bytes(c.sizes, before) : 0);
     c.sh_degree = degree;
     c.routes = routes;

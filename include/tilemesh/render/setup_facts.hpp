@@ -3,6 +3,7 @@
 #include <string>
 #include <tilemesh/engine/mesh_sizes.hpp>
 #include <tilemesh/render/host_form.hpp>
+#include <type_traits>
 #include <vector>
 
 namespace tilemesh::render {

@@ -24,26 +24,35 @@ constexpr FrameWords frame_words() noexcept
             slot_list_bytes(S::sizes.lists_fit, sizeof(MarkOf<P>))};
 }
 
-/// SRAM of a tile that routing takes, and bloom: what it frees without.
-constexpr std::uint32_t routing_bytes(Sizes const& sizes, FrameWords const& words, bool holds) noexcept
+/// Slots of a region that is given as bytes; no more than a size can say.
+constexpr std::uint32_t slots_in(std::uint64_t bytes, std::uint32_t slot_bytes) noexcept
 {
-    return 8 * (8 + sizes.road * words.road_message) + (holds ? 2 * (8 + sizes.waiting * words.road_message) : 0u) +
-           static_cast<std::uint32_t>(sizeof(FlowControl));
+    auto const slots = bytes / slot_bytes;
+    return slots < 0xffffffffu ? static_cast<std::uint32_t>(slots) : 0xfffffffeu;
 }
-constexpr std::uint32_t bloom_bytes(Sizes const& sizes, FrameWords const& words) noexcept
+
+/// SRAM of a tile that routing takes, and bloom: what it frees without. A channel whose slots `limit` gives has its heads alone.
+constexpr std::uint64_t routing_bytes(Sizes const& sizes, FrameWords const& words, bool holds) noexcept
 {
-    return 8 * (8 + sizes.beam * words.beam_message) + static_cast<std::uint32_t>(sizeof(OwedCopies));
+    std::uint64_t const road = sizes.road == dynamic_capacity ? 0 : sizes.road;
+    return 8 * (8 + road * words.road_message) + (holds ? 2 * (8 + std::uint64_t{sizes.waiting} * words.road_message) : 0) +
+           sizeof(FlowControl);
+}
+constexpr std::uint64_t bloom_bytes(Sizes const& sizes, FrameWords const& words) noexcept
+{
+    std::uint64_t const beam = sizes.beam == dynamic_capacity ? 0 : sizes.beam;
+    return 8 * (8 + beam * words.beam_message) + sizeof(OwedCopies);
 }
 
 /// The sizes for other words in the same bytes of SRAM: channels and FIFOs keep their bytes, so their slots follow from the size of a
 /// message. Storage has its bytes and `freed` ones besides: of `Lossless` 2,000 slots of 60 bytes and their lists, 860 of 240 bytes,
-/// 2,941 without routing, 3,758 without either.
-constexpr Sizes refitted(Sizes sizes, FrameWords const& before, FrameWords const& now, std::uint32_t freed = 0) noexcept
+/// 2,941 without routing, 3,758 without either. A channel whose slots `limit` gives stays one.
+constexpr Sizes refitted(Sizes sizes, FrameWords const& before, FrameWords const& now, std::uint64_t freed = 0) noexcept
 {
-    sizes.road = slots_in(sizes.road * before.road_message, now.road_message);
-    sizes.beam = slots_in(sizes.beam * before.beam_message, now.beam_message);
-    sizes.waiting = slots_in(sizes.waiting * before.road_message, now.road_message);
-    sizes.storage = slots_in(sizes.storage * before.slot() + freed, now.slot());
+    if (sizes.road != dynamic_capacity) sizes.road = slots_in(std::uint64_t{sizes.road} * before.road_message, now.road_message);
+    if (sizes.beam != dynamic_capacity) sizes.beam = slots_in(std::uint64_t{sizes.beam} * before.beam_message, now.beam_message);
+    sizes.waiting = slots_in(std::uint64_t{sizes.waiting} * before.road_message, now.road_message);
+    sizes.storage = slots_in(std::uint64_t{sizes.storage} * before.slot() + freed, now.slot());
     return sizes;
 }
 
@@ -75,7 +84,7 @@ private:
         static constexpr bool routes = Routes;
         static constexpr bool blooms = Blooms;
     };
-    static constexpr std::uint32_t freed =
+    static constexpr std::uint64_t freed =
         (Base::routes && !Routes ? routing_bytes(Base::sizes, frame_words<Base>(), Base::Saturation::holds) : 0) +
         (Base::blooms && !Blooms ? bloom_bytes(Base::sizes, frame_words<Base>()) : 0);
 

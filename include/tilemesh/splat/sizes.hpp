@@ -23,10 +23,4 @@ struct Sizes {
     }
 };
 
-/// Slots of a region that is given as bytes.
-constexpr std::uint32_t slots_in(std::uint32_t bytes, std::uint32_t slot_bytes) noexcept
-{
-    return bytes / slot_bytes;
-}
-
 } // namespace tilemesh::splat
