@@ -13,8 +13,8 @@
 
 namespace tilemesh {
 
-/// AnyRenderer over a renderer of one set of policies (render::FrameRenderer); a program derives from it where it wants more of the
-/// renderer.
+/// AnyRenderer over a renderer of one set of policies (render::FrameRenderer). A program that needs more of the renderer than AnyRenderer
+/// offers derives from this class.
 template <class R>
 class RendererOver : public AnyRenderer {
 public:
@@ -58,7 +58,7 @@ private:
 };
 
 namespace detail {
-/// What renders setup S: on host threads by reference, on other engines by value, so that they are the other's oracle.
+/// The renderer of setup S: on host threads by reference, on other engines by value. So each form checks the other.
 template <class S, template <class, class> class Engine>
 struct Renders {
     using type = BasicRenderer<S, Engine>;
@@ -88,8 +88,9 @@ bool meets(scene::Demand const& demand) noexcept
     return S::Record::sh_degree >= demand.sh_degree && (S::routes || !demand.moves) && (S::blooms || !demand.spans);
 }
 
-/// The renderer of the first of `Setups` that does all that the scene demands, on host threads; name the smallest first. Each
-/// costs seconds of compile time. Throws Error where none does. The records that no view shows are not loaded (scene::needed).
+/// The renderer of the first of `Setups` that meets the demand, on host threads; name the smallest setup first. Throws Error if none
+/// meets it. Records that no view shows are not loaded (scene::needed). Each combination of routing and bloom costs seconds of compile
+/// time; setups that differ in machine, sizes or degree of harmonics share one renderer.
 template <class... Setups>
 std::unique_ptr<AnyRenderer> fit_renderer(scene::Map const& map, scene::Demand const& demand, RendererOptions const& options = {})
 {
@@ -109,7 +110,7 @@ std::unique_ptr<AnyRenderer> fit_renderer(scene::Map const& map, scene::Demand c
     return renderer;
 }
 
-/// A renderer for a map of any degree and any cameras, with records that hold just its degree.
+/// A renderer for a map of any degree and for any cameras. Its records hold exactly the map's degree.
 template <class Base = splat::Lossless>
 std::unique_ptr<AnyRenderer> fit_to_map(scene::Map const& map, RendererOptions const& options = {})
 {
