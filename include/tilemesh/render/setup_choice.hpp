@@ -9,8 +9,8 @@
 
 namespace tilemesh::render {
 
-/// A setup that is put together at run time, of the library's policies: its facts, and its ledger to the byte, without an instantiation
-/// for each combination.
+/// A setup made at run time of the library's policies. It gives the facts and the exact ledger of the setup without an instantiation for
+/// each combination.
 struct SetupChoice {
     char const* name = "";
     MachineSize machine{};
@@ -24,7 +24,7 @@ struct SetupChoice {
     bool depth = false, alpha = false;
     splat::Model model{};           ///< the picture's rules
 };
-/// A setup of the library's policies as a choice, to be changed.
+/// A setup of the library's policies as a choice, which the caller may change.
 template <class S>
 constexpr SetupChoice choice_of() noexcept
 {
@@ -62,17 +62,17 @@ constexpr splat::FrameWords words_of(SetupChoice const& c) noexcept
             splat::slot_list_bytes(c.sizes.lists_fit, mark)};
 }
 
-/// The ledger of a choice: the lines of `Tile<Machine, Frame<S>, S>::ledger()` for the setup S that says the same, and their sum.
+/// The ledger of a choice: the lines of `Tile<Machine, Frame<S>, S>::ledger()` for the equivalent setup S, and their sum.
 struct ChoiceLedger {
     std::vector<Region> lines;
-    std::uint64_t bytes = 0; ///< that count against the SRAM
+    std::uint64_t bytes = 0; ///< sum of the lines that count against the SRAM
 
     explicit ChoiceLedger(SetupChoice const& c)
     {
         using Names = splat::PoliciesOf<splat::Lossless>;
         auto const words = words_of(c);
         auto const list = [](std::uint64_t slots, std::uint64_t slot_bytes) { return 8 + slots * slot_bytes; };
-        // A channel whose slots `limit` gives counts as its heads.
+        // A channel that gets its slots by `limit` counts as its heads.
         auto const channel = [&](std::uint32_t slots, std::uint32_t message) { return 8 * list(slots == dynamic_capacity ? 0 : slots, message); };
         auto const road = channel(c.sizes.road, words.road_message), beam = channel(c.sizes.beam, words.beam_message);
         bool const shared = c.sizes.one_channel_memory && c.routes && c.blooms;
@@ -114,7 +114,7 @@ inline std::uint64_t sram_bytes_of(SetupChoice const& c)
     return ChoiceLedger(c).bytes;
 }
 
-/// The facts of a choice. Throws Error where it does not fit into its machine's SRAM, or holds without FIFOs.
+/// The facts of a choice. Throws Error if the choice does not fit into its machine's SRAM, or if it holds without FIFOs.
 inline SetupFacts facts_of(SetupChoice const& c)
 {
     auto const words = words_of(c);
@@ -137,7 +137,7 @@ inline SetupFacts facts_of(SetupChoice const& c)
 }
 
 namespace detail {
-/// Are all of a setup's words the library's? Then its facts are a choice's, and cost no code of their own.
+/// Are all types of a setup the library's? Then its facts are those of a choice, and need no code of their own.
 template <class S>
 inline constexpr bool is_of_the_library =
     splat::is_known_colour<typename S::Pixel> && std::is_same_v<typename S::Parameters, splat::FrameParameters> &&
@@ -174,7 +174,7 @@ SetupFacts facts_of()
                   "a machine with more workers than Work counts for; raise Work::max_workers");
     return detail::facts_at<S>(S::sizes);
 }
-/// The facts of a setup with other sizes. Throws Error, with the same sentences, where they do not fit.
+/// The facts of a setup with other sizes. Throws Error, with the same sentences, if they do not fit.
 template <class S>
 SetupFacts facts_of(splat::Sizes const& sizes)
 {
@@ -183,8 +183,8 @@ SetupFacts facts_of(splat::Sizes const& sizes)
     return detail::facts_at<S>(sizes);
 }
 
-/// The choice cut to what a scene needs: records of another degree, and without routing or bloom where they have nothing to do, in the
-/// same bytes of SRAM (`splat::Fitted`).
+/// The choice cut to what a scene needs, in the same bytes of SRAM: records of another degree, and no routing or bloom where the scene
+/// does not need it (`splat::Fitted`).
 constexpr SetupChoice fitted(SetupChoice c, std::uint32_t degree, bool routes, bool blooms) noexcept
 {
     auto const before = words_of(c);
@@ -196,7 +196,7 @@ constexpr SetupChoice fitted(SetupChoice c, std::uint32_t degree, bool routes, b
     c.sizes = splat::refitted(c.sizes, before, words_of(c), freed);
     return c;
 }
-/// With planes beside the colours, for which storage gives up slots where the SRAM has no room.
+/// The choice with planes beside the colours. Storage gives up slots for them if the SRAM has no room.
 inline SetupChoice with_planes(SetupChoice c, bool depth, bool alpha)
 {
     auto const before = words_of(c);
