@@ -2,7 +2,7 @@
 #include <tilemesh/splat/blending_rules.hpp>
 #include <tilemesh/splat/policies.hpp>
 
-/// Which of some splats a pixel of a block may see: a test over as many splats at once as there are lanes.
+/// Finds the splats that a pixel of a block may see. It tests as many splats at once as a vector has lanes.
 TILEMESH_EXACT_BEGIN
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wpsabi" // see lanes.hpp

@@ -1,7 +1,8 @@
 #pragma once
 #include <tilemesh/splat/lanes.hpp>
 
-/// How a pair of a splat and a pixel is evaluated, and when a pixel stops: what the block loop (blending_block.hpp) is told by type.
+/// The rules that the block loop (blending_block.hpp) takes as types: how a pair of a splat and a pixel is evaluated, and when a pixel
+/// stops.
 TILEMESH_EXACT_BEGIN
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wpsabi" // see lanes.hpp

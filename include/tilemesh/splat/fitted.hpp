@@ -5,10 +5,10 @@
 
 namespace tilemesh::splat {
 
-/// Bytes of the words that a frame's sizes count: of one record, message or pixel on the machine, whatever a host moves.
+/// The bytes of one record, message and pixel on the machine, even if a host moves references.
 struct FrameWords {
     std::uint32_t record, road_message, beam_message, pixel;
-    std::uint32_t slot_lists; ///< what a slot of storage has beside its record: mark, projected record and sort key, where these count
+    std::uint32_t slot_lists; ///< mark, projected record and sort key of a slot of storage, if these count against the SRAM
 
     constexpr std::uint32_t slot() const noexcept { return record + slot_lists; }
 };
@@ -24,7 +24,7 @@ constexpr FrameWords frame_words() noexcept
             slot_list_bytes(S::sizes.lists_fit, sizeof(MarkOf<P>))};
 }
 
-/// SRAM of a tile that routing takes, and bloom: what it frees without.
+/// The SRAM of a tile that a setup without routing, or without bloom, frees.
 constexpr std::uint32_t routing_bytes(Sizes const& sizes, FrameWords const& words, bool holds) noexcept
 {
     return 8 * (8 + sizes.road * words.road_message) + (holds ? 2 * (8 + sizes.waiting * words.road_message) : 0u) +
@@ -35,9 +35,9 @@ constexpr std::uint32_t bloom_bytes(Sizes const& sizes, FrameWords const& words)
     return 8 * (8 + sizes.beam * words.beam_message) + static_cast<std::uint32_t>(sizeof(OwedCopies));
 }
 
-/// The sizes for other words in the same bytes of SRAM: channels and FIFOs keep their bytes, so their slots follow from the size of a
-/// message. Storage has its bytes and `freed` ones besides: of `Lossless` 2,000 slots of 60 bytes and their lists, 860 of 240 bytes,
-/// 2,941 without routing, 3,758 without either.
+/// The sizes for records, messages and pixels of another size, in the same bytes of SRAM. Channels and FIFOs keep their bytes, so their
+/// slots follow from the size of a message. Storage keeps its bytes and gets `freed` bytes besides. `Lossless` has 2,000 slots for
+/// records of 60 bytes with their lists. It has 860 for records of 240 bytes, 2,941 without routing, and 3,758 without routing and bloom.
 constexpr Sizes refitted(Sizes sizes, FrameWords const& before, FrameWords const& now, std::uint32_t freed = 0) noexcept
 {
     sizes.road = slots_in(sizes.road * before.road_message, now.road_message);
@@ -47,8 +47,8 @@ constexpr Sizes refitted(Sizes sizes, FrameWords const& before, FrameWords const
     return sizes;
 }
 
-/// The sizes where pixels of `words` become `pixel` bytes large. Where the SRAM has no room for what they take beyond today's, storage
-/// gives up as many slots as that needs: of the 2,000 of `Lossless` 7 for a depth, 25 for depth and alpha. `room`: bytes that are free.
+/// The sizes for pixels of `pixel` bytes instead of those of `words`. `room`: free bytes of SRAM. If larger pixels need more, storage
+/// gives up as many slots as that takes: of the 2,000 of `Lossless`, 7 for a depth, and 25 for depth and alpha.
 constexpr Sizes with_pixels_of(Sizes sizes, FrameWords const& words, std::uint32_t pixel, std::uint64_t room) noexcept
 {
     std::uint64_t const before = std::uint64_t{words.pixel} * sizes.tile_pixels;
@@ -59,8 +59,8 @@ constexpr Sizes with_pixels_of(Sizes sizes, FrameWords const& words, std::uint32
     return sizes;
 }
 
-/// `Base` cut to what a scene needs: harmonics up to `Degree`, and routing and bloom only where they have something to do
-/// (scene/demand.hpp finds out), in Base's bytes (`refitted`).
+/// `Base` cut to what a scene needs, in Base's bytes (`refitted`): harmonics up to `Degree`, and routing and bloom only if the scene
+/// needs them (scene/demand.hpp finds out).
 template <class Base, std::uint32_t Degree, bool Routes = true, bool Blooms = true>
 struct Fitted : Base {
     static_assert((Routes && Blooms) || !Base::sizes.one_channel_memory,
