@@ -8,7 +8,7 @@ TILEMESH_EXACT_BEGIN
 #pragma GCC diagnostic ignored "-Wpsabi" // see lanes.hpp
 namespace tilemesh::splat::detail {
 
-/// Some splats, field by field.
+/// A chunk of splats, field by field.
 template <std::uint32_t Size>
 struct alignas(vector_bytes) Chunk {
     static constexpr std::uint32_t size = Size;
@@ -138,7 +138,7 @@ struct RowLimits {
     float const* of(std::uint32_t pattern) const noexcept { return alpha + pattern * block_height; }
 };
 
-/// What a block needs to know besides its state and its splats.
+/// The inputs of a block besides its state and its splats.
 struct alignas(vector_bytes) BlockPlace {
     float xs[block_width];              ///< pixel centres relative to the principal point
     float ys[block_height];

@@ -12,7 +12,7 @@ namespace tilemesh::splat {
 inline constexpr std::uint32_t block_width = 16, block_height = 5;
 
 namespace detail {
-/// Of what is read and written as vectors: one that straddles two cache lines costs two accesses.
+/// The alignment of data that is read and written as vectors: a vector that straddles two cache lines costs two accesses.
 inline constexpr std::uint32_t vector_bytes = native_lanes * sizeof(float);
 
 /// Every pair by itself, as the naive loop does: equal bits.

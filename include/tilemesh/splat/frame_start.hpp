@@ -37,7 +37,7 @@ Pending begin_view(Here const& here, typename S::Parameters const& parameters, S
     std::uint32_t const held = storage.size();
     for (std::uint32_t i = held; i-- > 0;) {
         bool const copy = S::blooms && marks[i].is(Mark::copy);
-        if (copy && !reusable) { // its splat is all there is of it, and it is good for one view
+        if (copy && !reusable) { // the tile has only the copy's splat, which is good for one view
             if (forget) {
                 remove_slot(storage, marks, splats, i);
                 ++removed;

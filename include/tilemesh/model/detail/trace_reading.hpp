@@ -21,8 +21,7 @@ inline std::vector<std::string> const& operations_of_step(Trace const& trace, st
     return step < trace.operations.size() ? trace.operations[step] : none;
 }
 
-/// Throws `Error` where the trace names a step or a tile that is not there, or names more operations of a
-/// kernel than it can count.
+/// Throws `Error` if the trace names a step or a tile that does not exist, or more operations of a kernel than a kernel can count.
 inline void check_trace(Trace const& trace, Grid grid)
 {
     auto const fail = [](std::size_t superstep, std::string const& why) {
