@@ -24,7 +24,7 @@ struct Small : splat::Lossless {
 
 int main()
 {
-    using MyRenderer = BasicRenderer<splat::Referenced<Small>>; // by reference: the host keeps each record once
+    using MyRenderer = BasicRenderer<splat::Referenced<Small>>; // by reference: the host stores each record once
     using Layout = MyRenderer::Layout;
     for (Region const& r : Layout::ledger())
         std::cout << std::string(r.name.text, r.name.size) << ": " << r.bytes << " bytes\n";

@@ -64,7 +64,7 @@ struct OnPixels : splat::Lossless {
 constexpr auto least_bytes = bytes_needed<PixelProcessors, splat::Frame<OnPixels>, OnPixels>;
 static_assert(!fits<PixelProcessors, splat::Frame<OnPixels>, OnPixels> && fits<Wafer, splat::Frame<OnWafer>, OnWafer>);
 
-/// The frame that `renderer` has just rendered as a page and the files beside it.
+/// Writes a page, and the files beside it, about the frame that `renderer` has just rendered.
 template <class Shown>
 void write_page(std::filesystem::path const& folder, CostModel const& model, Shown& renderer)
 {

@@ -24,7 +24,7 @@ render::SetupChoice preset_of(Choice const& choice)
     return render::choice_of<splat::Prototype>();
 }
 
-/// Whether the demand may choose the parts: lossless as it is, on host threads.
+/// Whether the demand may choose the parts of the machine: only for an unchanged `lossless` on host threads.
 bool may_be_fitted(Choice const& choice)
 {
     auto const own = preset_of(choice), asked = setup_of(choice, 0);
@@ -32,11 +32,11 @@ bool may_be_fitted(Choice const& choice)
            asked.holds == own.holds && asked.reusable == own.reusable && asked.colour == own.colour;
 }
 
-/// The setup of a choice, cut to what the scene demands where the choice leaves that open.
+/// The setup of a choice, cut to what the scene needs if the choice leaves that open.
 render::SetupChoice fitted_setup(Choice const& choice, tilemesh::scene::Demand const& demand)
 {
     if (!may_be_fitted(choice) || demand.moves) return setup_of(choice, demand.sh_degree);
-    // Records with harmonics have bloom in any case.
+    // Records with harmonics always bloom.
     bool const blooms = demand.spans || demand.sh_degree != 0;
     auto setup = render::fitted(preset_of(choice), demand.sh_degree, false, blooms);
     if (choice.machine == MachineKind::test) {

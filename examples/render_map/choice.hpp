@@ -17,7 +17,7 @@ enum class SaturationKind : std::uint32_t { hold, drop };
 enum class CopiesKind : std::uint32_t { world, screen };
 enum class PixelKind : std::uint32_t { float32, rgbx8 };
 
-/// What a user chose of a machine. An empty member is as the preset has it. Every combination runs, unless it does not fit.
+/// What a user chose of a machine. An empty member takes the preset's value. Every combination runs if it fits.
 struct Choice {
     Preset preset = Preset::lossless;
     MachineKind machine = MachineKind::mk2;
@@ -26,19 +26,19 @@ struct Choice {
     std::optional<CopiesKind> copies{};
     std::optional<PixelKind> pixels{};
     bool depth = false, alpha = false;
-    bool trace = false; ///< on a machine that keeps one
-    bool fit = true;    ///< false: all that the preset has, whatever the scene needs
+    bool trace = false; ///< run on a machine that keeps a trace
+    bool fit = true;    ///< false: keep all of the preset, whatever the scene needs
 
     bool planes() const noexcept { return depth || alpha; }
 };
 
-/// The setup of a choice for records of a degree. It may not fit: `tilemesh::render::facts_of` says so.
+/// The setup of a choice for records of a degree. If it does not fit, `tilemesh::render::facts_of` throws.
 tilemesh::render::SetupChoice setup_of(Choice const& choice, std::uint32_t sh_degree);
 
 using tilemesh::AnyRenderer;
 
-/// The renderer of a choice (of one with `trace`, it is an `Instruments` too), as small as the demand allows where the choice leaves that
-/// open. Throws `tilemesh::Error` for a choice, a map or limits that the machine has no room for.
+/// The renderer of a choice. If the choice leaves the machine open, it is as small as the demand allows. With `trace`, it is an
+/// `Instruments` too. Throws `tilemesh::Error` for a choice, a map or limits that the machine has no room for.
 std::unique_ptr<AnyRenderer> make_renderer(Choice const& choice, tilemesh::scene::Map const& map,
                                            tilemesh::scene::Demand const& demand, tilemesh::RendererOptions options);
 

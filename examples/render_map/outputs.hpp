@@ -17,7 +17,7 @@ std::string follow_file(std::uint32_t id);
 /// What --trace writes where a run makes no progress (--most-passes).
 inline constexpr char const* no_progress_file = "no_progress.txt";
 
-/// What --trace writes of all frames: a line of counters each.
+/// The file of --trace that has one line of counters for each frame.
 inline constexpr char const* counters_file = "frames.csv";
 
 /// Makes the folders for the pictures and the trace and looks whether everything can be written where it should: better now

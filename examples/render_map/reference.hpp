@@ -7,7 +7,7 @@
 
 namespace render_map {
 
-/// The double reference of the whole map, whatever was left out.
+/// The double-precision reference of the whole map, including records that the renderer left out.
 tilemesh::report::Image reference_of(tilemesh::scene::Map const& map, tilemesh::splat::Camera const& camera,
                                      tilemesh::splat::Model const& model, tilemesh::report::Cuts cuts, unsigned threads);
 

@@ -5,8 +5,8 @@
 #include <tilemesh/render/setup_facts.hpp>
 #include <tilemesh/scene/map.hpp>
 
-/// One function for each renderer that is compiled, in a .cpp of its own. Machines, sizes, saturation, copies, colour formats and degrees
-/// of harmonics are values.
+/// One function for each renderer that is compiled, each in its own .cpp. Machine, sizes, saturation, copies, colour format and degree of
+/// harmonics are values, and need no renderer of their own.
 namespace render_map {
 
 using MakeRenderer = std::unique_ptr<AnyRenderer>(tilemesh::scene::Map const&, tilemesh::render::SetupFacts,

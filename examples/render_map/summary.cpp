@@ -74,7 +74,7 @@ void print_frame(std::ostream& out, report::RunReport const& run, report::RunFra
         print_error("against double precision, same cut-offs", *frame.error_same_cuts);
 }
 
-/// A counter of the table of frames. Its total is the sum over them.
+/// A counter in the table of frames. Its total is the sum over all frames.
 struct Column {
     char const* header;
     std::uint64_t (*count)(report::FrameReport const&);

@@ -11,17 +11,18 @@
 
 namespace tilemesh {
 
-/// A BasicRenderer whose setup was chosen at run time. Code that only uses one includes this header, which holds no kernel of a frame.
+/// A renderer whose setup was chosen at run time. This header holds no kernel of the frame program, so code that only uses such a
+/// renderer compiles quickly.
 class AnyRenderer {
 public:
     virtual ~AnyRenderer() = default;
     virtual RenderedFrame render(splat::Camera const& camera) = 0;
     virtual splat::Model& model() = 0;
-    /// Says what demand the map was cut to: from now on a view that the demand was not made for throws Error, and what was not
-    /// loaded counts as parked.
+    /// Names the demand that the map was cut to. From now on `render` throws Error for a view that the demand was not made for, and
+    /// counts the records that were not loaded as parked.
     virtual void hold_to(scene::Demand const& demand) = 0;
-    virtual Extent2 grid() = 0;                           ///< tiles; of the last frame, which there must be
-    virtual Extent2 tile() = 0;                           ///< pixels; of the last frame
+    virtual Extent2 grid() = 0;                           ///< tiles of the last frame; call `render` first
+    virtual Extent2 tile() = 0;                           ///< pixels of a tile in the last frame; call `render` first
 
     virtual render::SetupFacts const& facts() const = 0;  ///< machine, sizes, ledger, bytes of a record
     virtual bool routes() const = 0;
@@ -32,7 +33,7 @@ public:
     bool has_alpha() const { return facts().has_alpha; }
     std::uint32_t record_bytes() const { return facts().record_bytes; }
     std::uint32_t storage_slots() const { return facts().sizes.storage; }
-    /// Of a channel that bloom or routing has; 0: none.
+    /// Slots of one channel of bloom or, without bloom, of routing; 0 without both.
     std::uint32_t channel_slots() const { return blooms() ? facts().sizes.beam : routes() ? facts().sizes.road : 0; }
     std::vector<Region> const& ledger() const { return facts().ledger; }
 };

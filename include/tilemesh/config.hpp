@@ -1,8 +1,8 @@
 #pragma once
 /// Version, and every compiler switch of the library. Kernel code: valid as C++17 and C++20.
 ///
-/// Macros: TILEMESH_VERSION, TILEMESH_KERNEL, TILEMESH_HOST, TILEMESH_EXPECT, TILEMESH_EXACT_BEGIN, TILEMESH_EXACT_END. No others, but
-/// TILEMESH_COMPILED, which the target tilemesh::compiled defines, and TILEMESH_VERTEX and TILEMESH_MULTI_VERTEX in codelet files (poplar/codelet.hpp).
+/// Macros: TILEMESH_VERSION, TILEMESH_KERNEL, TILEMESH_HOST, TILEMESH_EXPECT, TILEMESH_EXACT_BEGIN, TILEMESH_EXACT_END. The target
+/// tilemesh::compiled defines TILEMESH_COMPILED. Codelet files also have TILEMESH_VERTEX and TILEMESH_MULTI_VERTEX (poplar/codelet.hpp).
 
 #define TILEMESH_VERSION 100 // major * 10000 + minor * 100 + patch
 
@@ -19,8 +19,8 @@
 #    define TILEMESH_KERNEL inline
 #endif
 
-/// Host functions that the compiled library has too. Where a program links it (CMake: tilemesh::compiled), their definitions, in
-/// PART/detail/*_code.hpp, are compiled there alone; in all others they stand behind the declarations.
+/// Marks host functions that the compiled library defines too. A program that links the library (CMake: tilemesh::compiled) only
+/// declares these functions. In every other program, the definitions in PART/detail/*_code.hpp follow the declarations.
 #if defined(TILEMESH_COMPILED)
 #    define TILEMESH_HOST
 #else

@@ -13,8 +13,8 @@
 
 namespace tilemesh {
 
-/// AnyRenderer over a renderer of one set of policies (render::FrameRenderer); a program derives from it where it wants more of the
-/// renderer.
+/// AnyRenderer over a renderer of one set of policies (render::FrameRenderer). A program that needs more of the renderer than AnyRenderer
+/// offers derives from this class.
 template <class R>
 class RendererOver : public AnyRenderer {
 public:
@@ -58,7 +58,7 @@ private:
 };
 
 namespace detail {
-/// What renders setup S: on host threads by reference, on other engines by value, so that they are the other's oracle.
+/// The renderer of setup S: on host threads by reference, on other engines by value. So each form checks the other.
 template <class S, template <class, class> class Engine>
 struct Renders {
     using type = BasicRenderer<S, Engine>;
@@ -110,7 +110,7 @@ std::unique_ptr<AnyRenderer> fit_renderer(scene::Map const& map, scene::Demand c
     return renderer;
 }
 
-/// A renderer for a map of any degree and any cameras, with records that hold just its degree.
+/// A renderer for a map of any degree and for any cameras. Its records hold exactly the map's degree.
 template <class Base = splat::Lossless>
 std::unique_ptr<AnyRenderer> fit_to_map(scene::Map const& map, RendererOptions const& options = {})
 {

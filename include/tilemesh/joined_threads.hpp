@@ -6,8 +6,8 @@
 
 namespace tilemesh {
 
-/// Threads that are joined before their owner goes, also where an exception ends its scope: a vector of std::jthread without stop
-/// tokens, for standard libraries without std::jthread (libc++ 16).
+/// Threads that the destructor joins, also when an exception ends the scope. It replaces a vector of std::jthread in standard libraries
+/// without std::jthread (libc++ 16); it has no stop tokens.
 ///
 /// What the threads use must outlive this object: declare it after them.
 class JoinedThreads {
@@ -17,14 +17,14 @@ public:
     JoinedThreads(JoinedThreads const&) = delete;
     JoinedThreads& operator=(JoinedThreads const&) = delete;
 
-    /// Calls f(arguments...) on a new thread, with copies of both. Throws std::system_error when the system gives no thread; the
-    /// threads that were started before go on, and are still joined.
+    /// Calls f(arguments...) on a new thread, with copies of f and of the arguments. Throws std::system_error when the system gives no
+    /// thread; threads that were started before continue, and are still joined.
     template <class F, class... Arguments>
     void start(F&& f, Arguments&&... arguments)
     {
         threads_.emplace_back(std::forward<F>(f), std::forward<Arguments>(arguments)...);
     }
-    /// Waits until all of them have ended, and forgets them.
+    /// Waits until all threads have ended, and forgets them.
     void join()
     {
         for (auto& thread : threads_) thread.join();

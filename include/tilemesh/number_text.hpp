@@ -41,8 +41,8 @@ inline char const* end_of_word(char const* first, char const* last) noexcept
 /// std::from_chars(first, last, value) for float and double with std::chars_format::general, by std::strtof and std::strtod:
 /// the same texts, the same end, the same errors; `value` stays as it is where there is an error.
 ///
-/// No locale has a say: std::strtod gets digits and an exponent, without a decimal point. The result is correctly rounded where the
-/// C library's strtod is (glibc, musl, macOS). Allocates nothing, whatever the length of the text.
+/// The result does not depend on the locale: std::strtod gets digits and an exponent, without a decimal point. The result is correctly
+/// rounded if the C library's strtod is (glibc, musl, macOS). Allocates nothing, however long the text is.
 template <class T>
 std::from_chars_result read_floating(char const* const first, char const* const last, T& value) noexcept
 {
@@ -56,8 +56,8 @@ std::from_chars_result read_floating(char const* const first, char const* const 
         return {end, std::errc{}};
     }
 
-    // A double and the point half-way to the next one have at most 768 significant digits. Of the digits behind those it only counts
-    // whether one of them is not 0: one more digit says so.
+    // A double and the point half-way to the next one have at most 768 significant digits. Of the digits after these, it only matters
+    // whether one is not 0: one more digit holds that.
     constexpr std::size_t most_digits = 768;
     std::array<char, most_digits + 1 + 24> text{}; // a sign, "e", the exponent and the end have room in 24
     std::size_t size = 0, digits = 0;
@@ -104,7 +104,7 @@ std::from_chars_result read_floating(char const* const first, char const* const 
         --exponent;
     }
     text[size++] = 'e';
-    exponent = std::clamp<std::int64_t>(exponent, -99999, 99999); // far beyond every double, whatever the digits
+    exponent = std::clamp<std::int64_t>(exponent, -99999, 99999); // far beyond every double, for any digits
     *std::to_chars(text.data() + size, text.data() + text.size() - 1, exponent).ptr = '\0';
 
     auto const caller_errno = errno;

@@ -17,8 +17,8 @@ namespace tilemesh {
 /// `S` is a setup (splat/setup.hpp): machine, policies, sizes. `Engine` is Mesh or CheckedMesh, or PoplarMesh
 /// (poplar/poplar_mesh.hpp), which runs the program on an IPU. With
 /// `splat::Referenced<S>` the host moves references instead of records and projects each record once a view: the pictures and
-/// reports of S, in a fraction of the time. Its digests are of the references, and no other form's. All setups by reference share
-/// one renderer's code, but for those with planes, of other parts or with routing or blending of their own.
+/// reports of S, in a fraction of the time. Its digests are those of the references, and differ from those of values. All setups by
+/// reference share the code of one renderer, except setups with planes, without routing or bloom, or with their own routing or blending.
 ///
 /// Errors: throws Error when the frame, the grid or the map does not fit the machine, or a limit is out of range. What finds no
 /// room while a frame runs is no error: it is listed in the frame's report by id and cause. With `Hold`, a record whose anchor
@@ -30,13 +30,13 @@ class BasicRenderer
     : public render::FrameRenderer<splat::PoliciesOf<S>, Engine,
                                    std::conditional_t<is_traced<typename S::Machine>, Traced<AnyMachine>, AnyMachine>> {
 public:
-    /// What setups with these policies share.
+    /// The renderer that all setups with these policies share.
     using Core = render::FrameRenderer<splat::PoliciesOf<S>, Engine,
                                        std::conditional_t<is_traced<typename S::Machine>, Traced<AnyMachine>, AnyMachine>>;
     using Setup = S;
     using Value = typename splat::ValueOf<S>::type;
     using Machine = typename S::Machine;
-    using Layout = Tile<Machine, splat::Frame<Value>, Value>; ///< of the machine that S simulates
+    using Layout = Tile<Machine, splat::Frame<Value>, Value>; ///< a tile of the machine that S simulates
     using typename Core::EngineOptions;
 
     /// `engine`: what the engine wants to know besides; threads and digest follow from `options`.
@@ -50,8 +50,8 @@ public:
 using Renderer = BasicRenderer<splat::Referenced<splat::Lossless>>;
 
 namespace render {
-/// The policies of all setups by reference that route and bloom, blend as the library does and have no planes: every preset on every
-/// machine, with records of any degree. And those of setups with a depth, an alpha, or both.
+/// The policies of all setups by reference that route and bloom, use the library's blending and have no planes. They serve every preset
+/// on every machine, with records of any degree. The second set serves setups with a depth, an alpha, or both.
 using HostPolicies = splat::PoliciesOf<splat::Referenced<splat::Lossless>>;
 using HostPoliciesWithPlanes =
     splat::PoliciesOf<splat::Referenced<splat::WithPixel<splat::Lossless, splat::WithAlpha<splat::WithDepth<splat::FloatPixel>>>>>;

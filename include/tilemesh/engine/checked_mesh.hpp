@@ -45,12 +45,12 @@ public:
     using typename Base::Sizes;
     using Options = CheckedMeshOptions;
 
-    /// The machine, and lists of the slots that their types name.
+    /// A mesh of `Machine`, for a program whose lists all have the capacity that their types name.
     explicit CheckedMesh(Grid grid, Options options = {}, Program program = {})
         : CheckedMesh(grid, options, program, mesh_sizes<Program, Machine>())
     {
     }
-    /// Machine and slots as `sizes` says.
+    /// A mesh with the machine and the slots of `sizes`.
     CheckedMesh(Grid grid, Options options, Program program, Sizes const& sizes)
         : Base(grid, program, sizes), options_(options), rectangle_{0, 0, grid.width, grid.height}
     {
@@ -159,7 +159,7 @@ private:
         {
             return mesh.Base::template shared<P>();
         }
-        /// Bytes on the machine of an end of C with n messages.
+        /// Bytes that an end of C with n messages takes on the machine.
         template <class C>
         std::uint32_t end_bytes(std::uint32_t n) const noexcept
         {
@@ -505,7 +505,7 @@ private:
     }
 
     Options options_;
-    engine::Rectangle rectangle_; ///< whose tiles Superstep and Repeat always run
+    engine::Rectangle rectangle_; ///< Superstep and Repeat run all of its tiles
     std::array<Ends, links> in_, out_;
     std::vector<std::uint8_t> busy_[2];
     std::uint32_t parity_ = 0;

@@ -26,18 +26,18 @@ struct Peak {
     std::uint32_t capacity = 0;
 };
 
-/// How often one Loop of a program went round in a run. What its steps did in all rounds is summed in their StepCounters.
+/// The number of rounds that one Loop of a program made in a run. The StepCounters of its steps are sums over all rounds.
 struct LoopCounters {
-    std::uint32_t first = 0, last = 0;    ///< of its steps
+    std::uint32_t first = 0, last = 0;    ///< the Loop's first and last step
     std::uint64_t rounds = 0;
     friend bool operator==(LoopCounters const&, LoopCounters const&) = default;
 };
 
 struct RunCounters {
     std::vector<StepCounters> steps;      ///< in program order
-    std::vector<LoopCounters> loops;      ///< in program order; one comes before those in it
+    std::vector<LoopCounters> loops;      ///< in program order; an outer loop comes before its inner loops
     std::vector<Peak> peaks;            ///< buffers, then channels
-    std::vector<std::uint64_t> digests; ///< of all live words, one a pass, where asked for
+    std::vector<std::uint64_t> digests; ///< one per pass, over all live words; empty unless asked for
 
     std::uint64_t supersteps() const noexcept { return sum(&StepCounters::supersteps); }
     std::uint64_t messages() const noexcept { return sum(&StepCounters::messages); }

@@ -19,7 +19,7 @@ inline std::uint64_t mix_words(std::uint64_t h, std::uint32_t const* words, std:
     for (std::size_t i = 0; i < n; ++i) {
         std::uint32_t w;
         std::memcpy(&w, words + i, 4);
-        h = (h ^ w) * 0x100000001b3u; // FNV-1a, a word at a time
+        h = (h ^ w) * 0x100000001b3u; // FNV-1a, one word at a time
     }
     return mix(h, n);
 }

@@ -36,10 +36,11 @@ struct Bank {
 struct MeshOptions {
     std::uint32_t threads = 1; ///< at most 1,024: a few tiles each would be all they do
     bool digest = false; ///< RunCounters::digests: costs a pass over all live words each superstep
-    /// Of one UntilQuiet, and rounds of one Loop; 0: as many as it takes. `run` throws Error in the pass after, because a program may never
-    /// become quiet.
+    /// The most passes of one UntilQuiet, and the most rounds of one Loop; 0: no bound. `run` throws Error in the pass after the last one
+    /// allowed: a program may never become quiet.
     std::uint32_t most_passes = 0;
-    /// Its text ends that error on a Traced machine; null: nothing does. `explain_no_progress` (model/no_progress.hpp) says what repeats.
+    /// On a Traced machine, `run` appends the text of this function to that error; null: no text. `explain_no_progress`
+    /// (model/no_progress.hpp) is such a function: it names the steps that repeat.
     ExplainNotQuiet explain = nullptr;
 };
 
@@ -47,7 +48,7 @@ struct MeshOptions {
 /// shares of the tiles that must run; where next to nothing runs it does that alone. Pictures, counters and digests do not
 /// depend on the number of threads and equal those of CheckedMesh.
 ///
-/// A multi-worker kernel runs as its `AllWorkers`, where it has one (see Worker).
+/// A multi-worker kernel that has a nested `AllWorkers` runs as that (see Worker).
 ///
 /// Cost: idle tiles and empty channels cost nothing in a superstep but a word for each 4,096 tiles; memory follows live
 /// items. A mesh stays as it is between runs: states, and mail that a bound (`at_most`) left under way.
@@ -69,12 +70,12 @@ public:
     using typename Base::Sizes;
     using Options = MeshOptions;
 
-    /// The machine, and lists of the slots that their types name.
+    /// A mesh of `Machine`, for a program whose lists all have the capacity that their types name.
     explicit Mesh(Grid grid, Options options = {}, Program program = {})
         : Mesh(grid, options, program, mesh_sizes<Program, Machine>())
     {
     }
-    /// Machine and slots as `sizes` says.
+    /// A mesh with the machine and the slots of `sizes`.
     Mesh(Grid grid, Options options, Program program, Sizes const& sizes)
         : Base(grid, program, sizes), options_(options), rectangle_{0, 0, grid.width, grid.height},
           active_(grid.size()), shares_(checked_threads(options)),
@@ -97,8 +98,8 @@ public:
     Mesh(Mesh const&) = delete;
     Mesh& operator=(Mesh const&) = delete;
 
-    /// At most `items` in this buffer, or this many slots in this channel, on every tile: no more than the mesh was built with, or what the
-    /// SRAM holds where `limit` alone gives a channel its slots.
+    /// Limits this buffer to `items` items, or this channel to `items` slots, on every tile. The limit is at most the slots that the mesh
+    /// was built with. A channel that gets its slots by `limit` alone takes at most what the SRAM holds.
     template <class X>
     void limit(std::uint32_t items)
     {
@@ -268,7 +269,7 @@ private:
         {
             return mesh.Base::template shared<P>();
         }
-        /// Bytes on the machine of an end of C with n messages.
+        /// Bytes that an end of C with n messages takes on the machine.
         template <class C>
         std::uint32_t end_bytes(std::uint32_t n) const noexcept
         {
@@ -587,7 +588,7 @@ private:
     std::vector<std::uint32_t> slots_;                  ///< where each tile's four outgoing ends are read
     std::array<Bank, links> banks_;
     std::array<std::uint32_t, links> bank_{};           ///< the bank that senders write now
-    engine::Rectangle rectangle_;                  ///< whose tiles Superstep and Repeat always run
+    engine::Rectangle rectangle_;                  ///< Superstep and Repeat run all of its tiles
     TileSet active_;
     std::vector<std::uint32_t> tiles_;                  ///< those that run in this superstep, where not all do
     engine::detail::Shares shares_;

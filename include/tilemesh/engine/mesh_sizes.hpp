@@ -14,18 +14,18 @@ struct LinkSize {
     std::uint32_t message_bytes;
 };
 
-/// What a mesh is told of its machine and of the sizes of its lists. It is a value: meshes of other sizes share their code.
+/// The machine and the list sizes of a mesh. They are a value, so meshes of different sizes share their code.
 ///
-/// `mesh_sizes` makes one that fits the SRAM. Entries stand in the order of `Needs<Program>`.
+/// `mesh_sizes` makes such a value and checks that it fits the SRAM. Entries are in the order of `Needs<Program>`.
 template <class Program>
 struct MeshSizes {
     using States = typename Needs<Program>::States;
     using Links = typename Needs<Program>::Links;
     MachineSize machine{};
     std::array<std::uint32_t, States::count + 1> slots{}; ///< of each list; 1 for a struct
-    std::array<LinkSize, Links::count + 1> links{};       ///< `dynamic_capacity` slots: `limit` gives them
-    std::array<bool, Links::count + 1> shares_memory{};   ///< with the channel that its memory_of names
-    std::uint64_t sram_bytes = 0;                         ///< of a tile; channels that still get slots count as their heads
+    std::array<LinkSize, Links::count + 1> links{};       ///< `dynamic_capacity` slots: `limit` sets the number later
+    std::array<bool, Links::count + 1> shares_memory{};   ///< whether the channel lies in the memory of its `memory_of`
+    std::uint64_t sram_bytes = 0;                         ///< of a tile; channels without slots yet count as their heads
 
     template <class X>
     constexpr std::uint32_t& slots_of() noexcept
@@ -75,7 +75,7 @@ constexpr bool has_words_for_workers([[maybe_unused]] MachineSize const& machine
 }
 } // namespace engine
 
-/// The sizes of a program on a machine whose setup is a constant. A program that does not fit is a compile-time error (`Tile`).
+/// The sizes of a program under a setup, both known at compile time. A program that does not fit does not compile (`Tile`).
 template <class Program, class Machine, class Setup = NoSetup>
 constexpr MeshSizes<Program> mesh_sizes() noexcept
 {
@@ -87,7 +87,7 @@ constexpr MeshSizes<Program> mesh_sizes() noexcept
                                                 typename Needs<Program>::Links{});
 }
 
-/// The sentence of `Tile` for a ledger whose sum is more than the machine's SRAM.
+/// The error sentence of `Tile` for a ledger that needs more than the machine's SRAM.
 template <class Lines>
 Error does_not_fit(MachineSize const& machine, Lines const& ledger, std::uint64_t bytes)
 {
@@ -108,7 +108,8 @@ void require_fit(MachineSize const& machine, Sizes const& sizes)
     auto const bytes = SramLedger<Program>::bytes(machine, sizes);
     if (bytes > machine.sram_bytes) throw does_not_fit(machine, SramLedger<Program>::lines(machine, sizes), bytes);
 }
-/// The same where machine or sizes come at run time: throws Error, with the same sentence, where the program does not fit.
+/// The sizes of a program on a machine and with sizes known only at run time. Throws Error, with the sentence of `Tile`, if the program
+/// does not fit.
 template <class Program, class Sizes>
 MeshSizes<Program> mesh_sizes(MachineSize const& machine, Sizes const& sizes)
 {

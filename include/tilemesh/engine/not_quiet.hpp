@@ -9,11 +9,11 @@
 
 namespace tilemesh {
 
-/// Says in a few lines why a run made no progress; `most_passes` is the bound that stopped it. An engine appends the text to its
-/// error. `explain_no_progress` of model/no_progress.hpp is one.
+/// A function that explains in a few lines why a run made no progress; `most_passes` is the bound that stopped the run. An engine
+/// appends the text to its error. `explain_no_progress` of model/no_progress.hpp is such a function.
 using ExplainNotQuiet = std::string (*)(Trace const& trace, Grid grid, std::uint32_t most_passes);
 
-/// A loop in texts: by its steps.
+/// The name of a loop in errors: "the loop of steps 1 to 3".
 inline std::string text_of(LoopCounters const& loop)
 {
     auto const first = std::to_string(loop.first), last = std::to_string(loop.last);
@@ -21,8 +21,8 @@ inline std::string text_of(LoopCounters const& loop)
 }
 
 namespace engine {
-/// How an engine's error for a step or a loop that goes on and on is made; `trace` is a Trace or NoTrace. `explain` may be null, and is
-/// called only where there is a trace.
+/// Makes an engine's error for a step or a loop that never ends. `trace` is a Trace or NoTrace. `explain` may be null; it is called only
+/// if there is a trace.
 template <class MaybeTrace>
 struct GoesOn {
     std::string const& kernel;
@@ -32,7 +32,7 @@ struct GoesOn {
     Grid grid;
     ExplainNotQuiet explain;
 
-    /// `what` goes on: "step 1 is not quiet after 5 passes (tiles vote busy".
+    /// `what` is the beginning of the error: "step 1 is not quiet after 5 passes (tiles vote busy".
     Error error(std::string what) const
     {
         constexpr bool traced = std::is_same_v<MaybeTrace, Trace>;
@@ -42,7 +42,7 @@ struct GoesOn {
         what += " [superstep " + std::to_string(pass) + " (" + kernel + ")]";
         if constexpr (traced)
             if (explain != nullptr) what += "\n" + explain(trace, grid, most_passes);
-        if (what.back() == '\n') what.pop_back(); // who prints an error ends its line
+        if (what.back() == '\n') what.pop_back(); // the caller that prints the error ends the line
         return Error(what);
     }
     Error not_quiet(std::uint32_t step) const

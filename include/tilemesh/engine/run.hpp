@@ -13,7 +13,7 @@
 
 namespace tilemesh::engine {
 
-/// The steps of a program, counted nothing yet.
+/// Counters of a program's steps, all zero.
 template <class... Step>
 std::vector<StepCounters> begin_steps(Types<Step...>)
 {
@@ -22,7 +22,7 @@ std::vector<StepCounters> begin_steps(Types<Step...>)
     return steps;
 }
 
-/// Its Loops, without a round yet.
+/// Counters of a program's Loops, all zero.
 template <class Program>
 std::vector<LoopCounters> begin_loops()
 {
@@ -32,13 +32,13 @@ std::vector<LoopCounters> begin_loops()
     return loops;
 }
 
-/// What one superstep of an engine did; nothing where no tile had to run.
+/// What one superstep of an engine did; all zero if no tile had to run.
 struct Passed {
     bool ran = false, sent = false;
     std::uint64_t messages = 0, tile_runs = 0, live_bytes = 0;
 };
 
-/// The peaks of a program's lists, then of its channels; `of(tag)` says what each held at most and its capacity.
+/// The peaks of a program's lists, then of its channels. `of(tag)` gives the most items that a list held, and its capacity.
 template <class... X, class... C, class F>
 std::vector<Peak> list_peaks(Types<X...>, Types<C...>, F const& of)
 {
@@ -55,10 +55,10 @@ std::vector<Peak> list_peaks(Types<X...>, Types<C...>, F const& of)
     return peaks;
 }
 
-/// A run of a program: walks it, counts, and says where it is. What Mesh and CheckedMesh have in common; memory and exchange, in which
-/// each is the check of the other, are the engine's:
-///   Passed superstep<Kernel, everywhere>()    one kernel on the tiles that run, and its exchange
-///   bool any_busy()                           did a tile vote busy in the superstep before?
+/// A run of a program: interprets the program, counts, and knows the current step. Mesh and CheckedMesh share this class. Each has its
+/// own memory and exchange, so that each checks the other. An engine supplies:
+///   Passed superstep<Kernel, everywhere>()    runs one kernel on the tiles that must run, then its exchange
+///   bool any_busy()                           whether a tile voted busy in the superstep before
 ///   std::uint64_t digest_now()
 ///   P const* shared<P>()
 ///   std::uint64_t capacity_bytes<Kernel>()    of one exchange
@@ -72,19 +72,19 @@ public:
 
     std::uint32_t step() const noexcept { return step_; }
     std::string const& kernel() const noexcept { return counters_.steps[step_].kernel; }
-    /// An error of a kernel on a tile, with tile and superstep.
+    /// The Error for a mistake of a kernel: it names the tile and the superstep.
     Error failed(Grid grid, std::uint32_t tile, std::string const& what) const
     {
         return Error(what + " [tile " + text(grid.tile(tile)) + ", superstep " + std::to_string(pass_) + " (" + kernel() + ")]");
     }
 
     struct Limits {
-        std::uint32_t most_passes; ///< of one UntilQuiet, and rounds of one Loop; 0: as many as it takes
+        std::uint32_t most_passes; ///< of one UntilQuiet, and the most rounds of one Loop; 0: no bound
         bool digest;
         ExplainNotQuiet explain;
     };
-    /// The program once. Throws what a superstep and an observer throw, and `Error` for a step or Loop that goes on and on; after that it
-    /// refuses.
+    /// Runs the program once. Passes on what a superstep or an observer throws. Throws `Error` for a step or Loop that exceeds its bound.
+    /// After an exception it refuses to run again.
     template <class Engine>
     RunCounters all(Engine& engine, Program const& program, Grid grid, Limits const& limits)
     {

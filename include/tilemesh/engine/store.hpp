@@ -166,13 +166,13 @@ protected:
     {
         return (0u + ... + (KernelTraits<K>::template writes<C> ? end_bytes<C>(link_capacity<C>()) : 0u));
     }
-    /// The same from all tiles to all their neighbours.
+    /// Bytes that this exchange moves from all tiles to all their neighbours.
     template <class K, class... C>
     std::uint64_t capacity_bytes(Types<C...> links) const noexcept
     {
         return std::uint64_t{4} * grid_.size() * capacity_a_side<K>(links);
     }
-    /// Bytes on the machine: of a message of C, and of an end of C with n slots, head included.
+    /// Bytes on the machine that a message of C takes, and an end of C with n slots and its head.
     template <class C>
     TILEMESH_KERNEL std::uint32_t message_bytes() const noexcept
     {
@@ -192,7 +192,7 @@ protected:
         else
             return sizeof(X) / 4;
     }
-    /// The slots that the mesh was built with: those that its memory has.
+    /// The slots that the mesh was built with, for which it has memory.
     template <class X>
     std::uint32_t most_slots() const noexcept
     {

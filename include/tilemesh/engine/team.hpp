@@ -32,8 +32,8 @@ inline constexpr std::uint32_t yields_before_sleep = 200; ///< some 100 us
 /// caller waits only for helpers that came in: one whose core is taken by another process costs nothing but its help.
 class Team {
 public:
-    /// `threads` including the caller's, at least 1. Throws Error when the system gives fewer. Whatever is thrown, the helpers that
-    /// were started have ended.
+    /// `threads` counts the caller's thread and is at least 1. Throws Error when the system gives fewer threads. When the constructor
+    /// throws, the helpers that were started have ended.
     explicit Team(std::uint32_t threads)
     {
         threads_.reserve(threads);

@@ -5,7 +5,7 @@
 
 namespace tilemesh::engine {
 
-/// A name or a tile, as errors and counters say it.
+/// A name or a tile as text, for errors and counters.
 inline std::string text(Name name)
 {
     return std::string(name.text, name.size);

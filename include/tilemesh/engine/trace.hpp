@@ -32,7 +32,8 @@ struct SuperstepSample {
 /// engine and any number of threads. Host memory: 56 bytes a tile that runs in a superstep.
 struct Trace {
     std::vector<std::string> kernels; ///< of the program's steps
-    /// Of each step: the names of what its kernel counts, in the order of OperationCounts; empty where it says nothing.
+    /// For each step the names of the operations that its kernel counts, in the order of OperationCounts; empty for a kernel that counts
+    /// none.
     std::vector<std::vector<std::string>> operations;
     std::vector<SuperstepSample> supersteps;
     std::vector<LoopCounters> loops = {}; ///< of the program, and their rounds
@@ -43,14 +44,14 @@ namespace engine {
 /// What stands for a trace where none is kept.
 struct NoTrace {};
 
-/// What the kernels of a program's steps count, in program order.
+/// The names of the operations that the kernels of a program's steps count, in program order.
 template <class... Step>
 void list_operations(Types<Step...>, std::vector<std::vector<std::string>>& out)
 {
     [[maybe_unused]] auto const add = [&](auto names) { out.emplace_back(names.begin, names.begin + names.size); };
     (add(operation_names<KernelOf<Step>>()), ...);
 }
-/// The trace of a run that has not begun.
+/// The empty trace of a run that has not begun.
 template <class Program>
 Trace begin_trace(RunCounters const& run)
 {
@@ -61,7 +62,7 @@ Trace begin_trace(RunCounters const& run)
     return trace;
 }
 
-/// What the tile of `source` sent on a channel; nothing for other parameters.
+/// Adds the bytes that the tile of `source` sent on a channel; does nothing for other parameters of a kernel.
 template <class X, class Source>
 void add_sent(TileSample&, Source&, X*) noexcept
 {

@@ -6,8 +6,8 @@
 
 namespace tilemesh {
 
-/// The capacity of a list whose slots are no part of its type: they are a value, given when the mesh is built (see `capacity_of` in
-/// machine/tile.hpp). Lists of any number of slots share one type, and so their kernels' code.
+/// The capacity of a list whose number of slots is a value, given when the mesh is built (see `capacity_of` in machine/tile.hpp). Lists
+/// with any number of slots share one type, and so share the code of their kernels.
 inline constexpr std::uint32_t dynamic_capacity = 0xffffffffu;
 
 /// Words of a tile's SRAM that hold a list: two words of head, then the items. The head need not lie beside the items: a
@@ -19,7 +19,7 @@ struct Place {
 };
 
 namespace detail {
-/// What Buffer and the two ends of a Channel share: a view of a list in external words. Its capacity is what its place has.
+/// What Buffer and the two ends of a Channel share: a view of a list in external words. Its capacity is that of its Place.
 template <class T, std::uint32_t N>
 class List {
     static_assert(std::is_trivially_copyable_v<T> && alignof(T) <= 4 && sizeof(T) % 4 == 0,
@@ -73,8 +73,8 @@ protected:
 /// A fixed-capacity list in a tile's SRAM: a view, the words belong to the tile. A program names its regions by types:
 /// `struct Stock : Buffer<Item, 1800> { using Buffer::Buffer; };`
 ///
-/// One rule of capacity: a tile's list has as many slots as the mesh gave it. Those are N; or, for a `Buffer<T>`, what a value says when the
-/// mesh is built; or fewer after `limit`.
+/// Capacity: a `Buffer<T, N>` has N slots. A `Buffer<T>` has the number of slots that a value names when the mesh is built. `limit` lowers
+/// either.
 ///
 /// When full, `push` reports a broken contract and keeps the list as it is, `try_push` returns false, `unchecked_push` must
 /// not be called. Cost: N * sizeof(T) + 8 bytes of SRAM. Items must be read by the type they were written as.

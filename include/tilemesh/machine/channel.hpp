@@ -11,9 +11,9 @@ template <class T>
 inline constexpr std::uint32_t wire_bytes_of<T, std::void_t<decltype(T::wire_bytes)>> = T::wire_bytes;
 } // namespace detail
 
-/// Bytes that a message of type T takes on the modelled machine, in a channel and on its way: sizeof(T), unless T says
-/// otherwise with `static constexpr std::uint32_t wire_bytes`, because the host moves a handle where the machine moves what
-/// it names. Ledgers and counted bytes of channels are in wire bytes.
+/// Bytes that a message of type T takes on the modelled machine, in a channel and on its way: sizeof(T), or the member
+/// `static constexpr std::uint32_t wire_bytes` of T. T needs that member where the host moves a reference and the machine moves the
+/// record itself. Ledgers and counted bytes of channels are in wire bytes.
 template <class T>
 inline constexpr std::uint32_t wire_bytes = detail::wire_bytes_of<T>;
 
@@ -24,9 +24,9 @@ inline constexpr std::uint32_t wire_bytes = detail::wire_bytes_of<T>;
 /// A full channel refuses, it never overwrites: saturation is a result to be counted, not an error. Besides its messages it
 /// carries one `note`, a free word (credits); 0 when nobody wrote it.
 ///
-/// `using memory_of = Other;` inside the named type says that it lies in the SRAM of channel Other, because never do both
-/// carry mail; the ledger counts the larger of the two and the sequential engine checks the promise. With
-/// `static constexpr auto memory_shared = &Sizes::member;` beside it, a flag among the sizes decides whether it does.
+/// `using memory_of = Other;` inside the named type places the channel in the SRAM of channel Other. The two must never carry mail at
+/// the same time; the sequential engine checks this. The ledger counts the larger of the two. With
+/// `static constexpr auto memory_shared = &Sizes::member;` beside it, a flag of the sizes decides whether the channels share memory.
 ///
 /// Cost: 2 * (N * wire_bytes<T> + 8) bytes of SRAM a direction; the compile-time exchange moves the whole capacity.
 template <class T, std::uint32_t N = dynamic_capacity>

@@ -41,19 +41,20 @@ struct Worker {
     std::uint32_t count = 1;
 };
 
-/// What a kernel takes in place of an argument that its policies leave out: it has nothing and names no region.
+/// Stands for an argument that a kernel's policies leave out. It is empty and names no region.
 struct Absent {};
-/// `OnlyIf<P::counts, Tally&> tally` as a kernel's parameter is `Tally&`, or `Absent` where the policies do without: then the tile keeps no
-/// Tally, the ledger has no line for it, and the kernel mentions it under `if constexpr (P::counts)` alone. The host passes nothing.
+/// A kernel's parameter that depends on its policies: `OnlyIf<P::counts, Tally&> tally` is `Tally&` if P counts, and `Absent` otherwise.
+/// With `Absent` the tile keeps no Tally and the ledger has no line for it. The kernel uses `tally` only under
+/// `if constexpr (P::counts)`.
 template <bool Present, class Argument>
 using OnlyIf = std::conditional_t<Present, Argument, Absent>;
 
-/// Is X a list (a Buffer)? Its state is a view of a head and of slots.
+/// Is X a list (a Buffer)? A kernel then takes a view of its head and its slots.
 template <class X, class = void>
 inline constexpr bool is_list = false;
 template <class X>
 inline constexpr bool is_list<X, std::void_t<typename X::value_type, decltype(X::head_words)>> = true;
-/// Is X what a kernel takes by value: In<C>, Out<C>, Broadcast<P>, Here, Worker, Absent?
+/// Does a kernel take X by value? True for In<C>, Out<C>, Broadcast<P>, Here, Worker and Absent.
 template <class X>
 inline constexpr bool is_view = false;
 template <class C>
@@ -69,7 +70,7 @@ inline constexpr bool is_view<Worker> = true;
 template <>
 inline constexpr bool is_view<Absent> = true;
 
-/// The states, channels and broadcasts of a kernel or a program, each a `Types<...>` without repetition.
+/// The states, channels and broadcasts of a kernel or a program: three lists `Types<...>` without repetition.
 template <class S, class L, class P>
 struct RegionTypes {
     using States = S;
@@ -198,7 +199,7 @@ struct KernelTraits : detail::CallOf<K> {
     static constexpr bool writes = takes<Out<C>>;
 };
 
-/// The functor that does the shares of all of a tile's workers at once: K's nested `AllWorkers`, or K where it has none (`exists` says).
+/// The functor that does the shares of all of a tile's workers at once: K's nested `AllWorkers` if it exists, else K.
 template <class K, class = void>
 struct AllWorkersOf {
     using type = K;
@@ -226,7 +227,7 @@ template <class Acc, class Step, class... Steps>
 struct CollectAll<Acc, Types<Step, Steps...>>
     : CollectAll<typename Collect<Acc, typename KernelTraits<KernelOf<Step>>::Arguments>::type, Types<Steps...>> {};
 
-/// Does C hold unread mail, after the steps so far? Sets `clash` where a kernel sends over it.
+/// Follows whether C holds unread mail, step by step. Sets `clash` if a kernel sends over unread mail.
 template <class C>
 struct Mail {
     bool unread = false;
@@ -284,8 +285,8 @@ struct ReadBeforeSent {
 };
 } // namespace detail
 
-/// The states, channels and broadcasts of a program, in the order in which its kernels name them, then those of its conditions:
-/// `RegionTypes<Types<...>, Types<...>, Types<...>>`.
+/// The states, channels and broadcasts of a program as `RegionTypes<Types<...>, Types<...>, Types<...>>`: first those that its kernels
+/// name, in that order, then the broadcasts of its conditions.
 template <class Program>
 using Needs = decltype(detail::collect_flags<detail::CollectSteps<Program>>(typename StepTraits<Program>::Flags{}));
 

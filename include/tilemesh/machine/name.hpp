@@ -10,7 +10,7 @@ struct Name {
     std::uint32_t size;
 };
 
-/// A text of the program as a name.
+/// A null-terminated text as a Name.
 constexpr Name as_name(char const* text) noexcept
 {
     std::uint32_t size = 0;

@@ -4,14 +4,14 @@
 
 namespace tilemesh {
 
-/// As many kinds of operations as a kernel may count.
+/// The most kinds of operations that a kernel may count.
 inline constexpr std::uint32_t most_operation_kinds = 8;
 
-/// What one run of a kernel on one tile did, as engines record it: kind i is the one that the kernel's set names i-th. 36 bytes.
+/// What one run of a kernel on one tile did, as engines record it. Count i belongs to the i-th name of the kernel's set. 36 bytes.
 struct OperationCounts {
     std::uint32_t count[most_operation_kinds] = {};
-    /// Of messages that had arrived and go no further: what an exchange from any tile to any tile would have brought. 0 where a
-    /// kernel does not say.
+    /// Bytes of messages that arrived and go no further: an exchange from any tile to any tile would move only these. 0 for a kernel
+    /// that does not count them.
     std::uint32_t settled_bytes = 0;
     constexpr std::uint32_t& operator[](std::uint32_t kind) noexcept { return count[kind]; }
     constexpr std::uint32_t operator[](std::uint32_t kind) const noexcept { return count[kind]; }
@@ -39,16 +39,16 @@ struct KindsOf<Set, std::void_t<typename Set::Kind, decltype(Set::names)>> {
 };
 } // namespace detail
 
-/// What one run of a kernel on one tile did, in units that a cost model has prices for. `Set` is the program's own and names them:
+/// What one run of a kernel on one tile did, in operations that a cost model has prices for. `Set` belongs to the program and names them:
 ///   struct Sorting {
 ///       enum Kind : std::uint32_t { compare, swap };
 ///       static constexpr char const* names[] = {"compare", "swap"};
 ///   };
 /// A trace carries the names, and a cost model prices operations by name; the same name has the same price in every program.
 ///
-/// A kernel that wants to be modelled says what it did with `static Operations<Sorting> operations(...) noexcept`, whose parameters
-/// are any of the kernel's own (states by const reference): it is called after the kernel, before the exchange, and only where an
-/// engine keeps a trace, so that it costs nothing elsewhere. It follows from the tile's words alone: the same on every engine.
+/// A kernel that is to be modelled has a member `static Operations<Sorting> operations(...) noexcept`. Its parameters are any of the
+/// kernel's own, states by const reference. Engines call it after the kernel and before the exchange, and only if they keep a trace;
+/// otherwise it costs nothing. Its result follows from the tile's words alone, so it is the same on every engine.
 template <class Set>
 struct Operations : OperationCounts {
     static_assert(detail::KindsOf<Set>::count != 0, "a set of operations has no names (a trace and the prices of a cost model need them); "
@@ -113,7 +113,7 @@ OperationCounts call_operations(Source& source, Types<A...>) noexcept
 }
 } // namespace detail
 
-/// What the run of kernel K that has just ended on the tile of `source` did; nothing for a kernel that does not say.
+/// What the run of kernel K that has just ended on the tile of `source` did; all zero for a kernel without `operations`.
 template <class K, class Source>
 OperationCounts operations_of([[maybe_unused]] Source& source) noexcept
 {
@@ -123,7 +123,7 @@ OperationCounts operations_of([[maybe_unused]] Source& source) noexcept
         return {};
 }
 
-/// What the counts of kernel K are of; no name for a kernel that does not say what it did.
+/// The names of the operations that kernel K counts; none for a kernel without `operations`.
 template <class K>
 constexpr OperationNames operation_names() noexcept
 {

@@ -5,7 +5,7 @@
 
 namespace tilemesh {
 
-/// How two values become one, for `Reduce`: an empty functor `T operator()(T mine, T others) const noexcept` with a `name`.
+/// An operator of `Reduce`, which makes one value of two: an empty functor `T operator()(T mine, T others) const noexcept` with a `name`.
 struct Sum {
     static constexpr char const* name = "sum";
     template <class T>
@@ -14,7 +14,7 @@ struct Sum {
         return mine + others;
     }
 };
-/// The smaller; of equal ones, and beside a NaN, the tile's own.
+/// The smaller of two values. If they are equal, or one is a NaN, it is the tile's own.
 struct Least {
     static constexpr char const* name = "least";
     template <class T>
@@ -31,7 +31,7 @@ struct Most {
         return mine < others ? others : mine;
     }
 };
-/// Bit by bit.
+/// The bitwise and of two words.
 struct And {
     static constexpr char const* name = "and";
     template <class T>
@@ -41,12 +41,12 @@ struct And {
     }
 };
 
-/// Who has the result of a `Reduce`: tile (0, 0), or every tile, for as many exchanges again.
+/// Which tiles get the result of a `Reduce`: tile (0, 0) alone, or all tiles for twice the exchanges.
 enum class ReduceTo : std::uint32_t { one, all };
 
-/// What a tile contributes to a `Reduce`: a member of a state, `Member<&Cell::kelvin>`. A value of your own is an empty functor of the same
-/// kind, `float operator()(Cell const&, Pile const&) const noexcept`, with a `name`; it takes states by const reference, broadcasts and
-/// `Here`.
+/// What a tile contributes to a `Reduce`: a member of a state, `Member<&Cell::kelvin>`. To contribute a computed value, write an empty
+/// functor `float operator()(Cell const&, Pile const&) const noexcept` with a `name`. It takes states by const reference, broadcasts
+/// and `Here`.
 template <auto Pointer>
 struct Member;
 template <class X, class T, T X::*Pointer>
@@ -59,7 +59,7 @@ namespace detail {
 template <class Value>
 using ValueOf = typename CallOf<Value>::Result;
 
-/// "least member begin": the names of a program's kernels must differ.
+/// The name of a Reduce's kernel, "least member begin". It holds operator and value, because the kernels of a program need different names.
 template <class Operator, class Value>
 struct ReduceName {
     char text[96] = {};
@@ -73,8 +73,8 @@ struct ReduceName {
 };
 } // namespace detail
 
-/// The state in which a `Reduce` leaves its result: that of its own part on a tile that is not told the whole. At tile (0, 0) it is the
-/// value of all tiles. Cost: the value's bytes.
+/// The state that holds the result of a `Reduce`. Tile (0, 0) has the value of all tiles. The others have it with `ReduceTo::all`, and
+/// otherwise a partial result. Cost: the value's bytes.
 template <class Value, class Operator>
 struct Reduced {
     using T = detail::ValueOf<Value>;
@@ -92,7 +92,7 @@ struct Partial : Channel<ValueOf<Value>, 1> {
     static constexpr char const* name = text.text;
 };
 
-/// A row is complete at its west end, column 0 at its north end; from there the result goes the way back.
+/// Sends the result from tile (0, 0) back, down column 0 and along each row to the east; nothing with `ReduceTo::one`.
 template <ReduceTo Where, class R, class Out>
 TILEMESH_KERNEL void tell_all(Here const& here, R const& reduced, Out& out, [[maybe_unused]] bool down) noexcept
 {
@@ -101,7 +101,7 @@ TILEMESH_KERNEL void tell_all(Here const& here, R const& reduced, Out& out, [[ma
         if (down && here.tile.y() + 1 < here.grid.height) out[Direction::south].unchecked_push(reduced.value);
     }
 }
-/// What a tile of column 0 does when it has all that is east and south of it.
+/// What a tile of column 0 does once it has the values of all tiles east and south of it.
 template <ReduceTo Where, class R, class Out>
 TILEMESH_KERNEL void climb(Here const& here, R const& reduced, Out& out) noexcept
 {
@@ -117,7 +117,7 @@ TILEMESH_KERNEL bool is_last_row(Here const& here) noexcept
 
 template <class Value, class Operator, ReduceTo Where, class = typename CallOf<Value>::Arguments>
 struct BeginReduce;
-/// Every tile takes its value; the east end of each row begins.
+/// The first kernel of a Reduce. Every tile takes its value; the east end of each row sends its own to the west.
 template <class Value, class Operator, ReduceTo Where, class... A>
 struct BeginReduce<Value, Operator, Where, Types<A...>> {
     static constexpr ReduceName<Operator, Value> text{Where == ReduceTo::all ? " of all begin" : " begin"};
@@ -155,18 +155,19 @@ struct GoOnReducing {
 };
 } // namespace detail
 
-/// A reduction over all tiles as a part of a program: `Reduce<Member<&Cell::kelvin>, Most>` leaves the largest kelvin of all in
-/// `Reduced<Member<&Cell::kelvin>, Most>` of tile (0, 0), and with `ReduceTo::all` of every tile; kernels after it take that state.
-/// Ordinary kernels and one channel of one message: no engine knows of it.
+/// A reduction over all tiles, as a part of a program. `Reduce<Member<&Cell::kelvin>, Most>` leaves the largest kelvin of all tiles in the
+/// state `Reduced<Member<&Cell::kelvin>, Most>` of tile (0, 0), or of every tile with `ReduceTo::all`. Later kernels take that state.
+/// Reduce is two ordinary kernels and one channel of one message, so engines need not know of it.
 ///
-/// The order is fixed: each row from its east end to its west end, then column 0 from south to north, `mine` being the tile that adds. So a
-/// sum of floats is the same on every engine and any number of threads. Least and Most want numbers: what a NaN does depends on the order.
+/// The order is fixed: each row from its east end to its west end, then column 0 from south to north; `mine` is the value of the tile that
+/// combines. So a sum of floats is the same on every engine and for any number of threads. Least and Most need numbers: with a NaN the
+/// result depends on the order.
 ///
-/// On a Poplar machine its two kernels are vertices like others: `detail::BeginReduce<Value, Operator, Where>` and
-/// `detail::GoOnReducing<Value, Operator, Where>`; what `name_of` says ends their names.
+/// On a Poplar machine the two kernels are vertices like others: `detail::BeginReduce<Value, Operator, Where>` and
+/// `detail::GoOnReducing<Value, Operator, Where>`. A vertex name ends with the kernel's `name_of`.
 ///
-/// Cost on a grid of W x H tiles: W - 1 + H - 1 exchanges, twice as many with `ReduceTo::all`, of one value on the tiles at the front, and
-/// one more compute phase; SRAM of the value and 8 * (8 + its bytes) for the channel.
+/// Cost on a grid of W x H tiles: W - 1 + H - 1 exchanges, or twice as many with `ReduceTo::all`, in which the tiles at the front send one
+/// value; one more compute phase; SRAM for the value, and 8 * (8 + its bytes) for the channel.
 template <class Value, class Operator, ReduceTo Where = ReduceTo::one>
 using Reduce = Sequence<Superstep<detail::BeginReduce<Value, Operator, Where>>, UntilQuiet<detail::GoOnReducing<Value, Operator, Where>>>;
 

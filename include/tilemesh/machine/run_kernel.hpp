@@ -5,7 +5,7 @@
 namespace tilemesh {
 
 namespace detail {
-/// Makes argument A for one call from what an interpreter offers (`source`).
+/// Makes argument A of a kernel for one call; `source` is the interpreter's view of the tile.
 template <class A, class Source>
 struct Bind;
 template <class X, class Source>
@@ -70,9 +70,9 @@ TILEMESH_KERNEL Vote call(Source& source, Types<A...>) noexcept
 }
 } // namespace detail
 
-/// Runs a kernel on the tile that `source` describes. `Source` is all that an interpreter writes:
+/// Runs a kernel on the tile that `source` describes. An interpreter supplies the type of `source`, with these members:
 ///   Place state<X>();  Place in<C>(Direction);  Place out<C>(Direction);  P const* shared<P>();  Here here();  Worker worker();
-/// where a plain struct's Place has its words in `items`.
+/// The Place of a plain struct has the struct's words in `items`.
 template <class Kernel, class Source>
 TILEMESH_KERNEL Vote run_kernel(Source& source) noexcept
 {

@@ -27,7 +27,7 @@ struct TestMachine {
     static constexpr std::uint32_t clock_khz = 1'325'000;
 };
 
-/// A machine as a value: what engines and ledgers need to know of it. Another machine needs no other code.
+/// A machine as a value, with all that engines and ledgers need. Meshes of different machines so share their code.
 struct MachineSize {
     char const* name;
     std::uint32_t tiles;
@@ -42,7 +42,7 @@ constexpr MachineSize size_of_machine() noexcept
     return {Machine::name, Machine::tiles, Machine::sram_bytes, Machine::code_bytes, Machine::workers, Machine::clock_khz};
 }
 
-/// The machine of a mesh that is told its MachineSize when it is built: one type, and so one piece of code, for all of them.
+/// The machine type of a mesh that gets its MachineSize when it is built. All such meshes of a program have one type, and so share code.
 struct AnyMachine {};
 
 } // namespace tilemesh

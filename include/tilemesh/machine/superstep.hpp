@@ -25,8 +25,8 @@ struct Repeat {
     std::uint32_t times = 1;
 };
 
-/// The kernel until all tiles are quiet and none has mail for it, but at most `at_most` times: with a bound, what is under
-/// way stays in its channels and goes on in the next run. With 1 a run moves everything by one hop.
+/// Runs the kernel until all tiles are quiet and none has mail for it, but at most `at_most` times. Messages that a bound leaves under
+/// way stay in their channels and go on in the next run: with `at_most` 1, a run moves every message by one hop.
 template <class Kernel>
 struct UntilQuiet {
     std::uint32_t at_most = 0xffffffffu;
@@ -38,33 +38,33 @@ struct Sequence {
     std::tuple<Steps...> steps;
 };
 
-/// Its steps in order, over and over: another round while a tile voted busy in the superstep before, but at most `at_most` rounds. It
-/// tests before its first round, as UntilQuiet does: `Sequence<Superstep<Begin>, Loop<UntilQuiet<Spread>, Superstep<Judge>>{100}>`, where
-/// Begin and Judge vote. With `at_most` 1 it is a condition that tiles decide. Mail alone makes no round. Cost on a Poplar machine: votes
-/// are gathered after every superstep of the program, and one more compute set a round.
+/// Repeats its steps, in order. It makes another round while a tile voted busy in the superstep before, but at most `at_most` rounds. Mail
+/// alone makes no round. Like UntilQuiet, it tests before its first round. In
+/// `Sequence<Superstep<Begin>, Loop<UntilQuiet<Spread>, Superstep<Judge>>{100}>`, Begin and Judge vote. With `at_most` 1 it is a condition
+/// that tiles decide. Cost on a Poplar machine: every superstep of the program gathers votes, and each round has one more compute set.
 template <class... Steps>
 struct Loop {
     std::uint32_t at_most = 0xffffffffu;
     std::tuple<Steps...> steps{};
 };
 
-/// Its steps in order, in runs in which a word of a broadcast is not 0; otherwise votes and mail stay as they are.
-/// `If<&Wanted::smoothing, Superstep<Smooth>>`: `Flag` is a pointer to a std::uint32_t member of the broadcast `Wanted`, which need not be
-/// taken by a kernel. The host decides, once a run; what tiles decide is a `Loop` with `at_most` 1.
+/// Runs its steps, in order, if a word of a broadcast is not 0; otherwise votes and mail stay as they are. In
+/// `If<&Wanted::smoothing, Superstep<Smooth>>`, `Flag` points to a std::uint32_t member of the broadcast `Wanted`. No kernel need take
+/// that broadcast. The host decides, once per run. For a condition that tiles decide, use a `Loop` with `at_most` 1.
 template <auto Flag, class... Steps>
 struct If {
     std::tuple<Steps...> steps{};
 };
 
-/// A part that a program has where `Present`, and does without otherwise: `StepIf<P::sorts, UntilQuiet<Sort<P>>>`.
+/// A part that a program has only if `Present`: `StepIf<P::sorts, UntilQuiet<Sort<P>>>`.
 template <bool Present, class Part>
 using StepIf = std::conditional_t<Present, Part, Sequence<>>;
 
-/// What a part of a program is: a step (one kernel) or made of other parts. This and `walk` are all that takes programs apart.
+/// Describes a part of a program: a step (one kernel), or a part made of others. Only StepTraits and `walk` take programs apart.
 ///   is_step      one kernel: `Kernel`, `everywhere` (on every tile, or only on those that must run), `most(step)` (its passes at most)
-///   Steps        the steps in it, in order: what `StepCounters`, traces and logs are numbered by
-///   Flags        the broadcasts that its conditions look at
-///   loops        how many Loops are in it, itself included
+///   Steps        its steps, in order; `StepCounters`, traces and logs use their numbers
+///   Flags        the broadcasts that its conditions read
+///   loops        the number of its Loops, itself included
 template <class Part>
 struct StepTraits {
     static_assert(!sizeof(Part*), "not a program (its parts are Superstep<K>, Repeat<K>, UntilQuiet<K>, Sequence<...>, Loop<...>, "
@@ -128,23 +128,23 @@ struct StepTraits<If<Flag, Parts...>> : detail::SeveralParts<Parts...> {
     using Flags = typename detail::Concat<Types<Parameters>, typename detail::SeveralParts<Parts...>::Flags>::type;
 };
 
-/// The steps of a program in order, all else taken apart.
+/// The steps of a program, in order, without the parts around them.
 template <class Program>
 using StepsOf = typename StepTraits<Program>::Steps;
 /// The kernel of a step.
 template <class Step>
 using KernelOf = typename StepTraits<Step>::Kernel;
 
-/// Where a Loop is: its place among a program's Loops (one comes before those in it), and the places of its steps.
+/// Where a Loop is: its place among a program's Loops (an outer Loop comes before its inner ones), and the places of its steps.
 struct LoopAt {
     std::uint32_t index = 0, first = 0, last = 0;
 };
 
-/// Interprets a program, part by part in the order in which they run:
+/// Interprets a program, part by part, in the order in which the parts run:
 ///   interpreter.step(step, i)                a step; i is its place in `StepsOf<Program>`
 ///   interpreter.loop(loop, LoopAt, body)     a Loop; body() interprets its parts once
 ///   interpreter.condition(part, body)        an If; its StepTraits have `Parameters` and `flag`
-/// `first` and `loop` are the places of the program's first step and Loop in a larger one.
+/// `first` and `loop` are the places that the first step and the first Loop of this part have in the whole program.
 template <class Program, class Interpreter>
 constexpr void walk(Program const& program, Interpreter& interpreter, std::uint32_t first = 0, std::uint32_t loop = 0)
 {
@@ -227,7 +227,7 @@ constexpr detail::FindLoops<StepTraits<Program>::loops> loops_of()
     walk(Program{}, loops);
     return loops;
 }
-/// Do tiles vote, after a superstep of this step, whether there is another superstep, or another round of a Loop?
+/// Does a superstep of this step end with a vote on another superstep or on another round of a Loop?
 template <class Program>
 constexpr bool votes_after(std::uint32_t step) noexcept
 {
@@ -265,13 +265,13 @@ constexpr auto& step_at(Part& part) noexcept
 }
 } // namespace detail
 
-/// The place of kernel K among the steps of a program, of its Nth step where it has several; `no_step` for one that is not there.
+/// The place of the Nth step (from 0) of kernel `Kernel` among a program's steps; `no_step` if the program has no such step.
 template <class Program, class Kernel, std::uint32_t Nth = 0>
 constexpr std::uint32_t step_of() noexcept
 {
     return detail::find_step<Kernel>(Nth, StepsOf<Program>{});
 }
-/// That step: `get_step<Diffuse>(heat).times = 1000`.
+/// The Nth step (from 0) of kernel `Kernel` in a program value: `get_step<Diffuse>(heat).times = 1000`.
 template <class Kernel, std::uint32_t Nth = 0, class Program>
 constexpr auto& get_step(Program& program) noexcept
 {

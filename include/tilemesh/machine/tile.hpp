@@ -15,9 +15,9 @@ struct Region {
     bool budgeted;           ///< false: kept, but outside the budget this machine's program claims (see `Tile`)
 };
 
-/// Sizes of a program whose lists all have the capacity that their types name.
+/// The sizes of a program whose lists all have the capacity that their types name: there are none.
 struct NoSizes {};
-/// The setup of such a program.
+/// The setup of a program without sizes.
 struct NoSetup {
     static constexpr NoSizes sizes{};
 };
@@ -49,7 +49,7 @@ template <class C, class = void>
 inline constexpr bool has_memory_flag = false;
 template <class C>
 inline constexpr bool has_memory_flag<C, std::void_t<decltype(C::memory_shared)>> = true;
-/// The member of the sizes that a region names; a sentence where it names a member of other sizes.
+/// The value of the member that a region names. A region that names a member of another type of sizes does not compile.
 template <class Member, class Sizes>
 constexpr auto named_size([[maybe_unused]] Sizes const& sizes, [[maybe_unused]] Member member) noexcept
 {
@@ -62,7 +62,7 @@ constexpr auto named_size([[maybe_unused]] Sizes const& sizes, [[maybe_unused]] 
         return 0u;
     }
 }
-/// Bytes for a table's column.
+/// A number of bytes as 32 bits, for a table's column; 2^32 - 1 stands for more.
 constexpr std::uint32_t column_bytes(std::uint64_t bytes) noexcept
 {
     return bytes < 0xffffffffu ? static_cast<std::uint32_t>(bytes) : 0xffffffffu;
@@ -95,8 +95,8 @@ constexpr bool shares_memory([[maybe_unused]] Sizes const& sizes) noexcept
         return true;
 }
 
-/// The slots of list or channel X under these sizes: those of its type; or the member that X names with
-/// `static constexpr auto slots = &Sizes::member;`. `dynamic_capacity` for a channel that has neither: it gets its slots by `limit`.
+/// The slots of list or channel X under these sizes: the capacity of its type, or the member that X names with
+/// `static constexpr auto slots = &Sizes::member;`. A channel that has neither gets its slots by `limit`: `dynamic_capacity`.
 template <class X, class Sizes>
 constexpr std::uint32_t capacity_of([[maybe_unused]] Sizes const& sizes) noexcept
 {
@@ -108,11 +108,11 @@ constexpr std::uint32_t capacity_of([[maybe_unused]] Sizes const& sizes) noexcep
         return dynamic_capacity;
 }
 
-/// SRAM ledger of a program on one tile, derived from its kernels; nobody writes it by hand. The machine and the sizes are values, so
-/// the same functions serve constants at compile time and what a user asked for at run time.
+/// The SRAM ledger of a program on one tile, derived from the program's kernels. Machine and sizes are values, so the same functions
+/// serve compile-time constants and sizes that a user asks for at run time.
 ///
-/// A state with `static constexpr bool budgeted = false;` is listed but not counted: for a published budget that leaves out what the
-/// program really needs (the paper's). With `static constexpr auto budgeted_if = &Sizes::member;` a flag among the sizes decides.
+/// A state with `static constexpr bool budgeted = false;` is listed but not counted. It serves a published budget, such as the paper's,
+/// that leaves out lists that the program needs. With `static constexpr auto budgeted_if = &Sizes::member;` a flag of the sizes decides.
 template <class Program, class = Needs<Program>>
 class SramLedger;
 
@@ -137,13 +137,13 @@ public:
             return sizeof(X) / 4;
         }
     }
-    /// SRAM of channel C on one tile with this many slots: four ends in, four out. A dynamic channel counts as its heads.
+    /// SRAM of channel C on one tile with this many slots: four ends in, four out. A channel without slots yet counts as its heads.
     template <class C>
     static constexpr std::uint64_t channel_bytes(std::uint32_t slots) noexcept
     {
         return 8 * (C::end_bytes(0) + (slots == dynamic_capacity ? 0u : std::uint64_t{slots} * wire_bytes<typename C::value_type>));
     }
-    /// The same without what lies in another channel's memory.
+    /// The SRAM that channel C takes beyond that of the channels whose memory it shares; all of C for a channel with its own memory.
     template <class C, class Sizes>
     static constexpr std::uint64_t own_channel_bytes(Sizes const& sizes) noexcept
     {
@@ -179,7 +179,7 @@ public:
                  Region{name_of<P>(), "broadcast", static_cast<std::uint32_t>(sizeof(P)), true}...,
                  Region{{"code and stacks", 15}, "reserve", machine.code_bytes, true}}};
     }
-    /// Bytes that X, a state or a channel, takes of the SRAM.
+    /// Bytes of SRAM that X, a state or a channel, takes.
     template <class X, class Sizes>
     static constexpr std::uint64_t counted_bytes(Sizes const& sizes) noexcept
     {
@@ -198,7 +198,7 @@ public:
 };
 
 namespace detail {
-/// Instantiated only when a program does not fit: its arguments say what to do about it.
+/// Instantiated only when a program does not fit. Its template arguments appear in the compiler's error and say what to do.
 template <class Machine, class LargestRegion, std::uint32_t LargestRegionBytes, std::uint32_t BytesOver>
 struct SramBudget {
     static_assert(BytesOver == 0, "the program does not fit in a tile's SRAM (SramBudget<Machine, LargestRegion, its bytes, "
@@ -206,7 +206,7 @@ struct SramBudget {
     static constexpr bool holds = true;
 };
 
-/// The states and channels of a program under a setup whose sizes are a constant; nothing is refused.
+/// The layout of a program under a setup with constant sizes, whether it fits or not.
 template <class Machine, class Program, class Setup>
 class Layout : public SramLedger<Program> {
     using Base = SramLedger<Program>;
@@ -231,7 +231,7 @@ public:
     {
         return column_bytes(Base::template own_channel_bytes<C>(Setup::sizes));
     }
-    /// Where X begins among a tile's state words, when they are one tensor.
+    /// The word at which X begins when all states of a tile are one tensor.
     template <class X>
     static constexpr std::uint32_t offset() noexcept
     {
@@ -261,7 +261,7 @@ public:
     static constexpr std::uint32_t state_words = all_words(States{});
 };
 
-/// The state or channel that takes most of the SRAM, as a type.
+/// The state or channel that takes the most SRAM, as a type.
 template <class Layout>
 class LargestRegion {
     struct NothingKept {};
@@ -306,8 +306,8 @@ public:
 
 /// Layout and SRAM ledger of a program on one tile of a machine, with the sizes of a setup (`Setup::sizes`, a constant).
 ///
-/// What does not fit is a compile-time error that names the largest region and the bytes over. Sizes that come at run time are refused
-/// by `Error` with the same sentence when a mesh is built (engine/mesh_sizes.hpp).
+/// A program that does not fit is a compile-time error, which names the largest region and the bytes over. For sizes known only at run
+/// time, `mesh_sizes` throws Error with the same sentence (engine/mesh_sizes.hpp).
 template <class Machine, class Program, class Setup = NoSetup>
 class Tile : public detail::Layout<Machine, Program, Setup> {
     using Base = detail::Layout<Machine, Program, Setup>;
@@ -321,10 +321,10 @@ class Tile : public detail::Layout<Machine, Program, Setup> {
                                          : detail::column_bytes(Base::bytes - Machine::sram_bytes)>::holds);
 };
 
-/// Bytes of a tile that a program takes on a machine, asked before the budget is: nothing is refused.
+/// Bytes of SRAM that a program needs on a tile of a machine, whether it fits or not.
 template <class Machine, class Program, class Setup = NoSetup>
 inline constexpr std::uint64_t bytes_needed = detail::Layout<Machine, Program, Setup>::bytes;
-/// Does it fit there? Where it does not, `Tile<Machine, Program, Setup>` is a compile-time error.
+/// Does a program fit on a tile of a machine? If not, `Tile<Machine, Program, Setup>` does not compile.
 template <class Machine, class Program, class Setup = NoSetup>
 inline constexpr bool fits = bytes_needed<Machine, Program, Setup> <= Machine::sram_bytes;
 

@@ -10,7 +10,7 @@ struct Types {
     static constexpr std::uint32_t count = sizeof...(Ts);
 };
 
-/// A type as a value: what a generic function is called with in place of an object.
+/// A type as a value: an argument for generic functions that need a type and no object.
 template <class T>
 struct Tag {
     using type = T;
@@ -22,7 +22,7 @@ inline constexpr bool contains = false;
 template <class T, class... L>
 inline constexpr bool contains<T, Types<L...>> = (std::is_same_v<T, L> || ...);
 
-/// The place of T in a list of types; 0 where it is not there (`contains` says).
+/// The place of T in a list of types; 0 if the list does not have it (ask `contains` first).
 template <class T, class... L>
 constexpr std::uint32_t index_in(Types<L...>) noexcept
 {
@@ -39,7 +39,7 @@ struct Insert<Types<L...>, T> {
     using type = std::conditional_t<contains<T, Types<L...>>, Types<L...>, Types<L..., T>>;
 };
 
-/// The lists one after the other.
+/// The concatenation of lists of types.
 template <class... Lists>
 struct Concat {
     using type = Types<>;

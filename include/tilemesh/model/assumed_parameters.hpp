@@ -7,10 +7,10 @@
 
 namespace tilemesh {
 
-/// mk2()'s numbers on another machine, for where nothing better is known; what is assumed has a source that begins with "assumed".
-/// Clock and workers are `Machine`'s. A kernel of one worker has mk2's instructions, of which a worker issues one in as many cycles as
-/// there are workers; what runs on all workers keeps mk2's price. A tile receives `bytes_a_cycle`; a barrier takes `barrier_cycles`, and
-/// a vote two of them. Throws `Error` as set_parameter does; `bytes_a_cycle` must not be 0.
+/// The numbers of mk2() adapted to another machine, for lack of better ones. The source of an assumed number begins with "assumed".
+/// Clock and number of workers are `Machine`'s. A kernel of one worker has mk2's instructions; with W workers, a worker issues one
+/// instruction in W cycles. A kernel that runs on all workers keeps mk2's price. A tile receives `bytes_a_cycle`. A barrier takes
+/// `barrier_cycles`, and a vote takes two barriers. Throws `Error` as set_parameter does; `bytes_a_cycle` must not be 0.
 template <class Machine>
 CostModel assumed_model(std::uint64_t bytes_a_cycle, std::uint64_t barrier_cycles)
 {
@@ -27,7 +27,7 @@ CostModel assumed_model(std::uint64_t bytes_a_cycle, std::uint64_t barrier_cycle
     return model;
 }
 
-/// What is assumed in a model, as one line: the parameters whose source begins with "assumed", with what the source says of them.
+/// The assumptions of a model in one line: the parameters whose source begins with "assumed", each with its source.
 inline std::string assumed_text(CostModel const& model)
 {
     std::string const word = "assumed";

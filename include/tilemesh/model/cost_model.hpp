@@ -30,7 +30,7 @@ struct Parameter {
     friend bool operator==(Parameter const&, Parameter const&) = default;
 };
 
-/// What an operation costs: the name under which kernels count it (machine/operations.hpp), and a tile's thousandths of a cycle.
+/// The price of an operation: the name by which kernels count it (machine/operations.hpp), and thousandths of a tile's cycle.
 struct OperationPrice {
     std::string operation;
     std::uint64_t millicycles;
@@ -101,7 +101,7 @@ inline OperationPrice const* find_price(CostModel const& m, std::string_view ope
     return p == m.prices.end() ? nullptr : &*p;
 }
 
-/// A model's prices for the steps of a trace, each name looked up once.
+/// A model's prices for the steps of a trace; it looks up each name once.
 class StepPrices {
 public:
     StepPrices(CostModel const& model, Trace const& trace) : model_(model), trace_(trace)
@@ -141,7 +141,7 @@ private:
 
     CostModel const& model_;
     Trace const& trace_;
-    std::vector<std::array<std::uint64_t, most_operation_kinds>> millicycles_; ///< of each step
+    std::vector<std::array<std::uint64_t, most_operation_kinds>> millicycles_; ///< prices, by step
 };
 } // namespace model_detail
 

@@ -21,7 +21,7 @@ namespace model_detail {
 inline constexpr std::array<std::string_view, 2> exchange_cost_names = {"capacity", "live"};
 inline constexpr std::uint32_t first_operation = 2, fixed_parameters = 7;
 
-/// All that a file of this model says, in its order: clock, exchange_cost, the operations that it prices, run, exchange,
+/// All parameters of a model, in the order of its file: clock, exchange_cost, the operations that it prices, run, exchange,
 /// exchange_byte, sync, vote.
 inline std::vector<ParameterRule> parameter_rules(std::vector<OperationPrice> const& prices)
 {
@@ -37,7 +37,7 @@ inline std::vector<ParameterRule> parameter_rules(std::vector<OperationPrice> co
     rules.push_back({"vote", cycles, 0, most_cycles});
     return rules;
 }
-/// Its place in the order; their number where there is none of this name.
+/// The place of a parameter in that order; the number of parameters if none has this name.
 inline std::size_t parameter_index(std::vector<ParameterRule> const& rules, std::string_view name)
 {
     return static_cast<std::size_t>(std::find_if(rules.begin(), rules.end(), [&](ParameterRule const& r) { return r.name == name; }) -
@@ -103,9 +103,9 @@ inline void set_parameter(CostModel& model, std::string_view name, std::uint64_t
     else model.parameters.insert(place, std::move(entry));
 }
 
-/// Gives an operation its price, with where that is from: as set_parameter, and for any name that kernels count under
-/// (machine/operations.hpp). Operations are listed in the order in which they were first priced. Throws `Error` for a name that is no
-/// word of at most 64 printable ASCII characters, or that is another parameter's.
+/// Gives an operation its price and the price's source. The operation may have any name by which kernels count
+/// (machine/operations.hpp). Operations are listed in the order in which they were first priced. Throws `Error` as set_parameter does,
+/// for a name that is no word of at most 64 printable ASCII characters, and for the name of another parameter.
 inline void set_price(CostModel& model, std::string_view operation, std::uint64_t millicycles, std::string source)
 {
     namespace d = model_detail;

@@ -18,8 +18,8 @@ inline std::string milliseconds_text(CostModel const& model, std::uint64_t cycle
     return {text.data(), end.ptr};
 }
 
-/// The ledger of a tile's SRAM (Layout::ledger()) as a table for terminals: bytes by region, then the sum of what the budget of
-/// `sram_bytes` pays for.
+/// The ledger of a tile's SRAM (Layout::ledger()) as a table for terminals: bytes by region, then the sum of the bytes that count
+/// against `sram_bytes`.
 inline report::Table ledger_table(std::span<Region const> ledger, std::uint32_t sram_bytes)
 {
     report::Table table{{"region", "bytes of a tile"}};

@@ -85,7 +85,7 @@ struct Femtojoules {
 };
 } // namespace model_detail
 
-/// Says what one event takes: an operation of kernels under the name that they count it by, or one of the three above. Throws
+/// Sets the energy of one event: an operation, by the name with which kernels count it, or one of the three above. Throws
 /// `Error` for a name that is no word of at most 64 printable ASCII characters, a value above `most_femtojoules`, and a source that is
 /// not one line of text.
 inline void set_energy(EnergyModel& model, std::string_view event, std::uint64_t femtojoules, std::string source)
@@ -104,7 +104,7 @@ inline void set_energy(EnergyModel& model, std::string_view event, std::uint64_t
     else model.events.push_back(std::move(entry));
 }
 
-/// How often an event occurs in a run, and what that takes.
+/// How often an event occurs in a run, and the energy of all its occurrences.
 struct EnergyEvent {
     std::string name;
     std::uint64_t count = 0; ///< exact
@@ -112,10 +112,10 @@ struct EnergyEvent {
 };
 /// What a run takes: joules of each kind of event, of each step of the program, and of each tile.
 struct Energy {
-    std::vector<EnergyEvent> events; ///< the operations in the order in which the steps name them, then the three others
+    std::vector<EnergyEvent> events; ///< operations, in the order in which the steps name them, then the three others
     std::vector<double> joules_of_step, joules_of_tile;
     double joules = 0;
-    /// The event of this name; one that does not occur where there is none.
+    /// The event of this name; an event with count 0 if there is none.
     EnergyEvent of(std::string_view event) const
     {
         for (auto const& e : events)

@@ -30,13 +30,13 @@ struct LinkUse {
     friend bool operator==(LinkUse const&, LinkUse const&) = default;
 };
 
-/// What an UntilQuiet or a Loop does over and over at the end of a trace.
+/// What an UntilQuiet or a Loop repeats at the end of a trace.
 struct NoProgress {
     Grid grid;
-    std::uint32_t step = 0;               ///< of the program; of a Loop the one that ran last
+    std::uint32_t step = 0;               ///< the step that repeats; of a Loop, the step that ran last
     std::string kernel;
-    std::optional<LoopCounters> loop;     ///< the innermost one that repeats, where the step by itself does not
-    std::uint64_t supersteps = 0;         ///< of that step, or Loop, at the end of the trace; 0: the trace ends with another kind of step
+    std::optional<LoopCounters> loop;     ///< the innermost Loop that repeats, if the step by itself does not
+    std::uint64_t supersteps = 0;         ///< of the step or Loop, at the end of the trace; 0: the trace ends with another kind of step
     std::uint32_t period = 0;             ///< in supersteps; 0: nothing repeats, and nothing below is filled in
     std::uint64_t first = 0;              ///< superstep of the run from which on it repeats
     std::vector<std::uint32_t> tiles;     ///< that run in every superstep
@@ -140,8 +140,8 @@ inline std::vector<Link> find_cycle(Grid grid, std::vector<std::uint8_t> live)
 }
 } // namespace model_detail
 
-/// Looks at the end of a trace for an UntilQuiet that never becomes quiet, or a Loop that is never done: supersteps in which the same
-/// tiles do and send the same over and over. `at_least` as many of them must repeat, and a period at least twice; two is the least.
+/// Looks at the end of a trace for an UntilQuiet that never becomes quiet, or a Loop that never ends: there the same tiles do and send
+/// the same things again and again. At least `at_least` supersteps must repeat, and a period at least twice. `at_least` is at least two.
 ///
 /// What is equal is what a trace holds: who ran, the operations that kernels count, bytes sent. A steady stream from a tile that
 /// sends to one that keeps looks like that, too, unless the kernel counts something that grows (Route and Bloom count the slots that
@@ -158,7 +158,7 @@ inline NoProgress no_progress(Trace const& trace, Grid grid, std::uint32_t at_le
     auto const* const end = all.data() + all.size();
     auto const last_step = all.back().step;
     std::uint64_t repeating = 0;
-    auto const find_in = [&](auto const& belongs) { // at the supersteps at the end that belong together
+    auto const find_in = [&](auto const& belongs) { // among the last supersteps that belong together
         out.supersteps = 0;
         while (out.supersteps < all.size() && belongs(*(end - 1 - out.supersteps))) ++out.supersteps;
         out.step = last_step;
@@ -287,8 +287,8 @@ inline std::string text_of(NoProgress const& report, std::size_t most = 16)
     return out;
 }
 
-/// What repeats at the end of a run that `most_passes` stopped, for MeshOptions::explain: with it the error of a run on a Traced
-/// machine ends with this report.
+/// Reports what repeats at the end of a run that `most_passes` stopped. With MeshOptions::explain = explain_no_progress, the error of a
+/// run on a Traced machine ends with this report.
 inline std::string explain_no_progress(Trace const& trace, Grid grid, std::uint32_t most_passes)
 {
     return text_of(no_progress(trace, grid, std::min(most_passes, model_detail::repeated_at_least)));

@@ -62,7 +62,7 @@ inline std::string_view take_word(std::string_view& text)
     text = without_blanks(text.substr(word.size()));
     return word;
 }
-/// Can it name an operation in a file? A word of printable ASCII that begins no comment.
+/// Can this text name an operation in a file? It must be a word of printable ASCII that does not begin a comment.
 inline bool is_operation_name(std::string_view name)
 {
     constexpr std::size_t most = 64;
@@ -101,8 +101,8 @@ public:
     /// How a file begins, and what errors call what it holds.
     struct Kind {
         std::string keyword, what, a_what;
-        std::string_view unit;   ///< a line of this unit whose name no rule has is of an operation
-        std::uint64_t most = 0;  ///< of its value
+        std::string_view unit;   ///< a line with this unit and a name without a rule is an operation's
+        std::uint64_t most = 0;  ///< the largest value of an operation
     };
     ParameterFile(std::istream& in, std::string const& file_name, Kind kind, std::vector<ParameterRule> rules)
         : in_(in), file_name_(file_name), kind_(std::move(kind)), rules_(std::move(rules)), seen_(rules_.size(), 0)

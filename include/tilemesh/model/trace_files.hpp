@@ -104,8 +104,8 @@ std::vector<std::string> quoted_kernels(Trace const& trace, Quote quote)
 } // namespace model_detail
 
 /// One line a superstep and tile that ran, in the trace's order, under a line of names: superstep (from 0), step of the program,
-/// kernel, tile, each operation that a kernel of the program counts, bytes sent to each side, bytes that settled, cycles that `model` has the tile compute for. RFC
-/// 4180, but lines end as they do on Unix.
+/// kernel, tile, each operation that a kernel of the program counts, bytes sent to each side, bytes that settled, and the tile's cycles of
+/// compute under `model`. RFC 4180, but lines end as they do on Unix.
 ///
 /// Cost: at most some 125 bytes a line, 27 MB for 150 supersteps in which all of 1,440 tiles run.
 inline void write_trace_csv(std::ostream& out, Trace const& trace, CostModel const& model, Grid grid)

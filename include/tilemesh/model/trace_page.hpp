@@ -23,24 +23,24 @@
 
 namespace tilemesh {
 
-/// What a trace page has beside the trace and the cost model; every part may be left out.
+/// The contents of a trace page besides the trace and the cost model. Every part is optional.
 struct TracePage {
     std::string title = "A run";
     std::vector<std::pair<std::string, std::string>> facts{}; ///< lines below the title: a name and a text
     std::vector<Region> ledger{};                             ///< of a tile's SRAM, as Layout::ledger() gives it
-    std::vector<TileMap> maps{};                              ///< shown before those that every trace has
-    EnergyModel const* energy = nullptr;                      ///< the run's energy is shown, too
+    std::vector<TileMap> maps{};                              ///< shown before the maps that every trace has
+    EnergyModel const* energy = nullptr;                      ///< if given, the page also shows the run's energy
     /// Encodes a picture as a PNG file: the page shows the maps. Without it they are PPM files beside the page.
     std::function<std::string(report::Image const&)> png{};
-    std::uint64_t most_tile_lines = 4'000'000;     ///< a longer table by tile, at some 50 bytes a line, is left out
+    std::uint64_t most_tile_lines = 4'000'000;     ///< a longer table by tile is left out; a line has some 50 bytes
     std::size_t most_timeline_bytes = 20'000'000;  ///< the timeline shows as many of the busiest tiles as fit
 };
 
-/// The timeline of write_chrome_trace with as many of the 64 busiest tiles as stay below `most_bytes`; `note` says how many. Empty
-/// where the machine alone takes more.
+/// The timeline of write_chrome_trace with as many of the 64 busiest tiles as fit into `most_bytes`; `note` says how many. Empty if even
+/// the machine's own track does not fit.
 inline std::string timeline_below(std::size_t most_bytes, Trace const& trace, CostModel const& model, Grid grid, std::string& note)
 {
-    for (std::uint32_t busiest = 64;; busiest /= 2) { // as write_chrome_trace has by itself
+    for (std::uint32_t busiest = 64;; busiest /= 2) { // 64: the default of write_chrome_trace
         std::ostringstream out;
         write_chrome_trace(out, trace, model, grid, busiest);
         auto text = out.str();
@@ -55,12 +55,12 @@ inline std::string timeline_below(std::size_t most_bytes, Trace const& trace, Co
     return {};
 }
 
-/// Writes a run of any program as files into `folder`, which is made where it is not there. All names begin with `name`:
-///   .html            a page that a browser opens: where the cycles go, over time, beside ideal routing, energy, maps, the models
+/// Writes a run of any program as files into `folder`, and makes the folder if it does not exist. All file names begin with `name`:
+///   .html            a page for a browser: cycles by step and over time, ideal routing, energy, maps, the models
 ///   .tiles.csv       the trace by superstep and tile; .supersteps.csv: by superstep
 ///   .trace.json      a timeline for ui.perfetto.dev
 ///   .model.txt       the cost model; .maps.csv: the maps' numbers; .energy.csv: joules of each tile
-///   .NAME.ppm        each map, where the page cannot show it
+///   .NAME.ppm        each map, if the page cannot show it
 /// Returns the page's path. The same bytes on every run. The cost model must have a source for every number (set_parameter,
 /// set_price).
 ///

@@ -20,15 +20,15 @@
 #include <utility>
 #include <vector>
 
-/// What a page shows of a run: diagrams, tables and maps of the grid, from a trace of any program. trace_page.hpp makes a page of it.
+/// The parts of a page about a run: diagrams, tables and maps of the grid, from a trace of any program. trace_page.hpp makes the page.
 namespace tilemesh {
 
-/// A number of each tile, to be shown as a map of the grid.
+/// A number for each tile, which the page shows as a map of the grid.
 struct TileMap {
     std::string name;           ///< of a file and a column: letters and `_`
-    std::string title, what;    ///< a word, and what is counted
-    bool in_total = true;       ///< the sum over all tiles means something
-    std::vector<double> values; ///< of each tile, finite, from 0
+    std::string title, what;    ///< the heading, and a phrase that says what the numbers are
+    bool in_total = true;       ///< the sum over all tiles has a meaning
+    std::vector<double> values; ///< one per tile, finite, not below 0
 };
 
 /// The maps that every trace has: how full its fullest channel end was, cycles that a tile computes, and cycles that it waits.
@@ -49,7 +49,7 @@ inline report::Image map_image(TileMap const& map, Grid grid)
     auto const cell = std::clamp(480 / std::max({grid.width, grid.height, 1u}), 1u, 16u);
     return report::heat_image(map.values, grid.width, grid.height, {0, report::finite_range(map.values).most}, cell);
 }
-/// What the map shows, the most that a tile has, and the sum where that means something. `shown` turns a number into text.
+/// The caption of a map: what it shows, the largest value of a tile, and the sum if that has a meaning. `shown` turns a number into text.
 inline std::string map_caption(TileMap const& map, std::string (*shown)(double) = report::short_number)
 {
     auto caption = map.title + ": " + map.what + ". 0 to " + shown(report::finite_range(map.values).most) + " a tile";
@@ -73,7 +73,7 @@ inline std::string maps_csv(std::span<TileMap const> maps, Grid grid)
 inline std::string energy_csv(Energy const& energy, Grid grid)
 {
     std::string text = "tile_x,tile_y,joules\n";
-    std::array<char, 32> digits{}; // of the shortest text that reads back as the same double, 24 at most
+    std::array<char, 32> digits{}; // room for the shortest text that reads back as the same double: at most 24 characters
     for (std::uint32_t t = 0; t < grid.size(); ++t) {
         auto const end = std::to_chars(digits.data(), digits.data() + digits.size(), energy.joules_of_tile[t]);
         text += std::to_string(grid.tile(t).x()) + "," + std::to_string(grid.tile(t).y()) + ",";
@@ -99,11 +99,11 @@ inline std::string steps_svg(CostModel const& model, std::vector<StepCost> const
     return svg(chart);
 }
 
-/// Supersteps over modelled time as SVG: what the tiles do. An area is tile time. Supersteps that are too thin to be seen share a bar
-/// with their neighbours: there are about 400 bars. Cost: the trace once, and a number a tile for each superstep.
+/// Supersteps over modelled time as SVG: how many tiles are busy. An area is tile time. Supersteps that are too thin to be seen share a
+/// bar with their neighbours, so that there are about 400 bars. Cost: one pass over the trace, and one number per tile and superstep.
 inline std::string supersteps_svg(Trace const& trace, CostModel const& model, RunCost const& cost, Grid grid)
 {
-    constexpr double most_bars = 400; // fewer than the pixels they share
+    constexpr double most_bars = 400; // fewer bars than the diagram has pixels
     report::StackedBars chart;
     chart.title = "Supersteps over time: what the tiles do";
     chart.x_label = "modelled milliseconds";
@@ -140,11 +140,11 @@ inline std::string supersteps_svg(Trace const& trace, CostModel const& model, Ru
     return svg(chart);
 }
 
-/// A run as a page shows it: diagrams as SVG, tables as rows of text. About 100 KB, and the maps.
+/// The contents of a page about a run: diagrams as SVG, tables as rows of text. About 100 KB, and the maps.
 struct TraceSection {
-    std::vector<std::pair<std::string, std::string>> maps; ///< what it shows, and a PNG; add what you have
+    std::vector<std::pair<std::string, std::string>> maps; ///< a caption and a PNG for each map that the caller adds
     std::string steps_svg, supersteps_svg;
-    std::vector<std::vector<std::string>> steps, ideal, energy_kinds, energy_steps; ///< those of energy may be empty
+    std::vector<std::vector<std::string>> steps, ideal, energy_kinds, energy_steps; ///< the tables of energy may be empty
     std::size_t bytes() const noexcept
     {
         std::size_t pictures = 0;
@@ -153,8 +153,8 @@ struct TraceSection {
     }
 };
 
-/// What a page shows of this run; its maps are the caller's to add. `cost` is what model_cost made of this trace, `energy` what
-/// energy_of made of it with `energy_model`; both null: no energy. Throws `Error` as step_costs and any_to_any do.
+/// The contents of a page about this run; the caller adds the maps. `cost` is the result of model_cost for this trace, `energy` that of
+/// energy_of with `energy_model`. If both pointers are null, the page has no energy. Throws `Error` as step_costs and any_to_any do.
 inline TraceSection trace_section(Trace const& trace, CostModel const& model, RunCost const& cost, Grid grid,
                                   EnergyModel const* energy_model = nullptr, Energy const* energy = nullptr)
 {
@@ -175,7 +175,7 @@ inline TraceSection trace_section(Trace const& trace, CostModel const& model, Ru
         {"all", thousands(ideal.news_cycles), thousands(ideal.bound_cycles), thousands(ideal.supersteps_replaced)});
     if (energy != nullptr && energy_model != nullptr) {
         for (auto const& event : energy->events)
-            if (event.count != 0) // then it is set
+            if (event.count != 0) // then the event's energy is set
                 section.energy_kinds.push_back({event.name, thousands(event.count),
                                                 thousands(model_detail::find_energy(*energy_model, event.name)->value),
                                                 report::joules_text(event.joules), report::share_text(event.joules, energy->joules)});
@@ -186,7 +186,7 @@ inline TraceSection trace_section(Trace const& trace, CostModel const& model, Ru
     return section;
 }
 
-/// Adds the run to a page: where the cycles go, over time, beside ideal routing, its energy, and the maps. `legend_png` is a picture of
+/// Adds the run to a page: cycles by step and over time, ideal routing, energy, and the maps. `legend_png` is a picture of
 /// report::heat_legend; empty: no legend.
 inline void add_section(report::HtmlReport& html, TraceSection const& section, std::string const& legend_png)
 {
@@ -211,7 +211,7 @@ inline void add_section(report::HtmlReport& html, TraceSection const& section, s
     for (auto const& [caption, png] : section.maps) html.picture(png, caption, caption, report::HtmlPicture::small);
 }
 
-/// Adds the numbers of a cost model, each with where it is from.
+/// Adds the numbers of a cost model, each with its source.
 inline void add_parameters(report::HtmlReport& html, CostModel const& model)
 {
     html.section("Cost model " + model.name);
@@ -219,7 +219,7 @@ inline void add_parameters(report::HtmlReport& html, CostModel const& model)
     for (auto const& p : model.parameters) rows.push_back({p.name, report::thousands(p.value), p.unit, p.source});
     html.table({"parameter", "value", "unit", "source"}, rows);
 }
-/// Adds the numbers of an energy model, each with where it is from.
+/// Adds the numbers of an energy model, each with its source.
 inline void add_parameters(report::HtmlReport& html, EnergyModel const& model)
 {
     html.section("Energy model " + model.name);

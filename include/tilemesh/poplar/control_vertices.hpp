@@ -2,11 +2,11 @@
 #include <poplar/Vertex.hpp>
 #include <tilemesh/poplar/program_log.hpp>
 
-/// The vertices that no kernel is in: they gather votes, count passes and decide about loops, steps and conditions. Kernel code;
+/// The vertices that contain no kernel: they gather votes, count passes, and decide about loops, steps and conditions. Kernel code;
 /// experimental until an SDK has compiled it.
 namespace tilemesh::on_poplar {
 
-/// Makes all its words 0: the log before a run, the heads of mail that was read.
+/// Sets all its words to 0: the log before a run, or the heads of mail that was read.
 class Clear : public ::poplar::Vertex {
 public:
     ::poplar::Vector<::poplar::Output<::poplar::Vector<unsigned>>> words;
@@ -18,7 +18,7 @@ public:
     }
 };
 
-/// What a row of tiles says: the bits of any.
+/// Gathers what the tiles of a row said: the bitwise or of their words.
 class GatherVotes : public ::poplar::Vertex {
 public:
     ::poplar::Input<::poplar::Vector<unsigned>> said;
@@ -32,15 +32,15 @@ public:
     }
 };
 
-/// Ends a pass: what all rows say goes into the run's log, and decides whether there is another.
+/// Ends a pass: writes what all rows said into the run's log, and decides whether there is another pass.
 class CountPass : public ::poplar::Vertex {
 public:
     ::poplar::Input<::poplar::Vector<unsigned>> said;
     ::poplar::InOut<::poplar::Vector<unsigned>> log; ///< RunLog
     ::poplar::Output<bool> again;
-    unsigned log_at;  ///< of the step: RunLog::step
+    unsigned log_at;  ///< where the step's words begin: RunLog::step
     unsigned touched; ///< channels that this pass exchanged, or read and emptied
-    unsigned reads;   ///< channels whose mail makes another pass; with no bit and no vote there is none
+    unsigned reads;   ///< channels whose mail makes another pass; without mail and without a vote there is none
     bool compute()
     {
         unsigned all = 0;
@@ -60,7 +60,7 @@ public:
 class BeginLoop : public ::poplar::Vertex {
 public:
     ::poplar::InOut<::poplar::Vector<unsigned>> log; ///< RunLog
-    unsigned log_at;                                 ///< of the loop: RunLog::loop
+    unsigned log_at;                                 ///< where the loop's words begin: RunLog::loop
     unsigned at_most;
     bool compute()
     {
@@ -69,7 +69,7 @@ public:
     }
 };
 
-/// Before each round of a Loop: is there another?
+/// Decides before each round of a Loop whether there is another round.
 class TestLoop : public ::poplar::Vertex {
 public:
     ::poplar::InOut<::poplar::Vector<unsigned>> log; ///< RunLog
@@ -85,7 +85,7 @@ public:
     }
 };
 
-/// The condition of an If: is the word of the broadcast 0?
+/// The condition of an If: tests whether the word of the broadcast is 0.
 class TestFlag : public ::poplar::Vertex {
 public:
     ::poplar::Input<::poplar::Vector<unsigned>> word;
@@ -97,7 +97,7 @@ public:
     }
 };
 
-/// Begins an UntilQuiet: is there anything to do?
+/// Begins an UntilQuiet: decides whether there is a first pass.
 class BeginStep : public ::poplar::Vertex {
 public:
     ::poplar::InOut<::poplar::Vector<unsigned>> log; ///< RunLog

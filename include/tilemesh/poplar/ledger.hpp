@@ -23,7 +23,7 @@ constexpr std::uint32_t kernel_vertex_bytes(Types<A...>, Types<C...>) noexcept
 }
 template <class Step>
 inline constexpr std::uint32_t begin_bytes = StepTraits<Step>::everywhere ? 0 : span_bytes + 3 * word_bytes; // BeginStep
-/// Loops and conditions: BeginLoop and TestLoop; TestFlag.
+/// Vertices of loops (BeginLoop, TestLoop) and of conditions (TestFlag).
 template <class Program>
 inline constexpr std::uint32_t control_bytes =
     StepTraits<Program>::loops * (span_bytes + 2 * word_bytes + span_bytes + 2 * word_bytes) + StepTraits<Program>::Flags::count * (span_bytes + word_bytes);
@@ -62,8 +62,9 @@ constexpr std::uint32_t vertex_bytes() noexcept
     return detail::control_bytes<Program> + detail::vertex_bytes(Setup::sizes, StepsOf<Program>{}, typename Needs<Program>::Links{});
 }
 
-/// The ledger of a tile as Poplar stores the program (experimental until an SDK has compiled it): first the lines of `Tile<Machine, Program>`, which are the graph's variables
-/// byte for byte, then what Poplar needs besides, on tile 0, the fullest. That comes out of the reserve for code and stacks (a
+/// The ledger of a tile as Poplar stores the program. Experimental until an SDK has compiled it. First come the lines of
+/// `Tile<Machine, Program>`, which are the graph's variables byte for byte. Then comes what Poplar needs besides on tile 0, which is the
+/// fullest. That comes out of the reserve for code and stacks (a
 /// machine's `code_bytes`; Mk2's is the "~130 KB code + stacks" that the paper's authors measured for a whole Poplar program,
 /// exchange code included), so that the sum is the tile's. A machine without a reserve has nothing left, and more than the sum.
 template <class Machine, class Program, class Setup = NoSetup>

@@ -50,12 +50,12 @@ public:
     using typename Base::States;
     using Options = PoplarOptions;
 
-    /// The machine, and lists of the slots that their types name.
+    /// A mesh of `Machine`, for a program whose lists all have the capacity that their types name.
     explicit PoplarMesh(Grid grid, Options options = {}, Program program = {})
         : PoplarMesh(grid, std::move(options), program, mesh_sizes<Program, Machine>())
     {
     }
-    /// Machine and slots as `sizes` says.
+    /// A mesh with the machine and the slots of `sizes`.
     PoplarMesh(Grid grid, Options options, Program program, typename Base::Sizes const& sizes)
         : Base(grid, program, sizes), options_(std::move(options)), rectangle_{0, 0, grid.width, grid.height}
     {
@@ -76,8 +76,8 @@ public:
     PoplarMesh(PoplarMesh const&) = delete;
     PoplarMesh& operator=(PoplarMesh const&) = delete;
 
-    /// At most `items` in this buffer, or this many slots in this channel, on every tile: no more than the mesh was built with, or what the
-    /// SRAM holds where `limit` alone gives a channel its slots.
+    /// Limits this buffer to `items` items, or this channel to `items` slots, on every tile. The limit is at most the slots that the mesh
+    /// was built with. A channel that gets its slots by `limit` alone takes at most what the SRAM holds.
     template <class X>
     void limit(std::uint32_t items)
     {
@@ -420,7 +420,7 @@ private:
     }
     std::uint32_t word(std::uint32_t tile, std::uint32_t at) const noexcept { return log_[std::size_t{tile} * Log::words + at]; }
 
-    /// Passes that a program makes whatever its tiles say: counted or not.
+    /// The passes that a program makes whatever its tiles vote.
     struct StaticPasses {
         PoplarMesh& mesh;
         std::array<std::uint64_t, StepsOf<Program>::count + 1> of_step;
@@ -485,14 +485,14 @@ private:
     }
     Options options_;
     on_poplar::RunRectangle rectangle_;
-    Program built_{};                                          ///< what the graph runs
+    Program built_{};                                          ///< the program that the graph was built for
     std::unique_ptr<poplar::Graph> graph_;
     std::vector<std::uint32_t> rectangle_words_, log_, run_log_;
     std::vector<on_poplar::PassSample> samples_;
     Trace trace_;
     std::array<std::vector<std::uint32_t>, Shareds::count + 1> broadcast_words_;
     std::vector<std::pair<std::string, std::uint32_t*>> streams_;
-    engine::Arena staging_;                            ///< a region of all tiles on its way
+    engine::Arena staging_;                            ///< one region of all tiles, between host and device
     std::array<engine::Arena, Links::count + 1> incoming_;
     std::array<bool, States::count + 1> stale_{};              ///< the device has changed it since
     std::array<bool, States::count + 1> dirty_{};              ///< the host may have

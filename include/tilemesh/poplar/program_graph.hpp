@@ -47,9 +47,9 @@ constexpr bool kernels_have_names_of_their_own(Types<Step...>) noexcept
 /// (notes) included, in one Copy a superstep; nothing else moves between tiles but broadcasts, and the votes where the program
 /// asks for them. A channel that was only read has the heads of its incoming ends cleared.
 ///
-/// Control. `Repeat` and `If` are Poplar's; `UntilQuiet` is RepeatWhileTrue on a word that two reductions make of what tiles say: by rows,
-/// then on tile 0. `Loop` is RepeatWhileTrue on the same word, after its last superstep. Codelets are looked up as PREFIX_KERNEL, by the
-/// kernel's name with `_` for a space.
+/// Control. `Repeat` and `If` are Poplar's. `UntilQuiet` is RepeatWhileTrue on a word that two reductions make of the tiles' words: first by
+/// rows, then on tile 0. `Loop` is RepeatWhileTrue on the same word, after its last superstep. The graph looks for codelets called
+/// PREFIX_KERNEL: the kernel's name with `_` for a space.
 ///
 /// Grids: up to 65,535 x 65,535 and what the target has; tile (x, y) is Poplar's tile y * width + x.
 template <class Program, class Machine>
@@ -193,7 +193,7 @@ private:
     {
         return memory<C>() == index_in<C>(Links{});
     }
-    /// Which channel's variables C may lie in, whatever the sizes say.
+    /// The channel in whose variables C may lie, for any sizes.
     template <class C>
     static constexpr std::uint32_t possible_memory() noexcept
     {

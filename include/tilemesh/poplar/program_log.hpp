@@ -38,11 +38,11 @@ struct TileLog<Program, Types<Step...>, RegionTypes<Types<S...>, Types<L...>, Ty
     static constexpr std::uint32_t words = step(sizeof...(Step)) + static_cast<std::uint32_t>(sizeof...(S) + sizeof...(L));
 };
 
-/// On a Traced machine: what a tile says of each pass, for the host's Trace. 15 words.
+/// What a tile reports of each pass for the host's Trace, on a Traced machine only. 15 words.
 struct PassSample {
     static constexpr char const* name = "sample";
     std::uint32_t step; ///< of the program
-    std::uint32_t ran;  ///< 0: the rest means nothing
+    std::uint32_t ran;  ///< 0: the tile did not run, and the rest has no meaning
     OperationCounts operations;
     std::uint32_t sent_bytes[4];
 };
@@ -54,7 +54,7 @@ struct RunLog {
     static constexpr std::uint32_t busy = 1; ///< 1: a tile voted busy in the superstep before
     static constexpr std::uint32_t left = 2; ///< passes that an UntilQuiet may still take
     static constexpr std::uint32_t step(std::uint32_t i) noexcept { return 3 + 2 * i; } ///< passes, then those that sent
-    /// Of Loop l: rounds that it may still take, then those that it took in this run.
+    /// Where the words of Loop l begin: the rounds that it may still make, then the rounds that it made in this run.
     template <class Program>
     static constexpr std::uint32_t loop(std::uint32_t l) noexcept
     {
@@ -94,8 +94,8 @@ constexpr std::uint32_t mark_of(std::uint32_t workers, bool traced, Types<Step..
     return h;
 }
 } // namespace detail
-/// A number that differs for another program, as far as 32 bits can tell: a vertex and the graph that it is in must agree on it. Slots that
-/// are values are no part of it: a vertex takes lists of any length.
+/// A number that identifies a program, as far as 32 bits can: a vertex and its graph must agree on it. It does not depend on slots that
+/// are values, because a vertex takes lists of any length.
 template <class Program>
 constexpr std::uint32_t program_mark_on(std::uint32_t workers, bool traced) noexcept
 {

@@ -3,12 +3,12 @@
 #include <tilemesh/machine/kernel.hpp>
 #include <type_traits>
 
-/// Which edges a kernel's vertex has, and in what order: what a codelet, its graph and its ledger agree on. Kernel code; experimental
-/// until an SDK has compiled it.
+/// The edges of a kernel's vertex and their order, on which a codelet, its graph and its ledger agree. Kernel code; experimental until an
+/// SDK has compiled it.
 namespace tilemesh::on_poplar {
 
 namespace detail {
-/// How many edges argument A of Kernel takes in each list.
+/// The number of edges that argument A of Kernel takes in each list.
 template <class Kernel, class A>
 struct EdgesOf {
     static constexpr std::uint32_t reads = 0, keeps = 0;
@@ -34,7 +34,7 @@ struct EdgesOf<Kernel, Broadcast<P>> {
     static constexpr std::uint32_t reads = 1, keeps = 0;
 };
 
-/// Where the edges of argument A begin in `reads`, in `keeps`; and those of channel C in `sends`.
+/// Where the edges of argument A begin in `reads` and in `keeps`, and where those of channel C begin in `sends`.
 template <class Kernel, class A, class... Args>
 constexpr std::uint32_t reads_at(Types<Args...>) noexcept
 {

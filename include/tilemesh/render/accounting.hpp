@@ -6,10 +6,10 @@
 #include <tilemesh/report/frame_report.hpp>
 #include <tilemesh/splat/frame_program.hpp>
 
-/// From counters to a frame's report: pure functions.
+/// Pure functions that make a frame's report from counters.
 namespace tilemesh::render {
 
-/// What the tiles counted in a frame, summed up.
+/// The sums of the tiles' counters in a frame.
 struct TileSums {
     std::uint64_t visible = 0, parked = 0, moved = 0, hops = 0, copies = 0;
     std::uint64_t channel_full = 0, no_credit = 0, storage_full = 0, copies_full = 0, copies_refused = 0;
@@ -34,7 +34,7 @@ struct TileSums {
     }
 };
 
-/// The report of a run of the frame program `Frame<P>`, without the list of losses. `holds`: the frame did.
+/// The report of a run of the frame program `Frame<P>`, without the list of losses. `holds`: full channels held records back.
 template <class P>
 report::FrameReport account(RunCounters const& run, TileSums const& sums, bool holds)
 {
@@ -49,7 +49,7 @@ report::FrameReport account(RunCounters const& run, TileSums const& sums, bool h
     r.refused = {sums.channel_full, sums.no_credit, sums.storage_full, sums.copies_full, sums.copies_refused};
     r.pairs = sums.blocks * splat::block_width * splat::block_height;
     r.pairs_contributing = sums.contributing;
-    // A step that the setup does without took nothing.
+    // A step that the setup leaves out counts 0.
     auto const supersteps = [&](std::uint32_t step) { return step == Steps::none ? 0u : run.steps[step].supersteps; };
     auto const milliseconds = [&](std::uint32_t step) { return step == Steps::none ? 0.0 : run.steps[step].milliseconds; };
     r.supersteps = {supersteps(Steps::project), supersteps(Steps::route), supersteps(Steps::bloom_first) + supersteps(Steps::bloom),
@@ -69,8 +69,8 @@ report::FrameReport account(RunCounters const& run, TileSums const& sums, bool h
     return r;
 }
 
-/// Where a frame had to run twice, because copies of missing records were recalled: the first run's report with what the second, which
-/// moved nothing, left.
+/// The report of a frame that ran twice because the host recalled copies of missing records. It is the first run's report with the final
+/// state of the second run, which moved nothing.
 inline void add_second_run(report::FrameReport& r, report::FrameReport const& again)
 {
     r.copies = again.copies;

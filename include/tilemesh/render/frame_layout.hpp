@@ -16,7 +16,7 @@ struct Extent2 {
 
 namespace render {
 
-/// How a user wants a frame cut. Zeros: as the other member says; both zero: 40 x 36 tiles.
+/// How a user wants a frame cut into tiles. A member that is zero follows from the other; if both are zero, the grid is 40 x 36 tiles.
 struct Cut {
     Extent2 grid; ///< tiles
     Extent2 tile; ///< pixels
@@ -27,7 +27,7 @@ inline std::uint32_t parts(std::uint32_t size, std::uint32_t part) noexcept
     return (size + part - 1) / part;
 }
 
-/// How a frame is cut: `tile` where it is given, or else evenly over `grid`, or over 40 x 36 tiles.
+/// How a frame is cut into tiles: by `tile` if it is given, or else evenly over `grid`, or over 40 x 36 tiles.
 inline splat::Tiling tiling_for(Cut const& cut, std::uint32_t width, std::uint32_t height) noexcept
 {
     auto tile = cut.tile;
@@ -44,8 +44,8 @@ struct FrameLayout {
     splat::Tiling tiling;
 };
 
-/// The layout of a frame on a machine whose tiles have room for `tile_pixels` pixels. Throws Error where it does not fit. `setup`: who
-/// says so.
+/// The layout of a frame on a machine whose tiles have room for `tile_pixels` pixels. Throws Error if the frame does not fit; the error
+/// names `setup`.
 inline FrameLayout layout_frame(Cut const& cut, std::uint32_t width, std::uint32_t height, MachineSize const& machine,
                                 std::uint32_t tile_pixels, char const* setup)
 {

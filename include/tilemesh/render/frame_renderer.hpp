@@ -27,13 +27,13 @@ namespace tilemesh {
 
 namespace render {
 
-/// The facts of a setup, with the sizes of the options where they name some.
+/// The facts of a setup, with the sizes of the options if these name sizes.
 template <class S>
 SetupFacts facts_of(RendererOptions const& options)
 {
     return options.sizes ? facts_of<S>(*options.sizes) : facts_of<S>();
 }
-/// The model that a renderer begins with: the setup's, with what the options change.
+/// The model that a renderer begins with: the setup's, changed by the options.
 inline splat::Model resolved_model(SetupFacts const& facts, RendererOptions const& options)
 {
     auto model = facts.model;
@@ -67,8 +67,8 @@ void check_facts(SetupFacts const& facts)
                     "rules are others); choose the renderer with the setup's policies");
 }
 
-/// A renderer of policies P: what BasicRenderer is but for the setup, which it is told as a value. `Machine` is AnyMachine, or
-/// Traced<AnyMachine>.
+/// A renderer of policies P. It is all of BasicRenderer except the setup, which it gets as a value (SetupFacts). `Machine` is AnyMachine,
+/// or Traced<AnyMachine>.
 template <class P, template <class, class> class Engine, class Machine>
 class FrameRenderer {
 public:
@@ -89,22 +89,22 @@ public:
     splat::Model& model() noexcept { return model_; }
     splat::Model const& model() const noexcept { return model_; }
 
-    /// What the setup is, and how large.
+    /// The machine, the sizes and the ledger of the setup.
     SetupFacts const& facts() const noexcept { return facts_; }
 
     /// The mesh; exists once the first frame has been rendered or `prepare` was called.
     MeshType& mesh() noexcept { return *mesh_; }
     splat::Tiling const& tiling() const noexcept { return tiling_; }
 
-    /// What the last frame did, superstep by superstep; on a Traced machine only. Where copies were recalled the program ran twice,
-    /// and both runs are in it, one after the other (the mesh's own trace has the second alone); what the host did between is not.
+    /// What the last frame did, superstep by superstep; on a Traced machine only. If the host recalled copies, the program ran twice and
+    /// the trace holds both runs, one after the other. The mesh's own trace holds the second run only. Work of the host is in neither.
     Trace const& trace() const noexcept
         requires(is_traced<Machine>)
     {
         return ran_twice_ ? trace_ : mesh_->trace();
     }
 
-    /// Builds the mesh for frames of this size and loads the map, unless it stands already.
+    /// Builds the mesh for frames of this size and loads the map, unless this mesh exists already.
     void prepare(std::uint32_t width, std::uint32_t height);
 
     /// Called after every superstep; see SuperstepEvent.
@@ -113,7 +113,7 @@ public:
     /// Renders one frame, starting from where the last one left the records.
     RenderedFrame render(splat::Camera const& camera);
 
-    /// The same into a frame that exists already, whose memory is used again: for many frames of one size.
+    /// Renders into an existing frame and uses its memory again: for many frames of one size.
     void render_into(splat::Camera const& camera, RenderedFrame& result);
 
 private:
@@ -150,7 +150,7 @@ private:
         keeper_.begin(*mesh_, tiling_, options_.storage_slots != 0 ? options_.storage_slots : facts_.sizes.storage);
     }
 
-    /// In a new view the host projects its table and puts the records onto the mesh that are not there. Returns whether it is one.
+    /// In a new view, projects the host's table and puts the missing records onto the mesh. Returns whether the view is new.
     bool put_records(splat::View const& view)
     {
         auto const& frame = mesh_->template broadcast<Parameters>();
@@ -186,7 +186,7 @@ private:
     }
 
     report::FrameReport run() { return finish(mesh_->run()); }
-    /// The frame again: nothing moves, but it is sorted and composited anew.
+    /// Runs the frame again: no record moves, and every tile sorts and composites anew.
     void run_again(report::FrameReport& report)
     {
         if constexpr (traced) trace_ = mesh_->trace();
@@ -208,7 +208,7 @@ private:
         });
         auto r = account<P>(counters, sums, facts_.rules.holds != 0);
 
-        // Losses last until the records are sent again: a frame that refused nothing may still lack what the last one lost.
+        // Losses last until the records are sent again: a frame that refused nothing may still lack records that the last one lost.
         auto const& frame = mesh_->template broadcast<Parameters>();
         copies_lost_ = r.refused.copies_full != 0 || (copies_lost_ && frame.resend_copies == 0);
         copies_refused_ = r.refused.copies_refused != 0 || (copies_refused_ && frame.view_changed == 0);
@@ -248,7 +248,7 @@ private:
     EngineOptions engine_;
     SetupFacts facts_;
     RecordTable records_;
-    ScreenCache cache_;                              ///< by reference: what tiles read
+    ScreenCache cache_;                              ///< the table that the tiles' references point to
     RecordKeeper<P> keeper_;
     splat::Model model_;
     Extent2 size_{};                                 ///< of the frame, pixels
@@ -256,14 +256,14 @@ private:
     std::unique_ptr<MeshType> mesh_;
     Observer observer_;
     std::optional<splat::View> last_;
-    bool copies_lost_ = false;                       ///< copies are missing that found no storage: nobody sends them again by itself
-    bool copies_refused_ = false;                    ///< copies are missing that met a full channel: owed again in a new view
+    bool copies_lost_ = false;                       ///< copies found no storage; tiles do not send them again by themselves
+    bool copies_refused_ = false;                    ///< copies met a full channel; tiles owe them again in a new view
     bool cut_ = false;                               ///< a bound may have left records under way
-    bool ran_twice_ = false;                         ///< the last frame: copies were recalled
-    [[no_unique_address]] std::conditional_t<traced, Trace, engine::NoTrace> trace_; ///< of both runs, where it did
+    bool ran_twice_ = false;                         ///< in the last frame the host recalled copies
+    [[no_unique_address]] std::conditional_t<traced, Trace, engine::NoTrace> trace_; ///< of both runs, if it ran twice
 };
 
-// The members that users call stand outside the class: so an `extern template` keeps them, and all that they need, out of a user's file.
+// The members that users call are defined outside the class: so `extern template` spares users from compiling them and what they call.
 
 template <class P, template <class, class> class Engine, class Machine>
 FrameRenderer<P, Engine, Machine>::FrameRenderer(scene::Map const& map, SetupFacts facts, RendererOptions const& options,
@@ -330,7 +330,7 @@ void FrameRenderer<P, Engine, Machine>::render_into(splat::Camera const& camera,
 
     auto report = run();
     report.host_ms.project += prepared_ms;
-    // Where records found no room, the frame runs again without their copies, so that the picture shows a record whole or not at all.
+    // If records found no room, the frame runs again without their copies, so that the picture shows a record whole or not at all.
     bool const may_recall = facts_.rules.holds != 0 && options_.hops == 0;
     ran_twice_ = may_recall && keeper_.recall_copies(*mesh_);
     if (ran_twice_) run_again(report);

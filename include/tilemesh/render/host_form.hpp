@@ -5,13 +5,13 @@
 
 /// The host's form of the frame program: tiles and channels hold references to rows of a table instead of records.
 ///
-/// The machine moves values: records of 60 bytes and more, each tile projects its own. A host that simulates it has one memory,
-/// and may keep one instance of a record, project it once a view, and move its row. The same kernels run on both forms
-/// (splat/access.hpp); the capacities in slots, the bytes on the wire, every counter and every bit of the picture are those of the
-/// values.
+/// The machine moves values: records of 60 bytes and more, and each tile projects its own. A host that simulates the machine has one
+/// memory. It keeps one instance of each record, projects it once per view, and moves the number of its row. The same kernels run on
+/// both forms (splat/access.hpp). Both have the same capacities in slots, bytes on the wire, counters and pictures, bit for bit.
 ///
-/// A reference is the same for every record, and what a frame does with a full channel is a word in the frame's parameters here. So
-/// machines, sizes, degrees of harmonics, saturation, addressing, copies and formats of colours all share one set of policies, and its code.
+/// A reference has the same size for every kind of record, and the rule for full channels is a word in the frame's parameters. So setups
+/// that differ in machine, sizes, degree of harmonics, saturation, addressing, copies or colour format share one set of policies and its
+/// code.
 namespace tilemesh::splat {
 
 /// A record's place in the host's table, with its id.
@@ -42,12 +42,12 @@ private:
     std::uint32_t words_[sizeof(T const*) / 4] = {};
 };
 
-/// What a new view changed for a record, as far as tiles must know. A byte, so that the table of a whole map stays in the
+/// What a new view changed for a record, as far as tiles must know. It is one byte, so that the table of a whole map stays in the
 /// processor's nearest caches.
 struct RowState {
     static constexpr std::uint8_t visible = 1;
-    static constexpr std::uint8_t moved = 2;    ///< other tiles than in the last view, another anchor, or put on the mesh by the host
-    static constexpr std::uint8_t appeared = 4; ///< or disappeared
+    static constexpr std::uint8_t moved = 2;    ///< touches other tiles, has another anchor, or was put on the mesh by the host
+    static constexpr std::uint8_t appeared = 4; ///< appeared or disappeared
 };
 
 /// The tiles that a record touches in a view, first to last, and its anchor.
@@ -84,8 +84,8 @@ template <class Parameters>
 struct TableAccess {
     TILEMESH_KERNEL static SplatRow project(Reference const& g, Parameters const&) noexcept { return {g.row}; }
     TILEMESH_KERNEL static Parameters hold(Parameters const& frame) noexcept { return frame; }
-    /// A host asks for all of its cache lines at once: the lists of a tile are short and far from those of the tile before, and one
-    /// line after the other would cost as many waits.
+    /// Asks the host's caches for all lines of the list at once. The lists of a tile are short and far from those of the tile before;
+    /// without this the processor would wait for one line after the other.
     template <class List>
     TILEMESH_KERNEL static void about_to_read(List const& list) noexcept
     {
@@ -97,7 +97,7 @@ struct TableAccess {
     TILEMESH_KERNEL static Reach reach(Here const& here, Parameters const& frame, SplatRow s) noexcept
     {
         TouchedTiles const& t = frame.touched.get()[s.row];
-        // A range lies in the grid, so that a side beyond the grid's edge is in none.
+        // Every range lies in the grid, so a side beyond the grid's edge is in no range.
         std::uint32_t const x = here.tile.x() - t.first.x(), columns = t.last.x() - t.first.x();
         std::uint32_t const y = here.tile.y() - t.first.y(), rows = t.last.y() - t.first.y();
         auto const bit = [](bool yes) noexcept { return yes ? 1u : 0u; };
@@ -112,7 +112,7 @@ struct TableAccess {
     {
         return reach(here, frame, s).here;
     }
-    /// By its row: four bytes a slot to look at instead of eight.
+    /// Compares rows: it reads four bytes per slot instead of eight.
     template <class MarkList>
     static std::uint32_t slot_of(MarkList const& marks, SplatRow const* splats, Reference const& message) noexcept
     {
@@ -172,7 +172,7 @@ struct RunTimeCopies {
 } // namespace tilemesh::splat
 namespace tilemesh::render::detail {
 using splat::FloatPixel, splat::WithAlpha, splat::WithDepth;
-/// What the host keeps of a pixel: colours as floats, which it shows in the setup's format, and both planes where there is one.
+/// What the host keeps of a pixel: colours as floats, which it shows in the setup's format. If a setup has one plane, the host keeps both.
 template <class Pixel, bool Known, bool Planes>
 struct HostPixelOf {
     using type = Pixel;
@@ -199,7 +199,7 @@ namespace tilemesh::splat {
 /// The colour of a pixel, without its planes.
 template <class Pixel>
 using ColourOf = typename render::detail::ColourOf<Pixel>::type;
-/// Is it one of the library's formats? The host shows these from floats.
+/// Is it one of the library's pixel formats? The host makes their pictures from floats.
 template <class Pixel>
 inline constexpr bool is_known_colour = std::is_same_v<ColourOf<Pixel>, FloatPixel> || std::is_same_v<ColourOf<Pixel>, Rgbx8Pixel>;
 template <class Pixel>
@@ -218,7 +218,7 @@ struct Referenced : S {
     using Pixel = HostPixel<typename S::Pixel>;
 };
 
-/// The setup whose machine S simulates: S itself, or what is referenced.
+/// The setup whose machine S simulates: S itself, or T for S = Referenced<T>.
 template <class S, class = void>
 struct ValueOf {
     using type = S;

@@ -7,12 +7,12 @@
 #include <utility>
 #include <vector>
 
-/// Compares what is on a mesh with what should be: every record once, and a copy on every tile that its footprint touches.
-/// Knows nothing of what happened: it reads facts, so what it lists is all that the picture lacks, whatever was counted.
+/// Compares what is on a mesh with what should be there: every record once, and a copy on every tile that its footprint touches.
+/// It reads the final state and no counters, so its list has all that the picture lacks.
 namespace tilemesh::render {
 
-/// Where a mesh holds what, between runs. Costs a look at every stored record: only for frames in which something was refused or may be
-/// under way.
+/// Where a mesh holds which record, between runs. It reads every stored record, so it is made only for frames that refused something or
+/// may have left records under way.
 struct MeshFacts {
     SortedTable held;                         ///< `key` of id and tile -> the bits of its mark
     SortedTable owners;                       ///< `key` of an anchored record's id -> where its splat is in `splats`
@@ -59,13 +59,13 @@ MeshFacts facts_on(M& mesh)
     return facts;
 }
 
-/// The frame that was run, as far as the list of losses must know.
+/// What the list of losses must know of the frame that was run.
 struct LossQuestion {
     Grid grid;
     splat::View view;
     splat::Tiling tiling;
     bool routes, blooms, holds;
-    bool bounded; ///< the frame's hops are, so that records may be under way and copies of lost records stay on their tiles
+    bool bounded; ///< the frame's hops were bounded: records may be under way, and copies of lost records stay on their tiles
 };
 
 /// Lists what the picture lacks.
@@ -91,7 +91,7 @@ public:
         for (std::uint32_t row = 0; row < records_.rows(); ++row) {
             auto const id = records_.id(row);
             if (facts_.owners.has(MeshFacts::key(id)) || moving.has(MeshFacts::key(id))) continue;
-            // Where the host places the records it keeps those with nothing on screen.
+            // A host that places the records keeps those with nothing on screen.
             if (!ask_.routes && !project(row).visible()) continue;
             missing.push_back(row);
             if (ask_.holds && !ask_.bounded)
@@ -119,12 +119,12 @@ private:
         for (auto y = range.first.y(); y <= range.last.y(); ++y)
             for (auto x = range.first.x(); x <= range.last.x(); ++x) f(TileId::at(x, y));
     }
-    /// A record that no tile owns but that may have left copies: the tiles that lack one, or the record where all do.
+    /// Lists a record that no tile owns but that may have left copies: the tiles that lack a copy, or the whole record if all tiles do.
     void list_without_owner(report::FrameReport& r, std::uint32_t row, report::Cause cause)
     {
         auto const s = project(row);
         auto const id = records_.id(row);
-        if (!s.visible() && cause == report::Cause::late) return; // nothing to be late for
+        if (!s.visible() && cause == report::Cause::late) return; // a record with nothing on screen is not late
         std::vector<std::uint32_t> lacking;
         bool any = false;
         for_each_tile(s, [&](TileId t) {
@@ -147,7 +147,8 @@ private:
             r.lost.push_back({id, index, cause});
         });
     }
-    /// Up the tree from a tile without the copy to the first that has it: what stopped it there stopped all behind.
+    /// Goes up the tree from a tile without the copy to the first tile that has it. What stopped the copy there is the cause for all
+    /// tiles behind it.
     report::Cause why_missing(splat::GaussianId id, TileId anchor, TileId t) const
     {
         Direction towards_child = Direction::north;

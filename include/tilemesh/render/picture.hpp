@@ -37,7 +37,7 @@ void size_framebuffers(M& mesh, splat::Tiling const& tiling, Extent2 size)
 }
 
 namespace detail {
-/// Rows of floats, shown as a machine with 8 bits a channel would.
+/// Rounds rows of floats to the levels of a machine with 8 bits per channel.
 inline void round_to_levels(float* rgb, std::uint32_t floats) noexcept
 {
     for (std::uint32_t i = 0; i < floats; ++i) rgb[i] = static_cast<float>(splat::Rgbx8Pixel::level(rgb[i])) / 255.0f;
@@ -64,7 +64,7 @@ void show(splat::WithAlpha<Colour> const& p, std::uint32_t x, std::uint32_t y, R
 }
 } // namespace detail
 
-/// The tiles' framebuffers as one picture, on all threads of the mesh; its planes are those that the setup has.
+/// Makes one picture of the tiles' framebuffers, on all threads of the mesh, with the planes that the setup has.
 template <class P, class M>
 void collect_picture(M& mesh, SetupFacts const& facts, splat::Tiling const& tiling, splat::Camera const& camera, RenderedFrame& to)
 {
@@ -77,7 +77,7 @@ void collect_picture(M& mesh, SetupFacts const& facts, splat::Tiling const& tili
     size(to.image, true);
     size(to.depth, facts.has_depth);
     size(to.alpha, facts.has_alpha);
-    // Where the host blends floats for a machine that stores levels, they are rounded here.
+    // If the host blended floats for a machine that stores levels, this rounds them.
     bool const round = facts.colour == ColourFormat::rgbx8 && std::is_same_v<splat::ColourOf<typename P::Pixel>, splat::FloatPixel>;
     mesh.on_threads([&](std::uint32_t thread, std::uint32_t threads) {
         auto const tiles = std::uint64_t{tiling.rows} * tiling.columns;

@@ -15,26 +15,26 @@
 
 namespace tilemesh::render {
 
-/// Puts a map's records onto a mesh and knows which of them are nowhere on it: the host's side of the protocol in which records keep their
-/// tiles from frame to frame.
+/// Puts a map's records onto a mesh and knows which of them are not on it. It is the host's part of the protocol in which records stay on
+/// their tiles from frame to frame.
 ///
-/// With routing: `load_all` once, then in a new view `load` for the records that a frame handed back. Without routing: `place` in each new
-/// view. After a frame `set_missing` with what the list of losses found, then `recall_copies` of these. Every row is on the mesh once, or
-/// among `missing()`, or (without routing) parked.
+/// With routing, call `load_all` once, then `load` in each new view for the records that a frame handed back. Without routing, call
+/// `place` in each new view. After a frame, call `set_missing` with the rows that the list of losses found, then `recall_copies`. Every
+/// row is on the mesh once, or among `missing()`, or (without routing) parked.
 ///
-/// `P` is a set of policies; every member takes the mesh, which must be between runs.
+/// `P` is a set of policies. Every member takes the mesh, which must be between runs.
 template <class P>
 class RecordKeeper {
 public:
     static constexpr bool by_reference = std::is_same_v<typename P::Record, splat::Reference>;
 
-    /// `cache`: the host's table, where tiles hold references to it.
+    /// `cache`: the host's table, if tiles hold references to it.
     RecordKeeper(RecordTable const& records, ScreenCache* cache) : records_(records), cache_(cache) {}
 
-    /// Rows that are nowhere on the mesh, in order.
+    /// Rows that should be on the mesh and are not, in order.
     std::vector<std::uint32_t> const& missing() const noexcept { return missing_; }
     void set_missing(std::vector<std::uint32_t> rows) { missing_ = std::move(rows); }
-    /// Rows with nothing on screen that stay with the host: without routing.
+    /// Rows that stay with the host because they have nothing on screen; without routing only.
     std::uint64_t parked() const noexcept { return parked_; }
     /// Tiles from (0, 0) that hold pixels, or may hold records.
     Extent2 occupied() const noexcept { return occupied_; }
@@ -55,8 +55,8 @@ public:
         mesh.run_within(0, 0, occupied_.width, occupied_.height);
     }
 
-    /// Begins with a mesh that is empty. With routing all records go onto it; throws Error where its storage, of `slots` a tile, has no
-    /// room for them.
+    /// Starts on an empty mesh. With routing it puts all records onto the mesh, and throws Error if `slots` slots of storage per tile have
+    /// no room for them.
     template <class M>
     void begin(M& mesh, splat::Tiling const& tiling, std::uint32_t slots)
     {
@@ -67,9 +67,9 @@ public:
         if constexpr (P::routes) load_all(mesh, tiling, slots);
     }
 
-    /// Puts the missing records onto the mesh: in order, an even share a tile of the picture; a tile that is full passes its share on,
-    /// to the tiles beyond the picture where need be. Those that find no room stay missing. `rendered`: frames have been, so that a tile
-    /// may hold a copy of a missing record, which becomes the record.
+    /// Puts the missing records onto the mesh, in order, with an even share for each tile of the picture. A full tile passes its share on
+    /// to the next, and at last to tiles beyond the picture. Records that find no room stay missing. `rendered`: a frame was rendered
+    /// before, so a tile may hold a copy of a missing record; that copy becomes the record.
     template <class M>
     void load(M& mesh, splat::Tiling const& tiling, bool rendered)
     {
@@ -105,7 +105,7 @@ public:
     }
 
     /// Without routing: puts the records that have something on screen onto their anchor tiles, in order. A record that finds its tile
-    /// full is missing, and one with nothing on screen stays with the host.
+    /// full is missing. A record with nothing on screen stays with the host.
     template <class M>
     void place(M& mesh, splat::View const& view, splat::Tiling const& tiling)
     {
@@ -135,7 +135,7 @@ public:
         }
     }
 
-    /// Takes the copies of missing records off the tiles; true when there were any.
+    /// Takes the copies of missing records off the tiles. Returns whether there were any.
     template <class M>
     bool recall_copies(M& mesh)
     {
@@ -176,7 +176,7 @@ private:
                         std::to_string(slots) + " slots hold " + std::to_string(std::uint64_t{tiles} * slots) +
                         "); choose more slots or a larger machine");
     }
-    /// What tiles hold for a row, and for its splat.
+    /// What tiles store for a row, and for its projected splat.
     typename P::Record record_of(std::uint32_t row) const noexcept
     {
         if constexpr (by_reference)

@@ -13,12 +13,12 @@
 
 namespace tilemesh::render {
 
-/// A map's records on the host, by rows: Gaussians and, where the map has some, harmonics of one degree. The degree is a value, so that
-/// maps of all degrees share their code.
+/// A map's records on the host, by rows: Gaussians and, if the map has them, harmonics of one degree. The degree is a value, so that maps
+/// of all degrees share their code.
 class RecordTable {
 public:
-    /// `degree`: what a record of the setup holds. Throws Error where the map has a higher degree, coefficients are missing, or two
-    /// Gaussians have one id or one has the id 0.
+    /// `degree`: the degree that a record of the setup holds. Throws Error if the map has a higher degree, if coefficients are missing, if
+    /// two Gaussians have the same id, or if one has the id 0.
     RecordTable(scene::Map const& map, std::uint32_t degree) : gaussians_(map.gaussians), degree_(map.sh_degree)
     {
         if (map.sh_degree > degree)
@@ -59,7 +59,7 @@ public:
         if (s.visible() && !shade(row, view, s)) s = {};
         return s;
     }
-    /// The same for n rows from `first` on, several at once.
+    /// Projects n rows from `first` on, several at once.
     void project(std::uint32_t first, std::uint32_t n, splat::View const& view, splat::Tiling const& tiling,
                  splat::Splat* out) const noexcept
     {

@@ -7,10 +7,10 @@
 
 namespace tilemesh::render {
 
-/// The host's table of a map's records in one view: each is projected once, whatever number of tiles has it.
+/// The host's table of a map's records in one view. The host projects each record once, however many tiles hold it.
 ///
-/// `project` is called by one thread or by several, each for rows of its own, for each new view; then `point` gives the
-/// tiles what they read. Cost: 77 bytes a record beside the record.
+/// In each new view, one or several threads call `project`, each for its own rows. Then `point` tells the tiles where the table is.
+/// Cost: 77 bytes per record, besides the record.
 class ScreenCache {
 public:
     ScreenCache() = default;
@@ -21,8 +21,8 @@ public:
     splat::Splat const& operator[](std::uint32_t row) const noexcept { return splats_[row]; }
     std::uint32_t rows() const noexcept { return static_cast<std::uint32_t>(splats_.size()); }
 
-    /// Projects the rows [first, last) of `records` and says how each stands against the view of the last call; `first_view`: against
-    /// none. The parameters' type may change what is projected (`Access::adjust`).
+    /// Projects the rows [first, last) of `records` and notes what changed for each since the view of the last call. `first_view`: there
+    /// was no such view. The parameters' type may change the projected splats (`Access::adjust`).
     template <class Parameters>
     void project(RecordTable const& records, std::uint32_t first, std::uint32_t last, splat::View const& view,
                  splat::Tiling const& tiling, bool first_view, Parameters const& parameters) noexcept
@@ -35,7 +35,7 @@ public:
             compare(from, to, tiling, first_view);
         }
     }
-    /// The host puts this row onto the mesh: its tile must look at it in this view.
+    /// Call this when the host puts a row onto the mesh, so that the row's tile looks at it in this view.
     void put(std::uint32_t row) noexcept { row_states_[row] |= splat::RowState::moved | splat::RowState::appeared; }
 
     /// Tells the tiles where the table is.
@@ -73,7 +73,7 @@ private:
             }
         }
     }
-    /// Does a visible splat touch the same tiles as before, with the same anchor? No division.
+    /// Does a visible splat touch the same tiles as before, with the same anchor? It needs no division.
     static bool stays(splat::TouchedTiles const& old, splat::Splat const& s, splat::Tiling const& tiling) noexcept
     {
         auto const r = s.rect();

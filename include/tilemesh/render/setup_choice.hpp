@@ -10,8 +10,8 @@
 
 namespace tilemesh::render {
 
-/// A setup that is put together at run time, of the library's policies: its facts, and its ledger to the byte, without an instantiation
-/// for each combination.
+/// A setup made at run time of the library's policies. It gives the facts and the exact ledger of the setup without an instantiation for
+/// each combination.
 struct SetupChoice {
     char const* name = "";
     MachineSize machine{};
@@ -25,7 +25,7 @@ struct SetupChoice {
     bool depth = false, alpha = false;
     splat::Model model{};           ///< the picture's rules
 };
-/// A setup of the library's policies as a choice, to be changed.
+/// A setup of the library's policies as a choice, which the caller may change.
 template <class S>
 constexpr SetupChoice choice_of() noexcept
 {
@@ -63,17 +63,17 @@ constexpr splat::FrameWords words_of(SetupChoice const& c) noexcept
             splat::slot_list_bytes(c.sizes.lists_fit, mark)};
 }
 
-/// The ledger of a choice: the lines of `Tile<Machine, Frame<S>, S>::ledger()` for the setup S that says the same, and their sum.
+/// The ledger of a choice: the lines of `Tile<Machine, Frame<S>, S>::ledger()` for the equivalent setup S, and their sum.
 struct ChoiceLedger {
     std::vector<Region> lines;
-    std::uint64_t bytes = 0; ///< that count against the SRAM
+    std::uint64_t bytes = 0; ///< sum of the lines that count against the SRAM
 
     explicit ChoiceLedger(SetupChoice const& c)
     {
         using Names = splat::PoliciesOf<splat::Lossless>;
         auto const words = words_of(c);
         auto const list = [](std::uint64_t slots, std::uint64_t slot_bytes) { return 8 + slots * slot_bytes; };
-        // A channel whose slots `limit` gives counts as its heads.
+        // A channel that gets its slots by `limit` counts as its heads.
         auto const channel = [&](std::uint32_t slots, std::uint32_t message) { return 8 * list(slots == dynamic_capacity ? 0 : slots, message); };
         auto const road = channel(c.sizes.road, words.road_message), beam = channel(c.sizes.beam, words.beam_message);
         bool const shared = c.sizes.one_channel_memory && c.routes && c.blooms;
@@ -143,7 +143,7 @@ inline SetupFacts facts_of(SetupChoice const& c)
 }
 
 namespace detail {
-/// Are all of a setup's words the library's? Then its facts are a choice's, and cost no code of their own.
+/// Are all types of a setup the library's? Then its facts are those of a choice, and need no code of their own.
 template <class S>
 inline constexpr bool is_of_the_library =
     splat::is_known_colour<typename S::Pixel> && std::is_same_v<typename S::Parameters, splat::FrameParameters> &&
@@ -180,7 +180,7 @@ SetupFacts facts_of()
                   "a machine with more workers than Work counts for; raise Work::max_workers");
     return detail::facts_at<S>(S::sizes);
 }
-/// The facts of a setup with other sizes. Throws Error, with the same sentences, where they do not fit.
+/// The facts of a setup with other sizes. Throws Error, with the same sentences, if they do not fit.
 template <class S>
 SetupFacts facts_of(splat::Sizes const& sizes)
 {
@@ -203,7 +203,7 @@ constexpr SetupChoice fitted(SetupChoice c, std::uint32_t degree, bool routes, b
     c.sizes = splat::refitted(c.sizes, before, words_of(c), freed);
     return c;
 }
-/// With planes beside the colours, for which storage gives up slots where the SRAM has no room.
+/// The choice with planes beside the colours. Storage gives up slots for them if the SRAM has no room.
 inline SetupChoice with_planes(SetupChoice c, bool depth, bool alpha)
 {
     auto const before = words_of(c);

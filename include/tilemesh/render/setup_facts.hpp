@@ -11,7 +11,7 @@ namespace tilemesh::render {
 /// How a pixel's colour is stored on the machine.
 enum class ColourFormat : std::uint32_t { float32, rgbx8, own };
 
-/// What a renderer must know of a setup, as a value: renderers of setups that share their policies share their code.
+/// What a renderer must know of a setup, as a value. Renderers of setups with the same policies share their code.
 struct SetupFacts {
     char const* name;
     MachineSize machine;
@@ -22,7 +22,7 @@ struct SetupFacts {
     ColourFormat colour;
     bool has_depth, has_alpha;
     splat::Model model;         ///< the picture's rules that the setup begins with
-    std::uint64_t sram_bytes;   ///< of a tile, all that counts
+    std::uint64_t sram_bytes;   ///< bytes of a tile that count against the SRAM
     std::vector<Region> ledger; ///< of a tile
 };
 
@@ -68,7 +68,7 @@ inline constexpr char needs_fifos[] = "a setup that holds needs FIFOs (without o
                                       "Sizes::waiting room for at least one message";
 } // namespace detail
 
-/// What a mesh that runs the frame of policies P is told: slots and bytes are those of the machine, whatever the host moves.
+/// The sizes of a mesh that runs the frame program of policies P. Slots and bytes are the machine's, even if the host moves references.
 template <class P>
 MeshSizes<splat::Frame<P>> mesh_sizes_of(SetupFacts const& facts)
 {

@@ -7,12 +7,12 @@
 
 namespace tilemesh::render {
 
-/// Numbers by 64-bit keys: filled once, sorted once, then asked. One type for all tables of the host, because each hash table of another
-/// type costs every program that renders a fifth of a second of compile time.
+/// Numbers by 64-bit keys: fill it, sort it once, then look numbers up. It is one type for all tables of the host, because each type of
+/// hash table would cost every program that renders a fifth of a second of compile time.
 class SortedTable {
 public:
     void add(std::uint64_t key, std::uint32_t value) { rows_.emplace_back(key, value); }
-    /// Before the first question; false where a key is there twice.
+    /// Call this before the first look-up. Returns false if a key is there twice.
     bool sort()
     {
         std::sort(rows_.begin(), rows_.end());
@@ -20,7 +20,7 @@ public:
             if (rows_[i - 1].first == rows_[i].first) return false;
         return true;
     }
-    /// The number of a key; of several the least. Null where there is none.
+    /// The number of a key; the least of several. Null if the key is not there.
     std::uint32_t const* find(std::uint64_t key) const noexcept
     {
         std::size_t first = 0, last = rows_.size();

@@ -4,20 +4,20 @@
 
 namespace tilemesh::splat {
 
-/// How kernels read the records of a tile, by the type of the frame's parameters. This, the default, is the machine's way: a tile holds
-/// values, and projects what it holds. A host may have another way, for parameters of its own.
+/// How kernels read the records of a tile. It depends on the type of the frame's parameters. This default is the machine's way: a tile
+/// holds values and projects them. A host may specialise it for its own type of parameters (render/host_form.hpp).
 template <class Parameters>
 struct Access {
-    /// The record in this frame's view: what goes into `Splats` for it.
+    /// The record projected into this frame's view: its entry of `Splats`.
     template <class Record>
     static Splat project(Record const& record, Parameters const& frame) noexcept
     {
         return splat::project(record, frame.view, frame.tiling);
     }
-    /// The frame's parameters for a loop that writes words. A copy, where a write might change an address in them for all the compiler
-    /// knows.
+    /// The frame's parameters for a loop that writes words. A host form returns a copy: the compiler must assume that a write changes the
+    /// addresses in them.
     TILEMESH_KERNEL static Parameters const& hold(Parameters const& frame) noexcept { return frame; }
-    /// Says that a kernel is about to read a list: nothing where memory is SRAM.
+    /// Tells the memory that a kernel is about to read a list. It does nothing on a machine of SRAM.
     template <class List>
     TILEMESH_KERNEL static void about_to_read(List const&) noexcept
     {
@@ -36,7 +36,7 @@ struct Access {
                 sides |= Mark::shared(d);
         return {s.anchor, s.visible(), covers(s, frame.tiling, here.tile), sides};
     }
-    /// Does it touch this tile?
+    /// Does the entry's splat touch this tile?
     TILEMESH_KERNEL static bool is_here(Here const& here, Parameters const& frame, Splat const& s) noexcept
     {
         return covers(s, frame.tiling, here.tile);
@@ -47,10 +47,10 @@ struct Access {
     {
         return find(marks, message.id);
     }
-    /// Is there nothing to do for a slot with these mark bits, because its record touches what it touched in the last view? Then
-    /// `row_state` is 1 where the record is visible. A tile that holds values projects the record to find out.
+    /// Is there nothing to do for a slot with these mark bits, because its record touches the same tiles as in the last view? If so,
+    /// `row_state` is 1 for a visible record. A tile that holds values cannot know without projecting the record, and says no.
     TILEMESH_KERNEL static bool is_settled(Parameters const&, Splat const&, std::uint32_t, std::uint32_t&) noexcept { return false; }
-    /// Did an anchored record of this tile begin or cease to show on it? `covered`: it does now.
+    /// Did an anchored record of this tile begin or cease to show on the tile? `covered`: it shows now.
     TILEMESH_KERNEL static bool coverage_changed(Here const& here, Parameters const& frame, Splat const& before, bool covered,
                                                  std::uint32_t, std::uint32_t) noexcept
     {
@@ -69,7 +69,7 @@ struct Access {
     }
 };
 
-/// How kernels of these policies read.
+/// How kernels of these policies read records.
 template <class S>
 using AccessOf = Access<typename S::Parameters>;
 

@@ -96,7 +96,7 @@ template <std::uint32_t N>
 struct FirstRow {
     Floats<N> alpha, ratio;
 };
-/// Of a splat that is not tame: no matter what.
+/// The first row of a block for one splat. If the splat is not tame, the result has no meaning.
 template <class Rule, std::uint32_t N, std::uint32_t Size>
 TILEMESH_KERNEL FirstRow<N> first_row(Chunk<Size> const& c, std::uint32_t hit, BlockPlace const& at, Floats<N> const& xs,
                                       Words<N> const& columns) noexcept
@@ -159,8 +159,8 @@ TILEMESH_KERNEL void blend_hits(Strip<N, HasDepth>& s, Chunk<Size> const& c, std
     }
 }
 
-/// Blends the splats of `hits` into a block, all by one rule; returns how many pairs contributed. A function of its own for each
-/// rule, so that each has all registers.
+/// Blends the splats of `hits` into a block, all by one rule; returns how many pairs contributed. Each rule has its own function, so
+/// that each has all registers.
 template <class Rule, class Stop, std::uint32_t N, class AnyBlock, std::uint32_t Size>
 [[gnu::noinline]] std::uint32_t blend_block(AnyBlock& block, Chunk<Size> const& c, std::uint32_t const* hits, std::uint32_t n,
                                             BlockPlace const& at, Model const& m, RowLimits const& limits) noexcept
@@ -219,7 +219,7 @@ Blended blended(AnyBlock const& block, std::uint32_t row, std::uint32_t column) 
     return b;
 }
 
-/// A block that is open: where it is, what it holds, and whether all its pixels have stopped.
+/// A block in progress: its place, its state, and whether all its pixels have stopped.
 template <bool HasDepth>
 struct OpenBlock {
     BlockPlace at;

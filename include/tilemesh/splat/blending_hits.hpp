@@ -2,13 +2,13 @@
 #include <tilemesh/splat/blending_rules.hpp>
 #include <tilemesh/splat/policies.hpp>
 
-/// Which of some splats a pixel of a block may see: a test over as many splats at once as there are lanes.
+/// Finds the splats that a pixel of a block may see. It tests as many splats at once as a vector has lanes.
 TILEMESH_EXACT_BEGIN
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wpsabi" // see lanes.hpp
 namespace tilemesh::splat::detail {
 
-/// Some splats, field by field.
+/// A chunk of splats, field by field.
 template <std::uint32_t Size>
 struct alignas(vector_bytes) Chunk {
     static constexpr std::uint32_t size = Size;
@@ -138,7 +138,7 @@ struct RowLimits {
     float const* of(std::uint32_t pattern) const noexcept { return alpha + pattern * block_height; }
 };
 
-/// What a block needs to know besides its state and its splats.
+/// The inputs of a block besides its state and its splats.
 struct alignas(vector_bytes) BlockPlace {
     float xs[block_width];              ///< pixel centres relative to the principal point
     float ys[block_height];

@@ -1,7 +1,8 @@
 #pragma once
 #include <tilemesh/splat/lanes.hpp>
 
-/// How a pair of a splat and a pixel is evaluated, and when a pixel stops: what the block loop (blending_block.hpp) is told by type.
+/// The rules that the block loop (blending_block.hpp) takes as types: how a pair of a splat and a pixel is evaluated, and when a pixel
+/// stops.
 TILEMESH_EXACT_BEGIN
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wpsabi" // see lanes.hpp
@@ -11,7 +12,7 @@ namespace tilemesh::splat {
 inline constexpr std::uint32_t block_width = 16, block_height = 5;
 
 namespace detail {
-/// Of what is read and written as vectors: one that straddles two cache lines costs two accesses.
+/// The alignment of data that is read and written as vectors: a vector that straddles two cache lines costs two accesses.
 inline constexpr std::uint32_t vector_bytes = native_lanes * sizeof(float);
 
 /// Every pair by itself, as the naive loop does: equal bits.

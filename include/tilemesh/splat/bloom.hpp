@@ -96,16 +96,17 @@ struct Bloom {
 };
 } // namespace kernel
 
-/// Sends each record to every tile that its footprint touches and that does not hold it yet, along the tree of
-/// footprint.hpp; run until quiet.
+/// Sends each record along the tree of footprint.hpp to every tile that its footprint touches and that does not hold it yet. Runs until
+/// quiet.
 ///
-/// Who holds what is known by fact, not by last frame's rectangle: `Mark::shared(d)` is set when a record is sent to side d
-/// or came from it. A copy is sent only where that bit is missing, so a static view sends nothing and a small step sends a few;
-/// when the root of the tree moves, a tile may be sent what it has, notes who else has it, and goes on. With `Hold` what finds
-/// no slot stays owed; with `Drop` it is given up and marked. The copy's storage is the sink: no credit, no FIFO, no dead-lock.
+/// A tile knows which neighbours hold a record: it sets `Mark::shared(d)` when it sends the record to side d or gets it from there. It
+/// sends a copy only if that bit is not set, so a static view sends nothing and a small step sends a few copies. When the root of the
+/// tree moves, a tile may get a copy that it has; it then only notes that the sender has it too. With `Hold`, a copy that finds no slot
+/// in a channel stays owed; with `Drop`, the tile gives it up and marks it. Storage is the sink of copies: bloom needs no credits and no
+/// FIFO, and cannot dead-lock.
 ///
-/// When quiet, and nothing was refused, the tiles that hold a record are exactly those that its footprint touches. Cost: one
-/// message a new copy, plus at most the width of the footprint in tiles when an anchor changes row.
+/// When the mesh is quiet and nothing was refused, exactly the tiles that a record's footprint touches hold it. Cost: one message per
+/// new copy, plus at most the width of the footprint in tiles when an anchor changes row.
 template <class S>
 using Bloom = kernel::Bloom<PoliciesOf<S>>;
 

@@ -52,8 +52,8 @@ struct Composite {
 /// Blends the tile's pixels front to back (blending.hpp), in the order that DepthSort left.
 ///
 /// Requires a framebuffer of the tile's pixels (the host sizes it when it sets the tiling). Runs on all workers; each takes
-/// whole blocks, so writes are disjoint. Cost: no exchange; 80 pairs for each splat that may be seen in a block that is not
-/// finished.
+/// whole blocks, so their writes are disjoint. Cost: no exchange; 80 pairs for each splat that may be visible in a block whose
+/// pixels have not all stopped.
 template <class S>
 using Composite = kernel::Composite<PoliciesOf<S>>;
 

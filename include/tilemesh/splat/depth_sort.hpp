@@ -157,12 +157,12 @@ struct DepthSort {
 };
 } // namespace kernel
 
-/// Lists what touches the tile, front to back: by depth, ties by id, so that the order is a function of view and scene alone,
-/// the same on every tile and for every order of arrival. No exchange.
+/// Lists the splats that touch the tile, front to back: by depth, and by id for equal depths. So the order depends on view and scene
+/// alone, and is the same on every tile and for every order of arrival. No exchange.
 ///
-/// The order of the last frame is repaired: its keys get their new depths, those whose slot is gone or no longer touches the tile
-/// leave, new slots follow, and what is nearly in order is put in order. In the view of the last frame, with the same
-/// slots, nothing is done.
+/// It repairs the order of the last frame: keys get their new depths, keys whose slot is gone or no longer touches the tile leave, and
+/// new slots follow at the end; then it sorts keys that are nearly in order. In the view of the last frame, with the same slots, it
+/// does nothing.
 template <class S>
 using DepthSort = kernel::DepthSort<PoliciesOf<S>>;
 

@@ -5,10 +5,10 @@
 
 namespace tilemesh::splat {
 
-/// Bytes of the words that a frame's sizes count: of one record, message or pixel on the machine, whatever a host moves.
+/// The bytes of one record, message and pixel on the machine, even if a host moves references.
 struct FrameWords {
     std::uint32_t record, road_message, beam_message, pixel;
-    std::uint32_t slot_lists; ///< what a slot of storage has beside its record: mark, projected record and sort key, where these count
+    std::uint32_t slot_lists; ///< mark, projected record and sort key of a slot of storage, if these count against the SRAM
 
     constexpr std::uint32_t slot() const noexcept { return record + slot_lists; }
 };
@@ -56,8 +56,8 @@ constexpr Sizes refitted(Sizes sizes, FrameWords const& before, FrameWords const
     return sizes;
 }
 
-/// The sizes where pixels of `words` become `pixel` bytes large. Where the SRAM has no room for what they take beyond today's, storage
-/// gives up as many slots as that needs: of the 2,000 of `Lossless` 7 for a depth, 25 for depth and alpha. `room`: bytes that are free.
+/// The sizes for pixels of `pixel` bytes instead of those of `words`. `room`: free bytes of SRAM. If larger pixels need more, storage
+/// gives up as many slots as that takes: of the 2,000 of `Lossless`, 7 for a depth, and 25 for depth and alpha.
 constexpr Sizes with_pixels_of(Sizes sizes, FrameWords const& words, std::uint32_t pixel, std::uint64_t room) noexcept
 {
     std::uint64_t const before = std::uint64_t{words.pixel} * sizes.tile_pixels;
@@ -68,8 +68,8 @@ constexpr Sizes with_pixels_of(Sizes sizes, FrameWords const& words, std::uint32
     return sizes;
 }
 
-/// `Base` cut to what a scene needs: harmonics up to `Degree`, and routing and bloom only where they have something to do
-/// (scene/demand.hpp finds out), in Base's bytes (`refitted`).
+/// `Base` cut to what a scene needs, in Base's bytes (`refitted`): harmonics up to `Degree`, and routing and bloom only if the scene
+/// needs them (scene/demand.hpp finds out).
 template <class Base, std::uint32_t Degree, bool Routes = true, bool Blooms = true>
 struct Fitted : Base {
     static_assert((Routes && Blooms) || !Base::sizes.one_channel_memory,

@@ -9,16 +9,16 @@
 
 namespace tilemesh::splat {
 
-/// One frame: project, route, bloom, sort, composite. Gaussians and copies stay where they are between runs. Steps that a
-/// setup does without are not there, and neither are the channels and lists that only they use.
+/// One frame: project, route, bloom, sort, composite. Gaussians and copies stay where they are between runs. A setup that leaves out a
+/// step has neither the step nor the channels and lists that only this step uses.
 ///
-/// Bloom's first superstep runs on every tile, because after routing all are quiet: those that Project or routing left owing copies
-/// begin to send them there. It sends nothing, and so costs no exchange, where nobody owes.
+/// Bloom's first superstep runs on every tile, because all tiles are quiet after routing. In it, the tiles that owe copies begin to send
+/// them. If no tile owes a copy, it sends nothing and costs no exchange.
 template <class S>
 using Frame = Sequence<Superstep<Project<S>>, StepIf<S::routes, UntilQuiet<Route<S>>>, StepIf<S::blooms, Superstep<Bloom<S>>>,
                        StepIf<S::blooms, UntilQuiet<Bloom<S>>>, Superstep<DepthSort<S>>, Superstep<Composite<S>>>;
 
-/// Where the steps of `Frame<S>` are in its sequence; `none` for one that is not there.
+/// The places of the steps of `Frame<S>` in its sequence; `none` for a step that the setup leaves out.
 template <class S>
 struct FrameSteps {
     static constexpr std::uint32_t none = no_step;
@@ -30,7 +30,8 @@ struct FrameSteps {
     static constexpr std::uint32_t composite = step_of<Frame<S>, Composite<S>>();
 };
 
-/// At most `hops` supersteps of routing and of bloom a frame; 0: until quiet. What is under way goes on in the next frame.
+/// The frame program with at most `hops` supersteps of routing and of bloom per frame; 0: until quiet. Records that are still under way
+/// go on in the next frame.
 template <class S>
 Frame<S> frame_program(std::uint32_t hops)
 {

@@ -4,14 +4,14 @@
 namespace tilemesh::splat {
 
 namespace detail {
-/// What Project adds up on a tile.
+/// What Project counts on a tile.
 struct Pending {
     std::uint32_t leaving; ///< records that wait to leave
     std::uint32_t owing;   ///< slots with Mark::owes
 };
 
-/// Anchored records with and without something on screen. Only where routing may have brought or taken some since they were
-/// last counted.
+/// Counts the anchored records with and without something on screen. Needed only if routing may have brought or taken records since the
+/// last count.
 template <class S>
 void count_anchored(typename S::Parameters const& frame, Marks<S> const& marks, Splats<S> const& splats, Counts& counts) noexcept
 {
@@ -37,7 +37,7 @@ Pending begin_view(Here const& here, typename S::Parameters const& parameters, S
     std::uint32_t const held = storage.size();
     for (std::uint32_t i = held; i-- > 0;) {
         bool const copy = S::blooms && marks[i].is(Mark::copy);
-        if (copy && !reusable) { // its splat is all there is of it, and it is good for one view
+        if (copy && !reusable) { // the tile has only the copy's splat, which is good for one view
             if (forget) {
                 remove_slot(storage, marks, splats, i);
                 ++removed;
@@ -93,8 +93,7 @@ Pending begin_view(Here const& here, typename S::Parameters const& parameters, S
     return pending;
 }
 
-/// What Project does with a tile. In the view of the last frame all that it would find out still holds: what is `leaving` and
-/// `owing` is what was.
+/// What Project does with a tile. If the view did not change, the counts of leaving and owing records are those of the last frame.
 template <class S>
 Pending begin_frame(Here const& here, typename S::Parameters const& frame, Storage<S>& storage, Marks<S>& marks, Splats<S>& splats,
                   Counts& counts, Pending last) noexcept
@@ -148,14 +147,14 @@ struct Project : ProjectOperations<S> {
 
 } // namespace kernel
 
-/// Begins a frame on a tile: projects all it holds in the new view, marks the anchored records that must leave and the slots that
-/// owe copies, and drops the copies whose footprint left the tile. In the view of the last frame it only begins the counters.
-/// Votes busy where a record must leave or waits.
+/// Begins a frame on a tile. It projects all records of the tile in the new view, marks the anchored records that must leave and the
+/// slots that owe copies, and drops the copies whose footprint left the tile. In the view of the last frame it only resets the counters.
+/// Votes busy if a record must leave or waits.
 ///
-/// After this, on every tile: a copy is here only if its footprint touches the tile; `Mark::shared(d)` is set only if the
-/// neighbour on side d holds the record; what a full channel refused is owed again in a new view. Both tiles of a pair decide
-/// with the same words and the same view, so no message is needed for a copy to end. Cost: one projection a stored record in a
-/// new view, nothing in an old one; no exchange. A setup that does not route or bloom keeps nothing for it.
+/// After this, on every tile: a copy is here only if its footprint touches the tile. `Mark::shared(d)` is set only if the neighbour on
+/// side d holds the record. A copy that a full channel refused is owed again in a new view. Both tiles of a pair decide with the same
+/// words and the same view, so a copy ends without a message. Cost: one projection per stored record in a new view, nothing in an old
+/// one; no exchange. A setup without routing or bloom stores nothing for them.
 template <class S>
 using Project = kernel::Project<PoliciesOf<S>>;
 

@@ -41,7 +41,8 @@ constexpr bool is_dimension_ordered() noexcept
 
 // --- saturation ------------------------------------------------------------------------------------------------------------
 
-// `may_hold`: the frame has FIFOs. `holds_in(frame)`: this frame holds; a constant, unless the host decides from frame to frame.
+// `may_hold`: the frame has FIFOs. `holds_in(frame)`: full channels hold records back in this frame. It is a constant, except where the
+// host decides frame by frame.
 
 /// Nothing that was sent can be lost: see routing.hpp.
 struct Hold {

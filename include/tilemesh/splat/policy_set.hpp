@@ -4,14 +4,14 @@
 
 namespace tilemesh::splat {
 
-/// Which of the frame's steps there are.
+/// Which of the frame's optional steps a setup has.
 template <bool Routes, bool Blooms>
 struct FrameParts {
     static constexpr bool routes = Routes, blooms = Blooms;
 };
 
-/// The types that change what kernels do, and nothing else: kernels, regions and channels are templates of this. Two setups that differ
-/// in machine, sizes or model alone have one set, so that they share all code.
+/// The types that change what kernels do, and nothing else. Kernels, regions and channels are templates of this set. Two setups that
+/// differ only in machine, sizes or model have the same set, and so share all code.
 template <class Words, class Motion, class Picture, class Parts>
 struct Policies;
 template <class RecordType, class ProjectedType, class ParametersType, class RoutingType, class SaturationType, class AddressingType,
@@ -43,7 +43,7 @@ struct PolicySet<Policies<W, M, P, F>> {
 };
 } // namespace detail
 
-/// The policies of a setup (setup.hpp); of a set of policies, itself.
+/// The policies of a setup (setup.hpp). For a set of policies it is that set.
 template <class S>
 using PoliciesOf = typename detail::PolicySet<S>::type;
 

@@ -12,13 +12,13 @@ struct FrameParameters {
     View view;
     Tiling tiling;
     std::uint32_t view_changed;  ///< 0: the view of the last frame, whose splats still hold
-    std::uint32_t resend_copies; ///< 1: trust no neighbour to hold a copy (after a full storage lost some): send all again
+    std::uint32_t resend_copies; ///< 1: send all copies again, because a full storage lost some; no neighbour is known to hold one
     std::uint32_t readdress;     ///< 1: what is under way was addressed in another view (a bound cut the last frame)
 };
 
 // --- state of a tile ------------------------------------------------------------------------------------------------------------
-// Regions are types of a set of policies; their slots are members of `Sizes`. `Storage<S>`, for a setup or a set of policies S, is the
-// region under S's policies.
+// The type of a region depends on a set of policies; its slots are a member of `Sizes`. `Storage<S>`, for a setup or a set of policies S,
+// is the region under S's policies.
 
 namespace region {
 template <class P>
@@ -95,7 +95,7 @@ struct SortKeys : Buffer<SortKey> {
     static constexpr auto slots = &Sizes::storage;
     static constexpr auto budgeted_if = &Sizes::lists_fit;
 };
-/// The slots of what touches the tile, in depth order. The same for all policies.
+/// The slots of the splats that touch the tile, in depth order. It is the same type for all policies.
 template <class>
 using Order = SortKeys;
 

@@ -19,9 +19,9 @@
 /// its memory of what it sent is one superstep old whenever it runs.
 /// No dead-lock: second-leg records never wait, so their channels empty in a bounded number of supersteps. A first-leg FIFO
 /// waits for a second-leg channel, or for the next FIFO in the same direction, and directions end at the edge: no cycle.
-/// Only where a bound cut the frame before and the view changed may a record turn back; such a one never waits in a FIFO or on
-/// the second leg: it goes, or becomes a record of the tile it is on, or is unplaced where that tile is full. Hence every superstep in
-/// which a record is under way moves one, for any capacities c, q >= 1 and any order of arrival.
+/// A record may turn back only if a bound cut the last frame and the view changed. Such a record never waits in a FIFO or on the second
+/// leg: it goes on, or becomes a record of the tile it is on, or is unplaced if that tile is full. Hence every superstep in which records
+/// are under way moves at least one, for any capacities c, q >= 1 and any order of arrival.
 /// tests/splat/routing.cpp tries to break it at capacity 1, exhaustively on small grids.
 ///
 /// Cost: without a full channel, W + H - 2 exchanges and one more compute from any placement; a record's bytes a hop.
@@ -252,7 +252,7 @@ struct HoldingRoute {
     }
 };
 
-/// The same with `Drop`.
+/// What Route does with a tile, with `Drop`.
 template <class S>
 struct DroppingRoute {
     using Message = RoadMessage<S>;
@@ -305,7 +305,7 @@ struct Route : detail::RouteOperations<P> {
     }
 };
 } // namespace kernel
-/// Moves every record one tile towards its anchor tile. Without FIFOs where the saturation policy drops.
+/// Moves every record one tile towards its anchor tile. With a saturation policy that drops, it has no FIFOs.
 template <class S>
 using Route = kernel::Route<PoliciesOf<S>>;
 

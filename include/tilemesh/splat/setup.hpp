@@ -6,10 +6,10 @@ namespace tilemesh::splat {
 
 struct BlendAsAsked;
 
-/// What a setup says, in four groups: the machine (a type), the policies (types that change what kernels do), the sizes (one value,
-/// `Sizes`), and how the picture is made. Derive from one and change what you want; names appear in every report.
+/// The members of a setup, in four groups: the machine (a type), the policies (types that change what kernels do), the sizes (one value,
+/// `Sizes`), and the rules of the picture. Derive from a setup and change what you want; its name appears in every report.
 ///
-/// Setups that differ in machine, sizes or picture alone share all kernels.
+/// Setups that differ only in machine, sizes or rules of the picture share all kernels.
 struct SetupDefaults {
     using Machine = Mk2;
 
@@ -22,9 +22,9 @@ struct SetupDefaults {
     using Copies = WorldCopies;
     using Pixel = FloatPixel;
     using Blending = BlendAsAsked;                    ///< blending.hpp
-    /// False: the host places each record on its anchor tile, view by view, and a record that found no room again in the next view.
+    /// False: in each new view the host places every record on its anchor tile. A record that finds no room is tried again in the next.
     static constexpr bool routes = true;
-    static constexpr bool blooms = true;              ///< false: nothing may touch two tiles; what does is listed as lost
+    static constexpr bool blooms = true;              ///< false: a splat is listed as lost on all tiles but its anchor
 
     static constexpr Footprint footprint = Footprint::opacity_box;
     static constexpr float alpha_max = 1.0f;
@@ -67,7 +67,7 @@ struct Prototype : Paper {
                                  /*tile_pixels*/ 32 * 20, /*lists_fit*/ false, /*one_channel_memory*/ true};
 };
 
-/// The machine and the sizes for a whole map and a whole frame on one tile: what remains of these sizes is slots of channels.
+/// A machine and sizes with room for a whole map and a whole frame on one tile; channels keep their slots.
 using RoomyMachine = TestMachine<64u << 20>;
 constexpr Sizes roomy(Sizes sizes) noexcept
 {
@@ -78,7 +78,7 @@ constexpr Sizes roomy(Sizes sizes) noexcept
 }
 
 namespace detail {
-/// Does a setup have a member of that name, as it had before sizes were one value? It would change nothing now.
+/// Does a setup have a member of that name? Such members named sizes before sizes were one value, and would change nothing now.
 template <class S, class = void>
 inline constexpr bool names_storage_slots = false;
 template <class S>
@@ -109,7 +109,7 @@ template <class S>
 inline constexpr bool names_one_channel_memory<S, std::void_t<decltype(S::one_channel_memory)>> = true;
 } // namespace detail
 
-/// Is S a setup with a member that older versions had?
+/// Does S have a member that setups of older versions had?
 template <class S>
 inline constexpr bool names_slots =
     detail::names_storage_slots<S> || detail::names_road_bytes<S> || detail::names_beam_bytes<S> || detail::names_waiting_bytes<S> ||

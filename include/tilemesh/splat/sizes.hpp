@@ -3,12 +3,13 @@
 
 namespace tilemesh::splat {
 
-/// The sizes of a frame's lists on one tile: slots, not types. Renderers, ledgers and meshes of other sizes share one type and its code.
+/// The sizes of a frame's lists on one tile, in slots. They are values: renderers, ledgers and meshes of other sizes share one type and
+/// its code.
 ///
-/// Start from a preset's and change what you want: `auto sizes = splat::Lossless::sizes; sizes.storage = 700;`, or name every member
-/// (`Sizes{.storage = 700, .road = 200, ...}`). A member's name that is mistyped does not compile.
+/// Start from a preset's sizes and change what you want: `auto sizes = splat::Lossless::sizes; sizes.storage = 700;`. Or name every member:
+/// `Sizes{.storage = 700, .road = 200, ...}`. A mistyped name does not compile.
 struct Sizes {
-    std::uint32_t storage = 0;       ///< records, anchored here and copies; marks, projected records and sort keys go with them
+    std::uint32_t storage = 0;       ///< anchored records and copies, each with a mark, a projected record and a sort key
     std::uint32_t road = 0;          ///< messages of routing in one channel end
     std::uint32_t beam = 0;          ///< messages of bloom in one channel end
     std::uint32_t waiting = 0;       ///< messages in each of routing's two FIFOs; at least 1 where a frame holds

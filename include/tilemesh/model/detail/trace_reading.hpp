@@ -14,15 +14,14 @@
 // that name after `using namespace tilemesh`.
 namespace tilemesh::model_detail {
 
-/// What the kernel of a step counts; nothing for a step of a trace put together by hand without names.
+/// The names of the operations that the kernel of a step counts; none for a step of a trace made by hand without names.
 inline std::vector<std::string> const& operations_of_step(Trace const& trace, std::size_t step) noexcept
 {
     static std::vector<std::string> const none;
     return step < trace.operations.size() ? trace.operations[step] : none;
 }
 
-/// Throws `Error` where the trace names a step or a tile that is not there, or names more operations of a
-/// kernel than it can count.
+/// Throws `Error` if the trace names a step or a tile that does not exist, or more operations of a kernel than a kernel can count.
 inline void check_trace(Trace const& trace, Grid grid)
 {
     auto const fail = [](std::size_t superstep, std::string const& why) {
@@ -44,7 +43,7 @@ inline void check_trace(Trace const& trace, Grid grid)
     }
 }
 
-/// The operations of all steps, each name once, in the order in which the steps name them; and where those of each step are.
+/// The operations of all steps, each name once, in the order in which the steps name them, and the places of each step's operations.
 struct OperationColumns {
     std::vector<std::string> names;
     std::vector<std::array<std::uint32_t, most_operation_kinds>> of_step;
