@@ -81,3 +81,17 @@ inline float multiply_add(float a, float b, float c) noexcept
 }
 } // namespace tilemesh
 TILEMESH_EXACT_END
+
+#if defined(TILEMESH_COMPILED)
+namespace tilemesh::detail {
+/// A program and the compiled library that it links must agree on `multiply_add`, or pictures would mix two roundings. One of these two is
+/// in the library; a program that is built for another kind of processor (`-march`) does not link.
+#    if defined(__FMA__) || defined(__ARM_FEATURE_FMA)
+extern char const the_compiled_library_fuses_multiply_add;
+[[gnu::used]] static char const* const rounds_as_the_library = &the_compiled_library_fuses_multiply_add;
+#    else
+extern char const the_compiled_library_does_not_fuse_multiply_add;
+[[gnu::used]] static char const* const rounds_as_the_library = &the_compiled_library_does_not_fuse_multiply_add;
+#    endif
+} // namespace tilemesh::detail
+#endif

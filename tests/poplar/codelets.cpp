@@ -1,4 +1,4 @@
-// test: unoptimised test asan, without tsan
+// test: unoptimised test asan tsan
 // The codelets that popc is pointed at, with the stand-in's entries for them.
 #include "../../examples/on_poplar/codelets.cpp"
 #include <standin_vertex.hpp>

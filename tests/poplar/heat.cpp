@@ -1,4 +1,4 @@
-// test: unoptimised test asan, without tsan
+// test: unoptimised test asan tsan
 #include "../../examples/heat/heat.hpp"
 #include "on_poplar.hpp"
 

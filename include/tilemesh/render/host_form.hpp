@@ -147,16 +147,16 @@ struct Access<TableParameters> : TableAccess<TableParameters> {};
 
 /// Policies whose rule is a word of the frame's parameters.
 struct RunTimeSaturation {
-    static constexpr char const* name = "as told";
+    static constexpr char const* name = "at run time";
     static constexpr bool may_hold = true;
     TILEMESH_KERNEL static bool holds_in(TableParameters const& frame) noexcept { return frame.rules.holds != 0; }
 };
 struct RunTimeAddressing : Carried {
-    static constexpr char const* name = "as told";
+    static constexpr char const* name = "at run time";
     TILEMESH_KERNEL static bool carried_in(TableParameters const& frame) noexcept { return frame.rules.carried != 0; }
 };
 struct RunTimeCopies {
-    static constexpr char const* name = "as told";
+    static constexpr char const* name = "at run time";
     template <class Record>
     using Message = Record;
     TILEMESH_KERNEL static bool reusable_in(TableParameters const& frame) noexcept { return frame.rules.reusable != 0; }
