@@ -88,10 +88,10 @@ namespace tilemesh::detail {
 /// in the library; a program that is built for another kind of processor (`-march`) does not link.
 #    if defined(__FMA__) || defined(__ARM_FEATURE_FMA)
 extern char const the_compiled_library_fuses_multiply_add;
-[[gnu::used]] static char const* const rounds_as_the_library = &the_compiled_library_fuses_multiply_add;
+[[gnu::used]] constexpr char const* rounds_as_the_library = &the_compiled_library_fuses_multiply_add;
 #    else
 extern char const the_compiled_library_does_not_fuse_multiply_add;
-[[gnu::used]] static char const* const rounds_as_the_library = &the_compiled_library_does_not_fuse_multiply_add;
+[[gnu::used]] constexpr char const* rounds_as_the_library = &the_compiled_library_does_not_fuse_multiply_add;
 #    endif
 } // namespace tilemesh::detail
 #endif
