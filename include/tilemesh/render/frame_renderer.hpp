@@ -98,8 +98,9 @@ public:
 
     /// What the last frame did, superstep by superstep; on a Traced machine only. If the host recalled copies, the program ran twice and
     /// the trace holds both runs, one after the other. The mesh's own trace holds the second run only. Work of the host is in neither.
+    template <class M = Machine> // a template, because Clang 14 instantiates members of an `extern template` whatever they require
     Trace const& trace() const noexcept
-        requires(is_traced<Machine>)
+        requires(is_traced<M>)
     {
         return ran_twice_ ? trace_ : mesh_->trace();
     }
