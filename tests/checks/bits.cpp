@@ -4,7 +4,8 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstring>
-#include <tilemesh/tilemesh.hpp>
+#include <tilemesh/renderer.hpp>
+#include <tilemesh/report/naive.hpp>
 #include <vector>
 
 namespace {

@@ -21,6 +21,9 @@ struct Scene {
     /// Does it look as a SLAM map does? Only then a test may state what was measured on such maps and follows from no arithmetic.
     bool like_slam = true;
 };
+/// Pictures of maps that stand in: a quarter of what the real maps are rendered at, because a stranger's machine renders them too.
+inline constexpr scene::Size stand_in_size{640, 360};
+
 /// Sloth and Salad with every camera of cameras.json, or the built-in map with three cameras of its own. Where the environment variable
 /// TILEMESH_STAND_IN names a map of stand_ins.hpp, that map alone, with three cameras.
 inline std::vector<Scene> const& scenes()
@@ -34,14 +37,14 @@ inline std::vector<Scene> const& scenes()
         };
         if (char const* const name = std::getenv("TILEMESH_STAND_IN"); name != nullptr && *name != '\0') {
             auto map = stand_in(name);
-            auto const camera = scene::frame_whole(map, {1280, 720});
+            auto const camera = scene::frame_whole(map, stand_in_size);
             add(std::move(map), camera, false);
             return out;
         }
         auto const folder = data();
         if (folder.empty()) {
             MESSAGE("skipped: no real maps (TILEMESH_DATA); the built-in map stands in");
-            add(scene::built_in_map(), scene::built_in_camera({1280, 720}), true);
+            add(scene::built_in_map(), scene::built_in_camera(stand_in_size), true);
             return out;
         }
         auto const cameras = scene::load_cameras(folder / "cameras.json");
