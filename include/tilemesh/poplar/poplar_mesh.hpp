@@ -173,9 +173,11 @@ public:
         stale_.fill(true);
         incoming_stale_.fill(true);
         samples_.clear();
+        broken_ = true;
         execute(run_program);
         auto counters = account();
         if constexpr (Builder::traced) make_trace(counters);
+        broken_ = false;
         return counters;
     }
 
