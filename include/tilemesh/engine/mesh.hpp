@@ -54,8 +54,8 @@ struct MeshOptions {
 /// items. A mesh stays as it is between runs: states, and mail that a bound (`at_most`) left under way.
 ///
 /// Errors: the constructor and `limit` throw Error for a machine that is too small; `run` throws Error for a contract that a
-/// kernel broke, with tile and superstep, for a step that runs on and on (most_passes), and what an observer threw; after that the
-/// mesh refuses to run again.
+/// kernel broke, with tile and superstep, for a step that runs on and on (most_passes), and what an observer threw, or
+/// std::bad_alloc; after that the mesh refuses to run again.
 template <class Program, class Machine = Mk2>
 class Mesh : public engine::TileStore<Program, false> {
     using Base = engine::TileStore<Program, false>;

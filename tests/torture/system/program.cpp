@@ -2,7 +2,7 @@
 // Runs a program's command lines again and again on a tiny map, with the library FAILING_CALLS in front of the system: the k-th allocation,
 // open, write, rename, fsync, mkdir or thread fails, alone or with all after it, for every k up to the last. Each run ends with status 0 and
 // the right files, or with status 2 and one line "<problem> (<why>); <what to do>"; a file is whole, or as it was; nothing else is left
-// behind, and the inputs stay. Unless the environment variable TILEMESH_TORTURE is "all", about six values of k for each kind and
+// behind, and the inputs stay. Unless the environment variable TILEMESH_TORTURE is "all", about four values of k for each kind and
 // command line. The last lines are a table.
 #include "torture.hpp"
 #include <algorithm>
@@ -221,7 +221,7 @@ try {
             Files old;
             for (auto const& [file, text] : right_files) old[file] = "as it was\n";
             Row row{name, page.calls, 0, 0, 0, 0};
-            constexpr std::uint64_t thinned = 6;
+            constexpr std::uint64_t thinned = 4;
             auto const step = all ? 1 : std::max<std::uint64_t>(1, row.last / thinned);
             for (bool const alone : {true, false})
                 for (std::uint64_t k = 1; k <= row.last; k += step) {
