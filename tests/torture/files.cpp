@@ -10,7 +10,7 @@
 #include <map>
 #include <sstream>
 #include <tilemesh/report/json.hpp>
-#include <tilemesh/scene/camera_json.hpp>
+#include <tilemesh/scene/named_camera.hpp>
 #include <tilemesh/tilemesh.hpp>
 #include <unistd.h>
 

@@ -403,7 +403,6 @@ private:
         });
         for (std::uint32_t t = 0; t < this->grid_.size(); ++t)
             if (auto const broken = word(t, Log::broken); broken != 0) {
-                broken_ = true;
                 if (broken == Log::other_program)
                     throw Error("codelets of another program than the graph's (\"" + options_.codelets + "\" was compiled from other kernels, "
                                 "capacities or machine); compile them again from the same headers");
