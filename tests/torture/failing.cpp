@@ -216,8 +216,8 @@ void torture(std::vector<Case> const& cases)
             right = act->result();
         }
         CHECK(row.last != 0);
-        constexpr std::uint64_t thinned = 8;
-        auto const step = all ? 1 : std::max<std::uint64_t>(1, row.last / thinned);
+        constexpr std::uint64_t few = 64, thinned = 8;
+        auto const step = all || row.last <= few ? 1 : row.last / thinned;
         for (bool const alone : {true, false})
             for (std::uint64_t k = 1; try_one(c, right, k, alone, row); k += step) {}
         std::printf("%-44s %8llu %8llu %8llu %8llu %10llu %8llu %6llu %6llu\n", c.name.c_str(), static_cast<unsigned long long>(row.last),

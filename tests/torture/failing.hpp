@@ -34,7 +34,8 @@ struct Case {
 /// False under a sanitizer, which starts threads by itself.
 bool has_threads_that_fail() noexcept;
 
-/// Does each case once for every call that fails, or for some of them unless the environment variable TILEMESH_TORTURE is "all". Each
+/// Does each case once for every call that fails, or for some of them where they are many and the environment
+/// variable TILEMESH_TORTURE is not "all". Each
 /// time it throws std::bad_alloc or Error or has the right result, leaks nothing, and is right or refuses afterwards. Prints a table.
 void torture(std::vector<Case> const& cases);
 

@@ -162,6 +162,15 @@ TEST_CASE("a COLMAP model without memory")
     })});
 }
 
+TEST_CASE("a text without memory is not cut short")
+{
+    torture::torture({value("a text", [] {
+        report::StringStream text;
+        for (int i = 0; i < 300; ++i) text << "piece " << i << ' ' << 0.5 * i << '\n';
+        return text.str();
+    })});
+}
+
 TEST_CASE("a cost model without memory")
 {
     torture::torture({value("write and load cost model", [] {

@@ -5,6 +5,7 @@
 #include <tilemesh/engine/checked_mesh.hpp>
 #include <tilemesh/engine/mesh.hpp>
 #include <tilemesh/machine/superstep.hpp>
+#include <type_traits>
 
 namespace {
 
@@ -27,13 +28,19 @@ struct Add {
     }
 };
 using Program = Sequence<Repeat<Add>>;
+using Watched = Mesh<Program, Traced<Mk2>>;
 constexpr Grid grid{3, 2};
 
+/// What the tiles hold and what the mesh counted; of a mesh that keeps a trace, how many samples it has.
 template <class M>
-std::string sums(M& mesh)
+std::string text_of(M& mesh, RunCounters const& counters)
 {
     std::string text;
     for (std::uint32_t t = 0; t < grid.size(); ++t) text += std::to_string(mesh.template state<Sum>(grid.tile(t)).value) + " ";
+    for (auto const& step : counters.steps) text += std::to_string(step.capacity_bytes) + " " + std::to_string(step.messages) + " ";
+    for (auto const& peak : counters.peaks) text += std::to_string(peak.items) + " of " + std::to_string(peak.capacity) + " ";
+    if constexpr (std::is_same_v<M, Watched>)
+        for (auto const& superstep : mesh.trace().supersteps) text += std::to_string(superstep.tiles.size()) + " ";
     return text;
 }
 
@@ -42,11 +49,12 @@ template <class M>
 class Run : public Act {
 public:
     Run() : mesh_(grid, {}, Program{{{2}}}) { mesh_.template limit<Line>(3); }
-    void act() override { (void)mesh_.run(); }
-    std::string result() override { return sums(mesh_); }
+    void act() override { counters_ = mesh_.run(); }
+    std::string result() override { return text_of(mesh_, counters_); }
 
 private:
     M mesh_;
+    RunCounters counters_;
 };
 
 /// A channel gets more slots. If that fails it has those that it had.
@@ -57,8 +65,8 @@ public:
     void act() override { mesh_.template limit<Line>(3000); }
     std::string result() override
     {
-        (void)mesh_.run();
-        return sums(mesh_);
+        auto const counters = mesh_.run();
+        return text_of(mesh_, counters);
     }
     std::string after_failure(std::string const&) override
     {
@@ -75,7 +83,7 @@ private:
 
 TEST_SUITE_BEGIN("torture");
 
-TEST_CASE_TEMPLATE("a mesh without memory runs once or not at all", M, Mesh<Program>, CheckedMesh<Program>, Mesh<Program, Traced<Mk2>>)
+TEST_CASE_TEMPLATE("a mesh without memory runs once or not at all", M, Mesh<Program>, CheckedMesh<Program>, Watched)
 {
     torture::torture({{"a run", [] { return std::make_unique<Run<M>>(); }}});
 }
