@@ -2,7 +2,6 @@
 #include "text.hpp"
 #include <cstdint>
 #include <span>
-#include <sstream>
 #include <string>
 #include <tilemesh/report/table.hpp>
 #include <tilemesh/splat/fitted.hpp>
@@ -19,7 +18,7 @@ using tilemesh::report::thousands;
 
 std::string short_number(float v)
 {
-    std::ostringstream out;
+    tilemesh::report::StringStream out;
     out.precision(3);
     out << v;
     return out.str();

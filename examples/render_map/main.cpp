@@ -21,7 +21,6 @@
 #include <iostream>
 #include <new>
 #include <optional>
-#include <sstream>
 #include <string>
 #include <system_error>
 #include <tilemesh/error.hpp>
@@ -230,9 +229,9 @@ int run(Options const& options)
     } catch (std::exception const& error) {
         // The frames that are done are written; their report must not be lost with the one that failed.
         if ((options.report || trace) && !result.frames.empty()) {
-            result.notes.push_back("stopped after frame " + std::to_string(result.frames.size()) + " of " +
-                                   std::to_string(shots.size()) + ": " + error.what());
             try {
+                result.notes.push_back("stopped after frame " + std::to_string(result.frames.size()) + " of " +
+                                       std::to_string(shots.size()) + ": " + error.what());
                 if (options.report) report::write_json(*options.report, result);
                 if (trace) trace->finish(result);
             } catch (std::exception const&) { // the first error is the one to tell
@@ -256,7 +255,7 @@ int run(Options const& options)
         std::cerr << stopped << std::endl;
         return 128 + render_map::interrupt();
     }
-    std::ostringstream summary;
+    report::StringStream summary;
     if (options.explain) render_map::explain(summary, result);
     if (options.quiet) {
         render_map::print(summary.str(), "the pictures are written; leave out --explain");
@@ -278,11 +277,9 @@ int refuse(std::string const& text)
     return 2;
 }
 
-} // namespace
-
-int main(int argc, char** argv)
+/// What the arguments ask for; the exit status. Every error ends in its line, but for std::bad_alloc, which goes on to main.
+int run_arguments(int argc, char** argv)
 {
-    render_map::make_outputs_fail_softly();
     try {
         auto const options = render_map::parse_options(
             {argv + std::min(argc, 1), static_cast<std::size_t>(std::max(argc - 1, 0))});
@@ -296,7 +293,7 @@ int main(int argc, char** argv)
     } catch (tilemesh::Error const& error) {
         return refuse(error.what());
     } catch (std::bad_alloc const&) {
-        return refuse("not enough memory (an allocation failed); choose a smaller map, frame or grid");
+        throw;
     } catch (std::filesystem::filesystem_error const& error) {
         return refuse("cannot use " + error.path1().string() + " (" + error.code().message() +
                       "); check the path and its permissions");
@@ -306,5 +303,18 @@ int main(int argc, char** argv)
     } catch (std::exception const& error) {
         return refuse(std::string("render_map cannot go on (") + error.what() +
                       "); please report this with the command line");
+    }
+}
+
+} // namespace
+
+int main(int argc, char** argv)
+{
+    render_map::make_outputs_fail_softly();
+    render_map::end_softly_without_memory();
+    try {
+        return run_arguments(argc, argv);
+    } catch (...) { // no memory for the run, or for the line of another error
+        return render_map::refuse_for_memory();
     }
 }

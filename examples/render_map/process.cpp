@@ -2,9 +2,12 @@
 #include <atomic>
 #include <cerrno>
 #include <csignal>
+#include <cstdlib>
 #include <cstring>
+#include <exception>
 #include <fcntl.h>
 #include <initializer_list>
+#include <new>
 #include <unistd.h>
 
 namespace render_map {
@@ -29,6 +32,20 @@ extern "C" void note_interrupt(int signal)
     errno = before;
 }
 
+// Set by the first allocation that failed, which the runtime may not get to tell by an exception.
+std::atomic<bool> without_memory{false};
+
+[[noreturn]] void throw_bad_alloc()
+{
+    without_memory = true;
+    throw std::bad_alloc();
+}
+[[noreturn]] void end_at_once() noexcept
+{
+    if (!without_memory) std::abort();
+    _exit(refuse_for_memory());
+}
+
 } // namespace
 
 void make_outputs_fail_softly()
@@ -39,6 +56,19 @@ void make_outputs_fail_softly()
             (void)open("/dev/null", stream == STDIN_FILENO ? O_WRONLY : O_RDONLY);
     std::signal(SIGPIPE, SIG_IGN);
     std::signal(SIGXFSZ, SIG_IGN);
+}
+
+void end_softly_without_memory()
+{
+    std::set_new_handler(throw_bad_alloc);
+    std::set_terminate(end_at_once);
+}
+
+int refuse_for_memory() noexcept
+{
+    constexpr char text[] = "not enough memory (an allocation failed); choose a smaller map, frame or grid\n";
+    if (write(STDERR_FILENO, text, sizeof text - 1) < 0) return 2; // nowhere to say it
+    return 2;
 }
 
 void note_interrupts(bool announce)

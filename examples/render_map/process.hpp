@@ -7,6 +7,13 @@ namespace render_map {
 /// picture gets its number.
 void make_outputs_fail_softly();
 
+/// From here on the process ends with the line and the status of `refuse_for_memory`, instead of aborting, if the C++ runtime finds no
+/// memory for an exception either.
+void end_softly_without_memory();
+
+/// Says on standard error, in one line, that there is not enough memory; allocates nothing. Returns the exit status, 2.
+[[nodiscard]] int refuse_for_memory() noexcept;
+
 /// From here on the first SIGINT or SIGTERM is only noted, and the frame in work is finished; the next one ends the process at
 /// once. `announce`: says so on standard error. A signal that the parent has switched off stays off.
 void note_interrupts(bool announce);

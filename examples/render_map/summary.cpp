@@ -7,7 +7,6 @@
 #include <iterator>
 #include <limits>
 #include <map>
-#include <sstream>
 #include <string>
 #include <tilemesh/report/error_measures.hpp>
 #include <tilemesh/report/frame_report.hpp>
@@ -28,7 +27,7 @@ std::string by(std::array<std::uint32_t, 2> const& size)
 
 std::string decimals(double value, int digits)
 {
-    std::ostringstream out;
+    report::StringStream out;
     out.setf(std::ios::fixed);
     out.precision(digits);
     out << value;

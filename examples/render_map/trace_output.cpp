@@ -7,8 +7,8 @@
 #include <cerrno>
 #include <charconv>
 #include <fstream>
+#include <new>
 #include <numeric>
-#include <sstream>
 #include <system_error>
 #include <tilemesh/error.hpp>
 #include <tilemesh/model/cost_parameters.hpp>
@@ -18,6 +18,7 @@
 #include <tilemesh/report/frame_report.hpp>
 #include <tilemesh/report/heat_image.hpp>
 #include <tilemesh/report/plot.hpp>
+#include <tilemesh/report/table.hpp>
 #include <tilemesh/report/whole_file.hpp>
 
 namespace render_map {
@@ -38,6 +39,7 @@ Model load_model(std::filesystem::path const& file, Model (*read)(std::istream&,
     std::error_code refused;
     errno = 0;
     std::ifstream in(file, std::ios::binary);
+    if (!in && errno == ENOMEM) throw std::bad_alloc();
     if (!in || std::filesystem::is_directory(file, refused))
         throw tilemesh::Error("cannot read the " + std::string(what) + " " + file.string() + " (" +
                               (errno != 0 ? std::generic_category().message(errno) : std::string("it is a directory")) +
@@ -150,13 +152,13 @@ void TraceOutput::add_frame(std::size_t index, report::RunFrame const& frame, re
     if (energy_model_) energy = energy_of(*energy_model_, model_, trace, grid);
     auto const& r = frame.report;
     if (index == 0) {
-        std::ostringstream text;
+        report::StringStream text;
         write_cost_model(text, model_);
         write("model.txt", text.str());
         remove_old(no_progress_file);
     }
 
-    std::ostringstream tiles, supersteps;
+    report::StringStream tiles, supersteps;
     write_trace_csv(tiles, trace, model_, grid);
     write(frame_file(index, ".tiles.csv"), tiles.str());
     tiles = {};
@@ -196,7 +198,7 @@ void TraceOutput::add_frame(std::size_t index, report::RunFrame const& frame, re
         if (energy) lines_.back().push_back(report::joules_text(energy->joules));
     }
     ++frames_;
-    std::ostringstream table;
+    report::StringStream table;
     table << cost_table(model_, trace, cost);
     cost_text_ = "modelled by " + one_line(model_.name, 60) + " (" +
                  (model_.exchange_cost == tilemesh::ExchangeCost::capacity ? "capacity" : "live") + " exchange), busy " +

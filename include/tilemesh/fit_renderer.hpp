@@ -39,8 +39,8 @@ public:
     splat::Model& model() override { return renderer_.model(); }
     void hold_to(scene::Demand const& demand) override
     {
+        demand_.scanned = demand.scanned; // first: it may throw
         demand_.culled = demand.culled;
-        demand_.scanned = demand.scanned;
     }
     Extent2 grid() override
     {

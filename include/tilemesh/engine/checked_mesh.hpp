@@ -65,8 +65,14 @@ public:
         if constexpr (is_channel<X>) {
             bool mail = false;
             for (std::uint32_t t = 0; t < this->grid_.size(); ++t) mail = mail || unread<X>(t);
+            auto const before = this->template link_capacity<X>();
             this->template limit_link<X>(items, mail);
-            make_end<X>();
+            try {
+                make_end<X>();
+            } catch (...) { // no memory: the channel stays as it was
+                this->link_capacity_[Base::template index_of_link<X>()] = before;
+                throw;
+            }
         } else {
             this->template limit_state<X>(items);
         }
@@ -107,8 +113,17 @@ public:
         state_peak_.fill(0);
         link_peak_.fill(0);
         for (auto& b : busy_) std::fill(b.begin(), b.end(), std::uint8_t{0});
-        auto counters = run_.all(*this, this->program_, this->grid_, {options_.most_passes, options_.digest, options_.explain});
-        counters.peaks = engine::list_peaks(States{}, Links{}, [&](auto tag) {
+        return run_.all(*this, this->program_, this->grid_, {options_.most_passes, options_.digest, options_.explain}, [this] {
+            return peaks();
+        });
+    }
+
+private:
+    static constexpr bool traced = is_traced<Machine>;
+
+    std::vector<Peak> peaks() const
+    {
+        return engine::list_peaks(States{}, Links{}, [&](auto tag) {
             using R = typename decltype(tag)::type;
             Peak peak;
             if constexpr (is_channel<R>) {
@@ -120,11 +135,7 @@ public:
             }
             return peak;
         });
-        return counters;
     }
-
-private:
-    static constexpr bool traced = is_traced<Machine>;
     static constexpr std::uint32_t links = Links::count + 1;
     static constexpr std::uint32_t guard_words = Base::guard_words;
     /// One side of a channel on all tiles: {size, note, most ever written} and guarded items a slot.
@@ -183,8 +194,9 @@ private:
     template <class C>
     void make_end()
     {
-        for (auto* side : {&in_, &out_}) {
-            auto& e = (*side)[Base::template index_of_link<C>()];
+        constexpr auto l = Base::template index_of_link<C>();
+        Ends made[2];
+        for (auto& e : made) {
             e.capacity = this->template link_capacity<C>();
             e.stride = std::size_t{e.capacity} * C::Receiver::item_words + 2 * guard_words;
             auto const n = std::size_t{this->grid_.size()} * 4;
@@ -198,6 +210,8 @@ private:
                 if (fill) std::fill(items + guard_words, items + e.stride - guard_words, engine::poison_word);
             }
         }
+        in_[l] = std::move(made[0]);
+        out_[l] = std::move(made[1]);
     }
     template <class C>
     void poison(Place p) noexcept // what a list of this end held is dead now

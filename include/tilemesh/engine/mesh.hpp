@@ -54,8 +54,8 @@ struct MeshOptions {
 /// items. A mesh stays as it is between runs: states, and mail that a bound (`at_most`) left under way.
 ///
 /// Errors: the constructor and `limit` throw Error for a machine that is too small; `run` throws Error for a contract that a
-/// kernel broke, with tile and superstep, for a step that runs on and on (most_passes), and what an observer threw; after that the
-/// mesh refuses to run again.
+/// kernel broke, with tile and superstep, for a step that runs on and on (most_passes), and what an observer threw, or
+/// std::bad_alloc; after that the mesh refuses to run again.
 template <class Program, class Machine = Mk2>
 class Mesh : public engine::TileStore<Program, false> {
     using Base = engine::TileStore<Program, false>;
@@ -104,8 +104,14 @@ public:
     void limit(std::uint32_t items)
     {
         if constexpr (is_channel<X>) {
+            auto const before = this->template link_capacity<X>();
             this->template limit_link<X>(items, has_mail<X>());
-            make_bank<X>();
+            try {
+                make_bank<X>();
+            } catch (...) { // no memory: the channel stays as it was
+                this->link_capacity_[Base::template index_of_link<X>()] = before;
+                throw;
+            }
         } else {
             this->template limit_state<X>(items);
         }
@@ -143,12 +149,7 @@ public:
                 workers_[w].thrown = std::current_exception();
             }
         });
-        std::exception_ptr first;
-        for (auto& w : workers_) {
-            if (!first) first = w.thrown;
-            w.thrown = nullptr;
-        }
-        if (first) std::rethrow_exception(first);
+        rethrow();
     }
 
     /// The last run, superstep by superstep; on a Traced machine only.
@@ -163,8 +164,17 @@ public:
     {
         this->require_capacities(Links{});
         for (auto& w : workers_) w.begin();
-        auto counters = run_.all(*this, this->program_, this->grid_, {options_.most_passes, options_.digest, options_.explain});
-        counters.peaks = engine::list_peaks(States{}, Links{}, [&](auto tag) {
+        return run_.all(*this, this->program_, this->grid_, {options_.most_passes, options_.digest, options_.explain}, [this] {
+            return peaks();
+        });
+    }
+
+private:
+    static constexpr bool traced = is_traced<Machine>;
+
+    std::vector<Peak> peaks() const
+    {
+        return engine::list_peaks(States{}, Links{}, [&](auto tag) {
             using R = typename decltype(tag)::type;
             Peak peak;
             if constexpr (is_channel<R>) {
@@ -176,11 +186,7 @@ public:
             }
             return peak;
         });
-        return counters;
     }
-
-private:
-    static constexpr bool traced = is_traced<Machine>;
 
     /// Up to this many tiles the thread that walks the program runs alone. A tile run takes 20 ns to 1 us, to let another
     /// thread in and out 0.2 us, and the words of the tiles may have to come from its cache.
@@ -203,7 +209,7 @@ private:
         std::array<TileSet, links> mail;                    ///< who was sent something on a channel
         std::array<std::uint32_t, States::count + 1> state_peak{};
         std::array<std::uint32_t, links> link_peak{};
-        std::exception_ptr thrown;                          ///< by a function of on_threads
+        std::exception_ptr thrown;                          ///< by a function of on_threads; on a Traced machine, by a sample
 
         void begin() noexcept
         {
@@ -290,13 +296,16 @@ private:
         constexpr auto l = Base::template index_of_link<C>();
         auto& b = banks_[l];
         auto const n = std::size_t{this->grid_.size()} * 4;
-        b.capacity = this->template link_capacity<C>();
-        auto const most = this->template gets_slots_by_limit<C>() ? b.capacity : this->template most_slots<C>();
+        auto const capacity = this->template link_capacity<C>();
+        auto const most = this->template gets_slots_by_limit<C>() ? capacity : this->template most_slots<C>();
         auto const stride = ((std::size_t{most} * C::Receiver::item_words + 15u) & ~std::size_t{15}) | 16u;
-        for (int i : {0, 1}) {
-            if (b.heads[i].data() == nullptr) b.heads[i] = engine::Arena(n * 2);
-            if (stride != b.stride) b.items[i] = engine::Arena(n * stride);
+        for (auto& heads : b.heads)
+            if (heads.data() == nullptr) heads = engine::Arena(n * 2);
+        if (stride != b.stride) {
+            engine::Arena items[2] = {engine::Arena(n * stride), engine::Arena(n * stride)};
+            for (int i : {0, 1}) b.items[i] = std::move(items[i]);
         }
+        b.capacity = capacity;
         b.stride = stride;
     }
 
@@ -318,8 +327,27 @@ private:
         } else if (run_kernel<Kernel>(source) == Vote::busy) {
             source.me.busy.insert(tile);
         }
-        if constexpr (traced) source.me.samples.push_back(engine::sample<Kernel>(source, tile));
+        if constexpr (traced) keep_sample<Kernel>(source);
         after_kernel(source, typename KernelTraits<Kernel>::Arguments{});
+    }
+    template <class Kernel>
+    static void keep_sample(Source& source) noexcept
+    {
+        try {
+            source.me.samples.push_back(engine::sample<Kernel>(source, source.tile));
+        } catch (...) { // no memory, perhaps on a helper thread: the superstep throws it
+            source.me.thrown = std::current_exception();
+        }
+    }
+    /// Throws what a thread of the team threw, of the lowest.
+    void rethrow()
+    {
+        std::exception_ptr first;
+        for (auto& w : workers_) {
+            if (!first) first = w.thrown;
+            w.thrown = nullptr;
+        }
+        if (first) std::rethrow_exception(first);
     }
     static void fail(WorkerState& me, engine::detail::Failure const& failure) noexcept
     {
@@ -542,6 +570,7 @@ private:
             if (w.failure.text != nullptr && w.failure.tile < failure.tile) failure = w.failure;
         }
         if constexpr (traced) {
+            rethrow();
             SuperstepSample s{run_.step(), votes_after<Program>(run_.step()), this->template capacity_a_side<Kernel>(KernelLinks{}),
                               passed.sent, {}};
             for (auto& w : workers_) {

@@ -83,10 +83,10 @@ public:
         bool digest;
         ExplainNotQuiet explain;
     };
-    /// Runs the program once. Passes on what a superstep or an observer throws. Throws `Error` for a step or Loop that exceeds its bound.
-    /// After an exception it refuses to run again.
-    template <class Engine>
-    RunCounters all(Engine& engine, Program const& program, Grid grid, Limits const& limits)
+    /// Runs the program once; `peaks()` gives the peaks of the run. Passes on what a superstep or an observer throws, and `std::bad_alloc`.
+    /// Throws `Error` for a step or Loop that exceeds its bound. After an exception in a run it refuses to run again.
+    template <class Engine, class Peaks>
+    RunCounters all(Engine& engine, Program const& program, Grid grid, Limits const& limits, Peaks const& peaks)
     {
         if (broken_) throw Error("a mesh that stopped on an error cannot run again (its state is half a superstep); build a new one");
         counters_ = {};
@@ -98,6 +98,7 @@ public:
         broken_ = true;
         Interpreter<Engine> interpreter{*this, engine, grid, limits};
         walk(program, interpreter);
+        counters_.peaks = peaks();
         broken_ = false;
         return std::move(counters_);
     }

@@ -5,7 +5,6 @@
 #include <filesystem>
 #include <functional>
 #include <numeric>
-#include <sstream>
 #include <string>
 #include <system_error>
 #include <tilemesh/error.hpp>
@@ -17,6 +16,7 @@
 #include <tilemesh/report/html.hpp>
 #include <tilemesh/report/image.hpp>
 #include <tilemesh/report/image_file.hpp>
+#include <tilemesh/report/table.hpp>
 #include <tilemesh/report/whole_file.hpp>
 #include <utility>
 #include <vector>
@@ -41,7 +41,7 @@ struct TracePage {
 inline std::string timeline_below(std::size_t most_bytes, Trace const& trace, CostModel const& model, Grid grid, std::string& note)
 {
     for (std::uint32_t busiest = 64;; busiest /= 2) { // 64: the default of write_chrome_trace
-        std::ostringstream out;
+        report::StringStream out;
         write_chrome_trace(out, trace, model, grid, busiest);
         auto text = out.str();
         if (text.size() < most_bytes) {
@@ -84,7 +84,7 @@ inline std::filesystem::path write_trace_page(std::filesystem::path const& folde
         beside.emplace_back(name + what, note);
     };
     auto const produce = [&](std::string const& what, std::string const& note, auto const& into) {
-        std::ostringstream text;
+        report::StringStream text;
         into(text);
         write(what, text.str(), note);
     };

@@ -173,9 +173,11 @@ public:
         stale_.fill(true);
         incoming_stale_.fill(true);
         samples_.clear();
+        broken_ = true;
         execute(run_program);
         auto counters = account();
         if constexpr (Builder::traced) make_trace(counters);
+        broken_ = false;
         return counters;
     }
 
@@ -401,7 +403,6 @@ private:
         });
         for (std::uint32_t t = 0; t < this->grid_.size(); ++t)
             if (auto const broken = word(t, Log::broken); broken != 0) {
-                broken_ = true;
                 if (broken == Log::other_program)
                     throw Error("codelets of another program than the graph's (\"" + options_.codelets + "\" was compiled from other kernels, "
                                 "capacities or machine); compile them again from the same headers");

@@ -111,10 +111,11 @@ public:
     /// Called after every superstep; see SuperstepEvent.
     void observe(Observer observer);
 
-    /// Renders one frame, starting from where the last one left the records.
+    /// Renders one frame, starting from where the last one left the records. After an exception in a frame (no memory, an observer that
+    /// threw, an error of the mesh) the next frame begins like the first: it builds a new mesh and loads the map.
     RenderedFrame render(splat::Camera const& camera);
 
-    /// Renders into an existing frame and uses its memory again: for many frames of one size.
+    /// Renders into an existing frame and uses its memory again: for many frames of one size. After an exception the frame holds no picture.
     void render_into(splat::Camera const& camera, RenderedFrame& result);
 
 private:
@@ -261,6 +262,7 @@ private:
     bool copies_refused_ = false;                    ///< copies met a full channel; tiles owe them again in a new view
     bool cut_ = false;                               ///< a bound may have left records under way
     bool ran_twice_ = false;                         ///< in the last frame the host recalled copies
+    bool halfway_ = false;                           ///< a frame began and did not end: host and tiles are at different views
     [[no_unique_address]] std::conditional_t<traced, Trace, engine::NoTrace> trace_; ///< of both runs, if it ran twice
 };
 
@@ -283,6 +285,8 @@ FrameRenderer<P, Engine, Machine>::~FrameRenderer() = default;
 template <class P, template <class, class> class Engine, class Machine>
 void FrameRenderer<P, Engine, Machine>::prepare(std::uint32_t width, std::uint32_t height)
 {
+    if (halfway_) mesh_.reset();
+    halfway_ = false;
     if (mesh_ && width == size_.width && height == size_.height) return;
     auto const layout =
         layout_frame({options_.grid, options_.tile}, width, height, facts_.machine, facts_.sizes.tile_pixels, facts_.name);
@@ -325,6 +329,7 @@ void FrameRenderer<P, Engine, Machine>::render_into(splat::Camera const& camera,
     prepare(camera.width, camera.height);
     auto const view = splat::make_view(camera, model_);
     auto const start = Clock::now();
+    halfway_ = true;
     bool const changed = put_records(view);
     tell(view, changed);
     auto const prepared_ms = since(start);
@@ -343,6 +348,7 @@ void FrameRenderer<P, Engine, Machine>::render_into(splat::Camera const& camera,
     result.report.height = camera.height;
     last_ = view;
     cut_ = options_.hops != 0;
+    halfway_ = false;
     result.report.host_ms.picture = since(tiles_done);
     result.report.host_ms.total = since(begin);
 }

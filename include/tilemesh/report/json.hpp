@@ -1,129 +1,294 @@
 #pragma once
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <string_view>
 #include <tilemesh/machine/tile.hpp>
 #include <tilemesh/report/error_measures.hpp>
 #include <tilemesh/report/frame_report.hpp>
 #include <tilemesh/report/run_report.hpp>
 #include <tilemesh/report/whole_file.hpp>
+#include <utility>
 #include <vector>
 
 namespace tilemesh::report {
 
 namespace detail {
 
-/// A number, or null where JSON has none: the PSNR of equal pictures is infinite.
-inline nlohmann::ordered_json finite_or_null(double value)
-{
-    return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
-}
-
-inline nlohmann::ordered_json json_of(ErrorMeasures const& e)
-{
-    return {{"rmse", finite_or_null(e.rmse)},
-            {"max_levels", finite_or_null(e.max_levels)},
-            {"p999_levels", finite_or_null(e.p999_levels)},
-            {"psnr_db", finite_or_null(e.psnr_db)},
-            {"ssim", finite_or_null(e.ssim)}};
-}
-
-inline nlohmann::ordered_json json_of(Loss const& loss)
-{
-    nlohmann::ordered_json json{{"id", static_cast<std::uint32_t>(loss.id)},
-                                {"cause", to_string(loss.cause)},
-                                {"tile", nullptr}};
-    if (loss.tile != Loss::whole) json["tile"] = loss.tile;
-    return json;
-}
-
-inline nlohmann::ordered_json json_of(RunFrame const& frame)
-{
-    using Json = nlohmann::ordered_json;
-    auto const& r = frame.report;
-    Json json;
-    json["camera"] = r.camera;
-    json["size_px"] = {r.width, r.height};
-    json["grid"] = frame.grid;
-    json["tile_px"] = frame.tile_px;
-    if (!frame.image.empty()) json["image"] = frame.image;
-    if (!frame.depth.empty()) json["depth"] = frame.depth;
-    if (!frame.alpha.empty()) json["alpha"] = frame.alpha;
-    for (auto const& field : report_fields) {
-        if (field.group() == "size_px") continue; // an array, above
-        auto& value = field.group().empty() ? json[std::string(field.name)]
-                                            : json[std::string(field.group())][std::string(field.leaf())];
-        if (field.name == "lost") {
-            value = Json::array();
-            for (auto const& loss : r.lost) value.push_back(json_of(loss));
-        } else if (field.exact()) {
-            value = field.count(r);
-        } else {
-            value = field.milliseconds(r);
-        }
+/// JSON text as nlohmann-json prints it with an indent of one blank. A tree of nlohmann-json would hold the same, but its destructor
+/// allocates: in a process without memory it would end the process.
+class JsonText {
+public:
+    template <class T>
+    void value(T const& scalar)
+    {
+        text_ += nlohmann::ordered_json(scalar).dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
     }
-    if (frame.error) json["error"] = json_of(*frame.error);
-    if (frame.error_same_cuts) json["error_same_cuts"] = json_of(*frame.error_same_cuts);
-    return json;
+    /// A number, or null where JSON has none: the PSNR of equal pictures is infinite.
+    void finite(double number)
+    {
+        if (std::isfinite(number)) value(number);
+        else value(nullptr);
+    }
+    /// Begins the next item of an array; its value follows.
+    void item()
+    {
+        text_ += first_ ? "\n" : ",\n";
+        text_.append(depth_, ' ');
+        first_ = false;
+    }
+    /// Begins the next member of an object; its value follows.
+    void key(std::string_view name)
+    {
+        item();
+        value(name);
+        text_ += ": ";
+    }
+    template <class T>
+    void member(std::string_view name, T const& scalar)
+    {
+        key(name);
+        value(scalar);
+    }
+    /// `write()` writes what is in it.
+    template <class Write>
+    void object(Write const& write)
+    {
+        nest('{', '}', write);
+    }
+    template <class Write>
+    void array(Write const& write)
+    {
+        nest('[', ']', write);
+    }
+    template <class Scalars>
+    void list(std::string_view name, Scalars const& scalars)
+    {
+        key(name);
+        array([&] {
+            for (auto const& scalar : scalars) {
+                item();
+                value(scalar);
+            }
+        });
+    }
+    std::string const& text() const noexcept { return text_; }
+
+private:
+    template <class Write>
+    void nest(char open, char close, Write const& write)
+    {
+        text_ += open;
+        ++depth_;
+        first_ = true;
+        write();
+        --depth_;
+        if (!first_) {
+            text_ += '\n';
+            text_.append(depth_, ' ');
+        }
+        first_ = false; // the item around it
+        text_ += close;
+    }
+    std::string text_;
+    std::size_t depth_ = 0;
+    bool first_ = true; ///< nothing is in the innermost array or object
+};
+
+inline void write(JsonText& json, ErrorMeasures const& e)
+{
+    json.object([&] {
+        for (auto const& [name, value] : {std::pair("rmse", e.rmse), std::pair("max_levels", e.max_levels), std::pair("p999_levels", e.p999_levels),
+                                          std::pair("psnr_db", e.psnr_db), std::pair("ssim", e.ssim)}) {
+            json.key(name);
+            json.finite(value);
+        }
+    });
 }
 
-inline nlohmann::ordered_json json_of(std::vector<Region> const& ledger)
+inline void write(JsonText& json, Loss const& loss)
 {
-    auto json = nlohmann::ordered_json::array();
-    for (auto const& region : ledger)
-        json.push_back({{"region", std::string(region.name.text, region.name.size)},
-                        {"bytes", region.bytes},
-                        {"what", region.what},
-                        {"budgeted", region.budgeted}});
-    return json;
+    json.object([&] {
+        json.member("id", static_cast<std::uint32_t>(loss.id));
+        json.member("cause", to_string(loss.cause));
+        json.key("tile");
+        if (loss.tile != Loss::whole) json.value(loss.tile);
+        else json.value(nullptr);
+    });
+}
+
+inline void write(JsonText& json, ReportField const& field, std::string_view name, FrameReport const& r)
+{
+    json.key(name);
+    if (field.name == "lost")
+        json.array([&] {
+            for (auto const& loss : r.lost) {
+                json.item();
+                write(json, loss);
+            }
+        });
+    else if (field.exact()) json.value(field.count(r));
+    else json.value(field.milliseconds(r));
+}
+
+inline std::string text_of(RunFrame const& frame)
+{
+    JsonText json;
+    auto const& r = frame.report;
+    json.object([&] {
+        json.member("camera", r.camera);
+        json.list("size_px", std::array{r.width, r.height});
+        json.list("grid", frame.grid);
+        json.list("tile_px", frame.tile_px);
+        if (!frame.image.empty()) json.member("image", frame.image);
+        if (!frame.depth.empty()) json.member("depth", frame.depth);
+        if (!frame.alpha.empty()) json.member("alpha", frame.alpha);
+        for (auto const* field = std::begin(report_fields); field != std::end(report_fields); ++field) {
+            auto const group = field->group();
+            if (group == "size_px") continue; // an array, above
+            if (group.empty()) {
+                write(json, *field, field->name, r);
+                continue;
+            }
+            auto const of_group = [&](auto const& other) { return other.group() == group; };
+            if (std::find_if(std::begin(report_fields), field, of_group) != field) continue; // written with the first of its group
+            json.key(group);
+            json.object([&] {
+                for (auto const& other : report_fields)
+                    if (of_group(other)) write(json, other, other.leaf(), r);
+            });
+        }
+        if (frame.error) {
+            json.key("error");
+            write(json, *frame.error);
+        }
+        if (frame.error_same_cuts) {
+            json.key("error_same_cuts");
+            write(json, *frame.error_same_cuts);
+        }
+    });
+    return json.text();
+}
+
+inline void write(JsonText& json, std::vector<Region> const& ledger)
+{
+    json.array([&] {
+        for (auto const& region : ledger) {
+            json.item();
+            json.object([&] {
+                json.member("region", std::string_view(region.name.text, region.name.size));
+                json.member("bytes", region.bytes);
+                json.member("what", region.what);
+                json.member("budgeted", region.budgeted);
+            });
+        }
+    });
+}
+
+inline void write_machine(JsonText& json, RunReport const& run)
+{
+    auto const size = [&](std::string_view name, auto const& of_first) {
+        if (run.frames.empty()) json.member(name, nullptr);
+        else json.list(name, of_first(run.frames.front()));
+    };
+    std::uint64_t budgeted = 0, outside = 0;
+    for (auto const& region : run.machine.ledger) (region.budgeted ? budgeted : outside) += region.bytes;
+    json.object([&] {
+        json.member("name", run.machine.name);
+        size("grid", [](RunFrame const& frame) { return frame.grid; });
+        size("tile_px", [](RunFrame const& frame) { return frame.tile_px; });
+        json.member("sram_bytes", run.machine.sram_bytes);
+        json.member("storage_slots", run.machine.storage_slots);
+        json.member("channel_slots", run.machine.channel_slots);
+        json.member("budgeted_bytes", budgeted);
+        json.key("ledger");
+        write(json, run.machine.ledger);
+        if (outside != 0)
+            json.member("note", "regions with budgeted = false, " + std::to_string(outside) +
+                                    " bytes, are lists that our kernels keep and that the budget of preset " + run.preset +
+                                    " has no room for");
+    });
 }
 
 /// report.json without its frames.
-inline nlohmann::ordered_json json_of_head(RunReport const& run)
+inline std::string text_of_head(RunReport const& run)
 {
-    using Json = nlohmann::ordered_json;
-    Json json;
-    json["map"] = {{"name", run.map.name},
-                   {"path", run.map.path.empty() ? Json(nullptr) : Json(run.map.path)},
-                   {"gaussians", run.map.gaussians},
-                   {"rejected", run.map.rejected},
-                   {"notes", run.map.notes}};
+    JsonText json;
+    json.object([&] {
+        json.key("map");
+        json.object([&] {
+            json.member("name", run.map.name);
+            json.key("path");
+            if (run.map.path.empty()) json.value(nullptr);
+            else json.value(run.map.path);
+            json.member("gaussians", run.map.gaussians);
+            json.member("rejected", run.map.rejected);
+            json.list("notes", run.map.notes);
+        });
+        json.key("machine");
+        write_machine(json, run);
+        json.member("preset", run.preset);
+        json.key("policies");
+        json.object([&] {
+            auto const& p = run.policies;
+            json.member("routing", p.routing);
+            json.member("addressing", p.addressing);
+            json.member("saturation", p.saturation);
+            json.member("footprint", p.footprint);
+            json.member("copies", p.copies);
+            json.member("pixels", p.pixels);
+            json.member("arithmetic", p.arithmetic);
+            json.key("hops");
+            if (p.hops == 0) json.value("quiet");
+            else json.value(p.hops);
+        });
+        json.member("quality", run.quality);
+        json.key("cut_offs");
+        json.object([&] {
+            for (auto const& [name, value] : {std::pair("alpha_min", run.cut_offs.alpha_min),
+                                              std::pair("transmittance_min", run.cut_offs.transmittance_min),
+                                              std::pair("alpha_max", run.cut_offs.alpha_max)}) {
+                json.key(name);
+                json.finite(double{value});
+            }
+        });
+        json.key("features");
+        json.array([&] {
+            for (auto const& feature : run.features) {
+                json.item();
+                json.object([&] {
+                    json.member("feature", feature.name);
+                    json.member("kept", feature.kept);
+                    json.member("why", feature.why);
+                });
+            }
+        });
+        json.member("engine", run.engine);
+        json.member("threads", run.threads);
+        json.list("notes", run.notes);
+    });
+    return json.text();
+}
 
-    auto& machine = json["machine"];
-    machine["name"] = run.machine.name;
-    machine["grid"] = run.frames.empty() ? Json(nullptr) : Json(run.frames.front().grid);
-    machine["tile_px"] = run.frames.empty() ? Json(nullptr) : Json(run.frames.front().tile_px);
-    machine["sram_bytes"] = run.machine.sram_bytes;
-    machine["storage_slots"] = run.machine.storage_slots;
-    machine["channel_slots"] = run.machine.channel_slots;
-    std::uint64_t budgeted = 0, outside = 0;
-    for (auto const& region : run.machine.ledger) (region.budgeted ? budgeted : outside) += region.bytes;
-    machine["budgeted_bytes"] = budgeted;
-    machine["ledger"] = detail::json_of(run.machine.ledger);
-    if (outside != 0)
-        machine["note"] = "regions with budgeted = false, " + std::to_string(outside) +
-                          " bytes, are lists that our kernels keep and that the budget of preset " + run.preset +
-                          " has no room for";
-
-    json["preset"] = run.preset;
-    json["policies"] = {{"routing", run.policies.routing},       {"addressing", run.policies.addressing},
-                        {"saturation", run.policies.saturation}, {"footprint", run.policies.footprint},
-                        {"copies", run.policies.copies},         {"pixels", run.policies.pixels},
-                        {"arithmetic", run.policies.arithmetic}};
-    json["policies"]["hops"] = run.policies.hops == 0 ? Json("quiet") : Json(run.policies.hops);
-    json["quality"] = run.quality;
-    json["cut_offs"] = {{"alpha_min", finite_or_null(run.cut_offs.alpha_min)},
-                        {"transmittance_min", finite_or_null(run.cut_offs.transmittance_min)},
-                        {"alpha_max", finite_or_null(run.cut_offs.alpha_max)}};
-    json["features"] = Json::array();
-    for (auto const& feature : run.features)
-        json["features"].push_back({{"feature", feature.name}, {"kept", feature.kept}, {"why", feature.why}});
-    json["engine"] = run.engine;
-    json["threads"] = run.threads;
-    json["notes"] = run.notes;
-    return json;
+/// Calls `put(text)` for each piece of report.json: the head, then frame after frame.
+template <class Put>
+void put_json(RunReport const& run, Put const& put)
+{
+    auto head = text_of_head(run);
+    head.resize(head.size() - 2); // without "\n}"
+    put(head);
+    put(",\n \"frames\": [");
+    for (auto const& frame : run.frames) {
+        put(&frame == run.frames.data() ? "\n" : ",\n");
+        put(text_of(frame));
+    }
+    put("\n ]\n}\n");
 }
 
 } // namespace detail
@@ -136,10 +301,9 @@ inline nlohmann::ordered_json json_of_head(RunReport const& run)
 /// `machine.note` says so, and `machine.budgeted_bytes` leaves them out.
 inline nlohmann::ordered_json json_of(RunReport const& run)
 {
-    auto json = detail::json_of_head(run);
-    json["frames"] = nlohmann::ordered_json::array();
-    for (auto const& frame : run.frames) json["frames"].push_back(detail::json_of(frame));
-    return json;
+    std::string text;
+    detail::put_json(run, [&](std::string_view piece) { text += piece; });
+    return nlohmann::ordered_json::parse(text);
 }
 
 /// Writes `json_of(run)` as UTF-8 text, whole or not at all. Bytes of a path that are no UTF-8 become U+FFFD. Throws
@@ -147,20 +311,7 @@ inline nlohmann::ordered_json json_of(RunReport const& run)
 /// has 15 MB of it.
 inline void write_json(std::filesystem::path const& path, RunReport const& run)
 {
-    auto const text_of = [](nlohmann::ordered_json const& json) {
-        return json.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
-    };
-    detail::write_in_pieces(path, "the report", [&](auto const& put) {
-        auto head = text_of(detail::json_of_head(run));
-        head.resize(head.size() - 2); // without "\n}"
-        put(head);
-        put(",\n \"frames\": [");
-        for (auto const& frame : run.frames) {
-            put(&frame == run.frames.data() ? "\n" : ",\n");
-            put(text_of(detail::json_of(frame)));
-        }
-        put("\n ]\n}\n");
-    });
+    detail::write_in_pieces(path, "the report", [&](auto const& put) { detail::put_json(run, put); });
 }
 
 } // namespace tilemesh::report

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdio>
 #include <filesystem>
+#include <new>
 #include <span>
 #include <string>
 #include <string_view>
@@ -35,6 +36,7 @@ void write_in_pieces(std::filesystem::path const& path, std::string const& room,
     bool const straight = type == fs::file_type::character || type == fs::file_type::block || type == fs::file_type::fifo ||
                           type == fs::file_type::socket;
     auto const fail = [&](std::error_code why) {
+        if (why == std::errc::not_enough_memory) throw std::bad_alloc();
         throw Error("cannot write " + path.string() + " (" + why.message() + "); name a writable place with room for " + room);
     };
     auto const system_error = [] { return std::error_code(errno != 0 ? errno : EIO, std::generic_category()); };
@@ -85,8 +87,8 @@ void write_in_pieces(std::filesystem::path const& path, std::string const& room,
 /// leaves its part. A file that is replaced gets the permissions of a new one. A symbolic link is followed. Into a device or
 /// a pipe the bytes are written directly.
 ///
-/// Throws `tilemesh::Error` with the system's reason when the bytes cannot be written. Cost: the bytes on disk, beside those of
-/// the old file until the rename; no copy in memory.
+/// Throws `tilemesh::Error` with the system's reason when the bytes cannot be written; `std::bad_alloc` without memory.
+/// Cost: the bytes on disk, beside those of the old file until the rename; no copy in memory.
 inline void write_whole(std::filesystem::path const& path, std::string_view header, std::span<std::byte const> body = {})
 {
     detail::write_in_pieces(path, std::to_string(header.size() + body.size()) + " bytes", [&](auto const& put) {

@@ -121,6 +121,7 @@ TILEMESH_HOST Image read_pfm(std::filesystem::path const& path)
     if (refused) fail(refused.message(), "name a PFM file");
     errno = 0;
     std::ifstream in{path, std::ios::binary};
+    if (!in && errno == ENOMEM) throw std::bad_alloc();
     if (!in) fail(detail::last_system_error(), "name a readable PFM file");
 
     // The longest header with two 10-digit sizes and a plain scale is far below 128 bytes.
@@ -132,6 +133,7 @@ TILEMESH_HOST Image read_pfm(std::filesystem::path const& path)
     if (!text.starts_with("PF")) fail("no magic \"PF\": not a PFM file", "name a PFM file");
 
     std::istringstream header{text.substr(2)};
+    header.exceptions(std::ios::badbit); // no memory is no bad header
     header.imbue(std::locale::classic());
     std::int64_t width = 0;
     std::int64_t height = 0;

@@ -1,12 +1,14 @@
 #pragma once
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <charconv>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <istream>
+#include <new>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -120,9 +122,12 @@ inline std::ifstream open_file(std::filesystem::path const& path, std::uint64_t 
     if (!failed && bytes > most_bytes)
         throw Error(name + " is too long (" + std::to_string(bytes) + " bytes, " + std::to_string(most_bytes) +
                     " are read); name " + wanted);
+    errno = 0;
     std::ifstream stream(path, std::ios::binary);
-    if (!stream) throw Error(name + " cannot be opened (no permission); check its access rights");
-    return stream;
+    if (stream) return stream;
+    if (errno == ENOMEM) throw std::bad_alloc();
+    if (errno == EACCES) throw Error(name + " cannot be opened (no permission); check its access rights");
+    throw Error(name + " cannot be opened (" + std::generic_category().message(errno) + "); try again, or copy the file");
 }
 
 /// Reads lines that end in LF or CR LF, the last one also without; skips a byte order mark. Keeps one line of at most 64 KiB:

@@ -1,0 +1,259 @@
+// torture_program RENDER_MAP FAILING_CALLS CORPUS
+// Runs a program's command lines again and again on a tiny map, with the library FAILING_CALLS in front of the system: the k-th allocation,
+// open, write, rename, fsync, mkdir or thread fails, alone or with all after it, for every k up to the last. Each run ends with status 0 and
+// the right files, or with status 2 and one line "<problem> (<why>); <what to do>"; a file is whole, or as it was; nothing else is left
+// behind, and the inputs stay. Unless the environment variable TILEMESH_TORTURE is "all", about four values of k for each kind and
+// command line. The last lines are a table.
+#include "torture.hpp"
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <cstdlib>
+#include <fcntl.h>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <iterator>
+#include <map>
+#include <new>
+#include <regex>
+#include <string>
+#include <sys/mman.h>
+#include <sys/wait.h>
+#include <unistd.h>
+#include <vector>
+
+namespace {
+
+namespace fs = std::filesystem;
+using torture::Kind;
+using torture::Page;
+
+std::string contents(fs::path const& path)
+{
+    std::ifstream in(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+}
+
+/// The files below a folder: path and text. Host times are 0: they differ from run to run.
+using Files = std::map<std::string, std::string>;
+Files files_of(fs::path const& folder)
+{
+    static std::regex const times("\"host_ms\": \\{[^}]*\\}");
+    Files all;
+    if (!fs::exists(folder)) return all;
+    for (auto const& entry : fs::recursive_directory_iterator(folder)) {
+        if (!entry.is_regular_file()) continue;
+        auto& text = all[entry.path().lexically_relative(folder).string()];
+        text = contents(entry.path());
+        if (entry.path().extension() == ".json") text = std::regex_replace(text, times, "");
+    }
+    return all;
+}
+
+struct Ended {
+    int status = 0;   ///< 128 + the signal where one ended it
+    std::string out, err;
+};
+
+class Driver {
+public:
+    Driver(fs::path program, fs::path failing) : program_(std::move(program)), failing_(std::move(failing))
+    {
+        auto name = (fs::temp_directory_path() / "tilemesh_torture_XXXXXX").string();
+        if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
+        work_ = name;
+        auto const file = (work_ / "page").string();
+        file_ = ::open(file.c_str(), O_RDWR | O_CREAT, 0600);
+        if (file_ < 0 || ::ftruncate(file_, sizeof(Page)) != 0) throw std::runtime_error("no file for the page");
+        auto* const at = ::mmap(nullptr, sizeof(Page), PROT_READ | PROT_WRITE, MAP_SHARED, file_, 0);
+        if (at == MAP_FAILED) throw std::runtime_error("no memory for the page");
+        page_ = new (at) Page;
+        fs::create_directory(work_ / "in");
+    }
+    ~Driver() { fs::remove_all(work_); }
+    Driver(Driver const&) = delete;
+    Driver& operator=(Driver const&) = delete;
+
+    fs::path work() const { return work_; }
+    Page& page() { return *page_; }
+
+    Ended run(std::vector<std::string> const& words)
+    {
+        auto const child = ::fork();
+        if (child < 0) throw std::runtime_error("no process");
+        if (child == 0) {
+            if (::chdir(work_.c_str()) != 0) ::_exit(99);
+            ::dup2(::open("/dev/null", O_RDONLY), 0);
+            ::dup2(::open("stdout", O_WRONLY | O_CREAT | O_TRUNC, 0600), 1);
+            ::dup2(::open("stderr", O_WRONLY | O_CREAT | O_TRUNC, 0600), 2);
+            ::setenv("TILEMESH_TORTURE_PAGE", std::to_string(file_).c_str(), 1);
+            ::setenv("LD_PRELOAD", failing_.c_str(), 1);
+            std::vector<char*> arguments;
+            auto program = program_.string();
+            arguments.push_back(program.data());
+            auto copy = words;
+            for (auto& word : copy) arguments.push_back(word.data());
+            arguments.push_back(nullptr);
+            ::alarm(60); // what hangs is ended, and counts as wrong
+            ::execv(program.c_str(), arguments.data());
+            ::_exit(98);
+        }
+        int status = 0;
+        while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {}
+        Ended ended;
+        ended.status = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+        ended.out = contents(work_ / "stdout");
+        ended.err = contents(work_ / "stderr");
+        return ended;
+    }
+
+private:
+    fs::path program_, failing_, work_;
+    int file_ = -1;
+    Page* page_ = nullptr;
+};
+
+bool is_refusal(std::string const& text)
+{
+    static std::regex const form("[^(\\n][^\\n]* \\([^\\n]*\\); [^\\n]+\\n");
+    return std::regex_match(text, form);
+}
+
+struct Row {
+    std::string name;
+    std::uint64_t last = 0, runs = 0, right = 0, refused = 0, wrong = 0;
+};
+
+struct Command {
+    char const* name;
+    std::vector<std::string> words;
+};
+
+std::vector<Command> commands()
+{
+    return {
+        {"render", {"in/map.ply", "--size", "40x30", "--grid", "3x2", "--threads", "1", "--out", "files/out", "--report", "files/out/report.json",
+                    "--float", "--depth", "--alpha", "--orbit", "20", "--frames", "2"}},
+        {"trace", {"in/map.ply", "--cameras", "in/own.json", "--camera", "desk/front", "--size", "40x30", "--grid", "3x2", "--threads", "1", "--out", "files/out",
+                   "--trace", "files/trace", "--follow", "1", "--explain"}},
+        {"checked", {"in/map.ply", "--cameras", "in/training.json", "--size", "40x30", "--grid", "3x2", "--engine", "sequential", "--out",
+                     "files/out", "--quiet"}},
+        {"threads", {"in/map.ply", "--trajectory", "in/plain.tum", "--relative", "--frames", "2", "--size", "40x30", "--grid", "3x2", "--threads", "3",
+                     "--out", "files/out", "--reference", "--quiet"}},
+        {"colmap", {"in/map.ply", "--cameras", "in/model", "--size", "40x30", "--grid", "3x2", "--threads", "1", "--out", "files/out", "--preset", "paper"}},
+        {"help", {"--help"}},
+        {"refusal", {"in/no_such_map.ply"}},
+    };
+}
+
+/// What is wrong with a run; empty: nothing.
+std::string fault(Ended const& ended, Ended const& right, Files const& now, Files const& right_files, Files const& old)
+{
+    if (ended.status != 0 && ended.status != 2) return "status " + std::to_string(ended.status) + ": " + ended.err;
+    if (ended.status == right.status) { // whatever failed, it went on
+        if (ended.err == right.err && now == right_files && (ended.status == 2 || ended.out.size() == right.out.size() || !right_files.empty())) return {};
+        if (ended.status == 0) return "status 0, and another result: " + ended.err;
+    }
+    if (!is_refusal(ended.err)) return "not one line of an error: " + ended.err;
+    for (auto const& [name, text] : now) {
+        auto const before = old.find(name), after = right_files.find(name);
+        bool const as_before = before != old.end() && before->second == text, as_after = after != right_files.end() && after->second == text;
+        bool const of_frames_done = text.find("stopped after frame") != std::string::npos && text.ends_with("}\n");
+        if (!as_before && !as_after && !of_frames_done) return "a part of " + name + " is left; " + ended.err;
+    }
+    for (auto const& [name, text] : old)
+        if (now.find(name) == now.end()) return name + " is lost; " + ended.err;
+    return {};
+}
+
+} // namespace
+
+int main(int argc, char** argv)
+try {
+    char const* const wanted = std::getenv("TILEMESH_TORTURE");
+    bool const all = wanted != nullptr && std::string(wanted) == "all";
+    std::vector<fs::path> paths;
+    for (int i = 1; i < argc; ++i) paths.push_back(fs::absolute(argv[i]));
+    if (paths.size() != 3) {
+        std::cerr << "torture_program: three paths are needed; usage: torture_program RENDER_MAP FAILING_CALLS CORPUS\n";
+        return 2;
+    }
+    Driver driver(paths[0], paths[1]);
+    auto const in = driver.work() / "in";
+    fs::copy_file(paths[2] / "ply" / "little_endian.ply", in / "map.ply");
+    for (auto const* name : {"own.json", "training.json"}) fs::copy_file(paths[2] / "cameras" / name, in / name);
+    fs::copy_file(paths[2] / "trajectory" / "plain.tum", in / "plain.tum");
+    fs::create_directory(in / "model");
+    std::ofstream(in / "model" / "cameras.txt") << "1 PINHOLE 64 48 50 50 32 24\n";
+    std::ofstream(in / "model" / "images.txt") << "1 1 0 0 0 0 0 0 1 a.png\n\n";
+    auto const inputs = files_of(in);
+
+    auto const files = driver.work() / "files";
+    std::vector<Row> rows;
+    for (auto const& command : commands()) {
+        // An output that is already there must be whole after every run: as it was, or new. Every second run finds the outputs of an earlier one.
+        auto const prepare = [&](Files const& old) {
+            fs::remove_all(files);
+            fs::create_directory(files);
+            for (auto const& [name, text] : old) {
+                fs::create_directories((files / name).parent_path());
+                std::ofstream(files / name, std::ios::binary) << text;
+            }
+        };
+        for (std::uint32_t kind = 0; kind < std::size(torture::names); ++kind) {
+            auto const name = std::string(command.name) + ", " + torture::names[kind];
+            auto& page = driver.page();
+            auto const order = [&](std::uint64_t first, bool alone) {
+                page.kind = static_cast<Kind>(kind);
+                page.alone = alone ? 1 : 0;
+                page.first = first;
+                page.calls = 0;
+            };
+            order(0, true);
+            prepare({});
+            auto const right = driver.run(command.words);
+            auto const right_files = files_of(files);
+            if (right.status != 0 && std::string(command.name) != "refusal") {
+                std::cerr << "torture_program: " << command.name << " ends with status " << right.status << ": " << right.err;
+                return 1;
+            }
+            Files old;
+            for (auto const& [file, text] : right_files) old[file] = "as it was\n";
+            Row row{name, page.calls, 0, 0, 0, 0};
+            constexpr std::uint64_t thinned = 4;
+            auto const step = all ? 1 : std::max<std::uint64_t>(1, row.last / thinned);
+            for (bool const alone : {true, false})
+                for (std::uint64_t k = 1; k <= row.last; k += step) {
+                    auto const& before = k / step % 2 == 0 ? old : Files{};
+                    prepare(before);
+                    order(k, alone);
+                    auto const ended = driver.run(command.words);
+                    ++row.runs;
+                    auto what = fault(ended, right, files_of(files), right_files, before);
+                    if (what.empty() && files_of(in) != inputs) what = "an input changed";
+                    if (what.empty()) {
+                        ++(ended.status == 0 ? row.right : row.refused);
+                    } else if (++row.wrong <= 5) {
+                        std::cout << "WRONG: " << name << ", k " << k << (alone ? "" : " and all after") << ": " << what << std::endl;
+                    }
+                }
+            rows.push_back(row);
+        }
+    }
+    std::printf("%-24s %8s %8s %8s %8s %8s\n", "case", "last k", "runs", "right", "refused", "wrong");
+    Row sum{"all", 0, 0, 0, 0, 0};
+    for (auto const& row : rows) {
+        sum.last += row.last, sum.runs += row.runs, sum.right += row.right, sum.refused += row.refused, sum.wrong += row.wrong;
+        if (row.last == 0) continue;
+        std::printf("%-24s %8llu %8llu %8llu %8llu %8llu\n", row.name.c_str(), static_cast<unsigned long long>(row.last),
+                    static_cast<unsigned long long>(row.runs), static_cast<unsigned long long>(row.right), static_cast<unsigned long long>(row.refused),
+                    static_cast<unsigned long long>(row.wrong));
+    }
+    std::printf("%-24s %8llu %8llu %8llu %8llu %8llu\n", "all", static_cast<unsigned long long>(sum.last), static_cast<unsigned long long>(sum.runs),
+                static_cast<unsigned long long>(sum.right), static_cast<unsigned long long>(sum.refused), static_cast<unsigned long long>(sum.wrong));
+    return sum.wrong == 0 && sum.runs != 0 ? 0 : 1;
+} catch (std::exception const& error) {
+    std::cerr << "torture_program: " << error.what() << '\n';
+    return 2;
+}
