@@ -99,19 +99,19 @@ void require_gaussians(scene::Map const& map)
 // --- the run -----------------------------------------------------------------------------------
 
 /// Writes what was rendered, and says in `frame` under which names.
-void write_frame(Options const& options, std::filesystem::path const& out, std::size_t index,
-                 tilemesh::RenderedFrame const& rendered, report::RunFrame& frame)
+void write_frame(Options const& options, std::size_t index, tilemesh::RenderedFrame const& rendered, report::RunFrame& frame)
 {
+    auto const path = [&](char const* extension) { return render_map::frame_path(options, index, extension); };
     frame.image = render_map::frame_file(index, ".png");
-    render_map::write_png(out / frame.image, rendered.image);
-    if (options.pfm) report::write_pfm(out / render_map::frame_file(index, ".pfm"), rendered.image);
+    render_map::write_png(path(".png"), rendered.image);
+    if (options.pfm) report::write_pfm(path(".pfm"), rendered.image);
     if (options.choice.depth) {
         frame.depth = render_map::frame_file(index, ".depth.pfm");
-        report::write_pfm(out / frame.depth, rendered.depth);
+        report::write_pfm(path(".depth.pfm"), rendered.depth);
     }
     if (options.choice.alpha) {
         frame.alpha = render_map::frame_file(index, ".alpha.pfm");
-        report::write_pfm(out / frame.alpha, rendered.alpha);
+        report::write_pfm(path(".alpha.pfm"), rendered.alpha);
     }
 }
 
@@ -159,8 +159,7 @@ tilemesh::RenderedFrame render(render_map::AnyRenderer& renderer, splat::Camera 
 
 /// Renders and writes every frame, or those before an interrupt, into `result`.
 void render_frames(Options const& options, scene::Map const& map, std::vector<render_map::Shot> const& shots,
-                   render_map::AnyRenderer& renderer, std::filesystem::path const& out, render_map::TraceOutput* trace,
-                   Progress& progress, report::RunReport& result)
+                   render_map::AnyRenderer& renderer, render_map::TraceOutput* trace, Progress& progress, report::RunReport& result)
 {
     auto* const instruments = dynamic_cast<render_map::Instruments*>(&renderer);
     if (instruments && options.follow) instruments->follow(splat::GaussianId{*options.follow});
@@ -176,7 +175,7 @@ void render_frames(Options const& options, scene::Map const& map, std::vector<re
         frame.tile_px = {renderer.tile().width, renderer.tile().height};
 
         progress.say_frame("writing");
-        write_frame(options, out, i, rendered, frame);
+        write_frame(options, i, rendered, frame);
         if (trace && instruments) trace->add_frame(i, frame, rendered.image, *instruments);
         // Two references take longer than all the rest: an interrupted frame goes without.
         if (options.reference && render_map::interrupt() == 0) {
@@ -191,6 +190,14 @@ void render_frames(Options const& options, scene::Map const& map, std::vector<re
         }
         result.frames.push_back(std::move(frame));
     }
+}
+
+/// Says in the run's notes what its pictures lack, and gives the whole text back, with what to do about it.
+std::string note_missing(report::RunReport& run)
+{
+    auto const text = render_map::missing_text(run);
+    if (!text.empty()) run.notes.push_back(text.substr(0, text.rfind(';')));
+    return text;
 }
 
 /// The whole run; the exit status.
@@ -226,10 +233,11 @@ int run(Options const& options)
 
     auto* const tracing = trace ? &*trace : nullptr;
     try {
-        render_frames(options, map, shots, *renderer, out, tracing, progress, result);
+        render_frames(options, map, shots, *renderer, tracing, progress, result);
     } catch (std::exception const& error) {
         // The frames that are done are written; their report must not be lost with the one that failed.
         if ((options.report || trace) && !result.frames.empty()) {
+            note_missing(result);
             result.notes.push_back("stopped after frame " + std::to_string(result.frames.size()) + " of " +
                                    std::to_string(shots.size()) + ": " + error.what());
             try {
@@ -250,17 +258,20 @@ int run(Options const& options)
                                               "; the frames written are whole, start again for the rest";
         result.notes.push_back(stopped.substr(0, stopped.find(';')));
     }
+    auto const missing = note_missing(result);
     if (options.report) report::write_json(*options.report, result);
     if (trace && !result.frames.empty()) trace->finish(result);
+    if (!missing.empty()) std::cerr << render_map::one_line(missing) << std::endl;
     if (!stopped.empty()) {
         std::cerr << stopped << std::endl;
         return 128 + render_map::interrupt();
     }
+    int const status = options.strict && !missing.empty() ? 1 : 0;
     std::ostringstream summary;
     if (options.explain) render_map::explain(summary, result);
     if (options.quiet) {
         render_map::print(summary.str(), "the pictures are written; leave out --explain");
-        return 0;
+        return status;
     }
     render_map::print_summary(summary, result);
     if (trace) summary << '\n' << trace->summary();
@@ -268,7 +279,7 @@ int run(Options const& options)
     if (trace)
         summary << "wrote " << render_map::one_line((*options.trace / "report.html").string()) << ", and the trace beside it\n";
     render_map::print(summary.str(), "the pictures are written; --quiet leaves the summary out");
-    return 0;
+    return status;
 }
 
 /// Bad input ends in one line, whatever the names in it hold.

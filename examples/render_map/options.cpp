@@ -77,6 +77,12 @@ std::filesystem::path file(std::string_view option, std::string_view text)
     return text;
 }
 
+/// A file that the run reads. Every option that names one takes it here, so that nothing is written over it.
+std::filesystem::path input(Options& options, std::string_view option, std::string_view text)
+{
+    return options.inputs.emplace_back(file(option, text));
+}
+
 template <class T>
 struct Word {
     char const* word;
@@ -108,7 +114,7 @@ constexpr std::uint32_t most_threads = 1024;
 
 constexpr Option options[] = {
     {"--cameras", "FILE", "cameras from a file (see below); without --camera all of the map's scene",
-     [](Options& o, auto name, auto text) { o.cameras = file(name, text); }},
+     [](Options& o, auto name, auto text) { o.cameras = input(o, name, text); }},
     {"--camera", "SCENE/NAME", "one camera of that file; NAME alone where it is unique",
      [](Options& o, auto name, auto text) {
          // Longer than any name in a camera file; the error that lists the names would not fit a screen.
@@ -122,7 +128,7 @@ constexpr Option options[] = {
     {"--frames", "N", "frames of the orbit, or the first N poses of the trajectory",
      [](Options& o, auto name, auto text) { o.frames = whole_number(name, text, most_frames); }},
     {"--trajectory", "FILE", "a frame for each pose of a TUM file (camera to world), lens of --camera",
-     [](Options& o, auto name, auto text) { o.trajectory = file(name, text); }},
+     [](Options& o, auto name, auto text) { o.trajectory = input(o, name, text); }},
     {"--relative", "", "the trajectory's motion since its first pose, on top of the camera",
      [](Options& o, auto, auto) { o.relative = true; }},
     {"--size", "WxH", "pixels [the camera's own; 1280x720 where none is named]",
@@ -229,14 +235,16 @@ constexpr Option options[] = {
          o.choice.trace = true;
      }},
     {"--cost-model", "FILE", "what a trace is put through, a text as DIR/model.txt [mk2]",
-     [](Options& o, auto name, auto text) { o.cost_model = file(name, text); }},
+     [](Options& o, auto name, auto text) { o.cost_model = input(o, name, text); }},
     {"--energy", "FILE", "joules of a trace: what each event takes, and where that is from (see below)",
-     [](Options& o, auto name, auto text) { o.energy = file(name, text); }},
+     [](Options& o, auto name, auto text) { o.energy = input(o, name, text); }},
     {"--follow", "ID", "the life of one Gaussian (1 + its row): DIR/follow_ID.csv",
      [](Options& o, auto name, auto text) { o.follow = whole_number(name, text, 0xffffffffu); }},
     {"--explain", "", "what was left out for this map and these cameras, and why",
      [](Options& o, auto, auto) { o.explain = true; }},
     {"--quiet", "", "no progress, no table", [](Options& o, auto, auto) { o.quiet = true; }},
+    {"--strict", "", "status 1 where a picture lacks something that found no room",
+     [](Options& o, auto, auto) { o.strict = true; }},
     {"--version", "", "the version", [](Options& o, auto, auto) { o.version = true; }},
     {"--help", "", "this text", [](Options& o, auto, auto) { o.help = true; }},
 };
@@ -335,7 +343,7 @@ Options parse_options(std::span<char const* const> words)
             if (!result.map.empty())
                 throw Error("two maps, " + in_quotes(result.map.string()) + " and " + in_quotes(word) +
                             " (one run renders one map); name one");
-            result.map = file("the map's name", word);
+            result.map = input(result, "the map's name", word);
             continue;
         }
         if (word == "--") {
@@ -446,11 +454,13 @@ std::string help_text()
                   "  all frames, and for each frame .tiles.csv and .supersteps.csv, .heat.csv and .heat_*.png,\n"
                   "  .trace.json (ui.perfetto.dev), and with --energy .energy.csv; where --most-passes ends a run,\n"
                   "  no_progress.txt, which says what the tiles repeat.\n"
+                  "  No file that the run reads is written over, whatever links lead to it, and none of its own twice.\n"
                   "  A file has its name only when it is whole. Ctrl-C finishes the frame in work, writes the report\n"
                   "  of the frames that are done, and ends; a second one ends at once.\n"
                   "\n"
                   "Exit status\n"
                   "  0; 2 with one line on standard error when something is wrong: what, why, and what to do;\n"
+                  "  1 with --strict where a picture lacks something, which a line on standard error says in any case;\n"
                   "  130 after SIGINT (Ctrl-C), 143 after SIGTERM.\n";
 }
 
