@@ -243,6 +243,8 @@ constexpr Option options[] = {
     {"--explain", "", "what was left out for this map and these cameras, and why",
      [](Options& o, auto, auto) { o.explain = true; }},
     {"--quiet", "", "no progress, no table", [](Options& o, auto, auto) { o.quiet = true; }},
+    {"--resume", "", "go on after a run that was cut off: keep a list of finished frames in --out",
+     [](Options& o, auto, auto) { o.resume = true; }},
     {"--strict", "", "status 1 where a picture lacks something that found no room",
      [](Options& o, auto, auto) { o.strict = true; }},
     {"--version", "", "the version", [](Options& o, auto, auto) { o.version = true; }},
@@ -256,6 +258,9 @@ constexpr struct {
               {"--preset", "The machine and its rules"},
               {"--engine", "The host"},
               {"--out", "What comes out"}};
+
+/// Options that change no picture and no counter. A run that resumes another may have others of them.
+constexpr std::string_view beside_frames[] = {"--threads", "--out", "--report", "--resume", "--explain", "--quiet", "--strict"};
 
 /// What no single option can know: which of them go together.
 void check_together(Options const& o, std::vector<std::string_view> const& given)
@@ -283,6 +288,9 @@ void check_together(Options const& o, std::vector<std::string_view> const& given
     needs("--cost-model", "--trace", "cycles are modelled from a trace");
     needs("--energy", "--trace", "energy is counted from a trace");
     needs("--follow", "--trace", "what is followed is written beside a trace");
+
+    if (o.resume && o.trace)
+        throw Error("--resume and --trace are both given (the report of a trace needs every tile of every frame); leave one of them out");
 
     auto const own = setup_of(o.choice, 0);
     auto const at_most = [&](std::string_view option, std::uint32_t asked, std::uint32_t most) {
@@ -376,6 +384,8 @@ Options parse_options(std::span<char const* const> words)
                         "); write it behind the option, or behind = where it begins with --");
         }
         option->set(result, option->name, text);
+        if (std::find(std::begin(beside_frames), std::end(beside_frames), option->name) == std::end(beside_frames))
+            result.shaping.push_back(std::string(option->name) + (option->value.empty() ? "" : "=" + std::string(text)));
         if (result.help || result.version) return result;
     }
 
@@ -455,8 +465,12 @@ std::string help_text()
                   "  .trace.json (ui.perfetto.dev), and with --energy .energy.csv; where --most-passes ends a run,\n"
                   "  no_progress.txt, which says what the tiles repeat.\n"
                   "  No file that the run reads is written over, whatever links lead to it, and none of its own twice.\n"
-                  "  A file has its name only when it is whole. Ctrl-C finishes the frame in work, writes the report\n"
-                  "  of the frames that are done, and ends; a second one ends at once.\n"
+                  "  With --resume, resume.jsonl lists the finished frames. After a kill or a crash the same command\n"
+                  "  takes over the frames whose files are whole, and ends with the pictures and counters of a run\n"
+                  "  that was not cut off. Another map, option or version is refused.\n"
+                  "  A file has its name only when it is whole; with --report the disk has it by then. Ctrl-C finishes\n"
+                  "  the frame in work, writes the report of the frames that are done, and ends; a second one ends at\n"
+                  "  once.\n"
                   "\n"
                   "Exit status\n"
                   "  0; 2 with one line on standard error when something is wrong: what, why, and what to do;\n"

@@ -1,4 +1,5 @@
 #include "outputs.hpp"
+#include "journal.hpp"
 #include <algorithm>
 #include <cerrno>
 #include <charconv>
@@ -62,17 +63,6 @@ bool is_picture(std::string_view name, Options const& options, std::size_t frame
                        [&](Picture const& p) { return rest == p.extension && p.is_wanted(options); });
 }
 
-/// Every file that the run reads; of a COLMAP model both.
-std::vector<fs::path> files_read(Options const& options)
-{
-    auto files = options.inputs;
-    if (options.cameras && tilemesh::scene::names_colmap(*options.cameras)) {
-        auto const [cameras, images] = tilemesh::scene::colmap_files(*options.cameras);
-        files.insert(files.end(), {cameras, images});
-    }
-    return files;
-}
-
 void check_report(fs::path const& report)
 {
     auto const refuse = [&](std::string const& why) {
@@ -102,6 +92,7 @@ void check_distinct(Options const& options, fs::path const& out, std::size_t fra
         files.write_into(
             *options.trace, [&](std::string const& name) { return is_of_trace(name, options, frames); }, "a file of the trace",
             "name another directory with --trace");
+    if (options.resume) files.write(out / journal_file, "the list of finished frames", "name another directory with --out");
     if (options.report) files.write(*options.report, "the report", report_remedy);
 }
 
@@ -156,6 +147,23 @@ fs::path prepare_outputs(Options const& options, std::size_t frames)
     if (options.report) check_report(*options.report);
     check_distinct(options, out, frames);
     return out;
+}
+
+std::vector<fs::path> files_read(Options const& options)
+{
+    auto files = options.inputs;
+    if (options.cameras && tilemesh::scene::names_colmap(*options.cameras)) {
+        auto const [cameras, images] = tilemesh::scene::colmap_files(*options.cameras);
+        files.insert(files.end(), {cameras, images});
+    }
+    std::error_code ignored; // a folder is named for the files in it; one of those that a model may have need not be there
+    std::erase_if(files, [&](fs::path const& file) { return fs::is_directory(file, ignored) || !fs::exists(file, ignored); });
+    return files;
+}
+
+tilemesh::report::Outlasts outlasts(Options const& options)
+{
+    return options.report ? tilemesh::report::Outlasts::power_loss : tilemesh::report::Outlasts::process;
 }
 
 fs::path frame_path(Options const& options, std::size_t frame, std::string const& extension)

@@ -6,6 +6,8 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include <tilemesh/report/whole_file.hpp>
+#include <vector>
 
 namespace render_map {
 
@@ -24,6 +26,12 @@ inline constexpr char const* no_progress_file = "no_progress.txt";
 
 /// The file of --trace that has one line of counters for each frame.
 inline constexpr char const* counters_file = "frames.csv";
+
+/// Every file that the run reads; of a COLMAP model both.
+std::vector<std::filesystem::path> files_read(Options const& options);
+
+/// A file of a run with --report is on the disk when it has its name: the report does not say what a power loss takes.
+tilemesh::report::Outlasts outlasts(Options const& options);
 
 /// Further files of --trace.
 inline constexpr char const* page_file = "report.html";

@@ -120,7 +120,7 @@ void TraceOutput::write(std::string const& name, std::string const& text) const
 {
     if (!is_of_trace(name, options_, std::numeric_limits<std::size_t>::max()))
         throw std::logic_error(name + " is not in the list of a trace's files"); // so nobody looked what it would replace
-    report::write_whole(folder_ / name, text);
+    report::write_whole(folder_ / name, text, {}, outlasts(options_));
 }
 
 void TraceOutput::remove_old(std::string const& name) const
