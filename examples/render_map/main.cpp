@@ -2,6 +2,7 @@
 #include "choice.hpp"
 #include "explain.hpp"
 #include "instruments.hpp"
+#include "journal.hpp"
 #include "limits.hpp"
 #include "options.hpp"
 #include "outputs.hpp"
@@ -97,21 +98,25 @@ void require_gaussians(scene::Map const& map)
 
 // --- the run -----------------------------------------------------------------------------------
 
-/// Writes what was rendered, and says in `frame` under which names.
-void write_frame(Options const& options, std::filesystem::path const& out, std::size_t index,
-                 tilemesh::RenderedFrame const& rendered, report::RunFrame& frame)
+/// Writes what was rendered, says in `frame` under which names, and gives every file back.
+std::vector<std::filesystem::path> write_frame(Options const& options, std::size_t index, tilemesh::RenderedFrame const& rendered,
+                                               report::RunFrame& frame)
 {
+    std::vector<std::filesystem::path> files;
+    auto const path = [&](char const* extension) { return files.emplace_back(render_map::frame_path(options, index, extension)); };
+    auto const outlasts = render_map::outlasts(options);
     frame.image = render_map::frame_file(index, ".png");
-    render_map::write_png(out / frame.image, rendered.image);
-    if (options.pfm) report::write_pfm(out / render_map::frame_file(index, ".pfm"), rendered.image);
+    render_map::write_png(path(".png"), rendered.image, outlasts);
+    if (options.pfm) report::write_pfm(path(".pfm"), rendered.image, outlasts);
     if (options.choice.depth) {
         frame.depth = render_map::frame_file(index, ".depth.pfm");
-        report::write_pfm(out / frame.depth, rendered.depth);
+        report::write_pfm(path(".depth.pfm"), rendered.depth, outlasts);
     }
     if (options.choice.alpha) {
         frame.alpha = render_map::frame_file(index, ".alpha.pfm");
-        report::write_pfm(out / frame.alpha, rendered.alpha);
+        report::write_pfm(path(".alpha.pfm"), rendered.alpha, outlasts);
     }
+    return files;
 }
 
 /// "frame_0000.png", or "frame_0000.png to frame_0059.png, and each as .pfm and .depth.pfm".
@@ -156,16 +161,24 @@ tilemesh::RenderedFrame render(render_map::AnyRenderer& renderer, splat::Camera 
     }
 }
 
-/// Renders and writes every frame, or those before an interrupt, into `result`.
+/// Renders and writes every frame, or those before an interrupt, into `result`; takes over those that the journal has.
 void render_frames(Options const& options, scene::Map const& map, std::vector<render_map::Shot> const& shots,
-                   render_map::AnyRenderer& renderer, std::filesystem::path const& out, render_map::TraceOutput* trace,
-                   Progress& progress, report::RunReport& result)
+                   render_map::AnyRenderer& renderer, render_map::TraceOutput* trace, render_map::Journal* journal, Progress& progress,
+                   report::RunReport& result)
 {
     auto* const instruments = dynamic_cast<render_map::Instruments*>(&renderer);
     if (instruments && options.follow) instruments->follow(splat::GaussianId{*options.follow});
+    using Way = render_map::Journal::Way;
+    auto const with_pixels = journal ? render_map::needs_pixels(shots, renderer.model(), *journal) : std::vector<bool>();
     for (std::size_t i = 0; i < shots.size() && render_map::interrupt() == 0; ++i) {
         auto const& camera = shots[i].camera;
         progress.begin_frame(shots[i].name, shots.size());
+        if (auto const way = journal ? journal->way(i) : Way::render; way != Way::render) {
+            progress.say_frame("replaying");
+            if (way == Way::replay) render_map::replay(renderer, camera, with_pixels[i]);
+            result.frames.push_back(journal->take(i));
+            continue;
+        }
         progress.say_frame("rendering");
         auto rendered = render(renderer, camera, trace);
         report::RunFrame frame;
@@ -175,10 +188,11 @@ void render_frames(Options const& options, scene::Map const& map, std::vector<re
         frame.tile_px = {renderer.tile().width, renderer.tile().height};
 
         progress.say_frame("writing");
-        write_frame(options, out, i, rendered, frame);
+        auto const files = write_frame(options, i, rendered, frame);
         if (trace && instruments) trace->add_frame(i, frame, rendered.image, *instruments);
         // Two references take longer than all the rest: an interrupted frame goes without.
-        if (options.reference && render_map::interrupt() == 0) {
+        bool const compared = options.reference && render_map::interrupt() == 0;
+        if (compared) {
             auto const error = [&](report::Cuts cuts) {
                 return report::compare(rendered.image,
                                        render_map::reference_of(map, camera, renderer.model(), cuts, options.renderer.threads));
@@ -188,8 +202,17 @@ void render_frames(Options const& options, scene::Map const& map, std::vector<re
             progress.say_frame("reference 2 of 2");
             frame.error_same_cuts = error(report::Cuts::same);
         }
+        if (journal && compared == options.reference) journal->add(i, frame, files);
         result.frames.push_back(std::move(frame));
     }
+}
+
+/// Says in the run's notes what its pictures lack, and gives the whole text back, with what to do about it.
+std::string note_missing(report::RunReport& run)
+{
+    auto const text = render_map::missing_text(run);
+    if (!text.empty()) run.notes.push_back(text.substr(0, text.rfind(';')));
+    return text;
 }
 
 /// The whole run; the exit status.
@@ -223,16 +246,24 @@ int run(Options const& options)
     result.features = render_map::features(options, needs, map, file_degree, *renderer);
     auto const out = render_map::prepare_outputs(options, shots.size());
 
+    std::optional<render_map::Journal> journal;
+    if (options.resume) {
+        progress.say("looking for finished frames");
+        result.made_from = render_map::made_from(options, render_map::files_read(options));
+        journal.emplace(out, result.made_from, shots.size());
+    }
+
     auto* const tracing = trace ? &*trace : nullptr;
     try {
-        render_frames(options, map, shots, *renderer, out, tracing, progress, result);
+        render_frames(options, map, shots, *renderer, tracing, journal ? &*journal : nullptr, progress, result);
     } catch (std::exception const& error) {
         // The frames that are done are written; their report must not be lost with the one that failed.
         if ((options.report || trace) && !result.frames.empty()) {
             try {
+                note_missing(result);
                 result.notes.push_back("stopped after frame " + std::to_string(result.frames.size()) + " of " +
                                        std::to_string(shots.size()) + ": " + error.what());
-                if (options.report) report::write_json(*options.report, result);
+                if (options.report) report::write_json(*options.report, result, render_map::outlasts(options));
                 if (trace) trace->finish(result);
             } catch (std::exception const&) { // the first error is the one to tell
             }
@@ -246,28 +277,34 @@ int run(Options const& options)
         auto const of = std::to_string(shots.size()) + " (" + render_map::signal_name(signal) + ")";
         stopped = result.frames.empty() ? "interrupted before frame 1 of " + of + "; no picture is written, start again"
                                         : "interrupted after frame " + std::to_string(result.frames.size()) + " of " + of +
-                                              "; the frames written are whole, start again for the rest";
+                                              "; the frames written are whole, " +
+                                              (options.resume ? "the same command goes on" : "start again for the rest");
         result.notes.push_back(stopped.substr(0, stopped.find(';')));
     }
-    if (options.report) report::write_json(*options.report, result);
+    auto const missing = note_missing(result);
+    if (options.report) report::write_json(*options.report, result, render_map::outlasts(options));
     if (trace && !result.frames.empty()) trace->finish(result);
+    if (!missing.empty()) std::cerr << render_map::one_line(missing) << std::endl;
     if (!stopped.empty()) {
         std::cerr << stopped << std::endl;
         return 128 + render_map::interrupt();
     }
+    int const status = options.strict && !missing.empty() ? 1 : 0;
     report::StringStream summary;
     if (options.explain) render_map::explain(summary, result);
     if (options.quiet) {
         render_map::print(summary.str(), "the pictures are written; leave out --explain");
-        return 0;
+        return status;
     }
     render_map::print_summary(summary, result);
     if (trace) summary << '\n' << trace->summary();
     summary << "\nwrote " << render_map::one_line((out / written_files(options, result)).string()) << '\n';
+    if (journal && journal->taken_over() != 0)
+        summary << thousands(journal->taken_over()) << " of " << thousands(shots.size()) << " frames were there from an earlier run\n";
     if (trace)
         summary << "wrote " << render_map::one_line((*options.trace / "report.html").string()) << ", and the trace beside it\n";
     render_map::print(summary.str(), "the pictures are written; --quiet leaves the summary out");
-    return 0;
+    return status;
 }
 
 /// Bad input ends in one line, whatever the names in it hold.

@@ -77,6 +77,12 @@ std::filesystem::path file(std::string_view option, std::string_view text)
     return text;
 }
 
+/// A file that the run reads. Every option that names one takes it here, so that nothing is written over it.
+std::filesystem::path input(Options& options, std::string_view option, std::string_view text)
+{
+    return options.inputs.emplace_back(file(option, text));
+}
+
 template <class T>
 struct Word {
     char const* word;
@@ -108,7 +114,7 @@ constexpr std::uint32_t most_threads = 1024;
 
 constexpr Option options[] = {
     {"--cameras", "FILE", "cameras from a file (see below); without --camera all of the map's scene",
-     [](Options& o, auto name, auto text) { o.cameras = file(name, text); }},
+     [](Options& o, auto name, auto text) { o.cameras = input(o, name, text); }},
     {"--camera", "SCENE/NAME", "one camera of that file; NAME alone where it is unique",
      [](Options& o, auto name, auto text) {
          // Longer than any name in a camera file; the error that lists the names would not fit a screen.
@@ -122,7 +128,7 @@ constexpr Option options[] = {
     {"--frames", "N", "frames of the orbit, or the first N poses of the trajectory",
      [](Options& o, auto name, auto text) { o.frames = whole_number(name, text, most_frames); }},
     {"--trajectory", "FILE", "a frame for each pose of a TUM file (camera to world), lens of --camera",
-     [](Options& o, auto name, auto text) { o.trajectory = file(name, text); }},
+     [](Options& o, auto name, auto text) { o.trajectory = input(o, name, text); }},
     {"--relative", "", "the trajectory's motion since its first pose, on top of the camera",
      [](Options& o, auto, auto) { o.relative = true; }},
     {"--size", "WxH", "pixels [the camera's own; 1280x720 where none is named]",
@@ -229,14 +235,18 @@ constexpr Option options[] = {
          o.choice.trace = true;
      }},
     {"--cost-model", "FILE", "what a trace is put through, a text as DIR/model.txt [mk2]",
-     [](Options& o, auto name, auto text) { o.cost_model = file(name, text); }},
+     [](Options& o, auto name, auto text) { o.cost_model = input(o, name, text); }},
     {"--energy", "FILE", "joules of a trace: what each event takes, and where that is from (see below)",
-     [](Options& o, auto name, auto text) { o.energy = file(name, text); }},
+     [](Options& o, auto name, auto text) { o.energy = input(o, name, text); }},
     {"--follow", "ID", "the life of one Gaussian (1 + its row): DIR/follow_ID.csv",
      [](Options& o, auto name, auto text) { o.follow = whole_number(name, text, 0xffffffffu); }},
     {"--explain", "", "what was left out for this map and these cameras, and why",
      [](Options& o, auto, auto) { o.explain = true; }},
     {"--quiet", "", "no progress, no table", [](Options& o, auto, auto) { o.quiet = true; }},
+    {"--resume", "", "go on after a run that was cut off: keep a list of finished frames in --out",
+     [](Options& o, auto, auto) { o.resume = true; }},
+    {"--strict", "", "status 1 where a picture lacks something that found no room",
+     [](Options& o, auto, auto) { o.strict = true; }},
     {"--version", "", "the version", [](Options& o, auto, auto) { o.version = true; }},
     {"--help", "", "this text", [](Options& o, auto, auto) { o.help = true; }},
 };
@@ -248,6 +258,9 @@ constexpr struct {
               {"--preset", "The machine and its rules"},
               {"--engine", "The host"},
               {"--out", "What comes out"}};
+
+/// Options that change no picture and no counter. A run that resumes another may have others of them.
+constexpr std::string_view beside_frames[] = {"--threads", "--out", "--report", "--resume", "--explain", "--quiet", "--strict"};
 
 /// What no single option can know: which of them go together.
 void check_together(Options const& o, std::vector<std::string_view> const& given)
@@ -275,6 +288,9 @@ void check_together(Options const& o, std::vector<std::string_view> const& given
     needs("--cost-model", "--trace", "cycles are modelled from a trace");
     needs("--energy", "--trace", "energy is counted from a trace");
     needs("--follow", "--trace", "what is followed is written beside a trace");
+
+    if (o.resume && o.trace)
+        throw Error("--resume and --trace are both given (the report of a trace needs every tile of every frame); leave one of them out");
 
     auto const own = setup_of(o.choice, 0);
     auto const at_most = [&](std::string_view option, std::uint32_t asked, std::uint32_t most) {
@@ -335,7 +351,7 @@ Options parse_options(std::span<char const* const> words)
             if (!result.map.empty())
                 throw Error("two maps, " + in_quotes(result.map.string()) + " and " + in_quotes(word) +
                             " (one run renders one map); name one");
-            result.map = file("the map's name", word);
+            result.map = input(result, "the map's name", word);
             continue;
         }
         if (word == "--") {
@@ -368,6 +384,8 @@ Options parse_options(std::span<char const* const> words)
                         "); write it behind the option, or behind = where it begins with --");
         }
         option->set(result, option->name, text);
+        if (std::find(std::begin(beside_frames), std::end(beside_frames), option->name) == std::end(beside_frames))
+            result.shaping.push_back(std::string(option->name) + (option->value.empty() ? "" : "=" + std::string(text)));
         if (result.help || result.version) return result;
     }
 
@@ -446,11 +464,17 @@ std::string help_text()
                   "  all frames, and for each frame .tiles.csv and .supersteps.csv, .heat.csv and .heat_*.png,\n"
                   "  .trace.json (ui.perfetto.dev), and with --energy .energy.csv; where --most-passes ends a run,\n"
                   "  no_progress.txt, which says what the tiles repeat.\n"
-                  "  A file has its name only when it is whole. Ctrl-C finishes the frame in work, writes the report\n"
-                  "  of the frames that are done, and ends; a second one ends at once.\n"
+                  "  No file that the run reads is written over, whatever links lead to it, and none of its own twice.\n"
+                  "  With --resume, resume.jsonl lists the finished frames. After a kill or a crash the same command\n"
+                  "  takes over the frames whose files are whole, and ends with the pictures and counters of a run\n"
+                  "  that was not cut off. Another map, option or version is refused.\n"
+                  "  A file has its name only when it is whole; with --report the disk has it by then. Ctrl-C finishes\n"
+                  "  the frame in work, writes the report of the frames that are done, and ends; a second one ends at\n"
+                  "  once.\n"
                   "\n"
                   "Exit status\n"
                   "  0; 2 with one line on standard error when something is wrong: what, why, and what to do;\n"
+                  "  1 with --strict where a picture lacks something, which a line on standard error says in any case;\n"
                   "  130 after SIGINT (Ctrl-C), 143 after SIGTERM.\n";
 }
 

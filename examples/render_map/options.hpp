@@ -7,6 +7,7 @@
 #include <string>
 #include <tilemesh/render/renderer_options.hpp>
 #include <tilemesh/scene/pose.hpp>
+#include <vector>
 
 namespace render_map {
 
@@ -36,6 +37,10 @@ struct Options {
     bool pfm = false; ///< planes are in `choice`
     bool reference = false;
     bool quiet = false;
+    bool strict = false;                              ///< pictures that lack something end in status 1
+    bool resume = false;
+    std::vector<std::string> shaping;                 ///< "--size=64x48": every option that is given and may change a frame
+    std::vector<std::filesystem::path> inputs;        ///< every path above that is read, as it was given
     bool help = false;
     bool version = false;
 };

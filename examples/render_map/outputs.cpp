@@ -1,11 +1,17 @@
 #include "outputs.hpp"
+#include "journal.hpp"
+#include <algorithm>
 #include <cerrno>
+#include <charconv>
 #include <iostream>
-#include <optional>
+#include <iterator>
+#include <stdexcept>
 #include <string_view>
 #include <system_error>
 #include <tilemesh/error.hpp>
+#include <tilemesh/report/distinct_files.hpp>
 #include <tilemesh/report/whole_file.hpp>
+#include <tilemesh/scene/colmap.hpp>
 #include <unistd.h>
 #include <vector>
 
@@ -16,66 +22,78 @@ namespace {
 namespace fs = std::filesystem;
 using tilemesh::Error;
 
+fs::path out_folder(Options const& options)
+{
+    return options.out.value_or("tilemesh_out");
+}
+
+constexpr char const* report_remedy = "name another file with --report";
+
 std::string last_error()
 {
     return std::generic_category().message(errno);
 }
 
-/// Whether `file` will be one of the pictures in `out`.
-bool is_frame(fs::path const& file, fs::path const& out, std::size_t frames)
+/// A picture of a frame: what its name ends in, and whether it is asked for.
+struct Picture {
+    std::string_view extension;
+    bool (*is_wanted)(Options const&);
+};
+constexpr Picture pictures[] = {{".png", [](Options const&) { return true; }},
+                                {".pfm", [](Options const& o) { return o.pfm; }},
+                                {".depth.pfm", [](Options const& o) { return o.choice.depth; }},
+                                {".alpha.pfm", [](Options const& o) { return o.choice.alpha; }}};
+
+/// What follows the number in `name`, where that is `frame_file` of one of the first `frames`; else empty.
+std::string_view after_number(std::string_view name, std::size_t frames)
 {
-    std::error_code ignored;
-    auto const name = file.filename().string();
-    if (!name.starts_with("frame_") || !fs::equivalent(fs::absolute(file).parent_path(), out, ignored)) return false;
-    for (auto const* extension : {".png", ".pfm", ".depth.pfm", ".alpha.pfm"})
-        for (std::size_t i = 0; i < frames; ++i)
-            if (name == frame_file(i, extension)) return true;
-    return false;
+    constexpr std::string_view begin = "frame_";
+    if (!name.starts_with(begin)) return {};
+    std::size_t frame = 0;
+    auto const [end, error] = std::from_chars(name.data() + begin.size(), name.data() + name.size(), frame);
+    if (error != std::errc{} || frame >= frames) return {};
+    std::string_view const rest(end, static_cast<std::size_t>(name.data() + name.size() - end));
+    return name == frame_file(frame, std::string(rest)) ? rest : std::string_view{};
 }
 
-/// Whether `file` has a name that a trace writes in its folder.
-bool is_of_trace(fs::path const& file, fs::path const& folder, std::optional<std::uint32_t> followed)
+bool is_picture(std::string_view name, Options const& options, std::size_t frames)
 {
-    std::error_code ignored;
-    auto const name = file.filename().string();
-    if (!fs::equivalent(fs::absolute(file).parent_path(), folder, ignored)) return false;
-    if (name == "report.html" || name == "model.txt" || name == no_progress_file || name == counters_file) return true;
-    if (followed && name == follow_file(*followed)) return true;
-    auto const ends = [&](std::string_view end) { return name.ends_with(end); };
-    return name.starts_with("frame_") && (ends(".tiles.csv") || ends(".supersteps.csv") || ends(".heat.csv") ||
-                                          ends(".energy.csv") || ends(".trace.json") || (ends(".png") && name.find(".heat_") != std::string::npos));
+    auto const rest = after_number(name, frames);
+    return std::any_of(std::begin(pictures), std::end(pictures),
+                       [&](Picture const& p) { return rest == p.extension && p.is_wanted(options); });
 }
 
-/// Those of the files that the run reads.
-std::vector<fs::path> files_read(Options const& options)
+void check_report(fs::path const& report)
 {
-    std::vector<fs::path> files;
-    if (!options.map.empty()) files.push_back(options.map);
-    for (auto const* file : {&options.cameras, &options.trajectory, &options.cost_model, &options.energy})
-        if (*file) files.push_back(**file);
-    return files;
-}
-
-void check_report(Options const& options, fs::path const& out, std::size_t frames)
-{
-    auto const& report = *options.report;
     auto const refuse = [&](std::string const& why) {
-        throw Error("cannot write the report to " + report.string() + " (" + why + "); name another file with --report");
+        throw Error("cannot write the report to " + report.string() + " (" + why + "); " + report_remedy);
     };
     std::error_code refused;
     auto const status = fs::status(report, refused);
     auto const folder = fs::absolute(fs::is_other(status) ? report : tilemesh::report::link_target(report)).parent_path();
-    if (fs::is_directory(status)) refuse("it is a directory");
+    if (fs::is_directory(status) || !report.has_filename()) refuse("it is a directory");
     if (refused && fs::exists(status)) refuse(refused.message());
     if (!fs::is_directory(folder, refused)) refuse("there is no directory " + folder.string());
     // A report takes the place of a regular file, which needs the right to write into the folder alone.
     auto const& written = fs::is_other(status) ? report : folder;
     if (access(written.c_str(), W_OK) != 0) refuse(last_error());
-    if (is_frame(report, out, frames)) refuse("a picture of this run has that name");
-    if (options.trace && is_of_trace(report, *options.trace, options.follow))
-        refuse("the trace of this run has a file of that name");
-    for (auto const& read : files_read(options))
-        if (fs::equivalent(read, report, refused)) refuse("this run reads that file");
+}
+
+/// Refuses where the run would write over a file that it reads, or twice to one name. The folders are there.
+void check_distinct(Options const& options, fs::path const& out, std::size_t frames)
+{
+    tilemesh::report::DistinctFiles files;
+    for (auto const& file : files_read(options)) files.read(file);
+    if (!options.quiet || options.explain) files.write_stream(STDOUT_FILENO, "standard output", "send it to another file, or use --quiet");
+    files.write_stream(STDERR_FILENO, "standard error", "send it to another file");
+    files.write_into(
+        out, [&](std::string const& name) { return is_picture(name, options, frames); }, "a picture", "name another directory with --out");
+    if (options.trace)
+        files.write_into(
+            *options.trace, [&](std::string const& name) { return is_of_trace(name, options, frames); }, "a file of the trace",
+            "name another directory with --trace");
+    if (options.resume) files.write(out / journal_file, "the list of finished frames", "name another directory with --out");
+    if (options.report) files.write(*options.report, "the report", report_remedy);
 }
 
 void make_folder(fs::path const& folder, std::string const& option)
@@ -84,13 +102,30 @@ void make_folder(fs::path const& folder, std::string const& option)
         throw Error("cannot write to " + folder.string() + " (" + why + "); name a writable directory with " + option);
     };
     std::error_code refused;
+    fs::path above; // a link to nothing is often a disk that is not there: nothing is made in its place
+    for (auto const& part : folder) {
+        above /= part;
+        if (fs::is_symlink(fs::symlink_status(above, refused)) && !fs::exists(above, refused))
+            refuse(above.string() + " is a link to " + fs::read_symlink(above, refused).string() + ", which does not exist");
+    }
     fs::create_directories(folder, refused);
     if (refused) refuse(refused.message());
     if (!fs::is_directory(folder, refused)) refuse("it is no directory");
-    if (access(folder.c_str(), W_OK | X_OK) != 0) refuse(last_error());
+    if (access(folder.c_str(), R_OK | W_OK | X_OK) != 0) refuse(last_error());
 }
 
 } // namespace
+
+bool is_of_trace(std::string_view name, Options const& options, std::size_t frames)
+{
+    if (name == page_file || name == model_file || name == no_progress_file || name == counters_file) return true;
+    if (options.follow && name == follow_file(*options.follow)) return true;
+    auto const rest = after_number(name, frames);
+    for (auto const* extension : {".tiles.csv", ".supersteps.csv", ".heat.csv", ".trace.json"})
+        if (rest == extension) return true;
+    if (rest == ".energy.csv" || rest == ".heat_energy.png") return options.energy.has_value();
+    return rest.starts_with(".heat_") && rest.ends_with(".png");
+}
 
 std::string frame_file(std::size_t frame, std::string const& extension)
 {
@@ -106,17 +141,36 @@ std::string follow_file(std::uint32_t id)
 
 fs::path prepare_outputs(Options const& options, std::size_t frames)
 {
-    auto const out = options.out.value_or("tilemesh_out");
+    auto const out = out_folder(options);
     make_folder(out, "--out");
-    if (options.trace) {
-        make_folder(*options.trace, "--trace");
-        for (auto const& read : files_read(options))
-            if (is_of_trace(read, *options.trace, options.follow))
-                throw Error("cannot write the trace to " + options.trace->string() + " (it would overwrite " +
-                            read.filename().string() + ", which this run reads); name another directory with --trace");
-    }
-    if (options.report) check_report(options, out, frames);
+    if (options.trace) make_folder(*options.trace, "--trace");
+    if (options.report) check_report(*options.report);
+    check_distinct(options, out, frames);
     return out;
+}
+
+std::vector<fs::path> files_read(Options const& options)
+{
+    auto files = options.inputs;
+    if (options.cameras && tilemesh::scene::names_colmap(*options.cameras)) {
+        auto const [cameras, images] = tilemesh::scene::colmap_files(*options.cameras);
+        files.insert(files.end(), {cameras, images});
+    }
+    std::error_code ignored; // a folder is named for the files in it; one of those that a model may have need not be there
+    std::erase_if(files, [&](fs::path const& file) { return fs::is_directory(file, ignored) || !fs::exists(file, ignored); });
+    return files;
+}
+
+tilemesh::report::Outlasts outlasts(Options const& options)
+{
+    return options.report ? tilemesh::report::Outlasts::power_loss : tilemesh::report::Outlasts::process;
+}
+
+fs::path frame_path(Options const& options, std::size_t frame, std::string const& extension)
+{
+    auto const name = frame_file(frame, extension);
+    if (!is_picture(name, options, frame + 1)) throw std::logic_error(name + " is not in the list of pictures");
+    return out_folder(options) / name;
 }
 
 void print(std::string const& text, char const* remedy)

@@ -5,11 +5,18 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <string_view>
+#include <tilemesh/report/whole_file.hpp>
+#include <vector>
 
 namespace render_map {
 
 /// "frame_0012.png" for frame 12 and ".png".
 std::string frame_file(std::size_t frame, std::string const& extension);
+
+/// Where `frame_file` of a picture goes: in the folder of --out. `prepare_outputs` looks at the same list of pictures; an
+/// extension that the options do not ask for throws `std::logic_error`.
+std::filesystem::path frame_path(Options const& options, std::size_t frame, std::string const& extension);
 
 /// "follow_17.csv" for --follow 17.
 std::string follow_file(std::uint32_t id);
@@ -20,9 +27,22 @@ inline constexpr char const* no_progress_file = "no_progress.txt";
 /// The file of --trace that has one line of counters for each frame.
 inline constexpr char const* counters_file = "frames.csv";
 
+/// Every file that the run reads; of a COLMAP model both.
+std::vector<std::filesystem::path> files_read(Options const& options);
+
+/// A file of a run with --report is on the disk when it has its name: the report does not say what a power loss takes.
+tilemesh::report::Outlasts outlasts(Options const& options);
+
+/// Further files of --trace.
+inline constexpr char const* page_file = "report.html";
+inline constexpr char const* model_file = "model.txt";
+
+/// Whether --trace writes a file of that name, in a run of so many frames.
+bool is_of_trace(std::string_view name, Options const& options, std::size_t frames);
+
 /// Makes the folders for the pictures and the trace and looks whether everything can be written where it should: better now
-/// than after an hour. Gives the pictures' folder back; throws `tilemesh::Error` where that is not so, and where the report
-/// or the trace would overwrite another file of the run or one that the run reads.
+/// than after an hour. Gives the pictures' folder back; throws `tilemesh::Error` where that is not so, and where a file would be
+/// written over another file of the run or over one that the run reads (`report::DistinctFiles`). Only the folders are written.
 std::filesystem::path prepare_outputs(Options const& options, std::size_t frames);
 
 /// Standard output, checked: a text that does not arrive there throws `tilemesh::Error`, which ends with `remedy`.

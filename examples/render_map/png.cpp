@@ -43,7 +43,7 @@ std::string render_map::png_bytes(tilemesh::report::Image const& image)
     return png;
 }
 
-void render_map::write_png(std::filesystem::path const& path, tilemesh::report::Image const& image)
+void render_map::write_png(std::filesystem::path const& path, tilemesh::report::Image const& image, tilemesh::report::Outlasts outlasts)
 {
-    tilemesh::report::write_whole(path, png_bytes(image));
+    tilemesh::report::write_whole(path, png_bytes(image), {}, outlasts);
 }

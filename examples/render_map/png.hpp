@@ -2,6 +2,7 @@
 #include <filesystem>
 #include <string>
 #include <tilemesh/report/image.hpp>
+#include <tilemesh/report/whole_file.hpp>
 
 namespace render_map {
 
@@ -10,6 +11,6 @@ std::string png_bytes(tilemesh::report::Image const& image);
 
 /// Writes the picture as `png_bytes`, whole or not at all (`report::write_whole`): it is encoded in memory.
 /// Throws `tilemesh::Error` when it cannot be written.
-void write_png(std::filesystem::path const& path, tilemesh::report::Image const& image);
+void write_png(std::filesystem::path const& path, tilemesh::report::Image const& image, tilemesh::report::Outlasts outlasts);
 
 } // namespace render_map

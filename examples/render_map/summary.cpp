@@ -123,6 +123,48 @@ void print_sequence(std::ostream& out, report::RunReport const& run)
 
 } // namespace
 
+std::string missing_text(report::RunReport const& run)
+{
+    auto const lacks = [](report::RunFrame const& frame) { return frame.report.lost.size(); };
+    auto const frames = std::count_if(run.frames.begin(), run.frames.end(), [&](auto const& frame) { return lacks(frame) != 0; });
+    if (frames == 0) return {};
+    auto const& worst = *std::max_element(run.frames.begin(), run.frames.end(),
+                                          [&](auto const& a, auto const& b) { return lacks(a) < lacks(b); });
+    std::uint64_t records = 0;
+    std::map<report::Cause, std::uint64_t> causes;
+    for (auto const& loss : worst.report.lost) {
+        records += loss.tile == report::Loss::whole ? 1 : 0;
+        ++causes[loss.cause];
+    }
+    auto const copies = lacks(worst) - records;
+
+    std::string text;
+    if (run.frames.size() == 1) text = worst.image + " lacks ";
+    else
+        text = thousands(static_cast<std::uint64_t>(frames)) + " of " + thousands(run.frames.size()) +
+               (frames == 1 ? " pictures lacks something, " : " pictures lack something, most of all ") + worst.image + ": ";
+    if (records != 0) text += thousands(records) + " of the map's " + thousands(run.map.gaussians) + " Gaussians";
+    if (copies != 0) text += (records != 0 ? " and " : "") + thousands(copies) + (copies == 1 ? " copy" : " copies") + " of others";
+    std::string separator = " (";
+    for (auto const& [cause, count] : causes) {
+        text += separator + thousands(count) + " " + report::to_string(cause);
+        separator = ", ";
+    }
+    auto const most = std::max_element(causes.begin(), causes.end(), [](auto const& a, auto const& b) { return a.second < b.second; });
+    switch (most->first) {
+    case report::Cause::unplaced:
+    case report::Cause::storage_full:
+        return text + "); --machine test without --storage-slots has room for all";
+    case report::Cause::channel_full:
+        return text + "); with --saturation hold they wait for a free slot";
+    case report::Cause::late:
+        return text + "); with --hops quiet a frame ends when all have arrived";
+    case report::Cause::no_bloom:
+        break;
+    }
+    return text + "); --fit off keeps bloom";
+}
+
 void print_summary(std::ostream& out, report::RunReport const& run)
 {
     print_header(out, run);

@@ -7,8 +7,10 @@
 #include <cerrno>
 #include <charconv>
 #include <fstream>
+#include <limits>
 #include <new>
 #include <numeric>
+#include <stdexcept>
 #include <system_error>
 #include <tilemesh/error.hpp>
 #include <tilemesh/model/cost_parameters.hpp>
@@ -105,7 +107,7 @@ std::string plural(std::uint64_t n, char const* what)
 } // namespace
 
 TraceOutput::TraceOutput(Options const& options)
-    : folder_(options.trace.value()), followed_(options.follow.value_or(0)),
+    : options_(options), folder_(options.trace.value()), followed_(options.follow.value_or(0)),
       model_(options.cost_model ? load_model(*options.cost_model, tilemesh::read_cost_model, "cost model",
                                              "name a file as --trace writes it (model.txt)")
                                 : tilemesh::mk2())
@@ -118,7 +120,9 @@ TraceOutput::TraceOutput(Options const& options)
 
 void TraceOutput::write(std::string const& name, std::string const& text) const
 {
-    report::write_whole(folder_ / name, text);
+    if (!is_of_trace(name, options_, std::numeric_limits<std::size_t>::max()))
+        throw std::logic_error(name + " is not in the list of a trace's files"); // so nobody looked what it would replace
+    report::write_whole(folder_ / name, text, {}, outlasts(options_));
 }
 
 void TraceOutput::remove_old(std::string const& name) const
@@ -154,7 +158,7 @@ void TraceOutput::add_frame(std::size_t index, report::RunFrame const& frame, re
     if (index == 0) {
         report::StringStream text;
         write_cost_model(text, model_);
-        write("model.txt", text.str());
+        write(model_file, text.str());
         remove_old(no_progress_file);
     }
 
@@ -360,7 +364,7 @@ void TraceOutput::finish(report::RunReport const& run) const
     for (auto const& field : report::report_fields)
         rows.push_back({std::string(field.name), std::string(field.unit), std::string(field.meaning)});
     html.table({"name in report.json", "unit", "meaning"}, rows);
-    write("report.html", html.str());
+    write(page_file, html.str());
 }
 
 } // namespace render_map

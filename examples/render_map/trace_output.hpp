@@ -60,6 +60,7 @@ private:
     void add_run(tilemesh::report::HtmlReport& report, tilemesh::report::RunReport const& run) const;
     static void add_section(tilemesh::report::HtmlReport& report, Section const& section);
 
+    Options options_;
     std::filesystem::path folder_;
     std::uint32_t followed_; ///< 0: none
     tilemesh::CostModel model_;

@@ -40,6 +40,7 @@
 #include <tilemesh/render/host_form.hpp>
 #include <tilemesh/renderer.hpp>
 #include <tilemesh/report/compare_reports.hpp>
+#include <tilemesh/report/distinct_files.hpp>
 #include <tilemesh/report/error_measures.hpp>
 #include <tilemesh/report/frame_csv.hpp>
 #include <tilemesh/report/frame_report.hpp>

@@ -10,7 +10,7 @@ small="--size 320x180 --quiet"
 runs --help
 for option in --cameras --camera --orbit --frames --trajectory --relative --size --preset --grid --tile --machine \
     --channel-slots --storage-slots --saturation --footprint --copies --hops --pixels --arithmetic --quality --sh-degree --fit --engine \
-    --threads --out --float --depth --alpha --reference --report --explain --quiet --version --help; do
+    --threads --out --float --depth --alpha --reference --report --explain --quiet --strict --resume --version --help; do
     has stdout "^  $option "
 done
 [ "$(awk '{ if (length($0) > most) most = length($0) } END { print most }' stdout)" -le 100 ] || fail "the help is too wide"
@@ -87,6 +87,22 @@ for copies in world screen; do
         same threads/frame_0000.pfm sequential/frame_0000.pfm
     done
 done
+runs $small --preset prototype --storage-slots 60 --channel-slots 3 --report report.json
+# What is missing is said, even with --quiet, and in the notes; --strict has a status for it.
+text="frame_0000.png lacks [0-9,]* of the map's 39,517 Gaussians and [0-9,]* copies of others ([0-9,]* storage_full, [0-9,]* channel_full)"
+[ "$(wc -l <stderr)" -eq 1 ] || fail "not one line of what is missing: $(cat stderr)"
+has stderr "^$text; with --saturation hold they wait for a free slot$"
+has report.json "^  \"$text\"$"
+run $small --preset prototype --storage-slots 60 --channel-slots 3 --strict --out strict --report strict.json >stdout 2>strict.err
+[ $? -eq 1 ] || fail "--strict has another status than 1"
+same stderr strict.err
+has_whole_pictures strict
+has strict.json "^  \"$text\"$"
+runs $small --strict --report report.json
+[ ! -s stderr ] || fail "a whole picture lacks something: $(cat stderr)"
+has report.json '^ "notes": \[\],$'
+runs $small --orbit 1 --frames 3 --hops 2
+has stderr "^3 of 3 pictures lack something, most of all frame_000[0-2].png: .* late); with --hops quiet a frame ends when all have arrived$"
 runs $small --preset prototype --storage-slots 60 --channel-slots 3 --report report.json
 has report.json '"cause": "channel_full"'
 has report.json '"cause": "storage_full"'

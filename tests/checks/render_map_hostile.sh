@@ -197,6 +197,37 @@ for report in file/report.json absent/report.json good .; do refuses "report" $s
 refuses "this run reads that file" $small map.ply --report map.ply
 refuses "this run reads that file" $small map.ply --cameras good_camera.json --camera a --report ./good_camera.json
 refuses "a picture of this run" $small map.ply --out good --report good/frame_0000.png
+# A COLMAP model is two files, both read whichever is named; links, hard links and `..` lead to a file; a pipe has no picture.
+mkdir -p sparse links out_of_pipes
+printf '1 PINHOLE 64 48 60 60 32 24\n' >sparse/cameras.txt
+printf '1 1 0 0 0 0 0 3 1 a\n\n' >sparse/images.txt
+cp -r sparse before
+for model in sparse sparse/cameras.txt sparse/images.txt; do
+    for report in sparse/images.txt sparse/../sparse/cameras.txt; do
+        refuses "this run reads that file" map.ply --grid 4x3 --quiet --cameras $model --report $report
+    done
+done
+cp map.ply before
+ln -s ../map.ply links/frame_0000.png
+refuses "cannot write a picture to links/frame_0000.png (this run reads that file: it is map.ply); name another directory" $small map.ply --out links
+refuses "this run reads that file" $small links/frame_0000.png --out links
+refuses "this run reads that file" $small map.ply --out links --orbit 1 --frames 2
+rm links/frame_0000.png
+runs $small map.ply --out links --report links/frame_0000.pfm # no picture has that name without --float
+rm links/*
+ln map.ply links/frame_0000.pfm
+refuses "this run reads that file" $small map.ply --out links --float
+ln -s ../linked.json links/frame_0000.png
+refuses "that is the file of a picture of this run" $small map.ply --out links --report linked.json
+ln -s absent dangling
+refuses "cannot write to dangling (dangling is a link to absent, which does not exist)" $small map.ply --out dangling
+refuses "cannot write to dangling/below (dangling is a link to absent" $small map.ply --out dangling/below
+mkfifo out_of_pipes/frame_0000.png
+refuses "frame_0000.png (it is a pipe or a socket" $small map.ply --out out_of_pipes
+(run --size 64x48 --grid 4x3 map.ply --out good >>map.ply) 2>stderr
+is_refusal $? "standard output cannot go to map.ply (this run reads that file)"
+same map.ply before/map.ply
+for file in cameras images; do same sparse/$file.txt before/$file.txt; done
 runs $small map.ply --out new/folder --report new/folder/report.json
 is_json new/folder/report.json
 if [ -c /dev/full ]; then

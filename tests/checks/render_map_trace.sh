@@ -287,13 +287,13 @@ refuses "^--follow is given without --trace" --follow 1
     refuses "event capacity_byte occurs" $small --out pictures --trace unset --energy energy.txt
     equal "files beside an energy that is not set" "$(ls unset)" ""
     cp energy.txt unset/frame_0000.energy.csv
-    refuses "it would overwrite frame_0000.energy.csv" $small --trace unset --energy unset/frame_0000.energy.csv
+    refuses "to unset/frame_0000.energy.csv (this run reads that file); name another directory with --trace" $small --trace unset --energy unset/frame_0000.energy.csv
     same energy.txt unset/frame_0000.energy.csv
     cp -r first reused
-    refuses "cannot write the trace to reused (it would overwrite model.txt" $small --trace reused --cost-model reused/model.txt
+    refuses "cannot write a file of the trace to reused/model.txt (this run reads that file)" $small --trace reused --cost-model reused/model.txt
     same first/model.txt reused/model.txt
-    refuses "the trace of this run has a file of that name" $small --out pictures --trace first --report first/report.html
-    refuses "the trace of this run has a file of that name" $small --out pictures --trace first --report first/frame_0000.heat.csv
+    refuses "a file of the trace of this run has that name" $small --out pictures --trace first --report first/report.html
+    refuses "a file of the trace of this run has that name" $small --out pictures --trace first --report first/frame_0000.heat.csv
     : >file
     refuses "cannot write to file (.*); name a writable directory with --trace" $small --out pictures --trace file
     refuses "cannot write to file/below (.*); name a writable directory with --trace" $small --out pictures --trace file/below
@@ -335,7 +335,7 @@ bounded="$small --out pictures --most-passes"
     equal "its first line and the error" "$(head -n 1 bounded/no_progress.txt) in bounded/no_progress.txt" "$(cat stderr)"
     has bounded/no_progress.txt "^step 1 (route) repeats nothing in its last 4 supersteps"
     cp first/model.txt bounded/no_progress.txt
-    refuses "it would overwrite no_progress.txt" $bounded 3 --trace bounded --cost-model bounded/no_progress.txt
+    refuses "to bounded/no_progress.txt (this run reads that file)" $bounded 3 --trace bounded --cost-model bounded/no_progress.txt
     runs $bounded 1000 --trace bounded
     has_trace bounded 0000
     same first/frame_0000.tiles.csv bounded/frame_0000.tiles.csv

@@ -180,6 +180,58 @@ TEST_CASE("errors are in report.json where a reference was rendered; an infinite
     CHECK_FALSE(report::json_of(run())["frames"][0].contains("error"));
 }
 
+TEST_CASE("a frame of report.json is read back as it was written")
+{
+    auto const json_of = [](report::RunFrame const& f) {
+        report::RunReport run;
+        run.frames = {f};
+        return report::json_of(run)["frames"][0];
+    };
+    auto const same = [&](report::RunFrame const& f) {
+        auto const json = json_of(f);
+        return json_of(report::frame_of(Json::parse(json.dump()))) == json;
+    };
+    auto f = frame();
+    CHECK(same(f));
+    CHECK(report::frame_of(json_of(f)).report.lost == f.report.lost);
+    f.depth = "frame_0000.depth.pfm";
+    f.alpha = "frame_0000.alpha.pfm";
+    f.error = measures(12.5);
+    f.error_same_cuts = measures(std::numeric_limits<double>::infinity());
+    f.report.host_ms.total = 0.1;
+    for (std::uint32_t cause = 0; cause < report::causes; ++cause)
+        f.report.lost.push_back({tilemesh::splat::GaussianId{cause}, cause, report::Cause{cause}});
+    CHECK(same(f));
+    CHECK(report::frame_of(json_of(f)).error_same_cuts->psnr_db == std::numeric_limits<double>::infinity());
+
+    // Every key is needed, but those of files and errors; none may be something else.
+    auto const keys = json_of(f);
+    for (auto const& [key, value] : keys.items()) {
+        CAPTURE(key);
+        auto lacks = json_of(f);
+        lacks.erase(key);
+        if (key == "image" || key == "depth" || key == "alpha" || key == "error" || key == "error_same_cuts") CHECK_NOTHROW(report::frame_of(lacks));
+        else CHECK_THROWS_AS(report::frame_of(lacks), tilemesh::Error);
+        auto other = json_of(f);
+        other[key] = true;
+        CHECK_THROWS_AS(report::frame_of(other), tilemesh::Error);
+    }
+    auto other = json_of(f);
+    other["lost"][0]["cause"] = "bad_luck";
+    CHECK_THROWS_WITH_AS(report::frame_of(other), doctest::Contains("bad_luck"), tilemesh::Error);
+    CHECK_THROWS_AS(report::frame_of(Json::array()), tilemesh::Error);
+}
+
+TEST_CASE("what a run was made from is in report.json where it is known")
+{
+    auto all = run();
+    CHECK_FALSE(report::json_of(all).contains("made_from"));
+    all.made_from = {"0.1.0", {"--size=8x6"}, {{"map.ply", 12, "ff"}}};
+    CHECK(report::json_of(all)["made_from"] == Json{{"version", "0.1.0"},
+                                                   {"options", {"--size=8x6"}},
+                                                   {"files", {{{"path", "map.ply"}, {"bytes", 12}, {"digest", "ff"}}}}});
+}
+
 TEST_CASE("what was left out, and why, is in report.json")
 {
     auto all = run();

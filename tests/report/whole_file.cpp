@@ -56,6 +56,28 @@ TEST_CASE("a whole file is its header and its body, and replaces what had the na
     CHECK(folder.files() == 1);
 }
 
+TEST_CASE("a file that outlasts a power loss is written like any other")
+{
+    Folder const folder;
+    auto const path = folder.path / "a", link = folder.path / "link";
+    using tilemesh::report::Outlasts;
+    write_whole(path, "head", {}, Outlasts::power_loss);
+    CHECK(contents(path) == "head");
+    fs::create_symlink("a", link);
+    write_whole(link, "through a link", {}, Outlasts::power_loss);
+    CHECK(contents(path) == "through a link");
+    CHECK(folder.files() == 2);
+    CHECK_THROWS_AS(write_whole(folder.path / "absent" / "a", "x", {}, Outlasts::power_loss), tilemesh::Error);
+    if (fs::is_character_file("/dev/null")) write_whole("/dev/null", "gone", {}, Outlasts::power_loss);
+    // In the working directory, whose name a path alone does not have.
+    auto const before = fs::current_path();
+    fs::current_path(folder.path);
+    write_whole("b", "here", {}, Outlasts::power_loss);
+    fs::current_path(before);
+    CHECK(contents(folder.path / "b") == "here");
+    CHECK(tilemesh::report::detail::sync_to_disk(-1) == std::errc::bad_file_descriptor);
+}
+
 TEST_CASE("a file that cannot be written leaves nothing, and what was there")
 {
     Folder const folder;

@@ -17,9 +17,10 @@ enum class Cause : std::uint32_t {
     late,          ///< the record, or the copy, is still under way, because the frame's hops are bounded
     no_bloom       ///< the setup does not bloom, and the footprint leaves the anchor tile
 };
+inline constexpr std::uint32_t causes = 5;
 inline char const* to_string(Cause cause) noexcept
 {
-    constexpr char const* names[] = {"unplaced", "storage_full", "channel_full", "late", "no_bloom"};
+    constexpr char const* names[causes] = {"unplaced", "storage_full", "channel_full", "late", "no_bloom"};
     return names[static_cast<std::uint32_t>(cause)];
 }
 

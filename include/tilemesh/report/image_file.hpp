@@ -4,11 +4,12 @@
 #include <string>
 #include <tilemesh/config.hpp>
 #include <tilemesh/report/image.hpp>
+#include <tilemesh/report/whole_file.hpp>
 #include <vector>
 
 /// Pictures in files. PFM keeps every bit of the linear floats; PPM and `rgb8` are for eyes.
 ///
-/// A file is written whole or not at all: see `write_whole`.
+/// A file is written whole or not at all, and outlasts what it is told to: see `write_whole`.
 
 namespace tilemesh::report {
 /// The picture as 8-bit RGB, row by row from the top left, 3 * width * height bytes: the span that
@@ -28,10 +29,10 @@ TILEMESH_HOST void write_ppm(std::filesystem::path const& path, Image const& ima
 ///
 /// Throws `tilemesh::Error` for a picture without pixels and when the file cannot be written; then
 /// no file is left behind.
-TILEMESH_HOST void write_pfm(std::filesystem::path const& path, Image const& image);
+TILEMESH_HOST void write_pfm(std::filesystem::path const& path, Image const& image, Outlasts outlasts = Outlasts::process);
 
 /// Portable float map of one float a pixel ("Pf"), under the same rules.
-TILEMESH_HOST void write_pfm(std::filesystem::path const& path, Plane const& plane);
+TILEMESH_HOST void write_pfm(std::filesystem::path const& path, Plane const& plane, Outlasts outlasts = Outlasts::process);
 
 /// A colour PFM of either byte order with scale 1 or -1. Values are taken as they are, infinities
 /// and NaN too: the error measures refuse those.

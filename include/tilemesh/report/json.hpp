@@ -5,10 +5,13 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <initializer_list>
 #include <iterator>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
+#include <tilemesh/error.hpp>
 #include <tilemesh/machine/tile.hpp>
 #include <tilemesh/report/error_measures.hpp>
 #include <tilemesh/report/frame_report.hpp>
@@ -271,6 +274,24 @@ inline std::string text_of_head(RunReport const& run)
         });
         json.member("engine", run.engine);
         json.member("threads", run.threads);
+        if (!run.made_from.version.empty()) {
+            json.key("made_from");
+            json.object([&] {
+                json.member("version", run.made_from.version);
+                json.list("options", run.made_from.options);
+                json.key("files");
+                json.array([&] {
+                    for (auto const& file : run.made_from.files) {
+                        json.item();
+                        json.object([&] {
+                            json.member("path", file.path);
+                            json.member("bytes", file.bytes);
+                            json.member("digest", file.digest);
+                        });
+                    }
+                });
+            });
+        }
         json.list("notes", run.notes);
     });
     return json.text();
@@ -306,12 +327,91 @@ inline nlohmann::ordered_json json_of(RunReport const& run)
     return nlohmann::ordered_json::parse(text);
 }
 
+/// One entry of report.json's `frames`, read back: `json_of` writes the same again. What report.json leaves out (digests, and two
+/// of an error's measures) is empty or 0. Throws `tilemesh::Error` for JSON that lacks a number or has another type in its place.
+inline RunFrame frame_of(nlohmann::ordered_json const& json)
+{
+    using Json = nlohmann::ordered_json;
+    auto const read = [](Json const& from, std::initializer_list<std::pair<char const*, std::uint64_t*>> counters) {
+        for (auto const& [key, counter] : counters) from.at(key).get_to(*counter);
+    };
+    auto const error = [](Json const& from) {
+        auto const number = [&](char const* key) {
+            return from.at(key).is_null() ? std::numeric_limits<double>::infinity() : from.at(key).get<double>();
+        };
+        ErrorMeasures e{};
+        e.rmse = number("rmse"), e.max_levels = number("max_levels"), e.p999_levels = number("p999_levels");
+        e.psnr_db = number("psnr_db"), e.ssim = number("ssim");
+        return e;
+    };
+    RunFrame frame;
+    auto& r = frame.report;
+    try {
+        json.at("camera").get_to(r.camera);
+        json.at("size_px").at(0).get_to(r.width);
+        json.at("size_px").at(1).get_to(r.height);
+        json.at("grid").get_to(frame.grid);
+        json.at("tile_px").get_to(frame.tile_px);
+        frame.image = json.value("image", "");
+        frame.depth = json.value("depth", "");
+        frame.alpha = json.value("alpha", "");
+        read(json.at("supersteps"), {{"project", &r.supersteps.project},
+                                     {"route", &r.supersteps.route},
+                                     {"bloom", &r.supersteps.bloom},
+                                     {"composite", &r.supersteps.composite}});
+        read(json.at("gaussians"), {{"visible", &r.gaussians.visible},
+                                    {"moved", &r.gaussians.moved},
+                                    {"held", &r.gaussians.held},
+                                    {"dropped", &r.gaussians.dropped},
+                                    {"unplaced", &r.gaussians.unplaced},
+                                    {"parked", &r.gaussians.parked},
+                                    {"under_way", &r.gaussians.under_way}});
+        read(json.at("refused"), {{"channel_full", &r.refused.channel_full},
+                                  {"no_credit", &r.refused.no_credit},
+                                  {"storage_full", &r.refused.storage_full},
+                                  {"copies_full", &r.refused.copies_full},
+                                  {"copies_refused", &r.refused.copies_refused}});
+        read(json.at("exchanged_bytes"), {{"live", &r.exchanged_live_bytes}, {"capacity", &r.exchanged_capacity_bytes}});
+        read(json, {{"copies", &r.copies},
+                    {"copies_lost", &r.lost_copies},
+                    {"copies_late", &r.late_copies},
+                    {"messages", &r.messages},
+                    {"hops", &r.hops},
+                    {"pairs", &r.pairs},
+                    {"pairs_contributing", &r.pairs_contributing}});
+        json.at("peak").at("storage").get_to(r.peak_storage);
+        json.at("peak").at("channel").get_to(r.peak_channel);
+        for (auto const& loss : json.at("lost")) {
+            auto const& cause = loss.at("cause").get_ref<std::string const&>();
+            auto const& tile = loss.at("tile");
+            std::uint32_t number = 0;
+            while (number < causes && cause != to_string(Cause{number})) ++number;
+            if (number == causes) throw Error("a frame of a report has the loss \"" + cause + "\" (there is no such cause); write the report again");
+            r.lost.push_back({splat::GaussianId{loss.at("id").get<std::uint32_t>()},
+                              tile.is_null() ? Loss::whole : tile.get<std::uint32_t>(), Cause{number}});
+        }
+        auto const& ms = json.at("host_ms");
+        for (auto const& [key, time] : std::initializer_list<std::pair<char const*, double*>>{{"project", &r.host_ms.project},
+                                                                                               {"route", &r.host_ms.route},
+                                                                                               {"bloom", &r.host_ms.bloom},
+                                                                                               {"composite", &r.host_ms.composite},
+                                                                                               {"picture", &r.host_ms.picture},
+                                                                                               {"total", &r.host_ms.total}})
+            ms.at(key).get_to(*time);
+        if (json.contains("error")) frame.error = error(json.at("error"));
+        if (json.contains("error_same_cuts")) frame.error_same_cuts = error(json.at("error_same_cuts"));
+    } catch (nlohmann::json::exception const& why) {
+        throw Error(std::string("a frame of a report cannot be read (") + why.what() + "); write the report again");
+    }
+    return frame;
+}
+
 /// Writes `json_of(run)` as UTF-8 text, whole or not at all. Bytes of a path that are no UTF-8 become U+FFFD. Throws
 /// `tilemesh::Error` when the file cannot be written. Cost: memory for one frame's text at a time; a frame that lacks 100,000 copies
 /// has 15 MB of it.
-inline void write_json(std::filesystem::path const& path, RunReport const& run)
+inline void write_json(std::filesystem::path const& path, RunReport const& run, Outlasts outlasts = Outlasts::process)
 {
-    detail::write_in_pieces(path, "the report", [&](auto const& put) { detail::put_json(run, put); });
+    detail::write_in_pieces(path, "the report", outlasts, [&](auto const& put) { detail::put_json(run, put); });
 }
 
 } // namespace tilemesh::report

@@ -21,6 +21,18 @@ struct RunFrame {
     std::optional<ErrorMeasures> error_same_cuts;  ///< against the double reference with ours
 };
 
+/// What the frames of a run follow from, so that another run can tell whether its frames go with them.
+struct MadeFrom {
+    struct File {
+        std::string path;                          ///< as the user gave it
+        std::uint64_t bytes = 0;
+        std::string digest;                        ///< of its bytes
+    };
+    std::string version;                           ///< of the program; empty: nobody asked for any of this
+    std::vector<std::string> options;              ///< those that change a frame, sorted
+    std::vector<File> files;                       ///< every file that is read
+};
+
 /// A whole run as a program describes it: everything that report.json says beside the frames' own reports.
 struct RunReport {
     struct {
@@ -52,6 +64,7 @@ struct RunReport {
         std::string why;
     };
     std::vector<Feature> features;                 ///< parts of the program, and whether the scene needs each
+    MadeFrom made_from;
     std::vector<std::string> notes; ///< one line each about the run; the map has notes of its own
     std::vector<RunFrame> frames;
 };

@@ -2,6 +2,7 @@
 #include <cerrno>
 #include <cstddef>
 #include <cstdio>
+#include <fcntl.h>
 #include <filesystem>
 #include <new>
 #include <span>
@@ -9,6 +10,7 @@
 #include <string_view>
 #include <system_error>
 #include <tilemesh/error.hpp>
+#include <unistd.h>
 
 namespace tilemesh::report {
 
@@ -24,11 +26,31 @@ inline std::filesystem::path link_target(std::filesystem::path path)
     return path;
 }
 
+/// What a file that was written whole outlasts. A process that is killed takes nothing with it. A machine that loses its power may
+/// leave the new name with no bytes behind it, unless the bytes are synced to the disk before the rename, and the folder after it.
+enum class Outlasts { process, power_loss };
+
 namespace detail {
+/// Waits until the disk has the bytes of an open file or folder. A file system that syncs nothing is no failure.
+inline std::error_code sync_to_disk(int descriptor)
+{
+    if (fsync(descriptor) == 0 || errno == EINVAL || errno == EROFS || errno == ENOTSUP) return {};
+    return {errno, std::generic_category()};
+}
+/// The same of a folder's names. A folder that may be written and not read cannot be opened: its names are synced in time.
+inline std::error_code sync_folder(std::filesystem::path const& folder)
+{
+    int const descriptor = open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (descriptor < 0) return {};
+    auto const why = sync_to_disk(descriptor);
+    close(descriptor);
+    return why;
+}
+
 /// `write_whole` for bytes that are made piece by piece. It calls `produce(put)`, which calls `put(text)` for each piece.
 /// `room` is the disk space that the error asks for, in words.
 template <class Produce>
-void write_in_pieces(std::filesystem::path const& path, std::string const& room, Produce produce)
+void write_in_pieces(std::filesystem::path const& path, std::string const& room, Outlasts outlasts, Produce produce)
 {
     namespace fs = std::filesystem;
     std::error_code ignored;
@@ -71,11 +93,13 @@ void write_in_pieces(std::filesystem::path const& path, std::string const& room,
         throw;
     }
     if (!why && std::fflush(file) != 0) why = system_error();
+    bool const synced = outlasts == Outlasts::power_loss && !straight;
+    if (!why && synced) why = sync_to_disk(fileno(file));
     if (std::fclose(file) != 0 && !why) why = system_error();
     if (!why && !straight) fs::rename(part, name, why);
-    if (!why) return;
-    if (!straight) fs::remove(part, ignored);
-    fail(why);
+    if (why && !straight) fs::remove(part, ignored);
+    if (!why && synced) why = sync_folder(name.parent_path());
+    if (why) fail(why);
 }
 } // namespace detail
 
@@ -85,13 +109,16 @@ void write_in_pieces(std::filesystem::path const& path, std::string const& room,
 /// the close are checked; then it is renamed to `path`. So a file called `path` is always whole. Of two writers at the same
 /// time, the one that ends last wins. On failure the part is removed, and the old file is untouched; a process that is killed
 /// leaves its part. A file that is replaced gets the permissions of a new one. A symbolic link is followed. Into a device or
-/// a pipe the bytes are written directly.
+/// a pipe the bytes are written directly; the call waits until somebody reads the pipe. With `Outlasts::power_loss` the file is on
+/// the disk, under its name, when the call returns.
 ///
 /// Throws `tilemesh::Error` with the system's reason when the bytes cannot be written; `std::bad_alloc` without memory.
-/// Cost: the bytes on disk, beside those of the old file until the rename; no copy in memory.
-inline void write_whole(std::filesystem::path const& path, std::string_view header, std::span<std::byte const> body = {})
+/// Cost: the bytes on disk, beside those of the old file until the rename; no copy in memory. `Outlasts::power_loss` waits for the
+/// disk twice.
+inline void write_whole(std::filesystem::path const& path, std::string_view header, std::span<std::byte const> body = {},
+                        Outlasts outlasts = Outlasts::process)
 {
-    detail::write_in_pieces(path, std::to_string(header.size() + body.size()) + " bytes", [&](auto const& put) {
+    detail::write_in_pieces(path, std::to_string(header.size() + body.size()) + " bytes", outlasts, [&](auto const& put) {
         put(header);
         put({reinterpret_cast<char const*>(body.data()), body.size()});
     });

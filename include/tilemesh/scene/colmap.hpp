@@ -168,6 +168,18 @@ inline bool names_colmap(std::filesystem::path const& path)
            std::find(files.begin(), files.end(), path.filename().string()) != files.end();
 }
 
+/// The files of a COLMAP text model.
+struct ColmapFiles {
+    std::filesystem::path cameras, images;
+};
+/// The files of the model that `path` names: its directory, or one of them.
+inline ColmapFiles colmap_files(std::filesystem::path const& path)
+{
+    std::error_code ignored;
+    auto const folder = std::filesystem::is_directory(path, ignored) ? path : path.parent_path();
+    return {folder / "cameras.txt", folder / "images.txt"};
+}
+
 /// Reads a COLMAP model as `read_colmap` does: `path` is the directory that holds cameras.txt and images.txt, or one of these.
 /// Throws `Error` where one of them is missing, and for a binary model. The 2-D points make images.txt long: it may have any
 /// length.
@@ -175,8 +187,8 @@ inline std::vector<NamedCamera> load_colmap(std::filesystem::path const& path)
 {
     namespace fs = std::filesystem;
     std::error_code ignored;
-    fs::path const folder = fs::is_directory(path, ignored) ? path : path.parent_path();
-    fs::path const cameras_path = folder / "cameras.txt", images_path = folder / "images.txt";
+    auto const [cameras_path, images_path] = colmap_files(path);
+    auto const folder = cameras_path.parent_path();
     bool const cameras_there = fs::exists(cameras_path, ignored), images_there = fs::exists(images_path, ignored);
     bool const binary_there = fs::exists(folder / "cameras.bin", ignored) || fs::exists(folder / "images.bin", ignored);
     if (path.extension() == ".bin" || (binary_there && !(cameras_there && images_there)))

@@ -62,7 +62,7 @@ namespace detail {
 /// `channels` floats a pixel, rows from the bottom to the top as the format demands (Debevec's description, as Netpbm's `pfm(5)`
 /// gives it), little endian (scale -1.0).
 inline void write_rows_as_pfm(std::filesystem::path const& path, std::uint32_t width, std::uint32_t height,
-                              std::uint32_t channels, std::span<float const> values)
+                              std::uint32_t channels, std::span<float const> values, Outlasts outlasts)
 {
     auto const header = (channels == 3 ? "PF\n" : "Pf\n") + std::to_string(width) + ' ' + std::to_string(height) + "\n-1.0\n";
     std::vector<std::byte> body(4 * values.size());
@@ -73,7 +73,7 @@ inline void write_rows_as_pfm(std::filesystem::path const& path, std::uint32_t w
             store_float(value, to);
             to += 4;
         }
-    write_whole(path, header, body);
+    write_whole(path, header, body, outlasts);
 }
 } // namespace detail
 
@@ -96,18 +96,18 @@ TILEMESH_HOST void write_ppm(std::filesystem::path const& path, Image const& ima
     write_whole(path, header, rgb8(image));
 }
 
-TILEMESH_HOST void write_pfm(std::filesystem::path const& path, Image const& image)
+TILEMESH_HOST void write_pfm(std::filesystem::path const& path, Image const& image, Outlasts outlasts)
 {
     detail::expect_pixels(image, "write " + path.string());
-    detail::write_rows_as_pfm(path, image.width, image.height, 3, image.rgb);
+    detail::write_rows_as_pfm(path, image.width, image.height, 3, image.rgb, outlasts);
 }
 
-TILEMESH_HOST void write_pfm(std::filesystem::path const& path, Plane const& plane)
+TILEMESH_HOST void write_pfm(std::filesystem::path const& path, Plane const& plane, Outlasts outlasts)
 {
     if (plane.empty() || plane.values.size() != std::size_t{plane.width} * plane.height)
         throw Error("cannot write " + path.string() + " (" + std::to_string(plane.values.size()) +
                     " floats are not width x height, or none); render with a setup whose pixels have this plane");
-    detail::write_rows_as_pfm(path, plane.width, plane.height, 1, plane.values);
+    detail::write_rows_as_pfm(path, plane.width, plane.height, 1, plane.values, outlasts);
 }
 
 TILEMESH_HOST Image read_pfm(std::filesystem::path const& path)

@@ -1,0 +1,225 @@
+#include "journal.hpp"
+#include "outputs.hpp"
+#include "text.hpp"
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <charconv>
+#include <cstdint>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <span>
+#include <string_view>
+#include <system_error>
+#include <tilemesh/error.hpp>
+#include <tilemesh/report/json.hpp>
+#include <tilemesh/report/whole_file.hpp>
+#include <tilemesh/splat/camera.hpp>
+#include <utility>
+
+namespace render_map {
+
+namespace {
+
+namespace fs = std::filesystem;
+namespace report = tilemesh::report;
+using Json = nlohmann::ordered_json;
+using tilemesh::Error;
+
+/// A file's size and the digest of its bytes; empty for what is no regular file, or cannot be read to its end.
+struct Contents {
+    std::uint64_t bytes = 0;
+    std::string digest;
+};
+std::optional<Contents> contents_of(fs::path const& path)
+{
+    std::error_code refused;
+    if (!fs::is_regular_file(path, refused)) return {};
+    std::ifstream in(path, std::ios::binary);
+    std::vector<char> block(1u << 20);
+    std::uint64_t bytes = 0, h = 0x9e3779b97f4a7c15u; // any start that is not 0
+    while (in) {
+        in.read(block.data(), static_cast<std::streamsize>(block.size()));
+        auto const n = static_cast<std::size_t>(in.gcount());
+        std::fill(block.begin() + static_cast<std::ptrdiff_t>(n), block.end(), '\0'); // a last word is filled up; the size tells
+        for (std::size_t i = 0; i < n; i += 8) {
+            std::uint64_t word = 0;
+            std::memcpy(&word, block.data() + i, 8);
+            // FNV-1a's step for a word (Fowler, Noll, Vo), and its high half into its low one: else two changes of a top bit cancel.
+            h = (h ^ word) * 0x100000001b3u;
+            h ^= h >> 32;
+        }
+        bytes += n;
+    }
+    if (in.bad() || !in.eof()) return {};
+    std::array<char, 16> digits{};
+    auto const end = std::to_chars(digits.data(), digits.data() + digits.size(), h, 16).ptr;
+    return Contents{bytes, {digits.data(), end}};
+}
+
+std::string line_of(Json const& json)
+{
+    return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+/// In one clause, what the frames of `then` are made from and those of `now` are not.
+std::string difference(Json const& then, Json const& now)
+{
+    if (then.at("version") != now.at("version"))
+        return "its frames are of " + then.at("version").get<std::string>() + ", this is " + now.at("version").get<std::string>();
+    auto const alone = [](Json const& run, Json const& other, std::string text) {
+        auto const& others = other.at("options");
+        auto const begin = text.size();
+        for (auto const& option : run.at("options"))
+            if (std::find(others.begin(), others.end(), option) == others.end()) text += " " + one_line(option.get<std::string>(), 60);
+        return text.size() == begin ? std::string() : text;
+    };
+    if (then.at("options") != now.at("options"))
+        return "its frames were rendered" + alone(then, now, " with") + alone(now, then, " without");
+    for (std::size_t i = 0; i < now.at("files").size(); ++i)
+        if (i >= then.at("files").size() || then.at("files")[i] != now.at("files")[i])
+            return one_line(now.at("files")[i].at("path").get<std::string>(), 200) + " has changed since";
+    return "its frames were rendered from more files";
+}
+
+} // namespace
+
+report::MadeFrom made_from(Options const& options, std::vector<fs::path> const& read)
+{
+    report::MadeFrom result;
+    auto const version = version_text();
+    result.version = version.substr(0, version.find('\n'));
+    result.options = options.shaping;
+    std::sort(result.options.begin(), result.options.end());
+    for (auto const& file : read) {
+        auto const contents = contents_of(file);
+        if (!contents)
+            throw Error("cannot take the digest of " + file.string() +
+                        " (--resume reads every file twice, and that one is no regular file or cannot be read); leave out --resume");
+        result.files.push_back({file.string(), contents->bytes, contents->digest});
+    }
+    return result;
+}
+
+Journal::Journal(fs::path const& folder, report::MadeFrom const& made_from, std::size_t frames)
+    : path_(folder / journal_file), folder_(folder), found_(frames), rendered_(frames)
+{
+    auto const refuse = [&](std::string const& why) {
+        throw Error("cannot resume in " + folder.string() + " (" + why + "); name another directory with --out, or remove " + path_.string() +
+                    " and render every frame again");
+    };
+    report::RunReport run;
+    run.made_from = made_from;
+    auto const head_line = line_of(report::json_of(run).at("made_from"));
+    std::error_code refused;
+    if (!fs::exists(path_, refused)) {
+        report::write_whole(path_, head_line);
+        return;
+    }
+    if (!fs::is_regular_file(path_, refused)) refuse(path_.string() + " is no regular file");
+    std::ifstream in(path_, std::ios::binary);
+    std::string line;
+    if (!std::getline(in, line)) refuse(path_.string() + " is empty or cannot be read");
+    if (line + "\n" != head_line) {
+        std::string why = path_.string() + " is not the list of frames that this version writes";
+        try {
+            why = difference(Json::parse(line), Json::parse(head_line));
+        } catch (nlohmann::json::exception const&) { // the text above says it
+        }
+        refuse(why);
+    }
+    // A line that was cut off ends without a line break.
+    while (std::getline(in, line)) {
+        begins_line_ = !in.eof();
+        if (begins_line_) read_line(line);
+    }
+    while (rendered_ != 0 && found_[rendered_ - 1]) --rendered_;
+    taken_over_ = static_cast<std::size_t>(std::count_if(found_.begin(), found_.end(), [](auto const& frame) { return frame.has_value(); }));
+}
+
+/// A line that is damaged, or whose files are not what it says, is none: its frame is rendered again.
+void Journal::read_line(std::string const& line)
+{
+    try {
+        auto const json = Json::parse(line);
+        auto const number = json.at("frame").get<std::size_t>();
+        if (number >= found_.size()) return;
+        for (auto const& file : json.at("files")) {
+            auto const path = folder_ / file.at("name").get<std::string>();
+            std::error_code refused;
+            if (fs::file_size(path, refused) != file.at("bytes").get<std::uint64_t>() || refused) return;
+            auto const contents = contents_of(path);
+            if (!contents || contents->digest != file.at("digest").get<std::string>()) return;
+        }
+        found_[number] = report::frame_of(json.at("report"));
+    } catch (nlohmann::json::exception const&) {
+    } catch (Error const&) {
+    }
+}
+
+Journal::Way Journal::way(std::size_t frame) const
+{
+    if (!found_[frame]) return Way::render;
+    return frame < rendered_ ? Way::replay : Way::take_over;
+}
+
+report::RunFrame Journal::take(std::size_t frame)
+{
+    return std::move(found_[frame].value());
+}
+
+void Journal::add(std::size_t frame, report::RunFrame const& report, std::vector<fs::path> const& files)
+{
+    Json json{{"frame", frame}};
+    json["files"] = Json::array();
+    for (auto const& file : files) {
+        auto const contents = contents_of(file);
+        if (!contents) throw Error("cannot read " + file.string() + " again (this run has written it); write to another disk with --out");
+        json["files"].push_back({{"name", file.filename().string()}, {"bytes", contents->bytes}, {"digest", contents->digest}});
+    }
+    report::RunReport run;
+    run.frames = {report};
+    json["report"] = std::move(report::json_of(run).at("frames").at(0));
+    auto const text = (begins_line_ ? "" : "\n") + line_of(json); // behind what was cut off
+    begins_line_ = true;
+    errno = 0;
+    std::unique_ptr<std::FILE, int (*)(std::FILE*)> out(std::fopen(path_.c_str(), "ab"), std::fclose);
+    bool written = out && std::fwrite(text.data(), 1, text.size(), out.get()) == text.size();
+    if (out) written = std::fclose(out.release()) == 0 && written;
+    if (!written)
+        throw Error("cannot write " + path_.string() + " (" + std::generic_category().message(errno != 0 ? errno : EIO) +
+                    "); name a writable directory with --out");
+}
+
+void replay(AnyRenderer& renderer, tilemesh::splat::Camera const& camera, bool with_pixels)
+{
+    auto& model = renderer.model();
+    auto const before = model.transmittance_min;
+    // Above the transmittance of an empty pixel: each is finished before its first Gaussian. Compositing reads this number, and
+    // no other kernel does.
+    if (!with_pixels) model.transmittance_min = 2;
+    renderer.render(camera);
+    model.transmittance_min = before;
+}
+
+std::vector<bool> needs_pixels(std::vector<Shot> const& shots, tilemesh::splat::Model const& model, Journal const& journal)
+{
+    auto const same_view = [&](std::size_t a, std::size_t b) {
+        // As the renderer compares them.
+        auto const x = tilemesh::splat::make_view(shots[a].camera, model), y = tilemesh::splat::make_view(shots[b].camera, model);
+        return std::memcmp(&x, &y, sizeof x) == 0;
+    };
+    std::vector<bool> needed(shots.size(), false);
+    for (std::size_t begin = 0, end = 0; begin < shots.size(); begin = end) {
+        bool any = false;
+        for (end = begin; end < shots.size() && (end == begin || same_view(end - 1, end)); ++end)
+            any = any || journal.way(end) == Journal::Way::render;
+        std::fill(needed.begin() + static_cast<std::ptrdiff_t>(begin), needed.begin() + static_cast<std::ptrdiff_t>(end), any);
+    }
+    return needed;
+}
+
+} // namespace render_map

@@ -1,0 +1,170 @@
+#pragma once
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <set>
+#include <string>
+#include <sys/stat.h>
+#include <system_error>
+#include <tilemesh/error.hpp>
+#include <tilemesh/report/whole_file.hpp>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+namespace tilemesh::report {
+
+/// Finds out, before anything is written, whether a program would write over a file that it reads, or one of its files over
+/// another one. Name what is read, then the streams, then what is written; each call throws `Error` for a clash with the calls
+/// before it.
+///
+/// Files are compared by device and inode: links are followed, hard links are one file, and `a/../b` is `b`. A file that does
+/// not exist yet is compared by its folder's device and inode and by its name. Small and capital letters of ASCII are the same
+/// in such a name, because a file system may take them to be; other letters that a file system takes to be the same are not
+/// found.
+///
+/// Cost: one or two system calls for each file named, and for each file of a folder that has a name to be written. What happens
+/// to the files after the call is not seen.
+class DistinctFiles {
+public:
+    /// A file that is read. A name that leads to no file is none.
+    void read(std::filesystem::path const& path)
+    {
+        if (auto const file = find(path)) read_.emplace(id_of(*file), path.string());
+    }
+
+    /// A stream of the process, by its descriptor: `what` is "standard output". Several streams may go to one file.
+    void write_stream(int descriptor, std::string const& what, std::string const& remedy)
+    {
+        struct stat file {};
+        if (fstat(descriptor, &file) != 0 || !S_ISREG(file.st_mode)) return;
+        if (auto const clash = read_.find(id_of(file)); clash != read_.end())
+            throw Error(what + " cannot go to " + clash->second + " (this run reads that file); " + remedy);
+        streams_.emplace(id_of(file), what);
+    }
+
+    /// A file that is written by `write_whole`; `what` is "the report", `remedy` "name another file with --report". It may be a
+    /// device or a pipe.
+    void write(std::filesystem::path const& path, std::string const& what, std::string const& remedy)
+    {
+        Target const target{path, what, remedy};
+        check_content(target);
+        auto const place = place_of(target);
+        for (auto const& folder : folders_)
+            if (folder.id == place.folder && folder.is_written(place.name)) refuse(target, folder.what + " of this run has that name");
+        add(target, place);
+    }
+
+    /// All files that are written into an existing folder, in place of regular files only. `is_written(name)` says whether a file
+    /// of that name, its ASCII letters in lower case, will be. `what` is "a picture", `remedy` "name another directory with --out".
+    void write_into(std::filesystem::path const& folder, std::function<bool(std::string const&)> is_written, std::string const& what,
+                    std::string const& remedy)
+    {
+        namespace fs = std::filesystem;
+        std::error_code refused;
+        auto const status = find(folder);
+        fs::directory_iterator entry(folder, refused);
+        if (!status || refused)
+            throw Error("cannot look into " + folder.string() + " (" + refused.message() + "); " + remedy);
+        folders_.push_back({id_of(*status), std::move(is_written), what});
+        auto const& own = folders_.back();
+        for (auto const& [place, other] : written_)
+            if (place.folder == own.id && own.is_written(place.name)) refuse(other, what + " of this run has that name");
+        std::set<std::string> links; // names in other letters lead to one of them
+        for (; entry != fs::directory_iterator(); entry.increment(refused)) {
+            if (refused) throw Error("cannot look into " + folder.string() + " (" + refused.message() + "); " + remedy);
+            auto const name = folded(entry->path().filename().string());
+            if (!own.is_written(name)) continue;
+            Target const target{folder / name, what, remedy};
+            struct stat self {};
+            if (lstat(target.path.c_str(), &self) != 0) continue; // only the name in other letters is there
+            check_content(target);
+            if (auto const type = fs::status(target.path, refused).type(); type == fs::file_type::fifo || type == fs::file_type::socket)
+                refuse(target, "it is a pipe or a socket, and a write would wait for its reader");
+            if (!S_ISLNK(self.st_mode) || !links.insert(name).second) continue;
+            auto const place = place_of(target);
+            if (!is_device(target.path))
+                for (auto const& each : folders_)
+                    if (each.id == place.folder && each.is_written(place.name))
+                        refuse(target, "it is a link to " + each.what + " of this run, " + link_target(target.path).string());
+            add(target, place);
+        }
+    }
+
+private:
+    using Id = std::pair<std::uintmax_t, std::uintmax_t>; ///< device, inode
+    struct Place {
+        Id folder;
+        std::string name; ///< folded
+        bool operator<(Place const& other) const { return std::tie(folder, name) < std::tie(other.folder, other.name); }
+    };
+    struct Target {
+        std::filesystem::path path;
+        std::string what, remedy;
+    };
+    struct Folder {
+        Id id;
+        std::function<bool(std::string const&)> is_written;
+        std::string what;
+    };
+
+    struct Found {
+        struct stat file {};
+        bool there = false;
+        explicit operator bool() const { return there; }
+        struct stat const& operator*() const { return file; }
+    };
+    static Found find(std::filesystem::path const& path)
+    {
+        Found found;
+        found.there = ::stat(path.c_str(), &found.file) == 0;
+        return found;
+    }
+    static Id id_of(struct stat const& file) { return {file.st_dev, file.st_ino}; }
+    static std::string folded(std::string name)
+    {
+        for (char& c : name)
+            if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+        return name;
+    }
+    static bool is_device(std::filesystem::path const& path)
+    {
+        auto const file = find(path);
+        return file && !S_ISREG((*file).st_mode) && !S_ISDIR((*file).st_mode);
+    }
+    [[noreturn]] static void refuse(Target const& target, std::string const& why)
+    {
+        throw Error("cannot write " + target.what + " to " + target.path.string() + " (" + why + "); " + target.remedy);
+    }
+
+    void check_content(Target const& target) const
+    {
+        auto const file = find(target.path);
+        if (!file || !S_ISREG((*file).st_mode)) return;
+        if (auto const clash = read_.find(id_of(*file)); clash != read_.end())
+            refuse(target, "this run reads that file" + (clash->second == target.path.string() ? "" : ": it is " + clash->second));
+        if (auto const clash = streams_.find(id_of(*file)); clash != streams_.end()) refuse(target, clash->second + " goes to that file");
+    }
+    /// Where `write_whole` puts the file.
+    static Place place_of(Target const& target)
+    {
+        auto const end = link_target(target.path);
+        auto const parent = end.parent_path();
+        auto const folder = find(parent.empty() ? "." : parent);
+        if (!folder || !S_ISDIR((*folder).st_mode)) refuse(target, "there is no directory " + parent.string());
+        return {id_of(*folder), folded(end.filename().string())};
+    }
+    void add(Target const& target, Place const& place)
+    {
+        if (is_device(target.path)) return; // it takes all that is written
+        auto const [other, is_new] = written_.emplace(place, target);
+        if (!is_new) refuse(target, "that is the file of " + other->second.what + " of this run, " + other->second.path.string());
+    }
+
+    std::map<Id, std::string> read_, streams_;
+    std::map<Place, Target> written_; ///< single files, and what links in the folders lead to
+    std::vector<Folder> folders_;
+};
+
+} // namespace tilemesh::report
