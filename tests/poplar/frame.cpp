@@ -59,7 +59,7 @@ void whole_frame(std::string const& prefix)
         compare<S>(map, prefix, options, cameras);
         return;
     }
-    auto const& scene = support::scenes()[0];
+    auto const& scene = support::scenes<640>()[0];
     auto const* camera = &scene.cameras[0].second;
     for (auto const& [name, c] : scene.cameras)
         if (name == "benchmark") camera = &c;

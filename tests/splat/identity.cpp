@@ -71,7 +71,7 @@ Row row_of(std::uint32_t camera_of_all, std::uint32_t t)
 TEST_CASE("identity: mesh and naive picture, a pairwise cover of camera, tile, threads, capacities, copies and motion")
 {
     std::uint32_t camera_of_all = 0;
-    for (auto const& s : scenes())
+    for (auto const& s : scenes<640>())
         for (std::size_t camera = 0; camera < s.cameras.size(); ++camera, ++camera_of_all)
             for (std::uint32_t t = 0; t < 6; ++t) {
                 if (support::fast() && (camera_of_all * 6 + t) % 12 != 2) continue;
@@ -105,7 +105,7 @@ TEST_CASE("the cover above is pairwise complete over the real maps' eight camera
 
 TEST_CASE("slow: identity, the full product")
 {
-    for (auto const& s : scenes())
+    for (auto const& s : scenes<640>())
         for (std::size_t camera = 0; camera < s.cameras.size(); ++camera)
             for (auto const& tile : tile_sizes)
                 for (auto threads : thread_counts)

@@ -192,7 +192,7 @@ TEST_CASE("references: another size of the frame, and a model that changes betwe
 
 TEST_CASE("references: real maps, every preset: cold start, still, orbits, teleports")
 {
-    for (auto const& s : support::scenes()) {
+    for (auto const& s : support::scenes<640>()) {
         auto const& start = s.cameras.back().second;
         std::vector<Camera> cameras{start, start};
         auto const centre = scene::robust_centre(s.map);

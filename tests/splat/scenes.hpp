@@ -21,14 +21,14 @@ struct Scene {
     /// Does it look as a SLAM map does? Only then a test may state what was measured on such maps and follows from no arithmetic.
     bool like_slam = true;
 };
-/// Pictures of maps that stand in: a quarter of what the real maps are rendered at, because a stranger's machine renders them too.
-inline constexpr scene::Size stand_in_size{640, 360};
-
 /// Sloth and Salad with every camera of cameras.json, or the built-in map with three cameras of its own. Where the environment variable
 /// TILEMESH_STAND_IN names a map of stand_ins.hpp, that map alone, with three cameras.
-inline std::vector<Scene> const& scenes()
+/// `Width` is the pictures' width for maps that stand in. What follows from no size takes a quarter of the pixels: strangers run it, too.
+template <std::uint32_t Width = 1280>
+std::vector<Scene> const& scenes()
 {
     static std::vector<Scene> const all = [] {
+        constexpr scene::Size size{Width, Width * 9 / 16};
         std::vector<Scene> out;
         auto const add = [&](scene::Map map, Camera const& first, bool like_slam) {
             auto const orbit = scene::orbit(first, scene::robust_centre(map), 20, 3);
@@ -37,14 +37,14 @@ inline std::vector<Scene> const& scenes()
         };
         if (char const* const name = std::getenv("TILEMESH_STAND_IN"); name != nullptr && *name != '\0') {
             auto map = stand_in(name);
-            auto const camera = scene::frame_whole(map, stand_in_size);
+            auto const camera = scene::frame_whole(map, size);
             add(std::move(map), camera, false);
             return out;
         }
         auto const folder = data();
         if (folder.empty()) {
             MESSAGE("skipped: no real maps (TILEMESH_DATA); the built-in map stands in");
-            add(scene::built_in_map(), scene::built_in_camera(stand_in_size), true);
+            add(scene::built_in_map(), scene::built_in_camera(size), true);
             return out;
         }
         auto const cameras = scene::load_cameras(folder / "cameras.json");
