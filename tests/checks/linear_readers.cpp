@@ -1,4 +1,4 @@
-// Reads files of n and of 8 n entries and wants at most ten times the steps. A step is an edge of the control flow of the readers and of
+// Reads files of n and of 8 n entries and wants at most ten times the steps, and the memory of .github/SECURITY.md. A step is an edge of the control flow of the readers and of
 // the standard library's templates (-fsanitize-coverage=trace-pc), 16 bytes that the C library copies, sets or compares, 16 bytes
 // allocated, or a byte taken from the stream: a byte that is read twice counts twice. linear_readers.sh compiles this file twice.
 #include <cstddef>
@@ -7,12 +7,16 @@
 /// The steps so far, and how many there may be; `case_name` is what takes them.
 extern std::uint64_t steps, most_steps;
 extern char const* case_name;
+/// Bytes that are allocated, and the most that were at one time.
+extern std::uint64_t live_bytes, peak_bytes;
 
 #ifdef COUNTER
 #include <cstdio>
 #include <cstdlib>
+#include <malloc.h>
 #include <new>
 
+std::uint64_t live_bytes = 0, peak_bytes = 0;
 std::uint64_t steps = 0, most_steps = ~std::uint64_t{0};
 char const* case_name = "";
 
@@ -43,11 +47,18 @@ int __wrap_memcmp(void const* a, void const* b, std::size_t n) { return steps +=
 void* operator new(std::size_t n)
 {
     steps += 1 + n / 16;
-    if (void* const p = std::malloc(n)) return p;
-    throw std::bad_alloc();
+    void* const p = std::malloc(n);
+    if (p == nullptr) throw std::bad_alloc();
+    live_bytes += malloc_usable_size(p);
+    if (live_bytes > peak_bytes) peak_bytes = live_bytes;
+    return p;
 }
-void operator delete(void* p) noexcept { std::free(p); }
-void operator delete(void* p, std::size_t) noexcept { std::free(p); }
+void operator delete(void* p) noexcept
+{
+    live_bytes -= malloc_usable_size(p);
+    std::free(p);
+}
+void operator delete(void* p, std::size_t) noexcept { operator delete(p); }
 
 #else
 #include <algorithm>
@@ -124,6 +135,11 @@ std::string listed(std::size_t n, Entry const& entry)
 using Reader = std::function<void(std::istream&)>;
 using Text = std::function<std::string(std::size_t)>;
 int failures = 0, cases = 0;
+/// The memory that a reader may take: bytes for each byte of the file, and beside them.
+std::uint64_t most_a_byte = 0, most_beside = 0;
+
+/// The memory that the last text took.
+std::uint64_t memory = 0;
 
 /// The steps to read this text, which end the program above `limit`; `refused` says whether it must be refused.
 std::uint64_t steps_of(std::string text, bool refused, std::uint64_t limit, Reader const& read, std::string const& name)
@@ -133,6 +149,7 @@ std::uint64_t steps_of(std::string text, bool refused, std::uint64_t limit, Read
     bool was_refused = false;
     std::string why;
     case_name = name.c_str();
+    std::uint64_t const before = peak_bytes = live_bytes;
     steps = 0;
     most_steps = limit;
     try {
@@ -143,6 +160,7 @@ std::uint64_t steps_of(std::string text, bool refused, std::uint64_t limit, Read
     }
     most_steps = ~std::uint64_t{0};
     std::uint64_t const taken = steps;
+    memory = peak_bytes - before;
     if (was_refused == refused && why.size() < 2000) return taken;
     std::printf("%s: %s %.300s\n", name.c_str(), refused ? "must be refused, in a short line" : "must be read", why.c_str());
     ++failures;
@@ -157,19 +175,28 @@ void expect_linear(std::string const& name, Ends ends, Reader const& read, Text 
     std::uint64_t const one = steps_of(text(n), refused, ~std::uint64_t{0}, read, name);
     std::string const eight_times = text(8 * n);
     std::uint64_t const eight = steps_of(eight_times, refused, 10 * one, read, name);
-    std::printf("%-58s %9llu %10llu steps: x %5.2f, %6.1f a byte\n", name.c_str(), static_cast<unsigned long long>(one),
-                static_cast<unsigned long long>(eight), static_cast<double>(eight) / static_cast<double>(one),
-                static_cast<double>(eight) / static_cast<double>(eight_times.size()));
+    double const bytes = static_cast<double>(eight_times.size());
+    std::printf("%-58s %9llu %10llu steps: x %5.2f, %5.1f a byte; %9llu bytes of memory, %5.1f a byte\n", name.c_str(),
+                static_cast<unsigned long long>(one), static_cast<unsigned long long>(eight),
+                static_cast<double>(eight) / static_cast<double>(one), static_cast<double>(eight) / bytes,
+                static_cast<unsigned long long>(memory), static_cast<double>(memory) / bytes);
     ++cases;
-    if (one > n) return;
-    std::printf("%s: the steps are not counted\n", name.c_str());
-    ++failures;
+    if (one <= n || memory == 0) {
+        std::printf("%s: nothing is counted\n", name.c_str());
+        ++failures;
+    }
+    if (memory > most_beside + most_a_byte * eight_times.size()) {
+        std::printf("%s: more memory than %llu bytes for each of the file and %llu\n", name.c_str(),
+                    static_cast<unsigned long long>(most_a_byte), static_cast<unsigned long long>(most_beside));
+        ++failures;
+    }
 }
 
 std::string number(std::size_t i) { return std::to_string(i); }
 
 void camera_json()
 {
+    most_a_byte = 24, most_beside = 1 << 18;
     auto const read = [](std::istream& in) { scene::read_cameras_json(in, "cameras.json"); };
     auto const own = [](std::size_t i) {
         return R"({"name":"c)" + number(i) + R"(","width":640,"height":480,"fx":500.25,"fy":510,"cx":320.5,"cy":240,"world_to_camera":)"
@@ -189,6 +216,15 @@ void camera_json()
                   [&](std::size_t n) { return "[" + listed(n, [&](std::size_t i) { return training("same", i); }) + "]"; });
     expect_linear("JSON: cameras of a training after one that is not usable", Ends::refused, read, [&](std::size_t n) {
         return R"([{"img_name":"first"},)" + listed(n, [&](std::size_t i) { return training("c" + number(i), i); }) + "]";
+    });
+    std::string const short_matrix = R"("rotation":[[1,0,0],[0,1,0],[0,0,1]])", short_lens = R"("width":1,"height":1,"fx":1,"fy":1)";
+    expect_linear("JSON: the shortest cameras of a training", Ends::well, read, [&](std::size_t n) {
+        return "[" + listed(n, [&](std::size_t i) {
+                   return R"({"img_name":")" + number(i) + "\"," + short_lens + R"(,"position":[0,0,0],)" + short_matrix + "},";
+               }) + "]";
+    });
+    expect_linear("JSON: names and nothing else", Ends::refused, read, [&](std::size_t n) {
+        return "[" + listed(n, [&](std::size_t i) { return R"({"img_name":")" + number(i) + "\"},"; }) + "]";
     });
     expect_linear("JSON: {} in a list", Ends::refused, read, [](std::size_t n) { return "[" + listed(n, "{},") + "]"; });
     expect_linear("JSON: {} in cameras[]", Ends::refused, read, [&](std::size_t n) { return of(listed(n, "{},")); });
@@ -216,6 +252,7 @@ void camera_json()
 
 void colmap()
 {
+    most_a_byte = 32, most_beside = 1 << 18;
     static std::string const a_lens = "1 PINHOLE 640 480 500 510 320 240\n";
     auto const images = [](std::istream& in) {
         CountedText lens(a_lens);
@@ -238,6 +275,9 @@ void colmap()
     });
     expect_linear("COLMAP: comments and blank lines", Ends::well, lenses, [](std::size_t n) { return repeated(n, "# comment\n \n"); });
     expect_linear("COLMAP: images", Ends::well, images, [&](std::size_t n) { return repeated(n, [&](std::size_t i) { return image(i) + "\n"; }); });
+    expect_linear("COLMAP: the shortest images", Ends::well, images, [&](std::size_t n) {
+        return repeated(n, [&](std::size_t i) { return "1 1 0 0 0 0 0 0 1 " + number(i) + "\n\n"; });
+    });
     expect_linear("COLMAP: images with points", Ends::well, images, [&](std::size_t n) {
         return repeated(n, [&](std::size_t i) { return image(i) + "10.5 20.25 -1 30 4e1 77\n"; });
     });
@@ -248,12 +288,14 @@ void colmap()
 
 void trajectories()
 {
+    most_a_byte = 24, most_beside = 1 << 18;
     auto const read = [](std::istream& in) { scene::trajectory_notes(scene::read_tum(in, "walk.tum")); };
     expect_linear("TUM: poses", Ends::well, read,
                   [](std::size_t n) { return repeated(n, [](std::size_t i) { return number(i) + ".25 1 2 3 0 0 0 1\n"; }); });
     expect_linear("TUM: poses that go back in time", Ends::well, read,
                   [](std::size_t n) { return repeated(n, [&](std::size_t i) { return number(n - i) + " 1 2 3 0 0 0 1\n"; }); });
     expect_linear("TUM: poses of one time", Ends::well, read, [](std::size_t n) { return repeated(n, "1 1 2 3 0 0 0 1\n"); });
+    expect_linear("TUM: the shortest poses", Ends::well, read, [](std::size_t n) { return repeated(n, "0 0 0 0 0 0 0 1\n"); }, 5000);
     expect_linear("TUM: comments", Ends::refused, read, [](std::size_t n) { return repeated(n, "# comment\n\n"); });
     expect_linear("TUM: many fields", Ends::refused, read, [](std::size_t n) { return repeated(n, "1 1 2\n1 "); });
 }
@@ -271,6 +313,7 @@ std::string rest(std::size_t columns)
 
 void maps()
 {
+    most_a_byte = 5, most_beside = 8 << 20;
     auto const read = [](std::istream& in) { scene::read_ply(in, "map.ply"); };
     static std::string const row = "0.5 1 2 0.25 -1 1 2.5 -3 -3 -3 1 0 0 0";
     std::string const zeros(14 * 4, '\0'), nan(14 * 4, '\xff');
@@ -328,6 +371,7 @@ void maps()
 
 void parameters()
 {
+    most_a_byte = 64, most_beside = 1 << 18;
     std::string const costs = "model m\nclock 1000 kHz a\nexchange_cost live kind a\nrun 1 cycles a\nexchange 1 cycles a\n"
                               "exchange_byte 1 millicycles a\nsync 1 cycles a\nvote 1 cycles a\n";
     auto const read_costs = [](std::istream& in) { read_cost_model(in, "costs.txt"); };
@@ -344,6 +388,9 @@ void parameters()
                   [&](std::size_t n) { return costs + repeated(16 * n, operation("millicycles")); }, 2000);
     expect_linear("energy model: events", Ends::well, read_energy,
                   [&](std::size_t n) { return "energy e\n" + repeated(n, operation("fJ")); });
+    expect_linear("energy model: the shortest events", Ends::well, read_energy, [&](std::size_t n) {
+        return "energy e\n" + repeated(n, [](std::size_t i) { return number(i) + " 0 fJ a\n"; });
+    });
     expect_linear("energy model: a long line", Ends::refused, read_energy, [](std::size_t n) { return std::string(100 * n, 'x'); });
 }
 

@@ -266,6 +266,10 @@ TEST_CASE("JSON is read as RFC 8259 has it, and its first fault is placed by lin
     CHECK(with("500.0", "0.5E+3").camera.fx == 500.0f);
     CHECK(with("500.0", "1,\"fx\":2,\"fx\":500").camera.fx == 500.0f); // the last one counts
     CHECK(with("320.5", "1e-400").camera.cx == 0.0f);
+    std::istringstream twice(R"({"cameras":[{}],"cameras":[{}, 7],)" + before.substr(1));
+    CHECK(scene::read_cameras_json(twice, "f").size() == 1); // and the last list
+    std::istringstream none(before.substr(0, before.size() - 1) + R"(,"cameras":7})");
+    CHECK(has(error_of([&] { scene::read_cameras_json(none, "f"); }), "it has no list \"cameras\""));
     CHECK(with("320.5", "0." + std::string(400, '0') + "1e20").camera.cx == 0.0f);
     CHECK(with("\"cx\"", "\"x\":[{\"cameras\":[{}]},[],null,true,false,\"\",-0],\"cx\"").camera.cx == 320.5f);
 }
