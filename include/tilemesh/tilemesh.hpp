@@ -57,6 +57,7 @@
 #include <tilemesh/report/table.hpp>
 #include <tilemesh/report/whole_file.hpp>
 #include <tilemesh/scene/built_in.hpp>
+#include <tilemesh/scene/camera_json.hpp>
 #include <tilemesh/scene/colmap.hpp>
 #include <tilemesh/scene/demand.hpp>
 #include <tilemesh/scene/frame_whole.hpp>

@@ -134,7 +134,7 @@ function(form_single_header)
     run(${CMAKE_COMMAND} --build "${BUILD}" --target single_header)
     file(READ "${BUILD}/single/tilemesh.hpp" single)
     list_files(headers "${SOURCE}/include")
-    list(FILTER headers EXCLUDE REGEX "json\\.hpp$|\\.cpp$|^tilemesh/poplar/")
+    list(FILTER headers EXCLUDE REGEX "report/json\\.hpp$|\\.cpp$|^tilemesh/poplar/")
     foreach(header IN LISTS headers)
         # All of it but its own includes, once.
         file(READ "${SOURCE}/include/${header}" text)

@@ -1,3 +1,4 @@
+#include "plain_cameras.hpp"
 #include "require.hpp"
 #include <algorithm>
 #include <cmath>
@@ -45,19 +46,60 @@ std::string edited(std::string_view form, std::string_view edits)
     return text;
 }
 
-/// The first byte chooses. 'C': COLMAP, the rest is cameras.txt, a NUL or '|', images.txt. 'O', 'T': edits of our own form and of
-/// that of a training. All else is JSON.
-std::vector<scene::NamedCamera> read(std::string const& text)
-{
-    if (!text.starts_with('C')) {
-        std::istringstream stream(text.starts_with('O')   ? edited(own_form, text.substr(1))
-                                  : text.starts_with('T') ? edited(training_form, text.substr(1))
-                                                          : text);
-        return scene::read_cameras_json(stream, "file");
+/// What an input means, and what the plain reader makes of it. The first byte chooses. 'C': COLMAP, the rest is cameras.txt, a NUL or
+/// '|', images.txt. 'O', 'T': edits of our own form and of that of a training. All else is JSON.
+struct Input {
+    explicit Input(std::string const& text) : is_colmap(text.starts_with('C'))
+    {
+        if (is_colmap) {
+            std::size_t const middle = std::min(text.find_first_of(std::string_view("\0|", 2), 1), text.size());
+            first = text.substr(1, middle - 1);
+            images_txt = text.substr(std::min(middle + 1, text.size()));
+            expected = plain::colmap(first, images_txt, close);
+            return;
+        }
+        first = text.starts_with('O') ? edited(own_form, text.substr(1)) : text.starts_with('T') ? edited(training_form, text.substr(1)) : text;
+        plain::JsonCameras json;
+        expected = json.read(first);
+        close = json.close;
+        is_json = json.is_json;
     }
-    std::size_t const middle = std::min(text.find_first_of(std::string_view("\0|", 2), 1), text.size());
-    std::istringstream cameras_txt(text.substr(1, middle - 1)), images_txt(text.substr(std::min(middle + 1, text.size())));
-    return scene::read_colmap(cameras_txt, images_txt);
+
+    std::vector<scene::NamedCamera> read() const
+    {
+        std::istringstream stream(first), images(images_txt);
+        return is_colmap ? scene::read_colmap(stream, images) : scene::read_cameras_json(stream, "file");
+    }
+
+    bool is_colmap, is_json = true;
+    bool close = false; ///< to a limit, so that rounding decides
+    std::string first, images_txt;
+    plain::Cameras expected;
+};
+
+/// Equal but for rounding: a step of a float, in units of `scale`.
+bool near_to(float value, double expected, double scale = 1.0)
+{
+    return std::fabs(static_cast<double>(value) - expected) <= 2e-7 * std::max(std::fabs(expected), scale);
+}
+
+void require_same(std::vector<scene::NamedCamera> const& read, std::vector<plain::Camera> const& expected)
+{
+    require(read.size() == expected.size(), "as many cameras as the plain reader finds");
+    for (std::size_t i = 0; i < read.size(); ++i) {
+        auto const& [scene, file, name, c] = read[i];
+        auto const& e = expected[i];
+        require(scene == e.scene && file == e.file && name == e.name, "names are those that the plain reader reads");
+        require(c.width == e.width && c.height == e.height && near_to(c.fx, e.fx) && near_to(c.fy, e.fy) && near_to(c.cx, e.cx) &&
+                    near_to(c.cy, e.cy) && near_to(c.near_depth, e.near, 0.0),
+                "the lens is as the plain reader reads it");
+        double const far = std::max({std::fabs(e.centre[0]), std::fabs(e.centre[1]), std::fabs(e.centre[2])});
+        for (unsigned row = 0; row < 3; ++row) {
+            require(near_to(c.position[row], e.centre[row], far), "the centre is as the plain reader reads it");
+            for (unsigned column = 0; column < 3; ++column)
+                require(near_to(c.rotation[row][column], e.rotation[row][column]), "the rotation is as the plain reader reads it");
+        }
+    }
 }
 
 void require_camera(splat::Camera const& c)
@@ -86,8 +128,13 @@ void require_camera(splat::Camera const& c)
 
 extern "C" int LLVMFuzzerTestOneInput(std::uint8_t const* data, std::size_t size)
 {
+    Input const input({reinterpret_cast<char const*>(data), size});
+    bool read = false;
     try {
-        auto const cameras = read({reinterpret_cast<char const*>(data), size});
+        auto const cameras = input.read();
+        read = true;
+        require(input.close || input.expected.has_value(), "what the plain reader refuses is refused");
+        if (input.expected) require_same(cameras, *input.expected);
         for (auto const& camera : cameras) {
             require_camera(camera.camera);
             require(!camera.name.empty(), "a camera has a name");
@@ -97,7 +144,12 @@ extern "C" int LLVMFuzzerTestOneInput(std::uint8_t const* data, std::size_t size
         }
         scene::select_cameras(cameras, "", "map");
     } catch (Error const& error) {
-        require_error(error.what());
+        std::string const text = error.what();
+        require_error(text);
+        if (read) return 0; // no camera belongs to the map
+        require(input.close || !input.expected.has_value(), "what the plain reader reads is read");
+        bool const says_no_json = text.find(" is not JSON (") != text.npos || text.find("nested deeper than 64") != text.npos;
+        require(says_no_json == !input.is_json, "what is no JSON is called so, and nothing else is");
     }
     return 0;
 }

@@ -1,3 +1,4 @@
+#include "plain_trajectory.hpp"
 #include "require.hpp"
 #include <algorithm>
 #include <cmath>
@@ -31,13 +32,32 @@ void require_camera(scene::Pose const& pose)
     require(glm::determinant(pose.rotation) > 0.0, "the rotation is not mirrored");
 }
 
+void require_same(scene::Trajectory const& read, std::vector<plain::Pose> const& expected)
+{
+    require(read.size() == expected.size(), "as many poses as the plain reader finds");
+    for (std::size_t i = 0; i < read.size(); ++i) {
+        auto const& e = expected[i];
+        require(read[i].seconds == e.seconds, "stamps are those that the plain reader reads");
+        for (unsigned row = 0; row < 3; ++row) {
+            require(read[i].pose.position[static_cast<int>(row)] == e.position[row], "places are those that the plain reader reads");
+            for (unsigned column = 0; column < 3; ++column)
+                require(std::fabs(read[i].pose.rotation[static_cast<int>(column)][static_cast<int>(row)] - e.rotation[row][column]) <= 1e-14,
+                        "rotations are those that the plain reader reads");
+        }
+    }
+}
+
 } // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(std::uint8_t const* data, std::size_t size)
 {
+    std::string const text(reinterpret_cast<char const*>(data), size);
+    auto const expected = plain::tum(text, 100);
     try {
-        std::istringstream stream(std::string{reinterpret_cast<char const*>(data), size});
+        std::istringstream stream(text);
         auto const trajectory = scene::read_tum(stream, "file", 100);
+        require(expected.has_value(), "what the plain reader refuses is refused");
+        require_same(trajectory, *expected);
         require(!trajectory.empty() && trajectory.size() <= 100, "there are poses, and no more than asked for");
         require(trajectory.far_from_unit <= trajectory.size(), "each quaternion counts once");
         for (auto const& stamped : trajectory) {
@@ -55,6 +75,7 @@ extern "C" int LLVMFuzzerTestOneInput(std::uint8_t const* data, std::size_t size
                 "motion begins at the start");
         for (auto const& stamped : moved) require_camera(stamped.pose);
     } catch (Error const& error) {
+        require(!expected.has_value(), "what the plain reader reads is read");
         require_error(error.what());
     }
     return 0;

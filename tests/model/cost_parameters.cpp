@@ -294,6 +294,10 @@ TEST_CASE("cost parameters: every refusal names the file and the line")
     for (auto const* word : {"-1", "+1", "1.5", "1e6", "0x10", "many", "1,000", "capacity", "99999999999999999999x"})
         begins(with_line("slot", std::string("slot ") + word + " millicycles x"),
                "5 has no whole number (slot is \"" + std::string(word) + "\")");
+    std::string most = written(mk2()); // it has 7 operations
+    for (int i = 0; i < 16384 - 7; ++i) most += "operation_" + std::to_string(i) + " 1 millicycles x\n";
+    CHECK(read(most).prices.size() == 16384);
+    begins(most + "last 1 millicycles x\n", "16394 has one operation more than 16384 (\"last\")");
     begins(with_line("slot", "slot"), "5 has an unknown parameter (\"slot\")");
     begins(with_line("slot", "slot 1 cycles x"), "5 has an unknown parameter (\"slot\"); use clock, exchange_cost, run, exchange, "
                                                  "exchange_byte, sync, vote, or the name of an operation and the unit millicycles");

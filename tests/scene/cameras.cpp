@@ -202,13 +202,76 @@ TEST_CASE("neither depth nor length of JSON exhausts the stack or the memory")
         for (int i = 0; i < 1000000; ++i) deep += open;
         CHECK(has(refused_text(deep), "nested deeper than 64 levels"));
     }
-    std::string many = "[0";
-    for (int i = 0; i < (1 << 24); ++i) many += ",0";
-    CHECK(has(refused_text(many + "]"), "more than 16777216 values"));
+    // 24 MB of {}: without a name, and more than a file may have.
+    std::string many = "[{}";
+    for (int i = 0; i < (1 << 23) - 1; ++i) many += ",{}";
+    CHECK(has(refused_text(many + "]"), "has too many cameras (more than 1048576); split it"));
+    std::string full = "[{}";
+    for (int i = 1; i < (1 << 20); ++i) full += ",{}";
+    CHECK(has(refused_text(full + "]"), "camera 1 is not usable (it has no \"img_name\")"));
+    CHECK(has(refused_text(full + ",{}]"), "too many cameras"));
+    CHECK(has(refused_text("{\"cameras\": " + full + ",{}]}"), "too many cameras"));
+    // 64 levels are read; what nobody looks at is no camera's business.
+    std::string const levels(62, '['), ends(62, ']');
+    CHECK(refused_text("{\"cameras\":[],\"x\":[" + levels + ends + "]}").empty());
+    CHECK(has(refused_text("{\"cameras\":[],\"x\":[[" + levels + ends + "]]}"), "nested deeper than 64 levels"));
+    CHECK(has(refused_text("[" + std::string(std::size_t{1} << 24, ' ')), "column 16777218: the text ends, expected a value"));
 
     TempFile const file("{}", ".json");
     std::filesystem::resize_file(file.path(), (std::uintmax_t{256} << 20) + 1);
     CHECK(has(error_of([&] { scene::load_cameras(file.path()); }), "268435457 bytes, 268435456 are read"));
+}
+
+TEST_CASE("JSON is read as RFC 8259 has it, and its first fault is placed by line and column")
+{
+    auto const fault = [](std::string const& text) {
+        std::istringstream stream(text);
+        std::string const error = error_of([&] { scene::read_cameras_json(stream, "f"); });
+        auto const begin = error.find("parse error at "), end = error.rfind("); ");
+        return begin == error.npos ? error : error.substr(begin + 15, end - begin - 15);
+    };
+    CHECK(fault("") == "line 1, column 1: the text ends, expected a value");
+    CHECK(fault("[\n  {\"a\" 1}]") == "line 2, column 8: expected : after a key");
+    CHECK(fault("[1,]") == "line 1, column 4: expected a value");
+    CHECK(fault("[1 2]") == "line 1, column 4: expected , or ] after a value");
+    CHECK(fault("{\"a\":1,}") == "line 1, column 8: expected a key in quotes");
+    CHECK(fault("{\"a\":1;") == "line 1, column 7: expected , or } after a value");
+    CHECK(fault("[1]]") == "line 1, column 4: more text after the value");
+    CHECK(fault(std::string("[]\0", 3)) == "line 1, column 3: more text after the value");
+    CHECK(fault("[tru]") == "line 1, column 5: expected true");
+    CHECK(fault("[01]") == "line 1, column 3: expected , or ] after a value");
+    CHECK(fault("[1.]") == "line 1, column 4: expected a digit");
+    CHECK(fault("[-]") == "line 1, column 3: expected a digit");
+    CHECK(fault("[1e+]") == "line 1, column 5: expected a digit");
+    CHECK(fault("[1e400]") == "line 1, column 7: number overflow in 1e400");
+    CHECK(fault("[1" + std::string(400, '0') + "e-80]").starts_with("line 1, column 407: number overflow in 1000"));
+    CHECK(fault("[\"a\nb\"]") == "line 1, column 4: a control character in a text");
+    CHECK(fault("[\"\\x\"]") == "line 1, column 4: an escape that JSON does not have");
+    CHECK(fault("[\"\\u12g4\"]") == "line 1, column 7: \\u takes four hexadecimal digits");
+    for (char const* half : {"\\ud800", "\\udc00", "\\ud800\\u0041", "\\ud800x"})
+        CHECK(has(fault("[\"" + std::string(half) + "\"]"), "half of a surrogate pair"));
+    for (char const* bytes : {"\x80", "\xc1\xbf", "\xe0\x9f\xbf", "\xed\xa0\x80", "\xf0\x8f\xbf\xbf", "\xf4\x90\x80\x80", "\xf5", "\xc3"})
+        CHECK(has(fault("[\"" + std::string(bytes) + "\"]"), "a byte that is no UTF-8"));
+    CHECK(fault("\xef\xbb[]") == "line 1, column 3: a byte order mark is cut off");
+
+    json camera = entry("desk", "left");
+    std::string const before = file_of({camera});
+    auto const with = [&](std::string const& from, std::string const& to) {
+        std::string text = before;
+        text.replace(text.find(from), from.size(), to);
+        std::istringstream stream(text);
+        return scene::read_cameras_json(stream, "f").at(0);
+    };
+    CHECK(with("\"left\"", R"("\ud83d\ude00\u00e9\/")").name == "\xf0\x9f\x98\x80\u00e9/");
+    CHECK(with("500.0", "0.5E+3").camera.fx == 500.0f);
+    CHECK(with("500.0", "1,\"fx\":2,\"fx\":500").camera.fx == 500.0f); // the last one counts
+    CHECK(with("320.5", "1e-400").camera.cx == 0.0f);
+    std::istringstream twice(R"({"cameras":[{}],"cameras":[{}, 7],)" + before.substr(1));
+    CHECK(scene::read_cameras_json(twice, "f").size() == 1); // and the last list
+    std::istringstream none(before.substr(0, before.size() - 1) + R"(,"cameras":7})");
+    CHECK(has(error_of([&] { scene::read_cameras_json(none, "f"); }), "it has no list \"cameras\""));
+    CHECK(with("320.5", "0." + std::string(400, '0') + "1e20").camera.cx == 0.0f);
+    CHECK(with("\"cx\"", "\"x\":[{\"cameras\":[{}]},[],null,true,false,\"\",-0],\"cx\"").camera.cx == 320.5f);
 }
 
 TEST_CASE("pipes and devices are not opened")

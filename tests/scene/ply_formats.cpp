@@ -111,6 +111,9 @@ TEST_CASE("ASCII numbers: signs, exponents, words, and what is none")
     }
     CHECK(has(refusal(ascii_row(std::string("1\0", 2) + plain_row.substr(1))), "\"1?\" is not a number"));
     CHECK(has(refusal(ascii_row(std::string(513, '1') + plain_row.substr(1))), "more than 512 characters"));
+    // Far out by their digits, and by the exponent's sign on the other side.
+    CHECK(x("1" + std::string(400, '0') + "e-80").rejected == 1);
+    CHECK(x("0." + std::string(400, '0') + "1e30").gaussians.at(0).mean_world[0] == 0.0f);
     CHECK(x("0." + std::string(400, '0') + "1").gaussians.at(0).mean_world[0] == 0.0f);
     CHECK(x(std::string(509, '0') + "1.5").gaussians.at(0).mean_world[0] == 1.5f);
 

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <istream>
+#include <map>
 #include <optional>
 #include <ostream>
 #include <string>
@@ -19,7 +20,7 @@ namespace tilemesh {
 
 namespace model_detail {
 inline constexpr std::array<std::string_view, 2> exchange_cost_names = {"capacity", "live"};
-inline constexpr std::uint32_t first_operation = 2, fixed_parameters = 7;
+inline constexpr std::uint32_t first_operation = 2;
 
 /// All parameters of a model, in the order of its file: clock, exchange_cost, the operations that it prices, run, exchange,
 /// exchange_byte, sync, vote.
@@ -281,7 +282,9 @@ inline CostModel read_cost_model(std::istream& in, std::string const& file_name)
 {
     namespace d = model_detail;
     CostModel model;
-    d::ParameterFile file{in, file_name, {"model", "cost model", "a cost model", "millicycles", most_millicycles}, d::parameter_rules({})};
+    std::map<std::string, Parameter> read; // set_parameter and set_price look for a name in all of the model
+    auto const fixed = d::parameter_rules({});
+    d::ParameterFile file{in, file_name, {"model", "cost model", "a cost model", "millicycles", most_millicycles}, fixed};
     file.read(
         [](std::size_t at, std::string_view word, auto const& refuse) -> std::optional<std::uint64_t> {
             if (at != 1) return {};
@@ -291,11 +294,18 @@ inline CostModel read_cost_model(std::istream& in, std::string const& file_name)
             return static_cast<std::uint64_t>(kind - d::exchange_cost_names.begin());
         },
         [&](Parameter p) {
-            bool const fixed = d::parameter_index(d::parameter_rules({}), p.name) != d::fixed_parameters;
-            (fixed ? set_parameter : set_price)(model, p.name, p.value, std::move(p.source));
+            if (d::parameter_index(fixed, p.name) == fixed.size()) model.prices.push_back({p.name, 0});
+            read.emplace(p.name, std::move(p));
         });
     model.name = file.name();
     file.expect_all();
+    auto const rules = d::parameter_rules(model.prices);
+    for (std::size_t i = 0; i < rules.size(); ++i) {
+        auto& p = read.at(rules[i].name);
+        if (i == 1) model.exchange_cost = static_cast<ExchangeCost>(p.value);
+        else d::parameter_field(model, i) = p.value;
+        model.parameters.push_back(std::move(p));
+    }
     return model;
 }
 

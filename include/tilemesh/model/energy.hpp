@@ -229,7 +229,7 @@ inline EnergyModel read_energy_model(std::istream& in, std::string const& file_n
     for (auto const* event : {sent_byte_event, capacity_byte_event, tile_cycle_event}) rules.push_back(d::energy_rule(event));
     d::ParameterFile file{in, file_name, {"energy", "energy model", "an energy model", "fJ", most_femtojoules}, std::move(rules)};
     file.read([](std::size_t, std::string_view, auto const&) { return std::optional<std::uint64_t>{}; },
-              [&](Parameter p) { set_energy(model, p.name, p.value, std::move(p.source)); });
+              [&](Parameter p) { model.events.push_back(std::move(p)); }); // each name comes once, with a value in range
     model.name = file.name();
     return model;
 }

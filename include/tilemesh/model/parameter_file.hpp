@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <istream>
+#include <map>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -27,6 +28,8 @@ inline std::string range_text(ParameterRule const& rule)
 }
 
 inline constexpr std::string_view file_blanks = " \t\r\v\f";
+/// A program counts at most eight operations a step; this bounds the memory, to some 40 MB with the longest sources.
+inline constexpr std::size_t most_operations = 16384;
 /// Bytes of the longest line that is read, and of the longest name and source that are written: a sentence or two.
 inline constexpr std::size_t most_line_bytes = 4096, most_text_bytes = 2048;
 
@@ -105,8 +108,9 @@ public:
         std::uint64_t most = 0;  ///< the largest value of an operation
     };
     ParameterFile(std::istream& in, std::string const& file_name, Kind kind, std::vector<ParameterRule> rules)
-        : in_(in), file_name_(file_name), kind_(std::move(kind)), rules_(std::move(rules)), seen_(rules_.size(), 0)
+        : in_(in), file_name_(file_name), kind_(std::move(kind)), rules_(std::move(rules)), known_(rules_.size()), seen_(known_, 0)
     {
+        for (std::size_t i = 0; i < known_; ++i) places_.emplace(rules_[i].name, i);
     }
 
     std::string const& name() const noexcept { return name_; }
@@ -149,12 +153,13 @@ private:
     {
         throw Error(shown(file_name_) + " line " + std::to_string(number_) + " " + problem + " (" + why + "); " + todo);
     }
+    /// The parameters that have a rule.
     std::string all_names() const
     {
         std::string all;
-        for (auto const& rule : rules_) {
-            if (!all.empty()) all += ", ";
-            all += rule.name;
+        for (std::size_t i = 0; i < known_; ++i) {
+            if (i > 0) all += ", ";
+            all += rules_[i].name;
         }
         return all;
     }
@@ -177,20 +182,22 @@ private:
             return;
         }
         if (first == kind_.keyword) refuse("names a second model", "a file holds one", "remove this line, or split the file");
-        auto const named = [&](ParameterRule const& r) { return r.name == first; };
-        auto rule = std::find_if(rules_.begin(), rules_.end(), named);
-        if (rule == rules_.end()) {
+        auto const [place, is_new] = places_.emplace(first, rules_.size());
+        if (is_new) {
             auto after = rest;
             take_word(after);
             if (!is_operation_name(first) || take_word(after) != kind_.unit)
                 refuse("has an unknown parameter", "\"" + shown(first) + "\"",
                        "use " + all_names() + ", or the name of an operation and the unit " + std::string(kind_.unit));
+            if (rules_.size() == known_ + most_operations)
+                refuse("has one operation more than " + std::to_string(most_operations), "\"" + shown(first) + "\"",
+                       "name those that the program counts");
             rules_.push_back({std::string(first), kind_.unit, 0, kind_.most});
             seen_.push_back(0);
-            rule = rules_.end() - 1;
         }
-        auto const at = static_cast<std::size_t>(rule - rules_.begin());
-        std::string const known = rule->name, unit(rule->unit);
+        std::size_t const at = place->second;
+        auto const& rule = rules_[at];
+        std::string const known = rule.name, unit(rule.unit);
         if (seen_[at] != 0)
             refuse("repeats a parameter", known + " is in line " + std::to_string(seen_[at]), "remove one of them");
         seen_[at] = number_;
@@ -198,7 +205,7 @@ private:
         auto const text = take_word(rest);
         auto const refuse_this = [this](auto const&... why) { refuse(why...); };
         auto const known_word = word(at, text, refuse_this);
-        auto const value = known_word ? *known_word : whole_number(*rule, text);
+        auto const value = known_word ? *known_word : whole_number(rule, text);
         auto const said = take_word(rest);
         if (said.empty()) refuse("has no unit", known + " is in " + unit, "write it after the value");
         if (said != unit)
@@ -231,9 +238,11 @@ private:
     std::string const& file_name_;
     Kind kind_;
     std::vector<ParameterRule> rules_;
-    std::vector<std::uint64_t> seen_; ///< the line of each rule; 0: none
+    std::size_t known_;                         ///< rules that were given; those of operations follow
+    std::vector<std::uint64_t> seen_;           ///< the line of each rule; 0: none
+    std::map<std::string, std::size_t> places_; ///< of each rule, by name
     std::string name_;
-    std::uint64_t number_ = 0;        ///< of the line
+    std::uint64_t number_ = 0;                  ///< of the line
 };
 
 } // namespace tilemesh::model_detail

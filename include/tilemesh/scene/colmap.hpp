@@ -10,6 +10,8 @@
 #include <glm/vec3.hpp>
 #include <istream>
 #include <limits>
+#include <map>
+#include <set>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -17,8 +19,6 @@
 #include <tilemesh/scene/detail/text_input.hpp>
 #include <tilemesh/scene/named_camera.hpp>
 #include <tilemesh/scene/pose.hpp>
-#include <unordered_map>
-#include <unordered_set>
 #include <utility>
 #include <vector>
 
@@ -36,13 +36,13 @@ inline bool take_number(std::string_view& text, double& value)
 }
 
 /// The lenses of cameras.txt by CAMERA_ID: `CAMERA_ID MODEL WIDTH HEIGHT PARAMS...` a line, `#` before a comment.
-inline std::unordered_map<std::uint32_t, Intrinsics> read_colmap_lenses(std::istream& stream, std::string const& name)
+inline std::map<std::uint32_t, Intrinsics> read_colmap_lenses(std::istream& stream, std::string const& name)
 {
     static constexpr std::array<std::string_view, 9> distorted{
         "SIMPLE_RADIAL",         "RADIAL",         "OPENCV",
         "OPENCV_FISHEYE",        "FULL_OPENCV",    "FOV",
         "SIMPLE_RADIAL_FISHEYE", "RADIAL_FISHEYE", "THIN_PRISM_FISHEYE"};
-    std::unordered_map<std::uint32_t, Intrinsics> lenses;
+    std::map<std::uint32_t, Intrinsics> lenses;
     LineReader lines(stream, name);
     auto const refuse = [&](std::string const& why) {
         throw Error(lines.place() + " is no camera (" + why + "); correct it or export the model again");
@@ -118,7 +118,7 @@ inline std::vector<NamedCamera> read_colmap(std::istream& cameras_txt, std::istr
 {
     auto const lenses = detail::read_colmap_lenses(cameras_txt, cameras_name);
     std::vector<NamedCamera> cameras;
-    std::unordered_set<std::string> names;
+    std::set<std::string> names; // no hash: a file could be made so that all its names collide
     detail::LineReader lines(images_txt, images_name);
     auto const refuse = [&](std::string const& why) {
         throw Error(lines.place() + " is no image (" + why + "); correct it or export the model again");

@@ -245,10 +245,7 @@ private:
         auto const [end, error] = read_number(word_.data() + (plus ? 1 : 0), last, value);
         if (end == last && error == std::errc::result_out_of_range) {
             constexpr double infinity = std::numeric_limits<double>::infinity();
-            auto const exponent = word().find_first_of("eE");
-            bool const tiny = exponent != word().npos ? word()[exponent + 1] == '-'
-                                                      : word().substr(0, word().find('.')).find_first_not_of("+-0") == word().npos;
-            if (tiny) return 0.0;
+            if (is_tiny(word())) return 0.0;
             return word_[0] == '-' ? -infinity : infinity;
         }
         if (error != std::errc{} || end != last) refuse(in_quotes(word()) + " is not a number");

@@ -96,6 +96,24 @@ bool parse_number(std::string_view word, T& value)
     return error == std::errc{} && end == word.data() + word.size() && !word.empty();
 }
 
+/// Whether a number for which `read_number` says "out of range" is too small for a double, not too large: whether its first digit
+/// that is not 0 stands below the ones.
+inline bool is_tiny(std::string_view number)
+{
+    std::size_t const e = std::min(number.find_first_of("eE"), number.size());
+    std::string_view const digits = number.substr(0, e);
+    auto const first = static_cast<std::int64_t>(std::min(digits.find_first_of("123456789"), digits.size()));
+    auto const point = static_cast<std::int64_t>(std::min(digits.find('.'), digits.size()));
+    std::int64_t const place = first < point ? point - first - 1 : point - first;
+
+    std::string_view written = number.substr(std::min(e + 1, number.size()));
+    if (written.starts_with('+')) written.remove_prefix(1);
+    std::int64_t exponent = 0;
+    auto const [end, error] = std::from_chars(written.data(), written.data() + written.size(), exponent);
+    if (error == std::errc::result_out_of_range) return written.starts_with('-');
+    return exponent < -place;
+}
+
 /// The shortest text that is this number.
 inline std::string text_of(double value)
 {

@@ -1,0 +1,229 @@
+#pragma once
+#include "plain_text.hpp"
+#include <array>
+#include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+
+namespace plain {
+
+struct Camera {
+    std::string scene, file, name;
+    double width, height, fx, fy, cx, cy, near;
+    std::array<std::array<double, 3>, 3> rotation; ///< world to camera, rows
+    std::array<double, 3> centre;
+};
+using Cameras = std::optional<std::vector<Camera>>;
+
+/// Whether a camera can be rendered. `close` is set where a limit is met so closely that rounding decides.
+inline bool usable(Camera const& c, bool& close)
+{
+    auto const& r = c.rotation;
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) {
+            double sum = i == j ? -1.0 : 0.0;
+            for (int k = 0; k < 3; ++k) sum += r[static_cast<unsigned>(k)][static_cast<unsigned>(i)] * r[static_cast<unsigned>(k)][static_cast<unsigned>(j)];
+            close = close || std::fabs(std::fabs(sum) - 1e-3) < 1e-9;
+            if (!(std::fabs(sum) <= 1e-3)) return false;
+        }
+    double const turn = r[0][0] * (r[1][1] * r[2][2] - r[1][2] * r[2][1]) - r[0][1] * (r[1][0] * r[2][2] - r[1][2] * r[2][0]) +
+                        r[0][2] * (r[1][0] * r[2][1] - r[1][1] * r[2][0]);
+    return turn > 0.0 && c.fx > 0.0 && c.fx >= 1e-3 * c.width && c.fx <= 16777216.0 && std::fabs(c.cx) <= 16777216.0 &&
+           c.fy > 0.0 && c.fy >= 1e-3 * c.height && c.fy <= 16777216.0 && std::fabs(c.cy) <= 16777216.0 &&
+           static_cast<float>(c.near) > 0.0f;
+}
+
+inline unsigned depth_of(nlohmann::json const& value)
+{
+    unsigned deepest = 0;
+    if (value.is_structured())
+        for (auto const& inner : value) deepest = std::max(deepest, depth_of(inner));
+    return value.is_structured() ? deepest + 1 : 0;
+}
+
+/// Reads a file of JSON into a document, and then the cameras from it.
+class JsonCameras {
+public:
+    bool is_json = true; ///< otherwise it is refused as no JSON, or as nested too deep
+    bool close = false;
+
+    Cameras read(std::string const& text)
+    {
+        using nlohmann::json;
+        json const file = json::parse(text, nullptr, false);
+        // nlohmann takes a byte 0 for the end of the text.
+        is_json = !file.is_discarded() && text.find('\0') == text.npos && depth_of(file) <= 64;
+        if (!is_json) return {};
+        bool const own = file.is_object() && file.contains("cameras") && file["cameras"].is_array();
+        if (!own && !file.is_array()) return {};
+        json const& list = own ? file["cameras"] : file;
+        std::vector<Camera> cameras;
+        std::map<std::string, int> uses;
+        std::set<std::pair<std::string, int>> labels;
+        for (auto const& entry : list) {
+            if (!entry.is_object() || !text_of(entry, own ? "name" : "img_name")) return {};
+            if (!own) ++uses[*text_of(entry, "img_name")];
+        }
+        for (auto const& entry : list) {
+            Camera c{};
+            c.name = *text_of(entry, own ? "name" : "img_name");
+            if (c.name.empty()) return {};
+            if (!own && uses[c.name] > 1) {
+                if (!entry.contains("id") || !entry["id"].is_number_integer()) return {};
+                c.name += "#" + entry["id"].dump();
+            }
+            for (auto [key, value] : {std::pair{"scene", &c.scene}, {"file", &c.file}})
+                if (own && entry.contains(key)) {
+                    if (!text_of(entry, key)) return {};
+                    *value = *text_of(entry, key);
+                }
+            c.near = 0.2f;
+            for (auto [key, value] : {std::pair{"width", &c.width}, {"height", &c.height}, {"fx", &c.fx}, {"fy", &c.fy},
+                                      {"cx", &c.cx}, {"cy", &c.cy}, {"near", &c.near}}) {
+                bool const optional = key[0] == 'n' || (!own && key[0] == 'c');
+                if (!own && optional) continue;
+                if (optional && !entry.contains(key)) continue;
+                if (!entry.contains(key) || !moderate_in(entry[key])) return {};
+                *value = entry[key].get<double>();
+            }
+            for (double const side : {c.width, c.height})
+                if (side < 1 || side > 65535 || side != std::floor(side)) return {};
+            if (!own) {
+                c.cx = c.width / 2;
+                c.cy = c.height / 2;
+            }
+            if (!(own ? own_pose(entry, c) : training_pose(entry, c)) || !usable(c, close)) return {};
+            std::string const label = c.scene.empty() ? c.name : c.scene + "/" + c.name;
+            if (!labels.insert({label, 0}).second) return {};
+            cameras.push_back(c);
+        }
+        return cameras;
+    }
+
+private:
+    static std::optional<std::string> text_of(nlohmann::json const& entry, char const* key)
+    {
+        if (!entry.contains(key) || !entry[key].is_string() || !printable(entry[key].get<std::string>())) return {};
+        return entry[key].get<std::string>();
+    }
+    static bool moderate_in(nlohmann::json const& value)
+    {
+        return value.is_number() && std::fabs(value.get<double>()) <= 1e37;
+    }
+    static bool is_matrix(nlohmann::json const& entry, char const* key, std::size_t n)
+    {
+        if (!entry.contains(key) || !entry[key].is_array() || entry[key].size() != n) return false;
+        for (auto const& row : entry[key]) {
+            if (!row.is_array() || row.size() != n) return false;
+            for (auto const& value : row)
+                if (!moderate_in(value)) return false;
+        }
+        return true;
+    }
+    bool own_pose(nlohmann::json const& entry, Camera& c)
+    {
+        if (!is_matrix(entry, "world_to_camera", 4)) return false;
+        auto const& m = entry["world_to_camera"];
+        auto const at = [&](std::size_t i, std::size_t j) { return m[i][j].get<double>(); };
+        double const off = std::fabs(at(3, 0)) + std::fabs(at(3, 1)) + std::fabs(at(3, 2)) + std::fabs(at(3, 3) - 1.0);
+        close = close || std::fabs(off - 1e-6) < 1e-12;
+        if (off > 1e-6) return false;
+        for (std::size_t i = 0; i < 3; ++i)
+            for (std::size_t j = 0; j < 3; ++j) c.rotation[i][j] = at(i, j);
+        // Cramer's rule for R c = -t.
+        auto const& r = c.rotation;
+        auto const turn = [](auto const& a) {
+            return a[0][0] * (a[1][1] * a[2][2] - a[1][2] * a[2][1]) - a[0][1] * (a[1][0] * a[2][2] - a[1][2] * a[2][0]) +
+                   a[0][2] * (a[1][0] * a[2][1] - a[1][1] * a[2][0]);
+        };
+        for (std::size_t j = 0; j < 3; ++j) {
+            auto replaced = r;
+            for (std::size_t i = 0; i < 3; ++i) replaced[i][j] = -at(i, 3);
+            c.centre[j] = turn(replaced) / turn(r);
+        }
+        return true;
+    }
+    static bool training_pose(nlohmann::json const& entry, Camera& c)
+    {
+        if (!is_matrix(entry, "rotation", 3)) return false;
+        if (!entry.contains("position") || !entry["position"].is_array() || entry["position"].size() != 3) return false;
+        for (std::size_t i = 0; i < 3; ++i) {
+            if (!moderate_in(entry["position"][i])) return false;
+            c.centre[i] = entry["position"][i].get<double>();
+            for (std::size_t j = 0; j < 3; ++j) c.rotation[j][i] = entry["rotation"][i][j].get<double>();
+        }
+        return true;
+    }
+};
+
+/// The rotation of a quaternion w, x, y, z, rows; nothing for zero.
+inline std::optional<std::array<std::array<double, 3>, 3>> rotation_of(double w, double x, double y, double z)
+{
+    double const largest = std::max(std::max(std::fabs(w), std::fabs(x)), std::max(std::fabs(y), std::fabs(z)));
+    if (largest == 0.0) return {};
+    double const length = std::sqrt((w / largest) * (w / largest) + (x / largest) * (x / largest) + (y / largest) * (y / largest) + (z / largest) * (z / largest));
+    w = w / largest / length, x = x / largest / length, y = y / largest / length, z = z / largest / length;
+    return std::array<std::array<double, 3>, 3>{{{w * w + x * x - y * y - z * z, 2 * (x * y - w * z), 2 * (x * z + w * y)},
+                                                 {2 * (x * y + w * z), w * w - x * x + y * y - z * z, 2 * (y * z - w * x)},
+                                                 {2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z}}};
+}
+
+inline Cameras colmap(std::string const& cameras_txt, std::string const& images_txt, bool& close)
+{
+    std::map<std::uint64_t, Camera> lenses;
+    for (auto const& line : lines(without_mark(cameras_txt))) {
+        auto const w = words(line);
+        if (w.empty() || w[0][0] == '#') continue;
+        bool const simple = w.size() > 1 && w[1] == "SIMPLE_PINHOLE";
+        if (w.size() != (simple ? 7u : 8u) || (!simple && w[1] != "PINHOLE")) return {};
+        auto const id = whole_with_plus(w[0], 32), width = whole_with_plus(w[2], 32), height = whole_with_plus(w[3], 32);
+        if (!id || !width || !height || *width < 1 || *width > 65535 || *height < 1 || *height > 65535) return {};
+        std::vector<double> values;
+        for (std::size_t i = 4; i < w.size(); ++i) {
+            if (!moderate(w[i])) return {};
+            values.push_back(*moderate(w[i]));
+            if (simple && i == 4) values.push_back(values[0]);
+        }
+        Camera lens{"", "", "", static_cast<double>(*width), static_cast<double>(*height), values[0], values[1], values[2], values[3], 0.2f,
+                    {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}, {}};
+        if (!usable(lens, close) || !lenses.emplace(*id, lens).second) return {};
+    }
+
+    std::vector<Camera> cameras;
+    std::set<std::string> names;
+    auto const all = lines(without_mark(images_txt));
+    for (std::size_t i = 0; i < all.size(); ++i) {
+        auto const w = words(all[i]);
+        if (w.empty() || w[0][0] == '#') continue;
+        if (w.size() < 10 || !whole_with_plus(w[0], 32)) return {};
+        std::array<double, 7> v{};
+        for (std::size_t k = 0; k < 7; ++k) {
+            if (!moderate(w[k + 1])) return {};
+            v[k] = *moderate(w[k + 1]);
+        }
+        auto const rotation = rotation_of(v[0], v[1], v[2], v[3]);
+        auto const id = whole_with_plus(w[8], 32);
+        if (!rotation || !id || lenses.count(*id) == 0) return {};
+        Camera c = lenses.at(*id);
+        c.rotation = *rotation;
+        for (std::size_t k = 0; k < 3; ++k)
+            c.centre[k] = -((*rotation)[0][k] * v[4] + (*rotation)[1][k] * v[5] + (*rotation)[2][k] * v[6]);
+        // The name is what is left of the line behind nine words.
+        std::string rest = all[i];
+        for (std::size_t k = 0; k < 9; ++k) rest = rest.substr(rest.find(w[k], rest.find_first_not_of(" \t\r\v\f")) + w[k].size());
+        rest = rest.substr(rest.find_first_not_of(" \t\r\v\f"));
+        c.name = rest.substr(0, rest.find_last_not_of(" \t\r\v\f") + 1);
+        if (!printable(c.name) || !names.insert(c.name).second) return {};
+        cameras.push_back(c);
+
+        if (++i >= all.size()) break;
+        auto const points = words(all[i]);
+        if (points.size() % 3 != 0) return {};
+        for (std::size_t k = 0; k < points.size(); ++k)
+            if (points[k].find_first_not_of(k % 3 == 2 ? "0123456789+-" : "0123456789+-.eEnaif") != std::string::npos) return {};
+    }
+    return cameras;
+}
+
+} // namespace plain
