@@ -10,6 +10,7 @@
 #include <map>
 #include <sstream>
 #include <tilemesh/report/json.hpp>
+#include <tilemesh/scene/camera_json.hpp>
 #include <tilemesh/scene/named_camera.hpp>
 #include <tilemesh/tilemesh.hpp>
 #include <unistd.h>
@@ -147,6 +148,11 @@ TEST_SUITE_BEGIN("torture");
 TEST_CASE("a map without memory")
 {
     torture::torture(seeds("ply", ".ply", [](fs::path const& path) { return text_of(scene::load_ply(path)); }));
+}
+
+TEST_CASE("a camera file without memory")
+{
+    torture::torture(seeds("cameras", ".json", [](fs::path const& path) { return text_of(scene::load_cameras(path)); }));
 }
 
 TEST_CASE("a trajectory without memory")
