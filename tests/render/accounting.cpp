@@ -133,11 +133,13 @@ TEST_CASE("accounting: the first sum that does not hold is named")
     wrong = r;
     wrong.gaussians.visible = 1;
     CHECK(says(wrong, 6, 3) == "there are unplaced records that are not visible");
+    wrong = r;
+    wrong.gaussians.unplaced = 1;
+    CHECK(says(wrong, 12, 3) == "the list of losses has more unplaced records than there are");
+    wrong.gaussians.unplaced = 3; // one of them left copies everywhere
+    CHECK(says(wrong, 12, 3) == "");
     for (int by : {-1, 1}) {
         auto const add = [by](std::uint64_t& n) { n += static_cast<std::uint64_t>(by); };
-        wrong = r;
-        add(wrong.gaussians.unplaced);
-        CHECK(says(wrong, 12, 3) == "the unplaced records are not those of the list of losses");
         wrong = r;
         add(wrong.lost_copies);
         CHECK(says(wrong, 12, 3) == "copies_lost is not the number of copies in the list of losses");
