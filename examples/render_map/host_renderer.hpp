@@ -1,8 +1,10 @@
 #pragma once
 #include "renderers.hpp"
+#include <memory>
 #include <tilemesh/fit_renderer.hpp>
 #include <tilemesh/render/host_form.hpp>
 #include <type_traits>
+#include <utility>
 
 namespace render_map {
 
@@ -16,5 +18,11 @@ template <template <class, class> class Engine, class Machine, bool Planes, bool
 using HostRenderer =
     tilemesh::render::FrameRenderer<tilemesh::splat::PoliciesOf<tilemesh::splat::Referenced<HostSetup<Planes, Routes, Blooms>>>, Engine,
                                     Machine>;
+
+template <class Renderer>
+std::unique_ptr<AnyRenderer> make(tilemesh::scene::Map const& map, tilemesh::render::SetupFacts facts, tilemesh::RendererOptions const& options)
+{
+    return std::make_unique<Renderer>(map, std::move(facts), options);
+}
 
 } // namespace render_map

@@ -11,9 +11,9 @@ namespace render_map {
 
 using MakeRenderer = std::unique_ptr<AnyRenderer>(tilemesh::scene::Map const&, tilemesh::render::SetupFacts,
                                                   tilemesh::RendererOptions const&);
-MakeRenderer threads, threads_planes, threads_traced, threads_planes_traced; ///< the traced ones are `Instruments`
-MakeRenderer sequential, sequential_planes, sequential_traced, sequential_planes_traced;
-MakeRenderer threads_placed;          ///< without routing: the host places the records of a view that stays
-MakeRenderer threads_placed_unspread; ///< without routing and bloom: no footprint touches two tiles
+extern MakeRenderer &threads, &threads_planes, &threads_traced, &threads_planes_traced; ///< the traced ones are `Instruments`
+extern MakeRenderer &sequential, &sequential_planes, &sequential_traced, &sequential_planes_traced;
+extern MakeRenderer& threads_placed;          ///< without routing: the host places the records of a view that stays
+extern MakeRenderer& threads_placed_unspread; ///< without routing and bloom: no footprint touches two tiles
 
 } // namespace render_map

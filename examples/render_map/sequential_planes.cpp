@@ -1,9 +1,5 @@
 #include "host_renderer.hpp"
 #include <tilemesh/engine/checked_mesh.hpp>
 
-std::unique_ptr<render_map::AnyRenderer> render_map::sequential_planes(tilemesh::scene::Map const& map, tilemesh::render::SetupFacts facts,
-                                                        tilemesh::RendererOptions const& options)
-{
-    using Machine = tilemesh::AnyMachine;
-    return std::make_unique<tilemesh::RendererOver<HostRenderer<tilemesh::CheckedMesh, Machine, true>>>(map, std::move(facts), options);
-}
+render_map::MakeRenderer& render_map::sequential_planes =
+    make<tilemesh::RendererOver<HostRenderer<tilemesh::CheckedMesh, tilemesh::AnyMachine, true>>>;

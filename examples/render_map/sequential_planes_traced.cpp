@@ -1,10 +1,6 @@
 #include "host_renderer.hpp"
-#include <tilemesh/engine/checked_mesh.hpp>
 #include "traced.hpp"
+#include <tilemesh/engine/checked_mesh.hpp>
 
-std::unique_ptr<render_map::AnyRenderer> render_map::sequential_planes_traced(tilemesh::scene::Map const& map, tilemesh::render::SetupFacts facts,
-                                                        tilemesh::RendererOptions const& options)
-{
-    using Machine = tilemesh::Traced<tilemesh::AnyMachine>;
-    return std::make_unique<TracedRenderer<HostRenderer<tilemesh::CheckedMesh, Machine, true>>>(map, std::move(facts), options);
-}
+render_map::MakeRenderer& render_map::sequential_planes_traced =
+    make<TracedRenderer<HostRenderer<tilemesh::CheckedMesh, tilemesh::Traced<tilemesh::AnyMachine>, true>>>;

@@ -1,8 +1,5 @@
 #include "host_renderer.hpp"
+#include <tilemesh/engine/mesh.hpp>
 
-std::unique_ptr<render_map::AnyRenderer> render_map::threads_placed_unspread(tilemesh::scene::Map const& map, tilemesh::render::SetupFacts facts,
-                                                        tilemesh::RendererOptions const& options)
-{
-    using Machine = tilemesh::AnyMachine;
-    return std::make_unique<tilemesh::RendererOver<HostRenderer<tilemesh::Mesh, Machine, false, false, false>>>(map, std::move(facts), options);
-}
+render_map::MakeRenderer& render_map::threads_placed_unspread =
+    make<tilemesh::RendererOver<HostRenderer<tilemesh::Mesh, tilemesh::AnyMachine, false, false, false>>>;

@@ -1,10 +1,6 @@
 #include "host_renderer.hpp"
-
 #include "traced.hpp"
+#include <tilemesh/engine/mesh.hpp>
 
-std::unique_ptr<render_map::AnyRenderer> render_map::threads_traced(tilemesh::scene::Map const& map, tilemesh::render::SetupFacts facts,
-                                                        tilemesh::RendererOptions const& options)
-{
-    using Machine = tilemesh::Traced<tilemesh::AnyMachine>;
-    return std::make_unique<TracedRenderer<HostRenderer<tilemesh::Mesh, Machine, false>>>(map, std::move(facts), options);
-}
+render_map::MakeRenderer& render_map::threads_traced =
+    make<TracedRenderer<HostRenderer<tilemesh::Mesh, tilemesh::Traced<tilemesh::AnyMachine>, false>>>;

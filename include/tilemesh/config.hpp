@@ -47,21 +47,25 @@
 #endif
 
 /// Called when a promise to the library is broken inside a kernel. The one definition a program has of it decides what
-/// happens: the host engines (engine/contract.hpp) record the text and report tile and superstep after the barrier; a
-/// codelet build brings its own. It returns, so the caller of it must still be safe.
+/// happens: that of the host engines (engine/contract.hpp) records the text and counts, and the engine reports them with tile and
+/// superstep after the barrier. It returns, so the caller of it must still be safe.
 extern "C" void tilemesh_contract_broken(char const* text) noexcept;
 
 namespace tilemesh::detail {
-[[gnu::cold]] inline bool broken(char const* text) noexcept
+[[gnu::cold, gnu::noinline]] inline bool broken(char const* text) noexcept
 {
     tilemesh_contract_broken(text);
     return false;
 }
 } // namespace tilemesh::detail
 
-/// True when `condition` holds; otherwise reports `text` and is false. With NDEBUG the condition alone, unreported: what is
-/// behind it stays safe either way, and no class layout changes.
-#if defined(NDEBUG)
+/// True when `condition` holds; otherwise reports `text` and is false: what is behind it stays safe either way. On a host, NDEBUG changes
+/// nothing. In a codelet with NDEBUG it is the condition alone, unreported, because a tile has nobody to report to; popc, the compiler of
+/// codelets, defines __POPC__, and __IPU__ where it compiles for an IPU.
+///
+/// Cost: nothing while contracts hold, where the code tests the condition anyway. What has no such test is no contract: what
+/// `unchecked_push`, `[]`, `truncate` and `swap_remove` want of their caller. CheckedMesh notices some of that.
+#if defined(NDEBUG) && (defined(__POPC__) || defined(__IPU__))
 #    define TILEMESH_EXPECT(condition, text) (static_cast<bool>(condition))
 #else
 #    define TILEMESH_EXPECT(condition, text) ((condition) || ::tilemesh::detail::broken(text))

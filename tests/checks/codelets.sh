@@ -60,7 +60,7 @@ refuse "not a header of kernel code" "$(grep -vE ": (<($standard_headers|$glm_he
 [ $failed -eq 0 ] || exit 1
 
 # Compiles with these further arguments. The first error is enough.
-flags="-fno-exceptions -fno-rtti -Wall -Wextra -Wconversion -Wshadow -Wdouble-promotion -Wshorten-64-to-32 -pedantic -Werror -DNDEBUG"
+flags="-fno-exceptions -fno-rtti -Wall -Wextra -Wconversion -Wshadow -Wdouble-promotion -Wshorten-64-to-32 -pedantic -Werror -DNDEBUG -D__POPC__"
 compile() {
     # shellcheck disable=SC2086
     if ! "$compiler" $flags -I "$project/include" -I "$project/examples" -isystem "$standin" "$@" >"$folder/log" 2>&1; then

@@ -44,6 +44,24 @@ using Loaded = Superstep<Stuff<C>>;
 template <class C>
 using Drained = Sequence<Superstep<Stuff<C>>, Superstep<Empty<C>>>;
 
+struct Guest : Channel<std::uint32_t> { // its slots come by limit, and lie in those of Pipe
+    using memory_of = Pipe;
+};
+template <class C>
+struct Give {
+    void operator()(Shelf&, Out<C> out) const noexcept
+    {
+        for (Direction d : news)
+            for (std::uint32_t n = 0; n < 8 && out[d].try_push(n); ++n) {
+            }
+    }
+};
+template <class C>
+struct Take {
+    void operator()(Shelf&, In<C>) const noexcept {}
+};
+using Both = Sequence<Superstep<Give<Pipe>>, Superstep<Take<Pipe>>, Superstep<Give<Guest>>, Superstep<Take<Guest>>>;
+
 struct Hint { // a note and no message
     void operator()(In<Belt>, Out<Belt> out) const noexcept { out[Direction::east].set_note(1); }
 };
@@ -96,6 +114,28 @@ TEST_CASE("the SRAM budget of a dynamic channel is checked when it is sized: exa
         CHECK(has(error_of([&] { mesh.template limit<Pipe>(0xffffffffu); }), " bytes over"));
         CHECK(mesh.sram_bytes() == base + 32 * slots); // the last good size stands
         CHECK(mesh.run().peaks.back().items == slots);
+    });
+}
+
+TEST_CASE("dynamic channels in one memory are counted once, with the slots of the larger")
+{
+    // A list of 2 + 8 words and eight ends: the heads of the guest lie in those of the host.
+    constexpr std::uint32_t base = 40 + 64;
+    using Exact = TestMachine<base + 32 * 9>;
+    static_assert(Tile<Exact, Both>::bytes == base);
+    on_each<Both, Exact>({2, 2}, [&](auto& mesh) {
+        CHECK(mesh.sram_bytes() == base);
+        mesh.template limit<Pipe>(5);
+        mesh.template limit<Guest>(4);
+        CHECK(mesh.sram_bytes() == base + 32 * 5);
+        mesh.template limit<Guest>(5);
+        CHECK(mesh.sram_bytes() == base + 32 * 5);
+        mesh.template limit<Guest>(9);
+        CHECK(mesh.sram_bytes() == base + 32 * 9);
+        CHECK(has(error_of([&] { mesh.template limit<Guest>(10); }), "channel Guest with 10 slots (the program is then 32 bytes over"));
+        mesh.template limit<Pipe>(9);
+        CHECK(mesh.sram_bytes() == base + 32 * 9);
+        CHECK(mesh.run().messages() == 4 * 4 * (8 + 8));
     });
 }
 

@@ -20,6 +20,18 @@ struct Stock : Buffer<std::uint32_t> {
 struct Belt : Channel<std::uint32_t> {
     static constexpr auto slots = &Slots::belt;
 };
+struct Hopper : Buffer<std::uint32_t> { // of no use with one slot
+    using Buffer::Buffer;
+    static constexpr auto slots = &Slots::stock;
+    static constexpr std::uint32_t least_slots = 2;
+};
+struct Wire : Channel<std::uint32_t> {
+    static constexpr auto slots = &Slots::lane;
+    static constexpr std::uint32_t least_slots = 3;
+};
+struct Hop {
+    void operator()(Hopper&, In<Wire>, Out<Wire>) const noexcept {}
+};
 struct Lane : Channel<std::uint32_t> {
     using memory_of = Belt;
     static constexpr auto slots = &Slots::lane;
@@ -231,6 +243,29 @@ TEST_CASE("a machine with more workers than a kernel has words for is refused, a
     auto many = machine_with(8192);
     many.workers = 100;
     CHECK(error_of([&] { (void)mesh_sizes<Freight>(many, Slots{3, 3, 3}); }).empty());
+}
+
+TEST_CASE("a list or channel with fewer slots than its least_slots is refused before a mesh is built")
+{
+    using Program = Sequence<Superstep<Hop>>;
+    auto const refused = [](std::uint32_t hopper, std::uint32_t wire) {
+        return error_of([&] { (void)mesh_sizes<Program>(machine_with(8192), Slots{hopper, 0, wire}); });
+    };
+    for (std::uint32_t n : {2u, 3u}) CHECK(refused(n, 3).empty());
+    for (std::uint32_t n : {0u, 1u})
+        CHECK(refused(n, 3) == "list Hopper with " + std::to_string(n) + " slots (with fewer than 2 its program makes no progress); give it more slots");
+    CHECK(refused(2, 4).empty());
+    CHECK(has(refused(2, 2), "list Wire with 2 slots (with fewer than 3"));
+    // A frame that holds has FIFOs; one that drops has none, and one whose rule is a value may have none.
+    auto sizes = splat::Lossless::sizes;
+    auto const frame = [&](auto setup) {
+        return error_of([&] { (void)mesh_sizes<splat::Frame<decltype(setup)>>(size_of_machine<Mk2>(), sizes); });
+    };
+    sizes.waiting = 0;
+    CHECK(has(frame(splat::Lossless{}), "list waiting (side 0) with 0 slots"));
+    CHECK(frame(sizes_test::Dropping{}).empty());
+    sizes.waiting = 1;
+    CHECK(frame(splat::Lossless{}).empty());
 }
 
 TEST_CASE("memory_shared: two channels in one memory may not carry mail at once, and may where the flag says they have their own")

@@ -97,10 +97,8 @@ TEST_CASE("a full channel refuses and keeps its messages")
     CHECK_FALSE(east.try_push({77, 77, 0.0f}));
     CHECK(broken_contracts() == before);
     east.push({78, 78, 0.0f});
-#if !defined(NDEBUG)
     CHECK(broken_contracts() == before + 1);
     CHECK(last_broken_contract().find("push into a full channel") == 0);
-#endif
     CHECK(east.size() == 3);
     CHECK(east.room() == 0);
     std::uint32_t next = 0;

@@ -7,6 +7,7 @@
 #include <sstream>
 #include <tilemesh/model/assumed_parameters.hpp>
 #include <tilemesh/model/trace_page.hpp>
+#include <tuple>
 
 // The page of a run, for a program that is no splatting: the heat equation, and traces put together by hand.
 using namespace engine_test;
@@ -89,6 +90,42 @@ TEST_CASE("trace page: the heat equation as files and a page")
     // The same bytes again.
     write_trace_page(folder.path, "heat", mesh.trace(), mk2(), grid, page);
     CHECK(text_of(written) == html);
+}
+
+TEST_CASE("trace page: supersteps over time show the mean of the tiles; drawing one costs what its tiles did, not the grid")
+{
+    auto const trace = two_tiles();
+    auto model = priced();
+    model.run_cycles = 6;
+    auto const cost = model_cost(model, trace, two);
+    report::StackedBars chart;
+    chart.title = "Supersteps over time: what the tiles do";
+    chart.x_label = "modelled milliseconds";
+    chart.y_label = "percent of tile time";
+    chart.parts = {{"busy", 4}, {"idle", 7}, {"exchange", 1}, {"sync", 3}, {"vote", 6}};
+    chart.layout = report::BarLayout::along_x;
+    chart.y_high = 100;
+    chart.width = 1200;
+    // Tile 0 compares four times at 5 cycles, tile 1 twice; then tile 1 alone only enters and leaves.
+    for (auto const& [at, busy, slowest] : {std::tuple{0u, 21.0, 26.0}, {1u, 3.0, 6.0}}) {
+        auto const& c = cost.supersteps[at];
+        CHECK(static_cast<double>(c.compute) == slowest);
+        auto const share = [&](double cycles) { return 100 * cycles / static_cast<double>(c.total()); };
+        chart.bars.push_back({"", {share(busy), share(slowest - busy), share(static_cast<double>(c.exchange)),
+                                   share(static_cast<double>(c.sync)), share(static_cast<double>(c.vote))}});
+        chart.bars.back().width = milliseconds(model, c.total());
+    }
+    CHECK(supersteps_svg(trace, model, cost, two) == svg(chart));
+
+    // 20,000 supersteps of two of 850,000 tiles: minutes, if each looked at the whole grid.
+    auto many = trace;
+    auto of_many = cost;
+    for (int i = 0; i < 20'000; ++i) {
+        many.supersteps.push_back(trace.supersteps[0]);
+        of_many.supersteps.push_back(cost.supersteps[0]);
+        of_many.cycles += cost.supersteps[0].total();
+    }
+    CHECK(has(supersteps_svg(many, model, of_many, {1000, 850}), "Supersteps over time"));
 }
 
 TEST_CASE("trace page: pictures inside, maps of the caller, energy, and what is too long")

@@ -105,6 +105,50 @@ TEST_CASE("accounting: a part that a setup does without took nothing")
     CHECK(r.host_ms.composite == 110);
 }
 
+TEST_CASE("accounting: the first sum that does not hold is named")
+{
+    using report::Cause;
+    auto const says = [](report::FrameReport const& r, std::uint64_t records, std::uint64_t gone) -> std::string {
+        auto const* const text = render::wrong_sum(r, records, gone);
+        return text == nullptr ? "" : text;
+    };
+    report::FrameReport none;
+    CHECK(says(none, 0, 0) == "");
+    CHECK(says(none, 1, 0) == "visible, parked and earlier lost records are not the records of the map");
+
+    report::FrameReport r;
+    r.gaussians.visible = 7;
+    r.gaussians.parked = 2;
+    r.gaussians.dropped = 3;
+    r.gaussians.unplaced = 2;
+    r.lost_copies = 3;
+    r.late_copies = 1;
+    r.lost = {{GaussianId{4}, report::Loss::whole, Cause::unplaced}, {GaussianId{5}, 8, Cause::unplaced}, {GaussianId{5}, 9, Cause::unplaced},
+              {GaussianId{6}, 1, Cause::storage_full},              {GaussianId{6}, 2, Cause::late},     {GaussianId{7}, report::Loss::whole, Cause::late}};
+    CHECK(says(r, 12, 3) == "");
+    for (std::uint64_t gone : {2u, 4u}) CHECK(says(r, 12, gone) == "visible, parked and earlier lost records are not the records of the map");
+    auto wrong = r;
+    wrong.gaussians.dropped = 2;
+    CHECK(says(wrong, 12, 3) == "records that were lost before are not among the dropped");
+    wrong = r;
+    wrong.gaussians.visible = 1;
+    CHECK(says(wrong, 6, 3) == "there are unplaced records that are not visible");
+    wrong = r;
+    wrong.gaussians.unplaced = 1;
+    CHECK(says(wrong, 12, 3) == "the list of losses has more unplaced records than there are");
+    wrong.gaussians.unplaced = 3; // one of them left copies everywhere
+    CHECK(says(wrong, 12, 3) == "");
+    for (int by : {-1, 1}) {
+        auto const add = [by](std::uint64_t& n) { n += static_cast<std::uint64_t>(by); };
+        wrong = r;
+        add(wrong.lost_copies);
+        CHECK(says(wrong, 12, 3) == "copies_lost is not the number of copies in the list of losses");
+        wrong = r;
+        add(wrong.late_copies);
+        CHECK(says(wrong, 12, 3) == "copies_late is not the number of late copies in the list of losses");
+    }
+}
+
 TEST_CASE("accounting: a second run replaces what it decides, and what it took comes on top")
 {
     auto const first = render::account<Whole>(run_of(6), sums(), true);
@@ -115,6 +159,7 @@ TEST_CASE("accounting: a second run replaces what it decides, and what it took c
     again.pairs = 52;
     again.pairs_contributing = 53;
     again.lost_copies = 54;
+    again.late_copies = 55;
     again.lost = {{GaussianId{5}, 6, report::Cause::late}};
     auto both = first;
     render::add_second_run(both, again);
@@ -122,6 +167,7 @@ TEST_CASE("accounting: a second run replaces what it decides, and what it took c
     CHECK(both.pairs == 52);
     CHECK(both.pairs_contributing == 53);
     CHECK(both.lost_copies == 54);
+    CHECK(both.late_copies == 55);
     CHECK(both.lost == again.lost);
     CHECK(both.host_ms.composite == 220'000);
     CHECK(both.digests == std::vector<std::uint64_t>{7, 8, 9, 10});

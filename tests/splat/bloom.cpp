@@ -133,6 +133,56 @@ TEST_CASE("hold: what was unplaced comes back when another view has room for it,
     CHECK(parked.report.gaussians.parked == 500);
 }
 
+TEST_CASE("hold: unplaced records are visible in every frame, and in a static one too")
+{
+    // Three tiles of 16 slots, and 39 balls that have their anchor on the first and reach all.
+    std::vector<Gaussian> balls;
+    for (std::uint32_t id = 1; id <= 39; ++id) balls.push_back(support::ball(id, 4, 4, 16, 0.5f));
+    auto const renderer = make_runner<Whole>(support::map_of(balls), {.tile = {8, 8}, .sizes = sized<Whole>(40, 16)});
+    auto camera = support::flat_camera(24, 8);
+    for (int frame = 0; frame < 3; ++frame) { // the second and third are static
+        CAPTURE(frame);
+        auto const r = renderer->render(camera).report;
+        CHECK(r.gaussians.visible == 39);
+        CHECK(r.gaussians.parked == 0);
+        CHECK(r.gaussians.unplaced == 23);
+    }
+    camera.rotation[0][0] = camera.rotation[2][2] = -1; // nothing is on screen, and all have room
+    auto const r = renderer->render(camera).report;
+    CHECK(r.gaussians.visible == 0);
+    CHECK(r.gaussians.parked == 39);
+    CHECK(r.gaussians.unplaced == 0);
+}
+
+TEST_CASE("every listed copy is lost or late, those of records that are nowhere or under way too")
+{
+    auto const gaussians = support::cloud(500, 31);
+    auto const check = [&](std::unique_ptr<support::Runner> const& renderer) {
+        std::uint64_t ownerless = 0, all_late = 0, gone = 0;
+        for (float turn : {0.0f, 0.1f, 0.1f, 0.25f, 0.4f}) {
+            auto const r = renderer->render(support::lens(120, 80, turn)).report;
+            auto const owned = renderer->owned_ids(); // with those under way
+            std::uint64_t lost = 0, late = 0;
+            for (auto const& l : r.lost) {
+                if (l.tile == report::Loss::whole) continue;
+                ++(l.cause == report::Cause::late ? late : lost);
+                ownerless += std::binary_search(owned.begin(), owned.end(), static_cast<std::uint32_t>(l.id)) ? 0 : 1;
+            }
+            CHECK(r.lost_copies == lost);
+            CHECK(r.late_copies == late);
+            CHECK(r.gaussians.visible + r.gaussians.parked + gone == 500);
+            gone = r.gaussians.dropped;
+            all_late += late;
+        }
+        return std::pair{ownerless, all_late};
+    };
+    auto const dropped = check(make_runner<Dropping>(support::map_of(gaussians), {.grid = {7, 6}, .sizes = sized<Dropping>(300, 22)}));
+    CHECK(dropped.first > 0);
+    CHECK(dropped.second == 0);
+    auto const bounded = check(make_runner<Whole>(support::map_of(gaussians), {.grid = {7, 6}, .hops = 1, .sizes = sized<Whole>(2, 400)}));
+    CHECK(bounded.second > 0);
+}
+
 TEST_CASE("hold: `held` counts every wait, for a slot as for a credit, of one frame")
 {
     auto const renderer = make_runner<Whole>(support::map_of(support::cloud(400, 21)), {.grid = {7, 6}, .sizes = sized<Whole>(1, 400)});

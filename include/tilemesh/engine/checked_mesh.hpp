@@ -230,7 +230,7 @@ private:
     {
         Vote vote = Vote::quiet;
         remember_sizes(tile, typename KernelTraits<Kernel>::Arguments{});
-        engine::detail::broken_contract = &broken_text_;
+        engine::detail::broken_contracts = &broken_;
         [[maybe_unused]] auto const sizes = list_sizes(tile, typename KernelTraits<Kernel>::Arguments{});
         if constexpr (KernelTraits<Kernel>::multi_worker) { // all workers, last first: their order must not matter
             for (std::uint32_t w = this->sizes_.machine.workers; w-- > 0;) {
@@ -241,8 +241,8 @@ private:
             Source source{*this, tile, {0, 1}};
             vote = run_kernel<Kernel>(source);
         }
-        engine::detail::broken_contract = nullptr; // an observer is no kernel
-        if (broken_text_ != nullptr) fail(tile, std::exchange(broken_text_, nullptr));
+        engine::detail::broken_contracts = nullptr; // an observer is no kernel
+        if (broken_.count != 0) fail(tile, std::exchange(broken_, {}).first);
         if (!this->guards_hold(tile, States{}))
             fail(tile, "a kernel wrote outside a region of its tile, or a size above its capacity (its guard words are gone); "
                        "use try_push and check indices");
@@ -526,7 +526,7 @@ private:
     std::array<std::uint32_t, States::count + 1> state_peak_{};
     std::array<std::vector<std::uint32_t>, States::count + 1> most_;
     std::array<std::uint32_t, links> link_peak_{};
-    char const* broken_text_ = nullptr;
+    engine::detail::BrokenContracts broken_;
     Run run_;
 };
 

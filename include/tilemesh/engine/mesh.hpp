@@ -16,10 +16,18 @@ namespace tilemesh {
 
 namespace engine::detail {
 
-/// A broken contract, or an exception, on its way from a tile to the caller of run().
+/// Broken contracts on their way from tiles to the caller of run(): the first of the lowest tile, and how many of all tiles.
 struct Failure {
     std::uint32_t tile = 0xffffffffu;
     char const* text = nullptr;
+    std::uint64_t count = 0;
+
+    void add(Failure const& other) noexcept
+    {
+        auto const all = count + other.count;
+        if (other.tile < tile) *this = other;
+        count = all;
+    }
 };
 
 /// Both banks of a channel on the host: the exchange swaps them. A sender writes straight into its neighbour's place.
@@ -53,9 +61,11 @@ struct MeshOptions {
 /// Cost: idle tiles and empty channels cost nothing in a superstep but a word for each 4,096 tiles; memory follows live
 /// items. A mesh stays as it is between runs: states, and mail that a bound (`at_most`) left under way.
 ///
-/// Errors: the constructor and `limit` throw Error for a machine that is too small; `run` throws Error for a contract that a
-/// kernel broke, with tile and superstep, for a step that runs on and on (most_passes), and what an observer threw, or
-/// std::bad_alloc; after that the mesh refuses to run again.
+/// Errors: the constructor and `limit` throw Error for a machine that is too small; `run` throws Error for contracts that kernels
+/// broke (TILEMESH_EXPECT), for a step that runs on and on (most_passes), and what an observer threw, or std::bad_alloc; after that the
+/// mesh refuses to run again. Broken contracts end the run after the superstep in which they broke, in every build: a program that waits
+/// for what a full list refused would never end. The Error has the text of the first, its tile and superstep, and how many broke on all
+/// tiles.
 template <class Program, class Machine = Mk2>
 class Mesh : public engine::TileStore<Program, false> {
     using Base = engine::TileStore<Program, false>;
@@ -204,7 +214,7 @@ private:
     struct alignas(64) WorkerState {
         std::uint64_t messages = 0, live_bytes = 0, runs = 0, digest = 0;
         [[no_unique_address]] std::conditional_t<traced, std::vector<TileSample>, engine::NoTrace> samples;
-        engine::detail::Failure failure;                    ///< of the lowest tile
+        engine::detail::Failure failure;
         TileSet busy;                                       ///< who voted busy
         std::array<TileSet, links> mail;                    ///< who was sent something on a channel
         std::array<std::uint32_t, States::count + 1> state_peak{};
@@ -348,10 +358,6 @@ private:
             w.thrown = nullptr;
         }
         if (first) std::rethrow_exception(first);
-    }
-    static void fail(WorkerState& me, engine::detail::Failure const& failure) noexcept
-    {
-        if (failure.tile < me.failure.tile) me.failure = failure;
     }
     template <class... A>
     TILEMESH_KERNEL void after_kernel(Source& source, Types<A...>) noexcept
@@ -506,8 +512,8 @@ private:
     {
         using Arguments = typename KernelTraits<Kernel>::Arguments;
         auto& me = workers_[w];
-        char const* broken = nullptr;
-        engine::detail::broken_contract = &broken;
+        engine::detail::BrokenContracts broken;
+        engine::detail::broken_contracts = &broken;
         Source source{*this, me, all_ends(*this, Links{}), nullptr, 0, {0, 1}};
         std::uint32_t first = 0, last = n;
         for (bool more = together ? shares_.take(w, first, last) : n != 0; more; more = together && shares_.take(w, first, last)) {
@@ -518,11 +524,14 @@ private:
                     if (i + 1 < last) prefetch_lists(tiles == nullptr ? i + 1 : tiles[i + 1], Arguments{});
                 auto const tile = tiles == nullptr ? i : tiles[i];
                 run_tile<Kernel>(source, tile);
-                if (broken != nullptr) fail(me, {tile, std::exchange(broken, nullptr)});
+                if (broken.count != 0) [[unlikely]] {
+                    me.failure.add({tile, broken.first, broken.count});
+                    broken = {};
+                }
             }
             me.runs += last - first;
         }
-        engine::detail::broken_contract = nullptr; // what runs next on this thread may be no kernel
+        engine::detail::broken_contracts = nullptr; // what runs next on this thread may be no kernel
     }
 
     bool any_busy() const noexcept
@@ -548,8 +557,8 @@ private:
         }
         auto const* const tiles = all ? nullptr : tiles_.data();
         if (sends_over_unread<Kernel>(KernelLinks{}))
-            fail(workers_[0], {0, "a kernel sends on a channel with unread mail (a bound cut the step that reads it); raise the "
-                                  "bound, or let the sending kernel read the channel"});
+            throw run_.failed(this->grid_, 0, "a kernel sends on a channel with unread mail (a bound cut the step that reads it); raise "
+                                              "the bound, or let the sending kernel read the channel");
         bool const together = team_.size() > 1 && n > (All ? 1 : most_tiles_of_one_thread);
         if (together) {
             shares_.set(n);
@@ -567,7 +576,7 @@ private:
             passed.messages += std::exchange(w.messages, 0);
             passed.tile_runs += std::exchange(w.runs, 0);
             passed.live_bytes += std::exchange(w.live_bytes, 0);
-            if (w.failure.text != nullptr && w.failure.tile < failure.tile) failure = w.failure;
+            failure.add(w.failure);
         }
         if constexpr (traced) {
             rethrow();
@@ -580,7 +589,7 @@ private:
             std::sort(s.tiles.begin(), s.tiles.end(), [](auto const& a, auto const& b) { return a.tile < b.tile; });
             run_.trace.supersteps.push_back(std::move(s));
         }
-        if (failure.text != nullptr) throw run_.failed(this->grid_, failure.tile, failure.text);
+        if (failure.count != 0) throw run_.failed(this->grid_, failure.tile, failure.text, failure.count);
         return passed;
     }
 

@@ -2,6 +2,7 @@
 #include <array>
 #include <cstdint>
 #include <string>
+#include <tilemesh/engine/text.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/machine/tile.hpp>
 #include <type_traits>
@@ -73,6 +74,25 @@ constexpr bool has_words_for_workers([[maybe_unused]] MachineSize const& machine
     return ((most_workers_of<KernelOf<Step>> == 0xffffffffu ||
              (machine.workers >= 1 && machine.workers <= most_workers_of<KernelOf<Step>>)) && ...);
 }
+/// Has every list and channel of a program the slots without which the program makes no progress?
+template <class Sizes, class... X, class... C>
+constexpr bool all_have_least_slots([[maybe_unused]] Sizes const& sizes, Types<X...>, Types<C...>) noexcept
+{
+    return (has_least_slots<X>(sizes) && ...) && (has_least_slots<C>(sizes) && ...);
+}
+template <class X, class Sizes>
+void require_least_slots([[maybe_unused]] Sizes const& sizes)
+{
+    if constexpr (least_slots_of<X> != 0)
+        if (!has_least_slots<X>(sizes))
+            throw Error("list " + text(name_of<X>()) + " with " + std::to_string(capacity_of<X>(sizes)) + " slots (with fewer than " +
+                        std::to_string(least_slots_of<X>) + " its program makes no progress); give it more slots");
+}
+template <class Sizes, class... X>
+void require_least_slots([[maybe_unused]] Sizes const& sizes, Types<X...>)
+{
+    (require_least_slots<X>(sizes), ...);
+}
 } // namespace engine
 
 /// The sizes of a program under a setup, both known at compile time. A program that does not fit does not compile (`Tile`).
@@ -83,6 +103,11 @@ constexpr MeshSizes<Program> mesh_sizes() noexcept
     static_assert(engine::has_words_for_workers(size_of_machine<Machine>(), StepsOf<Program>{}),
                   "a machine with more workers than a kernel of this program has words for, or with none (the kernel's most_workers says how "
                   "many); choose another machine, or give the kernel more words");
+    constexpr bool all_have_least_slots = // named, because Clang repeats an expression's types in its error
+        engine::all_have_least_slots(Setup::sizes, typename Needs<Program>::States{}, typename Needs<Program>::Links{});
+    static_assert(all_have_least_slots,
+                  "a list with fewer slots than its program needs to make progress (the least_slots of a region, as of a frame's FIFOs, say "
+                  "how many); give it more slots");
     return engine::plain_sizes<Program>(size_of_machine<Machine>(), Setup::sizes, typename Needs<Program>::States{},
                                                 typename Needs<Program>::Links{});
 }
@@ -98,13 +123,16 @@ Error does_not_fit(MachineSize const& machine, Lines const& ledger, std::uint64_
                  std::string(largest.name.text, largest.name.size) + " has " + std::to_string(largest.bytes) + " bytes, and the sum is " +
                  std::to_string(bytes - machine.sram_bytes) + " bytes over); give it fewer slots");
 }
-/// Throws Error where a program of these sizes does not fit into a tile's SRAM, or has no words for all of the machine's workers.
+/// Throws Error where a program of these sizes does not fit into a tile's SRAM, has no words for all of the machine's workers, or has a
+/// list with fewer slots than its `least_slots`.
 template <class Program, class Sizes>
 void require_fit(MachineSize const& machine, Sizes const& sizes)
 {
     if (!engine::has_words_for_workers(machine, StepsOf<Program>{}))
         throw Error("machine " + std::string(machine.name) + " with " + std::to_string(machine.workers) +
                     " workers (a kernel of the program has words for fewer, and needs one); choose another machine");
+    engine::require_least_slots(sizes, typename Needs<Program>::States{});
+    engine::require_least_slots(sizes, typename Needs<Program>::Links{});
     auto const bytes = SramLedger<Program>::bytes(machine, sizes);
     if (bytes > machine.sram_bytes) throw does_not_fit(machine, SramLedger<Program>::lines(machine, sizes), bytes);
 }

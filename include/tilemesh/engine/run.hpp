@@ -72,10 +72,11 @@ public:
 
     std::uint32_t step() const noexcept { return step_; }
     std::string const& kernel() const noexcept { return counters_.steps[step_].kernel; }
-    /// The Error for a mistake of a kernel: it names the tile and the superstep.
-    Error failed(Grid grid, std::uint32_t tile, std::string const& what) const
+    /// The Error for a mistake of a kernel, the first of `count`: it names the tile and the superstep.
+    Error failed(Grid grid, std::uint32_t tile, std::string const& what, std::uint64_t count = 1) const
     {
-        return Error(what + " [tile " + text(grid.tile(tile)) + ", superstep " + std::to_string(pass_) + " (" + kernel() + ")]");
+        return Error(what + " [tile " + text(grid.tile(tile)) + ", superstep " + std::to_string(pass_) + " (" + kernel() + ")" +
+                     (count > 1 ? ", the first of " + std::to_string(count) + " broken contracts]" : "]"));
     }
 
     struct Limits {

@@ -364,14 +364,24 @@ private:
     {
         ((link_capacity_[index_of_link<C>()] = gets_slots_by_limit<C>() ? 0 : most_slots<C>()), ...);
     }
+    /// Channels in one memory take what the largest of them takes; dynamic ones have the capacities of now.
     template <class... C>
     std::uint64_t sram_bytes(Types<C...>) const noexcept
     {
-        auto const extra = [&](auto tag) -> std::uint64_t {
+        std::array<std::uint64_t, Links::count + 1> now{}, built{}; // of each channel with its own memory
+        [[maybe_unused]] auto const add = [&](auto tag) {
             using Link = typename decltype(tag)::type;
-            return gets_slots_by_limit<Link>() ? std::uint64_t{8} * message_bytes<Link>() * link_capacity<Link>() : 0;
+            constexpr auto l = index_of_link<Link>();
+            auto const host = sizes_.shares_memory[l] ? index_of_link<MemoryOf<Link>>() : l;
+            bool const dynamic = gets_slots_by_limit<Link>();
+            auto const eight_ends = [&](std::uint32_t slots) { return std::uint64_t{8} * message_bytes<Link>() * slots; };
+            now[host] = std::max(now[host], eight_ends(dynamic ? link_capacity<Link>() : most_slots<Link>()));
+            built[host] = std::max(built[host], dynamic ? 0 : eight_ends(most_slots<Link>()));
         };
-        return sizes_.sram_bytes + (std::uint64_t{0} + ... + extra(Tag<C>{}));
+        (add(Tag<C>{}), ...);
+        auto bytes = sizes_.sram_bytes;
+        for (std::size_t l = 0; l < now.size(); ++l) bytes += now[l] - built[l];
+        return bytes;
     }
     template <class C>
     void require_capacity() const

@@ -108,6 +108,22 @@ constexpr std::uint32_t capacity_of([[maybe_unused]] Sizes const& sizes) noexcep
         return dynamic_capacity;
 }
 
+/// The slots without which the program of X, a state or a channel, makes no progress. A list or channel names them with
+/// `static constexpr std::uint32_t least_slots = 1;`; otherwise there are none.
+template <class X, class = void>
+inline constexpr std::uint32_t least_slots_of = 0;
+template <class X>
+inline constexpr std::uint32_t least_slots_of<X, std::void_t<decltype(X::least_slots)>> = X::least_slots;
+/// Does X have them under these sizes?
+template <class X, class Sizes>
+constexpr bool has_least_slots([[maybe_unused]] Sizes const& sizes) noexcept
+{
+    if constexpr (least_slots_of<X> == 0)
+        return true;
+    else
+        return capacity_of<X>(sizes) >= least_slots_of<X>;
+}
+
 /// The SRAM ledger of a program on one tile, derived from the program's kernels. Machine and sizes are values, so the same functions
 /// serve compile-time constants and sizes that a user asks for at run time.
 ///

@@ -100,7 +100,7 @@ inline std::string steps_svg(CostModel const& model, std::vector<StepCost> const
 }
 
 /// Supersteps over modelled time as SVG: how many tiles are busy. An area is tile time. Supersteps that are too thin to be seen share a
-/// bar with their neighbours, so that there are about 400 bars. Cost: one pass over the trace, and one number per tile and superstep.
+/// bar with their neighbours, so that there are about 400 bars. Cost: one pass over the trace, and no memory for a tile.
 inline std::string supersteps_svg(Trace const& trace, CostModel const& model, RunCost const& cost, Grid grid)
 {
     constexpr double most_bars = 400; // fewer bars than the diagram has pixels
@@ -123,11 +123,12 @@ inline std::string supersteps_svg(Trace const& trace, CostModel const& model, Ru
         cycles = {};
         sum = 0;
     };
+    model_detail::StepPrices const prices(model, trace);
     for (std::size_t i = 0; i < cost.supersteps.size(); ++i) {
         auto const& c = cost.supersteps[i];
-        Trace const one{trace.kernels, trace.operations, {trace.supersteps[i]}};
-        auto const of_tiles = heat_map(one, model, grid, TileSum::busy_cycles);
-        double const busy = std::accumulate(of_tiles.begin(), of_tiles.end(), 0.0) / grid.size();
+        std::uint64_t all_busy = 0;
+        for (auto const& t : trace.supersteps[i].tiles) all_busy += prices.compute_cycles(i, t.operations);
+        double const busy = static_cast<double>(all_busy) / grid.size();
         std::array<double, 5> const more = {busy, std::max(static_cast<double>(c.compute) - busy, 0.0), static_cast<double>(c.exchange),
                                             static_cast<double>(c.sync), static_cast<double>(c.vote)};
         for (std::size_t k = 0; k < more.size(); ++k) {

@@ -78,8 +78,31 @@ inline void add_second_run(report::FrameReport& r, report::FrameReport const& ag
     r.pairs_contributing = again.pairs_contributing;
     r.lost = again.lost;
     r.lost_copies = again.lost_copies;
+    r.late_copies = again.late_copies;
     r.host_ms.composite += again.host_ms.composite;
     r.digests.insert(r.digests.end(), again.digests.begin(), again.digests.end());
+}
+
+/// The first sum that does not hold in the report of a frame, or null if all hold. `records`: those of the map. `gone`: those of them that
+/// the machine had lost for good before the frame began. The renderer asserts it for every frame. Cost: a pass over `lost`.
+inline char const* wrong_sum(report::FrameReport const& r, std::uint64_t records, std::uint64_t gone) noexcept
+{
+    std::uint64_t lost_copies = 0, late_copies = 0, unplaced = 0;
+    auto last = splat::GaussianId::none;
+    for (auto const& l : r.lost) { // all entries of an ownerless record stand together
+        if (l.tile != report::Loss::whole) ++(l.cause == report::Cause::late ? late_copies : lost_copies);
+        if (l.cause == report::Cause::unplaced && l.id != last) ++unplaced;
+        last = l.id;
+    }
+    auto const& n = r.gaussians;
+    if (n.visible + n.parked + gone != records) return "visible, parked and earlier lost records are not the records of the map";
+    if (n.unplaced > n.visible) return "there are unplaced records that are not visible";
+    // Where hops are bounded, an unplaced record that left a copy on each of its tiles lacks nothing.
+    if (unplaced > n.unplaced) return "the list of losses has more unplaced records than there are";
+    if (n.dropped < gone) return "records that were lost before are not among the dropped";
+    if (r.lost_copies != lost_copies) return "copies_lost is not the number of copies in the list of losses";
+    if (r.late_copies != late_copies) return "copies_late is not the number of late copies in the list of losses";
+    return nullptr;
 }
 
 } // namespace tilemesh::render

@@ -1,5 +1,7 @@
 #pragma once
+#include <cassert>
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -187,6 +189,8 @@ private:
         }
     }
 
+    /// Does the host keep the records that are missing? Otherwise they are lost for good.
+    bool host_keeps() const noexcept { return !P::routes || facts_.rules.holds != 0; }
     report::FrameReport run() { return finish(mesh_->run()); }
     /// Runs the frame again: no record moves, and every tile sorts and composites anew.
     void run_again(report::FrameReport& report)
@@ -209,28 +213,29 @@ private:
             sums.add(mesh.template state<splat::Counts>(tile), mesh.template state<splat::Work>(tile));
         });
         auto r = account<P>(counters, sums, facts_.rules.holds != 0);
+        auto const& frame = mesh_->template broadcast<Parameters>();
+        auto const off = keeper_.off_tiles(frame.view, tiling_, host_keeps());
+        r.gaussians.visible += off.visible;
+        r.gaussians.parked += off.parked;
 
         // Losses last until the records are sent again: a frame that refused nothing may still lack records that the last one lost.
-        auto const& frame = mesh_->template broadcast<Parameters>();
         copies_lost_ = r.refused.copies_full != 0 || (copies_lost_ && frame.resend_copies == 0);
         copies_refused_ = r.refused.copies_refused != 0 || (copies_refused_ && frame.view_changed == 0);
         bool spans = false;
         if constexpr (!P::blooms) spans = any_spans();
-        if constexpr (!P::routes) {
-            r.gaussians.visible += keeper_.missing().size();
-            r.gaussians.parked += keeper_.parked();
-        }
         if (r.refused.storage_full != 0 || !keeper_.missing().empty() || copies_lost_ || copies_refused_ || options_.hops != 0 || spans)
-            keeper_.set_missing(list_losses(r));
+            list_losses(r);
         return r;
     }
-    std::vector<std::uint32_t> list_losses(report::FrameReport& r)
+    void list_losses(report::FrameReport& r)
     {
         auto const& frame = mesh_->template broadcast<Parameters>();
         auto const facts = facts_on<P>(*mesh_);
         LossQuestion const question{mesh_->grid(), frame.view,  frame.tiling, P::routes, P::blooms, facts_.rules.holds != 0,
                                     options_.hops != 0};
-        return LossFinder(question, records_, facts).list(r);
+        auto off = LossFinder(question, records_, facts).list(r);
+        keeper_.set_missing(std::move(off.missing));
+        keeper_.set_under_way(std::move(off.under_way));
     }
     /// Without bloom: does a footprint leave its anchor tile?
     bool any_spans()
@@ -332,6 +337,7 @@ void FrameRenderer<P, Engine, Machine>::render_into(splat::Camera const& camera,
     halfway_ = true;
     bool const changed = put_records(view);
     tell(view, changed);
+    [[maybe_unused]] std::size_t const gone = host_keeps() ? 0 : keeper_.missing().size();
     auto const prepared_ms = since(start);
 
     auto report = run();
@@ -340,6 +346,7 @@ void FrameRenderer<P, Engine, Machine>::render_into(splat::Camera const& camera,
     bool const may_recall = facts_.rules.holds != 0 && options_.hops == 0;
     ran_twice_ = may_recall && keeper_.recall_copies(*mesh_);
     if (ran_twice_) run_again(report);
+    assert(wrong_sum(report, records_.rows(), gone) == nullptr);
 
     auto const tiles_done = Clock::now();
     collect_picture<P>(*mesh_, facts_, tiling_, camera, result);

@@ -68,6 +68,12 @@ struct LossQuestion {
     bool bounded; ///< the frame's hops were bounded: records may be under way, and copies of lost records stay on their tiles
 };
 
+/// Rows of records that no tile owns when a frame ends.
+struct NotOnTiles {
+    std::vector<std::uint32_t> missing;   ///< nowhere on the mesh, in order
+    std::vector<std::uint32_t> under_way; ///< in channels and FIFOs, in the order of tiles
+};
+
 /// Lists what the picture lacks.
 class LossFinder {
 public:
@@ -76,9 +82,10 @@ public:
     {
     }
 
-    /// Fills `lost` and its sums in the report. Returns the rows that are nowhere on the mesh, in order.
-    std::vector<std::uint32_t> list(report::FrameReport& r)
+    /// Fills `lost` and its sums in the report.
+    NotOnTiles list(report::FrameReport& r)
     {
+        NotOnTiles off;
         r.gaussians.under_way = facts_.under_way.size();
         SortedTable row_of, moving;
         if (!facts_.under_way.empty())
@@ -86,25 +93,27 @@ public:
         for (auto const id : facts_.under_way) moving.add(MeshFacts::key(id), 0);
         (void)row_of.sort();
         (void)moving.sort();
-        for (auto const id : facts_.under_way) list_without_owner(r, *row_of.find(MeshFacts::key(id)), report::Cause::late);
-        std::vector<std::uint32_t> missing;
+        for (auto const id : facts_.under_way) {
+            off.under_way.push_back(*row_of.find(MeshFacts::key(id)));
+            list_without_owner(r, off.under_way.back(), report::Cause::late);
+        }
         for (std::uint32_t row = 0; row < records_.rows(); ++row) {
             auto const id = records_.id(row);
             if (facts_.owners.has(MeshFacts::key(id)) || moving.has(MeshFacts::key(id))) continue;
             // A host that places the records keeps those with nothing on screen.
             if (!ask_.routes && !project(row).visible()) continue;
-            missing.push_back(row);
+            off.missing.push_back(row);
             if (ask_.holds && !ask_.bounded)
                 r.lost.push_back({id, report::Loss::whole, report::Cause::unplaced}); // the host recalls its copies
             else
                 list_without_owner(r, row, ask_.holds ? report::Cause::unplaced : report::Cause::storage_full);
         }
-        (ask_.holds ? r.gaussians.unplaced : r.gaussians.dropped) = missing.size();
+        (ask_.holds ? r.gaussians.unplaced : r.gaussians.dropped) = off.missing.size();
         for (std::uint32_t row = 0; row < records_.rows(); ++row) {
             auto const* const owner = facts_.owners.find(MeshFacts::key(records_.id(row)));
             if (owner != nullptr) list_missing_copies(r, records_.id(row), facts_.splats[*owner]);
         }
-        return missing;
+        return off;
     }
 
 private:
@@ -119,7 +128,8 @@ private:
         for (auto y = range.first.y(); y <= range.last.y(); ++y)
             for (auto x = range.first.x(); x <= range.last.x(); ++x) f(TileId::at(x, y));
     }
-    /// Lists a record that no tile owns but that may have left copies: the tiles that lack a copy, or the whole record if all tiles do.
+    /// Lists a record that no tile owns but that may have left copies: the tiles that lack a copy, its anchor tile among them, or the whole
+    /// record if all tiles do.
     void list_without_owner(report::FrameReport& r, std::uint32_t row, report::Cause cause)
     {
         auto const s = project(row);
@@ -134,17 +144,20 @@ private:
             else
                 lacking.push_back(index);
         });
-        if (!any) lacking.assign(1, report::Loss::whole);
-        for (auto t : lacking) r.lost.push_back({id, t, cause});
+        if (!any) r.lost.push_back({id, report::Loss::whole, cause});
+        if (any)
+            for (auto t : lacking) list_copy(r, {id, t, cause});
+    }
+    static void list_copy(report::FrameReport& r, report::Loss const& copy)
+    {
+        ++(copy.cause == report::Cause::late ? r.late_copies : r.lost_copies);
+        r.lost.push_back(copy);
     }
     void list_missing_copies(report::FrameReport& r, splat::GaussianId id, splat::Splat const& s)
     {
         for_each_tile(s, [&](TileId t) {
             auto const index = ask_.grid.index_of(t);
-            if (holds_a_copy(id, index)) return;
-            auto const cause = why_missing(id, s.anchor, t);
-            ++(cause == report::Cause::late ? r.late_copies : r.lost_copies);
-            r.lost.push_back({id, index, cause});
+            if (!holds_a_copy(id, index)) list_copy(r, {id, index, why_missing(id, s.anchor, t)});
         });
     }
     /// Goes up the tree from a tile without the copy to the first tile that has it. What stopped the copy there is the cause for all

@@ -19,8 +19,8 @@ namespace tilemesh::render {
 /// their tiles from frame to frame.
 ///
 /// With routing, call `load_all` once, then `load` in each new view for the records that a frame handed back. Without routing, call
-/// `place` in each new view. After a frame, call `set_missing` with the rows that the list of losses found, then `recall_copies`. Every
-/// row is on the mesh once, or among `missing()`, or (without routing) parked.
+/// `place` in each new view. After a frame, call `set_missing` and `set_under_way` with the rows that the list of losses found, then
+/// `recall_copies`. Every row is on the mesh once, or among `missing()`, or (without routing) parked.
 ///
 /// `P` is a set of policies. Every member takes the mesh, which must be between runs.
 template <class P>
@@ -34,8 +34,23 @@ public:
     /// Rows that should be on the mesh and are not, in order.
     std::vector<std::uint32_t> const& missing() const noexcept { return missing_; }
     void set_missing(std::vector<std::uint32_t> rows) { missing_ = std::move(rows); }
+    /// Rows in channels and FIFOs, where no tile counts them.
+    void set_under_way(std::vector<std::uint32_t> rows) { under_way_ = std::move(rows); }
     /// Rows that stay with the host because they have nothing on screen; without routing only.
     std::uint64_t parked() const noexcept { return parked_; }
+    /// The rows that no tile counts when a frame begins, as visible or parked ones.
+    struct OffTiles {
+        std::uint64_t visible = 0, parked = 0;
+    };
+    /// Counts what the host keeps, and what is under way. `host_keeps`: missing rows are with the host, which counts them as visible until
+    /// they are placed; otherwise they are lost. Call it with the frame's view between `load` or `place` and the `set_` functions. Cost: one
+    /// projection per row under way.
+    OffTiles off_tiles(splat::View const& view, splat::Tiling const& tiling, bool host_keeps) const
+    {
+        OffTiles n{host_keeps ? missing_.size() : 0, parked_};
+        for (auto const row : under_way_) ++(splat_of(row, view, tiling).visible() ? n.visible : n.parked);
+        return n;
+    }
     /// Tiles from (0, 0) that hold pixels, or may hold records.
     Extent2 occupied() const noexcept { return occupied_; }
 
@@ -63,6 +78,7 @@ public:
         occupied_ = {};
         occupy(mesh, tiling.columns, tiling.rows);
         missing_.clear();
+        under_way_.clear();
         parked_ = 0;
         if constexpr (P::routes) load_all(mesh, tiling, slots);
     }
@@ -118,7 +134,7 @@ public:
         missing_.clear();
         parked_ = 0;
         for (std::uint32_t row = 0; row < records_.rows(); ++row) {
-            auto const s = by_reference ? (*cache_)[row] : records_.project(row, view, tiling);
+            auto const s = splat_of(row, view, tiling);
             if (!s.visible()) {
                 ++parked_;
                 continue;
@@ -176,6 +192,10 @@ private:
                         std::to_string(slots) + " slots hold " + std::to_string(std::uint64_t{tiles} * slots) +
                         "); choose more slots or a larger machine");
     }
+    splat::Splat splat_of(std::uint32_t row, splat::View const& view, splat::Tiling const& tiling) const noexcept
+    {
+        return by_reference ? (*cache_)[row] : records_.project(row, view, tiling);
+    }
     /// What tiles store for a row, and for its projected splat.
     typename P::Record record_of(std::uint32_t row) const noexcept
     {
@@ -194,7 +214,7 @@ private:
 
     RecordTable const& records_;
     ScreenCache* cache_;
-    std::vector<std::uint32_t> missing_;
+    std::vector<std::uint32_t> missing_, under_way_;
     std::uint64_t parked_ = 0;
     Extent2 occupied_{};
 };

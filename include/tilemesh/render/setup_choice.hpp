@@ -173,9 +173,6 @@ SetupFacts facts_of()
     static_assert(!S::routes || !S::Saturation::holds || S::sizes.waiting >= 1,
                   "a setup that holds needs FIFOs (without one no credit is ever given and nothing moves); give Sizes::waiting "
                   "room for at least one message");
-    static_assert(!splat::names_slots<S>,
-                  "a setup that names storage_slots, road_bytes, beam_bytes, waiting_bytes, tile_pixels, lists_fit or one_channel_memory "
-                  "(its sizes are one value: they would change nothing); give it static constexpr Sizes sizes");
     static_assert(S::Machine::workers >= 1 && S::Machine::workers <= splat::Work::max_workers,
                   "a machine with more workers than Work counts for; raise Work::max_workers");
     return detail::facts_at<S>(S::sizes);
@@ -184,8 +181,8 @@ SetupFacts facts_of()
 template <class S>
 SetupFacts facts_of(splat::Sizes const& sizes)
 {
-    if constexpr (!detail::is_of_the_library<S>) require_fit<splat::Frame<S>>(size_of_machine<typename S::Machine>(), sizes);
     if (S::routes && S::Saturation::holds && sizes.waiting == 0) throw Error(detail::needs_fifos);
+    if constexpr (!detail::is_of_the_library<S>) require_fit<splat::Frame<S>>(size_of_machine<typename S::Machine>(), sizes);
     return detail::facts_at<S>(sizes);
 }
 

@@ -194,11 +194,17 @@ struct Beam<P, true> : Beam<P, false> {
     using memory_of = Road<P>;
     static constexpr auto memory_shared = &Sizes::one_channel_memory;
 };
+/// Does the frame hold whatever its parameters say?
+template <class Saturation, class = void>
+inline constexpr bool always_holds = false;
+template <class Saturation>
+inline constexpr bool always_holds<Saturation, std::enable_if_t<Saturation::holds>> = true;
 template <class P, std::uint32_t Side>
 struct Waiting : Buffer<RoadMessage<P>> {
     using Buffer<RoadMessage<P>>::Buffer;
     static constexpr char const* name = Side == 0 ? "waiting (side 0)" : "waiting (side 1)";
     static constexpr auto slots = &Sizes::waiting;
+    static constexpr std::uint32_t least_slots = always_holds<typename P::Saturation> ? 1 : 0; ///< without one no credit is ever given
 };
 } // namespace region
 /// Carries records to their anchor tiles.

@@ -1,0 +1,56 @@
+#pragma once
+#include <algorithm>
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <iostream>
+#include <string>
+#include <tilemesh/tilemesh.hpp>
+#include <utility>
+
+/// Prints the ledger of setup S, what is assumed about its machine, and what each of three frames costs: a cold start, a step of half a
+/// degree, the same view again. With a folder `out`, also writes a page about the cold start. True where the pictures have the bits of a
+/// loop without tiles, a step costs less than a cold start, and standing still less than that.
+template <class S>
+bool report_on(tilemesh::scene::Map const& map, tilemesh::CostModel const& model, tilemesh::splat::Camera const& camera,
+               tilemesh::RendererOptions options, std::filesystem::path const& out)
+{
+    using namespace tilemesh;
+    using Shown = BasicRenderer<splat::Referenced<S>>;    // the machine of S; the host moves references
+    std::string const machine = S::Machine::name;
+    options.threads = 2;
+    options.arithmetic = splat::Arithmetic::precise;      // the naive loop's
+    Shown renderer{map, options};
+    renderer.prepare(camera.width, camera.height);
+    auto const grid = renderer.mesh().grid();
+    std::cout << "== " << machine << ": " << grid.width << " x " << grid.height << " of " << report::thousands(S::Machine::tiles)
+              << " tiles, " << camera.width << " x " << camera.height << " pixels\n"
+              << ledger_table(Shown::Layout::ledger(), S::Machine::sram_bytes) << '\n' << assumed_text(model) << '\n';
+    auto cameras = scene::orbit(camera, scene::robust_centre(map), 0.5, 2);
+    cameras.push_back(cameras.back());
+    bool ok = true;
+    std::uint64_t before = 0;
+    for (auto const& at : cameras) {
+        auto const frame = renderer.render(at);
+        auto const cost = model_cost(model, renderer.trace(), grid);
+        auto const naive = report::render_naive(map.gaussians, at, renderer.model()).rgb;
+        bool const same = frame.image.rgb.size() == naive.size() &&
+                          std::memcmp(frame.image.rgb.data(), naive.data(), naive.size() * sizeof(float)) == 0;
+        std::cout << '\n' << cost_table(model, renderer.trace(), cost) << "frame: " << milliseconds_text(model, cost.cycles)
+                  << " ms modelled\n" << frame.report << "\nThe picture " << (same ? "has" : "has NOT") << " the bits of the naive loop's.\n";
+        ok = ok && same && frame.report.lost.empty() && (before == 0 || cost.cycles < before);
+        if (before == 0 && !out.empty()) {
+            auto const ledger = Shown::Layout::ledger();
+            TileMap load{"load", "Load", "records that a tile stores, copies among them", true, {}};
+            for (std::uint32_t t = 0; t < grid.size(); ++t)
+                load.values.push_back(std::as_const(renderer.mesh()).template state<splat::Marks<typename Shown::Policies>>(grid.tile(t)).size());
+            auto file = machine;
+            std::replace(file.begin(), file.end(), ' ', '_');
+            write_trace_page(out, file, renderer.trace(), model, grid,
+                             {.title = "A cold start on " + machine, .ledger = {ledger.begin(), ledger.end()}, .maps = {load}});
+        }
+        before = cost.cycles;
+    }
+    std::cout << '\n';
+    return ok;
+}
