@@ -1,7 +1,7 @@
 # The attributes of a test file stand in its first line, separated by commas: `// test: optimised, without tsan, cost 20`.
 #
 #   optimised              compiled at -O2 by GCC even where the preset says -O1: it renders whole maps many times
-#   unoptimised BUILD...   compiled at -O0 in these builds: compiling takes longer than running
+#   unoptimised BUILD...   compiled at -O0 in these builds, where the others are at -O1: compiling takes longer than running
 #   without BUILD...       not built in these builds: another file runs the same code there, or it has no threads to watch
 #   needs data             asks for real maps, and says "skipped" or takes another map where there are none: label `data`
 #   cost N                 runs for about N seconds; ctest begins with what takes longest
@@ -17,6 +17,9 @@ endif()
 # Sets PREFIX_options (compile options), PREFIX_left_out, PREFIX_needs_data and PREFIX_cost from the text of a test file.
 function(tilemesh_test_attributes source text prefix)
     set(options "")
+    if(TILEMESH_TEST_BUILD)
+        set(options -O1)
+    endif()
     set(left_out FALSE)
     set(needs_data FALSE)
     set(cost "")
@@ -26,7 +29,7 @@ function(tilemesh_test_attributes source text prefix)
         string(REPLACE ", " ";" attributes "${line}")
         foreach(attribute IN LISTS attributes)
             if(attribute STREQUAL "optimised")
-                list(PREPEND options "$<$<AND:$<CONFIG:RelWithDebInfo>,$<CXX_COMPILER_ID:GNU>>:-O2>")
+                list(APPEND options "$<$<AND:$<CONFIG:RelWithDebInfo>,$<CXX_COMPILER_ID:GNU>>:-O2>")
             elseif(attribute MATCHES "^(unoptimised|without)(( (test|asan|tsan))+)$")
                 set(verb "${CMAKE_MATCH_1}")
                 separate_arguments(builds UNIX_COMMAND "${CMAKE_MATCH_2}")
@@ -34,7 +37,7 @@ function(tilemesh_test_attributes source text prefix)
                     if(verb STREQUAL "without")
                         set(left_out TRUE)
                     else()
-                        list(APPEND options -O0)
+                        list(REMOVE_ITEM options -O1)
                     endif()
                 endif()
             elseif(attribute STREQUAL "needs data")
