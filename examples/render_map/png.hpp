@@ -11,6 +11,7 @@ std::string png_bytes(tilemesh::report::Image const& image);
 
 /// Writes the picture as `png_bytes`, whole or not at all (`report::write_whole`): it is encoded in memory.
 /// Throws `tilemesh::Error` when it cannot be written.
-void write_png(std::filesystem::path const& path, tilemesh::report::Image const& image, tilemesh::report::Outlasts outlasts = report::Outlasts::process);
+void write_png(std::filesystem::path const& path, tilemesh::report::Image const& image,
+               tilemesh::report::Outlasts outlasts = tilemesh::report::Outlasts::process);
 
 } // namespace render_map
