@@ -1,4 +1,4 @@
-// What most test files include; see CMakeLists.txt. Every file still includes what it needs: planted faults are compiled without this.
+// The headers that most test files include; see CMakeLists.txt. Every file still includes what it uses: planted faults compile without this.
 #include <doctest/doctest.h>
 #include <tilemesh/any_renderer.hpp>
 #include <tilemesh/engine/checked_mesh.hpp>
