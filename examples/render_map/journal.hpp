@@ -15,24 +15,24 @@ namespace render_map {
 /// its number, the size and digest of each of its files, and its part of report.json.
 inline constexpr char const* journal_file = "resume.jsonl";
 
-/// Everything that determines the frames of this run: the version, the options that change a frame, and the bytes of every file in `read`.
-/// Throws `tilemesh::Error` for a file that cannot be read twice. Cost: reads every file once more.
+/// Everything that determines the frames of this run: the version, the options that change a frame, and the bytes of every file
+/// in `read`. Throws `tilemesh::Error` for a file that cannot be read twice. Cost: reads every file once more.
 tilemesh::report::MadeFrom made_from(Options const& options, std::vector<std::filesystem::path> const& read);
 
 /// The finished frames of this run and of earlier, interrupted runs.
 ///
-/// This run takes over a frame if its line is complete and its files have the size and digest in that line. Digests have 64 bits:
-/// they find accidental damage, not deliberate changes.
+/// This run takes over a frame if its line is complete and its files have the size and digest in that line. Digests have 64
+/// bits: they find accidental damage, not deliberate changes.
 class Journal {
 public:
-    /// Reads the list of earlier runs in `folder`, or starts a new one. Throws `tilemesh::Error` if an earlier run was made from
+    /// Reads the list of earlier runs in `folder`, or starts one. Throws `tilemesh::Error` if an earlier run was made from
     /// something else, and leaves its frames as they are. Cost: reads the files of all frames in the list.
     Journal(std::filesystem::path const& folder, tilemesh::report::MadeFrom const& made_from, std::size_t frames);
 
     /// How a frame gets into the report.
     enum class Way {
         render,    ///< rendered in full
-        replay,    ///< taken over, but its records must move: a later frame is rendered and depends on them
+        replay,    ///< taken over, but its records must move, because a later frame is rendered
         take_over  ///< taken over, like all frames after it
     };
     Way way(std::size_t frame) const;

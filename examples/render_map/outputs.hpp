@@ -41,8 +41,8 @@ inline constexpr char const* model_file = "model.txt";
 bool is_of_trace(std::string_view name, Options const& options, std::size_t frames);
 
 /// Makes the folders for the pictures and the trace, and checks that every file can be written: better now than after an hour.
-/// Returns the folder of the pictures. Throws `tilemesh::Error` if a file cannot be written, or would replace another file of the
-/// run or a file that the run reads (`report::DistinctFiles`). It writes nothing but the folders.
+/// Returns the folder of the pictures. Throws `tilemesh::Error` if a file cannot be written, or would replace another file of
+/// the run or a file that the run reads (`report::DistinctFiles`). It writes nothing but the folders.
 std::filesystem::path prepare_outputs(Options const& options, std::size_t frames);
 
 /// Standard output, checked: a text that does not arrive there throws `tilemesh::Error`, which ends with `remedy`.

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-// Slow and simple readers of the library's files, for comparison. They hold the whole file in memory, split it with strings and strtod,
-// and use no code of the library. A reader returns nothing for a file that must be refused.
+// Slow and simple readers of the library's files, for comparison. They hold the whole file in memory, split it with strings and
+// strtod, and use no code of the library. A reader returns nothing for a file that must be refused.
 namespace plain {
 
 inline bool is_in(char c, std::string const& set) { return set.find(c) != std::string::npos; }

@@ -28,7 +28,8 @@ inline std::string range_text(ParameterRule const& rule)
 }
 
 inline constexpr std::string_view file_blanks = " \t\r\v\f";
-/// Far more than a program needs: it counts at most eight operations per step. The limit bounds the memory: 40 MB with the longest sources.
+/// Far more than a program needs: it counts at most eight operations per step. The limit bounds the memory: about 40 MB with the
+/// longest sources.
 inline constexpr std::size_t most_operations = 16384;
 /// Bytes of the longest line that is read, and of the longest name and source that are written: a sentence or two.
 inline constexpr std::size_t most_line_bytes = 4096, most_text_bytes = 2048;

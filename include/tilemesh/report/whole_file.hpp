@@ -26,8 +26,8 @@ inline std::filesystem::path link_target(std::filesystem::path path)
     return path;
 }
 
-/// What a finished file survives. `process`: the end of the process, even by a kill; but after a power loss the new name may have no
-/// bytes. `power_loss`: a power loss, too: the bytes are synced to the disk before the rename, and the folder after it.
+/// What a finished file survives. `process`: the end of the process, even by a kill; but after a power loss the new name may have
+/// no bytes. `power_loss`: a power loss, too: the bytes are synced to the disk before the rename, and the folder after it.
 enum class Outlasts { process, power_loss };
 
 namespace detail {
@@ -37,7 +37,7 @@ inline std::error_code sync_to_disk(int descriptor)
     if (fsync(descriptor) == 0 || errno == EINVAL || errno == EROFS || errno == ENOTSUP) return {};
     return {errno, std::generic_category()};
 }
-/// Waits until the disk has the names in a folder. A folder without read permission cannot be opened; it is left to the system.
+/// Waits until the disk has the names in a folder. A folder without read permission cannot be opened; it is synced later.
 inline std::error_code sync_folder(std::filesystem::path const& folder)
 {
     int const descriptor = open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);

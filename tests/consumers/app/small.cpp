@@ -1,4 +1,4 @@
-// A user's program that compiles quickly. It tests ways to get the library that differ only in where the library is found.
+// A user's program that compiles quickly, for tests that differ only in where the library is found.
 #include <iostream>
 #include <tilemesh/engine/mesh.hpp>
 

@@ -130,8 +130,8 @@ inline splat::Camera training_camera(CameraFields const& fields, CameraEntry con
                                default_near, width, height});
 }
 
-/// Reads a JSON camera file part by part. It keeps the cameras before the first unusable one, and the fields of that one. It reports
-/// the unusable camera only after the whole text is known to be JSON.
+/// Reads a JSON camera file part by part. It keeps the cameras before the first unusable one, and the fields of that one. It
+/// reports the unusable camera only after the whole text is known to be JSON.
 class CameraJson {
 public:
     CameraJson(std::istream& stream, std::string const& name) : json_(stream, name), file_(name) {}
