@@ -1,4 +1,5 @@
-// What most test files include; see CMakeLists.txt. Every file still includes what it needs: planted faults are compiled without this.
+// The headers that most test files include; see CMakeLists.txt. Every file still includes what it uses, because planted
+// faults compile without this file.
 #include <doctest/doctest.h>
 #include <tilemesh/any_renderer.hpp>
 #include <tilemesh/engine/checked_mesh.hpp>

@@ -1,5 +1,5 @@
-// What a frame costs on two machines that are no IPU: 132 tiles of 256 KB, and a wafer of 1,000 x 850 tiles. Times are modelled; what is
-// assumed about a machine is printed. Why a pixel processor array cannot be one: tests/checks/compile_fail/pixel_processors.cpp.
+// What a frame costs on two machines that are not IPUs: 132 tiles of 256 KB, and a wafer of 1,000 x 850 tiles. Times are modelled, and
+// the program prints its assumptions. tests/checks/compile_fail/pixel_processors.cpp shows why a pixel processor array does not work.
 //
 // usage: other_machines [--whole] [--out DIR]
 // --whole: all of the wafer (100 s on two cores and 10.4 GB when it was measured); otherwise 160 x 136 tiles from its middle
@@ -25,7 +25,7 @@ try {
         else throw Error("no such argument, or no DIR after it (usage: other_machines [--whole] [--out DIR]); correct " + argument);
     }
     auto const map = scene::built_in_map();
-    // The fullest of 132 tiles would hold 3,800 records of the built-in map (measured with more SRAM): it shows a third of them.
+    // With the whole built-in map, the fullest of 132 tiles would hold 3,800 records (measured with more SRAM): show a third of the map.
     auto third = map;
     for (std::size_t i = 0; 3 * i < map.gaussians.size(); ++i) third.gaussians[i] = map.gaussians[3 * i];
     third.gaussians.resize((map.gaussians.size() + 2) / 3);

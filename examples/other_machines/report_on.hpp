@@ -8,9 +8,9 @@
 #include <tilemesh/tilemesh.hpp>
 #include <utility>
 
-/// Prints the ledger of setup S, what is assumed about its machine, and what each of three frames costs: a cold start, a step of half a
-/// degree, the same view again. With a folder `out`, also writes a page about the cold start. True where the pictures have the bits of a
-/// loop without tiles, a step costs less than a cold start, and standing still less than that.
+/// Prints the ledger of setup S, the assumptions about its machine, and the cost of three frames: a cold start, a step of half a degree,
+/// and the same view again. With a folder `out`, also writes a page about the cold start. Returns true if the pictures equal those of a
+/// loop without tiles in every bit, the step costs less than the cold start, and the same view less than the step.
 template <class S>
 bool report_on(tilemesh::scene::Map const& map, tilemesh::CostModel const& model, tilemesh::splat::Camera const& camera,
                tilemesh::RendererOptions options, std::filesystem::path const& out)

@@ -29,7 +29,7 @@ namespace report = tilemesh::report;
 using Json = nlohmann::ordered_json;
 using tilemesh::Error;
 
-/// A file's size and the digest of its bytes; empty for what is no regular file, or cannot be read to its end.
+/// The size of a file and the digest of its bytes; empty if it is no regular file or cannot be read to its end.
 struct Contents {
     std::uint64_t bytes = 0;
     std::string digest;
@@ -44,7 +44,7 @@ std::optional<Contents> contents_of(fs::path const& path)
     while (in) {
         in.read(block.data(), static_cast<std::streamsize>(block.size()));
         auto const n = static_cast<std::size_t>(in.gcount());
-        std::fill(block.begin() + static_cast<std::ptrdiff_t>(n), block.end(), '\0'); // a last word is filled up; the size tells
+        std::fill(block.begin() + static_cast<std::ptrdiff_t>(n), block.end(), '\0'); // zeros fill the last word; the size is known
         for (std::size_t i = 0; i < n; i += 8) {
             std::uint64_t word = 0;
             std::memcpy(&word, block.data() + i, 8);
@@ -65,7 +65,7 @@ std::string line_of(Json const& json)
     return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-/// In one clause, what the frames of `then` are made from and those of `now` are not.
+/// One clause: the first difference between what the frames of `then` and of `now` are made from.
 std::string difference(Json const& then, Json const& now)
 {
     if (then.at("version") != now.at("version"))
@@ -131,7 +131,7 @@ Journal::Journal(fs::path const& folder, report::MadeFrom const& made_from, std:
         }
         refuse(why);
     }
-    // A line that was cut off ends without a line break.
+    // A line that was only partly written has no line break at its end.
     while (std::getline(in, line)) {
         begins_line_ = !in.eof();
         if (begins_line_) read_line(line);
@@ -140,7 +140,7 @@ Journal::Journal(fs::path const& folder, report::MadeFrom const& made_from, std:
     taken_over_ = static_cast<std::size_t>(std::count_if(found_.begin(), found_.end(), [](auto const& frame) { return frame.has_value(); }));
 }
 
-/// A line that is damaged, or whose files are not what it says, is none: its frame is rendered again.
+/// Ignores a damaged line and a line whose files have changed: their frames are rendered again.
 void Journal::read_line(std::string const& line)
 {
     try {
@@ -183,7 +183,7 @@ void Journal::add(std::size_t frame, report::RunFrame const& report, std::vector
     report::RunReport run;
     run.frames = {report};
     json["report"] = std::move(report::json_of(run).at("frames").at(0));
-    auto const text = (begins_line_ ? "" : "\n") + line_of(json); // behind what was cut off
+    auto const text = (begins_line_ ? "" : "\n") + line_of(json); // ends a partly written line
     begins_line_ = true;
     errno = 0;
     std::unique_ptr<std::FILE, int (*)(std::FILE*)> out(std::fopen(path_.c_str(), "ab"), std::fclose);
@@ -198,8 +198,8 @@ void replay(AnyRenderer& renderer, tilemesh::splat::Camera const& camera, bool w
 {
     auto& model = renderer.model();
     auto const before = model.transmittance_min;
-    // Above the transmittance of an empty pixel: each is finished before its first Gaussian. Compositing reads this number, and
-    // no other kernel does.
+    // 2 is above the transmittance of an empty pixel, so each pixel is finished before its first Gaussian. Only compositing reads
+    // this number.
     if (!with_pixels) model.transmittance_min = 2;
     renderer.render(camera);
     model.transmittance_min = before;
@@ -208,7 +208,7 @@ void replay(AnyRenderer& renderer, tilemesh::splat::Camera const& camera, bool w
 std::vector<bool> needs_pixels(std::vector<Shot> const& shots, tilemesh::splat::Model const& model, Journal const& journal)
 {
     auto const same_view = [&](std::size_t a, std::size_t b) {
-        // As the renderer compares them.
+        // The renderer compares views in this way.
         auto const x = tilemesh::splat::make_view(shots[a].camera, model), y = tilemesh::splat::make_view(shots[b].camera, model);
         return std::memcmp(&x, &y, sizeof x) == 0;
     };

@@ -11,37 +11,37 @@
 
 namespace render_map {
 
-/// The file of --resume in the folder of the pictures. Its first line is the run's `MadeFrom`, then comes a line for each frame:
+/// The file of --resume, in the folder of the pictures. Its first line is the run's `MadeFrom`. Then comes one line per frame:
 /// its number, the size and digest of each of its files, and its part of report.json.
 inline constexpr char const* journal_file = "resume.jsonl";
 
-/// What the frames of this run follow from: the version, the options that change a frame, and the bytes of every file in `read`.
-/// Throws `tilemesh::Error` for a file that cannot be read twice. Cost: reads every file once more.
+/// Everything that determines the frames of this run: the version, the options that change a frame, and the bytes of every file
+/// in `read`. Throws `tilemesh::Error` for a file that cannot be read twice. Cost: reads every file once more.
 tilemesh::report::MadeFrom made_from(Options const& options, std::vector<std::filesystem::path> const& read);
 
-/// The frames that are finished, of this run and of those that were cut off before it.
+/// The finished frames of this run and of earlier, interrupted runs.
 ///
-/// A frame of an earlier run is taken over where its line is whole and its files have the size and digest that the line says.
-/// The digests have 64 bits: they find what happens to files, not what somebody does on purpose.
+/// This run takes over a frame if its line is complete and its files have the size and digest in that line. Digests have 64
+/// bits: they find accidental damage, not deliberate changes.
 class Journal {
 public:
-    /// Reads what earlier runs left in `folder`, and begins the file where there is none. Throws `tilemesh::Error` where an
-    /// earlier run was made from something else: its frames stay as they are. Cost: reads the files of the frames taken over.
+    /// Reads the list of earlier runs in `folder`, or starts one. Throws `tilemesh::Error` if an earlier run was made from
+    /// something else, and leaves its frames as they are. Cost: reads the files of all frames in the list.
     Journal(std::filesystem::path const& folder, tilemesh::report::MadeFrom const& made_from, std::size_t frames);
 
     /// How a frame gets into the report.
     enum class Way {
-        render,    ///< in full
-        replay,    ///< it is taken over, but a later frame begins where it leaves the records
-        take_over  ///< it is taken over, and so are all that follow
+        render,    ///< rendered in full
+        replay,    ///< taken over, but its records must move, because a later frame is rendered
+        take_over  ///< taken over, like all frames after it
     };
     Way way(std::size_t frame) const;
     std::size_t taken_over() const noexcept { return taken_over_; }
 
-    /// The report of a frame that is taken over. Call it once a frame.
+    /// The report of a frame that is taken over. Call it once per frame.
     tilemesh::report::RunFrame take(std::size_t frame);
 
-    /// Adds a frame, whose files are written.
+    /// Adds a frame. Its files must be complete.
     void add(std::size_t frame, tilemesh::report::RunFrame const& report, std::vector<std::filesystem::path> const& files);
 
 private:
@@ -53,12 +53,11 @@ private:
     std::size_t rendered_ = 0; ///< 1 + the last frame to render
 };
 
-/// Moves the records as a frame does, and leaves its pixels out where nothing can tell: `with_pixels` must be true where a
-/// neighbour in the sequence has the same view and is rendered in full, because a view that only differs in its model is
-/// another view to the renderer.
+/// Moves the records as a frame does. Without `with_pixels` it leaves the pixels out by changing the model, which makes the view
+/// another one for the renderer. So `with_pixels` must be true if an adjacent frame has the same view and is rendered in full.
 void replay(AnyRenderer& renderer, tilemesh::splat::Camera const& camera, bool with_pixels);
 
-/// For each frame, whether a frame that is rendered in full is in its run of equal views.
+/// For each frame: whether it, or a frame in the same series of equal views, is rendered in full.
 std::vector<bool> needs_pixels(std::vector<Shot> const& shots, tilemesh::splat::Model const& model, Journal const& journal);
 
 } // namespace render_map

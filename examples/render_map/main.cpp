@@ -98,7 +98,7 @@ void require_gaussians(scene::Map const& map)
 
 // --- the run -----------------------------------------------------------------------------------
 
-/// Writes what was rendered, says in `frame` under which names, and gives every file back.
+/// Writes the pictures of a frame, puts their names into `frame`, and returns all files.
 std::vector<std::filesystem::path> write_frame(Options const& options, std::size_t index, tilemesh::RenderedFrame const& rendered,
                                                report::RunFrame& frame)
 {
@@ -161,7 +161,7 @@ tilemesh::RenderedFrame render(render_map::AnyRenderer& renderer, splat::Camera 
     }
 }
 
-/// Renders and writes every frame, or those before an interrupt, into `result`; takes over those that the journal has.
+/// Renders and writes every frame, up to an interrupt, and adds it to `result`; takes over the frames that the journal has.
 void render_frames(Options const& options, scene::Map const& map, std::vector<render_map::Shot> const& shots,
                    render_map::AnyRenderer& renderer, render_map::TraceOutput* trace, render_map::Journal* journal, Progress& progress,
                    report::RunReport& result)
@@ -207,7 +207,7 @@ void render_frames(Options const& options, scene::Map const& map, std::vector<re
     }
 }
 
-/// Says in the run's notes what its pictures lack, and gives the whole text back, with what to do about it.
+/// Adds to the run's notes what its pictures lack. Returns the whole text, which also says what to do about it.
 std::string note_missing(report::RunReport& run)
 {
     auto const text = render_map::missing_text(run);
@@ -351,7 +351,7 @@ int main(int argc, char** argv)
     render_map::end_softly_without_memory();
     try {
         return run_arguments(argc, argv);
-    } catch (...) { // no memory for the run, or for the line of another error
+    } catch (...) { // no memory for the run, or for the text of another error
         return render_map::refuse_for_memory();
     }
 }

@@ -77,7 +77,7 @@ std::filesystem::path file(std::string_view option, std::string_view text)
     return text;
 }
 
-/// A file that the run reads. Every option that names one takes it here, so that nothing is written over it.
+/// Registers a file that the run reads. Every option with an input file calls this, so that the run does not write over it.
 std::filesystem::path input(Options& options, std::string_view option, std::string_view text)
 {
     return options.inputs.emplace_back(file(option, text));
@@ -243,9 +243,9 @@ constexpr Option options[] = {
     {"--explain", "", "what was left out for this map and these cameras, and why",
      [](Options& o, auto, auto) { o.explain = true; }},
     {"--quiet", "", "no progress, no table", [](Options& o, auto, auto) { o.quiet = true; }},
-    {"--resume", "", "go on after a run that was cut off: keep a list of finished frames in --out",
+    {"--resume", "", "keep a list of finished frames in --out, and go on after a kill or a crash",
      [](Options& o, auto, auto) { o.resume = true; }},
-    {"--strict", "", "status 1 where a picture lacks something that found no room",
+    {"--strict", "", "exit status 1 if a picture lacks records or copies",
      [](Options& o, auto, auto) { o.strict = true; }},
     {"--version", "", "the version", [](Options& o, auto, auto) { o.version = true; }},
     {"--help", "", "this text", [](Options& o, auto, auto) { o.help = true; }},
@@ -259,7 +259,7 @@ constexpr struct {
               {"--engine", "The host"},
               {"--out", "What comes out"}};
 
-/// Options that change no picture and no counter. A run that resumes another may have others of them.
+/// Options that change no picture and no counter. They may differ in a run that resumes another.
 constexpr std::string_view beside_frames[] = {"--threads", "--out", "--report", "--resume", "--explain", "--quiet", "--strict"};
 
 /// What no single option can know: which of them go together.
@@ -464,17 +464,17 @@ std::string help_text()
                   "  all frames, and for each frame .tiles.csv and .supersteps.csv, .heat.csv and .heat_*.png,\n"
                   "  .trace.json (ui.perfetto.dev), and with --energy .energy.csv; where --most-passes ends a run,\n"
                   "  no_progress.txt, which says what the tiles repeat.\n"
-                  "  No file that the run reads is written over, whatever links lead to it, and none of its own twice.\n"
-                  "  With --resume, resume.jsonl lists the finished frames. After a kill or a crash the same command\n"
-                  "  takes over the frames whose files are whole, and ends with the pictures and counters of a run\n"
-                  "  that was not cut off. Another map, option or version is refused.\n"
-                  "  A file has its name only when it is whole; with --report the disk has it by then. Ctrl-C finishes\n"
-                  "  the frame in work, writes the report of the frames that are done, and ends; a second one ends at\n"
-                  "  once.\n"
+                  "  A run never writes over a file that it reads, even through a link, and writes no file twice.\n"
+                  "  With --resume, resume.jsonl lists the finished frames. After a kill or a crash, start the same\n"
+                  "  command again: it keeps every frame whose files are complete, and ends with the pictures and\n"
+                  "  counters of an uninterrupted run. It refuses another map, option or version.\n"
+                  "  A file gets its name only when it is complete; with --report, after the disk has its bytes.\n"
+                  "  Ctrl-C finishes the current frame, writes the report of the finished frames, and ends the run. A\n"
+                  "  second Ctrl-C ends it at once.\n"
                   "\n"
                   "Exit status\n"
                   "  0; 2 with one line on standard error when something is wrong: what, why, and what to do;\n"
-                  "  1 with --strict where a picture lacks something, which a line on standard error says in any case;\n"
+                  "  1 with --strict if a picture lacks records or copies (a line on standard error always says so);\n"
                   "  130 after SIGINT (Ctrl-C), 143 after SIGTERM.\n";
 }
 

@@ -37,10 +37,10 @@ struct Options {
     bool pfm = false; ///< planes are in `choice`
     bool reference = false;
     bool quiet = false;
-    bool strict = false;                              ///< pictures that lack something end in status 1
+    bool strict = false;                              ///< exit status 1 if a picture lacks records or copies
     bool resume = false;
-    std::vector<std::string> shaping;                 ///< "--size=64x48": every option that is given and may change a frame
-    std::vector<std::filesystem::path> inputs;        ///< every path above that is read, as it was given
+    std::vector<std::string> shaping;                 ///< "--size=64x48": every given option that may change a frame
+    std::vector<std::filesystem::path> inputs;        ///< every input path above, as the user gave it
     bool help = false;
     bool version = false;
 };

@@ -34,7 +34,7 @@ std::string last_error()
     return std::generic_category().message(errno);
 }
 
-/// A picture of a frame: what its name ends in, and whether it is asked for.
+/// A picture of a frame: the end of its name, and whether the options ask for it.
 struct Picture {
     std::string_view extension;
     bool (*is_wanted)(Options const&);
@@ -44,7 +44,7 @@ constexpr Picture pictures[] = {{".png", [](Options const&) { return true; }},
                                 {".depth.pfm", [](Options const& o) { return o.choice.depth; }},
                                 {".alpha.pfm", [](Options const& o) { return o.choice.alpha; }}};
 
-/// What follows the number in `name`, where that is `frame_file` of one of the first `frames`; else empty.
+/// The part of `name` after the number, if `name` is a `frame_file` of one of the first `frames` frames; otherwise empty.
 std::string_view after_number(std::string_view name, std::size_t frames)
 {
     constexpr std::string_view begin = "frame_";
@@ -79,7 +79,7 @@ void check_report(fs::path const& report)
     if (access(written.c_str(), W_OK) != 0) refuse(last_error());
 }
 
-/// Refuses where the run would write over a file that it reads, or twice to one name. The folders are there.
+/// Refuses a run that would write over a file that it reads, or write two files of one name. The folders must exist.
 void check_distinct(Options const& options, fs::path const& out, std::size_t frames)
 {
     tilemesh::report::DistinctFiles files;
@@ -102,7 +102,7 @@ void make_folder(fs::path const& folder, std::string const& option)
         throw Error("cannot write to " + folder.string() + " (" + why + "); name a writable directory with " + option);
     };
     std::error_code refused;
-    fs::path above; // a link to nothing is often a disk that is not there: nothing is made in its place
+    fs::path above; // a link that leads nowhere is often an unmounted disk: make no folder in its place
     for (auto const& part : folder) {
         above /= part;
         if (fs::is_symlink(fs::symlink_status(above, refused)) && !fs::exists(above, refused))

@@ -27,10 +27,10 @@ inline constexpr char const* no_progress_file = "no_progress.txt";
 /// The file of --trace that has one line of counters for each frame.
 inline constexpr char const* counters_file = "frames.csv";
 
-/// Every file that the run reads; of a COLMAP model both.
+/// Every file that the run reads; both files of a COLMAP model.
 std::vector<std::filesystem::path> files_read(Options const& options);
 
-/// A file of a run with --report is on the disk when it has its name: the report does not say what a power loss takes.
+/// With --report, files must survive a power loss, because the report names them as written.
 tilemesh::report::Outlasts outlasts(Options const& options);
 
 /// Further files of --trace.
@@ -40,9 +40,9 @@ inline constexpr char const* model_file = "model.txt";
 /// Whether --trace writes a file of that name, in a run of so many frames.
 bool is_of_trace(std::string_view name, Options const& options, std::size_t frames);
 
-/// Makes the folders for the pictures and the trace and looks whether everything can be written where it should: better now
-/// than after an hour. Gives the pictures' folder back; throws `tilemesh::Error` where that is not so, and where a file would be
-/// written over another file of the run or over one that the run reads (`report::DistinctFiles`). Only the folders are written.
+/// Makes the folders for the pictures and the trace, and checks that every file can be written: better now than after an hour.
+/// Returns the folder of the pictures. Throws `tilemesh::Error` if a file cannot be written, or would replace another file of
+/// the run or a file that the run reads (`report::DistinctFiles`). It writes nothing but the folders.
 std::filesystem::path prepare_outputs(Options const& options, std::size_t frames);
 
 /// Standard output, checked: a text that does not arrive there throws `tilemesh::Error`, which ends with `remedy`.

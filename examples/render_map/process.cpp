@@ -32,7 +32,7 @@ extern "C" void note_interrupt(int signal)
     errno = before;
 }
 
-// Set by the first allocation that failed, which the runtime may not get to tell by an exception.
+// Set by the first allocation that fails: the runtime may have no memory for an exception.
 std::atomic<bool> without_memory{false};
 
 [[noreturn]] void throw_bad_alloc()

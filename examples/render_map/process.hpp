@@ -7,11 +7,11 @@ namespace render_map {
 /// picture gets its number.
 void make_outputs_fail_softly();
 
-/// From here on the process ends with the line and the status of `refuse_for_memory`, instead of aborting, if the C++ runtime finds no
-/// memory for an exception either.
+/// After this call, if the C++ runtime has no memory even for an exception, the process does not abort: it ends with the line and the
+/// status of `refuse_for_memory`.
 void end_softly_without_memory();
 
-/// Says on standard error, in one line, that there is not enough memory; allocates nothing. Returns the exit status, 2.
+/// Writes one line to standard error: there is not enough memory. Allocates nothing. Returns the exit status, 2.
 [[nodiscard]] int refuse_for_memory() noexcept;
 
 /// From here on the first SIGINT or SIGTERM is only noted, and the frame in work is finished; the next one ends the process at

@@ -9,8 +9,8 @@ namespace render_map {
 /// the last frame in full.
 void print_summary(std::ostream& out, tilemesh::report::RunReport const& run);
 
-/// Which pictures lack records or copies, of the worst how many and why, and what to do about it: "<problem> (<why>); <what to
-/// do>". Empty where no picture lacks anything.
+/// Says how many pictures lack records or copies, and for the worst picture how many and why: "<problem> (<why>); <what to
+/// do>". Empty if no picture lacks anything.
 std::string missing_text(tilemesh::report::RunReport const& run);
 
 } // namespace render_map

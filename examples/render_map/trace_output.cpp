@@ -121,7 +121,7 @@ TraceOutput::TraceOutput(Options const& options)
 void TraceOutput::write(std::string const& name, std::string const& text) const
 {
     if (!is_of_trace(name, options_, std::numeric_limits<std::size_t>::max()))
-        throw std::logic_error(name + " is not in the list of a trace's files"); // so nobody looked what it would replace
+        throw std::logic_error(name + " is not in the list of a trace's files"); // so nobody checked which file it would replace
     report::write_whole(folder_ / name, text, {}, outlasts(options_));
 }
 

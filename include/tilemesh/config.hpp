@@ -46,9 +46,9 @@
 #    define TILEMESH_EXACT_END
 #endif
 
-/// Called when a promise to the library is broken inside a kernel. The one definition a program has of it decides what
-/// happens: that of the host engines (engine/contract.hpp) records the text and counts, and the engine reports them with tile and
-/// superstep after the barrier. It returns, so the caller of it must still be safe.
+/// Called when a kernel breaks a contract of the library. A program has one definition of this function. The definition of the
+/// host engines (engine/contract.hpp) keeps the first text and counts the calls; after the barrier the engine reports both with tile and
+/// superstep. The function returns, so the code after the call must be safe.
 extern "C" void tilemesh_contract_broken(char const* text) noexcept;
 
 namespace tilemesh::detail {
@@ -59,12 +59,12 @@ namespace tilemesh::detail {
 }
 } // namespace tilemesh::detail
 
-/// True when `condition` holds; otherwise reports `text` and is false: what is behind it stays safe either way. On a host, NDEBUG changes
-/// nothing. In a codelet with NDEBUG it is the condition alone, unreported, because a tile has nobody to report to; popc, the compiler of
-/// codelets, defines __POPC__, and __IPU__ where it compiles for an IPU.
+/// True if `condition` holds. Otherwise it reports `text` and is false, so the code that it guards does not run. On a host, NDEBUG
+/// changes nothing. In a codelet with NDEBUG it only tests the condition, because a tile cannot report. popc, the compiler of codelets,
+/// defines __POPC__; for an IPU it also defines __IPU__.
 ///
-/// Cost: nothing while contracts hold, where the code tests the condition anyway. What has no such test is no contract: what
-/// `unchecked_push`, `[]`, `truncate` and `swap_remove` want of their caller. CheckedMesh notices some of that.
+/// Cost: nothing while contracts hold, if the code tests the condition anyway. `unchecked_push`, `[]`, `truncate` and `swap_remove` test
+/// nothing, so their conditions are no contracts. CheckedMesh notices some mistakes with them.
 #if defined(NDEBUG) && (defined(__POPC__) || defined(__IPU__))
 #    define TILEMESH_EXPECT(condition, text) (static_cast<bool>(condition))
 #else

@@ -24,8 +24,8 @@ namespace tilemesh {
 /// room while a frame runs is no error: it is listed in the frame's report by id and cause. With `Hold`, a record whose anchor
 /// tile is full is handed back to the host, which puts it onto the mesh again for the next view; with `Drop` it is gone, as on
 /// the paper's machine. Copies of an unplaced record that are left on other tiles are recalled by the host, and the frame is
-/// composited again, so that the picture shows a record whole or not at all. After an exception, std::bad_alloc among them, the
-/// renderer builds its mesh anew and loads the map for the next frame.
+/// composited again, so that the picture shows a record whole or not at all. After an exception (std::bad_alloc, too), the next
+/// frame builds a new mesh and loads the map.
 template <class S = splat::Lossless, template <class, class> class Engine = Mesh>
 class BasicRenderer
     : public render::FrameRenderer<splat::PoliciesOf<S>, Engine,

@@ -1,6 +1,7 @@
-// Reads files of n and of 8 n entries and wants at most ten times the steps, and the memory of .github/SECURITY.md. A step is an edge of the control flow of the readers and of
-// the standard library's templates (-fsanitize-coverage=trace-pc), 16 bytes that the C library copies, sets or compares, 16 bytes
-// allocated, or a byte taken from the stream: a byte that is read twice counts twice. linear_readers.sh compiles this file twice.
+// Reads files of n and of 8 n entries. The longer file may take at most ten times the steps, and at most the memory in .github/SECURITY.md.
+// A step is one of these: an edge in the control flow of the readers and of the standard library's templates
+// (-fsanitize-coverage=trace-pc); 16 bytes that the C library copies, sets or compares; 16 allocated bytes; a byte from the stream (each
+// time it is read). linear_readers.sh compiles this file twice.
 #include <cstddef>
 #include <cstdint>
 
@@ -135,13 +136,13 @@ std::string listed(std::size_t n, Entry const& entry)
 using Reader = std::function<void(std::istream&)>;
 using Text = std::function<std::string(std::size_t)>;
 int failures = 0, cases = 0;
-/// The memory that a reader may take: bytes for each byte of the file, and beside them.
+/// The memory that a reader may take: bytes per byte of the file, and a constant.
 std::uint64_t most_a_byte = 0, most_beside = 0;
 
 /// The memory that the last text took.
 std::uint64_t memory = 0;
 
-/// The steps to read this text, which end the program above `limit`; `refused` says whether it must be refused.
+/// Counts the steps to read this text and ends the program above `limit`. `refused`: the reader must refuse the text.
 std::uint64_t steps_of(std::string text, bool refused, std::uint64_t limit, Reader const& read, std::string const& name)
 {
     CountedText buffer(std::move(text));

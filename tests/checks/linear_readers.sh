@@ -1,8 +1,8 @@
 #!/bin/sh
 # usage: linear_readers.sh COMPILER PROJECT FOLDER
-# Every reader of files takes linear time: eight times the file takes at most ten times the steps. And it takes at most the memory that
-# .github/SECURITY.md states. linear_readers.cpp says what a step is; no clock is read, so the result is the same on every machine. The standard library's templates are compiled here too
-# (_GLIBCXX_EXTERN_TEMPLATE), so that their steps count.
+# Every reader takes linear time: a file eight times as long takes at most ten times the steps. And it takes at most the memory that
+# .github/SECURITY.md states. linear_readers.cpp defines a step. The check reads no clock, so its result is the same on every machine.
+# The standard library's templates are compiled here too (_GLIBCXX_EXTERN_TEMPLATE), so that their steps count.
 set -eu
 export LC_ALL=C
 compiler=$1 project=$2 folder=$3

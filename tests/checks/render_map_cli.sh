@@ -88,7 +88,7 @@ for copies in world screen; do
     done
 done
 runs $small --preset prototype --storage-slots 60 --channel-slots 3 --report report.json
-# What is missing is said, even with --quiet, and in the notes; --strict has a status for it.
+# render_map reports what is missing, even with --quiet, and in the notes; with --strict it ends with status 1.
 text="frame_0000.png lacks [0-9,]* of the map's 39,517 Gaussians and [0-9,]* copies of others ([0-9,]* storage_full, [0-9,]* channel_full)"
 [ "$(wc -l <stderr)" -eq 1 ] || fail "not one line of what is missing: $(cat stderr)"
 has stderr "^$text; with --saturation hold they wait for a free slot$"

@@ -25,10 +25,10 @@ run() (
     exec timeout 120 "$program" "$@" </dev/null
 )
 
-# What a run says on standard error where its pictures lack something.
+# The line on standard error if pictures lack something.
 missing_line='^[^ ].* lacks\{0,1\} .* ([0-9,]* [a-z_].*); .'
 
-# runs ARGUMENTS...: status 0, and silent on standard error but for the line of what its pictures lack.
+# runs ARGUMENTS...: status 0, and nothing on standard error except the line of what the pictures lack.
 runs() {
     run "$@" >stdout 2>stderr || fail "status $? of: $*: $(cat stderr)"
     if grep -a -v "$missing_line" stderr >other_lines || [ "$(wc -l <stderr)" -gt 1 ]; then fail "standard error of: $*: $(cat stderr)"; fi

@@ -1,6 +1,6 @@
-// Random names for what render_map reads and writes: links, hard links, folders that are links, `..`, capital letters, line breaks
-// and escapes. A model that knows nothing of render_map's own check says of each run whether two files clash. A run with a clash is refused
-// and changes nothing. Any other run ends well, its outputs are those of a run with plain names, and no other file has changed.
+// Random names for the files that render_map reads and writes: links, hard links, folders that are links, `..`, capital letters, line
+// breaks and escapes. A model, independent of render_map's own check, tells for each run whether two files clash. render_map must refuse a
+// run with a clash and change no file. Any other run must succeed, write the same outputs as a run with plain names, and change nothing else.
 //
 // usage: check_render_map_files RENDER_MAP RUNS [FIRST_SEED]: a failure prints its seed, and the seed alone repeats it.
 #include <algorithm>
@@ -446,7 +446,7 @@ int main(int argc, char** argv)
     fs::path const work = fs::canonical(name);
     int failures = 0;
     try {
-        // An option that names a file or a folder, and that this test does not know, is one that nobody tries.
+        // A new option with a file or a folder must be added to this test.
         fs::create_directory(work / "help");
         run(program, work / "help", {"--help"}, work / "stdout", false);
         std::istringstream help(contents(work / "stdout"));

@@ -197,7 +197,7 @@ for report in file/report.json absent/report.json good .; do refuses "report" $s
 refuses "this run reads that file" $small map.ply --report map.ply
 refuses "this run reads that file" $small map.ply --cameras good_camera.json --camera a --report ./good_camera.json
 refuses "a picture of this run" $small map.ply --out good --report good/frame_0000.png
-# A COLMAP model is two files, both read whichever is named; links, hard links and `..` lead to a file; a pipe has no picture.
+# A COLMAP model is two files: naming one reads both. Links, hard links and `..` lead to a file. No picture goes into a pipe.
 mkdir -p sparse links out_of_pipes
 printf '1 PINHOLE 64 48 60 60 32 24\n' >sparse/cameras.txt
 printf '1 1 0 0 0 0 0 3 1 a\n\n' >sparse/images.txt

@@ -1,5 +1,5 @@
 #!/bin/sh
-# --resume: a run that is killed, at any point, and started again ends with the pictures and the report of a run that was not.
+# --resume: a run that is killed at any point and started again ends with the pictures and the report of an uninterrupted run.
 # Usage: sh render_map_resume.sh PATH_TO_render_map
 # shellcheck source=render_map_common.sh
 . "$(dirname "$0")/render_map_common.sh"

@@ -44,8 +44,8 @@ string(REGEX REPLACE "\n([^\n])" "\n// \\1" licence "${licence}")
 string(REPLACE "\n\n" "\n//\n" licence "${licence}")
 file(CONFIGURE OUTPUT "${OUTPUT}" @ONLY CONTENT [=[
 #pragma once
-// tilemesh @VERSION@ in one file. Made from its headers, change these. Left out: what needs nlohmann-json (report/json.hpp)
-// and what needs Poplar (poplar/). Needs C++20, glm and threads: g++ -std=c++20 -pthread.
+// tilemesh @VERSION@ in one file. Generated from the headers: change those, not this file. Left out: report/json.hpp
+// (needs nlohmann-json) and poplar/ (needs Poplar). Needs C++20, glm and threads: g++ -std=c++20 -pthread.
 //
 // @licence@
 

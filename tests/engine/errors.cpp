@@ -1,5 +1,5 @@
 // test: unoptimised test asan
-#define NDEBUG // as a release build has it: contracts are reported in every build
+#define NDEBUG // as in a release build: contracts are reported in every build
 #include "everywhere.hpp"
 #include "programs.hpp"
 

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-// The slow and obvious way to read what the library reads, for comparison: it holds everything in memory, takes the text apart with
-// strings and strtod, and uses no code of the library. A reader gives nothing where a file must be refused.
+// Slow and simple readers of the library's files, for comparison. They hold the whole file in memory, split it with strings and
+// strtod, and use no code of the library. A reader returns nothing for a file that must be refused.
 namespace plain {
 
 inline bool is_in(char c, std::string const& set) { return set.find(c) != std::string::npos; }

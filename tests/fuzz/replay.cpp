@@ -13,7 +13,7 @@ extern "C" int LLVMFuzzerTestOneInput(std::uint8_t const* data, std::size_t size
 
 namespace {
 
-/// Draws the same numbers everywhere.
+/// Random numbers that are the same on every machine.
 class Dice {
 public:
     std::size_t below(std::size_t n)
@@ -60,8 +60,8 @@ std::string mutated(std::string text, std::vector<std::string> const& files, Dic
 
 } // namespace
 
-/// Feeds every file of the given folders, in the order of their names, to the fuzz target it is linked with, and after "--mutated N" also
-/// N files that are made of them, always the same. Fails where there is no file: a corpus that is not found shows nothing.
+/// Gives every file of the given folders, in the order of their names, to the fuzz target. With "--mutated N" it also gives N mutations of
+/// these files, the same in every run. Fails if there is no file: a missing corpus tests nothing.
 int main(int count, char** arguments)
 {
     std::vector<std::filesystem::path> paths;

@@ -204,7 +204,7 @@ TEST_CASE("a frame of report.json is read back as it was written")
     CHECK(same(f));
     CHECK(report::frame_of(json_of(f)).error_same_cuts->psnr_db == std::numeric_limits<double>::infinity());
 
-    // Every key is needed, but those of files and errors; none may be something else.
+    // Every key is required, except those of files and errors. No key may have another type.
     auto const keys = json_of(f);
     for (auto const& [key, value] : keys.items()) {
         CAPTURE(key);

@@ -23,7 +23,7 @@ struct Scene {
 };
 /// Sloth and Salad with every camera of cameras.json, or the built-in map with three cameras of its own. Where the environment variable
 /// TILEMESH_STAND_IN names a map of stand_ins.hpp, that map alone, with three cameras.
-/// `Width` is the pictures' width for maps that stand in. What follows from no size takes a quarter of the pixels: strangers run it, too.
+/// `Width` is the pictures' width for maps that stand in. A test that works at any size takes a quarter of the pixels.
 template <std::uint32_t Width = 1280>
 std::vector<Scene> const& scenes()
 {

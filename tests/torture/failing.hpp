@@ -8,7 +8,7 @@
 /// In a program with failing.cpp, allocations and mappings fail when a test says so: the k-th alone, and the k-th with all after it.
 namespace torture {
 
-/// What is done while calls fail, on an object that was made before. `act` may throw; then `after_failure` is called, with memory.
+/// An action on an object that exists already; calls fail during the action. If `act` throws, `after_failure` is called, with memory.
 class Act {
 public:
     virtual ~Act() = default;
@@ -34,9 +34,9 @@ struct Case {
 /// False under a sanitizer, which starts threads by itself.
 bool has_threads_that_fail() noexcept;
 
-/// Does each case once for every call that fails, or for some of them where they are many and the environment
-/// variable TILEMESH_TORTURE is not "all". Each
-/// time it throws std::bad_alloc or Error or has the right result, leaks nothing, and is right or refuses afterwards. Prints a table.
+/// Runs each case once for every call that can fail. If there are many calls, it tries only some of them, unless the environment variable
+/// TILEMESH_TORTURE is "all". Each time, the case must throw std::bad_alloc or Error, or give the right result. It must leak nothing, and
+/// afterwards give the right result or refuse. Prints a table.
 void torture(std::vector<Case> const& cases);
 
 } // namespace torture

@@ -20,7 +20,7 @@ namespace {
 using namespace torture;
 namespace fs = std::filesystem;
 
-/// A value that a call makes. An Error is a result, too: lack of memory must not pass for a bad file.
+/// The value that a call returns. An Error is a result, too: lack of memory must not be reported as a bad file.
 class Value : public Act {
 public:
     explicit Value(std::function<std::string()> make) : make_(std::move(make)) {}
@@ -45,7 +45,7 @@ std::string contents(fs::path const& path)
     return {std::istreambuf_iterator<char>(in), {}};
 }
 
-/// A folder of its own, in which each file is as it was, or is written whole.
+/// A new folder, in which each file stays unchanged or is written whole.
 class Files : public Act {
 public:
     static constexpr char const* before = "as it was";
@@ -127,7 +127,7 @@ Case files(std::string name, std::string old, std::function<void(fs::path const&
     return {std::move(name), [old = std::move(old), write = std::move(write)] { return std::make_unique<Files>(old, write); }};
 }
 
-/// A case for each seed of the fuzzers in that folder; none where a copy of the tests is without them.
+/// A case for each file of the fuzzers' corpus in that folder; none if the tests were copied without the corpus.
 std::vector<Case> seeds(std::string const& kind, std::string const& extension, std::string (*read)(fs::path const&))
 {
     auto const folder = fs::path(__FILE__).parent_path() / ".." / "fuzz" / "corpus" / kind;

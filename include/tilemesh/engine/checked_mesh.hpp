@@ -69,7 +69,7 @@ public:
             this->template limit_link<X>(items, mail);
             try {
                 make_end<X>();
-            } catch (...) { // no memory: the channel stays as it was
+            } catch (...) { // no memory: the channel keeps its old capacity
                 this->link_capacity_[Base::template index_of_link<X>()] = before;
                 throw;
             }

@@ -10,12 +10,12 @@ struct BrokenContracts {
     char const* first = nullptr; ///< its text; null while none is broken
     std::uint32_t count = 0;
 };
-/// Where those of the tile that this thread runs are noted; null outside a run.
+/// Points to the broken contracts of the tile that this thread runs; null outside a run.
 inline thread_local BrokenContracts* broken_contracts = nullptr;
 } // namespace tilemesh::engine::detail
 
-/// The host's handler: inside a run it notes the first text and counts, and the engine reports them with tile and superstep after the
-/// barrier; outside a run it prints the text and aborts. NDEBUG changes neither. Weak: a program may define its own.
+/// The host's handler. Inside a run it keeps the first text and counts the calls; after the barrier the engine reports both with tile
+/// and superstep. Outside a run it prints the text and aborts. NDEBUG changes nothing here. Weak: a program may define its own.
 extern "C" [[gnu::weak]] void tilemesh_contract_broken(char const* text) noexcept
 {
     auto* const broken = tilemesh::engine::detail::broken_contracts;

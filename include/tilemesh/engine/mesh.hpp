@@ -16,7 +16,7 @@ namespace tilemesh {
 
 namespace engine::detail {
 
-/// Broken contracts on their way from tiles to the caller of run(): the first of the lowest tile, and how many of all tiles.
+/// The broken contracts that run() reports: the first one of the lowest tile, and their number on all tiles.
 struct Failure {
     std::uint32_t tile = 0xffffffffu;
     char const* text = nullptr;
@@ -61,11 +61,13 @@ struct MeshOptions {
 /// Cost: idle tiles and empty channels cost nothing in a superstep but a word for each 4,096 tiles; memory follows live
 /// items. A mesh stays as it is between runs: states, and mail that a bound (`at_most`) left under way.
 ///
-/// Errors: the constructor and `limit` throw Error for a machine that is too small; `run` throws Error for contracts that kernels
-/// broke (TILEMESH_EXPECT), for a step that runs on and on (most_passes), and what an observer threw, or std::bad_alloc; after that the
-/// mesh refuses to run again. Broken contracts end the run after the superstep in which they broke, in every build: a program that waits
-/// for what a full list refused would never end. The Error has the text of the first, its tile and superstep, and how many broke on all
-/// tiles.
+/// Errors: the constructor and `limit` throw Error for a machine that is too small. `run` throws Error for broken contracts
+/// (TILEMESH_EXPECT) and for a step that exceeds `most_passes`, passes on the exception of an observer, and throws std::bad_alloc without
+/// memory. After that the mesh refuses to run again.
+///
+/// Broken contracts end the run after their superstep, in every build: a program that waits for an item that a full list refused would
+/// never end. The Error has the text of the first broken contract of the lowest tile, the tile, the superstep, and the number of broken
+/// contracts on all tiles.
 template <class Program, class Machine = Mk2>
 class Mesh : public engine::TileStore<Program, false> {
     using Base = engine::TileStore<Program, false>;
@@ -118,7 +120,7 @@ public:
             this->template limit_link<X>(items, has_mail<X>());
             try {
                 make_bank<X>();
-            } catch (...) { // no memory: the channel stays as it was
+            } catch (...) { // no memory: the channel keeps its old capacity
                 this->link_capacity_[Base::template index_of_link<X>()] = before;
                 throw;
             }
@@ -345,11 +347,11 @@ private:
     {
         try {
             source.me.samples.push_back(engine::sample<Kernel>(source, source.tile));
-        } catch (...) { // no memory, perhaps on a helper thread: the superstep throws it
+        } catch (...) { // no memory, perhaps on a helper thread: the superstep rethrows it
             source.me.thrown = std::current_exception();
         }
     }
-    /// Throws what a thread of the team threw, of the lowest.
+    /// Throws the exception of the lowest thread of the team that has one.
     void rethrow()
     {
         std::exception_ptr first;

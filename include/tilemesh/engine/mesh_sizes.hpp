@@ -74,7 +74,7 @@ constexpr bool has_words_for_workers([[maybe_unused]] MachineSize const& machine
     return ((most_workers_of<KernelOf<Step>> == 0xffffffffu ||
              (machine.workers >= 1 && machine.workers <= most_workers_of<KernelOf<Step>>)) && ...);
 }
-/// Has every list and channel of a program the slots without which the program makes no progress?
+/// Does every list and channel of a program have at least its `least_slots`?
 template <class Sizes, class... X, class... C>
 constexpr bool all_have_least_slots([[maybe_unused]] Sizes const& sizes, Types<X...>, Types<C...>) noexcept
 {

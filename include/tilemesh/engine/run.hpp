@@ -72,7 +72,7 @@ public:
 
     std::uint32_t step() const noexcept { return step_; }
     std::string const& kernel() const noexcept { return counters_.steps[step_].kernel; }
-    /// The Error for a mistake of a kernel, the first of `count`: it names the tile and the superstep.
+    /// The Error for the first of `count` mistakes of kernels. It names the tile and the superstep.
     Error failed(Grid grid, std::uint32_t tile, std::string const& what, std::uint64_t count = 1) const
     {
         return Error(what + " [tile " + text(grid.tile(tile)) + ", superstep " + std::to_string(pass_) + " (" + kernel() + ")" +
@@ -84,8 +84,8 @@ public:
         bool digest;
         ExplainNotQuiet explain;
     };
-    /// Runs the program once; `peaks()` gives the peaks of the run. Passes on what a superstep or an observer throws, and `std::bad_alloc`.
-    /// Throws `Error` for a step or Loop that exceeds its bound. After an exception in a run it refuses to run again.
+    /// Runs the program once; `peaks()` returns the peaks of the run. Passes on exceptions of supersteps and observers, and
+    /// `std::bad_alloc`. Throws `Error` for a step or Loop that exceeds its bound. After an exception it refuses to run again.
     template <class Engine, class Peaks>
     RunCounters all(Engine& engine, Program const& program, Grid grid, Limits const& limits, Peaks const& peaks)
     {

@@ -364,7 +364,7 @@ private:
     {
         ((link_capacity_[index_of_link<C>()] = gets_slots_by_limit<C>() ? 0 : most_slots<C>()), ...);
     }
-    /// Channels in one memory take what the largest of them takes; dynamic ones have the capacities of now.
+    /// Channels that share one memory count as the largest of them. A dynamic channel counts with its present capacity.
     template <class... C>
     std::uint64_t sram_bytes(Types<C...>) const noexcept
     {

@@ -108,13 +108,13 @@ constexpr std::uint32_t capacity_of([[maybe_unused]] Sizes const& sizes) noexcep
         return dynamic_capacity;
 }
 
-/// The slots without which the program of X, a state or a channel, makes no progress. A list or channel names them with
-/// `static constexpr std::uint32_t least_slots = 1;`; otherwise there are none.
+/// The number of slots that X, a list or a channel, needs so that its program makes progress. X names it with
+/// `static constexpr std::uint32_t least_slots = 1;`; without that it is 0.
 template <class X, class = void>
 inline constexpr std::uint32_t least_slots_of = 0;
 template <class X>
 inline constexpr std::uint32_t least_slots_of<X, std::void_t<decltype(X::least_slots)>> = X::least_slots;
-/// Does X have them under these sizes?
+/// Does X have at least these slots under `sizes`?
 template <class X, class Sizes>
 constexpr bool has_least_slots([[maybe_unused]] Sizes const& sizes) noexcept
 {

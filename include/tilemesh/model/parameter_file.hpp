@@ -28,7 +28,8 @@ inline std::string range_text(ParameterRule const& rule)
 }
 
 inline constexpr std::string_view file_blanks = " \t\r\v\f";
-/// A program counts at most eight operations a step; this bounds the memory, to some 40 MB with the longest sources.
+/// Far more than a program needs: it counts at most eight operations per step. The limit bounds the memory: about 40 MB with the
+/// longest sources.
 inline constexpr std::size_t most_operations = 16384;
 /// Bytes of the longest line that is read, and of the longest name and source that are written: a sentence or two.
 inline constexpr std::size_t most_line_bytes = 4096, most_text_bytes = 2048;
@@ -238,7 +239,7 @@ private:
     std::string const& file_name_;
     Kind kind_;
     std::vector<ParameterRule> rules_;
-    std::size_t known_;                         ///< rules that were given; those of operations follow
+    std::size_t known_;                         ///< number of rules from the constructor; the rules of operations follow
     std::vector<std::uint64_t> seen_;           ///< the line of each rule; 0: none
     std::map<std::string, std::size_t> places_; ///< of each rule, by name
     std::string name_;

@@ -100,7 +100,7 @@ inline std::string steps_svg(CostModel const& model, std::vector<StepCost> const
 }
 
 /// Supersteps over modelled time as SVG: how many tiles are busy. An area is tile time. Supersteps that are too thin to be seen share a
-/// bar with their neighbours, so that there are about 400 bars. Cost: one pass over the trace, and no memory for a tile.
+/// bar with their neighbours, so that there are about 400 bars. Cost: one pass over the trace; no memory per tile.
 inline std::string supersteps_svg(Trace const& trace, CostModel const& model, RunCost const& cost, Grid grid)
 {
     constexpr double most_bars = 400; // fewer bars than the diagram has pixels

@@ -36,7 +36,7 @@ struct PoplarOptions {
 ///
 /// Errors: throws Error for a device that is too small, codelets that do not load or are another program's, a program that Poplar
 /// finds no room for, an observer, digests, what stops a run, and a run in which a kernel sent over unread mail; after the last two
-/// the mesh refuses to run again. Broken contracts inside kernels are silent: codelets are built with NDEBUG.
+/// the mesh refuses to run again. Codelets are built with NDEBUG, so a broken contract in a kernel is not reported.
 template <class Program, class Machine = Mk2>
 class PoplarMesh : public engine::TileStore<Program, false> {
     using Base = engine::TileStore<Program, false>;

@@ -83,13 +83,14 @@ inline void add_second_run(report::FrameReport& r, report::FrameReport const& ag
     r.digests.insert(r.digests.end(), again.digests.begin(), again.digests.end());
 }
 
-/// The first sum that does not hold in the report of a frame, or null if all hold. `records`: those of the map. `gone`: those of them that
-/// the machine had lost for good before the frame began. The renderer asserts it for every frame. Cost: a pass over `lost`.
+/// Checks the sums in the report of a frame: null if all hold, otherwise a sentence about the first that does not. `records`: number of
+/// records in the map. `gone`: number of records that the machine lost for good in earlier frames. The renderer asserts for every frame
+/// that all sums hold (not with NDEBUG). Cost: one pass over `lost`.
 inline char const* wrong_sum(report::FrameReport const& r, std::uint64_t records, std::uint64_t gone) noexcept
 {
     std::uint64_t lost_copies = 0, late_copies = 0, unplaced = 0;
     auto last = splat::GaussianId::none;
-    for (auto const& l : r.lost) { // all entries of an ownerless record stand together
+    for (auto const& l : r.lost) { // the entries of a record that no tile owns are adjacent
         if (l.tile != report::Loss::whole) ++(l.cause == report::Cause::late ? late_copies : lost_copies);
         if (l.cause == report::Cause::unplaced && l.id != last) ++unplaced;
         last = l.id;
@@ -97,7 +98,7 @@ inline char const* wrong_sum(report::FrameReport const& r, std::uint64_t records
     auto const& n = r.gaussians;
     if (n.visible + n.parked + gone != records) return "visible, parked and earlier lost records are not the records of the map";
     if (n.unplaced > n.visible) return "there are unplaced records that are not visible";
-    // Where hops are bounded, an unplaced record that left a copy on each of its tiles lacks nothing.
+    // With bounded hops, an unplaced record that left a copy on each of its tiles has no entry in `lost`.
     if (unplaced > n.unplaced) return "the list of losses has more unplaced records than there are";
     if (n.dropped < gone) return "records that were lost before are not among the dropped";
     if (r.lost_copies != lost_copies) return "copies_lost is not the number of copies in the list of losses";

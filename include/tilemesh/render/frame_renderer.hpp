@@ -113,11 +113,11 @@ public:
     /// Called after every superstep; see SuperstepEvent.
     void observe(Observer observer);
 
-    /// Renders one frame, starting from where the last one left the records. After an exception in a frame (no memory, an observer that
-    /// threw, an error of the mesh) the next frame begins like the first: it builds a new mesh and loads the map.
+    /// Renders one frame. Records start where the last frame left them. After an exception (no memory, an observer that threw, an error
+    /// of the mesh), the next frame starts like the first: it builds a new mesh and loads the map.
     RenderedFrame render(splat::Camera const& camera);
 
-    /// Renders into an existing frame and uses its memory again: for many frames of one size. After an exception the frame holds no picture.
+    /// Renders into an existing frame and reuses its memory: for many frames of one size. After an exception the frame holds no picture.
     void render_into(splat::Camera const& camera, RenderedFrame& result);
 
 private:
@@ -267,7 +267,7 @@ private:
     bool copies_refused_ = false;                    ///< copies met a full channel; tiles owe them again in a new view
     bool cut_ = false;                               ///< a bound may have left records under way
     bool ran_twice_ = false;                         ///< in the last frame the host recalled copies
-    bool halfway_ = false;                           ///< a frame began and did not end: host and tiles are at different views
+    bool halfway_ = false;                           ///< a frame started and did not end: host and tiles may have different views
     [[no_unique_address]] std::conditional_t<traced, Trace, engine::NoTrace> trace_; ///< of both runs, if it ran twice
 };
 

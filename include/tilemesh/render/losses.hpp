@@ -82,7 +82,7 @@ public:
     {
     }
 
-    /// Fills `lost` and its sums in the report.
+    /// Fills `lost` in the report, and the counts that follow from it.
     NotOnTiles list(report::FrameReport& r)
     {
         NotOnTiles off;
@@ -128,8 +128,8 @@ private:
         for (auto y = range.first.y(); y <= range.last.y(); ++y)
             for (auto x = range.first.x(); x <= range.last.x(); ++x) f(TileId::at(x, y));
     }
-    /// Lists a record that no tile owns but that may have left copies: the tiles that lack a copy, its anchor tile among them, or the whole
-    /// record if all tiles do.
+    /// Lists a record that no tile owns. If it left copies, lists the tiles that lack one (the anchor tile may be one of them); otherwise
+    /// lists the whole record.
     void list_without_owner(report::FrameReport& r, std::uint32_t row, report::Cause cause)
     {
         auto const s = project(row);

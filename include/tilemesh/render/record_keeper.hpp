@@ -34,17 +34,17 @@ public:
     /// Rows that should be on the mesh and are not, in order.
     std::vector<std::uint32_t> const& missing() const noexcept { return missing_; }
     void set_missing(std::vector<std::uint32_t> rows) { missing_ = std::move(rows); }
-    /// Rows in channels and FIFOs, where no tile counts them.
+    /// Takes the rows that are in channels and FIFOs. No tile counts them.
     void set_under_way(std::vector<std::uint32_t> rows) { under_way_ = std::move(rows); }
     /// Rows that stay with the host because they have nothing on screen; without routing only.
     std::uint64_t parked() const noexcept { return parked_; }
-    /// The rows that no tile counts when a frame begins, as visible or parked ones.
+    /// When a frame starts: the visible and the parked rows that no tile counts.
     struct OffTiles {
         std::uint64_t visible = 0, parked = 0;
     };
-    /// Counts what the host keeps, and what is under way. `host_keeps`: missing rows are with the host, which counts them as visible until
-    /// they are placed; otherwise they are lost. Call it with the frame's view between `load` or `place` and the `set_` functions. Cost: one
-    /// projection per row under way.
+    /// Counts the rows that the host keeps and the rows under way. `host_keeps`: the host keeps the missing rows and counts them as visible
+    /// until they are placed; otherwise they are lost. Call it with the frame's view, after `load` or `place` and before the `set_`
+    /// functions. Cost: one projection per row under way.
     OffTiles off_tiles(splat::View const& view, splat::Tiling const& tiling, bool host_keeps) const
     {
         OffTiles n{host_keeps ? missing_.size() : 0, parked_};

@@ -15,26 +15,25 @@
 
 namespace tilemesh::report {
 
-/// Finds out, before anything is written, whether a program would write over a file that it reads, or one of its files over
-/// another one. Name what is read, then the streams, then what is written; each call throws `Error` for a clash with the calls
-/// before it.
+/// Checks, before a program writes anything, that it would write neither over a file that it reads nor over another file of its
+/// own. First name the files that it reads, then the streams, then the files that it writes. Each call throws `Error` if its file
+/// clashes with a file of an earlier call.
 ///
-/// Files are compared by device and inode: links are followed, hard links are one file, and `a/../b` is `b`. A file that does
-/// not exist yet is compared by its folder's device and inode and by its name. Small and capital letters of ASCII are the same
-/// in such a name, because a file system may take them to be; other letters that a file system takes to be the same are not
-/// found.
+/// Existing files are compared by device and inode: links are followed, hard links are one file, and `a/../b` is `b`. A file that
+/// does not exist yet is compared by name and by its folder's device and inode. In such a name, small and capital ASCII letters
+/// are equal, because they are on some file systems. The check does not know which other letters a file system treats as equal.
 ///
-/// Cost: one or two system calls for each file named, and for each file of a folder that has a name to be written. What happens
-/// to the files after the call is not seen.
+/// Cost: one or two system calls for each named file, and for each existing file in a folder whose name the program will write.
+/// The check does not see what happens to the files afterwards.
 class DistinctFiles {
 public:
-    /// A file that is read. A name that leads to no file is none.
+    /// A file that the program reads. A path without a file is ignored.
     void read(std::filesystem::path const& path)
     {
         if (auto const file = find(path)) read_.emplace(id_of(*file), path.string());
     }
 
-    /// A stream of the process, by its descriptor: `what` is "standard output". Several streams may go to one file.
+    /// A stream of the process, by its descriptor; `what` names it: "standard output". Several streams may go to one file.
     void write_stream(int descriptor, std::string const& what, std::string const& remedy)
     {
         struct stat file {};
@@ -44,8 +43,8 @@ public:
         streams_.emplace(id_of(file), what);
     }
 
-    /// A file that is written by `write_whole`; `what` is "the report", `remedy` "name another file with --report". It may be a
-    /// device or a pipe.
+    /// A file that `write_whole` will write; it may be a device or a pipe. `what` names it: "the report". `remedy` ends the error:
+    /// "name another file with --report".
     void write(std::filesystem::path const& path, std::string const& what, std::string const& remedy)
     {
         Target const target{path, what, remedy};
@@ -56,8 +55,9 @@ public:
         add(target, place);
     }
 
-    /// All files that are written into an existing folder, in place of regular files only. `is_written(name)` says whether a file
-    /// of that name, its ASCII letters in lower case, will be. `what` is "a picture", `remedy` "name another directory with --out".
+    /// All files that the program will write into an existing folder. They may replace regular files, but no pipe and no socket.
+    /// `is_written(name)` tells whether the program writes a file of that name, given in lower-case ASCII. `what` names one file:
+    /// "a picture". `remedy` ends the error: "name another directory with --out".
     void write_into(std::filesystem::path const& folder, std::function<bool(std::string const&)> is_written, std::string const& what,
                     std::string const& remedy)
     {
@@ -71,14 +71,14 @@ public:
         auto const& own = folders_.back();
         for (auto const& [place, other] : written_)
             if (place.folder == own.id && own.is_written(place.name)) refuse(other, what + " of this run has that name");
-        std::set<std::string> links; // names in other letters lead to one of them
+        std::set<std::string> links; // names that differ in capital letters only count once
         for (; entry != fs::directory_iterator(); entry.increment(refused)) {
             if (refused) throw Error("cannot look into " + folder.string() + " (" + refused.message() + "); " + remedy);
             auto const name = folded(entry->path().filename().string());
             if (!own.is_written(name)) continue;
             Target const target{folder / name, what, remedy};
             struct stat self {};
-            if (lstat(target.path.c_str(), &self) != 0) continue; // only the name in other letters is there
+            if (lstat(target.path.c_str(), &self) != 0) continue; // only a name with other capital letters exists
             check_content(target);
             if (auto const type = fs::status(target.path, refused).type(); type == fs::file_type::fifo || type == fs::file_type::socket)
                 refuse(target, "it is a pipe or a socket, and a write would wait for its reader");
@@ -96,7 +96,7 @@ private:
     using Id = std::pair<std::uintmax_t, std::uintmax_t>; ///< device, inode
     struct Place {
         Id folder;
-        std::string name; ///< folded
+        std::string name; ///< in lower-case ASCII
         bool operator<(Place const& other) const { return std::tie(folder, name) < std::tie(other.folder, other.name); }
     };
     struct Target {
@@ -157,13 +157,13 @@ private:
     }
     void add(Target const& target, Place const& place)
     {
-        if (is_device(target.path)) return; // it takes all that is written
+        if (is_device(target.path)) return; // a device may be written several times
         auto const [other, is_new] = written_.emplace(place, target);
         if (!is_new) refuse(target, "that is the file of " + other->second.what + " of this run, " + other->second.path.string());
     }
 
     std::map<Id, std::string> read_, streams_;
-    std::map<Place, Target> written_; ///< single files, and what links in the folders lead to
+    std::map<Place, Target> written_; ///< single files, and the targets of links in the folders
     std::vector<Folder> folders_;
 };
 

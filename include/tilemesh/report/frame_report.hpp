@@ -102,8 +102,8 @@ inline constexpr ReportField report_fields[] = {
      [](FrameReport const& r) { return r.supersteps.composite; }},
 
     {"gaussians.visible", "records", "Gaussians", "visible",
-     "Records with something on screen when the frame begins, on a tile or under way, and those that the host keeps; the unplaced ones "
-     "are among them. Visible, parked and the records dropped in earlier frames are all records of the map.",
+     "Records with something on screen when the frame begins, on a tile or under way, and records that stay with the host because they "
+     "found no slot. Unplaced records are visible. Visible, parked and earlier dropped records add up to all records of the map.",
      [](FrameReport const& r) { return r.gaussians.visible; }},
     {"gaussians.moved", "records", "Gaussians", "moved", "Records whose anchor tile changed in this frame.",
      [](FrameReport const& r) { return r.gaussians.moved; }},
@@ -116,25 +116,25 @@ inline constexpr ReportField report_fields[] = {
      "Records whose anchor tile has no storage left (`hold`); the host keeps them and tries again with the next view.",
      [](FrameReport const& r) { return r.gaussians.unplaced; }},
     {"gaussians.parked", "records", "Gaussians", "parked",
-     "Records with nothing on screen when the frame begins; each stays on the tile where it is. Without routing, it stays with the host.",
+     "Records with nothing on screen when the frame begins; each stays on its tile. Without routing, it stays with the host.",
      [](FrameReport const& r) { return r.gaussians.parked; }},
     {"gaussians.under_way", "records", "Gaussians", "under way",
      "Records in a channel or a FIFO when the frame ends, because its hops are bounded.",
      [](FrameReport const& r) { return r.gaussians.under_way; }},
 
     {"lost", "records and copies", "missing", "records and copies",
-     "Records and copies that the picture lacks; report.json lists each with its id, tile and cause. An entry with a tile is a copy, an "
-     "entry without one a whole record.",
+     "Records and copies that the picture lacks; report.json lists each with its id, tile and cause. An entry with a tile is a copy. An "
+     "entry without a tile is a whole record.",
      [](FrameReport const& r) -> std::uint64_t { return r.lost.size(); }},
 
     {"copies", "copies", "copies", "on tiles", "Copies that lie on the tiles when the frame ends.",
      [](FrameReport const& r) { return r.copies; }},
     {"copies_lost", "copies", "copies", "lost",
-     "Copies that their tile lacks, because storage or a channel was full or the setup does not bloom: the listed copies that are not "
-     "late. A record that is nowhere but left copies counts once for each tile that lacks it.",
+     "Copies that their tile lacks because storage or a channel was full, or because the setup does not bloom: all listed copies that "
+     "are not late. A record that no tile owns but that left copies counts once for each tile that lacks a copy.",
      [](FrameReport const& r) { return r.lost_copies; }},
     {"copies_late", "copies", "copies", "late",
-     "Copies that their tile lacks, because they, or their record, are still under way: the listed copies that are late.",
+     "Copies that their tile lacks because the copy or its record is still under way: all listed copies that are late.",
      [](FrameReport const& r) { return r.late_copies; }},
 
     {"hops", "messages", "exchanged", "hops of routing",

@@ -9,7 +9,7 @@
 
 /// Pictures in files. PFM keeps every bit of the linear floats; PPM and `rgb8` are for eyes.
 ///
-/// A file is written whole or not at all, and outlasts what it is told to: see `write_whole`.
+/// A file is written whole or not at all; `Outlasts` says whether it survives a power loss: see `write_whole`.
 
 namespace tilemesh::report {
 /// The picture as 8-bit RGB, row by row from the top left, 3 * width * height bytes: the span that

@@ -24,8 +24,8 @@ namespace tilemesh::report {
 
 namespace detail {
 
-/// JSON text as nlohmann-json prints it with an indent of one blank. A tree of nlohmann-json would hold the same, but its destructor
-/// allocates: in a process without memory it would end the process.
+/// Writes JSON text as nlohmann-json prints it with an indent of one blank. It builds no nlohmann-json document, because the destructor
+/// of a document allocates: without memory, that would end the process.
 class JsonText {
 public:
     template <class T>
@@ -39,14 +39,14 @@ public:
         if (std::isfinite(number)) value(number);
         else value(nullptr);
     }
-    /// Begins the next item of an array; its value follows.
+    /// Starts the next item of an array; write its value next.
     void item()
     {
         text_ += first_ ? "\n" : ",\n";
         text_.append(depth_, ' ');
         first_ = false;
     }
-    /// Begins the next member of an object; its value follows.
+    /// Starts the next member of an object; write its value next.
     void key(std::string_view name)
     {
         item();
@@ -59,7 +59,7 @@ public:
         key(name);
         value(scalar);
     }
-    /// `write()` writes what is in it.
+    /// Writes an object; `write()` writes its members.
     template <class Write>
     void object(Write const& write)
     {
@@ -101,7 +101,7 @@ private:
     }
     std::string text_;
     std::size_t depth_ = 0;
-    bool first_ = true; ///< nothing is in the innermost array or object
+    bool first_ = true; ///< the innermost array or object is still empty
 };
 
 inline void write(JsonText& json, ErrorMeasures const& e)
@@ -327,8 +327,8 @@ inline nlohmann::ordered_json json_of(RunReport const& run)
     return nlohmann::ordered_json::parse(text);
 }
 
-/// One entry of report.json's `frames`, read back: `json_of` writes the same again. What report.json leaves out (digests, and two
-/// of an error's measures) is empty or 0. Throws `tilemesh::Error` for JSON that lacks a number or has another type in its place.
+/// Reads back one entry of `frames` in report.json; `json_of` writes the same entry from the result. Digests and two error measures
+/// are not in report.json: here they are empty or 0. Throws `tilemesh::Error` if a number is missing or has another type.
 inline RunFrame frame_of(nlohmann::ordered_json const& json)
 {
     using Json = nlohmann::ordered_json;

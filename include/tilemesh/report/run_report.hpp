@@ -21,16 +21,16 @@ struct RunFrame {
     std::optional<ErrorMeasures> error_same_cuts;  ///< against the double reference with ours
 };
 
-/// What the frames of a run follow from, so that another run can tell whether its frames go with them.
+/// Everything that determines the frames of a run. Two runs that agree in it have the same frames.
 struct MadeFrom {
     struct File {
         std::string path;                          ///< as the user gave it
         std::uint64_t bytes = 0;
         std::string digest;                        ///< of its bytes
     };
-    std::string version;                           ///< of the program; empty: nobody asked for any of this
-    std::vector<std::string> options;              ///< those that change a frame, sorted
-    std::vector<File> files;                       ///< every file that is read
+    std::string version;                           ///< of the program; empty: not recorded
+    std::vector<std::string> options;              ///< the options that change a frame, sorted
+    std::vector<File> files;                       ///< every input file
 };
 
 /// A whole run as a program describes it: everything that report.json says beside the frames' own reports.

@@ -20,7 +20,7 @@ inline std::string thousands(std::uint64_t number)
     return text;
 }
 
-/// A stream into a string. Without memory it throws `std::bad_alloc`, where a plain std::ostringstream keeps a text that is cut short.
+/// A stream into a string. Without memory it throws `std::bad_alloc`; a plain std::ostringstream would silently cut the text short.
 class StringStream : public std::ostringstream {
 public:
     StringStream() { exceptions(std::ios::badbit); }

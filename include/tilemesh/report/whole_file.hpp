@@ -26,18 +26,18 @@ inline std::filesystem::path link_target(std::filesystem::path path)
     return path;
 }
 
-/// What a file that was written whole outlasts. A process that is killed takes nothing with it. A machine that loses its power may
-/// leave the new name with no bytes behind it, unless the bytes are synced to the disk before the rename, and the folder after it.
+/// What a finished file survives. `process`: the end of the process, even by a kill; but after a power loss the new name may have
+/// no bytes. `power_loss`: a power loss, too: the bytes are synced to the disk before the rename, and the folder after it.
 enum class Outlasts { process, power_loss };
 
 namespace detail {
-/// Waits until the disk has the bytes of an open file or folder. A file system that syncs nothing is no failure.
+/// Waits until the disk has the bytes of an open file or folder. A file system that cannot sync is no failure.
 inline std::error_code sync_to_disk(int descriptor)
 {
     if (fsync(descriptor) == 0 || errno == EINVAL || errno == EROFS || errno == ENOTSUP) return {};
     return {errno, std::generic_category()};
 }
-/// The same of a folder's names. A folder that may be written and not read cannot be opened: its names are synced in time.
+/// Waits until the disk has the names in a folder. A folder without read permission cannot be opened; it is synced later.
 inline std::error_code sync_folder(std::filesystem::path const& folder)
 {
     int const descriptor = open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
@@ -109,12 +109,12 @@ void write_in_pieces(std::filesystem::path const& path, std::string const& room,
 /// the close are checked; then it is renamed to `path`. So a file called `path` is always whole. Of two writers at the same
 /// time, the one that ends last wins. On failure the part is removed, and the old file is untouched; a process that is killed
 /// leaves its part. A file that is replaced gets the permissions of a new one. A symbolic link is followed. Into a device or
-/// a pipe the bytes are written directly; the call waits until somebody reads the pipe. With `Outlasts::power_loss` the file is on
-/// the disk, under its name, when the call returns.
+/// a pipe the bytes are written directly; the call waits until somebody reads the pipe. With `Outlasts::power_loss` the disk has
+/// the file and its name when the call returns.
 ///
-/// Throws `tilemesh::Error` with the system's reason when the bytes cannot be written; `std::bad_alloc` without memory.
-/// Cost: the bytes on disk, beside those of the old file until the rename; no copy in memory. `Outlasts::power_loss` waits for the
-/// disk twice.
+/// Throws `tilemesh::Error` with the system's reason if the bytes cannot be written, and `std::bad_alloc` without memory.
+/// Cost: the bytes on disk, beside the old file until the rename; no copy in memory. With `Outlasts::power_loss` the call waits
+/// for the disk twice.
 inline void write_whole(std::filesystem::path const& path, std::string_view header, std::span<std::byte const> body = {},
                         Outlasts outlasts = Outlasts::process)
 {

@@ -39,7 +39,8 @@ inline bool begins_as_json(std::istream& stream)
 /// rotation that is not orthonormal within 1e-3 or is mirrored, two cameras of one label, more than 2^20 cameras. An empty list is
 /// fine and gives no camera.
 ///
-/// Cost: one pass, n log n in the cameras; no document is built. Memory: 64 KiB and at most 24 bytes for each that is read.
+/// Cost: one pass over the text, n log n in the number of cameras; no JSON document. Memory: 64 KiB, and at most 24 bytes per byte
+/// of the text.
 inline std::vector<NamedCamera> read_cameras_json(std::istream& stream, std::string const& name)
 {
     return detail::CameraJson(stream, name).read();

@@ -118,7 +118,7 @@ inline std::vector<NamedCamera> read_colmap(std::istream& cameras_txt, std::istr
 {
     auto const lenses = detail::read_colmap_lenses(cameras_txt, cameras_name);
     std::vector<NamedCamera> cameras;
-    std::set<std::string> names; // no hash: a file could be made so that all its names collide
+    std::set<std::string> names; // no hash table: an attacker could choose names that collide
     detail::LineReader lines(images_txt, images_name);
     auto const refuse = [&](std::string const& why) {
         throw Error(lines.place() + " is no image (" + why + "); correct it or export the model again");

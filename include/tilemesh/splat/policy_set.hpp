@@ -31,7 +31,7 @@ struct Policies<Types<RecordType, ProjectedType, ParametersType>, Types<RoutingT
 };
 
 namespace detail {
-/// Does a setup have a member of that name? Such members named sizes before sizes were one value, and would change nothing now.
+/// Does a setup have a member of that name? Such a member has no effect: the sizes of a setup are its member `sizes`.
 template <class S, class = void>
 inline constexpr bool names_storage_slots = false;
 template <class S>
@@ -62,7 +62,7 @@ template <class S>
 inline constexpr bool names_one_channel_memory<S, std::void_t<decltype(S::one_channel_memory)>> = true;
 } // namespace detail
 
-/// Does S have a member that setups of older versions had?
+/// Does S have any member whose place is in `sizes`?
 template <class S>
 inline constexpr bool names_slots =
     detail::names_storage_slots<S> || detail::names_road_bytes<S> || detail::names_beam_bytes<S> || detail::names_waiting_bytes<S> ||

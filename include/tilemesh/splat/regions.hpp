@@ -194,7 +194,7 @@ struct Beam<P, true> : Beam<P, false> {
     using memory_of = Road<P>;
     static constexpr auto memory_shared = &Sizes::one_channel_memory;
 };
-/// Does the frame hold whatever its parameters say?
+/// Does the saturation policy hold by its type, not by a parameter at run time?
 template <class Saturation, class = void>
 inline constexpr bool always_holds = false;
 template <class Saturation>
@@ -204,7 +204,7 @@ struct Waiting : Buffer<RoadMessage<P>> {
     using Buffer<RoadMessage<P>>::Buffer;
     static constexpr char const* name = Side == 0 ? "waiting (side 0)" : "waiting (side 1)";
     static constexpr auto slots = &Sizes::waiting;
-    static constexpr std::uint32_t least_slots = always_holds<typename P::Saturation> ? 1 : 0; ///< without one no credit is ever given
+    static constexpr std::uint32_t least_slots = always_holds<typename P::Saturation> ? 1 : 0; ///< without a slot, no credit is given
 };
 } // namespace region
 /// Carries records to their anchor tiles.

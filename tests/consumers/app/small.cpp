@@ -1,4 +1,4 @@
-// A stranger's program that compiles quickly: for ways to get the library that differ in nothing but where it is found.
+// A user's program that compiles quickly, for tests that differ only in where the library is found.
 #include <iostream>
 #include <tilemesh/engine/mesh.hpp>
 

@@ -1,5 +1,6 @@
-// A library for LD_PRELOAD under which calls of a process fail, as torture.hpp's Page says: the k-th of a kind, or the k-th and all after it.
-// Without the environment variable TILEMESH_TORTURE_PAGE, the number of a file that holds the page, nothing fails. For Linux and glibc.
+// A library for LD_PRELOAD that makes calls of a process fail: the k-th call of a kind, or the k-th and all after it. The Page of
+// torture.hpp says which. The environment variable TILEMESH_TORTURE_PAGE is the descriptor of the file that holds the page; without it
+// nothing fails. For Linux and glibc.
 #include "torture.hpp"
 #include <cerrno>
 #include <cstdarg>

@@ -1,9 +1,9 @@
 // torture_program RENDER_MAP FAILING_CALLS CORPUS
-// Runs a program's command lines again and again on a tiny map, with the library FAILING_CALLS in front of the system: the k-th allocation,
-// open, write, rename, fsync, mkdir or thread fails, alone or with all after it, for every k up to the last. Each run ends with status 0 and
-// the right files, or with status 2 and one line "<problem> (<why>); <what to do>"; a file is whole, or as it was; nothing else is left
-// behind, and the inputs stay. Unless the environment variable TILEMESH_TORTURE is "all", about four values of k for each kind and
-// command line. The last lines are a table.
+// Runs several command lines of render_map on a tiny map, with the library FAILING_CALLS preloaded. The k-th allocation, open, write,
+// rename, fsync, mkdir or thread start fails, alone or with all after it, for every k up to the last. Each run must end with status 0 and
+// the right files, or with status 2 and one line "<problem> (<why>); <what to do>". Each file must be complete or unchanged, the inputs
+// must not change, and nothing else may be left behind. Unless the environment variable TILEMESH_TORTURE is "all", it tries about four
+// values of k for each kind of call and command line. It prints a table at the end.
 #include "torture.hpp"
 #include <algorithm>
 #include <cerrno>

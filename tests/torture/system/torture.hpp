@@ -8,7 +8,7 @@ namespace torture {
 enum class Kind : std::uint32_t { memory, open, write, rename, fsync, mkdir, thread };
 inline constexpr char const* names[] = {"memory", "open", "write", "rename", "fsync", "mkdir", "thread"};
 
-/// What the driver and the process under torture share: it stands at the begin of a file in memory.
+/// Memory that the driver and the tested process share, at the start of a file in memory.
 struct Page {
     Kind kind = Kind::memory;
     std::uint32_t alone = 1;             ///< 1: the call `first` fails; 0: all after it, too

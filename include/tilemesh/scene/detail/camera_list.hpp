@@ -23,7 +23,7 @@
 
 namespace tilemesh::scene::detail {
 
-/// A field of a camera: whether the file has it, what is wrong with it (null: nothing), and its value.
+/// A field of a camera: whether the file has it, its fault (null: none) and its value.
 template <class T>
 struct CameraField {
     bool there = false;
@@ -31,10 +31,10 @@ struct CameraField {
     T value{};
 };
 
-/// More cameras than any capture has: it bounds the memory, some 500 MB beside long names.
+/// More cameras than any capture has. The limit bounds the memory: about 500 MB, plus long names.
 inline constexpr std::size_t most_cameras = 1u << 20;
 
-/// The fields of one entry of a list of cameras, of either form of file; none where it is no object. Of a key that is there twice,
+/// The fields of one entry in a list of cameras, for both forms of file; no field if the entry is no object. If a key comes twice,
 /// the last value counts.
 struct CameraFields {
     bool object = false;
@@ -45,7 +45,7 @@ struct CameraFields {
     CameraField<std::array<double, 3>> position;
 };
 
-/// One entry, with the words that name it in an error.
+/// One entry, and how errors name it.
 class CameraEntry {
 public:
     CameraEntry(std::string const& file, std::size_t number) : file_(file), name_(std::to_string(number)) {}
@@ -130,8 +130,8 @@ inline splat::Camera training_camera(CameraFields const& fields, CameraEntry con
                                default_near, width, height});
 }
 
-/// Reads a camera file of JSON part by part. It keeps the cameras before the first one that is not usable, and that one's fields:
-/// what is wrong with a camera is said when all of the text is known to be JSON.
+/// Reads a JSON camera file part by part. It keeps the cameras before the first unusable one, and the fields of that one. It
+/// reports the unusable camera only after the whole text is known to be JSON.
 class CameraJson {
 public:
     CameraJson(std::istream& stream, std::string const& name) : json_(stream, name), file_(name) {}
@@ -181,7 +181,7 @@ private:
         CameraField<std::string> id;
     };
 
-    /// Reads a list whose opening bracket was read. It takes the place of a list that was read before.
+    /// Reads a list after its opening bracket. The list replaces one that was read before.
     void read_list()
     {
         cameras_.clear();
@@ -190,7 +190,7 @@ private:
         for (JsonPart part; (part = json_.next()) != JsonPart::end_list;) {
             if (++number > most_cameras)
                 throw Error(file_ + " has too many cameras (more than " + std::to_string(most_cameras) + "); split it");
-            // Of a training, the names that follow still count: cameras that share one are called by their ids.
+            // In the 3DGS form, later names still matter: cameras that share a name are called by their ids.
             if (nameless_ || (unusable_ && !training_)) {
                 json_.skip(part);
                 continue;
@@ -215,7 +215,7 @@ private:
         }
     }
 
-    /// The camera after those that are kept.
+    /// The entry after the last camera that is kept.
     NamedCamera convert(CameraFields const& fields) const
     {
         CameraEntry entry(file_, cameras_.size() + 1);
@@ -322,7 +322,7 @@ private:
         }
         if (rows == N) field.fault = wrong;
     }
-    /// Reads a list whose opening bracket was read into `N` numbers; returns what is wrong, `fault` for another number of them.
+    /// Reads a list of `N` numbers after its opening bracket. Returns its fault: `fault` if it has not `N` items.
     template <std::size_t N>
     char const* read_numbers(double* numbers, char const* fault)
     {
@@ -336,7 +336,7 @@ private:
         }
         return count == N ? wrong : fault;
     }
-    /// Reads the rest of a value that begins with `part`; returns what is wrong with it as a number.
+    /// Reads the rest of a value that starts with `part`, as a number. Returns its fault; null: none.
     char const* read_number(JsonPart part, double& value)
     {
         json_.skip(part);

@@ -13,17 +13,17 @@
 
 namespace tilemesh::scene::detail {
 
-/// What a JSON text consists of, in the order of the text. `other` is true, false or null; `end` is the end of the text.
+/// The parts of a JSON text. `other` is true, false or null; `end` is the end of the text.
 enum class JsonPart : std::uint8_t { begin_object, end_object, begin_list, end_list, key, text, number, other, end };
 
-/// Reads a JSON text (RFC 8259) part by part and builds no document. A byte order mark is skipped. Throws `Error` at the first byte
-/// that breaks the grammar, for text that is no UTF-8, for a number beyond every double, and for more than 64 levels of lists and
-/// objects.
+/// Reads a JSON text (RFC 8259) part by part and builds no document. It skips a byte order mark. Throws `Error` at the first byte
+/// that breaks the grammar, for text that is not UTF-8, for a number too large for a double, and for more than 64 levels of lists
+/// and objects.
 ///
 /// Every byte is read once. Memory: 64 KiB, and at most three times the longest text or number.
 class JsonReader {
 public:
-    /// A camera file is five deep.
+    /// A camera file needs five levels.
     static constexpr std::uint32_t deepest = 64;
 
     /// Errors call the file `name`.
@@ -64,14 +64,14 @@ public:
         return value();
     }
 
-    /// Passes over the rest of a value that begins with `part`, which `next` has returned.
+    /// Skips the rest of a value whose first part, `part`, `next` has returned.
     void skip(JsonPart part)
     {
         if (part != JsonPart::begin_object && part != JsonPart::begin_list) return;
         for (std::uint32_t const outside = depth_ - 1; depth_ > outside;) next();
     }
 
-    /// A key or a text, decoded to UTF-8; a number as it is written.
+    /// The last key or text, decoded to UTF-8; or the last number, as written.
     std::string const& text() const { return text_; }
     /// The value of a number, which is finite.
     double number() const { return number_; }
@@ -186,7 +186,7 @@ private:
         else if (error != std::errc{} || std::isinf(number_)) refuse("number overflow in " + shown(text_, 40));
     }
 
-    /// Reads the rest of a text whose opening quote was taken.
+    /// Reads a text after its opening quote.
     void read_text()
     {
         text_.clear();
@@ -205,8 +205,8 @@ private:
             }
         }
     }
-    /// A character of two to four bytes. The second byte is limited so that surrogates, longer forms than needed and codes above
-    /// U+10FFFF are refused.
+    /// Reads a character of two to four bytes. The limits of the second byte refuse surrogates, overlong forms and codes above
+    /// U+10FFFF.
     void read_character()
     {
         int const lead = peek();

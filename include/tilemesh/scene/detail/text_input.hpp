@@ -96,8 +96,8 @@ bool parse_number(std::string_view word, T& value)
     return error == std::errc{} && end == word.data() + word.size() && !word.empty();
 }
 
-/// Whether a number for which `read_number` says "out of range" is too small for a double, not too large: whether its first digit
-/// that is not 0 stands below the ones.
+/// For a number that is out of the range of a double: whether it is too small, not too large. It is too small if its first digit
+/// that is not 0 stands behind the decimal point once the exponent has moved the point.
 inline bool is_tiny(std::string_view number)
 {
     std::size_t const e = std::min(number.find_first_of("eE"), number.size());
