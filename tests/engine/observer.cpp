@@ -170,7 +170,7 @@ TEST_CASE("an observer is not told of a superstep that broke a contract")
     on_each<Repeat<Overflow>>({5, 2}, [&](auto& mesh) {
         std::uint64_t calls = 0;
         mesh.observe([&](SuperstepEvent const&) { ++calls; });
-        CHECK(has(error_of([&] { mesh.run(); }), "[tile (0, 0), superstep 2 (Overflow)]"));
+        CHECK(has(error_of([&] { mesh.run(); }), "[tile (0, 0), superstep 2 (Overflow)"));
         CHECK(calls == 2);
     }, {3});
 }
@@ -185,6 +185,6 @@ TEST_CASE("an observer may run another mesh: contracts of the outer one are stil
             threads.run();
             CHECK(threads.state<Visits>(TileId::at(1, 1)).count == 20);
         });
-        CHECK(has(error_of([&] { mesh.run(); }), "[tile (0, 0), superstep 2 (Overflow)]"));
+        CHECK(has(error_of([&] { mesh.run(); }), "[tile (0, 0), superstep 2 (Overflow)"));
     }, {3});
 }
