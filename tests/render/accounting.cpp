@@ -147,6 +147,11 @@ TEST_CASE("accounting: the first sum that does not hold is named")
         add(wrong.late_copies);
         CHECK(says(wrong, 12, 3) == "copies_late is not the number of late copies in the list of losses");
     }
+    CHECK_NOTHROW(render::check_sums(r, 12, 3));
+    CHECK_THROWS_WITH_AS(render::check_sums(wrong, 12, 3),
+                         "a report whose sums do not hold (copies_late is not the number of late copies in the list of losses); "
+                         "report this, and do not use the frame",
+                         Error);
 }
 
 TEST_CASE("accounting: a second run replaces what it decides, and what it took comes on top")

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <string>
 #include <tilemesh/engine/counters.hpp>
+#include <tilemesh/error.hpp>
 #include <tilemesh/report/frame_report.hpp>
 #include <tilemesh/splat/frame_program.hpp>
 
@@ -84,8 +85,7 @@ inline void add_second_run(report::FrameReport& r, report::FrameReport const& ag
 }
 
 /// Checks the sums in the report of a frame: null if all hold, otherwise a sentence about the first that does not. `records`: number of
-/// records in the map. `gone`: number of records that the machine lost for good in earlier frames. The renderer asserts for every frame
-/// that all sums hold (not with NDEBUG). Cost: one pass over `lost`.
+/// records in the map. `gone`: number of records that the machine lost for good in earlier frames. Cost: one pass over `lost`.
 inline char const* wrong_sum(report::FrameReport const& r, std::uint64_t records, std::uint64_t gone) noexcept
 {
     std::uint64_t lost_copies = 0, late_copies = 0, unplaced = 0;
@@ -104,6 +104,13 @@ inline char const* wrong_sum(report::FrameReport const& r, std::uint64_t records
     if (r.lost_copies != lost_copies) return "copies_lost is not the number of copies in the list of losses";
     if (r.late_copies != late_copies) return "copies_late is not the number of late copies in the list of losses";
     return nullptr;
+}
+
+/// Throws Error if a sum in the report does not hold (see `wrong_sum`). The renderer calls it for every frame, with NDEBUG too.
+[[gnu::noinline]] inline void check_sums(report::FrameReport const& r, std::uint64_t records, std::uint64_t gone)
+{
+    if (auto const* const why = wrong_sum(r, records, gone))
+        throw Error(std::string("a report whose sums do not hold (") + why + "); report this, and do not use the frame");
 }
 
 } // namespace tilemesh::render

@@ -1,5 +1,4 @@
 #pragma once
-#include <cassert>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -337,7 +336,7 @@ void FrameRenderer<P, Engine, Machine>::render_into(splat::Camera const& camera,
     halfway_ = true;
     bool const changed = put_records(view);
     tell(view, changed);
-    [[maybe_unused]] std::size_t const gone = host_keeps() ? 0 : keeper_.missing().size();
+    std::size_t const gone = host_keeps() ? 0 : keeper_.missing().size();
     auto const prepared_ms = since(start);
 
     auto report = run();
@@ -346,7 +345,7 @@ void FrameRenderer<P, Engine, Machine>::render_into(splat::Camera const& camera,
     bool const may_recall = facts_.rules.holds != 0 && options_.hops == 0;
     ran_twice_ = may_recall && keeper_.recall_copies(*mesh_);
     if (ran_twice_) run_again(report);
-    assert(wrong_sum(report, records_.rows(), gone) == nullptr);
+    check_sums(report, records_.rows(), gone);
 
     auto const tiles_done = Clock::now();
     collect_picture<P>(*mesh_, facts_, tiling_, camera, result);
