@@ -90,6 +90,7 @@ for part in "$root"/tests/*/; do
     *) cp -R "$part" "$work/pristine/tests" || exit 2 ;;
     esac
 done
+mkdir "$work/pristine/tests/fuzz" && cp -R "$root/tests/fuzz/corpus" "$work/pristine/tests/fuzz" || exit 2 # torture/files reads it
 for ((job = 1; job <= jobs; ++job)); do cp -R "$work/pristine" "$work/tree_$job" || exit 2; done
 
 # ---- kits: what all tests have in common, for each set of flags: a compiler, doctest's main, precompiled headers of others

@@ -50,35 +50,56 @@ class Files : public Act {
 public:
     static constexpr char const* before = "as it was";
 
-    Files(std::string old, std::function<void(fs::path const&)> write) : write_(std::move(write))
+    Files(std::string old, std::function<void(fs::path const&)> write) : old_(std::move(old)), write_(std::move(write))
     {
         folder_ = fs::temp_directory_path() / ("tilemesh_torture_" + std::to_string(::getpid()));
         fs::create_directory(folder_);
-        if (!old.empty()) std::ofstream(folder_ / old) << before;
+        if (!old_.empty()) std::ofstream(folder_ / old_) << before;
     }
     ~Files() override { fs::remove_all(folder_); }
     void act() override { write_(folder_); }
+    /// Of each file: its name, the number of its bytes, its bytes.
     std::string result() override
     {
         std::string all;
-        for (auto const& [name, text] : files()) all += "\n" + name + "\n" + text;
+        for (auto const& [name, text] : files()) all += name + "\n" + std::to_string(text.size()) + "\n" + text;
         return all;
     }
     std::string after_failure(std::string const& right) override
     {
-        for (auto const& [name, text] : files())
-            if (text != before && right.find("\n" + name + "\n" + text) == std::string::npos) return "a part of " + name + " is left";
+        auto const right_files = files_of(right), now = files();
+        if (!old_.empty() && now.find(old_) == now.end()) return old_ + " is lost";
+        for (auto const& [name, text] : now) {
+            auto const found = right_files.find(name);
+            bool const as_before = name == old_ && text == before, whole = found != right_files.end() && found->second == text;
+            if (!as_before && !whole) return "a part of " + name + " is left";
+        }
         return Act::after_failure(right);
     }
 
 private:
-    std::map<std::string, std::string> files() const
+    using Texts = std::map<std::string, std::string>; ///< by name
+    Texts files() const
     {
-        std::map<std::string, std::string> all;
+        Texts all;
         for (auto const& entry : fs::directory_iterator(folder_)) all[entry.path().filename().string()] = contents(entry.path());
         return all;
     }
+    /// The files of a result.
+    static Texts files_of(std::string const& result)
+    {
+        std::istringstream in(result);
+        Texts all;
+        std::string name, size;
+        while (std::getline(in, name) && std::getline(in, size)) {
+            auto& text = all[name];
+            text.resize(std::stoul(size));
+            in.read(text.data(), static_cast<std::streamsize>(text.size()));
+        }
+        return all;
+    }
     fs::path folder_;
+    std::string old_; ///< the file that is there before; empty: none
     std::function<void(fs::path const&)> write_;
 };
 
@@ -127,7 +148,7 @@ Case files(std::string name, std::string old, std::function<void(fs::path const&
     return {std::move(name), [old = std::move(old), write = std::move(write)] { return std::make_unique<Files>(old, write); }};
 }
 
-/// A case for each file of the fuzzers' corpus in that folder; none if the tests were copied without the corpus.
+/// A case for each file of the fuzzers' corpus in that folder.
 std::vector<Case> seeds(std::string const& kind, std::string const& extension, std::string (*read)(fs::path const&))
 {
     auto const folder = fs::path(__FILE__).parent_path() / ".." / "fuzz" / "corpus" / kind;
@@ -135,6 +156,7 @@ std::vector<Case> seeds(std::string const& kind, std::string const& extension, s
     if (fs::is_directory(folder))
         for (auto const& entry : fs::directory_iterator(folder))
             if (extension.empty() || entry.path().extension() == extension) paths.push_back(entry.path());
+    REQUIRE_MESSAGE(!paths.empty(), "there is no corpus in ", folder.string());
     std::sort(paths.begin(), paths.end());
     std::vector<Case> all;
     for (auto const& path : paths) all.push_back(value("load " + kind + "/" + path.filename().string(), [path, read] { return read(path); }));
