@@ -204,9 +204,34 @@ TEST_CASE("a frame of report.json is read back as it was written")
     CHECK(same(f));
     CHECK(report::frame_of(json_of(f)).error_same_cuts->psnr_db == std::numeric_limits<double>::infinity());
 
+    // Every field of the table, each with a number of its own.
+    std::uint64_t n = 0;
+    for (auto const& field : report::report_fields) {
+        ++n;
+        if (field.name == "lost") continue;
+        if (field.exact()) field.set_count(f.report, 1000 + n);
+        else field.set_milliseconds(f.report, 0.25 + static_cast<double>(n));
+    }
+    auto const back = report::frame_of(json_of(f)).report;
+    n = 0;
+    for (auto const& field : report::report_fields) {
+        CAPTURE(field.name);
+        ++n;
+        if (field.name == "lost") CHECK(field.count(back) == f.report.lost.size());
+        else if (field.exact()) CHECK(field.count(back) == 1000 + n);
+        else CHECK(field.milliseconds(back) == 0.25 + static_cast<double>(n));
+    }
+    auto large = json_of(f);
+    large["peak"]["storage"] = 0xffffffffu;
+    CHECK(report::frame_of(large).report.peak_storage == 0xffffffffu);
+    large["peak"]["storage"] = 0x100000000u;
+    CHECK_THROWS_WITH_AS(report::frame_of(large),
+                         "a frame of a report has 4294967296 as peak.storage (a report holds 32 bits of it); write the report again", tilemesh::Error);
+
     // Every key is required, except those of files and errors. No key may have another type.
     auto const keys = json_of(f);
-    for (auto const& [key, value] : keys.items()) {
+    for (auto const& item : keys.items()) {
+        auto const& key = item.key();
         CAPTURE(key);
         auto lacks = json_of(f);
         lacks.erase(key);

@@ -5,6 +5,7 @@
 #include <string_view>
 #include <tilemesh/config.hpp>
 #include <tilemesh/splat/gaussian.hpp>
+#include <type_traits>
 #include <vector>
 
 namespace tilemesh::report {
@@ -70,6 +71,26 @@ struct ReportField {
     std::string_view meaning; ///< what it counts
     std::uint64_t (*count)(FrameReport const&) = nullptr; ///< reads an exact number, equal on every engine; null for host time
     double (*milliseconds)(FrameReport const&) = nullptr; ///< reads a time measured on the host; null for an exact number
+    void (*set_count)(FrameReport&, std::uint64_t) = nullptr; ///< sets an exact number, cut to its member's bits; null for `lost`
+    void (*set_milliseconds)(FrameReport&, double) = nullptr; ///< sets a time; null for an exact number
+
+    /// `Member`: a lambda that returns a reference to the member of a report, const or not. Getter and setter both call it.
+    template <class Member>
+    constexpr ReportField(std::string_view path, std::string_view counted, std::string_view text_line, std::string_view words,
+                          std::string_view sentence, Member)
+        : name(path), unit(counted), line(text_line), phrase(words), meaning(sentence)
+    {
+        using T = std::remove_reference_t<std::invoke_result_t<Member, FrameReport&>>;
+        if constexpr (std::is_same_v<T, double>) {
+            milliseconds = [](FrameReport const& r) -> double { return Member{}(r); };
+            set_milliseconds = [](FrameReport& r, double ms) { Member{}(r) = ms; };
+        } else if constexpr (std::is_unsigned_v<T>) {
+            count = [](FrameReport const& r) -> std::uint64_t { return Member{}(r); };
+            set_count = [](FrameReport& r, std::uint64_t n) { Member{}(r) = static_cast<T>(n); };
+        } else {
+            count = [](FrameReport const& r) -> std::uint64_t { return Member{}(r).size(); };
+        }
+    }
 
     constexpr bool exact() const noexcept { return count != nullptr; }
     /// "gaussians" of "gaussians.visible"; empty for a name without a dot.
@@ -88,107 +109,107 @@ struct ReportField {
 /// tests/report/frame_report.cpp fails without it.
 inline constexpr ReportField report_fields[] = {
     {"size_px.width", "pixels", "", "", "The width of the picture.",
-     [](FrameReport const& r) -> std::uint64_t { return r.width; }},
+     [](auto& r) -> auto& { return r.width; }},
     {"size_px.height", "pixels", "", "", "The height of the picture.",
-     [](FrameReport const& r) -> std::uint64_t { return r.height; }},
+     [](auto& r) -> auto& { return r.height; }},
 
     {"supersteps.project", "exchanges", "", "", "Exchanges of projection that carried something.",
-     [](FrameReport const& r) { return r.supersteps.project; }},
+     [](auto& r) -> auto& { return r.supersteps.project; }},
     {"supersteps.route", "exchanges", "", "", "Exchanges of routing that carried something.",
-     [](FrameReport const& r) { return r.supersteps.route; }},
+     [](auto& r) -> auto& { return r.supersteps.route; }},
     {"supersteps.bloom", "exchanges", "", "", "Exchanges of bloom that carried something.",
-     [](FrameReport const& r) { return r.supersteps.bloom; }},
+     [](auto& r) -> auto& { return r.supersteps.bloom; }},
     {"supersteps.composite", "exchanges", "", "", "Exchanges of compositing that carried something.",
-     [](FrameReport const& r) { return r.supersteps.composite; }},
+     [](auto& r) -> auto& { return r.supersteps.composite; }},
 
     {"gaussians.visible", "records", "Gaussians", "visible",
      "Records with something on screen when the frame begins, on a tile or under way, and records that stay with the host because they "
      "found no slot. Unplaced records are visible. Visible, parked and earlier dropped records add up to all records of the map.",
-     [](FrameReport const& r) { return r.gaussians.visible; }},
+     [](auto& r) -> auto& { return r.gaussians.visible; }},
     {"gaussians.moved", "records", "Gaussians", "moved", "Records whose anchor tile changed in this frame.",
-     [](FrameReport const& r) { return r.gaussians.moved; }},
+     [](auto& r) -> auto& { return r.gaussians.moved; }},
     {"gaussians.held", "refusals", "Gaussians", "held",
      "Refusals of a record by a full channel or for lack of credit (`hold`); a record that waits three times counts three.",
-     [](FrameReport const& r) { return r.gaussians.held; }},
+     [](auto& r) -> auto& { return r.gaussians.held; }},
     {"gaussians.dropped", "records", "Gaussians", "dropped", "Records that the machine lost for good (`drop`).",
-     [](FrameReport const& r) { return r.gaussians.dropped; }},
+     [](auto& r) -> auto& { return r.gaussians.dropped; }},
     {"gaussians.unplaced", "records", "Gaussians", "unplaced",
      "Records whose anchor tile has no storage left (`hold`); the host keeps them and tries again with the next view.",
-     [](FrameReport const& r) { return r.gaussians.unplaced; }},
+     [](auto& r) -> auto& { return r.gaussians.unplaced; }},
     {"gaussians.parked", "records", "Gaussians", "parked",
      "Records with nothing on screen when the frame begins; each stays on its tile. Without routing, it stays with the host.",
-     [](FrameReport const& r) { return r.gaussians.parked; }},
+     [](auto& r) -> auto& { return r.gaussians.parked; }},
     {"gaussians.under_way", "records", "Gaussians", "under way",
      "Records in a channel or a FIFO when the frame ends, because its hops are bounded.",
-     [](FrameReport const& r) { return r.gaussians.under_way; }},
+     [](auto& r) -> auto& { return r.gaussians.under_way; }},
 
     {"lost", "records and copies", "missing", "records and copies",
      "Records and copies that the picture lacks; report.json lists each with its id, tile and cause. An entry with a tile is a copy. An "
      "entry without a tile is a whole record.",
-     [](FrameReport const& r) -> std::uint64_t { return r.lost.size(); }},
+     [](auto& r) -> auto& { return r.lost; }},
 
     {"copies", "copies", "copies", "on tiles", "Copies that lie on the tiles when the frame ends.",
-     [](FrameReport const& r) { return r.copies; }},
+     [](auto& r) -> auto& { return r.copies; }},
     {"copies_lost", "copies", "copies", "lost",
      "Copies that their tile lacks because storage or a channel was full, or because the setup does not bloom: all listed copies that "
      "are not late. A record that no tile owns but that left copies counts once for each tile that lacks a copy.",
-     [](FrameReport const& r) { return r.lost_copies; }},
+     [](auto& r) -> auto& { return r.lost_copies; }},
     {"copies_late", "copies", "copies", "late",
      "Copies that their tile lacks because the copy or its record is still under way: all listed copies that are late.",
-     [](FrameReport const& r) { return r.late_copies; }},
+     [](auto& r) -> auto& { return r.late_copies; }},
 
     {"hops", "messages", "exchanged", "hops of routing",
      "Messages of routing: one for each tile that a record passes on its way.",
-     [](FrameReport const& r) { return r.hops; }},
+     [](auto& r) -> auto& { return r.hops; }},
     {"messages", "messages", "exchanged", "messages", "Messages of routing and bloom together.",
-     [](FrameReport const& r) { return r.messages; }},
+     [](auto& r) -> auto& { return r.messages; }},
     {"exchanged_bytes.live", "bytes", "exchanged", "bytes live", "Bytes of these messages.",
-     [](FrameReport const& r) { return r.exchanged_live_bytes; }},
+     [](auto& r) -> auto& { return r.exchanged_live_bytes; }},
     {"exchanged_bytes.capacity", "bytes", "exchanged", "bytes of capacity",
      "Bytes that a compile-time exchange moves in these supersteps: the capacity of every channel, however full it is.",
-     [](FrameReport const& r) { return r.exchanged_capacity_bytes; }},
+     [](auto& r) -> auto& { return r.exchanged_capacity_bytes; }},
 
     {"pairs", "pairs", "pairs", "evaluated", "Gaussian-pixel pairs that compositing evaluated.",
-     [](FrameReport const& r) { return r.pairs; }},
+     [](auto& r) -> auto& { return r.pairs; }},
     {"pairs_contributing", "pairs", "pairs", "contributing",
      "Pairs with alpha of at least alpha_min in a pixel that was not finished.",
-     [](FrameReport const& r) { return r.pairs_contributing; }},
+     [](auto& r) -> auto& { return r.pairs_contributing; }},
 
     {"refused.channel_full", "refusals", "refused", "by full channels",
      "Refusals of a record by a channel without a free slot.",
-     [](FrameReport const& r) { return r.refused.channel_full; }},
+     [](auto& r) -> auto& { return r.refused.channel_full; }},
     {"refused.no_credit", "refusals", "refused", "for lack of credit",
      "Refusals of a record because the receiving tile had announced no room.",
-     [](FrameReport const& r) { return r.refused.no_credit; }},
+     [](auto& r) -> auto& { return r.refused.no_credit; }},
     {"refused.storage_full", "records", "refused", "by full storage",
      "Records that found no free storage slot on their anchor tile.",
-     [](FrameReport const& r) { return r.refused.storage_full; }},
+     [](auto& r) -> auto& { return r.refused.storage_full; }},
     {"refused.copies_full", "copies", "refused", "copies by full storage",
      "Copies that found no free storage slot on a tile.",
-     [](FrameReport const& r) { return r.refused.copies_full; }},
+     [](auto& r) -> auto& { return r.refused.copies_full; }},
     {"refused.copies_refused", "copies", "refused", "copies by full channels",
      "Copies that were given up, because the channel had no free slot (`drop`).",
-     [](FrameReport const& r) { return r.refused.copies_refused; }},
+     [](auto& r) -> auto& { return r.refused.copies_refused; }},
 
     {"peak.storage", "records", "peaks", "records on a tile",
      "The most records, copies among them, that one tile stored.",
-     [](FrameReport const& r) -> std::uint64_t { return r.peak_storage; }},
+     [](auto& r) -> auto& { return r.peak_storage; }},
     {"peak.channel", "records", "peaks", "in a channel", "The most records that one channel held.",
-     [](FrameReport const& r) -> std::uint64_t { return r.peak_channel; }},
+     [](auto& r) -> auto& { return r.peak_channel; }},
 
     {"host_ms.project", "ms", "", "", "Host time of projection.",
-     nullptr, [](FrameReport const& r) { return r.host_ms.project; }},
+     [](auto& r) -> auto& { return r.host_ms.project; }},
     {"host_ms.route", "ms", "", "", "Host time of routing.",
-     nullptr, [](FrameReport const& r) { return r.host_ms.route; }},
+     [](auto& r) -> auto& { return r.host_ms.route; }},
     {"host_ms.bloom", "ms", "", "", "Host time of bloom.",
-     nullptr, [](FrameReport const& r) { return r.host_ms.bloom; }},
+     [](auto& r) -> auto& { return r.host_ms.bloom; }},
     {"host_ms.composite", "ms", "", "", "Host time of depth sort and compositing.",
-     nullptr, [](FrameReport const& r) { return r.host_ms.composite; }},
+     [](auto& r) -> auto& { return r.host_ms.composite; }},
     {"host_ms.picture", "ms", "", "",
      "Host time of joining the tiles' framebuffers to one picture, which is no work of the machine.",
-     nullptr, [](FrameReport const& r) { return r.host_ms.picture; }},
+     [](auto& r) -> auto& { return r.host_ms.picture; }},
     {"host_ms.total", "ms", "", "", "Host time of the whole frame.",
-     nullptr, [](FrameReport const& r) { return r.host_ms.total; }},
+     [](auto& r) -> auto& { return r.host_ms.total; }},
 };
 
 /// The field of that name, found at compile time: `report_field("gaussians.moved").count(report)`. A name that is not in the

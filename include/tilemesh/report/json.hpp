@@ -320,6 +320,8 @@ void put_json(RunReport const& run, Put const& put)
 /// `machine.grid` and `machine.tile_px` are those of the first frame; each frame has its own, since cameras may differ in
 /// size. Ledger entries with `budgeted` false are kept on the tile, but the budget of the preset has no room for them: then
 /// `machine.note` says so, and `machine.budgeted_bytes` leaves them out.
+///
+/// The destructor of the document allocates. If it finds no memory, the process ends. `write_json` makes no document.
 inline nlohmann::ordered_json json_of(RunReport const& run)
 {
     std::string text;
@@ -328,13 +330,10 @@ inline nlohmann::ordered_json json_of(RunReport const& run)
 }
 
 /// Reads back one entry of `frames` in report.json; `json_of` writes the same entry from the result. Digests and two error measures
-/// are not in report.json: here they are empty or 0. Throws `tilemesh::Error` if a number is missing or has another type.
+/// are not in report.json: here they are empty or 0. Throws `tilemesh::Error` if a number is missing, has another type, or is too large.
 inline RunFrame frame_of(nlohmann::ordered_json const& json)
 {
     using Json = nlohmann::ordered_json;
-    auto const read = [](Json const& from, std::initializer_list<std::pair<char const*, std::uint64_t*>> counters) {
-        for (auto const& [key, counter] : counters) from.at(key).get_to(*counter);
-    };
     auto const error = [](Json const& from) {
         auto const number = [&](char const* key) {
             return from.at(key).is_null() ? std::numeric_limits<double>::infinity() : from.at(key).get<double>();
@@ -348,39 +347,26 @@ inline RunFrame frame_of(nlohmann::ordered_json const& json)
     auto& r = frame.report;
     try {
         json.at("camera").get_to(r.camera);
-        json.at("size_px").at(0).get_to(r.width);
-        json.at("size_px").at(1).get_to(r.height);
         json.at("grid").get_to(frame.grid);
         json.at("tile_px").get_to(frame.tile_px);
         frame.image = json.value("image", "");
         frame.depth = json.value("depth", "");
         frame.alpha = json.value("alpha", "");
-        read(json.at("supersteps"), {{"project", &r.supersteps.project},
-                                     {"route", &r.supersteps.route},
-                                     {"bloom", &r.supersteps.bloom},
-                                     {"composite", &r.supersteps.composite}});
-        read(json.at("gaussians"), {{"visible", &r.gaussians.visible},
-                                    {"moved", &r.gaussians.moved},
-                                    {"held", &r.gaussians.held},
-                                    {"dropped", &r.gaussians.dropped},
-                                    {"unplaced", &r.gaussians.unplaced},
-                                    {"parked", &r.gaussians.parked},
-                                    {"under_way", &r.gaussians.under_way}});
-        read(json.at("refused"), {{"channel_full", &r.refused.channel_full},
-                                  {"no_credit", &r.refused.no_credit},
-                                  {"storage_full", &r.refused.storage_full},
-                                  {"copies_full", &r.refused.copies_full},
-                                  {"copies_refused", &r.refused.copies_refused}});
-        read(json.at("exchanged_bytes"), {{"live", &r.exchanged_live_bytes}, {"capacity", &r.exchanged_capacity_bytes}});
-        read(json, {{"copies", &r.copies},
-                    {"copies_lost", &r.lost_copies},
-                    {"copies_late", &r.late_copies},
-                    {"messages", &r.messages},
-                    {"hops", &r.hops},
-                    {"pairs", &r.pairs},
-                    {"pairs_contributing", &r.pairs_contributing}});
-        json.at("peak").at("storage").get_to(r.peak_storage);
-        json.at("peak").at("channel").get_to(r.peak_channel);
+        for (auto const& field : report_fields) {
+            if (field.name == "lost") continue; // a list, below
+            auto const group = std::string(field.group()), leaf = std::string(field.leaf());
+            auto const& from = group.empty() ? json : json.at(group);
+            auto const& value = group == "size_px" ? from.at(leaf == "width" ? 0u : 1u) : from.at(leaf);
+            if (!field.exact()) {
+                field.set_milliseconds(r, value.get<double>());
+                continue;
+            }
+            auto const n = value.get<std::uint64_t>();
+            field.set_count(r, n);
+            if (field.count(r) != n)
+                throw Error("a frame of a report has " + std::to_string(n) + " as " + std::string(field.name) +
+                            " (a report holds 32 bits of it); write the report again");
+        }
         for (auto const& loss : json.at("lost")) {
             auto const& cause = loss.at("cause").get_ref<std::string const&>();
             auto const& tile = loss.at("tile");
@@ -390,14 +376,6 @@ inline RunFrame frame_of(nlohmann::ordered_json const& json)
             r.lost.push_back({splat::GaussianId{loss.at("id").get<std::uint32_t>()},
                               tile.is_null() ? Loss::whole : tile.get<std::uint32_t>(), Cause{number}});
         }
-        auto const& ms = json.at("host_ms");
-        for (auto const& [key, time] : std::initializer_list<std::pair<char const*, double*>>{{"project", &r.host_ms.project},
-                                                                                               {"route", &r.host_ms.route},
-                                                                                               {"bloom", &r.host_ms.bloom},
-                                                                                               {"composite", &r.host_ms.composite},
-                                                                                               {"picture", &r.host_ms.picture},
-                                                                                               {"total", &r.host_ms.total}})
-            ms.at(key).get_to(*time);
         if (json.contains("error")) frame.error = error(json.at("error"));
         if (json.contains("error_same_cuts")) frame.error_same_cuts = error(json.at("error_same_cuts"));
     } catch (nlohmann::json::exception const& why) {
