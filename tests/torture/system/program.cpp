@@ -18,6 +18,8 @@
 #include <new>
 #include <nlohmann/json.hpp>
 #include <regex>
+#include <set>
+#include <sstream>
 #include <string>
 #include <sys/mman.h>
 #include <sys/wait.h>
@@ -37,19 +39,36 @@ std::string contents(fs::path const& path)
     return {std::istreambuf_iterator<char>(in), {}};
 }
 
-/// The files below a folder: path and text. Host times differ from run to run, so they are 0.
+/// The files below a folder: path and text.
 using Files = std::map<std::string, std::string>;
+Files texts_of(fs::path const& folder)
+{
+    Files all;
+    if (!fs::exists(folder)) return all;
+    for (auto const& entry : fs::recursive_directory_iterator(folder))
+        if (entry.is_regular_file()) all[entry.path().lexically_relative(folder).string()] = contents(entry.path());
+    return all;
+}
+/// The list of finished frames. A frame that cannot be read back is rendered again, and has its line again: `once` leaves that out.
+constexpr char const* journal = "resume.jsonl";
+std::string once(std::string const& text)
+{
+    std::istringstream in(text);
+    std::set<std::string> lines;
+    std::string all;
+    for (std::string line; std::getline(in, line);)
+        if (lines.insert(line).second) all += line + (in.eof() ? "" : "\n");
+    return all;
+}
+/// The same files, to be compared: host times differ from run to run, so they are 0.
 Files files_of(fs::path const& folder)
 {
     static std::regex const times("\"host_ms\": ?\\{[^}]*\\}");
-    Files all;
-    if (!fs::exists(folder)) return all;
-    for (auto const& entry : fs::recursive_directory_iterator(folder)) {
-        if (!entry.is_regular_file()) continue;
-        auto& text = all[entry.path().lexically_relative(folder).string()];
-        text = contents(entry.path());
-        if (entry.path().extension().string().starts_with(".json")) text = std::regex_replace(text, times, "\"host_ms\": 0");
-    }
+    auto all = texts_of(folder);
+    for (auto& [name, text] : all)
+        if (fs::path(name).extension().string().starts_with(".json")) text = std::regex_replace(text, times, "\"host_ms\": 0");
+    for (auto& [name, text] : all)
+        if (fs::path(name).filename() == journal) text = once(text);
     return all;
 }
 
@@ -136,7 +155,6 @@ bool is_report_of_frames_done(std::string const& text)
 }
 
 /// The list of finished frames is written line by line: the first lines of the right one, and perhaps one that is cut short.
-constexpr char const* journal = "resume.jsonl";
 bool is_journal_so_far(std::string const& text, std::string const& right)
 {
     return right.starts_with(text.substr(0, text.rfind('\n') + 1));
@@ -224,7 +242,8 @@ try {
     auto const files = driver.work() / "files";
     std::vector<Row> rows;
     for (auto const& command : commands()) {
-        // An output that is already there must be whole after every run: as it was, or new. Every second run finds the outputs of an earlier one.
+        // An output that is already there must be whole after every run: as it was, or new. Every second run finds the outputs of an earlier one;
+        // with --resume these are the right ones.
         auto const prepare = [&](Files const& old) {
             fs::remove_all(files);
             fs::create_directory(files);
@@ -250,20 +269,21 @@ try {
                 std::cerr << "torture_program: " << command.name << " ends with status " << right.status << ": " << right.err;
                 return 1;
             }
-            Files old;
-            for (auto const& [file, text] : right_files)
-                if (fs::path(file).filename() != journal) old[file] = "as it was\n"; // render_map refuses a list that it has not written
+            auto old = texts_of(files); // --resume goes on from them
+            if (std::string(command.name) != "resume")
+                for (auto& [file, text] : old) text = "as it was\n";
+            auto const old_files = std::string(command.name) != "resume" ? old : right_files;
             Row row{name, page.calls, 0, 0, 0, 0};
             constexpr std::uint64_t thinned = 4;
             auto const step = all ? 1 : std::max<std::uint64_t>(1, row.last / thinned);
             for (bool const alone : {true, false})
                 for (std::uint64_t k = 1; k <= row.last; k += step) {
-                    auto const& before = k / step % 2 == 0 ? old : Files{};
-                    prepare(before);
+                    bool const from_old = k / step % 2 == 0;
+                    prepare(from_old ? old : Files{});
                     order(k, alone);
                     auto const ended = driver.run(command.words);
                     ++row.runs;
-                    auto what = fault(ended, right, files_of(files), right_files, before);
+                    auto what = fault(ended, right, files_of(files), right_files, from_old ? old_files : Files{});
                     if (what.empty() && files_of(in) != inputs) what = "an input changed";
                     if (what.empty()) {
                         ++(ended.status == 0 ? row.right : row.refused);
