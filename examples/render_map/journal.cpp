@@ -104,7 +104,7 @@ report::MadeFrom made_from(Options const& options, std::vector<fs::path> const& 
     return result;
 }
 
-Journal::Journal(fs::path const& folder, report::MadeFrom const& made_from, std::size_t frames)
+Journal::Journal(fs::path const& folder, report::MadeFrom const& made_from, std::size_t frames, Names const& names)
     : path_(folder / journal_file), folder_(folder), found_(frames), rendered_(frames)
 {
     auto const refuse = [&](std::string const& why) {
@@ -134,19 +134,22 @@ Journal::Journal(fs::path const& folder, report::MadeFrom const& made_from, std:
     // A line that was only partly written has no line break at its end.
     while (std::getline(in, line)) {
         begins_line_ = !in.eof();
-        if (begins_line_) read_line(line);
+        if (begins_line_) read_line(line, names);
     }
     while (rendered_ != 0 && found_[rendered_ - 1]) --rendered_;
     taken_over_ = static_cast<std::size_t>(std::count_if(found_.begin(), found_.end(), [](auto const& frame) { return frame.has_value(); }));
 }
 
-/// Ignores a damaged line and a line whose files have changed: their frames are rendered again.
-void Journal::read_line(std::string const& line)
+/// Ignores a damaged line, a line with other files than this run writes and a line whose files have changed: their frames are rendered again.
+void Journal::read_line(std::string const& line, Names const& names)
 {
     try {
         auto const json = Json::parse(line);
         auto const number = json.at("frame").get<std::size_t>();
         if (number >= found_.size()) return;
+        std::vector<std::string> named;
+        for (auto const& file : json.at("files")) named.push_back(file.at("name").get<std::string>());
+        if (named != names(number)) return;
         for (auto const& file : json.at("files")) {
             auto const path = folder_ / file.at("name").get<std::string>();
             std::error_code refused;

@@ -134,6 +134,14 @@ std::string frame_file(std::size_t frame, std::string const& extension)
     return "frame_" + digits + extension;
 }
 
+std::vector<std::string> picture_files(Options const& options, std::size_t frame)
+{
+    std::vector<std::string> names;
+    for (auto const& picture : pictures)
+        if (picture.is_wanted(options)) names.push_back(frame_file(frame, std::string(picture.extension)));
+    return names;
+}
+
 std::string follow_file(std::uint32_t id)
 {
     return "follow_" + std::to_string(id) + ".csv";

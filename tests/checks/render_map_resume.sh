@@ -173,4 +173,19 @@ small="--size 64x48 --grid 4x3 --threads 2 --quiet"
     refuses "that is the file of the list of finished frames" map.ply $small --out new --resume --report new/resume.jsonl
 }
 
+# A line counts only with the pictures that its frame has in this run.
+# shellcheck disable=SC2086
+{
+    small="map.ply --size 64x48 --grid 4x3 --threads 2 --orbit 1 --frames 2"
+    runs $small --quiet --out named --resume
+    cp -r named before_named
+    for change in 's/"files":\[[^]]*\]/"files":[]/' 's/"name":"frame_0001.png"/"name":".\/frame_0001.png"/'; do
+        sed "3$change" before_named/resume.jsonl >named/resume.jsonl
+        cmp -s before_named/resume.jsonl named/resume.jsonl && fail "$change changes nothing"
+        runs $small --out named --resume
+        has stdout "^1 of 2 frames were there from an earlier run"
+        same before_named/frame_0001.png named/frame_0001.png
+    done
+}
+
 finish
