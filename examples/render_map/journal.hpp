@@ -17,7 +17,8 @@ namespace render_map {
 inline constexpr char const* journal_file = "resume.jsonl";
 
 /// Everything that determines the frames of this run: the version, the options that change a frame, and the bytes of every file
-/// in `read`. Throws `tilemesh::Error` for a file that cannot be read twice. Cost: reads every file once more.
+/// in `read`. The order of the options and of the files does not count. Throws `tilemesh::Error` for a file that cannot be read
+/// twice. Cost: reads every file once more.
 tilemesh::report::MadeFrom made_from(Options const& options, std::vector<std::filesystem::path> const& read);
 
 /// The finished frames of this run and of earlier, interrupted runs.

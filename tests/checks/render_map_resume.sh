@@ -188,4 +188,25 @@ small="--size 64x48 --grid 4x3 --threads 2 --quiet"
     done
 }
 
+# The order and the folders of the files do not count, their names and bytes do.
+# shellcheck disable=SC2086
+{
+    small="--size 64x48 --grid 4x3 --threads 2 --frames 2"
+    cp map.ply m.ply
+    runs --trajectory walk.tum $small m.ply --out spelled --resume --quiet
+    runs ./m.ply $small --trajectory "$PWD/walk.tum" --out spelled --resume
+    has stdout "^2 of 2 frames were there from an earlier run"
+    cp walk.tum stroll.tum
+    refuses "(stroll.tum was not among its files)" m.ply $small --trajectory stroll.tum --out spelled --resume
+    echo '# other' >>m.ply
+    refuses "(m.ply has changed since)" --trajectory walk.tum $small m.ply --out spelled --resume
+    mkdir sparse
+    echo '1 PINHOLE 64 48 60 60 32 24' >sparse/cameras.txt
+    printf '1 1 0 0 0 0 0 3 1 a\n\n' >sparse/images.txt
+    runs map.ply --grid 4x3 --cameras sparse/images.txt --out model --resume --report model.json --quiet
+    [ "$(head -n 1 model/resume.jsonl | grep -o images.txt | wc -l)" -eq 1 ] || fail "images.txt is listed twice"
+    runs map.ply --grid 4x3 --cameras sparse --out model --resume
+    has stdout "^1 of 1 frames were there from an earlier run"
+}
+
 finish
