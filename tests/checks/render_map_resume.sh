@@ -209,4 +209,10 @@ small="--size 64x48 --grid 4x3 --threads 2 --quiet"
     has stdout "^1 of 1 frames were there from an earlier run"
 }
 
+# A file that cannot be looked at is not left out.
+printf '%s' '{"cameras": [{"scene": "map", "name": "a", "width": 64, "height": 48, "fx": 60, "fy": 60, "cx": 32, "cy": 24,
+    "world_to_camera": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 3], [0, 0, 0, 1]]}]}' >cameras.txt
+ln -s images.txt images.txt
+refuses "cannot take the digest of images.txt" map.ply --grid 4x3 --cameras cameras.txt --out ring --resume
+
 finish
