@@ -18,6 +18,7 @@
 #include <tilemesh/report/json.hpp>
 #include <tilemesh/report/whole_file.hpp>
 #include <tilemesh/splat/camera.hpp>
+#include <tuple>
 #include <utility>
 
 namespace render_map {
@@ -65,7 +66,17 @@ std::string line_of(Json const& json)
     return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-/// One clause: the first difference between what the frames of `then` and of `now` are made from.
+/// The names, sizes and digests of a run's files. A frame may be called after a file, but not after its folder.
+std::vector<std::tuple<std::string, std::uint64_t, std::string>> files_of(Json const& run)
+{
+    std::vector<std::tuple<std::string, std::uint64_t, std::string>> files;
+    for (auto const& file : run.at("files"))
+        files.emplace_back(fs::path(file.at("path").get<std::string>()).filename().string(), file.at("bytes").get<std::uint64_t>(),
+                           file.at("digest").get<std::string>());
+    return files;
+}
+
+/// One clause: the first difference between what the frames of `then` and of `now` are made from; empty if there is none.
 std::string difference(Json const& then, Json const& now)
 {
     if (then.at("version") != now.at("version"))
@@ -79,10 +90,15 @@ std::string difference(Json const& then, Json const& now)
     };
     if (then.at("options") != now.at("options"))
         return "its frames were rendered" + alone(then, now, " with") + alone(now, then, " without");
-    for (std::size_t i = 0; i < now.at("files").size(); ++i)
-        if (i >= then.at("files").size() || then.at("files")[i] != now.at("files")[i])
-            return one_line(now.at("files")[i].at("path").get<std::string>(), 200) + " has changed since";
-    return "its frames were rendered from more files";
+    auto const was = files_of(then), is = files_of(now);
+    for (auto const& file : is)
+        if (std::find(was.begin(), was.end(), file) == was.end()) {
+            auto const known = std::any_of(was.begin(), was.end(), [&](auto const& other) { return std::get<0>(other) == std::get<0>(file); });
+            return one_line(std::get<0>(file), 200) + (known ? " has changed since" : " was not among its files");
+        }
+    for (auto const& file : was)
+        if (std::find(is.begin(), is.end(), file) == is.end()) return one_line(std::get<0>(file), 200) + " was among its files";
+    return "";
 }
 
 } // namespace
@@ -101,10 +117,14 @@ report::MadeFrom made_from(Options const& options, std::vector<fs::path> const& 
                         " (--resume reads every file twice, and that one is no regular file or cannot be read); leave out --resume");
         result.files.push_back({file.string(), contents->bytes, contents->digest});
     }
+    auto const key = [](auto const& file) { return std::tuple(fs::path(file.path).filename(), file.bytes, file.digest); };
+    std::sort(result.files.begin(), result.files.end(), [&](auto const& a, auto const& b) { return key(a) < key(b); });
+    result.files.erase(std::unique(result.files.begin(), result.files.end(), [&](auto const& a, auto const& b) { return key(a) == key(b); }),
+                       result.files.end());
     return result;
 }
 
-Journal::Journal(fs::path const& folder, report::MadeFrom const& made_from, std::size_t frames)
+Journal::Journal(fs::path const& folder, report::MadeFrom const& made_from, std::size_t frames, Names const& names)
     : path_(folder / journal_file), folder_(folder), found_(frames), rendered_(frames)
 {
     auto const refuse = [&](std::string const& why) {
@@ -129,24 +149,27 @@ Journal::Journal(fs::path const& folder, report::MadeFrom const& made_from, std:
             why = difference(Json::parse(line), Json::parse(head_line));
         } catch (nlohmann::json::exception const&) { // the text above says it
         }
-        refuse(why);
+        if (!why.empty()) refuse(why);
     }
     // A line that was only partly written has no line break at its end.
     while (std::getline(in, line)) {
         begins_line_ = !in.eof();
-        if (begins_line_) read_line(line);
+        if (begins_line_) read_line(line, names);
     }
     while (rendered_ != 0 && found_[rendered_ - 1]) --rendered_;
     taken_over_ = static_cast<std::size_t>(std::count_if(found_.begin(), found_.end(), [](auto const& frame) { return frame.has_value(); }));
 }
 
-/// Ignores a damaged line and a line whose files have changed: their frames are rendered again.
-void Journal::read_line(std::string const& line)
+/// Ignores a damaged line, a line with other files than this run writes and a line whose files have changed: their frames are rendered again.
+void Journal::read_line(std::string const& line, Names const& names)
 {
     try {
         auto const json = Json::parse(line);
         auto const number = json.at("frame").get<std::size_t>();
         if (number >= found_.size()) return;
+        std::vector<std::string> named;
+        for (auto const& file : json.at("files")) named.push_back(file.at("name").get<std::string>());
+        if (named != names(number)) return;
         for (auto const& file : json.at("files")) {
             auto const path = folder_ / file.at("name").get<std::string>();
             std::error_code refused;

@@ -3,6 +3,7 @@
 #include "shots.hpp"
 #include <cstddef>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <tilemesh/report/run_report.hpp>
@@ -16,18 +17,23 @@ namespace render_map {
 inline constexpr char const* journal_file = "resume.jsonl";
 
 /// Everything that determines the frames of this run: the version, the options that change a frame, and the bytes of every file
-/// in `read`. Throws `tilemesh::Error` for a file that cannot be read twice. Cost: reads every file once more.
+/// in `read`. The order of the options and of the files does not count. Throws `tilemesh::Error` for a file that cannot be read
+/// twice. Cost: reads every file once more.
 tilemesh::report::MadeFrom made_from(Options const& options, std::vector<std::filesystem::path> const& read);
 
 /// The finished frames of this run and of earlier, interrupted runs.
 ///
-/// This run takes over a frame if its line is complete and its files have the size and digest in that line. Digests have 64
+/// This run takes over a frame if its line is complete, names the files that the frame gets in this run, and these files have the
+/// size and digest in that line. Digests have 64
 /// bits: they find accidental damage, not deliberate changes.
 class Journal {
 public:
+    /// The names of a frame's files, in the order in which `add` gets them.
+    using Names = std::function<std::vector<std::string>(std::size_t frame)>;
+
     /// Reads the list of earlier runs in `folder`, or starts one. Throws `tilemesh::Error` if an earlier run was made from
     /// something else, and leaves its frames as they are. Cost: reads the files of all frames in the list.
-    Journal(std::filesystem::path const& folder, tilemesh::report::MadeFrom const& made_from, std::size_t frames);
+    Journal(std::filesystem::path const& folder, tilemesh::report::MadeFrom const& made_from, std::size_t frames, Names const& names);
 
     /// How a frame gets into the report.
     enum class Way {
@@ -45,7 +51,7 @@ public:
     void add(std::size_t frame, tilemesh::report::RunFrame const& report, std::vector<std::filesystem::path> const& files);
 
 private:
-    void read_line(std::string const& line);
+    void read_line(std::string const& line, Names const& names);
     std::filesystem::path path_, folder_;
     std::vector<std::optional<tilemesh::report::RunFrame>> found_;
     bool begins_line_ = true; ///< the file ends with a line break

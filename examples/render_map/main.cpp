@@ -250,7 +250,7 @@ int run(Options const& options)
     if (options.resume) {
         progress.say("looking for finished frames");
         result.made_from = render_map::made_from(options, render_map::files_read(options));
-        journal.emplace(out, result.made_from, shots.size());
+        journal.emplace(out, result.made_from, shots.size(), [&](std::size_t frame) { return render_map::picture_files(options, frame); });
     }
 
     auto* const tracing = trace ? &*trace : nullptr;

@@ -383,9 +383,11 @@ Options parse_options(std::span<char const* const> words)
             throw Error(std::string(name) + " has no value (it takes " + std::string(option->value) +
                         "); write it behind the option, or behind = where it begins with --");
         }
+        auto const inputs = result.inputs.size();
         option->set(result, option->name, text);
+        bool const is_input = result.inputs.size() != inputs;
         if (std::find(std::begin(beside_frames), std::end(beside_frames), option->name) == std::end(beside_frames))
-            result.shaping.push_back(std::string(option->name) + (option->value.empty() ? "" : "=" + std::string(text)));
+            result.shaping.push_back(std::string(option->name) + (option->value.empty() || is_input ? "" : "=" + std::string(text)));
         if (result.help || result.version) return result;
     }
 

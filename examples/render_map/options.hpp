@@ -39,7 +39,7 @@ struct Options {
     bool quiet = false;
     bool strict = false;                              ///< exit status 1 if a picture lacks records or copies
     bool resume = false;
-    std::vector<std::string> shaping;                 ///< "--size=64x48": every given option that may change a frame
+    std::vector<std::string> shaping;                 ///< "--size=64x48": every given option that may change a frame; without its value if that is an input
     std::vector<std::filesystem::path> inputs;        ///< every input path above, as the user gave it
     bool help = false;
     bool version = false;

@@ -134,6 +134,14 @@ std::string frame_file(std::size_t frame, std::string const& extension)
     return "frame_" + digits + extension;
 }
 
+std::vector<std::string> picture_files(Options const& options, std::size_t frame)
+{
+    std::vector<std::string> names;
+    for (auto const& picture : pictures)
+        if (picture.is_wanted(options)) names.push_back(frame_file(frame, std::string(picture.extension)));
+    return names;
+}
+
 std::string follow_file(std::uint32_t id)
 {
     return "follow_" + std::to_string(id) + ".csv";
@@ -156,8 +164,12 @@ std::vector<fs::path> files_read(Options const& options)
         auto const [cameras, images] = tilemesh::scene::colmap_files(*options.cameras);
         files.insert(files.end(), {cameras, images});
     }
-    std::error_code ignored; // a folder is named for the files in it; one of those that a model may have need not be there
-    std::erase_if(files, [&](fs::path const& file) { return fs::is_directory(file, ignored) || !fs::exists(file, ignored); });
+    // A folder is named for the files in it; one of those that a model may have need not be there. A file that cannot be looked at stays.
+    std::erase_if(files, [](fs::path const& file) {
+        std::error_code refused;
+        auto const type = fs::status(file, refused).type();
+        return type == fs::file_type::directory || type == fs::file_type::not_found;
+    });
     return files;
 }
 

@@ -18,6 +18,9 @@ std::string frame_file(std::size_t frame, std::string const& extension);
 /// extension that the options do not ask for throws `std::logic_error`.
 std::filesystem::path frame_path(Options const& options, std::size_t frame, std::string const& extension);
 
+/// The names of the pictures of a frame, in the order in which they are written.
+std::vector<std::string> picture_files(Options const& options, std::size_t frame);
+
 /// "follow_17.csv" for --follow 17.
 std::string follow_file(std::uint32_t id);
 

@@ -33,19 +33,25 @@ using tilemesh::TileMap;
 using Pairs = std::vector<std::pair<std::string, std::string>>;
 using Rows = std::vector<std::vector<std::string>>;
 
-/// What `read` makes of a file.
+/// What `read` makes of a regular file. Opens no pipe and no device: they wait, or never end.
 template <class Model>
 Model load_model(std::filesystem::path const& file, Model (*read)(std::istream&, std::string const&), char const* what,
                  char const* remedy)
 {
+    namespace fs = std::filesystem;
+    auto const refuse = [&](std::string const& why) {
+        throw tilemesh::Error("cannot read the " + std::string(what) + " " + file.string() + " (" + why + "); " + remedy);
+    };
     std::error_code refused;
+    auto const status = fs::status(file, refused);
+    if (refused == std::errc::not_enough_memory) throw std::bad_alloc();
+    if (refused) refuse(refused.message());
+    if (fs::is_directory(status)) refuse("it is a directory");
+    if (!fs::is_regular_file(status)) refuse("it is a pipe or a device");
     errno = 0;
     std::ifstream in(file, std::ios::binary);
     if (!in && errno == ENOMEM) throw std::bad_alloc();
-    if (!in || std::filesystem::is_directory(file, refused))
-        throw tilemesh::Error("cannot read the " + std::string(what) + " " + file.string() + " (" +
-                              (errno != 0 ? std::generic_category().message(errno) : std::string("it is a directory")) +
-                              "); " + remedy);
+    if (!in) refuse(std::generic_category().message(errno));
     return read(in, file.string());
 }
 

@@ -19,10 +19,10 @@ fail() {
 }
 skip() { echo "skipped: $*"; }
 
-# run ARGUMENTS...: the program's status; 124 where it hangs.
+# run ARGUMENTS...: the program's status; 124 where it hangs, 137 where it does not end at SIGTERM either.
 run() (
     [ -z "$address_space_kib" ] || ulimit -v "$address_space_kib"
-    exec timeout 120 "$program" "$@" </dev/null
+    exec timeout -k 5 120 "$program" "$@" </dev/null
 )
 
 # The line on standard error if pictures lack something.

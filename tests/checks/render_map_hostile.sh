@@ -71,6 +71,8 @@ for device in /dev/zero /dev/null pipe; do
     refuses "$device" $device
     refuses "$device" --cameras $device
     refuses "$device" --trajectory $device
+    refuses "cannot read the cost model $device (it is a pipe or a device)" --trace refused --cost-model $device
+    refuses "cannot read the energy model $device (it is a pipe or a device)" --trace refused --energy $device
 done
 
 # --- cameras -----------------------------------------------------------------------------------

@@ -173,4 +173,46 @@ small="--size 64x48 --grid 4x3 --threads 2 --quiet"
     refuses "that is the file of the list of finished frames" map.ply $small --out new --resume --report new/resume.jsonl
 }
 
+# A line counts only with the pictures that its frame has in this run.
+# shellcheck disable=SC2086
+{
+    small="map.ply --size 64x48 --grid 4x3 --threads 2 --orbit 1 --frames 2"
+    runs $small --quiet --out named --resume
+    cp -r named before_named
+    for change in 's/"files":\[[^]]*\]/"files":[]/' 's/"name":"frame_0001.png"/"name":".\/frame_0001.png"/'; do
+        sed "3$change" before_named/resume.jsonl >named/resume.jsonl
+        cmp -s before_named/resume.jsonl named/resume.jsonl && fail "$change changes nothing"
+        runs $small --out named --resume
+        has stdout "^1 of 2 frames were there from an earlier run"
+        same before_named/frame_0001.png named/frame_0001.png
+    done
+}
+
+# The order and the folders of the files do not count, their names and bytes do.
+# shellcheck disable=SC2086
+{
+    small="--size 64x48 --grid 4x3 --threads 2 --frames 2"
+    cp map.ply m.ply
+    runs --trajectory walk.tum $small m.ply --out spelled --resume --quiet
+    runs ./m.ply $small --trajectory "$PWD/walk.tum" --out spelled --resume
+    has stdout "^2 of 2 frames were there from an earlier run"
+    cp walk.tum stroll.tum
+    refuses "(stroll.tum was not among its files)" m.ply $small --trajectory stroll.tum --out spelled --resume
+    echo '# other' >>m.ply
+    refuses "(m.ply has changed since)" --trajectory walk.tum $small m.ply --out spelled --resume
+    mkdir sparse
+    echo '1 PINHOLE 64 48 60 60 32 24' >sparse/cameras.txt
+    printf '1 1 0 0 0 0 0 3 1 a\n\n' >sparse/images.txt
+    runs map.ply --grid 4x3 --cameras sparse/images.txt --out model --resume --report model.json --quiet
+    [ "$(head -n 1 model/resume.jsonl | grep -o images.txt | wc -l)" -eq 1 ] || fail "images.txt is listed twice"
+    runs map.ply --grid 4x3 --cameras sparse --out model --resume
+    has stdout "^1 of 1 frames were there from an earlier run"
+}
+
+# A file that cannot be looked at is not left out.
+printf '%s' '{"cameras": [{"scene": "map", "name": "a", "width": 64, "height": 48, "fx": 60, "fy": 60, "cx": 32, "cy": 24,
+    "world_to_camera": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 3], [0, 0, 0, 1]]}]}' >cameras.txt
+ln -s images.txt images.txt
+refuses "cannot take the digest of images.txt" map.ply --grid 4x3 --cameras cameras.txt --out ring --resume
+
 finish

@@ -2,12 +2,14 @@
 #include <chrono>
 #include <cstdio>
 #include <doctest/doctest.h>
+#include <fcntl.h>
 #include <filesystem>
 #include <fstream>
 #include <string>
 #include <sys/stat.h>
 #include <tilemesh/error.hpp>
 #include <tilemesh/report/distinct_files.hpp>
+#include <unistd.h>
 
 namespace {
 
@@ -96,6 +98,27 @@ TEST_CASE("a folder's files are looked at one by one, and only those that will b
     DistinctFiles files;
     CHECK_THROWS_WITH_AS(files.write_into(folder.path / "absent", is_picture, "a picture", "go away"), doctest::Contains("cannot look into"),
                          tilemesh::Error);
+}
+
+TEST_CASE("a folder whose list of names breaks off is refused")
+{
+    Folder const folder;
+    std::ofstream(folder.written / "a.png") << "an older picture";
+    struct stat own {};
+    REQUIRE(stat(folder.written.c_str(), &own) == 0);
+    // In the middle of the list, the descriptor of the folder becomes one of /dev/null, which has no names.
+    auto const break_off = [&](std::string const&) {
+        int const other = open("/dev/null", O_RDONLY);
+        for (int descriptor = 0; descriptor < 256; ++descriptor) {
+            struct stat each {};
+            if (fstat(descriptor, &each) == 0 && each.st_dev == own.st_dev && each.st_ino == own.st_ino) dup2(other, descriptor);
+        }
+        close(other);
+        return false;
+    };
+    DistinctFiles files;
+    CHECK_THROWS_WITH_AS(files.write_into(folder.written, break_off, "a picture", "name another directory"),
+                         doctest::Contains("cannot look into"), tilemesh::Error);
 }
 
 TEST_CASE("no two files have one name, there or not")

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <new>
 #include <set>
 #include <string>
 #include <sys/stat.h>
@@ -62,27 +63,22 @@ public:
                     std::string const& remedy)
     {
         namespace fs = std::filesystem;
-        std::error_code refused;
         auto const status = find(folder);
-        fs::directory_iterator entry(folder, refused);
-        if (!status || refused)
-            throw Error("cannot look into " + folder.string() + " (" + refused.message() + "); " + remedy);
+        auto const names = written_names(folder, is_written, remedy);
+        if (!status) throw Error("cannot look into " + folder.string() + " (it is gone); " + remedy);
         folders_.push_back({id_of(*status), std::move(is_written), what});
         auto const& own = folders_.back();
         for (auto const& [place, other] : written_)
             if (place.folder == own.id && own.is_written(place.name)) refuse(other, what + " of this run has that name");
-        std::set<std::string> links; // names that differ in capital letters only count once
-        for (; entry != fs::directory_iterator(); entry.increment(refused)) {
-            if (refused) throw Error("cannot look into " + folder.string() + " (" + refused.message() + "); " + remedy);
-            auto const name = folded(entry->path().filename().string());
-            if (!own.is_written(name)) continue;
+        for (auto const& name : names) {
             Target const target{folder / name, what, remedy};
             struct stat self {};
             if (lstat(target.path.c_str(), &self) != 0) continue; // only a name with other capital letters exists
             check_content(target);
-            if (auto const type = fs::status(target.path, refused).type(); type == fs::file_type::fifo || type == fs::file_type::socket)
+            std::error_code ignored; // a link that leads nowhere is no pipe
+            if (auto const type = fs::status(target.path, ignored).type(); type == fs::file_type::fifo || type == fs::file_type::socket)
                 refuse(target, "it is a pipe or a socket, and a write would wait for its reader");
-            if (!S_ISLNK(self.st_mode) || !links.insert(name).second) continue;
+            if (!S_ISLNK(self.st_mode)) continue;
             auto const place = place_of(target);
             if (!is_device(target.path))
                 for (auto const& each : folders_)
@@ -136,6 +132,26 @@ private:
     [[noreturn]] static void refuse(Target const& target, std::string const& why)
     {
         throw Error("cannot write " + target.what + " to " + target.path.string() + " (" + why + "); " + target.remedy);
+    }
+
+    /// The names in `folder` that `is_written` accepts, in lower-case ASCII: names that differ in capital letters only are one.
+    static std::set<std::string> written_names(std::filesystem::path const& folder, std::function<bool(std::string const&)> const& is_written,
+                                               std::string const& remedy)
+    {
+        std::error_code refused;
+        auto const check = [&] {
+            if (refused == std::errc::not_enough_memory) throw std::bad_alloc();
+            if (refused) throw Error("cannot look into " + folder.string() + " (" + refused.message() + "); " + remedy);
+        };
+        std::set<std::string> names;
+        std::filesystem::directory_iterator entry(folder, refused);
+        check();
+        while (entry != std::filesystem::directory_iterator()) {
+            if (auto name = folded(entry->path().filename().string()); is_written(name)) names.insert(std::move(name));
+            entry.increment(refused); // an error makes it the end, too
+            check();
+        }
+        return names;
     }
 
     void check_content(Target const& target) const

@@ -29,7 +29,7 @@ struct MadeFrom {
         std::string digest;                        ///< of its bytes
     };
     std::string version;                           ///< of the program; empty: not recorded
-    std::vector<std::string> options;              ///< the options that change a frame, sorted
+    std::vector<std::string> options;              ///< the options that change a frame, sorted; input files are in `files` only
     std::vector<File> files;                       ///< every input file
 };
 
