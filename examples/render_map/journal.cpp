@@ -10,6 +10,7 @@
 #include <cstring>
 #include <fstream>
 #include <memory>
+#include <new>
 #include <nlohmann/json.hpp>
 #include <span>
 #include <string_view>
@@ -30,21 +31,30 @@ namespace report = tilemesh::report;
 using Json = nlohmann::ordered_json;
 using tilemesh::Error;
 
-/// The size of a file and the digest of its bytes; empty if it is no regular file or cannot be read to its end.
+/// The size of a file and the digest of its bytes.
 struct Contents {
     std::uint64_t bytes = 0;
     std::string digest;
 };
+/// Empty if there is no such file, or no regular one. Throws `Error` with the system's reason if it cannot be read.
 std::optional<Contents> contents_of(fs::path const& path)
 {
     std::error_code refused;
     if (!fs::is_regular_file(path, refused)) return {};
-    std::ifstream in(path, std::ios::binary);
+    auto const fail = [&] {
+        if (errno == ENOMEM) throw std::bad_alloc();
+        throw Error("cannot take the digest of " + path.string() + " (" + std::generic_category().message(errno != 0 ? errno : EIO) +
+                    "); make it readable, or leave out --resume");
+    };
+    errno = 0;
+    std::unique_ptr<std::FILE, int (*)(std::FILE*)> const in(std::fopen(path.c_str(), "rb"), std::fclose);
+    if (!in) fail();
     std::vector<char> block(1u << 20);
     std::uint64_t bytes = 0, h = 0x9e3779b97f4a7c15u; // any start that is not 0
-    while (in) {
-        in.read(block.data(), static_cast<std::streamsize>(block.size()));
-        auto const n = static_cast<std::size_t>(in.gcount());
+    for (std::size_t n = block.size(); n == block.size();) {
+        errno = 0;
+        n = std::fread(block.data(), 1, block.size(), in.get());
+        if (std::ferror(in.get()) != 0) fail();
         std::fill(block.begin() + static_cast<std::ptrdiff_t>(n), block.end(), '\0'); // zeros fill the last word; the size is known
         for (std::size_t i = 0; i < n; i += 8) {
             std::uint64_t word = 0;
@@ -55,7 +65,6 @@ std::optional<Contents> contents_of(fs::path const& path)
         }
         bytes += n;
     }
-    if (in.bad() || !in.eof()) return {};
     std::array<char, 16> digits{};
     auto const end = std::to_chars(digits.data(), digits.data() + digits.size(), h, 16).ptr;
     return Contents{bytes, {digits.data(), end}};
@@ -114,7 +123,7 @@ report::MadeFrom made_from(Options const& options, std::vector<fs::path> const& 
         auto const contents = contents_of(file);
         if (!contents)
             throw Error("cannot take the digest of " + file.string() +
-                        " (--resume reads every file twice, and that one is no regular file or cannot be read); leave out --resume");
+                        " (--resume reads every file twice, and that one is no regular file); leave out --resume");
         result.files.push_back({file.string(), contents->bytes, contents->digest});
     }
     auto const key = [](auto const& file) { return std::tuple(fs::path(file.path).filename(), file.bytes, file.digest); };
@@ -140,9 +149,20 @@ Journal::Journal(fs::path const& folder, report::MadeFrom const& made_from, std:
         return;
     }
     if (!fs::is_regular_file(path_, refused)) refuse(path_.string() + " is no regular file");
+    errno = 0;
     std::ifstream in(path_, std::ios::binary);
+    if (!in.is_open() && errno == ENOMEM) throw std::bad_alloc();
+    in.exceptions(std::ios::badbit); // lack of memory, or of a readable disk, is not the end of the list
     std::string line;
-    if (!std::getline(in, line)) refuse(path_.string() + " is empty or cannot be read");
+    auto const next_line = [&] {
+        try {
+            return static_cast<bool>(std::getline(in, line));
+        } catch (std::ios_base::failure const&) {
+            refuse(path_.string() + " cannot be read");
+            return false;
+        }
+    };
+    if (!next_line()) refuse(path_.string() + " is empty");
     if (line + "\n" != head_line) {
         std::string why = path_.string() + " is not the list of frames that this version writes";
         try {
@@ -152,7 +172,7 @@ Journal::Journal(fs::path const& folder, report::MadeFrom const& made_from, std:
         if (!why.empty()) refuse(why);
     }
     // A line that was only partly written has no line break at its end.
-    while (std::getline(in, line)) {
+    while (next_line()) {
         begins_line_ = !in.eof();
         if (begins_line_) read_line(line, names);
     }
@@ -200,7 +220,7 @@ void Journal::add(std::size_t frame, report::RunFrame const& report, std::vector
     json["files"] = Json::array();
     for (auto const& file : files) {
         auto const contents = contents_of(file);
-        if (!contents) throw Error("cannot read " + file.string() + " again (this run has written it); write to another disk with --out");
+        if (!contents) throw Error("cannot read " + file.string() + " again (it is no regular file); leave out --resume");
         json["files"].push_back({{"name", file.filename().string()}, {"bytes", contents->bytes}, {"digest", contents->digest}});
     }
     report::RunReport run;

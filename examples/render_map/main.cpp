@@ -262,7 +262,8 @@ int run(Options const& options)
             try {
                 note_missing(result);
                 result.notes.push_back("stopped after frame " + std::to_string(result.frames.size()) + " of " +
-                                       std::to_string(shots.size()) + ": " + error.what());
+                                       std::to_string(shots.size()) + ": " +
+                                       (dynamic_cast<std::bad_alloc const*>(&error) != nullptr ? "not enough memory" : error.what()));
                 if (options.report) report::write_json(*options.report, result, render_map::outlasts(options));
                 if (trace) trace->finish(result);
             } catch (std::exception const&) { // the first error is the one to tell
