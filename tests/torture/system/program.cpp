@@ -285,6 +285,8 @@ try {
                     ++row.runs;
                     auto what = fault(ended, right, files_of(files), right_files, from_old ? old_files : Files{});
                     if (what.empty() && files_of(in) != inputs) what = "an input changed";
+                    if (what.empty() && page.kind == Kind::memory && right.status == 0 && ended.status == 2 && ended.err.find("memory") == std::string::npos)
+                        what = "lack of memory is told as something else: " + ended.err;
                     if (what.empty()) {
                         ++(ended.status == 0 ? row.right : row.refused);
                     } else if (++row.wrong <= 5) {
