@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <tilemesh/report/string_stream.hpp>
 #include <tilemesh/report/table.hpp>
 #include <tilemesh/splat/fitted.hpp>
 #include <tilemesh/splat/quality.hpp>

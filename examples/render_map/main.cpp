@@ -29,6 +29,7 @@
 #include <tilemesh/report/frame_report.hpp>
 #include <tilemesh/report/image_file.hpp>
 #include <tilemesh/report/json.hpp>
+#include <tilemesh/report/string_stream.hpp>
 #include <tilemesh/report/table.hpp>
 #include <tilemesh/scene/built_in.hpp>
 #include <tilemesh/scene/ply.hpp>

@@ -86,8 +86,10 @@ void check_distinct(Options const& options, fs::path const& out, std::size_t fra
     for (auto const& file : files_read(options)) files.read(file);
     if (!options.quiet || options.explain) files.write_stream(STDOUT_FILENO, "standard output", "send it to another file, or use --quiet");
     files.write_stream(STDERR_FILENO, "standard error", "send it to another file");
+    using Devices = tilemesh::report::DistinctFiles::Devices;
     files.write_into(
-        out, [&](std::string const& name) { return is_picture(name, options, frames); }, "a picture", "name another directory with --out");
+        out, [&](std::string const& name) { return is_picture(name, options, frames); }, "a picture", "name another directory with --out",
+        options.resume ? Devices::refused : Devices::allowed);
     if (options.trace)
         files.write_into(
             *options.trace, [&](std::string const& name) { return is_of_trace(name, options, frames); }, "a file of the trace",

@@ -32,7 +32,7 @@ extern "C" void note_interrupt(int signal)
     errno = before;
 }
 
-// Set by the first allocation that fails: the runtime may have no memory for an exception.
+// Set by the first allocation that fails: the runtime may have no memory for an exception, and then terminates without one.
 std::atomic<bool> without_memory{false};
 
 [[noreturn]] void throw_bad_alloc()
@@ -40,9 +40,20 @@ std::atomic<bool> without_memory{false};
     without_memory = true;
     throw std::bad_alloc();
 }
+// Any other cause of std::terminate is a bug, which aborts.
 [[noreturn]] void end_at_once() noexcept
 {
-    if (!without_memory) std::abort();
+    bool is_memory = without_memory;
+    if (auto const error = std::current_exception()) {
+        try {
+            std::rethrow_exception(error);
+        } catch (std::bad_alloc const&) {
+            is_memory = true;
+        } catch (...) {
+            is_memory = false;
+        }
+    }
+    if (!is_memory) std::abort();
     _exit(refuse_for_memory());
 }
 

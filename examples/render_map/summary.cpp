@@ -10,6 +10,7 @@
 #include <string>
 #include <tilemesh/report/error_measures.hpp>
 #include <tilemesh/report/frame_report.hpp>
+#include <tilemesh/report/string_stream.hpp>
 #include <tilemesh/report/table.hpp>
 #include <vector>
 

@@ -20,6 +20,7 @@
 #include <tilemesh/report/frame_report.hpp>
 #include <tilemesh/report/heat_image.hpp>
 #include <tilemesh/report/plot.hpp>
+#include <tilemesh/report/string_stream.hpp>
 #include <tilemesh/report/table.hpp>
 #include <tilemesh/report/whole_file.hpp>
 

@@ -54,6 +54,7 @@
 #include <tilemesh/report/reference_double.hpp>
 #include <tilemesh/report/run_report.hpp>
 #include <tilemesh/report/stacked_bars.hpp>
+#include <tilemesh/report/string_stream.hpp>
 #include <tilemesh/report/table.hpp>
 #include <tilemesh/report/whole_file.hpp>
 #include <tilemesh/scene/built_in.hpp>

@@ -361,21 +361,25 @@ std::string Scenario::check(std::map<Features, Outputs>& known)
     Id stream;
     bool const to_file = appends && identify(out, stream);
     if (to_file && inputs.contains(stream)) clash = "standard output goes to an input";
-    auto const add = [&](fs::path const& path, bool may_be_pipe) {
+    enum class Reread { no, yes };
+    auto const add = [&](fs::path const& path, bool may_be_pipe, Reread reread = Reread::no) {
         std::error_code ring;
         auto const status = fs::status(folder_ / path, ring);
         auto const where = place(folder_ / path);
         if (where.empty()) clash = path.string() + " is in no folder";
         if (fs::is_directory(status)) clash = path.string() + " is a folder";
         if (fs::is_fifo(status) && !may_be_pipe) clash = path.string() + " is a pipe";
-        if (fs::is_character_file(status)) return;
+        if (fs::is_character_file(status)) {
+            if (reread == Reread::yes) clash = path.string() + " is a device";
+            return;
+        }
         if (identify(folder_ / path, id)) {
             if (inputs.contains(id)) clash = path.string() + " is an input";
             if (to_file && id == stream) clash = path.string() + " is standard output";
         }
         if (!written.emplace(where, path).second) clash = path.string() + " and " + written[where].string() + " are one file";
     };
-    for (auto const& [name, text] : expected.pictures) add(pictures / name, false);
+    for (auto const& [name, text] : expected.pictures) add(pictures / name, false, f.resume ? Reread::yes : Reread::no);
     for (auto const& [name, text] : expected.trace) add(trace / name, false);
     if (f.trace) add(trace / "no_progress.txt", false); // an old one is removed
     std::error_code ring;

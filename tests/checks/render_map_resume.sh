@@ -170,6 +170,8 @@ small="--size 64x48 --grid 4x3 --threads 2 --quiet"
     refuses "resume.jsonl" map.ply $small --out folder --resume
     refuses "both given" map.ply $small --resume --trace trace
     refuses "that name" map.ply $small --out made --resume --report made/frame_0000.png
+    mkdir device && ln -s /dev/null device/frame_0000.png
+    refuses "(it is a device, and this run reads its files again)" map.ply $small --out device --resume
     refuses "that is the file of the list of finished frames" map.ply $small --out new --resume --report new/resume.jsonl
 }
 

@@ -93,6 +93,12 @@ TEST_CASE("a folder's files are looked at one by one, and only those that will b
     REQUIRE(mkfifo(picture.c_str(), 0600) == 0);
     CHECK(says(refusal(folder, report), "it is a pipe or a socket"));
     fs::remove(picture);
+    fs::create_symlink("/dev/null", picture);
+    CHECK(refusal(folder, report) == "");
+    DistinctFiles read_again;
+    CHECK_THROWS_WITH_AS(read_again.write_into(folder.written, is_picture, "a picture", "go away", DistinctFiles::Devices::refused),
+                         doctest::Contains("it is a device"), tilemesh::Error);
+    fs::remove(picture);
     REQUIRE(mkfifo(report.c_str(), 0600) == 0);
     CHECK(refusal(folder, report) == "");
     DistinctFiles files;

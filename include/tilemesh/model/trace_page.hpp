@@ -16,6 +16,7 @@
 #include <tilemesh/report/html.hpp>
 #include <tilemesh/report/image.hpp>
 #include <tilemesh/report/image_file.hpp>
+#include <tilemesh/report/string_stream.hpp>
 #include <tilemesh/report/table.hpp>
 #include <tilemesh/report/whole_file.hpp>
 #include <utility>

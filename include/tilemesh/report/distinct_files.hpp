@@ -28,6 +28,9 @@ namespace tilemesh::report {
 /// The check does not see what happens to the files afterwards.
 class DistinctFiles {
 public:
+    /// May a device, such as /dev/null, have the name of a file that the program writes? Not if the program reads the file later.
+    enum class Devices { allowed, refused };
+
     /// A file that the program reads. A path without a file is ignored.
     void read(std::filesystem::path const& path)
     {
@@ -56,11 +59,12 @@ public:
         add(target, place);
     }
 
-    /// All files that the program will write into an existing folder. They may replace regular files, but no pipe and no socket.
+    /// All files that the program will write into an existing folder. They may replace regular files, but no pipe and no socket, and
+    /// a device only if `devices` allows it.
     /// `is_written(name)` tells whether the program writes a file of that name, given in lower-case ASCII. `what` names one file:
     /// "a picture". `remedy` ends the error: "name another directory with --out".
     void write_into(std::filesystem::path const& folder, std::function<bool(std::string const&)> is_written, std::string const& what,
-                    std::string const& remedy)
+                    std::string const& remedy, Devices devices = Devices::allowed)
     {
         namespace fs = std::filesystem;
         auto const status = find(folder);
@@ -78,6 +82,7 @@ public:
             std::error_code ignored; // a link that leads nowhere is no pipe
             if (auto const type = fs::status(target.path, ignored).type(); type == fs::file_type::fifo || type == fs::file_type::socket)
                 refuse(target, "it is a pipe or a socket, and a write would wait for its reader");
+            if (devices == Devices::refused && is_device(target.path)) refuse(target, "it is a device, and this run reads its files again");
             if (!S_ISLNK(self.st_mode)) continue;
             auto const place = place_of(target);
             if (!is_device(target.path))

@@ -3,7 +3,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <ostream>
-#include <sstream>
 #include <string>
 #include <string_view>
 #include <tilemesh/error.hpp>
@@ -19,12 +18,6 @@ inline std::string thousands(std::uint64_t number)
     for (std::size_t place = text.size(); place > 3; place -= 3) text.insert(place - 3, 1, ',');
     return text;
 }
-
-/// A stream into a string. Without memory it throws `std::bad_alloc`; a plain std::ostringstream would silently cut the text short.
-class StringStream : public std::ostringstream {
-public:
-    StringStream() { exceptions(std::ios::badbit); }
-};
 
 /// A small table for terminals: every column right-aligned and as wide as its widest cell, two
 /// spaces between columns, a rule under the headers. Width is counted in UTF-8 code points.

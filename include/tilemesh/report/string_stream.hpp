@@ -1,0 +1,13 @@
+#pragma once
+#include <ios>
+#include <sstream>
+
+namespace tilemesh::report {
+
+/// A stream into a string. Without memory it throws `std::bad_alloc`; a plain std::ostringstream would silently cut the text short.
+class StringStream : public std::ostringstream {
+public:
+    StringStream() { exceptions(std::ios::badbit); }
+};
+
+} // namespace tilemesh::report
