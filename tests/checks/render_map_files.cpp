@@ -317,6 +317,7 @@ std::string Scenario::check(std::map<Features, Outputs>& known)
             if (!fs::exists(fs::symlink_status(folder_ / path))) {
                 if (one_in(3)) {
                     auto const elsewhere = place_input(text, std::string("of_") + name);
+                    if (fs::exists(fs::symlink_status(folder_ / path))) return {}; // it took that name itself
                     fs::create_symlink(elsewhere.is_absolute() ? elsewhere : fs::path("..") / elsewhere, folder_ / path);
                 } else write(folder_ / path, text);
             } else return {}; // another input has that name
