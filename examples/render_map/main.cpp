@@ -336,8 +336,8 @@ int run_arguments(int argc, char** argv)
     } catch (std::filesystem::filesystem_error const& error) {
         return refuse("cannot use " + error.path1().string() + " (" + error.code().message() +
                       "); check the path and its permissions");
-    } catch (std::system_error const& error) {
-        return refuse(std::string("the system refused a resource (") + error.what() +
+    } catch (std::system_error const& error) { // of a thread: EAGAIN stands for too many threads and for too little memory
+        return refuse(std::string("the system refused a thread, or memory for it (") + error.what() +
                       "); choose fewer --threads or try again");
     } catch (std::exception const& error) {
         return refuse(std::string("render_map cannot go on (") + error.what() +
