@@ -11,14 +11,14 @@
 
 namespace tilemesh {
 
-/// A renderer whose setup was chosen at run time. This header holds no kernel of the frame program, so code that only uses such a
+/// A renderer whose setup is chosen at run time. This header contains no kernel of the frame program, so code that only uses such a
 /// renderer compiles quickly.
 class AnyRenderer {
 public:
     virtual ~AnyRenderer() = default;
     virtual RenderedFrame render(splat::Camera const& camera) = 0;
     virtual splat::Model& model() = 0;
-    /// Names the demand that the map was cut to. From now on `render` throws Error for a view that the demand was not made for, and
+    /// Names the demand to which the map was reduced. From now on `render` throws Error for a view that the demand does not cover, and it
     /// counts the records that were not loaded as parked.
     virtual void hold_to(scene::Demand const& demand) = 0;
     virtual Extent2 grid() = 0;                           ///< tiles of the last frame; call `render` first
@@ -28,12 +28,12 @@ public:
     virtual bool routes() const = 0;
     virtual bool blooms() const = 0;
 
-    std::uint32_t sh_degree() const { return facts().sh_degree; } ///< of a record
+    std::uint32_t sh_degree() const { return facts().sh_degree; } ///< degree of the harmonics in a record
     bool has_depth() const { return facts().has_depth; }          ///< planes beside the picture
     bool has_alpha() const { return facts().has_alpha; }
     std::uint32_t record_bytes() const { return facts().record_bytes; }
     std::uint32_t storage_slots() const { return facts().sizes.storage; }
-    /// Slots of one channel of bloom or, without bloom, of routing; 0 without both.
+    /// The slots of one bloom channel. Without bloom: of one routing channel. Without both: 0.
     std::uint32_t channel_slots() const { return blooms() ? facts().sizes.beam : routes() ? facts().sizes.road : 0; }
     std::vector<Region> const& ledger() const { return facts().ledger; }
 };

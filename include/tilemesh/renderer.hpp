@@ -10,22 +10,21 @@
 
 namespace tilemesh {
 
-/// Renders a map on a mesh of tiles, frame after frame: loads the map's records onto the tiles once, then runs the frame
-/// program for each camera. Records and copies stay on their tiles in between, so a small step moves little and a static view
-/// nothing.
+/// Renders a map on a mesh of tiles, frame after frame. It loads the map's records onto the tiles once, then runs the frame program for
+/// each camera. Records and copies stay on their tiles between frames. So a small step of the camera moves few records, and a static view
+/// moves none.
 ///
-/// `S` is a setup (splat/setup.hpp): machine, policies, sizes. `Engine` is Mesh or CheckedMesh, or PoplarMesh
-/// (poplar/poplar_mesh.hpp), which runs the program on an IPU. With
-/// `splat::Referenced<S>` the host moves references instead of records and projects each record once a view: the pictures and
-/// reports of S, in a fraction of the time. Its digests are those of the references, and differ from those of values. All setups by
-/// reference share the code of one renderer, except setups with planes, without routing or bloom, or with their own routing or blending.
+/// `S` is a setup (splat/setup.hpp): machine, policies, sizes. `Engine` is Mesh, CheckedMesh, or PoplarMesh (poplar/poplar_mesh.hpp), which
+/// runs the program on an IPU. With `splat::Referenced<S>` the host moves references instead of records, and projects each record once per
+/// view: pictures and reports are those of S, in a fraction of the time. Its digests are those of the references, so they differ from the
+/// digests of values. All setups by reference share the code of one renderer, with these exceptions: setups with planes, setups without
+/// routing or bloom, and setups with their own routing or blending.
 ///
-/// Errors: throws Error when the frame, the grid or the map does not fit the machine, or a limit is out of range. What finds no
-/// room while a frame runs is no error: it is listed in the frame's report by id and cause. With `Hold`, a record whose anchor
-/// tile is full is handed back to the host, which puts it onto the mesh again for the next view; with `Drop` it is gone, as on
-/// the paper's machine. Copies of an unplaced record that are left on other tiles are recalled by the host, and the frame is
-/// composited again, so that the picture shows a record whole or not at all. After an exception (std::bad_alloc, too), the next
-/// frame builds a new mesh and loads the map.
+/// Errors: it throws Error if the frame, the grid or the map does not fit the machine, or if a limit is out of range. A record that finds
+/// no room while a frame runs is not an error: the frame's report lists it by id and cause. With `Hold`, a record whose anchor tile is full
+/// goes back to the host, which puts it onto the mesh again for the next view. With `Drop` the record is lost, as on the paper's machine.
+/// If an unplaced record left copies on other tiles, the host recalls them and the frame is composited again, so that the picture shows a
+/// record whole or not at all. After an exception (also std::bad_alloc), the next frame builds a new mesh and loads the map.
 template <class S = splat::Lossless, template <class, class> class Engine = Mesh>
 class BasicRenderer
     : public render::FrameRenderer<splat::PoliciesOf<S>, Engine,
@@ -40,7 +39,7 @@ public:
     using Layout = Tile<Machine, splat::Frame<Value>, Value>; ///< a tile of the machine that S simulates
     using typename Core::EngineOptions;
 
-    /// `engine`: what the engine wants to know besides; threads and digest follow from `options`.
+    /// `engine`: the engine's other options. The renderer sets its threads and digest from `options`.
     explicit BasicRenderer(scene::Map const& map, RendererOptions options = {}, EngineOptions engine = {})
         : Core(map, render::facts_of<Value>(options), options, std::move(engine))
     {
@@ -51,8 +50,8 @@ public:
 using Renderer = BasicRenderer<splat::Referenced<splat::Lossless>>;
 
 namespace render {
-/// The policies of all setups by reference that route and bloom, use the library's blending and have no planes. They serve every preset
-/// on every machine, with records of any degree. The second set serves setups with a depth, an alpha, or both.
+/// The policies of all setups by reference that route and bloom, use the library's blending and have no planes. They serve every preset on
+/// every machine, with records of any degree. The second set serves setups with a depth plane, an alpha plane, or both.
 using HostPolicies = splat::PoliciesOf<splat::Referenced<splat::Lossless>>;
 using HostPoliciesWithPlanes =
     splat::PoliciesOf<splat::Referenced<splat::WithPixel<splat::Lossless, splat::WithAlpha<splat::WithDepth<splat::FloatPixel>>>>>;

@@ -35,7 +35,7 @@ struct TileSums {
     }
 };
 
-/// The report of a run of the frame program `Frame<P>`, without the list of losses. `holds`: full channels held records back.
+/// The report of one run of the frame program `Frame<P>`, without the list of losses. `holds`: full channels held records back (`Hold`).
 template <class P>
 report::FrameReport account(RunCounters const& run, TileSums const& sums, bool holds)
 {
@@ -70,8 +70,8 @@ report::FrameReport account(RunCounters const& run, TileSums const& sums, bool h
     return r;
 }
 
-/// The report of a frame that ran twice because the host recalled copies of missing records. It is the first run's report with the final
-/// state of the second run, which moved nothing.
+/// Adds the second run to the report of a frame that ran twice. A frame runs twice if the host recalled copies of missing records. The
+/// result is the first run's report with the final state of the second run, which moved no record.
 inline void add_second_run(report::FrameReport& r, report::FrameReport const& again)
 {
     r.copies = again.copies;
@@ -84,8 +84,9 @@ inline void add_second_run(report::FrameReport& r, report::FrameReport const& ag
     r.digests.insert(r.digests.end(), again.digests.begin(), again.digests.end());
 }
 
-/// Checks the sums in the report of a frame: null if all hold, otherwise a sentence about the first that does not. `records`: number of
-/// records in the map. `gone`: number of records that the machine lost for good in earlier frames. Cost: one pass over `lost`.
+/// Checks the sums in the report of a frame. Returns null if all sums hold, otherwise a sentence about the first sum that does not hold.
+/// `records`: number of records in the map. `gone`: number of records that the machine lost for good in earlier frames. Cost: one pass over
+/// `lost`.
 inline char const* wrong_sum(report::FrameReport const& r, std::uint64_t records, std::uint64_t gone) noexcept
 {
     std::uint64_t lost_copies = 0, late_copies = 0, unplaced = 0;
@@ -106,7 +107,7 @@ inline char const* wrong_sum(report::FrameReport const& r, std::uint64_t records
     return nullptr;
 }
 
-/// Throws Error if a sum in the report does not hold (see `wrong_sum`). The renderer calls it for every frame, with NDEBUG too.
+/// Throws Error if a sum in the report does not hold (see `wrong_sum`). The renderer calls it for every frame, also with NDEBUG.
 [[gnu::noinline]] inline void check_sums(report::FrameReport const& r, std::uint64_t records, std::uint64_t gone)
 {
     if (auto const* const why = wrong_sum(r, records, gone))

@@ -16,7 +16,8 @@ struct Extent2 {
 
 namespace render {
 
-/// How a user wants a frame cut into tiles. A member that is zero follows from the other; if both are zero, the grid is 40 x 36 tiles.
+/// The user's wish for the division of a frame into tiles. A member that is zero follows from the other one. If both are zero, the grid is
+/// 40 x 36 tiles.
 struct Cut {
     Extent2 grid; ///< tiles
     Extent2 tile; ///< pixels
@@ -27,7 +28,7 @@ inline std::uint32_t parts(std::uint32_t size, std::uint32_t part) noexcept
     return (size + part - 1) / part;
 }
 
-/// How a frame is cut into tiles: by `tile` if it is given, or else evenly over `grid`, or over 40 x 36 tiles.
+/// The division of a frame into tiles: by `tile` if it is given, otherwise evenly over `grid`, or over 40 x 36 tiles if both are zero.
 inline splat::Tiling tiling_for(Cut const& cut, std::uint32_t width, std::uint32_t height) noexcept
 {
     auto tile = cut.tile;

@@ -28,13 +28,13 @@ namespace tilemesh {
 
 namespace render {
 
-/// The facts of a setup, with the sizes of the options if these name sizes.
+/// The facts of a setup. If the options name sizes, the facts have these sizes.
 template <class S>
 SetupFacts facts_of(RendererOptions const& options)
 {
     return options.sizes ? facts_of<S>(*options.sizes) : facts_of<S>();
 }
-/// The model that a renderer begins with: the setup's, changed by the options.
+/// The model with which a renderer begins: the setup's model, changed by the options.
 inline splat::Model resolved_model(SetupFacts const& facts, RendererOptions const& options)
 {
     auto model = facts.model;
@@ -55,7 +55,7 @@ inline void check_model(splat::Model const& model)
         throw Error("a model whose alpha_min, alpha_max, transmittance_min or dilation is negative or not a number (it would "
                     "blend what is not light); correct the model");
 }
-/// Throws Error for facts of a setup that a renderer of policies P cannot serve: planes that its pixels lack; by value, other records or rules.
+/// Throws Error if a renderer of policies P cannot serve a setup: its pixels lack a plane, or (by value) its records or rules differ.
 template <class P>
 void check_facts(SetupFacts const& facts)
 {
@@ -68,8 +68,8 @@ void check_facts(SetupFacts const& facts)
                     "rules are others); choose the renderer with the setup's policies");
 }
 
-/// A renderer of policies P. It is all of BasicRenderer except the setup, which it gets as a value (SetupFacts). `Machine` is AnyMachine,
-/// or Traced<AnyMachine>.
+/// A renderer of policies P: BasicRenderer without the setup, which it takes as a value (SetupFacts). `Machine` is AnyMachine or
+/// Traced<AnyMachine>.
 template <class P, template <class, class> class Engine, class Machine>
 class FrameRenderer {
 public:
@@ -86,19 +86,19 @@ public:
     FrameRenderer(FrameRenderer const&) = delete;
     FrameRenderer& operator=(FrameRenderer const&) = delete;
 
-    /// The rules of the picture; change them before a frame.
+    /// The rules of the picture. Change them between frames.
     splat::Model& model() noexcept { return model_; }
     splat::Model const& model() const noexcept { return model_; }
 
     /// The machine, the sizes and the ledger of the setup.
     SetupFacts const& facts() const noexcept { return facts_; }
 
-    /// The mesh; exists once the first frame has been rendered or `prepare` was called.
+    /// The mesh. It exists after the first `render` or `prepare`.
     MeshType& mesh() noexcept { return *mesh_; }
     splat::Tiling const& tiling() const noexcept { return tiling_; }
 
-    /// What the last frame did, superstep by superstep; on a Traced machine only. If the host recalled copies, the program ran twice and
-    /// the trace holds both runs, one after the other. The mesh's own trace holds the second run only. Work of the host is in neither.
+    /// The trace of the last frame, superstep by superstep; only on a Traced machine. If the host recalled copies, the program ran twice,
+    /// and the trace holds both runs in order. The mesh's own trace holds the second run only. Neither trace contains the host's work.
     template <class M = Machine> // a template, because Clang 14 instantiates members of an `extern template` whatever they require
     Trace const& trace() const noexcept
         requires(is_traced<M>)
@@ -106,17 +106,17 @@ public:
         return ran_twice_ ? trace_ : mesh_->trace();
     }
 
-    /// Builds the mesh for frames of this size and loads the map, unless this mesh exists already.
+    /// Builds the mesh for frames of this size and loads the map. Does nothing if this mesh exists already.
     void prepare(std::uint32_t width, std::uint32_t height);
 
-    /// Called after every superstep; see SuperstepEvent.
+    /// Sets the function that the mesh calls after every superstep; see SuperstepEvent.
     void observe(Observer observer);
 
-    /// Renders one frame. Records start where the last frame left them. After an exception (no memory, an observer that threw, an error
-    /// of the mesh), the next frame starts like the first: it builds a new mesh and loads the map.
+    /// Renders one frame. The records start on the tiles where the last frame left them. After an exception (out of memory, an observer
+    /// that threw, an error of the mesh), the next frame starts like the first one: it builds a new mesh and loads the map.
     RenderedFrame render(splat::Camera const& camera);
 
-    /// Renders into an existing frame and reuses its memory: for many frames of one size. After an exception the frame holds no picture.
+    /// Renders into an existing frame and reuses its memory, for many frames of one size. After an exception the frame holds no picture.
     void render_into(splat::Camera const& camera, RenderedFrame& result);
 
 private:
@@ -188,10 +188,10 @@ private:
         }
     }
 
-    /// Does the host keep the records that are missing? Otherwise they are lost for good.
+    /// Does the host keep the missing records? If not, they are lost for good.
     bool host_keeps() const noexcept { return !P::routes || facts_.rules.holds != 0; }
     report::FrameReport run() { return finish(mesh_->run()); }
-    /// Runs the frame again: no record moves, and every tile sorts and composites anew.
+    /// Runs the frame again. No record moves, and every tile sorts and composites again.
     void run_again(report::FrameReport& report)
     {
         if constexpr (traced) trace_ = mesh_->trace();
@@ -217,7 +217,7 @@ private:
         r.gaussians.visible += off.visible;
         r.gaussians.parked += off.parked;
 
-        // Losses last until the records are sent again: a frame that refused nothing may still lack records that the last one lost.
+        // A loss lasts until the records are sent again: a frame that refused no record may still lack records that an earlier frame lost.
         copies_lost_ = r.refused.copies_full != 0 || (copies_lost_ && frame.resend_copies == 0);
         copies_refused_ = r.refused.copies_refused != 0 || (copies_refused_ && frame.view_changed == 0);
         bool spans = false;
@@ -236,7 +236,7 @@ private:
         keeper_.set_missing(std::move(off.missing));
         keeper_.set_under_way(std::move(off.under_way));
     }
-    /// Without bloom: does a footprint leave its anchor tile?
+    /// Only without bloom: does any footprint leave its anchor tile?
     bool any_spans()
     {
         auto const& frame = mesh_->template broadcast<Parameters>();
@@ -262,15 +262,15 @@ private:
     std::unique_ptr<MeshType> mesh_;
     Observer observer_;
     std::optional<splat::View> last_;
-    bool copies_lost_ = false;                       ///< copies found no storage; tiles do not send them again by themselves
+    bool copies_lost_ = false;                       ///< copies found no storage; tiles do not send these again by themselves
     bool copies_refused_ = false;                    ///< copies met a full channel; tiles owe them again in a new view
     bool cut_ = false;                               ///< a bound may have left records under way
-    bool ran_twice_ = false;                         ///< in the last frame the host recalled copies
-    bool halfway_ = false;                           ///< a frame started and did not end: host and tiles may have different views
+    bool ran_twice_ = false;                         ///< the host recalled copies in the last frame
+    bool halfway_ = false;                           ///< a frame started and did not end, so the host and the tiles may have different views
     [[no_unique_address]] std::conditional_t<traced, Trace, engine::NoTrace> trace_; ///< of both runs, if it ran twice
 };
 
-// The members that users call are defined outside the class: so `extern template` spares users from compiling them and what they call.
+// The members that users call are defined outside the class. So with `extern template` users need not compile them or what they call.
 
 template <class P, template <class, class> class Engine, class Machine>
 FrameRenderer<P, Engine, Machine>::FrameRenderer(scene::Map const& map, SetupFacts facts, RendererOptions const& options,

@@ -3,15 +3,15 @@
 #include <tilemesh/splat/fitted.hpp>
 #include <type_traits>
 
-/// The host's form of the frame program: tiles and channels hold references to rows of a table instead of records.
+/// The host's form of the frame program: tiles and channels hold references to the rows of a table instead of records.
 ///
-/// The machine moves values: records of 60 bytes and more, and each tile projects its own. A host that simulates the machine has one
-/// memory. It keeps one instance of each record, projects it once per view, and moves the number of its row. The same kernels run on
-/// both forms (splat/access.hpp). Both have the same capacities in slots, bytes on the wire, counters and pictures, bit for bit.
+/// The machine moves values: records of 60 bytes or more, and each tile projects its own records. A host that simulates the machine has one
+/// memory. It keeps one instance of each record, projects the record once per view, and moves the number of its row. The same kernels run
+/// on both forms (splat/access.hpp). Both forms have the same capacities in slots, bytes on the wire, counters and pictures, bit for bit.
 ///
-/// A reference has the same size for every kind of record, and the rule for full channels is a word in the frame's parameters. So setups
-/// that differ in machine, sizes, degree of harmonics, saturation, addressing, copies or colour format share one set of policies and its
-/// code.
+/// A reference has the same size for every kind of record, and the rule for full channels is a word in the frame's parameters. So many
+/// setups share one set of policies and its code: setups that differ in machine, sizes, degree of harmonics, saturation, addressing, copies
+/// or colour format.
 namespace tilemesh::splat {
 
 /// A record's place in the host's table, with its id.
@@ -42,15 +42,15 @@ private:
     std::uint32_t words_[sizeof(T const*) / 4] = {};
 };
 
-/// What a new view changed for a record, as far as tiles must know. It is one byte, so that the table of a whole map stays in the
-/// processor's nearest caches.
+/// The changes to a record in a new view, as far as tiles need them. It is one byte, so that the table of a whole map stays in the caches
+/// nearest to the processor.
 struct RowState {
     static constexpr std::uint8_t visible = 1;
     static constexpr std::uint8_t moved = 2;    ///< touches other tiles, has another anchor, or was put on the mesh by the host
     static constexpr std::uint8_t appeared = 4; ///< appeared or disappeared
 };
 
-/// The tiles that a record touches in a view, first to last, and its anchor.
+/// The tiles that a record touches in a view, as the first and the last one, and its anchor tile.
 struct TouchedTiles {
     TileId first, last, anchor;
     std::uint32_t visible; ///< 0 or 1
@@ -69,23 +69,23 @@ constexpr FrameRules rules_of() noexcept
             words.beam_message};
 }
 
-/// The frame's parameters, and the host's table of this view, by rows.
+/// The frame's parameters, and the addresses of the host's table of this view, by rows.
 struct TableParameters : FrameParameters {
     static constexpr char const* name = "frame parameters and tables";
     FrameRules rules;
     HostPointer<Splat> splats;
     HostPointer<TouchedTiles> touched;
     HostPointer<std::uint8_t> row_states;
-    HostPointer<std::uint32_t> depths;     ///< bits
+    HostPointer<std::uint32_t> depths;     ///< bits of the depth as a float
 };
 
-/// How kernels read where tiles hold rows of a table.
+/// The way in which kernels read records if tiles hold rows of a table.
 template <class Parameters>
 struct TableAccess {
     TILEMESH_KERNEL static SplatRow project(Reference const& g, Parameters const&) noexcept { return {g.row}; }
     TILEMESH_KERNEL static Parameters hold(Parameters const& frame) noexcept { return frame; }
-    /// Asks the host's caches for all lines of the list at once. The lists of a tile are short and far from those of the tile before;
-    /// without this the processor would wait for one line after the other.
+    /// Prefetches all lines of the list at once into the host's caches. The lists of a tile are short, and far away from those of the
+    /// previous tile. Without the prefetch the processor would wait for one line after the other.
     template <class List>
     TILEMESH_KERNEL static void about_to_read(List const& list) noexcept
     {
@@ -112,7 +112,7 @@ struct TableAccess {
     {
         return reach(here, frame, s).here;
     }
-    /// Compares rows: it reads four bytes per slot instead of eight.
+    /// It compares rows, not ids: it reads four bytes per slot instead of eight.
     template <class MarkList>
     static std::uint32_t slot_of(MarkList const& marks, SplatRow const* splats, Reference const& message) noexcept
     {
@@ -128,8 +128,8 @@ struct TableAccess {
     {
         return !covered || (bits & Mark::leaving) != 0 || (row_state & RowState::appeared) != 0;
     }
-    /// What these parameters change of n splats that the host has projected: nothing, unless a program of its own says otherwise. What a
-    /// report lists as missing (render/losses.hpp) is by the library's footprint: keep to it where records may be lost.
+    /// Changes n splats that the host has projected. The library's version changes nothing; a program may specialise it. The list of
+    /// missing records (render/losses.hpp) assumes the library's footprint, so keep that footprint if records may be lost.
     static void adjust(Parameters const&, View const&, Tiling const&, Splat*, std::uint32_t) noexcept {}
     template <class>
     static std::uint32_t road_bytes(Parameters const& frame) noexcept
@@ -145,7 +145,7 @@ struct TableAccess {
 template <>
 struct Access<TableParameters> : TableAccess<TableParameters> {};
 
-/// Policies whose rule is a word of the frame's parameters.
+/// Policies whose rule is a word in the frame's parameters.
 struct RunTimeSaturation {
     static constexpr char const* name = "at run time";
     static constexpr bool may_hold = true;
@@ -172,7 +172,8 @@ struct RunTimeCopies {
 } // namespace tilemesh::splat
 namespace tilemesh::render::detail {
 using splat::FloatPixel, splat::WithAlpha, splat::WithDepth;
-/// What the host keeps of a pixel: colours as floats, which it shows in the setup's format. If a setup has one plane, the host keeps both.
+/// The pixel type that the host stores. Colours are floats; the picture shows them in the setup's format. If a setup has one plane, the
+/// host stores both.
 template <class Pixel, bool Known, bool Planes>
 struct HostPixelOf {
     using type = Pixel;
@@ -199,13 +200,13 @@ namespace tilemesh::splat {
 /// The colour of a pixel, without its planes.
 template <class Pixel>
 using ColourOf = typename render::detail::ColourOf<Pixel>::type;
-/// Is it one of the library's pixel formats? The host makes their pictures from floats.
+/// Is the colour in one of the library's formats? For these, the host makes the picture from floats.
 template <class Pixel>
 inline constexpr bool is_known_colour = std::is_same_v<ColourOf<Pixel>, FloatPixel> || std::is_same_v<ColourOf<Pixel>, Rgbx8Pixel>;
 template <class Pixel>
 using HostPixel = typename render::detail::HostPixelOf<Pixel, is_known_colour<Pixel>, Pixel::has_depth || Pixel::has_alpha>::type;
 
-/// The policies of setup S by reference. The ledger stays that of S: ask `Tile<Machine, Frame<S>, S>`.
+/// The policies of setup S by reference. The ledger is still that of S; it is in `Tile<Machine, Frame<S>, S>`.
 template <class S>
 struct Referenced : S {
     using Value = S;
@@ -218,7 +219,7 @@ struct Referenced : S {
     using Pixel = HostPixel<typename S::Pixel>;
 };
 
-/// The setup whose machine S simulates: S itself, or T for S = Referenced<T>.
+/// The setup whose machine S simulates: T if S is Referenced<T>, otherwise S.
 template <class S, class = void>
 struct ValueOf {
     using type = S;

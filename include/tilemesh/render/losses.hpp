@@ -7,18 +7,18 @@
 #include <utility>
 #include <vector>
 
-/// Compares what is on a mesh with what should be there: every record once, and a copy on every tile that its footprint touches.
-/// It reads the final state and no counters, so its list has all that the picture lacks.
+/// Compares a mesh with what it should hold: every record once, and a copy on every tile that a record's footprint touches. The comparison
+/// reads the final state of the tiles, no counters. So its list contains everything that the picture lacks.
 namespace tilemesh::render {
 
-/// Where a mesh holds which record, between runs. It reads every stored record, so it is made only for frames that refused something or
-/// may have left records under way.
+/// The places of all records on a mesh between two runs. Making it reads every stored record, so it is made only for frames that refused a
+/// record or may have left records under way.
 struct MeshFacts {
-    SortedTable held;                         ///< `key` of id and tile -> the bits of its mark
-    SortedTable owners;                       ///< `key` of an anchored record's id -> where its splat is in `splats`
+    SortedTable held;                         ///< `key` of id and tile -> the bits of the record's mark
+    SortedTable owners;                       ///< `key` of an anchored record's id -> index of its splat in `splats`
     std::vector<splat::Splat> splats;
     std::vector<splat::GaussianId> under_way; ///< records in channels and FIFOs, in the order of tiles
-    SortedTable copies_under_way;             ///< `key` of id and the tile that they reach next
+    SortedTable copies_under_way;             ///< `key` of id and of the tile that the copy reaches next
 
     static std::uint64_t key(splat::GaussianId id, std::uint32_t tile = 0) noexcept
     {
@@ -59,7 +59,7 @@ MeshFacts facts_on(M& mesh)
     return facts;
 }
 
-/// What the list of losses must know of the frame that was run.
+/// The facts about the frame that the list of losses needs.
 struct LossQuestion {
     Grid grid;
     splat::View view;
@@ -100,7 +100,7 @@ public:
         for (std::uint32_t row = 0; row < records_.rows(); ++row) {
             auto const id = records_.id(row);
             if (facts_.owners.has(MeshFacts::key(id)) || moving.has(MeshFacts::key(id))) continue;
-            // A host that places the records keeps those with nothing on screen.
+            // A host that places the records keeps the records with nothing on screen.
             if (!ask_.routes && !project(row).visible()) continue;
             off.missing.push_back(row);
             if (ask_.holds && !ask_.bounded)
@@ -128,8 +128,8 @@ private:
         for (auto y = range.first.y(); y <= range.last.y(); ++y)
             for (auto x = range.first.x(); x <= range.last.x(); ++x) f(TileId::at(x, y));
     }
-    /// Lists a record that no tile owns. If it left copies, lists the tiles that lack one (the anchor tile may be one of them); otherwise
-    /// lists the whole record.
+    /// Lists a record that no tile owns. If it left copies, it lists the tiles that lack one (the anchor tile may be among them). Otherwise
+    /// it lists the whole record.
     void list_without_owner(report::FrameReport& r, std::uint32_t row, report::Cause cause)
     {
         auto const s = project(row);
@@ -160,8 +160,8 @@ private:
             if (!holds_a_copy(id, index)) list_copy(r, {id, index, why_missing(id, s.anchor, t)});
         });
     }
-    /// Goes up the tree from a tile without the copy to the first tile that has it. What stopped the copy there is the cause for all
-    /// tiles behind it.
+    /// Goes up the tree from a tile without the copy to the first tile that has it. The cause that stopped the copy there is the cause for
+    /// all tiles below it.
     report::Cause why_missing(splat::GaussianId id, TileId anchor, TileId t) const
     {
         Direction towards_child = Direction::north;

@@ -9,17 +9,17 @@
 
 namespace tilemesh {
 
-/// A picture and what it took.
+/// A picture and the report of its frame.
 struct RenderedFrame {
     report::Image image;
-    report::Plane depth; ///< view z in world units, 0 where nothing is; empty unless the setup's pixels have it (WithDepth)
-    report::Plane alpha; ///< share of the pixel that is covered; empty unless the setup's pixels have it (WithAlpha)
+    report::Plane depth; ///< view z in world units, 0 where no splat is; empty unless the setup's pixels have a depth (WithDepth)
+    report::Plane alpha; ///< share of the pixel that is covered; empty unless the setup's pixels have an alpha (WithAlpha)
     report::FrameReport report;
 };
 
 namespace render {
 
-/// Gives every tile the pixels it owns, black.
+/// Gives every tile a framebuffer with the pixels that it owns, all black.
 template <class P, class M>
 void size_framebuffers(M& mesh, splat::Tiling const& tiling, Extent2 size)
 {
@@ -64,7 +64,7 @@ void show(splat::WithAlpha<Colour> const& p, std::uint32_t x, std::uint32_t y, R
 }
 } // namespace detail
 
-/// Makes one picture of the tiles' framebuffers, on all threads of the mesh, with the planes that the setup has.
+/// Copies the tiles' framebuffers into one picture, with the planes that the setup has. It runs on all threads of the mesh.
 template <class P, class M>
 void collect_picture(M& mesh, SetupFacts const& facts, splat::Tiling const& tiling, splat::Camera const& camera, RenderedFrame& to)
 {
@@ -77,7 +77,7 @@ void collect_picture(M& mesh, SetupFacts const& facts, splat::Tiling const& tili
     size(to.image, true);
     size(to.depth, facts.has_depth);
     size(to.alpha, facts.has_alpha);
-    // If the host blended floats for a machine that stores levels, this rounds them.
+    // The host may blend floats for a machine that stores levels; the result is then rounded to levels.
     bool const round = facts.colour == ColourFormat::rgbx8 && std::is_same_v<splat::ColourOf<typename P::Pixel>, splat::FloatPixel>;
     mesh.on_threads([&](std::uint32_t thread, std::uint32_t threads) {
         auto const tiles = std::uint64_t{tiling.rows} * tiling.columns;

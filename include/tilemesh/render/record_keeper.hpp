@@ -15,14 +15,14 @@
 
 namespace tilemesh::render {
 
-/// Puts a map's records onto a mesh and knows which of them are not on it. It is the host's part of the protocol in which records stay on
-/// their tiles from frame to frame.
+/// Puts a map's records onto a mesh, and knows which records are not on it. Records stay on their tiles from frame to frame; this is the
+/// host's part of that protocol.
 ///
-/// With routing, call `load_all` once, then `load` in each new view for the records that a frame handed back. Without routing, call
-/// `place` in each new view. After a frame, call `set_missing` and `set_under_way` with the rows that the list of losses found, then
-/// `recall_copies`. Every row is on the mesh once, or among `missing()`, or (without routing) parked.
+/// Call `begin` on an empty mesh; with routing it loads all records. With routing, call `load` in each new view for the records that a frame
+/// handed back. Without routing, call `place` in each new view. After a frame, call `set_missing` and `set_under_way` with the rows that
+/// the list of losses found, then `recall_copies`. Every row is on the mesh once, or in `missing()`, or (without routing) parked.
 ///
-/// `P` is a set of policies. Every member takes the mesh, which must be between runs.
+/// `P` is a set of policies. Every member function takes the mesh, which must be between two runs.
 template <class P>
 class RecordKeeper {
 public:
@@ -31,19 +31,19 @@ public:
     /// `cache`: the host's table, if tiles hold references to it.
     RecordKeeper(RecordTable const& records, ScreenCache* cache) : records_(records), cache_(cache) {}
 
-    /// Rows that should be on the mesh and are not, in order.
+    /// The rows that should be on the mesh but are not, in order.
     std::vector<std::uint32_t> const& missing() const noexcept { return missing_; }
     void set_missing(std::vector<std::uint32_t> rows) { missing_ = std::move(rows); }
     /// Takes the rows that are in channels and FIFOs. No tile counts them.
     void set_under_way(std::vector<std::uint32_t> rows) { under_way_ = std::move(rows); }
-    /// Rows that stay with the host because they have nothing on screen; without routing only.
+    /// The number of rows that stay with the host because they have nothing on screen; only without routing.
     std::uint64_t parked() const noexcept { return parked_; }
-    /// When a frame starts: the visible and the parked rows that no tile counts.
+    /// The visible and the parked rows that no tile counts when a frame starts.
     struct OffTiles {
         std::uint64_t visible = 0, parked = 0;
     };
-    /// Counts the rows that the host keeps and the rows under way. `host_keeps`: the host keeps the missing rows and counts them as visible
-    /// until they are placed; otherwise they are lost. Call it with the frame's view, after `load` or `place` and before the `set_`
+    /// Counts the rows that the host keeps, and the rows under way. `host_keeps`: the host keeps the missing rows and counts them as
+    /// visible until they are placed; otherwise they are lost. Call it with the frame's view, after `load` or `place` and before the `set_`
     /// functions. Cost: one projection per row under way.
     OffTiles off_tiles(splat::View const& view, splat::Tiling const& tiling, bool host_keeps) const
     {
@@ -51,17 +51,17 @@ public:
         for (auto const row : under_way_) ++(splat_of(row, view, tiling).visible() ? n.visible : n.parked);
         return n;
     }
-    /// Tiles from (0, 0) that hold pixels, or may hold records.
+    /// The rectangle of tiles from (0, 0) that hold pixels or may hold records.
     Extent2 occupied() const noexcept { return occupied_; }
 
-    /// f(tile) for every tile that may hold anything.
+    /// Calls f(tile) for every tile that may hold pixels or records.
     template <class F>
     void for_each_tile(F const& f) const
     {
         for (std::uint32_t y = 0; y < occupied_.height; ++y)
             for (std::uint32_t x = 0; x < occupied_.width; ++x) f(TileId::at(x, y));
     }
-    /// From now on the mesh runs these tiles, and those that were occupied before; the others are idle.
+    /// From now on the mesh runs these tiles and the tiles that were occupied before. The other tiles are idle.
     template <class M>
     void occupy(M& mesh, std::uint32_t columns, std::uint32_t rows)
     {
@@ -70,8 +70,8 @@ public:
         mesh.run_within(0, 0, occupied_.width, occupied_.height);
     }
 
-    /// Starts on an empty mesh. With routing it puts all records onto the mesh, and throws Error if `slots` slots of storage per tile have
-    /// no room for them.
+    /// Starts on an empty mesh. With routing it puts all records onto the mesh. It throws Error if they do not fit into `slots` slots of
+    /// storage per tile.
     template <class M>
     void begin(M& mesh, splat::Tiling const& tiling, std::uint32_t slots)
     {
@@ -83,9 +83,9 @@ public:
         if constexpr (P::routes) load_all(mesh, tiling, slots);
     }
 
-    /// Puts the missing records onto the mesh, in order, with an even share for each tile of the picture. A full tile passes its share on
-    /// to the next, and at last to tiles beyond the picture. Records that find no room stay missing. `rendered`: a frame was rendered
-    /// before, so a tile may hold a copy of a missing record; that copy becomes the record.
+    /// Puts the missing records onto the mesh, in order. Each tile of the picture gets an even share. A full tile passes its share on to
+    /// the next tile, and at last to tiles outside the picture. Records that find no room stay missing. `rendered`: a frame was rendered
+    /// before, so a tile may hold a copy of a missing record; the copy then becomes the record.
     template <class M>
     void load(M& mesh, splat::Tiling const& tiling, bool rendered)
     {
@@ -103,7 +103,7 @@ public:
                 if constexpr (by_reference) cache_->put(row);
                 ++mesh.template state<splat::Counts>(tile).changes;
                 auto const copy = rendered ? splat::find(marks, g.id) : splat::no_slot;
-                if (copy != splat::no_slot) { // left behind when its record found no room
+                if (copy != splat::no_slot) { // the copy stayed when its record found no room
                     storage[copy] = g;
                     marks[copy].bits &= ~splat::Mark::copy;
                     continue;
@@ -120,8 +120,8 @@ public:
         missing_.erase(missing_.begin(), missing_.begin() + static_cast<std::ptrdiff_t>(next));
     }
 
-    /// Without routing: puts the records that have something on screen onto their anchor tiles, in order. A record that finds its tile
-    /// full is missing. A record with nothing on screen stays with the host.
+    /// Only without routing: puts the records with something on screen onto their anchor tiles, in order. A record whose tile is full
+    /// becomes missing. A record with nothing on screen stays with the host.
     template <class M>
     void place(M& mesh, splat::View const& view, splat::Tiling const& tiling)
     {
@@ -151,7 +151,7 @@ public:
         }
     }
 
-    /// Takes the copies of missing records off the tiles. Returns whether there were any.
+    /// Removes the copies of missing records from the tiles. Returns whether there were any.
     template <class M>
     bool recall_copies(M& mesh)
     {
@@ -196,7 +196,7 @@ private:
     {
         return by_reference ? (*cache_)[row] : records_.project(row, view, tiling);
     }
-    /// What tiles store for a row, and for its projected splat.
+    /// The entry that tiles store for a row; `entry_of`: for its projected splat.
     typename P::Record record_of(std::uint32_t row) const noexcept
     {
         if constexpr (by_reference)

@@ -13,12 +13,12 @@
 
 namespace tilemesh::render {
 
-/// A map's records on the host, by rows: Gaussians and, if the map has them, harmonics of one degree. The degree is a value, so that maps
-/// of all degrees share their code.
+/// A map's records on the host, by rows: Gaussians and, if the map has them, harmonics of one degree. The degree is a value, not a type, so
+/// that maps of all degrees share their code.
 class RecordTable {
 public:
-    /// `degree`: the degree that a record of the setup holds. Throws Error if the map has a higher degree, if coefficients are missing, if
-    /// two Gaussians have the same id, or if one has the id 0.
+    /// `degree`: the degree of the setup's records. Throws Error if the map has a higher degree, if coefficients are missing, if two
+    /// Gaussians have the same id, or if a Gaussian has the id 0.
     RecordTable(scene::Map const& map, std::uint32_t degree) : gaussians_(map.gaussians), degree_(map.sh_degree)
     {
         if (map.sh_degree > degree)
@@ -41,7 +41,7 @@ public:
     std::uint32_t rows() const noexcept { return static_cast<std::uint32_t>(gaussians_.size()); }
     splat::GaussianId id(std::uint32_t row) const noexcept { return gaussians_[row].id; }
 
-    /// Row `row` as a record that the machine stores, Gaussian or ShadedGaussian; coefficients that the map lacks are zero.
+    /// Row `row` as a record that the machine stores, Gaussian or ShadedGaussian. Coefficients that the map does not have are zero.
     template <class Record>
     Record record(std::uint32_t row) const noexcept
     {
@@ -52,7 +52,7 @@ public:
         return g;
     }
 
-    /// Row `row` as a tile that holds its record would project it.
+    /// Row `row`, projected as by a tile that holds the record.
     splat::Splat project(std::uint32_t row, splat::View const& view, splat::Tiling const& tiling) const noexcept
     {
         auto s = splat::project(gaussians_[row], view, tiling);

@@ -9,27 +9,27 @@
 
 namespace tilemesh {
 
-/// Options of a Renderer. A zero means: as the setup has it.
+/// Options of a Renderer. 0 means: the setup's value.
 struct RendererOptions {
     std::uint32_t threads = 1;
-    Extent2 grid{};                          ///< tiles; 0: follows from frame and tile, or 40 x 36
-    Extent2 tile{};                          ///< pixels; 0: the frame spread evenly over the grid
-    std::uint32_t hops = 0;                  ///< the most supersteps of routing, and of bloom, per frame; 0: until quiet
+    Extent2 grid{};                          ///< tiles; 0: it follows from frame and tile, or is 40 x 36
+    Extent2 tile{};                          ///< pixels; 0: the frame is spread evenly over the grid
+    std::uint32_t hops = 0;                  ///< a limit for the supersteps of routing, and for those of bloom, per frame; 0: until quiet
     std::uint32_t channel_slots = 0;         ///< a limit, at most the setup's
     std::uint32_t waiting_slots = 0;         ///< a limit for each of routing's FIFOs, at most the setup's
     std::uint32_t storage_slots = 0;         ///< a limit, at most the setup's
     std::optional<splat::Footprint> footprint{};
     std::optional<splat::Arithmetic> arithmetic{};
-    std::optional<splat::Quality> quality{};  ///< `model()` begins with its two cut-offs instead of the setup's
+    std::optional<splat::Quality> quality{};  ///< `model()` begins with the two cut-offs of this quality instead of the setup's
     bool digest = false;
-    /// The most passes of routing, and of bloom, in a run; a frame that needs more throws Error (MeshOptions::most_passes). 0: the value
-    /// of the engine's own options. Engines without such a bound (PoplarMesh) ignore it.
+    /// A limit for the passes of routing, and for those of bloom, in a run. A frame that needs more passes throws Error
+    /// (MeshOptions::most_passes). 0: the limit in the engine's own options. Engines without such a limit (PoplarMesh) ignore it.
     std::uint32_t most_passes = 0;
     /// Sizes that replace the setup's. The renderer throws Error if they do not fit into a tile's SRAM.
     std::optional<splat::Sizes> sizes{};
 };
 
-/// How a frame is cut into tiles: by `tile` if it is given, or else evenly over `grid`, or over 40 x 36 tiles.
+/// The division of a frame into tiles: by `tile` if it is given, otherwise evenly over `grid`, or over 40 x 36 tiles if both are zero.
 inline splat::Tiling tiling_for(RendererOptions const& options, std::uint32_t width, std::uint32_t height) noexcept
 {
     return render::tiling_for({options.grid, options.tile}, width, height);

@@ -7,10 +7,10 @@
 
 namespace tilemesh::render {
 
-/// The host's table of a map's records in one view. The host projects each record once, however many tiles hold it.
+/// The host's table of a map's projected records in one view. The host projects each record once, even if several tiles hold it.
 ///
-/// In each new view, one or several threads call `project`, each for its own rows. Then `point` tells the tiles where the table is.
-/// Cost: 77 bytes per record, besides the record.
+/// In each new view, one or several threads call `project`, each for its own rows. Then `point` gives the tiles the address of the table.
+/// Cost: 77 bytes per record, in addition to the record.
 class ScreenCache {
 public:
     ScreenCache() = default;
@@ -21,13 +21,13 @@ public:
     splat::Splat const& operator[](std::uint32_t row) const noexcept { return splats_[row]; }
     std::uint32_t rows() const noexcept { return static_cast<std::uint32_t>(splats_.size()); }
 
-    /// Projects the rows [first, last) of `records` and notes what changed for each since the view of the last call. `first_view`: there
-    /// was no such view. The parameters' type may change the projected splats (`Access::adjust`).
+    /// Projects the rows [first, last) of `records`, and notes for each row what changed since the view of the last call. `first_view`:
+    /// there was no last call. The type of the parameters may change the projected splats (`Access::adjust`).
     template <class Parameters>
     void project(RecordTable const& records, std::uint32_t first, std::uint32_t last, splat::View const& view,
                  splat::Tiling const& tiling, bool first_view, Parameters const& parameters) noexcept
     {
-        constexpr std::uint32_t at_once = 256; // their splats are still in the nearest cache when they are looked at
+        constexpr std::uint32_t at_once = 256; // so that the splats are still in the nearest cache when `compare` reads them
         for (std::uint32_t from = first; from < last; from += at_once) {
             auto const to = std::min(from + at_once, last);
             records.project(from, to - from, view, tiling, splats_.data() + from);
@@ -35,10 +35,10 @@ public:
             compare(from, to, tiling, first_view);
         }
     }
-    /// Call this when the host puts a row onto the mesh, so that the row's tile looks at it in this view.
+    /// Call this when the host puts a row onto the mesh. The row's tile then looks at the row in this view.
     void put(std::uint32_t row) noexcept { row_states_[row] |= splat::RowState::moved | splat::RowState::appeared; }
 
-    /// Tells the tiles where the table is.
+    /// Writes the address of the table into the tiles' parameters.
     void point(splat::TableParameters& p) const noexcept
     {
         p.splats = splat::HostPointer<splat::Splat>(splats_.data());
@@ -73,7 +73,7 @@ private:
             }
         }
     }
-    /// Does a visible splat touch the same tiles as before, with the same anchor? It needs no division.
+    /// Does a visible splat touch the same tiles as before, with the same anchor? The test needs no division.
     static bool stays(splat::TouchedTiles const& old, splat::Splat const& s, splat::Tiling const& tiling) noexcept
     {
         auto const r = s.rect();

@@ -10,22 +10,22 @@
 
 namespace tilemesh::render {
 
-/// A setup made at run time of the library's policies. It gives the facts and the exact ledger of the setup without an instantiation for
-/// each combination.
+/// A setup that is put together at run time from the library's policies. It gives the facts and the exact ledger of the setup; no template
+/// is instantiated for each combination.
 struct SetupChoice {
     char const* name = "";
     MachineSize machine{};
     splat::Sizes sizes{};
-    bool holds = true;              ///< `Hold`, or `Drop`
-    bool carried = true;            ///< `Carried`, or `Recomputed`
-    bool reusable = true;           ///< `WorldCopies`, or `ScreenCopies`
+    bool holds = true;              ///< true: `Hold`; false: `Drop`
+    bool carried = true;            ///< true: `Carried`; false: `Recomputed`
+    bool reusable = true;           ///< true: `WorldCopies`; false: `ScreenCopies`
     bool routes = true, blooms = true;
     std::uint32_t sh_degree = 0;    ///< of a record, 0 to 3
     ColourFormat colour = ColourFormat::float32;
     bool depth = false, alpha = false;
-    splat::Model model{};           ///< the picture's rules
+    splat::Model model{};           ///< rules of the picture
 };
-/// A setup of the library's policies as a choice, which the caller may change.
+/// A setup of the library's policies, as a choice that the caller may change.
 template <class S>
 constexpr SetupChoice choice_of() noexcept
 {
@@ -73,7 +73,7 @@ struct ChoiceLedger {
         using Names = splat::PoliciesOf<splat::Lossless>;
         auto const words = words_of(c);
         auto const list = [](std::uint64_t slots, std::uint64_t slot_bytes) { return 8 + slots * slot_bytes; };
-        // A channel that gets its slots by `limit` counts as its heads.
+        // If `limit` gives the slots of a channel, only the channel's heads count.
         auto const channel = [&](std::uint32_t slots, std::uint32_t message) { return 8 * list(slots == dynamic_capacity ? 0 : slots, message); };
         auto const road = channel(c.sizes.road, words.road_message), beam = channel(c.sizes.beam, words.beam_message);
         bool const shared = c.sizes.one_channel_memory && c.routes && c.blooms;
@@ -115,8 +115,8 @@ inline std::uint64_t sram_bytes_of(SetupChoice const& c)
     return ChoiceLedger(c).bytes;
 }
 
-/// The facts of a choice. Throws Error where it does not fit into its machine's SRAM, holds without FIFOs, or where the machine has other
-/// workers than `Work` counts for.
+/// The facts of a choice. Throws Error if it does not fit into its machine's SRAM, if it holds without FIFOs, or if `Work` has no counters
+/// for the machine's number of workers.
 inline SetupFacts facts_of(SetupChoice const& c)
 {
     if (c.machine.workers < 1 || c.machine.workers > splat::Work::max_workers)
@@ -143,7 +143,7 @@ inline SetupFacts facts_of(SetupChoice const& c)
 }
 
 namespace detail {
-/// Are all types of a setup the library's? Then its facts are those of a choice, and need no code of their own.
+/// Are all types of a setup the library's own? Then its facts are those of a choice, and need no code for this setup.
 template <class S>
 inline constexpr bool is_of_the_library =
     splat::is_known_colour<typename S::Pixel> && std::is_same_v<typename S::Parameters, splat::FrameParameters> &&
@@ -177,7 +177,7 @@ SetupFacts facts_of()
                   "a machine with more workers than Work counts for; raise Work::max_workers");
     return detail::facts_at<S>(S::sizes);
 }
-/// The facts of a setup with other sizes. Throws Error, with the same sentences, if they do not fit.
+/// The facts of a setup with other sizes. Throws Error if the sizes do not fit.
 template <class S>
 SetupFacts facts_of(splat::Sizes const& sizes)
 {
@@ -186,9 +186,9 @@ SetupFacts facts_of(splat::Sizes const& sizes)
     return detail::facts_at<S>(sizes);
 }
 
-/// The choice cut to what a scene needs: records of another degree, and without routing or bloom where they have nothing to do, in the
-/// same bytes of SRAM (`splat::Fitted`). A choice with `one_channel_memory` keeps routing and bloom: one without the other would free what
-/// it still needs, and not fit.
+/// Reduces the choice to what a scene needs, in the same bytes of SRAM (`splat::Fitted`): records of another degree, and no routing or
+/// bloom if these would have nothing to do. A choice with `one_channel_memory` keeps both routing and bloom: to leave out one of them would
+/// free memory that the other one needs.
 constexpr SetupChoice fitted(SetupChoice c, std::uint32_t degree, bool routes, bool blooms) noexcept
 {
     auto const before = words_of(c);
@@ -200,7 +200,7 @@ constexpr SetupChoice fitted(SetupChoice c, std::uint32_t degree, bool routes, b
     c.sizes = splat::refitted(c.sizes, before, words_of(c), freed);
     return c;
 }
-/// The choice with planes beside the colours. Storage gives up slots for them if the SRAM has no room.
+/// Returns the choice with planes in addition to the colours. If the SRAM has no room for them, storage gives up slots.
 inline SetupChoice with_planes(SetupChoice c, bool depth, bool alpha)
 {
     auto const before = words_of(c);

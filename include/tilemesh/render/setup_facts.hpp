@@ -8,10 +8,10 @@
 
 namespace tilemesh::render {
 
-/// How a pixel's colour is stored on the machine.
+/// The format in which the machine stores a pixel's colour.
 enum class ColourFormat : std::uint32_t { float32, rgbx8, own };
 
-/// What a renderer must know of a setup, as a value. Renderers of setups with the same policies share their code.
+/// The facts about a setup that a renderer needs, as a value. Renderers of setups with the same policies share their code.
 struct SetupFacts {
     char const* name;
     MachineSize machine;
@@ -21,12 +21,12 @@ struct SetupFacts {
     std::uint32_t record_bytes;
     ColourFormat colour;
     bool has_depth, has_alpha;
-    splat::Model model;         ///< the picture's rules that the setup begins with
+    splat::Model model;         ///< rules of the picture with which the setup begins
     std::uint64_t sram_bytes;   ///< bytes of a tile that count against the SRAM
     std::vector<Region> ledger; ///< of a tile
 };
 
-/// The picture's rules of a setup.
+/// The rules of the picture of a setup.
 template <class S>
 constexpr splat::Model model_of() noexcept
 {
@@ -68,7 +68,8 @@ inline constexpr char needs_fifos[] = "a setup that holds needs FIFOs (without o
                                       "Sizes::waiting room for at least one message";
 } // namespace detail
 
-/// The sizes of a mesh that runs the frame program of policies P. Slots and bytes are the machine's, even if the host moves references.
+/// The sizes of a mesh that runs the frame program of policies P. Slots and bytes are those of the machine, even if the host moves
+/// references.
 template <class P>
 MeshSizes<splat::Frame<P>> mesh_sizes_of(SetupFacts const& facts)
 {

@@ -11,12 +11,11 @@
 
 namespace tilemesh::report {
 
-/// The first exact field in which two reports differ, with both values: "gaussians.moved: 3 and 4". Empty where the reports
-/// are the same. Compares the camera's name, every exact field, each loss, and the digests where both frames were asked for
-/// them.
+/// Returns the first exact field in which two reports differ, with both values: "gaussians.moved: 3 and 4". Returns an empty string if the
+/// reports agree. It compares the camera's name, every exact field, each loss, and the digests if both frames have them.
 ///
-/// `ignored` names fields, or groups of fields ("exchanged_bytes"), that may differ; "lost" covers the number of losses and their
-/// list. Throws `tilemesh::Error` for a name that no field has.
+/// `ignored` names fields or groups of fields ("exchanged_bytes") that may differ. "lost" covers the number of losses and their list.
+/// Throws `tilemesh::Error` for a name that no field has.
 inline std::string first_difference(FrameReport const& a, FrameReport const& b,
                                     std::initializer_list<std::string_view> ignored = {})
 {
@@ -52,7 +51,7 @@ inline std::string first_difference(FrameReport const& a, FrameReport const& b,
     return {};
 }
 
-/// Whether two reports agree in all that is exact: the same frame on two engines, or with other numbers of threads.
+/// Do two reports agree in all exact fields? They do for one frame on two engines, or with two numbers of threads.
 inline bool same_report(FrameReport const& a, FrameReport const& b)
 {
     return first_difference(a, b).empty();

@@ -16,16 +16,16 @@
 
 namespace tilemesh::report {
 
-/// Checks, before a program writes anything, that it would write neither over a file that it reads nor over another file of its
-/// own. First name the files that it reads, then the streams, then the files that it writes. Each call throws `Error` if its file
-/// clashes with a file of an earlier call.
+/// Checks, before a program writes anything, that it would overwrite neither a file that it reads nor another file that it writes. First
+/// name the files that it reads, then the streams, then the files that it writes. Each call throws `Error` if its file clashes with a file
+/// of an earlier call.
 ///
-/// Existing files are compared by device and inode: links are followed, hard links are one file, and `a/../b` is `b`. A file that
-/// does not exist yet is compared by name and by its folder's device and inode. In such a name, small and capital ASCII letters
-/// are equal, because they are on some file systems. The check does not know which other letters a file system treats as equal.
+/// Existing files are compared by device and inode: links are followed, hard links are one file, and `a/../b` is `b`. A file that does not
+/// exist yet is compared by its name and by the device and inode of its folder. In such a name, small and capital ASCII letters are equal,
+/// because some file systems treat them as equal. The check does not know which other letters a file system treats as equal.
 ///
-/// Cost: one or two system calls for each named file, and for each existing file in a folder whose name the program will write.
-/// The check does not see what happens to the files afterwards.
+/// Cost: one or two system calls for each named file, and for each existing file in a folder whose name the program will write. The check
+/// does not see later changes to the files.
 class DistinctFiles {
 public:
     /// May a device, such as /dev/null, have the name of a file that the program writes? Not if the program reads the file later.
@@ -37,7 +37,7 @@ public:
         if (auto const file = find(path)) read_.emplace(id_of(*file), path.string());
     }
 
-    /// A stream of the process, by its descriptor; `what` names it: "standard output". Several streams may go to one file.
+    /// A stream of the process, by its descriptor. `what` names it: "standard output". Several streams may go to one file.
     void write_stream(int descriptor, std::string const& what, std::string const& remedy)
     {
         struct stat file {};
@@ -47,8 +47,8 @@ public:
         streams_.emplace(id_of(file), what);
     }
 
-    /// A file that `write_whole` will write; it may be a device or a pipe. `what` names it: "the report". `remedy` ends the error:
-    /// "name another file with --report".
+    /// A file that `write_whole` will write. It may be a device or a pipe. `what` names it: "the report". `remedy` ends the error: "name
+    /// another file with --report".
     void write(std::filesystem::path const& path, std::string const& what, std::string const& remedy)
     {
         Target const target{path, what, remedy};
@@ -61,8 +61,8 @@ public:
 
     /// All files that the program will write into an existing folder. They may replace regular files, but no pipe and no socket, and
     /// a device only if `devices` allows it.
-    /// `is_written(name)` tells whether the program writes a file of that name, given in lower-case ASCII. `what` names one file:
-    /// "a picture". `remedy` ends the error: "name another directory with --out".
+    /// `is_written(name)` says whether the program writes a file of that name, given in lower-case ASCII. `what` names one file: "a
+    /// picture". `remedy` ends the error: "name another directory with --out".
     void write_into(std::filesystem::path const& folder, std::function<bool(std::string const&)> is_written, std::string const& what,
                     std::string const& remedy, Devices devices = Devices::allowed)
     {
@@ -77,9 +77,9 @@ public:
         for (auto const& name : names) {
             Target const target{folder / name, what, remedy};
             struct stat self {};
-            if (lstat(target.path.c_str(), &self) != 0) continue; // only a name with other capital letters exists
+            if (lstat(target.path.c_str(), &self) != 0) continue; // the existing name differs in capital letters
             check_content(target);
-            std::error_code ignored; // a link that leads nowhere is no pipe
+            std::error_code ignored; // a link to a missing file is not a pipe
             if (auto const type = fs::status(target.path, ignored).type(); type == fs::file_type::fifo || type == fs::file_type::socket)
                 refuse(target, "it is a pipe or a socket, and a write would wait for its reader");
             if (devices == Devices::refused && is_device(target.path)) refuse(target, "it is a device, and this run reads its files again");
@@ -139,7 +139,7 @@ private:
         throw Error("cannot write " + target.what + " to " + target.path.string() + " (" + why + "); " + target.remedy);
     }
 
-    /// The names in `folder` that `is_written` accepts, in lower-case ASCII: names that differ in capital letters only are one.
+    /// The names in `folder` that `is_written` accepts, in lower-case ASCII. Names that differ in capital letters only are one name.
     static std::set<std::string> written_names(std::filesystem::path const& folder, std::function<bool(std::string const&)> const& is_written,
                                                std::string const& remedy)
     {
@@ -153,7 +153,7 @@ private:
         check();
         while (entry != std::filesystem::directory_iterator()) {
             if (auto name = folded(entry->path().filename().string()); is_written(name)) names.insert(std::move(name));
-            entry.increment(refused); // an error makes it the end, too
+            entry.increment(refused); // an error also makes it the end
             check();
         }
         return names;
@@ -167,7 +167,7 @@ private:
             refuse(target, "this run reads that file" + (clash->second == target.path.string() ? "" : ": it is " + clash->second));
         if (auto const clash = streams_.find(id_of(*file)); clash != streams_.end()) refuse(target, clash->second + " goes to that file");
     }
-    /// Where `write_whole` puts the file.
+    /// The place to which `write_whole` writes the file.
     static Place place_of(Target const& target)
     {
         auto const end = link_target(target.path);

@@ -5,9 +5,8 @@
 
 namespace tilemesh::report {
 
-/// How far a picture is from its reference: float frames, unclamped, before any 8-bit rounding. One
-/// level is 1/255. Every measure but SSIM and `share_over_one_level` is over the 3 * width * height
-/// channel values.
+/// The error of a picture against its reference. Both are float frames, not clamped and not rounded to 8 bits. One level is 1/255. All
+/// measures except SSIM and `share_over_one_level` are over the 3 * width * height channel values.
 struct ErrorMeasures {
     double rmse;        ///< root mean square error, in units of the values
     double max_levels;  ///< largest absolute error, in levels
@@ -20,16 +19,14 @@ struct ErrorMeasures {
                                  ///< level, 0 to 1
 };
 
-/// The error of `image` against `reference`.
+/// Computes the error of `image` against `reference`.
 ///
-/// SSIM is that of Wang et al. 2004: an 11 x 11 Gaussian window of sigma 1.5, K1 = 0.01, K2 = 0.03,
-/// L = 1, one window centred on every pixel with the border pixels repeated outwards (so that any
-/// size has a value), the mean over all pixels and the three channels. All sums are in double; SSIM
-/// is accurate while values stay below some 1e4 (variances are differences of squares).
+/// SSIM is that of Wang et al. 2004: an 11 x 11 Gaussian window of sigma 1.5, K1 = 0.01, K2 = 0.03, L = 1. One window is centred on every
+/// pixel; border pixels are repeated outwards, so that any size has a value. SSIM is the mean over all pixels and the three channels. All
+/// sums are in double. SSIM is accurate for values below about 1e4, because variances are differences of squares.
 ///
-/// Throws `tilemesh::Error` when the sizes differ, a picture has no pixels, or a value of either is
-/// not finite: the text names the first such pixel. Cost: 40 bytes a pixel, about 0.3 s for 1280 x
-/// 720.
+/// Throws `tilemesh::Error` if the sizes differ, if a picture has no pixels, or if a value of either picture is not finite; the text names
+/// the first such pixel. Cost: 40 bytes a pixel, and about 0.3 s for 1280 x 720.
 TILEMESH_HOST ErrorMeasures compare(Image const& image, Image const& reference);
 
 } // namespace tilemesh::report

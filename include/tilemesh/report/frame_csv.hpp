@@ -4,7 +4,7 @@
 
 namespace tilemesh::report {
 
-/// The header of a CSV of frames: "camera", then the name of every exact field, in the order of report_fields. No line break.
+/// The header of a CSV of frames: "camera", then the name of every exact field, in the order of report_fields. It has no line break.
 inline std::string csv_header()
 {
     std::string out = "camera";
@@ -13,8 +13,8 @@ inline std::string csv_header()
     return out;
 }
 
-/// A frame's line under `csv_header()`, after RFC 4180: the camera's name is quoted. Host times are left out, so that the
-/// line is the same on every engine and in every run. No line break.
+/// A frame's line under `csv_header()`, after RFC 4180: the camera's name is quoted. Host times are left out, so that every engine and
+/// every run give the same line. It has no line break.
 inline std::string csv_row(FrameReport const& r)
 {
     std::string out = "\"";

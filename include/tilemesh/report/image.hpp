@@ -6,7 +6,7 @@
 
 namespace tilemesh::report {
 
-/// A linear RGB picture, row by row from the top left, three floats a pixel, unclamped, on a black background.
+/// A linear RGB picture on a black background: row by row from the top left, three floats a pixel, not clamped.
 struct Image {
     std::uint32_t width = 0;
     std::uint32_t height = 0;
@@ -18,8 +18,8 @@ struct Image {
     float const* pixel(std::uint32_t x, std::uint32_t y) const noexcept { return &rgb[3 * (std::size_t{y} * width + x)]; }
 };
 
-/// One float a pixel, row by row from the top left: a depth map, or how much of each pixel is covered. Empty unless it was
-/// asked for.
+/// One float a pixel, row by row from the top left: a depth map, or the share of each pixel that is covered. It is empty unless the setup
+/// asks for it.
 struct Plane {
     std::uint32_t width = 0;
     std::uint32_t height = 0;

@@ -9,14 +9,14 @@
 TILEMESH_EXACT_BEGIN
 namespace tilemesh::report {
 
-/// Is this Gaussian missing from this pixel? For pictures of what a mesh had lost.
+/// Is this Gaussian missing from this pixel? Pass your own version to draw the picture of a mesh that lost records. This version: never.
 struct NothingMissing {
     bool operator()(splat::GaussianId, std::uint32_t, std::uint32_t) const noexcept { return false; }
 };
 
-/// The whole frame by a naive float32 loop, one Gaussian after the other over all its pixels: no tiles, no blocks, no lists.
-/// It shares with the kernels only the leaves `project` and `alpha_at`. Where the mesh loses nothing, its picture is this one,
-/// bit for bit.
+/// Renders the whole frame by a naive float32 loop, one Gaussian after the other over all its pixels: no tiles, no blocks, no lists. It
+/// shares with the kernels only the functions `project` and `alpha_at`. If the mesh loses nothing, its picture is this picture, bit for
+/// bit.
 ///
 /// `gaussians` is a range of records of any degree.
 template <class Records = std::span<splat::Gaussian const>, class Missing = NothingMissing>

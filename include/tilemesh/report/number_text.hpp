@@ -6,32 +6,32 @@
 #include <tilemesh/config.hpp>
 #include <tilemesh/report/table.hpp>
 
-// Numbers as pages and tables show them: plain ASCII, without a locale, the same on every run.
+// Numbers for pages and tables: plain ASCII, independent of the locale, the same on every run.
 namespace tilemesh::report {
 
-/// A number from 0 to below 2^64 with so many digits after the point, at most 40.
+/// A number from 0 to below 2^64 with `digits` digits after the point, at most 40.
 inline std::string decimals(double value, int digits)
 {
     std::array<char, 64> text{}; // 20 digits before the point
     auto const end = std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::fixed, digits);
     return {text.data(), end.ptr};
 }
-/// A whole number from 0 to below 2^64 as such, any other with one decimal.
+/// An integer from 0 to below 2^64 without decimals; any other number with one decimal.
 inline std::string plain_number(double value)
 {
     return decimals(value, value == static_cast<double>(static_cast<std::uint64_t>(value)) ? 0 : 1);
 }
-/// A plain number below 1,000; from there on rounded, with a comma before each three digits.
+/// A plain number if it is below 1,000; otherwise rounded, with a comma before each three digits.
 inline std::string short_number(double value)
 {
     return value < 1000 ? plain_number(value) : thousands(static_cast<std::uint64_t>(value + 0.5));
 }
-/// A part of a whole in percent: "12.5 %"; "0.0 %" of nothing.
+/// A part of a whole in percent: "12.5 %". If the whole is 0: "0.0 %".
 inline std::string share_text(double part, double whole)
 {
     return decimals(whole == 0 ? 0 : 100 * part / whole, 1) + " %";
 }
-/// Joules with six digits, which are enough to compare.
+/// Joules with six significant digits.
 inline std::string joules_text(double joules)
 {
     std::array<char, 32> text{};

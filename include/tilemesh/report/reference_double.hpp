@@ -16,43 +16,40 @@
 
 namespace tilemesh::report {
 
-/// Whether a reference applies the cut-offs of the model: `none` is the formula (R0 in numerics,
-/// section 1), `same` has ours (R1). R1 - R0 is what the cut-offs cost, a kernel's picture - R1
-/// what its rounding costs.
+/// Whether a reference applies the cut-offs of the model. `none` gives R0, the picture of the formula. `same` gives R1, the picture with
+/// the model's cut-offs. R1 - R0 is the error of the cut-offs, and a kernel's picture - R1 is the error of its rounding.
 enum class Cuts {
     none, ///< no alpha_min, no alpha_max, no stop, no footprint
     same  ///< alpha_min, alpha_max, the stop at transmittance_min (blend, then stop) and the
           ///< footprint
 };
 
-/// What a reference leaves out, in double. `cut_offs` has what a model leaves out, `no_cut_offs` what
-/// the formula does; a caller changes from there what it wants to know the cost of.
+/// The cut-offs of a reference, in double. `cut_offs` returns those of a model, `no_cut_offs` returns none. To measure the cost of one
+/// cut-off, start from either and change it.
 ///
-/// No limit is negative; `transmittance_min` is at most 1.
+/// No limit may be negative, and `transmittance_min` is at most 1.
 struct CutOffs {
-    double alpha_min;           ///< a term below this is skipped; 0: none is
-    double alpha_max;           ///< no term covers more; 1: no clamp
-    double transmittance_min;   ///< a pixel is finished once its transmittance is below; 0: none is
-    splat::Footprint footprint; ///< three_sigma_square, or else the box around alpha = alpha_min
-    /// No pixel beyond so many standard deviations along an axis of the screen, that is outside the
-    /// box of half-widths sigmas * sqrt(xx) and sigmas * sqrt(yy) of the dilated covariance, is
-    /// touched, whatever the footprint; 0: no such cut.
+    double alpha_min;           ///< a term with a smaller alpha is skipped; 0: no term is skipped
+    double alpha_max;           ///< alpha is clamped to this value; 1: no clamp
+    double transmittance_min;   ///< a pixel is finished once its transmittance is below; 0: never
+    splat::Footprint footprint; ///< three_sigma_square; any other value: the box around alpha = alpha_min
+    /// A limit in standard deviations along each axis of the screen, for any footprint: a pixel outside the box with the half-widths sigmas
+    /// * sqrt(xx) and sigmas * sqrt(yy) of the dilated covariance is not touched. 0: no limit.
     double sigmas = 0.0;
-    /// Whether the term that takes the transmittance below its limit is blended. If not, it is left
-    /// out and the pixel is finished as well: a later term adds nothing, however faint (the rule of
-    /// 3D Gaussian Splatting, Kerbl et al. 2023, which needs its alpha_max of 0.99: a layer of alpha
-    /// 1 would always be left out).
+    /// Whether a pixel blends the term that takes its transmittance below the limit. If false, the pixel leaves this term out and is
+    /// finished: a later term adds nothing, even if it is faint. That is the rule of 3D Gaussian Splatting (Kerbl et al. 2023). It needs
+    /// alpha_max = 0.99, because a layer of alpha 1 would always be left out.
     bool blends_crossing = true;
 };
 
-/// What the model leaves out: `Cuts::same`.
+/// The cut-offs of the model: `Cuts::same`.
 inline CutOffs cut_offs(splat::Model const& model) noexcept
 {
     return {double{model.alpha_min}, double{model.alpha_max}, double{model.transmittance_min},
             model.footprint};
 }
 
-/// Nothing but the terms with an alpha below `skip_below`: `Cuts::none`. A negative one, or NaN, is 0.
+/// Only terms with an alpha below `skip_below` are skipped: `Cuts::none`. A negative value or NaN counts as 0.
 inline CutOffs no_cut_offs(double skip_below = 1e-12) noexcept
 {
     return {skip_below > 0.0 ? skip_below : 0.0, 1.0, 0.0, splat::Footprint::opacity_box};
@@ -77,7 +74,7 @@ inline Matrix3 transpose(Matrix3 const& m)
         {{m[0][0], m[1][0], m[2][0]}, {m[0][1], m[1][1], m[2][1]}, {m[0][2], m[1][2], m[2][2]}}};
 }
 
-/// Rotation matrix of a quaternion w, x, y, z of any length but zero.
+/// The rotation matrix of a quaternion w, x, y, z of any length except 0.
 inline Matrix3 rotation_of(float const (&quaternion)[4])
 {
     double const length =
@@ -92,8 +89,8 @@ inline Matrix3 rotation_of(float const (&quaternion)[4])
              {2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)}}};
 }
 
-/// The real spherical harmonic of degree l and order m in the unit direction (x, y, z), with the
-/// Condon-Shortley sign, by its definition: K P_l^|m|(z) times the cosine or sine of m phi.
+/// The real spherical harmonic of degree l and order m in the unit direction (x, y, z), with the Condon-Shortley sign, by its definition: K
+/// P_l^|m|(z) times the cosine or sine of m phi.
 inline double harmonic(int l, int m, double x, double y, double z)
 {
     int const order = std::abs(m);
@@ -117,7 +114,7 @@ inline double harmonic(int l, int m, double x, double y, double z)
            (m > 0 ? std::cos(order * phi) : std::sin(order * phi));
 }
 
-/// The colour that the camera sees of a record.
+/// The colour of a record as the camera sees it.
 template <class Record>
 std::array<double, 3> colour_seen(Record const& gaussian, splat::Camera const& camera)
 {
@@ -139,7 +136,7 @@ std::array<double, 3> colour_seen(Record const& gaussian, splat::Camera const& c
     return colour;
 }
 
-/// A projected Gaussian: the mean and the inclusive rectangle in pixels, the conic in 1/pixel^2.
+/// A projected Gaussian: the mean and the inclusive rectangle in pixels, and the conic in 1/pixel^2.
 struct ReferenceSplat {
     double depth;
     splat::GaussianId id;
@@ -150,8 +147,7 @@ struct ReferenceSplat {
     std::uint32_t first_x, last_x, first_y, last_y;
 };
 
-/// What a Gaussian is on the screen, or nothing when it cannot be seen. Of the model it takes the
-/// dilation and the Jacobian's limit.
+/// Projects a Gaussian onto the screen; empty if it cannot be seen. Of the model it uses the dilation and the Jacobian's limit.
 template <class Record>
 std::optional<ReferenceSplat> project_reference(Record const& gaussian, splat::Camera const& camera,
                                                 splat::Model const& model, CutOffs const& cuts)
@@ -211,8 +207,8 @@ std::optional<ReferenceSplat> project_reference(Record const& gaussian, splat::C
     }
     if (!finite || !(splat.opacity > cuts.alpha_min)) return std::nullopt;
 
-    // The pixels it may touch: the box around the ellipse alpha = alpha_min, or the paper's square;
-    // of those the ones within so many standard deviations.
+    // The pixels that it may touch: the box around the ellipse alpha = alpha_min, or the paper's square, limited to `sigmas` standard
+    // deviations.
     double half_x = 0.0;
     double half_y = 0.0;
     if (cuts.footprint == splat::Footprint::three_sigma_square) {
@@ -244,7 +240,7 @@ inline void blend_reference_rows(std::span<ReferenceSplat const> nearest_first, 
                                  std::uint32_t end, std::uint32_t width, CutOffs const& cuts,
                                  std::span<double> rgb, std::span<double> transmittance) noexcept
 {
-    // Stands for the transmittance of a pixel that is finished without its last term: below any limit.
+    // The transmittance of a pixel that is finished without its last term. It is below any limit.
     constexpr double finished = -1.0;
     for (auto const& splat : nearest_first)
         for (auto y = std::max(begin, splat.first_y); y < end && y <= splat.last_y; ++y)
@@ -256,7 +252,7 @@ inline void blend_reference_rows(std::span<ReferenceSplat const> nearest_first, 
                 double const dy = y + 0.5 - splat.mean_y;
                 double const power = -0.5 * (splat.conic_xx * dx * dx + splat.conic_yy * dy * dy) -
                                      splat.conic_xy * dx * dy;
-                // Rounding alone can make the form positive, where the ellipse is a needle.
+                // Rounding can make the form positive if the ellipse is a needle.
                 double alpha = splat.opacity * std::exp(std::min(power, 0.0));
                 if (alpha < cuts.alpha_min) continue;
                 alpha = std::min(alpha, cuts.alpha_max);
@@ -273,8 +269,7 @@ inline void blend_reference_rows(std::span<ReferenceSplat const> nearest_first, 
 
 } // namespace detail
 
-/// The picture of `render_double` before it is rounded to float: 3 * width * height doubles, row by
-/// row from the top left.
+/// The picture of `render_double` before it is rounded to float: 3 * width * height doubles, row by row from the top left.
 template <class Records = std::span<splat::Gaussian const>>
 std::vector<double> render_double_unrounded(Records const& gaussians,
                                             splat::Camera const& camera, splat::Model const& model,
@@ -307,7 +302,7 @@ std::vector<double> render_double_unrounded(Records const& gaussians,
     return rgb;
 }
 
-/// The same picture with the cut-offs of the model (`Cuts::same`), or without any but `skip_below` (`Cuts::none`).
+/// The same picture with the cut-offs of the model (`Cuts::same`), or with no cut-off except `skip_below` (`Cuts::none`).
 template <class Records = std::span<splat::Gaussian const>>
 std::vector<double> render_double_unrounded(Records const& gaussians,
                                             splat::Camera const& camera, splat::Model const& model,
@@ -319,26 +314,22 @@ std::vector<double> render_double_unrounded(Records const& gaussians,
                                    threads);
 }
 
-/// The picture that the model means, in double from the float32 records: slow, obvious, and by
-/// other formulas than the kernels' (EWA splatting, Zwicker et al. 2001, as 3D Gaussian Splatting
-/// writes it, Kerbl et al. 2023): covariance R S S^T R^T, screen covariance J W Sigma W^T J^T +
-/// dilation, conic by inversion, order by (depth, id) front to back. No tiles, no lists: every
+/// Renders the picture that the model defines, in double from the float32 records. It is slow and simple, and it uses other formulas than
+/// the kernels: EWA splatting (Zwicker et al. 2001) as 3D Gaussian Splatting writes it (Kerbl et al. 2023). Covariance R S S^T R^T, screen
+/// covariance J W Sigma W^T J^T + dilation, conic by inversion, order by (depth, id) front to back. It has no tiles and no lists: every
 /// splat visits every pixel of its box.
 ///
-/// A Gaussian whose depth is not greater than `near_depth`, whose projection or colour is not
-/// finite, or whose screen covariance is not positive definite contributes nothing. Ids must be
-/// unique.
+/// A Gaussian contributes nothing if its depth is not greater than `near_depth`, if its projection or colour is not finite, or if its
+/// screen covariance is not positive definite. Ids must be unique.
 ///
-/// `cuts` alone say what is left out: of the model only the dilation and the Jacobian's limit count
-/// here, so that a caller can ask what a cut costs that no model has. With `alpha_min` 0 nothing is
-/// skipped, which costs splats x pixels unless `sigmas` or the square bounds them. The result does
-/// not depend on `threads`, which cut the frame into horizontal bands.
+/// Only `cuts` says what is left out. Of the model, only the dilation and the Jacobian's limit count here. So a caller can measure the cost
+/// of a cut-off that no model has. With `alpha_min` 0 no term is skipped; this costs splats x pixels unless `sigmas` or the square bounds
+/// them. The result does not depend on `threads`, which divide the frame into horizontal bands.
 ///
-/// Accuracy: about 1e-16 times the condition number of the screen covariance, before the rounding
-/// to float: 1e-9 for a needle of 1,000 pixels, worse than 1e-4 for one of 1e6. Cost: 32 bytes a
-/// pixel and some 10 ns for each pixel of each box.
+/// Accuracy: about 1e-16 times the condition number of the screen covariance, before the rounding to float. That is 1e-9 for a needle of
+/// 1,000 pixels, and worse than 1e-4 for a needle of 1e6 pixels. Cost: 32 bytes a pixel, and about 10 ns for each pixel of each box.
 ///
-/// `gaussians` is a range of records of any degree; harmonics are evaluated by their definition.
+/// `gaussians` is a range of records of any degree. Harmonics are evaluated by their definition.
 template <class Records = std::span<splat::Gaussian const>>
 Image render_double(Records const& gaussians, splat::Camera const& camera,
                     splat::Model const& model, CutOffs const& cuts, unsigned threads = 1)
@@ -350,11 +341,9 @@ Image render_double(Records const& gaussians, splat::Camera const& camera,
     return image;
 }
 
-/// The picture with what the model leaves out (`model.transmittance_min` is at most 1), or without
-/// any cut-off.
+/// The picture with the model's cut-offs (`model.transmittance_min` is at most 1), or without any cut-off.
 ///
-/// `skip_below`, with `Cuts::none` only: terms with an alpha below it are left out; 0 leaves out
-/// none and costs splats x pixels.
+/// `skip_below`, with `Cuts::none` only: terms with a smaller alpha are left out. 0 leaves out no term and costs splats x pixels.
 template <class Records = std::span<splat::Gaussian const>>
 Image render_double(Records const& gaussians, splat::Camera const& camera,
                     splat::Model const& model, Cuts cuts, unsigned threads = 1,

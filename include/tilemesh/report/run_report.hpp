@@ -10,30 +10,30 @@
 
 namespace tilemesh::report {
 
-/// One frame of a run: its report, its tiling and, where a reference was rendered, its error.
+/// One frame of a run: its report, its tiling and, if a reference was rendered, its error.
 struct RunFrame {
     FrameReport report;
-    std::string image;                             ///< the file that shows it; empty: none
+    std::string image;                             ///< the file of the picture; empty: none
     std::string depth, alpha;                      ///< the files of its planes; empty: none
     std::array<std::uint32_t, 2> grid{};           ///< tiles, width and height
     std::array<std::uint32_t, 2> tile_px{};        ///< pixels, width and height
     std::optional<ErrorMeasures> error;            ///< against the double reference without cut-offs
-    std::optional<ErrorMeasures> error_same_cuts;  ///< against the double reference with ours
+    std::optional<ErrorMeasures> error_same_cuts;  ///< against the double reference with the model's cut-offs
 };
 
-/// Everything that determines the frames of a run. Two runs that agree in it have the same frames.
+/// The inputs that determine the frames of a run. Two runs with equal inputs have equal frames.
 struct MadeFrom {
     struct File {
         std::string path;                          ///< as the user gave it
         std::uint64_t bytes = 0;
-        std::string digest;                        ///< of its bytes
+        std::string digest;                        ///< of the file's bytes
     };
     std::string version;                           ///< of the program; empty: not recorded
     std::vector<std::string> options;              ///< the options that change a frame, sorted; input files are in `files` only
     std::vector<File> files;                       ///< every input file
 };
 
-/// A whole run as a program describes it: everything that report.json says beside the frames' own reports.
+/// A whole run, as a program describes it: the content of report.json except the frames' own reports.
 struct RunReport {
     struct {
         std::string name;                          ///< "sloth", "built_in"
@@ -52,20 +52,20 @@ struct RunReport {
     std::uint32_t threads = 1;
     struct {
         std::string routing, addressing, saturation, footprint, copies, pixels, arithmetic;
-        std::uint32_t hops = 0;                    ///< supersteps of routing and of bloom a frame; 0: until quiet
+        std::uint32_t hops = 0;                    ///< limit for the supersteps of routing, and for those of bloom, per frame; 0: until quiet
     } policies;
-    std::string quality = "default";               ///< splat::name of the quality asked for; "default": the preset's own cut-offs
+    std::string quality = "default";               ///< splat::name of the requested quality; "default": the preset's own cut-offs
     struct {
         float alpha_min = 0, transmittance_min = 0, alpha_max = 0;
     } cut_offs;                                    ///< of splat::Model
     struct Feature {
         std::string name;                          ///< "routing"
-        bool kept = true;                          ///< false: not compiled into what ran, or not loaded
+        bool kept = true;                          ///< false: not compiled into the program that ran, or not loaded
         std::string why;
     };
-    std::vector<Feature> features;                 ///< parts of the program, and whether the scene needs each
+    std::vector<Feature> features;                 ///< parts of the program, and whether the scene needs each of them
     MadeFrom made_from;
-    std::vector<std::string> notes; ///< one line each about the run; the map has notes of its own
+    std::vector<std::string> notes; ///< one line each, about the run; the map has its own notes
     std::vector<RunFrame> frames;
 };
 

@@ -4,7 +4,7 @@
 
 namespace tilemesh::report {
 
-/// A stream into a string. Without memory it throws `std::bad_alloc`; a plain std::ostringstream would silently cut the text short.
+/// A stream into a string. Out of memory, it throws `std::bad_alloc`; a plain std::ostringstream would silently cut the text short.
 class StringStream : public std::ostringstream {
 public:
     StringStream() { exceptions(std::ios::badbit); }

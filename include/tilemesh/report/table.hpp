@@ -19,13 +19,13 @@ inline std::string thousands(std::uint64_t number)
     return text;
 }
 
-/// A small table for terminals: every column right-aligned and as wide as its widest cell, two
-/// spaces between columns, a rule under the headers. Width is counted in UTF-8 code points.
+/// A small table for terminals. Every column is right-aligned and as wide as its widest cell. Two spaces separate columns, and a rule
+/// follows the headers. Width is counted in UTF-8 code points.
 class Table {
 public:
     explicit Table(std::vector<std::string> headers) : rows_{std::move(headers)} {}
 
-    /// One cell a header, left to right; any other number throws `tilemesh::Error`.
+    /// Adds a row with one cell per header, left to right. Any other number of cells throws `tilemesh::Error`.
     Table& add_row(std::vector<std::string> cells)
     {
         if (cells.size() != rows_.front().size())
@@ -68,13 +68,13 @@ private:
 
     static std::size_t width_of(std::string_view text)
     {
-        // Every byte but the continuation bytes 10xxxxxx starts a code point.
+        // Every byte except the continuation bytes 10xxxxxx starts a code point.
         return static_cast<std::size_t>(std::count_if(text.begin(), text.end(), [](char c) {
             return (static_cast<unsigned char>(c) & 0xc0u) != 0x80u;
         }));
     }
 
-    std::vector<std::vector<std::string>> rows_; ///< the headers first
+    std::vector<std::vector<std::string>> rows_; ///< the first row holds the headers
 };
 
 } // namespace tilemesh::report

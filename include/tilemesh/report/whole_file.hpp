@@ -14,24 +14,24 @@
 
 namespace tilemesh::report {
 
-/// The file that `path` names once its symbolic links are followed; the file need not exist. Throws `Error` for a ring of links.
+/// The file that `path` names after its symbolic links are followed. The file need not exist. Throws `Error` for a cycle of links.
 inline std::filesystem::path link_target(std::filesystem::path path)
 {
     std::error_code ignored;
     for (int links = 0; std::filesystem::is_symlink(std::filesystem::symlink_status(path, ignored)); ++links) {
-        if (links == 40) // as many as Linux follows
+        if (links == 40) // the limit of Linux
             throw Error("cannot write " + path.string() + " (its symbolic links lead in a ring); name another file");
         path = path.parent_path() / std::filesystem::read_symlink(path, ignored);
     }
     return path;
 }
 
-/// What a finished file survives. `process`: the end of the process, even by a kill; but after a power loss the new name may have
-/// no bytes. `power_loss`: a power loss, too: the bytes are synced to the disk before the rename, and the folder after it.
+/// What a finished file survives. `process`: the end of the process, also by a kill; but after a power loss the new name may have no bytes.
+/// `power_loss`: also a power loss; the bytes are synced to the disk before the rename, and the folder after it.
 enum class Outlasts { process, power_loss };
 
 namespace detail {
-/// Waits until the disk has the bytes of an open file or folder. A file system that cannot sync is no failure.
+/// Waits until the disk has the bytes of an open file or folder. It is not an error if a file system cannot sync.
 inline std::error_code sync_to_disk(int descriptor)
 {
     if (fsync(descriptor) == 0 || errno == EINVAL || errno == EROFS || errno == ENOTSUP) return {};
@@ -64,7 +64,7 @@ void write_in_pieces(std::filesystem::path const& path, std::string const& room,
     auto const system_error = [] { return std::error_code(errno != 0 ? errno : EIO, std::generic_category()); };
     if (type == fs::file_type::directory) fail(std::make_error_code(std::errc::is_a_directory));
 
-    // Mode x: nobody else has this part.
+    // Mode x: the part did not exist before, so no other writer has it.
     auto const name = straight ? path : link_target(path);
     auto part = name;
     std::FILE* file = nullptr;
@@ -105,16 +105,15 @@ void write_in_pieces(std::filesystem::path const& path, std::string const& room,
 
 /// Writes `header`, then `body`, as the file `path`: whole or not at all.
 ///
-/// The bytes go to a new file beside it, "<name>.part" or, where that is taken, "<name>.2.part" and so on; every write and
-/// the close are checked; then it is renamed to `path`. So a file called `path` is always whole. Of two writers at the same
-/// time, the one that ends last wins. On failure the part is removed, and the old file is untouched; a process that is killed
-/// leaves its part. A file that is replaced gets the permissions of a new one. A symbolic link is followed. Into a device or
-/// a pipe the bytes are written directly; the call waits until somebody reads the pipe. With `Outlasts::power_loss` the disk has
-/// the file and its name when the call returns.
+/// It writes the bytes to a new file beside `path`, "<name>.part", or if that exists "<name>.2.part" and so on. It checks every write and
+/// the close, then renames the file to `path`. So a file at `path` is always whole. Of two writers at the same time, the one that ends last
+/// wins. On failure it removes the part, and the old file is unchanged; a process that is killed leaves its part. A replaced file gets the
+/// permissions of a new file. A symbolic link is followed. Bytes for a device or a pipe are written directly; the call waits until somebody
+/// reads the pipe. With `Outlasts::power_loss`, the file and its name are on the disk when the call returns.
 ///
-/// Throws `tilemesh::Error` with the system's reason if the bytes cannot be written, and `std::bad_alloc` without memory.
-/// Cost: the bytes on disk, beside the old file until the rename; no copy in memory. With `Outlasts::power_loss` the call waits
-/// for the disk twice.
+/// Throws `tilemesh::Error` with the system's reason if the bytes cannot be written, and `std::bad_alloc` if it is out of memory. Cost: the
+/// bytes on disk, in addition to the old file until the rename; no copy in memory. With `Outlasts::power_loss` the call waits for the disk
+/// twice.
 inline void write_whole(std::filesystem::path const& path, std::string_view header, std::span<std::byte const> body = {},
                         Outlasts outlasts = Outlasts::process)
 {

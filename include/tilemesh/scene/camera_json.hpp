@@ -17,7 +17,7 @@ namespace tilemesh::scene {
 
 namespace detail {
 
-/// Whether the first character after a byte order mark and blanks is an opening bracket.
+/// Is the first character after a byte order mark and blanks an opening bracket?
 inline bool begins_as_json(std::istream& stream)
 {
     for (char c = '\0'; stream.get(c);)
@@ -27,28 +27,31 @@ inline bool begins_as_json(std::istream& stream)
 
 } // namespace detail
 
-/// Reads cameras in JSON, OpenCV convention, pixel (i, j) centred at (i + 0.5, j + 0.5). Two forms are known by their content:
-/// - our own: `cameras[]` with name, width, height, fx, fy, cx, cy, `world_to_camera` (4x4, rows first), and optionally scene,
-///   file and near (0.2);
-/// - the cameras.json that 3DGS training writes: a list of img_name, width, height, fx, fy, `position`, `rotation` (3x3, camera
-///   to world), id. The principal point is the middle, there is no scene, near is 0.2; the name is img_name, or "img_name#id"
-///   for all that share an img_name.
+/// Reads cameras in JSON. They follow the OpenCV convention; pixel (i, j) has its centre at (i + 0.5, j + 0.5). The content tells which of
+/// two forms a file has:
+/// - the form of this library: `cameras[]` with name, width, height, fx, fy, cx, cy, `world_to_camera` (4x4, row-major), and optionally
+///   scene,
+/// file and near (default 0.2);
+/// - the cameras.json that 3DGS training writes: a list of img_name, width, height, fx, fy, `position`, `rotation` (3x3, camera to world)
+///   and
+/// id. The principal point is the middle of the picture, there is no scene, and near is 0.2. The camera's name is img_name, or
+/// "img_name#id" if several cameras share an img_name.
 ///
-/// Throws `Error`, one line that names file and camera, for what cannot be read: a number that is missing or not finite, a side
-/// outside 1..65535, a focal length below a thousandth of the side or above 2^24 pixels, a near plane that is not positive, a
-/// rotation that is not orthonormal within 1e-3 or is mirrored, two cameras of one label, more than 2^20 cameras. An empty list is
-/// fine and gives no camera.
+/// Throws `Error`, one line that names file and camera, for a camera that cannot be used: a number that is missing or not finite, a side
+/// outside 1..65535, a focal length below a thousandth of the side or above 2^24 pixels, a near plane that is not positive, a rotation that
+/// is mirrored or not orthonormal within 1e-3, two cameras with one label, more than 2^20 cameras. An empty list is valid and gives no
+/// camera.
 ///
-/// Cost: one pass over the text, n log n in the number of cameras; no JSON document. Memory: 64 KiB, and at most 24 bytes per byte
-/// of the text.
+/// Cost: one pass over the text, and n log n in the number of cameras. It builds no JSON document. Memory: 64 KiB, and at most 24 bytes per
+/// byte of the text.
 inline std::vector<NamedCamera> read_cameras_json(std::istream& stream, std::string const& name)
 {
     return detail::CameraJson(stream, name).read();
 }
 
-/// Reads a camera file, which is known by its content: JSON as `read_cameras_json` takes it, or a COLMAP text model as
-/// `load_colmap` does; for that, `path` is the folder of cameras.txt and images.txt, or one of them. Throws `Error` as these do,
-/// for what is no regular file, and for JSON of more than 256 MiB.
+/// Reads a camera file. The content tells its kind: JSON as for `read_cameras_json`, or a COLMAP text model as for `load_colmap`. For a
+/// COLMAP model, `path` is the folder of cameras.txt and images.txt, or one of these files. Throws `Error` as these functions do, and also
+/// for a path that is not a regular file and for JSON of more than 256 MiB.
 inline std::vector<NamedCamera> load_cameras(std::filesystem::path const& path)
 {
     std::error_code ignored;
@@ -58,7 +61,7 @@ inline std::vector<NamedCamera> load_cameras(std::filesystem::path const& path)
         auto stream = detail::open_file(path, std::numeric_limits<std::uint64_t>::max(), "a camera file");
         if (!detail::begins_as_json(stream)) return load_colmap(path);
     }
-    // 256 MiB: a camera takes about 500 bytes, so this is half a million.
+    // 256 MiB: a camera takes about 500 bytes, so this is half a million cameras.
     auto stream = detail::open_file(path, std::uint64_t{256} << 20, "a camera file");
     return read_cameras_json(stream, detail::shown_path(path));
 }

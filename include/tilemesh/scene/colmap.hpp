@@ -26,16 +26,16 @@ namespace tilemesh::scene {
 
 namespace detail {
 
-/// More cameras or images than any reconstruction has: it bounds the memory, some 500 MB beside long names.
+/// A limit for cameras and images that no reconstruction reaches. It bounds the memory: about 500 MB, plus long names.
 inline constexpr std::size_t most_colmap_entries = 1u << 20;
 
-/// Takes the next word off `text` as a number within `largest_number`; false where it is none.
+/// Takes the next word off `text` as a number within `largest_number`; false if it is not such a number.
 inline bool take_number(std::string_view& text, double& value)
 {
     return parse_number(take_word(text), value) && std::fabs(value) <= largest_number;
 }
 
-/// The lenses of cameras.txt by CAMERA_ID: `CAMERA_ID MODEL WIDTH HEIGHT PARAMS...` a line, `#` before a comment.
+/// Reads the lenses of cameras.txt by CAMERA_ID. A line is `CAMERA_ID MODEL WIDTH HEIGHT PARAMS...`; `#` begins a comment.
 inline std::map<std::uint32_t, Intrinsics> read_colmap_lenses(std::istream& stream, std::string const& name)
 {
     static constexpr std::array<std::string_view, 9> distorted{
@@ -82,8 +82,8 @@ inline std::map<std::uint32_t, Intrinsics> read_colmap_lenses(std::istream& stre
     return lenses;
 }
 
-/// Skips the line of 2-D points that follows an image: triples of two numbers and a whole one, of any length, none at the end of
-/// the file. False for any other line, such as the next image.
+/// Skips the line of 2-D points that follows an image: triples of two numbers and an integer, of any length; at the end of the file the
+/// line may be missing. Returns false for any other line, such as the next image.
 inline bool skip_colmap_points(LineReader& lines)
 {
     std::uint64_t words = 0;
@@ -104,21 +104,21 @@ inline bool skip_colmap_points(LineReader& lines)
 
 } // namespace detail
 
-/// Reads the text model of COLMAP: the lenses of cameras.txt (SIMPLE_PINHOLE and PINHOLE) and the poses of images.txt, two lines
-/// an image: `IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME`, world to camera, then its 2-D points, which are skipped; that line
-/// may be empty and must be there. NAME is the rest of its line, blanks included. COLMAP's pixel (0, 0) has its centre at
-/// (0.5, 0.5), as ours. Cameras have no scene; near is 0.2.
+/// Reads the text model of COLMAP: the lenses of cameras.txt (SIMPLE_PINHOLE and PINHOLE) and the poses of images.txt. An image takes two
+/// lines in images.txt. The first is `IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME`, world to camera. The second lists the image's 2-D
+/// points; it is skipped; it may be empty but must exist, except at the end of the file. NAME is the rest of its line, including blanks. COLMAP's pixel (0, 0) has its
+/// centre at (0.5, 0.5), as in this library. The cameras have no scene; near is 0.2.
 ///
-/// Throws `Error`, one line that names file and line, for a lens with distortion, a CAMERA_ID that cameras.txt does not have, a
-/// NAME that comes twice or is no UTF-8, and numbers that are missing, not finite or no camera's. The names of the two files are
-/// what errors call them. Costs one pass over each; memory for the cameras only.
+/// Throws `Error`, one line that names file and line, for a lens with distortion, a CAMERA_ID that cameras.txt does not have, a NAME that
+/// occurs twice or is not UTF-8, and numbers that are missing, not finite or not valid for a camera. `cameras_name` and `images_name` are
+/// the files' names in errors. Cost: one pass over each file; memory for the cameras only.
 inline std::vector<NamedCamera> read_colmap(std::istream& cameras_txt, std::istream& images_txt,
                                             std::string const& cameras_name = "cameras.txt",
                                             std::string const& images_name = "images.txt")
 {
     auto const lenses = detail::read_colmap_lenses(cameras_txt, cameras_name);
     std::vector<NamedCamera> cameras;
-    std::set<std::string> names; // no hash table: an attacker could choose names that collide
+    std::set<std::string> names; // not a hash table: an attacker could choose names that collide
     detail::LineReader lines(images_txt, images_name);
     auto const refuse = [&](std::string const& why) {
         throw Error(lines.place() + " is no image (" + why + "); correct it or export the model again");
@@ -158,7 +158,7 @@ inline std::vector<NamedCamera> read_colmap(std::istream& cameras_txt, std::istr
     return cameras;
 }
 
-/// Whether this path is a COLMAP model: a directory, or a file that has the name of one of a model's files.
+/// Is this path a COLMAP model: a directory, or a file with the name of one of a model's files?
 inline bool names_colmap(std::filesystem::path const& path)
 {
     static constexpr std::array<std::string_view, 5> files{"cameras.txt", "images.txt", "cameras.bin", "images.bin",
@@ -172,7 +172,7 @@ inline bool names_colmap(std::filesystem::path const& path)
 struct ColmapFiles {
     std::filesystem::path cameras, images;
 };
-/// The files of the model that `path` names: its directory, or one of them.
+/// The files of the model that `path` names. `path` is the model's directory or one of the files.
 inline ColmapFiles colmap_files(std::filesystem::path const& path)
 {
     std::error_code ignored;
@@ -180,9 +180,8 @@ inline ColmapFiles colmap_files(std::filesystem::path const& path)
     return {folder / "cameras.txt", folder / "images.txt"};
 }
 
-/// Reads a COLMAP model as `read_colmap` does: `path` is the directory that holds cameras.txt and images.txt, or one of these.
-/// Throws `Error` where one of them is missing, and for a binary model. The 2-D points make images.txt long: it may have any
-/// length.
+/// Reads a COLMAP model as `read_colmap` does. `path` is the directory that holds cameras.txt and images.txt, or one of these files. Throws
+/// `Error` if one of the two is missing, and for a binary model. images.txt may have any length, because its 2-D points are long.
 inline std::vector<NamedCamera> load_colmap(std::filesystem::path const& path)
 {
     namespace fs = std::filesystem;
@@ -199,7 +198,7 @@ inline std::vector<NamedCamera> load_colmap(std::filesystem::path const& path)
         throw Error(detail::shown_path(path) +
                     " cannot be read (it is a directory without cameras.txt and images.txt); name a camera file, or the "
                     "folder of a COLMAP text model");
-    constexpr std::uint64_t most_bytes = std::uint64_t{256} << 20; // cameras.txt has some hundred bytes a camera
+    constexpr std::uint64_t most_bytes = std::uint64_t{256} << 20; // a camera takes about a hundred bytes in cameras.txt
     std::string const wanted = "a COLMAP model with cameras.txt and images.txt";
     auto cameras_txt = detail::open_file(cameras_path, most_bytes, wanted);
     auto images_txt = detail::open_file(images_path, std::numeric_limits<std::uint64_t>::max(), wanted);

@@ -13,27 +13,27 @@
 
 namespace tilemesh::scene {
 
-/// What a machine needs to show a map along a path of cameras. `demand_of` finds it by one scan; the rest is left out.
+/// The resources that a machine needs to show a map along a path of cameras. `demand_of` computes it in one scan of the map.
 struct Demand {
-    std::uint64_t gaussians = 0;         ///< of the map
-    std::uint64_t views = 0;             ///< cameras of the path; 0: any camera may come
-    std::uint32_t sh_degree = 0;         ///< the highest with a coefficient that is not 0
+    std::uint64_t gaussians = 0;         ///< Gaussians of the map
+    std::uint64_t views = 0;             ///< number of cameras in the path; 0: any camera may come
+    std::uint32_t sh_degree = 0;         ///< the highest degree with a coefficient that is not 0
     std::uint64_t shaded = 0;            ///< records with such a coefficient
     float least_opacity = 1, greatest_opacity = 0;
-    std::uint64_t nearly_opaque = 0;     ///< records whose opacity is above 0.99, where the paper clamps
-    std::uint64_t too_faint = 0;         ///< records whose opacity is under alpha_min: culled in every view of any camera
-    std::uint64_t culled = 0;            ///< records with nothing on screen in any view of the path; those above are among them
-    std::uint64_t ties = 0;              ///< in the first view: visible records with the depth of another
-    std::uint32_t footprint_columns = 0; ///< tiles that the largest footprint touches, in the views that were scanned whole
+    std::uint64_t nearly_opaque = 0;     ///< records whose opacity is above 0.99, where the paper clamps alpha
+    std::uint64_t too_faint = 0;         ///< records whose opacity is under alpha_min: no view of any camera shows them
+    std::uint64_t culled = 0;            ///< records with nothing on screen in any view of the path, including `too_faint`
+    std::uint64_t ties = 0;              ///< in the first view: visible records whose depth another record has too
+    std::uint32_t footprint_columns = 0; ///< width in tiles of the largest footprint, in the views that were scanned whole
     std::uint32_t footprint_rows = 0;
-    bool moves = true;                   ///< two views differ: anchors change
-    bool spans = true;                   ///< some footprint touches two tiles
-    std::vector<bool> visible;           ///< row by row: has something on screen in some view; empty: any may have
-    std::vector<std::uint64_t> scanned;  ///< the views of the path as `key_of` them, in order
+    bool moves = true;                   ///< two views differ, so anchors change
+    bool spans = true;                   ///< a footprint touches two tiles or more
+    std::vector<bool> visible;           ///< by row: has something on screen in a view of the path; empty: any row may have
+    std::vector<std::uint64_t> scanned;  ///< `key_of` each view of the path, sorted
 
-    static std::uint64_t key_of(splat::View view) noexcept // FNV-1a (Fowler, Noll, Vo) of its bytes
+    static std::uint64_t key_of(splat::View view) noexcept // FNV-1a hash (Fowler, Noll, Vo) of the view's bytes
     {
-        view.model.arithmetic = {}; // none of the three changes what is needed
+        view.model.arithmetic = {}; // these three do not change the demand
         view.model.alpha_max = view.model.transmittance_min = 0;
         unsigned char bytes[sizeof view];
         std::memcpy(bytes, &view, sizeof view);
@@ -41,14 +41,14 @@ struct Demand {
         for (unsigned char byte : bytes) key = (key ^ byte) * 0x100000001b3u;
         return key;
     }
-    /// May this view be rendered with what `needed` keeps?
+    /// Does the map that `needed` returns suffice for this view?
     bool holds_for(splat::View const& view) const
     {
         return culled == 0 || std::binary_search(scanned.begin(), scanned.end(), key_of(view));
     }
 };
 
-/// The demand of a map whose cameras are not known: everything may move and span.
+/// The demand of a map whose cameras are not known: records may move, and footprints may span tiles.
 inline Demand demand_of(Map const& map, splat::Model const& model = {})
 {
     Demand d;
@@ -70,14 +70,14 @@ inline Demand demand_of(Map const& map, splat::Model const& model = {})
     return d;
 }
 
-/// Views of a path in which every record is looked at.
+/// The number of views of a path for which every record is projected.
 inline constexpr std::size_t views_scanned_whole = 16;
 
-/// The demand along a path, under a model. Other cameras and other models may need more (`Demand::holds_for`).
-/// `tiling_of(camera)` gives the tiling of that camera's frame. The scan ends after 200 million projections: records that it
-/// has not seen by then count as visible.
+/// The demand along a path, under a model. Other cameras and other models may need more (`Demand::holds_for`). `tiling_of(camera)` returns
+/// the tiling of that camera's frame. The scan stops after 200 million projections; records that it has not seen by then count as visible.
 ///
-/// Cost: a projection for each record and each of the first 16 views; after them, until a record is seen, one for each view.
+/// Cost: one projection for each record in each of the first 16 views. In later views, one projection for each record that no view has
+/// shown yet.
 template <std::invocable<splat::Camera const&> TilingOf>
 Demand demand_of(Map const& map, std::span<splat::Camera const> path, splat::Model const& model, TilingOf const& tiling_of)
 {
@@ -128,8 +128,8 @@ Demand demand_of(Map const& map, std::span<splat::Camera const> path, splat::Mod
     return d;
 }
 
-/// The map without the records that no view of the path shows, and without the coefficients that are 0 in all records. It serves
-/// only the views that the demand was made for. Throws `Error` for a demand of another map.
+/// Returns the map without the records that no view of the path shows, and without the coefficients that are 0 in all records. It is valid
+/// only for the views of the demand's path. Throws `Error` if the demand is of another map.
 inline Map needed(Map map, Demand const& demand)
 {
     if (demand.gaussians != map.gaussians.size())

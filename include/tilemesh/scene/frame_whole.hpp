@@ -11,21 +11,18 @@
 
 namespace tilemesh::scene {
 
-/// A camera that shows a map whose cameras nobody knows: it looks along the world's +z (OpenCV: y
-/// down) from in front, with a horizontal field of view of 60 degrees, at the box that holds 5 % to
-/// 95 % of the means along each axis; far outliers do not count. Near plane 0.2, or a tenth of the
-/// distance to the box where that is less.
+/// Returns a camera that shows a map without known cameras. It looks along the world's +z (OpenCV: y down) from the front, with a
+/// horizontal field of view of 60 degrees. It sees the box that holds the middle 90 % of the means along each axis, so far outliers do not
+/// count. The near plane is 0.2, or a tenth of the distance to the box if that is less.
 ///
-/// Takes any map: for an empty one the camera stands one unit before the origin; where all means
-/// are one point, the box is three median standard deviations wide. Throws `Error` for a side
-/// outside 1..65535. Costs one pass over the map an axis.
+/// It accepts any map. For an empty map the camera stands one unit before the origin. If all means are one point, the box is three median
+/// standard deviations wide. Throws `Error` for a side outside 1..65535. Cost: one pass over the map per axis.
 inline splat::Camera frame_whole(Map const& map, Size size)
 {
     Intrinsics lens = lens_from_field_of_view(60.0, size);
     if (map.gaussians.empty()) return make_camera({glm::dmat3{1.0}, {0.0, 0.0, -1.0}}, lens);
 
-    // The middle 90 % of the means along each axis, kept to where a float still has room for the
-    // distance beside it.
+    // The middle 90 % of the means along each axis, clamped so that a float has digits left for the distance from there.
     constexpr double far_away = 1e30;
     std::vector<double> values(map.gaussians.size());
     auto const quantile = [&](double share) {
@@ -43,7 +40,7 @@ inline splat::Camera frame_whole(Map const& map, Size size)
         high[axis] = quantile(0.95);
     }
 
-    // What a Gaussian is wide itself: it matters where the means are one point or a line.
+    // The size of the Gaussians themselves. It matters if the means are one point or a line.
     std::transform(map.gaussians.begin(), map.gaussians.end(), values.begin(),
                    [](splat::Gaussian const& g) {
                        float const* s = g.log_scale;
@@ -51,8 +48,7 @@ inline splat::Camera frame_whole(Map const& map, Size size)
                    });
     double const around = 3.0 * quantile(0.5);
 
-    // A float coordinate of size c cannot tell apart what is nearer than 6e-8 c; a hundred of these
-    // steps give a view.
+    // A float coordinate of size c cannot tell apart two points closer than 6e-8 c. A hundred such steps are enough for a view.
     glm::dvec3 const centre = 0.5 * (low + high);
     double const coordinate =
         std::max({std::fabs(centre.x), std::fabs(centre.y), std::fabs(centre.z)});
@@ -60,7 +56,7 @@ inline splat::Camera frame_whole(Map const& map, Size size)
     double const half_width = std::max(0.5 * (high.x - low.x) + around, least);
     double const half_height = std::max(0.5 * (high.y - low.y) + around, least);
 
-    // Step back from the front of the box until both its sides fit, with a tenth to spare.
+    // Step back from the front of the box until both its sides fit, with a margin of 10 %.
     double const distance = 1.1 * std::max(half_width * lens.fx / (0.5 * size.width),
                                            half_height * lens.fy / (0.5 * size.height));
     double const front = low.z - std::min(around, distance);

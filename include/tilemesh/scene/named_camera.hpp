@@ -13,17 +13,17 @@
 
 namespace tilemesh::scene {
 
-/// A camera of a camera file. `file` is the map it was made for, and may be empty. So may `scene`: then the camera belongs to
-/// every map.
+/// A camera of a camera file. `file` is the map for which it was made; it may be empty. `scene` may be empty too; then the camera belongs
+/// to every map.
 struct NamedCamera {
     std::string scene, file, name;
     splat::Camera camera;
 };
 
-/// The near plane of cameras whose file says none, in world units: where the rasteriser of 3DGS begins.
+/// The near plane of cameras whose file names none, in world units. It is the near plane of the 3DGS rasteriser.
 inline constexpr float default_near = 0.2f;
 
-/// What a camera is called and selected by: "SCENE/NAME", or NAME alone where there is no scene.
+/// The name by which a camera is shown and selected: "SCENE/NAME", or NAME if there is no scene.
 inline std::string label(NamedCamera const& camera)
 {
     return camera.scene.empty() ? camera.name : camera.scene + "/" + camera.name;
@@ -31,8 +31,8 @@ inline std::string label(NamedCamera const& camera)
 
 namespace detail {
 
-/// Why no camera of this pose and lens can be rendered; empty if it can. The caller has checked that the numbers are finite
-/// and the sides 1 to 65535.
+/// Says why no camera with this pose and lens can be rendered; empty if it can be rendered. Requires finite numbers and sides from 1 to
+/// 65535.
 inline std::string fault_of(Pose const& pose, Intrinsics const& lens)
 {
     glm::dmat3 const square = glm::transpose(pose.rotation) * pose.rotation;
@@ -42,8 +42,8 @@ inline std::string fault_of(Pose const& pose, Intrinsics const& lens)
                 return "its rotation is not orthonormal within 1e-3";
     if (!(glm::determinant(pose.rotation) > 0.0)) return "its rotation is mirrored, the determinant is -1";
 
-    // 2^24 pixels: there one step of a direction in float, 2^-24, is as wide as a pixel, and neighbouring pixel coordinates begin
-    // to coincide. A thousandth of a side: the picture spans 179.8 degrees.
+    // 2^24 pixels: there one step of a direction in float, 2^-24, is as wide as a pixel, and neighbouring pixel coordinates begin to
+    // coincide. A thousandth of a side: the picture spans 179.8 degrees.
     constexpr double most_px = 16777216.0, least_share = 1e-3;
     struct Axis {
         char const *focal_name, *centre_name;
@@ -62,7 +62,7 @@ inline std::string fault_of(Pose const& pose, Intrinsics const& lens)
     return "";
 }
 
-/// Names in one line, separated by commas; of more than twenty, the first twenty.
+/// The names in one line, separated by commas. It shows at most the first twenty and counts the rest.
 inline std::string list_of(std::vector<std::string> const& names)
 {
     constexpr std::size_t most = 20;
@@ -77,10 +77,10 @@ inline std::string list_of(std::vector<std::string> const& names)
 
 } // namespace detail
 
-/// The cameras that `selector` means: a label, or a NAME where only one camera of the file, or only one of the map's own, has
-/// it. An empty selector means every camera of the map: those without a scene, those whose scene is `map_name` and those
-/// whose file is `map_name`, with its extension or without. The result is never empty: where nothing fits or a name is
-/// ambiguous, it throws an `Error` that lists the choices.
+/// Returns the cameras that `selector` selects. A selector is a label, or a NAME that only one camera of the file, or only one of the map's
+/// own cameras, has. An empty selector selects every camera of the map: the cameras without a scene, those whose scene is `map_name`, and
+/// those whose file is `map_name`, with or without its extension. The result is never empty: if no camera fits or a name is ambiguous, it
+/// throws an `Error` that lists the choices.
 inline std::vector<NamedCamera> select_cameras(std::vector<NamedCamera> const& cameras, std::string const& selector,
                                                std::string const& map_name)
 {

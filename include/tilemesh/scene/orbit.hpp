@@ -13,9 +13,8 @@
 
 namespace tilemesh::scene {
 
-/// The per-axis median of the means, each Gaussian counted once: half of a map may be far outliers
-/// before it moves away. Of an even number the upper of the two middle values; the origin where the
-/// map is empty.
+/// The median of the means along each axis; every Gaussian counts once. Far outliers do not move it unless they are half of the map. For an
+/// even number of Gaussians it is the upper of the two middle values; for an empty map it is the origin.
 inline glm::dvec3 robust_centre(Map const& map)
 {
     glm::dvec3 centre{0.0};
@@ -31,10 +30,9 @@ inline glm::dvec3 robust_centre(Map const& map)
     return centre;
 }
 
-/// `frames` cameras on a circle about the vertical axis (the world's y) through `target_world`.
-/// Frame 0 is `start`, bit for bit; frame k is `start` turned rigidly by k * `degrees_per_frame`,
-/// computed from k alone, so that nothing accumulates. A positive angle carries a camera that faces
-/// the axis to its own left, as the recorded orbits of the paper's maps do.
+/// Returns `frames` cameras on a circle about the vertical axis (the world's y) through `target_world`. Frame 0 is `start`, bit for bit.
+/// Frame k is `start` rotated about the axis by k * `degrees_per_frame`, computed from k alone, so that no error accumulates. A positive
+/// angle moves a camera that faces the axis to its own left, as in the recorded orbits of the paper's maps.
 inline std::vector<splat::Camera> orbit(splat::Camera const& start, glm::dvec3 target_world,
                                         double degrees_per_frame, std::uint32_t frames)
 {
@@ -47,7 +45,7 @@ inline std::vector<splat::Camera> orbit(splat::Camera const& start, glm::dvec3 t
             cameras.push_back(start);
             continue;
         }
-        // Whole turns are taken off first: the sine of a large angle loses digits.
+        // Whole turns are subtracted first, because the sine of a large angle loses digits.
         constexpr double radians = 3.14159265358979323846 / 180.0;
         double const angle = std::fmod(k * std::fmod(degrees_per_frame, 360.0), 360.0) * radians;
         double const c = std::cos(angle), s = std::sin(angle);

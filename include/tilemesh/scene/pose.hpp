@@ -16,25 +16,23 @@ struct Size {
     std::uint32_t width, height;
 };
 
-/// The lens of a pinhole camera in double precision: fx, fy, cx, cy in pixels (OpenCV: pixel (0, 0)
-/// has its centre at (0.5, 0.5)), `near_depth` in world units.
+/// The lens of a pinhole camera in double precision. fx, fy, cx, cy are in pixels (OpenCV: pixel (0, 0) has its centre at (0.5, 0.5));
+/// `near_depth` is in world units.
 struct Intrinsics {
     double fx, fy, cx, cy;
     float near_depth;
     std::uint32_t width, height;
 };
 
-/// Where a camera is, in double precision: a world point p is at `rotation * (p - position)` in the
-/// camera (OpenCV: x right, y down, z forward). `rotation` is world to camera and orthonormal;
-/// `position` is the camera centre in the world.
+/// The position and orientation of a camera, in double precision. A world point p has the camera coordinates `rotation * (p - position)`
+/// (OpenCV: x right, y down, z forward). `rotation` is world to camera and orthonormal; `position` is the camera centre in the world.
 struct Pose {
     glm::dmat3 rotation{1.0};
     glm::dvec3 position{0.0};
 };
 
-/// The rotation matrix of the quaternion w, x, y, z of any finite length but zero, for which the
-/// result is the identity. The largest component is scaled to 1 first, so that tiny and huge
-/// quaternions neither vanish nor overflow.
+/// The rotation matrix of the quaternion w, x, y, z, which may have any finite length. For length 0 the result is the identity. The largest
+/// component is scaled to 1 first, so that tiny quaternions do not vanish and huge ones do not overflow.
 inline glm::dmat3 rotation_matrix(double w, double x, double y, double z)
 {
     double const largest =
@@ -42,13 +40,13 @@ inline glm::dmat3 rotation_matrix(double w, double x, double y, double z)
     if (!(largest > 0.0)) return glm::dmat3{1.0};
     w /= largest, x /= largest, y /= largest, z /= largest;
     double const s = 2.0 / (w * w + x * x + y * y + z * z);
-    // GLM takes columns.
+    // GLM's constructor takes columns.
     return {1.0 - s * (y * y + z * z), s * (x * y + w * z),       s * (x * z - w * y),
             s * (x * y - w * z),       1.0 - s * (x * x + z * z), s * (y * z + w * x),
             s * (x * z + w * y),       s * (y * z - w * x),       1.0 - s * (x * x + y * y)};
 }
 
-/// The camera that every tile holds: each number is rounded to float once, here.
+/// Makes the camera that every tile holds. Each number is rounded to float once, here.
 inline splat::Camera make_camera(Pose const& pose, Intrinsics const& lens)
 {
     splat::Camera camera{};
@@ -67,7 +65,7 @@ inline splat::Camera make_camera(Pose const& pose, Intrinsics const& lens)
     return camera;
 }
 
-/// The pose of a camera, exactly: `make_camera(pose_of(c), lens_of(c))` has the bits of c.
+/// The exact pose of a camera: `make_camera(pose_of(c), lens_of(c))` has the bits of c.
 inline Pose pose_of(splat::Camera const& camera)
 {
     Pose pose;
@@ -79,16 +77,15 @@ inline Pose pose_of(splat::Camera const& camera)
     return pose;
 }
 
-/// The lens of a camera, exactly.
+/// The exact lens of a camera.
 inline Intrinsics lens_of(splat::Camera const& camera)
 {
     return {camera.fx,         camera.fy,    camera.cx,    camera.cy,
             camera.near_depth, camera.width, camera.height};
 }
 
-/// The pose at `eye` that looks at `target`, its y axis as near to `down` as it can be (OpenCV: y
-/// points down, and so does the world's y by default). Throws `Error` where `target` is `eye`;
-/// where `down` lies along the line of sight, another axis takes its place.
+/// The pose at `eye` that looks at `target`. Its y axis is as close to `down` as possible (OpenCV: y points down; the default `down` is the
+/// world's y). Throws `Error` if `target` is `eye`. If `down` lies along the line of sight, another axis replaces it.
 inline Pose look_at(glm::dvec3 eye, glm::dvec3 target, glm::dvec3 down = {0.0, 1.0, 0.0})
 {
     double const distance = glm::length(target - eye);
@@ -98,8 +95,7 @@ inline Pose look_at(glm::dvec3 eye, glm::dvec3 target, glm::dvec3 down = {0.0, 1
             "finite); move one of them");
     glm::dvec3 const forward = (target - eye) / distance;
 
-    // Below this sine the cross product is mostly rounding; the world axis farthest from the line
-    // of sight replaces `down`.
+    // Below this sine the cross product is mostly rounding error; the world axis farthest from the line of sight replaces `down`.
     constexpr double parallel = 1e-9;
     glm::dvec3 right = glm::cross(down, forward);
     if (!(glm::length(right) > parallel * glm::length(down))) {
@@ -114,15 +110,15 @@ inline Pose look_at(glm::dvec3 eye, glm::dvec3 target, glm::dvec3 down = {0.0, 1
 namespace detail {
 inline void require_pixels(std::uint32_t width, std::uint32_t height)
 {
-    // 65,535: what a 16-bit pixel coordinate can name, and the limit of the camera files.
+    // 65,535: the largest 16-bit pixel coordinate, and the limit in camera files.
     if (width == 0 || height == 0 || width > 65535 || height > 65535)
         throw Error("a picture of " + std::to_string(width) + " x " + std::to_string(height) +
                     " pixels cannot be rendered (each side is 1 to 65535); choose another size");
 }
 } // namespace detail
 
-/// A lens with square pixels, centred, that spans `degrees` from the left to the right border of
-/// the picture. Throws `Error` for an angle outside (0, 180) or a side outside 1..65535.
+/// A centred lens with square pixels that spans `degrees` from the left to the right border of the picture. Throws `Error` for an angle
+/// outside (0, 180) or a side outside 1..65535.
 inline Intrinsics lens_from_field_of_view(double degrees, Size size, float near_depth = 0.2f)
 {
     detail::require_pixels(size.width, size.height);
@@ -135,10 +131,9 @@ inline Intrinsics lens_from_field_of_view(double degrees, Size size, float near_
     return {focal, focal, 0.5 * size.width, 0.5 * size.height, near_depth, size.width, size.height};
 }
 
-/// The same view in another size: the horizontal field of view stays, so fx, fy and cx scale by the
-/// ratio of the widths; cy keeps its share of the height, and the vertical field of view follows
-/// from the new shape. The size it already has gives back the same bits. Throws `Error` for a side
-/// outside 1..65535.
+/// The same view in another size. The horizontal field of view stays, so fx, fy and cx scale by the ratio of the widths. cy keeps its share
+/// of the height, and the vertical field of view follows from the new shape. If the size does not change, the camera keeps its bits. Throws
+/// `Error` for a side outside 1..65535.
 inline splat::Camera resized(splat::Camera camera, std::uint32_t width, std::uint32_t height)
 {
     detail::require_pixels(width, height);

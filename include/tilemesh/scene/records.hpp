@@ -10,7 +10,7 @@
 
 namespace tilemesh::scene {
 
-/// Throws `Error` where a map has not as many coefficients of harmonics as its degree asks for.
+/// Throws `Error` if the number of a map's harmonics coefficients does not fit its degree.
 inline void require_harmonics(Map const& map)
 {
     std::size_t const floats = 3 * std::size_t{splat::harmonics_per_channel(map.sh_degree)};
@@ -20,8 +20,8 @@ inline void require_harmonics(Map const& map)
                     std::to_string(map.gaussians.size() * floats) + "); fill in all of them");
 }
 
-/// The map's records, of the type that a setup stores. Harmonics that a map lacks are zero, which changes no bit of the
-/// picture. Throws `Error` where the map has a higher degree than the record: `at_degree` says that you mean it.
+/// The map's records, of the type that a setup stores. Harmonics that the map does not have are zero; this changes no bit of the picture.
+/// Throws `Error` if the map has a higher degree than the record; call `at_degree` to drop the higher degrees on purpose.
 template <class Record>
 std::vector<Record> records(Map const& map)
 {
@@ -44,8 +44,8 @@ std::vector<Record> records(Map const& map)
     }
 }
 
-/// The map with harmonics up to `degree` only. At degree 0 its colours are clamped at 0, as those of a map without harmonics
-/// are: what a viewer without view-dependent colour shows.
+/// Returns the map with harmonics up to `degree` only. At degree 0 its colours are clamped at 0, as in a map without harmonics. A viewer
+/// without view-dependent colour shows this map.
 inline Map at_degree(Map map, std::uint32_t degree)
 {
     if (degree >= map.sh_degree) return map;

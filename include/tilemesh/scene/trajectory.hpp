@@ -20,26 +20,25 @@
 
 namespace tilemesh::scene {
 
-/// A pose and when it was held.
+/// A pose and its time stamp.
 struct StampedPose {
     double seconds;
     Pose pose;
 };
 
-/// Poses in the order of their file; never empty when it comes from a file.
+/// Poses in the order of their file. A trajectory from a file is never empty.
 struct Trajectory : std::vector<StampedPose> {
     using std::vector<StampedPose>::vector;
-    /// Quaternions of the file whose length was off 1 by more than 1e-2: rounding to two decimals does not reach that.
+    /// The number of quaternions in the file whose length differs from 1 by more than 1e-2. Rounding to two decimals does not cause this.
     std::uint64_t far_from_unit = 0;
 };
 
-/// 2^24 poses: four days at 48 a second, and 2 GB.
+/// 2^24 poses: four days at 48 poses a second, and 2 GB.
 inline constexpr std::size_t most_poses = std::size_t{1} << 24;
 
 namespace detail {
 
-/// The eight numbers of a TUM line. `why` says what is wrong with the line, and is empty for a good one; `advice` says what
-/// to do.
+/// The eight numbers of a TUM line. `why` says what is wrong with the line, and is empty for a valid line. `advice` says what to do.
 struct TumLine {
     std::array<double, 8> fields{};
     std::string why;
@@ -49,7 +48,7 @@ struct TumLine {
 inline TumLine parse_tum_line(std::string_view text)
 {
     TumLine line;
-    // EuRoC's ground truth has at least eight fields, seven commas.
+    // EuRoC's ground truth has at least eight fields, so at least seven commas.
     auto const commas = std::count(text.begin(), text.end(), ',');
     if (commas >= 7) {
         line.why = "TUM files are separated by blanks; this looks like the CSV of EuRoC";
@@ -63,7 +62,7 @@ inline TumLine parse_tum_line(std::string_view text)
 
     std::size_t count = 0;
     for (std::string_view word = take_word(text); !word.empty(); word = take_word(text)) {
-        // A ninth field is counted, not read.
+        // Further fields are counted, not read.
         if (count++ >= line.fields.size()) continue;
         double& value = line.fields[count - 1];
         if (!parse_number(word, value) || !(std::fabs(value) <= largest_number)) {
@@ -84,13 +83,13 @@ inline TumLine parse_tum_line(std::string_view text)
 
 } // namespace detail
 
-/// Reads a trajectory in the format of the TUM RGB-D benchmark: a line a pose, `timestamp tx ty tz qx qy qz qw`, seconds and
-/// world units, camera to world, separated by blanks; `#` starts a comment, on a line of its own or after a pose; blank lines are
-/// skipped. Quaternions of any length but zero are normalised. Timestamps may come in any order, which is kept;
-/// `trajectory_notes` says what is odd about them.
+/// Reads a trajectory in the format of the TUM RGB-D benchmark. A line is a pose: `timestamp tx ty tz qx qy qz qw`, in seconds and world
+/// units, camera to world, separated by blanks. `#` starts a comment, on its own line or after a pose. Blank lines are skipped. Quaternions
+/// of any length except 0 are normalised. Time stamps may be in any order, and the poses keep the file's order; `trajectory_notes` reports
+/// unusual time stamps.
 ///
-/// Throws `Error` for any other line and names it, for a file without a pose, and for more than `most` poses.
-/// `name` is what errors call the file. Costs 104 bytes a pose, up to three times that while it grows.
+/// Throws `Error` for any other line and names the line, for a file without a pose, and for more than `most` poses. `name` is the file's
+/// name in errors. Cost: 104 bytes a pose, up to three times that while the list grows.
 inline Trajectory read_tum(std::istream& stream, std::string const& name, std::size_t most = most_poses)
 {
     Trajectory trajectory;
@@ -113,18 +112,17 @@ inline Trajectory read_tum(std::istream& stream, std::string const& name, std::s
     return trajectory;
 }
 
-/// Reads a TUM trajectory from a file, as `read_tum` does. Throws `Error` also where the file cannot be read or is no regular
-/// file.
+/// Reads a TUM trajectory from a file, as `read_tum` does. Throws `Error` also if the file cannot be read or is not a regular file.
 inline Trajectory load_tum(std::filesystem::path const& path, std::size_t most = most_poses)
 {
-    // The number of poses is bounded, the number of comments is not.
+    // The number of poses is bounded, but the number of comments is not.
     auto stream = detail::open_file(path, std::numeric_limits<std::uint64_t>::max(), "a TUM trajectory file");
     return read_tum(stream, detail::shown_path(path), most);
 }
 
-/// What is odd about a trajectory's stamps and quaternions, at most four lines: stamps that go back in time; stamps that another
-/// pose has too; gaps above 5 times the median of the steps forward; quaternions far from unit length. Empty where nothing is.
-/// Poses are numbered from 1 in the file's order. Costs a sort of the stamps.
+/// Notes on unusual stamps and quaternions of a trajectory, at most four lines: stamps that go back in time; stamps that occur twice; gaps
+/// above 5 times the median of the forward steps; quaternions far from unit length. Empty if nothing is unusual. Poses are numbered from 1
+/// in the file's order. Cost: one sort of the stamps.
 inline std::vector<std::string> trajectory_notes(Trajectory const& trajectory)
 {
     std::vector<std::string> notes;
@@ -170,9 +168,8 @@ inline std::vector<std::string> trajectory_notes(Trajectory const& trajectory)
     return notes;
 }
 
-/// The motion since the first pose, carried out from `start`: pose k is start o (first^-1 o
-/// pose_k), composed as camera to world, so a step to the camera's right stays one. Pose 0 is
-/// `start` itself, bit for bit; nothing accumulates over k.
+/// Applies the motion since the first pose to `start`: pose k is start o (first^-1 o pose_k), composed as camera to world, so a step to the
+/// camera's right stays a step to its right. Pose 0 is `start`, bit for bit. No error accumulates over k.
 inline Trajectory relative_to_first(Trajectory trajectory, Pose const& start)
 {
     if (trajectory.empty()) return trajectory;

@@ -4,25 +4,25 @@
 
 namespace tilemesh::splat {
 
-/// How kernels read the records of a tile. It depends on the type of the frame's parameters. This default is the machine's way: a tile
-/// holds values and projects them. A host may specialise it for its own type of parameters (render/host_form.hpp).
+/// The way in which kernels read the records of a tile. It depends on the type of the frame's parameters. This default is the way of the
+/// machine: a tile holds values and projects them. A host may specialise it for its own type of parameters (render/host_form.hpp).
 template <class Parameters>
 struct Access {
-    /// The record projected into this frame's view: its entry of `Splats`.
+    /// Returns the record projected into this frame's view. The result is an entry of `Splats`.
     template <class Record>
     static Splat project(Record const& record, Parameters const& frame) noexcept
     {
         return splat::project(record, frame.view, frame.tiling);
     }
-    /// The frame's parameters for a loop that writes words. A host form returns a copy: the compiler must assume that a write changes the
-    /// addresses in them.
+    /// Returns the frame's parameters for a loop that writes words. A host form returns a copy; without it the compiler would have to
+    /// assume that a write changes the addresses in the parameters.
     TILEMESH_KERNEL static Parameters const& hold(Parameters const& frame) noexcept { return frame; }
-    /// Tells the memory that a kernel is about to read a list. It does nothing on a machine of SRAM.
+    /// Tells the memory that a kernel will read a list soon. It does nothing on a machine of SRAM.
     template <class List>
     TILEMESH_KERNEL static void about_to_read(List const&) noexcept
     {
     }
-    /// The splat of an entry of `Splats`, and the bits of its depth.
+    /// Returns the splat of an entry of `Splats`. `depth_bits` returns the bits of its depth.
     TILEMESH_KERNEL static Splat const& splat_of(Parameters const&, Splat const& s) noexcept { return s; }
     TILEMESH_KERNEL static std::uint32_t depth_bits(Parameters const&, Splat const& s) noexcept
     {
@@ -41,22 +41,22 @@ struct Access {
     {
         return covers(s, frame.tiling, here.tile);
     }
-    /// The slot of the record that a message brings, or `no_slot`.
+    /// Returns the slot of the record that a message brings, or `no_slot`.
     template <class MarkList, class Message>
     TILEMESH_KERNEL static std::uint32_t slot_of(MarkList const& marks, Splat const*, Message const& message) noexcept
     {
         return find(marks, message.id);
     }
-    /// Is there nothing to do for a slot with these mark bits, because its record touches the same tiles as in the last view? If so,
-    /// `row_state` is 1 for a visible record. A tile that holds values cannot know without projecting the record, and says no.
+    /// Is there nothing to do for a slot with these mark bits, because its record touches the same tiles as in the last view? If yes,
+    /// `row_state` is 1 for a visible record. A tile that holds values would have to project the record to know this, so it answers no.
     TILEMESH_KERNEL static bool is_settled(Parameters const&, Splat const&, std::uint32_t, std::uint32_t&) noexcept { return false; }
-    /// Did an anchored record of this tile begin or cease to show on the tile? `covered`: it shows now.
+    /// Did an anchored record begin or cease to touch this tile? `covered`: it touches the tile now.
     TILEMESH_KERNEL static bool coverage_changed(Here const& here, Parameters const& frame, Splat const& before, bool covered,
                                                  std::uint32_t, std::uint32_t) noexcept
     {
         return covers(before, frame.tiling, here.tile) != covered;
     }
-    /// Bytes on the machine of a message of routing, and of bloom.
+    /// The bytes of one message of routing on the machine. `beam_bytes`: those of one message of bloom.
     template <class Message>
     static std::uint32_t road_bytes(Parameters const&) noexcept
     {
@@ -69,7 +69,7 @@ struct Access {
     }
 };
 
-/// How kernels of these policies read records.
+/// The way in which kernels of these policies read records.
 template <class S>
 using AccessOf = Access<typename S::Parameters>;
 

@@ -3,37 +3,37 @@
 #include <tilemesh/splat/blending_block.hpp>
 #include <tilemesh/splat/policies.hpp>
 
-/// Blends a list of splats, front to back, into a rectangle of pixels: what a tile does with its sorted splats, and all that a
-/// rasteriser without tiles needs.
+/// Blends a list of splats, front to back, into a rectangle of pixels. A tile does this with its sorted splats; a rasteriser without tiles
+/// needs nothing else.
 ///
-/// Pixels are blended in blocks of 16 x 5 that lie on the frame's pixel grid, whatever the tiling: a block that a tile border
-/// cuts is evaluated whole and masked. 16 x 5 divides the paper's 32 x 20 tile, and the 20 vectors of a block's state stay in
-/// registers where there are 32 of 16 lanes. A block passes over the splats some at a time: a test over `Lanes` splats at once
-/// finds those that a pixel of the block may see, and these are blended one after the other into 5 rows.
+/// Pixels are blended in blocks of 16 x 5. The blocks lie on the frame's pixel grid, whatever the tiling is: a block that a tile border
+/// cuts is evaluated whole and masked. 16 x 5 divides the paper's 32 x 20 tile, and the 20 vectors of a block's state stay in registers on
+/// a target with 32 registers of 16 lanes. A block goes through the splats in chunks. A test over `Lanes` splats at once finds the splats
+/// that a pixel of the block may see. These splats are blended one after the other into the 5 rows.
 TILEMESH_EXACT_BEGIN
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wpsabi" // see lanes.hpp
 namespace tilemesh::splat {
 
-/// Gaussian-pixel pairs of one call, as counted by it.
+/// The Gaussian-pixel pairs of one call.
 struct PairCount {
-    std::uint32_t blocks;       ///< evaluated, in blocks of block_width x block_height pixels: whole frames fit into 32 bits
+    std::uint32_t blocks;       ///< evaluated, in blocks of block_width x block_height pixels, so that 32 bits hold a whole frame
     std::uint32_t contributing; ///< pairs that passed both cut-offs
 };
 
 namespace detail {
-/// Splats that a block blends before it looks whether all its pixels have stopped: early enough for walls of opaque splats
-/// (numerics, row 55), and rare enough to cost nothing.
+/// The number of splats that a block blends before it checks whether all its pixels have stopped. 64 is early enough for walls of opaque
+/// splats (tests/stability/opacity.cpp, row 55), and the check is rare enough to cost nothing.
 inline constexpr std::uint32_t blended_between_looks = 64;
 
-/// Tells the host's caches that a splat is read soon: where records are scattered, waiting for them takes 7 % of a frame.
+/// Tells the host's caches that a splat is read soon. Without it, waiting for scattered records takes 7 % of a frame.
 inline void fetch_ahead(Splat const& s) noexcept
 {
     __builtin_prefetch(&s);
     __builtin_prefetch(reinterpret_cast<char const*>(&s) + sizeof(Splat) - 1);
 }
 
-/// The same for pixels [x0, x1) that are written soon.
+/// Tells the host's caches that pixels [x0, x1) of a row are written soon.
 template <class Pixel>
 void fetch_row_ahead(Pixel* row, std::uint32_t x0, std::uint32_t x1) noexcept
 {
@@ -42,7 +42,7 @@ void fetch_row_ahead(Pixel* row, std::uint32_t x0, std::uint32_t x1) noexcept
     __builtin_prefetch(row + (x1 - 1), 1);
 }
 
-/// `blend_tile` by one arithmetic, `Group` blocks at a time; `counts[number % workers]` gets the pairs of block `number`.
+/// `blend_tile` with one arithmetic, `Group` blocks at a time. `counts[number % workers]` gets the pairs of block `number`.
 template <class Rule, class Stop, std::uint32_t N, std::uint32_t Group, std::uint32_t Size, class Pixel, class SplatAt>
 void blend_tile_by(PixelRect const& tile, Camera const& camera, Model const& model, std::uint32_t n, SplatAt const& at,
                    Pixel* pixels, std::uint32_t stride_px, Worker worker, PairCount* counts, std::uint32_t workers) noexcept
@@ -52,7 +52,7 @@ void blend_tile_by(PixelRect const& tile, Camera const& camera, Model const& mod
     RowLimits const limits{model.alpha_min};
     OpenBlock<Pixel::has_depth> group[Group];
     Chunk<Size> chunk;
-    std::uint32_t hits[Size + 1]; // a refused splat is written behind the last hit
+    std::uint32_t hits[Size + 1]; // a refused splat is written after the last hit
     std::uint32_t const left = tile.x0 / block_width * block_width;
     std::uint32_t const across = (tile.x1 - left + block_width - 1) / block_width;
     std::uint32_t const top = tile.y0 / block_height * block_height;
@@ -74,7 +74,7 @@ void blend_tile_by(PixelRect const& tile, Camera const& camera, Model const& mod
                 fetch_ahead(at(begin + i + fetched < n ? begin + i + fetched : n - 1));
                 chunk.take(i, at(begin + i));
             }
-            for (std::uint32_t i = most; i < (most + N - 1) / N * N; ++i) chunk.take(i, at(begin)); // whole lanes, not listed
+            for (std::uint32_t i = most; i < (most + N - 1) / N * N; ++i) chunk.take(i, at(begin)); // fills the lanes; not listed
             chunk.template complete<Rule, N>(most);
             for (std::uint32_t b = 0; b < open; ++b) {
                 auto& block = group[b];
@@ -105,7 +105,7 @@ void blend_tile_by(PixelRect const& tile, Camera const& camera, Model const& mod
             for (std::uint32_t y = live.y0; y < live.y1; ++y) {
                 std::uint32_t const row = y - static_cast<std::uint32_t>(block.at.row);
                 Pixel* const to = pixels + (y - tile.y0) * stride_px + (live.x0 - tile.x0);
-                if (live.x1 - live.x0 == block_width) { // nearly always: a loop of constant length
+                if (live.x1 - live.x0 == block_width) { // almost always: a loop of constant length
                     for (std::uint32_t i = 0; i < block_width; ++i) to[i] = Pixel::make(blended(block.state, row, i));
                 } else {
                     for (std::uint32_t i = 0; i < live.x1 - live.x0; ++i)
@@ -116,7 +116,7 @@ void blend_tile_by(PixelRect const& tile, Camera const& camera, Model const& mod
     }
 }
 
-/// `blend_tile_by` the arithmetic that the model asks for.
+/// `blend_tile_by` with the arithmetic that the model asks for.
 template <std::uint32_t N, std::uint32_t Group, std::uint32_t Size, class Pixel, class SplatAt>
 void blend_tile_as_asked(PixelRect const& tile, Camera const& camera, Model const& model, std::uint32_t n, SplatAt const& at,
                          Pixel* pixels, std::uint32_t stride_px, Worker worker, PairCount* counts, std::uint32_t workers) noexcept
@@ -129,12 +129,12 @@ void blend_tile_as_asked(PixelRect const& tile, Camera const& camera, Model cons
 }
 } // namespace detail
 
-/// Blends n splats, `at(0)` to `at(n - 1)` from front to back, into the pixels of `tile`: blend then stop, C += w c and T -= w
-/// with w = alpha T, until T < transmittance_min. Pixel (x, y) is `pixels[(y - tile.y0) * stride_px + x - tile.x0]`.
+/// Blends n splats, `at(0)` to `at(n - 1)` from front to back, into the pixels of `tile`. Pixel (x, y) is `pixels[(y - tile.y0) * stride_px
+/// + x - tile.x0]`. A pixel blends, then tests: C += w c and T -= w with w = alpha T, until T < transmittance_min.
 ///
-/// `precise` arithmetic is bit-identical to the naive per-pixel loop over the whole frame, for any tiling and any `Lanes`.
-/// `fast` differs from it by at most 2e-5 of alpha (tests/splat/blending.cpp) and is bit-identical to itself over tilings and
-/// lanes. `worker` takes every count-th block, so that workers write disjoint pixels.
+/// `precise` arithmetic is bit-identical to the naive per-pixel loop over the whole frame, for any tiling and any `Lanes`. `fast` differs
+/// from it by at most 2e-5 of alpha (tests/splat/blending.cpp), and its bits do not depend on tiling or lanes. `worker` takes every
+/// count-th block, so that workers write disjoint pixels.
 ///
 /// Cost: 80 pairs for each splat that a block may see before all of its pixels have stopped; about 3.5 KiB of stack.
 template <std::uint32_t Lanes = detail::native_lanes, class Pixel, class SplatAt>
@@ -146,8 +146,8 @@ PairCount blend_tile(PixelRect const& tile, Camera const& camera, Model const& m
     return pairs;
 }
 
-/// The same by one host thread for all of a tile's workers: `counts[w]` gets what worker w of `workers` would have counted.
-/// It passes over the splats once for 8 blocks, a whole tile of the paper's. Cost: 22 KiB of stack.
+/// `blend_tile` for all workers of a tile, by one host thread. `counts[w]` gets the counts of worker w of `workers`. It goes through the
+/// splats once for 8 blocks, a whole tile of the paper's. Cost: 22 KiB of stack.
 template <std::uint32_t Lanes = detail::native_lanes, class Pixel, class SplatAt>
 void blend_whole_tile(PixelRect const& tile, Camera const& camera, Model const& model, std::uint32_t n, SplatAt const& at,
                       Pixel* pixels, std::uint32_t stride_px, PairCount* counts, std::uint32_t workers) noexcept
@@ -155,8 +155,8 @@ void blend_whole_tile(PixelRect const& tile, Camera const& camera, Model const& 
     detail::blend_tile_as_asked<Lanes, 8, 128>(tile, camera, model, n, at, pixels, stride_px, Worker{0, 1}, counts, workers);
 }
 
-/// What Composite blends with; a setup may name another (`S::Blending`): `tile` for one worker's share, `whole` for all shares by
-/// one host thread. `frame` is what the tiles were told.
+/// The blending that Composite uses. A setup may name another one (`S::Blending`). `tile` blends one worker's share, `whole` blends all
+/// shares on one host thread. `frame` holds the frame's parameters, which the host sent to the tiles.
 struct BlendAsAsked {
     template <class Frame, class SplatAt, class Pixel>
     TILEMESH_KERNEL static PairCount tile(PixelRect const& tile, Frame const& frame, std::uint32_t n, SplatAt const& at, Pixel* pixels,

@@ -3,13 +3,13 @@
 #include <tilemesh/splat/exponential.hpp>
 #include <type_traits>
 
-/// Blends the splats that a block may see, one after the other, into its rows.
+/// Blends the splats that a block may see, one after the other, into the rows of the block.
 TILEMESH_EXACT_BEGIN
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wpsabi" // see lanes.hpp
 namespace tilemesh::splat::detail {
 
-/// The state of a block while it is blended, row by row. Dead lanes, outside the tile, have a negative transmittance.
+/// The state of a block while it is blended, row by row. Lanes outside the tile are dead: their transmittance is negative.
 struct alignas(vector_bytes) Block {
     float transmittance[block_height][block_width];
     float red[block_height][block_width];
@@ -35,8 +35,8 @@ struct LaneColour {
     Floats<N> r, g, b, z;
 };
 
-/// Blends one row: C += w c, T -= w with w = alpha T where the pair takes part. A lane that takes no part adds 0, which
-/// changes no bit.
+/// Blends one row: C += w c and T -= w with w = alpha T, in the lanes that take part. A lane that takes no part adds 0, which changes no
+/// bit.
 template <class Stop, std::uint32_t K, std::uint32_t N, bool HasDepth>
 TILEMESH_KERNEL void blend_row(Strip<N, HasDepth>& s, Floats<N> const& alpha, Model const& m, float const* least,
                                LaneColour<N> const& c) noexcept
@@ -64,7 +64,7 @@ TILEMESH_KERNEL void blend_row(Strip<N, HasDepth>& s, Floats<N> const& alpha, Mo
     s.contributing = takes_part ? s.contributing + 1 : s.contributing;
 }
 
-/// alpha of row K, as the naive loop computes it.
+/// alpha of row K, computed as in the naive loop.
 template <std::uint32_t K, std::uint32_t N, std::uint32_t Size>
 TILEMESH_KERNEL Floats<N> alpha_of_row(Chunk<Size> const& c, std::uint32_t i, BlockPlace const& at, Floats<N> const& dx,
                                        Floats<N> const& opacity, float alpha_max) noexcept
@@ -83,7 +83,7 @@ TILEMESH_KERNEL LaneColour<N> colour_of(Chunk<Size> const& c, std::uint32_t i) n
     if constexpr (HasDepth) l.z = broadcast<N>(c.depth[i]);
     return l;
 }
-/// The opacity; in columns outside the splat's rectangle negative, so that alpha is below any cut-off.
+/// The opacity. It is -1 in columns outside the splat's rectangle, so that alpha is below every cut-off there.
 template <std::uint32_t N, std::uint32_t Size>
 TILEMESH_KERNEL Floats<N> opacity_of(Chunk<Size> const& c, std::uint32_t i, Words<N> const& columns) noexcept
 {
@@ -91,7 +91,7 @@ TILEMESH_KERNEL Floats<N> opacity_of(Chunk<Size> const& c, std::uint32_t i, Word
     return offset < static_cast<std::uint32_t>(c.x1[i] - c.x0[i]) ? broadcast<N>(c.opacity[i]) : broadcast<N>(-1.0f);
 }
 
-/// alpha in the first row of a block, and its ratio to the second's.
+/// alpha in the first row of a block, and the ratio of the second row to the first.
 template <std::uint32_t N>
 struct FirstRow {
     Floats<N> alpha, ratio;
@@ -124,7 +124,7 @@ TILEMESH_KERNEL void blend_hits(Strip<N, HasDepth>& s, Chunk<Size> const& c, std
     for (std::uint32_t k = 0; k < N; ++k) numbers[k] = at.column + static_cast<std::int32_t>(column + k);
     auto const columns = load_words<N>(numbers);
     if constexpr (Rule::recurs) {
-        // The next splat's exponentials are on their way while this one's rows are blended: a chain of 80 cycles.
+        // The next splat's exponentials are computed while this splat's rows are blended: the rows are a dependency chain of 80 cycles.
         auto now = first_row<Rule, N>(c, hits[0], at, xs, columns);
         for (std::uint32_t h = 0; h < n; ++h) {
             auto const next = first_row<Rule, N>(c, hits[h + 1], at, xs, columns);
@@ -159,13 +159,13 @@ TILEMESH_KERNEL void blend_hits(Strip<N, HasDepth>& s, Chunk<Size> const& c, std
     }
 }
 
-/// Blends the splats of `hits` into a block, all by one rule; returns how many pairs contributed. Each rule has its own function, so
-/// that each has all registers.
+/// Blends the splats of `hits` into a block, all by one rule. Returns the number of pairs that contributed. Each rule has its own function,
+/// so that each can use all registers.
 template <class Rule, class Stop, std::uint32_t N, class AnyBlock, std::uint32_t Size>
 [[gnu::noinline]] std::uint32_t blend_block(AnyBlock& block, Chunk<Size> const& c, std::uint32_t const* hits, std::uint32_t n,
                                             BlockPlace const& at, Model const& m, RowLimits const& limits) noexcept
 {
-    // Keeps the stack frame on vector bounds: Clang would let the vectors that it spills straddle two cache lines, by chance.
+    // Keeps the stack frame on vector bounds. Otherwise Clang may let the vectors that it spills straddle two cache lines.
     [[maybe_unused]] alignas(vector_bytes) volatile std::uint32_t const on_bounds = 0;
     std::uint32_t contributing = 0;
     for (std::uint32_t column = 0; column < block_width; column += N) {
@@ -193,7 +193,7 @@ template <class Rule, class Stop, std::uint32_t N, class AnyBlock, std::uint32_t
     return contributing;
 }
 
-/// How many of the next `most` splats are evaluated as the first one is.
+/// The number of splats at the front of `hits`, at most `most`, that are evaluated by the rule of the first one.
 inline std::uint32_t same_rule(std::uint32_t const* hits, std::uint32_t most) noexcept
 {
     std::uint32_t n = 1;
@@ -224,9 +224,9 @@ template <bool HasDepth>
 struct OpenBlock {
     BlockPlace at;
     std::conditional_t<HasDepth, DepthBlock, Block> state;
-    PixelRect live;           ///< its pixels within the tile
-    std::uint32_t number;     ///< in the tile, row by row
-    std::uint32_t blended;    ///< splats so far
+    PixelRect live;           ///< the block's pixels that lie in the tile
+    std::uint32_t number;     ///< number of the block in the tile, row by row
+    std::uint32_t blended;    ///< splats blended so far
     bool done;
 
     void begin(std::uint32_t bx, std::uint32_t by, std::uint32_t index, PixelRect const& tile, Camera const& camera) noexcept

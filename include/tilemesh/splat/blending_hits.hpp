@@ -8,7 +8,7 @@ TILEMESH_EXACT_BEGIN
 #pragma GCC diagnostic ignored "-Wpsabi" // see lanes.hpp
 namespace tilemesh::splat::detail {
 
-/// A chunk of splats, field by field.
+/// A chunk of splats: one array per field.
 template <std::uint32_t Size>
 struct alignas(vector_bytes) Chunk {
     static constexpr std::uint32_t size = Size;
@@ -38,7 +38,7 @@ struct alignas(vector_bytes) Chunk {
         y0[i] = static_cast<std::int32_t>(s.rows & 0xffffu);
         y1[i] = static_cast<std::int32_t>(s.rows >> 16);
     }
-    /// What follows from the fields of the first n splats, and of what fills their last lanes.
+    /// Computes the fields that follow from others, for the first n splats and for the splats that fill their last lanes.
     template <class Rule, std::uint32_t N>
     void complete(std::uint32_t n) noexcept
     {
@@ -64,8 +64,8 @@ TILEMESH_KERNEL Floats<N> magnitude(Floats<N> const& v) noexcept
 {
     return floats_of<N>(bits_of<N>(v) & 0x7fffffff);
 }
-/// How far v is from w beyond what rounding makes of two such numbers (2^-21 of them: 8 roundings); 0 for NaN. Of a needle whose
-/// mean is far from the frame, v - w may be nothing but rounding.
+/// The distance of v and w beyond the rounding error of two such numbers (2^-21 of them: 8 roundings); 0 for NaN. For a needle whose mean
+/// is far from the frame, v - w may be nothing but rounding error.
 template <std::uint32_t N>
 TILEMESH_KERNEL Floats<N> beyond_rounding(Floats<N> const& v, Floats<N> const& w) noexcept
 {
@@ -73,15 +73,16 @@ TILEMESH_KERNEL Floats<N> beyond_rounding(Floats<N> const& v, Floats<N> const& w
     return distance > rounding ? distance - rounding : Floats<N>{};
 }
 
-/// May a pixel of a block see these splats? The largest power over the block's pixel centres, from the point of the block
-/// nearest to the mean in the splat's own metric: never wrong to say yes, and the margin (2 % of alpha and 1e-4 of the power)
-/// is far above the rounding of either side. (x0, x1, y0, y1): the block's outermost pixel centres relative to the means.
+/// May a pixel of a block see these splats? The test computes the largest power over the block's pixel centres. The power is largest at the
+/// point of the block that is nearest to the mean in the splat's own metric. A false yes is harmless. A false no cannot occur: the margin
+/// (2 % of alpha and 1e-4 of the power) is far larger than the rounding on both sides. (x0, x1, y0, y1): the block's outermost pixel
+/// centres relative to the means.
 template <std::uint32_t N, std::uint32_t Size>
 TILEMESH_KERNEL Words<N> reaches(Chunk<Size> const& c, std::uint32_t i, Floats<N> const& x0, Floats<N> const& x1,
                                  Floats<N> const& y0, Floats<N> const& y1) noexcept
 {
     auto const along = load<N>(c.along + i), slope = load<N>(c.slope + i), across = load<N>(c.across + i);
-    // On the side of the block that faces the mean, the best point of the vertical and of the horizontal edge.
+    // The best point of the vertical edge and of the horizontal edge, on the side of the block that faces the mean.
     auto const x = clamped<N>(Floats<N>{}, x0, x1), y = clamped<N>(Floats<N>{}, y0, y1);
     auto const best_y = clamped<N>(slope * x, y0, y1);
     auto const off1 = beyond_rounding<N>(best_y, slope * x);
@@ -93,8 +94,9 @@ TILEMESH_KERNEL Words<N> reaches(Chunk<Size> const& c, std::uint32_t i, Floats<N
     return ~(power * (1.0f - 1e-4f) + 0.02f < load<N>(c.faintest + i)); // NaN says yes
 }
 
-/// Is the splat tame in a block? The ratio of the first two rows is 2 to the power of something linear in the column: its extremes
-/// are at the ends. What alpha_max would clamp is not, because clamping rounds no ratio. NaN says no.
+/// Is the splat tame in a block (blending_rules.hpp)? The ratio of the first two rows is 2 to a power that is linear in the column, so its
+/// extremes are at the two ends. A splat that alpha_max would clamp is not tame, because a clamped value has no constant ratio. NaN says
+/// no.
 template <std::uint32_t N, std::uint32_t Size>
 TILEMESH_KERNEL Words<N> is_tame(Chunk<Size> const& c, std::uint32_t i, Floats<N> const& x0, Floats<N> const& x1,
                                  Floats<N> const& y0, float alpha_max) noexcept
@@ -102,16 +104,16 @@ TILEMESH_KERNEL Words<N> is_tame(Chunk<Size> const& c, std::uint32_t i, Floats<N
     constexpr float log2_e = 1.44269504088896341f;
     auto const slope = load<N>(c.slope + i), across = load<N>(c.across + i) * log2_e;
     auto const across0 = slope * x0, across1 = slope * x1, off0 = y0 - across0, off1 = y0 - across1;
-    auto const least = off0 < off1 ? off0 : off1; // across is negative: the steepest rise is where `off` is least
+    auto const least = off0 < off1 ? off0 : off1; // across is negative: the rise is steepest where `off` is least
     auto const rise = across * (least + least + 1.0f);
-    // To row k: k rise + k (k - 1) across.
+    // The rise from the first row to row k is k rise + k (k - 1) across.
     return (rise < steepest_rise) & (2.0f * (rise + across) < steepest_rise) & (3.0f * (rise + 2.0f * across) < steepest_rise) &
            (4.0f * (rise + 3.0f * across) < steepest_rise) & (magnitude<N>(y0) < farthest_px) &
            (magnitude<N>(across0) < farthest_px) & (magnitude<N>(across1) < farthest_px) &
            (load<N>(c.opacity + i) <= alpha_max * below_the_clamp);
 }
 
-/// Which rows of a block a splat covers that covers [first, last) of them: all bits of a row or none.
+/// The rows of a block that a splat covers, for each range [first, last) of rows: all bits of a covered row are set, none of the others.
 struct CoveredRows {
     static constexpr std::uint32_t patterns = (block_height + 1) * (block_height + 1);
     std::uint32_t bits[patterns * block_height];
@@ -125,7 +127,7 @@ struct CoveredRows {
 };
 inline constexpr CoveredRows covered_rows{};
 
-/// The least alpha of each row, by pattern: alpha_min in the rows that a splat covers, infinity in the others.
+/// The least alpha of each row, for each range of CoveredRows: alpha_min in the rows that a splat covers, infinity in the others.
 struct RowLimits {
     float alpha[CoveredRows::patterns * block_height];
     explicit RowLimits(float alpha_min) noexcept
@@ -138,24 +140,24 @@ struct RowLimits {
     float const* of(std::uint32_t pattern) const noexcept { return alpha + pattern * block_height; }
 };
 
-/// The inputs of a block besides its state and its splats.
+/// The inputs of a block, apart from its state and its splats.
 struct alignas(vector_bytes) BlockPlace {
     float xs[block_width];              ///< pixel centres relative to the principal point
     float ys[block_height];
-    std::int32_t column, row;           ///< of its first pixel
+    std::int32_t column, row;           ///< position of the block's first pixel
 };
 
-/// A splat that a block blends: its number in the chunk, whether the recurrence may be used, and the number of its RowLimits.
+/// A splat that a block blends, as one word: its number in the chunk, a bit that allows the recurrence, and the number of its RowLimits.
 struct Hit {
     static constexpr std::uint32_t number = 0xffu, recurs = 0x100u, limits_at = 16;
 };
 
-/// Lists the splats of a chunk that a pixel of the block may see; returns how many. Requires room for one more.
+/// Lists the splats of a chunk that a pixel of the block may see, and returns their number. `hits` must have room for one more than n.
 template <class Rule, std::uint32_t N, std::uint32_t Size>
 std::uint32_t list_hits(Chunk<Size> const& c, std::uint32_t n, BlockPlace const& at, float alpha_max, std::uint32_t* hits) noexcept
 {
     constexpr std::int32_t rows = static_cast<std::int32_t>(block_height);
-    alignas(vector_bytes) std::int32_t entries[Size]; // negative: no pixel sees the splat
+    alignas(vector_bytes) std::int32_t entries[Size]; // negative if no pixel sees the splat
     for (std::uint32_t i = 0; i < n; i += N) {
         auto const mean_x = load<N>(c.mean_x + i), mean_y = load<N>(c.mean_y + i);
         Floats<N> const x0 = at.xs[0] - mean_x, x1 = at.xs[block_width - 1] - mean_x;
@@ -171,11 +173,11 @@ std::uint32_t list_hits(Chunk<Size> const& c, std::uint32_t n, BlockPlace const&
         store(entries + i, Words<N>(entry | unseen));
     }
     std::uint32_t count = 0;
-    for (std::uint32_t i = 0; i < n; ++i) { // without a branch: every second splat is seen
+    for (std::uint32_t i = 0; i < n; ++i) { // no branch: about every second splat is seen, which a branch predictor cannot predict
         hits[count] = static_cast<std::uint32_t>(entries[i]) | i;
         count += entries[i] >= 0 ? 1u : 0u;
     }
-    hits[count] = 0; // looked at, never blended
+    hits[count] = 0; // read ahead by the recurrence, never blended
     return count;
 }
 

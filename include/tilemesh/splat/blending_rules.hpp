@@ -1,41 +1,41 @@
 #pragma once
 #include <tilemesh/splat/lanes.hpp>
 
-/// The rules that the block loop (blending_block.hpp) takes as types: how a pair of a splat and a pixel is evaluated, and when a pixel
+/// The rules that the block loop (blending_block.hpp) takes as types: how it evaluates a pair of a splat and a pixel, and when a pixel
 /// stops.
 TILEMESH_EXACT_BEGIN
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wpsabi" // see lanes.hpp
 namespace tilemesh::splat {
 
-/// Pixels of a block.
+/// The size of a block, in pixels.
 inline constexpr std::uint32_t block_width = 16, block_height = 5;
 
 namespace detail {
 /// The alignment of data that is read and written as vectors: a vector that straddles two cache lines costs two accesses.
 inline constexpr std::uint32_t vector_bytes = native_lanes * sizeof(float);
 
-/// Every pair by itself, as the naive loop does: equal bits.
+/// Evaluates every pair on its own, as the naive loop does. The bits are those of the naive loop.
 struct EachPair {
     static constexpr bool recurs = false;
 };
-/// Down a column of the block alpha is a Gaussian of the row, so that each ratio of neighbours is the last one times a constant
-/// q = 2^(2 across): two exponentials for five rows. `Degree` is that of 2^x's polynomial. Splats that are not tame in a block
-/// are evaluated pair by pair.
+/// Evaluates a column of the block by recurrence: two exponentials for five rows. Down a column alpha is a Gaussian of the row, so each
+/// ratio of two neighbours is the previous ratio times a constant q = 2^(2 across). `Degree` is the degree of the polynomial for 2^x.
+/// Splats that are not tame in a block are evaluated pair by pair.
 template <int Degree>
 struct Recurrence {
     static constexpr bool recurs = true;
     static constexpr int degree = Degree;
 };
-/// A splat is tame in a block where alpha rises by less than 2^steepest_rise from the first row to any other. The exponent of the
-/// first row is clamped at -126. A column that this changes has less than 2^(steepest_rise - 126) = 2^-14 in every row, which
-/// is below `faintest_cut`, and stays below it; in all others nothing is clamped, and the rounding of an exponent of 126 is
-/// 2^-18 of the value.
+/// A splat is tame in a block if alpha rises by less than 2^steepest_rise from the first row to any other row. The exponent of the first
+/// row is clamped at -126. If the clamp changes a column, alpha is below 2^(steepest_rise - 126) = 2^-14 in each row of the column. That is
+/// below `faintest_cut`, and the recurrence keeps it below. In all other columns nothing is clamped, and the rounding of an exponent of 126
+/// is 2^-18 of the value.
 inline constexpr float steepest_rise = 112.0f, faintest_cut = 0x1p-13f;
-/// And where no term of the distance across the splat, in pixels, exceeds this: of a needle whose mean is far from the frame the
-/// distance may be nothing but the rounding of its terms, which is another one in every row.
+/// The second condition of a tame splat: each term of the distance across the splat is at most this many pixels. For a needle whose mean is
+/// far from the frame, the distance may consist of the rounding errors of its terms, and these differ from row to row.
 inline constexpr float farthest_px = 512.0f;
-/// alpha of a tame splat is below its opacity by more than the recurrence's error, 2^-16: it can exceed neither alpha_max nor 1.
+/// alpha of a tame splat is below its opacity by more than the error of the recurrence, 2^-16. So alpha exceeds neither alpha_max nor 1.
 inline constexpr float below_the_clamp = 1.0f - 0x1p-16f;
 using FastRule = Recurrence<5>;
 
@@ -43,19 +43,20 @@ using FastRule = Recurrence<5>;
 struct StopEachPixel {
     static constexpr bool each_pixel = true, drops_crossing = false;
 };
-/// All pixels of a block go on until the last one has stopped. Not the model: measured beside it (bench/frame).
+/// A block goes on with all its pixels until the last one has stopped. This is not the model's rule; bench/frame measures it for
+/// comparison.
 struct StopWholeBlock {
     static constexpr bool each_pixel = false, drops_crossing = false;
 };
-/// A pixel stops before the splat that would take its transmittance below the limit, which it leaves out, as 3D Gaussian Splatting
-/// does. Not the model: it loses up to the limit at once, and one rounding decides whether (numerics, rows 45 and 46); measured
-/// beside it (bench/error_vs_time). What a stopped pixel keeps of its transmittance has its sign turned.
+/// A pixel stops before the splat that would take its transmittance below the limit, and does not blend that splat. This is the rule of 3D
+/// Gaussian Splatting, not the model's. It loses up to the limit at once, and one rounding decides whether (tests/stability/opacity.cpp,
+/// rows 45 and 46). bench/error_vs_time measures it for comparison. A stopped pixel keeps its transmittance with the sign turned.
 struct StopBeforeCrossing {
     static constexpr bool each_pixel = true, drops_crossing = true;
 };
 
-/// 2^x for |x| <= 126. The polynomials are those of
-/// least relative error on [-1/2, 1/2] (Remez): 7.5e-5 at degree 3, 2.6e-6 at 4, 7.5e-8 at 5, before rounding.
+/// 2^x for |x| <= 126. The polynomials have the least relative error on [-1/2, 1/2] (Remez): 7.5e-5 at degree 3, 2.6e-6 at degree 4, 7.5e-8
+/// at degree 5, before rounding.
 template <int Degree, std::uint32_t N>
 TILEMESH_KERNEL Floats<N> power_of_two(Floats<N> const& x) noexcept
 {

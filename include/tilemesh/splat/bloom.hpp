@@ -14,7 +14,7 @@ struct Bloom {
                     OwedCopies& owed_copies, Counts& counts, In<Beam<S>> in, Out<Beam<S>> out) const noexcept
     {
         bool const reusable = Copies::reusable_in(*frame), holds = S::Saturation::holds_in(*frame);
-        // Sends slot i where it is owed; true when something remains owed.
+        // Sends slot i to the sides to which it is owed. Returns true if a copy is still owed.
         auto const send_owed = [&](std::uint32_t i, Reach const& r) noexcept {
             std::uint32_t bits = marks[i].bits & ~Mark::owes;
             std::uint32_t const owed = r.sides & child_sides(r.anchor, here.tile) & ~bits;
@@ -35,11 +35,11 @@ struct Bloom {
             return (bits & Mark::owes) != 0;
         };
 
-        // What was under way when the view changed: a projected copy shows the old view, and its sender has forgotten it; where the
-        // host places the records, nobody is what its sender thought it was.
+        // Copies that were under way when the view changed. A projected copy shows the old view, and its sender has forgotten it. If the
+        // host places the records, the sender's knowledge of its neighbours is out of date.
         bool const stale = (!reusable || !S::routes) && frame->view_changed != 0 &&
                            (owed_copies.first != 0 || !in_picture(here, *frame));
-        // In the first superstep Project and routing have said who owes, and what arrives waits for its turn among them.
+        // In the first pass, Project and routing have marked the slots that owe copies. An arrival waits for its turn among these slots.
         bool const in_turn = owed_copies.open != 0 || owed_copies.first != 0;
         bool waiting = owed_copies.open != 0 || (owed_copies.first != 0 && counts.changes != 0);
         std::uint32_t open = 0;
@@ -50,7 +50,7 @@ struct Bloom {
                 if (i == no_slot) {
                     auto const entry = Copies::splat(message, *frame);
                     counts.projected += reusable ? 1 : 0;
-                    if (!Access::is_here(here, *frame, entry)) continue; // under way since an older view
+                    if (!Access::is_here(here, *frame, entry)) continue; // it was sent in an older view
                     i = storage.size();
                     if (!storage.try_push(Copies::template record<typename S::Record>(message))) {
                         ++counts.copies_full;
@@ -76,8 +76,8 @@ struct Bloom {
         return open == 0 ? Vote::quiet : Vote::busy;
     }
 
-    /// For a cost model: an arrival is looked for among the tile's records and projected, a copy given to a channel. Each
-    /// arrival settles: what goes on from here is another copy.
+    /// For a cost model. An arrival is looked up among the tile's records and projected; a copy that leaves is given to a channel. Each
+    /// arrival settles here: a message that goes on from this tile is another copy.
     static Operations operations(Broadcast<typename S::Parameters> frame, Marks<S> const& marks, In<Beam<S>> in,
                                  Out<Beam<S>> out) noexcept
     {
@@ -96,16 +96,17 @@ struct Bloom {
 };
 } // namespace kernel
 
-/// Sends each record along the tree of footprint.hpp to every tile that its footprint touches and that does not hold it yet. Runs until
-/// quiet.
+/// Sends each record along the tree of footprint.hpp to every tile that its footprint touches and that does not hold the record yet. Runs
+/// until quiet.
 ///
-/// A tile knows which neighbours hold a record: it sets `Mark::shared(d)` when it sends the record to side d or gets it from there. It
-/// sends a copy only if that bit is not set, so a static view sends nothing and a small step sends a few copies. When the root of the
-/// tree moves, a tile may get a copy that it has; it then only notes that the sender has it too. With `Hold`, a copy that finds no slot
-/// in a channel stays owed; with `Drop`, the tile gives it up and marks it. Storage is the sink of copies: bloom needs no credits and no
-/// FIFO, and cannot dead-lock.
+/// A tile knows which neighbours hold a record: it sets `Mark::shared(d)` when it sends the record to side d or receives it from there. It
+/// sends a copy only if that bit is not set. So a static view sends nothing, and a small step of the camera sends a few copies. When the
+/// root of the tree moves, a tile may receive a copy that it already has; it then only notes that the sender has the record too. With
+/// `Hold`, a copy that finds no free slot in a channel stays owed. With `Drop`, the tile gives the copy up and marks it. Storage is the
+/// sink of copies, so bloom needs no credits and no FIFO, and it cannot deadlock.
 ///
-/// When the mesh is quiet and nothing was refused, exactly the tiles that a record's footprint touches hold it. Cost: one message per
+/// When the mesh is quiet and no copy was refused, exactly the tiles that a record's footprint touches hold the record. Cost: one message
+/// per new copy. When an anchor moves to another row, at most as many further messages as the footprint is tiles wide.
 /// new copy, plus at most the width of the footprint in tiles when an anchor changes row.
 template <class S>
 using Bloom = kernel::Bloom<PoliciesOf<S>>;

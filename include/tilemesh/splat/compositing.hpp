@@ -19,7 +19,7 @@ struct Composite {
         work.contributing[worker.index] = pairs.contributing;
     }
 
-    /// For a cost model: all workers wait for the one with the most pairs.
+    /// For a cost model. All workers wait for the worker with the most pairs.
     static Operations operations(Framebuffer<S> const& framebuffer, Work const& work, Worker worker) noexcept
     {
         std::uint32_t most = 0;
@@ -30,7 +30,7 @@ struct Composite {
         return o;
     }
 
-    /// The shares of all workers at once, for a host thread.
+    /// Computes the shares of all workers at once, for a host thread.
     struct AllWorkers {
         static constexpr char const* name = Composite::name;
         void operator()(Here here, Broadcast<typename S::Parameters> frame, Splats<S> const& splats, Order<S> const& order,
@@ -49,11 +49,11 @@ struct Composite {
 };
 } // namespace kernel
 
-/// Blends the tile's pixels front to back (blending.hpp), in the order that DepthSort left.
+/// Blends the tile's pixels front to back (blending.hpp), in the order that DepthSort made.
 ///
-/// Requires a framebuffer of the tile's pixels (the host sizes it when it sets the tiling). Runs on all workers; each takes
-/// whole blocks, so their writes are disjoint. Cost: no exchange; 80 pairs for each splat that may be visible in a block whose
-/// pixels have not all stopped.
+/// Requires a framebuffer with the tile's pixels; the host sizes it when it sets the tiling. The kernel runs on all workers. Each worker
+/// takes whole blocks, so the workers write disjoint pixels. Cost: no exchange; 80 pairs for each splat that may be visible in a block,
+/// until all pixels of the block have stopped.
 template <class S>
 using Composite = kernel::Composite<PoliciesOf<S>>;
 

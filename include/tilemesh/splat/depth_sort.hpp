@@ -4,8 +4,8 @@
 namespace tilemesh::splat {
 
 namespace detail {
-/// Heap sort (Williams 1964): in place, iterative, at most 2 n log2 n compares whatever the input; a quicksort on sorted or
-/// equal keys needs n^2 / 2 (numerics, row 62).
+/// Heap sort (Williams 1964): in place, iterative, at most 2 n log2 n compares for any input. A quicksort needs n^2 / 2 compares on sorted
+/// or equal keys (tests/stability/order.cpp, row 62).
 template <class Key>
 void heap_sort(Key* keys, std::uint32_t n) noexcept
 {
@@ -30,8 +30,8 @@ void heap_sort(Key* keys, std::uint32_t n) noexcept
     }
 }
 
-/// Insertion sort with a budget of `moves` a key: linear for keys that are nearly in order, as those of the last frame are.
-/// False, with the keys in some order, when the budget is spent.
+/// Insertion sort with a budget of `moves` moves a key. It is linear for keys that are nearly in order, as the keys of the last frame are.
+/// If the budget is spent, it returns false and leaves the keys in some order.
 template <class Key>
 bool insertion_sort(Key* keys, std::uint32_t n, std::uint32_t moves) noexcept
 {
@@ -51,7 +51,7 @@ bool insertion_sort(Key* keys, std::uint32_t n, std::uint32_t moves) noexcept
     }
     return true;
 }
-/// Merges the sorted keys [0, n) and [n, n + m) from behind; `spare`: room for m keys that lie in neither.
+/// Merges the sorted keys [0, n) and [n, n + m), from the back. `spare`: room for m keys, outside both ranges.
 template <class Key>
 void merge(Key* keys, std::uint32_t n, std::uint32_t m, Key* spare) noexcept
 {
@@ -66,13 +66,13 @@ void merge(Key* keys, std::uint32_t n, std::uint32_t m, Key* spare) noexcept
         }
     }
 }
-/// A key of the last order is rarely further from its place: a turn of a tenth of a degree moves one by a fraction of a place,
-/// 2 degrees by a few. Beyond that heap sort is cheaper.
+/// A key of the last order is rarely farther from its new place. A camera turn of 0.1 degrees moves a key by a fraction of a place, a turn
+/// of 2 degrees by a few places. Beyond 8 moves a key, heap sort is cheaper.
 inline constexpr std::uint32_t moves_a_key = 8;
-/// A tail up to this long is inserted: sorting it apart and merging passes over all keys once more.
+/// A tail of at most this length is inserted. Sorting and merging it would go through all keys once more.
 inline constexpr std::uint32_t short_tail = 4;
 
-/// Sorts keys of which the first `listed` are nearly in order, in a buffer of `room` keys: at most O(n log n) whatever they are.
+/// Sorts n keys of which the first `listed` are nearly in order, in a buffer of `room` keys. At most O(n log n) for any keys.
 template <class Key>
 void repair(Key* keys, std::uint32_t listed, std::uint32_t n, std::uint32_t room) noexcept
 {
@@ -117,13 +117,13 @@ struct DepthSort {
             for (SortKey const& key : order) {
                 if (key.slot >= n || marks[key.slot].id != key.id) continue;
                 std::uint32_t const bits = marks[key.slot].bits;
-                if ((bits & Mark::copy) == 0 && !Access::is_here(here, frame, splats[key.slot])) continue; // a copy that is not goes
+                if ((bits & Mark::copy) == 0 && !Access::is_here(here, frame, splats[key.slot])) continue; // an anchored record that left
                 copies += (bits & Mark::copy) != 0 ? 1 : 0;
                 order[kept++] = {Access::depth_bits(frame, splats[key.slot]), key.id, key.slot};
             }
         }
         order.truncate(kept);
-        if (kept + counts.parked != n) { // those parked here touch no tile: with them the keys are all slots, or some are new
+        if (kept + counts.parked != n) { // parked records touch no tile: if listed and parked slots are not all slots, some are new
             if constexpr (S::routes || S::blooms)
                 for (SortKey const& key : order) marks[key.slot].bits |= Mark::listed;
             for (std::uint32_t i = 0; i < n; ++i) {
@@ -142,8 +142,8 @@ struct DepthSort {
         detail::repair(order.begin(), kept, order.size(), order.capacity());
     }
 
-    /// For a cost model: in a new view every record is looked at and the keys are sorted, n ceil(log2 n) comparisons; repairing an
-    /// order that nearly holds costs less, which is not modelled.
+    /// For a cost model. In a new view, the kernel looks at every record and sorts the keys with n ceil(log2 n) comparisons. The model
+    /// ignores that repairing a nearly sorted order costs less.
     static Operations operations(Broadcast<typename S::Parameters> parameters, Splats<S> const& splats, Order<S> const& order) noexcept
     {
         Operations o;
@@ -157,11 +157,11 @@ struct DepthSort {
 };
 } // namespace kernel
 
-/// Lists the splats that touch the tile, front to back: by depth, and by id for equal depths. So the order depends on view and scene
-/// alone, and is the same on every tile and for every order of arrival. No exchange.
+/// Lists the splats that touch the tile, front to back: by depth, and by id for equal depths. The order depends only on view and scene. It
+/// is the same on every tile and for every order of arrival. No exchange.
 ///
-/// It repairs the order of the last frame: keys get their new depths, keys whose slot is gone or no longer touches the tile leave, and
-/// new slots follow at the end; then it sorts keys that are nearly in order. In the view of the last frame, with the same slots, it
+/// It repairs the order of the last frame. Keys get their new depths. Keys whose slot is gone or no longer touches the tile leave. New
+/// slots are added at the end. Then it sorts the keys, which are nearly in order. If the view and the slots are those of the last frame, it
 /// does nothing.
 template <class S>
 using DepthSort = kernel::DepthSort<PoliciesOf<S>>;

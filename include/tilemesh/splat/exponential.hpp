@@ -12,7 +12,7 @@ namespace detail {
 template <std::uint32_t N>
 TILEMESH_KERNEL Floats<N> exponential_lanes(Floats<N> const& v) noexcept
 {
-    constexpr float lowest = -87.0f, highest = 88.0f; // e^x stays a normal number
+    constexpr float lowest = -87.0f, highest = 88.0f; // within them e^x is a normal number
     constexpr float log2_e = 1.44269504088896341f;
     constexpr float ln2_high = 0.693359375f, ln2_low = -2.12194440e-4f;
     constexpr float to_integer = 12582912.0f; // 1.5 * 2^23: adding it rounds to the nearest integer
@@ -28,18 +28,18 @@ TILEMESH_KERNEL Floats<N> exponential_lanes(Floats<N> const& v) noexcept
     p = multiply_add_lanes<N>(p, r, broadcast<N>(1.6666665459e-1f));
     p = multiply_add_lanes<N>(p, r, broadcast<N>(5.0000001201e-1f));
     Floats<N> const value = 1.0f + multiply_add_lanes<N>(p, r * r, r);
-    // n sits in the low bits of `shifted`; adding it to the exponent multiplies by 2^n.
+    // The low bits of `shifted` hold n. Adding n to the exponent multiplies by 2^n.
     return floats_of<N>(bits_of<N>(value) + (bits_of<N>(shifted) << 23));
 }
 #pragma GCC diagnostic pop
 } // namespace detail
 
-/// e^x for x in [-87, 88], beyond that the value at the bound; NaN gives the lower bound, so that a broken input fades instead
-/// of spreading. Error below 2 ulp (tests/splat), exactly 1 at 0, no branch, no library call: the same bits on a host lane
-/// and on a tile.
+/// e^x for x in [-87, 88]. Beyond these bounds it returns the value at the bound. NaN gives the value at the lower bound, so a broken input
+/// fades instead of spreading. The error is below 2 ulp (tests/splat), and the result at 0 is exactly 1. There is no branch and no library
+/// call, so a host lane and a tile give the same bits.
 ///
-/// Cody-Waite reduction x = n ln 2 + r with ln 2 in two parts, then a polynomial of degree 6 on |r| <= 0.35; the polynomial's
-/// and the reduction's constants are those of Cephes expf (Moshier).
+/// Method: the Cody-Waite reduction x = n ln 2 + r with ln 2 in two parts, then a polynomial of degree 6 on |r| <= 0.35. The constants of
+/// the polynomial and of the reduction are those of Cephes expf (Moshier).
 inline float exponential(float x) noexcept { return detail::exponential_lanes<1>(detail::Floats<1>{x})[0]; }
 
 } // namespace tilemesh::splat

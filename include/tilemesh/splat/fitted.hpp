@@ -5,10 +5,10 @@
 
 namespace tilemesh::splat {
 
-/// The bytes of one record, message and pixel on the machine, even if a host moves references.
+/// The bytes of one record, message and pixel on the machine. They are the same if a host moves references instead of values.
 struct FrameWords {
     std::uint32_t record, road_message, beam_message, pixel;
-    std::uint32_t slot_lists; ///< mark, projected record and sort key of a slot of storage, if these count against the SRAM
+    std::uint32_t slot_lists; ///< mark, projected record and sort key of one storage slot; 0 if these do not count against the SRAM
 
     constexpr std::uint32_t slot() const noexcept { return record + slot_lists; }
 };
@@ -24,14 +24,15 @@ constexpr FrameWords frame_words() noexcept
             slot_list_bytes(S::sizes.lists_fit, sizeof(MarkOf<P>))};
 }
 
-/// Slots of a region that is given as bytes; no more than a size can say.
+/// The number of slots in a region of `bytes` bytes. The result is at most the largest capacity that a size can hold.
 constexpr std::uint32_t slots_in(std::uint64_t bytes, std::uint32_t slot_bytes) noexcept
 {
     auto const slots = bytes / slot_bytes;
     return slots < 0xffffffffu ? static_cast<std::uint32_t>(slots) : 0xfffffffeu;
 }
 
-/// SRAM of a tile that routing takes, and bloom: what it frees without. A channel whose slots `limit` gives has its heads alone.
+/// The SRAM of a tile that routing takes (`bloom_bytes`: that bloom takes). A setup without the step frees it. If `limit` gives the slots
+/// of a channel, only the channel's heads count.
 constexpr std::uint64_t routing_bytes(Sizes const& sizes, FrameWords const& words, bool holds) noexcept
 {
     std::uint64_t const road = sizes.road == dynamic_capacity ? 0 : sizes.road;
@@ -44,9 +45,10 @@ constexpr std::uint64_t bloom_bytes(Sizes const& sizes, FrameWords const& words)
     return 8 * (8 + beam * words.beam_message) + sizeof(OwedCopies);
 }
 
-/// The sizes for other words in the same bytes of SRAM: channels and FIFOs keep their bytes, so their slots follow from the size of a
-/// message. Storage has its bytes and `freed` ones besides: of `Lossless` 2,000 slots of 60 bytes and their lists, 860 of 240 bytes,
-/// 2,941 without routing, 3,758 without either. A channel whose slots `limit` gives stays one.
+/// Returns the sizes for other words in the same bytes of SRAM. Channels and FIFOs keep their bytes, so their slots follow from the size of
+/// a message. Storage keeps its bytes and gets the `freed` ones. Example: `Lossless` has 2,000 slots of 60-byte records with their lists;
+/// with 240-byte records 860 slots, without routing 2,941, without routing and bloom 3,758. A channel whose slots `limit` gives keeps that
+/// form.
 constexpr Sizes refitted(Sizes sizes, FrameWords const& before, FrameWords const& now, std::uint64_t freed = 0) noexcept
 {
     if (sizes.road != dynamic_capacity) sizes.road = slots_in(std::uint64_t{sizes.road} * before.road_message, now.road_message);
@@ -56,8 +58,8 @@ constexpr Sizes refitted(Sizes sizes, FrameWords const& before, FrameWords const
     return sizes;
 }
 
-/// The sizes for pixels of `pixel` bytes instead of those of `words`. `room`: free bytes of SRAM. If larger pixels need more, storage
-/// gives up as many slots as that takes: of the 2,000 of `Lossless`, 7 for a depth, and 25 for depth and alpha.
+/// Returns the sizes for pixels of `pixel` bytes instead of those of `words`. `room`: free bytes of SRAM. If larger pixels need more than
+/// `room`, storage gives up as many slots as they need: of the 2,000 slots of `Lossless`, 7 for a depth, and 25 for depth and alpha.
 constexpr Sizes with_pixels_of(Sizes sizes, FrameWords const& words, std::uint32_t pixel, std::uint64_t room) noexcept
 {
     std::uint64_t const before = std::uint64_t{words.pixel} * sizes.tile_pixels;
@@ -68,8 +70,8 @@ constexpr Sizes with_pixels_of(Sizes sizes, FrameWords const& words, std::uint32
     return sizes;
 }
 
-/// `Base` cut to what a scene needs, in Base's bytes (`refitted`): harmonics up to `Degree`, and routing and bloom only if the scene
-/// needs them (scene/demand.hpp finds out).
+/// `Base` reduced to what a scene needs, in the same bytes (`refitted`): harmonics up to `Degree`, and routing and bloom only if the scene
+/// needs them. scene/demand.hpp computes what a scene needs.
 template <class Base, std::uint32_t Degree, bool Routes = true, bool Blooms = true>
 struct Fitted : Base {
     static_assert((Routes && Blooms) || !Base::sizes.one_channel_memory,
@@ -92,7 +94,7 @@ public:
     static constexpr Sizes sizes = refitted(Base::sizes, frame_words<Base>(), frame_words<Slot>(), freed);
 };
 
-/// `Base` with other pixels: `WithPixel<Lossless, WithDepth<FloatPixel>>`, in the same SRAM (`with_pixels_of`).
+/// `Base` with other pixels, in the same SRAM (`with_pixels_of`). Example: `WithPixel<Lossless, WithDepth<FloatPixel>>`.
 template <class Base, class P>
 struct WithPixel : Base {
     using Pixel = P;

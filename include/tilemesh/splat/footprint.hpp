@@ -3,7 +3,7 @@
 
 namespace tilemesh::splat {
 
-/// Does a splat's rectangle touch tile t? Pure compares; no division.
+/// Does a splat's rectangle touch tile t? It only compares; it does not divide.
 inline bool covers(Splat const& s, Tiling const& tiling, TileId t) noexcept
 {
     if (!s.visible()) return false;
@@ -12,7 +12,7 @@ inline bool covers(Splat const& s, Tiling const& tiling, TileId t) noexcept
     return r.x0 < x0 + tiling.tile_width && r.x1 > x0 && r.y0 < y0 + tiling.tile_height && r.y1 > y0;
 }
 
-/// The tiles that a splat's rectangle touches, first to last, both inclusive.
+/// The tiles that a splat's rectangle touches, from `first` to `last`, both inclusive.
 struct TileRange {
     TileId first, last;
     constexpr std::uint32_t columns() const noexcept { return last.x() - first.x() + 1; }
@@ -27,10 +27,12 @@ inline TileRange tiles_of(Splat const& s, Tiling const& tiling) noexcept
             TileId::at((r.x1 - 1) / tiling.tile_width, (r.y1 - 1) / tiling.tile_height)};
 }
 
-/// The bloom tree (the paper, section "Tree-Pattern Bloom"): from the anchor along its row both ways, and from every tile of
-/// that row up and down its column. Is the neighbour on side `d` a child of tile `t` in the tree that is rooted at `anchor`?
-/// Every other tile of a rectangle around the anchor has exactly one parent, and it lies in the rectangle: no cycle, no copy
-/// twice, k - 1 messages for k tiles (tests/splat/footprint.cpp proves it at compile time).
+/// Is the neighbour on side `d` a child of tile `t` in the bloom tree that is rooted at `anchor`? The tree (the paper, section
+/// "Tree-Pattern Bloom") goes from the anchor along its row in both directions, and from every tile of that row along its column in both
+/// directions.
+///
+/// In a rectangle around the anchor, every tile except the anchor has exactly one parent, and the parent lies in the rectangle. So the tree
+/// has no cycle, no tile gets a copy twice, and k tiles need k - 1 messages (tests/splat/footprint.cpp proves it at compile time).
 constexpr bool is_child(TileId anchor, TileId t, Direction d) noexcept
 {
     switch (d) {

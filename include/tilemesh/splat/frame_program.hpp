@@ -9,11 +9,11 @@
 
 namespace tilemesh::splat {
 
-/// One frame: project, route, bloom, sort, composite. Gaussians and copies stay where they are between runs. A setup that leaves out a
-/// step has neither the step nor the channels and lists that only this step uses.
+/// One frame: project, route, bloom, sort, composite. Gaussians and copies stay on their tiles between runs. If a setup leaves out a step,
+/// the program has neither the step nor the channels and lists that only this step uses.
 ///
-/// Bloom's first superstep runs on every tile, because all tiles are quiet after routing. In it, the tiles that owe copies begin to send
-/// them. If no tile owes a copy, it sends nothing and costs no exchange.
+/// Bloom's first pass runs on every tile, because all tiles are quiet after routing. In this pass, the tiles that owe copies begin to send
+/// them. If no tile owes a copy, the pass sends nothing and costs no exchange.
 template <class S>
 using Frame = Sequence<Superstep<Project<S>>, StepIf<S::routes, UntilQuiet<Route<S>>>, StepIf<S::blooms, Superstep<Bloom<S>>>,
                        StepIf<S::blooms, UntilQuiet<Bloom<S>>>, Superstep<DepthSort<S>>, Superstep<Composite<S>>>;
@@ -30,8 +30,8 @@ struct FrameSteps {
     static constexpr std::uint32_t composite = step_of<Frame<S>, Composite<S>>();
 };
 
-/// The frame program with at most `hops` supersteps of routing and of bloom per frame; 0: until quiet. Records that are still under way
-/// go on in the next frame.
+/// Returns the frame program with at most `hops` supersteps of routing and of bloom per frame; 0 means until quiet. Records that are still
+/// under way go on in the next frame.
 template <class S>
 Frame<S> frame_program(std::uint32_t hops)
 {

@@ -4,14 +4,14 @@
 namespace tilemesh::splat {
 
 namespace detail {
-/// What Project counts on a tile.
+/// The results of Project's pass over a tile.
 struct Pending {
     std::uint32_t leaving; ///< records that wait to leave
     std::uint32_t owing;   ///< slots with Mark::owes
 };
 
-/// Counts the anchored records with and without something on screen. Needed only if routing may have brought or taken records since the
-/// last count.
+/// Counts the anchored records, separately those with something on screen and those without. Needed only if routing may have brought or
+/// taken records since the last count.
 template <class S>
 void count_anchored(typename S::Parameters const& frame, Marks<S> const& marks, Splats<S> const& splats, Counts& counts) noexcept
 {
@@ -20,7 +20,7 @@ void count_anchored(typename S::Parameters const& frame, Marks<S> const& marks, 
         if (!marks[i].is(Mark::copy)) ++(AccessOf<S>::splat_of(frame, splats[i]).visible() ? counts.visible : counts.parked);
 }
 
-/// What Project does with a tile's records in a new view.
+/// Updates a tile's records for a new view.
 template <class S>
 Pending begin_view(Here const& here, typename S::Parameters const& parameters, Storage<S>& storage, Marks<S>& marks,
                  Splats<S>& splats, Counts& counts) noexcept
@@ -37,7 +37,7 @@ Pending begin_view(Here const& here, typename S::Parameters const& parameters, S
     std::uint32_t const held = storage.size();
     for (std::uint32_t i = held; i-- > 0;) {
         bool const copy = S::blooms && marks[i].is(Mark::copy);
-        if (copy && !reusable) { // the tile has only the copy's splat, which is good for one view
+        if (copy && !reusable) { // the tile has only the copy's splat, which is valid for one view
             if (forget) {
                 remove_slot(storage, marks, splats, i);
                 ++removed;
@@ -60,7 +60,7 @@ Pending begin_view(Here const& here, typename S::Parameters const& parameters, S
             ++removed;
             continue;
         }
-        if constexpr (S::routes) // otherwise the host places the records, and says so
+        if constexpr (S::routes) // without routing, the host places the records and counts the changes
             if (!copy && Access::coverage_changed(here, frame, splats[i], r.here, bits, row_state)) ++changes;
         splats[i] = entry;
         if constexpr (S::blooms) {
@@ -93,7 +93,7 @@ Pending begin_view(Here const& here, typename S::Parameters const& parameters, S
     return pending;
 }
 
-/// What Project does with a tile. If the view did not change, the counts of leaving and owing records are those of the last frame.
+/// Begins a frame on a tile. If the view did not change, the counts of leaving and owing records are those of the last frame (`last`).
 template <class S>
 Pending begin_frame(Here const& here, typename S::Parameters const& frame, Storage<S>& storage, Marks<S>& marks, Splats<S>& splats,
                   Counts& counts, Pending last) noexcept
@@ -117,7 +117,7 @@ inline Vote vote_to_route(FlowControl& flow, std::uint32_t leaving) noexcept
 } // namespace detail
 
 namespace kernel {
-/// What Project did, for a cost model: it looks at every stored record, and projects those that it must.
+/// The operations of Project, for a cost model: it looks at every stored record, and projects the records that need it.
 template <class S>
 struct ProjectOperations {
     static Operations operations(Storage<S> const& storage, Counts const& counts) noexcept
@@ -147,14 +147,14 @@ struct Project : ProjectOperations<S> {
 
 } // namespace kernel
 
-/// Begins a frame on a tile. It projects all records of the tile in the new view, marks the anchored records that must leave and the
-/// slots that owe copies, and drops the copies whose footprint left the tile. In the view of the last frame it only resets the counters.
-/// Votes busy if a record must leave or waits.
+/// Begins a frame on a tile. In a new view it projects all records of the tile, marks the anchored records that must leave and the slots
+/// that owe copies, and drops the copies whose footprint left the tile. If the view is that of the last frame, it only resets the counters.
+/// It votes busy if a record must leave or waits.
 ///
-/// After this, on every tile: a copy is here only if its footprint touches the tile. `Mark::shared(d)` is set only if the neighbour on
-/// side d holds the record. A copy that a full channel refused is owed again in a new view. Both tiles of a pair decide with the same
-/// words and the same view, so a copy ends without a message. Cost: one projection per stored record in a new view, nothing in an old
-/// one; no exchange. A setup without routing or bloom stores nothing for them.
+/// After this pass, on every tile: a copy is present only if its footprint touches the tile. `Mark::shared(d)` is set only if the neighbour
+/// on side d holds the record. A copy that a full channel refused is owed again in a new view. Two neighbours decide about a copy with the
+/// same words and the same view, so dropping a copy needs no message. Cost: one projection per stored record in a new view, no projection
+/// in an old one; no exchange. A setup without routing or bloom stores nothing for them.
 template <class S>
 using Project = kernel::Project<PoliciesOf<S>>;
 

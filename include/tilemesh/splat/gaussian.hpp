@@ -5,15 +5,15 @@
 
 namespace tilemesh::splat {
 
-/// A Gaussian's identity, unique in a map. 0 marks a free slot and is never an id (the paper, section "Routing protocol").
+/// The identity of a Gaussian, unique in its map. The value 0 marks a free slot and is never an id (the paper, section "Routing protocol").
 enum class GaussianId : std::uint32_t { none = 0 };
 
-/// One primitive of a map, of one colour from all sides: the record a tile stores and a channel carries (the paper's table in
-/// section "Gaussian Representation"): 60 bytes of plain words.
+/// One primitive of a map. It has the same colour from all sides. A tile stores this record, and a channel carries it: 60 bytes of plain
+/// words (the paper's table in section "Gaussian Representation").
 ///
-/// Spaces and units: `mean_world` in world units; `colour` is linear RGB, `0.28209479 f_dc + 0.5` clamped at 0 from below
-/// (real maps reach 3.8: never clamp above); `opacity` in [0, 1], after the sigmoid; `rotation` is a quaternion w, x, y, z
-/// of any length but zero; `log_scale` is the natural logarithm of the standard deviation along each local axis.
+/// Spaces and units: `mean_world` is in world units. `colour` is linear RGB, `0.28209479 f_dc + 0.5`, clamped at 0 from below; do not clamp
+/// it from above, because real maps reach 3.8. `opacity` is in [0, 1], after the sigmoid. `rotation` is a quaternion w, x, y, z of any
+/// length except 0. `log_scale` is the natural logarithm of the standard deviation along each local axis.
 struct Gaussian {
     static constexpr std::uint32_t sh_degree = 0;
     float mean_world[3];
@@ -26,17 +26,17 @@ struct Gaussian {
 static_assert(sizeof(Gaussian) == 60 && alignof(Gaussian) == 4 && std::is_trivially_copyable_v<Gaussian>,
               "the record of the paper is 60 bytes");
 
-/// Coefficients above degree 0 of the spherical harmonics up to `degree`, of one colour channel: 3, 8, 15.
+/// The number of coefficients of one colour channel, from degree 1 to `degree` of the spherical harmonics: 3, 8 or 15.
 constexpr std::uint32_t harmonics_per_channel(std::uint32_t degree) noexcept
 {
     return degree * (degree + 2);
 }
 
-/// A Gaussian whose colour depends on where it is seen from: spherical harmonics up to `Degree`, 1 to 3, as 3D Gaussian
-/// Splatting trains them (Kerbl et al. 2023): 96, 156, 240 bytes.
+/// A Gaussian whose colour depends on the view direction. It has spherical harmonics up to `Degree`, 1 to 3, as 3D Gaussian Splatting
+/// trains them (Kerbl et al. 2023): 96, 156 or 240 bytes.
 ///
-/// `colour` is the part of degree 0 and is not clamped: the sum over all degrees is. `harmonics` holds red, green and blue of
-/// the first coefficient, then of the second, in the order of the `f_rest_*` columns of a channel.
+/// `colour` is the part of degree 0. It is not clamped; the sum over all degrees is clamped. `harmonics` holds red, green and blue of the
+/// first coefficient, then of the second, and so on. The coefficients are in the order of a channel's `f_rest_*` columns.
 template <std::uint32_t Degree>
 struct ShadedGaussian : Gaussian {
     static_assert(Degree >= 1 && Degree <= 3, "harmonics of degree 1, 2 or 3 (3D Gaussian Splatting trains no more); take one of "
@@ -58,7 +58,7 @@ struct RecordOfDegree<0> {
     using type = Gaussian;
 };
 } // namespace detail
-/// The record for a map of this degree.
+/// The record type for a map of this degree.
 template <std::uint32_t Degree>
 using GaussianOfDegree = typename detail::RecordOfDegree<Degree>::type;
 

@@ -7,9 +7,9 @@ TILEMESH_EXACT_BEGIN
 namespace tilemesh::splat {
 
 namespace detail {
-/// The real spherical harmonics of degree 1 to `Degree` in direction `d`, in the order and with the signs of 3D Gaussian
-/// Splatting (Kerbl et al. 2023): those of odd order m carry the Condon-Shortley sign. The constants are
-/// sqrt(3 / 4 pi), sqrt(15 / 4 pi), sqrt(5 / 16 pi), sqrt(35 / 32 pi), sqrt(105 / 4 pi), sqrt(21 / 32 pi), sqrt(7 / 16 pi).
+/// The real spherical harmonics of degree 1 to `Degree` in direction `d`. Order and signs are those of 3D Gaussian Splatting (Kerbl et al.
+/// 2023): the functions of odd order m carry the Condon-Shortley sign. The constants are sqrt(3 / 4 pi), sqrt(15 / 4 pi), sqrt(5 / 16 pi),
+/// sqrt(35 / 32 pi), sqrt(105 / 4 pi), sqrt(21 / 32 pi) and sqrt(7 / 16 pi).
 template <std::uint32_t Degree>
 void harmonic_basis(Float3 const& d, float (&basis)[harmonics_per_channel(Degree)]) noexcept
 {
@@ -37,14 +37,14 @@ void harmonic_basis(Float3 const& d, float (&basis)[harmonics_per_channel(Degree
 
 } // namespace detail
 
-/// Gives `s`, which is visible, the colour that the camera sees from where it stands; false where it is no colour.
-/// `harmonics`: as in ShadedGaussian<Degree>.
+/// Sets the colour of `s` to the colour that the camera sees from its position. Requires a visible `s`. Returns false if a channel is NaN
+/// or above `largest_colour`. `harmonics`: as in ShadedGaussian<Degree>.
 template <std::uint32_t Degree>
 bool shade(Gaussian const& g, float const* harmonics, View const& view, Splat& s) noexcept
 {
     using namespace detail;
-    // The direction from the camera to the mean. It is in front of the near plane, so no length is 0; the largest component
-    // becomes about 1 first, so that no square leaves the floats' range.
+    // The direction from the camera to the mean. The mean is in front of the near plane, so its length is not 0. The largest component is
+    // first scaled to about 1, so that no square leaves the range of floats.
     Float3 d{g.mean_world[0] - view.camera.position[0], g.mean_world[1] - view.camera.position[1],
              g.mean_world[2] - view.camera.position[2]};
     float largest = std::fabs(d.x) > std::fabs(d.y) ? std::fabs(d.x) : std::fabs(d.y);
@@ -71,10 +71,11 @@ bool shade(ShadedGaussian<Degree> const& g, View const& view, Splat& s) noexcept
     return shade<Degree>(g, g.harmonics, view, s);
 }
 
-/// A record with harmonics, projected: as its Gaussian, with the colour that the camera sees from where it stands, clamped at
-/// 0 from below. Invisible where that colour is not finite or above `largest_colour`.
+/// Projects a record with harmonics. The result is the projection of its Gaussian part, with the colour that the camera sees from its
+/// position, clamped at 0 from below. The result is invisible if that colour is not finite or above `largest_colour`.
 ///
-/// Cost beside the projection: a square root, a division, and 3 multiply-adds a coefficient; nothing for what is not visible.
+/// Cost in addition to the projection: a square root, a division, and 3 multiply-adds a coefficient. A record that is not visible costs
+/// nothing more.
 template <std::uint32_t Degree>
 Splat project(ShadedGaussian<Degree> const& g, View const& view, Tiling const& tiling) noexcept
 {

@@ -4,17 +4,17 @@
 #include <tilemesh/config.hpp>
 #include <utility>
 
-/// A few floats that are computed at once, over the compiler's vector extensions: the same source for a host lane and for a
-/// tile. `N` is 16, 8, 4, 2 or 1; more lanes than the target has are cut into pieces by the compiler.
+/// A few floats that are computed at once, with the compiler's vector extensions. A host lane and a tile share this source. `N` is 16, 8,
+/// 4, 2 or 1; the compiler splits a vector that has more lanes than the target.
 ///
-/// All of it vanishes into its caller, and so does its rounding rule (GCC gives an inlined body the options of the function
-/// it lands in): call it only from functions that stand between TILEMESH_EXACT_BEGIN and TILEMESH_EXACT_END.
+/// All of it is inlined into its caller, and its rounding rule with it: GCC gives an inlined body the options of the function that it is
+/// inlined into. So call it only from functions that stand between TILEMESH_EXACT_BEGIN and TILEMESH_EXACT_END.
 TILEMESH_EXACT_BEGIN
 #pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wpsabi" // how a wide vector is passed does not matter to what is always inlined
+#pragma GCC diagnostic ignored "-Wpsabi" // the functions are always inlined, so it does not matter how a wide vector is passed
 namespace tilemesh::splat::detail {
 
-/// What a core of this target computes at once: 16 floats with AVX-512, 8 with AVX, 2 on an IPU's worker, 4 on any other.
+/// The number of floats that a core of this target computes at once: 16 with AVX-512, 8 with AVX, 2 on an IPU's worker, 4 elsewhere.
 #if defined(__AVX512F__)
 inline constexpr std::uint32_t native_lanes = 16;
 #elif defined(__AVX__)
@@ -30,10 +30,10 @@ struct VectorOf {
     static_assert(N == 16 || N == 8 || N == 4 || N == 2 || N == 1, "lanes come in powers of two up to 16");
     typedef T type __attribute__((vector_size(N * sizeof(T))));
 };
-/// N floats; `+ - *` and compares work lane by lane, a compare gives a mask.
+/// N floats. `+ - *` and compares work lane by lane; a compare gives a mask.
 template <std::uint32_t N>
 using Floats = typename VectorOf<float, N>::type;
-/// N words; as a mask all bits of a lane are set or none.
+/// N words. In a mask, all bits of a lane are set or none.
 template <std::uint32_t N>
 using Words = typename VectorOf<std::int32_t, N>::type;
 
@@ -50,7 +50,7 @@ TILEMESH_KERNEL Words<N> broadcast_word(std::int32_t v) noexcept
 {
     return v - Words<N>{};
 }
-/// N items from memory of any alignment.
+/// Loads N items from memory of any alignment.
 template <std::uint32_t N>
 TILEMESH_KERNEL Floats<N> load(float const* p) noexcept
 {
@@ -82,7 +82,7 @@ TILEMESH_KERNEL Floats<N> floats_of(Words<N> const& v) noexcept
 }
 
 #if defined(__clang__)
-/// Written out: Clang 16 leaves a loop over 16 lanes as a loop here and there, and then nothing of it is a vector.
+/// Written out lane by lane: Clang 16 sometimes keeps a loop over 16 lanes as a loop, and then none of it becomes a vector instruction.
 template <std::uint32_t N, std::uint32_t... I>
 TILEMESH_KERNEL Floats<N> fused_lanes(Floats<N> const& a, Floats<N> const& b, Floats<N> const& c,
                                       std::integer_sequence<std::uint32_t, I...>) noexcept
@@ -90,7 +90,7 @@ TILEMESH_KERNEL Floats<N> fused_lanes(Floats<N> const& a, Floats<N> const& b, Fl
     return Floats<N>{__builtin_fmaf(a[I], b[I], c[I])...};
 }
 #endif
-/// a * b + c lane by lane, rounded as the scalar `multiply_add`.
+/// a * b + c lane by lane, rounded as by the scalar `multiply_add`.
 template <std::uint32_t N>
 TILEMESH_KERNEL Floats<N> multiply_add_lanes(Floats<N> const& a, Floats<N> const& b, Floats<N> const& c) noexcept
 {
@@ -98,7 +98,7 @@ TILEMESH_KERNEL Floats<N> multiply_add_lanes(Floats<N> const& a, Floats<N> const
 #    if defined(__clang__)
     return fused_lanes<N>(a, b, c, std::make_integer_sequence<std::uint32_t, N>{});
 #    else
-    Floats<N> r{}; // written out, GCC 12 leaves some of it scalar
+    Floats<N> r{}; // a loop: GCC 12 leaves some of the written-out form scalar
     for (std::uint32_t i = 0; i < N; ++i) r[i] = __builtin_fmaf(a[i], b[i], c[i]);
     return r;
 #    endif

@@ -10,7 +10,7 @@ TILEMESH_EXACT_BEGIN
 namespace tilemesh::splat {
 
 namespace detail {
-/// `logarithm` of one float or of lanes.
+/// `logarithm` of one float, or of each lane.
 template <class A>
 TILEMESH_KERNEL typename A::Real logarithm(typename A::Real const& x) noexcept
 {
@@ -20,7 +20,7 @@ TILEMESH_KERNEL typename A::Real logarithm(typename A::Real const& x) noexcept
     constexpr float smallest = std::numeric_limits<float>::min(), infinity = std::numeric_limits<float>::infinity();
     Real const one = A::all(1.0f), least = A::all(smallest);
 
-    // x = 2^e m with m from sqrt(1/2) to sqrt(2), so that around 1 nothing cancels; m - 1 is exact.
+    // x = 2^e m with m from sqrt(1/2) to sqrt(2), so that nothing cancels near x = 1. The difference m - 1 is exact.
     Word const from_root = A::bits(A::select(x >= least, x, one)) - root_half;
     Real const e = A::real(from_root >> 23);
     Real const f = A::floats((from_root & fraction) + root_half) - one;
@@ -37,10 +37,10 @@ TILEMESH_KERNEL typename A::Real logarithm(typename A::Real const& x) noexcept
 }
 } // namespace detail
 
-/// The natural logarithm of x in [2^-126, infinity]; NaN for what is less and for NaN. Error below 1 ulp (tests/splat), exactly 0
-/// at 1, no branch, no library call: the same bits on a host lane and on a tile.
+/// The natural logarithm of x in [2^-126, infinity]. A smaller x and NaN give NaN. The error is below 1 ulp (tests/splat), and the result
+/// at 1 is exactly 0. There is no branch and no library call, so a host lane and a tile give the same bits.
 ///
-/// The polynomial of degree 8 for m in [sqrt(1/2), sqrt(2)) and ln 2 in two parts are those of Cephes logf (Moshier).
+/// Sources: the polynomial of degree 8 for m in [sqrt(1/2), sqrt(2)) and ln 2 in two parts are those of Cephes logf (Moshier).
 inline float logarithm(float x) noexcept
 {
     return detail::logarithm<detail::OneFloat>(x);

@@ -5,14 +5,14 @@
 #include <tilemesh/splat/lanes.hpp>
 #include <utility>
 
-/// What arithmetic is written in that runs for one float and for many lanes: a class `A` with the types `A::Real`, `A::Word`
-/// (int32), `A::Mask` and the operations below, beside `+ - * /`, compares and integer arithmetic. The same source gives the same
-/// bits in a lane as in a float: each operation is the correctly rounded one of IEEE 754, or one of integers.
+/// The arithmetic in which code is written that runs for one float and for many lanes: a class `A` with the types `A::Real`, `A::Word`
+/// (int32), `A::Mask` and the operations below. Code also uses `+ - * /`, compares and integer arithmetic. The same source gives the same
+/// bits in a lane as for one float, because each operation is the correctly rounded one of IEEE 754 or an integer operation.
 ///
-/// As with the lanes, all of it vanishes into its caller: call it only between TILEMESH_EXACT_BEGIN and TILEMESH_EXACT_END.
+/// All of it is inlined into its caller. Call it only between TILEMESH_EXACT_BEGIN and TILEMESH_EXACT_END, as the functions of lanes.hpp.
 TILEMESH_EXACT_BEGIN
 #pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wpsabi" // how a wide vector is passed does not matter to what is always inlined
+#pragma GCC diagnostic ignored "-Wpsabi" // the functions are always inlined, so it does not matter how a wide vector is passed
 namespace tilemesh::splat::detail {
 
 /// One float.
@@ -22,9 +22,9 @@ struct OneFloat {
     using Mask = bool;
     static constexpr std::uint32_t lanes = 1;
 
-    /// The same number everywhere.
+    /// The same number in all lanes.
     TILEMESH_KERNEL static Real all(float v) noexcept { return v; }
-    /// Where all of the masks are set.
+    /// Set where all masks are set.
     template <class... Masks>
     TILEMESH_KERNEL static Mask every(Masks... m) noexcept
     {
@@ -33,12 +33,12 @@ struct OneFloat {
     TILEMESH_KERNEL static Mask negation(Mask m) noexcept { return !m; }
     TILEMESH_KERNEL static bool any(Mask m) noexcept { return m; }
     TILEMESH_KERNEL static Real select(Mask m, Real yes, Real no) noexcept { return m ? yes : no; }
-    /// The word, or 0 where the mask is not set.
+    /// The word where the mask is set; 0 elsewhere.
     TILEMESH_KERNEL static Word keep(Mask m, Word v) noexcept { return m ? v : 0; }
     TILEMESH_KERNEL static Word bits(Real v) noexcept { return __builtin_bit_cast(Word, v); }
     TILEMESH_KERNEL static Real floats(Word v) noexcept { return __builtin_bit_cast(Real, v); }
     TILEMESH_KERNEL static Real magnitude(Real v) noexcept { return std::fabs(v); }
-    /// The integer part of what an int32 can hold; else undefined.
+    /// The integer part of v. The result is undefined if an int32 cannot hold it.
     TILEMESH_KERNEL static Word truncate(Real v) noexcept { return static_cast<Word>(v); }
     TILEMESH_KERNEL static Real real(Word v) noexcept { return static_cast<Real>(v); }
     TILEMESH_KERNEL static Real multiply_add(Real a, Real b, Real c) noexcept { return tilemesh::multiply_add(a, b, c); }
@@ -46,7 +46,7 @@ struct OneFloat {
     TILEMESH_KERNEL static Real exponential(Real v) noexcept { return splat::exponential(v); }
 };
 
-/// Count lanes from number First on.
+/// `Count` lane numbers from `First` on.
 template <int First, int... I>
 constexpr std::integer_sequence<int, First + I...> count_from(std::integer_sequence<int, I...>) noexcept
 {
@@ -55,7 +55,7 @@ constexpr std::integer_sequence<int, First + I...> count_from(std::integer_seque
 template <int First, int Count>
 using Range = decltype(count_from<First>(std::make_integer_sequence<int, Count>{}));
 
-/// Lanes by number, those of `b` behind those of `a`.
+/// Picks lanes by number. The lanes of `b` are numbered after those of `a`.
 template <class V, class To, int... I>
 TILEMESH_KERNEL void pick(V const& a, V const& b, To& to, std::integer_sequence<int, I...>) noexcept
 {
@@ -74,7 +74,7 @@ TILEMESH_KERNEL void join(Half const& low, Half const& high, V& v) noexcept
     pick(low, high, v, Range<0, static_cast<int>(sizeof(V) / 4)>{});
 }
 
-/// N floats. More lanes than the target has are correct and slow.
+/// N floats. More lanes than the target has are correct but slow.
 template <std::uint32_t N>
 struct FloatLanes {
     static_assert(N == 4 || N == 8 || N == 16, "4, 8 or 16 lanes; one is OneFloat");
@@ -111,7 +111,7 @@ struct FloatLanes {
     {
         return multiply_add_lanes<N>(a, b, c);
     }
-    /// The instruction itself, which rounds as std::sqrt does: because that may set errno, a lane loop of it would stay N calls.
+    /// The square-root instruction itself. It rounds as std::sqrt does. std::sqrt may set errno, so a loop over lanes would stay N calls.
     TILEMESH_KERNEL static Real square_root(Real const& v) noexcept
     {
 #if defined(__SSE2__)

@@ -4,16 +4,16 @@
 
 namespace tilemesh::splat {
 
-/// What the kernels of splatting spend their time on; `mk2()` prices these.
+/// The operations on which the kernels of splatting spend their time. `mk2()` gives them prices.
 struct Operation {
     enum Kind : std::uint32_t {
-        slot,       ///< a slot of a list or channel end looked at
-        projection, ///< a record projected
-        routed,     ///< a record taken from a channel, or given to one, on its way
-        copied,     ///< a copy taken from a channel, or given to one
-        comparison, ///< two keys compared and put in order
-        pair,       ///< a Gaussian-pixel pair evaluated
-        pixel       ///< a pixel begun and written
+        slot,       ///< a slot of a list or channel end that a kernel looks at
+        projection, ///< a record that is projected
+        routed,     ///< a record on its way that is taken from a channel or given to one
+        copied,     ///< a copy that is taken from a channel or given to one
+        comparison, ///< two keys that are compared and put in order
+        pair,       ///< a Gaussian-pixel pair that is evaluated
+        pixel       ///< a pixel that is begun and written
     };
     static constexpr char const* names[] = {"slot", "projection", "routed", "copied", "comparison", "pair", "pixel"};
 };

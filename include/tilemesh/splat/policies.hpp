@@ -5,11 +5,11 @@ TILEMESH_EXACT_BEGIN
 namespace tilemesh::splat {
 
 // --- routing rules ---------------------------------------------------------------------------------------------------------
-// A rule names the two sides of its first leg and the next side on the way. It must be dimension-ordered (Dally and Seitz
-// 1987): along the first axis until the coordinate fits, then along the other, never back. Only then are FIFOs and credits on
-// the first leg enough (routing.hpp). `is_dimension_ordered<Rule>()` proves it at compile time.
+// A rule names the two sides of its first leg, and the next side on the way. It must be dimension-ordered (Dally and Seitz 1987): a record
+// goes along the first axis until the coordinate fits, then along the other axis, and never back. Only then are FIFOs and credits on the
+// first leg enough (routing.hpp). `is_dimension_ordered<Rule>()` proves it at compile time.
 
-/// Along the row, then along the column.
+/// First along the row, then along the column.
 struct RowFirst {
     static constexpr char const* name = "row_first";
     static constexpr Direction first_leg[2] = {Direction::west, Direction::east};
@@ -41,10 +41,10 @@ constexpr bool is_dimension_ordered() noexcept
 
 // --- saturation ------------------------------------------------------------------------------------------------------------
 
-// `may_hold`: the frame has FIFOs. `holds_in(frame)`: full channels hold records back in this frame. It is a constant, except where the
-// host decides frame by frame.
+// `may_hold`: the frame has FIFOs. `holds_in(frame)`: in this frame, a full channel makes its sender hold the record back. It is a
+// constant, except in a host form in which the host decides frame by frame.
 
-/// Nothing that was sent can be lost: see routing.hpp.
+/// Back-pressure: no record or copy that was sent is lost (routing.hpp explains the protocol).
 struct Hold {
     static constexpr char const* name = "hold";
     static constexpr bool holds = true, may_hold = true;
@@ -54,8 +54,8 @@ struct Hold {
         return true;
     }
 };
-/// The paper's: no FIFO, no credit. A record that cannot go on takes a storage slot where it is and tries again; one that
-/// finds no slot is gone, and so is a copy that meets a full channel.
+/// The paper's policy: no FIFO and no credit. A record that cannot go on takes a storage slot on the tile where it is and tries again
+/// later. If the tile has no free slot, the record is lost. A copy that meets a full channel is lost as well.
 struct Drop {
     static constexpr char const* name = "drop";
     static constexpr bool holds = false, may_hold = false;
@@ -68,7 +68,7 @@ struct Drop {
 
 // --- what a routed message carries --------------------------------------------------------------------------------------------
 
-/// The anchor tile travels with the record: computed once a frame.
+/// The anchor tile travels with the record. It is computed once a frame.
 struct Carried {
     static constexpr char const* name = "carried";
     template <class Record>
@@ -95,7 +95,7 @@ struct Carried {
         return m.anchor;
     }
 };
-/// The paper's 60 bytes: every tile on the way projects the record again.
+/// The paper's 60-byte message. Every tile on the way projects the record again.
 struct Recomputed {
     static constexpr char const* name = "recomputed";
     template <class Record>
@@ -117,7 +117,7 @@ struct Recomputed {
         return m;
     }
     template <class Record>
-    static TileId anchor(Record const&) noexcept // never asked
+    static TileId anchor(Record const&) noexcept // never called
     {
         return {};
     }
@@ -125,7 +125,7 @@ struct Recomputed {
 
 // --- what bloom sends -----------------------------------------------------------------------------------------------------------
 
-/// The record, 60 bytes at degree 0; the receiver projects it, and keeps it for the next view.
+/// The message is the record: 60 bytes at degree 0. The receiver projects it and can keep it for the next view.
 struct WorldCopies {
     static constexpr char const* name = "world";
     template <class Record>
@@ -152,8 +152,8 @@ struct WorldCopies {
         return Access<Parameters>::project(m, f);
     }
 };
-/// The projected record; nothing to compute at the receiver, and 60 bytes at any degree, but good for one view only: a new
-/// view blooms all copies anew.
+/// The message is the projected record: 60 bytes at any degree. The receiver computes nothing. The copy is valid for one view only, so a
+/// new view sends all copies again.
 struct ScreenCopies {
     static constexpr char const* name = "screen";
     template <class>
@@ -166,7 +166,7 @@ struct ScreenCopies {
     }
     static ScreenCopy make(Gaussian const& g, Splat const& s) noexcept { return {s, g.id}; }
     template <class Record>
-    static Record record(ScreenCopy const& m) noexcept // only its id means anything
+    static Record record(ScreenCopy const& m) noexcept // only its id has a meaning
     {
         Record g{};
         g.id = m.id;
@@ -176,25 +176,25 @@ struct ScreenCopies {
 };
 
 // --- pixels ------------------------------------------------------------------------------------------------------------------------
-// What a tile keeps of a pixel: plain words, made from what blending leaves. `has_depth` says whether blending must sum depths.
+// A pixel type is what a tile stores of a pixel: plain words, made from a `Blended`. `has_depth` says whether blending must sum depths.
 
-/// What blending leaves of one pixel, with w = alpha T of every Gaussian that took part.
+/// The result of blending for one pixel. w = alpha T, for every Gaussian that took part.
 struct Blended {
     float rgb[3];        ///< sum(w c)
-    float transmittance; ///< T: 1 where nothing is
-    float weight;        ///< sum(w); only where the pixel has a depth
-    float depth;         ///< sum(w z); only where the pixel has a depth
+    float transmittance; ///< T; 1 if no Gaussian took part
+    float weight;        ///< sum(w); set only for pixel types with a depth
+    float depth;         ///< sum(w z); set only for pixel types with a depth
 };
 inline constexpr Blended nothing_blended{{0, 0, 0}, 1, 0, 0};
 
-/// Linear RGB, unclamped: 12 bytes a pixel.
+/// Linear RGB, not clamped: 12 bytes a pixel.
 struct FloatPixel {
     static constexpr char const* name = "float";
     static constexpr bool has_depth = false, has_alpha = false;
     float rgb[3];
     static FloatPixel make(Blended const& b) noexcept { return {{b.rgb[0], b.rgb[1], b.rgb[2]}}; }
 };
-/// The paper's: 8 bits a channel and a byte of padding, because the machine stores whole words.
+/// The paper's pixel: 8 bits a channel, and a byte of padding because the machine stores whole words.
 struct Rgbx8Pixel {
     static constexpr char const* name = "rgbx8";
     static constexpr bool has_depth = false, has_alpha = false;
@@ -208,11 +208,11 @@ struct Rgbx8Pixel {
         if (!(v > 0.0f)) return 0;
         if (!(v < 1.0f)) return 255u;
         auto const n = static_cast<std::uint32_t>(v * 255.0f + 0.5f);
-        // The product may have been rounded up to a half. 256 v is exact, and so is its difference from what is near it.
+        // The product may have been rounded up to a half. 256 v is exact, and so is its difference from a number near it.
         return 256.0f * v - (static_cast<float>(n) - 0.5f) < v ? n - 1 : n;
     }
 };
-/// And the depth that the pixel shows, sum(w z) / sum(w): view z in world units, 0 where nothing is. 4 bytes more a pixel.
+/// A pixel that also has a depth, sum(w z) / sum(w): view z in world units, 0 if no Gaussian took part. It costs 4 bytes more a pixel.
 template <class Colour>
 struct WithDepth {
     static constexpr char const* name = Colour::name;
@@ -221,7 +221,7 @@ struct WithDepth {
     float depth;
     static WithDepth make(Blended const& b) noexcept { return {Colour::make(b), b.weight > 0.0f ? b.depth / b.weight : 0.0f}; }
 };
-/// And how much of the pixel is covered, 1 - T. 4 bytes more a pixel.
+/// A pixel that also has an alpha, 1 - T: the share of the pixel that is covered. It costs 4 bytes more a pixel.
 template <class Colour>
 struct WithAlpha {
     static constexpr char const* name = Colour::name;

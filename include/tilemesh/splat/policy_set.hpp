@@ -4,14 +4,14 @@
 
 namespace tilemesh::splat {
 
-/// Which of the frame's optional steps a setup has.
+/// The optional steps of the frame that a setup has.
 template <bool Routes, bool Blooms>
 struct FrameParts {
     static constexpr bool routes = Routes, blooms = Blooms;
 };
 
-/// The types that change what kernels do, and nothing else. Kernels, regions and channels are templates of this set. Two setups that
-/// differ only in machine, sizes or model have the same set, and so share all code.
+/// The types that change what kernels do, and nothing else. Kernels, regions and channels are templates of this set. Two setups that differ
+/// only in machine, sizes or model have the same set, so they share all code.
 template <class Words, class Motion, class Picture, class Parts>
 struct Policies;
 template <class RecordType, class ProjectedType, class ParametersType, class RoutingType, class SaturationType, class AddressingType,
@@ -31,7 +31,7 @@ struct Policies<Types<RecordType, ProjectedType, ParametersType>, Types<RoutingT
 };
 
 namespace detail {
-/// Does a setup have a member of that name? Such a member has no effect: the sizes of a setup are its member `sizes`.
+/// Does a setup have a member of that name? Such a member would have no effect, because the sizes of a setup are in its member `sizes`.
 template <class S, class = void>
 inline constexpr bool names_storage_slots = false;
 template <class S>
@@ -62,7 +62,7 @@ template <class S>
 inline constexpr bool names_one_channel_memory<S, std::void_t<decltype(S::one_channel_memory)>> = true;
 } // namespace detail
 
-/// Does S have any member whose place is in `sizes`?
+/// Does S have a member that belongs into `sizes`?
 template <class S>
 inline constexpr bool names_slots =
     detail::names_storage_slots<S> || detail::names_road_bytes<S> || detail::names_beam_bytes<S> || detail::names_waiting_bytes<S> ||
@@ -84,7 +84,7 @@ struct PolicySet<Policies<W, M, P, F>> {
 };
 } // namespace detail
 
-/// The policies of a setup (setup.hpp). For a set of policies it is that set.
+/// The policies of a setup (setup.hpp). If S is a set of policies, it is S.
 template <class S>
 using PoliciesOf = typename detail::PolicySet<S>::type;
 

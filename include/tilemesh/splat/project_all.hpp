@@ -5,21 +5,22 @@
 
 TILEMESH_EXACT_BEGIN
 #pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wpsabi" // vectors are passed only to what is always inlined
+#pragma GCC diagnostic ignored "-Wpsabi" // the functions are always inlined, so it does not matter how a wide vector is passed
 namespace tilemesh::splat {
 
 namespace detail {
-/// Four words of each of N records; by columns `a` is word 0 of all, `b` word 1 and so on, by rows lanes 4 k to 4 k + 3 of `a`,
-/// `b`, `c`, `d` are the words of records 4 k, 4 k + 1, 4 k + 2, 4 k + 3. Members, not an array: GCC would keep it in memory.
+/// Four words of each of N records. By columns, `a` holds word 0 of all records, `b` word 1, and so on. By rows, lanes 4 k to 4 k + 3 of
+/// `a`, `b`, `c`, `d` hold the words of records 4 k, 4 k + 1, 4 k + 2, 4 k + 3. Four members, not an array: GCC would keep an array in
+/// memory.
 template <std::uint32_t N>
 struct FourWords {
     Floats<N> a, b, c, d;
 };
-/// Rows of columns, and columns of rows.
+/// Turns columns into rows, and rows into columns.
 template <std::uint32_t N, int... I>
 TILEMESH_KERNEL void turn(FourWords<N>& v, std::integer_sequence<int, I...>) noexcept
 {
-    constexpr int n = static_cast<int>(N); // lane I of `a`; the same of `b` is n + I
+    constexpr int n = static_cast<int>(N); // lane I of `a`; lane I of `b` has the number n + I
     Floats<N> const ab_low = __builtin_shufflevector(v.a, v.b, (I / 4 * 4 + I % 4 / 2 + I % 2 * n)...);
     Floats<N> const ab_high = __builtin_shufflevector(v.a, v.b, (I / 4 * 4 + 2 + I % 4 / 2 + I % 2 * n)...);
     Floats<N> const cd_low = __builtin_shufflevector(v.c, v.d, (I / 4 * 4 + I % 4 / 2 + I % 2 * n)...);
@@ -29,7 +30,7 @@ TILEMESH_KERNEL void turn(FourWords<N>& v, std::integer_sequence<int, I...>) noe
     v.c = __builtin_shufflevector(ab_high, cd_high, (I / 4 * 4 + I % 2 + I % 4 / 2 * n)...);
     v.d = __builtin_shufflevector(ab_high, cd_high, (I / 4 * 4 + 2 + I % 2 + I % 4 / 2 * n)...);
 }
-/// Lanes 4 k to 4 k + 3 from p + 4 k stride, in bytes.
+/// Loads lanes 4 k to 4 k + 3 from address p + 4 k stride, for all k. `stride` is in bytes.
 template <std::uint32_t N>
 TILEMESH_KERNEL void load_pieces(unsigned char const* p, std::uint32_t stride, Floats<N>& v) noexcept
 {
@@ -54,7 +55,7 @@ TILEMESH_KERNEL void store_pieces(unsigned char* p, std::uint32_t stride, Floats
         store_pieces<N / 2>(p + N / 2 * stride, stride, high);
     }
 }
-/// Four words at `p` and in the records of `stride` bytes that follow it, by columns.
+/// Loads four words at `p` and at the same place of the next N - 1 records, by columns. `stride`: bytes of a record.
 template <std::uint32_t N>
 TILEMESH_KERNEL FourWords<N> load_columns(unsigned char const* p, std::uint32_t stride) noexcept
 {
@@ -66,7 +67,7 @@ TILEMESH_KERNEL FourWords<N> load_columns(unsigned char const* p, std::uint32_t 
     turn<N>(v, Range<0, static_cast<int>(N)>{});
     return v;
 }
-/// The same the other way; zeros where `kept` is not set.
+/// Stores four words of N records, the reverse of load_columns. It stores zeros where `kept` is not set.
 template <std::uint32_t N>
 TILEMESH_KERNEL void store_columns(unsigned char* p, std::uint32_t stride, FourWords<N> const& words,
                                    Words<N> const& kept) noexcept
@@ -80,7 +81,7 @@ TILEMESH_KERNEL void store_columns(unsigned char* p, std::uint32_t stride, FourW
     store_pieces<N>(p + 3 * stride, stride, v.d);
 }
 
-/// Projects N records that are there, all of them at once.
+/// Projects N records at once. All N must exist.
 template <std::uint32_t N, class Record>
 void project_lanes(Record const* records, View const& view, Tiling const& tiling, Splat* out) noexcept
 {
@@ -88,7 +89,7 @@ void project_lanes(Record const* records, View const& view, Tiling const& tiling
     using Real = typename A::Real;
     static_assert(sizeof(Gaussian) == 15 * 4 && sizeof(Splat) == 14 * 4, "the words below are all words");
 
-    // Records to lanes; the last four words of a record begin with one of those before them, so that none is beyond the end.
+    // Load records into lanes. The last group of four words begins one word early, so that it does not read beyond the record.
     auto const* const from = reinterpret_cast<unsigned char const*>(records);
     auto const w0 = load_columns<N>(from, sizeof(Record)), w4 = load_columns<N>(from + 4 * 4, sizeof(Record));
     auto const w8 = load_columns<N>(from + 4 * 8, sizeof(Record)), w11 = load_columns<N>(from + 4 * 11, sizeof(Record));
@@ -96,7 +97,7 @@ void project_lanes(Record const* records, View const& view, Tiling const& tiling
     SplatWords<A> s;
     auto const [visible, stiff] = project_words<A>(g, view, tiling, s);
 
-    // Lanes to splats, two words twice; an invisible one is all zeros.
+    // Store lanes as splats; the last groups overlap by two words. An invisible splat is all zeros.
     auto* const to = reinterpret_cast<unsigned char*>(out);
     Real const columns = A::floats(s.columns), rows = A::floats(s.rows), anchor = A::floats(s.anchor);
     store_columns<N>(to, sizeof(Splat), {s.mean_px[0], s.mean_px[1], s.along, s.slope}, visible);
@@ -104,7 +105,7 @@ void project_lanes(Record const* records, View const& view, Tiling const& tiling
     store_columns<N>(to + 4 * 8, sizeof(Splat), {g.colour[2], s.depth, s.faintest, columns}, visible);
     store_columns<N>(to + 4 * 10, sizeof(Splat), {s.faintest, columns, rows, anchor}, visible);
 
-    // What lanes cannot do, and the colours of records whose colour depends on the direction, one by one.
+    // One by one: stiff records, which lanes cannot compute, and the colours that depend on the direction.
     if (A::any(stiff)) {
         for (std::uint32_t i = 0; i < N; ++i)
             if (stiff[i] != 0) out[i] = project(static_cast<Gaussian const&>(records[i]), view, tiling);
@@ -116,18 +117,19 @@ void project_lanes(Record const* records, View const& view, Tiling const& tiling
 }
 } // namespace detail
 
-/// Projects n records: `out[i]` is `project(records[i], view, tiling)`, bit for bit, whatever `Lanes` is: 16, 8 or 4 records at
-/// once, as many as the target computes with, or one (also where the target has two). `out` is not among the records.
+/// Projects n records: `out[i]` is `project(records[i], view, tiling)`, bit for bit, for any `Lanes`. It projects 16, 8 or 4 records at
+/// once, as many as the target's vectors hold; on a target with two lanes or one, it projects one at a time. `out` must not overlap
+/// `records`.
 ///
-/// A record that is stiff (a quaternion whose square is not between 1e-30 and 1e30, an axis beyond 1e9 pixels) costs a `project`
-/// beside; any other about 110 instructions with AVX2 (670 one by one), 270 with SSE2 (870). A number that is no multiple of
-/// `Lanes` costs as much as the next. Harmonics are added one by one, where there is something to see.
+/// Cost: about 110 instructions a record with AVX2 (one by one 670), 270 with SSE2 (one by one 870). A stiff record costs an additional
+/// `project`; it has a quaternion whose square is not between 1e-30 and 1e30, or an axis longer than 1e9 pixels. If n is not a multiple of
+/// `Lanes`, the cost is that of the next multiple. Harmonics are added one by one, for visible records only.
 template <std::uint32_t Lanes = detail::native_lanes, class Record>
 void project_all(Record const* records, std::uint32_t n, View const& view, Tiling const& tiling, Splat* out) noexcept
 {
     if constexpr (Lanes >= 4) {
         if (n == 0) return;
-        if (n < Lanes) { // fill up with the last one
+        if (n < Lanes) { // fill the lanes with the last record
             Record some[Lanes];
             Splat splats[Lanes];
             for (std::uint32_t i = 0; i < Lanes; ++i) some[i] = records[i < n ? i : n - 1];
@@ -135,7 +137,7 @@ void project_all(Record const* records, std::uint32_t n, View const& view, Tilin
             std::memcpy(static_cast<void*>(out), splats, n * sizeof(Splat));
             return;
         }
-        for (std::uint32_t i = 0; i < n; i += Lanes) { // the last ones are the last Lanes of all, some of them once more
+        for (std::uint32_t i = 0; i < n; i += Lanes) { // the last step takes the last `Lanes` records, some of them a second time
             std::uint32_t const first = i < n - Lanes ? i : n - Lanes;
             detail::project_lanes<Lanes>(records + first, view, tiling, out + first);
         }

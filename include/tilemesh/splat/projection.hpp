@@ -11,14 +11,15 @@
 
 TILEMESH_EXACT_BEGIN
 #pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wpsabi" // vectors are passed only to what is always inlined
+#pragma GCC diagnostic ignored "-Wpsabi" // the functions are always inlined, so it does not matter how a wide vector is passed
 namespace tilemesh::splat {
 
-/// A Gaussian on the screen: what compositing needs, 56 bytes. Invisible when its rectangle is empty.
+/// A Gaussian on the screen: the 56 bytes that compositing needs. It is invisible if its rectangle is empty.
 ///
-/// The 2-D mean is relative to the principal point, in pixels: an absolute coordinate loses what the pixel centre's distance
-/// needs (numerics: rho 21 against 1.5). The covariance (a b; b c), dilated, is kept as the LDL^T form of its inverse, which
-/// cannot become positive by rounding: power = along dx^2 + across (dy - slope dx)^2, both factors negative.
+/// The 2-D mean is in pixels, relative to the principal point. An absolute coordinate would lose digits that the distance to a pixel centre
+/// needs: rho, the error of alpha relative to the error that its inputs' last bits excuse, would be 21 instead of 1.5 (measured;
+/// tests/stability/rho.cpp). The dilated covariance (a b; b c) is kept as the LDL^T form of its inverse: power = along dx^2 + across (dy -
+/// slope dx)^2. Both factors are negative, so rounding cannot make the power positive.
 struct Splat {
     float mean_px[2];
     float along;             ///< -1 / (2 a)
@@ -27,17 +28,17 @@ struct Splat {
     float opacity;
     float colour[3];
     float depth;             ///< view z; greater than near
-    float faintest;          ///< power below which alpha is under alpha_min, with a margin of 1 %
-    std::uint32_t columns;   ///< x0 | x1 << 16: pixels outside get nothing from this splat, on whatever tile they are
+    float faintest;          ///< the power below which alpha is under alpha_min, with a margin of 1 %
+    std::uint32_t columns;   ///< x0 | x1 << 16; pixels outside get nothing from this splat, on every tile
     std::uint32_t rows;      ///< y0 | y1 << 16
-    TileId anchor;           ///< the tile of its mean, clamped into the rectangle
+    TileId anchor;           ///< the tile of its mean; a mean outside the rectangle is moved to the rectangle's nearest pixel
 
-    bool visible() const noexcept { return columns != 0; } // x1 is at least 1 where anything is visible
+    bool visible() const noexcept { return columns != 0; } // x1 is at least 1 if a pixel is visible
     PixelRect rect() const noexcept { return {columns & 0xffffu, columns >> 16, rows & 0xffffu, rows >> 16}; }
 };
 static_assert(sizeof(Splat) == 56 && std::is_trivially_copyable_v<Splat>, "a splat is 14 words");
 
-/// No light is brighter: what exceeds it is a broken record, and would spread as infinity or NaN. Real maps reach 3.8.
+/// The largest valid colour. A larger one is from a broken record, and would spread as infinity or NaN. Real maps reach 3.8.
 inline constexpr float largest_colour = 1e6f;
 
 namespace detail {
@@ -60,7 +61,7 @@ TILEMESH_KERNEL typename A::Real squared_length(typename A::Real const& w, typen
     return A::multiply_add(w, w, A::multiply_add(x, x, A::multiply_add(y, y, z * z)));
 }
 
-/// The power of two at or below v > 0, between 2^-126 and 2^126; its inverse is a power of two as well.
+/// The largest power of two that is not above v > 0, clamped to [2^-126, 2^126]. Its inverse is a power of two as well.
 inline float power_of_two_below(float v) noexcept
 {
     constexpr std::uint32_t one_step = 1u << 23;
@@ -72,7 +73,7 @@ inline float inverse_of_power(float power) noexcept
     return __builtin_bit_cast(float, (254u << 23) - __builtin_bit_cast(std::uint32_t, power));
 }
 
-/// V = J W R S and its covariance V V^T; `axis[i]` are the columns of W R in view space.
+/// The factor V = J W R S and its covariance V V^T. `axis[i]` are the columns of W R in view space.
 template <class A>
 struct Factor {
     using Real = typename A::Real;
@@ -92,8 +93,8 @@ struct Factor {
         a = dot(row1, row1);
         c = dot(row2, row2);
         b = dot(row1, row2);
-        // |v1 x v2|^2: from the rounded rows, so that an error of a row is in a and c and here alike. Alpha depends on their
-        // ratio: a determinant of its own rounding puts rho at 56 for a disc seen along its plane, this one at 1.8.
+        // v1 x v2|^2, computed from the rounded rows. So an error of a row is in a, in c and in the determinant alike, and alpha depends on
+        // their ratio. For a disc seen along its plane, a determinant with its own rounding has rho 56, this one 1.8.
         Vector3<A> const minor{A::multiply_add(row1.y, row2.z, -(row1.z * row2.y)),
                                A::multiply_add(row1.z, row2.x, -(row1.x * row2.z)),
                                A::multiply_add(row1.x, row2.y, -(row1.y * row2.x))};
@@ -107,7 +108,7 @@ private:
         return px * scale * A::multiply_add(-slope, depth, across);
     }
 };
-/// The largest entry of V, of those that are numbers.
+/// The largest absolute value among the entries of V; NaN is skipped.
 inline float longest(Factor<OneFloat> const& f) noexcept
 {
     float most = 0;
@@ -116,7 +117,7 @@ inline float longest(Factor<OneFloat> const& f) noexcept
     return most;
 }
 
-/// v, but no less than `low` and no more than `high`; NaN gives `low`.
+/// v, clamped to [low, high]. NaN gives `low`.
 template <class A>
 TILEMESH_KERNEL typename A::Real clamp(typename A::Real const& v, typename A::Real const& low,
                                        typename A::Real const& high) noexcept
@@ -124,24 +125,24 @@ TILEMESH_KERNEL typename A::Real clamp(typename A::Real const& v, typename A::Re
     auto const above = A::select(v > low, v, low);
     return A::select(above < high, above, high);
 }
-/// A slope of the Jacobian between -limit and limit; NaN stays.
+/// A slope of the Jacobian, clamped to [-limit, limit]. NaN stays NaN.
 template <class A>
 TILEMESH_KERNEL typename A::Real limited(typename A::Real const& slope, float limit) noexcept
 {
     auto const most = A::all(limit), least = A::all(-limit);
     return A::select(slope < least, least, A::select(slope > most, most, slope));
 }
-/// The least integer that is not below v >= 0; NaN and infinity stay.
+/// The least integer that is not below v >= 0. NaN and infinity stay as they are.
 template <class A>
 TILEMESH_KERNEL typename A::Real round_up(typename A::Real const& v) noexcept
 {
-    auto const integers = A::all(8388608.0f); // from 2^23 on a float is one
+    auto const integers = A::all(8388608.0f); // from 2^23 on, every float is an integer
     auto const below = A::real(A::truncate(A::select(v < integers, v, integers)));
     return A::select(v < integers, below + A::select(below < v, A::all(1.0f), A::all(0.0f)), v);
 }
 
-/// The pixels [floor(centre - reach), floor(centre + reach)] within [0, size), as x0 | x1 << 16; 0 when there are none.
-/// Clamped as floats before any conversion: a radius of 3e9 must not wrap.
+/// The pixels [floor(centre - reach), floor(centre + reach)] that lie in [0, size), as x0 | x1 << 16; 0 if there are none. Values are
+/// clamped as floats before they are converted, because a radius of 3e9 must not wrap.
 template <class A>
 TILEMESH_KERNEL typename A::Word pixel_span(typename A::Real const& centre, typename A::Real const& reach,
                                             std::uint32_t size) noexcept
@@ -149,29 +150,29 @@ TILEMESH_KERNEL typename A::Word pixel_span(typename A::Real const& centre, type
     auto const zero = A::all(0.0f), limit = A::all(static_cast<float>(size));
     auto const low = centre - reach, high = centre + reach;
     auto const first = A::truncate(clamp<A>(low, zero, limit)), last = A::truncate(clamp<A>(high, zero, limit - 1.0f)) + 1;
-    return A::keep(A::every(low < limit, high >= zero), first | last << 16); // nothing when either is NaN
+    return A::keep(A::every(low < limit, high >= zero), first | last << 16); // 0 if either is NaN
 }
-/// The pixel of `centre`, clamped into a span, as a float; it means nothing where the span is empty.
+/// The pixel of `centre`, clamped into a span, as a float. It has no meaning if the span is empty.
 template <class A>
 TILEMESH_KERNEL typename A::Real pixel_clamped(typename A::Real const& centre, typename A::Word const& span) noexcept
 {
     auto const first = A::real(span & 0xffff), last = A::real((span >> 16 & 0xffff) - 1);
     return A::real(A::truncate(clamp<A>(centre, first, last)));
 }
-/// pixel / size in whole numbers, of a pixel below 2^16 and any size but 0: the middle of the pixel is 0.5 / size or more off the
-/// next tile, and the two roundings are together below 2^16 / size * 2^-23.
+/// pixel / size as an integer division, for a pixel below 2^16 and any size except 0. It is exact: the middle of a pixel is at least 0.5 /
+/// size away from the next tile, and the two roundings together are below 2^16 / size * 2^-23.
 template <class A>
 TILEMESH_KERNEL typename A::Word tile_at(typename A::Real const& pixel, std::uint32_t size) noexcept
 {
     return A::truncate((pixel + 0.5f) * (1.0f / static_cast<float>(size)));
 }
-/// The pixel of `centre`, clamped into a span that is not empty, as a number.
+/// The pixel of `centre`, clamped into a span that is not empty, as an integer.
 inline std::uint32_t pixel_within(float centre, std::uint32_t span) noexcept
 {
     return static_cast<std::uint32_t>(pixel_clamped<OneFloat>(centre, static_cast<std::int32_t>(span)));
 }
 
-/// The words of a Gaussian that its projection depends on.
+/// The words of a Gaussian on which its projection depends.
 template <class A>
 struct GaussianWords {
     using Real = typename A::Real;
@@ -179,29 +180,30 @@ struct GaussianWords {
     Real colour[3], opacity, rotation[4];
     Vector3<A> log_scale;
 };
-/// The words of a Splat that are made, not copied.
+/// The words of a Splat that the projection computes. The others are copied.
 template <class A>
 struct SplatWords {
     using Real = typename A::Real;
     Real mean_px[2], along, slope, across, opacity, depth, faintest;
     typename A::Word columns, rows, anchor;
 };
-/// Where there is something to see, and where one of the rare ways of `project` is due that lanes do not go: there OneFloat must.
+/// `visible`: the lanes that show something. `stiff`: the lanes that need one of the rare branches of `project`. Vectors do not compute
+/// these branches, so OneFloat must compute such a lane.
 template <class A>
 struct Outcome {
     typename A::Mask visible, stiff;
 };
 
-/// Nothing to see in any lane, nothing left undefined.
+/// Nothing is visible in any lane. All words are defined.
 template <class A>
 TILEMESH_KERNEL Outcome<A> nowhere(SplatWords<A>& s) noexcept
 {
-    s = SplatWords<A>(); // GCC 12 has no {} for what vectors are in
+    s = SplatWords<A>(); // GCC 12 does not accept {} for a class with vectors
     return Outcome<A>();
 }
 
-/// What `project` does, for one Gaussian or for lanes of them; `s` means something where it is visible and not stiff. Where lanes
-/// select, one float may return early: what it would have computed is not used.
+/// The work of `project`, for one Gaussian or for lanes of them. `s` has a meaning where it is visible and not stiff. Lanes select between
+/// results; one float may return early instead, because nobody uses what it would have computed.
 template <class A>
 TILEMESH_KERNEL Outcome<A> project_words(GaussianWords<A> const& g, View const& view, Tiling const& tiling,
                                          SplatWords<A>& s) noexcept
@@ -211,13 +213,13 @@ TILEMESH_KERNEL Outcome<A> project_words(GaussianWords<A> const& g, View const& 
     Model const& m = view.model;
     typename A::Mask stiff{};
 
-    // The mean in view space: subtract first, so that large coordinates cancel before they are rotated.
+    // The mean in view space. Subtract first, so that large coordinates cancel before the rotation.
     Vector3<A> const d{g.mean_world.x - c.position[0], g.mean_world.y - c.position[1], g.mean_world.z - c.position[2]};
     Vector3<A> const w0{A::all(c.rotation[0][0]), A::all(c.rotation[0][1]), A::all(c.rotation[0][2])};
     Vector3<A> const w1{A::all(c.rotation[1][0]), A::all(c.rotation[1][1]), A::all(c.rotation[1][2])};
     Vector3<A> const w2{A::all(c.rotation[2][0]), A::all(c.rotation[2][1]), A::all(c.rotation[2][2])};
     Real const z = dot(w2, d);
-    constexpr float huge = 1e37f; // what exceeds it was not finite; an infinite depth would be NaN in pixels that take no part
+    constexpr float huge = 1e37f; // a larger value was not finite; an infinite depth would be NaN in pixels that take no part
     auto visible = A::every(z > A::all(c.near_depth), z < A::all(huge), g.opacity >= A::all(m.alpha_min));
     if (!A::any(visible)) return nowhere(s);
     for (Real const& channel : g.colour) visible = A::every(visible, A::magnitude(channel) <= A::all(largest_colour));
@@ -228,7 +230,7 @@ TILEMESH_KERNEL Outcome<A> project_words(GaussianWords<A> const& g, View const& 
     }
     Real const slope_x = dot(w0, d) / z, slope_y = dot(w1, d) / z;
 
-    // The Gaussian's axes: R from a quaternion of any length; one whose square leaves the floats' range is scaled first.
+    // The Gaussian's axes: R from a quaternion of any length. A quaternion whose square leaves the range of floats is scaled first.
     Real qw = g.rotation[0], qx = g.rotation[1], qy = g.rotation[2], qz = g.rotation[3];
     Real norm = squared_length<A>(qw, qx, qy, qz);
     if constexpr (A::lanes > 1) {
@@ -258,8 +260,8 @@ TILEMESH_KERNEL Outcome<A> project_words(GaussianWords<A> const& g, View const& 
     for (int i = 0; i < 3; ++i) f.axis[i] = {dot(w0, axis[i]), dot(w1, axis[i]), dot(w2, axis[i])};
     f.multiply(scale);
 
-    // Beyond 1e9 pixels the determinant would leave the floats' range: compute in units of a power of two of pixels. No axis
-    // is longer than 1e18 pixels; that a real frame cannot see. An infinite length along the ray is NaN across it.
+    // Above 1e9 pixels the determinant would leave the range of floats, so compute in units of a power of two of pixels. Axes are clamped
+    // to 1e18 pixels; no real frame shows the difference. An infinite axis along the ray would be NaN across it.
     Real unit = one, per_unit = one;
     if constexpr (A::lanes > 1) {
         stiff = visible & (stiff | A::negation(f.a + f.c < A::all(1e18f)));
@@ -285,7 +287,7 @@ TILEMESH_KERNEL Outcome<A> project_words(GaussianWords<A> const& g, View const& 
     Real const ratio = 2.0f * logarithm<A>(g.opacity / m.alpha_min);
     Real reach_x, reach_y;
     if (m.footprint == Footprint::opacity_box) {
-        Real const t = A::square_root(ratio) * 1.00001f; // log and square root are rounded; the box is a superset
+        Real const t = A::square_root(ratio) * 1.00001f; // log and square root are rounded; the factor makes the box a superset
         reach_x = t * A::square_root(a) * unit;
         reach_y = t * A::square_root(cc) * unit;
     } else {
@@ -306,7 +308,7 @@ TILEMESH_KERNEL Outcome<A> project_words(GaussianWords<A> const& g, View const& 
     s.across = -0.5f * a / determinant * per_unit * per_unit;
     s.opacity = A::select(g.opacity < one, g.opacity, one);
     s.depth = z;
-    // Where alpha_min is about e^-87, the exponential's end, or subnormal, every power counts.
+    // If alpha_min is about e^-87 (the lower bound of `exponential`) or subnormal, no power is too faint.
     s.faintest = m.alpha_min > 1e-36f ? -0.5f * ratio - 0.01f : A::all(-std::numeric_limits<float>::infinity());
     auto const x = tile_at<A>(pixel_clamped<A>(u, s.columns), tiling.tile_width);
     auto const y = tile_at<A>(pixel_clamped<A>(v, s.rows), tiling.tile_height);
@@ -315,11 +317,12 @@ TILEMESH_KERNEL Outcome<A> project_words(GaussianWords<A> const& g, View const& 
 }
 } // namespace detail
 
-/// Projects a Gaussian: EWA splatting (Zwicker et al. 2001) as in 3DGS, in the factored form that survives needles: the
-/// covariance is V V^T with V = J W R S (2 x 3), its determinant the squared length of the cross product of V's rows.
+/// Projects a Gaussian by EWA splatting (Zwicker et al. 2001), as 3DGS does. It uses a factored form, which stays accurate for needles: the
+/// covariance is V V^T with V = J W R S (2 x 3), and its determinant is the squared length of the cross product of V's rows.
 ///
-/// What cannot be drawn is invisible, not an error: behind the near plane, opacity under alpha_min, nothing on screen, a
-/// projection that is not finite. Cost: about 150 flops, three square roots, nine divisions, four exponentials or logarithms.
+/// A Gaussian that cannot be drawn gives an invisible splat, not an error: it is behind the near plane, its opacity is under alpha_min, it
+/// is outside the screen, or its projection is not finite. Cost: about 150 flops, three square roots, nine divisions, four exponentials or
+/// logarithms.
 inline Splat project(Gaussian const& g, View const& view, Tiling const& tiling) noexcept
 {
     using detail::OneFloat;
@@ -343,8 +346,8 @@ inline Splat project(Gaussian const& g, View const& view, Tiling const& tiling) 
             {static_cast<std::uint32_t>(s.anchor)}};
 }
 
-/// What of a splat's light a pixel centre gets before anything in front of it: opacity e^power, in [0, 1]. `x` and `y` are
-/// relative to the principal point. The leaf that kernels and the naive picture share.
+/// The share of a splat's light that a pixel centre gets if nothing is in front of it: opacity e^power, in [0, 1]. `x` and `y` are relative
+/// to the principal point. Kernels and the naive picture share this function.
 inline float alpha_at(Splat const& s, float x, float y) noexcept
 {
     float const dx = x - s.mean_px[0], dy = y - s.mean_px[1];

@@ -1,34 +1,36 @@
 #pragma once
 #include <tilemesh/splat/policies.hpp>
 
-/// Moves every record, one tile a superstep, to its anchor tile.
+/// Moves every record to its anchor tile, by one tile a superstep.
 ///
-/// The protocol (`Hold`). A rule is dimension-ordered: a record goes along the first axis, then along the second, never
-/// back. Let c be the slots of a channel end and q those of a FIFO.
-///   1. Second-leg arrivals go first. At most c arrive on a side and each goes straight on to the opposite side, whose channel
-///      is empty when compute begins, or sinks: they never wait. A sink always accepts: into storage or, when that is full, out
-///      of the machine as `unplaced` (counted; the host knows it by id).
-///   2. First-leg arrivals may find no room ahead. They wait in a FIFO of their side, which is served before new arrivals.
-///   3. A tile tells its first-leg neighbours the fill of the FIFO on their side, as the note of the channel back. It sends
-///      to a first-leg neighbour at most q - (fill it was told) - (what it sent in the superstep before) records, and at
-///      most c.
+/// The protocol with `Hold`. The rule is dimension-ordered: a record goes along the first axis, then along the second axis, and never back.
+/// Let c be the slots of a channel end, and q the slots of a FIFO.
+///   1. Second-leg arrivals go first; they never wait. At most c records arrive on a side. Each either goes straight on to the opposite side,
+///      whose channel is empty when compute begins, or sinks. A sink always accepts: the record goes into storage, or if storage is full, out of
+///      the machine as `unplaced` (it is counted, and the host knows its id).
+///   2. First-leg arrivals may find no room ahead. They wait in the FIFO of their side, which is served before new arrivals.
+///   3. A tile tells each first-leg neighbour the fill of the FIFO on that side, as the note of the channel back. It sends to a first-leg
+///      neighbour at most q - (the fill it was told) - (its number of records sent in the superstep before) records, and at most c.
 ///   4. A tile's own records leave last.
-/// Nothing sent is lost: the fill told at superstep t is the fill after compute t. What was sent at t arrives at t + 1 and
-/// adds at most `sent(t)`; what is sent at t + 1 arrives at t + 2. So the fill after t + 2 is at most fill(t) + sent(t) +
-/// sent(t + 1) <= q. A tile with a waiting record votes busy, so a fill that is not told is 0; a tile that sent votes busy, so
-/// its memory of what it sent is one superstep old whenever it runs.
-/// No dead-lock: second-leg records never wait, so their channels empty in a bounded number of supersteps. A first-leg FIFO
-/// waits for a second-leg channel, or for the next FIFO in the same direction, and directions end at the edge: no cycle.
-/// A record may turn back only if a bound cut the last frame and the view changed. Such a record never waits in a FIFO or on the second
-/// leg: it goes on, or becomes a record of the tile it is on, or is unplaced if that tile is full. Hence every superstep in which records
-/// are under way moves at least one, for any capacities c, q >= 1 and any order of arrival.
-/// tests/splat/routing.cpp tries to break it at capacity 1, exhaustively on small grids.
 ///
-/// Cost: without a full channel, W + H - 2 exchanges and one more compute from any placement; a record's bytes a hop.
+/// No record that was sent is lost. The fill told at superstep t is the fill after compute t. Records sent at t arrive at t + 1 and add at
+/// most `sent(t)`. Records sent at t + 1 arrive at t + 2. So the fill after t + 2 is at most fill(t) + sent(t) + sent(t + 1) <= q. A tile
+/// with a waiting record votes busy, so a fill that is not told is 0. A tile that sent votes busy, so its count of sent records is one
+/// superstep old whenever it runs.
+///
+/// There is no deadlock. Second-leg records never wait, so their channels empty in a bounded number of supersteps. A first-leg FIFO waits
+/// for a second-leg channel, or for the next FIFO in the same direction. Directions end at the edge, so this relation has no cycle.
+///
+/// A record may have to turn back only if a bound cut the last frame and the view changed. Such a record never waits in a FIFO or on the
+/// second leg: it goes on, or becomes a record of the tile it is on, or is unplaced if that tile is full. Hence each superstep in which
+/// records are under way moves at least one record, for any capacities c, q >= 1 and any order of arrival. tests/splat/routing.cpp tests
+/// the protocol with capacity 1, exhaustively on small grids.
+///
+/// Cost: without a full channel, W + H - 2 exchanges and one more pass from any placement. Each hop sends one record's bytes.
 namespace tilemesh::splat {
 
 namespace detail {
-/// What routing does with one record, whatever the saturation policy.
+/// The handling of one record by routing, for any saturation policy.
 template <class S>
 struct RouteStep {
     using Record = typename S::Record;
@@ -46,7 +48,8 @@ struct RouteStep {
     Splats<S>& splats;
     Counts& counts;
 
-    /// Is this the tile of the message's record? Sets `anchor`, by projecting where it is not carried or is out of date.
+    /// Is this tile the anchor of the message's record? Sets `anchor`. It projects the record if the message has no anchor or an outdated
+    /// one.
     bool is_home(Message const& m, TileId& anchor) const noexcept
     {
         if (S::Addressing::carried_in(frame) && frame.readdress == 0) {
@@ -57,14 +60,14 @@ struct RouteStep {
         Splat const& s = Access::splat_of(frame, entry);
         ++counts.projected;
         anchor = s.anchor;
-        return !s.visible() || s.anchor == here.tile; // with nothing on screen it stays where it is
+        return !s.visible() || s.anchor == here.tile; // a record with nothing on screen stays where it is
     }
-    /// Puts a record into storage; false when it is full. A copy of it that is here already becomes the anchored record.
+    /// Puts a record into storage; false if storage is full. If the tile already has a copy of it, the copy becomes the anchored record.
     bool settle(Record const& g) const noexcept
     {
         auto const entry = Access::project(g, frame);
         ++counts.projected;
-        auto const i = S::blooms ? Access::slot_of(marks, splats.begin(), g) : no_slot; // no copies without bloom
+        auto const i = S::blooms ? Access::slot_of(marks, splats.begin(), g) : no_slot; // without bloom there are no copies
         if (i != no_slot) {
             storage[i] = g;
             splats[i] = entry;
@@ -81,7 +84,7 @@ struct RouteStep {
         ++counts.changes;
         return true;
     }
-    /// Keeps a record that cannot go on as one of the tile's own, to leave later; false when storage is full.
+    /// Keeps a record that cannot go on as one of the tile's own, which leaves later; false if storage is full.
     bool keep(Record const& g, FlowControl& flow) const noexcept
     {
         auto const before = storage.size();
@@ -91,8 +94,7 @@ struct RouteStep {
         ++flow.leaving;
         return true;
     }
-    /// Sends slot i's record on its way. Where the footprint still touches this tile, a copy stays, unless
-    /// the setup does not bloom.
+    /// Sends slot i's record on its way. If the footprint still touches this tile and the setup blooms, a copy stays.
     template <class Side>
     void depart(std::uint32_t i, Side& out) const noexcept
     {
@@ -105,7 +107,7 @@ struct RouteStep {
         else
             remove_slot(storage, marks, splats, i);
     }
-    /// Sends all leaving records for which `room(side)` says yes; returns how many stay behind.
+    /// Sends all leaving records for which `room(side)` is true. Returns the number of records that stay.
     template <class Outs, class Room>
     std::uint32_t depart_all(Outs& out, Room const& room) const noexcept
     {
@@ -122,7 +124,7 @@ struct RouteStep {
     }
 };
 
-/// Is this the tile at which the message's journey ends? RouteStep::is_home, without counting.
+/// Is this tile the end of the message's journey? As RouteStep::is_home, without counting.
 template <class S>
 bool ends_here(Here const& here, typename S::Parameters const& frame, RoadMessage<S> const& m) noexcept
 {
@@ -132,12 +134,12 @@ bool ends_here(Here const& here, typename S::Parameters const& frame, RoadMessag
     return !s.visible() || s.anchor == here.tile;
 }
 
-/// What Route did, for a cost model: an arrival is taken, and projected where it does not say where it goes; one that has come home
-/// (at least as many as arrive and do not go on) is projected and looked for among the tile's records (`find`: all of them); a
-/// departure is given to a channel.
+/// The operations of Route, for a cost model. An arrival is taken, and projected if it does not carry its anchor. A record that arrives at
+/// its anchor tile is projected and looked up among the tile's records (`find` looks at all of them); at least as many records do so as
+/// arrive and do not go on. A departure is given to a channel.
 ///
-/// An arrival that is home settles, whether storage has room for it or not. Exact, but for records that a bound left waiting in a
-/// FIFO: one that a new view has come home to meanwhile settles uncounted.
+/// An arrival at its anchor tile settles, even if storage has no room for it. The count is exact, with one exception: a record that a bound
+/// left waiting in a FIFO, and for which a new view makes this tile the anchor, settles without being counted.
 template <class S>
 struct RouteOperations {
     static Operations operations(Here here, Broadcast<typename S::Parameters> frame, Marks<S> const& marks, In<Road<S>> in,
@@ -150,7 +152,7 @@ struct RouteOperations {
             for (auto const& m : in[d]) settled += ends_here<S>(here, *frame, m) ? 1 : 0;
         }
         std::uint32_t const home = arrived > left ? arrived - left : 0;
-        std::uint32_t const own = left > arrived ? left - arrived : 0; // of this tile's own, for which it looks at its marks
+        std::uint32_t const own = left > arrived ? left - arrived : 0; // of the tile's own records; to find them it looks at all marks
         Operations o;
         o[Operation::routed] = arrived + left;
         o[Operation::projection] = S::Addressing::carried_in(*frame) ? home : arrived;
@@ -159,7 +161,7 @@ struct RouteOperations {
         return o;
     }
 };
-/// What Route does with a tile, with `Hold`.
+/// Route on one tile, with `Hold`.
 template <class S>
 struct HoldingRoute {
     using Message = RoadMessage<S>;
@@ -172,14 +174,15 @@ struct HoldingRoute {
         Here const& here = step.here;
         Counts& counts = step.counts;
 
-        // How many records each side may take: its slots, and on the first leg what is promised behind it.
+        // The number of records that each side may take: the free slots, and on the first leg also the credit of the FIFO behind the
+        // channel.
         std::uint32_t limit[4];
         bool short_of_credit[4] = {};
         for (Direction d : news) limit[index(d)] = out[d].capacity();
         for (std::uint32_t leg = 0; leg < 2; ++leg) {
             Direction const d = Rule::first_leg[leg];
             std::uint32_t const used = in[d].note() + flow.sent[leg];
-            std::uint32_t const behind = leg == 0 ? waiting1.capacity() : waiting0.capacity(); // the FIFO it will meet there
+            std::uint32_t const behind = leg == 0 ? waiting1.capacity() : waiting0.capacity(); // of the FIFO there
             std::uint32_t const credit = used < behind ? behind - used : 0;
             if (credit < limit[index(d)]) {
                 limit[index(d)] = credit;
@@ -194,7 +197,7 @@ struct HoldingRoute {
         auto const go = [&](Message const& m) noexcept {
             TileId anchor;
             if (step.is_home(m, anchor)) {
-                (void)step.settle(S::Addressing::record(m)); // a full storage is counted: the record is unplaced
+                (void)step.settle(S::Addressing::record(m)); // a full storage is counted; the record is unplaced
                 return true;
             }
             Direction const d = Rule::towards(here.tile, anchor);
@@ -203,8 +206,8 @@ struct HoldingRoute {
             ++counts.hops;
             return true;
         };
-        // A record that was under way when the view changed may have to turn back. Two that wait for each other's FIFO would
-        // wait for ever: it becomes one of this tile's own instead.
+        // A record that was under way when the view changed may have to turn back. Two such records in FIFOs could wait for each other for
+        // ever, so the record becomes one of this tile's own instead.
         auto const turns_back = [&](Message const& m, Direction from) noexcept {
             if (frame->readdress == 0) return false;
             auto const entry = Access::project(S::Addressing::record(m), *frame);
@@ -232,8 +235,8 @@ struct HoldingRoute {
             }
         };
 
-        // The second leg first: it cannot be in the way of anything. Only a record that was under way when the view changed
-        // (a bound cut the frame before) may have to turn and find no room: then it becomes one of this tile's own.
+        // The second leg first: it cannot block anything. Only a record that was under way when the view changed (a bound cut the frame
+        // before) may have to turn and find no room. Then it becomes one of this tile's own.
         for (Direction d : news)
             if (d != Rule::first_leg[0] && d != Rule::first_leg[1])
                 for (Message const& m : in[d])
@@ -252,7 +255,7 @@ struct HoldingRoute {
     }
 };
 
-/// What Route does with a tile, with `Drop`.
+/// Route on one tile, with `Drop`.
 template <class S>
 struct DroppingRoute {
     using Message = RoadMessage<S>;
@@ -305,7 +308,7 @@ struct Route : detail::RouteOperations<P> {
     }
 };
 } // namespace kernel
-/// Moves every record one tile towards its anchor tile. With a saturation policy that drops, it has no FIFOs.
+/// Moves every record by one tile towards its anchor tile. With the saturation policy `Drop`, the kernel has no FIFOs.
 template <class S>
 using Route = kernel::Route<PoliciesOf<S>>;
 

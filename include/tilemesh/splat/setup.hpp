@@ -7,13 +7,14 @@ namespace tilemesh::splat {
 struct BlendAsAsked;
 
 /// The members of a setup, in four groups: the machine (a type), the policies (types that change what kernels do), the sizes (one value,
-/// `Sizes`), and the rules of the picture. Derive from a setup and change what you want; its name appears in every report.
+/// `Sizes`), and the rules of the picture. Derive from a setup and change the members that you want to change. Every report shows the
+/// setup's name.
 ///
 /// Setups that differ only in machine, sizes or rules of the picture share all kernels.
 struct SetupDefaults {
     using Machine = Mk2;
 
-    using Record = Gaussian;                          ///< or ShadedGaussian<Degree>, for colour that depends on the view
+    using Record = Gaussian;                          ///< or ShadedGaussian<Degree>, for a colour that depends on the view
     using Projected = Splat;                          ///< an entry of Splats
     using Parameters = FrameParameters;               ///< the frame's broadcast
     using Routing = RowFirst;
@@ -22,31 +23,33 @@ struct SetupDefaults {
     using Copies = WorldCopies;
     using Pixel = FloatPixel;
     using Blending = BlendAsAsked;                    ///< blending.hpp
-    /// False: in each new view the host places every record on its anchor tile. A record that finds no room is tried again in the next.
+    /// False: in each new view the host places every record on its anchor tile. A record that finds no room there is tried again in the
+    /// next view.
     static constexpr bool routes = true;
-    static constexpr bool blooms = true;              ///< false: a splat is listed as lost on all tiles but its anchor
+    static constexpr bool blooms = true;              ///< false: no copies; the report lists a splat as lost on all tiles except its anchor
 
     static constexpr Footprint footprint = Footprint::opacity_box;
     static constexpr float alpha_max = 1.0f;
     static constexpr float transmittance_min = Model{}.transmittance_min;
-    /// 0.70 to 0.74 times the host time of `precise`, and no farther from the picture in double (README, "How fast it is").
+    /// Takes 0.70 to 0.74 times the host time of `precise`, and its error against the picture in double precision is not larger (measured
+    /// by bench/frame and bench/error_vs_time).
     static constexpr Arithmetic arithmetic = Arithmetic::fast;
 };
 
-/// The default: nothing is lost, float pixels, and a ledger that holds all that the kernels keep (622.3 KiB of Mk2's 624).
+/// The default. No record is lost, pixels are floats, and the ledger holds everything that the kernels keep (622.3 KiB of Mk2's 624).
 ///
-/// Two sets of channels instead of one, at half the paper's size: the most that two real maps and motions up to 2 degrees a
-/// frame put into one channel is 165 records (measured), and a full channel costs supersteps, not records. FIFOs of 200 messages cost
-/// no superstep up to 100,000 records (measured).
+/// It has two sets of channels, the paper has one; each channel has half the paper's slots. With two real maps and motions up to 2 degrees
+/// a frame, one channel carried at most 165 records (measured). A full channel costs passes, not records. FIFOs of 200 messages cost no
+/// pass up to 100,000 records (measured).
 struct Lossless : SetupDefaults {
     static constexpr char const* name = "lossless";
-    /// A record of storage takes 136 bytes, with its mark, splat and sort key.
+    /// One record in storage takes 136 bytes, including its mark, splat and sort key.
     static constexpr Sizes sizes{/*storage*/ 2000, /*road*/ 200, /*beam*/ 200, /*waiting*/ 200, /*tile_pixels*/ 32 * 20};
 };
 
-/// The paper's numbers (sections "Framebuffer Partitioning" and "Per-tile SRAM capacity"): 400-slot channels, 3,200 slots of
-/// 60 bytes, RGBX8, 3-sigma squares, drop. Its budget has no room for render lists, FIFOs or credits: what our kernels keep of
-/// these is listed in the ledger, outside the budget.
+/// The paper's numbers (sections "Framebuffer Partitioning" and "Per-tile SRAM capacity"): 400-slot channels, 3,200 slots of 60 bytes,
+/// RGBX8, 3-sigma squares, drop. The paper's budget has no room for render lists, FIFOs or credits. The ledger lists what our kernels keep
+/// of these outside the budget.
 struct Paper : SetupDefaults {
     static constexpr char const* name = "paper";
     using Saturation = Drop;
@@ -59,15 +62,16 @@ struct Paper : SetupDefaults {
     static constexpr float transmittance_min = 1e-4f; ///< that of 3D Gaussian Splatting
 };
 
-/// What the authors' public code really has room for: it steps through float buffers by a count of bytes, so that a record
-/// takes 240 bytes and the paper's 24,000-byte channel holds 100, its 192,000-byte storage 800. The ledger is in real records.
+/// The capacities that the authors' public code really has. That code steps through float buffers by a count of bytes, so a record takes
+/// 240 bytes: the paper's 24,000-byte channel holds 100 records, its 192,000-byte storage 800. The ledger counts records of their true
+/// size.
 struct Prototype : Paper {
     static constexpr char const* name = "prototype";
     static constexpr Sizes sizes{/*storage*/ 800,       /*road*/ 100,        /*beam*/ 100,             /*waiting*/ 0,
                                  /*tile_pixels*/ 32 * 20, /*lists_fit*/ false, /*one_channel_memory*/ true};
 };
 
-/// A machine and sizes with room for a whole map and a whole frame on one tile; channels keep their slots.
+/// A machine and sizes with room for a whole map and a whole frame on one tile. Channels keep their slots.
 using RoomyMachine = TestMachine<64u << 20>;
 constexpr Sizes roomy(Sizes sizes) noexcept
 {

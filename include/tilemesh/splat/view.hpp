@@ -8,11 +8,12 @@
 TILEMESH_EXACT_BEGIN
 namespace tilemesh::splat {
 
-/// Camera and rules together, with what follows from both: the Jacobian's bounds on x/z and y/z. Made by `make_view`.
+/// The camera and the rules of the picture, and the bounds that follow from both: the Jacobian's limits on x/z and y/z. `make_view` makes
+/// it.
 struct View {
     Camera camera;
     Model model;
-    float slope_limit[2]; ///< jacobian_limit * tan(half field of view); huge where the limit is off
+    float slope_limit[2]; ///< jacobian_limit * tan(half field of view); a huge number if the clamp is off
 };
 static_assert(std::is_trivially_copyable_v<View> && sizeof(View) == 76 + 28 + 8, "a view is plain words");
 
@@ -24,8 +25,8 @@ inline View make_view(Camera const& camera, Model const& model) noexcept
             {limit * static_cast<float>(camera.width) / camera.fx, limit * static_cast<float>(camera.height) / camera.fy}};
 }
 
-/// How the frame is cut into tiles: tile (x, y) owns the pixels [x w, (x + 1) w) by [y h, (y + 1) h) of the frame. Tiles beyond
-/// columns x rows own none.
+/// The division of a frame into tiles. Tile (x, y) owns the pixels [x w, (x + 1) w) by [y h, (y + 1) h) of the frame. A tile beyond columns
+/// x rows owns no pixel.
 struct Tiling {
     std::uint32_t tile_width, tile_height; ///< pixels
     std::uint32_t columns, rows;           ///< tiles that hold pixels
@@ -36,13 +37,13 @@ inline Tiling make_tiling(std::uint32_t width, std::uint32_t height, std::uint32
     return {tile_width, tile_height, (width + tile_width - 1) / tile_width, (height + tile_height - 1) / tile_height};
 }
 
-/// A half-open rectangle of pixels; empty when x1 <= x0.
+/// A half-open rectangle of pixels. It is empty if x1 <= x0 or y1 <= y0.
 struct PixelRect {
     std::uint32_t x0, x1, y0, y1;
     constexpr bool empty() const noexcept { return x1 <= x0 || y1 <= y0; }
 };
 
-/// The pixels of tile t, within the frame.
+/// The pixels of tile t that lie in the frame.
 inline PixelRect pixels_of(Tiling const& tiling, Camera const& camera, TileId t) noexcept
 {
     if (t.x() >= tiling.columns || t.y() >= tiling.rows) return {0, 0, 0, 0};

@@ -27,7 +27,7 @@ inline void expect_finite(Image const& image, std::string const& which)
     }
 }
 
-/// The window of Wang et al. 2004: 11 taps a direction, sigma 1.5 pixels, sum 1.
+/// The window of Wang et al. 2004: 11 taps per axis, sigma 1.5 pixels, sum 1.
 constexpr int ssim_radius = 5;
 inline std::array<double, 2 * ssim_radius + 1> ssim_window()
 {
@@ -71,7 +71,7 @@ inline double mean_ssim(Image const& image, Image const& reference)
     std::vector<SsimMoments> rows(pixels);
     double sum = 0.0;
     for (std::uint32_t channel = 0; channel < 3; ++channel) {
-        // The window is a product of two, so blur along x, then along y.
+        // The window is separable, so blur along x, then along y.
         for (std::uint32_t y = 0; y < image.height; ++y)
             for (std::uint32_t x = 0; x < image.width; ++x)
                 rows[std::size_t{y} * image.width + x] =

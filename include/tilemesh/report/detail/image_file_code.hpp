@@ -59,8 +59,8 @@ inline float load_float(std::byte const* from, std::endian order) noexcept
 } // namespace detail
 
 namespace detail {
-/// `channels` floats a pixel, rows from the bottom to the top as the format demands (Debevec's description, as Netpbm's `pfm(5)`
-/// gives it), little endian (scale -1.0).
+/// Writes `channels` floats a pixel, rows from the bottom to the top as the format requires (Debevec's description, as in Netpbm's
+/// `pfm(5)`), little endian (scale -1.0).
 inline void write_rows_as_pfm(std::filesystem::path const& path, std::uint32_t width, std::uint32_t height,
                               std::uint32_t channels, std::span<float const> values, Outlasts outlasts)
 {
@@ -81,7 +81,7 @@ TILEMESH_HOST std::vector<std::byte> rgb8(Image const& image)
 {
     std::vector<std::byte> bytes(image.rgb.size());
     std::transform(image.rgb.begin(), image.rgb.end(), bytes.begin(), [](float value) {
-        // 255 v + 0.5 is exact in double, so no value lands on the wrong side of a half.
+        // 255 v + 0.5 is exact in double, so no value is rounded to the wrong side of a half.
         double const clamped = value > 0.0f ? std::min(double{value}, 1.0) : 0.0;
         return static_cast<std::byte>(static_cast<unsigned>(255.0 * clamped + 0.5));
     });
@@ -133,13 +133,13 @@ TILEMESH_HOST Image read_pfm(std::filesystem::path const& path)
     if (!text.starts_with("PF")) fail("no magic \"PF\": not a PFM file", "name a PFM file");
 
     std::istringstream header{text.substr(2)};
-    header.exceptions(std::ios::badbit); // no memory is no bad header
+    header.exceptions(std::ios::badbit); // out of memory is not a bad header
     header.imbue(std::locale::classic());
     std::int64_t width = 0;
     std::int64_t height = 0;
     double scale = 0.0;
     header >> width >> height >> scale;
-    // One white space ends the header; where the text ends without it, the file is cut short.
+    // One white-space character ends the header. If it is missing, the file is cut short.
     if (!header ||
         std::string_view{" \t\r\n"}.find(static_cast<char>(header.get())) == std::string_view::npos)
         fail("the header is not \"PF width height scale\"", write_again);

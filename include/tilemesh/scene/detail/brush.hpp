@@ -9,7 +9,7 @@
 
 namespace tilemesh::scene::detail {
 
-/// PCG32 (O'Neill 2014, XSH-RR 64/32): integers only, so every platform draws the same numbers.
+/// PCG32 (O'Neill 2014, XSH-RR 64/32). It uses integers only, so every platform draws the same numbers.
 class Pcg32 {
 public:
     explicit Pcg32(std::uint64_t seed, std::uint64_t stream = 54)
@@ -35,8 +35,7 @@ private:
     std::uint64_t state_, increment_;
 };
 
-/// Smooth noise in [0, 1) over the plane, period 1 between independent values: hashed lattice,
-/// cubic blend.
+/// Smooth noise in [0, 1) over the plane. Independent values are 1 apart: a hashed lattice with a cubic blend.
 inline double value_noise(double x, double y, std::uint32_t seed)
 {
     auto const lattice = [&](double cell_x, double cell_y) {
@@ -56,8 +55,7 @@ inline double value_noise(double x, double y, std::uint32_t seed)
     return top * (1.0 - v) + bottom * v;
 }
 
-/// A place on a surface: unit tangents u and v, the spacing of the samples along them, and what is
-/// painted there.
+/// A place on a surface: unit tangents u and v, the spacing of the samples along them, and the colour that is painted there.
 struct Touch {
     glm::dvec3 place;
     glm::dvec3 along_u, along_v;
@@ -65,7 +63,7 @@ struct Touch {
     glm::dvec3 colour; ///< already lit
 };
 
-/// Lays Gaussians onto surfaces, in the order of the calls; ids count from 1.
+/// Lays Gaussians onto surfaces, in the order of the calls. Ids count from 1.
 class Brush {
 public:
     explicit Brush(Map& map, std::uint64_t seed) : random(seed), map_(map) {}
@@ -87,9 +85,8 @@ public:
         map_.gaussians.push_back(g);
     }
 
-    /// A disc in the surface. At 0.68 of the spacing and 0.85 opaque, what lies below shows through
-    /// by 3 to 4 % halfway between samples of a square lattice, and an edge stays sharp to two
-    /// thirds of a spacing.
+    /// Lays a disc into the surface. At 0.68 of the spacing and an opacity of 0.85, the layer below shows through by 3 to 4 % halfway
+    /// between samples of a square lattice, and an edge is sharp to two thirds of a spacing.
     void touch(Touch const& t, double fill = 0.68)
     {
         double const thin = 0.06 * std::fmin(t.spacing_u, t.spacing_v);
@@ -97,7 +94,7 @@ public:
             {fill * t.spacing_u, fill * t.spacing_v, thin}, t.colour, opacity());
     }
 
-    /// A thread from a to b: a needle `radius` thin that overlaps the next one of a chain.
+    /// A thread from a to b: a needle of radius `radius` that overlaps the next one of a chain.
     void needle(glm::dvec3 a, glm::dvec3 b, double radius, glm::dvec3 colour)
     {
         glm::dvec3 const along = glm::normalize(b - a);
@@ -108,15 +105,13 @@ public:
             {0.4 * glm::length(b - a), radius, radius}, colour, opacity());
     }
 
-    /// Three in a hundred are exactly opaque, as in maps that SLAM makes; the others are 0.85 to
-    /// 0.98.
+    /// 3 % are exactly opaque, as in maps that SLAM makes. The others are 0.85 to 0.98.
     double opacity() { return random.uniform() < 0.03 ? 1.0 : random.between(0.85, 0.98); }
 
     Pcg32 random;
 
 private:
-    /// Shepperd's choice: the largest of w, x, y, z is computed by a root, so nothing is divided by
-    /// a small number.
+    /// Shepperd's method: a root gives the largest of w, x, y, z, so no division is by a small number.
     static void store_rotation(glm::dmat3 const& m, float (&out)[4])
     {
         double const trace = m[0][0] + m[1][1] + m[2][2];

@@ -23,7 +23,7 @@
 
 namespace tilemesh::scene::detail {
 
-/// A field of a camera: whether the file has it, its fault (null: none) and its value.
+/// A field of a camera: whether the file has it, its fault (null: no fault) and its value.
 template <class T>
 struct CameraField {
     bool there = false;
@@ -31,7 +31,7 @@ struct CameraField {
     T value{};
 };
 
-/// More cameras than any capture has. The limit bounds the memory: about 500 MB, plus long names.
+/// A limit that no capture reaches. It bounds the memory: about 500 MB, plus long names.
 inline constexpr std::size_t most_cameras = 1u << 20;
 
 /// The fields of one entry in a list of cameras, for both forms of file; no field if the entry is no object. If a key comes twice,
@@ -45,7 +45,7 @@ struct CameraFields {
     CameraField<std::array<double, 3>> position;
 };
 
-/// One entry, and how errors name it.
+/// One entry, and its name in errors.
 class CameraEntry {
 public:
     CameraEntry(std::string const& file, std::size_t number) : file_(file), name_(std::to_string(number)) {}
@@ -93,7 +93,7 @@ private:
     std::string name_;
 };
 
-/// One camera of our own form. The centre is -R^-1 t, so that R (p - c) = R p + t for this very R.
+/// Makes a camera from this library's form. The centre is -R^-1 t, so that R (p - c) = R p + t for this R.
 inline NamedCamera own_camera(CameraFields const& fields, CameraEntry& entry)
 {
     auto const text = [&](auto const& field, char const* key) { return field.there ? entry.value(field, key) : std::string(); };
@@ -115,8 +115,8 @@ inline NamedCamera own_camera(CameraFields const& fields, CameraEntry& entry)
     return named;
 }
 
-/// One camera as 3DGS training writes it: `rotation` is camera to world, rows first, `position` the centre. The file holds no
-/// principal point, since the training puts it in the middle.
+/// Makes a camera from the form that 3DGS training writes: `rotation` is camera to world, row-major; `position` is the centre. The file has
+/// no principal point, because the training puts it into the middle of the picture.
 inline splat::Camera training_camera(CameraFields const& fields, CameraEntry const& entry)
 {
     auto const& m = entry.value(fields.rotation, "rotation");
@@ -190,7 +190,7 @@ private:
         for (JsonPart part; (part = json_.next()) != JsonPart::end_list;) {
             if (++number > most_cameras)
                 throw Error(file_ + " has too many cameras (more than " + std::to_string(most_cameras) + "); split it");
-            // In the 3DGS form, later names still matter: cameras that share a name are called by their ids.
+            // In the 3DGS form, later names still matter: cameras that share a name are named by their ids.
             if (nameless_ || (unusable_ && !training_)) {
                 json_.skip(part);
                 continue;
@@ -215,7 +215,7 @@ private:
         }
     }
 
-    /// The entry after the last camera that is kept.
+    /// Converts the entry after the last camera that is kept.
     NamedCamera convert(CameraFields const& fields) const
     {
         CameraEntry entry(file_, cameras_.size() + 1);
@@ -225,8 +225,8 @@ private:
         return {"", "", "", training_camera(fields, entry)};
     }
 
-    /// Gives the cameras that 3DGS training wrote their names: img_name, or img_name#id for cameras that share an img_name.
-    /// Pictures of several folders often share one, because the training leaves the folder out.
+    /// Names the cameras that 3DGS training wrote: img_name, or img_name#id for cameras that share an img_name. The training leaves out the
+    /// folder, so pictures of several folders often share an img_name.
     void finish_names()
     {
         if (nameless_) {
@@ -282,7 +282,7 @@ private:
         if (field.fault == nullptr) field.value = json_.text();
         else json_.skip(part);
     }
-    /// An id is a whole number of 64 bits, with a sign or without; a name shows it as the file does.
+    /// Reads an id: an integer of 64 bits, with or without a sign. A name shows it as the file does.
     void read_id(CameraField<std::string>& id)
     {
         JsonPart const part = json_.next();
@@ -322,7 +322,7 @@ private:
         }
         if (rows == N) field.fault = wrong;
     }
-    /// Reads a list of `N` numbers after its opening bracket. Returns its fault: `fault` if it has not `N` items.
+    /// Reads a list of `N` numbers after its opening bracket. Returns its fault: `fault` if it does not have `N` items.
     template <std::size_t N>
     char const* read_numbers(double* numbers, char const* fault)
     {
@@ -336,7 +336,7 @@ private:
         }
         return count == N ? wrong : fault;
     }
-    /// Reads the rest of a value that starts with `part`, as a number. Returns its fault; null: none.
+    /// Reads the rest of a value that starts with `part`, as a number. Returns its fault; null: no fault.
     char const* read_number(JsonPart part, double& value)
     {
         json_.skip(part);

@@ -35,8 +35,8 @@ public:
     }
 
 private:
-    /// Thirteen blobs behind everything: a wall that is warm at the window's side, its returns to
-    /// the left and right, and the dark floor below.
+    /// Thirteen blobs behind everything: a wall that is warm on the window's side, its side walls to the left and right, and the dark
+    /// floor.
     void background()
     {
         auto const colour = [](double across, int row) {
@@ -374,7 +374,7 @@ private:
             double const a = 0.38196601125 * full_turn * k,
                          ring = 0.078 * std::sqrt((k + 0.5) / 160.0);
             Vec const place = p({ring * std::cos(a), -high + 0.012, ring * std::sin(a)});
-            // Drawn apart: the order in which arguments are evaluated is the compiler's.
+            // In its own statement, because the compiler chooses the order in which it evaluates arguments.
             Vec const colour = Vec{0.20, 0.13, 0.09} * brush_.random.between(0.6, 1.3);
             brush_.dab(place, glm::dmat3{1.0}, {0.006, 0.004, 0.006}, colour, brush_.opacity());
         }

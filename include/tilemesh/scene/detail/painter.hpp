@@ -9,8 +9,8 @@
 #include <tilemesh/scene/detail/brush.hpp>
 #include <tilemesh/scene/map.hpp>
 
-// Light, shadow and the surfaces of the built-in scene. Metres; x right, y down, z away from the
-// viewer; the desk top is y = 0. The numbers are the picture: they have no source but the eye.
+// Light, shadow and the surfaces of the built-in scene. Units are metres; x right, y down, z away from the viewer; the desk top is y = 0.
+// The numbers were chosen by eye; they have no other source.
 namespace tilemesh::scene::detail {
 
 using Vec = glm::dvec3;
@@ -25,7 +25,7 @@ inline double smooth(double low, double high, double x)
     return t * t * (3.0 - 2.0 * t);
 }
 
-/// The light: a window to the upper left, somewhat before the desk, and the sky above.
+/// The light: a window to the upper left, somewhat in front of the desk, and the sky above.
 inline Vec lit(Vec albedo, Vec place, Vec normal, double gloss = 0.0, double shadow = 0.0)
 {
     Vec const to_light = glm::normalize(Vec{-0.55, -0.75, -0.50});
@@ -39,8 +39,7 @@ inline Vec lit(Vec albedo, Vec place, Vec normal, double gloss = 0.0, double sha
     return albedo * light + Vec{1.0, 0.97, 0.90} * (gloss * highlight * (1.0 - shadow));
 }
 
-/// A place on the desk, turned about the vertical axis: objects are made at the origin and put down
-/// with it.
+/// A place on the desk, turned about the vertical axis. Objects are made at the origin and moved to this place.
 struct Placement {
     double x = 0.0, z = 0.0, angle = 0.0;
 
@@ -60,8 +59,7 @@ public:
     explicit Painter(Map& map) : brush_(map, 2024) {}
 
 protected:
-    /// A flat patch, lit on the side of edge_u x edge_v. `paint` gives its colour before light at
-    /// (u, v) in [0, 1].
+    /// A flat patch, lit on the side of edge_u x edge_v. `paint` returns its unlit colour at (u, v) in [0, 1].
     template <class Paint>
     void rectangle(Vec corner, Vec edge_u, Vec edge_v, double spacing_u, double spacing_v,
                    Paint paint, double gloss = 0.0, double fill = 0.68, double jitter = 0.25)
@@ -83,8 +81,8 @@ protected:
             }
     }
 
-    /// A box about `centre`, before placement; four sides: nobody sees its floor or its back.
-    /// `paint` gets the side (0 top, 1 near, 2 left, 3 right) before (u, v).
+    /// A box about `centre`, before placement. It has four sides, because nobody sees its floor or its back. `paint` takes the side (0 top,
+    /// 1 near, 2 left, 3 right) before (u, v).
     template <class Paint>
     void box(Placement const& p, Vec centre, Vec size, double spacing, Paint paint,
              double gloss = 0.0)
@@ -105,7 +103,7 @@ protected:
         side(3, low + x + z, -z, y, spacing, 0.66 * spacing);
     }
 
-    /// Equal areas by the golden angle: `part` 1 is a whole sphere, 0.5 its upper half.
+    /// Equal areas by the golden angle. `part`: 1 is a whole sphere, 0.5 its upper half.
     template <class Paint>
     void ellipsoid(Vec centre, Vec radius, Placement const& p, double part, int count, double gloss,
                    Paint paint)
@@ -127,8 +125,7 @@ protected:
         }
     }
 
-    /// The side of an upright round thing: radius and height as functions of v in [0, 1], inside or
-    /// outside.
+    /// The side of an upright round object: radius and height as functions of v in [0, 1], seen from inside or outside.
     template <class Radius, class Paint>
     void barrel(Placement const& p, double bottom, double top, Radius radius, double spacing,
                 bool inside, double gloss, Paint paint)
@@ -157,8 +154,7 @@ protected:
     Brush brush_;
 
 private:
-    /// On the desk top under the sheet or the keyboard: a disc there could be sorted before what
-    /// lies on it.
+    /// Is the place on the desk top under the sheet or the keyboard? A disc there could be sorted in front of the object that lies on it.
     static bool covered(Vec place)
     {
         auto const under = [&](Placement const& p, double half_x, double half_z) {
@@ -170,8 +166,7 @@ private:
                (under(paper_place, 0.14, 0.104) || under(keyboard_place, 0.25, 0.075));
     }
 
-    /// Soft shadows on the desk top: dark spots, each an ellipse that an object throws to the right
-    /// and back.
+    /// Soft shadows on the desk top: dark spots, each an ellipse that an object throws to the right and to the back.
     static double shadow_at(Vec place, Vec normal)
     {
         if (place.y < -0.004 || normal.y > -0.9) return 0.0;

@@ -23,7 +23,7 @@ namespace tilemesh::scene {
 
 namespace detail {
 
-/// A note names the first five of a kind (rows, columns, elements): enough to find the cause, short enough to print.
+/// A note names the first five items of a kind (rows, columns, elements): enough to find the cause, and short enough to print.
 inline constexpr std::uint64_t named_in_notes = 5;
 
 inline std::string note_on_rest(PlyHarmonics const& found)

@@ -28,7 +28,7 @@ inline constexpr std::uint32_t size_of(PlyType type)
 struct PlyProperty {
     std::string name;
     PlyType type;                      ///< of the number, or of a list's items
-    std::uint64_t offset;              ///< bytes from the start of a binary row; meaningless behind a list
+    std::uint64_t offset;              ///< bytes from the start of a binary row; has no meaning after a list
     std::optional<PlyType> count_type; ///< of a list's count; an integer
 
     bool is_list() const { return count_type.has_value(); }
@@ -36,7 +36,7 @@ struct PlyProperty {
 
 struct PlyElement {
     std::string name;
-    std::uint64_t count;     ///< as promised: it may be anything
+    std::uint64_t count;     ///< as the header promises; it may be any number
     std::uint64_t row_bytes; ///< of a binary row whose lists are all empty; below the header's size
     bool has_lists;
     std::vector<PlyProperty> properties;
@@ -55,8 +55,8 @@ struct PlyHeader {
     std::uint64_t lines = 0;
 };
 
-/// The fewest bytes that a row takes. In ASCII: a digit and a blank or line end for each property; the last line end of a
-/// file may be absent.
+/// The fewest bytes that a row takes. In ASCII: one digit and one blank or line end for each property. The last line end of a file may be
+/// missing.
 inline std::uint64_t least_row_bytes(PlyElement const& element, PlyFormat format)
 {
     return format == PlyFormat::ascii ? 2 * element.properties.size() : element.row_bytes;
@@ -90,8 +90,8 @@ inline std::optional<PlyType> find_type(std::string_view name)
     return std::nullopt;
 }
 
-/// Reads the header of a PLY and leaves the source at its body. Throws `Error`, which begins with `file` and names the line,
-/// for everything else. Takes at most 256 KiB: real headers have 2 KiB. Cost: n log n in its lines.
+/// Reads the header of a PLY and leaves the source at its body. Throws `Error` for any other header; the message begins with `file` and
+/// names the line. It reads at most 256 KiB; real headers have 2 KiB. Cost: n log n in its lines.
 class PlyHeaderReader {
 public:
     PlyHeaderReader(ByteSource& source, std::string const& file) : source_(source), file_(file) {}

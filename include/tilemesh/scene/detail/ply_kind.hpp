@@ -10,8 +10,8 @@
 
 namespace tilemesh::scene::detail {
 
-/// Throws `Error` for a file that does not begin with "ply". It names other formats of 3DGS maps, known by their first bytes,
-/// or by the extension where a format has no such bytes. It takes nothing from the source.
+/// Throws `Error` for a file that does not begin with "ply". It names other formats of 3DGS maps; it knows them by their first bytes, or by
+/// the extension if a format has no such bytes. It takes no bytes from the source.
 inline void require_ply(ByteSource& source, std::string const& file)
 {
     if (source.begins_with("ply")) return;
@@ -45,7 +45,7 @@ inline void require_ply(ByteSource& source, std::string const& file)
     throw Error(file + " is not a PLY file (it does not begin with \"ply\"); name a 3DGS map");
 }
 
-/// The element that holds the Gaussians. Throws `Error` where there is none and for PLY files that hold something else.
+/// Returns the element that holds the Gaussians. Throws `Error` if there is none, and for PLY files with other content.
 inline PlyElement const& require_vertex(PlyHeader const& header, std::string const& file)
 {
     PlyElement const* vertex = nullptr;

@@ -26,8 +26,8 @@ namespace tilemesh::scene::detail {
                 " are there); copy or export the map again");
 }
 
-/// Checks that the body is long enough for the rows that the header promises. It divides and never multiplies, because a
-/// count may be anything. Lists count as empty, so the check of a file with lists is only a lower bound.
+/// Checks that the body is long enough for the rows that the header promises. It divides and never multiplies, because a count may be any
+/// number. A list counts as empty, so for a file with lists the check is only a lower bound.
 inline void require_rows(PlyHeader const& header, std::uint64_t body_bytes, std::string const& file)
 {
     // The last line of an ASCII file may lack its end.
@@ -45,7 +45,7 @@ inline void require_rows(PlyHeader const& header, std::uint64_t body_bytes, std:
     }
 }
 
-/// For each property of an element the field of a row that it gives; -1: none.
+/// For each property of an element: the index of its field in a row; -1: none.
 inline std::vector<int> slots_of(PlyElement const& element, PlyColumns const& columns)
 {
     std::vector<int> slots(element.properties.size(), -1);
@@ -54,7 +54,7 @@ inline std::vector<int> slots_of(PlyElement const& element, PlyColumns const& co
     return slots;
 }
 
-/// The `T` at `bytes`, as a number, whatever the order of bytes of this host.
+/// The `T` at `bytes`, as a number, on a host of any byte order.
 template <class T, std::endian order>
 double read_as(unsigned char const* bytes)
 {
@@ -88,8 +88,7 @@ double read_scalar(unsigned char const* bytes, PlyType type)
     return read_as<double, order>(bytes);
 }
 
-/// Reads the rows of a binary body, one element after the other. Throws `Error` where a row is cut off or a list has a count
-/// below 0.
+/// Reads the rows of a binary body, one element after the other. Throws `Error` if a row is cut off or a list has a count below 0.
 template <std::endian order>
 class BinaryRows {
 public:
@@ -147,9 +146,9 @@ private:
     std::string const& file_;
 };
 
-/// Reads the rows of an ASCII body: one row a line, numbers separated by blanks, lines that end in LF or CR LF; blank lines are
-/// passed over. Numbers are read by `read_number`, whatever type the header names; a leading +, inf and nan are numbers too. In
-/// columns that are not used any word will do. Throws `Error` for other lines, and names row and line.
+/// Reads the rows of an ASCII body: one row per line, numbers separated by blanks, lines that end in LF or CR LF. Blank lines are skipped.
+/// `read_number` reads the numbers, for any type in the header; a leading +, inf and nan are valid. In columns that are not used any word
+/// is valid. Throws `Error` for other lines, and names row and line.
 class AsciiRows {
 public:
     /// `lines` is the number of lines of the header.
@@ -157,7 +156,7 @@ public:
         : source_(source), file_(file), line_(lines + 1)
     {}
 
-    /// Whether the last line had no end; then its last number may be cut off.
+    /// Did the last line have no end? Then its last number may be cut off.
     bool open_end() const { return open_end_; }
 
     void skip(PlyElement const& element)
@@ -186,7 +185,7 @@ public:
         }
     }
 
-    /// Passes over blank lines; false at the end of the file.
+    /// Skips blank lines; false at the end of the file.
     bool find_row()
     {
         while (skip_blanks() == '\n') source_.get(), ++line_;
@@ -236,7 +235,7 @@ private:
         if (error != std::errc{} || end != last) refuse("a list of " + in_quotes(word()) + " items");
         return n;
     }
-    /// A `float` is rounded as a binary file would have it, so that both give the same records.
+    /// A `float` is rounded as in a binary file, so that both formats give the same records.
     double number(PlyType type) const
     {
         double value = 0.0;

@@ -13,14 +13,14 @@
 
 namespace tilemesh::scene::detail {
 
-/// Words of a header, as a message quotes them.
+/// Words of a header, quoted for a message.
 inline std::string in_quotes(std::string_view text)
 {
     return std::string(1, '"').append(shown(text, 40)).append(1, '"');
 }
 
-/// The bytes of a stream from its current position to its end, read once and in order, at most 1 MiB of them in memory. Throws
-/// `Error`, which begins with `file`, where the stream has no known size or ends before it.
+/// The bytes of a stream from its current position to its end. They are read once and in order; at most 1 MiB of them is in memory. Throws
+/// `Error` if the stream has no known size or ends before it; the message begins with `file`.
 class ByteSource {
 public:
     static constexpr std::size_t capacity = std::size_t{1} << 20;
@@ -40,24 +40,24 @@ public:
     std::uint64_t size() const { return size_; }
     std::uint64_t left() const { return size_ - fetched_ + (end_ - begin_); }
 
-    /// The next `n` bytes, at most `capacity`, valid until the next call; null, and nothing is taken, where fewer are left.
+    /// The next `n` bytes, valid until the next call; n is at most `capacity`. If fewer bytes are left, it returns null and takes none.
     unsigned char const* take(std::size_t n)
     {
         if (end_ - begin_ < n && !fetch(n)) return nullptr;
         begin_ += n;
         return buffer_.data() + begin_ - n;
     }
-    /// The next byte, or -1 at the end; `peek` leaves it there.
+    /// Takes the next byte; `peek` does not take it. Both return -1 at the end.
     int get() { return begin_ < end_ || fetch(1) ? buffer_[begin_++] : -1; }
     int peek() { return begin_ < end_ || fetch(1) ? buffer_[begin_] : -1; }
 
-    /// Do the next bytes equal `text`? Takes none.
+    /// Are the next bytes equal to `text`? Takes none.
     bool begins_with(std::string_view text)
     {
         return (end_ - begin_ >= text.size() || fetch(text.size())) &&
                std::memcmp(buffer_.data() + begin_, text.data(), text.size()) == 0;
     }
-    /// Passes over `n` bytes; false, and nothing is passed, where fewer are left.
+    /// Skips `n` bytes. If fewer bytes are left, it returns false and skips none.
     bool skip(std::uint64_t n)
     {
         if (n > left()) return false;
@@ -70,7 +70,7 @@ public:
     }
 
 private:
-    /// Fills the buffer until `n` bytes are contiguous; false where fewer are left.
+    /// Fills the buffer until `n` bytes are contiguous; false if fewer are left.
     bool fetch(std::size_t n)
     {
         if (n > left()) return false;
@@ -91,7 +91,7 @@ private:
     std::istream& stream_;
     std::string file_;
     std::uint64_t size_ = 0;
-    std::uint64_t fetched_ = 0;         ///< bytes that were read or passed over
+    std::uint64_t fetched_ = 0;         ///< bytes that were read or skipped
     std::vector<unsigned char> buffer_; ///< [begin_, end_) is read and not yet taken
     std::size_t begin_ = 0, end_ = 0;
 };

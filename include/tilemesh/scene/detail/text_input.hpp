@@ -16,15 +16,15 @@
 #include <tilemesh/number_text.hpp>
 #include <utility>
 
-// Shared by the readers of cameras and trajectories. Their files may hold anything, so the memory of a line is bounded, and a
-// text of the file is made printable before it stands in the one line of an error.
+// Shared by the readers of cameras and trajectories. Their files may have any content. So the memory of a line is bounded, and a text from
+// a file is made printable before an error shows it in its one line.
 namespace tilemesh::scene::detail {
 
 /// The largest number that a field may hold: a tenth of the largest float, so that sums and rotated vectors of a few such numbers
 /// stay finite when they are rounded.
 inline constexpr double largest_number = 1e37;
 
-/// How many bytes the first UTF-8 character of `text` has; 0 for bytes that are no character, a control character or a line
+/// The number of bytes in the first UTF-8 character of `text`. 0: the bytes are not a character, or are a control character or a line
 /// separator.
 inline std::size_t character_bytes(std::string_view text)
 {
@@ -44,7 +44,7 @@ inline std::size_t character_bytes(std::string_view text)
     return code < least || code > 0x10ffff || surrogate || separator ? 0 : bytes;
 }
 
-/// Text of a file as an error may show it: whatever is no character becomes "?", and after `most` bytes comes "...".
+/// A file's text for an error message: each byte that is not part of a character becomes "?", and after `most` bytes comes "...".
 inline std::string shown(std::string_view text, std::size_t most = 200)
 {
     std::string out;
@@ -58,14 +58,14 @@ inline std::string shown(std::string_view text, std::size_t most = 200)
     return out;
 }
 
-/// A path as an error shows it, whole.
+/// A path for an error message, not shortened.
 inline std::string shown_path(std::filesystem::path const& path)
 {
     std::string const text = path.string();
     return shown(text, text.size());
 }
 
-/// Whether `text` has printable characters only, so that it can stand in a report and in one line.
+/// Does `text` have printable characters only, so that it can stand in a report and in one line?
 inline bool is_plain(std::string_view text)
 {
     while (!text.empty()) {
@@ -78,7 +78,7 @@ inline bool is_plain(std::string_view text)
 
 inline constexpr std::string_view blanks = " \t\r\v\f";
 
-/// Takes the next word off `text`; empty where there is none.
+/// Takes the next word off `text`; empty if there is none.
 inline std::string_view take_word(std::string_view& text)
 {
     text.remove_prefix(std::min(text.find_first_not_of(blanks), text.size()));
@@ -87,7 +87,7 @@ inline std::string_view take_word(std::string_view& text)
     return word;
 }
 
-/// Reads all of `word` as a number; false where it is none. `read_number` takes no plus sign, but some writers put one.
+/// Reads all of `word` as a number; false if it is not one. `read_number` accepts no plus sign, but some writers put one.
 template <class T>
 bool parse_number(std::string_view word, T& value)
 {
@@ -96,8 +96,8 @@ bool parse_number(std::string_view word, T& value)
     return error == std::errc{} && end == word.data() + word.size() && !word.empty();
 }
 
-/// For a number that is out of the range of a double: whether it is too small, not too large. It is too small if its first digit
-/// that is not 0 stands behind the decimal point once the exponent has moved the point.
+/// For a number outside the range of a double: is it too small, not too large? It is too small if its first digit other than 0 is after the
+/// decimal point once the exponent has moved the point.
 inline bool is_tiny(std::string_view number)
 {
     std::size_t const e = std::min(number.find_first_of("eE"), number.size());
@@ -114,7 +114,7 @@ inline bool is_tiny(std::string_view number)
     return exponent < -place;
 }
 
-/// The shortest text that is this number.
+/// The shortest text that reads back as this number.
 inline std::string text_of(double value)
 {
     std::array<char, 32> text{}; // 24 characters at most: "-1.7976931348623157e+308"
@@ -122,8 +122,8 @@ inline std::string text_of(double value)
     return {text.data(), end};
 }
 
-/// Opens a regular file, and nothing that waits or never ends (a pipe, a device). Throws `Error` where that cannot be done and
-/// where the file is longer than `most_bytes`; `wanted` says what to name instead.
+/// Opens a regular file. It does not open files that may block or never end (a pipe, a device). Throws `Error` if the file cannot be
+/// opened, or if it is longer than `most_bytes`; `wanted` says what the user should name instead.
 inline std::ifstream open_file(std::filesystem::path const& path, std::uint64_t most_bytes, std::string const& wanted)
 {
     namespace fs = std::filesystem;
@@ -148,8 +148,8 @@ inline std::ifstream open_file(std::filesystem::path const& path, std::uint64_t 
     throw Error(name + " cannot be opened (" + std::generic_category().message(errno) + "); try again, or copy the file");
 }
 
-/// Reads lines that end in LF or CR LF, the last one also without; skips a byte order mark. Keeps one line of at most 64 KiB:
-/// real ones have some hundred bytes.
+/// Reads lines that end in LF or CR LF; the last line may have no end. It skips a byte order mark. It keeps one line of at most 64 KiB in
+/// memory; real lines have about a hundred bytes.
 class LineReader {
 public:
     static constexpr std::size_t most_bytes = 65536;
@@ -159,7 +159,7 @@ public:
         : stream_(stream), name_(std::move(name)), buffer_(most_bytes + 1, '\0')
     {}
 
-    /// Goes to the next line; false where there is none. Throws `Error` for a line that is too long.
+    /// Goes to the next line; false if there is none. Throws `Error` for a line that is too long.
     bool next()
     {
         bool const there = next_part();
@@ -168,7 +168,7 @@ public:
         return there;
     }
 
-    /// Goes to the next part of a line of any length, 64 KiB at a time; the line ends with the part that is `whole`.
+    /// Goes to the next part of a line of any length, 64 KiB at a time. The line ends with the part for which `whole` is true.
     bool next_part()
     {
         if (whole_) ++number_;
