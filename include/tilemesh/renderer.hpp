@@ -8,7 +8,7 @@
 #include <type_traits>
 #include <utility>
 
-namespace tilemesh {
+namespace tilemesh { inline namespace v0_2 {
 
 /// Renders a map on a mesh of tiles, frame after frame: loads the map's records onto the tiles once, then runs the frame
 /// program for each camera. Records and copies stay on their tiles in between, so a small step moves little and a static view
@@ -64,4 +64,4 @@ extern template class render::FrameRenderer<render::HostPolicies, Mesh, Traced<A
 extern template class render::FrameRenderer<render::HostPoliciesWithPlanes, Mesh, AnyMachine>;
 #endif
 
-} // namespace tilemesh
+}} // namespace tilemesh

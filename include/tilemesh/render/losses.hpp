@@ -9,7 +9,7 @@
 
 /// Compares what is on a mesh with what should be there: every record once, and a copy on every tile that its footprint touches.
 /// It reads the final state and no counters, so its list has all that the picture lacks.
-namespace tilemesh::render {
+namespace tilemesh { inline namespace v0_2 { namespace render {
 
 /// Where a mesh holds which record, between runs. It reads every stored record, so it is made only for frames that refused something or
 /// may have left records under way.
@@ -187,4 +187,4 @@ private:
     MeshFacts const& facts_;
 };
 
-} // namespace tilemesh::render
+}}} // namespace tilemesh::render

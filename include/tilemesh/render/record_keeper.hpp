@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-namespace tilemesh::render {
+namespace tilemesh { inline namespace v0_2 { namespace render {
 
 /// Puts a map's records onto a mesh and knows which of them are not on it. It is the host's part of the protocol in which records stay on
 /// their tiles from frame to frame.
@@ -219,4 +219,4 @@ private:
     Extent2 occupied_{};
 };
 
-} // namespace tilemesh::render
+}}} // namespace tilemesh::render

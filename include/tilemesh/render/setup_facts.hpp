@@ -6,7 +6,7 @@
 #include <type_traits>
 #include <vector>
 
-namespace tilemesh::render {
+namespace tilemesh { inline namespace v0_2 { namespace render {
 
 /// How a pixel's colour is stored on the machine.
 enum class ColourFormat : std::uint32_t { float32, rgbx8, own };
@@ -80,4 +80,4 @@ MeshSizes<splat::Frame<P>> mesh_sizes_of(SetupFacts const& facts)
     return m;
 }
 
-} // namespace tilemesh::render
+}}} // namespace tilemesh::render

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-namespace tilemesh::render {
+namespace tilemesh { inline namespace v0_2 { namespace render {
 
 /// Numbers by 64-bit keys: fill it, sort it once, then look numbers up. It is one type for all tables of the host, because each type of
 /// hash table would cost every program that renders a fifth of a second of compile time.
@@ -40,4 +40,4 @@ private:
     std::vector<std::pair<std::uint64_t, std::uint32_t>> rows_;
 };
 
-} // namespace tilemesh::render
+}}} // namespace tilemesh::render

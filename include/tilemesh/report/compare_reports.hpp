@@ -9,7 +9,7 @@
 #include <tilemesh/error.hpp>
 #include <tilemesh/report/frame_report.hpp>
 
-namespace tilemesh::report {
+namespace tilemesh { inline namespace v0_2 { namespace report {
 
 /// The first exact field in which two reports differ, with both values: "gaussians.moved: 3 and 4". Empty where the reports
 /// are the same. Compares the camera's name, every exact field, each loss, and the digests where both frames were asked for
@@ -58,4 +58,4 @@ inline bool same_report(FrameReport const& a, FrameReport const& b)
     return first_difference(a, b).empty();
 }
 
-} // namespace tilemesh::report
+}}} // namespace tilemesh::report

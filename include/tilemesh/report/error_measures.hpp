@@ -3,7 +3,7 @@
 #include <tilemesh/config.hpp>
 #include <tilemesh/report/image.hpp>
 
-namespace tilemesh::report {
+namespace tilemesh { inline namespace v0_2 { namespace report {
 
 /// How far a picture is from its reference: float frames, unclamped, before any 8-bit rounding. One
 /// level is 1/255. Every measure but SSIM and `share_over_one_level` is over the 3 * width * height
@@ -32,7 +32,7 @@ struct ErrorMeasures {
 /// 720.
 TILEMESH_HOST ErrorMeasures compare(Image const& image, Image const& reference);
 
-} // namespace tilemesh::report
+}}} // namespace tilemesh::report
 
 #if !defined(TILEMESH_COMPILED)
 #include <tilemesh/report/detail/error_measures_code.hpp>

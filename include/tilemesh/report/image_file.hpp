@@ -11,7 +11,7 @@
 ///
 /// A file is written whole or not at all; `Outlasts` says whether it survives a power loss: see `write_whole`.
 
-namespace tilemesh::report {
+namespace tilemesh { inline namespace v0_2 { namespace report {
 /// The picture as 8-bit RGB, row by row from the top left, 3 * width * height bytes: the span that
 /// PNG encoders take. Each value is clamped to [0, 1], times 255, rounded to nearest (halves up); a
 /// NaN becomes 0.
@@ -41,7 +41,7 @@ TILEMESH_HOST void write_pfm(std::filesystem::path const& path, Plane const& pla
 /// not exactly as long as its header says; nothing is allocated before that length was checked.
 TILEMESH_HOST Image read_pfm(std::filesystem::path const& path);
 
-} // namespace tilemesh::report
+}}} // namespace tilemesh::report
 
 #if !defined(TILEMESH_COMPILED)
 #include <tilemesh/report/detail/image_file_code.hpp>

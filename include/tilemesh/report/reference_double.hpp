@@ -14,7 +14,7 @@
 #include <tilemesh/splat/model.hpp>
 #include <vector>
 
-namespace tilemesh::report {
+namespace tilemesh { inline namespace v0_2 { namespace report {
 
 /// Whether a reference applies the cut-offs of the model: `none` is the formula (R0 in numerics,
 /// section 1), `same` has ours (R1). R1 - R0 is what the cut-offs cost, a kernel's picture - R1
@@ -364,4 +364,4 @@ Image render_double(Records const& gaussians, splat::Camera const& camera,
                          cuts == Cuts::same ? cut_offs(model) : no_cut_offs(skip_below), threads);
 }
 
-} // namespace tilemesh::report
+}}} // namespace tilemesh::report

@@ -9,7 +9,7 @@
 #include <tilemesh/splat/camera.hpp>
 #include <vector>
 
-namespace tilemesh::scene {
+namespace tilemesh { inline namespace v0_2 { namespace scene {
 
 /// A camera that shows a map whose cameras nobody knows: it looks along the world's +z (OpenCV: y
 /// down) from in front, with a horizontal field of view of 60 degrees, at the box that holds 5 % to
@@ -68,4 +68,4 @@ inline splat::Camera frame_whole(Map const& map, Size size)
     return make_camera({glm::dmat3{1.0}, {centre.x, centre.y, front - distance}}, lens);
 }
 
-} // namespace tilemesh::scene
+}}} // namespace tilemesh::scene

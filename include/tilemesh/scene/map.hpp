@@ -4,7 +4,7 @@
 #include <tilemesh/splat/gaussian.hpp>
 #include <vector>
 
-namespace tilemesh::scene {
+namespace tilemesh { inline namespace v0_2 { namespace scene {
 
 /// A map in host memory: what a file or the built-in scene gives; it may be empty. Ids are 1 + the row in the file, so that a
 /// report names rows a user can find; rows that were rejected leave their id unused.
@@ -18,4 +18,4 @@ struct Map {
     std::vector<std::string> notes; ///< one line each: what was skipped or rejected, and why
 };
 
-} // namespace tilemesh::scene
+}}} // namespace tilemesh::scene

@@ -11,7 +11,7 @@
 #include <tilemesh/splat/camera.hpp>
 #include <vector>
 
-namespace tilemesh::scene {
+namespace tilemesh { inline namespace v0_2 { namespace scene {
 
 /// The per-axis median of the means, each Gaussian counted once: half of a map may be far outliers
 /// before it moves away. Of an even number the upper of the two middle values; the origin where the
@@ -59,4 +59,4 @@ inline std::vector<splat::Camera> orbit(splat::Camera const& start, glm::dvec3 t
     return cameras;
 }
 
-} // namespace tilemesh::scene
+}}} // namespace tilemesh::scene

@@ -5,7 +5,7 @@
 #include <tilemesh/config.hpp>
 #include <tilemesh/scene/map.hpp>
 
-namespace tilemesh::scene {
+namespace tilemesh { inline namespace v0_2 { namespace scene {
 
 /// Reads a 3DGS map from a stream that can seek, from where it stands to its end: a PLY, ASCII or binary in either order of
 /// bytes, the needed properties of element `vertex` found by name, in any order and of any scalar type. `name` is what
@@ -27,7 +27,7 @@ TILEMESH_HOST Map read_ply(std::istream& stream, std::string const& name);
 /// cannot be opened, throws `Error`.
 TILEMESH_HOST Map load_ply(std::filesystem::path const& path);
 
-} // namespace tilemesh::scene
+}}} // namespace tilemesh::scene
 
 #if !defined(TILEMESH_COMPILED)
 #include <tilemesh/scene/detail/ply_code.hpp>

@@ -7,7 +7,7 @@
 #include <tilemesh/splat/routing.hpp>
 #include <tilemesh/splat/setup.hpp>
 
-namespace tilemesh::splat {
+namespace tilemesh { inline namespace v0_2 { namespace splat {
 
 /// One frame: project, route, bloom, sort, composite. Gaussians and copies stay where they are between runs. A setup that leaves out a
 /// step has neither the step nor the channels and lists that only this step uses.
@@ -41,4 +41,4 @@ Frame<S> frame_program(std::uint32_t hops)
     return frame;
 }
 
-} // namespace tilemesh::splat
+}}} // namespace tilemesh::splat

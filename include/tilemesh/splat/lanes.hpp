@@ -12,7 +12,7 @@
 TILEMESH_EXACT_BEGIN
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wpsabi" // how a wide vector is passed does not matter to what is always inlined
-namespace tilemesh::splat::detail {
+namespace tilemesh { inline namespace v0_2 { namespace splat::detail {
 
 /// What a core of this target computes at once: 16 floats with AVX-512, 8 with AVX, 2 on an IPU's worker, 4 on any other.
 #if defined(__AVX512F__)
@@ -107,6 +107,6 @@ TILEMESH_KERNEL Floats<N> multiply_add_lanes(Floats<N> const& a, Floats<N> const
 #endif
 }
 
-} // namespace tilemesh::splat::detail
+}}} // namespace tilemesh::splat::detail
 #pragma GCC diagnostic pop
 TILEMESH_EXACT_END

@@ -2,7 +2,7 @@
 #include <cstdint>
 #include <tilemesh/config.hpp>
 
-namespace tilemesh::splat {
+namespace tilemesh { inline namespace v0_2 { namespace splat {
 
 /// Which pixels a splat may touch. A pixel outside the footprint gets nothing from it, on whatever tile it is.
 enum class Footprint : std::uint32_t {
@@ -32,4 +32,4 @@ struct Model {
     Arithmetic arithmetic = Arithmetic::precise;
 };
 
-} // namespace tilemesh::splat
+}}} // namespace tilemesh::splat

@@ -6,7 +6,7 @@
 TILEMESH_EXACT_BEGIN
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wpsabi" // vectors are passed only to what is always inlined
-namespace tilemesh::splat {
+namespace tilemesh { inline namespace v0_2 { namespace splat {
 
 namespace detail {
 /// Four words of each of N records; by columns `a` is word 0 of all, `b` word 1 and so on, by rows lanes 4 k to 4 k + 3 of `a`,
@@ -144,6 +144,6 @@ void project_all(Record const* records, std::uint32_t n, View const& view, Tilin
     }
 }
 
-} // namespace tilemesh::splat
+}}} // namespace tilemesh::splat
 #pragma GCC diagnostic pop
 TILEMESH_EXACT_END

@@ -12,7 +12,7 @@
 TILEMESH_EXACT_BEGIN
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wpsabi" // vectors are passed only to what is always inlined
-namespace tilemesh::splat {
+namespace tilemesh { inline namespace v0_2 { namespace splat {
 
 /// A Gaussian on the screen: what compositing needs, 56 bytes. Invisible when its rectangle is empty.
 ///
@@ -353,6 +353,6 @@ inline float alpha_at(Splat const& s, float x, float y) noexcept
     return s.opacity * exponential(power);
 }
 
-} // namespace tilemesh::splat
+}}} // namespace tilemesh::splat
 #pragma GCC diagnostic pop
 TILEMESH_EXACT_END

@@ -2,7 +2,7 @@
 #include <cstdint>
 #include <tilemesh/splat/model.hpp>
 
-namespace tilemesh::splat {
+namespace tilemesh { inline namespace v0_2 { namespace splat {
 
 /// What a picture is for: a named pair of the two cut-offs that trade its error against pairs, alpha_min and transmittance_min. All else
 /// stays as the model has it.
@@ -51,4 +51,4 @@ constexpr Model with_quality(Model model, Quality quality) noexcept
     return model;
 }
 
-} // namespace tilemesh::splat
+}}} // namespace tilemesh::splat

@@ -25,7 +25,7 @@
 /// tests/splat/routing.cpp tries to break it at capacity 1, exhaustively on small grids.
 ///
 /// Cost: without a full channel, W + H - 2 exchanges and one more compute from any placement; a record's bytes a hop.
-namespace tilemesh::splat {
+namespace tilemesh { inline namespace v0_2 { namespace splat {
 
 namespace detail {
 /// What routing does with one record, whatever the saturation policy.
@@ -309,4 +309,4 @@ struct Route : detail::RouteOperations<P> {
 template <class S>
 using Route = kernel::Route<PoliciesOf<S>>;
 
-} // namespace tilemesh::splat
+}}} // namespace tilemesh::splat

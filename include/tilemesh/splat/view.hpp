@@ -6,7 +6,7 @@
 #include <type_traits>
 
 TILEMESH_EXACT_BEGIN
-namespace tilemesh::splat {
+namespace tilemesh { inline namespace v0_2 { namespace splat {
 
 /// Camera and rules together, with what follows from both: the Jacobian's bounds on x/z and y/z. Made by `make_view`.
 struct View {
@@ -51,5 +51,5 @@ inline PixelRect pixels_of(Tiling const& tiling, Camera const& camera, TileId t)
     return {x0, x1 < camera.width ? x1 : camera.width, y0, y1 < camera.height ? y1 : camera.height};
 }
 
-} // namespace tilemesh::splat
+}}} // namespace tilemesh::splat
 TILEMESH_EXACT_END

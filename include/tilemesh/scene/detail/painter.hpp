@@ -11,7 +11,7 @@
 
 // Light, shadow and the surfaces of the built-in scene. Metres; x right, y down, z away from the
 // viewer; the desk top is y = 0. The numbers are the picture: they have no source but the eye.
-namespace tilemesh::scene::detail {
+namespace tilemesh { inline namespace v0_2 { namespace scene::detail {
 
 using Vec = glm::dvec3;
 
@@ -205,4 +205,4 @@ private:
     }
 };
 
-} // namespace tilemesh::scene::detail
+}}} // namespace tilemesh::scene::detail

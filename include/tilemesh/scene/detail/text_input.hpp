@@ -18,7 +18,7 @@
 
 // Shared by the readers of cameras and trajectories. Their files may hold anything, so the memory of a line is bounded, and a
 // text of the file is made printable before it stands in the one line of an error.
-namespace tilemesh::scene::detail {
+namespace tilemesh { inline namespace v0_2 { namespace scene::detail {
 
 /// The largest number that a field may hold: a tenth of the largest float, so that sums and rotated vectors of a few such numbers
 /// stay finite when they are rounded.
@@ -202,4 +202,4 @@ private:
     bool whole_ = true;
 };
 
-} // namespace tilemesh::scene::detail
+}}} // namespace tilemesh::scene::detail
