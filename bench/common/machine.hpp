@@ -10,9 +10,9 @@
 #include <tilemesh/splat/camera.hpp>
 #include <vector>
 
-namespace tilemesh {
+namespace tilemesh { inline namespace v0_2 {
 struct RendererOptions;
-}
+}}
 
 namespace bench {
 

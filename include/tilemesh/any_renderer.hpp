@@ -9,7 +9,7 @@
 #include <tilemesh/splat/model.hpp>
 #include <vector>
 
-namespace tilemesh {
+namespace tilemesh { inline namespace v0_2 {
 
 /// A renderer whose setup is chosen at run time. This header contains no kernel of the frame program, so code that only uses such a
 /// renderer compiles quickly.
@@ -38,4 +38,4 @@ public:
     std::vector<Region> const& ledger() const { return facts().ledger; }
 };
 
-} // namespace tilemesh
+}} // namespace tilemesh

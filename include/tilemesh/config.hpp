@@ -4,7 +4,7 @@
 /// Macros: TILEMESH_VERSION, TILEMESH_KERNEL, TILEMESH_HOST, TILEMESH_EXPECT, TILEMESH_EXACT_BEGIN, TILEMESH_EXACT_END. The target
 /// tilemesh::compiled defines TILEMESH_COMPILED. Codelet files also have TILEMESH_VERTEX and TILEMESH_MULTI_VERTEX (poplar/codelet.hpp).
 
-#define TILEMESH_VERSION 100 // major * 10000 + minor * 100 + patch
+#define TILEMESH_VERSION 200 // major * 10000 + minor * 100 + patch
 
 #if defined(__FAST_MATH__) || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__ > 0) || defined(__ASSOCIATIVE_MATH__) ||  \
     defined(__RECIPROCAL_MATH__)
@@ -46,18 +46,23 @@
 #    define TILEMESH_EXACT_END
 #endif
 
+/// Every name of the library is in `tilemesh::v0_2`: programs write `tilemesh::Mesh`, and two versions in one program do not collide.
+/// Each header opens both namespaces, because Clang leaves v0_2 out of the symbols of a `namespace tilemesh::splat`, although that
+/// extends `tilemesh::v0_2::splat` (CWG 2061). Outside are the vertices of poplar/control_vertices.hpp alone.
+namespace tilemesh { inline namespace v0_2 {}}
+
 /// Called when a kernel breaks a contract of the library. A program has one definition of this function. The definition of the
 /// host engines (engine/contract.hpp) keeps the first text and counts the calls; after the barrier the engine reports both with tile and
 /// superstep. The function returns, so the code after the call must be safe.
 extern "C" void tilemesh_contract_broken(char const* text) noexcept;
 
-namespace tilemesh::detail {
+namespace tilemesh { inline namespace v0_2 { namespace detail {
 [[gnu::cold, gnu::noinline]] inline bool broken(char const* text) noexcept
 {
     tilemesh_contract_broken(text);
     return false;
 }
-} // namespace tilemesh::detail
+}}} // namespace tilemesh::detail
 
 /// True if `condition` holds. Otherwise it reports `text` and is false, so the code that it guards does not run. On a host, NDEBUG
 /// changes nothing. In a codelet with NDEBUG it only tests the condition, because a tile cannot report. popc, the compiler of codelets,
@@ -72,7 +77,7 @@ namespace tilemesh::detail {
 #endif
 
 TILEMESH_EXACT_BEGIN
-namespace tilemesh {
+namespace tilemesh { inline namespace v0_2 {
 /// a * b + c, in one rounding where the target has a fused operation and in two where it has not: one rule a build.
 /// Emulating the fused form would be a library call for every term.
 inline float multiply_add(float a, float b, float c) noexcept
@@ -83,11 +88,11 @@ inline float multiply_add(float a, float b, float c) noexcept
     return a * b + c;
 #endif
 }
-} // namespace tilemesh
+}} // namespace tilemesh
 TILEMESH_EXACT_END
 
 #if defined(TILEMESH_COMPILED)
-namespace tilemesh::detail {
+namespace tilemesh { inline namespace v0_2 { namespace detail {
 /// A program and the compiled library that it links must agree on `multiply_add`, or pictures would mix two roundings. One of these two is
 /// in the library; a program that is built for another kind of processor (`-march`) does not link.
 #    if defined(__FMA__) || defined(__ARM_FEATURE_FMA)
@@ -97,5 +102,5 @@ extern char const the_compiled_library_fuses_multiply_add;
 extern char const the_compiled_library_does_not_fuse_multiply_add;
 [[gnu::used]] constexpr char const* rounds_as_the_library = &the_compiled_library_does_not_fuse_multiply_add;
 #    endif
-} // namespace tilemesh::detail
+}}} // namespace tilemesh::detail
 #endif

@@ -1,7 +1,7 @@
 #pragma once
 #include <stdexcept>
 
-namespace tilemesh {
+namespace tilemesh { inline namespace v0_2 {
 
 /// A bad file, option or machine, or a broken promise in a kernel. The text is one line: "<problem> (<why>); <what to do>".
 class Error : public std::runtime_error {
@@ -9,4 +9,4 @@ public:
     using std::runtime_error::runtime_error;
 };
 
-} // namespace tilemesh
+}} // namespace tilemesh

@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-namespace tilemesh {
+namespace tilemesh { inline namespace v0_2 {
 
 /// AnyRenderer over a renderer of one set of policies (render::FrameRenderer). A program that needs more of the renderer than AnyRenderer
 /// offers derives from this class.
@@ -118,4 +118,4 @@ std::unique_ptr<AnyRenderer> fit_to_map(scene::Map const& map, RendererOptions c
     return fit_renderer<Base, Fitted<Base, 1>, Fitted<Base, 2>, Fitted<Base, 3>>(map, scene::demand_of(map), options);
 }
 
-} // namespace tilemesh
+}} // namespace tilemesh

@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-namespace tilemesh {
+namespace tilemesh { inline namespace v0_2 {
 
 /// Threads that the destructor joins, also when an exception ends the scope. It replaces a vector of std::jthread in standard libraries
 /// without std::jthread (libc++ 16); it has no stop tokens.
@@ -36,4 +36,4 @@ private:
     std::vector<std::thread> threads_;
 };
 
-} // namespace tilemesh
+}} // namespace tilemesh

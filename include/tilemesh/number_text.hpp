@@ -13,7 +13,7 @@
 #include <tilemesh/config.hpp>
 #include <type_traits>
 
-namespace tilemesh {
+namespace tilemesh { inline namespace v0_2 {
 namespace detail {
 
 inline bool is_digit(char c) noexcept { return c >= '0' && c <= '9'; }
@@ -133,4 +133,4 @@ std::from_chars_result read_number(char const* first, char const* last, T& value
 #endif
 }
 
-} // namespace tilemesh
+}} // namespace tilemesh

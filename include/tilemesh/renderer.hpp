@@ -8,7 +8,7 @@
 #include <type_traits>
 #include <utility>
 
-namespace tilemesh {
+namespace tilemesh { inline namespace v0_2 {
 
 /// Renders a map on a mesh of tiles, frame after frame. It loads the map's records onto the tiles once, then runs the frame program for
 /// each camera. Records and copies stay on their tiles between frames. So a small step of the camera moves few records, and a static view
@@ -63,4 +63,4 @@ extern template class render::FrameRenderer<render::HostPolicies, Mesh, Traced<A
 extern template class render::FrameRenderer<render::HostPoliciesWithPlanes, Mesh, AnyMachine>;
 #endif
 
-} // namespace tilemesh
+}} // namespace tilemesh

@@ -30,7 +30,7 @@ refuse() { # a reason, then what was found, a line each (nothing: all is well)
 }
 tools=$(dirname "$(readlink -f "$(command -v "$compiler")")")
 nm=$tools/llvm-nm
-plain() { "$tools/llvm-cxxfilt" | sed 's/tilemesh:://g' | cut -c 1-160; }
+plain() { "$tools/llvm-cxxfilt" | sed -E 's/tilemesh::(v[0-9_]+::)?//g' | cut -c 1-160; }
 for tool in "$nm" "$tools/llvm-cxxfilt"; do
     if [ ! -x "$tool" ]; then echo "skipped: $tool is absent" && exit 0; fi
 done
@@ -40,12 +40,12 @@ for abi in 32 ilp32 ilp32f; do : >"$folder/none/gnu/stubs-$abi.h"; done
 
 # Every vertex has its compute called, as Poplar's loader would.
 vertices=$(sed -nE 's/^TILEMESH_VERTEX\(([A-Za-z_0-9]+),.*/\1 0/p; s/^TILEMESH_MULTI_VERTEX\(([A-Za-z_0-9]+),.*/\1 1/p' "$codelets"
-    sed -nE 's/^class ([A-Za-z_0-9]+) : public ::poplar::Vertex \{$/tilemesh::on_poplar::\1 0/p' "$project/include/tilemesh/poplar/control_vertices.hpp")
+    sed -nE 's/^class ([A-Za-z_0-9]+) : public ::poplar::Vertex \{$/tilemesh::vertices::\1 0/p' "$project/include/tilemesh/poplar/control_vertices.hpp")
 all=$folder/all_vertices.cpp
 {
     echo "#include \"$codelets\""
     printf '%s\n' "$vertices" | while read -r name multi; do
-        function="bool vertex__$(echo "$name" | sed 's/tilemesh::on_poplar::/votes_/')($name& v, unsigned worker) noexcept"
+        function="bool vertex__$(echo "$name" | sed 's/tilemesh::vertices::/votes_/')($name& v, unsigned worker) noexcept"
         if [ "$multi" = 1 ]; then body='v.compute(worker)'; else body='(static_cast<void>(worker), v.compute())'; fi
         echo "extern \"C\" $function;"
         echo "$function { return $body; }"

@@ -113,7 +113,7 @@ for word in $(echo "$routing|$bloom|$harmonics|$planes" | tr '|' ' '); do
         failed=1
     fi
 done
-trace='::operations\(|TileSample|SuperstepSample|tilemesh::Trace([^A-Za-z]|$)'
+trace='::operations\(|TileSample|SuperstepSample|tilemesh::v[0-9_]+::Trace([^A-Za-z]|$)'
 compile names mesh_of -O0 -DMACHINE=Mk2
 "$nm" -C "$folder/names.o" >"$folder/names.txt"
 if grep -E "$trace" "$folder/names.txt"; then
@@ -123,7 +123,7 @@ fi
 printf '%-16s engines on Mk2: %s symbols, none has %s\n' -O0 "$(wc -l <"$folder/names.txt" | tr -d ' ')" "$trace"
 compile names mesh_of -O0 '-DMACHINE=Traced<Mk2>'
 "$nm" -C "$folder/names.o" >"$folder/names.txt"
-for word in '::operations\(' TileSample SuperstepSample 'tilemesh::Trace([^A-Za-z]|$)'; do
+for word in '::operations\(' TileSample SuperstepSample 'tilemesh::v[0-9_]+::Trace([^A-Za-z]|$)'; do
     if ! grep -qE "$word" "$folder/names.txt"; then
         echo "no symbol of a machine with a trace has $word: this check looks for a name that is none"
         failed=1

@@ -74,6 +74,12 @@ refuse "nlohmann-json is for $json" "$(printf '%s\n' "$includes" | grep nlohmann
 refuse "$json are for users" "$(printf '%s\n' "$includes" | grep -E "<tilemesh/($json)>" || true)"
 # shellcheck disable=SC2086
 refuse "no #pragma once" "$(grep -L '^#pragma once' $all || true)"
+version=$(sed -nE 's/^#define TILEMESH_VERSION ([0-9]+).*/\1/p' config.hpp)
+inside="namespace tilemesh \\{ inline namespace v$((version / 10000))_$((version / 100 % 100)) \\{"
+# shellcheck disable=SC2086
+refuse "every header opens the inline namespace of its version, but for the vertices that a graph finds by name" "$(
+    { grep -HE '^ *(inline )?namespace tilemesh' $all compiled/*.cpp | grep -vE ":$inside( namespace [a-z_:]+ \\{)?(\\}\\})?\$"
+      grep -LE "^$inside" $all | grep -vxF tilemesh.hpp; } | grep -vxE 'poplar/control_vertices\.hpp(:namespace tilemesh::vertices \{)?' || true)"
 umbrella=$(sed -nE 's/^#include <tilemesh\/(.*)>$/\1/p' tilemesh.hpp)
 refuse "missing in tilemesh.hpp" "$(printf '%s\n' $all | grep -E '^(machine|model|report|scene)/[a-z_]+\.hpp$' |
     grep -vxE "$json" | grep -vxF "$umbrella" || true)"

@@ -1,4 +1,4 @@
-# usage: cmake -DSOURCE=REPOSITORY -DOUTPUT=FILE -DVERSION=0.1.0 -P single_header.cmake
+# usage: cmake -DSOURCE=REPOSITORY -DOUTPUT=FILE -DVERSION=0.2.0 -P single_header.cmake
 # The library as one file: the licence, the includes of everybody else's headers, then each own header once, before its first user.
 # No list may hold text of a header: lists split at semicolons.
 cmake_minimum_required(VERSION 3.25)

@@ -5,15 +5,15 @@
 #include <tilemesh/engine/contract.hpp>
 
 namespace {
-using namespace tilemesh::on_poplar;
+using namespace tilemesh::vertices;
 }
-POPLAR_STANDIN_VERTEX_NAMED("tilemesh::on_poplar::Clear", Clear, words);
-POPLAR_STANDIN_VERTEX_NAMED("tilemesh::on_poplar::GatherVotes", GatherVotes, said, any);
-POPLAR_STANDIN_VERTEX_NAMED("tilemesh::on_poplar::CountPass", CountPass, said, log, again, log_at, touched, reads);
-POPLAR_STANDIN_VERTEX_NAMED("tilemesh::on_poplar::BeginStep", BeginStep, log, again, at_most, reads);
-POPLAR_STANDIN_VERTEX_NAMED("tilemesh::on_poplar::BeginLoop", BeginLoop, log, log_at, at_most);
-POPLAR_STANDIN_VERTEX_NAMED("tilemesh::on_poplar::TestLoop", TestLoop, log, again, log_at);
-POPLAR_STANDIN_VERTEX_NAMED("tilemesh::on_poplar::TestFlag", TestFlag, word, again);
+POPLAR_STANDIN_VERTEX_NAMED("tilemesh::vertices::Clear", Clear, words);
+POPLAR_STANDIN_VERTEX_NAMED("tilemesh::vertices::GatherVotes", GatherVotes, said, any);
+POPLAR_STANDIN_VERTEX_NAMED("tilemesh::vertices::CountPass", CountPass, said, log, again, log_at, touched, reads);
+POPLAR_STANDIN_VERTEX_NAMED("tilemesh::vertices::BeginStep", BeginStep, log, again, at_most, reads);
+POPLAR_STANDIN_VERTEX_NAMED("tilemesh::vertices::BeginLoop", BeginLoop, log, log_at, at_most);
+POPLAR_STANDIN_VERTEX_NAMED("tilemesh::vertices::TestLoop", TestLoop, log, again, log_at);
+POPLAR_STANDIN_VERTEX_NAMED("tilemesh::vertices::TestFlag", TestFlag, word, again);
 
 #define ENTER(Name) POPLAR_STANDIN_VERTEX(Name, reads, keeps, sends, x, y, width, height, step, log_at, task, program)
 ENTER(lossless_project);

@@ -251,8 +251,8 @@ TEST_CASE("what a run was made from is in report.json where it is known")
 {
     auto all = run();
     CHECK_FALSE(report::json_of(all).contains("made_from"));
-    all.made_from = {"0.1.0", {"--size=8x6"}, {{"map.ply", 12, "ff"}}};
-    CHECK(report::json_of(all)["made_from"] == Json{{"version", "0.1.0"},
+    all.made_from = {"0.2.0", {"--size=8x6"}, {{"map.ply", 12, "ff"}}};
+    CHECK(report::json_of(all)["made_from"] == Json{{"version", "0.2.0"},
                                                    {"options", {"--size=8x6"}},
                                                    {"files", {{{"path", "map.ply"}, {"bytes", 12}, {"digest", "ff"}}}}});
 }

@@ -5,7 +5,7 @@
 #include <sys/mman.h>
 #include <utility>
 
-namespace tilemesh::engine {
+namespace tilemesh { inline namespace v0_2 { namespace engine {
 
 /// Zeroed 32-bit words that cost no memory until they are written: a machine's capacity is address space, its live words
 /// are memory. Throws std::bad_alloc when even the address space is not to be had.
@@ -40,4 +40,4 @@ private:
     std::size_t bytes_ = 0;
 };
 
-} // namespace tilemesh::engine
+}}} // namespace tilemesh::engine

@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-namespace tilemesh {
+namespace tilemesh { inline namespace v0_2 {
 
 /// How a CheckedMesh runs.
 struct CheckedMeshOptions {
@@ -230,7 +230,7 @@ private:
     {
         Vote vote = Vote::quiet;
         remember_sizes(tile, typename KernelTraits<Kernel>::Arguments{});
-        engine::detail::broken_contracts = &broken_;
+        engine::detail::tilemesh_broken_contracts = &broken_;
         [[maybe_unused]] auto const sizes = list_sizes(tile, typename KernelTraits<Kernel>::Arguments{});
         if constexpr (KernelTraits<Kernel>::multi_worker) { // all workers, last first: their order must not matter
             for (std::uint32_t w = this->sizes_.machine.workers; w-- > 0;) {
@@ -241,7 +241,7 @@ private:
             Source source{*this, tile, {0, 1}};
             vote = run_kernel<Kernel>(source);
         }
-        engine::detail::broken_contracts = nullptr; // an observer is no kernel
+        engine::detail::tilemesh_broken_contracts = nullptr; // an observer is no kernel
         if (broken_.count != 0) fail(tile, std::exchange(broken_, {}).first);
         if (!this->guards_hold(tile, States{}))
             fail(tile, "a kernel wrote outside a region of its tile, or a size above its capacity (its guard words are gone); "
@@ -530,4 +530,4 @@ private:
     Run run_;
 };
 
-} // namespace tilemesh
+}} // namespace tilemesh

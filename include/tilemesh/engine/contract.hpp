@@ -4,21 +4,24 @@
 #include <cstdlib>
 #include <tilemesh/config.hpp>
 
-namespace tilemesh::engine::detail {
+namespace tilemesh { inline namespace v0_2 { namespace engine::detail {
 /// The contracts that a kernel broke on a tile.
 struct BrokenContracts {
     char const* first = nullptr; ///< its text; null while none is broken
     std::uint32_t count = 0;
 };
-/// Points to the broken contracts of the tile that this thread runs; null outside a run.
-inline thread_local BrokenContracts* broken_contracts = nullptr;
-} // namespace tilemesh::engine::detail
+/// Points to the broken contracts of the tile that this thread runs; null outside a run. As the handler it has C linkage, so a program
+/// with two versions of the library has one of each, and they fit.
+extern "C" {
+inline thread_local BrokenContracts* tilemesh_broken_contracts = nullptr;
+}
+}}} // namespace tilemesh::engine::detail
 
 /// The host's handler. Inside a run it keeps the first text and counts the calls; after the barrier the engine reports both with tile
 /// and superstep. Outside a run it prints the text and aborts. NDEBUG changes nothing here. Weak: a program may define its own.
 extern "C" [[gnu::weak]] void tilemesh_contract_broken(char const* text) noexcept
 {
-    auto* const broken = tilemesh::engine::detail::broken_contracts;
+    auto* const broken = tilemesh::engine::detail::tilemesh_broken_contracts;
     if (broken == nullptr) {
         std::fprintf(stderr, "tilemesh: %s\n", text);
         std::abort();

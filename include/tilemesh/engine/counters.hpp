@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-namespace tilemesh {
+namespace tilemesh { inline namespace v0_2 {
 
 /// What one step of a program (one Superstep, Repeat or UntilQuiet) did in a run. Exact and the same on every engine, any
 /// number of threads; only `milliseconds` is measured.
@@ -63,4 +63,4 @@ struct SuperstepEvent {
 };
 using Observer = std::function<void(SuperstepEvent const&)>;
 
-} // namespace tilemesh
+}} // namespace tilemesh

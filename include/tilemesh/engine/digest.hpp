@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <cstring>
 
-namespace tilemesh::engine {
+namespace tilemesh { inline namespace v0_2 { namespace engine {
 
 /// Mixes one word into a digest (the finaliser of SplitMix64: Steele, Lea, Flood 2014).
 inline std::uint64_t mix(std::uint64_t h, std::uint64_t word) noexcept
@@ -24,4 +24,4 @@ inline std::uint64_t mix_words(std::uint64_t h, std::uint32_t const* words, std:
     return mix(h, n);
 }
 
-} // namespace tilemesh::engine
+}}} // namespace tilemesh::engine

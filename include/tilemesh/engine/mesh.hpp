@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-namespace tilemesh {
+namespace tilemesh { inline namespace v0_2 {
 
 namespace engine::detail {
 
@@ -515,7 +515,7 @@ private:
         using Arguments = typename KernelTraits<Kernel>::Arguments;
         auto& me = workers_[w];
         engine::detail::BrokenContracts broken;
-        engine::detail::broken_contracts = &broken;
+        engine::detail::tilemesh_broken_contracts = &broken;
         Source source{*this, me, all_ends(*this, Links{}), nullptr, 0, {0, 1}};
         std::uint32_t first = 0, last = n;
         for (bool more = together ? shares_.take(w, first, last) : n != 0; more; more = together && shares_.take(w, first, last)) {
@@ -533,7 +533,7 @@ private:
             }
             me.runs += last - first;
         }
-        engine::detail::broken_contracts = nullptr; // what runs next on this thread may be no kernel
+        engine::detail::tilemesh_broken_contracts = nullptr; // what runs next on this thread may be no kernel
     }
 
     bool any_busy() const noexcept
@@ -637,4 +637,4 @@ private:
     engine::detail::Team team_;                         ///< last: its threads end before what they use
 };
 
-} // namespace tilemesh
+}} // namespace tilemesh

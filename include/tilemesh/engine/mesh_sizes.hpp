@@ -7,7 +7,7 @@
 #include <tilemesh/machine/tile.hpp>
 #include <type_traits>
 
-namespace tilemesh {
+namespace tilemesh { inline namespace v0_2 {
 
 /// Slots of a channel end, and the bytes that one of its messages takes on the machine.
 struct LinkSize {
@@ -145,4 +145,4 @@ MeshSizes<Program> mesh_sizes(MachineSize const& machine, Sizes const& sizes)
     return engine::plain_sizes<Program>(machine, sizes, typename Needs<Program>::States{}, typename Needs<Program>::Links{});
 }
 
-} // namespace tilemesh
+}} // namespace tilemesh

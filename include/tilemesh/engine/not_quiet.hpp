@@ -7,7 +7,7 @@
 #include <tilemesh/machine/grid.hpp>
 #include <type_traits>
 
-namespace tilemesh {
+namespace tilemesh { inline namespace v0_2 {
 
 /// A function that explains in a few lines why a run made no progress; `most_passes` is the bound that stopped the run. An engine
 /// appends the text to its error. `explain_no_progress` of model/no_progress.hpp is such a function.
@@ -57,4 +57,4 @@ struct GoesOn {
 };
 } // namespace engine
 
-} // namespace tilemesh
+}} // namespace tilemesh

@@ -4,7 +4,7 @@
 #include <tilemesh/error.hpp>
 #include <tilemesh/machine/grid.hpp>
 
-namespace tilemesh::engine {
+namespace tilemesh { inline namespace v0_2 { namespace engine {
 
 /// Columns x0..x1-1 and rows y0..y1-1 of a grid.
 struct Rectangle {
@@ -22,4 +22,4 @@ inline Rectangle checked_rectangle(Grid grid, Rectangle r)
     return r;
 }
 
-} // namespace tilemesh::engine
+}}} // namespace tilemesh::engine

@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-namespace tilemesh::engine {
+namespace tilemesh { inline namespace v0_2 { namespace engine {
 
 /// Counters of a program's steps, all zero.
 template <class... Step>
@@ -175,4 +175,4 @@ private:
     bool broken_ = false;
 };
 
-} // namespace tilemesh::engine
+}}} // namespace tilemesh::engine

@@ -17,7 +17,7 @@
 #include <type_traits>
 #include <utility>
 
-namespace tilemesh::engine {
+namespace tilemesh { inline namespace v0_2 { namespace engine {
 
 /// Words that no kernel may touch stand around each region of a guarded store, and what is dead is filled with a signalling
 /// pattern: read as a float it is a NaN, read as an index it is out of range.
@@ -401,4 +401,4 @@ private:
     }
 };
 
-} // namespace tilemesh::engine
+}}} // namespace tilemesh::engine

@@ -10,7 +10,7 @@
 #    include <immintrin.h>
 #endif
 
-namespace tilemesh::engine::detail {
+namespace tilemesh { inline namespace v0_2 { namespace engine::detail {
 
 inline void relax() noexcept
 {
@@ -209,4 +209,4 @@ private:
     std::vector<Part> parts_;
 };
 
-} // namespace tilemesh::engine::detail
+}}} // namespace tilemesh::engine::detail

@@ -3,7 +3,7 @@
 #include <tilemesh/machine/grid.hpp>
 #include <tilemesh/machine/name.hpp>
 
-namespace tilemesh::engine {
+namespace tilemesh { inline namespace v0_2 { namespace engine {
 
 /// A name or a tile as text, for errors and counters.
 inline std::string text(Name name)
@@ -19,4 +19,4 @@ inline std::string text(TileId t)
     return s += ")";
 }
 
-} // namespace tilemesh::engine
+}}} // namespace tilemesh::engine

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace tilemesh::engine::detail {
+namespace tilemesh { inline namespace v0_2 { namespace engine::detail {
 
 /// A set of tiles: a bit a tile, and a bit for each word of 64 of them that is not zero, so that going through the set costs
 /// what is in it and one word for each 4,096 tiles of the grid.
@@ -85,4 +85,4 @@ private:
     bool any_ = false;
 };
 
-} // namespace tilemesh::engine::detail
+}}} // namespace tilemesh::engine::detail

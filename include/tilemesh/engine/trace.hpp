@@ -8,7 +8,7 @@
 #include <type_traits>
 #include <vector>
 
-namespace tilemesh {
+namespace tilemesh { inline namespace v0_2 {
 
 /// What one tile did in one superstep.
 struct TileSample {
@@ -90,4 +90,4 @@ TileSample sample(Source& source, std::uint32_t tile) noexcept
 }
 } // namespace engine
 
-} // namespace tilemesh
+}} // namespace tilemesh

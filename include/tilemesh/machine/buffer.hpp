@@ -4,7 +4,7 @@
 #include <tilemesh/config.hpp>
 #include <type_traits>
 
-namespace tilemesh {
+namespace tilemesh { inline namespace v0_2 {
 
 /// The capacity of a list whose number of slots is a value, given when the mesh is built (see `capacity_of` in machine/tile.hpp). Lists
 /// with any number of slots share one type, and so share the code of their kernels.
@@ -117,4 +117,4 @@ public:
     }
 };
 
-} // namespace tilemesh
+}} // namespace tilemesh

@@ -2,7 +2,7 @@
 #include <tilemesh/machine/buffer.hpp>
 #include <tilemesh/machine/grid.hpp>
 
-namespace tilemesh {
+namespace tilemesh { inline namespace v0_2 {
 
 namespace detail {
 template <class T, class = void>
@@ -84,4 +84,4 @@ struct Out {
     TILEMESH_KERNEL typename C::Sender& operator[](Direction d) noexcept { return side[index(d)]; }
 };
 
-} // namespace tilemesh
+}} // namespace tilemesh

@@ -2,7 +2,7 @@
 #include <cstdint>
 #include <tilemesh/config.hpp>
 
-namespace tilemesh {
+namespace tilemesh { inline namespace v0_2 {
 
 /// The four sides of a tile; y grows southwards, as rows of a picture do.
 enum class Direction : std::uint32_t { north, east, west, south };
@@ -69,4 +69,4 @@ struct Grid {
     }
 };
 
-} // namespace tilemesh
+}} // namespace tilemesh

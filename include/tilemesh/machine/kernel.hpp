@@ -3,7 +3,7 @@
 #include <tilemesh/machine/superstep.hpp>
 #include <type_traits>
 
-namespace tilemesh {
+namespace tilemesh { inline namespace v0_2 {
 
 /// Parameters that every tile holds: host to all tiles, once a run. Cost: sizeof(P) bytes a tile.
 template <class P>
@@ -290,4 +290,4 @@ struct ReadBeforeSent {
 template <class Program>
 using Needs = decltype(detail::collect_flags<detail::CollectSteps<Program>>(typename StepTraits<Program>::Flags{}));
 
-} // namespace tilemesh
+}} // namespace tilemesh

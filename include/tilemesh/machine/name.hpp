@@ -2,7 +2,7 @@
 #include <cstdint>
 #include <type_traits>
 
-namespace tilemesh {
+namespace tilemesh { inline namespace v0_2 {
 
 /// A piece of a string literal: what a region, channel or kernel is called in reports. Costs nothing on a tile.
 struct Name {
@@ -56,4 +56,4 @@ constexpr Name name_of() noexcept
         return detail::type_name<X>();
 }
 
-} // namespace tilemesh
+}} // namespace tilemesh

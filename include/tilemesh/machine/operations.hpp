@@ -2,7 +2,7 @@
 #include <tilemesh/machine/run_kernel.hpp>
 #include <tilemesh/machine/tile.hpp>
 
-namespace tilemesh {
+namespace tilemesh { inline namespace v0_2 {
 
 /// The most kinds of operations that a kernel may count.
 inline constexpr std::uint32_t most_operation_kinds = 8;
@@ -147,4 +147,4 @@ inline constexpr bool is_traced = false;
 template <class Machine>
 inline constexpr bool is_traced<Machine, std::void_t<decltype(Machine::traced)>> = Machine::traced;
 
-} // namespace tilemesh
+}} // namespace tilemesh

@@ -3,7 +3,7 @@
 #include <tilemesh/machine/kernel.hpp>
 #include <tilemesh/machine/name.hpp>
 
-namespace tilemesh {
+namespace tilemesh { inline namespace v0_2 {
 
 /// An operator of `Reduce`, which makes one value of two: an empty functor `T operator()(T mine, T others) const noexcept` with a `name`.
 struct Sum {
@@ -171,4 +171,4 @@ struct GoOnReducing {
 template <class Value, class Operator, ReduceTo Where = ReduceTo::one>
 using Reduce = Sequence<Superstep<detail::BeginReduce<Value, Operator, Where>>, UntilQuiet<detail::GoOnReducing<Value, Operator, Where>>>;
 
-} // namespace tilemesh
+}} // namespace tilemesh

@@ -2,7 +2,7 @@
 #include <tilemesh/machine/kernel.hpp>
 #include <type_traits>
 
-namespace tilemesh {
+namespace tilemesh { inline namespace v0_2 {
 
 namespace detail {
 /// Makes argument A of a kernel for one call; `source` is the interpreter's view of the tile.
@@ -79,4 +79,4 @@ TILEMESH_KERNEL Vote run_kernel(Source& source) noexcept
     return detail::call<Kernel>(source, typename KernelTraits<Kernel>::Arguments{});
 }
 
-} // namespace tilemesh
+}} // namespace tilemesh

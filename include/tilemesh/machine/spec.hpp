@@ -1,7 +1,7 @@
 #pragma once
 #include <cstdint>
 
-namespace tilemesh {
+namespace tilemesh { inline namespace v0_2 {
 
 /// Graphcore's Mk2 IPU (GC200). A machine is one type with these static members; describe another by writing them again.
 ///
@@ -45,4 +45,4 @@ constexpr MachineSize size_of_machine() noexcept
 /// The machine type of a mesh that gets its MachineSize when it is built. All such meshes of a program have one type, and so share code.
 struct AnyMachine {};
 
-} // namespace tilemesh
+}} // namespace tilemesh

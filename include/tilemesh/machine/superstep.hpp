@@ -4,7 +4,7 @@
 #include <tuple>
 #include <type_traits>
 
-namespace tilemesh {
+namespace tilemesh { inline namespace v0_2 {
 
 /// What a tile says at the end of compute: busy while running it again without mail would change a word of it. Sending
 /// needs no vote: mail wakes its receiver.
@@ -280,4 +280,4 @@ constexpr auto& get_step(Program& program) noexcept
     return detail::step_at<i, 0>(program);
 }
 
-} // namespace tilemesh
+}} // namespace tilemesh

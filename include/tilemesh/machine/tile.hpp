@@ -5,7 +5,7 @@
 #include <tilemesh/machine/name.hpp>
 #include <tilemesh/machine/spec.hpp>
 
-namespace tilemesh {
+namespace tilemesh { inline namespace v0_2 {
 
 /// One line of a tile's SRAM ledger.
 struct Region {
@@ -344,4 +344,4 @@ inline constexpr std::uint64_t bytes_needed = detail::Layout<Machine, Program, S
 template <class Machine, class Program, class Setup = NoSetup>
 inline constexpr bool fits = bytes_needed<Machine, Program, Setup> <= Machine::sram_bytes;
 
-} // namespace tilemesh
+}} // namespace tilemesh

@@ -2,7 +2,7 @@
 #include <cstdint>
 #include <type_traits>
 
-namespace tilemesh {
+namespace tilemesh { inline namespace v0_2 {
 
 /// A list of types: the steps of a program, the parameters of a kernel, the regions of a tile.
 template <class... Ts>
@@ -52,4 +52,4 @@ template <class... A, class... B, class... Rest>
 struct Concat<Types<A...>, Types<B...>, Rest...> : Concat<Types<A..., B...>, Rest...> {};
 } // namespace detail
 
-} // namespace tilemesh
+}} // namespace tilemesh

@@ -12,7 +12,7 @@
 #include <tilemesh/model/step_costs.hpp>
 #include <vector>
 
-namespace tilemesh {
+namespace tilemesh { inline namespace v0_2 {
 
 /// What moving costs in one step of a program, or in several of one kernel that follow each other: hop by hop as it ran, and
 /// at least if every message went straight to where it stays.
@@ -111,4 +111,4 @@ inline AnyToAny any_to_any(CostModel const& model, Trace const& trace, Grid grid
     return out;
 }
 
-} // namespace tilemesh
+}} // namespace tilemesh

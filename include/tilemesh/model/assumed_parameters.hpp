@@ -5,7 +5,7 @@
 #include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/report/table.hpp>
 
-namespace tilemesh {
+namespace tilemesh { inline namespace v0_2 {
 
 /// The numbers of mk2() adapted to another machine, for lack of better ones. The source of an assumed number begins with "assumed".
 /// Clock and number of workers are `Machine`'s. A kernel of one worker has mk2's instructions; with W workers, a worker issues one
@@ -40,4 +40,4 @@ inline std::string assumed_text(CostModel const& model)
     return text;
 }
 
-} // namespace tilemesh
+}} // namespace tilemesh

@@ -13,7 +13,7 @@
 #include <tilemesh/model/detail/trace_reading.hpp>
 #include <vector>
 
-namespace tilemesh {
+namespace tilemesh { inline namespace v0_2 {
 
 /// How the exchange is paid for.
 enum class ExchangeCost : std::uint32_t {
@@ -204,4 +204,4 @@ inline double milliseconds(CostModel const& m, std::uint64_t cycles) noexcept
     return static_cast<double>(cycles) / static_cast<double>(m.clock_khz);
 }
 
-} // namespace tilemesh
+}} // namespace tilemesh

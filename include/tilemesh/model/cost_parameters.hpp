@@ -16,7 +16,7 @@
 
 // Sets of a cost model's numbers: one for our kernels on Mk2, and a text format, so that a set can be changed and applied to a
 // trace again.
-namespace tilemesh {
+namespace tilemesh { inline namespace v0_2 {
 
 namespace model_detail {
 inline constexpr std::array<std::string_view, 2> exchange_cost_names = {"capacity", "live"};
@@ -309,4 +309,4 @@ inline CostModel read_cost_model(std::istream& in, std::string const& file_name)
     return model;
 }
 
-} // namespace tilemesh
+}} // namespace tilemesh

@@ -8,7 +8,7 @@
 #include <tilemesh/report/table.hpp>
 #include <vector>
 
-namespace tilemesh {
+namespace tilemesh { inline namespace v0_2 {
 
 /// Modelled milliseconds of these cycles as text: four decimals, a tenth of a microsecond.
 inline std::string milliseconds_text(CostModel const& model, std::uint64_t cycles)
@@ -54,4 +54,4 @@ inline report::Table cost_table(CostModel const& model, Trace const& trace, RunC
     return table;
 }
 
-} // namespace tilemesh
+}} // namespace tilemesh

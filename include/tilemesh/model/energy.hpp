@@ -20,7 +20,7 @@
 
 // What a run takes of energy: power x time, as the paper measures, or events at so many femtojoules each. No energy of an event is
 // known here: whoever has one says it, with where it is from.
-namespace tilemesh {
+namespace tilemesh { inline namespace v0_2 {
 
 /// Joules of a machine that draws `watts` for as long as `cycles` take on the model's clock. Throws `Error` for a clock of
 /// 0 kHz and for watts that are no number from 0.
@@ -234,4 +234,4 @@ inline EnergyModel read_energy_model(std::istream& in, std::string const& file_n
     return model;
 }
 
-} // namespace tilemesh
+}} // namespace tilemesh

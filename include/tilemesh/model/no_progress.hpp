@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-namespace tilemesh {
+namespace tilemesh { inline namespace v0_2 {
 
 /// One side of a tile.
 struct Link {
@@ -294,4 +294,4 @@ inline std::string explain_no_progress(Trace const& trace, Grid grid, std::uint3
     return text_of(no_progress(trace, grid, std::min(most_passes, model_detail::repeated_at_least)));
 }
 
-} // namespace tilemesh
+}} // namespace tilemesh

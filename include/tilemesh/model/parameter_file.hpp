@@ -14,7 +14,7 @@
 #include <vector>
 
 // A model's numbers as text: `KEYWORD NAME`, then one parameter a line, `name value unit source`; `#` begins a comment line.
-namespace tilemesh::model_detail {
+namespace tilemesh { inline namespace v0_2 { namespace model_detail {
 
 /// A number of a model as a file has it.
 struct ParameterRule {
@@ -246,4 +246,4 @@ private:
     std::uint64_t number_ = 0;                  ///< of the line
 };
 
-} // namespace tilemesh::model_detail
+}}} // namespace tilemesh::model_detail

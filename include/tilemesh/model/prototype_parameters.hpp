@@ -3,7 +3,7 @@
 #include <string>
 #include <tilemesh/model/cost_parameters.hpp>
 
-namespace tilemesh {
+namespace tilemesh { inline namespace v0_2 {
 
 /// The authors' prototype on Mk2, to be applied to a trace of a program that counts as it worked: every slot of every buffer looked at,
 /// records routed on one worker, one hop a frame (bench/paper has it). A slot, an arrival, a projection, a comparison and a
@@ -38,4 +38,4 @@ inline CostModel mk2_prototype()
     return m;
 }
 
-} // namespace tilemesh
+}} // namespace tilemesh

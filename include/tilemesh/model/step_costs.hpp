@@ -5,7 +5,7 @@
 #include <tilemesh/model/cost_model.hpp>
 #include <vector>
 
-namespace tilemesh {
+namespace tilemesh { inline namespace v0_2 {
 
 /// Modelled cycles of one step of a program (one Superstep, Repeat or UntilQuiet): the sums over its supersteps.
 struct StepCost {
@@ -41,4 +41,4 @@ inline std::vector<StepCost> step_costs(Trace const& trace, RunCost const& cost)
     return steps;
 }
 
-} // namespace tilemesh
+}} // namespace tilemesh

@@ -18,7 +18,7 @@
 /// What a trace looks like outside: two tables, a timeline for trace viewers, sums for heat maps. Every byte follows from the
 /// trace, the model and the grid alone: no clock, no locale, no rounding of a count. A trace that is not of that grid throws
 /// `tilemesh::Error`; whether the stream took the bytes is for the caller to look at.
-namespace tilemesh {
+namespace tilemesh { inline namespace v0_2 {
 
 namespace model_detail {
 /// Text for a stream, in pieces of 64 KiB (few calls, little memory); numbers as plain decimals.
@@ -333,4 +333,4 @@ inline std::vector<double> heat_map(Trace const& trace, Grid grid, std::string_v
     return out;
 }
 
-} // namespace tilemesh
+}} // namespace tilemesh

@@ -22,7 +22,7 @@
 #include <utility>
 #include <vector>
 
-namespace tilemesh {
+namespace tilemesh { inline namespace v0_2 {
 
 /// The contents of a trace page besides the trace and the cost model. Every part is optional.
 struct TracePage {
@@ -158,4 +158,4 @@ inline std::filesystem::path write_trace_page(std::filesystem::path const& folde
     return path(".html");
 }
 
-} // namespace tilemesh
+}} // namespace tilemesh

@@ -21,7 +21,7 @@
 #include <vector>
 
 /// The parts of a page about a run: diagrams, tables and maps of the grid, from a trace of any program. trace_page.hpp makes the page.
-namespace tilemesh {
+namespace tilemesh { inline namespace v0_2 {
 
 /// A number for each tile, which the page shows as a map of the grid.
 struct TileMap {
@@ -229,4 +229,4 @@ inline void add_parameters(report::HtmlReport& html, EnergyModel const& model)
     html.table({"event", "value", "unit", "source"}, rows);
 }
 
-} // namespace tilemesh
+}} // namespace tilemesh

@@ -27,7 +27,7 @@
 /// The classes are literal: macros instead of templates, because how popc names an instance with class-type arguments is not
 /// documented.
 
-namespace tilemesh::on_poplar {
+namespace tilemesh { inline namespace v0_2 { namespace on_poplar {
 
 /// How a vertex of any of the two kinds computes.
 template <class Machine, class Program, class Kernel>
@@ -280,7 +280,7 @@ public:
     }
 };
 
-} // namespace tilemesh::on_poplar
+}}} // namespace tilemesh::on_poplar
 
 #define TILEMESH_VERTEX(Name, ...)                                                                                             \
     class Name : public ::poplar::Vertex {                                                                                     \

@@ -3,8 +3,10 @@
 #include <tilemesh/poplar/program_log.hpp>
 
 /// The vertices that contain no kernel: they gather votes, count passes, and decide about loops, steps and conditions. Kernel code;
-/// experimental until an SDK has compiled it.
-namespace tilemesh::on_poplar {
+/// experimental until an SDK has compiled it. Not in a version namespace: the graph finds them by name, and how popc names a vertex in an
+/// inline namespace is not documented. A codelet file serves one graph, so two versions do not meet.
+namespace tilemesh::vertices {
+using on_poplar::RunLog, on_poplar::said_busy;
 
 /// Sets all its words to 0: the log before a run, or the heads of mail that was read.
 class Clear : public ::poplar::Vertex {
@@ -112,4 +114,4 @@ public:
     }
 };
 
-} // namespace tilemesh::on_poplar
+} // namespace tilemesh::vertices

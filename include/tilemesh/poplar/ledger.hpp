@@ -5,7 +5,7 @@
 #include <tilemesh/poplar/program_log.hpp>
 #include <tilemesh/poplar/vertex_edges.hpp>
 
-namespace tilemesh::on_poplar {
+namespace tilemesh { inline namespace v0_2 { namespace on_poplar {
 
 namespace detail {
 /// Bytes of fields in a vertex's state: a SPAN is a pointer and a size, and so is each inner vector of a list; an edge of one element
@@ -84,4 +84,4 @@ constexpr auto ledger(Grid grid) noexcept
     return lines;
 }
 
-} // namespace tilemesh::on_poplar
+}}} // namespace tilemesh::on_poplar

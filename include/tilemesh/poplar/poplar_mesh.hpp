@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-namespace tilemesh {
+namespace tilemesh { inline namespace v0_2 {
 
 /// What a PoplarMesh runs on.
 struct PoplarOptions {
@@ -502,4 +502,4 @@ private:
     bool broken_ = false;
 };
 
-} // namespace tilemesh
+}} // namespace tilemesh

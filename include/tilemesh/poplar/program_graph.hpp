@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-namespace tilemesh::on_poplar {
+namespace tilemesh { inline namespace v0_2 { namespace on_poplar {
 
 namespace detail {
 constexpr bool same_text(Name a, Name b) noexcept
@@ -253,7 +253,7 @@ private:
     {
         auto const set = graph_.addComputeSet(name);
         for (std::uint32_t i = 0; i < grid_.size(); ++i) {
-            auto const v = graph_.addVertex(set, "tilemesh::on_poplar::Clear");
+            auto const v = graph_.addVertex(set, "tilemesh::vertices::Clear");
             std::vector<Tensor> edges;
             for (auto const& t : what)
                 if (t.rank() == 2)
@@ -430,13 +430,13 @@ private:
         auto const rows = graph_.addComputeSet("votes of rows" + number);
         auto const words = said_.flatten();
         for (std::uint32_t y = 0; y < grid_.height; ++y) {
-            auto const v = graph_.addVertex(rows, "tilemesh::on_poplar::GatherVotes");
+            auto const v = graph_.addVertex(rows, "tilemesh::vertices::GatherVotes");
             graph_.connect(v["said"], words.slice(y * grid_.width, (y + 1) * grid_.width));
             graph_.connect(v["any"], rows_said_[y]);
             graph_.setTileMapping(v, y * grid_.width);
         }
         auto const end = graph_.addComputeSet("votes" + number);
-        auto const v = graph_.addVertex(end, "tilemesh::on_poplar::CountPass");
+        auto const v = graph_.addVertex(end, "tilemesh::vertices::CountPass");
         graph_.connect(v["said"], rows_said_.flatten());
         graph_.connect(v["log"], run_log_);
         graph_.connect(v["again"], again_);
@@ -497,7 +497,7 @@ private:
     ::poplar::program::Execute begin_loop(LoopAt at, std::uint32_t at_most)
     {
         auto const set = graph_.addComputeSet("begin loop " + std::to_string(at.index));
-        auto const v = graph_.addVertex(set, "tilemesh::on_poplar::BeginLoop");
+        auto const v = graph_.addVertex(set, "tilemesh::vertices::BeginLoop");
         graph_.connect(v["log"], run_log_);
         graph_.setInitialValue(v["log_at"], RunLog::loop<Program>(at.index));
         graph_.setInitialValue(v["at_most"], at_most);
@@ -507,7 +507,7 @@ private:
     ::poplar::program::Execute test_loop(LoopAt at)
     {
         auto const set = graph_.addComputeSet("another round of loop " + std::to_string(at.index));
-        auto const v = graph_.addVertex(set, "tilemesh::on_poplar::TestLoop");
+        auto const v = graph_.addVertex(set, "tilemesh::vertices::TestLoop");
         graph_.connect(v["log"], run_log_);
         graph_.connect(v["again"], again_);
         graph_.setInitialValue(v["log_at"], RunLog::loop<Program>(at.index));
@@ -521,7 +521,7 @@ private:
         Parameters const p{};
         auto const at = static_cast<std::size_t>(reinterpret_cast<char const*>(&(p.*StepTraits<Part>::flag)) - reinterpret_cast<char const*>(&p)) / 4;
         auto const set = graph_.addComputeSet("if a word of " + text<Parameters>());
-        auto const v = graph_.addVertex(set, "tilemesh::on_poplar::TestFlag");
+        auto const v = graph_.addVertex(set, "tilemesh::vertices::TestFlag");
         graph_.connect(v["word"], broadcast<Parameters>()[0].slice(at, at + 1));
         graph_.connect(v["again"], again_);
         graph_.setTileMapping(v, 0);
@@ -543,7 +543,7 @@ private:
     {
         auto const reads = links_read<Program, K>(typename KernelTraits<K>::Links{});
         auto const set = graph_.addComputeSet("begin (step " + std::to_string(step_) + ")");
-        auto const v = graph_.addVertex(set, "tilemesh::on_poplar::BeginStep");
+        auto const v = graph_.addVertex(set, "tilemesh::vertices::BeginStep");
         graph_.connect(v["log"], run_log_);
         graph_.connect(v["again"], again_);
         graph_.setInitialValue(v["at_most"], step.at_most);
@@ -570,4 +570,4 @@ private:
     std::array<std::array<Tensor, 4>, Links::count + 1> in_, out_;
 };
 
-} // namespace tilemesh::on_poplar
+}}} // namespace tilemesh::on_poplar

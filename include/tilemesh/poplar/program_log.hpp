@@ -4,7 +4,7 @@
 /// The same program as Poplar codelets and a Poplar graph: what its vertices and its host agree on. Kernel code.
 ///
 /// All of poplar/ is experimental until an SDK has compiled it: names and layouts here may change.
-namespace tilemesh::on_poplar {
+namespace tilemesh { inline namespace v0_2 { namespace on_poplar {
 
 /// What a tile writes down in a run, word by word; the host reads it when the run is over. Cost: 12 bytes, 4 a step and 4 a
 /// channel of the step, 4 a list and 4 a channel of the program.
@@ -143,4 +143,4 @@ struct RunRectangle {
     }
 };
 
-} // namespace tilemesh::on_poplar
+}}} // namespace tilemesh::on_poplar

@@ -8,7 +8,7 @@
 #include <tilemesh/splat/frame_program.hpp>
 
 /// Pure functions that make a frame's report from counters.
-namespace tilemesh::render {
+namespace tilemesh { inline namespace v0_2 { namespace render {
 
 /// The sums of the tiles' counters in a frame.
 struct TileSums {
@@ -114,4 +114,4 @@ inline char const* wrong_sum(report::FrameReport const& r, std::uint64_t records
         throw Error(std::string("a report whose sums do not hold (") + why + "); report this, and do not use the frame");
 }
 
-} // namespace tilemesh::render
+}}} // namespace tilemesh::render

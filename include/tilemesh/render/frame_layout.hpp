@@ -6,7 +6,7 @@
 #include <tilemesh/machine/spec.hpp>
 #include <tilemesh/splat/view.hpp>
 
-namespace tilemesh {
+namespace tilemesh { inline namespace v0_2 {
 
 /// Width and height of a grid in tiles, or of a tile in pixels.
 struct Extent2 {
@@ -75,4 +75,4 @@ inline FrameLayout layout_frame(Cut const& cut, std::uint32_t width, std::uint32
 }
 
 } // namespace render
-} // namespace tilemesh
+}} // namespace tilemesh

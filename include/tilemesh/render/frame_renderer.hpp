@@ -24,7 +24,7 @@
 #include <utility>
 #include <vector>
 
-namespace tilemesh {
+namespace tilemesh { inline namespace v0_2 {
 
 namespace render {
 
@@ -360,4 +360,4 @@ void FrameRenderer<P, Engine, Machine>::render_into(splat::Camera const& camera,
 }
 
 } // namespace render
-} // namespace tilemesh
+}} // namespace tilemesh

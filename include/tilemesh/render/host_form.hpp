@@ -12,7 +12,7 @@
 /// A reference has the same size for every kind of record, and the rule for full channels is a word in the frame's parameters. So many
 /// setups share one set of policies and its code: setups that differ in machine, sizes, degree of harmonics, saturation, addressing, copies
 /// or colour format.
-namespace tilemesh::splat {
+namespace tilemesh { inline namespace v0_2 { namespace splat {
 
 /// A record's place in the host's table, with its id.
 struct Reference {
@@ -169,8 +169,8 @@ struct RunTimeCopies {
     TILEMESH_KERNEL static SplatRow splat(Reference const& m, TableParameters const&) noexcept { return {m.row}; }
 };
 
-} // namespace tilemesh::splat
-namespace tilemesh::render::detail {
+}}} // namespace tilemesh::splat
+namespace tilemesh { inline namespace v0_2 { namespace render::detail {
 using splat::FloatPixel, splat::WithAlpha, splat::WithDepth;
 /// The pixel type that the host stores. Colours are floats; the picture shows them in the setup's format. If a setup has one plane, the
 /// host stores both.
@@ -194,8 +194,8 @@ template <class Colour>
 struct ColourOf<WithDepth<Colour>> : ColourOf<Colour> {};
 template <class Colour>
 struct ColourOf<WithAlpha<Colour>> : ColourOf<Colour> {};
-} // namespace tilemesh::render::detail
-namespace tilemesh::splat {
+}}} // namespace tilemesh::render::detail
+namespace tilemesh { inline namespace v0_2 { namespace splat {
 
 /// The colour of a pixel, without its planes.
 template <class Pixel>
@@ -229,4 +229,4 @@ struct ValueOf<S, std::void_t<typename S::Value>> {
     using type = typename S::Value;
 };
 
-} // namespace tilemesh::splat
+}}} // namespace tilemesh::splat

@@ -9,7 +9,7 @@
 
 /// Compares a mesh with what it should hold: every record once, and a copy on every tile that a record's footprint touches. The comparison
 /// reads the final state of the tiles, no counters. So its list contains everything that the picture lacks.
-namespace tilemesh::render {
+namespace tilemesh { inline namespace v0_2 { namespace render {
 
 /// The places of all records on a mesh between two runs. Making it reads every stored record, so it is made only for frames that refused a
 /// record or may have left records under way.
@@ -187,4 +187,4 @@ private:
     MeshFacts const& facts_;
 };
 
-} // namespace tilemesh::render
+}}} // namespace tilemesh::render

@@ -7,7 +7,7 @@
 #include <type_traits>
 #include <utility>
 
-namespace tilemesh {
+namespace tilemesh { inline namespace v0_2 {
 
 /// A picture and the report of its frame.
 struct RenderedFrame {
@@ -99,4 +99,4 @@ void collect_picture(M& mesh, SetupFacts const& facts, splat::Tiling const& tili
 }
 
 } // namespace render
-} // namespace tilemesh
+}} // namespace tilemesh

@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-namespace tilemesh::render {
+namespace tilemesh { inline namespace v0_2 { namespace render {
 
 /// Puts a map's records onto a mesh, and knows which records are not on it. Records stay on their tiles from frame to frame; this is the
 /// host's part of that protocol.
@@ -219,4 +219,4 @@ private:
     Extent2 occupied_{};
 };
 
-} // namespace tilemesh::render
+}}} // namespace tilemesh::render

@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-namespace tilemesh::render {
+namespace tilemesh { inline namespace v0_2 { namespace render {
 
 /// A map's records on the host, by rows: Gaussians and, if the map has them, harmonics of one degree. The degree is a value, not a type, so
 /// that maps of all degrees share their code.
@@ -92,4 +92,4 @@ private:
     std::uint32_t degree_;
 };
 
-} // namespace tilemesh::render
+}}} // namespace tilemesh::render

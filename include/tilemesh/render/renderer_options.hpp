@@ -7,7 +7,7 @@
 #include <tilemesh/splat/sizes.hpp>
 #include <tilemesh/splat/view.hpp>
 
-namespace tilemesh {
+namespace tilemesh { inline namespace v0_2 {
 
 /// Options of a Renderer. 0 means: the setup's value.
 struct RendererOptions {
@@ -35,4 +35,4 @@ inline splat::Tiling tiling_for(RendererOptions const& options, std::uint32_t wi
     return render::tiling_for({options.grid, options.tile}, width, height);
 }
 
-} // namespace tilemesh
+}} // namespace tilemesh

@@ -5,7 +5,7 @@
 #include <tilemesh/render/record_table.hpp>
 #include <vector>
 
-namespace tilemesh::render {
+namespace tilemesh { inline namespace v0_2 { namespace render {
 
 /// The host's table of a map's projected records in one view. The host projects each record once, even if several tiles hold it.
 ///
@@ -91,4 +91,4 @@ private:
     std::vector<std::uint8_t> row_states_;
 };
 
-} // namespace tilemesh::render
+}}} // namespace tilemesh::render

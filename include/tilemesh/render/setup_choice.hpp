@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-namespace tilemesh::render {
+namespace tilemesh { inline namespace v0_2 { namespace render {
 
 /// A setup that is put together at run time from the library's policies. It gives the facts and the exact ledger of the setup; no template
 /// is instantiated for each combination.
@@ -212,4 +212,4 @@ inline SetupChoice with_planes(SetupChoice c, bool depth, bool alpha)
     return c;
 }
 
-} // namespace tilemesh::render
+}}} // namespace tilemesh::render

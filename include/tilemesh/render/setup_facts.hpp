@@ -6,7 +6,7 @@
 #include <type_traits>
 #include <vector>
 
-namespace tilemesh::render {
+namespace tilemesh { inline namespace v0_2 { namespace render {
 
 /// The format in which the machine stores a pixel's colour.
 enum class ColourFormat : std::uint32_t { float32, rgbx8, own };
@@ -81,4 +81,4 @@ MeshSizes<splat::Frame<P>> mesh_sizes_of(SetupFacts const& facts)
     return m;
 }
 
-} // namespace tilemesh::render
+}}} // namespace tilemesh::render

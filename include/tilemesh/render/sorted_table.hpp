@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-namespace tilemesh::render {
+namespace tilemesh { inline namespace v0_2 { namespace render {
 
 /// A table of numbers with 64-bit keys. Fill it, sort it once, then look numbers up. All tables of the host have this one type, because
 /// each type of hash table would cost every program that renders 0.2 seconds of compile time.
@@ -40,4 +40,4 @@ private:
     std::vector<std::pair<std::uint64_t, std::uint32_t>> rows_;
 };
 
-} // namespace tilemesh::render
+}}} // namespace tilemesh::render

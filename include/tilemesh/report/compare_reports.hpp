@@ -9,7 +9,7 @@
 #include <tilemesh/error.hpp>
 #include <tilemesh/report/frame_report.hpp>
 
-namespace tilemesh::report {
+namespace tilemesh { inline namespace v0_2 { namespace report {
 
 /// Returns the first exact field in which two reports differ, with both values: "gaussians.moved: 3 and 4". Returns an empty string if the
 /// reports agree. It compares the camera's name, every exact field, each loss, and the digests if both frames have them.
@@ -57,4 +57,4 @@ inline bool same_report(FrameReport const& a, FrameReport const& b)
     return first_difference(a, b).empty();
 }
 
-} // namespace tilemesh::report
+}}} // namespace tilemesh::report

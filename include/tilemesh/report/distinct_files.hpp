@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-namespace tilemesh::report {
+namespace tilemesh { inline namespace v0_2 { namespace report {
 
 /// Checks, before a program writes anything, that it would overwrite neither a file that it reads nor another file that it writes. First
 /// name the files that it reads, then the streams, then the files that it writes. Each call throws `Error` if its file clashes with a file
@@ -188,4 +188,4 @@ private:
     std::vector<Folder> folders_;
 };
 
-} // namespace tilemesh::report
+}}} // namespace tilemesh::report

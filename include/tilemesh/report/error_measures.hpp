@@ -3,7 +3,7 @@
 #include <tilemesh/config.hpp>
 #include <tilemesh/report/image.hpp>
 
-namespace tilemesh::report {
+namespace tilemesh { inline namespace v0_2 { namespace report {
 
 /// The error of a picture against its reference. Both are float frames, not clamped and not rounded to 8 bits. One level is 1/255. All
 /// measures except SSIM and `share_over_one_level` are over the 3 * width * height channel values.
@@ -29,7 +29,7 @@ struct ErrorMeasures {
 /// the first such pixel. Cost: 40 bytes a pixel, and about 0.3 s for 1280 x 720.
 TILEMESH_HOST ErrorMeasures compare(Image const& image, Image const& reference);
 
-} // namespace tilemesh::report
+}}} // namespace tilemesh::report
 
 #if !defined(TILEMESH_COMPILED)
 #include <tilemesh/report/detail/error_measures_code.hpp>

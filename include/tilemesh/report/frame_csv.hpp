@@ -2,7 +2,7 @@
 #include <string>
 #include <tilemesh/report/frame_report.hpp>
 
-namespace tilemesh::report {
+namespace tilemesh { inline namespace v0_2 { namespace report {
 
 /// The header of a CSV of frames: "camera", then the name of every exact field, in the order of report_fields. It has no line break.
 inline std::string csv_header()
@@ -25,4 +25,4 @@ inline std::string csv_row(FrameReport const& r)
     return out;
 }
 
-} // namespace tilemesh::report
+}}} // namespace tilemesh::report

@@ -8,7 +8,7 @@
 #include <type_traits>
 #include <vector>
 
-namespace tilemesh::report {
+namespace tilemesh { inline namespace v0_2 { namespace report {
 
 /// Why a record, or its copy on some tile, is not in the picture.
 enum class Cause : std::uint32_t {
@@ -231,7 +231,7 @@ TILEMESH_HOST std::string numbers_of(FrameReport const& r, std::string_view line
 /// A short text for a terminal: a table of the stages, then one line for each group of counters.
 TILEMESH_HOST std::ostream& operator<<(std::ostream& out, FrameReport const& r);
 
-} // namespace tilemesh::report
+}}} // namespace tilemesh::report
 
 #if !defined(TILEMESH_COMPILED)
 #include <tilemesh/report/detail/frame_report_code.hpp>

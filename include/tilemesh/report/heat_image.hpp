@@ -9,7 +9,7 @@
 #include <tilemesh/error.hpp>
 #include <tilemesh/report/image.hpp>
 
-namespace tilemesh::report {
+namespace tilemesh { inline namespace v0_2 { namespace report {
 
 /// The values that the two ends of the colour map stand for.
 struct HeatRange {
@@ -112,4 +112,4 @@ inline Image heat_legend(std::uint32_t width, std::uint32_t height)
     return image;
 }
 
-} // namespace tilemesh::report
+}}} // namespace tilemesh::report

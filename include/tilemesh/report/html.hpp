@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-namespace tilemesh::report {
+namespace tilemesh { inline namespace v0_2 { namespace report {
 
 /// Bytes in base 64 with padding, on one line (RFC 4648, section 4).
 inline std::string base64(std::string_view bytes)
@@ -167,4 +167,4 @@ private:
     std::uint32_t diagrams_ = 0;
 };
 
-} // namespace tilemesh::report
+}}} // namespace tilemesh::report

@@ -4,7 +4,7 @@
 #include <tilemesh/config.hpp>
 #include <vector>
 
-namespace tilemesh::report {
+namespace tilemesh { inline namespace v0_2 { namespace report {
 
 /// A linear RGB picture on a black background: row by row from the top left, three floats a pixel, not clamped.
 struct Image {
@@ -32,4 +32,4 @@ struct Plane {
     float at(std::uint32_t x, std::uint32_t y) const noexcept { return values[std::size_t{y} * width + x]; }
 };
 
-} // namespace tilemesh::report
+}}} // namespace tilemesh::report

@@ -11,7 +11,7 @@
 ///
 /// A file is written whole or not at all. `Outlasts` says whether it survives a power loss (`write_whole`).
 
-namespace tilemesh::report {
+namespace tilemesh { inline namespace v0_2 { namespace report {
 /// The picture as 8-bit RGB, row by row from the top left, 3 * width * height bytes: the span that PNG encoders take. Each value is clamped
 /// to [0, 1], multiplied by 255, and rounded to the nearest integer (halves up). A NaN becomes 0.
 ///
@@ -37,7 +37,7 @@ TILEMESH_HOST void write_pfm(std::filesystem::path const& path, Plane const& pla
 /// allocates nothing before it has checked that length.
 TILEMESH_HOST Image read_pfm(std::filesystem::path const& path);
 
-} // namespace tilemesh::report
+}}} // namespace tilemesh::report
 
 #if !defined(TILEMESH_COMPILED)
 #include <tilemesh/report/detail/image_file_code.hpp>

@@ -20,7 +20,7 @@
 #include <utility>
 #include <vector>
 
-namespace tilemesh::report {
+namespace tilemesh { inline namespace v0_2 { namespace report {
 
 namespace detail {
 
@@ -392,4 +392,4 @@ inline void write_json(std::filesystem::path const& path, RunReport const& run, 
     detail::write_in_pieces(path, "the report", outlasts, [&](auto const& put) { detail::put_json(run, put); });
 }
 
-} // namespace tilemesh::report
+}}} // namespace tilemesh::report

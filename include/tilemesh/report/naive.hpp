@@ -7,7 +7,7 @@
 #include <vector>
 
 TILEMESH_EXACT_BEGIN
-namespace tilemesh::report {
+namespace tilemesh { inline namespace v0_2 { namespace report {
 
 /// Is this Gaussian missing from this pixel? Pass your own version to draw the picture of a mesh that lost records. This version: never.
 struct NothingMissing {
@@ -59,5 +59,5 @@ Image render_naive(Records const& gaussians, splat::Camera const& camera, splat:
     return image;
 }
 
-} // namespace tilemesh::report
+}}} // namespace tilemesh::report
 TILEMESH_EXACT_END

@@ -7,7 +7,7 @@
 #include <tilemesh/report/table.hpp>
 
 // Numbers for pages and tables: plain ASCII, independent of the locale, the same on every run.
-namespace tilemesh::report {
+namespace tilemesh { inline namespace v0_2 { namespace report {
 
 /// A number from 0 to below 2^64 with `digits` digits after the point, at most 40.
 inline std::string decimals(double value, int digits)
@@ -39,4 +39,4 @@ inline std::string joules_text(double joules)
     return {text.data(), end.ptr};
 }
 
-} // namespace tilemesh::report
+}}} // namespace tilemesh::report

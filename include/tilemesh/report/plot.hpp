@@ -15,7 +15,7 @@
 #include <utility>
 #include <vector>
 
-namespace tilemesh::report {
+namespace tilemesh { inline namespace v0_2 { namespace report {
 
 enum class PlotScale { linear, logarithmic };
 
@@ -287,4 +287,4 @@ inline void write_svg(std::filesystem::path const& path, Plot const& plot)
     write_whole(path, svg(plot));
 }
 
-} // namespace tilemesh::report
+}}} // namespace tilemesh::report

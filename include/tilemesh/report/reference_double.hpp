@@ -14,7 +14,7 @@
 #include <tilemesh/splat/model.hpp>
 #include <vector>
 
-namespace tilemesh::report {
+namespace tilemesh { inline namespace v0_2 { namespace report {
 
 /// Whether a reference applies the cut-offs of the model. `none` gives R0, the picture of the formula. `same` gives R1, the picture with
 /// the model's cut-offs. R1 - R0 is the error of the cut-offs, and a kernel's picture - R1 is the error of its rounding.
@@ -353,4 +353,4 @@ Image render_double(Records const& gaussians, splat::Camera const& camera,
                          cuts == Cuts::same ? cut_offs(model) : no_cut_offs(skip_below), threads);
 }
 
-} // namespace tilemesh::report
+}}} // namespace tilemesh::report

@@ -8,7 +8,7 @@
 #include <tilemesh/report/frame_report.hpp>
 #include <vector>
 
-namespace tilemesh::report {
+namespace tilemesh { inline namespace v0_2 { namespace report {
 
 /// One frame of a run: its report, its tiling and, if a reference was rendered, its error.
 struct RunFrame {
@@ -69,4 +69,4 @@ struct RunReport {
     std::vector<RunFrame> frames;
 };
 
-} // namespace tilemesh::report
+}}} // namespace tilemesh::report

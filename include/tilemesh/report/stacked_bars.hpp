@@ -10,7 +10,7 @@
 #include <tilemesh/report/plot.hpp>
 #include <vector>
 
-namespace tilemesh::report {
+namespace tilemesh { inline namespace v0_2 { namespace report {
 
 /// A part that every bar has: its name and its colour.
 struct BarPart {
@@ -135,4 +135,4 @@ inline std::string svg(StackedBars const& chart)
     return out + "</svg>\n";
 }
 
-} // namespace tilemesh::report
+}}} // namespace tilemesh::report

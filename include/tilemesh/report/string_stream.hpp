@@ -2,7 +2,7 @@
 #include <ios>
 #include <sstream>
 
-namespace tilemesh::report {
+namespace tilemesh { inline namespace v0_2 { namespace report {
 
 /// A stream into a string. Out of memory, it throws `std::bad_alloc`; a plain std::ostringstream would silently cut the text short.
 class StringStream : public std::ostringstream {
@@ -10,4 +10,4 @@ public:
     StringStream() { exceptions(std::ios::badbit); }
 };
 
-} // namespace tilemesh::report
+}}} // namespace tilemesh::report

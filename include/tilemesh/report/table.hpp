@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-namespace tilemesh::report {
+namespace tilemesh { inline namespace v0_2 { namespace report {
 
 /// 1440 as "1,440".
 inline std::string thousands(std::uint64_t number)
@@ -77,4 +77,4 @@ private:
     std::vector<std::vector<std::string>> rows_; ///< the first row holds the headers
 };
 
-} // namespace tilemesh::report
+}}} // namespace tilemesh::report

@@ -12,7 +12,7 @@
 #include <tilemesh/error.hpp>
 #include <unistd.h>
 
-namespace tilemesh::report {
+namespace tilemesh { inline namespace v0_2 { namespace report {
 
 /// The file that `path` names after its symbolic links are followed. The file need not exist. Throws `Error` for a cycle of links.
 inline std::filesystem::path link_target(std::filesystem::path path)
@@ -123,4 +123,4 @@ inline void write_whole(std::filesystem::path const& path, std::string_view head
     });
 }
 
-} // namespace tilemesh::report
+}}} // namespace tilemesh::report

@@ -4,7 +4,7 @@
 #include <tilemesh/scene/pose.hpp>
 #include <tilemesh/splat/camera.hpp>
 
-namespace tilemesh::scene {
+namespace tilemesh { inline namespace v0_2 { namespace scene {
 
 /// A map that needs no file. It shows a desk with a monitor that says TILEMESH, a keyboard, a mug, books, a ball, pencils and a plant, in
 /// front of thirteen blobs several metres wide. It has about 40,000 Gaussians, of every kind that occurs in SLAM maps: discs on surfaces,
@@ -22,7 +22,7 @@ TILEMESH_HOST Map built_in_map();
 /// `Error` for a side outside 1..65535.
 TILEMESH_HOST splat::Camera built_in_camera(Size size);
 
-} // namespace tilemesh::scene
+}}} // namespace tilemesh::scene
 
 #if !defined(TILEMESH_COMPILED)
 #include <tilemesh/scene/detail/built_in_code.hpp>

@@ -13,7 +13,7 @@
 #include <tilemesh/scene/named_camera.hpp>
 #include <vector>
 
-namespace tilemesh::scene {
+namespace tilemesh { inline namespace v0_2 { namespace scene {
 
 namespace detail {
 
@@ -66,4 +66,4 @@ inline std::vector<NamedCamera> load_cameras(std::filesystem::path const& path)
     return read_cameras_json(stream, detail::shown_path(path));
 }
 
-} // namespace tilemesh::scene
+}}} // namespace tilemesh::scene

@@ -22,7 +22,7 @@
 #include <utility>
 #include <vector>
 
-namespace tilemesh::scene {
+namespace tilemesh { inline namespace v0_2 { namespace scene {
 
 namespace detail {
 
@@ -205,4 +205,4 @@ inline std::vector<NamedCamera> load_colmap(std::filesystem::path const& path)
     return read_colmap(cameras_txt, images_txt, detail::shown_path(cameras_path), detail::shown_path(images_path));
 }
 
-} // namespace tilemesh::scene
+}}} // namespace tilemesh::scene

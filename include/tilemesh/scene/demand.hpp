@@ -11,7 +11,7 @@
 #include <tilemesh/splat/footprint.hpp>
 #include <vector>
 
-namespace tilemesh::scene {
+namespace tilemesh { inline namespace v0_2 { namespace scene {
 
 /// The resources that a machine needs to show a map along a path of cameras. `demand_of` computes it in one scan of the map.
 struct Demand {
@@ -157,4 +157,4 @@ inline Map needed(Map map, Demand const& demand)
     return map;
 }
 
-} // namespace tilemesh::scene
+}}} // namespace tilemesh::scene

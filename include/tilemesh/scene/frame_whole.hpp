@@ -9,7 +9,7 @@
 #include <tilemesh/splat/camera.hpp>
 #include <vector>
 
-namespace tilemesh::scene {
+namespace tilemesh { inline namespace v0_2 { namespace scene {
 
 /// Returns a camera that shows a map without known cameras. It looks along the world's +z (OpenCV: y down) from the front, with a
 /// horizontal field of view of 60 degrees. It sees the box that holds the middle 90 % of the means along each axis, so far outliers do not
@@ -64,4 +64,4 @@ inline splat::Camera frame_whole(Map const& map, Size size)
     return make_camera({glm::dmat3{1.0}, {centre.x, centre.y, front - distance}}, lens);
 }
 
-} // namespace tilemesh::scene
+}}} // namespace tilemesh::scene

@@ -4,7 +4,7 @@
 #include <tilemesh/splat/gaussian.hpp>
 #include <vector>
 
-namespace tilemesh::scene {
+namespace tilemesh { inline namespace v0_2 { namespace scene {
 
 /// A map in host memory, from a file or from the built-in scene. It may be empty. The id of a Gaussian is 1 + its row in the file, so that
 /// a report names rows that a user can find. The id of a rejected row stays unused.
@@ -18,4 +18,4 @@ struct Map {
     std::vector<std::string> notes; ///< one line each: what the reader skipped or rejected, and why
 };
 
-} // namespace tilemesh::scene
+}}} // namespace tilemesh::scene

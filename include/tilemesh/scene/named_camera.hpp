@@ -11,7 +11,7 @@
 #include <tilemesh/splat/camera.hpp>
 #include <vector>
 
-namespace tilemesh::scene {
+namespace tilemesh { inline namespace v0_2 { namespace scene {
 
 /// A camera of a camera file. `file` is the map for which it was made; it may be empty. `scene` may be empty too; then the camera belongs
 /// to every map.
@@ -114,4 +114,4 @@ inline std::vector<NamedCamera> select_cameras(std::vector<NamedCamera> const& c
     return chosen;
 }
 
-} // namespace tilemesh::scene
+}}} // namespace tilemesh::scene

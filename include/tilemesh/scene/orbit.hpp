@@ -11,7 +11,7 @@
 #include <tilemesh/splat/camera.hpp>
 #include <vector>
 
-namespace tilemesh::scene {
+namespace tilemesh { inline namespace v0_2 { namespace scene {
 
 /// The median of the means along each axis; every Gaussian counts once. Far outliers do not move it unless they are half of the map. For an
 /// even number of Gaussians it is the upper of the two middle values; for an empty map it is the origin.
@@ -57,4 +57,4 @@ inline std::vector<splat::Camera> orbit(splat::Camera const& start, glm::dvec3 t
     return cameras;
 }
 
-} // namespace tilemesh::scene
+}}} // namespace tilemesh::scene

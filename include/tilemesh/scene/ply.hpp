@@ -5,7 +5,7 @@
 #include <tilemesh/config.hpp>
 #include <tilemesh/scene/map.hpp>
 
-namespace tilemesh::scene {
+namespace tilemesh { inline namespace v0_2 { namespace scene {
 
 /// Reads a 3DGS map from a stream that can seek, from its current position to its end. `name` is the name in messages. The format is PLY:
 /// ASCII, or binary in either byte order. The needed properties of element `vertex` are found by name, in any order and of any scalar type.
@@ -33,7 +33,7 @@ TILEMESH_HOST Map read_ply(std::istream& stream, std::string const& name);
 /// the file cannot be opened.
 TILEMESH_HOST Map load_ply(std::filesystem::path const& path);
 
-} // namespace tilemesh::scene
+}}} // namespace tilemesh::scene
 
 #if !defined(TILEMESH_COMPILED)
 #include <tilemesh/scene/detail/ply_code.hpp>

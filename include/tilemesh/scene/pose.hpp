@@ -9,7 +9,7 @@
 #include <tilemesh/error.hpp>
 #include <tilemesh/splat/camera.hpp>
 
-namespace tilemesh::scene {
+namespace tilemesh { inline namespace v0_2 { namespace scene {
 
 /// The size of a picture in pixels.
 struct Size {
@@ -149,4 +149,4 @@ inline splat::Camera resized(splat::Camera camera, std::uint32_t width, std::uin
     return camera;
 }
 
-} // namespace tilemesh::scene
+}}} // namespace tilemesh::scene

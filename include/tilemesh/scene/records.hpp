@@ -8,7 +8,7 @@
 #include <tilemesh/splat/gaussian.hpp>
 #include <vector>
 
-namespace tilemesh::scene {
+namespace tilemesh { inline namespace v0_2 { namespace scene {
 
 /// Throws `Error` if the number of a map's harmonics coefficients does not fit its degree.
 inline void require_harmonics(Map const& map)
@@ -62,4 +62,4 @@ inline Map at_degree(Map map, std::uint32_t degree)
     return map;
 }
 
-} // namespace tilemesh::scene
+}}} // namespace tilemesh::scene

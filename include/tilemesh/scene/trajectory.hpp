@@ -18,7 +18,7 @@
 #include <tilemesh/scene/pose.hpp>
 #include <vector>
 
-namespace tilemesh::scene {
+namespace tilemesh { inline namespace v0_2 { namespace scene {
 
 /// A pose and its time stamp.
 struct StampedPose {
@@ -185,4 +185,4 @@ inline Trajectory relative_to_first(Trajectory trajectory, Pose const& start)
     return trajectory;
 }
 
-} // namespace tilemesh::scene
+}}} // namespace tilemesh::scene

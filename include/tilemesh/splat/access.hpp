@@ -2,7 +2,7 @@
 #include <tilemesh/splat/harmonics.hpp>
 #include <tilemesh/splat/regions.hpp>
 
-namespace tilemesh::splat {
+namespace tilemesh { inline namespace v0_2 { namespace splat {
 
 /// The way in which kernels read the records of a tile. It depends on the type of the frame's parameters. This default is the way of the
 /// machine: a tile holds values and projects them. A host may specialise it for its own type of parameters (render/host_form.hpp).
@@ -73,4 +73,4 @@ struct Access {
 template <class S>
 using AccessOf = Access<typename S::Parameters>;
 
-} // namespace tilemesh::splat
+}}} // namespace tilemesh::splat

@@ -13,7 +13,7 @@
 TILEMESH_EXACT_BEGIN
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wpsabi" // see lanes.hpp
-namespace tilemesh::splat {
+namespace tilemesh { inline namespace v0_2 { namespace splat {
 
 /// The Gaussian-pixel pairs of one call.
 struct PairCount {
@@ -172,6 +172,6 @@ struct BlendAsAsked {
     }
 };
 
-} // namespace tilemesh::splat
+}}} // namespace tilemesh::splat
 #pragma GCC diagnostic pop
 TILEMESH_EXACT_END

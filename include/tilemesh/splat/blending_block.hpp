@@ -7,7 +7,7 @@
 TILEMESH_EXACT_BEGIN
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wpsabi" // see lanes.hpp
-namespace tilemesh::splat::detail {
+namespace tilemesh { inline namespace v0_2 { namespace splat::detail {
 
 /// The state of a block while it is blended, row by row. Lanes outside the tile are dead: their transmittance is negative.
 struct alignas(vector_bytes) Block {
@@ -251,6 +251,6 @@ struct OpenBlock {
     }
 };
 
-} // namespace tilemesh::splat::detail
+}}} // namespace tilemesh::splat::detail
 #pragma GCC diagnostic pop
 TILEMESH_EXACT_END

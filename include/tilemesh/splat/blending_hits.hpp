@@ -6,7 +6,7 @@
 TILEMESH_EXACT_BEGIN
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wpsabi" // see lanes.hpp
-namespace tilemesh::splat::detail {
+namespace tilemesh { inline namespace v0_2 { namespace splat::detail {
 
 /// A chunk of splats: one array per field.
 template <std::uint32_t Size>
@@ -181,6 +181,6 @@ std::uint32_t list_hits(Chunk<Size> const& c, std::uint32_t n, BlockPlace const&
     return count;
 }
 
-} // namespace tilemesh::splat::detail
+}}} // namespace tilemesh::splat::detail
 #pragma GCC diagnostic pop
 TILEMESH_EXACT_END

@@ -6,7 +6,7 @@
 TILEMESH_EXACT_BEGIN
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wpsabi" // see lanes.hpp
-namespace tilemesh::splat {
+namespace tilemesh { inline namespace v0_2 { namespace splat {
 
 /// The size of a block, in pixels.
 inline constexpr std::uint32_t block_width = 16, block_height = 5;
@@ -73,6 +73,6 @@ TILEMESH_KERNEL Floats<N> power_of_two(Floats<N> const& x) noexcept
 }
 } // namespace detail
 
-} // namespace tilemesh::splat
+}}} // namespace tilemesh::splat
 #pragma GCC diagnostic pop
 TILEMESH_EXACT_END

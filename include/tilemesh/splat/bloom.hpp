@@ -1,7 +1,7 @@
 #pragma once
 #include <tilemesh/splat/policies.hpp>
 
-namespace tilemesh::splat {
+namespace tilemesh { inline namespace v0_2 { namespace splat {
 
 namespace kernel {
 template <class S>
@@ -111,4 +111,4 @@ struct Bloom {
 template <class S>
 using Bloom = kernel::Bloom<PoliciesOf<S>>;
 
-} // namespace tilemesh::splat
+}}} // namespace tilemesh::splat

@@ -3,7 +3,7 @@
 #include <tilemesh/config.hpp>
 #include <type_traits>
 
-namespace tilemesh::splat {
+namespace tilemesh { inline namespace v0_2 { namespace splat {
 
 /// A pinhole camera, as every tile holds it. Convention of OpenCV: x right, y down, z forward. Pixel (i, j) has its centre at (i + 0.5, j +
 /// 0.5). A mean is visible if and only if its depth is greater than `near_depth`.
@@ -26,4 +26,4 @@ inline bool same_view(Camera const& a, Camera const& b) noexcept
     return __builtin_memcmp(&a, &b, sizeof(Camera)) == 0;
 }
 
-} // namespace tilemesh::splat
+}}} // namespace tilemesh::splat

@@ -1,7 +1,7 @@
 #pragma once
 #include <tilemesh/splat/blending.hpp>
 
-namespace tilemesh::splat {
+namespace tilemesh { inline namespace v0_2 { namespace splat {
 
 namespace kernel {
 template <class S>
@@ -57,4 +57,4 @@ struct Composite {
 template <class S>
 using Composite = kernel::Composite<PoliciesOf<S>>;
 
-} // namespace tilemesh::splat
+}}} // namespace tilemesh::splat

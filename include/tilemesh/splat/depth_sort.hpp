@@ -1,7 +1,7 @@
 #pragma once
 #include <tilemesh/splat/policies.hpp>
 
-namespace tilemesh::splat {
+namespace tilemesh { inline namespace v0_2 { namespace splat {
 
 namespace detail {
 /// Heap sort (Williams 1964): in place, iterative, at most 2 n log2 n compares for any input. A quicksort needs n^2 / 2 compares on sorted
@@ -166,4 +166,4 @@ struct DepthSort {
 template <class S>
 using DepthSort = kernel::DepthSort<PoliciesOf<S>>;
 
-} // namespace tilemesh::splat
+}}} // namespace tilemesh::splat

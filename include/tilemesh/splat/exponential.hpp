@@ -3,7 +3,7 @@
 #include <tilemesh/splat/lanes.hpp>
 
 TILEMESH_EXACT_BEGIN
-namespace tilemesh::splat {
+namespace tilemesh { inline namespace v0_2 { namespace splat {
 
 namespace detail {
 #pragma GCC diagnostic push
@@ -42,5 +42,5 @@ TILEMESH_KERNEL Floats<N> exponential_lanes(Floats<N> const& v) noexcept
 /// the polynomial and of the reduction are those of Cephes expf (Moshier).
 inline float exponential(float x) noexcept { return detail::exponential_lanes<1>(detail::Floats<1>{x})[0]; }
 
-} // namespace tilemesh::splat
+}}} // namespace tilemesh::splat
 TILEMESH_EXACT_END

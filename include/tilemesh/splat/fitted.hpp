@@ -3,7 +3,7 @@
 #include <tilemesh/machine/tile.hpp>
 #include <tilemesh/splat/frame_program.hpp>
 
-namespace tilemesh::splat {
+namespace tilemesh { inline namespace v0_2 { namespace splat {
 
 /// The bytes of one record, message and pixel on the machine. They are the same if a host moves references instead of values.
 struct FrameWords {
@@ -103,4 +103,4 @@ struct WithPixel : Base {
                        Base::Machine::sram_bytes - Tile<typename Base::Machine, Frame<Base>, Base>::bytes);
 };
 
-} // namespace tilemesh::splat
+}}} // namespace tilemesh::splat

@@ -1,7 +1,7 @@
 #pragma once
 #include <tilemesh/splat/harmonics.hpp>
 
-namespace tilemesh::splat {
+namespace tilemesh { inline namespace v0_2 { namespace splat {
 
 /// Does a splat's rectangle touch tile t? It only compares; it does not divide.
 inline bool covers(Splat const& s, Tiling const& tiling, TileId t) noexcept
@@ -47,4 +47,4 @@ constexpr bool is_child(TileId anchor, TileId t, Direction d) noexcept
     }
 }
 
-} // namespace tilemesh::splat
+}}} // namespace tilemesh::splat

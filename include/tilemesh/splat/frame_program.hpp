@@ -7,7 +7,7 @@
 #include <tilemesh/splat/routing.hpp>
 #include <tilemesh/splat/setup.hpp>
 
-namespace tilemesh::splat {
+namespace tilemesh { inline namespace v0_2 { namespace splat {
 
 /// One frame: project, route, bloom, sort, composite. Gaussians and copies stay on their tiles between runs. If a setup leaves out a step,
 /// the program has neither the step nor the channels and lists that only this step uses.
@@ -41,4 +41,4 @@ Frame<S> frame_program(std::uint32_t hops)
     return frame;
 }
 
-} // namespace tilemesh::splat
+}}} // namespace tilemesh::splat

@@ -1,7 +1,7 @@
 #pragma once
 #include <tilemesh/splat/policies.hpp>
 
-namespace tilemesh::splat {
+namespace tilemesh { inline namespace v0_2 { namespace splat {
 
 namespace detail {
 /// The results of Project's pass over a tile.
@@ -158,4 +158,4 @@ struct Project : ProjectOperations<S> {
 template <class S>
 using Project = kernel::Project<PoliciesOf<S>>;
 
-} // namespace tilemesh::splat
+}}} // namespace tilemesh::splat

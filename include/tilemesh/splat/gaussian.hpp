@@ -3,7 +3,7 @@
 #include <tilemesh/config.hpp>
 #include <type_traits>
 
-namespace tilemesh::splat {
+namespace tilemesh { inline namespace v0_2 { namespace splat {
 
 /// The identity of a Gaussian, unique in its map. The value 0 marks a free slot and is never an id (the paper, section "Routing protocol").
 enum class GaussianId : std::uint32_t { none = 0 };
@@ -62,4 +62,4 @@ struct RecordOfDegree<0> {
 template <std::uint32_t Degree>
 using GaussianOfDegree = typename detail::RecordOfDegree<Degree>::type;
 
-} // namespace tilemesh::splat
+}}} // namespace tilemesh::splat

@@ -4,7 +4,7 @@
 #include <tilemesh/splat/projection.hpp>
 
 TILEMESH_EXACT_BEGIN
-namespace tilemesh::splat {
+namespace tilemesh { inline namespace v0_2 { namespace splat {
 
 namespace detail {
 /// The real spherical harmonics of degree 1 to `Degree` in direction `d`. Order and signs are those of 3D Gaussian Splatting (Kerbl et al.
@@ -84,5 +84,5 @@ Splat project(ShadedGaussian<Degree> const& g, View const& view, Tiling const& t
     return {};
 }
 
-} // namespace tilemesh::splat
+}}} // namespace tilemesh::splat
 TILEMESH_EXACT_END

@@ -12,7 +12,7 @@
 TILEMESH_EXACT_BEGIN
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wpsabi" // the functions are always inlined, so it does not matter how a wide vector is passed
-namespace tilemesh::splat::detail {
+namespace tilemesh { inline namespace v0_2 { namespace splat::detail {
 
 /// The number of floats that a core of this target computes at once: 16 with AVX-512, 8 with AVX, 2 on an IPU's worker, 4 elsewhere.
 #if defined(__AVX512F__)
@@ -107,6 +107,6 @@ TILEMESH_KERNEL Floats<N> multiply_add_lanes(Floats<N> const& a, Floats<N> const
 #endif
 }
 
-} // namespace tilemesh::splat::detail
+}}} // namespace tilemesh::splat::detail
 #pragma GCC diagnostic pop
 TILEMESH_EXACT_END

@@ -7,7 +7,7 @@
 TILEMESH_EXACT_BEGIN
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wpsabi" // see number.hpp
-namespace tilemesh::splat {
+namespace tilemesh { inline namespace v0_2 { namespace splat {
 
 namespace detail {
 /// `logarithm` of one float, or of each lane.
@@ -46,6 +46,6 @@ inline float logarithm(float x) noexcept
     return detail::logarithm<detail::OneFloat>(x);
 }
 
-} // namespace tilemesh::splat
+}}} // namespace tilemesh::splat
 #pragma GCC diagnostic pop
 TILEMESH_EXACT_END

@@ -2,7 +2,7 @@
 #include <cstdint>
 #include <tilemesh/config.hpp>
 
-namespace tilemesh::splat {
+namespace tilemesh { inline namespace v0_2 { namespace splat {
 
 /// The rule that bounds the pixels a splat may touch. A pixel outside the footprint gets nothing from the splat, on every tile.
 enum class Footprint : std::uint32_t {
@@ -33,4 +33,4 @@ struct Model {
     Arithmetic arithmetic = Arithmetic::precise;
 };
 
-} // namespace tilemesh::splat
+}}} // namespace tilemesh::splat

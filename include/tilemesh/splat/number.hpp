@@ -13,7 +13,7 @@
 TILEMESH_EXACT_BEGIN
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wpsabi" // the functions are always inlined, so it does not matter how a wide vector is passed
-namespace tilemesh::splat::detail {
+namespace tilemesh { inline namespace v0_2 { namespace splat::detail {
 
 /// One float.
 struct OneFloat {
@@ -136,6 +136,6 @@ struct FloatLanes {
     TILEMESH_KERNEL static Real exponential(Real const& v) noexcept { return exponential_lanes<N>(v); }
 };
 
-} // namespace tilemesh::splat::detail
+}}} // namespace tilemesh::splat::detail
 #pragma GCC diagnostic pop
 TILEMESH_EXACT_END

@@ -2,7 +2,7 @@
 #include <cstdint>
 #include <tilemesh/machine/operations.hpp>
 
-namespace tilemesh::splat {
+namespace tilemesh { inline namespace v0_2 { namespace splat {
 
 /// The operations on which the kernels of splatting spend their time. `mk2()` gives them prices.
 struct Operation {
@@ -19,4 +19,4 @@ struct Operation {
 };
 using Operations = tilemesh::Operations<Operation>;
 
-} // namespace tilemesh::splat
+}}} // namespace tilemesh::splat

@@ -2,7 +2,7 @@
 #include <tilemesh/splat/access.hpp>
 
 TILEMESH_EXACT_BEGIN
-namespace tilemesh::splat {
+namespace tilemesh { inline namespace v0_2 { namespace splat {
 
 // --- routing rules ---------------------------------------------------------------------------------------------------------
 // A rule names the two sides of its first leg, and the next side on the way. It must be dimension-ordered (Dally and Seitz 1987): a record
@@ -231,5 +231,5 @@ struct WithAlpha {
     static WithAlpha make(Blended const& b) noexcept { return {Colour::make(b), 1.0f - b.transmittance}; }
 };
 
-} // namespace tilemesh::splat
+}}} // namespace tilemesh::splat
 TILEMESH_EXACT_END

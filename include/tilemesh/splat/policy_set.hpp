@@ -2,7 +2,7 @@
 #include <tilemesh/machine/kernel.hpp>
 #include <type_traits>
 
-namespace tilemesh::splat {
+namespace tilemesh { inline namespace v0_2 { namespace splat {
 
 /// The optional steps of the frame that a setup has.
 template <bool Routes, bool Blooms>
@@ -88,4 +88,4 @@ struct PolicySet<Policies<W, M, P, F>> {
 template <class S>
 using PoliciesOf = typename detail::PolicySet<S>::type;
 
-} // namespace tilemesh::splat
+}}} // namespace tilemesh::splat

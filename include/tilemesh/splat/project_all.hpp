@@ -6,7 +6,7 @@
 TILEMESH_EXACT_BEGIN
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wpsabi" // the functions are always inlined, so it does not matter how a wide vector is passed
-namespace tilemesh::splat {
+namespace tilemesh { inline namespace v0_2 { namespace splat {
 
 namespace detail {
 /// Four words of each of N records. By columns, `a` holds word 0 of all records, `b` word 1, and so on. By rows, lanes 4 k to 4 k + 3 of
@@ -146,6 +146,6 @@ void project_all(Record const* records, std::uint32_t n, View const& view, Tilin
     }
 }
 
-} // namespace tilemesh::splat
+}}} // namespace tilemesh::splat
 #pragma GCC diagnostic pop
 TILEMESH_EXACT_END

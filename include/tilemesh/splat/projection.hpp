@@ -12,7 +12,7 @@
 TILEMESH_EXACT_BEGIN
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wpsabi" // the functions are always inlined, so it does not matter how a wide vector is passed
-namespace tilemesh::splat {
+namespace tilemesh { inline namespace v0_2 { namespace splat {
 
 /// A Gaussian on the screen: the 56 bytes that compositing needs. It is invisible if its rectangle is empty.
 ///
@@ -356,6 +356,6 @@ inline float alpha_at(Splat const& s, float x, float y) noexcept
     return s.opacity * exponential(power);
 }
 
-} // namespace tilemesh::splat
+}}} // namespace tilemesh::splat
 #pragma GCC diagnostic pop
 TILEMESH_EXACT_END

@@ -2,7 +2,7 @@
 #include <cstdint>
 #include <tilemesh/splat/model.hpp>
 
-namespace tilemesh::splat {
+namespace tilemesh { inline namespace v0_2 { namespace splat {
 
 /// The purpose of a picture: a named pair of the two cut-offs, alpha_min and transmittance_min. The cut-offs trade the picture's error
 /// against its pairs. The rest of the model does not change.
@@ -54,4 +54,4 @@ constexpr Model with_quality(Model model, Quality quality) noexcept
     return model;
 }
 
-} // namespace tilemesh::splat
+}}} // namespace tilemesh::splat

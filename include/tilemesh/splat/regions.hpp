@@ -4,7 +4,7 @@
 #include <tilemesh/splat/policy_set.hpp>
 #include <tilemesh/splat/sizes.hpp>
 
-namespace tilemesh::splat {
+namespace tilemesh { inline namespace v0_2 { namespace splat {
 
 /// The parameters that the host sends to every tile at the start of a frame.
 struct FrameParameters {
@@ -274,4 +274,4 @@ TILEMESH_KERNEL void remove_slot(A& storage, B& marks, C& splats, std::uint32_t 
     splats.swap_remove(i);
 }
 
-} // namespace tilemesh::splat
+}}} // namespace tilemesh::splat

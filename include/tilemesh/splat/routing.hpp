@@ -27,7 +27,7 @@
 /// the protocol with capacity 1, exhaustively on small grids.
 ///
 /// Cost: without a full channel, W + H - 2 exchanges and one more pass from any placement. Each hop sends one record's bytes.
-namespace tilemesh::splat {
+namespace tilemesh { inline namespace v0_2 { namespace splat {
 
 namespace detail {
 /// The handling of one record by routing, for any saturation policy.
@@ -312,4 +312,4 @@ struct Route : detail::RouteOperations<P> {
 template <class S>
 using Route = kernel::Route<PoliciesOf<S>>;
 
-} // namespace tilemesh::splat
+}}} // namespace tilemesh::splat

@@ -2,7 +2,7 @@
 #include <tilemesh/machine/spec.hpp>
 #include <tilemesh/splat/policies.hpp>
 
-namespace tilemesh::splat {
+namespace tilemesh { inline namespace v0_2 { namespace splat {
 
 struct BlendAsAsked;
 
@@ -81,4 +81,4 @@ constexpr Sizes roomy(Sizes sizes) noexcept
     return sizes;
 }
 
-} // namespace tilemesh::splat
+}}} // namespace tilemesh::splat

@@ -1,7 +1,7 @@
 #pragma once
 #include <cstdint>
 
-namespace tilemesh::splat {
+namespace tilemesh { inline namespace v0_2 { namespace splat {
 
 /// The capacities of a frame's lists on one tile, in slots. They are values, not types: renderers, ledgers and meshes of different sizes
 /// share one type and its code.
@@ -24,4 +24,4 @@ struct Sizes {
     }
 };
 
-} // namespace tilemesh::splat
+}}} // namespace tilemesh::splat

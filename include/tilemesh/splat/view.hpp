@@ -6,7 +6,7 @@
 #include <type_traits>
 
 TILEMESH_EXACT_BEGIN
-namespace tilemesh::splat {
+namespace tilemesh { inline namespace v0_2 { namespace splat {
 
 /// The camera and the rules of the picture, and the bounds that follow from both: the Jacobian's limits on x/z and y/z. `make_view` makes
 /// it.
@@ -52,5 +52,5 @@ inline PixelRect pixels_of(Tiling const& tiling, Camera const& camera, TileId t)
     return {x0, x1 < camera.width ? x1 : camera.width, y0, y1 < camera.height ? y1 : camera.height};
 }
 
-} // namespace tilemesh::splat
+}}} // namespace tilemesh::splat
 TILEMESH_EXACT_END

@@ -12,7 +12,7 @@
 
 // Parts of model/ that users do not need. Not tilemesh::model::detail: a namespace `model` would clash with every user's function of
 // that name after `using namespace tilemesh`.
-namespace tilemesh::model_detail {
+namespace tilemesh { inline namespace v0_2 { namespace model_detail {
 
 /// The names of the operations that the kernel of a step counts; none for a step of a trace made by hand without names.
 inline std::vector<std::string> const& operations_of_step(Trace const& trace, std::size_t step) noexcept
@@ -68,4 +68,4 @@ inline std::uint64_t all_sent(TileSample const& t) noexcept
     return bytes;
 }
 
-} // namespace tilemesh::model_detail
+}}} // namespace tilemesh::model_detail

@@ -11,7 +11,7 @@
 #include <tilemesh/report/image.hpp>
 #include <vector>
 
-namespace tilemesh::report {
+namespace tilemesh { inline namespace v0_2 { namespace report {
 
 namespace detail {
 
@@ -146,4 +146,4 @@ TILEMESH_HOST ErrorMeasures compare(Image const& image, Image const& reference)
     return measures;
 }
 
-} // namespace tilemesh::report
+}}} // namespace tilemesh::report

@@ -8,7 +8,7 @@
 #include <tilemesh/splat/gaussian.hpp>
 #include <vector>
 
-namespace tilemesh::report {
+namespace tilemesh { inline namespace v0_2 { namespace report {
 
 TILEMESH_HOST std::string numbers_of(FrameReport const& r, std::string_view line)
 {
@@ -40,4 +40,4 @@ TILEMESH_HOST std::ostream& operator<<(std::ostream& out, FrameReport const& r)
     return out;
 }
 
-} // namespace tilemesh::report
+}}} // namespace tilemesh::report

@@ -22,7 +22,7 @@
 #include <tilemesh/report/whole_file.hpp>
 #include <vector>
 
-namespace tilemesh::report {
+namespace tilemesh { inline namespace v0_2 { namespace report {
 
 namespace detail {
 
@@ -173,4 +173,4 @@ TILEMESH_HOST Image read_pfm(std::filesystem::path const& path)
     return image;
 }
 
-} // namespace tilemesh::report
+}}} // namespace tilemesh::report

@@ -7,7 +7,7 @@
 #include <tilemesh/scene/map.hpp>
 #include <tilemesh/splat/gaussian.hpp>
 
-namespace tilemesh::scene::detail {
+namespace tilemesh { inline namespace v0_2 { namespace scene::detail {
 
 /// PCG32 (O'Neill 2014, XSH-RR 64/32). It uses integers only, so every platform draws the same numbers.
 class Pcg32 {
@@ -137,4 +137,4 @@ private:
     Map& map_;
 };
 
-} // namespace tilemesh::scene::detail
+}}} // namespace tilemesh::scene::detail

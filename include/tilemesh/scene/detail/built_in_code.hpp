@@ -7,7 +7,7 @@
 #include <tilemesh/scene/pose.hpp>
 #include <tilemesh/splat/camera.hpp>
 
-namespace tilemesh::scene {
+namespace tilemesh { inline namespace v0_2 { namespace scene {
 
 TILEMESH_HOST Map built_in_map()
 {
@@ -23,4 +23,4 @@ TILEMESH_HOST splat::Camera built_in_camera(Size size)
                        lens_from_field_of_view(60.0, size));
 }
 
-} // namespace tilemesh::scene
+}}} // namespace tilemesh::scene

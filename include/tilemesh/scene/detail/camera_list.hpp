@@ -21,7 +21,7 @@
 #include <utility>
 #include <vector>
 
-namespace tilemesh::scene::detail {
+namespace tilemesh { inline namespace v0_2 { namespace scene::detail {
 
 /// A field of a camera: whether the file has it, its fault (null: no fault) and its value.
 template <class T>
@@ -353,4 +353,4 @@ private:
     std::optional<CameraFields> unusable_, nameless_;
 };
 
-} // namespace tilemesh::scene::detail
+}}} // namespace tilemesh::scene::detail

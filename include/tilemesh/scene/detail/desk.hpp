@@ -11,7 +11,7 @@
 #include <tilemesh/scene/map.hpp>
 
 // The built-in scene; see painter.hpp for its axes and units.
-namespace tilemesh::scene::detail {
+namespace tilemesh { inline namespace v0_2 { namespace scene::detail {
 
 /// Paints the objects on the desk, and the wall and floor behind it.
 class Desk : Painter {
@@ -509,4 +509,4 @@ inline void paint_desk_scene(Map& map)
     Desk(map).paint();
 }
 
-} // namespace tilemesh::scene::detail
+}}} // namespace tilemesh::scene::detail

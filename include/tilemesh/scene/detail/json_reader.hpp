@@ -11,7 +11,7 @@
 #include <tilemesh/number_text.hpp>
 #include <tilemesh/scene/detail/text_input.hpp>
 
-namespace tilemesh::scene::detail {
+namespace tilemesh { inline namespace v0_2 { namespace scene::detail {
 
 /// The parts of a JSON text. `other` is true, false or null; `end` is the end of the text.
 enum class JsonPart : std::uint8_t { begin_object, end_object, begin_list, end_list, key, text, number, other, end };
@@ -268,4 +268,4 @@ private:
     double number_ = 0.0;
 };
 
-} // namespace tilemesh::scene::detail
+}}} // namespace tilemesh::scene::detail

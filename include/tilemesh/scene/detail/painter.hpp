@@ -11,7 +11,7 @@
 
 // Light, shadow and the surfaces of the built-in scene. Units are metres; x right, y down, z away from the viewer; the desk top is y = 0.
 // The numbers were chosen by eye; they have no other source.
-namespace tilemesh::scene::detail {
+namespace tilemesh { inline namespace v0_2 { namespace scene::detail {
 
 using Vec = glm::dvec3;
 
@@ -200,4 +200,4 @@ private:
     }
 };
 
-} // namespace tilemesh::scene::detail
+}}} // namespace tilemesh::scene::detail

@@ -19,7 +19,7 @@
 #include <tilemesh/scene/ply.hpp>
 #include <tilemesh/splat/gaussian.hpp>
 
-namespace tilemesh::scene {
+namespace tilemesh { inline namespace v0_2 { namespace scene {
 
 namespace detail {
 
@@ -137,4 +137,4 @@ TILEMESH_HOST Map load_ply(std::filesystem::path const& path)
     return read_ply(stream, path.string());
 }
 
-} // namespace tilemesh::scene
+}}} // namespace tilemesh::scene

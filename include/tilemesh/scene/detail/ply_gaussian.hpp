@@ -12,7 +12,7 @@
 #include <tilemesh/splat/gaussian.hpp>
 #include <vector>
 
-namespace tilemesh::scene::detail {
+namespace tilemesh { inline namespace v0_2 { namespace scene::detail {
 
 /// The properties that every Gaussian needs.
 inline constexpr std::array<std::string_view, 14> needed_properties{"x",      "y",       "z",       "f_dc_0",  "f_dc_1",
@@ -111,4 +111,4 @@ inline char const* make_gaussian(GaussianRow const& raw, splat::Gaussian& g, boo
     return nullptr;
 }
 
-} // namespace tilemesh::scene::detail
+}}} // namespace tilemesh::scene::detail

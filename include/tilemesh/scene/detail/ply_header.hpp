@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-namespace tilemesh::scene::detail {
+namespace tilemesh { inline namespace v0_2 { namespace scene::detail {
 
 enum class PlyFormat : std::uint8_t { ascii, little_endian, big_endian };
 enum class PlyType : std::uint8_t { int8, uint8, int16, uint16, int32, uint32, float32, float64 };
@@ -205,4 +205,4 @@ inline PlyHeader read_ply_header(ByteSource& source, std::string const& file)
     return PlyHeaderReader(source, file).read();
 }
 
-} // namespace tilemesh::scene::detail
+}}} // namespace tilemesh::scene::detail

@@ -8,7 +8,7 @@
 #include <tilemesh/scene/detail/ply_header.hpp>
 #include <tilemesh/scene/detail/ply_source.hpp>
 
-namespace tilemesh::scene::detail {
+namespace tilemesh { inline namespace v0_2 { namespace scene::detail {
 
 /// Throws `Error` for a file that does not begin with "ply". It names other formats of 3DGS maps; it knows them by their first bytes, or by
 /// the extension if a format has no such bytes. It takes no bytes from the source.
@@ -64,4 +64,4 @@ inline PlyElement const& require_vertex(PlyHeader const& header, std::string con
     return *vertex;
 }
 
-} // namespace tilemesh::scene::detail
+}}} // namespace tilemesh::scene::detail

@@ -17,7 +17,7 @@
 #include <tilemesh/scene/detail/ply_source.hpp>
 #include <vector>
 
-namespace tilemesh::scene::detail {
+namespace tilemesh { inline namespace v0_2 { namespace scene::detail {
 
 [[noreturn]] inline void refuse_short_body(std::string const& file, PlyElement const& element, std::uint64_t row)
 {
@@ -262,4 +262,4 @@ private:
     std::size_t length_ = 0;
 };
 
-} // namespace tilemesh::scene::detail
+}}} // namespace tilemesh::scene::detail

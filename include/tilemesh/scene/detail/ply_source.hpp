@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-namespace tilemesh::scene::detail {
+namespace tilemesh { inline namespace v0_2 { namespace scene::detail {
 
 /// Words of a header, quoted for a message.
 inline std::string in_quotes(std::string_view text)
@@ -96,4 +96,4 @@ private:
     std::size_t begin_ = 0, end_ = 0;
 };
 
-} // namespace tilemesh::scene::detail
+}}} // namespace tilemesh::scene::detail

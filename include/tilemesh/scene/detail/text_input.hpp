@@ -18,7 +18,7 @@
 
 // Shared by the readers of cameras and trajectories. Their files may have any content. So the memory of a line is bounded, and a text from
 // a file is made printable before an error shows it in its one line.
-namespace tilemesh::scene::detail {
+namespace tilemesh { inline namespace v0_2 { namespace scene::detail {
 
 /// The largest number that a field may hold: a tenth of the largest float, so that sums and rotated vectors of a few such numbers
 /// stay finite when they are rounded.
@@ -202,4 +202,4 @@ private:
     bool whole_ = true;
 };
 
-} // namespace tilemesh::scene::detail
+}}} // namespace tilemesh::scene::detail
