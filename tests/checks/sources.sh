@@ -23,7 +23,7 @@ includes=$(grep -HE '^ *# *include' $all ../../examples/heat/heat.hpp ../../exam
 ours() { printf '%s\n' "$includes" | grep -E "^$1[^:]*: <tilemesh/" | grep -vE ": <tilemesh/($2)" || true; }
 
 # Layers: an arrow points to what may be included.
-plain_reports='report/(heat_image|html|image|image_file|number_text|plot|stacked_bars|table|whole_file)\.hpp'
+plain_reports='report/(heat_image|html|image|image_file|number_text|plot|stacked_bars|string_stream|table|whole_file)\.hpp'
 refuse "config.hpp includes nothing of ours" "$(ours 'config\.hpp' 'nothing')"
 refuse "machine/ includes machine/ and config.hpp" "$(ours machine/ 'machine/|config\.hpp')"
 refuse "splat/ includes splat/, machine/ and config.hpp" "$(ours splat/ 'splat/|machine/|config\.hpp')"

@@ -1,6 +1,7 @@
 #pragma once
 #include <ios>
 #include <sstream>
+#include <tilemesh/config.hpp>
 
 namespace tilemesh { inline namespace v0_2 { namespace report {
 
