@@ -35,8 +35,8 @@ std::vector<Knee> knees(std::vector<Row> const& rows, std::string const& scene, 
     }
     return out;
 }
-/// The setting whose losses are plain to see and still of some parts of the picture: for want of channels alone where there is such a one,
-/// nearest to one copy in twenty.
+/// The setting for the example pictures: its losses are plain to see, but part of the picture remains. If a setting loses copies only
+/// because of full channels, it is one of these; among them, it is the one nearest to 5 % lost copies.
 Row const* telling(std::vector<Row> const& rows)
 {
     Row const* best = nullptr;
@@ -125,7 +125,7 @@ std::vector<std::string> knee_sentences(std::vector<Row> const& rows, std::strin
         };
         auto const* moving = largest([](Knee const& k) { return is_continuous(k.motion); });
         auto const* jumping = largest([](Knee const& k) { return !is_continuous(k.motion); });
-        Knee const* first = nullptr; // the motion that storage stops first
+        Knee const* first = nullptr; // the motion that is first limited by storage
         for (auto const& k : all)
             if (k.storage != 0 && (first == nullptr || k.storage < first->storage)) first = &k;
 

@@ -39,7 +39,7 @@ Latency follow(Scene const& scene, std::string const& motion, std::uint32_t hops
     machine->render(cameras.front());
     machine->limit_hops(hops);
 
-    // Where each record goes, and where its copies have to be.
+    // The destination of each record, and the tiles on which its copies must be.
     std::unordered_map<splat::GaussianId, std::uint32_t> from;
     for (auto const& stored : machine->stored())
         if (stored.home) from.emplace(stored.id, stored.tile);

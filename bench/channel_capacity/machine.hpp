@@ -16,17 +16,17 @@ inline char const* to_string(Saturation s)
     return s == Saturation::hold ? "hold" : "drop";
 }
 
-/// The grid of every machine here: the paper's, 40 x 36 tiles.
+/// The grid of every machine of this bench: the paper's, 40 x 36 tiles.
 inline constexpr std::uint32_t grid_columns = 40, grid_rows = 36, tiles = grid_columns * grid_rows;
 
 using Machine = bench::TracedMachine;
 
 struct Limits {
-    std::uint32_t storage_slots = 0; ///< 0: as many as one slot a channel leaves
+    std::uint32_t storage_slots = 0; ///< 0: as many as one slot per channel leaves
     std::uint32_t hops = 0;          ///< a frame; 0: until quiet
 };
-/// The preset `lossless` with one policy or the other, with room for every split of its SRAM. Its channels are unlimited until
-/// `limit_channels`.
+/// The preset `lossless` with one of the two policies, and with room for every split of its SRAM. Its channels are unlimited until
+/// `limit_channels` is called.
 std::unique_ptr<Machine> make_machine(Saturation, scene::Map const&, Limits);
 
 } // namespace channel_capacity

@@ -1,5 +1,5 @@
-// What a channel slot is worth: PSNR, supersteps, losses and modelled time against the split of a tile's SRAM between channels and
-// storage; and how late Gaussians are when the hops a frame are bounded.
+// The value of a channel slot: PSNR, supersteps, losses and modelled time for splits of a tile's SRAM between channels and storage. And the
+// delay of Gaussians if the hops per frame are bounded.
 #include "findings.hpp"
 #include "latency.hpp"
 #include "options.hpp"
@@ -32,7 +32,7 @@ using bench::has_motion;
 using bench::has_scene;
 using bench::load_scene;
 
-/// Runs the jobs in order on so many threads; throws what the first of those that failed threw, when all are done.
+/// Runs the jobs in order on `threads` threads. When all are done, it throws the exception of the first job that failed.
 void run_all(std::vector<std::function<void()>> const& jobs, std::uint32_t threads)
 {
     std::atomic<std::size_t> next{0};
@@ -59,7 +59,7 @@ void run_all(std::vector<std::function<void()>> const& jobs, std::uint32_t threa
 SweepPlan plan_of(std::string const& scene, bool quick)
 {
     if (quick) return {{1, 5, 20, 80, 200}, {1000, 350, 1}, 2};
-    // Ten times the records: fewer settings and frames.
+    // Ten times as many records: fewer settings and frames.
     if (scene == "playbot_250k") return {{1, 4, 15, 50, 120, 200}, {1500, 1000, 400, 50, 1}, 3};
     return {{1, 2, 4, 8, 15, 30, 50, 80, 120, 200, 280}, {900, 600, 400, 100, 1}, 4};
 }
@@ -80,9 +80,9 @@ int run(Options const& options)
 {
     auto const begin = std::chrono::steady_clock::now();
     tilemesh::scene::Size const size = options.quick ? tilemesh::scene::Size{640, 360} : tilemesh::scene::Size{1280, 720};
-    tilemesh::scene::Size const small{320, 180}; // for latency: distances are in tiles, the same in any size
+    tilemesh::scene::Size const small{320, 180}; // for latency: distances are in tiles, so any size gives the same
 
-    // What there is to measure. The most expensive motions begin first, so that no thread is left alone with them.
+    // The measurements. The most expensive motions begin first, so that no thread is left alone with them.
     std::map<std::string, Scene> scenes, small_scenes;
     std::vector<Part> parts;
     std::vector<LatencyPart> latencies;
@@ -101,7 +101,7 @@ int run(Options const& options)
                 std::cout << "skipped: " << name << " with " << motion << " (its trajectory is not there; name its folder with --data)\n";
             else parts.push_back({name, motion, {}, {}});
         }
-        // Not for a quarter of a million records: following them takes minutes, and the rule is the same.
+        // Not for 250,000 records: to follow them takes minutes, and the rule is the same.
         if (!chosen(options.motions, "teleport") || name == "playbot_250k") continue;
         small_scenes.emplace(name, load_scene(name, options.data, small));
         for (std::uint32_t const hops : {1u, 2u, 4u, 8u})
@@ -145,7 +145,7 @@ int run(Options const& options)
         });
     run_all(jobs, options.threads);
 
-    // What was found.
+    // The findings.
     std::vector<Row> rows;
     std::vector<LatencyRow> latency;
     std::vector<std::string> broken;

@@ -21,7 +21,7 @@ static_assert(splat::Road<Held>::end_bytes(1) == splat::Road<Dropped>::end_bytes
                   splat::Road<Held>::end_bytes(1) != splat::Beam<Held>::end_bytes(1),
               "both policies send the same records, and the bytes of an exchange tell which channel it is");
 
-/// Cycles of an exchange that moves so many bytes from each tile to each neighbour.
+/// The cycles of an exchange that moves `bytes_a_side` bytes from each tile to each neighbour.
 std::uint64_t exchange_cycles(std::uint32_t bytes_a_side)
 {
     tilemesh::Trace one;

@@ -10,11 +10,11 @@ namespace channel_capacity {
 struct Options : bench::Options {
     std::filesystem::path latency;            ///< empty: not written
     std::filesystem::path plots;              ///< a folder; empty: none
-    std::vector<std::string> scenes, motions; ///< all where none is named
-    std::uint32_t threads = 1;                ///< motions measured at a time
+    std::vector<std::string> scenes, motions; ///< empty: all
+    std::uint32_t threads = 1;                ///< number of motions measured at a time
 };
 
-/// Throws tilemesh::Error for what is no option, or no value of one.
+/// Throws tilemesh::Error for an unknown option or an invalid value.
 Options parse(std::vector<std::string> const& words);
 std::string help();
 

@@ -13,7 +13,7 @@ using tilemesh::report::PlotLine;
 using tilemesh::report::PlotScale;
 using tilemesh::report::PlotSeries;
 
-/// What is drawn: the other motions lie between these.
+/// The motions that are drawn. The other motions lie between these.
 struct Drawn {
     char const* motion;
     char const* name;
@@ -37,7 +37,7 @@ double modelled_ms(Row const& r)
 {
     return tilemesh::milliseconds(cost_model(), r.cycles_most());
 }
-/// The fronts of the drawn motions; of the first one that was measured the other splits too, as dots that nothing joins.
+/// The Pareto fronts of the drawn motions. For the first motion that was measured, the other splits too, as dots without a line.
 Plot pareto_plot(std::vector<Row> const& rows, std::string const& scene)
 {
     Plot plot;

@@ -8,22 +8,22 @@ namespace channel_capacity {
 
 namespace splat = tilemesh::splat;
 
-/// The preset `lossless` on Mk2: what holds.
+/// The preset `lossless` on Mk2, with back-pressure.
 struct Held : splat::Lossless {
     static constexpr char const* name = "lossless, hold";
-    static constexpr splat::Arithmetic arithmetic = splat::Arithmetic::precise; // pictures are compared with the naive one
+    static constexpr splat::Arithmetic arithmetic = splat::Arithmetic::precise; // because pictures are compared with the naive picture
 };
-/// The same with the paper's saturation: no FIFOs, so that its bytes go further.
+/// The same setup with the paper's saturation policy. It has no FIFOs, so its bytes give more slots.
 struct Dropped : Held {
     static constexpr char const* name = "lossless, drop";
     using Saturation = splat::Drop;
 };
 
-/// Nothing is known to fill a channel of so many slots: what a cold start of 250,000 records puts into one is less.
+/// A number of slots that nothing is known to fill: a cold start of 250,000 records puts fewer messages into one channel.
 inline constexpr std::uint32_t most_slots = 8192;
 
-/// How the SRAM of one tile of `S` is shared out: every channel end (road and beam) has c slots, under `Hold` each of the two
-/// FIFOs too, and all that is left is storage. Bytes a slot and bytes that depend on neither come from the tile's ledger.
+/// The split of the SRAM of one tile of `S`. Every channel end (road and beam) has c slots; under `Hold` each of the two FIFOs has c slots
+/// too; the rest is storage. The bytes per slot, and the bytes that depend on neither, come from the tile's ledger.
 template <class S>
 struct Budget {
     using Ledger = tilemesh::SramLedger<splat::Frame<S>>;
@@ -37,28 +37,28 @@ struct Budget {
         sizes.waiting = S::Saturation::holds ? channel : 0;
         return sizes;
     }
-    /// Of a tile with this split.
+    /// The bytes of a tile with this split.
     static constexpr std::uint64_t bytes(std::uint32_t channel, std::uint32_t storage) noexcept
     {
         return Ledger::bytes(machine, split(channel, storage));
     }
     static constexpr std::uint64_t fixed_bytes = bytes(0, 0);
-    /// Eight ends of the road and of the beam, and one slot of two FIFOs.
+    /// Eight ends of the road and of the beam, and one slot of each of two FIFOs.
     static constexpr std::uint64_t channel_slot_bytes = bytes(1, 0) - fixed_bytes;
     /// A stored record with its mark, its projection and its sort key.
     static constexpr std::uint64_t storage_slot_bytes = bytes(0, 1) - fixed_bytes;
 
-    /// What is left for storage when every channel has c slots; 0 where the channels alone do not fit.
+    /// The slots of storage if every channel has c slots; 0 if the channels alone do not fit.
     static constexpr std::uint32_t storage_slots(std::uint32_t c) noexcept
     {
         auto const channels = fixed_bytes + c * channel_slot_bytes;
         return channels > machine.sram_bytes ? 0 : static_cast<std::uint32_t>((machine.sram_bytes - channels) / storage_slot_bytes);
     }
-    /// The most slots a channel may have while one record can be stored.
+    /// The largest number of slots for a channel if at least one record can be stored.
     static constexpr std::uint32_t most_channel_slots =
         static_cast<std::uint32_t>((machine.sram_bytes - fixed_bytes - storage_slot_bytes) / channel_slot_bytes);
 
-    /// The arithmetic against the ledger: with storage_slots(c) it fits, with one more it would not.
+    /// Checks the arithmetic against the ledger: storage_slots(c) slots fit, one more does not.
     static constexpr bool is_exact(std::uint32_t c) noexcept
     {
         auto const s = storage_slots(c);

@@ -42,12 +42,12 @@ private:
     splat::Tiling tiling_;
 };
 
-/// What is known of a camera before any machine renders it.
+/// The facts about a camera that need no machine.
 struct Reference {
     Image image;
     std::vector<std::uint32_t> wanted; ///< copies and records a tile
     std::uint64_t sum = 0, dense_sum = 0;
-    std::vector<std::uint32_t> dense; ///< the tiles that want most
+    std::vector<std::uint32_t> dense; ///< the tiles with the most copies and records
 };
 
 Reference make_reference(Scene const& scene, splat::Camera const& camera, splat::Model const& model)
@@ -71,7 +71,7 @@ bool same_bits(Image const& a, Image const& b)
     return a.rgb.size() == b.rgb.size() && std::memcmp(a.rgb.data(), b.rgb.data(), a.rgb.size() * sizeof(float)) == 0;
 }
 
-/// PSNR alone, as `report::compare` has it: for choosing the frame that is compared whole.
+/// Only the PSNR, by `report::compare`'s formula: it chooses the frame that is compared in full.
 double psnr_db(Image const& a, Image const& b)
 {
     double sum = 0;
@@ -82,7 +82,7 @@ double psnr_db(Image const& a, Image const& b)
     return sum > 0 ? -10 * std::log10(sum / static_cast<double>(a.rgb.size())) : std::numeric_limits<double>::infinity();
 }
 
-/// Where in a map a Gaussian is. Ids are 1 + the row in the file, of which some may have been rejected.
+/// The row of a Gaussian in a map. Ids are 1 + the row in the file; some rows may have been rejected.
 class RowOf {
 public:
     explicit RowOf(scene::Map const& map)
@@ -99,7 +99,7 @@ private:
     std::vector<std::uint32_t> rows_;
 };
 
-/// What a picture lacks, a tile.
+/// For each tile, the number of Gaussians that the picture lacks there.
 std::vector<std::uint32_t> missing_by_tile(Scene const& scene, Wanted const& wanted, report::FrameReport const& r, std::size_t loaded,
                                            RowOf const& row_of)
 {
@@ -137,12 +137,12 @@ public:
     void run(Saturation saturation, std::vector<Row>& rows)
     {
         auto const all = capacities(plan_, saturation);
-        Row const* free = nullptr; // the last row that ran and was refused nothing
+        Row const* free = nullptr; // the last row that ran and had no refusals
         Row kept;
         for (std::size_t i = 0; i < all.size(); ++i) {
             auto const s = storage_left(saturation, all[i]);
             bool const same = free != nullptr && s >= free->storage_needed && std::uint64_t{s} * tiles >= scene_.map.gaussians.size();
-            // Of the capacities that need not run the last one does: it must be the same.
+            // Of the capacities that need not run, the last one runs: its row must be the same.
             bool const check = same && (i + 1 == all.size() || storage_left(saturation, all[i + 1]) < free->storage_needed);
             if (same && !check) {
                 Row row = *free;
@@ -181,7 +181,7 @@ private:
         row.storage = s;
         row.saturation = saturation;
 
-        // What all tiles together have no slot for is not loaded: the last rows of the file.
+        // Records for which all tiles together have no slot are not loaded: the last rows of the file.
         auto const loaded = std::min<std::size_t>(scene_.map.gaussians.size(), std::size_t{s} * tiles);
         row.not_loaded = scene_.map.gaussians.size() - loaded;
         std::unique_ptr<Machine> machine;
@@ -209,7 +209,7 @@ private:
                 machine->limit_channels(c);
                 continue;
             }
-            if (i == 1 && cold_) { // nothing moves, whatever the first frame lost
+            if (i == 1 && cold_) { // nothing moves, even if the first frame lost records
                 if (r.supersteps.total() != 0 || r.messages != 0 || sum != row.missing)
                     complain(row, "the view is the same and something moves");
                 continue;
@@ -260,7 +260,7 @@ private:
             if (r.gaussians.dropped != 0 || r.refused.copies_refused != 0) complain(row, "hold dropped a record or a copy");
             if (r.peak_storage < row.storage && !r.lost.empty()) complain(row, "hold lost something where no storage was full");
         }
-        // Every record is on one tile, or is listed.
+        // Every record is on one tile, or in the list of losses.
         std::vector<bool> seen(loaded);
         std::uint64_t homes = 0;
         for (auto const& stored : machine.stored())
@@ -353,7 +353,7 @@ Image saturated_pair(Scene const& scene, std::string const& motion, std::uint32_
     auto const& camera = motion == "static" ? cameras[0] : cameras[1];
     auto const full = tilemesh::report::render_naive(scene.map.gaussians, camera, machine->model());
 
-    // The cut with the largest error, on the tiles' own grid.
+    // The part of the picture with the largest error, aligned to the tiles' grid.
     auto const dx = (camera.width + grid_columns - 1) / grid_columns, dy = (camera.height + grid_rows - 1) / grid_rows;
     cut.width = std::min(cut.width, camera.width);
     cut.height = std::min(cut.height, camera.height);

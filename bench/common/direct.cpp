@@ -15,14 +15,14 @@ namespace {
 
 /// The paper's tile at 1280 x 720.
 constexpr std::uint32_t tile_width = 32, tile_height = 20;
-/// Records projected at a time: their splats (14 KiB) are still in the first cache when the keys are made.
+/// The number of records projected at a time. Their splats (14 KiB) are still in the first cache when the keys are made.
 constexpr std::uint32_t batch = 256;
-/// Tiles that a thread takes at a time: few, so that no thread is left alone with dense ones.
+/// The number of tiles that a thread takes at a time. It is small, so that no thread is left alone with dense tiles.
 constexpr std::uint32_t claim = 2;
 /// Bits of one radix pass: 2,048 counters are 8 KiB.
 constexpr std::uint32_t digit_bits = 11;
 
-/// The part of n things that a thread takes.
+/// The beginning of a thread's part of n items.
 std::uint32_t part(std::size_t n, std::uint32_t thread, std::uint32_t threads)
 {
     return static_cast<std::uint32_t>(n * thread / threads);
@@ -98,7 +98,7 @@ void Direct::project(std::uint32_t thread, std::uint32_t threads, splat::View co
     for (auto first = begin; first < end; first += batch) {
         auto const last = std::min(first + batch, end);
         splat::project_all(gaussians_.data() + first, last - first, view, tiling_, splats_.data() + first);
-        for (auto row = first; row < last; ++row) { // without a branch: the key of what is not visible is written over
+        for (auto row = first; row < last; ++row) { // without a branch: the key of an invisible splat is overwritten
             keys[n] = {std::bit_cast<std::uint32_t>(splats_[row].depth), row};
             n += splats_[row].visible() ? 1 : 0;
         }
@@ -113,7 +113,7 @@ void Direct::project(std::uint32_t thread, std::uint32_t threads, splat::View co
     }
 }
 
-/// Radix sort by the bits of the depth in which the keys differ. It is stable: equal depths keep the order of their ids.
+/// Radix sort by those bits of the depth in which the keys differ. It is stable: equal depths keep the order of their ids.
 void Direct::sort(Share& share)
 {
     auto& keys = share.keys;
@@ -138,8 +138,8 @@ void Direct::sort(Share& share)
     }
 }
 
-/// Merges the threads' keys; of equal depths those of the lower thread, whose ids are lower, come first. Two threads write one
-/// half of the result each: where a half begins in either input is found by bisection (merge path: Odeh et al. 2012).
+/// Merges the threads' keys. Of equal depths, the keys of the lower thread come first, because its ids are lower. Two threads write one
+/// half of the result each; bisection finds where a half begins in either input (merge path: Odeh et al. 2012).
 void Direct::merge(std::uint32_t thread, std::uint32_t threads)
 {
     auto const nearer = [](Key const& a, Key const& b) { return a.depth < b.depth; };
@@ -161,7 +161,7 @@ void Direct::merge(std::uint32_t thread, std::uint32_t threads)
         auto i = taken_of_a(begin), j = begin - i;
         auto const i_end = taken_of_a(end), j_end = end - i_end;
         auto* out = sorted_.data() + begin;
-        while (i < i_end && j < j_end) { // without a branch: which comes next cannot be foretold
+        while (i < i_end && j < j_end) { // without a branch: which key comes next cannot be predicted
             bool const second = nearer(b[j], a[i]);
             *out++ = second ? b[j] : a[i];
             j += second ? 1 : 0;
@@ -169,7 +169,7 @@ void Direct::merge(std::uint32_t thread, std::uint32_t threads)
         }
         while (i < i_end) *out++ = a[i++];
         while (j < j_end) *out++ = b[j++];
-    } else { // one after the other into what is merged so far: with many threads a machine has other limits
+    } else { // merges one thread's keys after the other: with many threads a machine has other limits
         std::vector<Key> merged = std::move(shares_[0].keys), both;
         for (std::uint32_t t = 1; t < threads; ++t) {
             both.resize(merged.size() + shares_[t].keys.size());
@@ -180,12 +180,12 @@ void Direct::merge(std::uint32_t thread, std::uint32_t threads)
     }
 }
 
-/// The entries a tile of this thread's part of the sorted splats: four corners a splat, then sums along both axes.
+/// The entries per tile of this thread's part of the sorted splats: four corners per splat, then sums along both axes.
 void Direct::count(std::uint32_t thread, std::uint32_t threads)
 {
     auto& share = shares_[thread];
     auto const columns = tiling_.columns, rows = tiling_.rows;
-    auto const stride = columns + 1; // what begins behind the last tile is not counted
+    auto const stride = columns + 1; // splats that begin after the last tile are not counted
     share.count.assign(std::size_t{stride} * (rows + 1), 0);
     auto* const c = share.count.data();
     for (auto i = part(visible_, thread, threads), end = part(visible_, thread + 1, threads); i < end; ++i) {
@@ -204,7 +204,7 @@ void Direct::count(std::uint32_t thread, std::uint32_t threads)
     }
 }
 
-/// Where each tile's list begins, and each thread's entries in it: nearer splats are a lower thread's.
+/// The beginning of each tile's list, and of each thread's entries in it. A lower thread has nearer splats.
 void Direct::place()
 {
     auto const columns = tiling_.columns, stride = columns + 1;
@@ -233,8 +233,8 @@ void Direct::fill(std::uint32_t thread, std::uint32_t threads)
         std::uint32_t const across = r.x1 - r.x0, down = r.y1 - r.y0;
         auto const first = r.y0 * columns + r.x0;
         if ((across | down) <= 1) {
-            // Most splats touch 1, 2 or 4 tiles, and which is hard to foretell. Four stores without a branch: one for a tile that is
-            // another one again does not advance, and the last one, which always does, writes over it.
+            // Most splats touch 1, 2 or 4 tiles, which a branch predictor cannot predict. So there are four stores without a branch. A
+            // store for a tile that repeats another one does not advance; the last store always advances, and overwrites it.
             auto const store = [&](std::uint32_t tile, std::uint32_t advance) {
                 auto& at = next[tile];
                 list[at] = row;

@@ -5,11 +5,11 @@
 
 namespace bench {
 
-/// What this build's widest vectors can do at most: independent multiply-adds in pinned registers, so that nothing but the
-/// arithmetic pipes is measured. (A loop over an array of accumulators reads a seventh of it: the compiler keeps them in memory.)
+/// The peak of this build's widest vectors: independent multiply-adds in pinned registers, so that the measurement includes only the
+/// arithmetic pipes. (A loop over an array of accumulators shows a seventh of the peak, because the compiler keeps them in memory.)
 ///
-/// An FMA counts two operations a lane. Without FMA (SSE2) multiplications and additions alternate and count one each: on
-/// machines that have a pipe for each this is twice what either reaches alone.
+/// An FMA counts two operations per lane. Without FMA (SSE2), multiplications and additions alternate and count one each. On machines with
+/// a separate pipe for each, this is twice the peak of either pipe.
 struct FmaPeak {
 #if defined(__AVX512F__)
     static constexpr char const* instructions = "AVX-512 FMA";
@@ -26,11 +26,11 @@ struct FmaPeak {
 #endif
     static constexpr bool measured = chains != 0;
 
-    /// GFLOP/s of all threads of the team together, over about a millisecond; 0 where it is not measured.
+    /// Returns the GFLOP/s of all threads of the team together, over about a millisecond; 0 if it is not measured.
     static double gflops(Team& team)
     {
         if (!measured) return 0;
-        // 60,000 times 12 to 20 instructions, of which one or two are done a cycle.
+        // 60,000 times 12 to 20 instructions, of which one or two complete per cycle.
         constexpr std::uint32_t times = 60'000;
         team.run([](std::uint32_t) { multiply_add(100); });
         Stopwatch watch;
@@ -79,7 +79,7 @@ private:
                      : "xmm0", "xmm1", "xmm2", "xmm3", "xmm4", "xmm5", "xmm6", "xmm7", "xmm8", "xmm9", "xmm10", "xmm11",
                        "xmm14", "xmm15", "cc");
 #elif defined(__SSE2__) && !defined(__AVX__)
-        // Six chains of each: x = -x, and 0 + 0, which cannot leave the floats' range.
+        // Six chains of each operation: x = -x, and 0 + 0, which cannot leave the range of floats.
         asm volatile("movss %[minus_one], %%xmm14\n"
                      "shufps $0, %%xmm14, %%xmm14\n"
                      ".irp i,6,7,8,9,10,11,15\n"

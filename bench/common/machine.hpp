@@ -20,14 +20,14 @@ namespace bench {
 class Machine {
 public:
     virtual ~Machine() = default;
-    /// Wakes the mesh's threads, as they are while frames follow each other.
+    /// Wakes the mesh's threads, as in a sequence of frames.
     virtual void wake(tilemesh::splat::Camera const&) = 0;
     virtual void render(tilemesh::splat::Camera const&) = 0;
-    /// Of the last frame.
+    /// The picture and the report of the last frame.
     virtual tilemesh::report::Image const& image() const = 0;
     virtual tilemesh::report::FrameReport const& report() const = 0;
 };
-/// Throws Error where the setup does not fit into its machine, or the options do not fit the setup.
+/// Throws Error if the setup does not fit into its machine, or if the options do not fit the setup.
 std::unique_ptr<Machine> make_machine(tilemesh::scene::Map const&, tilemesh::render::SetupChoice const&,
                                       tilemesh::RendererOptions const&);
 
@@ -35,20 +35,20 @@ std::unique_ptr<Machine> make_machine(tilemesh::scene::Map const&, tilemesh::ren
 struct Stored {
     tilemesh::splat::GaussianId id;
     std::uint32_t tile; ///< index
-    bool home;          ///< it is the record itself, on its anchor tile; else a copy, or a record that must leave
+    bool home;          ///< the record itself, on its anchor tile; false: a copy, or a record that must leave
 };
 
-/// A mesh that keeps a trace, and whose limits may change between frames.
+/// A mesh that keeps a trace. Its limits may change between frames.
 class TracedMachine : public Machine {
 public:
-    /// Slots of every channel end and, where the setup holds, of each FIFO, from the next frame on; 0: the setup's. Not while records are
-    /// under way.
+    /// Limits the slots of every channel end and (if the setup holds) of each FIFO, from the next frame on; 0: the setup's slots. Not
+    /// allowed while records are under way.
     virtual void limit_channels(std::uint32_t slots) = 0;
-    /// Another bound on the hops a frame, after the first frame; 0: until quiet. Only for machines that were made with a bound.
+    /// Sets another bound on the hops per frame, after the first frame; 0: until quiet. Only for machines that were made with a bound.
     virtual void limit_hops(std::uint32_t hops) = 0;
     virtual std::vector<Stored> stored() = 0;
     virtual tilemesh::splat::Model const& model() const = 0;
-    /// Of the last frame.
+    /// The trace of the last frame.
     virtual tilemesh::Trace const& trace() const = 0;
     virtual tilemesh::Grid grid() = 0;
 };

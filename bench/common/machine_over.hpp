@@ -4,7 +4,7 @@
 
 namespace bench {
 
-/// Base, a kind of Machine, over a renderer.
+/// Implements `Base`, a kind of Machine, with a renderer.
 template <class Base, class Renderer>
 class MachineOver : public Base {
 public:

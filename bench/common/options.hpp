@@ -8,16 +8,16 @@
 
 namespace bench {
 
-/// The words of a command line, one option after the other: `--name`, `--name value` or `--name=value`. Throws tilemesh::Error
-/// for a value that is missing, unwanted or wrong.
+/// The words of a command line, one option after the other: `--name`, `--name value` or `--name=value`. Throws tilemesh::Error for a value
+/// that is missing, not allowed or invalid.
 class Words {
 public:
     explicit Words(std::vector<std::string> words) : words_(std::move(words)) {}
 
-    /// To the next option; false when there is none.
+    /// Goes to the next option; false if there is none.
     bool next();
     std::string const& option() const noexcept { return option_; }
-    /// What the option takes. `flag`: nothing.
+    /// The value of the option. `flag`: the option takes none.
     void flag() const;
     std::string value();
     std::filesystem::path path();
@@ -28,7 +28,7 @@ public:
         return one_of(std::vector<std::string>(names, names + N));
     }
     std::string one_of(std::vector<std::string> const& names);
-    /// For an option that nobody knows.
+    /// Refuses an unknown option.
     [[noreturn]] void refuse() const;
 
 private:
@@ -38,17 +38,17 @@ private:
     bool has_value_ = false;
 };
 
-/// What every bench takes.
+/// The options of every bench.
 struct Options {
-    std::filesystem::path data; ///< with maps/, trajectories/ and cameras.json; empty where there is none
+    std::filesystem::path data; ///< with maps/, trajectories/ and cameras.json; empty if there is none
     std::filesystem::path csv;  ///< empty: not written
     bool quick = false;
-    bool spoil = false; ///< the rasteriser blends by other rules: what compares pictures must say so
+    bool spoil = false; ///< the rasteriser blends by wrong rules: a bench that compares pictures must report it
     bool help = false;
 
-    /// Takes the option that `words` is at, if it is one of these. `may_spoil`: whether the bench compares pictures.
+    /// Takes the current option of `words` if it is one of these. `may_spoil`: the bench compares pictures.
     bool take(Words& words, bool may_spoil = false);
-    /// When all words are taken: finds the data folder where none was named. Throws Error for one that is none.
+    /// Call it after all words are taken: finds the data folder if none was named. Throws Error for a folder without data.
     void finish();
 
 private:
@@ -65,16 +65,16 @@ inline constexpr char const* help_of_exit =
     "Exit status: 0; 1 when something that must hold does not; 2 with one line on standard error when something is wrong:\n"
     "what, why, what to do.\n";
 
-/// With --spoil the rasteriser clamps alpha here: every map has Gaussians that are less transparent.
+/// With --spoil the rasteriser clamps alpha at this value. Every map has Gaussians that are more opaque.
 inline constexpr float spoilt_alpha_max = 0.5f;
 
-/// True where `names` is empty or has this name.
+/// Is `names` empty, or does it contain this name?
 inline bool chosen(std::vector<std::string> const& names, std::string const& name)
 {
     return names.empty() || std::find(names.begin(), names.end(), name) != names.end();
 }
 
-/// Throws Error where a file's folder is not there, or the file is a folder: minutes later is too late to find out.
+/// Throws Error if a file's folder does not exist, or if the file is a folder. A bench should notice this before it measures for minutes.
 void expect_folder_of(std::filesystem::path const& file);
 
 } // namespace bench

@@ -6,8 +6,8 @@
 
 namespace bench {
 
-/// The main function of a bench: `parse` makes its options of the words, `help` says what `--help` prints, `run` returns the exit
-/// status. `too_large`: what to say where memory does not suffice.
+/// The main function of a bench. `parse` makes its options from the words, `help` returns the text of `--help`, `run` returns the exit
+/// status. `too_large`: the error text if it is out of memory.
 template <class Parse, class Help, class Run>
 int program(int argc, char** argv, Parse const& parse, Help const& help, Run const& run, char const* too_large)
 try {

@@ -68,7 +68,7 @@ std::vector<tilemesh::splat::Camera> cameras_of(std::string const& motion, Scene
         for (std::uint32_t i = 0; i < frames; ++i)
             cameras.push_back(scene::make_camera(poses[i % poses.size()].pose, scene::lens_of(start)));
     } else if (motion == "teleport") {
-        // Multiples of the golden angle: no two frames are near each other, with any number of frames.
+        // Multiples of the golden angle: for any number of frames, no two frames are close to each other.
         for (std::uint32_t i = 0; i < frames; ++i)
             cameras.push_back(scene::orbit(start, scene::robust_centre(scene_.map), 137.50776405 * (i + 1), 2).back());
     } else {

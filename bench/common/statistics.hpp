@@ -11,7 +11,7 @@
 
 namespace bench {
 
-/// Wall time since it was made or last asked, in milliseconds.
+/// The wall time since it was made or last read, in milliseconds.
 class Stopwatch {
 public:
     double lap() noexcept
@@ -25,7 +25,7 @@ private:
     Clock::time_point begin_ = Clock::now();
 };
 
-/// The value below which `share` of the samples lie, by linear interpolation between ranks; 0 of none.
+/// The value below which a share `share` of the samples lies, by linear interpolation between ranks; 0 if there are no samples.
 inline double quantile(std::vector<double> samples, double share)
 {
     if (samples.empty()) return 0;
@@ -40,11 +40,11 @@ inline double median(std::vector<double> samples)
     return quantile(std::move(samples), 0.5);
 }
 
-/// y = factor * x^exponent, by least squares of log y over log x.
+/// y = factor * x^exponent, fitted by least squares of log y over log x.
 struct PowerLaw {
     double factor = 0, exponent = 0;
 };
-/// Requires positive values, and two different x or more.
+/// Requires positive values, and at least two different x.
 inline PowerLaw fit_power(std::vector<double> const& x, std::vector<double> const& y)
 {
     auto const n = static_cast<double>(x.size());
@@ -56,7 +56,7 @@ inline PowerLaw fit_power(std::vector<double> const& x, std::vector<double> cons
     double const exponent = (n * sxy - sx * sy) / (n * sxx - sx * sx);
     return {std::exp((sy - exponent * sx) / n), exponent};
 }
-/// The slope of y over x by least squares.
+/// The slope of y over x, by least squares.
 inline double fit_slope(std::vector<double> const& x, std::vector<double> const& y)
 {
     auto const n = static_cast<double>(x.size());
@@ -65,12 +65,12 @@ inline double fit_slope(std::vector<double> const& x, std::vector<double> const&
     return (n * sxy - sx * sy) / (n * sxx - sx * sx);
 }
 
-/// A number with so many places behind the point, "inf", "-inf" or "NaN"; no locale.
+/// A number with `places` digits after the point, "inf", "-inf" or "NaN", independent of the locale.
 inline std::string fixed(double value, int places)
 {
     if (std::isnan(value)) return "NaN";
     if (std::isinf(value)) return value > 0 ? "inf" : "-inf";
-    std::array<char, 400> text{}; // 309 digits before the point are the most that a double has
+    std::array<char, 400> text{}; // a double has at most 309 digits before the point
     auto const end = std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::fixed, places);
     return {text.data(), end.ptr};
 }

@@ -9,15 +9,15 @@
 
 namespace bench {
 
-/// Threads that do one thing at a time together: the caller is thread 0. A waiting thread spins, then yields, then sleeps: within
-/// a frame it is awake when the next phase begins, and between frames it leaves the core to others.
+/// Threads that run one task at a time together. The caller is thread 0. A waiting thread spins, then yields, then sleeps. So within a
+/// frame it is awake when the next phase begins, and between frames it leaves the core to other programs.
 class Team {
 public:
     explicit Team(std::uint32_t threads) : size_(threads)
     {
         try {
             for (std::uint32_t t = 1; t < threads; ++t) others_.emplace_back([this, t] { serve(t); });
-        } catch (...) { // those that were started must not outlive it
+        } catch (...) { // threads that were started must not outlive this object
             join();
             throw;
         }
@@ -28,7 +28,7 @@ public:
 
     std::uint32_t size() const noexcept { return size_; }
 
-    /// f(thread) once on each thread; returns when all are done. f must not throw.
+    /// Calls f(thread) once on each thread; returns when all calls have returned. f must not throw.
     template <class F>
     void run(F const& f) noexcept
     {
@@ -42,7 +42,7 @@ public:
             else std::this_thread::yield();
         }
     }
-    /// Returns when the other threads sleep, so that what is measured next has the cores to itself.
+    /// Returns when the other threads sleep, so that the next measurement has the cores to itself.
     void rest() noexcept
     {
         while (asleep_.load(std::memory_order_acquire) != size_ - 1) std::this_thread::yield();

@@ -52,7 +52,7 @@ private:
         slots_.reset();
     }
 
-    std::optional<std::uint32_t> slots_; ///< not yet the mesh's
+    std::optional<std::uint32_t> slots_; ///< a limit that the mesh does not have yet
 };
 
 } // namespace

@@ -12,7 +12,7 @@
 
 namespace error_vs_time {
 
-/// What a run was made with, for whoever repeats it.
+/// The conditions of a run, so that it can be repeated.
 struct Provenance {
     std::string compiler, cpu, git; ///< empty: not known
     std::string build, command;     ///< CMake's build type; the options of the run, without paths
@@ -40,7 +40,7 @@ inline char const* to_string(splat::Arithmetic arithmetic)
 
 namespace detail {
 
-/// The fewest digits that read back as the same float.
+/// The shortest text that reads back as the same float.
 inline std::string shortest(float value)
 {
     std::array<char, 64> text{};
@@ -174,7 +174,7 @@ inline std::vector<Field> fields_of(Row const& r, std::vector<Noise> const& nois
     text("cpu", from.cpu);
     setting("threads", from.threads);
     setting("rounds", from.rounds);
-    text("seed", "none"); // nothing here is drawn by lot
+    text("seed", "none"); // the bench draws no random numbers
     text("git", from.git);
     text("build", from.build);
     text("command", from.command);
@@ -184,12 +184,12 @@ inline std::vector<Field> fields_of(Row const& r, std::vector<Noise> const& nois
 
 } // namespace detail
 
-/// One line a row, in the order given, under a header; RFC 4180 (text with a comma, a quote or a line break is quoted). The first
+/// One line per row, in the given order, under a header. Format: RFC 4180 (text with a comma, a quote or a line break is quoted). The first
 /// columns are
 /// scene,camera,setting,e_cut_rmse,e_round_rmse,e_mesh_max,psnr_db,ssim,max_levels,modelled_ms,host_ms,pairs,on_front
-/// (e_mesh_max and max_levels in levels, host_ms the median); then every knob, measure, counter and cost. Of a row that failed, what was
-/// asked for stands, every result is NaN (on_front and on_front_modelled 0), and `status` says why; `status` of the others is ok. What a
-/// row has not (the popping of one frame, the host times of a sequence) is NaN; noise that was not measured is inf.
+/// (e_mesh_max and max_levels in levels, host_ms is the median). All knobs, measures, counters and costs follow. A row that failed shows
+/// its setting; its results are NaN (on_front and on_front_modelled 0), and `status` says why it failed. The `status` of other rows is ok.
+/// A value that a row cannot have (the popping of one frame, the host times of a sequence) is NaN. Noise that was not measured is inf.
 inline std::string csv(std::vector<Row> const& rows, std::vector<Noise> const& noise, Provenance const& provenance)
 {
     std::string out;

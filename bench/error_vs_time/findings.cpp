@@ -29,12 +29,12 @@ std::string percent(double share)
 {
     return share == 0 ? "0" : share < 0.00005 ? "< 0.01 %" : fixed(100 * share, 2) + " %";
 }
-/// 0 is said as such: nothing differs.
+/// Shows 0 as "0": the pictures are equal.
 std::string error_of(double rmse)
 {
     return rmse == 0 ? "0" : scientific(rmse, 3);
 }
-/// The median of host time over the default's and its band, with what may be said of it.
+/// The median of host time relative to the default's, its band, and the claim that they allow.
 std::string host(Row const& row, std::vector<Noise> const& noise)
 {
     auto const claim = claim_of(row, noise);
@@ -43,7 +43,8 @@ std::string host(Row const& row, std::vector<Noise> const& noise)
     return to_string(claim) + std::string(" ") + fixed(claim.ratio, 2) + " (" + fixed(claim.low, 2) + "-" + fixed(claim.high, 2) + ")";
 }
 
-/// What ran and is named or on the front by pairs, from the fewest pairs on; of the same number the smaller error first.
+/// The rows that ran and are named or on the front by pairs, by number of pairs. Of equal numbers, the row with the smaller error comes
+/// first.
 Group shown(Group const& group)
 {
     Group out;

@@ -16,12 +16,12 @@
 
 namespace error_vs_time {
 
-/// The settings a user can ask for by name, in order of error.
+/// The settings that a user can select by name, in order of error.
 inline constexpr std::array<std::string_view, 4> named_settings = {"evaluation", "default", "viewing", "on_sensor"};
 
 using bench::fixed;
 
-/// A number as 1.2346e-03, "inf" or "NaN"; no locale.
+/// A number as 1.2346e-03, "inf" or "NaN", independent of the locale.
 inline std::string scientific(double value, int decimals)
 {
     if (!std::isfinite(value)) return fixed(value, 0);
@@ -30,8 +30,8 @@ inline std::string scientific(double value, int decimals)
     return {text.data(), end.ptr};
 }
 
-/// What settings are compared by: the RMSE as the tables print it, with 4 significant digits. Sums of a million squares in another order
-/// differ in the ninth; what no reader can see does not decide.
+/// The error by which settings are compared: the RMSE as the tables print it, with 4 significant digits. Sums of a million squares in
+/// another order differ in the ninth digit; a difference that no reader can see must not decide.
 inline double printed_error(Row const& row)
 {
     return std::strtod(scientific(row.total.rmse, 3).c_str(), nullptr);
@@ -61,7 +61,7 @@ inline std::vector<Group> groups_of(std::vector<Row> const& rows)
     }
     return out;
 }
-/// The first row of that name, or null.
+/// The first row with this setting, or null.
 inline Row const* find(Group const& group, std::string_view setting)
 {
     auto const at = std::find_if(group.begin(), group.end(), [&](Row const* r) { return r->setting.name == setting; });
@@ -76,10 +76,10 @@ inline bool is_sequence(Group const& group)
     return group.front()->frames > 1;
 }
 
-/// Sets on_front, on_front_modelled and front_pairs of every row. A row is on a front unless another one of its scene and camera costs less
-/// and has no larger error, or costs as much and has a smaller one; costs are pairs and modelled time, the error is `printed_error`. Equal
-/// rows are on it together. front_pairs: the fewest pairs of a row whose error is no larger, over its own. What failed is on no front and
-/// keeps nobody off it. Costs n^2 comparisons a group.
+/// Sets on_front, on_front_modelled and front_pairs of every row. A row is Pareto-optimal (on a front) unless another row of its scene and
+/// camera costs less and has no larger error, or costs the same and has a smaller error. Costs are pairs and modelled time; the error is
+/// `printed_error`. Equal rows are on the front together. front_pairs: the fewest pairs of a row whose error is not larger, divided by this
+/// row's pairs. A row that failed is on no front and keeps no other row off it. Cost: n^2 comparisons per group.
 inline void mark_fronts(std::vector<Row>& rows)
 {
     struct Point {
@@ -112,11 +112,11 @@ inline void mark_fronts(std::vector<Row>& rows)
     }
 }
 
-/// A value with the band that leaves out the same number of the others at both ends.
+/// A median, and the band that leaves out equally many values at both ends.
 struct Band {
-    double median, low, high; ///< NaN of no values
+    double median, low, high; ///< NaN if there are no values
 };
-/// The band from `quantile` (0 to 0.5) to 1 - quantile by nearest rank, the one farther out: the ceil(quantile n)-th value from either end.
+/// The band from `quantile` (0 to 0.5) to 1 - quantile by nearest rank, rounded outward: the ceil(quantile n)-th value from either end.
 inline Band band_of(std::vector<double> values, double quantile)
 {
     constexpr double none = std::numeric_limits<double>::quiet_NaN();
@@ -127,12 +127,12 @@ inline Band band_of(std::vector<double> values, double quantile)
     return {(values[(n - 1) / 2] + values[n / 2]) / 2, values[from_end], values[n - 1 - from_end]};
 }
 
-/// With fewer rounds nothing is claimed. Three ratios of equal settings are all farther from 1 than ten others, and on the same
-/// side, once in 4 C(13, 3) = 1,144 times where rounds are independent; a map has some hundred settings.
+/// With fewer rounds there is no claim. If rounds are independent, three ratios of equal settings are all farther from 1 than ten others,
+/// and on the same side, once in 4 C(13, 3) = 1,144 times. A map has about a hundred settings.
 inline constexpr std::size_t fewest_rounds_of_a_claim = 3, fewest_rounds_of_noise = 10;
 
-/// The scene's noise: how far from 1 the middle 90 % of its default's time over itself reach. Infinite where that was not measured often
-/// enough.
+/// The noise of a scene: the largest distance from 1 in the middle 90 % of its default's time over itself. Infinite if there are too few
+/// rounds.
 inline double noise_of(std::vector<Noise> const& noise, std::string_view scene)
 {
     double most = -1;
@@ -144,12 +144,12 @@ inline double noise_of(std::vector<Noise> const& noise, std::string_view scene)
     return most < 0 ? std::numeric_limits<double>::infinity() : most;
 }
 
-/// What is said about a setting's host time against the default's.
+/// The claim about a setting's host time relative to the default's.
 struct Claim {
-    double ratio, low, high; ///< median and the middle 60 %; NaN where there are no times
-    bool faster, slower;     ///< neither: no claim
+    double ratio, low, high; ///< median and the middle 60 %; NaN if there are no times
+    bool faster, slower;     ///< both false: no claim
 };
-/// Faster or slower only where the whole middle 60 % of the ratios lie beyond 1 -+ noise.
+/// Claims "faster" or "slower" only if the whole middle 60 % of the ratios lie beyond 1 -+ noise.
 inline Claim claim_of(std::vector<double> const& over_default, double noise)
 {
     auto const band = band_of(over_default, 0.2);
@@ -165,13 +165,13 @@ inline char const* to_string(Claim const& claim)
     return claim.faster ? "faster" : claim.slower ? "slower" : "no claim";
 }
 
-/// What must hold of a report.
+/// The conditions that must hold of a report.
 struct Verdict {
-    std::vector<std::string> broken; ///< what does not hold
-    std::vector<std::string> notes;  ///< the same of sequences, of which nothing is promised
+    std::vector<std::string> broken; ///< conditions that do not hold
+    std::vector<std::string> notes;  ///< the same for sequences, for which nothing is promised
     bool holds() const noexcept { return broken.empty(); }
 
-    /// "BROKEN: ..." and "note: ...", a line each; "All that must hold does." where nothing is broken.
+    /// "BROKEN: ..." and "note: ...", one line each; "All that must hold does." if nothing is broken.
     friend std::ostream& operator<<(std::ostream& out, Verdict const& verdict)
     {
         for (auto const& text : verdict.notes) out << "note: " << text << "\n";
@@ -206,14 +206,14 @@ inline char const* not_finite(Row const& r)
 
 } // namespace detail
 
-/// What must hold, of rows after `mark_fronts`:
-/// 1. where nothing is lost, late or unplaced, the mesh's picture is that of the whole frame, bit for bit;
-/// 2. the split of the error adds up to 1e-9 of its square: a sum of millions in double is good to 1e-12 and better;
-/// 3. no setting of the same view has at most 90 % of the default's pairs and no larger error;
-/// 4. the default and the named settings are within 2 % of the front by pairs;
-/// 5. every group has a default, and no name twice;
-/// 6. all numbers are finite, but the PSNR of equal pictures.
-/// Of sequences, 3 and 4 are notes: their error is the worst frame's, their pairs the last one's.
+/// Checks the conditions that must hold. Call `mark_fronts(rows)` first.
+/// 1. If nothing is lost, late or unplaced, the mesh's picture is that of the whole frame, bit for bit.
+/// 2. The parts of the error add up to 1e-9 of its square. A sum of millions of terms in double is accurate to 1e-12 or better.
+/// 3. No setting of the same view has at most 90 % of the default's pairs and no larger error.
+/// 4. The default and the named settings are within 2 % of the front by pairs.
+/// 5. Every group has a default, and no setting twice.
+/// 6. All numbers are finite, except the PSNR of equal pictures.
+/// For sequences, violations of 3 and 4 are notes, because their error is the worst frame's and their pairs are the last frame's.
 inline Verdict verdict_of(std::vector<Row> const& rows)
 {
     using detail::called;

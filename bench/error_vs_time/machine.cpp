@@ -9,8 +9,8 @@ namespace error_vs_time {
 
 namespace {
 
-/// Lossless' policies on a machine with room for every setting, so that a setting's error is its own: storage and channels are
-/// limited while it runs. What a setting needs of Mk2 is counted (peak_storage).
+/// The policies of `Lossless` on a machine with room for every setting, so that a setting's error is its own. Storage and channels are
+/// limited while it runs. The storage that a setting needs on Mk2 is counted (peak_storage).
 tilemesh::render::SetupFacts roomy_facts(bool drops)
 {
     auto setup = tilemesh::render::choice_of<splat::Lossless>();
@@ -59,14 +59,14 @@ public:
         static tilemesh::CostModel const model = tilemesh::mk2();
         return tilemesh::milliseconds(model, tilemesh::model_cost(model, renderer_.trace(), renderer_.mesh().grid()).cycles);
     }
-    double host_ms() const override // without the list of what is missing, which is the report's work
+    double host_ms() const override // without the list of losses, which belongs to the report
     {
         auto const& ms = frame_.report.host_ms;
         return ms.project + ms.route + ms.bloom + ms.composite + ms.picture;
     }
 
 private:
-    /// More hops than any frame takes, as a bound that can be changed: a renderer without one does not look for late records.
+    /// More hops than any frame takes. It is a bound that can be changed; a renderer without a bound does not look for late records.
     static constexpr std::uint32_t unbounded = 1u << 30;
 
     Setting setting_;

@@ -8,19 +8,19 @@
 
 namespace error_vs_time {
 
-/// The paper's tile; a smaller frame has fewer of them.
+/// The paper's tile. A smaller frame has fewer tiles.
 inline constexpr std::uint32_t tile_width = 32, tile_height = 20;
 
-/// A mesh that renders by one setting.
+/// A mesh that renders with one setting.
 class Machine {
 public:
     virtual ~Machine() = default;
-    /// To and fro between two views, beginning and ending with the first, with nothing limited but storage: what was loaded in file
-    /// order finds its place, and so do the copies.
+    /// Renders two views alternately, beginning and ending with the first, with no limit except for storage. Records that were loaded in
+    /// file order move to their tiles, and copies are sent.
     virtual void settle(tilemesh::splat::Camera const& first, tilemesh::splat::Camera const& second) = 0;
-    /// The next view, with the setting's limits.
+    /// Renders the next view, with the setting's limits.
     virtual void render(tilemesh::splat::Camera const&) = 0;
-    /// Of the last frame.
+    /// The picture and the counters of the last frame.
     virtual report::Image const& image() const = 0;
     virtual report::FrameReport const& counters() const = 0;
     virtual double modelled_ms() = 0;

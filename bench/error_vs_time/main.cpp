@@ -1,4 +1,4 @@
-// Error against run time: what each setting costs and what it gets wrong.
+// Error against run time: the cost and the error of each setting.
 #include "csv.hpp"
 #include "findings.hpp"
 #include "front.hpp"
@@ -72,7 +72,7 @@ std::vector<std::string> motions_of(Options const& options)
     return {"orbit0.5", "orbit2", "teleport", "fr1_xyz", "fr2_desk"};
 }
 
-/// The default, which comes first, and those that are asked for.
+/// The default, which comes first, and the settings that the options name.
 std::vector<Setting> chosen_of(std::vector<Setting> const& all, Options const& options)
 {
     std::vector<Setting> out;
@@ -135,7 +135,7 @@ int run(Options const& options)
                 rows.push_back(std::move(row));
         }
         mark_fronts(rows);
-        write(); // what is done is not lost: a full run takes an hour
+        write(); // so that finished results are not lost: a full run takes an hour
     }
     if (rows.empty()) write();
     std::vector<std::string> const standing = {

@@ -31,13 +31,13 @@ using report::Image;
 using tilemesh::splat::Camera;
 using Gaussians = std::vector<splat::Gaussian>;
 
-/// Machines that take turns in the rounds of one batch.
+/// The number of machines that take turns in the rounds of one batch.
 constexpr std::size_t batch_size = 22;
-/// A setting that takes longer than so many milliseconds has some three rounds of all.
+/// A setting that takes more milliseconds than this gets only about three rounds.
 constexpr double long_ms = 150;
 constexpr std::uint32_t rounds_of_long_ones = 3;
 
-/// The three pictures that a mesh's is compared with.
+/// The three pictures with which a mesh's picture is compared.
 struct References {
     std::shared_ptr<Image const> none; ///< R0
     std::shared_ptr<Image const> cut;  ///< R1
@@ -56,7 +56,7 @@ double mean_of_products(Image const& a, Image const& b, Image const& c, Image co
     return sum / static_cast<double>(a.rgb.size());
 }
 
-/// Some of the measures of `report::compare`, in a fraction of the time.
+/// Some of the measures of `report::compare`, computed faster.
 report::ErrorMeasures part(Image const& picture, Image const& reference)
 {
     double sum = 0, squares = 0, most = 0;
@@ -73,7 +73,7 @@ report::ErrorMeasures part(Image const& picture, Image const& reference)
     return m;
 }
 
-/// `in_full`: all measures, or else rmse, mae, max_levels and psnr_db.
+/// `in_full`: all measures; otherwise rmse, mae, max_levels and psnr_db.
 Errors errors_of(Image const& mesh, References const& r, bool in_full)
 {
     Errors e;
@@ -83,7 +83,7 @@ Errors errors_of(Image const& mesh, References const& r, bool in_full)
     e.round = measure(*r.whole, *r.cut);
     e.mesh = measure(mesh, *r.whole);
     e.mesh_is_whole = std::memcmp(mesh.rgb.data(), r.whole->rgb.data(), mesh.rgb.size() * sizeof(float)) == 0;
-    // mesh - none = (mesh - whole) + (whole - cut) + (cut - none), pixel by pixel; squares of sums have products too.
+    // mesh - none = (mesh - whole) + (whole - cut) + (cut - none), pixel by pixel. The square of the sum also has products.
     e.twice_products = 2 * (mean_of_products(*r.cut, *r.none, *r.whole, *r.cut) + mean_of_products(*r.cut, *r.none, mesh, *r.whole) +
                             mean_of_products(*r.whole, *r.cut, mesh, *r.whole));
     auto const square = [](report::ErrorMeasures const& m) { return m.rmse * m.rmse; };
@@ -92,7 +92,7 @@ Errors errors_of(Image const& mesh, References const& r, bool in_full)
     return e;
 }
 
-/// Makes the references of a view; those of the default's cut-offs, which many settings share, are kept.
+/// Makes the references of a view. It keeps those with the default's cut-offs, because many settings share them.
 class ReferencesOf {
 public:
     ReferencesOf(Gaussians const& gaussians, Camera const& camera, Setting const& first, std::uint32_t threads)
@@ -102,7 +102,7 @@ public:
         first_ = make(first, threads);
         first_setting_ = first;
     }
-    References of(Setting const& s) const // by each thread for itself
+    References of(Setting const& s) const // each thread on its own
     {
         if (s.knobs == first_setting_.knobs && std::memcmp(&s.model, &first_setting_.model, sizeof s.model) == 0) return first_;
         return make(s, 1);
@@ -121,7 +121,7 @@ private:
     Setting first_setting_;
 };
 
-/// f(i) for each i below n, on so many threads; the first exception is thrown again.
+/// Calls f(i) for each i below n on `threads` threads. Rethrows the first exception.
 template <class F>
 void on_threads(std::uint32_t threads, std::size_t n, F const& f)
 {
@@ -142,7 +142,7 @@ void on_threads(std::uint32_t threads, std::size_t n, F const& f)
         tilemesh::JoinedThreads others;
         try {
             for (std::uint32_t t = 1; t < threads && t < n; ++t) others.start(work);
-        } catch (std::system_error const&) { // those that there are do it
+        } catch (std::system_error const&) { // the existing threads do all the work
         }
         work();
     }
@@ -178,14 +178,14 @@ void take_counters(Row& row, Errors const& e, Machine& machine)
     row.mesh_wrong = row.mesh_wrong || (lost + late + unplaced == 0 && !e.mesh_is_whole);
     row.modelled_ms = machine.modelled_ms();
 }
-/// The setting that the mesh renders with. With --spoil, all but the default get another alpha_max than their references.
+/// The setting with which the mesh renders. With --spoil, all settings except the default get another alpha_max than their references.
 Setting setting_of_mesh(Setting setting, MeasureOptions const& options)
 {
     if (options.spoil && setting.name != "default") setting.model.alpha_max = bench::spoilt_alpha_max;
     return setting;
 }
 
-/// Pictures that another program can compare: the mesh's and the three references.
+/// Writes the mesh's picture and the three references, so that another program can compare them.
 void write_pictures(std::filesystem::path const& folder, Row const& row, Image const& mesh, References const& r)
 {
     auto name = row.scene + "_" + row.setting.name + "_";
@@ -200,7 +200,7 @@ bool is_written(std::string const& name)
     return name == "default" || name == "on_sensor" || name == "drop 5 slots";
 }
 
-/// Renders the two views in turn with all machines of a batch, and takes the times of the second.
+/// Renders the two views alternately on all machines of a batch, and measures the second view.
 void time_batch(std::vector<Row*> const& rows, std::vector<std::unique_ptr<Machine>> const& machines, Camera const& first,
                 Camera const& second, std::uint32_t rounds, Noise& noise)
 {
@@ -211,7 +211,7 @@ void time_batch(std::vector<Row*> const& rows, std::vector<std::unique_ptr<Machi
         machines[i]->render(second);
         first_ms[i] = machines[i]->host_ms();
     }
-    // Round by round another order, so that no setting always follows the same one, nor the default itself.
+    // Each round has another order, so that no setting always follows the same setting, or the default itself.
     auto const n = machines.size();
     std::size_t stride = 0;
     std::uint32_t const every = std::max(1u, rounds / rounds_of_long_ones);
@@ -222,7 +222,7 @@ void time_batch(std::vector<Row*> const& rows, std::vector<std::unique_ptr<Machi
         std::fill(ms.begin(), ms.end(), 0);
         for (std::size_t k = 0; k < n; ++k) {
             auto const i = (round + k * stride) % n;
-            bool const is_default = i < 2; // all times are set beside the default's
+            bool const is_default = i < 2; // all times are divided by the default's
             if (!machines[i] || (!is_default && first_ms[i] > long_ms && round % every != 0)) continue;
             machines[i]->render(first);
             machines[i]->render(second);
@@ -230,7 +230,7 @@ void time_batch(std::vector<Row*> const& rows, std::vector<std::unique_ptr<Machi
         }
         for (std::size_t i = 0; i < n; ++i) {
             if (!(ms[i] > 0)) continue;
-            if (i == 1) { // the default again
+            if (i == 1) { // the second default
                 if (ms[0] > 0) noise.ratios.push_back(ms[1] / ms[0]);
                 continue;
             }
@@ -255,7 +255,7 @@ std::vector<Row> measure_view(bench::Scene const& scene, std::vector<Setting> co
         try {
             auto machine = make_machine(scene.map, setting_of_mesh(row.setting, options), 1);
             machine->settle(cameras[0], cameras[1]);
-            for (auto const i : {1u, 0u, 1u}) machine->render(cameras[i]); // on its way, as in the rounds
+            for (auto const i : {1u, 0u, 1u}) machine->render(cameras[i]); // there and back, as in the rounds
             auto const r = references.of(row.setting);
             auto const e = errors_of(machine->image(), r, true);
             take_errors(row, e);
@@ -268,7 +268,7 @@ std::vector<Row> measure_view(bench::Scene const& scene, std::vector<Setting> co
             return nullptr;
         }
     };
-    // The default, the default again, then a batch of the others.
+    // The default, the default again, then a batch of other settings.
     std::unique_ptr<Machine> once, again;
     {
         Row copy = rows.front();

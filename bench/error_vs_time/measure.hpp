@@ -10,18 +10,18 @@
 namespace error_vs_time {
 
 struct MeasureOptions {
-    std::uint32_t threads = 1;  ///< that measure errors, a setting each; times are always of one thread alone
+    std::uint32_t threads = 1;  ///< number of threads that measure errors, one setting each; times are always of one thread alone
     std::uint32_t rounds = 15;
-    std::filesystem::path pfm;  ///< where the pictures of three settings go; empty: nowhere
-    bool spoil = false;         ///< but for the default's, meshes clamp alpha where their references do not
+    std::filesystem::path pfm;  ///< folder for the pictures of three settings; empty: none
+    bool spoil = false;         ///< meshes clamp alpha where their references do not, except the default's
     std::function<void(std::string const&)> progress;
 };
 
-/// Every setting in the view 2 degrees after the scene's own, on the way to and fro between the two; times in rounds of some settings in
-/// turn, the default twice among them, each round in another order.
+/// Measures every setting in the view 2 degrees after the scene's own, on the way between the two views. Times are taken in rounds: some
+/// settings in turn, the default twice among them, each round in another order.
 std::vector<Row> measure_view(bench::Scene const& scene, std::vector<Setting> const& settings, MeasureOptions const& options, Noise& noise);
 
-/// Some settings over the views of a motion, the last `frames` of which are measured.
+/// Measures some settings over the views of a motion, of which the last `frames` count.
 std::vector<Row> measure_sequence(bench::Scene const& scene, std::string const& motion, std::uint32_t frames,
                                   std::filesystem::path const& data, std::vector<Setting> const& settings,
                                   MeasureOptions const& options);

@@ -21,7 +21,7 @@ tilemesh::scene::Size size_of(std::string const& text)
         auto const height = std::from_chars(width.ptr + 1, end, size.height);
         good = height.ec == std::errc{} && height.ptr == end;
     }
-    // 1280 x 720 is what Mk2 has tiles for; below 40 x 36 a picture shows nothing.
+    // Mk2 has tiles for 1280 x 720. Below 40 x 36 pixels a picture shows nothing.
     if (!good || size.width < 40 || size.width > 1280 || size.height < 36 || size.height > 720)
         throw tilemesh::Error("--size cannot be \"" + text +
                               "\" (it takes WxH, 40 to 1280 by 36 to 720); write for example --size 640x360");

@@ -10,9 +10,9 @@ namespace error_vs_time {
 
 struct Options : bench::Options {
     std::vector<std::string> scenes;
-    std::vector<std::string> settings;      ///< those measured beside the default; empty: all
-    tilemesh::scene::Size size{0, 0};       ///< 0: as quick or full have it
-    std::uint32_t threads = 1, rounds = 0;  ///< rounds 0: as quick or full have it
+    std::vector<std::string> settings;      ///< measured in addition to the default; empty: all
+    tilemesh::scene::Size size{0, 0};       ///< 0: the size of the quick or the full run
+    std::uint32_t threads = 1, rounds = 0;  ///< rounds 0: as in the quick or the full run
     std::filesystem::path out, pfm;
     bool sequences = true;
     bool list = false;                      ///< print the names of the settings, and measure nothing

@@ -18,7 +18,7 @@ using report::PlotLine;
 using report::PlotScale;
 using report::PlotSeries;
 
-/// The knobs in the legend's order; those with one name are one series. Eight colours are all that can be told apart.
+/// The knobs in the order of the legend. Knobs with one name are one series, because eight colours are all that a reader can tell apart.
 struct Drawn {
     char const* knob;
     char const* name;
@@ -34,7 +34,7 @@ constexpr Drawn drawn[] = {{"alpha and stop", "alpha and stop", 4},
                            {"channels", "channels, hops, storage", 7},
                            {"hops", "channels, hops, storage", 7},
                            {"storage", "channels, hops, storage", 7}};
-constexpr std::uint32_t named_colours[] = {3, 5, 1, 6}; // beside `named_settings`
+constexpr std::uint32_t named_colours[] = {3, 5, 1, 6}; // for `named_settings`
 
 using Cost = double (*)(Row const&);
 double pairs_of(Row const& row)
@@ -60,7 +60,7 @@ struct Panel {
     char const* label;
     Cost cost;
     bool Row::*on_front;
-    bool own_front; ///< the front is this cost's
+    bool own_front; ///< the front is that of this cost
 };
 constexpr Panel panels[] = {
     {"pairs", "work", "Gaussian-pixel pairs evaluated, millions", millions_of, &Row::on_front, true},
@@ -111,10 +111,10 @@ Plot plot_of(Group const& group, Panel const& panel)
     for (std::size_t i = 0; i < named_settings.size(); ++i) {
         auto const before = plot.series.size();
         add(std::string(named_settings[i]), named_colours[i], false, [&](Row const& r) { return r.setting.name == named_settings[i]; });
-        if (plot.series.size() > before) plot.series.back().dot_px = 4; // they lie over the front's dots
+        if (plot.series.size() > before) plot.series.back().dot_px = 4; // they lie on top of the front's dots
     }
     auto const before = plot.series.size();
-    add("3DGS", 7, false, [](Row const& r) { return r.setting.name == "3DGS"; }); // what readers know
+    add("3DGS", 7, false, [](Row const& r) { return r.setting.name == "3DGS"; }); // a setting that readers know
     if (plot.series.size() > before) plot.series.back().dot_px = 4;
     return plot;
 }

@@ -6,13 +6,13 @@
 
 namespace error_vs_time {
 
-/// RMSE over a cost, both logarithmic, of each scene's first single view: SCENE_pairs.svg, SCENE_modelled.svg and SCENE_host.svg
-/// (median host time; only where times were taken). All settings as faded dots by knob, the front as a line, the named settings as
-/// dots. Host times are noise to a few percent, so they have no front of their own: there the settings on the front by pairs are
-/// marked. `rows` after `mark_fronts`; the folder exists.
+/// Plots RMSE over a cost, both logarithmic, for each scene's first single view: SCENE_pairs.svg, SCENE_modelled.svg and SCENE_host.svg
+/// (median host time; only if times were taken). All settings are faded dots by knob, the front is a line, the named settings are dots.
+/// Host times have a few percent of noise, so they have no front of their own; that plot marks the settings on the front by pairs. Call
+/// `mark_fronts(rows)` first; the folder must exist.
 ///
-/// Returns a sentence for each view with settings that no logarithmic axis shows: failed, or with an RMSE or a cost of 0. The pictures
-/// say their number.
+/// Returns one sentence for each view with settings that a logarithmic axis cannot show: they failed, or have an RMSE or a cost of 0. The
+/// plots state the number of such settings.
 std::vector<std::string> write_plots(std::filesystem::path const& folder, std::vector<Row> const& rows);
 
 } // namespace error_vs_time

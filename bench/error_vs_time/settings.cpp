@@ -8,7 +8,7 @@ namespace error_vs_time {
 
 namespace {
 
-/// A number that the settings are named by, and its name.
+/// A number after which settings are named, and its name.
 struct Level {
     char const* name;
     float value;
@@ -29,7 +29,7 @@ splat::Model default_model()
     m.transmittance_min = splat::Lossless::transmittance_min;
     return m;
 }
-/// Without a cut at alpha: so faint terms are evaluated pair by pair, whatever is asked for (splat::detail::faintest_cut).
+/// Removes the cut at alpha. The faint terms are then evaluated pair by pair, with any arithmetic (splat::detail::faintest_cut).
 void cut_no_alpha(Setting& s)
 {
     s.model.alpha_min = no_alpha_cut;
@@ -69,7 +69,7 @@ void add_sigma(std::vector<Setting>& all)
 {
     for (bool const alpha_too : {false, true})
         for (auto const& k : sigmas) {
-            if (alpha_too && k.value > 3.4f) break; // of an opacity of 1 the box of alpha 1/255 ends at 3.33
+            if (alpha_too && k.value > 3.4f) break; // for an opacity of 1 the box of alpha 1/255 ends at 3.33
             all.push_back(make(std::string("sigma ") + k.name + (alpha_too ? "" : " alpha 0"), "sigma"));
             all.back().knobs.sigmas = k.value;
             if (!alpha_too) cut_no_alpha(all.back());
@@ -97,9 +97,9 @@ void add_rules(std::vector<Setting>& all)
         all.back().model.alpha_max = 0.99f;
         all.back().model.transmittance_min = s.value;
     }
-    all.push_back(make("crossing dropped", "crossing")); // without the clamp an opaque term always crosses
+    all.push_back(make("crossing dropped", "crossing")); // without the clamp, an opaque term always crosses the limit
     all.back().knobs.crossing = Crossing::drop;
-    // Kerbl et al. 2023: square of 3 sigma, 1/255, 0.99, 1e-4, the crossing term dropped.
+    // Kerbl et al. 2023: 3-sigma square, 1/255, 0.99, 1e-4, and the crossing term is dropped.
     all.push_back(make("3DGS", "crossing"));
     all.back().knobs.crossing = Crossing::drop;
     all.back().model.footprint = splat::Footprint::three_sigma_square;

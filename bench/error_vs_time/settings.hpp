@@ -5,15 +5,15 @@
 
 namespace error_vs_time {
 
-/// Terms below this are what "no alpha cut" leaves out, here and in the reference without cut-offs: a box of 7.4 standard deviations.
+/// "No alpha cut" leaves out only terms below this alpha, here and in the reference without cut-offs: a box of 7.4 standard deviations.
 inline constexpr float no_alpha_cut = 1e-12f;
 
 /// All settings of a single view; `default` first.
 std::vector<Setting> settings();
-/// Those that are worth a sequence of frames.
+/// The settings that are worth measuring over a sequence of frames.
 std::vector<Setting> settings_of_sequences();
 
-/// What the setting leaves out, for the reference in double.
+/// The cut-offs of a setting, for the reference in double.
 report::CutOffs cut_offs_of(Setting const&);
 
 } // namespace error_vs_time

@@ -9,9 +9,9 @@
 
 namespace error_vs_time {
 
-/// The whole frame in float32, without a mesh: one sort of all splats, and each visits its pixels. With `precise` arithmetic a naive
-/// loop that shares with the kernels only how a record is projected and `alpha_at`; with `fast`, whose alpha depends on the frame's
-/// blocks, the blending kernel over the frame as one tile.
+/// Renders the whole frame in float32, without a mesh: one sort of all splats, and each splat visits its pixels. With `precise` arithmetic
+/// it is a naive loop; it shares with the kernels only the projection of a record and `alpha_at`. With `fast`, alpha depends on the frame's
+/// blocks, so it is the blending kernel with the frame as one tile.
 tilemesh::report::Image whole_frame(std::span<splat::Gaussian const> gaussians, splat::Camera const& camera, splat::Model const& model,
                                     Knobs const& knobs);
 

@@ -6,7 +6,7 @@ namespace error_vs_time {
 
 namespace {
 
-/// The number of half precision (IEEE 754 binary16) nearest to v, ties to even; at most the largest finite one.
+/// The half-precision number (IEEE 754 binary16) nearest to v, ties to even; at most the largest finite one.
 double half(double v) noexcept
 {
     constexpr double largest = 65504, least_normal = 0x1p-14, least = 0x1p-24;
@@ -15,7 +15,7 @@ double half(double v) noexcept
     return std::copysign(std::min(std::nearbyint(size / step) * step, largest), v);
 }
 
-/// The shape as it is read back: of the form along dx^2 + across (dy - slope dx)^2.
+/// Replaces the shape by the one that is read back from storage, in the form along dx^2 + across (dy - slope dx)^2.
 void store_as(Shape shape, splat::Splat& s) noexcept
 {
     if (shape == Shape::half_factor) {
@@ -26,7 +26,7 @@ void store_as(Shape shape, splat::Splat& s) noexcept
     } else {
         double const yy = half(-2.0 * s.across), xy = half(2.0 * s.slope * s.across);
         double const xx = half(-2.0 * s.along - 2.0 * double{s.slope} * s.slope * s.across);
-        // Rounding alone may leave a form that is not negative: where it grows along an axis it is held constant.
+        // Rounding may leave a form that is not negative. Along an axis on which it would grow, it is held constant.
         bool const none = !(yy > 0.0);
         s.across = static_cast<float>(-0.5 * yy);
         s.slope = none ? 0.0f : static_cast<float>(-xy / yy);
@@ -34,7 +34,7 @@ void store_as(Shape shape, splat::Splat& s) noexcept
     }
 }
 
-/// The part of the span first | end << 16 within `reach` of `centre`, with the pixels that both ends touch; 0 where there is none.
+/// The part of the span first | end << 16 within `reach` of `centre`, including the pixels that both ends touch; 0 if there is none.
 std::uint32_t cut_span(std::uint32_t span, double centre, double reach) noexcept
 {
     double const first = std::max(double(span & 0xffffu), std::floor(centre - reach));

@@ -4,25 +4,25 @@
 #include <tilemesh/render/host_form.hpp>
 #include <tilemesh/splat/setup.hpp>
 
-/// The library's frame with rules of this bench: its parameters carry knobs, and its kernels obey them.
+/// The library's frame with additional rules of this bench: its parameters contain knobs, and its kernels follow them.
 namespace error_vs_time {
 
-/// The frame's parameters by reference, and the knobs, which stay from frame to frame.
+/// The frame's parameters by reference, and the knobs. The knobs stay from frame to frame.
 struct ParametersWithKnobs : splat::TableParameters {
     static constexpr char const* name = "frame parameters and knobs";
     Knobs knobs;
 };
 
-/// A projected record under the knobs: its shape as it is stored, its rectangle cut at so many standard deviations, rounded outward
-/// to whole pixels.
+/// Applies the knobs to a projected record: its shape as read back from storage, and its rectangle cut at `sigmas` standard deviations,
+/// rounded outward to whole pixels.
 void apply(Knobs const& knobs, splat::View const& view, splat::Tiling const& tiling, splat::Splat& s) noexcept;
 
-/// The bits of a depth that order splats.
+/// The bits of a depth by which splats are ordered.
 inline std::uint32_t key_of(Knobs const& knobs, std::uint32_t depth_bits) noexcept
 {
     return knobs.key_bits >= 32 ? depth_bits : depth_bits & ~(0xffffffffu >> knobs.key_bits);
 }
-/// `blend_tile_by` the arithmetic of a model and the knobs.
+/// `blend_tile_by` with the arithmetic of a model and the knobs.
 template <class Pixel, class SplatAt>
 void blend(splat::PixelRect const& tile, splat::View const& view, Knobs const& knobs, std::uint32_t n, SplatAt const& at, Pixel* pixels,
            std::uint32_t stride_px, tilemesh::Worker worker, splat::PairCount* counts, std::uint32_t workers) noexcept
@@ -61,7 +61,7 @@ struct BlendWithKnobs {
     }
 };
 
-/// `lossless` by reference, with the knobs in its parameters.
+/// `lossless` by reference, with knobs in its parameters.
 struct WithKnobs : splat::Referenced<splat::Lossless> {
     using Parameters = ParametersWithKnobs;
     using Blending = BlendWithKnobs;
@@ -69,7 +69,8 @@ struct WithKnobs : splat::Referenced<splat::Lossless> {
 
 } // namespace error_vs_time
 
-/// Kernels read the table as the library's do, but for keys of fewer bits; what the host has projected is changed by the knobs.
+/// Kernels read the table as the library's kernels do, except for keys of fewer bits. The knobs change the splats that the host has
+/// projected.
 template <>
 struct tilemesh::splat::Access<error_vs_time::ParametersWithKnobs> : TableAccess<error_vs_time::ParametersWithKnobs> {
     static std::uint32_t depth_bits(error_vs_time::ParametersWithKnobs const& frame, SplatRow s) noexcept

@@ -4,14 +4,14 @@
 
 namespace frame {
 
-/// A way to blend. The machine has two of these, `precise` and `fast`; the others show what a polynomial of lower degree, or a
-/// stop by blocks instead of pixels, would gain and cost.
+/// A way to blend. The machine has two of these, `precise` and `fast`. The others show the gain and the cost of a polynomial of lower
+/// degree, or of a stop by blocks instead of pixels.
 struct BlendWay {
     char const* exponential;
     char const* stop;
     bench::BlendTile blend_tile;
 };
-/// The first is `precise`.
+/// Returns all ways; the first one is `precise`.
 std::vector<BlendWay> blend_ways();
 
 } // namespace frame

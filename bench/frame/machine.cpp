@@ -10,7 +10,7 @@ std::unique_ptr<frame::Machine> frame::make_machine(Kind kind, tilemesh::scene::
     tilemesh::RendererOptions options{.threads = threads};
     if (kind == Kind::large) {
         setup.machine = tilemesh::size_of_machine<tilemesh::splat::RoomyMachine>();
-        setup.sizes.storage = 20'000; // of the 250,000 records of the object capture that this is for, with their copies
+        setup.sizes.storage = 20'000; // for an object capture of 250,000 records, with their copies
     }
     if (kind == Kind::wide) {
         auto const part = [](std::uint32_t size, std::uint32_t tiles) { return (size + tiles - 1) / tiles; };

@@ -10,14 +10,14 @@ namespace frame {
 
 using bench::Machine;
 
-/// The stop of every machine here, and of what it is compared with: 3D Gaussian Splatting's, so that others can compare with what this
-/// bench prints.
+/// The stop of every machine here, and of the rasteriser: that of 3D Gaussian Splatting, so that other programs can be compared with this
+/// bench's results.
 inline constexpr float stop_of_3dgs = 1e-4f;
 
 /// The preset lossless with that stop.
 enum class Kind {
     paper, ///< on Mk2, 40 x 36 tiles
-    large, ///< a test machine with storage for a quarter of a million records on a few tiles, 40 x 36 tiles
+    large, ///< a test machine with storage for 250,000 records on a few tiles, 40 x 36 tiles
     wide   ///< on 400 x 250 tiles, of which the frame occupies 40 x 36
 };
 

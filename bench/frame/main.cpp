@@ -1,4 +1,4 @@
-// How long the machine's frame takes, beside a bare rasteriser and beside what the processor can do at most.
+// The time of the machine's frame, compared with a bare rasteriser and with the processor's peak.
 #include "measure.hpp"
 #include <algorithm>
 #include <common/fma_peak.hpp>
@@ -19,7 +19,7 @@ using namespace frame;
 using bench::fixed;
 using bench::median;
 
-/// The scenes that were asked for and are there.
+/// The scenes that the options name and whose files exist.
 std::vector<bench::Scene> scenes_of(Options const& options, tilemesh::scene::Size size)
 {
     std::vector<bench::Scene> scenes;
@@ -40,7 +40,7 @@ std::string number(Samples const& samples, int places)
 {
     return samples.empty() ? "-" : fixed(median(samples), places);
 }
-/// Median and band.
+/// The median and the band.
 std::string band(Samples const& samples, int places)
 {
     if (samples.empty()) return "-";

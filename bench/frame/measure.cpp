@@ -21,10 +21,10 @@ namespace splat = tilemesh::splat;
 
 using tilemesh::report::Image;
 
-/// Operations that one evaluated pair takes: additions, compares, minima and roundings count 1, an FMA 2.
+/// The operations of one evaluated pair: additions, compares, minima and roundings count 1, an FMA counts 2.
 constexpr double operations_per_pair = 18.4;
 
-/// One number of threads: a team for the rasteriser, and the meshes that render beside it.
+/// One number of threads: a team for the rasteriser, and the meshes that render in turn with it.
 struct Contest {
     std::uint32_t threads;
     std::unique_ptr<bench::Team> team;
@@ -36,7 +36,7 @@ struct Contest {
     std::vector<Entry> entries;
 };
 
-/// The default, but for the stop.
+/// The default model with the stop of 3D Gaussian Splatting.
 splat::Model model_with_stop() noexcept
 {
     splat::Model model;
@@ -222,7 +222,7 @@ std::string csv(std::vector<Row> const& rows, tilemesh::splat::Arithmetic arithm
         Samples Row::*samples;
         int places;
     };
-    // With a band each.
+    // Columns with a band.
     static constexpr Column banded[] = {
         {"fma_gflops", &Row::gflops, 1},
         {"direct_ms", &Row::direct, 4},
@@ -250,7 +250,7 @@ std::string csv(std::vector<Row> const& rows, tilemesh::splat::Arithmetic arithm
         "pairs_contributing,messages,supersteps,grid,arithmetic,compiler,instructions,rounds,visible,entries,moved";
     for (std::size_t i = 0; i < std::size(banded); ++i) {
         std::string const name = banded[i].name;
-        if (i >= 5) out += "," + name; // the first five stand before the counters
+        if (i >= 5) out += "," + name; // the first five come before the counters
         out += "," + name + "_low," + name + "_high";
     }
     out += "\n";

@@ -8,15 +8,15 @@
 namespace frame {
 
 struct Options : bench::Options {
-    std::vector<std::string> scenes, motions; ///< all where none is named
-    std::vector<std::uint32_t> threads;       ///< those measured beside each other
-    std::uint32_t rounds = 0;                 ///< measured ones of each motion; 0: as --quick says
+    std::vector<std::string> scenes, motions; ///< empty: all
+    std::vector<std::uint32_t> threads;       ///< measured side by side
+    std::uint32_t rounds = 0;                 ///< measured rounds per motion; 0: as --quick says
     tilemesh::splat::Arithmetic arithmetic = tilemesh::splat::Lossless::arithmetic;
     bool wide = false;        ///< also on a grid of which the frame occupies a small part
-    bool arithmetics = false; ///< time and error of ways to blend instead
+    bool arithmetics = false; ///< only time and error of the ways to blend
 };
 
-/// Throws tilemesh::Error for what is no option, or no value of one.
+/// Throws tilemesh::Error for an unknown option or an invalid value.
 Options parse(std::vector<std::string> const& words);
 std::string help();
 

@@ -12,12 +12,12 @@
 
 namespace traffic {
 
-/// Records from anywhere to anywhere in `area`, the corner of a grid.
+/// Records with random starts and destinations in `area`, the corner of a grid.
 struct Load {
     Grid grid, area;
     std::uint32_t records;
 };
-/// What one run did.
+/// The results of one run.
 struct Run {
     double seconds = 0;
     std::uint64_t hops = 0, supersteps = 0;
@@ -30,7 +30,7 @@ inline std::int64_t resident_bytes()
     return file >> all >> resident ? resident * ::sysconf(_SC_PAGESIZE) : 0;
 }
 
-/// SplitMix64: the same numbers with every compiler and library.
+/// SplitMix64. It gives the same numbers with every compiler and library.
 class Random {
 public:
     explicit Random(std::uint64_t seed) : state_(seed) {}
@@ -46,7 +46,7 @@ private:
     std::uint64_t state_;
 };
 
-/// A load on a mesh: measured again and again, checked each time.
+/// A load on a mesh. It is measured repeatedly, and checked each time.
 class Job {
 public:
     Job(Load const& load, Sizes sizes, std::uint32_t threads) : load_(load), sizes_(sizes), threads_(threads)
@@ -64,7 +64,7 @@ public:
                 throw Error("a tile with more than " + std::to_string(sizes_.storage) +
                             " records (its storage); use fewer records or more storage");
         }
-        auto const machine = size_of_machine<TestMachine<64u << 20>>(); // room for any of the sizes; as many tiles as wanted
+        auto const machine = size_of_machine<TestMachine<64u << 20>>(); // room for any of the sizes, and any number of tiles
         mesh_ = std::make_unique<Mesh<Program, AnyMachine>>(load.grid, MeshOptions{threads, false}, Program{},
                                                             mesh_sizes<Program>(machine, sizes));
         run(); // touches all memory once
@@ -76,8 +76,8 @@ public:
     std::uint32_t threads() const { return threads_; }
     std::int64_t rss_bytes() const { return rss_; }
 
-    /// Places all records, moves them, and checks every one: it is on its tile, once, with its payload, and the machine counted
-    /// the distances that they went. Throws Error when that does not hold.
+    /// Places all records, moves them, and checks every one: it is on its tile, once, with its payload, and the machine counted the
+    /// distances of all records. Throws Error if a check fails.
     Run run()
     {
         for (std::uint32_t id = 0; id < load_.records; ++id) place(id, starts_[id], ends_[id]);
@@ -90,7 +90,7 @@ public:
         check(run.hops);
         return run;
     }
-    /// Seconds of a superstep with one record under way, from corner to corner of the area.
+    /// The seconds of a superstep with one record under way, from corner to corner of the area.
     double idle_seconds()
     {
         double ms = 0;

@@ -1,5 +1,5 @@
-// The machine without splatting: how fast it moves records of 60 bytes by value, and what a superstep costs where next to
-// nothing happens. Exit 1 when a check fails.
+// The machine without splatting: the speed at which it moves records of 60 bytes by value, and the cost of a superstep in which almost
+// nothing happens. Exit status 1 if a check fails.
 #include "job.hpp"
 #include <algorithm>
 #include <iostream>
@@ -42,7 +42,7 @@ Options parse(int argc, char** argv)
     return o;
 }
 
-/// Median and the band of the middle 60 %.
+/// The median, and the band of the middle 60 %.
 struct Band {
     double low, median, high;
 };
@@ -59,7 +59,7 @@ struct Line {
     std::vector<double> hops_per_s, idle_us;
 };
 
-/// All lines in turn, round after round, so that a busy moment of the machine meets all of them.
+/// Measures all lines in turn, round after round, so that a busy moment of the computer affects all of them.
 void measure(std::vector<Line>& lines, int rounds)
 {
     for (int r = 0; r < rounds; ++r)
@@ -134,13 +134,13 @@ int main(int argc, char** argv)
             for (auto const& line : lines) write(csv, line);
         lines.clear();
         if (!options.quick) {
-            // A record goes 617 hops on average here. Four slots: every end of every channel is used sooner or later, and two
-            // ends of four slots are 5 KB a tile.
+            // A record goes 617 hops on average here. Each channel end has four slots: every end is used sooner or later, and two buffers
+            // of four slots are 5 KB per tile.
             Grid const field{1000, 850};
             for (std::uint32_t threads : {1u, 2u}) {
                 std::vector<Line> one;
                 add(std::make_unique<Job>(Load{field, field, 100'000}, Sizes{4, 16, 8}, threads), one);
-                measure(one, 1); // a minute each
+                measure(one, 1); // about a minute each
                 print(one[0]);
                 if (csv.is_open()) write(csv, one[0]);
             }

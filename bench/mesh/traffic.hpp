@@ -2,11 +2,11 @@
 #include <tilemesh/machine/kernel.hpp>
 #include <tilemesh/machine/spec.hpp>
 
-/// The machine without splatting: records that go to their tiles, along the row first, then along the column.
+/// The machine without splatting: records travel to their tiles, along the row first, then along the column.
 namespace traffic {
 using namespace tilemesh;
 
-/// 60 bytes, as much as a Gaussian. The payload follows from the id, so that every arrival can be checked.
+/// 60 bytes, the size of a Gaussian. The payload follows from the id, so that every arrival can be checked.
 struct Record {
     std::uint32_t id;
     TileId to;
@@ -31,7 +31,7 @@ struct Sizes {
 struct Road : Channel<Record> {
     static constexpr auto slots = &Sizes::slots;
 };
-/// What has not left its first tile.
+/// The records that have not left their first tile.
 struct Leaving : Buffer<Record> {
     using Buffer::Buffer;
     static constexpr auto slots = &Sizes::storage;
@@ -40,24 +40,24 @@ struct Arrived : Buffer<Record> {
     using Buffer::Buffer;
     static constexpr auto slots = &Sizes::storage;
 };
-/// What came from the east (0) or the west (1) and found no room ahead.
+/// The records that came from the east (0) or the west (1) and found no room ahead.
 template <std::uint32_t Side>
 struct Waiting : Buffer<Record> {
     using Buffer<Record>::Buffer;
     static constexpr auto slots = &Sizes::waiting;
 };
 struct Traffic {
-    std::uint32_t sent[2]; ///< to the east and to the west in the superstep before
-    std::uint32_t refused; ///< arrivals that found the storage full: lost, so the benchmark refuses such a job beforehand
+    std::uint32_t sent[2]; ///< records sent to the east and to the west in the previous superstep
+    std::uint32_t refused; ///< arrivals that found the storage full and are lost; the bench refuses such a job beforehand
 };
 
-/// One hop of every record that can move.
+/// Moves every record that can move by one hop.
 ///
-/// Nothing waits on the second leg: at most a channel's slots arrive on a side, and each goes straight on, into a channel
-/// that is empty when compute begins, or has arrived. On the first leg what finds no room waits in a FIFO of its side. Its fill
-/// is told to the neighbour there as the note of the channel back, and no more is sent than what was told and what may be on
-/// its way leave free. So nothing is lost, and since a row's FIFOs wait only for columns and for the edge, nothing waits for
-/// ever.
+/// No record waits on the second leg. At most a channel's slots arrive on a side. Each of these records either has arrived, or goes
+/// straight on into a channel that is empty when compute begins. On the first leg, a record that finds no room waits in the FIFO of its
+/// side. The tile tells the neighbour on that side the fill of the FIFO, as the note of the channel back. The neighbour sends only as many
+/// records as the FIFO has room for, minus the records that may be on their way. So no record is lost. A row's FIFOs wait only for columns
+/// and for the edge, so no record waits for ever.
 struct Move {
     static constexpr char const* name = "move";
 
@@ -72,7 +72,7 @@ struct Move {
         auto& south = out[Direction::south];
         auto const credit = [&](Direction side, std::uint32_t sent) noexcept {
             auto const used = in[side].note() + sent;
-            auto const fifo = from_east.capacity(), slots = east.capacity(); // as all tiles have them
+            auto const fifo = from_east.capacity(), slots = east.capacity(); // all tiles have the same
             auto const free = used < fifo ? fifo - used : 0;
             return free < slots ? free : slots;
         };
@@ -82,7 +82,7 @@ struct Move {
         auto const arrive = [&](Record const& r) noexcept {
             if (!arrived.try_push(r)) ++traffic.refused;
         };
-        auto const turn = [&](Record const& r) noexcept { // in the column of its tile
+        auto const turn = [&](Record const& r) noexcept { // into the column of its tile
             if (r.to.y() == y) {
                 arrive(r);
                 return true;
@@ -109,7 +109,7 @@ struct Move {
                 if (!go(r, ahead, limit)) waiting[kept++] = r;
             waiting.truncate(kept);
             for (Record const& r : arrivals)
-                if (!go(r, ahead, limit)) waiting.push(r); // the credit given says that it has room
+                if (!go(r, ahead, limit)) waiting.push(r); // the credit guarantees room
         };
         along(from_east, in[Direction::east], west, west_limit);
         along(from_west, in[Direction::west], east, east_limit);
@@ -129,7 +129,7 @@ struct Move {
     }
 };
 
-/// The kernel on every tile once, then until nothing is on the road.
+/// The kernel once on every tile, then until no record is on the road.
 using Program = Sequence<Superstep<Move>, UntilQuiet<Move>>;
 
 } // namespace traffic

@@ -17,18 +17,18 @@ namespace {
 constexpr std::uint32_t nowhere = 0xffffffffu;
 constexpr double radians = 3.14159265358979323846 / 180.0;
 
-/// A motion as the authors' public experiment has it (tools/churn_experiment.cpp in nmjfry/ipu-3dgs), with the paper's row.
+/// A motion of the authors' public experiment (tools/churn_experiment.cpp in nmjfry/ipu-3dgs), with the paper's row.
 struct Motion {
     char const* name;
-    std::uint32_t frames; ///< cameras; the counts are means over one less
+    std::uint32_t frames; ///< number of cameras; the counts are means over one less
     std::function<scene::Pose(std::uint32_t)> pose;
-    double moved = 0, churn_percent = 0; ///< the paper's
-    char const* free = "";               ///< what the paper does not say, as the experiment has it
+    double moved = 0, churn_percent = 0; ///< the paper's figures
+    char const* free = "";               ///< the facts that the paper does not state, from the experiment
 };
 
 std::vector<Motion> motions_about(Ball const& ball)
 {
-    auto const up_is = glm::dvec3(0.0, -1.0, 0.0); // look_at takes what is down
+    auto const up_is = glm::dvec3(0.0, -1.0, 0.0); // look_at takes the down direction
     auto const start = ball.centre + glm::dvec3(0.0, 0.0, 2 * ball.radius);
     auto const orbit = [=](double degrees) {
         return [=](std::uint32_t k) {
@@ -45,8 +45,8 @@ std::vector<Motion> motions_about(Ball const& ball)
         return scene::look_at(start, start + glm::dvec3(std::sin(angle), 0.0, -std::cos(angle)), up_is);
     };
     auto const teleport = [=](std::uint32_t k) {
-        // A generator a frame, seeded 42 + k, and three draws in [-1, 1). They are arguments of one call, whose order C++
-        // leaves to the compiler: z first is fitted to the paper's count.
+        // One generator per frame, seeded 42 + k, and three draws in [-1, 1). They are arguments of one call, so C++ leaves their order to
+        // the compiler. The order "z first" is fitted to the paper's count.
         std::mt19937 random(42 + k);
         auto const draw = [&] { return static_cast<double>(random()) / 2147483648.0 - 1.0; };
         double const z = draw(), y = draw(), x = draw();
@@ -62,8 +62,8 @@ std::vector<Motion> motions_about(Ball const& ball)
     };
 }
 
-/// The anchor tiles as the authors' experiment has them: the nearest whole number of a pixel coordinate whose origin is the
-/// first pixel's centre, then the tile below it; `nowhere` for what is off the screen or not beyond the near plane.
+/// The anchor tiles of the authors' experiment: the tile of the pixel coordinate, rounded to the nearest integer, with its origin at the
+/// centre of the first pixel. `nowhere` for a mean that is off the screen or not beyond the near plane.
 std::vector<std::uint32_t> authors_anchors(scene::Map const& map, scene::Pose const& pose, scene::Intrinsics const& lens)
 {
     std::vector<std::uint32_t> out(map.gaussians.size(), nowhere);
@@ -81,10 +81,10 @@ std::vector<std::uint32_t> authors_anchors(scene::Map const& map, scene::Pose co
 }
 
 struct Counted {
-    double moved = 0;                            ///< Gaussians a frame, mean
-    double share_on_screen = 0;                  ///< of those on screen in both frames, mean of the frames' shares
-    double hops = 0;                             ///< of one that moved
-    std::uint32_t empty = 0;                     ///< frames in which nothing moved
+    double moved = 0;                            ///< Gaussians per frame, mean
+    double share_on_screen = 0;                  ///< share of the Gaussians on screen in both frames, mean over frames
+    double hops = 0;                             ///< of a Gaussian that moved
+    std::uint32_t empty = 0;                     ///< frames in which no Gaussian moved
     std::uint32_t least = 0xffffffffu, most = 0; ///< in a frame
 };
 
@@ -119,7 +119,7 @@ Counted count(scene::Map const& map, Motion const& motion, scene::Intrinsics con
     return c;
 }
 
-/// Records that our mesh moves, and those whose anchor tile changes by our projection, frame by frame of one motion.
+/// Counts the records that our mesh moves and those whose anchor tile changes by our projection, frame by frame of one motion.
 void count_on_mesh(Context const& context, scene::Map const& map, Motion const& motion, std::uint32_t frames, Rows& rows)
 {
     Watched machine(map, {.threads = context.threads, .storage_slots = 20'000});
@@ -158,7 +158,7 @@ void count_on_mesh(Context const& context, scene::Map const& map, Motion const& 
     rows.push_back(row);
 }
 
-/// The same counts on the paths of the authors' benchmark, which its churn table is not of.
+/// The same counts on the paths of the authors' benchmark. The paper's churn table does not use these paths.
 void count_recorded(Context const& context, scene::Map const& map, scene::Intrinsics const& lens, Rows& rows)
 {
     for (auto const& [file, name] :

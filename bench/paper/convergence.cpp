@@ -8,15 +8,15 @@ namespace paper {
 
 namespace {
 
-/// How far records and copies go in a view, from where the records are: what an unhindered router takes.
+/// The distances of records and copies in a view, from the tiles where the records are. A router without full channels takes these hops.
 struct Distances {
     std::uint32_t record = 0;  ///< hops of the farthest record to its anchor tile
-    std::uint32_t copy = 0;    ///< and on along its tree, of the record and copy with the largest sum
+    std::uint32_t copy = 0;    ///< hops of the record plus hops along its tree, for the record and copy with the largest sum
     std::uint32_t tree = 0;    ///< steps of the deepest tree
-    std::uint32_t records = 0; ///< that move
+    std::uint32_t records = 0; ///< number of records that move
 };
 
-/// Placement and views alone: no machine. `at`: each record's tile, which this moves.
+/// Computes the distances from placement and views alone, without a machine. `at`: each record's tile; the function updates it.
 Distances walk(scene::Map const& map, splat::Camera const& camera, std::vector<std::uint32_t>& at)
 {
     splat::Model model;
@@ -41,7 +41,7 @@ Distances walk(scene::Map const& map, splat::Camera const& camera, std::vector<s
     return out;
 }
 
-/// The camera moved straight back.
+/// The camera, moved straight back.
 splat::Camera moved_back(splat::Camera const& camera, double by)
 {
     auto pose = scene::pose_of(camera);
@@ -96,7 +96,7 @@ void rows_of(Context const& context, bench::Scene const& scene, std::string cons
                             std::to_string(r.gaussians.held) + " records held, " + std::to_string(r.peak_channel) +
                             " at most in a channel" +
                             (slots == 400 ? ", the paper's slots" : ", the slots of its public code")};
-            // An unhindered record takes its distance, neither more nor less.
+            // If no channel is full, a record takes exactly its distance.
             counted.broken = r.gaussians.held == 0 && route != p.record;
             rows.push_back(counted);
         }
@@ -122,7 +122,7 @@ void convergence(Context const& context, Rows& rows)
         any = true;
         auto const scene = bench::load_scene(name, context.data, {1280, 720});
         auto const ball = ball_of(scene.map);
-        // Zoom z moves the authors' camera back by half a radius times z - 1.
+        // Zoom z moves the authors' camera back by half a radius times (z - 1).
         auto const step = 0.5 * ball.radius * 0.2;
         rows_of(context, scene, name, authors_camera(ball, 2), step,
                 "the start view of the authors' public convergence benchmark", rows);

@@ -7,7 +7,7 @@ void paper::host_io(Context const&, Rows& rows)
     constexpr double pixels = 1280.0 * 720.0, frame_ms = 50.55, share_percent = 1.6;
     constexpr double in_bytes = 34 * 4;                                   // two 4 x 4 matrices and two focal lengths
     constexpr double rgbx8_bytes = 4 * pixels, float_bytes = 16 * pixels; // four floats a pixel
-    constexpr double counts_bytes = 4 * (1440.0 + 7200.0);                // a count and five cycle words a tile
+    constexpr double counts_bytes = 4 * (1440.0 + 7200.0);                // one count and five cycle words per tile
     /// PCIe Gen4 x16, one way; nominal.
     constexpr double gigabytes_a_second = 32;
     std::string const rate = "PCIe at " + fixed(gigabytes_a_second, 0) + " GB/s one way, nominal; no latency";

@@ -18,7 +18,7 @@ void paper::latency(Context const& context, Rows& rows)
             rows.push_back(skipped("latency", name, "frames late, farthest", {}, "counted", "--quick"));
             continue;
         }
-        // Distances are in tiles, the same in any size of picture.
+        // Distances are in tiles, so any size of picture gives the same.
         auto const scene = bench::load_scene(name, context.data, {320, 180});
         std::vector<std::string> broken;
         auto const found = channel_capacity::follow(scene, "teleport", 1, context.data, broken);

@@ -13,13 +13,13 @@ namespace paper {
 namespace {
 
 struct Spread {
-    std::vector<std::uint32_t> held; ///< records and copies a tile
+    std::vector<std::uint32_t> held; ///< records and copies per tile
     std::uint32_t most = 0, anchors = 0;
     double mean = 0, least = 0, empty_percent = 0, gini = 0;
     std::uint32_t above_buffer = 0;
 };
 
-/// The figure's buffer of primitives.
+/// The capacity of the primitive buffer in the paper's figure.
 constexpr std::uint32_t render_buffer = 900;
 
 Spread spread(scene::Map const& map, splat::Camera const& camera)
@@ -60,7 +60,7 @@ struct Viewpoint {
     splat::Camera camera;
 };
 
-/// Near, middle and far: the cameras of the data for the authors' maps, and else a camera that moves to and from the middle.
+/// Near, middle and far views: for the authors' maps the recorded cameras, otherwise a camera that moves to and from the middle.
 std::vector<Viewpoint> viewpoints(std::string const& name, Context const& context, bench::Scene const& scene)
 {
     std::vector<Viewpoint> out;

@@ -19,19 +19,19 @@ namespace splat = tilemesh::splat;
 /// The paper's grid.
 inline constexpr std::uint32_t grid_columns = 40, grid_rows = 36, tiles = grid_columns * grid_rows;
 
-/// What a frame took, with the modelled time of our kernels on Mk2 (model/cost_parameters.hpp, `mk2`).
+/// The report of a frame, with the modelled time of the library's kernels on Mk2 (model/cost_parameters.hpp, `mk2`).
 struct ModelledFrame {
     report::FrameReport report;
     double milliseconds = 0;
 };
 
-/// The preset `lossless` on a Mk2 that keeps a trace; frame after frame on one mesh.
+/// The preset `lossless` on a Mk2 that keeps a trace. It renders frame after frame on one mesh.
 class Watched {
 public:
     struct Options {
         std::uint32_t threads = 1;
         std::uint32_t channel_slots = splat::Lossless::sizes.road;    ///< of road and beam
-        std::uint32_t storage_slots = splat::Lossless::sizes.storage; ///< or more than a tile of a Mk2 has
+        std::uint32_t storage_slots = splat::Lossless::sizes.storage; ///< may be more than a tile of a Mk2 has
         std::optional<splat::Footprint> footprint{};
     };
     Watched(scene::Map const&, Options const&);

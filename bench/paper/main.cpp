@@ -1,4 +1,4 @@
-// The tables and figures of the paper's results, beside what this library counts, models and predicts.
+// The tables and figures of the paper's results, compared with the counts, models and predictions of this library.
 #include "options.hpp"
 #include "print.hpp"
 #include "stages.hpp"
@@ -19,7 +19,7 @@ struct Table {
     char const* name;
     void (*append)(paper::Context const&, paper::Rows&);
 };
-/// In the paper's order.
+/// The tables, in the paper's order.
 constexpr Table tables[] = {
     {"memory", paper::memory},   {"fps", paper::fps},
     {"host_io", paper::host_io}, {"load", paper::load},

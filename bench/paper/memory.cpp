@@ -13,14 +13,14 @@ namespace {
 namespace splat = tilemesh::splat;
 
 constexpr double record_bytes = sizeof(splat::Gaussian);
-/// The paper's KB: with 1,000 bytes its shares come out; with 1,024 they do not.
+/// The paper's KB has 1,000 bytes: with these its shares are reproduced, with 1,024 they are not.
 constexpr double buffer_bytes = 192'000, buffer_kibibytes = 192 * 1024;
 
 struct Model {
     char const* name;
     double gaussians;
     char const* source;
-    std::optional<double> megabytes, share_percent; ///< the paper's
+    std::optional<double> megabytes, share_percent; ///< the paper's figures
 };
 constexpr Model models[] = {
     {"Sloth", 25'161, "the paper's text", 1.5, 12.7},
@@ -30,7 +30,7 @@ constexpr Model models[] = {
     {"Bonsai", 272'956, "the paper's text", 16.4, 1.2},
 };
 
-/// Bars of megabytes, and a line of the share that one tile's buffer holds, as in the paper's figure.
+/// Draws bars of megabytes, and a line for the share that one tile's buffer holds, as in the paper's figure.
 std::string bars()
 {
     using bench::fixed;
@@ -77,7 +77,7 @@ void add_ledger(tilemesh::render::SetupChoice const& setup, Rows& rows)
     std::uint64_t outside = 0;
     for (auto const& region : tilemesh::render::ledger_of(setup)) {
         std::string what(region.name.text, region.name.size);
-        std::erase_if(what, [](char c) { return c == '(' || c == ')'; }); // `waiting (side 0)`: a CSV keeps of brackets a unit only
+        std::erase_if(what, [](char c) { return c == '(' || c == ')'; }); // `waiting (side 0)`: a CSV name keeps only units in brackets
         if (!region.budgeted) {
             outside += region.bytes;
             continue;
@@ -121,7 +121,7 @@ void memory(Context const& context, Rows& rows)
                         "arithmetic",
                         "KB of 1,000 bytes; of 1,024 it is " + bench::fixed(100 * buffer_kibibytes / bytes, 2)});
     }
-    // What the authors' public code has room for: it steps through floats by a count of bytes, so a slot is 4 records long.
+    // The capacities of the authors' public code: it steps through floats by a count of bytes, so a slot is 4 records long.
     constexpr double channel_bytes = 24'000, stride = 4 * record_bytes;
     rows.push_back({"memory", "a channel", "slots, 60 bytes each", 400.0, channel_bytes / record_bytes, "arithmetic",
                     "24,000 bytes, packed"});

@@ -8,7 +8,7 @@
 paper::Modelled paper::model_scene(Context const& context, std::string const& name)
 {
     auto loaded = bench::load_scene(name, context.data, {1280, 720});
-    loaded.map = scene::at_degree(std::move(loaded.map), 0); // as the paper's records
+    loaded.map = scene::at_degree(std::move(loaded.map), 0); // as in the paper
     Modelled m;
     m.gaussians = loaded.map.gaussians.size();
     m.frames = context.quick ? 2 : m.gaussians > 100'000 ? 4 : 12;

@@ -13,7 +13,7 @@ void paper::power(Context const& context, Rows& rows)
         {"GTX 1080", 1.74, 580.55, 74.42, 119.67, 7.80, 0.128},
         {"RTX 4090", 0.42, 2401.47, 89.80, 112.61, 26.74, 0.037},
     };
-    // The table's columns against each other.
+    // Compares the table's columns with each other.
     for (auto const& c : chips) {
         rows.push_back({"power", c.name, "frames a second from its frame time", c.fps, 1000 / c.ms, "arithmetic",
                         "a mean of frame rates is not the rate of the mean time"});
@@ -25,7 +25,7 @@ void paper::power(Context const& context, Rows& rows)
         {"power", "IPU", "frame time from the stages (ms)", chips[0].ms, stages_ms + exchange_ms, "arithmetic",
          "the stage table's mean total of slowest tiles, and one exchange; the rest of 50.55 ms is in no table"});
 
-    // Ours: modelled times with the paper's measured power, as if our kernels drew the same.
+    // Ours: modelled times with the paper's measured power, as if the library's kernels drew the same power.
     double ms = 0;
     std::uint32_t scenes = 0;
     for (std::string const name : {"sloth", "salad"})

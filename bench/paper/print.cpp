@@ -12,7 +12,7 @@ namespace paper {
 
 namespace {
 
-/// Whole numbers as they are, others with so many digits that count.
+/// Integers without decimals, other numbers with `digits` significant digits.
 std::string number(double value, int digits)
 {
     std::array<char, 64> text{};
@@ -28,12 +28,12 @@ std::string shown(double value)
     return whole && value >= 0 && value < 1e15 ? tilemesh::report::thousands(static_cast<std::uint64_t>(value + 0.5))
                                                : number(value, 4);
 }
-/// Ours over the paper's; empty where there is none.
+/// Our figure over the paper's; empty if one is missing.
 std::string ratio(Row const& row, int digits)
 {
     return row.paper && row.ours && *row.paper != 0 ? number(*row.ours / *row.paper, digits) : std::string();
 }
-/// A name as a CSV has it: lower case, words joined by `_`; of what is in brackets only a unit stays.
+/// A name for the CSV: lower case, words joined by `_`. Of the text in brackets it keeps only a unit.
 std::string token(std::string const& text)
 {
     static constexpr std::pair<char const*, char const*> units[] = {{"(ms)", " ms"}, {"(%)", " percent"}, {"(B)", " bytes"},
@@ -57,7 +57,7 @@ std::string token(std::string const& text)
     while (!out.empty() && out.back() == '_') out.pop_back();
     return out;
 }
-/// Of five: what is counted is measured, what follows from prices or arithmetic is modelled.
+/// One of five kinds: a counted figure is `measured`; a figure computed from prices or arithmetic is `modelled`.
 std::string kind_of(Row const& row)
 {
     if (!row.paper) return "no_figure";

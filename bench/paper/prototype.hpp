@@ -7,12 +7,13 @@
 #include <tilemesh/splat/gaussian.hpp>
 #include <tilemesh/splat/operations.hpp>
 
-// The authors' prototype as a program on the mesh, from what is known of it (its public code of 2024 and 2026, read and described, not
-// copied): one hop a frame, every slot of every buffer looked at, one worker but for blending, copies sent anew and back in every frame,
-// what finds no slot lost. Its numbers are what the paper's stage table timed; its operations are what `mk2_prototype()` prices.
+// The authors' prototype as a program on the mesh. It is written from descriptions of the public code of 2024 and 2026; no code is copied.
+// It moves one hop a frame and looks at every slot of every buffer. All steps except blending run on one worker. Copies are sent again, and
+// back, in every frame. A record or copy that finds no slot is lost. Its counts are of the work that the paper's stage table timed;
+// `mk2_prototype()` prices its operations.
 //
-// Where it differs from that code: a mean is on one tile (there, tiles overlap by a pixel, and some means are on two or four); a copy that
-// leaves the row goes down before up whether or not it goes on along the row.
+// It differs from the authors' code in two points. A mean is on one tile (there, tiles overlap by a pixel, and some means are on two or
+// four). A copy that leaves the row goes down before up, even if it also goes on along the row.
 namespace paper {
 
 using namespace tilemesh;
@@ -21,25 +22,26 @@ using splat::GaussianId;
 using splat::Operation;
 using splat::Operations;
 
-/// Slots as coded: 24,000 bytes a channel and 192,000 of storage at a stride of 240 bytes a Gaussian (60 floats, 15 of them used).
-/// The paper counts the same bytes at 60: 400 and 3,200.
+/// The slots in the code: 24,000 bytes of a channel and 192,000 bytes of storage, at a stride of 240 bytes per Gaussian (60 floats, of
+/// which 15 are used). The paper divides the same bytes by 60: 400 and 3,200 slots.
 inline constexpr std::uint32_t coded_channel_slots = 100, coded_storage_slots = 800;
 inline constexpr std::uint32_t most_channel_slots = 400, most_storage_slots = 3'400;
-/// Means nearer than this are not drawn; in front of the camera or behind it they are stored and routed all the same.
+/// Means nearer than this are not drawn. They are stored and routed anyway, in front of the camera or behind it.
 inline constexpr float prototype_near = 0.2f;
-/// Drawn and bloomed only where the box's diagonal is shorter than so many tile diagonals; the paper does not say so.
+/// A Gaussian is drawn and bloomed only if its box's diagonal is shorter than this many tile diagonals. The paper does not mention this.
 inline constexpr float guard_diagonals = 12.0f;
 
 struct Wire : Channel<Gaussian, most_channel_slots> {};
-/// Slots, of which those whose id is none are free; always as long as its capacity.
+/// Slots; a slot whose id is none is free. The size is always the capacity.
 struct Stored : Buffer<Gaussian, most_storage_slots> {
     using Buffer::Buffer;
 };
-/// The ids of Stored again: the mesh's shortcut for looking at every slot, priced as the looks they stand for.
+/// The ids of Stored once more. With them the mesh looks at every slot faster; the price is that of the looks in the prototype.
 struct StoredIds : Buffer<GaussianId, most_storage_slots> {
     using Buffer::Buffer;
 };
-/// What the first half of the prototype's vertex has put into an outgoing channel; the second half adds to it, and then it leaves.
+/// The records that the first half of the prototype's vertex has put into an outgoing channel. The second half adds records, then all
+/// leave.
 template <std::uint32_t Side>
 struct Staged : Buffer<Gaussian, most_channel_slots> {
     using Buffer<Gaussian, most_channel_slots>::Buffer;
@@ -54,17 +56,17 @@ struct ToDraw : Buffer<Drawn, most_storage_slots> {
 struct Pixels : Buffer<std::uint32_t, 32 * 20> {
     using Buffer::Buffer;
 };
-/// What happened on a tile in the frame.
+/// The events on a tile in the frame.
 struct Happened {
     std::uint32_t arrivals, records, lost, refused, comparisons, pairs_of_worker[6];
 };
 struct PrototypeFrame {
     splat::Camera camera;
     std::uint32_t tile_width, tile_height, columns, rows;
-    std::uint32_t draws; ///< whether this frame sorts and blends: a mesh that only wants to know who goes where need not
+    std::uint32_t draws; ///< does this frame sort and blend? A run that only counts moves need not
 };
 
-/// Where a Gaussian is on the screen.
+/// The position and shape of a Gaussian on the screen.
 struct OnScreen {
     float x, y, depth, conic[3], radius;
 };
@@ -79,7 +81,7 @@ inline void view_of(Gaussian const& g, splat::Camera const& c, float (&v)[3]) no
     float const d[3] = {g.mean_world[0] - c.position[0], g.mean_world[1] - c.position[1], g.mean_world[2] - c.position[2]};
     for (int i = 0; i < 3; ++i) v[i] = row(c.rotation[i], d);
 }
-inline std::int32_t to_pixel(float v) noexcept // what is not a number, or far away, must convert to some integer
+inline std::int32_t to_pixel(float v) noexcept // NaN and far values must convert to some integer
 {
     float const limit = 1e8f;
     return v > -limit && v < limit ? static_cast<std::int32_t>(std::nearbyint(v)) : v > 0 ? 100'000'000 : -100'000'000;
@@ -90,8 +92,8 @@ inline std::int32_t floor_divide(std::int32_t a, std::int32_t b) noexcept
 }
 } // namespace detail
 
-/// The tile that the prototype sends a mean to: the pixel rounded to nearest, then divided; one beside the screen lands on the tile of
-/// the row-major number that comes out, on the other side one row further; one above or below at the first or last tile.
+/// The tile to which the prototype sends a mean: the pixel, rounded to nearest, divided by the tile size. A mean beside the screen lands on
+/// the tile with the resulting row-major number: on the other side, one row away. A mean above or below lands on the first or last tile.
 inline TileId destination(float x, float y, PrototypeFrame const& f) noexcept
 {
     auto const column = detail::floor_divide(detail::to_pixel(x), static_cast<std::int32_t>(f.tile_width));
@@ -109,8 +111,8 @@ inline void project_mean(Gaussian const& g, splat::Camera const& c, float& x, fl
     x = c.fx * v[0] / v[2] + c.cx - 0.5f;
     y = c.fy * v[1] / v[2] + c.cy - 0.5f;
 }
-/// 3D Gaussian Splatting's projection as the prototype has it: dilation 0.3, slopes clamped at 1.3 of the half field of view, three
-/// deviations of the larger axis as radius; the quaternion is taken as it is in the file, of whatever length.
+/// The projection of 3D Gaussian Splatting, as in the prototype: dilation 0.3, slopes clamped at 1.3 half fields of view, a radius of three
+/// standard deviations of the larger axis. The quaternion is taken from the file, with any length.
 inline OnScreen on_screen(Gaussian const& g, splat::Camera const& c) noexcept
 {
     OnScreen s{};
@@ -140,7 +142,7 @@ inline OnScreen on_screen(Gaussian const& g, splat::Camera const& c) noexcept
 inline bool within_guard(OnScreen const& s, PrototypeFrame const& f) noexcept
 {
     auto const w = static_cast<float>(f.tile_width), h = static_cast<float>(f.tile_height);
-    return 2 * s.radius * std::sqrt(2.0f) < guard_diagonals * std::sqrt(w * w + h * h); // false for what is no number
+    return 2 * s.radius * std::sqrt(2.0f) < guard_diagonals * std::sqrt(w * w + h * h); // false for NaN
 }
 /// The sides of a tile across which the box of a Gaussian goes.
 inline std::array<bool, 4> sides_crossed(OnScreen const& s, PrototypeFrame const& f, TileId t) noexcept
@@ -158,14 +160,14 @@ constexpr std::uint32_t distance(TileId a, TileId b) noexcept
     auto const apart = [](std::uint32_t p, std::uint32_t q) { return p < q ? q - p : p - q; };
     return apart(a.x(), b.x()) + apart(a.y(), b.y());
 }
-/// Vertical first.
+/// The side on the way to `to`: along the column first.
 constexpr Direction best_direction(TileId from, TileId to) noexcept
 {
     if (from.y() != to.y()) return to.y() > from.y() ? Direction::south : Direction::north;
     return to.x() > from.x() ? Direction::east : Direction::west;
 }
 
-/// Into a list without holes, unless its id is there. False where it is full.
+/// Inserts a Gaussian into a list without holes, unless its id is there. Returns false if the list is full.
 template <class List>
 bool insert_once(List& list, Gaussian const& g) noexcept
 {
@@ -173,7 +175,7 @@ bool insert_once(List& list, Gaussian const& g) noexcept
         if (there.id == g.id) return true;
     return list.try_push(g);
 }
-/// Into the first free slot, unless its id is there. False where there is none.
+/// Puts a Gaussian into the first free slot, unless its id is there. Returns false if there is no free slot.
 inline bool store_once(Stored& stored, StoredIds& ids, Gaussian const& g) noexcept
 {
     std::uint32_t free = ids.size();
@@ -187,8 +189,8 @@ inline bool store_once(Stored& stored, StoredIds& ids, Gaussian const& g) noexce
     return true;
 }
 
-/// Reads the channels, right, left, up, down. A record that came nearer to its destination goes on, one that comes from there blooms on
-/// along the tree, and all are stored, those at home for good.
+/// Reads the channels: right, left, up, down. A record that came nearer to its destination goes on. A record that comes from its
+/// destination is a copy and blooms on along the tree. All are stored; those on their own tile stay.
 struct Receive {
     void operator()(Here at, In<Wire> in, Stored& stored, StoredIds& ids, Staged<0>& s0, Staged<1>& s1, Staged<2>& s2, Staged<3>& s3,
                     Happened& happened, Broadcast<PrototypeFrame> f) const noexcept
@@ -212,9 +214,9 @@ struct Receive {
                 TileId const to = destination(x, y, *f);
                 TileId const sender = at.grid.neighbour(here, from);
                 if (to == here) {
-                    // at home
+                    // on its own tile
                 } else if (distance(here, to) < distance(sender, to)) {
-                    stage(best_direction(here, to), g); // on its way; it is stored as well, and sent once more, which its id makes one
+                    stage(best_direction(here, to), g); // on its way; it is also stored, and so sent once more; its id makes both one
                 } else {
                     bloom(here, from, g, *f, stage);
                 }
@@ -230,7 +232,7 @@ struct Receive {
     }
 
 private:
-    /// On along the row, then down, then up; along a column only on. One full channel ends it.
+    /// Blooms on along the row, then down, then up. Along a column it only goes on. A full channel ends it.
     template <class Stage>
     static void bloom(TileId here, Direction from, Gaussian const& g, PrototypeFrame const& f, Stage const& stage) noexcept
     {
@@ -246,8 +248,8 @@ private:
     }
 };
 
-/// Projects what is stored. What is anchored here blooms to all sides, again in every frame; what is not leaves towards its anchor, or
-/// stays where the channel is full. Both are drawn in this frame.
+/// Projects the stored records. A record anchored here blooms to all sides, again in every frame. Any other record leaves towards its
+/// anchor, or stays if the channel is full. Both are drawn in this frame.
 struct ProjectAndRoute {
     void operator()(Here at, Stored& stored, StoredIds& ids, Staged<0> const& s0, Staged<1> const& s1, Staged<2> const& s2,
                     Staged<3> const& s3, ToDraw& drawn, Happened& happened, Broadcast<PrototypeFrame> f, Out<Wire> out) const noexcept
@@ -291,7 +293,7 @@ struct ProjectAndRoute {
     }
 };
 
-/// Quicksort by depth with the last item as pivot, iterative; the shorter part first, so that a stack of 32 parts is enough.
+/// Quicksort by depth with the last item as pivot. It is iterative and takes the shorter part first, so that a stack of 32 parts is enough.
 struct Sort {
     void operator()(ToDraw& drawn, Happened& happened, Broadcast<PrototypeFrame> f) const noexcept
     {
@@ -333,7 +335,7 @@ private:
     }
 };
 
-/// Blends every item of the list at every pixel of the tile, rows dealt to six workers; a pixel ends where it is opaque.
+/// Blends every item of the list at every pixel of the tile. Six workers share the rows. A pixel ends when it is opaque.
 struct Blend {
     void operator()(Here at, ToDraw const& drawn, Pixels& pixels, Happened& happened, Broadcast<PrototypeFrame> f) const noexcept
     {
@@ -360,7 +362,7 @@ struct Blend {
                 pixels.unchecked_push(word);
             }
     }
-    /// Six times the busiest worker's pairs: the tile is done when the last of its six workers is.
+    /// Six times the busiest worker's pairs, because the tile is done when its last worker is done.
     static Operations operations(Happened const& happened, Pixels const& pixels) noexcept
     {
         Operations done;
@@ -372,7 +374,7 @@ struct Blend {
     }
 };
 
-/// One frame: one hop.
+/// One frame, which moves records by one hop.
 using Prototype = Sequence<Superstep<Receive>, Superstep<ProjectAndRoute>, Superstep<Sort>, Superstep<Blend>>;
 
 } // namespace paper

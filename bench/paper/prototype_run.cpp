@@ -11,7 +11,7 @@ namespace paper {
 
 namespace {
 
-using Machine = Traced<TestMachine<4u << 20>>; // room for the slots as the paper counts them, and for what the mesh keeps twice
+using Machine = Traced<TestMachine<4u << 20>>; // room for the paper's slots, and for the data that the mesh keeps twice
 using PrototypeMesh = Mesh<Prototype, Machine>;
 constexpr std::uint32_t columns = 40, rows = 36, tile_width = 32, tile_height = 20;
 
@@ -27,7 +27,7 @@ void limit_slots(PrototypeMesh& mesh, std::uint32_t channel, std::uint32_t stora
     mesh.limit<ToDraw>(storage);
 }
 
-/// In the file's order, an even share a tile; all other slots are free.
+/// Loads the map in the file's order, with an even share per tile. All other slots are free.
 void load(PrototypeMesh& mesh, scene::Map const& map, std::uint32_t share, std::uint32_t storage)
 {
     std::size_t next = 0;
@@ -44,7 +44,7 @@ void load(PrototypeMesh& mesh, scene::Map const& map, std::uint32_t share, std::
     }
 }
 
-/// Adds what `value` says of each tile that ran.
+/// Adds `value` of each tile that ran.
 template <class Value>
 void add(OverTiles& sum, std::vector<TileSample> const& tiles, Value const& value)
 {
@@ -89,7 +89,7 @@ PrototypeRun run_prototype(std::string const& name, std::filesystem::path const&
             add(run.count[stage], s.tiles, [&](TileSample const& t) { return static_cast<double>(t.operations[counted[stage]]); });
             add(run.milliseconds[stage], s.tiles,
                 [&](TileSample const& t) { return milliseconds(model, cost.busy[stage][t.tile]); });
-            run.slots[stage] = s.tiles.front().operations[Operation::slot]; // on all tiles, in all frames
+            run.slots[stage] = s.tiles.front().operations[Operation::slot]; // on every tile, in every frame
         }
         run.exchange_ms += milliseconds(model, cost.supersteps[index(Stage::projection)].exchange);
         for (std::uint32_t t = 0; t < columns * rows; ++t) {

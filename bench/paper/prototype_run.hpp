@@ -7,7 +7,7 @@
 
 namespace paper {
 
-/// Stages of the prototype as the paper's table times them, each a step of the program.
+/// The stages of the prototype as in the paper's table. Each is a step of the program.
 enum class Stage : std::uint32_t { route, projection, sort, blend };
 inline constexpr std::uint32_t stages_timed = 4;
 constexpr std::uint32_t index(Stage s) noexcept
@@ -15,19 +15,19 @@ constexpr std::uint32_t index(Stage s) noexcept
     return static_cast<std::uint32_t>(s);
 }
 
-/// Least, mean and most over the tiles, averaged over frames.
+/// Minimum, mean and maximum over the tiles, averaged over frames.
 struct OverTiles {
     double least = 0, mean = 0, most = 0;
 };
 
-/// What a run of the prototype did, and what a cost model makes of it.
+/// The results of a run of the prototype, with its modelled cost.
 struct PrototypeRun {
-    std::uint32_t frames = 0, drawn = 0;              ///< frames, and those that sorted and blended
+    std::uint32_t frames = 0, drawn = 0;              ///< number of frames, and of those that sorted and blended
     std::array<OverTiles, stages_timed> count{};      ///< arrivals, records, comparisons, pairs
-    std::array<double, stages_timed> slots{};         ///< looked at on each tile: of channels, of storage
+    std::array<double, stages_timed> slots{};         ///< slots that each tile looked at: of channels, of storage
     std::array<OverTiles, stages_timed> milliseconds{};
     double exchange_ms = 0;
-    std::uint64_t lost = 0;                           ///< records and copies that found no slot of storage, one a frame and tile
+    std::uint64_t lost = 0;                           ///< records and copies that found no storage slot, counted once per frame and tile
     std::uint64_t refused = 0;                        ///< sends into a full channel
 };
 
@@ -35,7 +35,7 @@ struct PrototypePlan {
     std::uint32_t frames = 720, draw_every = 20, threads = 2;
 };
 
-/// Runs the prototype along the authors' orbit of one of their maps, from file order on, as often as the frames ask for.
+/// Runs the prototype along the authors' orbit of one of their maps. Records start in file order; the orbit repeats as often as needed.
 PrototypeRun run_prototype(std::string const& scene, std::filesystem::path const& data, PrototypePlan, tilemesh::CostModel const&);
 
 } // namespace paper

@@ -7,25 +7,25 @@
 
 namespace paper {
 
-/// One figure of the paper beside ours.
+/// A figure of the paper, with ours.
 struct Row {
-    std::string table;           ///< of the paper, as `stages` or `churn`
+    std::string table;           ///< of the paper, such as `stages` or `churn`
     std::string row;             ///< scene, or motion
-    std::string quantity;        ///< what, and its unit
+    std::string quantity;        ///< the quantity and its unit
     std::optional<double> paper; ///< empty: no figure in the source
-    std::optional<double> ours;  ///< empty: not reached here, `note` says why
-    std::string kind;            ///< of ours: counted, modelled, predicted, fitted, arithmetic
-    std::string note = {};       ///< contradictions, assumptions; ends up in the CSV
-    bool broken = false;         ///< something that must hold does not: the program says so and ends with 1
+    std::optional<double> ours;  ///< empty: no result; `note` says why
+    std::string kind;            ///< kind of our figure: counted, modelled, predicted, fitted, arithmetic
+    std::string note = {};       ///< contradictions and assumptions, for the CSV
+    bool broken = false;         ///< a condition that must hold is violated: the program reports it and ends with status 1
 };
 using Rows = std::vector<Row>;
 
-/// What every table gets.
+/// The input of every table.
 struct Context {
-    std::filesystem::path data; ///< empty: none, tables that need it say "skipped"
+    std::filesystem::path data; ///< empty: no data; tables that need data say "skipped"
     std::filesystem::path out;  ///< for pictures and plots; empty: none are written
     std::uint32_t threads = 2;
-    bool quick = false;         ///< fewer frames, where the table says so
+    bool quick = false;         ///< fewer frames, in tables that say so
 };
 
 } // namespace paper

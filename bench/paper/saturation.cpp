@@ -15,7 +15,7 @@ namespace {
 
 using Tiles = std::bitset<tiles>;
 
-/// The list of what a frame lacks, as tiles of each Gaussian.
+/// The list of losses of a frame, as the tiles that lack each Gaussian.
 class Lacking {
 public:
     Lacking(scene::Map const& map, splat::Camera const& camera, splat::Model const& model, report::FrameReport const& r)
@@ -46,7 +46,7 @@ public:
     {
         return y / tiling_.tile_height * grid_columns + x / tiling_.tile_width;
     }
-    /// For `render_naive`: is the Gaussian not on the tile of this pixel?
+    /// For `render_naive`: does the tile of this pixel lack the Gaussian?
     bool operator()(splat::GaussianId id, std::uint32_t x, std::uint32_t y) const noexcept
     {
         auto const i = static_cast<std::uint32_t>(id);
@@ -58,20 +58,20 @@ public:
 private:
     static constexpr std::uint32_t none = 0xffffffffu;
     splat::Tiling tiling_;
-    std::vector<std::uint32_t> of_; ///< by id: its set
+    std::vector<std::uint32_t> of_; ///< by id: index of its set
     std::vector<Tiles> sets_;
     Tiles named_;
     std::uint64_t copies_ = 0;
 };
 
-/// As the machine's 8-bit pixels show it.
+/// The image as the machine's 8-bit pixels show it.
 report::Image as_rgbx8(report::Image image)
 {
     for (auto& v : image.rgb) v = static_cast<float>(splat::Rgbx8Pixel::level(v)) / 255.0f;
     return image;
 }
 
-/// f(x, y) for each pixel whose levels differ.
+/// Calls f(x, y) for each pixel whose levels differ.
 template <class F>
 void for_each_difference(report::Image const& a, report::Image const& b, F const& f)
 {
@@ -80,7 +80,7 @@ void for_each_difference(report::Image const& a, report::Image const& b, F const
             if (!std::equal(a.pixel(x, y), a.pixel(x, y) + 3, b.pixel(x, y))) f(x, y);
 }
 
-/// Grey where a tile is in the list.
+/// Draws the tiles in the list grey.
 report::Image tiles_of(report::Image const& like, Lacking const& lacking)
 {
     report::Image image(like.width, like.height);

@@ -16,7 +16,7 @@ namespace {
 
 using tilemesh::CostModel;
 
-/// A line of the paper's stage table, milliseconds. It has no least and mean of Blend: the slowest tile by the host's clock.
+/// A line of the paper's stage table, in milliseconds. It has no minimum and mean of Blend: that is the slowest tile by the host's clock.
 struct Timed {
     char const* scene;
     double blend;
@@ -28,14 +28,14 @@ constexpr Timed paper_sloth = {"Sloth", 16.15, {1.48, 2.71, 13.70}, {3.04, 3.41,
 constexpr Timed paper_chairs = {"Chairs", 15.76, {1.60, 6.82, 16.06}, {3.10, 4.41, 11.73}, {0.00, 0.40, 3.86}, 47.41};
 constexpr Timed paper_pringles = {"Pringles", 17.16, {1.48, 3.72, 14.11}, {3.06, 3.81, 11.57}, {0.00, 0.24, 3.75}, 46.59};
 constexpr double paper_exchange_ms = 0.07;
-constexpr double within = 0.25; ///< of the paper's figure is a hit
+constexpr double within = 0.25; ///< a hit is within this share of the paper's figure
 
-/// What a price must explain: paper = fixed + price * count, in milliseconds.
+/// The data that a price must explain: paper = fixed + price * count, in milliseconds.
 struct Explained {
     double paper, fixed, count;
 };
-/// The price for which the squared logarithms of model over paper sum up to least: a factor too high weighs as one too low. They have one
-/// minimum, between the prices that explain the figures one by one.
+/// The price that minimises the sum of the squared logarithms of model over paper. A model that is too high by a factor weighs as much as
+/// one that is too low by it. The sum has one minimum, between the prices that explain the single figures.
 double fitted_price(std::vector<Explained> const& figures)
 {
     double low = INFINITY, high = 0;
@@ -59,7 +59,7 @@ double fitted_price(std::vector<Explained> const& figures)
     return 0.5 * (low + high);
 }
 
-/// Milliseconds an operation, of the kinds that `mk2_prototype` prices.
+/// Milliseconds per operation, for the kinds that `mk2_prototype` prices.
 struct Prices {
     double slot, routed, projection, comparison, pair;
 };
@@ -80,7 +80,7 @@ Prices fit(Timed const& p, PrototypeRun const& run)
     return out;
 }
 
-/// Figure by figure: ours beside the paper's, and beside it what one would say who has only seen Salad's.
+/// Compares figure by figure: ours, the paper's, and the prediction of a reader who only knows Salad's.
 class Comparison {
 public:
     Comparison(Rows& rows, Timed const& timed, bool fitted) : rows_(rows), scene_(timed.scene), fitted_(fitted) {}
@@ -103,7 +103,7 @@ public:
             rows_.push_back({"stage", scene_, quantity + " (ms)", paper, null, "null model",
                              std::string(null_hit ? "hit" : "miss") + ": Sloth as Salad"});
     }
-    /// `whole`: so many frames that the verdict must be the one that README gives.
+    /// `whole`: the run has so many frames that the verdict must be the one in the README.
     void verdict(bool whole)
     {
         rows_.push_back({"stage", scene_, "figures within 25 %, of " + std::to_string(wanted_), {}, static_cast<double>(hits_), "counted",
@@ -151,7 +151,7 @@ void compare(Timed const& p, PrototypeRun const& run, bool fitted, bool whole, R
                     p.blend + (p.total - p.blend) * 1.85 / 1.325, p.blend + (total.most - of(Stage::blend).most) * 1.85 / 1.325, "arithmetic",
                     "the authors' code divides cycles by 1.85 GHz, the paper says 1.325; Blend is a host's clock"});
     if (!fitted) out.verdict(whole);
-    // On every tile the same: whole ends move.
+    // Equal on every tile, because whole channel ends move.
     for (auto const* which : {"min", "mean"}) ours(std::string("Exchange, ") + which, run.exchange_ms);
     rows.push_back({"stage", p.scene, "Exchange, max (ms)", paper_exchange_ms, run.exchange_ms, "modelled",
                     "24,000 bytes from each side at 4 bytes a cycle; the paper's is the host's clock around a launch, an upper bound; not "
@@ -171,7 +171,7 @@ void counts(char const* scene, PrototypeRun const& run, Rows& rows)
     add("arrivals that found no slot of storage, a frame", static_cast<double>(run.lost) / run.frames);
 }
 
-/// Are the set's numbers what this run of Salad gives? A hundredth is left for other compilers' mathematics.
+/// Do the model's numbers follow from this run of Salad? 1 % is allowed for the mathematics of other compilers.
 void compare_parameters(Prices const& prices, CostModel const& model, bool whole, Rows& rows)
 {
     auto const add = [&](char const* name, double price) {
@@ -188,7 +188,7 @@ void compare_parameters(Prices const& prices, CostModel const& model, bool whole
     add("pair", prices.pair);
 }
 
-/// The paper's figures where there is nothing of ours.
+/// Adds the paper's figures without ours.
 void skip(Timed const& p, std::string const& why, Rows& rows)
 {
     auto const add = [&](std::string const& quantity, double paper) {
@@ -220,7 +220,7 @@ void stages(Context const& context, Rows& rows)
         for (auto const* p : {&paper_salad, &paper_sloth}) skip(*p, "map, cameras or orbit of Salad and Sloth are not in --data", rows);
         return;
     }
-    // Two orbits of 720 frames, as the paper averages; quick: what the first sixth of one does.
+    // Two orbits of 720 frames, over which the paper averages; quick: the first sixth of one orbit.
     PrototypePlan const plan{context.quick ? 120u : 1440u, 20, context.threads};
     auto const model = tilemesh::mk2_prototype();
     if (!context.out.empty())

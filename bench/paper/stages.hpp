@@ -3,7 +3,7 @@
 
 namespace paper {
 
-/// Milliseconds of each stage over the tiles: the authors' prototype, run as it is known, under prices fitted on Salad alone.
+/// Milliseconds of each stage over the tiles: the authors' prototype as a program, with prices that are fitted on Salad alone.
 void stages(Context const&, Rows&);
 
 } // namespace paper

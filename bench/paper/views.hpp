@@ -10,16 +10,15 @@
 
 namespace paper {
 
-/// The sphere about the box of all means, outliers too: what the authors' experiments place their cameras by.
+/// The sphere around the box of all means, including outliers. The authors' experiments place their cameras by it.
 struct Ball {
     glm::dvec3 centre{0.0};
     double radius = 0;
 };
 Ball ball_of(scene::Map const&);
 
-/// The authors' camera for experiments without a recorded path (their public code): it looks from +z at the centre of the
-/// ball, from so many radii, with the world's y up and a vertical field of view of 60 degrees, so that from 2 radii the ball
-/// just fits.
+/// The authors' camera for experiments without a recorded path (from their public code). It looks from +z at the centre of the ball, from
+/// `radii` radii away. The world's y is up and the vertical field of view is 60 degrees, so that at 2 radii the ball just fits.
 scene::Intrinsics authors_lens();
 splat::Camera authors_camera(Ball const&, double radii);
 
@@ -29,19 +28,18 @@ inline std::uint32_t index_of(tilemesh::TileId t) noexcept
 {
     return t.y() * grid_columns + t.x();
 }
-/// Hops from a tile to another: along the column and along the row.
+/// Hops from one tile to another: along the column and along the row.
 std::uint32_t hops_between(std::uint32_t tile, std::uint32_t other);
 
-/// The first and last tile that a visible splat touches, along x and y.
+/// The first and the last tile that a visible splat touches, along x and y.
 struct Touched {
     std::uint32_t x0, x1, y0, y1;
 };
 Touched touched_by(splat::Splat const&, splat::Tiling const&);
 
-/// A picture of one number a tile, 8 pixels a side, in the colours of report/heat_image.hpp: dark blue is 0, yellow is `most` and
-/// above.
+/// A picture with one number per tile, 8 pixels a side, in the colours of report/heat_image.hpp: 0 is dark blue; `most` and more is yellow.
 report::Image heat_map(std::vector<std::uint32_t> const& of_tiles, std::uint32_t most);
-/// Pictures of the same height side by side, with a white gap.
+/// Pictures of equal height side by side, with a white gap.
 report::Image side_by_side(std::vector<report::Image> const&);
 
 } // namespace paper

@@ -1,7 +1,7 @@
-// How far one picture is from another, as two colour PFM files of whatever programs wrote them: for a researcher who compares
-// another renderer's picture with ours, or ours with its reference. It measures what the reports of this project call by the same
-// names, and shares no line with them (the standard library alone, its own reader, its own loops), so that agreement to the last
-// digit means something. Exit 2 when there is nothing to measure.
+// Computes the error of one picture against another. Both are colour PFM files, from any programs: use it to compare another renderer's
+// picture with one of tilemesh, or a picture of tilemesh with its reference. The measures have the names and the meaning of the reports of
+// tilemesh. The program shares no code with the library (it uses only the standard library, its own reader and its own loops), so it checks
+// the library's numbers to the last digit. Exit status 2 if it cannot measure.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -39,13 +39,13 @@ Values are compared as they are: nothing is clamped, and no gamma is applied.
 Exit status: 0 measured, 2 not measured, with one line that says why.
 )";
 
-/// One line for the user, "<problem> (<why>); <what to do>".
+/// An error for the user in one line: "<problem> (<why>); <what to do>".
 class Refusal : public std::exception {
 public:
     Refusal(std::string const& problem, std::string const& why, std::string const& remedy)
         : text_(problem + " (" + why + "); " + remedy)
     {
-        for (char& c : text_) // a name may hold a line break
+        for (char& c : text_) // a file name may contain a line break
             if (static_cast<unsigned char>(c) < ' ') c = '?';
     }
     char const* what() const noexcept override { return text_.c_str(); }
@@ -56,7 +56,7 @@ private:
 
 std::string system_error() { return errno != 0 ? std::generic_category().message(errno) : "the stream failed"; }
 
-/// A colour picture with its rows as the file has them, from the bottom to the top; three values a pixel.
+/// A colour picture with three values per pixel. Its rows are in the order of the file, from the bottom to the top.
 struct Picture {
     std::string path;
     std::uint64_t width = 0, height = 0;
@@ -67,9 +67,9 @@ struct Close {
     void operator()(std::FILE* file) const noexcept { std::fclose(file); }
 };
 
-/// Reads a colour PFM: "PF", width, height and scale as words of text, one white space, then floats of the byte order that the
-/// scale's sign tells (negative: little endian). Files with another scale than 1 or -1 are refused, because programs differ in
-/// whether values are multiplied by it. Allocates no more than about twice what the file holds, whatever its header claims.
+/// Reads a colour PFM: "PF", width, height and scale as words of text, one white space, then floats. The sign of the scale gives the byte
+/// order (negative: little endian). A scale other than 1 or -1 is refused, because programs disagree whether values are multiplied by it.
+/// It allocates at most about twice the size of the file, for any header.
 class Reader {
 public:
     explicit Reader(std::string const& path) : path_(path)
@@ -99,7 +99,7 @@ private:
         throw Refusal("cannot read " + path_, why, remedy);
     }
 
-    /// The next byte, or a negative number at the end.
+    /// Returns the next byte, or a negative number at the end.
     int byte()
     {
         errno = 0;
@@ -110,7 +110,7 @@ private:
 
     static bool is_space(int c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; }
 
-    /// The next word of the header and the one white space behind it. A word of 32 characters is none of a header.
+    /// Returns the next word of the header, and takes the white space after it. A header has no word of 32 characters.
     std::string word()
     {
         std::string word;
@@ -177,7 +177,7 @@ private:
     int word_count_ = 0;
 };
 
-/// Refuses NaN and infinity, which no measure covers; names the first such pixel as a viewer counts, from the top left.
+/// Refuses NaN and infinity, for which no measure is defined. The error names the first such pixel, counted from the top left.
 void expect_finite(Picture const& picture)
 {
     for (std::uint64_t row = 0; row < picture.height; ++row)
@@ -191,7 +191,7 @@ void expect_finite(Picture const& picture)
         }
 }
 
-/// One channel of a picture with its border repeated outwards `margin` times, so that every window lies inside.
+/// One channel of a picture. Its border is repeated outwards `margin` times, so that every window lies inside.
 class Plane {
 public:
     Plane(Picture const& picture, std::uint64_t channel, std::uint64_t margin) : stride_(picture.width + 2 * margin)
@@ -205,7 +205,7 @@ public:
                 values_.push_back(
                     picture.values[3 * (inside(y, picture.height) * picture.width + inside(x, picture.width)) + channel]);
     }
-    /// From column x on of row y, where (0, 0) is the first of the margin.
+    /// The values of row y from column x on, where (0, 0) is the first value of the margin.
     float const* at(std::uint64_t x, std::uint64_t y) const { return &values_[y * stride_ + x]; }
 
 private:
@@ -213,7 +213,7 @@ private:
     std::vector<float> values_;
 };
 
-/// The mean structural similarity, window by window: weights of both directions at once, means, then central moments.
+/// The mean structural similarity, window by window: weights in both directions at once, then means, then central moments.
 double structural_similarity(Picture const& picture, Picture const& reference)
 {
     constexpr std::size_t side = 11;
@@ -264,7 +264,7 @@ double structural_similarity(Picture const& picture, Picture const& reference)
     return sum / static_cast<double>(picture.values.size());
 }
 
-/// A measure's name and its value as it is printed.
+/// The name of a measure, and its value as text.
 using Measure = std::pair<char const*, std::string>;
 
 std::vector<Measure> measure(Picture const& picture, Picture const& reference)
@@ -284,7 +284,7 @@ std::vector<Measure> measure(Picture const& picture, Picture const& reference)
 
     double const n = static_cast<double>(count);
     double const rmse = std::sqrt(squares / n);
-    double const psnr = -20.0 * std::log10(rmse); // of 0 it is +infinity, printed as "inf"
+    double const psnr = -20.0 * std::log10(rmse); // for 0 it is +infinity, printed as "inf"
     auto const print = [](char const* format, double value) {
         std::array<char, 400> text; // the largest float in levels has 42 digits before the point
         std::snprintf(text.data(), text.size(), format, value);

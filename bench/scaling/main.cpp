@@ -1,4 +1,4 @@
-// How a frame's time and memory grow with Gaussians, pixels and tiles.
+// The growth of a frame's time and memory with Gaussians, pixels and tiles.
 #include "options.hpp"
 #include "synthetic.hpp"
 #include <common/direct.hpp>
@@ -27,7 +27,7 @@ using namespace scaling;
 using tilemesh::Extent2;
 using tilemesh::scene::Size;
 
-/// Bytes of the process that lie in memory.
+/// The bytes of the process that are in memory.
 double resident_bytes()
 {
     ::malloc_trim(0);
@@ -37,8 +37,8 @@ double resident_bytes()
     return resident * static_cast<double>(::sysconf(_SC_PAGESIZE));
 }
 
-/// `lossless` with more slots and pixels a tile: room for what any value of any axis brings. Capacity is address space, and costs no memory
-/// until it is used.
+/// `lossless` with more slots and pixels per tile: room for every value of every axis. Capacity is address space, and costs no memory until
+/// it is used.
 tilemesh::render::SetupChoice roomy_setup()
 {
     auto setup = tilemesh::render::choice_of<tilemesh::splat::Lossless>();
@@ -53,8 +53,8 @@ struct Point {
     std::string axis;
     std::uint64_t value = 0;
     Size size{1280, 720};
-    Extent2 grid{40, 36}, tile{}; ///< tile: 0 x 0: the frame is spread over the grid
-    std::uint32_t gaussians = 0;  ///< of the made-up map; 0: the other map
+    Extent2 grid{40, 36}, tile{}; ///< tile 0 x 0: the frame is spread over the grid
+    std::uint32_t gaussians = 0;  ///< of the synthetic map; 0: the other map
 };
 
 struct Row {
@@ -63,7 +63,7 @@ struct Row {
     std::uint32_t threads = 0;
     std::vector<double> direct, mesh;
     double bytes = 0, pairs = 0, messages = 0;
-    double bytes_empty = 0; ///< idle_tiles: with a map of one record, so that no idle tile has ever held one
+    double bytes_empty = 0; ///< idle_tiles: with a map of one record, so that no idle tile has ever held a record
 };
 
 std::vector<Point> points_of(std::string const& axis, bool quick)
@@ -159,7 +159,7 @@ std::vector<Row> measure(Point const& point, Options const& options, std::vector
     return rows;
 }
 
-/// What the rows of one axis say.
+/// Prints the conclusions from the rows of one axis.
 void conclude(std::string const& axis, std::vector<Row> const& rows, Options const& options)
 {
     for (auto const threads : options.threads) {
@@ -208,7 +208,7 @@ std::string csv(std::vector<Row> const& rows)
 int run(Options const& options)
 {
     bench::expect_folder_of(options.csv);
-    // Large blocks go back to the system when they are freed, so that the process grows by what each machine takes.
+    // Large blocks go back to the system when they are freed, so that the process grows by the memory of each machine.
     ::mallopt(M_MMAP_THRESHOLD, 1 << 18);
     std::vector<Row> rows;
     std::vector<std::string> broken;

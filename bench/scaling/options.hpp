@@ -9,12 +9,12 @@ namespace scaling {
 inline char const* const axis_names[] = {"gaussians", "pixels", "tiles", "idle_tiles"};
 
 struct Options : bench::Options {
-    std::vector<std::string> axes; ///< all where none is named
+    std::vector<std::string> axes; ///< empty: all
     std::string motion = "orbit0.5";
-    std::vector<std::uint32_t> threads; ///< those measured beside each other
+    std::vector<std::uint32_t> threads; ///< measured side by side
 };
 
-/// Throws tilemesh::Error for what is no option, or no value of one.
+/// Throws tilemesh::Error for an unknown option or an invalid value.
 Options parse(std::vector<std::string> const& words);
 std::string help();
 

@@ -6,7 +6,7 @@ namespace scaling {
 
 namespace {
 
-/// Even in [0, 1): number `which` of record `record` (SplitMix64: Steele, Lea, Flood 2014).
+/// A uniform number in [0, 1): number `which` of record `record` (SplitMix64: Steele, Lea, Flood 2014).
 double even(std::uint32_t record, std::uint32_t which)
 {
     std::uint64_t h = (std::uint64_t{record} << 8 | which) * 0x9e3779b97f4a7c15u;
@@ -24,7 +24,7 @@ bench::Scene synthetic(std::uint32_t gaussians, tilemesh::scene::Size size)
     out.camera = scene::make_camera(scene::look_at({0, 0, 0}, {0, 0, 1}), scene::lens_from_field_of_view(60.0, size));
     out.map.name = "synthetic";
     out.map.gaussians.reserve(gaussians);
-    // Half the view at depth 1, along both axes, and the depth at which a pixel of a frame 1280 wide is that long.
+    // Half the view at depth 1, along both axes, and the size of a pixel of a 1280-wide frame at that depth.
     double const half_x = std::tan(30.0 * 3.14159265358979323846 / 180.0), half_y = half_x * 720.0 / 1280.0;
     double const pixel = 2 * half_x / 1280.0;
     for (std::uint32_t i = 0; i < gaussians; ++i) {

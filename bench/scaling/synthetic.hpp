@@ -4,11 +4,11 @@
 
 namespace scaling {
 
-/// A map of `gaussians` records that all come from one distribution, and its camera: with n of them the first n of any larger map.
+/// A map of `gaussians` records from one distribution, and its camera. A map with n records has the first n records of any larger map.
 ///
-/// Means are even over the frame, and a tenth beyond it on each side, and over depths of 2 to 6; footprints have a standard
-/// deviation of about 1 to 8 pixels at 1280 x 720 and axes up to 7 times as long as each other; opacities are 0.05 to 0.6, so that
-/// light reaches some tens of layers. Integer arithmetic and `exp`, `log` and `sqrt` in double.
+/// Means are uniform over the frame and a tenth beyond it on each side, at depths of 2 to 6. Footprints have standard deviations of about 1
+/// to 8 pixels at 1280 x 720, with axis ratios up to 7. Opacities are 0.05 to 0.6, so that light passes through some tens of layers. The
+/// map is computed with integers, and `exp`, `log` and `sqrt` in double.
 bench::Scene synthetic(std::uint32_t gaussians, tilemesh::scene::Size size);
 
 } // namespace scaling

@@ -11,7 +11,7 @@
 #    error "tilemesh: -ffast-math breaks the promise of equal bits and of finite pictures; build without it"
 #endif
 
-/// Views and rules that must vanish into the tile loop (host) or the vertex (IPU). Not for floating-point arithmetic: see
+/// For views and rules that must be inlined into the tile loop (host) or the vertex (IPU). Do not use it for floating-point arithmetic: see
 /// TILEMESH_EXACT_BEGIN.
 #if defined(__GNUC__) || defined(__clang__)
 #    define TILEMESH_KERNEL [[gnu::always_inline]] inline
@@ -27,10 +27,11 @@
 #    define TILEMESH_HOST inline
 #endif
 
-/// Between these two, `a * b + c` is two roundings, whatever the compiler's default (GCC fuses by default where the target can):
-/// a fused operation happens only where `multiply_add` is written. Clang's explicit `-ffp-contract=fast` overrides it. Functions
-/// between them that do arithmetic must not be `always_inline`, because GCC gives an inlined body the options of the function it
-/// lands in. Targets on which Clang cannot save the rule (it warns; an IPU's compiler may be one) keep it to the end of the file.
+/// Between these two macros, `a * b + c` is rounded twice, for any default of the compiler (GCC fuses by default if the target can). A
+/// fused operation occurs only where the code calls `multiply_add`. Clang's explicit `-ffp-contract=fast` overrides this rule. Functions
+/// between the macros that do arithmetic must not be `always_inline`, because GCC gives an inlined body the options of the function into
+/// which it is inlined. On some targets Clang cannot restore the earlier rule (it warns; an IPU's compiler may be one); there the rule
+/// holds to the end of the file.
 #if defined(__clang__) && (defined(__x86_64__) || defined(__i386__) || defined(__aarch64__))
 #    define TILEMESH_EXACT_BEGIN _Pragma("float_control(push)") _Pragma("clang fp contract(off)")
 #    define TILEMESH_EXACT_END _Pragma("float_control(pop)")
@@ -78,8 +79,8 @@ namespace tilemesh { inline namespace v0_2 { namespace detail {
 
 TILEMESH_EXACT_BEGIN
 namespace tilemesh { inline namespace v0_2 {
-/// a * b + c, in one rounding where the target has a fused operation and in two where it has not: one rule a build.
-/// Emulating the fused form would be a library call for every term.
+/// a * b + c. It is rounded once if the target has a fused operation, otherwise twice; so a build has one rule. Without hardware, the fused
+/// form would cost a library call for every term.
 inline float multiply_add(float a, float b, float c) noexcept
 {
 #if defined(__FMA__) || defined(__ARM_FEATURE_FMA) || defined(__IPU__)
@@ -93,8 +94,8 @@ TILEMESH_EXACT_END
 
 #if defined(TILEMESH_COMPILED)
 namespace tilemesh { inline namespace v0_2 { namespace detail {
-/// A program and the compiled library that it links must agree on `multiply_add`, or pictures would mix two roundings. One of these two is
-/// in the library; a program that is built for another kind of processor (`-march`) does not link.
+/// A program and the compiled library that it links must agree on `multiply_add`, or pictures would mix two roundings. The library defines
+/// one of these two symbols. A program that is built for another kind of processor (`-march`) does not link.
 #    if defined(__FMA__) || defined(__ARM_FEATURE_FMA)
 extern char const the_compiled_library_fuses_multiply_add;
 [[gnu::used]] constexpr char const* rounds_as_the_library = &the_compiled_library_fuses_multiply_add;

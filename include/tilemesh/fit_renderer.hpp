@@ -39,7 +39,7 @@ public:
     splat::Model& model() override { return renderer_.model(); }
     void hold_to(scene::Demand const& demand) override
     {
-        demand_.scanned = demand.scanned; // first: it may throw
+        demand_.scanned = demand.scanned; // first, because this may throw
         demand_.culled = demand.culled;
     }
     Extent2 grid() override
@@ -54,11 +54,11 @@ public:
 
 private:
     R renderer_;
-    scene::Demand demand_; ///< what it says of the views
+    scene::Demand demand_; ///< only the facts about views
 };
 
 namespace detail {
-/// The renderer of setup S: on host threads by reference, on other engines by value. So each form checks the other.
+/// The renderer of setup S: by reference on host threads, by value on other engines. So each form checks the other one.
 template <class S, template <class, class> class Engine>
 struct Renders {
     using type = BasicRenderer<S, Engine>;
@@ -81,16 +81,16 @@ public:
     }
 };
 
-/// Does setup S do all that a scene demands?
+/// Does setup S have everything that a scene needs?
 template <class S>
 bool meets(scene::Demand const& demand) noexcept
 {
     return S::Record::sh_degree >= demand.sh_degree && (S::routes || !demand.moves) && (S::blooms || !demand.spans);
 }
 
-/// The renderer of the first of `Setups` that does all that the scene demands, on host threads; name the smallest first. Throws Error
-/// where none does. The records that no view shows are not loaded (scene::needed). Compile time: setups that differ in machine, sizes,
-/// degree or saturation share one renderer; one without routing or bloom costs seconds more.
+/// Returns the renderer, on host threads, of the first of `Setups` that has everything the scene needs. Name the smallest setup first.
+/// Throws Error if none has it. Records that no view shows are not loaded (scene::needed). Compile time: setups that differ in machine,
+/// sizes, degree or saturation share one renderer; a setup without routing or bloom costs several seconds more.
 template <class... Setups>
 std::unique_ptr<AnyRenderer> fit_renderer(scene::Map const& map, scene::Demand const& demand, RendererOptions const& options = {})
 {
@@ -110,7 +110,7 @@ std::unique_ptr<AnyRenderer> fit_renderer(scene::Map const& map, scene::Demand c
     return renderer;
 }
 
-/// A renderer for a map of any degree and for any cameras. Its records hold exactly the map's degree.
+/// Returns a renderer for a map of any degree and for any cameras. Its records hold exactly the map's degree.
 template <class Base = splat::Lossless>
 std::unique_ptr<AnyRenderer> fit_to_map(scene::Map const& map, RendererOptions const& options = {})
 {

@@ -9,7 +9,7 @@ namespace tilemesh { inline namespace v0_2 {
 /// Threads that the destructor joins, also when an exception ends the scope. It replaces a vector of std::jthread in standard libraries
 /// without std::jthread (libc++ 16); it has no stop tokens.
 ///
-/// What the threads use must outlive this object: declare it after them.
+/// Objects that the threads use must outlive this object: declare it after them.
 class JoinedThreads {
 public:
     JoinedThreads() = default;
@@ -17,7 +17,7 @@ public:
     JoinedThreads(JoinedThreads const&) = delete;
     JoinedThreads& operator=(JoinedThreads const&) = delete;
 
-    /// Calls f(arguments...) on a new thread, with copies of f and of the arguments. Throws std::system_error when the system gives no
+    /// Calls f(arguments...) on a new thread, with copies of f and of the arguments. Throws std::system_error if the system cannot create a
     /// thread; threads that were started before continue, and are still joined.
     template <class F, class... Arguments>
     void start(F&& f, Arguments&&... arguments)

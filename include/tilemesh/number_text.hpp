@@ -18,14 +18,15 @@ namespace detail {
 
 inline bool is_digit(char c) noexcept { return c >= '0' && c <= '9'; }
 
-/// Does [first, last) begin with this word of lower-case letters, in letters of either case?
+/// Does [first, last) begin with this word? `word` has lower-case letters; the text may have letters of either case.
 inline bool begins_with(char const* first, char const* last, std::string_view word) noexcept
 {
     return static_cast<std::size_t>(last - first) >= word.size() &&
            std::equal(word.begin(), word.end(), first, [](char w, char c) { return w == (c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c); });
 }
 
-/// The end of "inf", "infinity", "nan" or "nan(letters, digits and _)" at the beginning of [first, last); first where none is there.
+/// Returns the end of "inf", "infinity", "nan" or "nan(letters, digits and _)" at the beginning of [first, last), or `first` if there is no
+/// such word.
 inline char const* end_of_word(char const* first, char const* last) noexcept
 {
     if (begins_with(first, last, "infinity")) return first + 8;
@@ -38,11 +39,11 @@ inline char const* end_of_word(char const* first, char const* last) noexcept
     return end != last && *end == ')' ? end + 1 : first;
 }
 
-/// std::from_chars(first, last, value) for float and double with std::chars_format::general, by std::strtof and std::strtod:
-/// the same texts, the same end, the same errors; `value` stays as it is where there is an error.
+/// std::from_chars(first, last, value) for float and double with std::chars_format::general, implemented with std::strtof and std::strtod.
+/// It accepts the same texts, and returns the same end and the same errors. If there is an error, `value` does not change.
 ///
 /// The result does not depend on the locale: std::strtod gets digits and an exponent, without a decimal point. The result is correctly
-/// rounded if the C library's strtod is (glibc, musl, macOS). Allocates nothing, however long the text is.
+/// rounded if the C library's strtod is (glibc, musl, macOS). It allocates nothing, for a text of any length.
 template <class T>
 std::from_chars_result read_floating(char const* const first, char const* const last, T& value) noexcept
 {
@@ -56,10 +57,10 @@ std::from_chars_result read_floating(char const* const first, char const* const 
         return {end, std::errc{}};
     }
 
-    // A double and the point half-way to the next one have at most 768 significant digits. Of the digits after these, it only matters
-    // whether one is not 0: one more digit holds that.
+    // A double, and the point half-way to the next double, have at most 768 significant digits. Of the later digits, it only matters
+    // whether one is not 0: one more digit records that.
     constexpr std::size_t most_digits = 768;
-    std::array<char, most_digits + 1 + 24> text{}; // a sign, "e", the exponent and the end have room in 24
+    std::array<char, most_digits + 1 + 24> text{}; // 24: a sign, "e", the exponent and the end
     std::size_t size = 0, digits = 0;
     if (negative) text[size++] = '-';
     std::int64_t exponent = 0; // of the last digit in `text`
@@ -104,7 +105,7 @@ std::from_chars_result read_floating(char const* const first, char const* const 
         --exponent;
     }
     text[size++] = 'e';
-    exponent = std::clamp<std::int64_t>(exponent, -99999, 99999); // far beyond every double, for any digits
+    exponent = std::clamp<std::int64_t>(exponent, -99999, 99999); // far beyond every double, for any number of digits
     *std::to_chars(text.data() + size, text.data() + text.size() - 1, exponent).ptr = '\0';
 
     auto const caller_errno = errno;
@@ -118,8 +119,8 @@ std::from_chars_result read_floating(char const* const first, char const* const 
 
 } // namespace detail
 
-/// std::from_chars(first, last, value) for any whole number, float and double, also with a standard library whose std::from_chars
-/// takes whole numbers only (libc++ 16).
+/// std::from_chars(first, last, value) for any integer type, float and double. It also works with a standard library whose std::from_chars
+/// takes integers only (libc++ 16).
 template <class T>
 std::from_chars_result read_number(char const* first, char const* last, T& value) noexcept
 {

@@ -6,12 +6,12 @@
 #include <string>
 #include <tilemesh/model/any_to_any.hpp>
 
-// The bound of an exchange from any tile to any tile: a hand-computed example, what kernels say, and what is refused.
+// The bound of an exchange from any tile to any tile: an example computed by hand, the reports of kernels, and refusals.
 using namespace engine_test;
 
 namespace {
-/// A row of four tiles. Step 0 computes. Step 1 routes: tile 0 sends three messages of 8 bytes eastwards, to tiles 1, 2 and 3;
-/// each superstep one stays and the rest go on. Step 2 takes nothing and sends nothing, but votes once.
+/// A row of four tiles. Step 0 computes. Step 1 routes: tile 0 sends three messages of 8 bytes eastwards, to tiles 1, 2 and 3. In each
+/// superstep one message stays and the others go on. Step 2 takes nothing and sends nothing, but votes once.
 Trace by_hand()
 {
     Trace trace;
@@ -29,7 +29,7 @@ constexpr Grid row{4, 1};
 
 TEST_CASE("any to any: four tiles in a row, by hand")
 {
-    auto m = model(); // 100 cycles an exchange, a quarter a byte, 7 a sync, 3 a vote
+    auto m = model(); // 100 cycles per exchange, 0.25 per byte, 7 per sync, 3 per vote
     m.exchange_cost = ExchangeCost::live;
     auto const a = any_to_any(m, by_hand(), row);
     REQUIRE(a.steps.size() == 3);
@@ -37,7 +37,7 @@ TEST_CASE("any to any: four tiles in a row, by hand")
     CHECK(a.steps[0].bound_cycles == 7);
     CHECK(!a.steps[0].replaced);
 
-    // 108 + 106 + 104 + 0, four syncs and four votes. Instead one exchange in which nobody takes more than one message.
+    // 108 + 106 + 104 + 0, four syncs and four votes. The bound: one exchange in which no tile takes more than one message.
     auto const& route = a.steps[1];
     CHECK(route.kernel == "route");
     CHECK(route.supersteps == 4);
@@ -56,7 +56,7 @@ TEST_CASE("any to any: four tiles in a row, by hand")
     CHECK(a.supersteps_replaced == 4);
     CHECK(a.exchanges == 1);
 
-    // Copies of whole channels cost more hop by hop; what the bound moves is live.
+    // Hop by hop, copies of whole channels cost more; the bound moves live messages only.
     m.exchange_cost = ExchangeCost::capacity;
     auto const c = any_to_any(m, by_hand(), row);
     CHECK(c.steps[1].news_cycles == 4 * (100 + 32 + 7 + 3));
@@ -104,7 +104,7 @@ TEST_CASE("any to any: runs that settle differently are different")
 
 TEST_CASE("any to any: nothing sent, nothing settled, nothing run")
 {
-    auto sent_only = by_hand(); // a bound cut it: all is under way
+    auto sent_only = by_hand(); // a bound cut the step: all messages are still under way
     for (auto& s : sent_only.supersteps)
         for (auto& t : s.tiles) t.operations.settled_bytes = 0;
     auto const a = any_to_any(model(), sent_only, row);
@@ -127,8 +127,8 @@ TEST_CASE("any to any: another grid, and numbers too large, are refused")
     m.exchange_millicycles_a_byte = most_millicycles + 1;
     CHECK(has(error_of([&] { any_to_any(m, by_hand(), row); }), "give it smaller numbers"));
 
-    // 43 supersteps of 2^32 - 1 bytes at 100,000 cycles: 1.8469e19 millicycles, just above 64 bits; 42 fit. Nothing was sent in this
-    // run, so that what it cost by hops stays small.
+    // 43 supersteps of 2^32 - 1 bytes at 100,000 cycles are 1.8469e19 millicycles, just above 64 bits; 42 fit. Nothing was sent in this
+    // run, so that its cost by hops stays small.
     m.exchange_millicycles_a_byte = most_millicycles;
     Trace trace;
     trace.kernels = {"K"};
@@ -154,7 +154,7 @@ struct Carrying {
     enum Kind : std::uint32_t { looked };
     static constexpr char const* names[] = {"looked"};
 };
-/// Eastwards to the tile that a parcel names.
+/// Sends a parcel eastwards to the tile that it names.
 struct Carry {
     void operator()(Here here, Held& held, In<Belt> in, Out<Belt> out) const noexcept
     {
@@ -184,7 +184,7 @@ TEST_CASE("any to any: what kernels say of where messages end is the same on eac
     on_each<Program, Traced<Mk2>>(row, [](auto& mesh) {
         mesh.run();
         auto const a = any_to_any(model(), mesh.trace(), row);
-        CHECK(a.steps[0].bound_cycles == 0); // it sends; nothing ends there
+        CHECK(a.steps[0].bound_cycles == 0); // it only sends; no message ends there
         CHECK(a.steps[1].settled_bytes == 3 * 8);
         CHECK(a.steps[1].busiest == 3);
         CHECK(a.steps[1].busiest_bytes == 16);

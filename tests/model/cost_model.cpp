@@ -9,8 +9,8 @@
 #include <tilemesh/scene/built_in.hpp>
 #include <tilemesh/scene/orbit.hpp>
 
-// Modelled cycles: a hand-computed example, and that a trace is the same on every engine and any number of threads. What frames
-// say of where their messages end.
+// Modelled cycles: an example computed by hand. A trace is the same on every engine and with any number of threads. Frames report where
+// their messages end.
 using namespace engine_test;
 
 namespace {
@@ -18,7 +18,7 @@ struct Load {
     std::uint32_t messages;
 };
 struct Wire : Channel<std::uint32_t, 4> {};
-using splat::Operation; // as good a set as any
+using splat::Operation; // any set of operations would do
 using splat::Operations;
 struct Send {
     void operator()(Load const& load, Out<Wire> out) const noexcept
@@ -42,7 +42,7 @@ struct Take {
         return o;
     }
 };
-struct Silent { // says nothing of what it does
+struct Silent { // reports no operations
     void operator()(Load&) const noexcept {}
 };
 using Program = Sequence<Superstep<Send>, Superstep<Take>>;
@@ -104,12 +104,12 @@ TEST_CASE("cost model: votes are paid for by supersteps of UntilQuiet, and nothi
     auto const& trace = mesh.trace();
     REQUIRE(trace.supersteps.size() == 3);
     CHECK(trace.supersteps[1].votes);
-    CHECK(trace.supersteps[1].tiles.size() == 2); // who has mail; the last tile's comes back to it from the east and is not for it
+    CHECK(trace.supersteps[1].tiles.size() == 2); // tiles with mail; the last tile's message comes back to it from the east and is not for it
     CHECK(trace.supersteps[2].step == 3);
     auto const cost = model_cost(model(), trace, Grid{3, 1});
     CHECK(cost.supersteps[0].vote == 0);
     CHECK(cost.supersteps[1].vote == 3);
-    CHECK(cost.supersteps[2].compute == 10); // a kernel that does not say what it does costs its run
+    CHECK(cost.supersteps[2].compute == 10); // a kernel that reports no operations costs its run
 }
 
 namespace {
@@ -120,7 +120,7 @@ struct SmallDrop : support::Small<5, 120, splat::Paper> {
     using Machine = Traced<TestMachine<64u << 20>>;
 };
 
-/// Where each record is anchored.
+/// The anchor tile of each record.
 template <class S, class M>
 std::map<splat::GaussianId, std::uint32_t> anchors(M& mesh)
 {
@@ -139,9 +139,9 @@ std::vector<std::uint64_t> settled(Trace const& trace)
         for (auto const& t : s.tiles) bytes[s.step] += t.operations.settled_bytes;
     return bytes;
 }
-constexpr std::size_t route_step = 1, bloom_step = 2; // whose first superstep is a step, the rest another
+constexpr std::size_t route_step = 1, bloom_step = 2; // bloom's first superstep is one step, the others are another
 
-/// Renders three views: what settles in Route are the records whose anchor moved, in Bloom what it sent.
+/// Renders three views. In Route the records whose anchor moved settle, in Bloom the copies that it sent.
 template <class S, class Camera>
 void bytes_are_conserved(scene::Map const& map, RendererOptions const& options, Camera const& camera)
 {

@@ -6,7 +6,7 @@
 #include <tilemesh/splat/operations.hpp>
 #include <tilemesh/splat/projection.hpp>
 
-// The numbers of cost models: where they are from, and their text form.
+// The numbers of cost models: their sources, and their text form.
 using namespace tilemesh;
 
 namespace {
@@ -30,7 +30,7 @@ std::string refusal(std::string const& text)
     }
     return "";
 }
-/// mk2() as a file, with its first `from` replaced.
+/// mk2() as a file, with the first `from` replaced by `to`.
 std::string changed(std::string const& from, std::string const& to)
 {
     auto text = written(mk2());
@@ -38,7 +38,7 @@ std::string changed(std::string const& from, std::string const& to)
     REQUIRE(at != std::string::npos);
     return text.replace(at, from.size(), to);
 }
-/// mk2() as a file, with other words where a parameter's line was.
+/// mk2() as a file, with another line in place of a parameter's.
 std::string with_line(std::string const& name, std::string const& line)
 {
     auto text = written(mk2());
@@ -51,7 +51,7 @@ constexpr char const* parameters[] = {"clock",    "exchange_cost", "slot", "proj
                                       "exchange", "exchange_byte", "sync", "vote"};
 constexpr std::uint32_t most_count = 0xffffffffu;
 
-/// A run of one superstep of one tile that did as much as can be counted, of all kinds.
+/// A run of one superstep of one tile that has the largest count of every kind.
 Trace most_of_all(std::size_t supersteps)
 {
     Trace trace;
@@ -77,13 +77,13 @@ TEST_CASE("cost parameters: mk2 has every number, with unit and source")
         CHECK((kind == "document" || kind == "arithmetic" || kind == "guess"));
     }
     CHECK(m.parameters[0].value == m.clock_khz);
-    REQUIRE(m.prices.size() == std::size(splat::Operation::names)); // each that splatting counts
+    REQUIRE(m.prices.size() == std::size(splat::Operation::names)); // every operation that splatting counts
     for (std::size_t i = 0; i < m.prices.size(); ++i) {
         CHECK(m.prices[i].operation == splat::Operation::names[i]);
         CHECK(m.parameters[2 + i].name == m.prices[i].operation);
         CHECK(m.parameters[2 + i].value == m.prices[i].millicycles);
     }
-    // What no document has says so.
+    // A number that no document has is marked as a guess.
     CHECK(m.parameters[12].source.starts_with("guess"));
     CHECK(m.parameters[13].source.starts_with("guess"));
 }
@@ -111,7 +111,7 @@ TEST_CASE("cost parameters: mk2's numbers by hand")
 }
 
 namespace {
-/// What a projection does, counted: an arithmetic as splat/number.hpp describes it, of one float.
+/// Counts what a projection does: an arithmetic as splat/number.hpp describes it, of one float.
 struct Counting {
     static inline std::uint32_t flops, roots, others;
     struct Real {
@@ -143,7 +143,7 @@ struct Counting {
         friend bool operator!=(Word a, std::int32_t b) { return other(a.v != b); }
     };
     using Mask = bool;
-    static constexpr std::uint32_t lanes = 2; // where one float leaves early or goes a rare way, lanes go on
+    static constexpr std::uint32_t lanes = 2; // one float may return early or take a rare branch; lanes go on
 
     static Real flop(float v)
     {
@@ -240,7 +240,7 @@ TEST_CASE("cost parameters: what is written is read back, and written alike")
     CHECK(read(written(other)) == other);
     CHECK(read(written(other)) != m);
 
-    // However the stream prints numbers.
+    // The stream's number format does not matter.
     std::ostringstream hex;
     hex << std::hex << std::showbase;
     hex.width(40);
@@ -330,7 +330,7 @@ TEST_CASE("cost parameters: every refusal names the file and the line")
     begins(with_line("sync", "sync 1 cycles x\n#" + std::string(4096, '.')), "16 is too long (more than 4096 bytes)");
     begins("#" + std::string(4096, '.'), "1 is too long");
 
-    // A name of a file that would break the line.
+    // A file name that would break the line.
     std::istringstream empty;
     CHECK_THROWS_WITH_AS(read_cost_model(empty, "a\nb"), doctest::Contains("a?b line 0"), Error);
 }
@@ -378,7 +378,7 @@ TEST_CASE("cost parameters: what cannot be written or set is refused")
     CHECK_THROWS_AS(set_parameter(m, "run", most_cycles + 1, "x"), Error);
     CHECK_THROWS_AS(set_parameter(m, "pixel", most_millicycles + 1, "x"), Error);
     CHECK(m == mk2()); // a refused number changes nothing
-    // In whatever order they are set, they are listed in one.
+    // The order of setting does not matter: the list has one order.
     CostModel again;
     again.name = m.name;
     again.prices = m.prices;
@@ -397,7 +397,7 @@ TEST_CASE("cost model: the largest counts and numbers do not wrap, larger number
     auto const exchange = most_cycles + std::uint64_t{4} * most_count * (most_millicycles / 1000);
     for (auto kind : {ExchangeCost::capacity, ExchangeCost::live}) {
         m.exchange_cost = kind;
-        auto const cost = model_cost(m, most_of_all(1), Grid{1, 1}); // what one tile sends comes back to it, on all sides
+        auto const cost = model_cost(m, most_of_all(1), Grid{1, 1}); // a tile's messages come back to it, on all sides
         CHECK(cost.supersteps[0].compute == compute);
         CHECK(cost.supersteps[0].exchange == exchange);
         CHECK(cost.cycles == compute + exchange + 2 * most_cycles);

@@ -9,7 +9,7 @@
 #include <string>
 #include <tilemesh/model/energy.hpp>
 
-// Energy: a hand-computed example, exact sums, what is refused where nobody said what an event takes, and the file.
+// Energy: an example computed by hand, exact sums, refusals of events without an energy, and the file.
 using namespace tilemesh;
 using engine_test::two_supersteps::by_hand;
 using engine_test::model;
@@ -73,7 +73,7 @@ TEST_CASE("energy: three tiles and two steps, by hand")
     auto const e = energy_of(prices(), model(), by_hand(), row);
     CHECK(e.of("slot").count == 12);
     CHECK(e.of("routed").count == 4);
-    CHECK(e.of(sent_byte_event).count == 0); // part of the copies
+    CHECK(e.of(sent_byte_event).count == 0); // these bytes are in the copies
     CHECK(e.of(capacity_byte_event).count == 3 * 4 * 24);
     CHECK(e.of(tile_cycle_event).count == 3 * (cycles[0] + cycles[1]));
     CHECK(e.of("slot").joules == femto(12'000));
@@ -113,7 +113,7 @@ TEST_CASE("energy: an event without a price is refused, one that does not occur 
     auto live = model();
     live.exchange_cost = ExchangeCost::live;
     CHECK(error_of([&] { energy_of(prices(), live, by_hand(), row); }).find("event sent_byte occurs") != std::string::npos);
-    // A new model has no energy at all, and a free event is said to be free.
+    // A new model has no energies. A free event needs an energy of 0.
     CHECK_THROWS_AS(energy_of({}, model(), by_hand(), row), Error);
     set_energy(e, "routed", 0, "not counted: part of slot");
     CHECK(energy_of(e, model(), by_hand(), row).of("routed").joules == 0);
@@ -165,7 +165,7 @@ TEST_CASE("energy: names, values and sources that are none are refused")
         CHECK(error_of([&] { set_energy(e, name, 1, "x"); }).find("an event is a word of 1 to 64 printable ASCII characters") != std::string::npos);
     CHECK(error_of([&] { set_energy(e, "slot", most_femtojoules + 1, "x"); }) ==
           "parameter slot cannot be 4000000001 (it goes from 0 to 4000000000 fJ); give it a value in this range");
-    auto by_hand_set = prices(); // events are public: what set_energy refuses would wrap in the sums
+    auto by_hand_set = prices(); // events are public: values that set_energy refuses would wrap in the sums
     for (std::uint64_t const value : {most_femtojoules + 1, std::uint64_t{1} << 32, ~std::uint64_t{0}}) {
         by_hand_set.events[0].value = value;
         CHECK(error_of([&] { energy_of(by_hand_set, model(), by_hand(), row); }) ==
@@ -206,7 +206,7 @@ TEST_CASE("energy: the file gives back the model, without what is not set")
     begins("model m\n", "1 begins no energy model");
     begins("energy m\ntile_cycle 1 pJ x\n", "2 has another unit (tile_cycle is in fJ, not in \"pJ\"); convert the value");
     begins("energy m\nslot 1 pJ x\n", "2 has an unknown parameter (\"slot\"); use sent_byte, capacity_byte, tile_cycle, or the name of an operation and the unit fJ");
-    CHECK(read("energy m\nswap 1 fJ x\n").events[0].name == "swap"); // an operation of somebody's program
+    CHECK(read("energy m\nswap 1 fJ x\n").events[0].name == "swap"); // an operation of a user's program
     begins("energy m\nslot 1 fJ\n", "2 has no source");
     begins("energy m\nslot 1.5 fJ x\n", "2 has no whole number (slot is \"1.5\"); write digits only, from 0 to 4000000000");
     begins("energy m\nslot 4000000001 fJ x\n", "2 is out of range");

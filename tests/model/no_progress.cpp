@@ -6,7 +6,7 @@
 #include <tilemesh/model/no_progress.hpp>
 #include <vector>
 
-// Programs that never become quiet: what repeats is found and named; programs that go on are left alone; most_passes stops a run.
+// Programs that never become quiet: the repetition is found and named; programs that make progress are left alone; most_passes stops a run.
 using namespace engine_test;
 
 namespace {
@@ -15,10 +15,10 @@ struct Parcel {
 };
 struct Track : Channel<Parcel, 2> {};
 struct Point {
-    std::uint32_t sends; ///< 1 + the side to which a tile hands on what comes; 0: it keeps it
+    std::uint32_t sends; ///< 1 + the side to which a tile passes its messages on; 0: it keeps them
     std::uint32_t kept;
 };
-/// Hands on what comes to the side that the tile points to.
+/// Passes a message on to the side to which the tile points.
 struct Hand {
     void operator()(Point& point, In<Track> in, Out<Track> out) const noexcept
     {
@@ -29,7 +29,7 @@ struct Hand {
             }
     }
 };
-/// Puts the first parcels on their way, where the host says how many.
+/// Sends the first parcels; the host sets their number.
 struct First {
     std::uint32_t parcels;
 };
@@ -43,7 +43,7 @@ using Handing = Sequence<Superstep<Launch>, UntilQuiet<Hand>>;
 
 void point(auto& mesh, TileId t, Direction d) { mesh.template state<Point>(t).sends = 1 + index(d); }
 
-/// The trace of a run that most_passes ends, and its error.
+/// The trace of a run that most_passes stops, and its error.
 struct Stopped {
     Trace trace;
     std::string error;
@@ -101,7 +101,7 @@ TEST_CASE("no progress: a parcel that goes round four tiles for ever")
     CHECK(r.supersteps == 101);
     CHECK(r.period == 4);
     CHECK(r.first == 1);
-    CHECK(r.tiles.empty()); // each runs in one of four
+    CHECK(r.tiles.empty()); // each tile runs in one of four supersteps
     CHECK(r.waiting.empty());
     CHECK(r.cycle == std::vector<Link>{{5, Direction::east}, {6, Direction::south}, {10, Direction::west}, {9, Direction::north}});
     CHECK(r.links == std::vector<LinkUse>{{{5, Direction::east}, 1, 12, false, false},
@@ -127,7 +127,7 @@ TEST_CASE("no progress: a way into a ring and a way out of it are no part of the
     });
     auto const r = no_progress(s.trace, four);
     CHECK(r.period == 4);
-    CHECK(r.first == 2); // the first superstep of the step is the only one on the way in
+    CHECK(r.first == 2); // on the way in, only the first superstep belongs to the step
     CHECK(r.cycle.size() == 4);
     CHECK(r.links.size() == 4);
     CHECK(r.links[0].full); // both parcels
@@ -154,11 +154,11 @@ TEST_CASE("no progress: at an edge a message comes back to its tile; one tile")
 }
 
 namespace {
-/// Each tile has a parcel for the next of the ring and room for one: it sends when the next says that it is free.
+/// Each tile has a parcel for the next tile of the ring, and room for one parcel. It sends when the next tile reports free room.
 struct Load {
     std::uint32_t parcels, ahead; ///< 1 + side of the next tile; 0: not in the ring
-    std::uint32_t tells;          ///< 1: it says how full it is
-    std::uint32_t credit;         ///< that it may send at first
+    std::uint32_t tells;          ///< 1: it reports how full it is
+    std::uint32_t credit;         ///< number of parcels that it may send at first
 };
 struct Room : Channel<Parcel, 1> {};
 struct Wait {
@@ -205,7 +205,7 @@ TEST_CASE("no progress: four tiles that wait, each for the next")
     CHECK(has(s.error, "no message moves"));
     CHECK(r.sent_last.empty());
 
-    // Each has a second parcel, which it may send at once: then it waits for the tile that it sent to.
+    // Each tile has a second parcel, which it may send at once. Then it waits for the tile to which it sent.
     s = stopped<Waiting>(four, 50, [](auto& mesh) { load_ring(mesh, 0, 1); });
     r = no_progress(s.trace, four);
     CHECK(r.period == 1);
@@ -216,12 +216,12 @@ TEST_CASE("no progress: four tiles that wait, each for the next")
     CHECK(has(text_of(r), "where these sent last: (1, 1) east, (2, 1) south, (1, 2) north, (2, 2) west\n"
                           "each of 4 tiles may wait for the next: (1, 1) east, (2, 1) south, (2, 2) west, (1, 2) north\n"));
 
-    // The same with tiles that say so to three sides: notes are no messages, and go round nowhere.
+    // The same with tiles that report to three sides: notes are not messages, so no cycle contains them.
     s = stopped<Waiting>(four, 50, [](auto& mesh) { load_ring(mesh, 1); });
     r = no_progress(s.trace, four);
     CHECK(r.period == 1);
     CHECK(r.cycle.empty());
-    CHECK(r.waiting == std::vector<std::uint32_t>{1, 2, 4, 5, 6, 7, 8, 9, 10, 11, 13, 14}); // notes wake those around
+    CHECK(r.waiting == std::vector<std::uint32_t>{1, 2, 4, 5, 6, 7, 8, 9, 10, 11, 13, 14}); // notes wake the neighbours
     CHECK(r.links.size() == 12);
     CHECK(std::all_of(r.links.begin(), r.links.end(), [](auto const& use) { return use.notes_only; }));
     CHECK(has(text_of(r), "no message moves\n12 links carry notes alone: (1, 1) north, (1, 1) west, (1, 1) south, "));
@@ -241,7 +241,7 @@ TEST_CASE("no progress: programs that go on, and end, have an empty report")
         CHECK(r.cycle.empty());
         CHECK(text_of(r) == "step 1 (Hand) repeats nothing in its last 199 supersteps: it goes on, or its period is longer\n");
     });
-    // Cut where it still goes on.
+    // Stopped while it still makes progress.
     auto const s = stopped<Handing>(row, 100, [&](auto& mesh) {
         for (std::uint32_t x = 0; x + 1 < row.width; ++x) point(mesh, TileId::at(x, 0), Direction::east);
         mesh.template state<First>(TileId::at(0, 0)).parcels = 1;
@@ -279,13 +279,13 @@ TEST_CASE("no progress: as many passes as allowed are no error, one fewer is")
                                   : "step 1 is not quiet after 8 passes (tiles vote busy or have mail, and most_passes allows no more); "
                                     "allow more, or see what repeats on a Traced machine [superstep 9 (Hand)]"));
     }
-    // Without `explain` the engine knows nothing of the report, and says how to get it.
+    // Without `explain` the engine has no report, and says how to get it.
     Mesh<Handing, Traced<Mk2>>::Options unexplained;
     unexplained.most_passes = 8;
     Mesh<Handing, Traced<Mk2>> traced{row, unexplained};
     CHECK(run(traced) == "step 1 is not quiet after 8 passes (tiles vote busy or have mail, and most_passes allows no more); "
                          "allow more, or see what repeats (set explain to explain_no_progress) [superstep 9 (Hand)]");
-    // A bound of the program is no error, and comes first; other kinds of steps are not bounded.
+    // A bound of the program is not an error, and applies first. Other kinds of steps are not bounded.
     Mesh<UntilQuiet<Hand>>::Options options;
     options.most_passes = 1;
     using Bounded = Sequence<Superstep<Launch>, Repeat<Hand>, UntilQuiet<Hand>>;
@@ -310,11 +310,11 @@ TEST_CASE("no progress: how much must repeat")
     trace.supersteps[0].tiles[0].operations.settled_bytes = 1;
     CHECK(no_progress(trace, grid).empty());
     CHECK(no_progress(trace, grid, 2).first == 1);
-    // Something that grows is progress.
+    // A growing number is progress.
     trace.supersteps.clear();
     for (std::uint32_t i = 0; i < 40; ++i) add(3, i);
     CHECK(no_progress(trace, grid).empty());
-    // Periods of 8 and 9: twice is enough for a longer one than half of 16.
+    // Periods of 8 and 9. A period longer than half of 16 must repeat only twice.
     for (std::uint32_t period : {8u, 9u}) {
         trace.supersteps.clear();
         for (std::uint32_t i = 0; i < 2 * period; ++i) add(0, i % period);
@@ -331,7 +331,7 @@ TEST_CASE("no progress: how much must repeat")
 
 TEST_CASE("no progress: a cycle among many links, and streams without one")
 {
-    // A stream that keeps settling: period 1, no cycle.
+    // A stream whose messages settle: period 1, no cycle.
     Trace trace;
     trace.kernels = {"K"};
     for (int i = 0; i < 20; ++i)
@@ -345,7 +345,7 @@ TEST_CASE("no progress: a cycle among many links, and streams without one")
     CHECK(r.waiting == std::vector<std::uint32_t>{2});
     CHECK(has(text_of(r), "16 bytes a period settle: this may be a steady stream\n"));
     CHECK(has(text_of(r), "2 of them are full each time"));
-    // Every tile sends everywhere: some closed walk, each link of which leads to the next.
+    // Every tile sends to all sides: some closed walk exists, and each of its links leads to the next.
     Grid const grid{5, 4};
     for (auto& s : trace.supersteps) {
         s.tiles.clear();
@@ -359,7 +359,7 @@ TEST_CASE("no progress: a cycle among many links, and streams without one")
     }
     CHECK(has(text_of(r), "80 links carry messages: (0, 0) north, "));
     CHECK(has(text_of(r), " and 64 more\n"));
-    // Eastwards along each row, but not over the edge: no cycle; over it: the last tile's own.
+    // Eastwards along each row, but not over the edge: no cycle. Over the edge: the last tile's own link.
     for (auto& s : trace.supersteps)
         for (auto& t : s.tiles) {
             std::uint32_t const last = grid.tile(t.tile).x() + 1 == grid.width ? 0 : 12;

@@ -6,7 +6,7 @@
 #include <tilemesh/model/energy.hpp>
 #include <tilemesh/model/trace_files.hpp>
 
-// A program that is no splatting, with operations of its own: an odd-even transposition sort of one number a tile, priced by hand.
+// A program without splatting that has its own operations: an odd-even transposition sort of one number per tile, priced by hand.
 using namespace engine_test;
 
 namespace {
@@ -21,7 +21,7 @@ struct Wire : Channel<std::uint32_t, 1> {};
 constexpr Grid row{4, 1};
 constexpr std::uint32_t unsorted[] = {4, 3, 1, 2};
 
-/// Takes what the partner of the last round sent, then offers its number to the partner of this round.
+/// Takes the number that the partner of the last round sent, then offers its own number to the partner of this round.
 struct Transpose {
     void operator()(Here here, Cell& cell, In<Wire> in, Out<Wire> out) const noexcept
     {
@@ -48,7 +48,7 @@ using Sort = Repeat<Transpose>;
 
 CostModel sorter()
 {
-    auto m = model(); // run 10, exchange 100 and a quarter of a cycle a byte, sync 7
+    auto m = model(); // run 10 cycles, exchange 100 and 0.25 per byte, sync 7
     m.name = "sorter";
     m.prices.clear();
     set_price(m, "compare", 3000, "a test");

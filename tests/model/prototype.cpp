@@ -1,5 +1,5 @@
 // test: unoptimised test asan tsan
-// The authors' prototype as bench/paper has it, on small grids where what happens can be told by hand; and the prices fitted to it.
+// The authors' prototype (bench/paper) on small grids, where the result can be found by hand; and the prices that are fitted to it.
 #include <doctest/doctest.h>
 #include <paper/prototype.hpp>
 #include <sstream>
@@ -15,7 +15,7 @@ namespace {
 using Machine = Traced<TestMachine<4u << 20>>;
 constexpr Grid grid{5, 5};
 
-/// A camera far from what it shows, along z: a thousandth of a world unit at z = 1 is a pixel; tiles of 10 x 10.
+/// A camera far away from the scene, along z: a thousandth of a world unit at z = 1 is a pixel; tiles of 10 x 10.
 PrototypeFrame view()
 {
     splat::Camera c{};
@@ -26,8 +26,8 @@ PrototypeFrame view()
     c.width = c.height = 50;
     return {c, 10, 10, grid.width, grid.height, 1};
 }
-/// A ball at pixel (x, y), whose centre is half a pixel further, with this radius on the screen, a whole number of pixels: the prototype adds 0.3 to the variance, and the root of
-/// 0.1 for what a ball's axes do not differ; then it rounds up.
+/// A ball at pixel (x, y); its centre is half a pixel further. `radius` is its radius on the screen, a whole number of pixels. The
+/// prototype adds 0.3 to the variance, and the root of 0.1 because a ball's axes do not differ; then it rounds up.
 Gaussian at(float x, float y, float radius, std::uint32_t id)
 {
     float const deviation = (radius - 0.05f) / 3, variance = deviation * deviation - 0.3f - std::sqrt(0.1f);
@@ -177,7 +177,7 @@ TEST_CASE("a full channel keeps a record where it is, and ends a bloom; full sto
     put(passed, TileId::at(1, 0), at(15, 5, 3, 1)); // at home, on the other's way
     put(passed, TileId::at(0, 0), at(25, 5, 3, 2));
     for (int i = 0; i < 3; ++i) passed.run();
-    CHECK(copies_of(passed, TileId::at(2, 0), 2) == 1); // what is on its way needs no slot
+    CHECK(copies_of(passed, TileId::at(2, 0), 2) == 1); // a record on its way needs no slot
 }
 
 TEST_CASE("every slot is looked at, and every comparison and pair counted")
@@ -198,7 +198,7 @@ TEST_CASE("every slot is looked at, and every comparison and pair counted")
     CHECK(s[1].tiles[tile].operations[Operation::projection] == 4);
     CHECK(s[2].tiles[tile].operations[Operation::comparison] == 3 + 2 + 1);
     CHECK(s[3].tiles[tile].operations[Operation::pixel] == 100);
-    // No pixel of these is opaque before the last: two of six workers have two rows of ten pixels, four items each.
+    // No pixel is opaque before the last item: two of six workers have two rows of ten pixels, four items each.
     CHECK(s[3].tiles[tile].operations[Operation::pair] == 6 * 2 * 10 * 4);
     CHECK(s[3].tiles[0].operations[Operation::pair] == 0);
 }
@@ -243,7 +243,7 @@ TEST_CASE("the prices: of Salad alone, and Sloth's stages follow within a quarte
     write_cost_model(file, model);
     CHECK(read_cost_model(file, "model") == model);
 
-    // What the prototype did on the two maps, averaged over two orbits: `paper --table stage` counts it again.
+    // The counts of the prototype on the two maps, averaged over two orbits: `paper --table stage` counts them again.
     struct Case {
         double slots[2], arrivals[2], records[2], comparisons[2], pairs; // mean, most
         double paper[8];                                                 // Route, Projection, Sort: mean, most; Blend; Total

@@ -1,5 +1,5 @@
 // test: unoptimised test asan tsan
-// From counters to a report: made-up numbers in, the report out.
+// From counters to a report: made-up numbers go in, and the report comes out.
 #include "../splat/support.hpp"
 #include <doctest/doctest.h>
 #include <tilemesh/render/accounting.hpp>
@@ -12,7 +12,7 @@ namespace {
 using Whole = PoliciesOf<Lossless>;
 using Minimal = PoliciesOf<Fitted<Lossless, 0, false, false>>;
 
-/// Step i took i + 1 supersteps, 10^i ms, sent 100 (i + 1) messages of 2 bytes; its exchange moves 3 a message.
+/// Step i took i + 1 supersteps and 10^i ms, and sent 100 (i + 1) messages of 2 bytes; its exchange moves 3 bytes per message.
 RunCounters run_of(std::uint32_t steps)
 {
     RunCounters run;
@@ -88,7 +88,7 @@ TEST_CASE("accounting: every counter goes to its place in the report")
     CHECK(r.digests == std::vector<std::uint64_t>{7, 8, 9});
     CHECK(r.lost.empty());
 
-    CHECK(render::account<Whole>(run, sums(), false).gaussians.held == 0); // what drops does not wait
+    CHECK(render::account<Whole>(run, sums(), false).gaussians.held == 0); // with `drop`, no record waits
 }
 
 TEST_CASE("accounting: a part that a setup does without took nothing")
@@ -136,7 +136,7 @@ TEST_CASE("accounting: the first sum that does not hold is named")
     wrong = r;
     wrong.gaussians.unplaced = 1;
     CHECK(says(wrong, 12, 3) == "the list of losses has more unplaced records than there are");
-    wrong.gaussians.unplaced = 3; // one of them left copies everywhere
+    wrong.gaussians.unplaced = 3; // one of them left copies on all its tiles
     CHECK(says(wrong, 12, 3) == "");
     for (int by : {-1, 1}) {
         auto const add = [by](std::uint64_t& n) { n += static_cast<std::uint64_t>(by); };
@@ -176,7 +176,7 @@ TEST_CASE("accounting: a second run replaces what it decides, and what it took c
     CHECK(both.lost == again.lost);
     CHECK(both.host_ms.composite == 220'000);
     CHECK(both.digests == std::vector<std::uint64_t>{7, 8, 9, 10});
-    // All else is the first run's.
+    // All other numbers are those of the first run.
     CHECK(both.supersteps.total() == first.supersteps.total());
     CHECK(both.messages == first.messages);
     CHECK(both.gaussians.visible == first.gaussians.visible);

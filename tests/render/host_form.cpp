@@ -1,5 +1,5 @@
 // test: unoptimised test asan tsan
-// What the host does in the machine's place, bit for bit: it projects a table of any degree, and shows floats as levels.
+// The host's work for the machine, bit for bit: it projects a table of any degree, and shows floats as levels.
 #include "../splat/support.hpp"
 #include <doctest/doctest.h>
 #include <limits>
@@ -10,7 +10,7 @@ using namespace tilemesh;
 using namespace tilemesh::splat;
 
 namespace {
-/// Has the record of a row the map's coefficients of that row, and zeros behind them?
+/// Does the record of a row have the map's coefficients of that row, followed by zeros?
 template <std::uint32_t Degree>
 bool is_row_of(scene::Map const& map, std::uint32_t row, GaussianOfDegree<Degree> const& record)
 {
@@ -85,7 +85,7 @@ TEST_CASE("a row of floats is shown as the machine's bytes are, whatever blendin
     std::vector<float> values = {0, -0.0f, 1, -1, 3.8f, 1e-45f, -1e-45f, 255, 256, 3e38f, -3e38f, 0.5f, std::nextafter(1.0f, 0.0f),
                                  std::nextafter(1.0f, 2.0f), std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(),
                                  -std::numeric_limits<float>::infinity()};
-    for (int level = 0; level < 255; ++level) { // about each half
+    for (int level = 0; level < 255; ++level) { // around each half
         auto const half = static_cast<float>((level + 0.5) / 255);
         for (float v : {std::nextafter(half, 0.0f), half, std::nextafter(half, 1.0f)}) values.push_back(v);
     }

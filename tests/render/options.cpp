@@ -1,5 +1,5 @@
 // test: unoptimised test asan tsan
-// What a renderer is told: sizes at run time are the sizes of a setup, and model() says how the picture is made.
+// The options of a renderer: sizes at run time replace those of a setup, and model() sets the rules of the picture.
 #include "../splat/runner.hpp"
 #include <doctest/doctest.h>
 #include <limits>
@@ -63,7 +63,7 @@ TEST_CASE("sizes at run time are those of a setup: picture, counters, digests, t
     auto const c = make_runner<Referenced<Fixed>>(cloud(), fixed), d = make_runner<Referenced<Whole>>(cloud(), told);
     same_frames(*c, *d);
     same_ledgers(a->facts().ledger, d->facts().ledger);
-    // They matter: with others it is another frame.
+    // The sizes matter: with others it is another frame.
     auto const e = make_runner<Whole>(cloud(), fixed);
     CHECK(e->render(path()[0]).report.gaussians.held != make_runner<Whole>(cloud(), told)->render(path()[0]).report.gaussians.held);
 }

@@ -1,5 +1,5 @@
 // test: unoptimised test asan tsan
-// The record keeper on a mesh that nothing renders on: what it loads, places and recalls is there once, and in order.
+// The record keeper on a mesh that renders nothing: records that it loads, places and recalls are present once, and in order.
 #include "../splat/support.hpp"
 #include <doctest/doctest.h>
 #include <numeric>
@@ -32,7 +32,7 @@ struct Kept {
     }
     TileId tile(std::uint32_t i) { return mesh.grid().tile(i); }
     std::uint32_t& changes(std::uint32_t i) { return mesh.template state<Counts>(tile(i)).changes; }
-    /// Ids anchored on a tile, or copies there, slot by slot; checks that the lists of a tile go together.
+    /// The ids of the records anchored on a tile (or of the copies), slot by slot. Checks that the lists of a tile match each other.
     Rows on(std::uint32_t i, bool copies = false)
     {
         auto const storage = mesh.template state<Storage<S>>(tile(i));
@@ -54,7 +54,7 @@ struct Kept {
         auto marks = mesh.template state<Marks<S>>(tile(to));
         marks[marks.size() - 1].bits = Mark::copy;
     }
-    /// Is every row anchored on one tile, or missing? Parked ones are neither.
+    /// Is every row anchored on one tile, or missing? A parked row is neither.
     bool each_is_somewhere()
     {
         Rows ids;
@@ -110,7 +110,7 @@ TEST_CASE("keeper: full to the last slot, one beyond, and the tiles beyond the p
     CHECK(beyond.keeper.occupied().height == 2);
     CHECK(beyond.each_is_somewhere());
     Kept<Routes> within(balls_on(Rows(12, 0)), Grid{3, 2}, {2, 2}, 3);
-    CHECK(within.keeper.occupied().width == 2); // nothing on a third column: it stays idle
+    CHECK(within.keeper.occupied().width == 2); // the third column holds nothing, so it stays idle
 }
 
 TEST_CASE("keeper: a missing record takes the slot of a copy that was left of it, or a free one, and is there once")
@@ -139,7 +139,7 @@ TEST_CASE("keeper: what finds no room stays missing, in order")
 {
     Kept<Routes> k(balls_on(Rows(6, 0)), Grid{2, 1}, {2, 1}, 3);
     REQUIRE(k.on(0) == from_to(1, 3));
-    // Records 2, 3 and 5 are lost; copies of other records have their slots, but one.
+    // Records 2, 3 and 5 are lost. Copies of other records have their slots, except one.
     for (std::uint32_t slot : {1u, 2u}) {
         k.mesh.state<Storage<Routes>>(k.tile(0))[slot].id = GaussianId{6};
         k.mesh.state<Marks<Routes>>(k.tile(0))[slot] = {GaussianId{6}, Mark::copy};
@@ -198,13 +198,13 @@ TEST_CASE("keeper: without routing each view places what it shows, in order; a f
     CHECK(k.each_is_somewhere());
     CHECK(k.mesh.state<Splats<Stays>>(k.tile(1))[0].anchor == k.tile(1));
 
-    camera.cx = 8; // all a tile to the right: what was missing still is
+    camera.cx = 8; // all one tile to the right: missing records are still missing
     k.keeper.place(k.mesh, make_view(camera, Model{}), k.tiling);
     CHECK(k.on(0).empty());
     CHECK(k.on(1) == Rows{1, 7});
     CHECK(k.on(2) == Rows{2, 3, 5});
     CHECK(k.keeper.missing() == Rows{5});
-    camera.cx = -8; // and to the left: two leave the picture
+    camera.cx = -8; // to the left: two records leave the picture
     k.keeper.place(k.mesh, make_view(camera, Model{}), k.tiling);
     CHECK(k.on(0) == Rows{2, 3, 5});
     CHECK(k.keeper.parked() == 3);

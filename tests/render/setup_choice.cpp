@@ -1,5 +1,5 @@
 // test: unoptimised test asan tsan
-// A setup that is put together at run time has the facts and the ledger, to the byte, of the type that says the same.
+// A setup that is put together at run time has the facts and the ledger, to the byte, of the type with the same members.
 #include <doctest/doctest.h>
 #include <string>
 #include <tilemesh/error.hpp>
@@ -41,7 +41,7 @@ struct RoomyLossless : Lossless {
     static constexpr Sizes sizes = roomy(Lossless::sizes);
 };
 
-/// A record with a word of its own takes its bytes, which no choice knows.
+/// A record with an additional word takes its bytes, which no choice knows.
 struct Labelled : Gaussian {
     std::uint32_t label;
 };
@@ -74,7 +74,7 @@ void same_ledger(std::vector<Region> const& a, std::vector<Region> const& b)
     for (std::size_t i = 0; i < x.size(); ++i) CHECK(x[i] == y[i]);
 }
 
-/// `choice` is what S says.
+/// `choice` has the facts of S.
 template <class S>
 void same_facts(SetupChoice const& choice)
 {
@@ -180,7 +180,7 @@ TEST_CASE("a fitted choice has the sizes of Fitted")
     same_facts<Fitted<Lossless, 0, false, false>>(fitted(lossless, 0, false, false));
     same_facts<Fitted<Lossless, 3, false, false>>(fitted(lossless, 3, false, false));
     same_facts<Fitted<ScreenCopied, 3>>(fitted(choice_of<ScreenCopied>(), 3, true, true));
-    // Of the paper's presets routing and bloom stay: they share their channels
+    // The paper's presets keep routing and bloom, because these share their channels.
     same_facts<Fitted<Paper, 1>>(fitted(choice_of<Paper>(), 1, true, true));
     same_facts<Fitted<Paper, 3>>(fitted(choice_of<Paper>(), 3, true, true));
     same_facts<Fitted<Prototype, 3>>(fitted(choice_of<Prototype>(), 3, true, true));
@@ -216,7 +216,7 @@ TEST_CASE("a choice that does not fit is refused with the region and the bytes")
                                  std::to_string(8 + 60 * choice.sizes.storage) + " bytes, and the sum is " + std::to_string(136 - left) +
                                  " bytes over); give it fewer slots");
 
-    // Records grow and the sizes stay: nobody has refitted them.
+    // Records grow and the sizes stay, because nothing refits them.
     choice = choice_of<Lossless>();
     choice.sh_degree = 3;
     auto const over = render::sram_bytes_of(choice) - choice.machine.sram_bytes;
@@ -245,7 +245,7 @@ TEST_CASE("a choice that is exactly full fits, and one byte less of SRAM does no
         choice.machine.sram_bytes -= 1;
         CHECK(refusal(choice).find("the sum is 1 bytes over") != std::string::npos);
     }
-    // With planes storage gives up what the machine lacks, and no slot where it lacks nothing.
+    // With planes, storage gives up the bytes that are missing, and no slot if none are missing.
     auto tight = choice_of<Lossless>();
     tight.machine.sram_bytes = static_cast<std::uint32_t>(render::sram_bytes_of(tight));
     auto const planes = with_planes(tight, true, true);
@@ -275,7 +275,7 @@ TEST_CASE("a choice that holds without FIFOs is refused")
     CHECK(refusal(choice).find("needs FIFOs") != std::string::npos);
     choice.sizes.waiting = 1;
     CHECK(refusal(choice) == "");
-    // Without routing nothing waits.
+    // Without routing no record waits.
     choice = fitted(choice_of<Lossless>(), 0, false, true);
     choice.sizes.waiting = 0;
     CHECK(refusal(choice) == "");

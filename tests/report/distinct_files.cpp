@@ -35,7 +35,7 @@ bool is_picture(std::string const& name)
     return name == "a.png" || name == "b.png";
 }
 
-/// What `write` says of the name, where `map` is read and pictures go to `written`; empty: nothing.
+/// The error of `write` for a path, if `map` is read and pictures go to `written`; empty: no error.
 std::string refusal(Folder const& folder, fs::path const& path)
 {
     DistinctFiles files;
@@ -134,7 +134,7 @@ TEST_CASE("no two files have one name, there or not")
     CHECK(says(refusal(folder, picture), "a picture of this run has that name"));
     CHECK(says(refusal(folder, folder.written / "A.png"), "a picture of this run has that name")); // one file on some file systems
     CHECK(refusal(folder, folder.written / "c.png") == "");
-    // A link that leads nowhere yet, and one to another picture.
+    // A link to a missing file, and one to another picture.
     fs::create_symlink("../report", picture);
     CHECK(says(refusal(folder, report), "that is the file of a picture of this run, " + picture.string()));
     fs::remove(picture);
@@ -151,7 +151,7 @@ TEST_CASE("no two files have one name, there or not")
     CHECK(says(refusal(folder, folder.path / "other"), "that is the file of a picture of this run, "));
     fs::remove(folder.written / "b.png");
 
-    // The order of the calls does not count.
+    // The order of the calls does not matter.
     DistinctFiles twice;
     twice.write(report, "the report", "name another file");
     CHECK_THROWS_WITH_AS(twice.write(report, "the list", "name another file"), doctest::Contains("that is the file of the report of this run"),
@@ -162,7 +162,7 @@ TEST_CASE("no two files have one name, there or not")
     CHECK_THROWS_WITH_AS(files.write_into(folder.path / "read", is_picture, "a plot", "go away"), doctest::Contains("a plot of this run has that name"),
                          tilemesh::Error);
 
-    // Hard links of one older file are replaced one by one, and a device takes everything.
+    // Hard links of one older file are replaced one by one. A device accepts several files.
     fs::remove(picture);
     std::ofstream(picture) << "an older picture";
     fs::create_hard_link(picture, folder.written / "b.png");

@@ -36,8 +36,7 @@ Image noise(std::uint32_t width, std::uint32_t height, std::uint32_t seed)
     return image;
 }
 
-/// SSIM as the formula reads: for every pixel and channel a double sum over the 121 weights, means
-/// first, then central moments.
+/// SSIM by its formula: for every pixel and channel a double sum over the 121 weights, means first, then central moments.
 double brute_ssim(Image const& a, Image const& b)
 {
     double weights[11][11];

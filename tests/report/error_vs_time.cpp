@@ -1,5 +1,5 @@
 // test: unoptimised test asan
-// What bench/error_vs_time finds in its rows: fronts, claims about host time, what must hold, the file of all rows.
+// The results that bench/error_vs_time finds in its rows: fronts, claims about host time, conditions that must hold, the file of all rows.
 #include <cmath>
 #include <cstdint>
 #include <doctest/doctest.h>
@@ -41,7 +41,7 @@ std::vector<bool> fronts(std::vector<Row>& rows, bool Row::*which = &Row::on_fro
     for (auto const& r : rows) out.push_back(r.*which);
     return out;
 }
-/// A view in which all holds.
+/// A view in which all conditions hold.
 std::vector<Row> good_view()
 {
     std::vector<Row> rows{row_of("default", 1000, 1e-3), row_of("evaluation", 1400, 1e-4), row_of("viewing", 900, 2e-3),
@@ -209,7 +209,7 @@ TEST_CASE("error against time: no claim about host time within the noise")
     CHECK(!claim.faster);
     CHECK(!claim_of(times(0.9, 0.06), 0.05).faster);          // its band reaches into the noise: 0.96
     CHECK(claim_of(times(0.9, 0.04), 0.05).faster);
-    CHECK(!claim_of(times(0.95), 0.05).faster);               // at the noise is not beyond it
+    CHECK(!claim_of(times(0.95), 0.05).faster);               // at the noise, not beyond it
     CHECK(claim_of({0.5, 0.5, 0.5}, 0.05).faster);
     CHECK(!claim_of({0.5, 0.5}, 0.05).faster);                // too few rounds
     CHECK(!claim_of({2, 2}, 0.05).slower);
@@ -293,7 +293,7 @@ TEST_CASE("error against time: the verdict finds each thing that does not hold")
     rows[3].failed = "it did not fit";
     only(rows, "on_sensor: a named setting has no result (it did not fit)");
 
-    // Whether a name that nobody asks for is far from the front is nobody's business.
+    // An unnamed setting may be far from the front.
     rows = good_view();
     rows[4].front_pairs = 0.5;
     CHECK(verdict_of(rows).holds());
@@ -314,7 +314,7 @@ TEST_CASE("error against time: the default has to change where nine tenths of it
     auto verdict = verdict_of(rows);
     CHECK(says(verdict.broken, "better: has 90.0 % of the default's pairs"));
     CHECK(says(verdict.broken, "default: 90.0 % of its pairs reach its error"));
-    CHECK(verdict.broken.size() == 2); // viewing has as many pairs as the better one, so it is not over the front by pairs
+    CHECK(verdict.broken.size() == 2); // viewing has as many pairs as the better setting, so it is not above the front by pairs
     rows[4].counters.pairs = 901;
     mark_fronts(rows);
     CHECK(!says(verdict_of(rows).broken, "better"));
@@ -326,7 +326,7 @@ TEST_CASE("error against time: the default has to change where nine tenths of it
     mark_fronts(rows);
     CHECK(verdict_of(rows).holds());
 
-    // Of a sequence the same is said, but breaks nothing.
+    // For a sequence the text is the same, but nothing is broken.
     rows[4] = row_of("better", 500, 1e-3);
     for (auto& r : rows) r.frames = 6, r.camera = "orbit2 x 6";
     mark_fronts(rows);
@@ -469,7 +469,7 @@ TEST_CASE("error against time: what failed stays in the file, with its knobs, Na
     CHECK(row.at("width") == "640");
     CHECK(table[0].at("status") == "ok");
     CHECK(table[0].at("aa_noise") == "inf"); // it was not measured
-    // A row has a text for every column, whatever happened.
+    // Every row has a text in every column.
     for (auto const& each : table[0]) {
         auto const& c = each.first;
         bool const may_be_empty = c == "compiler" || c == "cpu" || c == "git" || c == "build" || c == "command";

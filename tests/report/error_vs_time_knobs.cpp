@@ -1,6 +1,6 @@
 // test: unoptimised test asan
-// The knobs of bench/error_vs_time: how a record is stored and cut, what orders it, which settings there are and what each leaves
-// out; and that a setting's error is taken apart against the right pictures.
+// The knobs of bench/error_vs_time: how a record is stored and cut, how splats are ordered, the list of settings and their cut-offs; and
+// that the parts of a setting's error are measured against the right pictures.
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -27,7 +27,7 @@ using namespace error_vs_time;
 
 namespace {
 
-/// Shows the whole frame, with one number of it changed where channels drop.
+/// Shows the whole frame; one number of it is changed if channels drop.
 class PretendedMachine final : public Machine {
 public:
     PretendedMachine(scene::Map const& map, Setting const& setting)
@@ -190,7 +190,7 @@ TEST_CASE("half precision: ties to even, subnormals, the largest")
     CHECK(slope_of(65519.0f) == 65504.0f);
     CHECK(slope_of(65536.0f) == 65504.0f);
     CHECK(slope_of(-1e30f) == -65504.0f);
-    // The factor's other two numbers are what is squared.
+    // The factor's other two numbers are squared.
     CHECK(first_of(0.375f) == 0.375f);
     CHECK(first_of(1.0f + 0x1p-11f) == 1.0f);
     CHECK(first_of(1.0f + 3 * 0x1p-11f) == 1.0f + 2 * 0x1p-10f);
@@ -209,7 +209,7 @@ TEST_CASE("half precision: what halves can hold is not changed, in either shape"
         CHECK(s.rows == (30u << 16));
         CHECK(s.opacity == 0.9f);
     }
-    // 32-bit floats are left alone, whatever they are.
+    // Shapes in 32-bit floats do not change.
     auto const odd = of_factor(0.3f, 1.1f, 0.7f), same = stored(odd, Shape::float32);
     CHECK(same.along == odd.along);
     CHECK(same.slope == odd.slope);
@@ -376,7 +376,7 @@ TEST_CASE("settings: sixty and more, each by a name of its own, the library's fi
         CHECK(s.limits == Limits{});
     }
     CHECK(setting_of("viewing").model.transmittance_min == 5e-3f);
-    // No setting is there under two names.
+    // No setting occurs under two names.
     for (std::size_t i = 0; i < all.size(); ++i)
         for (std::size_t k = 0; k < i; ++k) {
             auto const &one = all[k], &other = all[i];
@@ -472,7 +472,7 @@ TEST_CASE("a view is measured against three pictures: double without cut-offs, d
     CHECK(rows[1].host_ms == std::vector<double>{3, 3});
     CHECK(noise.ratios == std::vector<double>{1, 1});
 
-    // A mesh that lacks nothing and shows something else is found out.
+    // A mesh that lacks nothing but shows another picture is detected.
     options.spoil = true;
     auto const spoilt = measure_view(scene, {chosen[0], chosen[1]}, options, noise);
     CHECK(!spoilt[0].mesh_wrong);

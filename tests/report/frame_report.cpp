@@ -20,7 +20,7 @@ using tilemesh::splat::GaussianId;
 
 namespace {
 
-/// A report in which every number is another one.
+/// A report in which all numbers differ.
 FrameReport all_different()
 {
     FrameReport r;

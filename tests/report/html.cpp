@@ -26,7 +26,7 @@ bool has(std::string const& text, std::string const& what)
     return text.find(what) != std::string::npos;
 }
 
-/// Is every element of a page closed, in order, but those that HTML never closes?
+/// Is every element of a page closed, in order, except the elements that HTML never closes?
 bool well_formed(std::string const& text)
 {
     std::vector<std::string> open;
@@ -154,7 +154,7 @@ TEST_CASE("a report is one page without a script, and asks no network for anythi
     CHECK(has(text, "<tr><td>route</td><td>12</td></tr>"));
     CHECK(report.bytes() < text.size());
 
-    // Two diagrams with the same id in them: each clips with its own.
+    // Two diagrams with the same id in them: each uses its own clip.
     for (auto const* id : {" id=\"area-1\"", "url(#area-1)", " id=\"area-3\"", "url(#area-3)"}) CHECK(count(text, id) == 1);
 }
 

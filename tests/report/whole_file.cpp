@@ -21,7 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 using tilemesh::report::write_whole;
 
-/// A folder of its own; gone at the end of the scope.
+/// A folder that is removed at the end of the scope.
 struct Folder {
     fs::path path = fs::temp_directory_path() /
                     ("tilemesh_whole_" + std::to_string(std::chrono::system_clock::now().time_since_epoch().count()));
@@ -69,7 +69,7 @@ TEST_CASE("a file that outlasts a power loss is written like any other")
     CHECK(folder.files() == 2);
     CHECK_THROWS_AS(write_whole(folder.path / "absent" / "a", "x", {}, Outlasts::power_loss), tilemesh::Error);
     if (fs::is_character_file("/dev/null")) write_whole("/dev/null", "gone", {}, Outlasts::power_loss);
-    // In the working directory, whose name a path alone does not have.
+    // In the working directory, which a plain file name does not mention.
     auto const before = fs::current_path();
     fs::current_path(folder.path);
     write_whole("b", "here", {}, Outlasts::power_loss);
@@ -91,7 +91,7 @@ TEST_CASE("a file that cannot be written leaves nothing, and what was there")
 #if defined(__linux__)
 TEST_CASE("a disk that is full leaves what had the name, and no part")
 {
-    // A file-size limit of this process stands for the disk: a write beyond it fails with EFBIG once SIGXFSZ is ignored.
+    // A file-size limit of this process plays the full disk: if SIGXFSZ is ignored, a write beyond it fails with EFBIG.
     struct FullDisk {
         rlimit before{};
         void (*handler)(int) = std::signal(SIGXFSZ, SIG_IGN);

@@ -211,7 +211,7 @@ TEST_CASE("neither depth nor length of JSON exhausts the stack or the memory")
     CHECK(has(refused_text(full + "]"), "camera 1 is not usable (it has no \"img_name\")"));
     CHECK(has(refused_text(full + ",{}]"), "too many cameras"));
     CHECK(has(refused_text("{\"cameras\": " + full + ",{}]}"), "too many cameras"));
-    // 64 levels are read; what nobody looks at is no camera's business.
+    // 64 levels are read; nested values that no camera needs are skipped.
     std::string const levels(62, '['), ends(62, ']');
     CHECK(refused_text("{\"cameras\":[],\"x\":[" + levels + ends + "]}").empty());
     CHECK(has(refused_text("{\"cameras\":[],\"x\":[[" + levels + ends + "]]}"), "nested deeper than 64 levels"));
@@ -441,7 +441,7 @@ TEST_CASE("a camera that looks at a point has it on its axis")
     CHECK(std::fabs(view.x) < 1e-6);
     CHECK(std::fabs(view.y) < 1e-6);
     CHECK(view.z == doctest::Approx(glm::length(target - eye)));
-    // What lies further down in the world is lower in the picture; right is right.
+    // A point further down in the world is lower in the picture; right is right.
     CHECK(to_pixel(camera, target + glm::dvec3{0, 0.1, 0}).y > 361.0);
     auto const pose = scene::look_at({0, 0, 0}, {0, 0, 1});
     CHECK(pose.rotation == glm::dmat3{1.0});

@@ -39,7 +39,7 @@ std::string refusal(std::string const& cameras, std::string const& images)
     return error_of([&] { read(cameras, images); });
 }
 
-/// How many floats lie between two of the same sign.
+/// The number of floats between two floats of the same sign.
 std::uint32_t ulps_between(float a, float b)
 {
     std::int32_t i, j;
@@ -121,8 +121,8 @@ TEST_CASE("one camera in the three forms is one camera")
         double q[4], t[3];
         std::uint32_t most_ulps;
     };
-    // Quarter and third turns have a rotation of whole numbers: equal bits. Elsewhere the forms hold the centre or t, each
-    // rounded to double: what they give differs by the last bit of a float at most.
+    // Quarter and third turns have a rotation of integers: equal bits. For other turns, the files hold the centre or t, each rounded to
+    // double, so the cameras differ at most in the last bit of a float.
     for (auto const& [q, t, most_ulps] :
          {Example{{1, 0, 1, 0}, {1, 2, 3}, 0}, Example{{1, 1, 1, 1}, {-0.25, 8, 1e5}, 0},
           Example{{0.6, -0.3, 0.2, 0.71}, {0.1, -2.3, 3.7}, 1}, Example{{-0.01, 0.9, 0.4, -0.1}, {11.3, 0.7, -5.1}, 1}}) {
@@ -238,7 +238,7 @@ TEST_CASE("the line of 2-D points may have any length, and must be there")
     CHECK(has(refusal(lenses, first + "2 1 0.5 0 0 0 0 4 1 001 002 003\n"), "does not list the 2-D points"));
     CHECK(has(refusal(lenses, first + "1 2\n"), "put an empty line after each image"));
     CHECK(read(lenses, first).size() == 1);
-    // Around the 64 KiB that are read at a time, with words that lie across.
+    // Near multiples of the 64 KiB that are read at a time, with words across the boundary.
     for (std::size_t const length : {65533u, 65534u, 65535u, 65536u, 65537u, 131072u, 200000u}) {
         std::string points;
         while (points.size() < length) points += "1.25 -2e1 -1 ";
@@ -260,7 +260,7 @@ TEST_CASE("a model is named by its folder or by one of its files")
         CHECK(scene::load_cameras(path).size() == 1);
         CHECK(scene::load_colmap(path).size() == 1);
     }
-    // What it contains counts, not what it is called.
+    // The content counts, not the name.
     TempFolder const other;
     CHECK(scene::load_cameras(other.write("images.txt", " \n[]")).empty());
     CHECK(has(error_of([&] { scene::load_cameras(other.write("cameras.txt", "1 FOV 1 1 1 1")); }), "distortion (FOV"));
@@ -278,7 +278,7 @@ TEST_CASE("a binary model is refused with the command that converts it")
     folder.write("images.bin", bytes);
     for (auto const& path : {folder.path(), folder.write("cameras.bin", bytes), folder.path() / "images.bin"})
         CHECK(has(error_of([&] { scene::load_cameras(path); }), "run colmap model_converter --output_type TXT"));
-    // Beside a text model they do not matter.
+    // Next to a text model they do not matter.
     folder.write("cameras.txt", lenses);
     CHECK(has(error_of([&] { scene::load_cameras(folder.path()); }), "binary COLMAP model"));
     folder.write("images.txt", "");

@@ -56,7 +56,7 @@ TEST_CASE("demand: what moves, what spans, the largest footprint, ties")
     CHECK(along(spanning, {camera}).footprint_rows == 4);
     CHECK_FALSE(along(spanning, {camera}, 64).spans); // one tile for the frame
 
-    // In a later view only: exact however long the path is.
+    // Only in a later view: the scan is exact for a path of any length.
     std::vector<splat::Camera> path(40, camera);
     path.back() = camera;
     path.back().cx = 8; // now the ball at 8 is on a border
@@ -66,7 +66,7 @@ TEST_CASE("demand: what moves, what spans, the largest footprint, ties")
     different.gaussians[1].mean_world[2] = 1001;
     CHECK(along(different, {camera}).ties == 2);
 
-    // Nobody knows the cameras: everything may happen.
+    // The cameras are unknown: records may move, and footprints may span tiles.
     auto const any = demand_of(inside);
     CHECK(any.moves);
     CHECK(any.spans);

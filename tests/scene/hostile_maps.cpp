@@ -11,8 +11,8 @@
 #include <tilemesh/scene/ply.hpp>
 #include <vector>
 
-// Maps with hostile numbers, from their file to the picture: every pixel is finite, the picture is the naive one, no Gaussian
-// is lost uncounted.
+// Maps with hostile numbers, from their file to the picture: every pixel is finite, the picture equals the naive one, and every lost
+// Gaussian is counted.
 using namespace scene_test;
 using namespace tilemesh;
 
@@ -48,8 +48,8 @@ std::vector<Row> rows_around(Row const& middle)
     return {ball(-1, -1, 4), ball(1, -1, 4.5), ball(-1, 1, 5), middle, ball(1, 1, 4), ball(0, 0.5, 6), ball(0.2, 0, 2.5)};
 }
 
-/// Renders what was loaded in three views, with both footprints, and checks each picture and its counters. Was any record
-/// without a place?
+/// Renders the loaded map in three views, with both footprints, and checks each picture and its counters. Returns whether a record was
+/// unplaced.
 bool render_all(scene::Map const& map, splat::Camera const& camera)
 {
     auto turned = support::lens(64, 48, 0.3f);
@@ -71,7 +71,7 @@ bool render_all(scene::Map const& map, splat::Camera const& camera)
                                                                               renderer->missing(r))) ==
                   0);
             auto const& n = r.gaussians;
-            // Counted when the frame begins; of these some may find no room.
+            // Counted at the beginning of the frame; some of these may find no room.
             CHECK(n.visible + n.parked == map.gaussians.size());
             CHECK(renderer->owned_ids().size() + n.unplaced == map.gaussians.size());
             CHECK(n.dropped + n.under_way == 0);
@@ -125,7 +125,7 @@ TEST_CASE("what cannot be drawn leaves the picture of the others as it is")
     for (double value : {-1e30, -3e38, 0.2, 1e-40}) CHECK(changes({z}, value) == 0);
     for (double value : {3.6e6, 1e30, 3e38}) CHECK(changes({f_dc_0 + 1}, value) == 0);
     for (double value : {-1000.0, -3e38, -inf}) CHECK(changes({opacity}, value) == 0);
-    // Larger than anything that a float's square can say: as wide as the frame everywhere, not gone.
+    // Values whose square no float can hold: the splat is as wide as the frame and not invisible.
     for (double value : {20.0, 50.0, 100.0, 1e30, 3e38})
         CHECK(changes({scale_0, scale_0 + 1, scale_0 + 2}, value) == 64 * 48);
     CHECK(changes({rot_0, rot_0 + 1}, 0) == 0);

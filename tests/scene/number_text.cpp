@@ -22,7 +22,7 @@ TEST_SUITE_BEGIN("number_text");
 
 namespace {
 
-/// What a reader says to a text: where it ended, its error, the value (7 before).
+/// The answer of a reader to a text: where it ended, its error, the value (7 before).
 template <class T>
 struct Answer {
     std::ptrdiff_t length;
@@ -66,7 +66,7 @@ struct Case {
     std::string text;
     Answer<double> expected;
 };
-/// Texts whose answer the standard gives.
+/// Texts for which the standard defines the answer.
 std::vector<Case> cases()
 {
     std::string const zeros(1000, '0');
@@ -119,7 +119,7 @@ std::vector<Case> cases()
         {"2.5e-324", {8, good, std::numeric_limits<double>::denorm_min()}},
         {"2.4e-324", {8, beyond, 7.0}},
         {"2.2250738585072011e-308", {23, good, 0x0.fffffffffffffp-1022}},
-        // Long texts: more digits than a double and the point half-way to the next one have.
+        // Long texts: more digits than a double, and the point half-way to the next double, have.
         {"1" + zeros + "e-1000", {1007, good, 1.0}},
         {"0." + zeros + "1e1001", {1008, good, 1.0}},
         {zeros + "1.5" + zeros, {2003, good, 1.5}},
@@ -142,7 +142,7 @@ TEST_CASE("what is read is what std::from_chars reads, by either way")
 
 TEST_CASE("a float is rounded once, not by way of a double")
 {
-    // Above half-way between 1 and the next float by less than a double tells.
+    // Above the half-way point between 1 and the next float, by less than a double can hold.
     std::string const text = "1.000000059604644775390626";
     CHECK(by_fallback<float>(text).value == std::nextafter(1.0f, 2.0f));
     CHECK(by_any<float>(text).value == std::nextafter(1.0f, 2.0f));
@@ -187,7 +187,7 @@ TEST_CASE("a locale with a decimal comma changes nothing")
     std::setlocale(LC_NUMERIC, before.c_str());
 }
 
-/// Calls f(text) for many doubles of any size, as different writers put them.
+/// Calls f(text) for many doubles of any size, in the formats of different writers.
 template <class F>
 void for_written_numbers(F const& f)
 {
@@ -220,7 +220,7 @@ TEST_CASE("what was written is read, to the bit")
 }
 
 #if defined(__cpp_lib_to_chars) && __cpp_lib_to_chars >= 201611L
-/// How many texts std::from_chars answers otherwise; the first of them is shown.
+/// The number of texts for which std::from_chars answers differently. The first of them is shown.
 template <class T>
 int differences(std::vector<std::string> const& texts)
 {
@@ -240,7 +240,7 @@ TEST_CASE("std::from_chars reads the same in texts of any kind")
     std::vector<std::string> texts;
     for_written_numbers([&](std::string_view text, double) { texts.emplace_back(text); });
     for (auto const& c : cases()) texts.push_back(c.text);
-    // Texts that are nearly numbers: characters of numbers in any order, and numbers with a character changed.
+    // Texts that are almost numbers: characters of numbers in any order, and numbers with one changed character.
     std::string_view const letters = "0123456789012345678901234567890....eeE+--infatyINFATY()_x, ";
     auto const letter = [&] { return letters[random() % letters.size()]; };
     for (int i = 0; i < 50000; ++i) {

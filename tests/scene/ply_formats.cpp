@@ -111,7 +111,7 @@ TEST_CASE("ASCII numbers: signs, exponents, words, and what is none")
     }
     CHECK(has(refusal(ascii_row(std::string("1\0", 2) + plain_row.substr(1))), "\"1?\" is not a number"));
     CHECK(has(refusal(ascii_row(std::string(513, '1') + plain_row.substr(1))), "more than 512 characters"));
-    // Far out by their digits, and by the exponent's sign on the other side.
+    // Large by its digits, but small by the exponent's sign, or the reverse.
     CHECK(x("1" + std::string(400, '0') + "e-80").rejected == 1);
     CHECK(x("0." + std::string(400, '0') + "1e30").gaussians.at(0).mean_world[0] == 0.0f);
     CHECK(x("0." + std::string(400, '0') + "1").gaussians.at(0).mean_world[0] == 0.0f);
@@ -148,7 +148,7 @@ TEST_CASE("ASCII rows are lines: blank ones are passed, short and long ones refu
     CHECK(has(refusal(head + ply.row(0) + longer + ply.row(2)), "more numbers"));
     CHECK(has(refusal(head + ply.row(0) + longer), "ends inside row 3"));
 
-    // Without the last line end the last number may be cut off; more behind the last row is passed over.
+    // Without the last line end the last number may be cut off. Text after the last row is skipped.
     auto whole = ply.bytes();
     whole.pop_back();
     auto map = read(whole);

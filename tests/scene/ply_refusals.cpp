@@ -33,7 +33,7 @@ TEST_CASE("a file cut anywhere is refused, in every format")
     for (char const* format : {little, big, ascii})
         for (Ply const& ply : variants(format)) {
             auto const bytes = ply.bytes();
-            // Nobody can see that digits are missing from the last number of an ASCII file.
+            // Missing digits of the last number of an ASCII file cannot be detected.
             std::size_t const complete = format == std::string(ascii) ? bytes.find_last_of(" ") + 2 : bytes.size();
             std::size_t wrong = 0;
             for (std::size_t n = 0; n < bytes.size(); ++n) {
@@ -96,7 +96,7 @@ TEST_CASE("headers that are none")
     CHECK(has(refusal("ply\rformat ascii 1.0\r"), "its first line"));
     CHECK(has(refusal("ply\n" + std::string(100, 'y') + "\n"), "yyy...\""));
 
-    // The longest header that is read, all of it properties or elements: the time stays short.
+    // The longest header that is read, full of properties or elements: the time stays short.
     std::string properties, elements;
     for (int i = 0; properties.size() < 240'000; ++i) properties += "property char " + std::to_string(i) + "\n";
     for (int i = 0; elements.size() < 240'000; ++i) elements += "element " + std::to_string(i) + " 0\n";

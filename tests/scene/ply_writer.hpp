@@ -9,7 +9,7 @@
 #include <tilemesh/scene/ply.hpp>
 #include <vector>
 
-// What the tests of PLY files share: small files, written in every format.
+// Shared by the tests of PLY files: small files, written in every format.
 namespace scene_test {
 
 inline constexpr float infinity = std::numeric_limits<float>::infinity();
@@ -26,7 +26,7 @@ inline constexpr char const* little = "binary_little_endian";
 inline constexpr char const* big = "binary_big_endian";
 inline constexpr char const* ascii = "ascii";
 
-/// Appends a number as a body of that format has it; in ASCII with a blank behind it, exactly.
+/// Appends a number in the format of the body; in ASCII exactly, and with a blank after it.
 template <class T>
 void put(std::string& bytes, T value, std::string const& format = little)
 {
@@ -45,7 +45,7 @@ void put(std::string& bytes, T value, std::string const& format = little)
     bytes.append(raw, sizeof value);
 }
 
-/// What one file is made of; the defaults are a plain map.
+/// The content of a file. The defaults are a plain map.
 struct Ply {
     std::vector<Row> rows{Row{}};
     std::vector<int> order{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13};

@@ -12,7 +12,7 @@
 #include <tilemesh/error.hpp>
 #include <tilemesh/splat/camera.hpp>
 
-// What the scene tests share: files that remove themselves, the folder of real data, error texts.
+// Shared by the scene tests: files that remove themselves, the folder of real data, error texts.
 namespace scene_test {
 
 /// A file with these bytes in the temporary folder; gone at the end of its scope.
@@ -42,8 +42,8 @@ private:
     std::filesystem::path path_;
 };
 
-/// A file of the real data set, or an empty path and a message where it is absent: in the folder that the environment variable
-/// TILEMESH_DATA names, or else the build's option of that name.
+/// A file of the real data set, from the folder that the environment variable TILEMESH_DATA or the build's option of that name gives. If it
+/// is missing: an empty path and a message.
 inline std::filesystem::path data_file(std::string const& name)
 {
     char const* folder = std::getenv("TILEMESH_DATA");
@@ -56,9 +56,8 @@ inline std::filesystem::path data_file(std::string const& name)
     return {};
 }
 
-/// The text of the `tilemesh::Error` that `call` throws; "" where it throws none. The text must be
-/// one line of the form
-/// "<problem> (<why>); <what to do>".
+/// The text of the `tilemesh::Error` that `call` throws; "" if it throws none. The text must be one line of the form "<problem> (<why>);
+/// <what to do>".
 template <class Call>
 std::string error_of(Call call)
 {
@@ -92,7 +91,7 @@ inline glm::dvec3 to_view(tilemesh::splat::Camera const& camera, glm::dvec3 p)
     return view;
 }
 
-/// The pixel coordinates of a world point that lies before the camera.
+/// The pixel coordinates of a world point in front of the camera.
 inline glm::dvec2 to_pixel(tilemesh::splat::Camera const& camera, glm::dvec3 p)
 {
     auto const view = to_view(camera, p);

@@ -163,7 +163,7 @@ TEST_CASE("a file without a pose, or no file, is refused")
 
 TEST_CASE("motion since the first pose is carried out from the start, in the camera's own axes")
 {
-    // First looks along world +x; one step ahead and a quarter turn about its own y axis.
+    // First it looks along world +x; then one step ahead and a quarter turn about its own y axis.
     auto const recorded = load("0 5 5 5 0 0.70710678118 0 0.70710678118\n1 6 5 5 0 1 0 0\n");
     scene::Pose const start = scene::look_at({1, 0, 0}, {1, 0, 9}); // looks along +z
     auto const moved = scene::relative_to_first(recorded, start);

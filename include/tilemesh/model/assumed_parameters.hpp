@@ -7,10 +7,11 @@
 
 namespace tilemesh { inline namespace v0_2 {
 
-/// The numbers of mk2() adapted to another machine, for lack of better ones. The source of an assumed number begins with "assumed".
-/// Clock and number of workers are `Machine`'s. A kernel of one worker has mk2's instructions; with W workers, a worker issues one
-/// instruction in W cycles. A kernel that runs on all workers keeps mk2's price. A tile receives `bytes_a_cycle`. A barrier takes
-/// `barrier_cycles`, and a vote takes two barriers. Throws `Error` as set_parameter does; `bytes_a_cycle` must not be 0.
+/// The numbers of mk2() adapted to another machine of which no better numbers are known. The source of an assumed number begins with
+/// "assumed". Clock and number of workers are those of `Machine`. A kernel of one worker has mk2's instructions; with W workers, a worker
+/// issues one instruction in W cycles. A kernel that runs on all workers keeps mk2's price. A tile receives `bytes_a_cycle` bytes per
+/// cycle. A barrier takes `barrier_cycles`, and a vote takes two barriers. Throws `Error` as set_parameter does; `bytes_a_cycle` must not
+/// be 0.
 template <class Machine>
 CostModel assumed_model(std::uint64_t bytes_a_cycle, std::uint64_t barrier_cycles)
 {
@@ -27,7 +28,7 @@ CostModel assumed_model(std::uint64_t bytes_a_cycle, std::uint64_t barrier_cycle
     return model;
 }
 
-/// The assumptions of a model in one line: the parameters whose source begins with "assumed", each with its source.
+/// The assumptions of a model in one line: each parameter whose source begins with "assumed", with its source.
 inline std::string assumed_text(CostModel const& model)
 {
     std::string const word = "assumed";

@@ -15,10 +15,10 @@
 
 namespace tilemesh { inline namespace v0_2 {
 
-/// How the exchange is paid for.
+/// The bytes for which an exchange is paid.
 enum class ExchangeCost : std::uint32_t {
-    capacity,   ///< every slot of every channel that the superstep sends on, live or not: Poplar's compile-time copies
-    live        ///< what was sent
+    capacity,   ///< every slot of every channel on which the superstep sends, live or not: Poplar's compile-time copies
+    live        ///< the bytes that were sent
 };
 
 /// A number that a model needs, with where it is from.
@@ -30,24 +30,24 @@ struct Parameter {
     friend bool operator==(Parameter const&, Parameter const&) = default;
 };
 
-/// The price of an operation: the name by which kernels count it (machine/operations.hpp), and thousandths of a tile's cycle.
+/// The price of an operation: its name, as kernels count it (machine/operations.hpp), and its price in thousandths of a tile's cycle.
 struct OperationPrice {
     std::string operation;
     std::uint64_t millicycles;
     friend bool operator==(OperationPrice const&, OperationPrice const&) = default;
 };
 
-/// The largest numbers of a model, for exact sums in 64 bits. Eight kinds of 2^32 - 1 operations at 100,000 cycles each are 3.4e18
-/// millicycles, four ends of 2^32 - 1 bytes 1.7e18, and 64 bits hold 1.8e19. 1e12 cycles are a quarter of an hour at 1 GHz.
+/// The largest numbers of a model, so that sums are exact in 64 bits. Eight kinds of 2^32 - 1 operations at 100,000 cycles each are 3.4e18
+/// millicycles, four ends of 2^32 - 1 bytes are 1.7e18, and 64 bits hold 1.8e19. 1e12 cycles take 17 minutes at 1 GHz.
 inline constexpr std::uint64_t most_millicycles = 100'000'000, most_cycles = 1'000'000'000'000, most_clock_khz = 1'000'000'000;
 
-/// What a machine's cycles go to. All integers: modelled cycles are exact and the same everywhere.
+/// The prices of a machine, in cycles. All numbers are integers, so modelled cycles are exact and equal on every host.
 ///
-/// A superstep costs the slowest tile's compute, the exchange, a sync, and the vote where there is one:
-///   compute   run + sum over operations of count * price / 1,000, rounded up; of the slowest tile. An operation that occurs and
-///             has no price is an error: an operation that costs nothing has the price 0
-///   exchange  exchange + bytes that the busiest tile receives * exchange_byte / 1,000, rounded up; 0 where the superstep has no
-///             channel, or (`live`) nothing was sent
+/// A superstep costs the slowest tile's compute, the exchange, a sync, and the vote if there is one:
+///   compute   run + sum over operations of count * price / 1,000, rounded up; of the slowest tile. An operation that occurs must have a
+///             price; for an operation that costs nothing, the price is 0
+///   exchange  exchange + bytes that the busiest tile receives * exchange_byte / 1,000, rounded up; 0 if the superstep has no channel,
+///             or (`live`) if nothing was sent
 ///   sync      sync
 ///   vote      vote, in supersteps of UntilQuiet
 struct CostModel {
@@ -62,7 +62,7 @@ struct CostModel {
     friend bool operator==(CostModel const&, CostModel const&) = default;
 };
 
-/// Modelled cycles of a superstep.
+/// The modelled cycles of a superstep.
 struct SuperstepCost {
     std::uint32_t step;
     std::uint64_t compute = 0, exchange = 0, sync = 0, vote = 0;
@@ -70,10 +70,10 @@ struct SuperstepCost {
     std::uint64_t total() const noexcept { return compute + exchange + sync + vote; }
 };
 
-/// Modelled cycles of a run.
+/// The modelled cycles of a run.
 struct RunCost {
     std::vector<SuperstepCost> supersteps;
-    std::vector<std::vector<std::uint64_t>> busy; ///< of each step of the program, for each tile: cycles it computes
+    std::vector<std::vector<std::uint64_t>> busy; ///< for each step of the program and each tile: the cycles that the tile computes
     std::uint64_t cycles = 0;
 };
 
@@ -82,7 +82,7 @@ constexpr std::uint64_t per_thousand(std::uint64_t count, std::uint64_t millicyc
 {
     return (count * millicycles + 999) / 1000;
 }
-/// Refuses numbers with which a superstep's sums could pass 64 bits.
+/// Refuses numbers with which a superstep's sums could exceed 64 bits.
 inline void expect_sums_fit(CostModel const& m)
 {
     std::uint64_t millicycles = m.exchange_millicycles_a_byte, cycles = 0;
@@ -101,7 +101,7 @@ inline OperationPrice const* find_price(CostModel const& m, std::string_view ope
     return p == m.prices.end() ? nullptr : &*p;
 }
 
-/// A model's prices for the steps of a trace; it looks up each name once.
+/// A model's prices for the steps of a trace. It looks up each name once.
 class StepPrices {
 public:
     StepPrices(CostModel const& model, Trace const& trace) : model_(model), trace_(trace)
@@ -114,7 +114,7 @@ public:
                 if (auto const* p = find_price(model, names[kind])) of_step[kind] = p->millicycles;
         }
     }
-    /// Cycles that a tile computes in this superstep. Throws `Error` for an operation that occurs and has no price.
+    /// The cycles that a tile computes in this superstep. Throws `Error` for an operation that occurs and has no price.
     std::uint64_t compute_cycles(std::size_t superstep, OperationCounts const& o) const
     {
         auto const& of_step = millicycles_[trace_.supersteps[superstep].step];
@@ -145,7 +145,7 @@ private:
 };
 } // namespace model_detail
 
-/// The price of an operation, in millicycles. Throws `Error` where the model has none of this name.
+/// The price of an operation, in millicycles. Throws `Error` if the model has no operation of this name.
 inline std::uint64_t price_of(CostModel const& model, std::string_view operation)
 {
     auto const* const p = model_detail::find_price(model, operation);
@@ -158,8 +158,8 @@ inline std::uint64_t price_of(CostModel const& model, std::string_view operation
     return p->millicycles;
 }
 
-/// Applies a model to a trace; as often as one likes, with any model. Throws `Error` where a number of the model is above its
-/// limit, for an operation that occurs and has no price, and where the run's cycles pass 64 bits. Cost: linear in the trace.
+/// Applies a model to a trace. The same trace can be used again with any model. Throws `Error` if a number of the model is above its limit,
+/// for an operation that occurs and has no price, and if the run's cycles exceed 64 bits. Cost: linear in the trace.
 inline RunCost model_cost(CostModel const& m, Trace const& trace, Grid grid)
 {
     model_detail::expect_sums_fit(m);

@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-// Sets of a cost model's numbers: one for our kernels on Mk2, and a text format, so that a set can be changed and applied to a
+// Sets of a cost model's numbers: one for the library's kernels on Mk2, and a text format, so that a set can be changed and applied to a
 // trace again.
 namespace tilemesh { inline namespace v0_2 {
 
@@ -38,14 +38,14 @@ inline std::vector<ParameterRule> parameter_rules(std::vector<OperationPrice> co
     rules.push_back({"vote", cycles, 0, most_cycles});
     return rules;
 }
-/// The place of a parameter in that order; the number of parameters if none has this name.
+/// The place of a parameter in that order, or the number of parameters if none has this name.
 inline std::size_t parameter_index(std::vector<ParameterRule> const& rules, std::string_view name)
 {
     return static_cast<std::size_t>(std::find_if(rules.begin(), rules.end(), [&](ParameterRule const& r) { return r.name == name; }) -
                                     rules.begin());
 }
 
-/// The model's number; not for exchange_cost, which is no integer.
+/// The model's number. Not for exchange_cost, which is not an integer.
 template <class Model>
 auto& parameter_field(Model& m, std::size_t i)
 {
@@ -74,10 +74,9 @@ inline std::string parameter_text(std::size_t i, std::uint64_t value)
 }
 } // namespace model_detail
 
-/// Gives a model one of its numbers, with where it is from: the field and its entry in `parameters`. Names, in this order: clock,
-/// exchange_cost (0: capacity, 1: live), the operations that it has prices for, run, exchange, exchange_byte, sync, vote. Throws
-/// `Error` for a name that is none (set_price prices another operation), a value out of range, and a source that is not one line of
-/// text.
+/// Sets one number of a model with its source: the field and its entry in `parameters`. Names, in this order: clock, exchange_cost (0:
+/// capacity, 1: live), the operations that the model prices, run, exchange, exchange_byte, sync, vote. Throws `Error` for any other name
+/// (set_price prices another operation), a value out of range, and a source that is not one line of text.
 inline void set_parameter(CostModel& model, std::string_view name, std::uint64_t value, std::string source)
 {
     namespace d = model_detail;
@@ -104,9 +103,9 @@ inline void set_parameter(CostModel& model, std::string_view name, std::uint64_t
     else model.parameters.insert(place, std::move(entry));
 }
 
-/// Gives an operation its price and the price's source. The operation may have any name by which kernels count
-/// (machine/operations.hpp). Operations are listed in the order in which they were first priced. Throws `Error` as set_parameter does,
-/// for a name that is no word of at most 64 printable ASCII characters, and for the name of another parameter.
+/// Sets an operation's price and the price's source. The operation may have any name by which kernels count (machine/operations.hpp). A
+/// model lists operations in the order in which they were first priced. Throws `Error` as set_parameter does, for a name that is not one
+/// word of at most 64 printable ASCII characters, and for the name of another parameter.
 inline void set_price(CostModel& model, std::string_view operation, std::uint64_t millicycles, std::string source)
 {
     namespace d = model_detail;
@@ -122,38 +121,39 @@ inline void set_price(CostModel& model, std::string_view operation, std::uint64_
     model = std::move(priced);
 }
 
-/// What the kernels of splat/ do for one operation, as their code says; mk2() makes cycles of it. Instructions are counted by
-/// hand, to about a tenth, in what Clang 16 compiles with -O2 for RV32IMF, a scalar machine of 32-bit words as a worker is, where
-/// a record is copied word by word. The arithmetic of a projection is exact: tests/model/cost_parameters.cpp counts it.
+/// The work of the kernels of splat/ for one operation, counted in their code; mk2() converts it to cycles. Instructions are counted by
+/// hand, to about 10 %, in the code that Clang 16 generates with -O2 for RV32IMF. Like a worker, that is a scalar machine of 32-bit words,
+/// on which a record is copied word by word. The arithmetic of a projection is exact: tests/model/cost_parameters.cpp counts it.
 struct KernelWork {
-    /// One projection with an opacity box: additions and multiplications (two in a fused one); divisions and square roots;
-    /// compares, selects, conversions and operations on integers.
+    /// One projection with an opacity box: additions and multiplications (a fused operation counts two); divisions and square roots;
+    /// compares, selects, conversions and integer operations.
     static constexpr std::uint32_t projection_flops = 289, projection_roots = 12, projection_others = 122;
-    /// What its record touches is found out beside it: `reach`, five rectangles compared.
+    /// `reach`, which finds the tiles that the record touches: it compares five rectangles.
     static constexpr std::uint32_t reach = 146;
-    /// Of `find`: load, compare, set, add; the loop is unrolled 16 times.
+    /// One slot in `find`: load, compare, set, add. The loop is unrolled 16 times.
     static constexpr std::uint32_t slot = 4;
-    /// A 64-byte record leaves its tile, passes others and settles; each hop counts two. The mean for 4 hops; for one it is 141,
-    /// for many 33.
+    /// A 64-byte record leaves its tile, passes others and settles; each hop counts two. This is the mean for 4 hops; it is 141 for one hop
+    /// and 33 for many hops.
     static constexpr std::uint32_t leaves = 175, passes = 66, settles = 107, hops = 4;
     static constexpr std::uint32_t routed = (leaves + (hops - 1) * passes + settles) / (2 * hops);
-    /// A 60-byte copy arrives, as a record that settles, with 15 of bloom's loop; and was sent: `reach`, tree, record and mark.
+    /// A 60-byte copy arrives like a record that settles, plus 15 instructions of bloom's loop. Before, it was sent: `reach`, tree, record,
+    /// mark.
     static constexpr std::uint32_t copy_arrives = settles + 15, copy_leaves = reach + 112;
     static constexpr std::uint32_t copied = (copy_arrives + copy_leaves) / 2;
-    /// A level of heap sort: the larger of two keys is compared with a third, and 3 words moved.
+    /// A level of heap sort: compare the larger of two keys with a third key, and move 3 words.
     static constexpr std::uint32_t comparison = 30;
-    /// Of the host's fast blending, in tenths: what bench/ takes for its roofline.
+    /// The host's fast blending, in tenths of a flop; bench/ uses the same number for its roofline.
     static constexpr std::uint32_t tenth_flops_a_pair = 184;
-    /// RGBX8: 81 to clamp, round and pack, 4 stores to begin, 4 loads, 4 of the loop.
+    /// RGBX8: 81 instructions to clamp, round and pack, 4 stores to begin, 4 loads, 4 for the loop.
     static constexpr std::uint32_t pixel = 93;
 };
 
 namespace model_detail {
-/// Tile cycles of a worker's instruction, in thousandths: six workers take turns. A worker that is alone waits for its turn.
+/// The tile cycles of one worker's instruction, in thousandths: six workers take turns. A worker that runs alone waits for its turn.
 inline constexpr std::uint64_t one_worker = 6000, six_workers = 1000;
-/// Flops that naive scalar C++ does in 100 issue slots: 0.68 a tile cycle with six workers, where each cycle is one slot.
+/// The flops of naive scalar C++ in 100 issue slots: 0.68 per tile cycle with six workers, where each cycle is one slot.
 inline constexpr std::uint64_t flops_in_100_slots = 68;
-/// Issue slots of a division or square root: 10 for two (poplibs).
+/// The issue slots of a division or square root: 10 slots for two of them (poplibs).
 inline constexpr std::uint64_t slots_a_root = 5;
 
 constexpr std::uint64_t projection_slots() noexcept
@@ -161,19 +161,19 @@ constexpr std::uint64_t projection_slots() noexcept
     return (100 * KernelWork::projection_flops + flops_in_100_slots / 2) / flops_in_100_slots +
            slots_a_root * KernelWork::projection_roots + KernelWork::projection_others + KernelWork::reach;
 }
-/// 1,000 (milli) * flops / 10 * 100 slots / 68, to the nearest.
+/// 1,000 (milli) * flops / 10 * 100 slots / 68, rounded to the nearest integer.
 constexpr std::uint64_t pair_millicycles() noexcept
 {
     return (KernelWork::tenth_flops_a_pair * (six_workers / 10) * 100 + flops_in_100_slots / 2) / flops_in_100_slots;
 }
 
-/// A superstep's syncs and fixed exchange share 300 cycles (jit-dynamic-lookup), of which a sync is at most half.
+/// A superstep's two syncs and its fixed exchange share 300 cycles (jit-dynamic-lookup); a sync takes at most half of them.
 inline constexpr std::uint64_t exchange_with_two_syncs = 300, most_a_sync = exchange_with_two_syncs / 2;
-/// To enter and leave a vertex: 11 cycles of the supervisor, and 9 (poplibs).
+/// The cost to enter and leave a vertex: 11 cycles of the supervisor, and 9 (poplibs).
 inline constexpr std::uint64_t vertex_cycles = 11 + 9;
 inline constexpr std::uint64_t bytes_a_cycle = 4;
-/// Votes of 40 x 36 tiles: rows, then their results, each a superstep of one word a tile read by one worker in 4 instructions;
-/// then the run's log in 25.
+/// Votes of 40 x 36 tiles: first the rows, then their results. Each takes a superstep with one word per tile, which one worker reads in 4
+/// instructions per word. Then the run's log takes 25.
 constexpr std::uint64_t vote_cycles(std::uint64_t columns, std::uint64_t rows) noexcept
 {
     std::uint64_t const words = columns + rows;
@@ -181,10 +181,10 @@ constexpr std::uint64_t vote_cycles(std::uint64_t columns, std::uint64_t rows) n
 }
 } // namespace model_detail
 
-/// Our kernels on Graphcore's Mk2, out of documents and counted code; nothing is fitted. Sources begin with "document",
-/// "arithmetic" (from documents and our code) or "guess" (no document has the number).
+/// The library's kernels on Graphcore's Mk2. All numbers are from documents and counted code; nothing is fitted. A source begins with
+/// "document", "arithmetic" (computed from documents and our code) or "guess" (no document has the number).
 ///
-/// All kernels but composite run on one worker, which issues in every sixth cycle; composite runs on six. Not in it: dual issue,
+/// All kernels except composite run on one worker, which issues in every sixth cycle; composite runs on six. The model ignores dual issue,
 /// vectors of two floats, and the test of a loop that runs until quiet.
 inline CostModel mk2()
 {
@@ -241,9 +241,9 @@ inline CostModel mk2()
     return m;
 }
 
-/// Writes a set as text: `#` comments, `model NAME`, then one parameter a line, `name value unit source`, to be read by
-/// read_cost_model, which gives back the same model. Throws `Error` where the model cannot be written so: a parameter without
-/// unit and source, or with a value or unit other than the model's own (set_parameter keeps them together).
+/// Writes a model as text: `#` comments, `model NAME`, then one parameter a line, `name value unit source`. read_cost_model reads it back
+/// as the same model. Throws `Error` if the text could not hold the model: a parameter has no unit or source, or a value or unit other than
+/// the model's own (set_parameter keeps them equal).
 inline void write_cost_model(std::ostream& out, CostModel const& model)
 {
     namespace d = model_detail;
@@ -275,14 +275,14 @@ inline void write_cost_model(std::ostream& out, CostModel const& model)
     out.write(text.data(), static_cast<std::streamsize>(text.size()));
 }
 
-/// Reads what write_cost_model writes: parameters in any order, each once, none left out; `#` begins a comment line. A line in
-/// millicycles under any other name is an operation's price; a program whose operation is not there is refused by model_cost. Throws
-/// `Error`, one line that names `file_name` and the line, for anything else.
+/// Reads the text of write_cost_model: all parameters, in any order, each once; `#` begins a comment line. A line in millicycles under any
+/// other name is an operation's price; model_cost refuses a program whose operation has no price. Throws `Error`, one line that names
+/// `file_name` and the line, for any other text.
 inline CostModel read_cost_model(std::istream& in, std::string const& file_name)
 {
     namespace d = model_detail;
     CostModel model;
-    std::map<std::string, Parameter> read; // set_parameter and set_price look for a name in all of the model
+    std::map<std::string, Parameter> read; // because set_parameter and set_price search all of the model for a name
     auto const fixed = d::parameter_rules({});
     d::ParameterFile file{in, file_name, {"model", "cost model", "a cost model", "millicycles", most_millicycles}, fixed};
     file.read(

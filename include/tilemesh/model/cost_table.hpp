@@ -10,7 +10,7 @@
 
 namespace tilemesh { inline namespace v0_2 {
 
-/// Modelled milliseconds of these cycles as text: four decimals, a tenth of a microsecond.
+/// The modelled milliseconds of `cycles` as text, with four decimals (0.1 microseconds).
 inline std::string milliseconds_text(CostModel const& model, std::uint64_t cycles)
 {
     std::array<char, 64> text{}; // 2^64 cycles at 1 kHz have 20 digits before the point

@@ -18,12 +18,12 @@
 #include <utility>
 #include <vector>
 
-// What a run takes of energy: power x time, as the paper measures, or events at so many femtojoules each. No energy of an event is
-// known here: whoever has one says it, with where it is from.
+// The energy of a run: power x time, as the paper measures it, or events with so many femtojoules each. The library has no built-in
+// energies. Supply them, each with its source.
 namespace tilemesh { inline namespace v0_2 {
 
-/// Joules of a machine that draws `watts` for as long as `cycles` take on the model's clock. Throws `Error` for a clock of
-/// 0 kHz and for watts that are no number from 0.
+/// The joules of a machine that draws `watts` while `cycles` pass on the model's clock. Throws `Error` for a clock of 0 kHz, and for watts
+/// that are negative or not a finite number.
 inline double joules_of_power(CostModel const& model, std::uint64_t cycles, double watts)
 {
     if (model.clock_khz == 0 || !(watts >= 0) || std::isinf(watts))
@@ -33,21 +33,21 @@ inline double joules_of_power(CostModel const& model, std::uint64_t cycles, doub
     return watts * (milliseconds(model, cycles) / 1000);
 }
 
-/// What energy is counted for: the operations of kernels, by name (a kernel of several workers counts what takes its time, the
-/// slowest worker's share times the workers: Composite's pairs are above those evaluated), and
-///   sent_byte      a byte of a message or its head over one hop; where the exchange is paid for as `live`
-///   capacity_byte  a byte that compile-time copies move, live or not; where it is paid for as `capacity`
-///   tile_cycle     a cycle of a tile, whatever it does: leakage, and what its clock takes
+/// The events that have an energy: the operations of kernels, by name, and the three below. A kernel of several workers counts the slowest
+/// worker's share times the number of workers, because this takes its time; so Composite's pairs are more than those evaluated.
+///   sent_byte      a byte of a message or its head over one hop, if the exchange is paid as `live`
+///   capacity_byte  a byte that compile-time copies move, live or not, if the exchange is paid as `capacity`
+///   tile_cycle     a cycle of a tile, busy or idle: leakage and the clock's energy
 inline constexpr char const *sent_byte_event = "sent_byte", *capacity_byte_event = "capacity_byte", *tile_cycle_event = "tile_cycle";
 
-/// Femtojoules that one event may have: 1,000 are a picojoule, and this is 4 microjoules. A product with half of a 64-bit
+/// The largest energy of an event, in femtojoules: 4 microjoules (1,000 femtojoules are a picojoule). Its product with half of a 64-bit
 /// count fits into 64 bits.
 inline constexpr std::uint64_t most_femtojoules = 4'000'000'000;
 
-/// What each event takes. Nothing is set at first, and there are no defaults: set_energy.
+/// The energy of each event. No energy is set at first, and there are no defaults; call set_energy.
 struct EnergyModel {
     std::string name;
-    std::vector<Parameter> events; ///< each once, in the order in which they were first set
+    std::vector<Parameter> events; ///< each event once, in the order in which they were first set
     friend bool operator==(EnergyModel const&, EnergyModel const&) = default;
 };
 
@@ -85,9 +85,9 @@ struct Femtojoules {
 };
 } // namespace model_detail
 
-/// Sets the energy of one event: an operation, by the name with which kernels count it, or one of the three above. Throws
-/// `Error` for a name that is no word of at most 64 printable ASCII characters, a value above `most_femtojoules`, and a source that is
-/// not one line of text.
+/// Sets the energy of one event: an operation, by the name with which kernels count it, or one of the three above. Throws `Error` for a
+/// name that is not one word of at most 64 printable ASCII characters, for a value above `most_femtojoules`, and for a source that is not
+/// one line of text.
 inline void set_energy(EnergyModel& model, std::string_view event, std::uint64_t femtojoules, std::string source)
 {
     namespace d = model_detail;
@@ -104,13 +104,13 @@ inline void set_energy(EnergyModel& model, std::string_view event, std::uint64_t
     else model.events.push_back(std::move(entry));
 }
 
-/// How often an event occurs in a run, and the energy of all its occurrences.
+/// The number of occurrences of an event in a run, and the energy of all of them.
 struct EnergyEvent {
     std::string name;
     std::uint64_t count = 0; ///< exact
     double joules = 0;
 };
-/// What a run takes: joules of each kind of event, of each step of the program, and of each tile.
+/// The energy of a run: joules of each kind of event, of each step of the program, and of each tile.
 struct Energy {
     std::vector<EnergyEvent> events; ///< operations, in the order in which the steps name them, then the three others
     std::vector<double> joules_of_step, joules_of_tile;
@@ -124,12 +124,12 @@ struct Energy {
     }
 };
 
-/// Applies an energy model to a run. Events are counted exactly and added up in integers; a number becomes joules once, at the
-/// end. What compile-time copies move is charged to the tile that sends; tile_cycle, to every tile for all of the run's
-/// modelled cycles.
+/// Applies an energy model to a run. Events are counted exactly and added up in integers; a sum becomes joules once, at the end. Bytes that
+/// compile-time copies move are charged to the tile that sends them. Every tile is charged tile_cycle for all modelled cycles of the run.
 ///
-/// Throws `Error` for an event that occurs and has no energy, for an energy above `most_femtojoules` (set by hand, past
-/// set_energy), for a trace of another grid, for what model_cost refuses, and for counts that pass 64 bits. Cost: linear in the trace.
+/// Throws `Error` for an event that occurs and has no energy, for an energy above `most_femtojoules` (possible if it was not set by
+/// set_energy), for a trace of another grid, for a trace that model_cost refuses, and for counts that exceed 64 bits. Cost: linear in the
+/// trace.
 inline Energy energy_of(EnergyModel const& energy, CostModel const& model, Trace const& trace, Grid grid)
 {
     using model_detail::Femtojoules;
@@ -146,7 +146,7 @@ inline Energy energy_of(EnergyModel const& energy, CostModel const& model, Trace
     for (auto const& event : out.events) set.push_back(model_detail::find_energy(energy, event.name));
     std::vector<Femtojoules> kinds(out.events.size());
     std::vector<Femtojoules> steps(trace.kernels.size()), tiles(grid.size());
-    Femtojoules all, each_tile; // of all that occurs on every tile alike
+    Femtojoules all, each_tile; // energy of every event, and of events that occur equally on every tile
 
     auto const occurs = [&](std::size_t event, std::uint64_t count, std::uint64_t times, std::size_t superstep) {
         auto const most = std::numeric_limits<std::uint64_t>::max();
@@ -196,9 +196,8 @@ inline Energy energy_of(EnergyModel const& energy, CostModel const& model, Trace
     return out;
 }
 
-/// Writes what is set as text: `#` comments, `energy NAME`, then one event a line, `name value unit source`, to be read by
-/// read_energy_model, which gives back the same model. Throws `Error` for a model whose name is not one line of text, and for a
-/// parameter that set_energy would not have made.
+/// Writes a model as text: `#` comments, `energy NAME`, then one event a line, `name value unit source`. read_energy_model reads it back as
+/// the same model. Throws `Error` if the model's name is not one line of text, and for a parameter that set_energy would not have made.
 inline void write_energy_model(std::ostream& out, EnergyModel const& model)
 {
     namespace d = model_detail;
@@ -219,8 +218,8 @@ inline void write_energy_model(std::ostream& out, EnergyModel const& model)
     out.write(text.data(), static_cast<std::streamsize>(text.size()));
 }
 
-/// Reads what write_energy_model writes: events in any order, each at most once; `#` begins a comment line. Throws `Error`, one
-/// line that names `file_name` and the line, for anything else.
+/// Reads the text of write_energy_model: events in any order, each at most once; `#` begins a comment line. Throws `Error`, one line that
+/// names `file_name` and the line, for any other text.
 inline EnergyModel read_energy_model(std::istream& in, std::string const& file_name)
 {
     namespace d = model_detail;

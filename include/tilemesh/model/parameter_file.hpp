@@ -13,10 +13,10 @@
 #include <utility>
 #include <vector>
 
-// A model's numbers as text: `KEYWORD NAME`, then one parameter a line, `name value unit source`; `#` begins a comment line.
+// The numbers of a model as text: `KEYWORD NAME`, then one parameter a line, `name value unit source`; `#` begins a comment line.
 namespace tilemesh { inline namespace v0_2 { namespace model_detail {
 
-/// A number of a model as a file has it.
+/// A number of a model, as a file holds it.
 struct ParameterRule {
     std::string name;
     std::string_view unit;
@@ -28,10 +28,10 @@ inline std::string range_text(ParameterRule const& rule)
 }
 
 inline constexpr std::string_view file_blanks = " \t\r\v\f";
-/// Far more than a program needs: it counts at most eight operations per step. The limit bounds the memory: about 40 MB with the
-/// longest sources.
+/// A limit that no program reaches: a program counts at most eight operations per step. It bounds the memory: about 40 MB with the longest
+/// sources.
 inline constexpr std::size_t most_operations = 16384;
-/// Bytes of the longest line that is read, and of the longest name and source that are written: a sentence or two.
+/// The longest line that is read, and the longest name and source that are written, in bytes: a sentence or two.
 inline constexpr std::size_t most_line_bytes = 4096, most_text_bytes = 2048;
 
 inline bool is_control(char c) noexcept
@@ -39,7 +39,7 @@ inline bool is_control(char c) noexcept
     auto const byte = static_cast<unsigned char>(c);
     return byte < 0x20 || byte == 0x7f;
 }
-/// Text as one line of an error shows it.
+/// A text for one line of an error.
 inline std::string shown(std::string_view text)
 {
     constexpr std::size_t most = 200;
@@ -48,7 +48,7 @@ inline std::string shown(std::string_view text)
         if (is_control(c) || static_cast<unsigned char>(c) >= 0x80) c = '?';
     return text.size() > most ? out + "..." : out;
 }
-/// Can it be the rest of a line? Then reading gives back what was written.
+/// Can the text be the rest of a line, so that reading returns what was written?
 inline bool fits_a_line(std::string_view text)
 {
     return !text.empty() && text.size() <= most_text_bytes && std::none_of(text.begin(), text.end(), is_control) &&
@@ -73,7 +73,7 @@ inline bool is_operation_name(std::string_view name)
     return !name.empty() && name.size() <= most && name.front() != '#' &&
            std::all_of(name.begin(), name.end(), [](char c) { return c > ' ' && c < 0x7f; });
 }
-/// A source as set_parameter takes it, or an `Error` that says which parameter has none.
+/// Throws an `Error` that names the parameter if its source is not one line of text.
 inline void expect_source(std::string_view name, std::string_view source)
 {
     if (!fits_a_line(source))
@@ -86,7 +86,7 @@ inline void expect_in_range(ParameterRule const& rule, std::uint64_t value)
         throw Error("parameter " + rule.name + " cannot be " + std::to_string(value) + " (it goes " +
                     range_text(rule) + " " + std::string(rule.unit) + "); give it a value in this range");
 }
-/// The line of a file, in columns as wide as the longest names and units of a cost model.
+/// The line of a parameter. Its columns are as wide as the longest names and units of a cost model.
 inline std::string parameter_line(std::string_view name, std::string_view value, std::string_view unit, std::string_view source)
 {
     std::string line(name);
@@ -98,11 +98,11 @@ inline std::string parameter_line(std::string_view name, std::string_view value,
     return ((line += ' ') += source) += '\n';
 }
 
-/// Reads such a file: each parameter at most once, in any order. Throws `Error`, one line that names the file and the line, for
-/// anything else.
+/// Reads such a file: each parameter at most once, in any order. Throws `Error`, one line that names the file and the line, for any other
+/// text.
 class ParameterFile {
 public:
-    /// How a file begins, and what errors call what it holds.
+    /// The beginning of a file, and the names of its content in errors.
     struct Kind {
         std::string keyword, what, a_what;
         std::string_view unit;   ///< a line with this unit and a name without a rule is an operation's
@@ -116,8 +116,8 @@ public:
 
     std::string const& name() const noexcept { return name_; }
 
-    /// `word(index, text, refuse)` gives the value of a parameter that is no number, or nothing for one that is; `set(Parameter)`
-    /// takes each.
+    /// `word(index, text, refuse)` returns the value of a parameter that is not a number, and nothing for a number. `set(Parameter)` takes
+    /// each parameter.
     template <class Word, class Set>
     void read(Word const& word, Set const& set)
     {
@@ -138,7 +138,7 @@ public:
         if (name_.empty())
             refuse("ends the file", "it holds no " + kind_.what, "begin it with \"" + kind_.keyword + " NAME\"");
     }
-    /// Throws `Error` where a parameter was left out.
+    /// Throws `Error` if a parameter was left out.
     void expect_all() const
     {
         for (std::size_t i = 0; i < rules_.size(); ++i)
@@ -154,7 +154,7 @@ private:
     {
         throw Error(shown(file_name_) + " line " + std::to_string(number_) + " " + problem + " (" + why + "); " + todo);
     }
-    /// The parameters that have a rule.
+    /// The names of the parameters that have a rule.
     std::string all_names() const
     {
         std::string all;
@@ -239,7 +239,7 @@ private:
     std::string const& file_name_;
     Kind kind_;
     std::vector<ParameterRule> rules_;
-    std::size_t known_;                         ///< number of rules from the constructor; the rules of operations follow
+    std::size_t known_;                         ///< number of rules from the constructor; the rules of operations follow them
     std::vector<std::uint64_t> seen_;           ///< the line of each rule; 0: none
     std::map<std::string, std::size_t> places_; ///< of each rule, by name
     std::string name_;

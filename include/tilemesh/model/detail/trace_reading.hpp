@@ -10,11 +10,11 @@
 #include <tilemesh/machine/operations.hpp>
 #include <vector>
 
-// Parts of model/ that users do not need. Not tilemesh::model::detail: a namespace `model` would clash with every user's function of
-// that name after `using namespace tilemesh`.
+// Parts of model/ that users do not need. The namespace is not tilemesh::model::detail, because after `using namespace tilemesh` a
+// namespace `model` would clash with every user's function of that name.
 namespace tilemesh { inline namespace v0_2 { namespace model_detail {
 
-/// The names of the operations that the kernel of a step counts; none for a step of a trace made by hand without names.
+/// The names of the operations that the kernel of a step counts. Empty for a step without names, in a trace made by hand.
 inline std::vector<std::string> const& operations_of_step(Trace const& trace, std::size_t step) noexcept
 {
     static std::vector<std::string> const none;
@@ -43,7 +43,7 @@ inline void check_trace(Trace const& trace, Grid grid)
     }
 }
 
-/// The operations of all steps, each name once, in the order in which the steps name them, and the places of each step's operations.
+/// The operations of all steps, each name once, in the order in which the steps name them, and the columns of each step's operations.
 struct OperationColumns {
     std::vector<std::string> names;
     std::vector<std::array<std::uint32_t, most_operation_kinds>> of_step;
