@@ -11,13 +11,13 @@ namespace channel_capacity {
 /// one setting lacks nothing, those that lack nothing.
 ///
 /// channel: the smallest good capacity (`drop`), or under `hold`, which loses nothing for want of a channel, the smallest good one
-/// whose supersteps are within 5 % of the fewest of all good ones. Larger channels do not help.
+/// whose exchanges are within 5 % of the fewest of all good ones. Larger channels do not help.
 /// storage: the smallest capacity above all good ones: from there on storage is what is missing. 0: none in the sweep.
 struct Knee {
     std::string motion;
     std::uint32_t channel = 0, channel_storage = 0;
     std::uint32_t storage = 0, storage_slots = 0;
-    std::uint64_t fewest_supersteps = 0; ///< of a frame, mean over the motion's, rounded
+    std::uint64_t fewest_exchanges = 0; ///< of a frame, mean over the motion's, rounded
     bool complete = false;               ///< the best setting lacks nothing
     double least_missing = 0;            ///< share of all pairs
 };

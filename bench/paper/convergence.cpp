@@ -85,10 +85,10 @@ void rows_of(Context const& context, bench::Scene const& scene, std::string cons
                                     " steps, 3-sigma squares"});
             }
             auto const r = machine.render(v.camera).report;
-            auto const route = r.supersteps.route, bloom = r.supersteps.bloom;
+            auto const route = r.exchanges.route, bloom = r.exchanges.bloom;
             Row counted{"convergence",
                         row,
-                        "supersteps on our mesh, " + std::to_string(slots) + " slots a channel",
+                        "exchanges on our mesh, " + std::to_string(slots) + " slots a channel",
                         v.paper,
                         static_cast<double>(route + bloom),
                         "counted",

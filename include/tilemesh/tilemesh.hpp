@@ -1,6 +1,6 @@
 #pragma once
-/// The whole library, for users; no other header includes this one. Headers whose names end in json.hpp are not in it, because they need
-/// nlohmann-json; those of poplar/ are not in it, because they need the Poplar SDK. Include these headers beside this one.
+/// The whole library, for users; no other header includes this one. report/json.hpp and report/json_frame.hpp are not in it, because they
+/// need nlohmann-json; those of poplar/ are not in it, because they need the Poplar SDK. Include these headers beside this one.
 #if __cplusplus < 202002L
 #error "tilemesh: the host side needs C++20; build with -std=c++20"
 #endif
