@@ -6,7 +6,8 @@
 # - README.md has at most 160 lines of at most 120 characters, and each of its headline numbers names its command.
 # - Every `render_map` and `pfm_error` line and every block of Python runs.
 # - A block below `<!-- output of COMMAND -->` is what COMMAND prints, but for host times and for counts that depend on fused
-#   multiplication. `<!-- output of COMMAND, from "TEXT" -->` begins with the first line that begins with TEXT.
+#   multiplication. `<!-- output of COMMAND, from "TEXT" to "TEXT" -->` is a part of it: from the first line that begins with TEXT to
+#   the next that does. Either end may be left out.
 # - The version is the same everywhere.
 # With --write, the script writes these blocks anew. With --slow, it also writes the blocks below `<!-- slow output of COMMAND -->`,
 # which take minutes and are not compared; DIR in such a command is the folder TILEMESH_DATA.
@@ -167,7 +168,13 @@ while read -r _ arguments; do
     # shellcheck disable=SC2086
     "$program" $arguments --quiet >out 2>&1 </dev/null || fail "render_map $arguments: $(cat out)"
 done <lines
-if [ -x "$benches/pfm_error" ]; then
+if command -v python3 >/dev/null; then
+    awk '/^```/ { inside = /^```python$/; next } inside' "$project/examples/README.md" >read_report.py
+    [ -s read_report.py ] || fail "examples/README.md shows no Python"
+    { printf 'P6\n1280 720\n255\n' && head -c 2764800 /dev/zero; } >other.ppm
+    "$program" room.ply --report report.json --quiet >out 2>&1 </dev/null && python3 read_report.py >out 2>&1 || fail "the Python of examples/README.md: $(cat out)"
+fi
+if [ -x "$benches/pfm_error" ] && [ -e other.pfm ]; then
     grep '^pfm_error ' all_lines >lines
     while read -r _ arguments; do
         runs=$((runs + 1))
@@ -176,34 +183,35 @@ if [ -x "$benches/pfm_error" ]; then
     done <lines
 fi
 [ "$runs" -ge 10 ] || fail "only $runs commands were found in the README files"
-if command -v python3 >/dev/null; then
-    awk '/^```/ { inside = /^```python$/; next } inside' "$project/examples/README.md" >read_report.py
-    [ -s read_report.py ] || fail "examples/README.md shows no Python"
-    "$program" room.ply --report report.json --quiet >out 2>&1 </dev/null && python3 read_report.py >out 2>&1 || fail "the Python of examples/README.md: $(cat out)"
-fi
 
 # --- outputs -----------------------------------------------------------------------------------
 # Without host times, and without counts that depend on how the target rounds (with or without fused multiplication).
 exact() { sed -E '/contributing|order by id/d; s/^( *(project|route|bloom|composite|picture|frame)( +[0-9]+)+) +[0-9.]+$/\1/'; }
-# marks FILE: for each block its number, `slow` or `quick`, the command, and after a tab the text of its first line.
+# marks FILE: for each block its number, `slow` or `quick`, the command, and the beginnings of its first and last line, or "-".
 marks() {
     awk '/^<!-- (slow )?output of [^ ].* -->$/ {
             kind = /^<!-- slow/ ? "slow" : "quick"
             sub(/^<!-- (slow )?output of /, "")
             sub(/ -->$/, "")
-            text = ""
-            if (match($0, /, from ".*"$/)) {
-                text = substr($0, RSTART + 8, RLENGTH - 9)
+            first = last = "-"
+            if (match($0, /,? to "[^"]*"$/)) {
+                last = substr($0, RSTART, RLENGTH - 1)
                 $0 = substr($0, 1, RSTART - 1)
             }
-            print ++n "\t" kind "\t" $0 "\t" text
+            if (match($0, /, from "[^"]*"$/)) {
+                first = substr($0, RSTART, RLENGTH - 1)
+                $0 = substr($0, 1, RSTART - 1)
+            }
+            sub(/^[^"]*"/, "", first)
+            sub(/^[^"]*"/, "", last)
+            print ++n "\t" kind "\t" $0 "\t" first "\t" last
         }' "$1"
 }
 outputs=0
 for file in $readmes; do
     rm -f printed.*
     marks "$project/$file" >marks
-    while IFS="$(printf '\t')" read -r n kind command text; do
+    while IFS="$(printf '\t')" read -r n kind command first last; do
         if [ "$kind" = slow ] && [ "$slow" = no ]; then continue; fi
         case $command in *" DIR"*)
             [ -n "${TILEMESH_DATA:-}" ] || { echo "skipped: $command needs TILEMESH_DATA" && continue; } ;;
@@ -212,8 +220,12 @@ for file in $readmes; do
         # shellcheck disable=SC2046,SC2086
         PATH=$examples:$benches:$project/tests/checks:$PATH $(printf '%s\n' "$command" | sed "s, DIR\>, ${TILEMESH_DATA:-}," ) >printed 2>&1 </dev/null ||
             fail "$command: $(cat printed)"
-        awk -v text="$text" 'index($0, text) == 1 { on = 1 } on' printed | sed 's/ *$//' >"printed.$n"
-        [ -s "printed.$n" ] || fail "$file: $command prints no line that begins with \"$text\""
+        awk -v first="$first" -v last="$last" '
+            !on && !done && (first == "-" || index($0, first) == 1) { on = 1 }
+            on
+            on && last != "-" && index($0, last) == 1 { on = 0; done = 1 }
+            END { exit !(done || last == "-") }' printed | sed 's/ *$//' >"printed.$n"
+        [ -s "printed.$n" ] || fail "$file: $command prints no line that begins with \"$first\""
         if [ "$write" = yes ]; then continue; fi
         awk -v n="$n" '/^<!-- (slow )?output of / { at++ } at == n && /^```/ { fence++; next } at == n && fence == 1' "$project/$file" | exact >block
         exact <"printed.$n" | diff block - >difference || fail "$file: $command prints something else (readme.sh --write writes it):
