@@ -7,7 +7,7 @@
 # - Every `render_map` and `pfm_error` line and every block of Python runs.
 # - A block below `<!-- output of COMMAND -->` is what COMMAND prints, but for host times and for counts that depend on fused
 #   multiplication. `<!-- output of COMMAND, from "TEXT" to "TEXT" -->` is a part of it: from the first line that begins with TEXT to
-#   the next that does. Either end may be left out.
+#   the next that does. Either end may be left out. A block is fenced, or a Markdown table that COMMAND prints as such.
 # - The version is the same everywhere.
 # With --write, the script writes these blocks anew. With --slow, it also writes the blocks below `<!-- slow output of COMMAND -->`,
 # which take minutes and are not compared; DIR in such a command is the folder TILEMESH_DATA.
@@ -218,7 +218,7 @@ for file in $readmes; do
         esac
         outputs=$((outputs + 1))
         # shellcheck disable=SC2046,SC2086
-        PATH=$examples:$benches:$project/tests/checks:$PATH $(printf '%s\n' "$command" | sed "s, DIR\>, ${TILEMESH_DATA:-}," ) >printed 2>&1 </dev/null ||
+        PATH=$examples:$benches:$PATH $(printf '%s\n' "$command" | sed "s, DIR\>, ${TILEMESH_DATA:-},; s, tests/, $project/tests/,") >printed 2>&1 </dev/null ||
             fail "$command: $(cat printed)"
         awk -v first="$first" -v last="$last" '
             !on && !done && (first == "-" || index($0, first) == 1) { on = 1 }
@@ -233,6 +233,12 @@ $(cat difference)"
     done <marks
     if [ "$write" = yes ]; then
         awk '/^<!-- (slow )?output of / { n++; fence = 0; file = "printed." n; has = (getline line < file) >= 0; close(file) }
+            /^\|/ && has && fence == 0 { # a table: to its last row
+                while ((getline line < file) > 0) print line
+                fence = 3
+            }
+            /^\|/ && has && fence == 3 { next }
+            fence == 3 { fence = 2 }
             /^```/ && has && fence < 2 {
                 print
                 if (++fence == 1) while ((getline line < file) > 0) print line
