@@ -9,9 +9,9 @@ using namespace traffic;
 namespace {
 
 constexpr char const* usage = R"(usage: mesh [--csv FILE] [--quick] [--data DIR]
-Moves records between random tiles and checks every arrival; measures hops a second and an idle superstep.
+Moves records between random tiles and checks every arrival. Measures hops per second and an idle superstep.
   --csv FILE   also write the table: grid,records,capacity,threads,exchanges,hops,hops_per_s,idle_superstep_us,rss_bytes
-  --quick      few rounds, and without the grid of 1,000 x 850 tiles
+  --quick      run few rounds, and leave out the grid of 1,000 x 850 tiles
   --data DIR   accepted, not needed: this program reads no file
 )";
 

@@ -32,7 +32,7 @@ label() {
 
 "$compiler" -std=c++20 -O2 -I "$include" leave_out/count.cpp -o "$folder/count" -pthread
 "$folder/count" >"$folder/rows.txt"
-echo '| setup | record, bytes | slot, bytes | tile besides, bytes | slots a tile | code, bytes | supersteps, cold / static | messages, cold / static | projections, cold / static | pairs | missing |'
+echo '| setup | record, bytes | slot, bytes | tile besides, bytes | slots a tile | code, bytes | exchanges, cold / static | messages, cold / static | projections, cold / static | pairs | missing |'
 echo '|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|'
 while read -r setup record slot besides slots cold_steps cold_messages cold_projections steps messages projections pairs missing; do
     if [ "$setup" = one_tile ]; then break; fi
@@ -40,4 +40,4 @@ while read -r setup record slot besides slots cold_steps cold_messages cold_proj
 done <"$folder/rows.txt"
 # Only `minimal` and its two relatives without bloom miss what spans tiles; on one tile nothing does.
 echo
-echo "With the frame on one tile (a test machine) the least misses $missing: $steps supersteps, $messages messages, $projections projections, $pairs pairs."
+echo "With the frame on one tile (a test machine) the least misses $missing: $steps exchanges, $messages messages, $projections projections, $pairs pairs."
