@@ -131,6 +131,17 @@ while IFS= read -r row; do
     fi
 done <"$work/headlines"
 
+# Each promise names a test.
+awk '/^## What is promised/ { inside = 1; next } /^## / { inside = 0 } inside' README.md | sed -nE 's/^\|.*\| `([^`]+)` \|$/\1/p' >"$work/promises"
+[ "$(wc -l <"$work/promises")" -ge 6 ] || fail "README.md shows tests for $(wc -l <"$work/promises") promises only"
+while IFS= read -r name; do
+    case $name in
+    check.*) grep -qE "add_check\(${name#check.} " tests/checks/CMakeLists.txt ;;
+    *.*) [ -e "tests/${name%%.*}/${name#*.}.cpp" ] ;;
+    *) [ -d "tests/$name" ] ;;
+    esac || fail "README.md promises something that test $name shows, and there is no such test"
+done <"$work/promises"
+
 # --- versions ----------------------------------------------------------------------------------
 version=$(sed -nE 's/^ +VERSION ([0-9.]+)$/\1/p' CMakeLists.txt)
 number=$(sed -nE 's/^#define TILEMESH_VERSION ([0-9]+).*/\1/p' include/tilemesh/config.hpp)
