@@ -25,10 +25,10 @@ int main()
     auto const rows = Renderer{map}.render(camera);
     auto const columns = BasicRenderer<splat::Referenced<Mine>>{map}.render(camera);
     bool const same = rows.image.rgb == columns.image.rgb;
-    std::cout << "row first:    " << rows.report.hops << " hops, " << rows.report.supersteps.route << " supersteps, at most "
+    std::cout << "row first:    " << rows.report.hops << " hops, " << rows.report.exchanges.route << " exchanges, at most "
               << rows.report.peak_channel << " records in a channel\n"
-              << "column first: " << columns.report.hops << " hops, " << columns.report.supersteps.route
-              << " supersteps, at most " << columns.report.peak_channel << " records in a channel\n"
+              << "column first: " << columns.report.hops << " hops, " << columns.report.exchanges.route
+              << " exchanges, at most " << columns.report.peak_channel << " records in a channel\n"
               << (same ? "the pictures are equal in every bit\n" : "the pictures differ\n");
     return same ? 0 : 1;
 }

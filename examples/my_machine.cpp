@@ -1,4 +1,4 @@
-// A machine of your own, its ledger, and what a channel slot is worth on it: supersteps and refusals of a cold start.
+// A machine of your own, its ledger, and what a channel slot is worth on it: exchanges and refusals of a cold start.
 #include <cstdint>
 #include <iostream>
 #include <string>
@@ -32,7 +32,7 @@ int main()
 
     auto const map = scene::built_in_map();
     auto const camera = scene::built_in_camera({960, 540});
-    report::Table table{{"slots a channel", "supersteps", "refusals", "unplaced", "copies lost", "fullest tile"}};
+    report::Table table{{"slots a channel", "exchanges", "refusals", "unplaced", "copies lost", "fullest tile"}};
     std::uint64_t refused_before = 0;
     bool grows = true;
     for (std::uint32_t slots : {100u, 50u, 20u, 10u, 5u}) {
@@ -41,7 +41,7 @@ int main()
         auto const frame = MyRenderer{map, {.tile = {16, 12}, .sizes = sizes}}.render(camera);
         auto const& r = frame.report;
         using report::thousands;
-        table.add_row({std::to_string(slots), std::to_string(r.supersteps.total()), thousands(r.gaussians.held),
+        table.add_row({std::to_string(slots), std::to_string(r.exchanges.total()), thousands(r.gaussians.held),
                        thousands(r.gaussians.unplaced), thousands(r.lost_copies), thousands(r.peak_storage)});
         grows = grows && r.gaussians.held > refused_before;
         refused_before = r.gaussians.held;

@@ -96,18 +96,18 @@ Knee knee_of(std::vector<Row> const& rows)
     std::uint64_t fewest = ~std::uint64_t{0};
     for (auto const& r : rows)
         if (is_good(r)) {
-            fewest = std::min(fewest, r.supersteps);
+            fewest = std::min(fewest, r.exchanges);
             knee.storage = 0;
         } else if (knee.storage == 0) {
             knee.storage = r.capacity, knee.storage_slots = r.storage;
         }
     for (auto const& r : rows)
-        if (is_good(r) && (r.saturation == Saturation::drop || 20 * r.supersteps <= 21 * fewest)) {
+        if (is_good(r) && (r.saturation == Saturation::drop || 20 * r.exchanges <= 21 * fewest)) {
             knee.channel = r.capacity, knee.channel_storage = r.storage;
             break;
         }
     knee.complete = least == 0;
-    knee.fewest_supersteps = (fewest + rows.front().frames / 2) / rows.front().frames;
+    knee.fewest_exchanges = (fewest + rows.front().frames / 2) / rows.front().frames;
     return knee;
 }
 
@@ -131,7 +131,7 @@ std::vector<std::string> knee_sentences(std::vector<Row> const& rows, std::strin
 
         std::string text = scene + ", " + to_string(saturation) + ": ";
         auto const need = [&](Knee const& k) { return "up to " + slots(k.channel) + " a channel for " + called(k.motion); };
-        text += saturation == Saturation::hold ? "channels save supersteps " : "channels save records ";
+        text += saturation == Saturation::hold ? "channels save exchanges " : "channels save records ";
         if (moving != nullptr) text += need(*moving) + (jumping != nullptr ? " (the most of all continuous motions) and " : "");
         if (jumping != nullptr) text += need(*jumping);
         text += ", and no more beyond";
@@ -208,12 +208,12 @@ namespace {
 void add_row(std::string& out, Row const& r, bool on_front)
 {
     out += r.scene + "," + r.motion + "," + std::to_string(r.capacity) + "," + std::to_string(r.storage) + "," +
-           to_string(r.saturation) + "," + fixed(r.worst.psnr_db, 3) + "," + std::to_string(r.supersteps_most) + "," +
+           to_string(r.saturation) + "," + fixed(r.worst.psnr_db, 3) + "," + std::to_string(r.exchanges_most) + "," +
            milliseconds(r.cycles_most(), 4) + "," + std::to_string(r.held) + "," + std::to_string(r.dropped) + "," +
            std::to_string(r.peak_channel) + "," +
            std::to_string(r.peak_storage) + "," + fixed(r.psnr_last_db, 3) + "," + fixed(r.worst.max_levels, 3) + "," +
            fixed(r.worst.ssim, 6) + "," + fixed(r.worst.share_over_one_level, 6) + "," + std::to_string(r.frames) + "," +
-           fixed(static_cast<double>(r.supersteps) / r.frames, 1);
+           fixed(static_cast<double>(r.exchanges) / r.frames, 1);
     for (auto const n : {r.hops, r.messages, r.moved, r.unplaced, r.not_loaded, r.lost_copies, r.late, r.refused_channel,
                          r.refused_storage, r.wanted, r.missing, r.missing_first, r.wanted_dense, r.missing_dense})
         out += "," + std::to_string(n);
@@ -225,8 +225,8 @@ void add_row(std::string& out, Row const& r, bool on_front)
 std::string csv(std::vector<Row> const& rows)
 {
     std::string out =
-        "scene,motion,capacity,storage,saturation,psnr_db,supersteps,modelled_ms,held,dropped,peak_channel,peak_storage,"
-        "psnr_last_db,max_levels,ssim,share_over_one_level,frames,supersteps_mean,hops,messages,moved,unplaced,not_loaded,lost_copies,"
+        "scene,motion,capacity,storage,saturation,psnr_db,exchanges,modelled_ms,held,dropped,peak_channel,peak_storage,"
+        "psnr_last_db,max_levels,ssim,share_over_one_level,frames,exchanges_mean,hops,messages,moved,unplaced,not_loaded,lost_copies,"
         "late,refused_channel,refused_storage,wanted,missing,missing_first,wanted_dense,missing_dense,ran,modelled_ms_mean,"
         "modelled_exchange_ms_mean,pareto\n";
     for (std::size_t begin = 0; begin < rows.size();) { // a motion of a scene after the other

@@ -11,13 +11,13 @@ namespace channel_capacity {
 /// If a setting lacks nothing, only the settings that lack nothing are good.
 ///
 /// channel: under `drop`, the smallest good capacity. Under `hold`, which loses nothing to full channels, the smallest good capacity whose
-/// supersteps are within 5 % of the fewest of all good ones. Larger channels do not help. storage: the smallest capacity above all good
+/// exchanges are within 5 % of the fewest of all good ones. Larger channels do not help. storage: the smallest capacity above all good
 /// ones: from there on storage is too small. 0: none in the sweep.
 struct Knee {
     std::string motion;
     std::uint32_t channel = 0, channel_storage = 0;
     std::uint32_t storage = 0, storage_slots = 0;
-    std::uint64_t fewest_supersteps = 0; ///< per frame: mean over the motion's frames, rounded
+    std::uint64_t fewest_exchanges = 0; ///< per frame: mean over the motion's frames, rounded
     bool complete = false;               ///< the best setting lacks nothing
     double least_missing = 0;            ///< share of all pairs
 };

@@ -1,4 +1,4 @@
-// The value of a channel slot: PSNR, supersteps, losses and modelled time for splits of a tile's SRAM between channels and storage. And the
+// The value of a channel slot: PSNR, exchanges, losses and modelled time for splits of a tile's SRAM between channels and storage. And the
 // delay of Gaussians if the hops per frame are bounded.
 #include "findings.hpp"
 #include "latency.hpp"
@@ -166,7 +166,7 @@ int run(Options const& options)
     }
     for (auto const& [name, scene] : scenes) {
         tilemesh::report::Table table{
-            {"motion", "policy", "channel knee", "its storage", "supersteps there", "storage is missing from", "best lacks"}};
+            {"motion", "policy", "channel knee", "its storage", "exchanges there", "storage is missing from", "best lacks"}};
         for (auto const* motion : motion_names)
             for (auto const saturation : {Saturation::hold, Saturation::drop}) {
                 auto const one = select(rows, name, motion, saturation);
@@ -174,7 +174,7 @@ int run(Options const& options)
                 auto const knee = knee_of(one);
                 auto const at = std::find_if(one.begin(), one.end(), [&](Row const& r) { return r.capacity == knee.channel; });
                 table.add_row({motion, to_string(saturation), std::to_string(knee.channel),
-                               tilemesh::report::thousands(knee.channel_storage), tilemesh::report::thousands(at->supersteps / at->frames),
+                               tilemesh::report::thousands(knee.channel_storage), tilemesh::report::thousands(at->exchanges / at->frames),
                                knee.storage == 0 ? "-" : std::to_string(knee.storage),
                                knee.complete ? "nothing"
                                              : std::to_string(at->missing * 1000 / std::max<std::uint64_t>(at->wanted, 1)) + " in 1,000"});

@@ -27,19 +27,19 @@ std::string help()
 {
     return std::string(
                "Usage: channel_capacity [options]\n"
-               "What a channel slot is worth on one machine (Mk2, 638,976 bytes a tile, 40 x 36 tiles, 1280 x 720): every channel gets c\n"
-               "slots, from 1 to what leaves storage for one record, and storage gets the bytes that are left. Measured for both saturation\n"
-               "policies on four maps and seven motions; then how late Gaussians are when the hops a frame are bounded. Times are modelled: our\n"
-               "kernels on Mk2, an exchange moves all c slots of its channel, and a frame that is composited again counts twice. Prints the\n"
-               "knees and the splits that no other beats in both PSNR and modelled time (Pareto), and checks what must hold.\n"
+               "Measures what a channel slot is worth on one machine (Mk2, 638,976 bytes a tile, 40 x 36 tiles, 1280 x 720). Every channel gets\n"
+               "c slots, from 1 to the number that leaves storage for one record. Storage gets the remaining bytes. The bench measures both\n"
+               "saturation policies on four maps and seven motions, and then how late Gaussians are if the hops of a frame are bounded.\n"
+               "Times are modelled: our kernels on Mk2, an exchange moves all c slots of its channel, and a frame that is composited again\n"
+               "counts twice. Prints the knees and the Pareto-optimal splits (PSNR and modelled time), and checks the results.\n"
                "\n"
-               "  --csv FILE       a row a setting\n"
-               "  --latency FILE   CSV: distance in tiles against frames late\n"
-               "  --plots DIR      SVG plots, and PNGs of saturated pictures beside complete ones\n") +
+               "  --csv FILE       write a row per setting\n"
+               "  --latency FILE   write a CSV: distance in tiles, frames late\n"
+               "  --plots DIR      write SVG plots, and PNGs of saturated pictures beside complete ones\n") +
            bench::help_of_data +
            "  --scene NAME     sloth, salad, playbot_250k or built_in; may be repeated. Default: all\n"
            "  --motion NAME    static, orbit0.1, orbit0.5, orbit2, teleport, fr1_xyz or fr2_desk; may be repeated. Default: all\n"
-           "  --threads N      motions measured at a time; default: as many as the machine has. Results do not depend on it\n"
+           "  --threads N      number of motions measured at a time; default: all host threads. Results do not depend on it\n"
            "  --quick          two maps, four motions, eight capacities, smaller pictures\n"
            "  --help           this text\n"
            "\n" +

@@ -83,14 +83,14 @@ void write_plots(std::filesystem::path const& folder, std::vector<Row> const& ro
         psnr.infinity = "equal";
         steps = psnr;
         steps.title = std::string(scene) + ": what full channels cost under hold";
-        steps.y = {.label = "supersteps a frame (mean)", .scale = PlotScale::logarithmic};
+        steps.y = {.label = "exchanges a frame (mean)", .scale = PlotScale::logarithmic};
         for (auto const& d : drawn) {
             auto const dropped = select(rows, scene, d.motion, Saturation::drop), held = select(rows, scene, d.motion, Saturation::hold);
             if (dropped.empty()) continue;
             psnr.series.push_back(
                 series_of(dropped, std::string("drop, ") + d.name, d.colour, [](Row const& r) { return r.worst.psnr_db; }));
             steps.series.push_back(
-                series_of(held, d.name, d.colour, [](Row const& r) { return static_cast<double>(r.supersteps) / r.frames; }));
+                series_of(held, d.name, d.colour, [](Row const& r) { return static_cast<double>(r.exchanges) / r.frames; }));
         }
         auto const held = select(rows, scene, "teleport", Saturation::hold);
         if (!held.empty()) {

@@ -153,7 +153,7 @@ public:
                 continue;
             }
             Row const row = run_one(saturation, all[i], s);
-            if (check && !(row.supersteps == free->supersteps && row.messages == free->messages && row.peak_channel == free->peak_channel &&
+            if (check && !(row.exchanges == free->exchanges && row.messages == free->messages && row.peak_channel == free->peak_channel &&
                            row.modelled == free->modelled &&
                            row.peak_storage == free->peak_storage && row.complete()))
                 complain(row, "differs from that of " + std::to_string(free->capacity) + " slots, although no limit binds in either");
@@ -210,16 +210,16 @@ private:
                 continue;
             }
             if (i == 1 && cold_) { // nothing moves, even if the first frame lost records
-                if (r.supersteps.total() != 0 || r.messages != 0 || sum != row.missing)
+                if (r.exchanges.total() != 0 || r.messages != 0 || sum != row.missing)
                     complain(row, "the view is the same and something moves");
                 continue;
             }
             ++row.frames;
             std::string wrong;
-            row.modelled.push_back(modelled(machine->trace(), c, r.supersteps.total(), wrong));
+            row.modelled.push_back(modelled(machine->trace(), c, r.exchanges.total(), wrong));
             if (!wrong.empty()) complain(row, wrong);
-            row.supersteps += r.supersteps.total();
-            row.supersteps_most = std::max(row.supersteps_most, r.supersteps.total());
+            row.exchanges += r.exchanges.total();
+            row.exchanges_most = std::max(row.exchanges_most, r.exchanges.total());
             row.hops += r.hops;
             row.messages += r.messages;
             row.moved += r.gaussians.moved;

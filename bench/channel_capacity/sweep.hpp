@@ -22,7 +22,7 @@ struct Row {
     tilemesh::report::ErrorMeasures worst{}; ///< of the frame with the lowest PSNR
     double psnr_last_db = 0;
     std::uint32_t frames = 0;
-    std::uint64_t supersteps_most = 0, supersteps = 0; ///< of the slowest frame; of all frames
+    std::uint64_t exchanges_most = 0, exchanges = 0; ///< of the slowest frame; of all frames
     std::uint64_t hops = 0, messages = 0, moved = 0, held = 0;
     std::uint64_t dropped = 0;    ///< records lost after the last frame
     std::uint64_t unplaced = 0;   ///< the most in one frame

@@ -57,13 +57,13 @@ private:
 
 /// Lines of `--help` that several have.
 inline constexpr char const* help_of_data =
-    "  --data DIR       maps/, trajectories/ and cameras.json; default: the environment variable TILEMESH_DATA. What is not\n"
-    "                   there is skipped\n";
+    "  --data DIR       maps/, trajectories/ and cameras.json; default: the environment variable TILEMESH_DATA. A bench\n"
+    "                   skips maps that are missing\n";
 inline constexpr char const* help_of_spoil =
-    "  --spoil          the rasteriser blends by other rules than the mesh, on purpose: shows that the checks bite\n";
+    "  --spoil          give the rasteriser other blending rules than the mesh: the checks must fail\n";
 inline constexpr char const* help_of_exit =
-    "Exit status: 0; 1 when something that must hold does not; 2 with one line on standard error when something is wrong:\n"
-    "what, why, what to do.\n";
+    "Exit status: 0: all checks hold. 1: a check fails. 2: an error; one line on standard error names the problem, the reason\n"
+    "and a remedy.\n";
 
 /// With --spoil the rasteriser clamps alpha at this value. Every map has Gaussians that are more opaque.
 inline constexpr float spoilt_alpha_max = 0.5f;

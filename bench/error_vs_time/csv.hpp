@@ -146,7 +146,7 @@ inline std::vector<Field> fields_of(Row const& r, std::vector<Noise> const& nois
     counter("late", r.late);
     counter("unplaced", r.unplaced);
 
-    counter("supersteps", c.supersteps.total());
+    counter("exchanges", c.exchanges.total());
     counter("messages", c.messages);
     counter("live_bytes", c.exchanged_live_bytes);
     counter("capacity_bytes", c.exchanged_capacity_bytes);

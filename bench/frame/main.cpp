@@ -94,7 +94,7 @@ int run(Options const& options)
     tilemesh::report::Table times{{"scene", "motion", "grid", "threads", "GFLOP/s", "direct ms", "mesh ms", "mesh / direct",
                                    "direct / roofline", "evaluated / contributing", "direct speedup", "mesh speedup"}};
     tilemesh::report::Table stages{{"scene", "motion", "grid", "threads", "direct: project", "sort", "bin", "blend",
-                                    "mesh: project", "route", "bloom", "composite", "picture", "messages", "supersteps"}};
+                                    "mesh: project", "route", "bloom", "composite", "picture", "messages", "exchanges"}};
     for (auto const& r : rows) {
         auto const threads = std::to_string(r.threads);
         times.add_row({r.scene, r.motion, r.grid, threads, number(r.gflops, 0), band(r.direct, 2), band(r.mesh, 2),
@@ -104,7 +104,7 @@ int run(Options const& options)
         stages.add_row({r.scene, r.motion, r.grid, threads, number(r.direct_project, 3), number(r.direct_sort, 3),
                         number(r.direct_bin, 3), number(r.direct_blend, 3), number(r.mesh_project, 3),
                         number(r.mesh_route, 3), number(r.mesh_bloom, 3), number(r.mesh_composite, 3), number(r.picture, 3),
-                        number(r.messages, 0), number(r.supersteps, 0)});
+                        number(r.messages, 0), number(r.exchanges, 0)});
     }
     std::cout << times << "\n" << stages;
     for (auto const& r : rows)

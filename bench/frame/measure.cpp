@@ -96,7 +96,7 @@ void run_round(Contest& contest, splat::Camera const& camera, splat::Model const
         row.pairs.push_back(pairs);
         row.contributing.push_back(static_cast<double>(r.pairs_contributing));
         row.messages.push_back(static_cast<double>(r.messages));
-        row.supersteps.push_back(static_cast<double>(r.supersteps.total()));
+        row.exchanges.push_back(static_cast<double>(r.exchanges.total()));
         row.moved.push_back(static_cast<double>(r.gaussians.moved));
         row.visible = direct.visible();
         row.entries = direct.entries();
@@ -247,7 +247,7 @@ std::string csv(std::vector<Row> const& rows, tilemesh::splat::Arithmetic arithm
     };
     std::string out =
         "scene,motion,threads,fma_gflops,direct_ms,mesh_ms,mesh_over_direct,direct_over_roofline,pairs_evaluated,"
-        "pairs_contributing,messages,supersteps,grid,arithmetic,compiler,instructions,rounds,visible,entries,moved";
+        "pairs_contributing,messages,exchanges,grid,arithmetic,compiler,instructions,rounds,visible,entries,moved";
     for (std::size_t i = 0; i < std::size(banded); ++i) {
         std::string const name = banded[i].name;
         if (i >= 5) out += "," + name; // the first five come before the counters
@@ -258,7 +258,7 @@ std::string csv(std::vector<Row> const& rows, tilemesh::splat::Arithmetic arithm
         out += r.scene + "," + r.motion + "," + std::to_string(r.threads);
         for (std::size_t i = 0; i < 5; ++i) out += "," + middle(r.*banded[i].samples, banded[i].places);
         out += "," + bench::fixed(mean(r.pairs), 0) + "," + bench::fixed(mean(r.contributing), 0) + "," +
-               bench::fixed(mean(r.messages), 1) + "," + bench::fixed(mean(r.supersteps), 2) + "," + r.grid + "," +
+               bench::fixed(mean(r.messages), 1) + "," + bench::fixed(mean(r.exchanges), 2) + "," + r.grid + "," +
                to_string(arithmetic);
 #if defined(__clang__)
         out += ",clang " + std::to_string(__clang_major__);

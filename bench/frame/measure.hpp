@@ -19,7 +19,7 @@ struct Row {
     Samples mesh_project, mesh_route, mesh_bloom, mesh_composite, picture;
     Samples direct_speedup, mesh_speedup; ///< relative to one thread, in the same round; empty if one thread is not measured
     Samples over_narrow;                  ///< wide grid: time of its mesh over that of 40 x 36 tiles, in the same round
-    Samples pairs, contributing, messages, supersteps, moved;
+    Samples pairs, contributing, messages, exchanges, moved;
     std::uint32_t visible = 0;
     std::uint64_t entries = 0; ///< entries of the rasteriser's lists, in the last frame
 };

@@ -29,26 +29,26 @@ std::string help()
 {
     return std::string(
                "Usage: frame [options]\n"
-               "How long the machine's frame takes (lossless on Mk2, 40 x 36 tiles, 1280 x 720) beside a bare rasteriser with the same kernels\n"
-               "and no mesh, and beside what the processor can do at most. All are measured in turn, round by round, so that a busy machine\n"
-               "slows all of them; what is printed is the median of the rounds, and of the rounds' ratios. In each round the pictures of\n"
-               "mesh and rasteriser must be the same, bit for bit.\n"
+               "Measures the host time of the machine's frame (lossless on Mk2, 40 x 36 tiles, 1280 x 720) beside a bare rasteriser with the\n"
+               "same kernels and no mesh, and beside the FMA peak of the processor. All are measured in turn, round by round, so a busy\n"
+               "machine slows all of them. Prints the medians of the rounds and of their ratios. In each round, mesh and rasteriser must\n"
+               "have equal pictures, bit for bit.\n"
                "\n"
-               "mesh_ms ends when the framebuffers stand in the tiles: assembling them on the host to one picture is picture_ms.\n"
-               "direct_over_roofline is the time that the evaluated pairs take at FMA peak, 18.4 operations each, over direct_ms. A column\n"
-               "with _low and _high beside it has the 20 % and 80 % quantiles there. Counters are means over the measured frames.\n"
+               "mesh_ms ends when the framebuffers are complete in the tiles. picture_ms is the time to assemble one picture on the host.\n"
+               "direct_over_roofline is the time of the evaluated pairs at FMA peak, 18.4 operations each, over direct_ms. The columns\n"
+               "_low and _high are the 20 % and 80 % quantiles. Counters are means over the measured frames.\n"
                "\n"
-               "  --csv FILE       a row a scene, motion, grid and number of threads\n") +
+               "  --csv FILE       write a row per scene, motion, grid and number of threads\n") +
            bench::help_of_data +
            "  --scene NAME     sloth, salad, playbot_250k (on a test machine with storage for it) or built_in; may be repeated\n"
            "  --motion NAME    static, orbit0.1, orbit0.5, orbit2, teleport, fr1_xyz or fr2_desk; may be repeated\n"
-           "  --threads N      threads of rasteriser and mesh; may be repeated, and all are measured in turn. Default: 1 and 2\n"
-           "  --rounds N       measured rounds a motion, after 3 that warm up. Default: 25\n"
+           "  --threads N      threads of rasteriser and mesh; may be repeated; all are measured in turn. Default: 1 and 2\n"
+           "  --rounds N       measured rounds per motion, after 3 warm-up rounds. Default: 25\n"
            "  --arithmetic A   precise or fast. Default: " +
            to_string(tilemesh::splat::Lossless::arithmetic) +
            "\n"
-           "  --wide           each mesh also on a grid of 400 x 250 tiles, of which the frame occupies 40 x 36\n"
-           "  --arithmetics    another table instead: time, and error against the double reference with the same cut-offs, of the\n"
+           "  --wide           also measure each mesh on a grid of 400 x 250 tiles, of which the frame occupies 40 x 36\n"
+           "  --arithmetics    print another table instead: time, and error against the double reference with the same cut-offs, of the\n"
            "                   rasteriser with precise and fast arithmetic, polynomials of lower degree, and a stop by blocks. For\n"
            "                   Sloth and Salad unless scenes are named; --csv then has these columns\n"
            "  --quick          the built-in map unless scenes are named, 320 x 180, three motions, 3 rounds\n" +

@@ -20,7 +20,7 @@ struct Load {
 /// The results of one run.
 struct Run {
     double seconds = 0;
-    std::uint64_t hops = 0, supersteps = 0;
+    std::uint64_t hops = 0, exchanges = 0;
 };
 
 inline std::int64_t resident_bytes()
@@ -86,7 +86,7 @@ public:
         Run run;
         run.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
         run.hops = counters.messages();
-        run.supersteps = counters.supersteps();
+        run.exchanges = counters.supersteps();
         check(run.hops);
         return run;
     }

@@ -9,9 +9,9 @@ using namespace traffic;
 namespace {
 
 constexpr char const* usage = R"(usage: mesh [--csv FILE] [--quick] [--data DIR]
-Moves records between random tiles and checks every arrival; measures hops a second and an idle superstep.
-  --csv FILE   also write the table: grid,records,capacity,threads,supersteps,hops,hops_per_s,idle_superstep_us,rss_bytes
-  --quick      few rounds, and without the grid of 1,000 x 850 tiles
+Moves records between random tiles and checks every arrival. Measures hops per second and an idle superstep.
+  --csv FILE   also write the table: grid,records,capacity,threads,exchanges,hops,hops_per_s,idle_superstep_us,rss_bytes
+  --quick      run few rounds, and leave out the grid of 1,000 x 850 tiles
   --data DIR   accepted, not needed: this program reads no file
 )";
 
@@ -75,7 +75,7 @@ void print(Line const& line)
     auto const hops = band(line.hops_per_s), idle = band(line.idle_us);
     std::printf("%4u x %-4u %8u %8u %7u %10llu %10llu   %6.1f (%.1f to %.1f) %10.2f (%.2f to %.2f) %8.1f\n", load.grid.width,
                 load.grid.height, load.records, line.job->capacity(), line.job->threads(),
-                static_cast<unsigned long long>(line.run.supersteps), static_cast<unsigned long long>(line.run.hops),
+                static_cast<unsigned long long>(line.run.exchanges), static_cast<unsigned long long>(line.run.hops),
                 hops.median / 1e6, hops.low / 1e6, hops.high / 1e6, idle.median, idle.low, idle.high,
                 static_cast<double>(line.job->rss_bytes()) / 1e6);
     std::fflush(stdout);
@@ -84,7 +84,7 @@ void write(std::ostream& out, Line const& line)
 {
     auto const& load = line.job->load();
     out << load.grid.width << 'x' << load.grid.height << ',' << load.records << ',' << line.job->capacity() << ','
-        << line.job->threads() << ',' << line.run.supersteps << ',' << line.run.hops << ',' << band(line.hops_per_s).median << ','
+        << line.job->threads() << ',' << line.run.exchanges << ',' << line.run.hops << ',' << band(line.hops_per_s).median << ','
         << band(line.idle_us).median << ',' << line.job->rss_bytes() << '\n';
 }
 
@@ -103,7 +103,7 @@ int main(int argc, char** argv)
         if (!options.csv.empty()) {
             csv.open(options.csv);
             if (!csv) throw Error(std::string("file ").append(options.csv) + " (it cannot be written); choose another for --csv");
-            csv << "grid,records,capacity,threads,supersteps,hops,hops_per_s,idle_superstep_us,rss_bytes\n";
+            csv << "grid,records,capacity,threads,exchanges,hops,hops_per_s,idle_superstep_us,rss_bytes\n";
         }
     } catch (Error const& e) {
         std::cerr << e.what() << '\n';
@@ -114,7 +114,7 @@ int main(int argc, char** argv)
         Grid const paper{40, 36};
         std::uint32_t const records = 91'450;
         int const rounds = options.quick ? 3 : 15;
-        std::printf("      grid  records capacity threads supersteps       hops   M hops a second (band) us an idle superstep (band)  RSS MB\n");
+        std::printf("      grid  records capacity threads  exchanges       hops   M hops a second (band) us an idle superstep (band)  RSS MB\n");
         std::vector<Line> lines;
         auto const add = [](std::unique_ptr<Job> job, std::vector<Line>& to) {
             to.push_back({std::move(job), {}, {}, {}});

@@ -58,7 +58,7 @@ std::vector<Motion> motions_about(Ball const& ball)
         {"Orbit 2.0 deg", 300, orbit(2.0), 2745, 10.91, ""},
         {"Pure translation", 300, translate, 56, 0.22, "0.001 of the ball's radius forward a frame"},
         {"Pure rotation 1 deg", 300, rotate, 1634, 11.99, "about the camera's vertical axis"},
-        {"Random teleport", 100, teleport, 24595, 97.75, "cameras at 2 radii in random directions; fitted: the order of three draws, which the source leaves open"},
+        {"Random teleport", 100, teleport, 24595, 97.75, "cameras at 2 radii in random directions; fitted: the order of three draws, because the source leaves it open"},
     };
 }
 
@@ -207,7 +207,7 @@ void churn(Context const& context, Rows& rows)
     std::uint32_t hits = 0, i = 0;
     for (auto const& motion : motions) {
         std::string const where =
-            std::string("cameras of the authors' public experiment: 2 radii of the box's ball from its centre, 60 "
+            std::string("the cameras are those of the authors' public experiment: 2 radii of the box's ball from its centre, 60 "
                         "degrees vertical; no step is fitted") +
             (*motion.free == '\0' ? "" : std::string("; ") + motion.free);
         if (!there) {
@@ -227,7 +227,7 @@ void churn(Context const& context, Rows& rows)
                         "the paper's count over 25,161 is " + std::to_string(100 * motion.moved / 25161)});
         rows.push_back({"churn", motion.name, "churn, of those on screen in both frames (%)", motion.churn_percent,
                         100 * c.share_on_screen, "counted",
-                        "what the experiment calls churn: mean of the frames' shares, 0 where nothing is on screen; " +
+                        "the experiment's definition of churn: the mean of the frames' shares, 0 for a frame with nothing on screen; " +
                             std::to_string(c.empty) + " of " + frames + " frames move nothing"});
         rows.push_back({"churn", motion.name, "hops of one that moved", {}, c.hops, "counted"});
         if (i < 3) {
@@ -238,13 +238,13 @@ void churn(Context const& context, Rows& rows)
     }
     if (!there) return;
     rows.push_back({"churn", "all motions", "counts within a factor 1.3 (of 6)", 6.0, static_cast<double>(hits), "counted",
-                    "one camera and one radius for all rows; fitted: only the order of the teleport's draws"});
+                    "all rows use one camera and one radius; only the order of the teleport's draws is fitted"});
     std::vector<std::uint32_t> anchors(tiles);
     for (auto const tile : authors_anchors(map, motions.front().pose(0), authors_lens()))
         if (tile != nowhere) ++anchors[tile];
     auto const fullest = static_cast<double>(*std::max_element(anchors.begin(), anchors.end()));
     rows.push_back({"churn", "first camera", "anchors on the fullest tile", {}, fullest, "counted",
-                    "the paper's storage has 3,200 slots, its code 800: these far views can be projected, not run"});
+                    "the paper's storage has 3,200 slots and its code has 800, so no mesh can run these far views; they are projected"});
     count_on_mesh(context, map, motions[1], context.quick ? 4 : 40, rows);
     count_recorded(context, map, scene::lens_of(sloth.camera), rows);
     if (!context.out.empty()) report::write_svg(context.out / "churn.svg", plot);

@@ -81,14 +81,14 @@ void rows_of(Context const& context, bench::Scene const& scene, std::string cons
                                     std::to_string(p.records) + " records move"});
                 rows.push_back({"convergence", row, "substeps to the farthest copy", v.paper, static_cast<double>(p.copy),
                                 "predicted",
-                                "anchor and tree of one record; the deepest tree has " + std::to_string(p.tree) +
-                                    " steps, 3-sigma squares"});
+                                "the path to the anchor and the tree of one record; the deepest tree has " + std::to_string(p.tree) +
+                                    " steps; footprints are 3-sigma squares"});
             }
             auto const r = machine.render(v.camera).report;
-            auto const route = r.supersteps.route, bloom = r.supersteps.bloom;
+            auto const route = r.exchanges.route, bloom = r.exchanges.bloom;
             Row counted{"convergence",
                         row,
-                        "supersteps on our mesh, " + std::to_string(slots) + " slots a channel",
+                        "exchanges on our mesh, " + std::to_string(slots) + " slots a channel",
                         v.paper,
                         static_cast<double>(route + bloom),
                         "counted",
@@ -111,7 +111,7 @@ void convergence(Context const& context, Rows& rows)
     rows.push_back(
         {"convergence", "40 x 36 tiles", "bound on routing, max(W, H)", 40.0, widest, "arithmetic", "the paper's text"});
     rows.push_back({"convergence", "40 x 36 tiles", "bound on routing, |dx| + |dy|", 40.0, farthest, "arithmetic",
-                    "what a router takes that goes along one axis, then the other; the paper's own 55 is above its 40"});
+                    "a router that goes along one axis, then the other, needs this many; the paper's own 55 is above its 40"});
     bool any = false;
     for (std::string const name : {"sloth", "salad"}) {
         if (!bench::has_scene(name, context.data)) {

@@ -50,11 +50,11 @@ void paper::fps(Context const& context, Rows& rows)
         19.80,
         {},
         "modelled",
-        "the paper's is of Sloth, Chairs, Salad and Pringles on its prototype; its figure of fps against Gaussians has no "
-        "number in the text"};
+        "the paper's value is the mean of Sloth, Chairs, Salad and Pringles on its prototype; the text gives no number for its "
+        "figure of fps against Gaussians"};
     if (of_the_paper != 0) {
         mean.ours = sum / of_the_paper;
-        mean.note += "; ours of Sloth and Salad, on our kernels: what the prototype's cost is the table stage";
+        mean.note += "; ours is the mean of Sloth and Salad with our kernels; the table stage has the costs of the prototype";
     } else {
         mean.note += "; skipped: neither Sloth nor Salad is there";
     }

@@ -24,13 +24,13 @@ void paper::host_io(Context const&, Rows& rows)
                     {},
                     counts_bytes,
                     "arithmetic",
-                    "what the authors' benchmark reads by default: its framebuffer is read only where asked"});
+                    "the authors' benchmark reads these by default; it reads the framebuffer only on request"});
     rows.push_back(
         {"host_io", "RGBX8", "share of the paper's 50.55 ms (%)", share_percent, share(rgbx8_bytes), "modelled", rate});
     rows.push_back(
         {"host_io", "floats", "share of the paper's 50.55 ms (%)", share_percent, share(float_bytes), "modelled", rate});
     rows.push_back({"host_io", "counts and cycles", "share of the paper's 50.55 ms (%)", share_percent, share(counts_bytes),
-                    "modelled", rate + ": the paper's share is then latency"});
+                    "modelled", rate + "; if this is what the paper reads, its share is latency"});
     double const paper_ms = share_percent / 100 * frame_ms;
     rows.push_back({"host_io", "1.6 % of 50.55 ms", "time (ms)", {}, paper_ms, "arithmetic"});
     rows.push_back({"host_io",

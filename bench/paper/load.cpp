@@ -112,8 +112,8 @@ void load(Context const& context, Rows& rows)
             spreads.push_back(s);
         }
         Row even{"load", name, "Gini near over Gini far", {}, spreads.front().gini / spreads.back().gini, "counted", {}};
-        even.note = *even.ours < 1 ? "near views spread the load more evenly, as the paper's figure says"
-                                   : "NOT as the paper's figure says: near views do not spread the load more evenly";
+        even.note = *even.ours < 1 ? "near views spread the load more evenly, as in the paper's figure"
+                                   : "near views do NOT spread the load more evenly, unlike in the paper's figure";
         rows.push_back(even);
         if (context.out.empty()) continue;
         std::vector<report::Image> maps;

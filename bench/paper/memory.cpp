@@ -106,7 +106,7 @@ void add_ledger(tilemesh::render::SetupChoice const& setup, Rows& rows)
                         {},
                         static_cast<double>(outside),
                         "arithmetic",
-                        "render lists that our kernels keep and the paper's budget does not name"});
+                        "lists that our kernels keep and the paper's budget leaves out"});
 }
 
 } // namespace

@@ -25,10 +25,10 @@ std::string help(std::vector<std::string> const& names)
     std::string list;
     for (auto const& name : names) list += (list.empty() ? "" : ", ") + name;
     return "Usage: paper [options]\n"
-           "The tables and figures of the paper's results beside ours: table | row | quantity | paper | ours | ratio | kind.\n"
-           "`paper` is \"no figure in the source\" where its text gives no number, `ours` is \"skipped\" where a map is not\n"
-           "there. `kind` says what ours is: counted on a machine or by projection, modelled in cycles, predicted from a\n"
-           "placement, fitted, or arithmetic.\n"
+           "Prints the tables and figures of the paper's results beside ours: table | row | quantity | paper | ours | ratio | kind.\n"
+           "If the paper's text gives no number, `paper` is \"no figure in the source\". If a map is missing, `ours` is\n"
+           "\"skipped\". `kind` says how ours was found: counted on a machine or by projection, modelled in cycles, predicted\n"
+           "from a placement, fitted, or by arithmetic.\n"
            "\n"
            "  --table NAME     " +
            list +
@@ -37,7 +37,7 @@ std::string help(std::vector<std::string> const& names)
            "  --csv FILE       the rows, with a note on each\n"
            "  --out DIR        SVG plots and PNG pictures\n" +
            bench::help_of_data +
-           "  --threads N      of the machines; default: as many as the machine has. Results do not depend on it\n"
+           "  --threads N      host threads; default: all of this machine's. Results do not depend on it\n"
            "  --quick          fewer frames and maps, smaller saturated pictures\n"
            "  --help           this text\n"
            "\n" +

@@ -16,14 +16,14 @@ void paper::power(Context const& context, Rows& rows)
     // Compares the table's columns with each other.
     for (auto const& c : chips) {
         rows.push_back({"power", c.name, "frames a second from its frame time", c.fps, 1000 / c.ms, "arithmetic",
-                        "a mean of frame rates is not the rate of the mean time"});
+                        "the mean of frame rates differs from the rate of the mean time"});
         rows.push_back({"power", c.name, "J a frame from power x time", c.joules, c.watts * c.ms / 1000, "arithmetic"});
         rows.push_back({"power", c.name, "frames a second a watt", c.fps_a_watt, c.fps / c.watts, "arithmetic"});
     }
     constexpr double stages_ms = 46.07, exchange_ms = 0.07;
     rows.push_back(
         {"power", "IPU", "frame time from the stages (ms)", chips[0].ms, stages_ms + exchange_ms, "arithmetic",
-         "the stage table's mean total of slowest tiles, and one exchange; the rest of 50.55 ms is in no table"});
+         "the stage table's mean total of slowest tiles, plus one exchange; no table has the rest of 50.55 ms"});
 
     // Ours: modelled times with the paper's measured power, as if the library's kernels drew the same power.
     double ms = 0;
@@ -32,8 +32,8 @@ void paper::power(Context const& context, Rows& rows)
         if (bench::has_scene(name, context.data)) ms += model_scene(context, name).milliseconds, ++scenes;
     std::string const note =
         scenes == 0 ? "skipped: neither Sloth nor Salad is there"
-                    : "our kernels (parameters mk2), mean of Sloth and Salad on the orbit; the power is the paper's "
-                      "measurement, taken to be the same";
+                    : "our kernels (parameters mk2), mean of Sloth and Salad on the orbit; assumes the power that the "
+                      "paper measured";
     auto const ours = [&](double value) { return scenes == 0 ? std::optional<double>() : value; };
     ms = scenes == 0 ? 1 : ms / scenes;
     auto const& ipu = chips[0];
@@ -43,6 +43,6 @@ void paper::power(Context const& context, Rows& rows)
     rows.push_back({"power", "ours on Mk2", "frames a second a watt at 27.18 W", ipu.fps_a_watt,
                     ours(1000 / ms / ipu.watts), "modelled", note});
     rows.push_back(skipped("power", "ours on Mk2", "power (W)", ipu.watts, "modelled",
-                           "no document gives energy by event, and none is invented"));
+                           "no document gives an energy per event, and the library invents none"));
     rows.push_back(skipped("power", "ours on Mk2", "peak power (W)", ipu.peak_watts, "modelled", "as above"));
 }

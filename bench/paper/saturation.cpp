@@ -125,18 +125,18 @@ void saturation(Context const& context, Rows& rows)
             rows.push_back({"saturation", row, quantity, {}, value, "counted", note, broken});
         };
         add("records dropped", static_cast<double>(frame.report.gaussians.dropped),
-            std::to_string(scene.map.gaussians.size()) + " Gaussians, the preset paper, cold start; channels of " +
-                (channel == 400 ? "the paper's text" : "what its public code has room for"));
+            std::to_string(scene.map.gaussians.size()) + " Gaussians, preset paper, cold start; channels of " +
+                (channel == 400 ? "the paper's text" : "the slots that its public code has room for"));
         add("copies lacking", static_cast<double>(lacking.copies()),
-            "pairs of a Gaussian and a tile; those of dropped records too");
+            "pairs of a Gaussian and a tile, those of dropped records included");
         add("pixels with holes", static_cast<double>(holes),
             "of " + std::to_string(complete->rgb.size() / 3) + "; against the complete picture in 8-bit levels");
-        add("holes in tiles of the drop list", static_cast<double>(matched), "each must be", matched != holes);
+        add("holes in tiles of the drop list", static_cast<double>(matched), "every hole must lie in such a tile", matched != holes);
         add("holes that the drop list does not explain", static_cast<double>(unexplained),
-            "pixels that differ from the complete picture without what is listed; there must be none", unexplained != 0);
+            "pixels that differ from the complete picture without the listed records and copies; there must be none", unexplained != 0);
         add("tiles in the drop list", static_cast<double>(lacking.named().count()),
             std::to_string((lacking.named() & seen).count()) +
-                " of them have a pixel that differs; in the others what lacks is behind, or fainter than a level");
+                " of them have a pixel that differs; in the others the missing terms are hidden, or fainter than a level");
         auto const measures = report::compare(frame.image, *complete);
         add("PSNR (dB)", measures.psnr_db, "against the complete picture");
         if (!context.out.empty())

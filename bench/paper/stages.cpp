@@ -108,7 +108,7 @@ public:
     {
         rows_.push_back({"stage", scene_, "figures within 25 %, of " + std::to_string(wanted_), {}, static_cast<double>(hits_), "counted",
                          "Route, Projection and Sort: mean and max; Blend and Total: max", whole && hits_ != wanted_});
-        rows_.push_back({"stage", scene_, "null model's misses that we are nearer to, of " + std::to_string(null_misses_), {},
+        rows_.push_back({"stage", scene_, "misses of the null model where the prediction is nearer, of " + std::to_string(null_misses_), {},
                          static_cast<double>(beaten_), "counted", {}, whole && beaten_ != null_misses_});
     }
 
@@ -144,18 +144,18 @@ void compare(Timed const& p, PrototypeRun const& run, bool fitted, bool whole, R
         total.mean += over.mean;
         total.most += over.most;
     }
-    ours("Total, min", total.least, "the sum of the stages' least");
-    ours("Total, mean", total.mean, "the sum of the stages' means");
-    out.add("Total, max", p.total, total.most, null.total, true, "the sum of the stages' slowest tiles; the power table's frame takes 50.55");
+    ours("Total, min", total.least, "sum of the stages' minima");
+    ours("Total, mean", total.mean, "sum of the stages' means");
+    out.add("Total, max", p.total, total.most, null.total, true, "sum of the stages' slowest tiles; a frame of the power table takes 50.55");
     rows.push_back({"stage", p.scene, "Total, max, if Route, Projection and Sort were converted at 1.85 GHz (ms)",
                     p.blend + (p.total - p.blend) * 1.85 / 1.325, p.blend + (total.most - of(Stage::blend).most) * 1.85 / 1.325, "arithmetic",
-                    "the authors' code divides cycles by 1.85 GHz, the paper says 1.325; Blend is a host's clock"});
+                    "the authors' code divides cycles by 1.85 GHz, and the paper states 1.325 GHz; Blend is timed on the host"});
     if (!fitted) out.verdict(whole);
     // Equal on every tile, because whole channel ends move.
     for (auto const* which : {"min", "mean"}) ours(std::string("Exchange, ") + which, run.exchange_ms);
     rows.push_back({"stage", p.scene, "Exchange, max (ms)", paper_exchange_ms, run.exchange_ms, "modelled",
-                    "24,000 bytes from each side at 4 bytes a cycle; the paper's is the host's clock around a launch, an upper bound; not "
-                    "part of its Total"});
+                    "24,000 bytes from each side at 4 bytes a cycle; the paper timed a launch on the host, which is an upper bound, and "
+                    "leaves it out of its Total"});
 }
 
 void counts(char const* scene, PrototypeRun const& run, Rows& rows)
@@ -168,7 +168,7 @@ void counts(char const* scene, PrototypeRun const& run, Rows& rows)
     }
     add("frames", run.frames);
     add("sends into a full channel, a frame", static_cast<double>(run.refused) / run.frames);
-    add("arrivals that found no slot of storage, a frame", static_cast<double>(run.lost) / run.frames);
+    add("arrivals without a free slot of storage, a frame", static_cast<double>(run.lost) / run.frames);
 }
 
 /// Do the model's numbers follow from this run of Salad? 1 % is allowed for the mathematics of other compilers.
@@ -237,7 +237,7 @@ void stages(Context const& context, Rows& rows)
     compare(paper_sloth, sloth, false, !context.quick, rows);
     counts("Sloth", sloth, rows);
     rows.push_back({"stage", "Sloth", "Projection over Route, min", paper_sloth.projection.least / paper_sloth.route.least, 818.0 / 400, "arithmetic",
-                    "slots looked at, 818 of storage over 400 of channels; with the slots as the paper counts them 3,218 / 1,600 = 2.01"});
+                    "scanned slots: 818 of storage over 400 of channels; with the paper's numbers of slots 3,218 / 1,600 = 2.01"});
 }
 
 } // namespace paper

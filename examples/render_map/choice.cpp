@@ -1,7 +1,5 @@
 #include "choice.hpp"
 #include "renderers.hpp"
-#include <string>
-#include <tilemesh/error.hpp>
 #include <tilemesh/splat/setup.hpp>
 
 namespace render_map {
@@ -30,20 +28,6 @@ bool may_be_fitted(Choice const& choice)
     auto const own = preset_of(choice), asked = setup_of(choice, 0);
     return choice.preset == Preset::lossless && choice.engine == EngineKind::threads && !choice.planes() && !choice.trace &&
            asked.holds == own.holds && asked.reusable == own.reusable && asked.colour == own.colour;
-}
-
-/// The setup of a choice, cut to what the scene needs if the choice leaves that open.
-render::SetupChoice fitted_setup(Choice const& choice, tilemesh::scene::Demand const& demand)
-{
-    if (!may_be_fitted(choice) || demand.moves) return setup_of(choice, demand.sh_degree);
-    // Records with harmonics always bloom.
-    bool const blooms = demand.spans || demand.sh_degree != 0;
-    auto setup = render::fitted(preset_of(choice), demand.sh_degree, false, blooms);
-    if (choice.machine == MachineKind::test) {
-        setup.machine = tilemesh::size_of_machine<splat::RoomyMachine>();
-        setup.sizes = splat::roomy(setup.sizes);
-    }
-    return setup;
 }
 
 MakeRenderer& maker_of(Choice const& choice, render::SetupChoice const& setup)
@@ -76,18 +60,23 @@ render::SetupChoice setup_of(Choice const& choice, std::uint32_t sh_degree)
     return choice.planes() ? render::with_planes(setup, choice.depth, choice.alpha) : setup;
 }
 
+render::SetupChoice setup_for(Choice const& choice, tilemesh::scene::Demand const& demand)
+{
+    if (!may_be_fitted(choice) || demand.moves) return setup_of(choice, demand.sh_degree);
+    // Records with harmonics always bloom.
+    bool const blooms = demand.spans || demand.sh_degree != 0;
+    auto setup = render::fitted(preset_of(choice), demand.sh_degree, false, blooms);
+    if (choice.machine == MachineKind::test) {
+        setup.machine = tilemesh::size_of_machine<splat::RoomyMachine>();
+        setup.sizes = splat::roomy(setup.sizes);
+    }
+    return setup;
+}
+
 std::unique_ptr<AnyRenderer> make_renderer(Choice const& choice, tilemesh::scene::Map const& map,
                                            tilemesh::scene::Demand const& demand, tilemesh::RendererOptions options)
 {
-    auto const setup = fitted_setup(choice, demand);
-    auto const at_most = [&](char const* option, std::uint32_t asked, std::uint32_t most) {
-        if (asked > most && most != 0)
-            throw tilemesh::Error(std::string(option) + " cannot be " + std::to_string(asked) + " (records of degree " +
-                                  std::to_string(demand.sh_degree) + " leave " + std::to_string(most) +
-                                  "); choose fewer, or a lower --sh-degree");
-    };
-    at_most("--storage-slots", options.storage_slots, setup.sizes.storage);
-    at_most("--channel-slots", options.channel_slots, setup.blooms ? setup.sizes.beam : setup.sizes.road);
+    auto const setup = setup_for(choice, demand);
     auto renderer = maker_of(choice, setup)(tilemesh::scene::needed(map, demand), render::facts_of(setup), options);
     renderer->hold_to(demand);
     return renderer;

@@ -35,10 +35,13 @@ struct Choice {
 /// The setup of a choice for records of a degree. If it does not fit, `tilemesh::render::facts_of` throws.
 tilemesh::render::SetupChoice setup_of(Choice const& choice, std::uint32_t sh_degree);
 
+/// The setup that a demand leaves of a choice: without routing or bloom where the choice leaves that open and the scene needs neither.
+tilemesh::render::SetupChoice setup_for(Choice const& choice, tilemesh::scene::Demand const& demand);
+
 using tilemesh::AnyRenderer;
 
-/// The renderer of a choice. If the choice leaves the machine open, it is as small as the demand allows. With `trace`, it is an
-/// `Instruments` too. Throws `tilemesh::Error` for a choice, a map or limits that the machine has no room for.
+/// The renderer of `setup_for`. With `trace`, it is an `Instruments` too. Throws `tilemesh::Error` for a choice or a map that the machine
+/// has no room for. The caller has checked the limits in the options (`check_slots`).
 std::unique_ptr<AnyRenderer> make_renderer(Choice const& choice, tilemesh::scene::Map const& map,
                                            tilemesh::scene::Demand const& demand, tilemesh::RendererOptions options);
 

@@ -17,6 +17,7 @@
 #include <system_error>
 #include <tilemesh/error.hpp>
 #include <tilemesh/report/json.hpp>
+#include <tilemesh/report/json_frame.hpp>
 #include <tilemesh/report/whole_file.hpp>
 #include <tilemesh/splat/camera.hpp>
 #include <tuple>

@@ -1,10 +1,15 @@
 #include "limits.hpp"
+#include "choice.hpp"
 #include <algorithm>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <tilemesh/error.hpp>
+#include <tilemesh/render/setup_choice.hpp>
 #include <tilemesh/report/table.hpp>
 #include <tilemesh/splat/setup.hpp>
+#include <utility>
+#include <vector>
 
 namespace render_map {
 
@@ -125,7 +130,94 @@ void check_framebuffers(Options const& options, Extent2 frame)
                 (other.width != 0 ? words("--tile", other) + ", " : "") + words("--size", smaller) + " or --machine test");
 }
 
+// --- slots -------------------------------------------------------------------------------------
+
+using tilemesh::render::SetupChoice;
+
+bool fits(SetupChoice const& setup)
+{
+    return tilemesh::render::sram_bytes_of(setup) <= setup.machine.sram_bytes;
+}
+
+/// The slots of the smallest channel end that a setup has.
+std::uint32_t channel_slots_of(SetupChoice const& setup)
+{
+    return setup.routes && setup.blooms ? std::min(setup.sizes.road, setup.sizes.beam) : setup.blooms ? setup.sizes.beam : setup.sizes.road;
+}
+
+/// Another choice, and how to type it.
+struct Other {
+    std::string words;
+    SetupChoice setup;
+};
+/// The setups that one more option would give. A preset that drops loses records elsewhere: only `lossless` is among them.
+std::vector<Other> others(Options const& options, Needs const& needs)
+{
+    std::vector<Other> list;
+    auto const add = [&](std::string words, Choice const& choice, tilemesh::scene::Demand const& demand) {
+        auto const setup = setup_for(choice, demand);
+        if (fits(setup)) list.push_back({std::move(words), setup});
+    };
+    auto choice = options.choice;
+    choice.preset = Preset::lossless;
+    if (options.choice.preset != Preset::lossless) add("--preset lossless", choice, needs.used);
+    choice = options.choice;
+    choice.machine = MachineKind::test;
+    if (options.choice.machine != MachineKind::test) add("--machine test", choice, needs.used);
+    if (needs.used.sh_degree != 0) {
+        auto demand = needs.used;
+        demand.sh_degree = 0;
+        add("--sh-degree 0", options.choice, demand);
+    }
+    return list;
+}
+
 } // namespace
+
+void check_slots(Options const& options, Needs const& needs)
+{
+    auto const setup = setup_for(options.choice, needs.used);
+    auto const words = tilemesh::render::words_of(setup);
+    auto const check = [&](std::string const& option, std::optional<std::uint32_t> asked, auto const& slots_of, std::string const& what,
+                           std::uint64_t bytes) {
+        auto const most = slots_of(setup);
+        if (!asked || (*asked >= 1 && *asked <= most)) return;
+        auto why = std::string("preset ") + setup.name + " on machine " + setup.machine.name + " has 1 to " + thousands(most) + " slots " + what +
+                   " for records of degree " + std::to_string(setup.sh_degree) + ", in " + thousands(bytes) + " of a tile's " +
+                   thousands(setup.machine.sram_bytes) + " bytes";
+        auto const fitted = slots_of(setup_for(options.choice, needs.seen));
+        if (needs.kept_because == option && fitted > most)
+            why += "; without this option the machine is cut to what the scene needs and has " + thousands(fitted);
+        auto remedy = "choose 1 to " + std::to_string(most);
+        std::string separator = ", or what has room for " + thousands(*asked) + ": ";
+        for (auto const& other : others(options, needs)) {
+            if (*asked == 0 || slots_of(other.setup) < *asked) continue;
+            remedy += separator + other.words;
+            separator = " or ";
+        }
+        throw Error(option + " cannot be " + std::to_string(*asked) + " (" + why + "); " + remedy);
+    };
+    auto const& sizes = setup.sizes;
+    check(
+        "--storage-slots", options.storage_slots, [](SetupChoice const& s) { return s.sizes.storage; },
+        "of " + std::to_string(words.slot()) + " bytes a tile", std::uint64_t{sizes.storage} * words.slot());
+    // A channel has two ends on each of a tile's four sides.
+    auto const road = setup.routes ? std::uint64_t{8} * sizes.road * words.road_message : 0;
+    auto const beam = setup.blooms ? std::uint64_t{8} * sizes.beam * words.beam_message : 0;
+    check("--channel-slots", options.channel_slots, channel_slots_of, "a channel", sizes.one_channel_memory ? std::max(road, beam) : road + beam);
+}
+
+std::string roomier(Options const& options, Needs const& needs, std::uint64_t slots)
+{
+    std::string text;
+    auto const add = [&](std::string const& words, std::uint64_t has) {
+        if (has >= slots) text += (text.empty() ? "" : ", or ") + words + " (" + thousands(has) + " slots a tile)";
+    };
+    auto const without = options.storage_slots ? " without --storage-slots" : "";
+    if (options.storage_slots) add("no --storage-slots", setup_for(options.choice, needs.used).sizes.storage);
+    for (auto const& other : others(options, needs)) add(other.words + without, other.setup.sizes.storage);
+    return text;
+}
 
 void check_sizes(Options const& options, std::vector<Shot> const& shots)
 {

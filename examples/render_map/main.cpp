@@ -185,12 +185,13 @@ void render_frames(Options const& options, scene::Map const& map, std::vector<re
         report::RunFrame frame;
         frame.report = std::move(rendered.report);
         frame.report.camera = shots[i].name;
+        frame.timestamp_s = shots[i].timestamp_s;
         frame.grid = {renderer.grid().width, renderer.grid().height};
         frame.tile_px = {renderer.tile().width, renderer.tile().height};
 
         progress.say_frame("writing");
         auto const files = write_frame(options, i, rendered, frame);
-        if (trace && instruments) trace->add_frame(i, frame, rendered.image, *instruments);
+        if (trace && instruments) frame.modelled = trace->add_frame(i, frame, rendered.image, *instruments);
         // Two references take longer than all the rest: an interrupted frame goes without.
         bool const compared = options.reference && render_map::interrupt() == 0;
         if (compared) {
@@ -208,12 +209,14 @@ void render_frames(Options const& options, scene::Map const& map, std::vector<re
     }
 }
 
-/// Adds to the run's notes what its pictures lack. Returns the whole text, which also says what to do about it.
-std::string note_missing(report::RunReport& run)
+/// Adds to the report what its pictures lack, and what would help. Returns both in one line; empty if nothing is missing.
+std::string note_missing(Options const& options, render_map::Needs const& needs, report::RunReport& run)
 {
     auto const text = render_map::missing_text(run);
-    if (!text.empty()) run.notes.push_back(text.substr(0, text.rfind(';')));
-    return text;
+    if (text.empty()) return text;
+    run.notes.push_back(text);
+    run.advice = render_map::advice(options, needs, run);
+    return text + "; " + run.advice;
 }
 
 /// The whole run; the exit status.
@@ -241,6 +244,7 @@ int run(Options const& options)
     auto const needs = render_map::needs_of(options, map, path);
     if (needs.seen.culled == map.gaussians.size())
         notes.push_back("nothing of the map is on screen in any view: check the camera, or the trajectory's frame (--relative)");
+    render_map::check_slots(options, needs);
     auto const renderer = render_map::make_renderer(options.choice, map, needs.used, options.renderer);
     auto result = describe_run(options, map, *renderer);
     result.notes = notes;
@@ -261,7 +265,7 @@ int run(Options const& options)
         // The frames that are done are written; their report must not be lost with the one that failed.
         if ((options.report || trace) && !result.frames.empty()) {
             try {
-                note_missing(result);
+                note_missing(options, needs, result);
                 result.notes.push_back("stopped after frame " + std::to_string(result.frames.size()) + " of " +
                                        std::to_string(shots.size()) + ": " +
                                        (dynamic_cast<std::bad_alloc const*>(&error) != nullptr ? "not enough memory" : error.what()));
@@ -283,7 +287,7 @@ int run(Options const& options)
                                               (options.resume ? "the same command goes on" : "start again for the rest");
         result.notes.push_back(stopped.substr(0, stopped.find(';')));
     }
-    auto const missing = note_missing(result);
+    auto const missing = note_missing(options, needs, result);
     if (options.report) report::write_json(*options.report, result, render_map::outlasts(options));
     if (trace && !result.frames.empty()) trace->finish(result);
     if (!missing.empty()) std::cerr << render_map::one_line(missing) << std::endl;

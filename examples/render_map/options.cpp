@@ -27,13 +27,17 @@ std::string in_quotes(std::string_view text)
     return "\"" + one_line(std::string(text), 60) + "\"";
 }
 
-std::uint32_t whole_number(std::string_view option, std::string_view text, std::uint32_t most)
+/// `any_number`: whatever 32 bits hold, so that an error names no upper bound.
+constexpr std::uint32_t any_number = 0xffffffffu;
+
+std::uint32_t whole_number(std::string_view option, std::string_view text, std::uint32_t most, std::uint32_t least = 1)
 {
     std::uint32_t value = 0;
     auto const [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc{} || end != text.data() + text.size() || value == 0 || value > most)
-        throw Error(std::string(option) + " cannot be " + in_quotes(text) + " (it takes a whole number from 1 to " +
-                    std::to_string(most) + "); write for example " + std::string(option) + " 1");
+    if (error != std::errc{} || end != text.data() + text.size() || value < least || value > most)
+        throw Error(std::string(option) + " cannot be " + in_quotes(text) + " (it takes a whole number" +
+                    (most == any_number ? ", 1 or more" : " from 1 to " + std::to_string(most)) + "); write for example " +
+                    std::string(option) + " 1");
     return value;
 }
 
@@ -100,6 +104,8 @@ T one_of(std::string_view option, std::string_view text, Word<T> const (&words)[
                 "); choose one of these");
 }
 
+constexpr Word<Preset> presets[] = {{"lossless", Preset::lossless}, {"paper", Preset::paper}, {"prototype", Preset::prototype}};
+
 // --- options -----------------------------------------------------------------------------------
 
 struct Option {
@@ -139,10 +145,7 @@ constexpr Option options[] = {
 
     {"--preset", "NAME", "lossless | paper | prototype [lossless]",
      [](Options& o, auto name, auto text) {
-         o.choice.preset = one_of<Preset>(name, text,
-                                          {{"lossless", Preset::lossless},
-                                           {"paper", Preset::paper},
-                                           {"prototype", Preset::prototype}});
+         o.choice.preset = one_of<Preset>(name, text, presets);
      }},
     {"--machine", "NAME", "mk2 | test: 64 MiB a tile, any number of tiles [mk2]",
      [](Options& o, auto name, auto text) {
@@ -154,9 +157,9 @@ constexpr Option options[] = {
     {"--tile", "WxH", "pixels of a tile [the frame spread evenly over the grid]",
      [](Options& o, auto name, auto text) { o.renderer.tile = extent(name, text, "32x20"); }},
     {"--channel-slots", "N", "at most N records in a channel [the preset's]",
-     [](Options& o, auto name, auto text) { o.renderer.channel_slots = whole_number(name, text, 0xffffffffu); }},
+     [](Options& o, auto name, auto text) { o.channel_slots = o.renderer.channel_slots = whole_number(name, text, any_number, 0); }},
     {"--storage-slots", "N", "at most N records on a tile [the preset's]",
-     [](Options& o, auto name, auto text) { o.renderer.storage_slots = whole_number(name, text, 0xffffffffu); }},
+     [](Options& o, auto name, auto text) { o.storage_slots = o.renderer.storage_slots = whole_number(name, text, any_number, 0); }},
     {"--saturation", "NAME", "hold | drop [the preset's]",
      [](Options& o, auto name, auto text) {
          o.choice.saturation = one_of<SaturationKind>(
@@ -175,12 +178,12 @@ constexpr Option options[] = {
          o.choice.copies = one_of<CopiesKind>(
              name, text, {{"world", CopiesKind::world}, {"screen", CopiesKind::screen}});
      }},
-    {"--hops", "N|quiet", "supersteps of routing, and of bloom, a frame [quiet]",
+    {"--hops", "N|quiet", "exchanges of routing, and of bloom, a frame [quiet]",
      [](Options& o, auto name, auto text) {
-         if (text != "quiet") o.renderer.hops = whole_number(name, text, 0xfffffffeu);
+         if (text != "quiet") o.renderer.hops = std::min(whole_number(name, text, any_number), any_number - 1);
      }},
-    {"--most-passes", "N", "an error where routing, or bloom, is not quiet after N supersteps [no end]",
-     [](Options& o, auto name, auto text) { o.renderer.most_passes = whole_number(name, text, 0xffffffffu); }},
+    {"--most-passes", "N", "an error where routing, or bloom, is not quiet after N passes [no end]",
+     [](Options& o, auto name, auto text) { o.renderer.most_passes = whole_number(name, text, any_number); }},
     {"--pixels", "NAME", "float | rgbx8 [the preset's]",
      [](Options& o, auto name, auto text) {
          o.choice.pixels = one_of<PixelKind>(
@@ -239,7 +242,7 @@ constexpr Option options[] = {
     {"--energy", "FILE", "joules of a trace: what each event takes, and where that is from (see below)",
      [](Options& o, auto name, auto text) { o.energy = input(o, name, text); }},
     {"--follow", "ID", "the life of one Gaussian (1 + its row): DIR/follow_ID.csv",
-     [](Options& o, auto name, auto text) { o.follow = whole_number(name, text, 0xffffffffu); }},
+     [](Options& o, auto name, auto text) { o.follow = whole_number(name, text, any_number); }},
     {"--explain", "", "what was left out for this map and these cameras, and why",
      [](Options& o, auto, auto) { o.explain = true; }},
     {"--quiet", "", "no progress, no table", [](Options& o, auto, auto) { o.quiet = true; }},
@@ -292,15 +295,19 @@ void check_together(Options const& o, std::vector<std::string_view> const& given
     if (o.resume && o.trace)
         throw Error("--resume and --trace are both given (the report of a trace needs every tile of every frame); leave one of them out");
 
-    auto const own = setup_of(o.choice, 0);
-    auto const at_most = [&](std::string_view option, std::uint32_t asked, std::uint32_t most) {
-        if (asked > most)
-            throw Error(std::string(option) + " cannot be " + std::to_string(asked) + " (preset " +
-                        std::string(own.name) + " on machine " + own.machine.name + " has " +
-                        std::to_string(most) + "); choose fewer, or another preset or machine");
+    auto const shares_channels = [&](Preset preset) {
+        auto choice = o.choice;
+        choice.preset = preset;
+        return setup_of(choice, 0).sizes.one_channel_memory;
     };
-    at_most("--storage-slots", o.renderer.storage_slots, own.sizes.storage);
-    at_most("--channel-slots", o.renderer.channel_slots, own.sizes.road);
+    if (o.renderer.hops != 0 && shares_channels(o.choice.preset)) {
+        std::string others;
+        for (auto const& [word, preset] : presets)
+            if (!shares_channels(preset)) others.append(others.empty() ? "" : " or ").append("--preset ").append(word);
+        throw Error("--hops " + std::to_string(o.renderer.hops) + " and --preset " + setup_of(o.choice, 0).name +
+                    " are both given (its routing and bloom take turns in one set of channels, which a bound on hops would leave full); choose " +
+                    others + ", or leave --hops out");
+    }
 }
 
 /// The least number of insertions, deletions, exchanges and swaps of neighbours that make one word of the other.

@@ -26,6 +26,7 @@ struct Options {
     std::optional<tilemesh::scene::Size> size;
     Choice choice;
     tilemesh::RendererOptions renderer;
+    std::optional<std::uint32_t> channel_slots, storage_slots; ///< as given, 0 too; `renderer` has them
     std::optional<std::filesystem::path> out;         ///< empty: ./tilemesh_out
     std::optional<std::filesystem::path> report;
     std::optional<std::filesystem::path> trace;       ///< the folder; with it `choice.trace`

@@ -1,4 +1,5 @@
 #include "shots.hpp"
+#include <optional>
 #include <tilemesh/error.hpp>
 #include <tilemesh/scene/built_in.hpp>
 #include <tilemesh/scene/camera_json.hpp>
@@ -25,8 +26,10 @@ std::vector<Shot> still_shots(Options const& options, scene::Map const& map, std
         return {{"frame_whole", scene::frame_whole(map, size)}};
     }
     std::vector<Shot> shots;
-    for (auto const& chosen : scene::select_cameras(scene::load_cameras(*options.cameras),
-                                                    options.camera.value_or(""), map.name)) {
+    std::vector<std::string> of_file;
+    auto const cameras = scene::load_cameras(*options.cameras, &of_file);
+    for (auto const& note : of_file) notes.push_back(options.cameras->filename().string().append(": ").append(note));
+    for (auto const& chosen : scene::select_cameras(cameras, options.camera.value_or(""), map.name)) {
         auto const camera =
             options.size ? scene::resized(chosen.camera, options.size->width, options.size->height)
                          : chosen.camera;
@@ -48,8 +51,8 @@ std::vector<Shot> make_shots(Options const& options, scene::Map const& map, std:
                               " has " + std::to_string(still.size()) + " for map " + map.name +
                               "); name one with --camera");
     std::vector<Shot> shots;
-    auto const add = [&](std::string const& motion, tilemesh::splat::Camera const& camera) {
-        shots.push_back({motion + "[" + std::to_string(shots.size()) + "]", camera});
+    auto const add = [&](std::string const& motion, tilemesh::splat::Camera const& camera, std::optional<double> timestamp_s = {}) {
+        shots.push_back({motion + "[" + std::to_string(shots.size()) + "]", camera, timestamp_s});
     };
     if (options.orbit_degrees) {
         for (auto const& camera : scene::orbit(start.camera, scene::robust_centre(map),
@@ -67,7 +70,7 @@ std::vector<Shot> make_shots(Options const& options, scene::Map const& map, std:
         trajectory = scene::relative_to_first(std::move(trajectory), scene::pose_of(start.camera));
     for (auto const& [seconds, pose] : trajectory)
         add(options.trajectory->stem().string(),
-            scene::make_camera(pose, scene::lens_of(start.camera)));
+            scene::make_camera(pose, scene::lens_of(start.camera)), seconds);
     return shots;
 }
 

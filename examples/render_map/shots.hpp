@@ -1,5 +1,6 @@
 #pragma once
 #include "options.hpp"
+#include <optional>
 #include <string>
 #include <tilemesh/scene/map.hpp>
 #include <tilemesh/splat/camera.hpp>
@@ -11,6 +12,7 @@ namespace render_map {
 struct Shot {
     std::string name;
     tilemesh::splat::Camera camera;
+    std::optional<double> timestamp_s{}; ///< of its pose; empty if no trajectory moves the camera
 };
 
 /// The cameras that the options mean, in the order in which they are rendered; at least one. What a reader noted about its

@@ -1,4 +1,5 @@
 #include "summary.hpp"
+#include "limits.hpp"
 #include "text.hpp"
 #include <algorithm>
 #include <array>
@@ -50,20 +51,6 @@ void print_frame(std::ostream& out, report::RunReport const& run, report::RunFra
     out << "camera " << one_line(r.camera) << ", " << r.width << " x " << r.height << " pixels on " << by(frame.grid)
         << " tiles of " << by(frame.tile_px) << " (" << run.machine.name << ", preset " << run.preset << ", " << run.engine
         << ", " << run.threads << (run.threads == 1 ? " thread)\n\n" : " threads)\n\n") << r;
-    std::map<std::string, std::uint64_t> lost;
-    for (auto const& loss : r.lost)
-        ++lost[std::string(loss.tile == report::Loss::whole ? "records " : "copies ") +
-               report::to_string(loss.cause)];
-    std::string separator = "missing in the picture: ";
-    for (auto const& [what, count] : lost) {
-        out << separator << thousands(count) << " " << what;
-        separator = ", ";
-    }
-    bool const full = std::any_of(r.lost.begin(), r.lost.end(), [](auto const& loss) {
-        return loss.cause == report::Cause::storage_full || loss.cause == report::Cause::unplaced;
-    });
-    if (full && run.machine.name == std::string(tilemesh::Mk2::name)) out << "; tiles are full, --machine test has room for all";
-    if (!lost.empty()) out << '\n';
     auto const print_error = [&out](char const* name, report::ErrorMeasures const& e) {
         out << name << ": PSNR " << decimals(e.psnr_db, 2) << " dB, at most "
                   << decimals(e.max_levels, 3) << " levels off (99.9 % below "
@@ -79,7 +66,8 @@ struct Column {
     char const* header;
     std::uint64_t (*count)(report::FrameReport const&);
 };
-constexpr Column columns[] = {{"supersteps", [](report::FrameReport const& r) { return r.supersteps.total(); }},
+constexpr Column columns[] = {{"passes", [](report::FrameReport const& r) { return r.passes.total(); }},
+                              {"exchanges", [](report::FrameReport const& r) { return r.exchanges.total(); }},
                               {"moved", report::report_field("gaussians.moved").count},
                               {"held", report::report_field("gaussians.held").count},
                               {"missing", report::report_field("lost").count},
@@ -151,19 +139,30 @@ std::string missing_text(report::RunReport const& run)
         text += separator + thousands(count) + " " + report::to_string(cause);
         separator = ", ";
     }
-    auto const most = std::max_element(causes.begin(), causes.end(), [](auto const& a, auto const& b) { return a.second < b.second; });
-    switch (most->first) {
-    case report::Cause::unplaced:
-    case report::Cause::storage_full:
-        return text + "); --machine test without --storage-slots has room for all";
-    case report::Cause::channel_full:
-        return text + "); with --saturation hold they wait for a free slot";
-    case report::Cause::late:
-        return text + "); with --hops quiet a frame ends when all have arrived";
-    case report::Cause::no_bloom:
-        break;
+    return text + ")";
+}
+
+std::string advice(Options const& options, Needs const& needs, report::RunReport const& run)
+{
+    std::uint64_t of[report::causes] = {}, slots = 0;
+    for (auto const& frame : run.frames) {
+        for (std::uint32_t cause = 0; cause < report::causes; ++cause) of[cause] += frame.report.losses(report::Cause{cause});
+        if (frame.report.full_tiles) slots = std::max(slots, frame.report.full_tiles->slots_needed);
     }
-    return text + "); --fit off keeps bloom";
+    auto const lost_for = [&](report::Cause cause) { return of[static_cast<std::uint32_t>(cause)] != 0; };
+    std::string text;
+    auto const add = [&](std::string const& words) { text += (text.empty() ? "" : "; ") + words; };
+    if (lost_for(report::Cause::unplaced) || lost_for(report::Cause::storage_full)) {
+        auto const room = roomier(options, needs, slots);
+        if (room.empty())
+            add("no machine has " + thousands(slots) + " slots a tile, which the fullest tile needs: smaller tiles need fewer (--tile)");
+        else if (slots != 0) add("the fullest tile needs " + thousands(slots) + " slots, and there is room with " + room);
+        else add("tiles were full only while records were on their way; there is more room with " + room);
+    }
+    if (lost_for(report::Cause::channel_full)) add("with --saturation hold records wait for a free slot in a channel");
+    if (lost_for(report::Cause::late)) add("with --hops quiet a frame ends when all have arrived");
+    if (lost_for(report::Cause::no_bloom)) add("--fit off keeps bloom");
+    return text;
 }
 
 void print_summary(std::ostream& out, report::RunReport const& run)

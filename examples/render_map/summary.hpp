@@ -1,4 +1,6 @@
 #pragma once
+#include "explain.hpp"
+#include "options.hpp"
 #include <ostream>
 #include <string>
 #include <tilemesh/report/run_report.hpp>
@@ -9,8 +11,11 @@ namespace render_map {
 /// the last frame in full.
 void print_summary(std::ostream& out, tilemesh::report::RunReport const& run);
 
-/// Says how many pictures lack records or copies, and for the worst picture how many and why: "<problem> (<why>); <what to
-/// do>". Empty if no picture lacks anything.
+/// Says how many pictures lack records or copies, and for the worst picture how many and why: "<problem> (<why>)". Empty if no picture
+/// lacks anything.
 std::string missing_text(tilemesh::report::RunReport const& run);
+
+/// What would help if pictures lack something: options that have room, hold, wait or bloom; empty if no picture lacks anything.
+std::string advice(Options const& options, Needs const& needs, tilemesh::report::RunReport const& run);
 
 } // namespace render_map

@@ -153,12 +153,13 @@ std::size_t TraceOutput::Section::bytes() const noexcept
     return pictures / 3 * 4 + run.bytes();
 }
 
-void TraceOutput::add_frame(std::size_t index, report::RunFrame const& frame, report::Image const& picture,
-                            Instruments& instruments)
+report::Modelled TraceOutput::add_frame(std::size_t index, report::RunFrame const& frame, report::Image const& picture,
+                                        Instruments& instruments)
 {
     tilemesh::Grid const grid{frame.grid[0], frame.grid[1]};
     auto const trace = instruments.take_trace();
     auto const cost = model_cost(model_, trace, grid);
+    report::Modelled modelled{model_.name, cost.cycles, tilemesh::milliseconds(model_, cost.cycles)};
     std::optional<tilemesh::Energy> energy; // before a file is written: the energy of an event may not be set
     if (energy_model_) energy = energy_of(*energy_model_, model_, trace, grid);
     auto const& r = frame.report;
@@ -219,7 +220,7 @@ void TraceOutput::add_frame(std::size_t index, report::RunFrame const& frame, re
                       report::joules_text(energy->joules) + " J\n";
     if (followed_ != 0) add_life(index, instruments.life());
 
-    if (sections_.size() == most_full_frames || bytes_ > most_report_bytes) return;
+    if (sections_.size() == most_full_frames || bytes_ > most_report_bytes) return modelled;
     section.heading = "Frame " + std::to_string(index) + ": " + r.camera;
     section.picture_png = png_bytes(picture);
     section.picture_alt = "the picture, " + std::to_string(r.width) + " by " + std::to_string(r.height) + " pixels";
@@ -235,6 +236,7 @@ void TraceOutput::add_frame(std::size_t index, report::RunFrame const& frame, re
     if (energy) section.facts.emplace_back("energy", report::joules_text(energy->joules) + " J");
     bytes_ += section.bytes();
     sections_.push_back(std::move(section));
+    return modelled;
 }
 
 void TraceOutput::add_life(std::size_t index, Life const& life)

@@ -33,8 +33,8 @@ public:
     /// Reads the cost model and the energy model, where they are named. Nothing is written yet.
     explicit TraceOutput(Options const& options);
 
-    /// The frame that was rendered last. `map` and setup are described in `run`, which may still lack the frame.
-    void add_frame(std::size_t index, tilemesh::report::RunFrame const& frame, tilemesh::report::Image const& picture,
+    /// The frame that was rendered last. `map` and setup are described in `run`, which may still lack the frame. Returns its modelled time.
+    tilemesh::report::Modelled add_frame(std::size_t index, tilemesh::report::RunFrame const& frame, tilemesh::report::Image const& picture,
                    Instruments& instruments);
 
     /// The error of a run that made no progress, whole; returns the file's name.

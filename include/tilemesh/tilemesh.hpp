@@ -1,6 +1,6 @@
 #pragma once
-/// The whole library, for users. No other header includes this one. It leaves out the headers whose names end in json.hpp, because they
-/// need nlohmann-json, and those of poplar/, because they need the Poplar SDK. Include these headers in addition to this one.
+/// The whole library, for users. No other header includes this one. It leaves out report/json.hpp and report/json_frame.hpp, because they
+/// need nlohmann-json, and the headers of poplar/, because they need the Poplar SDK. Include those headers in addition to this one.
 #if __cplusplus < 202002L
 #error "tilemesh: the host side needs C++20; build with -std=c++20"
 #endif

@@ -67,7 +67,7 @@ check_rows() {
         of("status") != "ok" {
             if (length(of("status")) < 20) wrong("does not say why it failed: " of("status"))
             if (of("on_front") != 0 || of("on_front_modelled") != 0) wrong("failed and is on a front")
-            n = split("e_cut_rmse e_round_rmse e_mesh_max psnr_db ssim max_levels modelled_ms host_ms pairs rmse mae p999_levels share_over_one_level e_mesh_rmse twice_products split_off lost late unplaced supersteps messages front_pairs host_over_default", results, " ")
+            n = split("e_cut_rmse e_round_rmse e_mesh_max psnr_db ssim max_levels modelled_ms host_ms pairs rmse mae p999_levels share_over_one_level e_mesh_rmse twice_products split_off lost late unplaced exchanges messages front_pairs host_over_default", results, " ")
             for (i = 1; i <= n; ++i) if (of(results[i]) != "NaN") wrong("failed and has " results[i] " " of(results[i]))
             if (of("claim") != "no claim") wrong("failed and claims to be " of("claim"))
             died[group, of("setting")] = 1
@@ -93,7 +93,7 @@ check_rows() {
             # RMSE lies between mean and maximum; levels are of 255.
             if (of("mae") > of("rmse") * 1.0001 || of("rmse") * 255 > of("max_levels") + 0.00006 || of("p999_levels") > of("max_levels") + 0) wrong("mean, RMSE, p99.9 and maximum are out of order")
             if (of("share_over_one_level") < 0 || of("share_over_one_level") > 1 || of("ssim") > 1) wrong("a share beyond 1")
-            if (!(of("pairs") > 0 && of("pairs_contributing") > 0 && of("supersteps") > 0 && of("modelled_ms") > 0)) wrong("a cost is not positive")
+            if (!(of("pairs") > 0 && of("pairs_contributing") > 0 && of("exchanges") > 0 && of("modelled_ms") > 0)) wrong("a cost is not positive")
             if (of("frames") == 1 && !(of("host_rounds") > 0 && of("host_ms_min") <= of("host_ms_p20") && of("host_ms_p20") <= of("host_ms") && of("host_ms") <= of("host_ms_p80"))) wrong("host times are out of order")
             # Nothing is said about host time within the noise.
             ratio_low = of("host_over_default_low"); ratio_high = of("host_over_default_high"); noise = of("aa_noise")

@@ -5,7 +5,7 @@
 # is no evidence; this is the same on all of them.
 # And tracing that is off costs nothing: without the `operations` of any kernel the object file is the same to the byte.
 #
-# With --traced the counts of a machine that keeps a trace stand beside, which nothing holds to a figure (README's table).
+# With --traced the counts of a machine that keeps a trace stand beside, which nothing holds to a figure (the figures of include/tilemesh/model/README.md).
 # When a change is meant to cost or save instructions: sh instructions.sh --record COMPILER ../../include ../../bench FOLDER
 set -eu
 export LC_ALL=C

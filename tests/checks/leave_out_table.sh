@@ -1,11 +1,13 @@
 #!/bin/sh
-# usage: leave_out_table.sh COMPILER NM INCLUDE FOLDER
-# Prints README's table of what each feature costs: bytes of a record, of a slot of storage with its lists, of a tile besides, and of
-# the kernels' code at -O2 for any x86-64; supersteps, messages and counted work of a frame. Objects go to FOLDER; takes minutes.
+# usage: leave_out_table.sh [COMPILER [NM]]
+# Prints the table of bench/README.md, what each feature costs: bytes of a record, of a slot of storage with its lists, of a tile
+# besides, and of the kernels' code at -O2 for any x86-64; exchanges, messages and counted work of a frame. Takes minutes.
 set -eu
 export LC_ALL=C
-compiler=$1 nm=$2 include=$3 folder=$4
-mkdir -p "$folder"
+compiler=${1:-g++} nm=${2:-nm} include=../../include
+cd "$(dirname "$0")"
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
 
 code_bytes() { # SETUP: the sizes of all functions of its kernels, shared leaves included
     "$compiler" -std=c++20 -O2 -ffunction-sections -DSETUP="$1" -I "$include" -c leave_out/kernels_of.cpp -o "$folder/code.o"
@@ -30,7 +32,7 @@ label() {
 
 "$compiler" -std=c++20 -O2 -I "$include" leave_out/count.cpp -o "$folder/count" -pthread
 "$folder/count" >"$folder/rows.txt"
-echo '| setup | record, bytes | slot, bytes | tile besides, bytes | slots a tile | code, bytes | supersteps, cold / static | messages, cold / static | projections, cold / static | pairs | missing |'
+echo '| setup | record, bytes | slot, bytes | tile besides, bytes | slots a tile | code, bytes | exchanges, cold / static | messages, cold / static | projections, cold / static | pairs | missing |'
 echo '|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|'
 while read -r setup record slot besides slots cold_steps cold_messages cold_projections steps messages projections pairs missing; do
     if [ "$setup" = one_tile ]; then break; fi
@@ -38,4 +40,4 @@ while read -r setup record slot besides slots cold_steps cold_messages cold_proj
 done <"$folder/rows.txt"
 # Only `minimal` and its two relatives without bloom miss what spans tiles; on one tile nothing does.
 echo
-echo "With the frame on one tile (a test machine) the least misses $missing: $steps supersteps, $messages messages, $projections projections, $pairs pairs."
+echo "With the frame on one tile (a test machine) the least misses $missing: $steps exchanges, $messages messages, $projections projections, $pairs pairs."

@@ -198,7 +198,10 @@ std::string number(std::size_t i) { return std::to_string(i); }
 void camera_json()
 {
     most_a_byte = 24, most_beside = 1 << 18;
-    auto const read = [](std::istream& in) { scene::read_cameras_json(in, "cameras.json"); };
+    auto const read = [](std::istream& in) {
+        std::vector<std::string> notes;
+        scene::read_cameras_json(in, "cameras.json", &notes);
+    };
     auto const own = [](std::size_t i) {
         return R"({"name":"c)" + number(i) + R"(","width":640,"height":480,"fx":500.25,"fy":510,"cx":320.5,"cy":240,"world_to_camera":)"
                "[[1,0,0,0.125],[0,1,0,2],[0,0,1,-3e-1],[0,0,0,1]]},";
@@ -235,6 +238,12 @@ void camera_json()
     expect_linear("JSON: keys that nobody reads", Ends::well, read, [](std::size_t n) {
         return "{" + repeated(n, [](std::size_t i) { return "\"k" + number(i) + "\":[{\"a\":1}],"; }) + R"("cameras":[]})";
     });
+    expect_linear("JSON: keys of a camera that nobody reads", Ends::well, read, [&](std::size_t n) {
+        auto const camera = listed(1, own);
+        return of(camera.substr(0, camera.size() - 1) + repeated(n, [](std::size_t i) { return ",\"k" + number(100 + i) + "\":0"; }) + "}");
+    });
+    expect_linear("JSON: a long list of distortion", Ends::well, read,
+                  [](std::size_t n) { return R"({"distortion":[[)" + listed(16 * n, "0,") + R"(]],"cameras":[]})"; });
     expect_linear("JSON: the same key again and again", Ends::well, read,
                   [](std::size_t n) { return "{" + listed(n, R"("cameras":[],)") + "}"; });
     expect_linear("JSON: fields of one camera again and again", Ends::refused, read,

@@ -1,43 +1,70 @@
 #!/bin/sh
-# usage: readme.sh PROJECT [render_map]
-# What README.md shows is what the project holds: every block of C++ or CMake is part of the file named in the comment above it, every
-# file that is named exists, every `render_map` line runs, and the examples print what it says they print. tests/README.md: every test file exists, and so do the cases quoted.
+# usage: readme.sh [--write [--slow]] PROJECT [render_map]
+# Everything that the README files show is what the project holds:
+# - A block of C++ or CMake is a part of the file that the comment above it names.
+# - Every file, test case and link that is named exists.
+# - README.md has at most 160 lines of at most 120 characters, and each of its headline numbers names its command.
+# - Every `render_map` and `pfm_error` line and every block of Python runs.
+# - A block below `<!-- output of COMMAND -->` is what COMMAND prints, but for host times and for counts that depend on fused
+#   multiplication. `<!-- output of COMMAND, from "TEXT" to "TEXT" -->` is a part of it: from the first line that begins with TEXT to
+#   the next that does. Either end may be left out. A block is fenced, or a Markdown table that COMMAND prints as such.
+# - The version is the same everywhere.
+# With --write, the script writes these blocks anew. With --slow, it also writes the blocks below `<!-- slow output of COMMAND -->`,
+# which take minutes and are not compared; DIR in such a command is the folder TILEMESH_DATA.
 set -u
 export LC_ALL=C
+write=no slow=no
+if [ "${1:-}" = --write ]; then write=yes && shift; fi
+if [ "${1:-}" = --slow ]; then slow=yes && shift; fi
 project=$1 program=${2:-}
+case $program in '' | /*) ;; *) program=$PWD/$program ;; esac
 cd "$project" && project=$(pwd) || exit 1
 failed=0
 fail() { echo "$*" && failed=1; }
+work=$(mktemp -d) || exit 1
+trap 'rm -rf "$work"' EXIT
+find . -name README.md -not -path './build*' -not -path './.*' | sed 's,^\./,,' | sort >"$work/readmes"
+readmes=$(cat "$work/readmes")
+texts="$readmes CHANGELOG.md .github/CONTRIBUTING.md .github/SECURITY.md"
+
+# --- size --------------------------------------------------------------------------------------
+[ "$(wc -l <README.md)" -le 160 ] || fail "README.md has $(wc -l <README.md) lines, more than 160"
+[ -z "$(awk 'length($0) > 120' README.md)" ] || fail "README.md has lines of more than 120 characters: $(awk 'length($0) > 120 { print FNR }' README.md)"
+for file in $readmes; do # tables and programs may be wider
+    wide=$(awk '/^```/ { inside = !inside } !inside && !/^\|/ && !/^!\[/ && length($0) > 120 { printf " %d", FNR }' "$file")
+    [ -z "$wide" ] || fail "$file has lines of more than 120 characters:$wide"
+done
 
 # --- blocks ------------------------------------------------------------------------------------
 # The comment `<!-- PATH -->` stands on the line above the fence.
-work=$(mktemp -d) || exit 1
-trap 'rm -rf "$work"' EXIT
-awk -v work="$work" '
-    /^```(cpp|cmake)$/ { n++; file = work "/" n ".block"; print source > (work "/" n ".source"); printf "" > file; inside = 1; next }
-    /^```/ && inside { inside = 0; close(file); next }
-    inside { print > file; next }
-    { source = $0 ~ /^<!-- [^ ]+ -->$/ ? $2 : "" }' README.md
+for file in $readmes; do
+    awk -v work="$work" -v name="$(echo "$file" | tr / _)" -v readme="$file" '
+        /^```(cpp|cmake)$/ { n++; file = work "/" name n ".block"; print readme " " source > (work "/" name n ".source"); printf "" > file; inside = 1; next }
+        /^```/ && inside { inside = 0; close(file); next }
+        inside { print > file; next }
+        { source = $0 ~ /^<!-- [^ ]+ -->$/ ? $2 : "" }' "$file"
+done
 blocks=0
 for block in "$work"/*.block; do
     [ -e "$block" ] || break
     blocks=$((blocks + 1))
-    source=$(cat "${block%.block}.source")
+    read -r readme source <"${block%.block}.source"
     if [ -z "$source" ]; then
-        fail "no file is named above: $(head -n 1 "$block")"
+        fail "$readme: no file is named above: $(head -n 1 "$block")"
     elif [ ! -e "$source" ]; then
-        fail "$source is named above a block and does not exist"
+        fail "$readme: $source is named above a block and does not exist"
     else
         awk -v block="$block" '
             BEGIN { while ((getline line < block) > 0) want = want line "\n" }
             { text = text $0 "\n" }
-            END { exit index(text, want) == 0 }' "$source" || fail "not a part of $source: $(head -n 1 "$block")..."
+            END { exit index(text, want) == 0 }' "$source" || fail "$readme: not a part of $source: $(head -n 1 "$block")..."
     fi
 done
-[ "$blocks" -ge 3 ] || fail "only $blocks blocks of code were found in README.md"
+[ "$blocks" -ge 12 ] || fail "only $blocks blocks of code were found in the README files"
 
 # --- names -------------------------------------------------------------------------------------
-for name in $(grep -oE '`(include|examples|tests|bench|\.ci)/[A-Za-z0-9_./*-]+`' README.md tests/README.md -h | tr -d '`' | sort -u); do
+# shellcheck disable=SC2086
+for name in $(grep -hoE '`(include|examples|tests|bench|\.ci|\.github)/[A-Za-z0-9_./*-]+`' $texts | tr -d '`' | sort -u); do
     # shellcheck disable=SC2086
     set -- $name
     [ -e "$1" ] || fail "named, and not there: $name"
@@ -54,51 +81,184 @@ while read -r line; do
     [ -z "$case" ] || grep -qF "\"$case" "$@" || grep -qF "\"slow: $case" "$@" || fail "$file has no case \"$case...\""
 done <"$work/cases"
 
+# --- links -------------------------------------------------------------------------------------
+# A heading's anchor: lower case, without punctuation, a hyphen for each space.
+anchors() {
+    awk '/^```/ { inside = !inside } !inside && /^#+ /' "$1" | sed -E 's/^#+ +//' | tr '[:upper:]' '[:lower:]' |
+        sed -E 's/[^a-z0-9 _-]//g; s/ /-/g'
+}
+links=0
+for file in $texts; do
+    for link in $(awk '/^```/ { inside = !inside } !inside' "$file" | grep -oE '\]\([^) ]+\)' | sed 's/^](//; s/)$//'); do
+        case $link in http://* | https://*) continue ;; esac
+        links=$((links + 1))
+        target=${link%%#*}
+        if [ -n "$target" ]; then target=$(dirname "$file")/$target; else target=$file; fi
+        [ -e "$target" ] || { fail "$file: the link $link leads nowhere" && continue; }
+        case $link in
+        *#*) anchors "$target" | grep -qx -- "${link#*#}" || fail "$file: $target has no heading for ${link#*#}" ;;
+        esac
+    done
+done
+for file in $readmes; do # a reader finds every README file from another
+    [ "$file" = README.md ] || awk -v file="$file" -v files="$readmes" '
+        BEGIN {
+            n = split(files, all)
+            for (i = 1; i <= n; i++) while ((getline line < all[i]) > 0) {
+                folder = all[i]
+                sub(/[^\/]*$/, "", folder)
+                while (match(line, /\]\([^) #]+/)) {
+                    target = folder substr(line, RSTART + 2, RLENGTH - 2)
+                    line = substr(line, RSTART + RLENGTH)
+                    while (sub(/[^\/.][^\/]*\/\.\.\//, "", target)) {}
+                    if (target == file) exit 0
+                }
+            }
+            exit 1
+        }' || fail "no README file links to $file"
+done
+
+# --- headline numbers --------------------------------------------------------------------------
+# Each row's last column is a command: a bench, and a table that it has.
+awk '/^## Six numbers/ { inside = 1; next } /^## / { inside = 0 } inside && /^\| [^q]/ && !/^\|--/' README.md >"$work/headlines"
+[ "$(wc -l <"$work/headlines")" -eq 6 ] || fail "README.md has $(wc -l <"$work/headlines") headline numbers, not six"
+while IFS= read -r row; do
+    command=$(printf '%s\n' "$row" | sed -nE 's/.*\| `([^`]+)` \|$/\1/p')
+    bench=${command%% *} table=$(printf '%s\n' "$command" | sed -nE 's/.* --table ([a-z_]+).*/\1/p')
+    if [ -z "$command" ] || [ ! -d "bench/$bench" ]; then fail "no command in the row: $row"; continue; fi
+    if [ "$bench" = paper ]; then
+        [ -n "$table" ] && grep -qF "\"$table\"" bench/paper/main.cpp || fail "bench/paper has no table \"$table\": $row"
+    fi
+done <"$work/headlines"
+
+# Each promise names a test.
+awk '/^## What is promised/ { inside = 1; next } /^## / { inside = 0 } inside' README.md | sed -nE 's/^\|.*\| `([^`]+)` \|$/\1/p' >"$work/promises"
+[ "$(wc -l <"$work/promises")" -ge 6 ] || fail "README.md shows tests for $(wc -l <"$work/promises") promises only"
+while IFS= read -r name; do
+    case $name in
+    check.*) grep -qE "add_check\(${name#check.} " tests/checks/CMakeLists.txt ;;
+    *.*) [ -e "tests/${name%%.*}/${name#*.}.cpp" ] ;;
+    *) [ -d "tests/$name" ] ;;
+    esac || fail "README.md promises something that test $name shows, and there is no such test"
+done <"$work/promises"
+
+# --- versions ----------------------------------------------------------------------------------
+version=$(sed -nE 's/^ +VERSION ([0-9.]+)$/\1/p' CMakeLists.txt)
+number=$(sed -nE 's/^#define TILEMESH_VERSION ([0-9]+).*/\1/p' include/tilemesh/config.hpp)
+[ "$version" = "$((number / 10000)).$((number / 100 % 100)).$((number % 100))" ] || fail "CMakeLists.txt has version $version, config.hpp $number"
+grep -qx "version: $version" CITATION.cff || fail "CITATION.cff has not version $version"
+[ "$(sed -nE 's/^## \[([0-9.]+)\].*/\1/p' CHANGELOG.md | head -n 1)" = "$version" ] || fail "CHANGELOG.md does not begin with version $version"
+
 # --- commands ----------------------------------------------------------------------------------
 if [ -z "$program" ]; then
+    [ "$write" = no ] || fail "--write needs render_map, beside which the other programs are"
     echo "skipped: render_map was not built, so its lines were not run"
     exit $failed
 fi
-cd "$work" || exit 1
-# A map of three balls, README's own camera for it, a walk.
+examples=$(dirname "$program")
+benches=$(dirname "$examples")/bench
+mkdir "$work/run" && cd "$work/run" || exit 1
+# A map of three balls, the cameras that examples/README.md shows, a walk, an energy model.
 {
     printf 'ply\nformat ascii 1.0\nelement vertex 3\n'
     for p in x y z f_dc_0 f_dc_1 f_dc_2 opacity scale_0 scale_1 scale_2 rot_0 rot_1 rot_2 rot_3; do echo "property float $p"; done
     printf 'end_header\n'
     for x in -1 0 1; do echo "$x 0 3 1 0.5 0 2 -1 -1 -1 1 0 0 0"; done
 } >room.ply
-awk '/^```/ { inside = /^```json$/; next } inside' "$project/README.md" >cameras.json
-[ -s cameras.json ] || fail "README.md shows no camera file"
+awk '/^```/ { inside = /^```json$/; next } inside' "$project/examples/README.md" >cameras.json
+[ -s cameras.json ] || fail "examples/README.md shows no camera file"
 mkdir -p colmap/sparse/0
 printf '1 PINHOLE 1280 720 900 900 640 360\n' >colmap/sparse/0/cameras.txt
 printf '1 1 0 0 0 0 0 0 1 door.jpg\n\n' >colmap/sparse/0/images.txt
 printf '# walk\n0 0 0 0 0 0 0 1\n0.1 0.01 0 0 0 0 0 1\n' >walk.txt
-sed -n '/^```sh$/,/^```$/p' "$project/README.md" | sed 's/#.*//; s/ *$//' | grep '^render_map ' >lines
+(cd "$project" && sed -n '/^```sh$/,/^```$/p' README.md examples/README.md include/tilemesh/model/README.md) | sed 's/ #.*//; s/ *$//' >all_lines
+grep '^render_map ' all_lines >lines
 runs=0
 while read -r _ arguments; do
     runs=$((runs + 1))
     # shellcheck disable=SC2086
     "$program" $arguments --quiet >out 2>&1 </dev/null || fail "render_map $arguments: $(cat out)"
-    rm -rf tilemesh_out
 done <lines
-# The output of a program, below `<!-- output of COMMAND -->`: each line, but for host times and the counts that depend on how the
-# target rounds (with or without fused multiplication: README says so).
-exact() { sed -E '/contributing|order by id/d; s/^( *(project|route|bloom|composite|picture|frame) +[0-9]+) +[0-9.]+$/\1/'; }
+if command -v python3 >/dev/null; then
+    awk '/^```/ { inside = /^```python$/; next } inside' "$project/examples/README.md" >read_report.py
+    [ -s read_report.py ] || fail "examples/README.md shows no Python"
+    { printf 'P6\n1280 720\n255\n' && head -c 2764800 /dev/zero; } >other.ppm
+    "$program" room.ply --report report.json --quiet >out 2>&1 </dev/null && python3 read_report.py >out 2>&1 || fail "the Python of examples/README.md: $(cat out)"
+fi
+if [ -x "$benches/pfm_error" ] && [ -e other.pfm ]; then
+    grep '^pfm_error ' all_lines >lines
+    while read -r _ arguments; do
+        runs=$((runs + 1))
+        # shellcheck disable=SC2086
+        "$benches/pfm_error" $arguments >out 2>&1 </dev/null || fail "pfm_error $arguments: $(cat out)"
+    done <lines
+fi
+[ "$runs" -ge 10 ] || fail "only $runs commands were found in the README files"
+
+# --- outputs -----------------------------------------------------------------------------------
+# Without host times, and without counts that depend on how the target rounds (with or without fused multiplication).
+exact() { sed -E '/contributing|order by id/d; s/^( *(project|route|bloom|composite|picture|frame)( +[0-9]+)+) +[0-9.]+$/\1/'; }
+# marks FILE: for each block its number, `slow` or `quick`, the command, and the beginnings of its first and last line, or "-".
+marks() {
+    awk '/^<!-- (slow )?output of [^ ].* -->$/ {
+            kind = /^<!-- slow/ ? "slow" : "quick"
+            sub(/^<!-- (slow )?output of /, "")
+            sub(/ -->$/, "")
+            first = last = "-"
+            if (match($0, /,? to "[^"]*"$/)) {
+                last = substr($0, RSTART, RLENGTH - 1)
+                $0 = substr($0, 1, RSTART - 1)
+            }
+            if (match($0, /, from "[^"]*"$/)) {
+                first = substr($0, RSTART, RLENGTH - 1)
+                $0 = substr($0, 1, RSTART - 1)
+            }
+            sub(/^[^"]*"/, "", first)
+            sub(/^[^"]*"/, "", last)
+            print ++n "\t" kind "\t" $0 "\t" first "\t" last
+        }' "$1"
+}
 outputs=0
-sed -n 's/^<!-- output of \([a-z_].*\) -->$/\1/p' "$project/README.md" >names
-while IFS= read -r name; do
-    outputs=$((outputs + 1))
-    # shellcheck disable=SC2086
-    "$(dirname "$program")"/$name >printed 2>&1 </dev/null || fail "$name: $(cat printed)"
-    exact <printed >exact_printed
-    sed -n "/^<!-- output of $name -->\$/,\$p" "$project/README.md" | awk '/^```/ { n++; next } n == 1 { print } n == 2 { exit }' |
-        exact >block
-    [ -s block ] || fail "README.md shows nothing of $name"
-    while IFS= read -r line; do
-        grep -qxF -- "$line" exact_printed || fail "$name does not print: $line"
-    done <block
-done <names
-[ "$outputs" -ge 2 ] || fail "only $outputs outputs of examples were found in README.md"
-[ "$runs" -ge 4 ] || fail "only $runs render_map lines were found in README.md"
-echo "$blocks blocks, $runs commands, $outputs outputs"
+for file in $readmes; do
+    rm -f printed.*
+    marks "$project/$file" >marks
+    while IFS="$(printf '\t')" read -r n kind command first last; do
+        if [ "$kind" = slow ] && [ "$slow" = no ]; then continue; fi
+        case $command in *" DIR"*)
+            [ -n "${TILEMESH_DATA:-}" ] || { echo "skipped: $command needs TILEMESH_DATA" && continue; } ;;
+        esac
+        outputs=$((outputs + 1))
+        # shellcheck disable=SC2046,SC2086
+        PATH=$examples:$benches:$PATH $(printf '%s\n' "$command" | sed "s, DIR\>, ${TILEMESH_DATA:-},; s, tests/, $project/tests/,") >printed 2>&1 </dev/null ||
+            fail "$command: $(cat printed)"
+        awk -v first="$first" -v last="$last" '
+            !on && !done && (first == "-" || index($0, first) == 1) { on = 1 }
+            on
+            on && last != "-" && index($0, last) == 1 { on = 0; done = 1 }
+            END { exit !(done || last == "-") }' printed | sed 's/ *$//' >"printed.$n"
+        [ -s "printed.$n" ] || fail "$file: $command prints no line that begins with \"$first\""
+        if [ "$write" = yes ]; then continue; fi
+        awk -v n="$n" '/^<!-- (slow )?output of / { at++ } at == n && /^```/ { fence++; next } at == n && fence == 1' "$project/$file" | exact >block
+        exact <"printed.$n" | diff block - >difference || fail "$file: $command prints something else (readme.sh --write writes it):
+$(cat difference)"
+    done <marks
+    if [ "$write" = yes ]; then
+        awk '/^<!-- (slow )?output of / { n++; fence = 0; file = "printed." n; has = (getline line < file) >= 0; close(file) }
+            /^\|/ && has && fence == 0 { # a table: to its last row
+                while ((getline line < file) > 0) print line
+                fence = 3
+            }
+            /^\|/ && has && fence == 3 { next }
+            fence == 3 { fence = 2 }
+            /^```/ && has && fence < 2 {
+                print
+                if (++fence == 1) while ((getline line < file) > 0) print line
+                next
+            }
+            !(has && fence == 1)' "$project/$file" >rewritten
+        cmp -s rewritten "$project/$file" || cat rewritten >"$project/$file"
+    fi
+done
+[ "$outputs" -ge 3 ] || fail "only $outputs outputs were found in the README files"
+echo "$blocks blocks, $links links, $runs commands, $outputs outputs"
 exit $failed

@@ -26,7 +26,7 @@ has stdout "^composite "
 runs $small --out first --float --reference --report first.json
 [ ! -s stdout ] || fail "--quiet is not quiet"
 has_no_parts .
-for key in map machine ledger preset threads frames supersteps gaussians lost copies hops exchanged_bytes pairs peak host_ms \
+for key in schema version map machine ledger preset threads advice frames passes exchanges gaussians losses lost copies hops exchanged_bytes pairs peak host_ms \
     error error_same_cuts psnr_db; do
     has first.json "\"$key\":"
 done
@@ -91,7 +91,7 @@ runs $small --preset prototype --storage-slots 60 --channel-slots 3 --report rep
 # render_map reports what is missing, even with --quiet, and in the notes; with --strict it ends with status 1.
 text="frame_0000.png lacks [0-9,]* of the map's 39,517 Gaussians and [0-9,]* copies of others ([0-9,]* storage_full, [0-9,]* channel_full)"
 [ "$(wc -l <stderr)" -eq 1 ] || fail "not one line of what is missing: $(cat stderr)"
-has stderr "^$text; with --saturation hold they wait for a free slot$"
+has stderr "^$text; the fullest tile needs [0-9,]* slots, and there is room with no --storage-slots ([0-9,]* slots a tile), or .*; with --saturation hold records wait for a free slot in a channel$"
 has report.json "^  \"$text\"$"
 run $small --preset prototype --storage-slots 60 --channel-slots 3 --strict --out strict --report strict.json >stdout 2>strict.err
 [ $? -eq 1 ] || fail "--strict has another status than 1"
@@ -244,9 +244,9 @@ has stdout "view-dependent colour *kept .*; a record of 240 bytes, 860 slots a t
 has stdout "^  depth  *kept      asked for"
 has stdout "^  alpha  *left out  not asked for"
 [ ! -e explained/frame_0000.alpha.pfm ] || fail "a plane that nobody asked for"
-refuses "--storage-slots cannot be 861 (records of degree 3 leave 860)" shaded_45.ply $small --storage-slots 861
+refuses "--storage-slots cannot be 861 (preset lossless on machine mk2 has 1 to 860 slots of 316 bytes a tile for records of degree 3, in 271,760 of a tile's 638,976 bytes); choose 1 to 860, or what has room for 861: --machine test or --sh-degree 0$" shaded_45.ply $small --storage-slots 861
 runs shaded_45.ply $small --storage-slots 860 --channel-slots 50
-refuses "--channel-slots cannot be 51 (records of degree 3 leave 50)" shaded_45.ply $small --channel-slots 51
+refuses "--channel-slots cannot be 51 (preset lossless on machine mk2 has 1 to 50 slots a channel for records of degree 3, in " shaded_45.ply $small --channel-slots 51
 refuses "--sh-degree cannot be" --sh-degree 4
 refuses "--fit cannot be" --fit me
 
@@ -325,7 +325,8 @@ for option in --size --grid --tile; do
     for value in 12 0x5 5x0 x 5x 5x5x5 65536x1 -1x5 1e1x5 " 5x5"; do refuses "two whole numbers" $option "$value"; done
 done
 for option in --frames --channel-slots --storage-slots --threads --hops; do
-    for value in 0 -1 1.5 x 99999999999999999999 "" 1k; do refuses "whole number" $option "$value"; done
+    for value in -1 1.5 x 99999999999999999999 "" 1k; do refuses "whole number" $option "$value"; done
+    case $option in --*-slots) ;; *) refuses "whole number" $option 0 ;; esac
 done
 for value in x nan inf "" 1x; do refuses "degrees" --orbit "$value"; done
 refuses "takes no value" --quiet=yes
@@ -336,9 +337,19 @@ refuses "without --frames" --orbit 3
 refuses "without --trajectory" --relative
 refuses "both given" --orbit 1 --frames 2 --trajectory walk.tum
 refuses "both given" --engine sequential --threads 2
-refuses "has 2000" --storage-slots 2001
-refuses "has 800" --storage-slots 801 --preset prototype
-refuses "has 100)" --channel-slots 101 --preset prototype
+refuses "has 1 to 2,000 slots of 136 bytes a tile for records of degree 0, in 272,000 of a tile's 638,976 bytes; without this option the machine is cut to what the scene needs and has 2,941); choose 1 to 2000, or what has room for 2,900: --machine test$" --storage-slots 2900
+runs $small --storage-slots 2000
+runs $small --storage-slots 2001 --machine test
+refuses "has 1 to 800 slots" --storage-slots 801 --preset prototype
+refuses "choose 1 to 100, or what has room for 101: --preset lossless$" --channel-slots 101 --preset prototype
+runs $small --preset lossless --channel-slots 101
+refuses "^--channel-slots cannot be 0 (preset lossless on machine mk2 has 1 to 200 slots a channel for records of degree 0, in 198,400 of a tile's 638,976 bytes); choose 1 to 200$" --channel-slots 0
+refuses "has 1 to 40,000 slots" --storage-slots 0 --machine test
+for preset in paper prototype; do
+    refuses "^--hops 3 and --preset $preset are both given (.*); choose --preset lossless, or leave --hops out$" --preset $preset --hops 3
+done
+runs $small --preset lossless --hops 3
+refuses "(it takes a whole number, 1 or more); " --hops 0
 refuses "absent.json" --cameras absent.json
 refuses "no camera \"c\"" --cameras cameras.json --camera c
 refuses "camera that moves" --cameras cameras.json --orbit 1 --frames 2

@@ -432,7 +432,7 @@ std::string Scenario::check(std::map<Features, Outputs>& known)
         }
     if (f.report && !fs::is_character_file(folder_ / report)) {
         auto const text = contents(folder_ / report);
-        if (!text.starts_with("{\n \"map\"") || !text.ends_with("}\n")) return said.str() + "the report is not whole";
+        if (!text.starts_with("{\n \"schema\"") || !text.ends_with("}\n")) return said.str() + "the report is not whole";
     }
     for (auto const& [path, text] : after)
         if (!before.contains(path) && !written.contains(place(path))) return said.str() + "left " + path;

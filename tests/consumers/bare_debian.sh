@@ -18,7 +18,9 @@ trap 'rm -rf --one-file-system "$root"' EXIT
 chmod 755 "$root" # apt reads in it as its own user
 trap 'exit 130' INT TERM
 
-mapfile -t commands < <(awk '/^```/ { inside = /^```sh/; next } inside && /cmake --workflow/' "$repository/README.md")
+# A command that ends with && goes on in the next line.
+mapfile -t commands < <(awk '/^```/ { inside = /^```sh/; line = ""; next } inside { line = line $0 } /&&$/ { next }
+    inside && line ~ /cmake --workflow/ { gsub(/ +/, " ", line); print line } { line = "" }' "$repository/README.md")
 if [ ${#commands[@]} -ne 2 ]; then
     echo "README.md has ${#commands[@]} commands with \`cmake --workflow\` (two are expected); correct one of us" >&2
     exit 2

@@ -43,6 +43,7 @@ function(form_install)
     install_into("${prefix}")
     list_files(installed "${prefix}/include")
     list_files(headers "${SOURCE}/include")
+    list(FILTER headers EXCLUDE REGEX "/README\\.md$") # guides are read in the repository
     if(NOT installed STREQUAL headers)
         message(FATAL_ERROR "installed are ${installed}, not ${headers}")
     endif()
@@ -135,6 +136,7 @@ function(form_single_header)
     run(${CMAKE_COMMAND} --build "${BUILD}" --target single_header)
     file(READ "${BUILD}/single/tilemesh.hpp" single)
     list_files(headers "${SOURCE}/include")
+    list(FILTER headers EXCLUDE REGEX "/README\\.md$") # guides are read in the repository
     list(FILTER headers EXCLUDE REGEX "report/json\\.hpp$|\\.cpp$|^tilemesh/poplar/")
     foreach(header IN LISTS headers)
         # All of it but its own includes, once.

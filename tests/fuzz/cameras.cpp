@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <map>
+#include <set>
 #include <sstream>
 #include <string>
 #include <string_view>
@@ -63,18 +65,20 @@ struct Input {
         expected = json.read(first);
         close = json.close;
         is_json = json.is_json;
+        unread = std::move(json.unread);
     }
 
-    std::vector<scene::NamedCamera> read() const
+    std::vector<scene::NamedCamera> read(std::vector<std::string>& notes) const
     {
         std::istringstream stream(first), images(images_txt);
-        return is_colmap ? scene::read_colmap(stream, images) : scene::read_cameras_json(stream, "file");
+        return is_colmap ? scene::read_colmap(stream, images) : scene::read_cameras_json(stream, "file", &notes);
     }
 
     bool is_colmap, is_json = true;
     bool close = false; ///< to a limit, so that rounding decides
     std::string first, images_txt;
     plain::Cameras expected;
+    std::map<std::string, std::size_t> unread;
 };
 
 /// Equal but for rounding: a step of a float, in units of `scale`.
@@ -100,6 +104,19 @@ void require_same(std::vector<scene::NamedCamera> const& read, std::vector<plain
                 require(near_to(c.rotation[row][column], e.rotation[row][column]), "the rotation is as the plain reader reads it");
         }
     }
+}
+
+/// A note for each key that is not read, or for eight of them and one more for the others.
+void require_notes(std::vector<std::string> const& notes, std::map<std::string, std::size_t> const& unread)
+{
+    std::set<std::string> expected;
+    for (auto const& [key, cameras] : unread)
+        expected.insert(std::to_string(cameras) + (cameras == 1 ? " camera has \"" : " cameras have \"") + key + "\", which is not read");
+    for (auto const& note : notes) require(note.size() < 200 && note.find('\n') == note.npos, "a note is a short line");
+    if (unread.size() > 8) return require(notes.size() == 9, "eight keys are named, and that there are more");
+    for (auto const& [key, cameras] : unread)
+        if (key.size() > 40 || !plain::printable(key)) return; // keys of one beginning share a note
+    require(std::set<std::string>(notes.begin(), notes.end()) == expected, "the keys that are not read are named");
 }
 
 void require_camera(splat::Camera const& c)
@@ -131,10 +148,12 @@ extern "C" int LLVMFuzzerTestOneInput(std::uint8_t const* data, std::size_t size
     Input const input({reinterpret_cast<char const*>(data), size});
     bool read = false;
     try {
-        auto const cameras = input.read();
+        std::vector<std::string> notes;
+        auto const cameras = input.read(notes);
         read = true;
         require(input.close || input.expected.has_value(), "what the plain reader refuses is refused");
         if (input.expected) require_same(cameras, *input.expected);
+        if (input.expected) require_notes(notes, input.unread);
         for (auto const& camera : cameras) {
             require_camera(camera.camera);
             require(!camera.name.empty(), "a camera has a name");

@@ -1,6 +1,8 @@
 #pragma once
 #include "plain_text.hpp"
+#include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -42,9 +44,38 @@ inline unsigned depth_of(nlohmann::json const& value)
     return value.is_structured() ? deepest + 1 : 0;
 }
 
+/// Whether a value under a distortion key is one that a pinhole camera has.
+inline bool means_pinhole(nlohmann::json const& value)
+{
+    if (value.is_number()) return value.get<double>() == 0.0;
+    if (value.is_boolean()) return !value.get<bool>();
+    if (value.is_string()) {
+        std::string text = value.get<std::string>();
+        std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return c < 0x80 ? std::tolower(c) : c; });
+        return std::set<std::string>{"", "none", "pinhole", "simple_pinhole", "perspective"}.count(text) != 0;
+    }
+    return std::all_of(value.begin(), value.end(), means_pinhole); // of null there is nothing
+}
+
+inline bool is_distortion_key(std::string const& key)
+{
+    return std::set<std::string>{"k1", "k2", "k3", "k4", "k5", "k6", "p1", "p2", "distortion", "distortion_coefficients", "distortion_params",
+                                 "dist_coeffs", "camera_model"}
+               .count(key) != 0;
+}
+
+/// Whether a lens, or a file, has distortion.
+inline bool is_distorted(nlohmann::json const& object)
+{
+    for (auto const& item : object.items())
+        if (is_distortion_key(item.key()) && !means_pinhole(item.value())) return true;
+    return false;
+}
+
 /// Reads a file of JSON into a document, and then the cameras from it.
 class JsonCameras {
 public:
+    std::map<std::string, std::size_t> unread; ///< keys that are not read, and how many cameras have each
     bool is_json = true; ///< otherwise it is refused as no JSON, or as nested too deep
     bool close = false;
 
@@ -57,15 +88,22 @@ public:
         if (!is_json) return {};
         bool const own = file.is_object() && file.contains("cameras") && file["cameras"].is_array();
         if (!own && !file.is_array()) return {};
+        if (own && is_distorted(file)) return {};
         json const& list = own ? file["cameras"] : file;
+        std::set<std::string> const read_keys =
+            own ? std::set<std::string>{"scene", "file", "name", "id", "width", "height", "fx", "fy", "cx", "cy", "near", "world_to_camera"}
+                : std::set<std::string>{"id", "img_name", "width", "height", "position", "rotation", "fx", "fy"};
         std::vector<Camera> cameras;
         std::map<std::string, int> uses;
         std::set<std::pair<std::string, int>> labels;
         for (auto const& entry : list) {
             if (!entry.is_object() || !text_of(entry, own ? "name" : "img_name")) return {};
             if (!own) ++uses[*text_of(entry, "img_name")];
+            for (auto const& item : entry.items())
+                if (read_keys.count(item.key()) == 0 && !is_distortion_key(item.key())) ++unread[item.key()];
         }
         for (auto const& entry : list) {
+            if (is_distorted(entry)) return {};
             Camera c{};
             c.name = *text_of(entry, own ? "name" : "img_name");
             if (c.name.empty()) return {};

@@ -12,7 +12,8 @@ namespace {
 using Whole = PoliciesOf<Lossless>;
 using Minimal = PoliciesOf<Fitted<Lossless, 0, false, false>>;
 
-/// Step i took i + 1 supersteps and 10^i ms, and sent 100 (i + 1) messages of 2 bytes; its exchange moves 3 bytes per message.
+/// Step i took i + 1 exchanges, 100 (i + 1) passes and 10^i ms, and sent 100 (i + 1) messages of 2 bytes; its exchange moves 3 bytes per
+/// message.
 RunCounters run_of(std::uint32_t steps)
 {
     RunCounters run;
@@ -20,6 +21,7 @@ RunCounters run_of(std::uint32_t steps)
     for (std::uint32_t i = 0; i < steps; ++i, ms *= 10) {
         StepCounters s;
         s.supersteps = i + 1;
+        s.passes = 100 * (i + 1);
         s.messages = 100 * (i + 1);
         s.live_bytes = 2 * s.messages;
         s.capacity_bytes = 3 * s.messages;
@@ -72,10 +74,14 @@ TEST_CASE("accounting: every counter goes to its place in the report")
     CHECK(r.refused.copies_refused == 20);
     CHECK(r.pairs == 2 * (11 + 12) * 80);
     CHECK(r.pairs_contributing == 26);
-    CHECK(r.supersteps.project == 1);
-    CHECK(r.supersteps.route == 2);
-    CHECK(r.supersteps.bloom == 3 + 4);
-    CHECK(r.supersteps.composite == 6);
+    CHECK(r.exchanges.project == 1);
+    CHECK(r.exchanges.route == 2);
+    CHECK(r.exchanges.bloom == 3 + 4);
+    CHECK(r.exchanges.composite == 6);
+    CHECK(r.passes.project == 100);
+    CHECK(r.passes.route == 200);
+    CHECK(r.passes.bloom == 300 + 400);
+    CHECK(r.passes.composite == 500 + 600);
     CHECK(r.host_ms.project == 1);
     CHECK(r.host_ms.route == 10);
     CHECK(r.host_ms.bloom == 1100);
@@ -96,10 +102,14 @@ TEST_CASE("accounting: a part that a setup does without took nothing")
     auto run = run_of(3); // project, sort, composite
     run.peaks = {{"storage", 41, 2000}, {"road", 42, 200}};
     auto const r = render::account<Minimal>(run, sums(), true);
-    CHECK(r.supersteps.project == 1);
-    CHECK(r.supersteps.route == 0);
-    CHECK(r.supersteps.bloom == 0);
-    CHECK(r.supersteps.composite == 3);
+    CHECK(r.exchanges.project == 1);
+    CHECK(r.exchanges.route == 0);
+    CHECK(r.exchanges.bloom == 0);
+    CHECK(r.exchanges.composite == 3);
+    CHECK(r.passes.project == 100);
+    CHECK(r.passes.route == 0);
+    CHECK(r.passes.bloom == 0);
+    CHECK(r.passes.composite == 200 + 300);
     CHECK(r.host_ms.route == 0);
     CHECK(r.host_ms.bloom == 0);
     CHECK(r.host_ms.composite == 110);
@@ -166,6 +176,7 @@ TEST_CASE("accounting: a second run replaces what it decides, and what it took c
     again.lost_copies = 54;
     again.late_copies = 55;
     again.lost = {{GaussianId{5}, 6, report::Cause::late}};
+    again.full_tiles = {1, 2, 3, 4};
     auto both = first;
     render::add_second_run(both, again);
     CHECK(both.copies == 51);
@@ -176,8 +187,12 @@ TEST_CASE("accounting: a second run replaces what it decides, and what it took c
     CHECK(both.lost == again.lost);
     CHECK(both.host_ms.composite == 220'000);
     CHECK(both.digests == std::vector<std::uint64_t>{7, 8, 9, 10});
+    CHECK(both.full_tiles == again.full_tiles);
+    for (auto const stage : {&report::FrameReport::ByStage::project, &report::FrameReport::ByStage::route, &report::FrameReport::ByStage::bloom,
+                             &report::FrameReport::ByStage::composite})
+        CHECK(both.passes.*stage == 2 * first.passes.*stage);
     // All other numbers are those of the first run.
-    CHECK(both.supersteps.total() == first.supersteps.total());
+    CHECK(both.exchanges.total() == first.exchanges.total());
     CHECK(both.messages == first.messages);
     CHECK(both.gaussians.visible == first.gaussians.visible);
     CHECK(both.refused.copies_full == first.refused.copies_full);

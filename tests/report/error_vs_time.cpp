@@ -385,7 +385,7 @@ TEST_CASE("error against time: the file begins with the columns that scripts rel
                                "shape", "key_bits", "degree", "crossing", "saturation", "channel_slots", "hops",
                                "storage_slots", "rmse", "p999_levels", "share_over_one_level", "mae", "e_cut_max",
                                "e_cut_psnr_db", "e_round_max", "e_round_psnr_db", "e_mesh_rmse", "e_mesh_psnr_db",
-                               "twice_products", "split_off", "popping_rmse", "lost", "late", "unplaced", "supersteps",
+                               "twice_products", "split_off", "popping_rmse", "lost", "late", "unplaced", "exchanges",
                                "messages", "live_bytes", "capacity_bytes", "copies", "peak_storage", "peak_channel",
                                "pairs_contributing", "projected_bytes", "host_rounds", "host_ms_min", "host_ms_p20",
                                "host_ms_p80", "host_over_default", "host_over_default_low", "host_over_default_high", "claim",
@@ -402,7 +402,7 @@ TEST_CASE("error against time: the file has each number as a reader needs it")
     row.setting.model.alpha_min = 1.0f / 255.0f;
     row.setting.limits = {true, 8, 2, 300};
     row.setting.knobs = {3.5f, Shape::half_conic, 16, 4, Crossing::drop};
-    row.counters.supersteps = {1, 2, 3, 4};
+    row.counters.exchanges = {1, 2, 3, 4};
     row.host_ms = {5, 4, 3, 2, 1};
     row.over_default = {0.5, 0.5, 0.5, 0.5, 0.5};
     row.lost = 7, row.late = 8, row.unplaced = 9;
@@ -426,7 +426,7 @@ TEST_CASE("error against time: the file has each number as a reader needs it")
         {"degree", "4"}, {"crossing", "drop"}, {"saturation", "drop"}, {"channel_slots", "8"}, {"hops", "2"},
         {"storage_slots", "300"}, {"rmse", "1.2346e-03"}, {"mae", "6.1728e-04"}, {"share_over_one_level", "0.001000"},
         {"e_mesh_psnr_db", "inf"}, {"popping_rmse", "NaN"}, {"lost", "7"}, {"late", "8"}, {"unplaced", "9"},
-        {"supersteps", "10"}, {"messages", "11"}, {"live_bytes", "12"}, {"capacity_bytes", "13"}, {"copies", "14"},
+        {"exchanges", "10"}, {"messages", "11"}, {"live_bytes", "12"}, {"capacity_bytes", "13"}, {"copies", "14"},
         {"peak_storage", "15"}, {"peak_channel", "16"}, {"pairs_contributing", "17"}, {"projected_bytes", "56"},
         {"host_rounds", "5"}, {"host_ms_min", "1.0000"}, {"host_ms_p20", "1.0000"}, {"host_ms_p80", "5.0000"},
         {"host_over_default", "0.5000"}, {"claim", "faster"}, {"aa_noise", "0.0200"}, {"front_pairs", "0.0000"},
@@ -459,7 +459,7 @@ TEST_CASE("error against time: what failed stays in the file, with its knobs, Na
     CHECK(row.at("status") == rows[1].failed);
     for (char const* column : {"e_cut_rmse", "e_round_rmse", "e_mesh_max", "psnr_db", "ssim", "max_levels", "modelled_ms",
                                "host_ms", "pairs", "rmse", "mae", "p999_levels", "share_over_one_level", "split_off",
-                               "twice_products", "lost", "supersteps", "host_ms_min", "host_over_default", "front_pairs",
+                               "twice_products", "lost", "exchanges", "host_ms_min", "host_over_default", "front_pairs",
                                "projected_bytes"})
         CHECK_MESSAGE(row.at(column) == "NaN", column);
     CHECK(row.at("on_front") == "0");

@@ -1,12 +1,17 @@
 // test: unoptimised test asan
+#include "json_schema.hpp"
+#include <algorithm>
 #include <chrono>
 #include <doctest/doctest.h>
 #include <filesystem>
 #include <fstream>
 #include <limits>
+#include <set>
 #include <string>
 #include <tilemesh/error.hpp>
+#include <tilemesh/config.hpp>
 #include <tilemesh/report/json.hpp>
+#include <tilemesh/report/json_frame.hpp>
 
 namespace report = tilemesh::report;
 using Json = nlohmann::ordered_json;
@@ -26,11 +31,13 @@ report::RunFrame frame()
     r.camera = "sloth/front";
     r.width = 1280;
     r.height = 720;
-    r.supersteps = {1, 2, 3, 4};
+    r.passes = {5, 6, 7, 8};
+    r.exchanges = {1, 2, 3, 4};
     r.gaussians = {.visible = 11, .moved = 12, .held = 13, .dropped = 14, .unplaced = 15, .parked = 16, .under_way = 17};
     r.refused = {.channel_full = 21, .no_credit = 22, .storage_full = 23, .copies_full = 24, .copies_refused = 25};
-    r.lost = {{tilemesh::splat::GaussianId{7}, report::Loss::whole, report::Cause::unplaced},
-              {tilemesh::splat::GaussianId{8}, 1439, report::Cause::channel_full}};
+    r.lost = {{tilemesh::splat::GaussianId{7}, report::Loss::whole, report::Cause::unplaced, 1000},
+              {tilemesh::splat::GaussianId{8}, 1439, report::Cause::channel_full},
+              {tilemesh::splat::GaussianId{9}, report::Loss::whole, report::Cause::storage_full}};
     r.copies = 31;
     r.lost_copies = 32;
     r.late_copies = 33;
@@ -102,6 +109,63 @@ TEST_CASE("report.json says what ran")
     CHECK(report::json_of(bounded)["notes"] == Json::array({"interrupted"}));
 }
 
+TEST_CASE("report.json says its form, the library that wrote it, and what would help")
+{
+    auto const json = report::json_of(run());
+    CHECK(json["schema"] == 2);
+    auto const version = json["version"].get<std::string>();
+    CHECK(std::count(version.begin(), version.end(), '.') == 2);
+    CHECK(std::stoi(version) == TILEMESH_VERSION / 10000);
+    CHECK(json["advice"].is_null());
+    auto advised = run();
+    advised.advice = "more slots";
+    CHECK(report::json_of(advised)["advice"] == "more slots");
+}
+
+TEST_CASE("report.schema.json describes every member of report.json, and notices each that is missing, unknown or of another type")
+{
+    std::ifstream in(std::filesystem::path(__FILE__).parent_path() / "../../include/tilemesh/report/report.schema.json");
+    auto const schema = Json::parse(in);
+    json_schema::Validator validator(schema);
+    auto all = run();
+    all.made_from = {"0.1.0", {"--size=8x6"}, {{"map.ply", 12, "ff"}}};
+    all.features = {{"routing", false, "one view"}};
+    all.machine.ledger.push_back({{"sort keys", 9}, "state", 38408, false});
+    auto& f = all.frames[0];
+    f.timestamp_s = 0.5;
+    f.depth = "frame_0000.depth.pfm";
+    f.alpha = "frame_0000.alpha.pfm";
+    f.modelled = {"mk2", 123456, 0.25};
+    f.report.full_tiles = {2, 17, 3105, 2000};
+    f.error = f.error_same_cuts = measures(std::numeric_limits<double>::infinity());
+    auto const json = report::json_of(all);
+    CHECK(validator.errors(json) == std::vector<std::string>{});
+    CHECK(validator.unseen() == std::vector<std::string>{});
+    CHECK(validator.errors(report::json_of(report::RunReport{})) == std::vector<std::string>{});
+
+    std::set<std::string> const optional = {"image", "depth", "alpha", "timestamp_s", "modelled", "full_tiles", "error", "error_same_cuts"};
+    for (auto const& [how, spoiled] : json_schema::spoiled(json)) {
+        CAPTURE(how);
+        auto const name = how.starts_with("without ") ? how.substr(8, how.find(':') - 8) : "";
+        bool const of_frame = how.ends_with(": /frames/0") && optional.contains(name);
+        bool const may_lack = of_frame || how == "without made_from: " || how == "without note: /machine";
+        CHECK(validator.errors(spoiled).empty() == may_lack);
+    }
+
+    // The meanings are those of report_fields, and each cause is one that a loss may have.
+    auto const& frame = schema["$defs"]["frame"]["properties"];
+    for (auto const& field : report::report_fields) {
+        CAPTURE(field.name);
+        auto const group = std::string(field.group()), leaf = std::string(field.leaf());
+        if (group == "size_px") continue;
+        CHECK((group.empty() ? frame : frame.at(group)["properties"]).at(leaf)["description"] == field.meaning);
+    }
+    auto const& causes = schema["$defs"]["loss"]["properties"]["cause"]["enum"];
+    REQUIRE(causes.size() == report::causes);
+    for (std::uint32_t cause = 0; cause < report::causes; ++cause) CHECK(causes[cause] == report::to_string(report::Cause{cause}));
+    CHECK(schema["properties"]["schema"]["const"] == report::report_schema);
+}
+
 TEST_CASE("report.json has the machine and its ledger")
 {
     auto all = run();
@@ -141,11 +205,11 @@ TEST_CASE("report.json has every number of a frame under its name")
         {"grid", {40, 36}},
         {"tile_px", {32, 20}},
         {"image", "frame_0000.png"},
-        {"supersteps", {{"project", 1}, {"route", 2}, {"bloom", 3}, {"composite", 4}}},
+        {"passes", {{"project", 5}, {"route", 6}, {"bloom", 7}, {"composite", 8}}},
+        {"exchanges", {{"project", 1}, {"route", 2}, {"bloom", 3}, {"composite", 4}}},
         {"gaussians",
          {{"visible", 11}, {"moved", 12}, {"held", 13}, {"dropped", 14}, {"unplaced", 15}, {"parked", 16}, {"under_way", 17}}},
-        {"lost",
-         {{{"id", 7}, {"cause", "unplaced"}, {"tile", nullptr}}, {{"id", 8}, {"cause", "channel_full"}, {"tile", 1439}}}},
+        {"losses", {{"unplaced", 1}, {"storage_full", 1}, {"channel_full", 1}, {"late", 0}, {"no_bloom", 0}}},
         {"copies", 31},
         {"copies_lost", 32},
         {"copies_late", 33},
@@ -157,8 +221,21 @@ TEST_CASE("report.json has every number of a frame under its name")
         {"refused",
          {{"channel_full", 21}, {"no_credit", 22}, {"storage_full", 23}, {"copies_full", 24}, {"copies_refused", 25}}},
         {"peak", {{"storage", 41}, {"channel", 42}}},
-        {"host_ms", {{"project", 0.5}, {"route", 1.5}, {"bloom", 2.5}, {"composite", 3.5}, {"picture", 0.75}, {"total", 8.5}}}};
+        {"host_ms", {{"project", 0.5}, {"route", 1.5}, {"bloom", 2.5}, {"composite", 3.5}, {"picture", 0.75}, {"total", 8.5}}},
+        {"lost",
+         {{{"id", 7}, {"what", "record"}, {"cause", "unplaced"}, {"tile", 1000}},
+          {{"id", 8}, {"what", "copy"}, {"cause", "channel_full"}, {"tile", 1439}},
+          {{"id", 9}, {"what", "record"}, {"cause", "storage_full"}, {"tile", nullptr}}}}};
     CHECK(json == expected);
+
+    auto more = run();
+    more.frames[0].timestamp_s = 1305031102.175304;
+    more.frames[0].modelled = {"mk2", 123456, 0.25};
+    more.frames[0].report.full_tiles = {2, 17, 3105, 2000};
+    auto const with_more = report::json_of(more)["frames"][0];
+    CHECK(with_more["timestamp_s"].dump() == "1305031102.175304");
+    CHECK(with_more["modelled"] == Json{{"cost_model", "mk2"}, {"cycles", 123456}, {"ms", 0.25}});
+    CHECK(with_more["full_tiles"] == Json{{"count", 2}, {"fullest", 17}, {"slots_needed", 3105}, {"slots_available", 2000}});
 
     auto planes = run();
     planes.frames[0].depth = "frame_0000.depth.pfm";
@@ -199,6 +276,9 @@ TEST_CASE("a frame of report.json is read back as it was written")
     f.error = measures(12.5);
     f.error_same_cuts = measures(std::numeric_limits<double>::infinity());
     f.report.host_ms.total = 0.1;
+    f.timestamp_s = 1305031102.175304;
+    f.modelled = {"my machine", 7, 0.1};
+    f.report.full_tiles = {2, 17, 3105, 2000};
     for (std::uint32_t cause = 0; cause < report::causes; ++cause)
         f.report.lost.push_back({tilemesh::splat::GaussianId{cause}, cause, report::Cause{cause}});
     CHECK(same(f));
@@ -208,7 +288,7 @@ TEST_CASE("a frame of report.json is read back as it was written")
     std::uint64_t n = 0;
     for (auto const& field : report::report_fields) {
         ++n;
-        if (field.name == "lost") continue;
+        if (field.set_count == nullptr && field.exact()) continue;
         if (field.exact()) field.set_count(f.report, 1000 + n);
         else field.set_milliseconds(f.report, 0.25 + static_cast<double>(n));
     }
@@ -217,7 +297,7 @@ TEST_CASE("a frame of report.json is read back as it was written")
     for (auto const& field : report::report_fields) {
         CAPTURE(field.name);
         ++n;
-        if (field.name == "lost") CHECK(field.count(back) == f.report.lost.size());
+        if (field.exact() && field.set_count == nullptr) CHECK(field.count(back) == field.count(f.report));
         else if (field.exact()) CHECK(field.count(back) == 1000 + n);
         else CHECK(field.milliseconds(back) == 0.25 + static_cast<double>(n));
     }
@@ -235,7 +315,9 @@ TEST_CASE("a frame of report.json is read back as it was written")
         CAPTURE(key);
         auto lacks = json_of(f);
         lacks.erase(key);
-        if (key == "image" || key == "depth" || key == "alpha" || key == "error" || key == "error_same_cuts") CHECK_NOTHROW(report::frame_of(lacks));
+        if (key == "image" || key == "depth" || key == "alpha" || key == "error" || key == "error_same_cuts" || key == "timestamp_s" ||
+            key == "modelled" || key == "full_tiles")
+            CHECK_NOTHROW(report::frame_of(lacks));
         else CHECK_THROWS_AS(report::frame_of(lacks), tilemesh::Error);
         auto other = json_of(f);
         other[key] = true;
@@ -244,6 +326,13 @@ TEST_CASE("a frame of report.json is read back as it was written")
     auto other = json_of(f);
     other["lost"][0]["cause"] = "bad_luck";
     CHECK_THROWS_WITH_AS(report::frame_of(other), doctest::Contains("bad_luck"), tilemesh::Error);
+    other = json_of(f);
+    other["lost"][0]["what"] = "half";
+    CHECK_THROWS_WITH_AS(report::frame_of(other), doctest::Contains("lost a \"half\" (a loss is a record or a copy)"), tilemesh::Error);
+    other = json_of(f);
+    other["losses"]["late"] = 77;
+    CHECK_THROWS_WITH_AS(report::frame_of(other), "a frame of a report has other losses.late than its list `lost`; write the report again",
+                         tilemesh::Error);
     CHECK_THROWS_AS(report::frame_of(Json::array()), tilemesh::Error);
 }
 
@@ -286,7 +375,7 @@ TEST_CASE("report.json is written whole, or what was there stays")
     CHECK(read["frames"] == report::json_of(all)["frames"]);
     auto keys = std::string();
     for (auto const& [key, value] : read.items()) keys += key + " ";
-    CHECK(keys == "map machine preset policies quality cut_offs features engine threads notes frames ");
+    CHECK(keys == "schema version map machine preset policies quality cut_offs features engine threads notes advice frames ");
 
     CHECK_THROWS_AS(report::write_json(folder / "absent" / "report.json", all), tilemesh::Error);
     std::filesystem::remove_all(folder);

@@ -166,6 +166,72 @@ TEST_CASE("what is wrong with a camera is said in one line that names it")
     CHECK(load({entry("desk", "a"), entry("desk", "b")}).size() == 2);
 }
 
+TEST_CASE("a lens with distortion is refused with what to run; coefficients of 0 are a pinhole's")
+{
+    CHECK(refusal([](json& c) { c["k1"] = 0.2; }).ends_with(
+        " camera desk/left has a lens with distortion (its \"k1\" is not 0; a pinhole camera has none); undistort the pictures, for example "
+        "with colmap image_undistorter, and name the cameras that it writes"));
+    auto const is_refused = [](char const* key, json const& value) {
+        return has(refusal([&](json& c) { c[key] = value; }), (std::string("distortion (its \"") + key + "\" is ").c_str());
+    };
+    for (char const* key : {"k1", "k2", "k3", "k4", "k5", "k6", "p1", "p2", "distortion", "distortion_coefficients", "distortion_params",
+                            "dist_coeffs", "camera_model"}) {
+        CAPTURE(key);
+        for (json const& value : {json(-1e-9), json(true), json("OPENCV"), json{0, 0, 0.1}, json{{"radial", {0, {0, 1}}}}})
+            CHECK(is_refused(key, value));
+        for (json const& value : {json(0), json(-0.0), json(nullptr), json(false), json::array(), json{0, 0, 0, 0}, json{{"radial", {0, 0.0}}},
+                                  json("PINHOLE"), json("simple_pinhole")})
+            CHECK(refusal([&](json& c) { c[key] = value; }).empty());
+    }
+    CHECK(has(refusal([](json& c) { c["camera_model"] = "OPENCV_FISHEYE"; }), "its \"camera_model\" is no pinhole;"));
+
+    // Beside the list: of all cameras. In the form of a training, too.
+    CHECK(has(refused_text(R"({"cameras": [], "k2": 0.1})"), "distortion (its \"k2\" is not 0;"));
+    CHECK(refused_text(R"({"k2": 0.1, "cameras": [], "k2": 0})").empty()); // the last counts
+    CHECK(has(refused_text(R"([{"img_name": "a", "p1": 1}])"), "camera a has a lens with distortion"));
+}
+
+TEST_CASE("keys that are not read are named, each with the number of cameras that have it")
+{
+    auto const notes_of = [](std::string const& text) {
+        TempFile const file(text, ".json");
+        std::vector<std::string> notes;
+        scene::load_cameras(file.path(), &notes);
+        return notes;
+    };
+    auto const written = [](std::vector<json> const& cameras) { return json{{"cameras", cameras}}.dump(); };
+    json a = entry("desk", "a"), b = entry("desk", "b");
+    CHECK(notes_of(written({a, b})).empty());
+    a["id"] = 7;
+    a["k1"] = 0;
+    CHECK(notes_of(written({a, b})).empty());
+    a["exposure"] = {1, {{"fx", 2}}};
+    a["rotation"] = 3;
+    b["exposure"] = 2;
+    CHECK(notes_of(written({a, b})) == std::vector<std::string>{"2 cameras have \"exposure\", which is not read", "1 camera has \"rotation\", which is not read"});
+    auto twice = written({b});
+    twice.insert(twice.find("\"exposure\""), "\"exposure\":1,");
+    CHECK(notes_of(twice) == std::vector<std::string>{"1 camera has \"exposure\", which is not read"});
+
+    // A list of a training has other keys. The list that counts is the last.
+    std::string const training = R"({"id":1,"img_name":"a","width":9,"height":9,"fx":9,"fy":9,"position":[0,0,0],"rotation":[[1,0,0],[0,1,0],[0,0,1]])";
+    CHECK(notes_of("[" + training + "}]").empty());
+    CHECK(notes_of("[" + training + R"(,"cx":3}])") == std::vector<std::string>{"1 camera has \"cx\", which is not read"});
+    CHECK(notes_of("{\"cameras\":" + json(std::vector<json>{a}).dump() + ",\"cameras\":[]}").empty());
+
+    // Eight keys, of 40 bytes at most; control characters are not printed.
+    json many = entry("desk", "a");
+    for (int i = 0; i < 8; ++i) many["key" + std::to_string(i)] = i;
+    CHECK(notes_of(written({many})).size() == 8);
+    many["one more"] = 0;
+    CHECK(notes_of(written({many})).size() == 9);
+    CHECK(notes_of(written({many})).back() == "cameras have more keys that are not read");
+    json odd = entry("desk", "a");
+    odd[std::string(100, 'x') + "1"] = odd["\x1b[2J"] = 0;
+    CHECK(notes_of(written({odd})) == std::vector<std::string>{"1 camera has \"?[2J\", which is not read",
+                                                              "1 camera has \"" + std::string(40, 'x') + "...\", which is not read"});
+}
+
 TEST_CASE("what is no camera file is refused")
 {
     auto const folder = std::filesystem::temp_directory_path();

@@ -54,10 +54,10 @@ TEST_CASE("bloom: k tiles cost k - 1 messages, a static view none, and a footpri
     auto const first = renderer->render(camera);
     CHECK(first.report.copies == 80);
     CHECK(first.report.messages - first.report.hops == 80);
-    CHECK(first.report.supersteps.bloom == 8); // 4 along the row, 4 along the columns
+    CHECK(first.report.exchanges.bloom == 8); // 4 along the row, 4 along the columns
     auto const again = renderer->render(camera);
     CHECK(again.report.messages == 0);
-    CHECK(again.report.supersteps.total() == 0);
+    CHECK(again.report.exchanges.total() == 0);
     CHECK(again.report.copies == 80);
     CHECK(again.report.exchanged_live_bytes == 0);
     CHECK(again.report.exchanged_capacity_bytes == 0);
@@ -233,8 +233,8 @@ TEST_CASE("bounded hops: one superstep a frame; every frame lacks just what is l
                 auto const camera = support::lens(120, 80, turn);
                 auto const frame = renderer->render(camera);
                 auto const& r = frame.report;
-                CHECK(r.supersteps.route <= hops);
-                CHECK(r.supersteps.bloom <= hops);
+                CHECK(r.exchanges.route <= hops);
+                CHECK(r.exchanges.bloom <= hops);
                 auto const ids = renderer->owned_ids();
                 CHECK(ids.size() == gaussians.size());
                 CHECK(std::adjacent_find(ids.begin(), ids.end()) == ids.end());

@@ -102,16 +102,16 @@ void check_ledgers()
 // --- frames ------------------------------------------------------------------------------------------------------------------------
 bool no_routing(report::FrameReport const& r)
 {
-    return r.supersteps.route == 0 && r.hops == 0 && r.gaussians.moved == 0 && r.gaussians.under_way == 0 && r.refused.no_credit == 0;
+    return r.exchanges.route == 0 && r.hops == 0 && r.gaussians.moved == 0 && r.gaussians.under_way == 0 && r.refused.no_credit == 0;
 }
 bool no_bloom(report::FrameReport const& r)
 {
-    return r.supersteps.bloom == 0 && r.copies == 0 && r.messages == r.hops && r.refused.copies_full == 0 &&
+    return r.exchanges.bloom == 0 && r.copies == 0 && r.messages == r.hops && r.refused.copies_full == 0 &&
            r.refused.copies_refused == 0;
 }
 bool no_exchange(report::FrameReport const& r)
 {
-    return r.supersteps.total() == 0 && r.messages == 0 && r.exchanged_live_bytes == 0 && r.exchanged_capacity_bytes == 0 &&
+    return r.exchanges.total() == 0 && r.messages == 0 && r.exchanged_live_bytes == 0 && r.exchanged_capacity_bytes == 0 &&
            r.peak_channel == 0;
 }
 std::set<std::pair<std::uint32_t, std::uint32_t>> listed(report::FrameReport const& r, report::Cause cause)
@@ -221,10 +221,10 @@ TEST_CASE("fitted: routing that has nothing to do changes no bit and no counter"
     auto const routes = make_runner<Whole>(support::map_of(gaussians), tiles_of_16);
     auto const placed = make_runner<NoRouting>(support::map_of(gaussians), tiles_of_16);
     auto const cold = routes->render(camera), first = placed->render(camera);
-    CHECK(cold.report.supersteps.route > 0);
+    CHECK(cold.report.exchanges.route > 0);
     CHECK(cold.report.gaussians.moved > 0);
     CHECK(no_routing(first.report));
-    CHECK(first.report.supersteps.bloom == cold.report.supersteps.bloom);
+    CHECK(first.report.exchanges.bloom == cold.report.exchanges.bloom);
     CHECK(first.report.messages == cold.report.messages - cold.report.hops);
     auto const naive = report::render_naive(gaussians, camera, Model{});
     for (int frame = 0; frame < 2; ++frame) {
@@ -260,7 +260,7 @@ TEST_CASE("fitted: bloom where nothing spans a tile changes no bit and no counte
             CHECK(frame->report.pairs == d.report.pairs);
             CHECK(frame->report.pairs_contributing == d.report.pairs_contributing);
         }
-        CHECK((a.report.supersteps.route > 0) == moved);
+        CHECK((a.report.exchanges.route > 0) == moved);
         CHECK(report::first_difference(a.report, b.report, {"exchanged_bytes.capacity"}) == "");
         CHECK(report::first_difference(c.report, d.report) == "");
         CHECK(no_exchange(c.report));

@@ -100,9 +100,9 @@ TEST_CASE("structure: a static frame exchanges nothing, evaluates at most 3 pair
         auto const& start = s.cameras.back().second; // the authors' benchmark pose
         auto const path = scene::orbit(start, scene::robust_centre(s.map), 0.1, support::fast() ? 3 : 8);
         auto const cold = renderer->render(path[0]).report;
-        CHECK(cold.supersteps.route > 0);
+        CHECK(cold.exchanges.route > 0);
         auto const still = renderer->render(path[0]).report;
-        CHECK(still.supersteps.total() == 0);
+        CHECK(still.exchanges.total() == 0);
         CHECK(still.messages == 0);
         CHECK(still.exchanged_live_bytes == 0);
         CHECK(still.exchanged_capacity_bytes == 0);
@@ -139,9 +139,9 @@ TEST_CASE("conservation on real maps: at every superstep every id is owned once,
         std::uint64_t reported = 0;
         for (auto const& [name, camera] : s.cameras) {
             auto const r = renderer->render(camera).report;
-            reported += r.supersteps.total();
+            reported += r.exchanges.total();
             // Nothing waited: the bound W + H - 2 holds.
-            if (r.gaussians.held == 0) CHECK(r.supersteps.route <= 74);
+            if (r.gaussians.held == 0) CHECK(r.exchanges.route <= 74);
             auto const view = make_view(camera, renderer->model());
             CHECK(renderer->wrong_tiles(s.map.gaussians, view) == 0);
             if (support::fast() && ++frames == 1) break;

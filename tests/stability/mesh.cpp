@@ -308,7 +308,7 @@ TEST_CASE("row 74: tiles 24 high: what arrives stays")
     CHECK(bounce > 0);
     CHECK(first.hops > 0);
     CHECK(second.messages == 0);
-    CHECK(second.supersteps.total() == 0);
+    CHECK(second.exchanges.total() == 0);
     CHECK(wrong == 0);
     stability::report({74, std::to_string(gaussians.size()) + " border values, y = 119.999992 among them",
                        std::to_string(bounce) + " go to and fro for ever",
@@ -463,11 +463,11 @@ TEST_CASE("row 79: corner to corner takes W + H - 2 exchanges")
     auto runner = make_runner(Kind::mk2, support::map_of({at(1, 1275, 715)})); // loaded onto tile (0, 0)
     auto const r = runner->render(exact_camera(1280, 720)).report;
     std::uint64_t const claimed = 40;
-    CHECK(r.supersteps.route == 74);
+    CHECK(r.exchanges.route == 74);
     CHECK(r.hops == 74);
-    CHECK(r.supersteps.route > claimed);
+    CHECK(r.exchanges.route > claimed);
     stability::report({79, "corner to corner on 40 x 36", "max(W, H) = " + std::to_string(claimed) + ": not there yet",
-                       std::to_string(r.supersteps.route) + " exchanges", "W + H - 2 = 74", true});
+                       std::to_string(r.exchanges.route) + " exchanges", "W + H - 2 = 74", true});
 }
 
 TEST_CASE("row 80: zooming out onto 6 x 6 tiles loses nothing that is not named")
@@ -504,7 +504,7 @@ TEST_CASE("row 80: zooming out onto 6 x 6 tiles loses nothing that is not named"
         CHECK(runner->owned_ids().size() == n);
         CHECK(runner->differing_pixels(frame, far) == 0);
         naive_text += (naive_text.empty() ? "" : "/") + std::to_string(naive_lost);
-        our_text += (our_text.empty() ? "" : "/") + std::to_string(frame.report.supersteps.route);
+        our_text += (our_text.empty() ? "" : "/") + std::to_string(frame.report.exchanges.route);
     }
     CHECK(naive_lost > 0);
     // Drop: what is missing is in the report, and the picture lacks just that.
@@ -539,7 +539,7 @@ TEST_CASE("row 81: storage and transit do not share a pool: nothing dead-locks")
             CHECK(all_once(runner->owned_ids()));
             CHECK(runner->owned_ids().size() + r.gaussians.unplaced == n);
             if (n == 2880) CHECK(r.gaussians.unplaced == 0);
-            if (n == 2880) ours += (ours.empty() ? "" : "/") + std::to_string(r.supersteps.route);
+            if (n == 2880) ours += (ours.empty() ? "" : "/") + std::to_string(r.exchanges.route);
             // What found no room, because others had not left yet, is back in the next view.
             auto const first = r.gaussians.unplaced;
             camera.position[0] = 0.125f;

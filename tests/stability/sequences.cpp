@@ -323,7 +323,7 @@ TEST_CASE("a view that repeats sends nothing, and one that comes back is the sam
         CHECK(again.report.messages == 0);
         CHECK(again.report.hops == 0);
         CHECK(again.report.gaussians.moved == 0);
-        CHECK(again.report.supersteps.total() == 0);
+        CHECK(again.report.exchanges.total() == 0);
         CHECK(again.report.exchanged_live_bytes == 0);
         CHECK(same_picture(again, picture));
     }
@@ -338,7 +338,7 @@ TEST_CASE("a view that repeats sends nothing, and one that comes back is the sam
         CHECK(frame.report.messages == expected.messages);
         CHECK(frame.report.gaussians.moved == expected.gaussians.moved);
         CHECK(frame.report.copies == expected.copies);
-        CHECK(frame.report.supersteps.total() == expected.supersteps.total());
+        CHECK(frame.report.exchanges.total() == expected.exchanges.total());
         CHECK(lacks_nothing(frame.report));
     }
     CHECK(first[0].gaussians.moved > 100);

@@ -51,10 +51,13 @@ report::FrameReport account(RunCounters const& run, TileSums const& sums, bool h
     r.pairs = sums.blocks * splat::block_width * splat::block_height;
     r.pairs_contributing = sums.contributing;
     // A step that the setup leaves out counts 0.
-    auto const supersteps = [&](std::uint32_t step) { return step == Steps::none ? 0u : run.steps[step].supersteps; };
+    auto const passes = [&](std::uint32_t step) { return step == Steps::none ? 0u : run.steps[step].passes; };
+    auto const exchanges = [&](std::uint32_t step) { return step == Steps::none ? 0u : run.steps[step].supersteps; };
     auto const milliseconds = [&](std::uint32_t step) { return step == Steps::none ? 0.0 : run.steps[step].milliseconds; };
-    r.supersteps = {supersteps(Steps::project), supersteps(Steps::route), supersteps(Steps::bloom_first) + supersteps(Steps::bloom),
-                    supersteps(Steps::composite)};
+    r.passes = {passes(Steps::project), passes(Steps::route), passes(Steps::bloom_first) + passes(Steps::bloom),
+                passes(Steps::depth_sort) + passes(Steps::composite)};
+    r.exchanges = {exchanges(Steps::project), exchanges(Steps::route), exchanges(Steps::bloom_first) + exchanges(Steps::bloom),
+                   exchanges(Steps::composite)};
     r.host_ms = {milliseconds(Steps::project), milliseconds(Steps::route), milliseconds(Steps::bloom_first) + milliseconds(Steps::bloom),
                  milliseconds(Steps::depth_sort) + milliseconds(Steps::composite), 0, 0};
     r.messages = run.messages();
@@ -71,13 +74,18 @@ report::FrameReport account(RunCounters const& run, TileSums const& sums, bool h
 }
 
 /// Adds the second run to the report of a frame that ran twice. A frame runs twice if the host recalled copies of missing records. The
-/// result is the first run's report with the final state of the second run, which moved no record.
+/// result is the first run's report with the final state of the second run, which moved no record. Its passes are those
+/// of both runs.
 inline void add_second_run(report::FrameReport& r, report::FrameReport const& again)
 {
     r.copies = again.copies;
     r.pairs = again.pairs;
     r.pairs_contributing = again.pairs_contributing;
+    for (auto const stage : {&report::FrameReport::ByStage::project, &report::FrameReport::ByStage::route,
+                             &report::FrameReport::ByStage::bloom, &report::FrameReport::ByStage::composite})
+        r.passes.*stage += again.passes.*stage;
     r.lost = again.lost;
+    r.full_tiles = again.full_tiles;
     r.lost_copies = again.lost_copies;
     r.late_copies = again.late_copies;
     r.host_ms.composite += again.host_ms.composite;

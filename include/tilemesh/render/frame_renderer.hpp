@@ -150,8 +150,9 @@ private:
         size_framebuffers<P>(*mesh_, tiling_, size_);
         last_.reset();
         copies_lost_ = copies_refused_ = cut_ = ran_twice_ = false;
-        keeper_.begin(*mesh_, tiling_, options_.storage_slots != 0 ? options_.storage_slots : facts_.sizes.storage);
+        keeper_.begin(*mesh_, tiling_, storage_slots());
     }
+    std::uint32_t storage_slots() const noexcept { return options_.storage_slots != 0 ? options_.storage_slots : facts_.sizes.storage; }
 
     /// In a new view, projects the host's table and puts the missing records onto the mesh. Returns whether the view is new.
     bool put_records(splat::View const& view)
@@ -231,7 +232,7 @@ private:
         auto const& frame = mesh_->template broadcast<Parameters>();
         auto const facts = facts_on<P>(*mesh_);
         LossQuestion const question{mesh_->grid(), frame.view,  frame.tiling, P::routes, P::blooms, facts_.rules.holds != 0,
-                                    options_.hops != 0};
+                                    options_.hops != 0, storage_slots()};
         auto off = LossFinder(question, records_, facts).list(r);
         keeper_.set_missing(std::move(off.missing));
         keeper_.set_under_way(std::move(off.under_way));

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <tilemesh/render/record_table.hpp>
 #include <tilemesh/render/setup_facts.hpp>
 #include <tilemesh/render/sorted_table.hpp>
@@ -19,6 +20,7 @@ struct MeshFacts {
     std::vector<splat::Splat> splats;
     std::vector<splat::GaussianId> under_way; ///< records in channels and FIFOs, in the order of tiles
     SortedTable copies_under_way;             ///< `key` of id and of the tile that the copy reaches next
+    std::vector<std::uint32_t> parked;        ///< of each tile: its records with nothing on screen
 
     static std::uint64_t key(splat::GaussianId id, std::uint32_t tile = 0) noexcept
     {
@@ -31,6 +33,7 @@ MeshFacts facts_on(M& mesh)
     MeshFacts facts;
     auto const& frame = mesh.template broadcast<typename P::Parameters>();
     auto const grid = mesh.grid();
+    facts.parked.resize(grid.size(), 0);
     for (std::uint32_t t = 0; t < grid.size(); ++t) {
         auto const marks = std::as_const(mesh).template state<splat::Marks<P>>(grid.tile(t));
         auto const splats = std::as_const(mesh).template state<splat::Splats<P>>(grid.tile(t));
@@ -39,6 +42,7 @@ MeshFacts facts_on(M& mesh)
             if (marks[i].is(splat::Mark::copy)) continue;
             facts.owners.add(MeshFacts::key(marks[i].id), static_cast<std::uint32_t>(facts.splats.size()));
             facts.splats.push_back(splat::AccessOf<P>::splat_of(frame, splats[i]));
+            facts.parked[t] += facts.splats.back().visible() ? 0u : 1u;
         }
         if constexpr (P::routes)
             for (Direction d : news)
@@ -66,6 +70,7 @@ struct LossQuestion {
     splat::Tiling tiling;
     bool routes, blooms, holds;
     bool bounded; ///< the frame's hops were bounded: records may be under way, and copies of lost records stay on their tiles
+    std::uint32_t slots; ///< of a tile's storage
 };
 
 /// Rows of records that no tile owns when a frame ends.
@@ -103,8 +108,8 @@ public:
             // A host that places the records keeps the records with nothing on screen.
             if (!ask_.routes && !project(row).visible()) continue;
             off.missing.push_back(row);
-            if (ask_.holds && !ask_.bounded)
-                r.lost.push_back({id, report::Loss::whole, report::Cause::unplaced}); // the host recalls its copies
+            if (ask_.holds && !ask_.bounded) // the host recalls its copies
+                r.lost.push_back({id, report::Loss::whole, report::Cause::unplaced, anchor_of(project(row))});
             else
                 list_without_owner(r, row, ask_.holds ? report::Cause::unplaced : report::Cause::storage_full);
         }
@@ -113,10 +118,30 @@ public:
             auto const* const owner = facts_.owners.find(MeshFacts::key(records_.id(row)));
             if (owner != nullptr) list_missing_copies(r, records_.id(row), facts_.splats[*owner]);
         }
+        if (r.losses(report::Cause::unplaced) + r.losses(report::Cause::storage_full) != 0) r.full_tiles = full_tiles();
         return off;
     }
 
 private:
+    /// The tiles that need more slots than they have. Cost: one projection per record of the map.
+    std::optional<report::FullTiles> full_tiles() const
+    {
+        auto needed = facts_.parked;
+        for (std::uint32_t row = 0; row < records_.rows(); ++row) {
+            auto const s = project(row);
+            if (ask_.blooms) for_each_tile(s, [&](TileId t) { ++needed[ask_.grid.index_of(t)]; });
+            else if (s.visible()) ++needed[ask_.grid.index_of(s.anchor)];
+        }
+        report::FullTiles full{0, 0, 0, ask_.slots};
+        for (std::uint32_t t = 0; t < needed.size(); ++t) {
+            full.count += needed[t] > ask_.slots ? 1u : 0u;
+            if (needed[t] > full.slots_needed) full.fullest = t, full.slots_needed = needed[t];
+        }
+        if (full.count == 0) return {};
+        return full;
+    }
+    /// The tile that has no slot for a record; `whole` if the record has nothing on screen.
+    std::uint32_t anchor_of(splat::Splat const& s) const { return s.visible() ? ask_.grid.index_of(s.anchor) : report::Loss::whole; }
     splat::Splat project(std::uint32_t row) const { return records_.project(row, ask_.view, ask_.tiling); }
     bool holds_a_copy(splat::GaussianId id, std::uint32_t tile) const { return facts_.held.has(MeshFacts::key(id, tile)); }
     /// Calls f(tile) for each tile that the splat touches.
@@ -144,7 +169,7 @@ private:
             else
                 lacking.push_back(index);
         });
-        if (!any) r.lost.push_back({id, report::Loss::whole, cause});
+        if (!any) r.lost.push_back({id, report::Loss::whole, cause, cause == report::Cause::unplaced ? anchor_of(s) : report::Loss::whole});
         if (any)
             for (auto t : lacking) list_copy(r, {id, t, cause});
     }

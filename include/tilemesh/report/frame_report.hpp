@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <iosfwd>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <tilemesh/config.hpp>
@@ -31,8 +32,19 @@ struct Loss {
     splat::GaussianId id;
     std::uint32_t tile; ///< index of the tile that lacks the copy; `whole`: the record itself
     Cause cause;
+    std::uint32_t full_tile = whole; ///< of an unplaced record: index of its anchor tile, which has no slot left; `whole`: none
 
     friend bool operator==(Loss const&, Loss const&) = default;
+};
+
+/// The tiles whose storage is too small for a frame. A tile needs a slot for each visible record and each copy that belongs on it, and
+/// for each record with nothing on screen that is stored there.
+struct FullTiles {
+    std::uint32_t count = 0;   ///< tiles that need more slots than they have
+    std::uint32_t fullest = 0; ///< index of the tile that needs the most
+    std::uint64_t slots_needed = 0, slots_available = 0; ///< of that tile
+
+    friend bool operator==(FullTiles const&, FullTiles const&) = default;
 };
 
 /// What one frame took. Every number but `host_ms` is exact: it is the same on every engine and any number of threads.
@@ -40,10 +52,10 @@ struct Loss {
 struct FrameReport {
     std::string camera;
     std::uint32_t width = 0, height = 0;
-    struct Supersteps {
+    struct ByStage {
         std::uint64_t project = 0, route = 0, bloom = 0, composite = 0;
         std::uint64_t total() const noexcept { return project + route + bloom + composite; }
-    } supersteps;
+    } passes, exchanges;
     struct {
         std::uint64_t visible = 0, moved = 0, held = 0, dropped = 0, unplaced = 0, parked = 0, under_way = 0;
     } gaussians;
@@ -51,6 +63,7 @@ struct FrameReport {
         std::uint64_t channel_full = 0, no_credit = 0, storage_full = 0, copies_full = 0, copies_refused = 0;
     } refused;
     std::vector<Loss> lost;
+    std::optional<FullTiles> full_tiles; ///< if a record or copy found no slot, and some tile needs more slots than it has
     std::uint64_t copies = 0, lost_copies = 0, late_copies = 0;
     std::uint64_t messages = 0, hops = 0;
     std::uint64_t exchanged_live_bytes = 0, exchanged_capacity_bytes = 0;
@@ -60,6 +73,14 @@ struct FrameReport {
         double project = 0, route = 0, bloom = 0, composite = 0, picture = 0, total = 0;
     } host_ms;
     std::vector<std::uint64_t> digests; ///< of all live words, one a compute phase, where asked for
+
+    /// Entries of `lost` with this cause. Cost: one pass over `lost`.
+    std::uint64_t losses(Cause cause) const noexcept
+    {
+        std::uint64_t n = 0;
+        for (auto const& loss : lost) n += loss.cause == cause ? 1u : 0u;
+        return n;
+    }
 };
 
 /// One number of a FrameReport. Text, report.json, CSV, HTML pages and the comparisons of tests read the table of these.
@@ -71,17 +92,21 @@ struct ReportField {
     std::string_view meaning; ///< what it counts
     std::uint64_t (*count)(FrameReport const&) = nullptr; ///< reads an exact number, equal on every engine; null for host time
     double (*milliseconds)(FrameReport const&) = nullptr; ///< reads a time measured on the host; null for an exact number
-    void (*set_count)(FrameReport&, std::uint64_t) = nullptr; ///< sets an exact number, cut to its member's bits; null for `lost`
+    void (*set_count)(FrameReport&, std::uint64_t) = nullptr; ///< sets an exact number, cut to its member's bits; null for `lost` and `losses`
     void (*set_milliseconds)(FrameReport&, double) = nullptr; ///< sets a time; null for an exact number
 
-    /// `Member`: a lambda that returns a reference to the member of a report, const or not. Getter and setter both call it.
+    /// `Member`: a lambda that returns a reference to the member of a report, const or not. Getter and setter both call it. If it returns
+    /// a value, there is no setter.
     template <class Member>
     constexpr ReportField(std::string_view path, std::string_view counted, std::string_view text_line, std::string_view words,
                           std::string_view sentence, Member)
         : name(path), unit(counted), line(text_line), phrase(words), meaning(sentence)
     {
-        using T = std::remove_reference_t<std::invoke_result_t<Member, FrameReport&>>;
-        if constexpr (std::is_same_v<T, double>) {
+        using Result = std::invoke_result_t<Member, FrameReport&>;
+        using T = std::remove_reference_t<Result>;
+        if constexpr (!std::is_reference_v<Result>) {
+            count = [](FrameReport const& r) -> std::uint64_t { return Member{}(r); };
+        } else if constexpr (std::is_same_v<T, double>) {
             milliseconds = [](FrameReport const& r) -> double { return Member{}(r); };
             set_milliseconds = [](FrameReport& r, double ms) { Member{}(r) = ms; };
         } else if constexpr (std::is_unsigned_v<T>) {
@@ -113,14 +138,23 @@ inline constexpr ReportField report_fields[] = {
     {"size_px.height", "pixels", "", "", "The height of the picture.",
      [](auto& r) -> auto& { return r.height; }},
 
-    {"supersteps.project", "exchanges", "", "", "Exchanges of projection that carried something.",
-     [](auto& r) -> auto& { return r.supersteps.project; }},
-    {"supersteps.route", "exchanges", "", "", "Exchanges of routing that carried something.",
-     [](auto& r) -> auto& { return r.supersteps.route; }},
-    {"supersteps.bloom", "exchanges", "", "", "Exchanges of bloom that carried something.",
-     [](auto& r) -> auto& { return r.supersteps.bloom; }},
-    {"supersteps.composite", "exchanges", "", "", "Exchanges of compositing that carried something.",
-     [](auto& r) -> auto& { return r.supersteps.composite; }},
+    {"passes.project", "passes", "", "", "Passes of projection: how often its kernel ran on the tiles that had to run.",
+     [](auto& r) -> auto& { return r.passes.project; }},
+    {"passes.route", "passes", "", "", "Passes of routing: how often its kernel ran on the tiles that had to run.",
+     [](auto& r) -> auto& { return r.passes.route; }},
+    {"passes.bloom", "passes", "", "", "Passes of bloom: how often its kernel ran on the tiles that had to run.",
+     [](auto& r) -> auto& { return r.passes.bloom; }},
+    {"passes.composite", "passes", "", "", "Passes of depth sort and compositing: how often its kernels ran on the tiles that had to run.",
+     [](auto& r) -> auto& { return r.passes.composite; }},
+
+    {"exchanges.project", "exchanges", "", "", "Exchanges of projection that carried something.",
+     [](auto& r) -> auto& { return r.exchanges.project; }},
+    {"exchanges.route", "exchanges", "", "", "Exchanges of routing that carried something.",
+     [](auto& r) -> auto& { return r.exchanges.route; }},
+    {"exchanges.bloom", "exchanges", "", "", "Exchanges of bloom that carried something.",
+     [](auto& r) -> auto& { return r.exchanges.bloom; }},
+    {"exchanges.composite", "exchanges", "", "", "Exchanges of compositing that carried something.",
+     [](auto& r) -> auto& { return r.exchanges.composite; }},
 
     {"gaussians.visible", "records", "Gaussians", "visible",
      "Records with something on screen when the frame begins, on a tile or under way, and records that stay with the host because they "
@@ -144,9 +178,18 @@ inline constexpr ReportField report_fields[] = {
      [](auto& r) -> auto& { return r.gaussians.under_way; }},
 
     {"lost", "records and copies", "missing", "records and copies",
-     "Records and copies that the picture lacks; report.json lists each with its id, tile and cause. An entry with a tile is a copy. An "
-     "entry without a tile is a whole record.",
+     "Records and copies that the picture lacks. At the end of a frame, report.json lists each with its id, its cause and its tile.",
      [](auto& r) -> auto& { return r.lost; }},
+    {"losses.unplaced", "records and copies", "", "", "Entries of `lost` whose record found its anchor tile full; the host keeps the record (`hold`).",
+     [](auto& r) { return r.losses(Cause::unplaced); }},
+    {"losses.storage_full", "records and copies", "", "", "Entries of `lost` that found no slot of storage.",
+     [](auto& r) { return r.losses(Cause::storage_full); }},
+    {"losses.channel_full", "records and copies", "", "", "Entries of `lost` that found no slot in a channel (`drop`).",
+     [](auto& r) { return r.losses(Cause::channel_full); }},
+    {"losses.late", "records and copies", "", "", "Entries of `lost` that are still under way, because the frame's hops are bounded.",
+     [](auto& r) { return r.losses(Cause::late); }},
+    {"losses.no_bloom", "records and copies", "", "", "Entries of `lost` that the setup does not send, because it does not bloom.",
+     [](auto& r) { return r.losses(Cause::no_bloom); }},
 
     {"copies", "copies", "copies", "on tiles", "Copies that lie on the tiles when the frame ends.",
      [](auto& r) -> auto& { return r.copies; }},
@@ -166,7 +209,7 @@ inline constexpr ReportField report_fields[] = {
     {"exchanged_bytes.live", "bytes", "exchanged", "bytes live", "Bytes of these messages.",
      [](auto& r) -> auto& { return r.exchanged_live_bytes; }},
     {"exchanged_bytes.capacity", "bytes", "exchanged", "bytes of capacity",
-     "Bytes that a compile-time exchange moves in these supersteps: the capacity of every channel, however full it is.",
+     "Bytes that compile-time exchanges move instead: in each exchange that carries something, the capacity of every channel.",
      [](auto& r) -> auto& { return r.exchanged_capacity_bytes; }},
 
     {"pairs", "pairs", "pairs", "evaluated", "Gaussian-pixel pairs that compositing evaluated.",

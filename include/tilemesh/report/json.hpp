@@ -1,18 +1,16 @@
 #pragma once
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
-#include <initializer_list>
 #include <iterator>
-#include <limits>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
-#include <tilemesh/error.hpp>
+#include <tilemesh/config.hpp>
 #include <tilemesh/machine/tile.hpp>
+#include <tilemesh/report/detail/json_text.hpp>
 #include <tilemesh/report/error_measures.hpp>
 #include <tilemesh/report/frame_report.hpp>
 #include <tilemesh/report/run_report.hpp>
@@ -22,87 +20,10 @@
 
 namespace tilemesh { inline namespace v0_2 { namespace report {
 
+/// The version of report.json's form. It changes when a key changes its name, its place or its meaning. New keys do not change it.
+inline constexpr std::uint32_t report_schema = 2;
+
 namespace detail {
-
-/// Writes JSON text as nlohmann-json prints it with an indent of one blank. It builds no nlohmann-json document, because the destructor
-/// of a document allocates: without memory, that would end the process.
-class JsonText {
-public:
-    template <class T>
-    void value(T const& scalar)
-    {
-        text_ += nlohmann::ordered_json(scalar).dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
-    }
-    /// A number, or null where JSON has none: the PSNR of equal pictures is infinite.
-    void finite(double number)
-    {
-        if (std::isfinite(number)) value(number);
-        else value(nullptr);
-    }
-    /// Starts the next item of an array; write its value next.
-    void item()
-    {
-        text_ += first_ ? "\n" : ",\n";
-        text_.append(depth_, ' ');
-        first_ = false;
-    }
-    /// Starts the next member of an object; write its value next.
-    void key(std::string_view name)
-    {
-        item();
-        value(name);
-        text_ += ": ";
-    }
-    template <class T>
-    void member(std::string_view name, T const& scalar)
-    {
-        key(name);
-        value(scalar);
-    }
-    /// Writes an object; `write()` writes its members.
-    template <class Write>
-    void object(Write const& write)
-    {
-        nest('{', '}', write);
-    }
-    template <class Write>
-    void array(Write const& write)
-    {
-        nest('[', ']', write);
-    }
-    template <class Scalars>
-    void list(std::string_view name, Scalars const& scalars)
-    {
-        key(name);
-        array([&] {
-            for (auto const& scalar : scalars) {
-                item();
-                value(scalar);
-            }
-        });
-    }
-    std::string const& text() const noexcept { return text_; }
-
-private:
-    template <class Write>
-    void nest(char open, char close, Write const& write)
-    {
-        text_ += open;
-        ++depth_;
-        first_ = true;
-        write();
-        --depth_;
-        if (!first_) {
-            text_ += '\n';
-            text_.append(depth_, ' ');
-        }
-        first_ = false; // the item around it
-        text_ += close;
-    }
-    std::string text_;
-    std::size_t depth_ = 0;
-    bool first_ = true; ///< the innermost array or object is still empty
-};
 
 inline void write(JsonText& json, ErrorMeasures const& e)
 {
@@ -118,10 +39,13 @@ inline void write(JsonText& json, ErrorMeasures const& e)
 inline void write(JsonText& json, Loss const& loss)
 {
     json.object([&] {
+        bool const whole = loss.tile == Loss::whole;
+        auto const tile = whole ? loss.full_tile : loss.tile;
         json.member("id", static_cast<std::uint32_t>(loss.id));
+        json.member("what", whole ? "record" : "copy");
         json.member("cause", to_string(loss.cause));
         json.key("tile");
-        if (loss.tile != Loss::whole) json.value(loss.tile);
+        if (tile != Loss::whole) json.value(tile);
         else json.value(nullptr);
     });
 }
@@ -129,14 +53,7 @@ inline void write(JsonText& json, Loss const& loss)
 inline void write(JsonText& json, ReportField const& field, std::string_view name, FrameReport const& r)
 {
     json.key(name);
-    if (field.name == "lost")
-        json.array([&] {
-            for (auto const& loss : r.lost) {
-                json.item();
-                write(json, loss);
-            }
-        });
-    else if (field.exact()) json.value(field.count(r));
+    if (field.exact()) json.value(field.count(r));
     else json.value(field.milliseconds(r));
 }
 
@@ -146,6 +63,10 @@ inline std::string text_of(RunFrame const& frame)
     auto const& r = frame.report;
     json.object([&] {
         json.member("camera", r.camera);
+        if (frame.timestamp_s) {
+            json.key("timestamp_s");
+            json.finite(*frame.timestamp_s);
+        }
         json.list("size_px", std::array{r.width, r.height});
         json.list("grid", frame.grid);
         json.list("tile_px", frame.tile_px);
@@ -154,7 +75,7 @@ inline std::string text_of(RunFrame const& frame)
         if (!frame.alpha.empty()) json.member("alpha", frame.alpha);
         for (auto const* field = std::begin(report_fields); field != std::end(report_fields); ++field) {
             auto const group = field->group();
-            if (group == "size_px") continue; // an array, above
+            if (group == "size_px" || field->name == "lost") continue; // an array above, a list below
             if (group.empty()) {
                 write(json, *field, field->name, r);
                 continue;
@@ -166,6 +87,24 @@ inline std::string text_of(RunFrame const& frame)
                 for (auto const& other : report_fields)
                     if (of_group(other)) write(json, other, other.leaf(), r);
             });
+            if (group == "losses" && r.full_tiles) {
+                json.key("full_tiles");
+                json.object([&] {
+                    json.member("count", r.full_tiles->count);
+                    json.member("fullest", r.full_tiles->fullest);
+                    json.member("slots_needed", r.full_tiles->slots_needed);
+                    json.member("slots_available", r.full_tiles->slots_available);
+                });
+            }
+        }
+        if (frame.modelled) {
+            json.key("modelled");
+            json.object([&] {
+                json.member("cost_model", frame.modelled->cost_model);
+                json.member("cycles", frame.modelled->cycles);
+                json.key("ms");
+                json.finite(frame.modelled->ms);
+            });
         }
         if (frame.error) {
             json.key("error");
@@ -175,6 +114,13 @@ inline std::string text_of(RunFrame const& frame)
             json.key("error_same_cuts");
             write(json, *frame.error_same_cuts);
         }
+        json.key("lost"); // last: it may be long
+        json.array([&] {
+            for (auto const& loss : r.lost) {
+                json.item();
+                write(json, loss);
+            }
+        });
     });
     return json.text();
 }
@@ -224,6 +170,9 @@ inline std::string text_of_head(RunReport const& run)
 {
     JsonText json;
     json.object([&] {
+        json.member("schema", report_schema);
+        json.member("version", std::to_string(TILEMESH_VERSION / 10000) + "." + std::to_string(TILEMESH_VERSION / 100 % 100) + "." +
+                                   std::to_string(TILEMESH_VERSION % 100));
         json.key("map");
         json.object([&] {
             json.member("name", run.map.name);
@@ -293,6 +242,9 @@ inline std::string text_of_head(RunReport const& run)
             });
         }
         json.list("notes", run.notes);
+        json.key("advice");
+        if (run.advice.empty()) json.value(nullptr);
+        else json.value(run.advice);
     });
     return json.text();
 }
@@ -314,8 +266,9 @@ void put_json(RunReport const& run, Put const& put)
 
 } // namespace detail
 
-/// report.json of a run, keys in a fixed order. Null stands for the PSNR of two equal pictures (it is infinite), for the tile
-/// of a loss that is the record itself, and for the path of a map without a file.
+/// report.json of a run, keys in a fixed order; report.schema.json beside this header describes it. Null stands for the PSNR of two
+/// equal pictures (it is infinite), for the path of a map without a file, for no advice, and for the tile of a lost record that is on no
+/// tile. The tile of an unplaced record is its anchor tile, which is full. The tile of a copy is the tile that lacks it.
 ///
 /// `machine.grid` and `machine.tile_px` are those of the first frame; each frame has its own, since cameras may differ in
 /// size. Ledger entries with `budgeted` false are kept on the tile, but the budget of the preset has no room for them: then
@@ -327,61 +280,6 @@ inline nlohmann::ordered_json json_of(RunReport const& run)
     std::string text;
     detail::put_json(run, [&](std::string_view piece) { text += piece; });
     return nlohmann::ordered_json::parse(text);
-}
-
-/// Reads back one entry of `frames` in report.json; `json_of` writes the same entry from the result. Digests and two error measures
-/// are not in report.json: here they are empty or 0. Throws `tilemesh::Error` if a number is missing, has another type, or is too large.
-inline RunFrame frame_of(nlohmann::ordered_json const& json)
-{
-    using Json = nlohmann::ordered_json;
-    auto const error = [](Json const& from) {
-        auto const number = [&](char const* key) {
-            return from.at(key).is_null() ? std::numeric_limits<double>::infinity() : from.at(key).get<double>();
-        };
-        ErrorMeasures e{};
-        e.rmse = number("rmse"), e.max_levels = number("max_levels"), e.p999_levels = number("p999_levels");
-        e.psnr_db = number("psnr_db"), e.ssim = number("ssim");
-        return e;
-    };
-    RunFrame frame;
-    auto& r = frame.report;
-    try {
-        json.at("camera").get_to(r.camera);
-        json.at("grid").get_to(frame.grid);
-        json.at("tile_px").get_to(frame.tile_px);
-        frame.image = json.value("image", "");
-        frame.depth = json.value("depth", "");
-        frame.alpha = json.value("alpha", "");
-        for (auto const& field : report_fields) {
-            if (field.name == "lost") continue; // a list, below
-            auto const group = std::string(field.group()), leaf = std::string(field.leaf());
-            auto const& from = group.empty() ? json : json.at(group);
-            auto const& value = group == "size_px" ? from.at(leaf == "width" ? 0u : 1u) : from.at(leaf);
-            if (!field.exact()) {
-                field.set_milliseconds(r, value.get<double>());
-                continue;
-            }
-            auto const n = value.get<std::uint64_t>();
-            field.set_count(r, n);
-            if (field.count(r) != n)
-                throw Error("a frame of a report has " + std::to_string(n) + " as " + std::string(field.name) +
-                            " (a report holds 32 bits of it); write the report again");
-        }
-        for (auto const& loss : json.at("lost")) {
-            auto const& cause = loss.at("cause").get_ref<std::string const&>();
-            auto const& tile = loss.at("tile");
-            std::uint32_t number = 0;
-            while (number < causes && cause != to_string(Cause{number})) ++number;
-            if (number == causes) throw Error("a frame of a report has the loss \"" + cause + "\" (there is no such cause); write the report again");
-            r.lost.push_back({splat::GaussianId{loss.at("id").get<std::uint32_t>()},
-                              tile.is_null() ? Loss::whole : tile.get<std::uint32_t>(), Cause{number}});
-        }
-        if (json.contains("error")) frame.error = error(json.at("error"));
-        if (json.contains("error_same_cuts")) frame.error_same_cuts = error(json.at("error_same_cuts"));
-    } catch (nlohmann::json::exception const& why) {
-        throw Error(std::string("a frame of a report cannot be read (") + why.what() + "); write the report again");
-    }
-    return frame;
 }
 
 /// Writes `json_of(run)` as UTF-8 text, whole or not at all. Bytes of a path that are no UTF-8 become U+FFFD. Throws

@@ -10,13 +10,22 @@
 
 namespace tilemesh { inline namespace v0_2 { namespace report {
 
+/// The modelled time of a frame on a machine (tilemesh/model/cost_model.hpp).
+struct Modelled {
+    std::string cost_model;                        ///< its name
+    std::uint64_t cycles = 0;
+    double ms = 0;                                 ///< the cycles at the model's clock
+};
+
 /// One frame of a run: its report, its tiling and, if a reference was rendered, its error.
 struct RunFrame {
     FrameReport report;
+    std::optional<double> timestamp_s;             ///< of the pose, if the camera follows a trajectory
     std::string image;                             ///< the file of the picture; empty: none
     std::string depth, alpha;                      ///< the files of its planes; empty: none
     std::array<std::uint32_t, 2> grid{};           ///< tiles, width and height
     std::array<std::uint32_t, 2> tile_px{};        ///< pixels, width and height
+    std::optional<Modelled> modelled;              ///< if the machine kept a trace
     std::optional<ErrorMeasures> error;            ///< against the double reference without cut-offs
     std::optional<ErrorMeasures> error_same_cuts;  ///< against the double reference with the model's cut-offs
 };
@@ -52,7 +61,7 @@ struct RunReport {
     std::uint32_t threads = 1;
     struct {
         std::string routing, addressing, saturation, footprint, copies, pixels, arithmetic;
-        std::uint32_t hops = 0;                    ///< limit for the supersteps of routing, and for those of bloom, per frame; 0: until quiet
+        std::uint32_t hops = 0;                    ///< limit for the exchanges of routing, and for those of bloom, per frame; 0: until quiet
     } policies;
     std::string quality = "default";               ///< splat::name of the requested quality; "default": the preset's own cut-offs
     struct {
@@ -66,6 +75,7 @@ struct RunReport {
     std::vector<Feature> features;                 ///< parts of the program, and whether the scene needs each of them
     MadeFrom made_from;
     std::vector<std::string> notes; ///< one line each, about the run; the map has its own notes
+    std::string advice;             ///< what would help if pictures lack something; empty: no picture does
     std::vector<RunFrame> frames;
 };
 

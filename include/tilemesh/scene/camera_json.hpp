@@ -37,22 +37,26 @@ inline bool begins_as_json(std::istream& stream)
 /// id. The principal point is the middle of the picture, there is no scene, and near is 0.2. The camera's name is img_name, or
 /// "img_name#id" if several cameras share an img_name.
 ///
-/// Throws `Error`, one line that names file and camera, for a camera that cannot be used: a number that is missing or not finite, a side
+/// If `notes` is not null, it gets one line for each key that the reader does not read, with the number of cameras that have the key. If
+/// there are more than eight such keys, it gets the first eight.
+///
+/// Throws `Error`, one line that names file and camera, for a lens with distortion (k1 to k6, p1, p2, `distortion` or a list of
+/// coefficients that is not 0; a `camera_model` other than a pinhole) and for a camera that cannot be used: a number that is missing or not finite, a side
 /// outside 1..65535, a focal length below a thousandth of the side or above 2^24 pixels, a near plane that is not positive, a rotation that
 /// is mirrored or not orthonormal within 1e-3, two cameras with one label, more than 2^20 cameras. An empty list is valid and gives no
 /// camera.
 ///
 /// Cost: one pass over the text, and n log n in the number of cameras. It builds no JSON document. Memory: 64 KiB, and at most 24 bytes per
 /// byte of the text.
-inline std::vector<NamedCamera> read_cameras_json(std::istream& stream, std::string const& name)
+inline std::vector<NamedCamera> read_cameras_json(std::istream& stream, std::string const& name, std::vector<std::string>* notes = nullptr)
 {
-    return detail::CameraJson(stream, name).read();
+    return detail::CameraJson(stream, name).read(notes);
 }
 
 /// Reads a camera file. The content tells its kind: JSON as for `read_cameras_json`, or a COLMAP text model as for `load_colmap`. For a
 /// COLMAP model, `path` is the folder of cameras.txt and images.txt, or one of these files. Throws `Error` as these functions do, and also
-/// for a path that is not a regular file and for JSON of more than 256 MiB.
-inline std::vector<NamedCamera> load_cameras(std::filesystem::path const& path)
+/// for a path that is not a regular file and for JSON of more than 256 MiB. `notes`: as for `read_cameras_json`.
+inline std::vector<NamedCamera> load_cameras(std::filesystem::path const& path, std::vector<std::string>* notes = nullptr)
 {
     std::error_code ignored;
     if (std::filesystem::is_directory(path, ignored)) return load_colmap(path);
@@ -63,7 +67,7 @@ inline std::vector<NamedCamera> load_cameras(std::filesystem::path const& path)
     }
     // 256 MiB: a camera takes about 500 bytes, so this is half a million cameras.
     auto stream = detail::open_file(path, std::uint64_t{256} << 20, "a camera file");
-    return read_cameras_json(stream, detail::shown_path(path));
+    return read_cameras_json(stream, detail::shown_path(path), notes);
 }
 
 }}} // namespace tilemesh::scene

@@ -22,7 +22,7 @@ template <class S>
 void row(char const* name, scene::Map const& map, RendererOptions const& options = {})
 {
     using Layout = Tile<typename S::Machine, splat::Frame<S>, S>;
-    constexpr std::uint32_t slot = splat::frame_words<S>().slot;
+    constexpr std::uint32_t slot = splat::frame_words<S>().slot();
     auto const camera = scene::built_in_camera({1280, 720});
     BasicRenderer<S> renderer{map, options};
     auto const cold = renderer.render(camera).report;
@@ -32,10 +32,10 @@ void row(char const* name, scene::Map const& map, RendererOptions const& options
                         std::uint64_t{slot},
                         Layout::bytes - S::Machine::code_bytes - std::uint64_t{slot} * S::sizes.storage,
                         std::uint64_t{S::sizes.storage},
-                        cold.supersteps.total(),
+                        cold.exchanges.total(),
                         cold.messages,
                         cold_projections,
-                        still.supersteps.total(),
+                        still.exchanges.total(),
                         still.messages,
                         projections(renderer),
                         still.pairs,

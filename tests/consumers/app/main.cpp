@@ -10,7 +10,7 @@ try {
     tilemesh::Renderer renderer{map};
     auto const report = renderer.render(camera).report;
 
-    std::cout << "supersteps " << report.supersteps.total() << '\n'
+    std::cout << "exchanges " << report.exchanges.total() << '\n'
               << "visible " << report.gaussians.visible << '\n'
               << "copies " << report.copies << '\n'
               << "messages " << report.messages << '\n'

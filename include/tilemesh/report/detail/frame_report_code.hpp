@@ -16,7 +16,15 @@ TILEMESH_HOST std::string numbers_of(FrameReport const& r, std::string_view line
     for (auto const& field : report_fields)
         if (field.exact() && field.line == line)
             out += (out.empty() ? "" : ", ") + thousands(field.count(r)) + " " + std::string(field.phrase);
-    return out;
+    if (line != report_field("lost").line || r.lost.empty()) return out;
+    std::string separator = " (";
+    for (std::uint32_t cause = 0; cause < causes; ++cause) {
+        auto const n = r.losses(Cause{cause});
+        if (n == 0) continue;
+        out.append(separator).append(thousands(n)).append(" ").append(to_string(Cause{cause}));
+        separator = ", ";
+    }
+    return out + ")";
 }
 
 TILEMESH_HOST std::ostream& operator<<(std::ostream& out, FrameReport const& r)
@@ -26,17 +34,23 @@ TILEMESH_HOST std::ostream& operator<<(std::ostream& out, FrameReport const& r)
         auto const fraction = hundredths % 100;
         return std::to_string(hundredths / 100) + (fraction < 10 ? ".0" : ".") + std::to_string(fraction);
     };
-    Table stages{{"stage", "supersteps", "host ms"}};
+    Table stages{{"stage", "passes", "exchanges", "host ms"}};
     for (auto const& time : report_fields) {
         if (time.group() != "host_ms") continue;
         bool const all = time.leaf() == "total";
-        std::uint64_t supersteps = 0; // making the picture has none
-        for (auto const& field : report_fields)
-            if (field.group() == "supersteps" && (all || field.leaf() == time.leaf())) supersteps += field.count(r);
-        stages.add_row({all ? "frame" : std::string(time.leaf()), thousands(supersteps), ms(time.milliseconds(r))});
+        auto const sum = [&](std::string_view group) { // making the picture has none
+            std::uint64_t n = 0;
+            for (auto const& field : report_fields)
+                if (field.group() == group && (all || field.leaf() == time.leaf())) n += field.count(r);
+            return thousands(n);
+        };
+        stages.add_row({all ? "frame" : std::string(time.leaf()), sum("passes"), sum("exchanges"), ms(time.milliseconds(r))});
     }
     out << stages;
     for (auto const line : text_lines) out << line << ": " << numbers_of(r, line) << '\n';
+    if (auto const& full = r.full_tiles)
+        out << "full tiles: " << thousands(full->count) << ", most of all tile " << full->fullest << ": it needs "
+            << thousands(full->slots_needed) << " slots and has " << thousands(full->slots_available) << '\n';
     return out;
 }
 

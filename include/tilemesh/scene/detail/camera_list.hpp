@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -7,6 +8,7 @@
 #include <glm/matrix.hpp>
 #include <glm/vec3.hpp>
 #include <istream>
+#include <iterator>
 #include <map>
 #include <optional>
 #include <set>
@@ -31,6 +33,72 @@ struct CameraField {
     T value{};
 };
 
+/// The keys under which camera files describe a lens with distortion (OpenCV's and COLMAP's coefficients).
+inline constexpr std::string_view distortion_keys[] = {
+    "k1", "k2", "k3", "k4", "k5", "k6", "p1", "p2", "distortion", "distortion_coefficients", "distortion_params", "dist_coeffs", "camera_model"};
+
+/// The keys that are read from a camera of our own form, and of that which 3DGS training writes.
+inline constexpr std::string_view own_keys[] = {"scene", "file", "name", "id", "width", "height", "fx", "fy", "cx", "cy", "near", "world_to_camera"};
+inline constexpr std::string_view training_keys[] = {"id", "img_name", "width", "height", "position", "rotation", "fx", "fy"};
+
+/// Where a key is in a list of keys; the list's size if it is not there.
+template <std::size_t N>
+std::size_t place_of(std::string_view key, std::string_view const (&keys)[N])
+{
+    return static_cast<std::size_t>(std::find(keys, keys + N, key) - keys);
+}
+
+/// Which distortion keys have a value that no pinhole camera has. If a key comes twice, the last value counts.
+using Distortion = std::array<bool, std::size(distortion_keys)>;
+
+/// Throws `Error` for a lens with distortion. `whose`: how the error names the camera or the file.
+inline void refuse_distortion(Distortion const& distortion, std::string const& whose)
+{
+    auto const at = static_cast<std::size_t>(std::find(distortion.begin(), distortion.end(), true) - distortion.begin());
+    if (at < distortion.size())
+        throw Error(whose + " has a lens with distortion (its \"" + std::string(distortion_keys[at]) + "\" is " +
+                    (distortion_keys[at] == "camera_model" ? "no pinhole" : "not 0") +
+                    "; a pinhole camera has none); undistort the pictures, for example with colmap image_undistorter, and name the "
+                    "cameras that it writes");
+}
+
+/// The keys that nobody reads: at most `most` by name, each with the number of cameras that have it.
+class UnreadKeys {
+public:
+    static constexpr std::size_t most = 8, longest = 40;
+
+    /// `camera`: the number of the camera that has the key.
+    void see(std::string const& key, std::size_t camera)
+    {
+        auto const name = shown(key, longest);
+        auto found = std::find_if(keys_.begin(), keys_.end(), [&](Key const& k) { return k.name == name; });
+        if (found == keys_.end()) {
+            more_ = more_ || keys_.size() == most;
+            if (keys_.size() == most) return;
+            found = keys_.insert(keys_.end(), {name, 0, camera + 1});
+        }
+        if (found->last == camera) return;
+        ++found->cameras;
+        found->last = camera;
+    }
+    /// One line for each key.
+    void add_to(std::vector<std::string>& notes) const
+    {
+        for (auto const& key : keys_)
+            notes.push_back(std::to_string(key.cameras) + (key.cameras == 1 ? " camera has" : " cameras have") + " \"" + key.name +
+                            "\", which is not read");
+        if (more_) notes.push_back("cameras have more keys that are not read");
+    }
+
+private:
+    struct Key {
+        std::string name;
+        std::size_t cameras, last; ///< cameras that have it, and the last of them
+    };
+    std::vector<Key> keys_;
+    bool more_ = false;
+};
+
 /// A limit that no capture reaches. It bounds the memory: about 500 MB, plus long names.
 inline constexpr std::size_t most_cameras = 1u << 20;
 
@@ -43,6 +111,7 @@ struct CameraFields {
     CameraField<std::array<double, 16>> world_to_camera;
     CameraField<std::array<double, 9>> rotation;
     CameraField<std::array<double, 3>> position;
+    Distortion distortion{};
 };
 
 /// One entry, and its name in errors.
@@ -57,6 +126,8 @@ public:
     {
         throw Error(file_ + " camera " + name_ + " is not usable (" + why + "); correct the camera file");
     }
+
+    void refuse_distortion(Distortion const& distortion) const { detail::refuse_distortion(distortion, file_ + " camera " + name_); }
 
     template <class T>
     T const& value(CameraField<T> const& field, char const* key) const
@@ -99,6 +170,7 @@ inline NamedCamera own_camera(CameraFields const& fields, CameraEntry& entry)
     auto const text = [&](auto const& field, char const* key) { return field.there ? entry.value(field, key) : std::string(); };
     NamedCamera named{text(fields.scene, "scene"), text(fields.file, "file"), entry.name(fields.name, "name"), {}};
     entry.rename(label(named));
+    entry.refuse_distortion(fields.distortion);
     auto const& m = entry.value(fields.world_to_camera, "world_to_camera");
     if (std::fabs(m[12]) + std::fabs(m[13]) + std::fabs(m[14]) + std::fabs(m[15] - 1.0) > 1e-6)
         entry.refuse("the last row of \"world_to_camera\" is not 0 0 0 1");
@@ -119,6 +191,7 @@ inline NamedCamera own_camera(CameraFields const& fields, CameraEntry& entry)
 /// no principal point, because the training puts it into the middle of the picture.
 inline splat::Camera training_camera(CameraFields const& fields, CameraEntry const& entry)
 {
+    entry.refuse_distortion(fields.distortion);
     auto const& m = entry.value(fields.rotation, "rotation");
     auto const& centre = entry.value(fields.position, "position");
     Pose pose{glm::dmat3{1.0}, {centre[0], centre[1], centre[2]}};
@@ -136,8 +209,10 @@ class CameraJson {
 public:
     CameraJson(std::istream& stream, std::string const& name) : json_(stream, name), file_(name) {}
 
-    std::vector<NamedCamera> read()
+    /// `notes` gets a line for each key that is not read; null: nobody asks.
+    std::vector<NamedCamera> read(std::vector<std::string>* notes)
     {
+        Distortion distortion{}; // beside cameras[]: of all of them
         bool list = false, cameras_key = false, transforms_key = false;
         JsonPart const root = json_.next();
         if (root == JsonPart::begin_list) {
@@ -148,6 +223,11 @@ public:
             bool const cameras = json_.text() == "cameras";
             cameras_key = cameras_key || cameras;
             transforms_key = transforms_key || json_.text() == "frames" || json_.text() == "camera_angle_x";
+            auto const bent = place_of(json_.text(), distortion_keys);
+            if (bent < distortion.size()) {
+                distortion[bent] = read_distortion();
+                continue;
+            }
             JsonPart const value = json_.next();
             if (cameras) list = value == JsonPart::begin_list;
             if (cameras && list) read_list();
@@ -163,6 +243,7 @@ public:
             throw Error(file_ +
                         " is not a camera file (it has no list \"cameras\", and is no list itself); name a JSON file with "
                         "cameras[], the cameras.json of a 3DGS training, or a COLMAP model");
+        refuse_distortion(distortion, file_);
         if (training_) finish_names();
         std::set<std::string> labels;
         for (std::size_t i = 0; i < cameras_.size(); ++i) {
@@ -172,6 +253,7 @@ public:
             entry.refuse("another camera has the same scene and name");
         }
         if (unusable_) convert(*unusable_); // throws
+        if (notes != nullptr) unread_.add_to(*notes);
         return std::move(cameras_);
     }
 
@@ -186,6 +268,7 @@ private:
     {
         cameras_.clear();
         unusable_.reset();
+        unread_ = {};
         std::size_t number = 0;
         for (JsonPart part; (part = json_.next()) != JsonPart::end_list;) {
             if (++number > most_cameras)
@@ -197,7 +280,7 @@ private:
             }
             CameraFields fields;
             fields.object = part == JsonPart::begin_object;
-            if (fields.object) read_fields(fields);
+            if (fields.object) read_fields(fields, number);
             else json_.skip(part);
             if (training_) {
                 if (!fields.name.there || fields.name.fault != nullptr || fields.name.value.empty()) {
@@ -248,10 +331,16 @@ private:
         }
     }
 
-    void read_fields(CameraFields& fields)
+    void read_fields(CameraFields& fields, std::size_t number)
     {
         while (json_.next() == JsonPart::key) {
             std::string_view const key = json_.text();
+            if (auto const bent = place_of(key, distortion_keys); bent < fields.distortion.size()) {
+                fields.distortion[bent] = read_distortion();
+                continue;
+            }
+            if (training_ ? place_of(key, training_keys) == std::size(training_keys) : place_of(key, own_keys) == std::size(own_keys))
+                unread_.see(json_.text(), number);
             if (key == "fx") read(fields.fx);
             else if (key == "fy") read(fields.fy);
             else if (key == "cx") read(fields.cx);
@@ -268,6 +357,26 @@ private:
             else if (key == "world_to_camera") read_matrix<4>(fields.world_to_camera, "not a 4x4 matrix");
             else json_.skip(json_.next());
         }
+    }
+    /// Reads a value under a distortion key. Returns whether it means a lens with distortion: it is, or holds, a number other than 0, true,
+    /// or a text that names no pinhole camera.
+    bool read_distortion()
+    {
+        bool bends = false;
+        std::size_t open = 0;
+        do {
+            JsonPart const part = json_.next();
+            if (part == JsonPart::begin_object || part == JsonPart::begin_list) ++open;
+            if (part == JsonPart::end_object || part == JsonPart::end_list) --open;
+            bends = bends || (part == JsonPart::number && json_.number() != 0.0) || (part == JsonPart::other && json_.text() == "true") ||
+                    (part == JsonPart::text && !names_pinhole(json_.text()));
+        } while (open != 0);
+        return bends;
+    }
+    static bool names_pinhole(std::string text)
+    {
+        for (auto& c : text) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+        return text.empty() || text == "none" || text == "pinhole" || text == "simple_pinhole" || text == "perspective";
     }
     void read(CameraField<double>& field)
     {
@@ -350,6 +459,7 @@ private:
     bool training_ = false;
     std::vector<NamedCamera> cameras_;
     std::vector<TrainingName> names_;
+    UnreadKeys unread_;
     std::optional<CameraFields> unusable_, nameless_;
 };
 

@@ -71,7 +71,7 @@ public:
         for (std::uint32_t const outside = depth_ - 1; depth_ > outside;) next();
     }
 
-    /// The last key or text, decoded to UTF-8; or the last number, as written.
+    /// The last key or text, decoded to UTF-8; or the last number, true, false or null, as written.
     std::string const& text() const { return text_; }
     /// The value of a number, which is finite.
     double number() const { return number_; }
@@ -152,6 +152,7 @@ private:
             if (c != word.front()) continue;
             for (char const letter : word)
                 if (!take(letter)) refuse("expected " + std::string(word));
+            text_ = word;
             return JsonPart::other;
         }
         refuse("expected a value");

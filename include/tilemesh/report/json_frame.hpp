@@ -1,0 +1,86 @@
+#pragma once
+#include <cstdint>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <tilemesh/error.hpp>
+#include <tilemesh/report/error_measures.hpp>
+#include <tilemesh/report/frame_report.hpp>
+#include <tilemesh/report/run_report.hpp>
+
+namespace tilemesh { inline namespace v0_2 { namespace report {
+
+/// Reads back one entry of `frames` in report.json; `json_of` writes the same entry from the result. Digests and two error measures
+/// are not in report.json: here they are empty or 0. Throws `tilemesh::Error` if a number is missing, has another type, or is too large.
+inline RunFrame frame_of(nlohmann::ordered_json const& json)
+{
+    using Json = nlohmann::ordered_json;
+    auto const error = [](Json const& from) {
+        auto const number = [&](char const* key) {
+            return from.at(key).is_null() ? std::numeric_limits<double>::infinity() : from.at(key).get<double>();
+        };
+        ErrorMeasures e{};
+        e.rmse = number("rmse"), e.max_levels = number("max_levels"), e.p999_levels = number("p999_levels");
+        e.psnr_db = number("psnr_db"), e.ssim = number("ssim");
+        return e;
+    };
+    RunFrame frame;
+    auto& r = frame.report;
+    try {
+        json.at("camera").get_to(r.camera);
+        json.at("grid").get_to(frame.grid);
+        json.at("tile_px").get_to(frame.tile_px);
+        if (json.contains("timestamp_s")) frame.timestamp_s = json.at("timestamp_s").get<double>();
+        frame.image = json.value("image", "");
+        frame.depth = json.value("depth", "");
+        frame.alpha = json.value("alpha", "");
+        for (auto const& field : report_fields) {
+            if (field.name == "lost" || field.group() == "losses") continue; // a list and its sums, below
+            auto const group = std::string(field.group()), leaf = std::string(field.leaf());
+            auto const& from = group.empty() ? json : json.at(group);
+            auto const& value = group == "size_px" ? from.at(leaf == "width" ? 0u : 1u) : from.at(leaf);
+            if (!field.exact()) {
+                field.set_milliseconds(r, value.get<double>());
+                continue;
+            }
+            auto const n = value.get<std::uint64_t>();
+            field.set_count(r, n);
+            if (field.count(r) != n)
+                throw Error("a frame of a report has " + std::to_string(n) + " as " + std::string(field.name) +
+                            " (a report holds 32 bits of it); write the report again");
+        }
+        for (auto const& loss : json.at("lost")) {
+            auto const& cause = loss.at("cause").get_ref<std::string const&>();
+            auto const& what = loss.at("what").get_ref<std::string const&>();
+            auto const tile = loss.at("tile").is_null() ? Loss::whole : loss.at("tile").get<std::uint32_t>();
+            std::uint32_t number = 0;
+            while (number < causes && cause != to_string(Cause{number})) ++number;
+            if (number == causes) throw Error("a frame of a report has the loss \"" + cause + "\" (there is no such cause); write the report again");
+            if (what != "record" && what != "copy")
+                throw Error("a frame of a report has lost a \"" + what + "\" (a loss is a record or a copy); write the report again");
+            bool const whole = what == "record";
+            r.lost.push_back({splat::GaussianId{loss.at("id").get<std::uint32_t>()}, whole ? Loss::whole : tile, Cause{number},
+                              whole ? tile : Loss::whole});
+        }
+        for (auto const& field : report_fields)
+            if (field.group() == "losses" && json.at("losses").at(std::string(field.leaf())).get<std::uint64_t>() != field.count(r))
+                throw Error("a frame of a report has other " + std::string(field.name) + " than its list `lost`; write the report again");
+        if (json.contains("full_tiles")) {
+            auto const& full = json.at("full_tiles");
+            r.full_tiles = FullTiles{full.at("count").get<std::uint32_t>(), full.at("fullest").get<std::uint32_t>(),
+                                     full.at("slots_needed").get<std::uint64_t>(), full.at("slots_available").get<std::uint64_t>()};
+        }
+        if (json.contains("modelled")) {
+            auto const& modelled = json.at("modelled");
+            frame.modelled = Modelled{modelled.at("cost_model").get<std::string>(), modelled.at("cycles").get<std::uint64_t>(),
+                                      modelled.at("ms").get<double>()};
+        }
+        if (json.contains("error")) frame.error = error(json.at("error"));
+        if (json.contains("error_same_cuts")) frame.error_same_cuts = error(json.at("error_same_cuts"));
+    } catch (nlohmann::json::exception const& why) {
+        throw Error(std::string("a frame of a report cannot be read (") + why.what() + "); write the report again");
+    }
+    return frame;
+}
+
+}}} // namespace tilemesh::report
