@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-namespace tilemesh { inline namespace v0_2 { namespace report { namespace detail {
+namespace tilemesh { inline namespace v0_2 { namespace report::detail {
 
 /// Writes JSON text as nlohmann-json prints it with an indent of one blank. It builds no nlohmann-json document, because the destructor
 /// of a document allocates: without memory, that would end the process.
@@ -87,4 +87,4 @@ private:
     bool first_ = true; ///< the innermost array or object is still empty
 };
 
-}}}} // namespace tilemesh::report::detail
+}}} // namespace tilemesh::report::detail
