@@ -236,7 +236,7 @@ void camera_json()
     expect_linear("JSON: numbers in a list", Ends::refused, read, [](std::size_t n) { return "[" + listed(n, "0,") + "]"; });
     expect_linear("JSON: lists without an end", Ends::refused, read, [](std::size_t n) { return "[" + repeated(n, "[0],"); });
     expect_linear("JSON: keys that nobody reads", Ends::well, read, [](std::size_t n) {
-        return "{" + repeated(n, [](std::size_t i) { return "\"k" + number(i) + "\":[{\"a\":1}],"; }) + R"("cameras":[]})";
+        return "{" + repeated(n, [](std::size_t i) { return "\"u" + number(i) + "\":[{\"a\":1}],"; }) + R"("cameras":[]})";
     });
     expect_linear("JSON: keys of a camera that nobody reads", Ends::well, read, [&](std::size_t n) {
         auto const camera = listed(1, own);

@@ -5,6 +5,7 @@
 . "$(dirname "$0")/render_map_common.sh"
 validate=$2 schema=$3
 
+# shellcheck disable=SC2086 # $spot and $small are several words
 small="--size 320x180 --quiet"
 # Two hundred Gaussians on one spot, with harmonics of degree 1: one tile needs a slot for each.
 {
@@ -12,21 +13,24 @@ small="--size 320x180 --quiet"
     for p in x y z f_dc_0 f_dc_1 f_dc_2 opacity scale_0 scale_1 scale_2 rot_0 rot_1 rot_2 rot_3; do echo "property float $p"; done
     for i in 0 1 2 3 4 5 6 7 8; do echo "property float f_rest_$i"; done
     echo end_header
-    awk 'BEGIN { for (i = 0; i < 200; ++i) print 0.0001 * i " 0 3 1 0.5 0 2 -4 -4 -4 1 0 0 0 .1 .1 .1 .1 .1 .1 .1 .1 .1" }'
+    awk 'BEGIN { for (i = 0; i < 200; ++i) print 0.03 + 0.0001 * i " 0.02 3 1 0.5 0 2 -9 -9 -9 1 0 0 0 .1 .1 .1 .1 .1 .1 .1 .1 .1" }'
 } >spot.ply
+echo '{"cameras": [{"name": "a", "width": 320, "height": 180, "fx": 300, "fy": 300, "cx": 160, "cy": 90, "exposure": 1,
+    "world_to_camera": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]}]}' >lens
+spot="spot.ply --cameras lens"
 printf '1305031102.175304 0 0 0 0 0 0 1\n1305031102.211214 0.01 0 0 0 0 0 1\n' >walk.tum
 
 # --- kinds of runs -----------------------------------------------------------------------------
 runs $small --out plain --report plain.json
 runs $small --out references --reference --report reference.json
-runs $small --out resumed --resume --depth --alpha --float --report resume.json
-runs $small --out resumed --resume --depth --alpha --float --report resume.json
+runs $spot $small --out resumed --resume --depth --alpha --float --report resume.json
+runs $spot $small --out resumed --resume --depth --alpha --float --report resume.json
 runs $small --out dropped --preset prototype --storage-slots 60 --channel-slots 3 --report dropped.json
 runs $small --out late --orbit 2 --frames 3 --hops 2 --report late.json
 runs $small --out held --preset paper --saturation hold --report paper.json
-runs spot.ply $small --out walked --trajectory walk.tum --relative --report walked.json
-runs spot.ply $small --out unplaced --storage-slots 150 --report unplaced.json
-runs spot.ply $small --out traced --trace trace --machine test --report traced.json
+runs $spot $small --out walked --trajectory walk.tum --relative --report walked.json
+runs $spot $small --out unplaced --storage-slots 150 --report unplaced.json
+runs $spot $small --out traced --trace trace --machine test --report traced.json
 "$validate" "$schema" ./*.json || fail "a report is not as its schema says"
 
 # --- what they say -----------------------------------------------------------------------------
@@ -35,6 +39,7 @@ has plain.json "^ \"version\": \"$("$program" --version | sed 's/.* //')\",\$"
 has plain.json '^ "advice": null,$'
 has walked.json '"timestamp_s": 1305031102.175304,'
 has walked.json '"timestamp_s": 1305031102.211214,'
+has walked.json 'lens: 1 camera has \\"exposure\\", which is not read"'
 if grep -q timestamp_s plain.json; then fail "a camera without a trajectory has a time stamp"; fi
 
 # member FILE GROUP NAME: a number of the first frame.
@@ -45,8 +50,8 @@ member() { awk -v group="\"$2\": {" -v name="\"$3\":" 'index($0, group) { f = 1 
 [ "$(member traced.json modelled cycles)" -eq \
     "$(awk -F, 'NR == 1 { for (i = 1; i <= NF; ++i) if ($i ~ /_cycles$/ && $i != "slowest_cycles") of[i] = 1 } NR > 1 { for (i in of) n += $i } END { print n }' \
         trace/frame_0000.supersteps.csv)" ] || fail "modelled cycles are not those of the trace"
-runs spot.ply --size 320x180 --orbit 1 --frames 2
-has stdout '^frame  camera .* passes  *exchanges '
+runs $spot --size 320x180 --orbit 1 --frames 2
+has stdout '^frame .* passes  *exchanges '
 
 # The tile that is full: all 200 belong on one, and it has 150 slots.
 [ "$(member unplaced.json full_tiles slots_available)" -eq 150 ] || fail "the full tile has other slots"
@@ -80,7 +85,7 @@ follow() {
     cat ways >>all_ways
     rm -rf advised followed
 }
-follow spot.ply --storage-slots 150
+follow $spot --storage-slots 150
 follow --preset prototype --storage-slots 60
 has all_ways '^no --storage-slots'
 has all_ways '^--machine test without --storage-slots (40,000 slots a tile)$'

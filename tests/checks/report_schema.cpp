@@ -36,8 +36,12 @@ int main(int argc, char** argv)
 
         std::size_t noticed = 0, allowed = 0;
         for (auto& report : reports) {
-            for (auto& frame : report["frames"])
-                while (frame["lost"].size() > 3) frame["lost"].erase(3);
+            for (auto& frame : report["frames"]) { // a list of thousands would be copied for each change
+                auto few = Json::array();
+                for (auto const& loss : frame["lost"])
+                    if (few.size() < 3) few.push_back(loss);
+                frame["lost"] = few;
+            }
             for (auto const& [how, spoiled] : json_schema::spoiled(report)) {
                 bool const valid = validator.errors(spoiled).empty();
                 ++(valid ? allowed : noticed);

@@ -14,7 +14,7 @@ struct RendererOptions {
     std::uint32_t threads = 1;
     Extent2 grid{};                          ///< tiles; 0: it follows from frame and tile, or is 40 x 36
     Extent2 tile{};                          ///< pixels; 0: the frame is spread evenly over the grid
-    std::uint32_t hops = 0;                  ///< a limit for the supersteps of routing, and for those of bloom, per frame; 0: until quiet
+    std::uint32_t hops = 0;                  ///< a limit for the exchanges of routing, and for those of bloom, per frame; 0: until quiet
     std::uint32_t channel_slots = 0;         ///< a limit, at most the setup's
     std::uint32_t waiting_slots = 0;         ///< a limit for each of routing's FIFOs, at most the setup's
     std::uint32_t storage_slots = 0;         ///< a limit, at most the setup's
