@@ -540,7 +540,7 @@ TEST_CASE("row 81: storage and transit do not share a pool: nothing dead-locks")
             CHECK(runner->owned_ids().size() + r.gaussians.unplaced == n);
             if (n == 2880) CHECK(r.gaussians.unplaced == 0);
             if (n == 2880) ours += (ours.empty() ? "" : "/") + std::to_string(r.exchanges.route);
-            // What found no room, because others had not left yet, is back in the next view.
+            // Records that found no room, because others had not left yet, are back in the next view.
             auto const first = r.gaussians.unplaced;
             camera.position[0] = 0.125f;
             r = runner->render(camera).report;
