@@ -124,7 +124,7 @@ TEST_CASE("planes: against double, with the same cut-offs")
     auto const gaussians = support::cloud(400, 172);
     auto const sums = report::render_double_unrounded(painted_with_depth(gaussians, camera), camera, Model{}, report::Cuts::same);
     auto const frame = on_mesh<Both>(gaussians, camera);
-    // A term at a threshold may be in one sum and not in the other: 1/255 of weight, of depths from 1 to 3.75.
+    // A term at a threshold may be in one sum and not in the other: 1/255 of weight, for depths from 1 to 3.75.
     double largest_alpha = 0, largest_depth = 0;
     std::uint32_t far_off = 0;
     for (std::size_t i = 0; i < frame.depth.values.size(); ++i) {
@@ -143,7 +143,7 @@ TEST_CASE("planes: against double, with the same cut-offs")
 
 TEST_CASE("planes: a depth beyond the range of float is not drawn, and spoils no pixel")
 {
-    // Along the view the far one is at infinity in float, and its direction is finite.
+    // Along the view direction the far mean is at infinity in float, but its direction is finite.
     auto camera = support::lens(64, 48);
     float const third = 0.57735027f, half = 0.70710678f, sixth = 0.40824829f;
     float const rows[3][3] = {{half, -half, 0}, {sixth, sixth, -2 * sixth}, {third, third, third}};
