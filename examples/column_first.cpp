@@ -1,4 +1,4 @@
-// Plugging in a routing rule: along the column first, then along the row. Same picture, other traffic.
+// Your own routing rule: along the column first, then along the row. The picture stays the same; the traffic differs.
 #include <iostream>
 #include <tilemesh/tilemesh.hpp>
 

@@ -1,10 +1,10 @@
-// What a frame costs on the machine: the built-in map on a Mk2 that keeps a trace, and modelled cycles of each step.
+// The modelled cost of a frame: the built-in map on a Mk2 that keeps a trace, with the modelled cycles of each step.
 #include <iostream>
 #include <tilemesh/tilemesh.hpp>
 
 using namespace tilemesh;
 
-struct Watched : splat::Lossless { // the same machine; its tiles say what they did
+struct Watched : splat::Lossless { // the same setup on a machine that keeps a trace
     using Machine = Traced<Mk2>;
 };
 

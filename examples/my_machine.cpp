@@ -1,4 +1,4 @@
-// A machine of your own, its ledger, and what a channel slot is worth on it: exchanges and refusals of a cold start.
+// Your own machine, its ledger, and the value of a channel slot on it: the exchanges and refusals of a cold start.
 #include <cstdint>
 #include <iostream>
 #include <string>
@@ -18,7 +18,7 @@ struct Small : splat::Lossless {
     static constexpr char const* name = "small";
     using Machine = Camera256;                            // the hardware: a type
     using Pixel = splat::Rgbx8Pixel;                      // policies: types that change what kernels do
-    static constexpr splat::Sizes sizes{                  // slots: a value; what does not fit does not compile
+    static constexpr splat::Sizes sizes{                  // slots: a value; sizes that exceed the SRAM do not compile
         .storage = 700, .road = 100, .beam = 100, .waiting = 100, .tile_pixels = 16 * 12};
 };
 
@@ -37,7 +37,7 @@ int main()
     bool grows = true;
     for (std::uint32_t slots : {100u, 50u, 20u, 10u, 5u}) {
         auto sizes = Small::sizes;
-        sizes.road = sizes.beam = slots;                  // another value, no other renderer
+        sizes.road = sizes.beam = slots;                  // another value, but the same renderer
         auto const frame = MyRenderer{map, {.tile = {16, 12}, .sizes = sizes}}.render(camera);
         auto const& r = frame.report;
         using report::thousands;
@@ -47,5 +47,5 @@ int main()
         refused_before = r.gaussians.held;
     }
     std::cout << table;
-    return grows ? 0 : 1; // fewer slots, more refusals
+    return grows ? 0 : 1; // check: fewer slots give more refusals
 }

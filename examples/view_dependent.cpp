@@ -1,5 +1,4 @@
-// Any map, with the colour that its harmonics give from each side, on the smallest machine that its cameras need:
-// view_dependent [MAP.ply].
+// A map with view-dependent colour (spherical harmonics), on the smallest machine that its cameras need: view_dependent [MAP.ply].
 #include <iostream>
 #include <span>
 #include <tilemesh/tilemesh.hpp>
@@ -11,11 +10,11 @@ int main(int argc, char** argv)
 try {
     using splat::Fitted, splat::Lossless;
     auto const map = argc > 1 ? scene::load_ply(argv[1]) : scene::built_in_map();
-    std::vector<splat::Camera> const path{scene::frame_whole(map, {1280, 720})}; // all cameras that will come
+    std::vector<splat::Camera> const path{scene::frame_whole(map, {1280, 720})}; // all cameras that will be used
 
     auto const tiling = [](splat::Camera const& camera) { return tiling_for({}, camera.width, camera.height); };
     auto const demand = scene::demand_of(map, std::span(path), splat::Model{}, tiling);
-    // The first that does all that is needed: a record is as long as its harmonics, and one view needs no routing.
+    // The first setup with everything that the scene needs. A record holds the map's harmonics, and one view needs no routing.
     auto const renderer = fit_renderer<Fitted<Lossless, 0, false>, Fitted<Lossless, 3, false>>(map, demand);
     auto const frame = renderer->render(path[0]);
 

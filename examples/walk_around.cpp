@@ -1,11 +1,11 @@
-// Several frames with depth, on more threads: each frame starts from where the last one left the records.
+// Several frames with depth, on several threads. Each frame starts with the records where the last frame left them.
 #include <iostream>
 #include <string>
 #include <thread>
 #include <tilemesh/tilemesh.hpp>
 
 using namespace tilemesh;
-using WithDepth = splat::WithPixel<splat::Lossless, splat::WithDepth<splat::FloatPixel>>; // 7 of 2,000 slots make room for it
+using WithDepth = splat::WithPixel<splat::Lossless, splat::WithDepth<splat::FloatPixel>>; // storage gives up 7 of 2,000 slots
 
 int main(int argc, char** argv)
 try {

@@ -1,5 +1,5 @@
-// What popc is pointed at: the supersteps of the frame program, for two setups, and of the heat equation. A setup or program of
-// your own takes lines like these.
+// The input of popc, the codelet compiler: the supersteps of the frame program for two setups, and of the heat equation. A setup or program
+// of your own needs lines like these.
 //   popc -O3 -DNDEBUG -I include -I examples examples/on_poplar/codelets.cpp -o codelets.gp
 #include "../heat/heat.hpp"
 #include <tilemesh/poplar/codelet.hpp>

@@ -29,7 +29,7 @@ try {
     PoplarOptions on;
     on.device = &device;
     on.codelets = argv[1];
-    on.prefix = "lossless"; // of the vertices' names in codelets.cpp
+    on.prefix = "lossless"; // the prefix of the vertices' names in codelets.cpp
     BasicRenderer<splat::Lossless, PoplarMesh> renderer{map, {}, on};
     RenderedFrame frame;
     for (int i = 0; i < 2; ++i) {

@@ -4,13 +4,13 @@
 
 using namespace tilemesh;
 
-// Two machines that are no IPU, and the slots that a frame gets on each.
+// Two machines that are not IPUs, and the slots that a frame gets on each.
 
 struct Multiprocessors {                                  // a GPU's (NVIDIA H100 SXM), as if they had channels between neighbours
     static constexpr char const* name = "132 multiprocessors";
     static constexpr std::uint32_t tiles = 132;
     static constexpr std::uint32_t sram_bytes = 256 * 1024; // L1 and shared memory
-    static constexpr std::uint32_t code_bytes = 0;          // instructions and stacks lie elsewhere
+    static constexpr std::uint32_t code_bytes = 0;          // instructions and stacks are elsewhere
     static constexpr std::uint32_t workers = 4;             // warp schedulers
     static constexpr std::uint32_t clock_khz = 1'700'000;
 };

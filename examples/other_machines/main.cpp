@@ -1,5 +1,5 @@
-// What a frame costs on two machines that are not IPUs: 132 tiles of 256 KB, and a wafer of 1,000 x 850 tiles. Times are modelled, and
-// the program prints its assumptions. tests/checks/compile_fail/pixel_processors.cpp shows why a pixel processor array does not work.
+// The cost of a frame on two machines that are not IPUs: 132 tiles of 256 KB, and a wafer of 1,000 x 850 tiles. Times are modelled, and the
+// program prints its assumptions. tests/checks/compile_fail/pixel_processors.cpp shows why a pixel processor array cannot run a frame.
 //
 // usage: other_machines [--whole] [--out DIR]
 // --whole: all of the wafer (100 s on two cores and 10.4 GB when it was measured); otherwise 160 x 136 tiles from its middle

@@ -8,9 +8,10 @@
 #include <tilemesh/tilemesh.hpp>
 #include <utility>
 
-/// Prints the ledger of setup S, the assumptions about its machine, and the cost of three frames: a cold start, a step of half a degree,
-/// and the same view again. With a folder `out`, also writes a page about the cold start. Returns true if the pictures equal those of a
-/// loop without tiles in every bit, the step costs less than the cold start, and the same view less than the step.
+/// Prints the ledger of setup S, the assumptions about its machine, and the cost of three frames: a cold start, a step of 0.5 degrees, and
+/// the same view again. If a folder `out` is given, it also writes a page about the cold start. Returns true if three conditions hold:
+/// every picture equals in every bit that of a loop without tiles, the step costs less than the cold start, and the same view less than the
+/// step.
 template <class S>
 bool report_on(tilemesh::scene::Map const& map, tilemesh::CostModel const& model, tilemesh::splat::Camera const& camera,
                tilemesh::RendererOptions options, std::filesystem::path const& out)
@@ -19,7 +20,7 @@ bool report_on(tilemesh::scene::Map const& map, tilemesh::CostModel const& model
     using Shown = BasicRenderer<splat::Referenced<S>>;    // the machine of S; the host moves references
     std::string const machine = S::Machine::name;
     options.threads = 2;
-    options.arithmetic = splat::Arithmetic::precise;      // the naive loop's
+    options.arithmetic = splat::Arithmetic::precise;      // the arithmetic of the naive loop
     Shown renderer{map, options};
     renderer.prepare(camera.width, camera.height);
     auto const grid = renderer.mesh().grid();

@@ -1,5 +1,6 @@
-// Renders some random Gaussians by the naive loop and on the mesh, and prints a hash of each picture's bits; and a hash of very many
-// projected records, because what changes a bound by one pixel is rare. exact_bits.sh builds this with various flags and compares.
+// Renders random Gaussians by the naive loop and on the mesh, and prints a hash of each picture's bits. It also prints a hash of very many
+// projected records, because a difference that changes a bound by one pixel is rare. exact_bits.sh builds this with various flags and
+// compares.
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
@@ -11,10 +12,10 @@
 namespace {
 using namespace tilemesh;
 
-/// Marsaglia's xorshift: integers, so that no flag can change the scene.
+/// Marsaglia's xorshift. It uses integers, so no flag can change the scene.
 struct Random {
     std::uint32_t state = 2463534242u;
-    /// A multiple of 2^-16 in [low, low + span), exact for integers below 128: nothing here rounds, fused or not.
+    /// A multiple of 2^-16 in [low, low + span), exact for integers below 128. Nothing in it rounds, fused or not.
     float next(int low, std::uint32_t span)
     {
         state ^= state << 13;
@@ -64,7 +65,7 @@ std::vector<splat::Splat> project(scene::Map const& map, splat::Camera const& ca
     for (auto const& g : map.gaussians) splats.push_back(splat::project(g, view, tiling));
     return splats;
 }
-/// 8-bit levels of the values at which they change, where one rounding or two decides.
+/// 8-bit levels of the values at which they change, so that one rounding more or less shows.
 std::vector<std::uint32_t> levels()
 {
     std::vector<std::uint32_t> out;

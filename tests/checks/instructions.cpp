@@ -1,6 +1,6 @@
 // usage: instructions PART
-// One small fixed frame of the built-in map on one thread, for callgrind: what `measured_frame` executes is counted. Exit status 1
-// when the frame is not what it should be, so that no count is of a broken one. With -DTRACED the machine keeps a trace.
+// One small fixed frame of the built-in map on one thread, for callgrind, which counts the instructions of `measured_frame`. Exit status 1
+// if the frame is wrong, so that no count is of a broken frame. With -DTRACED the machine keeps a trace.
 #include <common/direct.hpp>
 #include <cstdint>
 #include <cstdio>
@@ -51,7 +51,7 @@ int main(int argc, char** argv)
     model.arithmetic = ends_in("_fast") ? splat::Arithmetic::fast : splat::Arithmetic::precise;
     auto const work = part.substr(0, part.rfind('_'));
 
-    // Every eighth record: of all kinds, and few enough for 10 x 9 tiles.
+    // Every eighth record: all kinds of records, and few enough for 10 x 9 tiles.
     auto map = scene::built_in_map();
     for (std::size_t i = 0; 8 * i < map.gaussians.size(); ++i) map.gaussians[i] = map.gaussians[8 * i];
     map.gaussians.resize((map.gaussians.size() + 7) / 8);
@@ -65,7 +65,7 @@ int main(int argc, char** argv)
     camera = start;
     if (work == "direct") {
         direct = &rasteriser;
-        rasteriser.render(camera, model, team); // its memory is there
+        rasteriser.render(camera, model, team); // allocates its memory
     } else {
         mesh = &renderer;
         if (work == "static" || work == "moved") renderer.render_into(camera, frame);

@@ -1,5 +1,5 @@
-// Kernel code as a codelet compiler takes it: every header of machine/ and splat/, and each kernel of the frame called on words that
-// somebody else owns. kernels.sh compiles this as C++17 and C++20 and looks at what the object needs.
+// Kernel code as a codelet compiler sees it: every header of machine/ and splat/, and each kernel of the frame, called on words that
+// another owner holds. kernels.sh compiles this as C++17 and C++20 and checks which symbols the object needs.
 #include <tilemesh/machine/buffer.hpp>
 #include <tilemesh/machine/channel.hpp>
 #include <tilemesh/machine/grid.hpp>
@@ -103,7 +103,7 @@ std::uint32_t run(Sram const& sram) noexcept
     return static_cast<std::uint32_t>(run_kernel<Kernel>(source));
 }
 
-/// The paper's drops with the records that the receiver need not project, and the other way round.
+/// The policies that no preset has together: back-pressure with recomputed anchors, projected copies and 8-bit pixels, in one channel memory.
 struct Screen : splat::Lossless {
     using Copies = splat::ScreenCopies;
     using Addressing = splat::Recomputed;
@@ -132,7 +132,7 @@ ALL_KERNELS(screen, Screen)
 ALL_KERNELS(planes, Planes)
 ALL_KERNELS(shaded, Shaded)
 
-// What a still scene and one that stays within its tiles leave out.
+// The kernels of a setup without routing (Still), and of one without routing and bloom (Alone).
 KERNEL(still, project, Still, Project)
 KERNEL(still, bloom, Still, Bloom)
 KERNEL(still, composite, Still, Composite)

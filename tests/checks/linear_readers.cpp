@@ -5,10 +5,10 @@
 #include <cstddef>
 #include <cstdint>
 
-/// The steps so far, and how many there may be; `case_name` is what takes them.
+/// The steps so far, and the most that are allowed. `case_name` is the case that takes them.
 extern std::uint64_t steps, most_steps;
 extern char const* case_name;
-/// Bytes that are allocated, and the most that were at one time.
+/// The bytes that are allocated now, and the most at one time.
 extern std::uint64_t live_bytes, peak_bytes;
 
 #ifdef COUNTER
@@ -83,7 +83,7 @@ namespace {
 
 using namespace tilemesh;
 
-/// A text as a stream that counts the bytes that are taken from it.
+/// A text as a stream that counts the bytes taken from it.
 class CountedText : public std::streambuf {
 public:
     explicit CountedText(std::string text) : text_(std::move(text)) {}
@@ -277,7 +277,7 @@ void colmap()
     auto const lens = [](std::size_t id) { return number(id) + " PINHOLE 640 480 500 510 320 240\n"; };
     auto const image = [](std::size_t i) { return number(i) + " 1 0 0 0 0.5 1e-3 2 1 image" + number(i) + ".png\n"; };
     expect_linear("COLMAP: cameras", Ends::well, lenses, [&](std::size_t n) { return repeated(n, lens); });
-    // As many keys as a hash table of this size takes into one bucket.
+    // As many keys as a hash table of this size puts into one bucket.
     expect_linear("COLMAP: cameras whose ids collide", Ends::well, lenses, [&](std::size_t n) {
         std::unordered_map<std::uint32_t, int> table;
         for (std::uint32_t i = 0; i < n; ++i) table.emplace(i, 0);
@@ -353,7 +353,7 @@ void maps()
         return header(little_endian, "element face " + number(n) + "\nproperty list uchar int i\n", n, "property list uchar short l\n") +
                repeated(n, std::string("\x02") + std::string(8, '\0')) + repeated(n, ones + "\x03" + std::string(6, '\0'));
     });
-    // Each list is longer than what is kept of a file, so that each is passed over in the stream.
+    // Each list is longer than the buffer of a file, so each is skipped in the stream.
     expect_linear("PLY: lists that are longer than the buffer", Ends::well, read, [&](std::size_t n) {
         return header(little_endian, "element big " + number(n) + "\nproperty list int uchar l\n", 1) +
                repeated(n, std::string("\x00\x00\x11\x00", 4) + std::string(0x110000, '\0')) + ones;

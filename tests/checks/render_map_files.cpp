@@ -89,8 +89,8 @@ Result run(fs::path const& program, fs::path const& folder, Words const& words, 
 
 using Id = std::pair<dev_t, ino_t>;
 
-/// Where a file lands that is written under this name: links followed, the folder by its real path, letters without case.
-/// Empty: there is no such folder.
+/// The place to which a file with this name is written: links followed, the folder by its real path, letters without case. Empty if there
+/// is no such folder.
 std::string place(fs::path path)
 {
     for (int i = 0; fs::is_symlink(fs::symlink_status(path)) && i < 50; ++i) path = path.parent_path() / fs::read_symlink(path);
@@ -108,7 +108,7 @@ bool identify(fs::path const& path, Id& id)
     return true;
 }
 
-/// Every file below a folder, and what is in it or where it leads.
+/// Every file below a folder, with its content or the target of its link.
 std::map<std::string, std::string> snapshot(fs::path const& folder)
 {
     std::map<std::string, std::string> files;
@@ -124,7 +124,7 @@ std::map<std::string, std::string> snapshot(fs::path const& folder)
 
 // --- a scenario --------------------------------------------------------------------------------
 
-/// What is asked for besides names. Runs with equal features have equal pictures.
+/// The options besides names. Runs with equal features have equal pictures.
 struct Features {
     bool cameras = false, colmap = false, trajectory = false, trace = false, energy = false, model = false, pfm = false, alpha = false,
          report = false, resume = false;
@@ -154,7 +154,7 @@ public:
     {
     }
 
-    /// Empty, or what is wrong.
+    /// Empty, or a description of the failure.
     std::string check(std::map<Features, Outputs>& known);
 
     enum class Outcome : std::uint32_t { not_run, refused, done };
@@ -189,14 +189,14 @@ private:
         default: return path;
         }
     }
-    /// A place for something new; empty after some failures.
+    /// A free place for a new file; empty after some failures.
     fs::path free_place()
     {
         for (int i = 0; i < 20; ++i)
             if (auto const path = any_folder() / any_name(); !fs::exists(fs::symlink_status(folder_ / path))) return path;
         return {};
     }
-    /// Puts a file somewhere and gives a name of it back, perhaps that of a link to it.
+    /// Puts a file somewhere, and returns a name for it, perhaps that of a link to it.
     fs::path place_input(std::string const& text, fs::path const& own_name)
     {
         auto path = one_in(2) ? fs::path() : free_place();
@@ -225,7 +225,7 @@ private:
     fs::path program_, folder_;
     std::mt19937_64 random_;
     std::vector<fs::path> things_; ///< files that links may lead to
-    Outcome outcome_ = Outcome::not_run; ///< a scenario whose files cannot be made, or that waits for a reader, is not run
+    Outcome outcome_ = Outcome::not_run; ///< a scenario is not run if its files cannot be made, or if it would wait for a reader
 };
 
 Words Scenario::inputs_in(fs::path const& folder, Features const& f)
@@ -300,7 +300,7 @@ std::string Scenario::check(std::map<Features, Outputs>& known)
     f.resume = !f.trace && one_in(4);
     f.report = one_in(2);
 
-    // What is read, each somewhere, under some name.
+    // The files that are read, each in some folder, under some name.
     std::vector<fs::path> read;
     Words words;
     auto const input = [&](char const* option, std::string const& text, char const* name) {
@@ -332,7 +332,7 @@ std::string Scenario::check(std::map<Features, Outputs>& known)
     if (f.energy) input("--energy", energy_text(), "energy.txt");
     for (auto const& word : words_of(f)) words.push_back(word);
 
-    // What is written.
+    // The files that are written.
     auto const plain = f.report ? Features{f.cameras, f.colmap, f.trajectory, f.trace, f.energy, f.model, f.pfm, f.alpha, false, f.resume} : f;
     if (!known.contains(plain)) known[plain] = reference(plain);
     auto const& expected = known[plain];
@@ -352,7 +352,7 @@ std::string Scenario::check(std::map<Features, Outputs>& known)
     if (appends) out = folder_ / any_of(things_);
     else words.emplace_back("--quiet");
 
-    // What the model says.
+    // The model's prediction.
     std::set<Id> inputs;
     Id id;
     for (auto const& path : read)
@@ -466,7 +466,7 @@ int main(int argc, char** argv)
             std::cerr << "FAILED: render_map has other options with files than this test knows\n";
             ++failures;
         }
-        // The cost model that a trace writes is one that can be read.
+        // The cost model that a trace writes can be read again.
         write(work / "help/map.ply", map_text());
         run(program, work / "help", {"map.ply", "--size", "16x12", "--grid", "2x2", "--quiet", "--out", "o", "--trace", "t"}, "/dev/null", false);
         fs::copy_file(work / "help/t/model.txt", work / "model.txt");

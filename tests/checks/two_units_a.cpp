@@ -1,4 +1,5 @@
-// With two_units_b.cpp: all of the library in two translation units of one program. What is not inline does not link, and what both
+// With two_units_b.cpp: all of the library in two translation units of one program. A function that is not inline would not link, and both
+// units render the same picture.
 // render is the same.
 #include <cstdio>
 #include <tilemesh/scene/camera_json.hpp>

@@ -20,7 +20,7 @@ namespace {
 
 using namespace tilemesh;
 
-// One camera in each form of JSON; what stands between two '~' is a number that may be replaced.
+// One camera in each form of JSON. The text between two '~' is a number that may be replaced.
 constexpr std::string_view own_form =
     R"({"cameras":[{"name":"a","width":~9~,"height":~9~,"fx":~9~,"fy":~9~,"cx":~4~,"cy":~4~,"near":~1~,"world_to_camera":)"
     R"([[~1~,~0~,~0~,~1~],[~0~,~1~,~0~,~2~],[~0~,~0~,~1~,~3~],[~0~,~0~,~0~,~1~]]}]})";
@@ -28,7 +28,7 @@ constexpr std::string_view training_form =
     R"([{"id":~0~,"img_name":"a","width":~9~,"height":~9~,"position":[~3~,~-2~,~-1~],"rotation":)"
     R"([[~1~,~0~,~0~],[~0~,~1~,~0~],[~0~,~0~,~1~]],"fx":~9~,"fy":~9~}])";
 
-/// `form` after edits such as "d1e30;h-1": a letter for the number ('a' is the first) and what takes its place.
+/// `form` after edits such as "d1e30;h-1": a letter for the number ('a' is the first), then the new text.
 std::string edited(std::string_view form, std::string_view edits)
 {
     std::vector<std::string> parts{""};
@@ -48,8 +48,8 @@ std::string edited(std::string_view form, std::string_view edits)
     return text;
 }
 
-/// What an input means, and what the plain reader makes of it. The first byte chooses. 'C': COLMAP, the rest is cameras.txt, a NUL or
-/// '|', images.txt. 'O', 'T': edits of our own form and of that of a training. All else is JSON.
+/// The meaning of an input, and the plain reader's result for it. The first byte chooses. 'C': COLMAP, the rest is cameras.txt, a NUL or
+/// '|', images.txt. 'O', 'T': edits of the library's form and of the form of a training. Any other byte: JSON.
 struct Input {
     explicit Input(std::string const& text) : is_colmap(text.starts_with('C'))
     {
@@ -75,13 +75,13 @@ struct Input {
     }
 
     bool is_colmap, is_json = true;
-    bool close = false; ///< to a limit, so that rounding decides
+    bool close = false; ///< near a limit, so that rounding decides
     std::string first, images_txt;
     plain::Cameras expected;
     std::map<std::string, std::size_t> unread;
 };
 
-/// Equal but for rounding: a step of a float, in units of `scale`.
+/// Equal except for rounding: one float step, in units of `scale`.
 bool near_to(float value, double expected, double scale = 1.0)
 {
     return std::fabs(static_cast<double>(value) - expected) <= 2e-7 * std::max(std::fabs(expected), scale);

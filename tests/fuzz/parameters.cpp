@@ -9,7 +9,7 @@
 #include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/model/energy.hpp>
 
-// Any text is a cost model and an energy model as the plain reader reads them, or an Error of one line.
+// Any text is a cost model and an energy model, as the plain reader reads it, or gives an Error of one line.
 namespace {
 
 using namespace tilemesh;

@@ -18,7 +18,7 @@ struct Camera {
 };
 using Cameras = std::optional<std::vector<Camera>>;
 
-/// Whether a camera can be rendered. `close` is set where a limit is met so closely that rounding decides.
+/// Can a camera be rendered? Sets `close` if a value is so near to a limit that rounding decides.
 inline bool usable(Camera const& c, bool& close)
 {
     auto const& r = c.rotation;
@@ -76,7 +76,7 @@ inline bool is_distorted(nlohmann::json const& object)
 class JsonCameras {
 public:
     std::map<std::string, std::size_t> unread; ///< keys that are not read, and how many cameras have each
-    bool is_json = true; ///< otherwise it is refused as no JSON, or as nested too deep
+    bool is_json = true; ///< false: refused because it is not JSON, or because it is nested too deep
     bool close = false;
 
     Cameras read(std::string const& text)
@@ -195,7 +195,7 @@ private:
     }
 };
 
-/// The rotation of a quaternion w, x, y, z, rows; nothing for zero.
+/// The rotation of a quaternion w, x, y, z, by rows; nothing for a zero quaternion.
 inline std::optional<std::array<std::array<double, 3>, 3>> rotation_of(double w, double x, double y, double z)
 {
     double const largest = std::max(std::max(std::fabs(w), std::fabs(x)), std::max(std::fabs(y), std::fabs(z)));
@@ -247,7 +247,7 @@ inline Cameras colmap(std::string const& cameras_txt, std::string const& images_
         c.rotation = *rotation;
         for (std::size_t k = 0; k < 3; ++k)
             c.centre[k] = -((*rotation)[0][k] * v[4] + (*rotation)[1][k] * v[5] + (*rotation)[2][k] * v[6]);
-        // The name is what is left of the line behind nine words.
+        // The name is the rest of the line after nine words.
         std::string rest = all[i];
         for (std::size_t k = 0; k < 9; ++k) rest = rest.substr(rest.find(w[k], rest.find_first_not_of(" \t\r\v\f")) + w[k].size());
         rest = rest.substr(rest.find_first_not_of(" \t\r\v\f"));

@@ -15,8 +15,8 @@ struct Model {
     std::vector<Parameter> parameters; ///< in the order of the file
 };
 
-/// A file of parameters: which it needs, with unit and the least and largest value; whether a need must be there; the unit and the largest
-/// value of the others.
+/// A file of parameters: the needed parameters with their units and their least and largest values; whether all of them must be there; the
+/// unit and the largest value of the other parameters.
 struct ParameterKind {
     struct Known {
         std::string unit;
@@ -36,7 +36,7 @@ inline std::string trimmed(std::string text)
     while (!text.empty() && is_in(text.back(), blank)) text.pop_back();
     return text;
 }
-/// Takes the first word off a text without blanks around it.
+/// Takes the first word off a text, without blanks around it.
 inline std::string first_word(std::string& text)
 {
     auto const all = words(text);

@@ -21,7 +21,7 @@ struct Map {
     unsigned degree = 0;
 };
 
-/// Reads a map that is whole in memory.
+/// Reads a map whose bytes are all in memory.
 class Ply {
 public:
     explicit Ply(std::string const& bytes) : bytes_(bytes) {}
@@ -34,7 +34,7 @@ public:
         if (column_of(*vertex, "packed_position")) return {};
         for (auto const& element : elements_) {
             if (element.properties.empty()) continue;
-            // A row takes a byte at least.
+            // A row takes at least one byte.
             if (element.count > bytes_.size()) return {};
             for (std::uint64_t row = 1; row <= element.count; ++row) {
                 std::vector<double> fields;
@@ -48,7 +48,7 @@ public:
 
 private:
     struct Property {
-        std::string type, name, count_type; ///< no count: no list
+        std::string type, name, count_type; ///< count_type empty: not a list
     };
     struct Element {
         std::string name;
@@ -191,7 +191,7 @@ private:
             } else if (is_read && std::find(columns_.begin(), columns_.end(), i) != columns_.end()) {
                 auto const value = number(word);
                 if (!value) return false;
-                // As a float where the file says so. What rounds to more than the largest float stays a double.
+                // As a float if the file says so. A number that rounds to more than the largest float stays a double.
                 fields.back() = p.type == "f4" && std::fabs(value->value) < std::ldexp(2.0 - std::ldexp(1.0, -24), 127)
                                     ? static_cast<double>(static_cast<float>(value->value))
                                     : value->value;

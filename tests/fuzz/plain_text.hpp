@@ -28,7 +28,7 @@ inline std::vector<std::string> words(std::string const& text, std::string const
     return all;
 }
 
-/// The lines of a text; a line end at its end begins no other line.
+/// The lines of a text. A line end at the end of the text begins no further line.
 inline std::vector<std::string> lines(std::string const& text)
 {
     std::vector<std::string> all;
@@ -49,8 +49,8 @@ inline std::string without_mark(std::string const& text)
     return text.substr(0, 3) == "\xef\xbb\xbf" ? text.substr(3) : text;
 }
 
-/// A number that a word is: digits with a point and an exponent, or inf and nan as C writes them, after one sign. `lost` says that no
-/// double holds it; the value is then 0 or infinite.
+/// The number that a word is: digits with a point and an exponent, or inf and nan as C writes them, after one sign. `lost`: no double holds
+/// the number; the value is then 0 or infinite.
 struct Number {
     double value = 0.0;
     bool lost = false;
@@ -77,7 +77,7 @@ inline std::optional<double> moderate(std::string const& word)
     return found->value;
 }
 
-/// A whole number below 2^bits, of digits only.
+/// An integer below 2^bits, of digits only.
 inline std::optional<std::uint64_t> whole(std::string const& word, unsigned bits)
 {
     if (word.empty()) return {};
@@ -94,7 +94,7 @@ inline std::optional<std::uint64_t> whole_with_plus(std::string const& word, uns
     return whole(word.size() > 1 && word[0] == '+' ? word.substr(1) : word, bits);
 }
 
-/// Whether a text is UTF-8 without control characters and line separators.
+/// Is a text UTF-8 without control characters and line separators?
 inline bool printable(std::string const& text)
 {
     for (std::size_t i = 0; i < text.size();) {

@@ -10,7 +10,7 @@
 #include <tilemesh/scene/detail/ply_source.hpp>
 #include <tilemesh/scene/ply.hpp>
 
-// Any bytes are a map whose promises hold, or an Error of one line.
+// Any bytes are a map that keeps the reader's promises, or give an Error of one line.
 namespace {
 
 bool finite(float const* values, int n)
@@ -60,7 +60,7 @@ void check(tilemesh::scene::Map const& map, std::string const& bytes)
     require(last <= promised_rows(bytes), "ids are rows");
 }
 
-/// Equal but for rounding to float.
+/// Equal except for rounding to float.
 bool near_to(float value, double expected)
 {
     return std::fabs(static_cast<double>(value) - expected) <= 2e-7 * std::fabs(expected) + 1e-44;
@@ -77,7 +77,7 @@ void require_same(tilemesh::scene::Map const& map, plain::Map const& expected)
         auto const& e = expected.gaussians[i];
         bool same = static_cast<std::uint64_t>(g.id) == e.id;
         for (unsigned k = 0; k < 3; ++k) {
-            // A colour that cancels is off by a rounding of what was added.
+            // If a colour cancels, it is off by a rounding of its terms.
             bool const colour = std::fabs(static_cast<double>(g.colour[k]) - e.values[3 + k]) <= 2e-7 * std::fmax(std::fabs(e.values[3 + k]), 1e-8);
             same = same && near_to(g.mean_world[k], e.values[k]) && colour && near_to(g.log_scale[k], e.values[7 + k]);
         }

@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <string_view>
 
-/// What holds for every input; a fuzzer takes an abort for a finding.
+/// A condition that holds for every input. A fuzzer reports an abort as a finding.
 inline void require(bool holds, char const* what)
 {
     if (holds) return;

@@ -19,7 +19,7 @@ namespace {
 
 using namespace tilemesh;
 
-/// The camera that is rendered from a pose: finite, and a rotation.
+/// The camera that is rendered from a pose is finite and has a rotation.
 void require_camera(scene::Pose const& pose)
 {
     auto const camera = scene::make_camera(pose, {500.0, 500.0, 320.0, 240.0, 0.2f, 640, 480});

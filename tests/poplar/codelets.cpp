@@ -1,5 +1,5 @@
 // test: unoptimised test asan tsan
-// The codelets that popc is pointed at, with the stand-in's entries for them.
+// The codelet file that is given to popc, with the stand-in's registrations for its codelets.
 #include "../../examples/on_poplar/codelets.cpp"
 #include <standin_vertex.hpp>
 #include <tilemesh/engine/contract.hpp>

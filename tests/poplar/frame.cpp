@@ -7,12 +7,12 @@
 #include <tilemesh/report/compare_reports.hpp>
 #include <tilemesh/scene/orbit.hpp>
 
-// The frame program as codelets on a graph, over the stand-in for Poplar: pictures, counters and words of the thread engine.
+// The frame program as codelets on a graph, on the stand-in for Poplar: it gives the pictures, counters and words of the thread engine.
 namespace {
 using namespace tilemesh;
 using poplar_test::executions;
 
-/// Renders the cameras on both; every bit and every count must agree, and after the last frame every word of every tile.
+/// Renders the cameras on both. Every bit and every count must agree, and after the last frame every word of every tile.
 template <class S>
 void compare(scene::Map const& map, std::string const& prefix, RendererOptions const& options, std::vector<splat::Camera> const& cameras)
 {
@@ -30,13 +30,13 @@ void compare(scene::Map const& map, std::string const& prefix, RendererOptions c
     poplar_test::check_same_words(threads.mesh(), graph.mesh());
 }
 
-/// A view and three steps of half a degree around what it shows.
+/// A view, and three steps of 0.5 degrees around its centre.
 std::vector<splat::Camera> walk(scene::Map const& map, splat::Camera const& from)
 {
     return scene::orbit(from, scene::robust_centre(map), 0.5, 4);
 }
 
-/// Sloth at 1280 x 720 as the paper's authors look at it, or the map that stands in, on 1,440 tiles.
+/// Sloth at 1280 x 720 from the paper authors' view, or the map that stands in, on 1,440 tiles.
 template <class S>
 void whole_frame(std::string const& prefix)
 {
@@ -44,7 +44,7 @@ void whole_frame(std::string const& prefix)
     poplar_test::use(executions[2]);
     standin::settings().check_inputs = false; // a digest of everything that is read, 1,440 times a superstep
     if constexpr (S::sizes.lists_fit) {
-        std::size_t left = 0; // what the ledger leaves for code, exchange code and stacks is taken: the rest must fit in 624 KiB
+        std::size_t left = 0; // the bytes that the ledger leaves for code, exchange code and stacks are taken; the rest must fit in 624 KiB
         for (auto const& line : on_poplar::ledger<Mk2, splat::Frame<S>, S>(Grid{40, 36})) left = line.bytes;
         standin::settings().code_bytes = left;
     } else {
@@ -127,7 +127,7 @@ TEST_CASE("poplar: a static view moves no records between host and machine, and 
     graph.render(camera);
     // In: who runs and the camera. Out: the log of tiles, that of the run, counters, pair counters, framebuffers.
     CHECK(standin::all_runs(graph.mesh().engine()).host_copies - before == 2 + 5);
-    // What was taken to be written goes back once.
+    // Words that the host accessed for writing go back once.
     graph.mesh().state<splat::Counts>(TileId::at(0, 0)).visible += 0;
     auto const again = standin::all_runs(graph.mesh().engine()).host_copies;
     graph.render(camera);
@@ -176,7 +176,7 @@ TEST_CASE("poplar: worker order and count change nothing; starved channels, drop
         compare<Held<6>>(map, "held6", options, cameras);
         options.hops = 0;
     }
-    // Other sizes than the codelets' setup has: they serve any.
+    // Other sizes than those of the codelets' setup: codelets serve any sizes.
     auto sizes = Held<6>::sizes;
     sizes.storage = 230;
     sizes.road = 3;
@@ -192,7 +192,7 @@ TEST_CASE("poplar: worker order and count change nothing; starved channels, drop
     options.waiting_slots = 3;
     poplar_test::use(executions[1]);
     compare<Held<6>>(map, "held6", options, cameras);
-    // One worker's picture is six workers'.
+    // The picture of one worker is that of six workers.
     BasicRenderer<Held<1>, PoplarMesh> one{map, options, poplar_test::options("held1")};
     BasicRenderer<Held<6>, PoplarMesh> six{map, options, poplar_test::options("held6")};
     CHECK(support::differing_pixels(one.render(cameras[0]).image, six.render(cameras[0]).image) == 0);

@@ -10,7 +10,7 @@
 #include <tilemesh/poplar/ledger.hpp>
 #include <tilemesh/splat/frame_program.hpp>
 
-// What the graph stores and moves, as the stand-in for Poplar adds it up, against the ledger and the north-east-west-south rule.
+// The bytes that the graph stores and moves, as the stand-in for Poplar adds them up, against the ledger and the rule of NEWS neighbours.
 
 // --- a machine that a program just fits, and one that lacks a word -----------------------------------------------------------------
 struct Hoard : Buffer<std::uint32_t, 100> {
@@ -32,13 +32,13 @@ std::string text(Name name)
     return std::string(name.text, name.size);
 }
 
-/// The paper's grid; sanitizers take a smaller one, whose tile 0 holds the same but for the votes that arrive.
+/// The paper's grid. Sanitizers use a smaller grid, whose tile 0 holds the same data except for the votes that arrive.
 Grid grid_of_tests()
 {
     return engine_test::fast() ? Grid{6, 5} : Grid{40, 36};
 }
 
-/// The lines of the ledger are the variables of tile 0, byte for byte, and nothing else is there.
+/// The lines of the ledger are the variables of tile 0, byte for byte, and tile 0 has no other variables.
 template <class Machine, class Program, class Setup = NoSetup>
 void check_ledger(std::string const& prefix, Grid grid)
 {
@@ -78,11 +78,11 @@ void check_ledger(std::string const& prefix, Grid grid)
     for (auto const& line : Layout::ledger()) expected += line.bytes;
     CHECK(sum == expected);
     if (prefix != "paper") CHECK(sum == Layout::bytes); // the paper's budget leaves lists out
-    // Nowhere is more than on tile 0.
+    // No tile has more than tile 0.
     for (std::uint32_t t = 1; t < grid.size(); ++t) CHECK(standin::tile_bytes(mesh.engine(), t).total() <= found.total());
 }
 
-/// What the engine's Copies move from tile to tile.
+/// The bytes that the engine's Copies move from tile to tile.
 template <class Program, class Machine>
 std::vector<standin::Exchange> copies_of(PoplarMesh<Program, Machine>& mesh)
 {
@@ -105,7 +105,7 @@ TEST_CASE("poplar: the graph's variables are the tile's ledger, byte for byte")
 
 TEST_CASE("poplar: the paper's budget holds on the machine, but its lists do not fit beside it")
 {
-    // 520,008 bytes of the paper's and 243,224 of lists that it has no room for: Poplar would refuse, as the ledger says.
+    // 520,008 bytes of the paper's data and 243,224 bytes of lists for which it has no room: Poplar would refuse, as the ledger says.
     standin::With const restore(standin::settings());
     standin::settings().code_bytes = Mk2::code_bytes;
     PoplarMesh<splat::Frame<Paper>> mesh{grid_of_tests(), poplar_test::options("paper"), {}, mesh_sizes<splat::Frame<Paper>, Mk2, Paper>()};

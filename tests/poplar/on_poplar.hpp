@@ -11,7 +11,7 @@
 namespace poplar_test {
 using namespace tilemesh;
 
-/// A device of the stand-in's as it is set now, attached; it lives as long as the program.
+/// An attached device with the stand-in's current settings. It lives as long as the program.
 inline poplar::Device const& device()
 {
     static std::deque<poplar::Device> all;
@@ -31,7 +31,7 @@ inline PoplarOptions options(std::string prefix)
     return o;
 }
 
-/// How the stand-in may execute: every order of workers and vertices, and workers on threads.
+/// The ways in which the stand-in may execute: every order of workers and vertices, and workers on threads.
 struct Execution {
     char const* name;
     standin::Order workers, vertices;
@@ -60,7 +60,7 @@ void check_same_words(M& a, M2& b)
     CHECK(x == y);
 }
 
-/// Loads and runs a program on both, `runs` times, however the stand-in executes it. Returns the runs' counters of the Mesh.
+/// Loads and runs a program on both, `runs` times, in every way in which the stand-in executes. Returns the runs' counters of the Mesh.
 template <class Program, class Machine = Mk2, class Load>
 std::vector<RunCounters> on_both(std::string const& prefix, Grid grid, Load const& load, int runs, Program program,
                                  MeshSizes<Program> const& sizes)

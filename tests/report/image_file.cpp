@@ -59,7 +59,7 @@ void put(fs::path const& path, std::string const& bytes)
     out << bytes;
 }
 
-/// What the error says, or "" when nothing was thrown.
+/// The text of the error, or "" if nothing was thrown.
 template <class Action>
 std::string error_of(Action&& action)
 {
@@ -71,7 +71,7 @@ std::string error_of(Action&& action)
     return "";
 }
 
-/// The house form "<problem> (<why>); <what to do>" in one line.
+/// Is the text one line of the form "<problem> (<why>); <what to do>"?
 bool well_formed(std::string const& text)
 {
     return text.find(" (") != std::string::npos && text.find("); ") != std::string::npos &&
@@ -222,7 +222,7 @@ TEST_CASE("a file that cannot be written is an error and leaves nothing")
 #if defined(__linux__)
 TEST_CASE("a full disk is an error, and what had the name stays")
 {
-    // A limit on the size of files stands in for the disk: writes fail in the same places.
+    // A limit on the size of files plays the full disk: writes fail in the same places.
     Folder folder;
     auto const path = folder.path / "a.pfm";
     rlimit before{};
@@ -271,7 +271,7 @@ TEST_CASE("a damaged PFM is refused")
     };
     CHECK_FALSE(refused(whole));
 
-    // Cut anywhere, or with a byte too many.
+    // Cut anywhere, or with one byte too many.
     std::size_t accepted = 0;
     for (std::size_t length = 0; length < whole.size(); ++length)
         accepted += refused(whole.substr(0, length)) ? 0 : 1;

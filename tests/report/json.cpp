@@ -23,7 +23,7 @@ report::ErrorMeasures measures(double psnr_db)
     return {.rmse = 0.25, .max_levels = 3, .p999_levels = 2, .psnr_db = psnr_db, .ssim = 0.5, .mae = 0, .share_over_one_level = 0};
 }
 
-/// A frame in which every number that the report holds is another one.
+/// A frame in which all numbers of the report differ.
 report::RunFrame frame()
 {
     report::RunFrame f;
@@ -181,7 +181,7 @@ TEST_CASE("report.json has the machine and its ledger")
     CHECK(json["budgeted_bytes"] == 192008);
     CHECK_FALSE(json.contains("note"));
 
-    // What the paper's budget has no room for is listed, left out of the sum, and said.
+    // Lists that the paper's budget has no room for are in the ledger, are left out of the sum, and are marked.
     all.machine.ledger.push_back({{"sort keys", 9}, "state", 38408, false});
     json = report::json_of(all)["machine"];
     CHECK(json["ledger"][1]["budgeted"] == false);
@@ -284,7 +284,7 @@ TEST_CASE("a frame of report.json is read back as it was written")
     CHECK(same(f));
     CHECK(report::frame_of(json_of(f)).error_same_cuts->psnr_db == std::numeric_limits<double>::infinity());
 
-    // Every field of the table, each with a number of its own.
+    // Every field of the table, each with its own number.
     std::uint64_t n = 0;
     for (auto const& field : report::report_fields) {
         ++n;
@@ -308,7 +308,7 @@ TEST_CASE("a frame of report.json is read back as it was written")
     CHECK_THROWS_WITH_AS(report::frame_of(large),
                          "a frame of a report has 4294967296 as peak.storage (a report holds 32 bits of it); write the report again", tilemesh::Error);
 
-    // Every key is required, except those of files and errors. No key may have another type.
+    // Every key is required, except the keys of files and errors. No key may have another type.
     auto const keys = json_of(f);
     for (auto const& item : keys.items()) {
         auto const& key = item.key();

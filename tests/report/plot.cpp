@@ -26,7 +26,7 @@ using Points = std::vector<std::pair<double, double>>;
 constexpr double infinite = std::numeric_limits<double>::infinity();
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
-/// Is every element closed, in order, and every quote and entity whole? A document that is read by any XML parser.
+/// Is every element closed, in order, and every quote and entity complete? Then any XML parser reads the document.
 bool well_formed(std::string const& text)
 {
     std::vector<std::string> open;
@@ -57,7 +57,7 @@ bool well_formed(std::string const& text)
     return open.empty();
 }
 
-/// All numbers behind `before` in the text.
+/// All numbers after `before` in the text.
 std::vector<double> numbers_after(std::string const& text, std::string const& before)
 {
     std::vector<double> out;

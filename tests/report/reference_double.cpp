@@ -26,7 +26,7 @@ using tilemesh::splat::Gaussian;
 using tilemesh::splat::GaussianId;
 using tilemesh::splat::Model;
 
-/// At the origin, looking along z; the principal point is off centre and the pixels are not square.
+/// At the origin, looking along z. The principal point is off centre, and the pixels are not square.
 Camera plain_camera(std::uint32_t width, std::uint32_t height)
 {
     Camera camera{};
@@ -65,7 +65,7 @@ Gaussian coloured(Gaussian gaussian, float red, float green, float blue)
     return gaussian;
 }
 
-/// Uniform in [low, high), the same on every standard library.
+/// Uniform in [low, high), equal with every standard library.
 float uniform(std::mt19937& random, double low, double high)
 {
     return static_cast<float>(low + (high - low) * static_cast<double>(random()) * 0x1p-32);
@@ -85,8 +85,7 @@ Camera tilted_camera(std::uint32_t width, std::uint32_t height)
     return camera;
 }
 
-/// Balls, discs and needles around the point 2.5 in front of the tilted camera, some behind it,
-/// with bright and opaque ones.
+/// Balls, discs and needles around the point at depth 2.5 in front of the tilted camera. Some are behind it; some are bright or opaque.
 std::vector<Gaussian> random_gaussians(std::uint32_t count, std::uint32_t seed)
 {
     std::mt19937 random{seed};
@@ -120,10 +119,9 @@ double brightest(std::vector<double> const& rgb)
     return rgb.empty() ? 0.0 : *std::max_element(rgb.begin(), rgb.end());
 }
 
-/// The picture again, in long double and by other formulas: the screen covariance as V V^T with V =
-/// J W R S, the determinant from the cross product of V's rows (only sums of positives), the
-/// exponent by completing the square, and for every pixel the whole list in depth order until the
-/// pixel is finished. Of the cut-offs it knows all but the footprint.
+/// Renders the picture a second time, in long double and by other formulas: the screen covariance as V V^T with V = J W R S, the
+/// determinant from the cross product of V's rows (only sums of positive terms), the exponent by completing the square, and for every pixel
+/// the whole list in depth order until the pixel is finished. It knows all cut-offs except the footprint.
 std::vector<double> guard_render(std::vector<Gaussian> const& gaussians, Camera const& camera,
                                  Model const& model, CutOffs const& cuts = no_cut_offs(0.0))
 {
@@ -193,7 +191,7 @@ std::vector<double> guard_render(std::vector<Gaussian> const& gaussians, Camera 
     std::sort(splats.begin(), splats.end(), [](Splat const& l, Splat const& r) {
         return l.z < r.z || (!(r.z < l.z) && l.gaussian->id < r.gaussian->id);
     });
-    // Whether no part of a pixel, which is half open, lies in [centre - half, centre + half].
+    // Does no part of a pixel, which is half open, lie in [centre - half, centre + half]?
     auto const outside = [](std::uint32_t pixel, Real centre, Real half) {
         return pixel + 1 <= centre - half || pixel > centre + half;
     };
@@ -310,7 +308,7 @@ TEST_CASE("splats are blended front to back, ties by id")
     std::swap(front.mean_world[2], back.mean_world[2]);
     CHECK(at_centre({front, back}) == Rgb{0.125, 0.75, 0.0});
 
-    // Equal depth: the smaller id is in front, wherever it stands in the list.
+    // Equal depth: the smaller id is in front, for any order in the list.
     front.mean_world[2] = back.mean_world[2];
     CHECK(at_centre({front, back}) == Rgb{0.125, 0.75, 0.0});
     CHECK(at_centre({back, front}) == Rgb{0.125, 0.75, 0.0});
@@ -428,7 +426,7 @@ TEST_CASE("with cut-offs a term below alpha_min is skipped")
     CHECK(wrong == 0);
     CHECK(kept > 500);
     CHECK(skipped > 400);
-    CHECK(faintest_kept < 1.2 * alpha_min); // pixels lie close to the edge on both sides
+    CHECK(faintest_kept < 1.2 * alpha_min); // some pixels lie close to the edge, on both sides
     CHECK(brightest_skipped > 0.8 * alpha_min);
 
     // At and just above the threshold itself.
@@ -490,8 +488,8 @@ TEST_CASE("where the crossing term is dropped, the pixel is finished without it"
     std::vector<Gaussian> const gaussians{coloured(ball(0, 0, 2, 0, 0.75f, 1), 1, 0, 0),
                                           coloured(ball(0, 0, 3, 0, 0.75f, 2), 0, 1, 0),
                                           coloured(ball(0, 0, 4, 0, 0.5f, 3), 0, 0, 1)};
-    // The transmittance is 1/4, 1/16, 1/32 behind the three; 1/2 behind the last alone and 1/8
-    // behind the first and the last, so that the last would fit where it must stay out.
+    // The transmittance is 1/4, 1/16, 1/32 behind the three layers. It is 1/2 behind the last layer alone, and 1/8 behind the first and the
+    // last. So the last layer would not cross the limit where it must stay out.
     struct Case {
         double transmittance_min, red, green, blue;
     };
@@ -509,7 +507,7 @@ TEST_CASE("where the crossing term is dropped, the pixel is finished without it"
         CHECK(cut[centre + 2] == each.blue);
     }
 
-    // A term is clamped before it is asked whether it crosses.
+    // A term is clamped before the test whether it crosses.
     auto clamped = no_cut_offs();
     clamped.alpha_max = 0.5;
     clamped.transmittance_min = 0.3;
@@ -539,13 +537,13 @@ TEST_CASE("two layers of 0.99 at a limit of 1e-3, by either rule")
     CHECK(dropped[centre + 1] == 0.0);
     CHECK(dropped[centre + 2] == 0.0); // 0.0095 would be left behind it, which is no crossing
 
-    // Where the second layer is thin enough it is blended, so a pixel finishes by itself.
+    // A pixel where the second layer is thin enough blends it: each pixel finishes on its own.
     CHECK(brightest(dropped) == 0.99);
     bool both = false;
     for (std::size_t i = 0; i < dropped.size(); i += 3) both = both || dropped[i + 1] > 0.001;
     CHECK(both);
 
-    // With no clamp an opaque layer is never blended, but where there is no limit.
+    // Without a clamp an opaque layer is never blended, except if there is no limit.
     cuts.alpha_max = 1.0;
     CHECK(render_double_unrounded(gaussians, camera, {}, cuts)[centre] == 0.0);
     cuts.transmittance_min = 0.0;
@@ -574,7 +572,7 @@ TEST_CASE("the cut in standard deviations ends at its columns and rows")
 {
     auto const camera = plain_camera(96, 96); // the principal point is (49.5, 45.5)
     Model sharp;
-    sharp.dilation = 0.0f; // so that the deviations are 20 and 25 pixels to the bit
+    sharp.dilation = 0.0f; // so that the deviations are exactly 20 and 25 pixels
     auto const gaussian = ball(0, 0, 2, 0, 1.0f, 1);
     auto const whole = render_double_unrounded({&gaussian, 1}, camera, sharp, no_cut_offs(0.0));
     struct Case {
@@ -599,7 +597,7 @@ TEST_CASE("the cut in standard deviations ends at its columns and rows")
         CHECK(wrong == 0);
     }
 
-    // The deviations are those of the dilated covariance: a point is as wide as the dilation.
+    // The deviations are those of the dilated covariance: a point has the deviation of the dilation.
     auto const point = ball(0, 0, 2, -20, 1.0f, 1);
     Model wide;
     wide.dilation = 9.0f;
@@ -670,7 +668,7 @@ TEST_CASE("Cuts are two of the cut-offs")
     CHECK(render_double_unrounded(gaussians, camera, model, cut_offs(model)) == with_model);
     CHECK(render_double_unrounded(gaussians, camera, model, no_cut_offs()) == without);
     CHECK(render_double_unrounded(gaussians, camera, model, no_cut_offs(1e-3)) == some);
-    // The cut-offs count, not the model's.
+    // The given cut-offs count, not the model's.
     CHECK(render_double_unrounded(gaussians, camera, {}, cut_offs(model)) == with_model);
     CHECK(render_double(gaussians, camera, {}, cut_offs(model), 3).rgb ==
           render_double(gaussians, camera, model, Cuts::same).rgb);
@@ -708,7 +706,7 @@ TEST_CASE("the three-sigma square ends at its columns and rows")
                 last = std::max(last, axis == 0 ? column : row);
             }
         CHECK(wrong == 0);
-        // The outermost pixels that are in, and just beyond them what the opacity box still has.
+        // The outermost pixels inside the limit, and the next ones, which only the opacity box contains.
         double const mean = axis == 0 ? 49.5 : 45.5;
         CHECK(first == static_cast<std::size_t>(mean - half));
         CHECK(last == static_cast<std::size_t>(mean + half));
@@ -722,7 +720,7 @@ TEST_CASE("the opacity box loses no term of alpha_min or more")
     auto const camera = tilted_camera(64, 48);
     Model model;
     model.transmittance_min = 0.0f;
-    Model square = model; // its square covers the frame where 3 sigma does
+    Model square = model; // its square covers the frame if 3 sigma does
     square.footprint = Footprint::three_sigma_square;
     double more_than_square = 0.0;
     for (auto const& gaussian : random_gaussians(100, 2)) {
@@ -733,7 +731,7 @@ TEST_CASE("the opacity box loses no term of alpha_min or more")
         std::size_t wrong = 0;
         for (std::size_t i = 0; i < whole.size(); ++i) {
             double const alpha = whole[i] / double{gaussian.colour[i % 3]};
-            if (std::abs(alpha - alpha_min) < 1e-12) continue; // either is right
+            if (std::abs(alpha - alpha_min) < 1e-12) continue; // both are right
             wrong += box[i] == (alpha > alpha_min ? whole[i] : 0.0) ? 0 : 1;
             more_than_square = std::max(more_than_square, box[i] - cut[i]);
         }
@@ -766,7 +764,7 @@ TEST_CASE("terms below 1e-12 do not matter")
         CHECK(brightest(all) > 1.0);
         CHECK(all != most); // something was skipped
         CHECK(largest_difference(all, most) < 1e-11);
-        CHECK(largest_difference(all, some) > 1e-8); // and the knob is connected
+        CHECK(largest_difference(all, some) > 1e-8); // and the option has an effect
     }
 }
 

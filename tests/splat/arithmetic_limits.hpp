@@ -4,16 +4,16 @@
 #include <cmath>
 #include <vector>
 
-// How far the two arithmetics of compositing may be from each other, from their roundings alone: true for any map.
+// The largest difference of the two arithmetics of compositing, derived from their roundings alone. It is valid for any map.
 namespace support {
 
-/// Of a splat at a pixel: by how much, relatively, the alphas of fast and of precise arithmetic may differ. `off0` and `off` are the
-/// distances across the splat at the first row of the pixel's block and at the pixel, which is k rows below; dx is the same in both.
+/// The largest relative difference of alpha between fast and precise arithmetic, for a splat at a pixel. `off0` and `off` are the distances
+/// across the splat at the first row of the pixel's block and at the pixel, k rows below. dx is the same in both.
 ///
-/// Roundings of u = 2^-24 each. Of a power that is a sum of terms, the rounding is u of each term (S, S0: the terms at both rows), a
-/// few times: e^power is that much off. The distances themselves round as their term y does, which tells where a needle is steep.
-/// Fast: alpha = opacity 2^p0 (2^rise)^k q^(k (k - 1) / 2): at most 11 exponentials (each a polynomial with an error of 7.5e-8
-/// and two roundings: 4 u), 11 products, 6 times the rounding of q's exponent, k times that of the rise.
+/// Each rounding is u = 2^-24. A power is a sum of terms; its rounding error is u of each term (S, S0: the terms at both rows), a few
+/// times, and e^power has this error relatively. The distances are rounded as their term y; this matters for steep needles. Fast
+/// arithmetic: alpha = opacity 2^p0 (2^rise)^k q^(k (k - 1) / 2). That is at most 11 exponentials (each a polynomial with an error of
+/// 7.5e-8 and two roundings: 4 u), 11 products, 6 times the rounding of q's exponent, and k times the rounding of the rise.
 inline double alpha_rounding(splat::Splat const& s, double dx, double off0, double off, double y0, double y, int k)
 {
     constexpr double u = 0x1p-24;
@@ -25,14 +25,14 @@ inline double alpha_rounding(splat::Splat const& s, double dx, double off0, doub
     return u * (exponentials + powers + distances);
 }
 
-/// How far apart fast and precise arithmetic may leave each pixel, row by row, where no pixel stops.
+/// The largest difference between fast and precise arithmetic for each pixel, row by row, if no pixel stops.
 ///
 /// Let a be the alphas of precise arithmetic and b those of fast. Exchanging one after the other, from the last to the first,
 ///   C(b) - C(a) = sum of (b_i - a_i) T_i (c_i - B_i),
-/// where T_i is the transmittance before pair i (of a) and B_i what is composed behind it (of b). Both c_i and B_i lie in
-/// [0, brightest]. Where both draw the pair, |b_i - a_i| T_i is the relative error times the weight w_i, and the weights sum up to at
-/// most 1. Where alpha is nearer to alpha_min than its error, one of the two may leave the pair out: alpha T_i. And each pair
-/// rounds the transmittance once and the colour once, in both: 2^-23 of `brightest` in all.
+/// where T_i is the transmittance before pair i (of a) and B_i the colour composed behind it (of b). Both c_i and B_i lie in [0,
+/// brightest]. If both draw the pair, |b_i - a_i| T_i is the relative error times the weight w_i, and the weights sum up to at most 1. If
+/// alpha is nearer to alpha_min than its error, one of the two may leave the pair out: alpha T_i. Each pair also rounds the transmittance
+/// once and the colour once, in both: 2^-23 of `brightest` in all.
 inline std::vector<double> limits_of_fast(std::vector<splat::Gaussian> const& gaussians, splat::Camera const& camera,
                                           splat::Model const& model)
 {

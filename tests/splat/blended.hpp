@@ -33,7 +33,7 @@ struct SortedSplats {
     }
 };
 
-/// What a kernel leaves of a frame; equal where the pixels have the same bits.
+/// The result of a kernel for a frame. Two results are equal if the pixels have the same bits.
 struct Blended {
     std::vector<tilemesh::splat::FloatPixel> pixels;
     std::uint64_t blocks = 0, contributing = 0;
@@ -50,8 +50,8 @@ struct Blended {
     }
 };
 
-/// The frame in tiles of this size: `tile_kernel(tile, n, at, pixels, blended)` blends a tile's n splats, at(0) in front, into `pixels`,
-/// whose rows are as long as the frame's, and counts.
+/// The frame in tiles of this size. `tile_kernel(tile, n, at, pixels, blended)` blends a tile's n splats, at(0) in front, into `pixels`,
+/// whose rows have the frame's length, and counts.
 template <class TileKernel>
 Blended blended_in_tiles(SortedSplats const& scene, std::uint32_t tile_width, std::uint32_t tile_height, TileKernel&& tile_kernel)
 {
@@ -59,7 +59,7 @@ Blended blended_in_tiles(SortedSplats const& scene, std::uint32_t tile_width, st
     auto const& c = scene.camera;
     auto const tiling = splat::make_tiling(c.width, c.height, tile_width, tile_height);
     Blended out;
-    out.pixels.resize(std::size_t{c.width} * c.height, splat::FloatPixel{{-7, -7, -7}}); // what is not written shows
+    out.pixels.resize(std::size_t{c.width} * c.height, splat::FloatPixel{{-7, -7, -7}}); // shows pixels that are not written
     for (std::uint32_t ty = 0; ty < tiling.rows; ++ty)
         for (std::uint32_t tx = 0; tx < tiling.columns; ++tx) {
             auto const tile = splat::pixels_of(tiling, c, TileId::at(tx, ty));

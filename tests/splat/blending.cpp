@@ -20,7 +20,7 @@ namespace {
 using Scene = support::SortedSplats;
 using Picture = support::Blended;
 
-/// The frame in tiles of this size; by one thread for all workers, or by each of `workers` in turn.
+/// The frame in tiles of this size: one thread for all workers, or each of `workers` in turn.
 template <std::uint32_t Lanes = inner::native_lanes>
 Picture blend(Scene const& scene, Arithmetic arithmetic, std::uint32_t tile_width, std::uint32_t tile_height, std::uint32_t workers = 0)
 {
@@ -149,11 +149,11 @@ TEST_CASE("blending: fast is within its bound of precise")
     double most = 0;
     for (std::uint32_t seed = 41; seed < 45; ++seed) {
         auto const scene = varied(900, seed);
-        // Without cut-offs no pair can fall on the other side of one.
+        // Without cut-offs the two arithmetics draw the same pairs.
         auto const open = varied(900, seed, with([](Model& m) { m.transmittance_min = 0; }));
         auto const difference = largest_difference(blend(scene, Arithmetic::precise, 32, 20), blend(scene, Arithmetic::fast, 32, 20));
         most = std::max(most, difference);
-        CHECK(difference > 0); // or the recurrence was never used
+        CHECK(difference > 0); // otherwise the recurrence was never used
         CHECK(largest_difference(blend(open, Arithmetic::precise, 32, 20), blend(open, Arithmetic::fast, 32, 20)) < 5e-3);
     }
     // A flip at alpha_min moves a pixel by at most alpha_min times a colour: 1/255 times 1.
@@ -171,11 +171,11 @@ TEST_CASE("blending: fast is within its bound of precise")
                 for (int c = 0; c < 3; ++c) {
                     double const u = precise.pixels[i].rgb[c], v = fast.pixels[i].rgb[c];
                     if (u != 0 && v != 0) relative = std::max(relative, std::fabs(u - v) / u);
-                    if (std::max(u, v) > 5e-3) CHECK((u != 0 && v != 0)); // only what is faint may be there in one alone
+                    if (std::max(u, v) > 5e-3) CHECK((u != 0 && v != 0)); // only a faint value may be in one picture alone
                 }
         }
     }
-    // Needles whose means are far outside the frame, up to where a distance is nothing but rounding.
+    // Needles whose means are far outside the frame, up to distances that consist of rounding errors.
     support::Random random(47);
     double far = 0;
     for (int k = 0; k < 3000; ++k) {

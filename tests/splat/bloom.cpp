@@ -11,7 +11,7 @@ using support::sized;
 using support::Whole;
 
 namespace {
-/// Renders a hand-held path over a cloud and compares, after every frame, what each tile holds with brute force.
+/// Renders a hand-held path over a cloud. After every frame it compares each tile's records with brute force.
 template <class S, template <class, class> class Engine = Mesh>
 void check_copies(std::uint32_t slots, RendererOptions options, std::vector<float> const& turns)
 {
@@ -78,7 +78,7 @@ TEST_CASE("bloom: an anchor that moves by a tile costs what is new, not the whol
         auto const r = renderer->render(camera).report;
         CHECK(r.gaussians.moved == 1);
         CHECK(r.copies > 60);
-        CHECK(r.messages <= 1 + 2 * 11); // the record, a column or row of new copies, and at most a row that has them already
+        CHECK(r.messages <= 1 + 2 * 11); // the record, a column or row of new copies, and at most one row that has them already
         CHECK(r.messages >= 9);
     }
 }
@@ -99,7 +99,7 @@ TEST_CASE("drop: every copy that is missing is listed with its cause, and the pi
             if (S::Saturation::holds) CHECK(r.lost_copies + r.gaussians.unplaced == r.lost.size());
             auto const full = report::render_naive(gaussians, view, renderer->model());
             auto const without = report::render_naive(gaussians, view, renderer->model(), renderer->missing(r));
-            // RGBX8 or float: what the framebuffer holds.
+            // RGBX8 or float: the format of the framebuffer.
             auto shown = without;
             if constexpr (std::is_same_v<typename S::Pixel, Rgbx8Pixel>)
                 for (float& v : shown.rgb) v = static_cast<float>(Rgbx8Pixel::level(v)) / 255.0f;
@@ -110,7 +110,7 @@ TEST_CASE("drop: every copy that is missing is listed with its cause, and the pi
     check(Dropping{}, 2, 600, report::Cause::channel_full);
     check(Dropping{}, 300, 22, report::Cause::storage_full);
     check(Whole{}, 300, 22, report::Cause::storage_full);
-    // Two tiles' worth of records on one anchor tile: unplaced, by id.
+    // Records for two tiles on one anchor tile: some are unplaced, listed by id.
     for (auto& g : gaussians) g.mean_world[0] = g.mean_world[2] * 0.01f, g.mean_world[1] = g.mean_world[2] * 0.01f;
     check(Whole{}, 300, 60, report::Cause::unplaced);
 }
@@ -124,8 +124,8 @@ TEST_CASE("hold: what was unplaced comes back when another view has room for it,
     far.position[2] = -30; // all on a few tiles
     auto const crowded = renderer->render(far);
     CHECK(crowded.report.gaussians.unplaced > 0);
-    CHECK(renderer->render(far).report.gaussians.unplaced == crowded.report.gaussians.unplaced); // static: nothing tried again
-    auto away = near; // looking the other way nothing is on screen and all have room
+    CHECK(renderer->render(far).report.gaussians.unplaced == crowded.report.gaussians.unplaced); // static: no record is tried again
+    auto away = near; // in the other direction nothing is on screen, and all have room
     away.rotation[0][0] = away.rotation[2][2] = -1;
     auto const parked = renderer->render(away);
     CHECK(parked.report.gaussians.unplaced == 0);
@@ -135,7 +135,7 @@ TEST_CASE("hold: what was unplaced comes back when another view has room for it,
 
 TEST_CASE("hold: unplaced records are visible in every frame, and in a static one too")
 {
-    // Three tiles of 16 slots, and 39 balls that have their anchor on the first and reach all.
+    // Three tiles of 16 slots, and 39 balls whose anchor is the first tile and whose footprints touch all three.
     std::vector<Gaussian> balls;
     for (std::uint32_t id = 1; id <= 39; ++id) balls.push_back(support::ball(id, 4, 4, 16, 0.5f));
     auto const renderer = make_runner<Whole>(support::map_of(balls), {.tile = {8, 8}, .sizes = sized<Whole>(40, 16)});
@@ -161,7 +161,7 @@ TEST_CASE("every listed copy is lost or late, those of records that are nowhere 
         std::uint64_t ownerless = 0, all_late = 0, gone = 0;
         for (float turn : {0.0f, 0.1f, 0.1f, 0.25f, 0.4f}) {
             auto const r = renderer->render(support::lens(120, 80, turn)).report;
-            auto const owned = renderer->owned_ids(); // with those under way
+            auto const owned = renderer->owned_ids(); // including those under way
             std::uint64_t lost = 0, late = 0;
             for (auto const& l : r.lost) {
                 if (l.tile == report::Loss::whole) continue;
@@ -191,7 +191,7 @@ TEST_CASE("hold: `held` counts every wait, for a slot as for a credit, of one fr
     CHECK(r.refused.no_credit > 0);
     CHECK(r.gaussians.held == r.refused.channel_full + r.refused.no_credit);
     CHECK(r.gaussians.dropped == 0);
-    CHECK(renderer->render(support::lens(120, 80)).report.gaussians.held == 0); // a static view waits for nothing
+    CHECK(renderer->render(support::lens(120, 80)).report.gaussians.held == 0); // in a static view no record waits
 }
 
 TEST_CASE("drop: what a full channel refused is owed again in the next view, and nothing else is")
@@ -204,7 +204,7 @@ TEST_CASE("drop: what a full channel refused is owed again in the next view, and
     auto before = first;
     std::uint32_t frames = 0;
     for (; frames < 200 && before.lost_copies != 0; ++frames) {
-        camera.cx += 1e-4f; // a new view, in which next to nothing moves
+        camera.cx += 1e-4f; // a new view in which almost nothing moves
         auto const now = renderer->render(camera).report;
         CHECK(now.messages <= before.lost_copies + 20); // an anchor or two may cross a border
         CHECK(now.lost_copies <= before.lost_copies + 5);
@@ -226,7 +226,7 @@ TEST_CASE("bounded hops: one superstep a frame; every frame lacks just what is l
     };
     auto const check = [&](std::unique_ptr<support::Runner> const& renderer, std::uint32_t hops) {
         std::uint64_t late = 0, under_way = 0;
-        for (float turn : {0.0f, 0.3f, 0.31f, -1.0f, 0.2f}) { // each starts while the one before is still under way
+        for (float turn : {0.0f, 0.3f, 0.31f, -1.0f, 0.2f}) { // each starts while records of the one before are still under way
             std::uint64_t missing = 1, frames = 0;
             std::uint32_t const patience = turn == 0.31f ? 400 : 3;
             for (; frames < patience && missing != 0; ++frames) {
@@ -247,7 +247,7 @@ TEST_CASE("bounded hops: one superstep a frame; every frame lacks just what is l
             }
             if (patience == 400) {
                 CHECK(missing == 0);
-                CHECK(frames > 3); // it did take several frames
+                CHECK(frames > 3); // it took several frames
             }
         }
         CHECK(late > 0);
@@ -262,7 +262,7 @@ TEST_CASE("bounded hops: one superstep a frame; every frame lacks just what is l
 
 TEST_CASE("bounded hops: views that change while records are under way never leave two waiting for each other")
 {
-    // FIFOs of one, and a new view every frame: records meet that both must turn back.
+    // FIFOs of one slot, and a new view every frame: two records meet that both must turn back.
     auto const gaussians = support::cloud(200, 43);
     for (std::uint64_t seed = 0; seed < (support::fast() ? 4u : 24u); ++seed) {
         auto const renderer = make_runner<Whole>(support::map_of(gaussians), {.grid = {5, 4}, .hops = seed % 3 == 2 ? 2u : 1u, .sizes = sized<Whole>(1, 300)});

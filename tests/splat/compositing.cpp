@@ -11,7 +11,7 @@ Splat splat_of(Gaussian const& g, Camera const& camera, Model const& model = {})
 {
     return project(g, make_view(camera, model), make_tiling(camera.width, camera.height, camera.width, camera.height));
 }
-/// May a pixel of the block with these outermost centres, relative to the mean, see the splat?
+/// May a pixel of the block see the splat? The arguments are the block's outermost centres, relative to the mean.
 bool reaches(Splat const& s, float x0, float x1, float y0, float y1)
 {
     namespace detail = tilemesh::splat::detail;
@@ -37,7 +37,7 @@ TEST_CASE("block cull: never leaves out a block in which a pixel sees the splat"
     auto const camera = support::lens(256, 128);
     std::uint64_t kept = 0, seen = 0, all = 0;
     auto gaussians = support::cloud(1500, 51);
-    for (auto& g : gaussians) // needles and discs: where a cull by the nearest box point fails
+    for (auto& g : gaussians) // needles and discs: a cull by the nearest box point fails for them
         if (static_cast<std::uint32_t>(g.id) % 2 == 0) g.log_scale[0] += 2, g.log_scale[1] -= 3;
     for (auto const& g : gaussians) {
         auto const s = splat_of(g, camera);
@@ -57,7 +57,7 @@ TEST_CASE("block cull: never leaves out a block in which a pixel sees the splat"
             }
     }
     CHECK(seen > 1000);
-    CHECK(kept < seen + seen / 20); // and hardly ever keeps one in vain
+    CHECK(kept < seen + seen / 20); // and it rarely keeps one without need
     CHECK(kept < all / 4);
 }
 
@@ -180,7 +180,7 @@ TEST_CASE("every cut-off, footprint and clamp: mesh and naive loop agree bit for
 
 TEST_CASE("rgbx8: the float picture rounded to levels, clamped, padded")
 {
-    // Nearest level, halves up, without an error next to a half: against double, where 255 v + 0.5 is exact.
+    // The nearest level, halves up, without an error next to a half. Compared with double, in which 255 v + 0.5 is exact.
     for (int k = 0; k < 255; ++k)
         for (float v = std::nextafter(float((k + 0.5) / 255), 0.0f), i = 0; i < 4; ++i, v = std::nextafter(v, 1.0f))
             CHECK(Rgbx8Pixel::level(v) == static_cast<std::uint32_t>(255.0 * double{v} + 0.5));

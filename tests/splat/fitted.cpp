@@ -1,5 +1,5 @@
 // test: unoptimised test, without asan tsan
-// What a setup does without costs no byte and no counter, and what it has but does not need changes no bit.
+// A step that a setup leaves out costs no byte and no counter. A step that it has but does not need changes no bit.
 #include "runner.hpp"
 #include <doctest/doctest.h>
 #include <map>
@@ -26,7 +26,7 @@ static_assert(sizeof(BeamMessage<Fitted<Lossless, 0>>) == 60 && sizeof(BeamMessa
 static_assert(sizeof(FloatPixel) == 12 && sizeof(WithDepth<FloatPixel>) == 16 && sizeof(WithAlpha<FloatPixel>) == 16 &&
               sizeof(WithAlpha<WithDepth<FloatPixel>>) == 20 && sizeof(WithDepth<Rgbx8Pixel>) == 8);
 
-// Slots of storage on Mk2: all, without routing, without bloom, with neither.
+// Slots of storage on Mk2: with all, without routing, without bloom, without both.
 template <std::uint32_t Degree, std::uint32_t All, std::uint32_t NoRouting, std::uint32_t NoBloom, std::uint32_t Neither>
 constexpr bool has_slots = Fitted<Lossless, Degree>::sizes.storage == All &&
                            Fitted<Lossless, Degree, false, true>::sizes.storage == NoRouting &&
@@ -37,7 +37,7 @@ static_assert(has_slots<1, 1581, 2326, 2139, 2953>);
 static_assert(has_slots<2, 1172, 1724, 1586, 2176>);
 static_assert(has_slots<3, 860, 1266, 1164, 1590>);
 
-// Channels whose slots `limit` gives stay so for other records, and free their heads alone. Sizes of 4 GiB and more do not wrap.
+// Channels whose slots `limit` gives keep that form for other records, and free only their heads. Sizes of 4 GiB and more do not wrap.
 struct ByLimit : Lossless {
     static constexpr Sizes sizes{.storage = 2000, .road = dynamic_capacity, .beam = dynamic_capacity, .waiting = 200, .tile_pixels = 640};
 };
@@ -65,7 +65,8 @@ std::set<std::string> const always = {"storage",     "marks",       "projected r
 std::set<std::string> const of_routing = {"road", "waiting (side 0)", "waiting (side 1)", "credits and flow control"};
 std::set<std::string> const of_bloom = {"beam", "bloom debts"};
 
-/// The ledger of Lossless says what routing and bloom take; a setup without them has the rows that it needs, and their bytes as slots.
+/// The ledger of Lossless says which bytes routing and bloom take. A setup without them has the rows that it needs, and their bytes as
+/// slots.
 template <std::uint32_t Degree, bool Routes, bool Blooms>
 void check_ledger()
 {
@@ -122,7 +123,8 @@ std::set<std::pair<std::uint32_t, std::uint32_t>> listed(report::FrameReport con
     return out;
 }
 
-/// By brute force, in order of the map: what a host that places records finds no slot for, and what lacks a copy without bloom.
+/// By brute force, in the order of the map: records for which a host that places records finds no slot, and tiles that lack a copy without
+/// bloom.
 struct Expected {
     std::set<std::pair<std::uint32_t, std::uint32_t>> unplaced, copies;
     std::vector<std::set<std::uint32_t>> anchored; ///< by tile
@@ -146,7 +148,7 @@ Expected expected(std::vector<Gaussian> const& gaussians, Camera const& camera, 
     }
     return e;
 }
-/// Tiles that hold other anchored records, or other copies, than brute force says; `copies` false: that hold any copy.
+/// The number of tiles with other anchored records, or other copies, than brute force gives. `copies` false: tiles that hold any copy.
 std::uint32_t wrong_tiles(support::Runner& renderer, Expected const& e, bool copies)
 {
     auto const grid = renderer.grid();
@@ -164,7 +166,7 @@ std::uint32_t wrong_tiles(support::Runner& renderer, Expected const& e, bool cop
 }
 
 constexpr RendererOptions tiles_of_16{.grid = {4, 3}, .tile = {16, 16}};
-/// A ball in the middle of each tile of 16 x 16 pixels, several behind each other; none touches a second tile.
+/// A ball in the middle of each tile of 16 x 16 pixels, several behind each other. None touches a second tile.
 std::vector<Gaussian> middles(Camera const& camera)
 {
     std::vector<Gaussian> out;
@@ -201,7 +203,7 @@ TEST_CASE("fitted: records with room for harmonics that are zero change no bit a
         auto const camera = support::lens(64, 48, turn);
         auto const a = plain->render(camera), b = shaded->render(camera);
         INFO("turn ", turn);
-        CHECK(a.report.gaussians.held + b.report.gaussians.held == 0); // a channel has bytes, so that fewer of the larger fit
+        CHECK(a.report.gaussians.held + b.report.gaussians.held == 0); // a channel has bytes, so it holds fewer of the larger records
         CHECK(support::differing_pixels(a.image, b.image) == 0);
         CHECK(support::differing_pixels(a.image, report::render_naive(gaussians, camera, Model{})) == 0);
         CHECK(report::first_difference(a.report, b.report, {"exchanged_bytes"}) == "");
@@ -216,7 +218,7 @@ TEST_CASE("fitted: routing that has nothing to do changes no bit and no counter"
     auto gaussians = support::cloud(250, 182);
     auto const camera = support::lens(64, 48);
     auto const tiling = make_tiling(64, 48, 16, 16);
-    // What has nothing on screen is parked on a tile or stays with the host: that only the peak of storage would show.
+    // A record with nothing on screen is parked on a tile or stays with the host; only the peak of storage would show the difference.
     std::erase_if(gaussians, [&](Gaussian const& g) { return !project(g, make_view(camera, {}), tiling).visible(); });
     auto const routes = make_runner<Whole>(support::map_of(gaussians), tiles_of_16);
     auto const placed = make_runner<NoRouting>(support::map_of(gaussians), tiles_of_16);
@@ -363,7 +365,7 @@ TEST_CASE("fitted: without routing the host places every view anew, on both engi
         auto const e = expected(gaussians, camera, placed->tiling(), placed->grid(), NoRouting::sizes.storage);
         CHECK(wrong_tiles(*placed, e, true) == 0);
         CHECK(frame.report.copies == e.copies.size());
-        CHECK(frame.report.messages >= (turn == 0.4f ? 0 : frame.report.copies)); // each is sent anew, but in a view twice
+        CHECK(frame.report.messages >= (turn == 0.4f ? 0 : frame.report.copies)); // each copy is sent again, except if a view is repeated
         for (auto const& other : {threads->render(camera), checked->render(camera)}) {
             CHECK(support::differing_pixels(other.image, frame.image) == 0);
             CHECK(other.report.digests.size() == frame.report.digests.size());

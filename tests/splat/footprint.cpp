@@ -8,7 +8,7 @@ using namespace tilemesh;
 using namespace tilemesh::splat;
 
 namespace {
-/// Every tile of the rectangle but the anchor has exactly one parent, which lies in the rectangle and is nearer to the anchor.
+/// Every tile of the rectangle except the anchor has exactly one parent. The parent lies in the rectangle and is nearer to the anchor.
 constexpr bool is_tree(std::uint32_t width, std::uint32_t height, TileId anchor)
 {
     Grid const grid{width, height};

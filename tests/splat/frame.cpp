@@ -23,8 +23,8 @@ float brightest(scene::Map const& map)
     return most;
 }
 
-/// What a view after another may send, on any map: a record whose anchor and tiles stay the same sends nothing; any other goes at most from
-/// anchor to anchor and once to each of its tiles. One that appears was parked anywhere.
+/// The most messages of a view after another one, on any map. A record whose anchor and tiles stay the same sends nothing. Any other record
+/// goes at most from anchor to anchor, and once to each of its tiles. A record that appears was parked on any tile.
 std::uint64_t messages_of_changes(scene::Map const& map, Camera const& before, Camera const& after, Model const& model, Tiling const& tiling)
 {
     auto const distance = [](std::uint32_t a, std::uint32_t b) { return a < b ? b - a : a - b; };
@@ -45,12 +45,12 @@ std::uint64_t messages_of_changes(scene::Map const& map, Camera const& before, C
     return most;
 }
 
-/// Pixels of two pictures that are farther apart than they may be, and the largest share of what it may that a pixel takes.
+/// The pixels of two pictures that differ by more than their limits, and the largest share of its limit that a pixel uses.
 struct Far {
     std::uint64_t pixels = 0;
     double largest_share = 0;
 };
-/// A pixel may be its own limit and `besides` off.
+/// Each pixel may differ by its own limit plus `besides`.
 Far far_from(report::Image const& a, report::Image const& b, std::vector<double> const& limits, double besides)
 {
     Far out;
@@ -84,10 +84,10 @@ TEST_CASE("lossless on Mk2: every camera, 40 x 36 tiles, against the naive pictu
             auto const none = report::compare(
                 frame.image, report::render_double(s.map.gaussians, camera, Model{}, report::Cuts::none, 2));
             MESSAGE(s.map.name, "/", name, ": ", same.psnr_db, " dB with the same cut-offs, ", none.psnr_db, " dB without");
-            // float's alpha is at most 2.3e-5 off (rows 6 to 8 of the table in tests/README.md), the weights sum up to at most 1, and
-            // 90 dB below the brightest colour is 3.2e-5 of it: what is left is for the few pairs that only one of the two draws.
+            // float's alpha is off by at most 2.3e-5 (rows 6 to 8 of the table in tests/README.md), and the weights sum up to at most 1. 90
+            // dB below the brightest colour is 3.2e-5 of it. The rest is for the few pairs that only one of the two draws.
             CHECK(same.psnr_db + 20 * std::log10(std::max(1.0f, brightest(s.map))) >= 90);
-            // How much light the cut-offs leave out depends on how many faint Gaussians a map has.
+            // The light that the cut-offs leave out depends on the number of faint Gaussians in a map.
             if (s.like_slam) CHECK(none.psnr_db >= 50);
         }
     }
@@ -110,7 +110,7 @@ TEST_CASE("structure: a static frame exchanges nothing, evaluates at most 3 pair
         CHECK(still.copies == cold.copies);
         CHECK(still.pairs >= still.pairs_contributing);
         CHECK(still.pairs_contributing > 0);
-        if (s.like_slam) CHECK(still.pairs <= 3 * still.pairs_contributing); // a block of 16 x 5 around a needle is nearly empty
+        if (s.like_slam) CHECK(still.pairs <= 3 * still.pairs_contributing); // a block of 16 x 5 around a needle is almost empty
         std::uint64_t most = 0;
         for (std::size_t i = 1; i < path.size(); ++i) {
             auto const frame = renderer->render(path[i]);
@@ -140,14 +140,14 @@ TEST_CASE("conservation on real maps: at every superstep every id is owned once,
         for (auto const& [name, camera] : s.cameras) {
             auto const r = renderer->render(camera).report;
             reported += r.exchanges.total();
-            // Nothing waited: the bound W + H - 2 holds.
+            // No record waited: the bound W + H - 2 holds.
             if (r.gaussians.held == 0) CHECK(r.exchanges.route <= 74);
             auto const view = make_view(camera, renderer->model());
             CHECK(renderer->wrong_tiles(s.map.gaussians, view) == 0);
             if (support::fast() && ++frames == 1) break;
         }
         CHECK(reported > 0);
-        CHECK(supersteps >= reported); // or some were not looked at
+        CHECK(supersteps >= reported); // otherwise some passes were not observed
         CHECK(wrong == 0);
     }
 }
@@ -193,7 +193,7 @@ TEST_CASE("fast arithmetic: the same bits for any tiling, engine and thread coun
         if (!support::fast()) CHECK(support::differing_pixels(image, rendered({.threads = 2, .tile = {40, 16}})) == 0);
         auto const sequential = make_runner<Lossless, CheckedMesh>(s.map, {.arithmetic = Arithmetic::fast});
         CHECK(support::differing_pixels(image, sequential->render(camera).image) == 0);
-        // The rounding alone: no pixel stops.
+        // The effect of rounding alone: no pixel stops.
         Model open;
         open.transmittance_min = 0;
         auto const renderer = make_runner<Default>(s.map, {.threads = 2, .arithmetic = Arithmetic::fast});
@@ -201,9 +201,9 @@ TEST_CASE("fast arithmetic: the same bits for any tiling, engine and thread coun
         auto const fast = renderer->render(camera).image, precise = report::render_naive(s.map.gaussians, camera, open);
         auto const limits = support::limits_of_fast(s.map.gaussians, camera, open);
         auto const beyond = far_from(fast, precise, limits, 0);
-        CHECK(beyond.largest_share > 0); // or the recurrence was never used
+        CHECK(beyond.largest_share > 0); // otherwise the recurrence was never used
         CHECK(beyond.pixels == 0);
-        // With the stop: where a rounding decides whether a pixel ends a term sooner, what lies behind the stop comes on top.
+        // With the stop: where a rounding decides whether a pixel ends one term sooner, the light behind the stop is added.
         auto const stopped = far_from(image, naive(s, camera), limits, Model{}.transmittance_min * brightest(s.map));
         CHECK(stopped.largest_share > 0);
         CHECK(stopped.pixels == 0);

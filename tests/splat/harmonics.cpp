@@ -27,7 +27,7 @@ bool same_bits(Splat const& a, Splat const& b)
     return std::memcmp(&a, &b, sizeof a) == 0;
 }
 
-/// The integral over the sphere of the product of two basis functions, by the midpoint rule in cos(theta) and phi.
+/// The integral of the product of two basis functions over the sphere, by the midpoint rule in cos(theta) and phi.
 double product(std::uint32_t a, std::uint32_t b)
 {
     constexpr int n = 60;
@@ -84,7 +84,7 @@ TEST_CASE("harmonics: the colour agrees with the definition in double, at every 
         }
         auto base = project(static_cast<Gaussian const&>(g), view, tiling);
         std::memcpy(base.colour, s.colour, sizeof base.colour);
-        CHECK(same_bits(base, s)); // nothing but the colour differs
+        CHECK(same_bits(base, s)); // only the colour differs
     };
     for (auto const& g : support::cloud(3000, 11)) {
         check(shaded<1>(g, random));
@@ -118,7 +118,7 @@ TEST_CASE("harmonics: coefficients of zero change no bit; what is not finite is 
             if (!s.visible()) continue;
             for (float c : s.colour) CHECK((c >= 0 && c <= largest_colour));
         }
-    // A mean so far away that its square is no float.
+    // A mean so far away that no float holds its square.
     ShadedGaussian<1> far{};
     static_cast<Gaussian&>(far) = plain;
     far.mean_world[2] = 1e30f;
@@ -155,7 +155,7 @@ TEST_CASE("harmonics on the mesh: bit-equal to the naive picture over tilings, c
     check(support::make_runner<Referenced<World>>(map, {.tile = {16, 9}, .sizes = sizes}));
     check(support::make_runner<Referenced<Screen>>(map, {.tile = {20, 30}, .sizes = sizes}));
 
-    // A setup of degree 0 does not pretend.
+    // A setup of degree 0 refuses the map.
     CHECK_THROWS_WITH_AS(scene::records<Gaussian>(map),
                          "a map with view-dependent colour of degree 2 (the setup's records hold degree 0); render it with "
                          "fit_renderer or a Fitted<Lossless, 2> setup, or give up the rest with scene::at_degree",

@@ -3,7 +3,7 @@
 #include "scenes.hpp"
 #include <array>
 
-// The project's strongest promise: with nothing lost, the mesh's picture is the naive one, bit for bit.
+// The project's strongest promise: if nothing is lost, the mesh's picture is the naive one, bit for bit.
 using namespace tilemesh;
 using namespace tilemesh::splat;
 using support::naive;
@@ -13,7 +13,7 @@ using support::scenes;
 namespace {
 enum class Motion { cold, teleport, orbit };
 
-/// Tiles of any size; capacities as in lossless, or given when the mesh is made.
+/// Tiles of any size. Capacities are those of `lossless`, or are given when the mesh is made.
 Sizes sizes_of(bool whole, bool dynamic)
 {
     auto sizes = Lossless::sizes;
@@ -23,7 +23,7 @@ Sizes sizes_of(bool whole, bool dynamic)
     return sizes;
 }
 
-/// Renders one combination; the number of pixels that differ from the naive picture, over all compared frames.
+/// Renders one combination. Returns the number of pixels that differ from the naive picture, over all compared frames.
 std::uint64_t differing(Scene const& s, std::size_t camera, Extent2 tile, std::uint32_t threads, bool dynamic, bool screen,
                         Motion motion, std::uint32_t step)
 {
@@ -54,7 +54,7 @@ constexpr std::uint32_t thread_counts[] = {1, 2, 3, 7};
 } // namespace
 
 namespace {
-/// Row t of a camera's rows: camera x tile is complete, the other axes step at rates that make every pair of values meet.
+/// Row t of a camera's rows: camera x tile is complete; the other axes step at rates that make every pair of values occur.
 struct Row {
     std::uint32_t threads;
     bool dynamic, screen;

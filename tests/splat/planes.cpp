@@ -1,5 +1,5 @@
 // test: unoptimised test, without asan tsan
-// Depth and alpha: right where asked for, absent where not.
+// Depth and alpha: correct if the setup has them, absent otherwise.
 #include "runner.hpp"
 #include <doctest/doctest.h>
 #include <tilemesh/report/reference_double.hpp>
@@ -19,7 +19,7 @@ RenderedFrame on_mesh(std::vector<Gaussian> const& gaussians, Camera const& came
     return support::make_runner<S, Engine>(support::map_of(gaussians), options)->render(camera);
 }
 
-/// The same Gaussians, red with their view depth and green with 1: a picture of them holds sum(w z) and sum(w).
+/// The same Gaussians, with their view depth as red and 1 as green: a picture of them holds sum(w z) and sum(w).
 std::vector<Gaussian> painted_with_depth(std::vector<Gaussian> gaussians, Camera const& camera)
 {
     for (auto& g : gaussians) {
@@ -50,7 +50,7 @@ TEST_CASE("planes: on Mk2 a tile keeps what is asked for, and storage gives up t
     CHECK(WithPixel<Lossless, FloatPixel>::sizes == Lossless::sizes);
     CHECK(WithPixel<Paper, WithDepth<Rgbx8Pixel>>::sizes == Paper::sizes); // its ledger has room
     CHECK(Tile<Mk2, Frame<Two>, Two>::bytes <= Mk2::sram_bytes);
-    CHECK(Tile<Mk2, Frame<Two>, Two>::bytes + 136 > Mk2::sram_bytes); // no slot more than it must
+    CHECK(Tile<Mk2, Frame<Two>, Two>::bytes + 136 > Mk2::sram_bytes); // it gives up no more slots than necessary
     using Same = WithPixel<Lossless, FloatPixel>;
     CHECK(Tile<Mk2, Frame<Same>, Same>::bytes == Tile<Mk2, Frame<Lossless>, Lossless>::bytes);
 }
@@ -124,7 +124,7 @@ TEST_CASE("planes: against double, with the same cut-offs")
     auto const gaussians = support::cloud(400, 172);
     auto const sums = report::render_double_unrounded(painted_with_depth(gaussians, camera), camera, Model{}, report::Cuts::same);
     auto const frame = on_mesh<Both>(gaussians, camera);
-    // A term at a threshold may be in one sum and not in the other: 1/255 of weight, of depths from 1 to 3.75.
+    // A term at a threshold may be in one sum and not in the other: 1/255 of weight, for depths from 1 to 3.75.
     double largest_alpha = 0, largest_depth = 0;
     std::uint32_t far_off = 0;
     for (std::size_t i = 0; i < frame.depth.values.size(); ++i) {
@@ -143,7 +143,7 @@ TEST_CASE("planes: against double, with the same cut-offs")
 
 TEST_CASE("planes: a depth beyond the range of float is not drawn, and spoils no pixel")
 {
-    // Along the view the far one is at infinity in float, and its direction is finite.
+    // Along the view direction the far mean is at infinity in float, but its direction is finite.
     auto camera = support::lens(64, 48);
     float const third = 0.57735027f, half = 0.70710678f, sixth = 0.40824829f;
     float const rows[3][3] = {{half, -half, 0}, {sixth, sixth, -2 * sixth}, {third, third, third}};

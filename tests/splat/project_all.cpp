@@ -5,7 +5,7 @@
 #include <tilemesh/scene/built_in.hpp>
 #include <tilemesh/splat/project_all.hpp>
 
-// Here are more lanes than the target has: GCC warns of them as results, at the end of the file, though all is inlined.
+// Vectors here have more lanes than the target. GCC warns of them as results, at the end of the file, although all functions are inlined.
 #pragma GCC diagnostic ignored "-Wpsabi"
 
 using namespace tilemesh;
@@ -32,7 +32,7 @@ std::uint32_t bits_of(float v)
     return bits;
 }
 
-/// How many of the records `project_all` does not project as `project` does, in any bit; and does it write beyond them?
+/// The number of records for which `project_all` differs from `project` in any bit. Also checks that it does not write beyond them.
 template <std::uint32_t Lanes, class Record>
 std::uint32_t wrong_in_lanes(std::vector<Record> const& records, std::vector<Splat> const& expected, View const& view,
                              Tiling const& tiling)
@@ -49,7 +49,7 @@ std::uint32_t wrong_in_lanes(std::vector<Record> const& records, std::vector<Spl
 struct Result {
     std::uint32_t wrong, visible;
 };
-/// The same for every number of lanes.
+/// The sum over all numbers of lanes.
 template <class Record>
 Result compare(std::vector<Record> const& records, Camera const& camera, Model const& model)
 {
@@ -67,12 +67,12 @@ Result compare(std::vector<Record> const& records, Camera const& camera, Model c
     return result;
 }
 
-/// A length between 1e-30 and 1e30, all magnitudes alike.
+/// A length between 1e-30 and 1e30; all magnitudes are equally likely.
 float any_magnitude(support::Random& random)
 {
     return std::exp(random.uniform(-69, 69));
 }
-/// An ordinary Gaussian in front of `support::lens`, with one of the ways in which a map goes wrong, or several.
+/// An ordinary Gaussian in front of `support::lens`, with one or several of the faults that occur in maps.
 Gaussian stiff(support::Random& random, float near_depth, float alpha_min)
 {
     Gaussian g{};
@@ -96,20 +96,20 @@ Gaussian stiff(support::Random& random, float near_depth, float alpha_min)
         case 1: // a disc, or a plane
             g.log_scale[0] = g.log_scale[1] = random.uniform(-2, 12), g.log_scale[2] = random.uniform(-87, -9);
             break;
-        case 2: // any size, to both ends of the exponential
+        case 2: // any size, to both ends of the exponential's range
             for (float& s : g.log_scale) s = random.uniform(-100, 100);
             break;
-        case 3: // around the largest that is projected in pixels
+        case 3: // around the largest axis that is projected in pixels
             for (float& s : g.log_scale) s = random.uniform(10, 24);
             break;
         case 4: g.log_scale[axis()] = one_of({infinity, -infinity, not_a_number, 3e38f, -3e38f, 88, -87, 1e30f}); break;
         case 5: // a quaternion of any length
             for (float const f = any_magnitude(random); float& q : g.rotation) q *= f;
             break;
-        case 6: // around the lengths whose square is taken as it is
+        case 6: // around the lengths from which the square is taken without scaling
             for (float const f = one_of({1e-15f, 1e15f}) * random.uniform(0.5f, 2); float& q : g.rotation) q *= f;
             break;
-        case 7: // none, or next to none
+        case 7: // no rotation, or almost none
             for (float& q : g.rotation) q = one_of({0, -0.0f, subnormal, -subnormal, smallest});
             break;
         case 8: g.rotation[random.below(4)] = one_of({infinity, -infinity, not_a_number, 3e38f, 2e19f, subnormal, 0}); break;
@@ -160,14 +160,14 @@ std::vector<ShadedGaussian<Degree>> shaded(std::vector<Gaussian> const& plain, s
     return map;
 }
 
-/// Units in the last place between a float and the right value.
+/// The units in the last place between a float and the right value.
 double ulps_off(float v, double right)
 {
     int exponent;
     (void)std::frexp(right, &exponent);
     return std::fabs(double{v} - right) / std::ldexp(1.0, exponent - 24);
 }
-/// In how many lanes `in_lanes` differs from `alone`, over the list of floats; NaN is NaN.
+/// The number of lanes in which `in_lanes` differs from `alone`, over the list of floats. NaN equals NaN.
 template <std::uint32_t N, class InLanes, class Alone>
 std::uint32_t unlike(std::vector<float> const& values, InLanes const& in_lanes, Alone const& alone)
 {
@@ -182,7 +182,7 @@ std::uint32_t unlike(std::vector<float> const& values, InLanes const& in_lanes, 
     }
     return count;
 }
-/// Every exponent, both signs, many fractions; zeros, infinities and NaN among them. Whole blocks of 16.
+/// Floats with every exponent, both signs and many fractions, including zeros, infinities and NaN. Whole blocks of 16.
 std::vector<float> all_kinds_of_floats()
 {
     std::vector<float> values;
@@ -194,7 +194,7 @@ std::vector<float> all_kinds_of_floats()
 }
 } // namespace
 
-// Lanes are called from between these marks.
+// Functions on lanes may only be called between these marks.
 TILEMESH_EXACT_BEGIN
 namespace {
 template <std::uint32_t N>
@@ -284,7 +284,7 @@ TEST_CASE("lanes: tiles, spans and roundings are those of whole numbers")
             wrong += static_cast<std::uint32_t>(tile) != pixel / size ? 1 : 0;
         }
     support::Random random(5);
-    auto const naive_span = [](double centre, double reach, double size) -> std::uint32_t { // of numbers that add exactly
+    auto const naive_span = [](double centre, double reach, double size) -> std::uint32_t { // for numbers that add exactly
         double const low = std::floor(centre - reach), high = std::floor(centre + reach) + 1;
         if (!(low < size) || !(high > 0)) return 0;
         return static_cast<std::uint32_t>(std::max(low, 0.0)) | static_cast<std::uint32_t>(std::min(high, size)) << 16;
@@ -435,7 +435,7 @@ TEST_CASE("projection: the opacity box holds what is seen, where the logarithm i
     auto const camera = support::lens(160, 120);
     auto const tiling = make_tiling(160, 120, 32, 20);
     std::uint32_t outside = 0, inside = 0;
-    // Below 1e-40, alpha itself is rounded by more than 1e-5 of it.
+    // Below 1e-40, the rounding of alpha itself is more than 1e-5 of it.
     for (float const alpha_min : {1.0f / 255, 0.25f, 1.0f, 1e-30f, smallest, 1e-40f}) {
         Model model;
         model.alpha_min = alpha_min;

@@ -7,7 +7,7 @@ using namespace tilemesh;
 using namespace tilemesh::splat;
 
 namespace {
-/// The same projection in double by the textbook chain: Sigma, then J W Sigma W^T J^T.
+/// The same projection in double by the textbook formulas: Sigma, then J W Sigma W^T J^T.
 struct Truth {
     double u, v, a, b, c;
 };
@@ -73,7 +73,7 @@ TEST_CASE("projection: mean, factors and alpha agree with the textbook chain in 
     MESSAGE(seen, " visible; mean off by at most ", worst_mean, " px, alpha by ", worst_alpha);
     CHECK(seen > 10000);
     CHECK(worst_mean < 2e-4);
-    CHECK(worst_alpha < 1e-3); // needles among them: the inputs' own conditioning
+    CHECK(worst_alpha < 1e-3); // some are needles: this is the conditioning of their inputs
 }
 
 TEST_CASE("projection: the opacity box holds every pixel that sees at least alpha_min")

@@ -1,6 +1,6 @@
 // test: unoptimised test, without asan tsan
-// The named settings: what they set, that each is cheaper and farther off than the one before, and that a renderer that is asked for one
-// renders with it, whatever is culled for it.
+// The named qualities: their cut-offs; each is cheaper than the one before and has a larger error; and a renderer with a quality renders
+// with its cut-offs, also if records are culled for it.
 #include "runner.hpp"
 #include <cstring>
 #include <doctest/doctest.h>
@@ -29,7 +29,7 @@ static_assert(with_quality({}, Quality::viewing).transmittance_min == 5e-3f);
 static_assert(with_quality({}, Quality::on_sensor).alpha_min == 1.0f / 64);
 static_assert(with_quality({}, Quality::on_sensor).transmittance_min == 1e-2f);
 
-// The stops that are not asked for: the library's, and 3D Gaussian Splatting's in the presets that are the paper's machine.
+// The cut-offs without a quality: the library's, and those of 3D Gaussian Splatting in the presets of the paper's machine.
 static_assert(Model{}.alpha_min == 1.0f / 255 && Model{}.transmittance_min == 5e-3f);
 static_assert(Lossless::transmittance_min == 5e-3f && Fitted<Lossless, 3, false>::transmittance_min == 5e-3f);
 static_assert(Paper::transmittance_min == 1e-4f && Prototype::transmittance_min == 1e-4f && support::Room<Paper>::transmittance_min == 1e-4f);
@@ -120,7 +120,7 @@ TEST_CASE("quality: fewer pairs and a larger error, from evaluation to the defau
     }
     CHECK(last < 0.01);
 
-    // What `evaluation` leaves out moves no byte but by rounding.
+    // The cut-offs of `evaluation` change a byte only by rounding.
     auto const cut = report::render_double(desk().map.gaussians, desk().camera, with_quality({}, Quality::evaluation), report::Cuts::same);
     CHECK(report::compare(cut, exact).max_levels < 0.5);
 }
@@ -184,7 +184,7 @@ TEST_CASE("quality: what is culled for it is what it does not show")
         CHECK(frame.report.gaussians.visible == all.report.gaussians.visible);
         CHECK(frame.report.gaussians.parked == all.report.gaussians.parked);
 
-        // A demand of another model is refused, not rendered with holes.
+        // A demand for another model is refused, because the picture would have holes.
         auto const others = scene::demand_of(map, std::span(path), Model{}, tiling);
         REQUIRE(others.culled != 0);
         auto const wrong = support::fit_shared<support::NoRouting>(map, others, options);

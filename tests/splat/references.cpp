@@ -1,5 +1,5 @@
 // test: unoptimised tsan, without asan, needs data, cost 55
-// The host moves references instead of records: pictures, counters, bytes and losses are those of the machine that moves values.
+// The host moves references instead of records. Pictures, counters, bytes and losses are those of the machine that moves values.
 #include "runner.hpp"
 #include "scenes.hpp"
 #include <tilemesh/report/compare_reports.hpp>
@@ -17,7 +17,7 @@ std::uint64_t differing(report::Plane const& a, report::Plane const& b)
     return a.values.empty() ? 0 : std::memcmp(a.values.data(), b.values.data(), a.values.size() * sizeof(float)) != 0 ? 1 : 0;
 }
 
-/// Renders the cameras with values, and by reference on 1, 2 and 3 threads; returns what the last frame of values lacked.
+/// Renders the cameras with values, and by reference on 1, 2 and 3 threads. Returns the losses of the last frame with values.
 template <class S>
 report::FrameReport compare(scene::Map const& map, RendererOptions options, std::vector<Camera> const& cameras)
 {
@@ -45,7 +45,7 @@ report::FrameReport compare(scene::Map const& map, RendererOptions options, std:
     return frame.report;
 }
 
-/// Still, steps of a tenth of a degree, of 2 and more, jumps, a look away and back.
+/// A camera path: still, steps of 0.1 degrees, of 2 degrees and more, jumps, a look away and back.
 std::vector<Camera> path(std::uint32_t width = 120, std::uint32_t height = 80)
 {
     std::vector<Camera> out;
@@ -56,7 +56,7 @@ std::vector<Camera> path(std::uint32_t width = 120, std::uint32_t height = 80)
 }
 
 scene::Map cloud(std::uint32_t n = 400, std::uint64_t seed = 21) { return support::map_of(support::cloud(n, seed)); }
-/// With harmonics up to `degree`.
+/// A cloud with harmonics up to `degree`.
 scene::Map shaded_cloud(std::uint32_t n, std::uint64_t seed, std::uint32_t degree)
 {
     auto map = cloud(n, seed);
@@ -75,7 +75,7 @@ static_assert(takes_the_bytes_of_values<Lossless> && takes_the_bytes_of_values<P
                   takes_the_bytes_of_values<Fitted<Lossless, 3>>,
               "a reference takes the bytes of its record");
 static_assert(sizeof(RoadMessage<Referenced<Lossless>>) == 12 && sizeof(BeamMessage<Referenced<Lossless>>) == 8);
-// Machine, sizes, degree, saturation, addressing, copies and format of colours are values there: one renderer's code.
+// By reference, machine, sizes, degree, saturation, addressing, copies and colour format are values: one renderer's code serves them.
 static_assert(std::is_same_v<PoliciesOf<Referenced<Lossless>>, PoliciesOf<Referenced<Fitted<support::Screens, 3>>>> &&
               std::is_same_v<PoliciesOf<Referenced<Lossless>>, PoliciesOf<Referenced<Prototype>>> &&
               std::is_same_v<PoliciesOf<Referenced<support::Planes>>, PoliciesOf<Referenced<support::DropScreens>>> &&
@@ -117,7 +117,7 @@ TEST_CASE("references: pairwise, hold or drop, world or screen, carried or recom
     check(DropScreens{}, shaded_cloud(500, 78, 3));
     check(ShadedScreens{}, shaded_cloud(500, 77, 3));
     check(Shaded{}, shaded_cloud(500, 77, 3));
-    check(Shaded{}, shaded_cloud(500, 79, 1)); // coefficients that the map lacks are zero
+    check(Shaded{}, shaded_cloud(500, 79, 1)); // coefficients that the map does not have are zero
     CHECK(lost > 0);
 }
 

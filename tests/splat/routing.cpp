@@ -7,7 +7,7 @@
 using namespace tilemesh;
 using namespace tilemesh::splat;
 
-// One tile is 8 x 8 pixels; a ball in its middle touches no other tile, so that routing is alone.
+// A tile is 8 x 8 pixels. A ball in its middle touches no other tile, so only routing moves records.
 namespace {
 constexpr std::uint32_t tile_px = 8;
 
@@ -54,7 +54,7 @@ struct Job {
         REQUIRE(support::put<S>(mesh, from, at_tile(id, to)));
         ids.push_back(id);
     }
-    /// Number of records that are not on their anchor tile in the end.
+    /// The number of records that are not on their anchor tile at the end.
     std::uint32_t run()
     {
         std::sort(ids.begin(), ids.end());
@@ -90,7 +90,7 @@ TEST_CASE("routing: on every small grid, every pair of records arrives through c
     for (auto const& grid : {Grid{1, 1}, Grid{2, 1}, Grid{1, 2}, Grid{2, 2}, Grid{3, 2}}) {
         auto const n = grid.size();
         for (std::uint32_t code = 0; code < n * n * n * n; ++code) {
-            Job<S, CheckedMesh> job(grid, sized<S>(1, 4)); // the checked engine: also runs every quiet tile
+            Job<S, CheckedMesh> job(grid, sized<S>(1, 4)); // the checked engine, which also runs every quiet tile
             job.put(1, grid.tile(code % n), grid.tile(code / n % n));
             job.put(2, grid.tile(code / n / n % n), grid.tile(code / n / n / n));
             if (job.run() != 0 || job.bad_supersteps != 0) FAIL("code ", code, " on ", grid.width, "x", grid.height);
@@ -123,7 +123,7 @@ TEST_CASE("routing: all to one, one to all, reversal and random, channels of 1, 
                 CHECK(job.bad_supersteps == 0);
                 CHECK(job.refused_storage == 0);
             }
-        Job<S> packed(grid, sizes); // everything starts on one tile
+        Job<S> packed(grid, sizes); // all records start on one tile
         for (std::uint32_t id = 1; id <= 200; ++id) packed.put(id, TileId::at(2, 2), grid.tile(id % grid.size()));
         CHECK(packed.run() == 0);
         CHECK(packed.bad_supersteps == 0);
@@ -185,8 +185,8 @@ TEST_CASE("routing: n - 1, n and n + 1 records for a storage of n")
 
 TEST_CASE("credits: at capacity 1 a sender never outruns the FIFO behind, whatever stands in the way")
 {
-    // Two rows of traffic that must turn into one full column: the FIFOs fill, and every superstep stays within credit. The
-    // engine reports a push into a full FIFO as an error; here the fill is watched as well.
+    // Two rows of traffic that must turn into one full column: the FIFOs fill, and every superstep stays within credit. The engine reports
+    // a push into a full FIFO as an error; this test also observes the fill.
     Grid const grid{7, 7};
     Job<S> job(grid, sized<S>(1, 200, 1));
     std::uint32_t id = 0;
@@ -197,7 +197,7 @@ TEST_CASE("credits: at capacity 1 a sender never outruns the FIFO behind, whatev
     CHECK(job.bad_supersteps == 0);
     std::uint64_t no_credit = 0;
     for (std::uint32_t i = 0; i < grid.size(); ++i) no_credit += job.mesh.state<Counts>(grid.tile(i)).no_credit;
-    CHECK(no_credit > 0); // it was the credits that held the senders back
+    CHECK(no_credit > 0); // the credits held the senders back
 }
 
 TEST_CASE("drop: a record that meets a full channel takes a slot where it is; only a full storage loses it")
@@ -214,7 +214,7 @@ TEST_CASE("drop: a record that meets a full channel takes a slot where it is; on
     id = 0;
     for (std::uint32_t i = 0; i < grid.size(); ++i) tight.put(++id, grid.tile(i), TileId::at(2, 2));
     (void)tight.run();
-    CHECK(tight.bad_supersteps == 0); // what is gone is counted, what is there is there once
+    CHECK(tight.bad_supersteps == 0); // lost records are counted, and every other id is owned once
     CHECK(tight.refused_storage > 0);
 }
 

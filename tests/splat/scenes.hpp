@@ -10,7 +10,7 @@
 #include <tilemesh/scene/orbit.hpp>
 #include <tilemesh/scene/ply.hpp>
 
-// The real maps, the built-in one where they are absent, and made ones where they are asked for.
+// The real maps; the built-in map if they are missing; or a made map if the environment names one.
 namespace support {
 using splat::Camera;
 using splat::Model;
@@ -18,12 +18,12 @@ using splat::Model;
 struct Scene {
     scene::Map map;
     std::vector<std::pair<std::string, Camera>> cameras;
-    /// Does it look as a SLAM map does? Only then a test may state what was measured on such maps and follows from no arithmetic.
+    /// Does it look like a SLAM map? Only then may a test use a limit that was measured on such maps and does not follow from arithmetic.
     bool like_slam = true;
 };
-/// Sloth and Salad with every camera of cameras.json, or the built-in map with three cameras of its own. Where the environment variable
-/// TILEMESH_STAND_IN names a map of stand_ins.hpp, that map alone, with three cameras.
-/// `Width` is the pictures' width for maps that stand in. A test that works at any size takes a quarter of the pixels.
+/// Returns Sloth and Salad with every camera of cameras.json, or the built-in map with three cameras of its own. If the environment
+/// variable TILEMESH_STAND_IN names a map of stand_ins.hpp, only that map, with three cameras. `Width` is the picture's width for maps that
+/// stand in. A test that works at any size renders a quarter of the pixels.
 template <std::uint32_t Width = 1280>
 std::vector<Scene> const& scenes()
 {

@@ -5,10 +5,10 @@
 #include <string>
 #include <tilemesh/scene/map.hpp>
 
-// Maps that are made, each unlike a real map in its own way: what holds for any map holds for these.
+// Made maps. Each differs from a real map in its own way: a condition that holds for any map must hold for these.
 namespace support {
 
-/// A rotation of any direction, each as likely.
+/// A rotation in a random direction; all directions are equally likely.
 inline void turn(splat::Gaussian& g, Random& random)
 {
     constexpr float two_pi = 6.2831853f;
@@ -19,12 +19,13 @@ inline void turn(splat::Gaussian& g, Random& random)
     g.rotation[3] = std::sqrt(u) * std::cos(b);
 }
 
-/// One of three maps, the same on every run: they fit onto the tiles of Mk2 at 1280 x 720, and into a bounding box some metres wide.
-/// Throws for any other name.
+/// One of three maps, equal on every run. They fit onto the tiles of Mk2 at 1280 x 720, and into a bounding box some metres wide. Throws
+/// for any other name.
 /// - `flat`: 20,000 discs of one size in one plane, a third of them exactly opaque. Seen from the front all have one depth.
-/// - `needles`: 12,000 needles far thinner than a pixel, up to 5,000 times as long as wide, in every direction; colours up to 3.8, which
-///   is the brightest in a real map.
-/// - `fog`: 3,000 faint balls, each some 200 pixels wide: some hundred of them contribute to a pixel.
+/// - `needles`: 12,000 needles far thinner than a pixel, up to 5,000 times as long as wide, in every direction; colours up to 3.8, the
+///   brightest
+/// in a real map.
+/// - `fog`: 3,000 faint balls, each about 200 pixels wide: about a hundred of them contribute to a pixel.
 inline scene::Map stand_in(std::string const& name)
 {
     scene::Map map;

@@ -1,5 +1,5 @@
 // test: unoptimised asan, without tsan
-// The rule of 3D Gaussian Splatting for a pixel's end, which is not the model's, and a setup that blends by a rule of its own.
+// The stop rule of 3D Gaussian Splatting, which differs from the model's, and a setup with its own blending.
 #include "blended.hpp"
 #include "runner.hpp"
 #include <algorithm>
@@ -23,7 +23,7 @@ namespace {
 using Scene = support::SortedSplats;
 using Picture = support::Blended;
 
-/// A cloud of larger splats, every third of them opaque or nearly so: many pixels end.
+/// A cloud of larger splats; every third is opaque or almost opaque, so many pixels stop.
 std::vector<Gaussian> dense(std::uint32_t n, std::uint64_t seed)
 {
     auto all = support::cloud(n, seed);
@@ -33,7 +33,7 @@ std::vector<Gaussian> dense(std::uint32_t n, std::uint64_t seed)
     }
     return all;
 }
-/// 3D Gaussian Splatting's loop over one pixel's splats: a term that would leave less than the limit ends the pixel and is left out.
+/// The loop of 3D Gaussian Splatting over one pixel's splats: a term that would leave less than the limit is left out and ends the pixel.
 Picture naive(Scene const& v)
 {
     Picture out;
@@ -70,7 +70,7 @@ Picture blend(Scene const& v, std::uint32_t tile_width, std::uint32_t tile_heigh
         });
 }
 
-/// Layers that cover the whole of a small frame, the first in front, with their opacity in the middle of pixel (10, 10).
+/// Layers that cover a whole small frame, the first in front. The opacities are those in the middle of pixel (10, 10).
 Scene layers(std::vector<float> const& opacities, float limit)
 {
     auto camera = support::flat_camera(20, 20);
@@ -84,7 +84,7 @@ Scene layers(std::vector<float> const& opacities, float limit)
     model.transmittance_min = limit;
     return Scene(std::move(all), camera, model);
 }
-/// What pixel (10, 10) shows of layers of colour 1.
+/// The value of pixel (10, 10) for layers of colour 1.
 template <class Stop>
 float middle(std::vector<float> const& opacities, float limit)
 {
@@ -165,7 +165,7 @@ TEST_CASE("stop before crossing: 3DGS's loop, bit for bit, for any tiling and an
             CHECK(blend<inner::StopBeforeCrossing, 4>(v, 32, 20) == truth);
             CHECK(blend<inner::StopBeforeCrossing, 8>(v, 17, 3) == truth);
             CHECK(blend<inner::StopBeforeCrossing, 16>(v, 32, 20) == truth);
-            // The rule matters here, and blends less.
+            // On this map the rule makes a difference: it blends fewer terms.
             auto const model_rule = blend<inner::StopEachPixel>(v, 32, 20);
             CHECK_FALSE(model_rule == truth);
             CHECK(model_rule.contributing > truth.contributing);

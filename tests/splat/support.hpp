@@ -16,14 +16,14 @@
 namespace support {
 using namespace tilemesh;
 
-/// TILEMESH_FAST=1 shrinks heavy cases: sanitizer runs.
+/// TILEMESH_FAST=1 makes heavy cases smaller, for sanitizer runs.
 inline bool fast()
 {
     char const* const value = std::getenv("TILEMESH_FAST");
     return value != nullptr && std::string(value) == "1";
 }
 
-/// The folder with real maps, or an empty path: the environment variable TILEMESH_DATA, or else the build's option of that name.
+/// The folder with real maps, from the environment variable TILEMESH_DATA or the build's option of that name; empty if neither is set.
 inline std::filesystem::path data()
 {
     char const* folder = std::getenv("TILEMESH_DATA");
@@ -35,7 +35,7 @@ inline std::filesystem::path data()
     return std::filesystem::is_directory(path / "maps") ? path : std::filesystem::path{};
 }
 
-/// The same numbers with every compiler and library: SplitMix64.
+/// SplitMix64. It gives the same numbers with every compiler and library.
 class Random {
 public:
     explicit Random(std::uint64_t seed) : state_(seed) {}
@@ -53,8 +53,8 @@ private:
     std::uint64_t state_;
 };
 
-/// Looks along +z from the origin through a long lens: a mean at (x, y, 1000) falls on pixel coordinate (x, y), and one world
-/// unit there is one pixel.
+/// Looks along +z from the origin through a long lens: a mean at (x, y, 1000) falls on pixel coordinate (x, y), and one world unit at that
+/// depth is one pixel.
 inline splat::Camera flat_camera(std::uint32_t width, std::uint32_t height)
 {
     splat::Camera c{};
@@ -114,7 +114,7 @@ inline scene::Map map_of(std::vector<splat::Gaussian> gaussians)
     return map;
 }
 
-/// How many pixels of two pictures differ in any bit.
+/// The number of pixels of two pictures that differ in any bit.
 inline std::uint64_t differing_pixels(report::Image const& a, report::Image const& b)
 {
     if (a.width != b.width || a.height != b.height) return ~std::uint64_t{0};
@@ -124,7 +124,7 @@ inline std::uint64_t differing_pixels(report::Image const& a, report::Image cons
     return n;
 }
 
-/// What a frame's report says is missing, for the naive picture.
+/// The records that a frame's report lists as missing, for the naive picture.
 class Missing {
 public:
     Missing(report::FrameReport const& r, splat::Tiling const& tiling, Grid grid) : tiling_(tiling), grid_(grid)
@@ -165,17 +165,17 @@ constexpr splat::Sizes sized(std::uint32_t slots, std::uint32_t records)
     return sized<S>(slots, records, slots);
 }
 
-/// `Base` on any number of tiles of up to 128 x 128 pixels, with room for what tests put there. Tests that want other sizes say so in
-/// the options, so that all share the code of one setup.
+/// `Base` on any number of tiles of up to 128 x 128 pixels, with room for the records of the tests. A test that needs other sizes sets them
+/// in the options, so that all tests share the code of one setup.
 template <class Base = splat::Lossless>
 struct Room : Base {
     using Machine = TestMachine<64u << 20>;
     static constexpr splat::Sizes sizes{/*storage*/ 1000,        /*road*/ 400,       /*beam*/ 400, /*waiting*/ 400,
                                         /*tile_pixels*/ 128 * 128, /*lists_fit*/ true, Base::sizes.one_channel_memory};
-    static constexpr splat::Arithmetic arithmetic = splat::Arithmetic::precise; // compared with the naive loop
+    static constexpr splat::Arithmetic arithmetic = splat::Arithmetic::precise; // because it is compared with the naive loop
 };
 
-/// `Room` of other sizes as a setup of its own: where a type is wanted.
+/// `Room` with other sizes, as a setup of its own: for code that needs a type.
 template <std::uint32_t Slots, std::uint32_t Records, class Base = splat::Lossless, std::uint32_t Fifo = Slots>
 struct Small : Room<Base> {
     static constexpr splat::Sizes sizes = sized<Room<Base>>(Slots, Records, Fifo);
@@ -194,7 +194,7 @@ bool put(M& mesh, TileId t, splat::Gaussian const& g)
     return true;
 }
 
-/// Every id that the mesh owns (stored as anchored, under way or waiting), sorted; an id twice is there twice.
+/// Every id that the mesh owns (stored as anchored, under way or waiting), sorted. An id that is owned twice occurs twice.
 template <class S, class M>
 std::vector<std::uint32_t> owned_ids(M& mesh)
 {
@@ -217,8 +217,8 @@ std::vector<std::uint32_t> owned_ids(M& mesh)
     return ids;
 }
 
-/// Tiles on which the set of records differs from brute force: anchored exactly on its anchor tile (parked ones anywhere, once),
-/// a copy exactly on every other tile that its footprint touches. `marks_of(tile)`: the marks of its records.
+/// The tiles whose records differ from brute force. A record must be anchored exactly on its anchor tile (a parked one anywhere, once), and
+/// a copy must be on exactly the other tiles that its footprint touches. `marks_of(tile)`: the marks of the tile's records.
 template <class MarksOf>
 std::uint32_t wrong_tiles_of(Grid grid, MarksOf const& marks_of, std::vector<splat::Gaussian> const& gaussians, splat::View const& view,
                              splat::Tiling const& tiling)

@@ -7,19 +7,19 @@
 #include <fstream>
 #include <string>
 
-// The catalogue of stiff and extreme cases as tests: a case named "row N: ..." for each row that applies, and one
-// `does_not_apply(N, why)` for each that does not. tests/checks/stability.sh sees that every row is there once;
-// tests/stability/table.sh writes the table of tests/README.md from what the cases report here.
+// The catalogue of stiff and extreme cases as tests. There is a case named "row N: ..." for each row that applies, and one
+// `does_not_apply(N, why)` for each row that does not. tests/checks/stability.sh checks that every row occurs once.
+// tests/stability/table.sh writes the table of tests/README.md from the results that the cases report here.
 namespace stability {
 
-/// What a row's case found. `naive` and `ours` are measured, in words or as `number` writes them.
+/// The result of a row's case. `naive` and `ours` are measured, in words or as `number` writes them.
 struct Result {
     int row;
     std::string input;
-    std::string naive;     ///< what the naive float32 kernel does
+    std::string naive;     ///< result of the naive float32 kernel
     std::string ours;
     std::string tolerance;
-    bool bites;            ///< the naive kernel fails the same tolerance; the case has checked it
+    bool bites;            ///< the naive kernel fails the same tolerance; the case has checked this
 };
 
 inline std::string number(double v)
@@ -29,7 +29,7 @@ inline std::string number(double v)
     return v == 0 ? "0" : text;
 }
 
-/// Adds a line to the file that TILEMESH_STABILITY_TABLE names, where it names one.
+/// Adds a line to the file that TILEMESH_STABILITY_TABLE names, if it names one.
 inline void write_line(std::string const& line)
 {
     if (char const* const path = std::getenv("TILEMESH_STABILITY_TABLE")) std::ofstream(path, std::ios::app) << line << '\n';

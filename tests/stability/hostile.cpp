@@ -39,8 +39,8 @@ bool same_picture(RenderedFrame const& a, RenderedFrame const& b)
 
 // --- covariances that float32 cannot hold ----------------------------------------------------------------------------------
 
-/// Needles, discs and blades in a narrow view: axes of e^-22 to e^1.5, up to 2.45e7 times as long as wide (a covariance of
-/// condition 6e14).
+/// Needles, discs and blades in a narrow view. Axes are e^-22 to e^1.5, so a Gaussian is up to 2.45e7 times as long as wide (a covariance
+/// with a condition number of 6e14).
 std::vector<Gaussian> stiff_map(std::uint32_t n, std::uint64_t seed)
 {
     support::Random random(seed);
@@ -73,7 +73,7 @@ bool factors(naive::Matrix3 const& sigma)
     return true;
 }
 
-/// Layers, nearest first, each with its alpha at a pixel; the default model's cut-offs.
+/// Blends layers, nearest first, each with its alpha at a pixel, with the default model's cut-offs.
 template <class T, class Layer, class Alpha>
 report::Image blended(std::vector<Layer> const& nearest_first, Camera const& camera, Alpha const& alpha_at)
 {
@@ -122,7 +122,7 @@ TEST_CASE("maps whose float32 covariances are not positive definite: finite, bit
     CHECK(finite(frame.depth.values));
     CHECK(finite(frame.alpha.values));
 
-    // The order is that of the float depths: which of two is nearer by less than a rounding is no question of covariances.
+    // The order is that of the float depths. Which of two splats is nearer by less than a rounding is not a question of covariances.
     struct Layer {
         Gaussian g;
         float depth;
@@ -152,7 +152,7 @@ TEST_CASE("maps whose float32 covariances are not positive definite: finite, bit
 
 TEST_CASE("needles that reach into the frame from far outside it: bit-equal to the naive picture")
 {
-    // One world unit is one pixel. The distance to the mean is a float whose last bit is up to 4 pixels wide.
+    // One world unit is one pixel. The distance to the mean is a float whose last bit is up to 4 pixels.
     for (float dilation : {0.3f, 0.01f, 0.0f})
         for (float far : {300.0f, 3e4f, 3e6f, 3e7f}) {
             support::Random random(71);
@@ -187,7 +187,7 @@ TEST_CASE("needles that reach into the frame from far outside it: bit-equal to t
 
 TEST_CASE("9,000 Gaussians of one depth: the picture depends on neither row order, tile size nor threads")
 {
-    // A wall that faces the camera, and before, behind and among it in the order of ids one record 4,000 times.
+    // A wall that faces the camera; before, behind and among it, in the order of ids, one record 4,000 times.
     support::Random random(31);
     Camera camera = support::flat_camera(160, 90);
     std::uint32_t const coplanar = support::fast() ? 800 : 5000, duplicates = support::fast() ? 600 : 4000;
@@ -222,7 +222,7 @@ TEST_CASE("9,000 Gaussians of one depth: the picture depends on neither row orde
         }
         shuffle(map);
     }
-    // It could be otherwise: ids in the order of these rows are an order of arrival, and give another picture.
+    // The test can fail: with ids in the order of these rows, which is an order of arrival, the picture differs.
     for (std::uint32_t i = 0; i < map.size(); ++i) map[i].id = GaussianId{i + 1};
     CHECK(report::compare(report::render_naive(map, camera, Model{}), expected).max_levels > 10);
 }
@@ -242,7 +242,7 @@ float hostile(support::Random& random)
     return __builtin_bit_cast(float, bits ^ sign);
 }
 
-/// Replaces floats among `n` words: one, about a quarter of them, or all.
+/// Replaces floats among `n` words: one of them, about a quarter, or all.
 void spoil(float* words, std::uint32_t n, support::Random& random)
 {
     std::uint32_t const how = random.below(4);
@@ -254,7 +254,7 @@ void spoil(float* words, std::uint32_t n, support::Random& random)
         if (how == 3 || random.below(4) == 0) words[i] = hostile(random);
 }
 
-constexpr std::uint32_t record_words = 14; // all but the id
+constexpr std::uint32_t record_words = 14; // all words except the id
 Gaussian hostile_record(std::uint32_t id, Gaussian g, support::Random& random)
 {
     float words[15];
@@ -288,7 +288,7 @@ Camera hostile_camera(Camera c, support::Random& random)
     std::memcpy(&c, words, sizeof words);
     return c;
 }
-/// Any model that a renderer accepts: nothing negative but the Jacobian's limit.
+/// Any model that a renderer accepts: no value is negative, except the Jacobian's limit.
 Model hostile_model(support::Random& random)
 {
     constexpr float none_or_little[] = {0, 1e-45f, 1e-38f, 1e-30f, 1e-12f};
@@ -307,7 +307,7 @@ Model hostile_model(support::Random& random)
     return m;
 }
 
-/// What is wrong with a visible splat, or nothing.
+/// The fault of a visible splat; empty if there is none.
 template <class Record>
 char const* fault(Record const& record, Splat const& s, View const& view, Tiling const& tiling)
 {
@@ -327,7 +327,7 @@ char const* fault(Record const& record, Splat const& s, View const& view, Tiling
     return record.id == GaussianId::none ? "id" : nullptr;
 }
 
-/// How many of the samples could be seen, how many of these were at fault, and the first of them.
+/// The number of visible samples, the number of faulty ones among them, and the first faulty one.
 struct Seen {
     std::uint32_t visible = 0, faults = 0;
     std::string first;
@@ -344,7 +344,7 @@ struct Seen {
     }
 
 private:
-    /// The words of the first, to make it again.
+    /// The words of the first faulty sample, to reproduce it.
     template <class Record>
     void describe(char const* what, Record const& record, View const& view)
     {
@@ -407,7 +407,7 @@ TEST_CASE("no record, camera or rule makes a splat that is not finite, or outsid
     auto const check = [&](Seen const& seen) {
         INFO(seen.visible, " of ", cameras * records, " visible; ", seen.first);
         CHECK(seen.faults == 0);
-        CHECK(seen.visible * 30 > cameras * records); // hostile, and yet there
+        CHECK(seen.visible * 30 > cameras * records); // hostile, but many are visible
     };
     check(spoilt_record);
     check(spoilt_camera);
@@ -460,7 +460,7 @@ TEST_CASE("no record, camera or rule makes a pixel that is not finite")
 
 TEST_CASE("a model that is negative or not a number is refused, and changes nothing")
 {
-    // With alpha_min below 0 each of these layers would multiply what is behind it by 1e10.
+    // With alpha_min below 0, each of these layers would multiply the light behind it by 1e10.
     auto map = support::cloud(50, 81);
     for (std::uint32_t id = 51; id < 63; ++id) {
         map.push_back(map[0]);
@@ -487,7 +487,7 @@ TEST_CASE("a model that is negative or not a number is refused, and changes noth
 
 TEST_CASE("a row of hostile numbers is read or refused, and what is read is finite")
 {
-    // A binary map of degree 3 and one of degree 0; rows of which about half have a number from the list.
+    // A binary map of degree 3 and one of degree 0. About half of the rows have a number from the list.
     support::Random random(61);
     for (std::uint32_t rest : {0u, 45u}) {
         std::uint32_t const rows = support::fast() ? 2000 : 20'000, columns = 14 + rest;

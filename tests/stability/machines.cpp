@@ -10,12 +10,12 @@ using namespace tilemesh::splat;
 namespace stability {
 namespace {
 
-/// The renderers are those of the tests of splat/.
+/// Uses the renderers of the tests of splat/.
 class RunnerOf final : public Runner {
 public:
     RunnerOf(std::unique_ptr<support::Runner> runner, scene::Map const& map) : gaussians_(map.gaussians), runner_(std::move(runner))
     {
-        runner_->model().arithmetic = Arithmetic::precise; // compared with the naive loop
+        runner_->model().arithmetic = Arithmetic::precise; // because it is compared with the naive loop
     }
     RenderedFrame render(Camera const& camera) override { return runner_->render(camera); }
     Model& model() override { return runner_->model(); }

@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-// Who owns what on the mesh, and how it gets there: rows 71 to 90 of the catalogue.
+// The owners of records on the mesh, and the way of records to them: rows 71 to 90 of the catalogue.
 using namespace tilemesh;
 using namespace tilemesh::splat;
 using stability::Kind;
@@ -21,7 +21,7 @@ using stability::number;
 
 namespace {
 
-/// Looks along +z; at depth 1024 one world unit is one pixel, and every product on the way there is exact.
+/// Looks along +z. At depth 1024 one world unit is one pixel, and every product on the way there is exact.
 Camera exact_camera(std::uint32_t width, std::uint32_t height)
 {
     auto c = support::flat_camera(width, height);
@@ -41,7 +41,7 @@ float moved_by_ulps(float v, int ulps)
     return v;
 }
 
-/// How many of the Gaussians have not exactly one owner, the tile of the pixel of (x, y).
+/// The number of Gaussians that do not have exactly one owner, the tile of the pixel of (x, y).
 std::uint32_t wrong_owners(stability::Runner& runner, std::vector<Gaussian> const& gaussians)
 {
     auto const owners = runner.owners();
@@ -65,7 +65,7 @@ std::uint32_t wrong_owners(stability::Runner& runner, std::vector<Gaussian> cons
 
 struct Naive {
     Grid grid;
-    std::vector<std::deque<TileId>> at; ///< what each tile holds
+    std::vector<std::deque<TileId>> at; ///< the records on each tile
 
     explicit Naive(Grid g) : grid(g), at(g.size()) {}
     std::uint32_t away() const
@@ -76,7 +76,7 @@ struct Naive {
         return n;
     }
 };
-/// Channels of `slots` messages and nothing behind them: what meets a full one is lost. Returns how many are.
+/// Channels of `slots` messages without flow control: a message that meets a full channel is lost. Returns the number of lost messages.
 std::uint32_t route_and_lose(Naive mesh, std::uint32_t slots)
 {
     std::uint32_t lost = 0;
@@ -99,8 +99,8 @@ std::uint32_t route_and_lose(Naive mesh, std::uint32_t slots)
     }
     return lost;
 }
-/// One pool of `slots` a tile for what it owns and what passes through; a full neighbour is waited for. Returns how many records
-/// never arrive.
+/// One pool of `slots` slots per tile for its own records and for records in transit. A record waits for a full neighbour. Returns the
+/// number of records that never arrive.
 std::uint32_t route_in_shared_pools(Naive mesh, std::size_t slots)
 {
     for (bool moved = true; moved;) {
@@ -123,11 +123,11 @@ std::uint32_t route_in_shared_pools(Naive mesh, std::size_t slots)
     }
     return mesh.away();
 }
-/// A FIFO of `fifo` records a direction, so that transit is apart from storage; but a full storage refuses what arrives.
+/// A FIFO of `fifo` records per direction, so that transit is separate from storage. But a full storage refuses arrivals.
 std::uint32_t route_into_a_sink_that_refuses(Naive mesh, std::size_t fifo, std::size_t slots)
 {
     auto const grid = mesh.grid;
-    std::vector<std::array<std::deque<TileId>, 4>> waiting(grid.size()); // by the direction they go in
+    std::vector<std::array<std::deque<TileId>, 4>> waiting(grid.size()); // by the direction in which they go
     auto const forward = [&](std::uint32_t t, TileId to) {
         auto const d = RowFirst::towards(grid.tile(t), to);
         auto& ahead = waiting[grid.index_of(grid.neighbour(grid.tile(t), d))][index(d)];
@@ -162,7 +162,7 @@ std::uint32_t route_into_a_sink_that_refuses(Naive mesh, std::size_t fifo, std::
     return stuck;
 }
 
-/// `per_tile` records on each tile (on average), each bound for another; as many for every tile.
+/// `per_tile` records on each tile (on average), each bound for another tile; every tile receives equally many.
 struct Shuffled {
     Grid grid{20, 18};
     std::vector<Gaussian> gaussians; ///< the tiles are 8 x 8 pixels
@@ -232,7 +232,7 @@ TEST_CASE("row 72: of any means, each has the tile of its pixel as its one owner
     support::Random random(72);
     std::vector<Gaussian> gaussians;
     std::uint32_t twice = 0, elsewhere = 0;
-    auto const accepts = [](float v, std::uint32_t size) { // how many tiles with ceil(v) >= min && floor(v) < max
+    auto const accepts = [](float v, std::uint32_t size) { // the number of tiles with ceil(v) >= min && floor(v) < max
         std::uint32_t tiles = 0;
         for (std::uint32_t t = 0; t * size < 1280; ++t)
             tiles +=
@@ -296,7 +296,7 @@ TEST_CASE("row 74: tiles 24 high: what arrives stays")
         for (int ulps = -6; ulps <= 6; ++ulps) {
             float const y = moved_by_ulps(static_cast<float>(border), ulps);
             gaussians.push_back(at(static_cast<std::uint32_t>(gaussians.size()) + 1, 16.5f, y));
-            // Accepted by index, evicted by bounds.
+            // Accepted by its index, evicted by its bounds.
             auto const accepted = static_cast<std::uint32_t>(y * (1.0f / 24));
             bounce += y < static_cast<float>(24 * accepted) || y >= static_cast<float>(24 * accepted + 24) ? 1 : 0;
         }
@@ -325,7 +325,7 @@ float fused(float const* r, float const* d)
 {
     return std::fma(r[0], d[0], std::fma(r[1], d[1], r[2] * d[2]));
 }
-/// The column of a point in pixels, with every product rounded by itself and with every product fused.
+/// The column of a point in pixels: once with every product rounded, and once with every product fused.
 std::pair<float, float> column_both_ways(Camera const& c, float const* p)
 {
     float const d[3] = {p[0] - c.position[0], p[1] - c.position[1], p[2] - c.position[2]};
@@ -337,7 +337,7 @@ TILEMESH_EXACT_END
 
 TEST_CASE("row 75: the anchor is computed once and carried")
 {
-    std::uint32_t const n = 2'000'000; // half of them anywhere, half where a border is
+    std::uint32_t const n = 2'000'000; // half of them anywhere, half at a border
     auto const camera = support::lens(1280, 720, 0.3f);
     support::Random random(75);
     std::vector<Gaussian> gaussians;
@@ -361,7 +361,7 @@ TEST_CASE("row 75: the anchor is computed once and carried")
     }
     CHECK(bits > n / 10);
     CHECK(anchors[1] > 1000);
-    // These very points on the mesh: stored as anchored where the carried tile says, once, and nowhere else.
+    // The same points on the mesh: stored as anchored on the carried tile, once, and nowhere else.
     auto runner = make_runner(Kind::mk2, support::map_of(gaussians));
     auto const frame = runner->render(camera);
     CHECK(runner->owned_ids().size() == gaussians.size());
@@ -507,7 +507,7 @@ TEST_CASE("row 80: zooming out onto 6 x 6 tiles loses nothing that is not named"
         our_text += (our_text.empty() ? "" : "/") + std::to_string(frame.report.exchanges.route);
     }
     CHECK(naive_lost > 0);
-    // Drop: what is missing is in the report, and the picture lacks just that.
+    // Drop: the report lists the missing records, and the picture lacks exactly these.
     auto dropper = make_runner(Kind::drop, support::map_of(gaussians),
                                {.grid = {40, 36}, .tile = tile, .channel_slots = 10, .storage_slots = n / 40});
     (void)dropper->render(near);
@@ -540,7 +540,7 @@ TEST_CASE("row 81: storage and transit do not share a pool: nothing dead-locks")
             CHECK(runner->owned_ids().size() + r.gaussians.unplaced == n);
             if (n == 2880) CHECK(r.gaussians.unplaced == 0);
             if (n == 2880) ours += (ours.empty() ? "" : "/") + std::to_string(r.exchanges.route);
-            // What found no room, because others had not left yet, is back in the next view.
+            // Records that found no room, because others had not left yet, are back in the next view.
             auto const first = r.gaussians.unplaced;
             camera.position[0] = 0.125f;
             r = runner->render(camera).report;
@@ -634,7 +634,7 @@ TEST_CASE("row 84: with one hop a frame a pan is late by what the report says")
         }
         std::uint32_t behind = 0; // frames until the picture is whole again
         while (behind < 1000 && !settled(runner->render(camera))) ++behind;
-        CHECK(differing == 0); // the picture lacks just what is listed
+        CHECK(differing == 0); // the picture lacks exactly the listed records
         CHECK(silent == 0);
         CHECK(not_free == 0);
         CHECK(behind <= static_cast<std::uint32_t>(naive_lag) + 2);
@@ -650,7 +650,7 @@ TEST_CASE("row 84: with one hop a frame a pan is late by what the report says")
 
 TEST_CASE("row 85: bloom costs a message for each tile but the first")
 {
-    // Flooding: every message is sent on to all neighbours within the rectangle, until the farthest tile has it.
+    // Flooding: every message goes on to all neighbours within the rectangle, until the farthest tile has it.
     std::vector<std::uint64_t> now(81, 0);
     std::uint64_t flood = 0;
     now[4 * 9 + 4] = 1;
@@ -715,7 +715,7 @@ TEST_CASE("row 86: the footprint holds every pixel that sees a needle")
 
 TEST_CASE("row 87: large splats are drawn")
 {
-    // The prototype leaves out what is wider than 15 tile diagonals.
+    // The prototype leaves out splats that are wider than 15 tile diagonals.
     auto const naive_draws = [](double sigma) { return 2 * 3 * sigma * std::sqrt(2.0) <= 15 * std::hypot(32.0, 20.0); };
     auto camera = exact_camera(1280, 720); // the splats on the axis
     camera.cx = 640, camera.cy = 360;
@@ -732,7 +732,7 @@ TEST_CASE("row 87: large splats are drawn")
                 worst = std::max(worst, 255 * std::fabs(alpha - double{image.pixel(x, y)[0]}));
             }
     }
-    CHECK(worst <= 1.001); // what is under alpha_min is cut
+    CHECK(worst <= 1.001); // pixels under alpha_min are cut
     stability::report({87, "sigma 60 to 5000 px, opacity 1", "nothing drawn from 66.7 px on: 255 levels",
                        number(worst) + " levels off", "1 level", true});
 }
@@ -761,7 +761,7 @@ TEST_CASE("row 89: no copy of an earlier view survives a jump")
 {
     auto const gaussians = support::cloud(400, 89);
     auto runner = make_runner(Kind::roomy, support::map_of(gaussians), {.grid = {7, 6}});
-    std::vector<std::set<std::uint32_t>> naive(42); // an id filter keeps what is there and refuses what comes again
+    std::vector<std::set<std::uint32_t>> naive(42); // an id filter keeps the old copy and refuses the new one
     std::uint32_t naive_wrong = 0, wrong = 0;
     std::uint64_t differing = 0;
     for (float turn : {0.0f, 0.9f, -0.7f, 3.0f, 0.05f, 0.0f, 1.4f}) {
@@ -803,7 +803,7 @@ TEST_CASE("row 90: odd frames, empty maps and tiles without pixels")
     };
     auto const cloud = support::cloud(200, 90);
     auto const odd = support::lens(1283, 721);
-    // Rounding the number of tiles down leaves the last column and row to nobody.
+    // If the number of tiles is rounded down, no tile owns the last column and row.
     for (std::uint32_t y = 0; y < 721; ++y)
         for (std::uint32_t x = 0; x < 1283; ++x) unwritten += x >= 1283 / 32 * 32 || y >= 721 / 20 * 20 ? 1 : 0;
     (void)picture(cloud, odd, {.tile = {32, 20}}); // the last tile is 3 x 1

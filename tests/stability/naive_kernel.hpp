@@ -7,10 +7,10 @@
 #include <tilemesh/splat/gaussian.hpp>
 
 TILEMESH_EXACT_BEGIN
-/// The canonical float32 chain as a user of the literature writes it (Zwicker et al. 2001; Kerbl et al. 2023): the covariance
-/// is formed in world space, projected, inverted by its determinant and evaluated as a conic around an absolute pixel mean.
-/// No formula of it is wrong; its rounding is. Compiled as written: no contraction, no reordering. The 0.99 clamp and the
-/// other cut-offs of alpha are left out: they are no rounding. Rows of the catalogue replace single functions.
+/// The canonical float32 formulas, as a reader of the literature writes them (Zwicker et al. 2001; Kerbl et al. 2023). The covariance is
+/// formed in world space, projected, inverted by its determinant, and evaluated as a conic around an absolute pixel mean. All formulas are
+/// right; the rounding causes the errors. It is compiled as written: no contraction, no reordering. The 0.99 clamp and the other cut-offs
+/// of alpha are left out, because they are not rounding. Rows of the catalogue replace single functions.
 namespace naive {
 
 struct Matrix3 {
@@ -61,7 +61,7 @@ inline Matrix3 covariance_world(Matrix3 const& r, float const (&scale)[3]) noexc
     return sigma;
 }
 
-/// W p + t with t = -W c, as a 4 x 4 matrix holds it.
+/// W p + t with t = -W c, as in a 4 x 4 matrix.
 inline Point view_point(tilemesh::splat::Camera const& c, float const (&p)[3]) noexcept
 {
     float out[3];
@@ -104,7 +104,7 @@ inline float determinant(Screen const& s) noexcept
 {
     return s.a * s.c - s.b * s.b;
 }
-/// a c - b^2 within 1.5 ulp of its three rounded entries (Kahan).
+/// a c - b^2, within 1.5 ulp of its value for the three rounded entries (Kahan).
 inline float determinant_kahan(Screen const& s) noexcept
 {
     float const bb = s.b * s.b;
@@ -117,7 +117,7 @@ inline Conic conic(Screen const& s, float determinant) noexcept
     return {s.c * reciprocal, -s.b * reciprocal, s.a * reciprocal};
 }
 
-/// The exponent at (dx, dy) from the mean. Above 0 only by rounding.
+/// The exponent at (dx, dy) from the mean. It is above 0 only because of rounding.
 inline float power(Conic const& k, float dx, float dy) noexcept
 {
     return -0.5f * (k.xx * dx * dx + k.yy * dy * dy) - k.xy * dx * dy;
@@ -139,7 +139,7 @@ inline float radius(Screen const& s, float determinant) noexcept
     return std::ceil(3.0f * std::sqrt(largest_eigenvalue(s, determinant)));
 }
 
-/// static_cast<int> as x86 does it: what does not fit, NaN too, becomes the smallest int. In C++ it is undefined.
+/// static_cast<int> as on x86: a value that does not fit, also NaN, becomes the smallest int. In C++ this is undefined.
 inline int to_int(float v) noexcept
 {
     return v >= -2147483648.0f && v < 2147483648.0f ? static_cast<int>(v) : std::numeric_limits<int>::min();

@@ -26,7 +26,7 @@ double levels(double v)
     return 255 * v;
 }
 
-/// What x86 makes of a float that no int can hold; the C++ cast is undefined.
+/// The result of x86 for a float that no int can hold; the C++ cast is undefined.
 std::int64_t cast_as_x86(float v)
 {
     return v >= -2147483648.0f && v < 2147483648.0f ? static_cast<std::int64_t>(v) : -2147483648LL;
@@ -39,7 +39,7 @@ Camera small_camera()
     camera.cx = camera.cy = 10.5f;
     return camera;
 }
-/// A grey splat that fills `small_camera` evenly.
+/// A grey splat that covers `small_camera` evenly.
 Gaussian layer(std::uint32_t id, float opacity, float grey, float depth = 1000)
 {
     auto g = support::ball(id, 0, 0, 1000, opacity);
@@ -47,7 +47,7 @@ Gaussian layer(std::uint32_t id, float opacity, float grey, float depth = 1000)
     for (float& c : g.colour) c = grey;
     return g;
 }
-/// The middle pixel of a picture from the mesh.
+/// The middle pixel of the mesh's picture.
 float middle(std::vector<Gaussian> layers, Model const* model = nullptr)
 {
     return stability::render(Kind::roomy, support::map_of(std::move(layers)), small_camera(), {.grid = {1, 1}}, model)
@@ -67,8 +67,8 @@ Splat splat_of(Gaussian const& g, Camera const& camera, Model const& model = {})
 struct Layer {
     float alpha, grey;
 };
-/// The canonical loop for one pixel: alpha clamped at 0.99, a layer under 1/255 skipped, the layer that would bring T below
-/// `stop` not blended. `Real` is the arithmetic.
+/// The canonical loop for one pixel: alpha is clamped at 0.99, a layer under 1/255 is skipped, and the layer that would bring T below
+/// `stop` is not blended. `Real` is the arithmetic.
 template <class Real>
 Real canonical_pixel(std::vector<Layer> const& layers, Real clamp = Real(0.99), Real stop = Real(1e-4))
 {
@@ -91,7 +91,7 @@ Model without_cuts()
     m.alpha_min = m.transmittance_min = 0;
     return m;
 }
-/// 3D Gaussian Splatting's stop.
+/// The stop of 3D Gaussian Splatting.
 Model with_its_stop()
 {
     Model m;
@@ -123,14 +123,14 @@ TEST_CASE("row 39: opacity NaN draws nothing")
 
 TEST_CASE("row 40: an infinite scale has no NaN radius: the tiles that are counted are the tiles that draw")
 {
-    // Inria's test fails open: det is NaN, and so is the radius.
+    // Inria's test accepts NaN: det is NaN, and so is the radius.
     float const variance = infinity, det = variance * variance - variance * variance;
     bool const naive_accepts = !(det == 0.0f);
     float const radius = std::ceil(3.0f * std::sqrt(0.5f * (variance + variance) + std::sqrt(std::max(0.1f, det))));
     auto const tiles = std::clamp<std::int64_t>(cast_as_x86(10.0f + det + radius), 0, 40) -
                        std::clamp<std::int64_t>(cast_as_x86(10.0f - det - radius), 0, 40);
     CHECK(naive_accepts);
-    CHECK(tiles == 0); // counted as visible, yet it writes no key
+    CHECK(tiles == 0); // counted as visible, but it writes no key
 
     std::uint64_t wrong = 0;
     auto const camera = small_camera();
@@ -141,7 +141,7 @@ TEST_CASE("row 40: an infinite scale has no NaN radius: the tiles that are count
         auto const frame = runner->render(camera);
         wrong += frame.report.lost.size() + runner->wrong_tiles(camera) + runner->differing_pixels(frame, camera);
         wrong += finite(frame.image) ? 0 : 1;
-        CHECK(frame.report.gaussians.visible == 1); // the test fails closed
+        CHECK(frame.report.gaussians.visible == 1); // the test refuses NaN
         auto ply = scene_test::several(1);
         ply.rows[0].f[7 + axis] = double{infinity};
         CHECK(scene_test::read(ply).rejected == 1);
@@ -178,7 +178,7 @@ TEST_CASE("row 41: NaN in any field is never hidden by a maximum")
                                                                                                                      : 1;
         }
     CHECK(not_finite == 0);
-    CHECK(drawn < 42 / 4); // a size of zero, an opacity of one: values; NaN and infinite places are not
+    CHECK(drawn < 42 / 4); // a size of zero and an opacity of one are valid; NaN and infinite places are not
     stability::report({41, "NaN or Inf in each of the 14 fields", "max(m, fabs(NaN)) <= big: accepted",
                        std::to_string(not_finite) + " words or pixels not finite", "exact", true});
 }
@@ -282,7 +282,7 @@ TEST_CASE("row 47: fog under 1/255 is a knob, and its price is known")
         }
         double const skipped = double{canonical_pixel<float>(layers)};
         CHECK(skipped == 0);
-        CHECK(middle(fog) == 0.0f); // our default has the same cut: E_cut
+        CHECK(middle(fog) == 0.0f); // the default has the same cut: E_cut
         Model open;
         open.alpha_min = 0;
         double const error = std::fabs(double{middle(fog, &open)} - truth);

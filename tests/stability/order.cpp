@@ -23,7 +23,7 @@ std::uint32_t bits_of(float v)
     return __builtin_bit_cast(std::uint32_t, v);
 }
 
-/// The picture of a naive renderer: a stable sort by depth alone, in the order in which the records arrived. Blends as ours does.
+/// The picture of a naive renderer: a stable sort by depth alone, in the order in which the records arrived. It blends as the library does.
 report::Image stable_picture(std::vector<Gaussian> const& arrived, Camera const& camera)
 {
     Model const model;
@@ -169,7 +169,7 @@ TEST_CASE("row 58: a wall that faces the camera looks the same on tiles of every
     for (std::size_t i = 1; i < depths.size(); ++i) ties += depths[i] == depths[i - 1] ? 1 : 0;
     CHECK(ties > depths.size() / 2);
 
-    // A naive mesh: each tile sorts stably what it has in its order of arrival, and that order follows from the tiling.
+    // A naive mesh: each tile sorts its records stably in their order of arrival, and that order depends on the tiling.
     auto const naive_on = [&](std::uint32_t width, std::uint32_t height) {
         report::Image image(160, 96);
         for (std::uint32_t ty = 0; ty * height < 96; ++ty)
@@ -333,18 +333,18 @@ TEST_CASE("row 62: sorted and equal keys cost no more compares than others")
 
 TEST_CASE("row 63: what is behind the last key stays out of the sort")
 {
-    // Ten live keys and, behind them, one of a frame before that would be the smallest.
+    // Ten live keys, followed by one of an earlier frame that would be the smallest.
     std::uint32_t const n = 10;
     std::vector<std::uint32_t> live{50, 20, 90, 30, 70, 10, 80, 40, 60, 100, 1};
     auto naive = live, ours = live;
-    last_pivot_quicksort(naive, 0, n); // `n` where the last index is meant
+    last_pivot_quicksort(naive, 0, n); // `n` instead of the last index
     splat::detail::heap_sort(ours.data(), n);
     CHECK(naive[0] == 1);
     CHECK(ours[0] == 10);
     CHECK(ours[n - 1] == 100);
     CHECK(ours[n] == 1);
 
-    // A frame with fewer records than the one before: nothing of it stays.
+    // A frame with fewer records than the one before: no old record stays.
     auto runner = stability::make_runner(Kind::roomy, support::map_of(support::cloud(300, 63)), {.tile = {16, 8}});
     std::uint64_t differing = 0;
     for (float turn : {0.0f, 1.1f, 0.0f, -1.2f}) {

@@ -11,20 +11,20 @@
 #include <tilemesh/splat/projection.hpp>
 #include <vector>
 
-// Reduced precision and drift: rows 64 to 70 of the catalogue. The library stores 32-bit floats everywhere; half precision is
-// the naive form.
+// Reduced precision and drift: rows 64 to 70 of the catalogue. The library stores 32-bit floats everywhere; the naive form uses half
+// precision.
 using namespace tilemesh;
 using namespace tilemesh::splat;
 using stability::number;
 
 namespace {
 
-/// The nearest IEEE half to a float, ties to even, as a float; beyond 65,504 infinity.
+/// The nearest IEEE half to a float, ties to even, as a float; infinity beyond 65,504.
 float as_half(float v)
 {
     float const magnitude = std::fabs(v);
     if (!(magnitude < 65520.0f)) return std::copysign(std::isnan(v) ? v : INFINITY, v);
-    // Ten bits behind the leading one, and no finer than 2^-24.
+    // Ten bits after the leading one, in steps of at least 2^-24.
     int exponent = 0;
     (void)std::frexp(magnitude, &exponent);
     float const step = std::ldexp(1.0f, std::max(exponent - 11, -24));
@@ -104,7 +104,7 @@ Splat splat_of(Gaussian const& g, Camera const& c)
 {
     return project(g, make_view(c, Model{}), make_tiling(c.width, c.height, c.width, c.height));
 }
-/// A pixel within about three standard deviations, in the frame; false where the splat has none.
+/// A pixel within about three standard deviations, in the frame; false if the splat has no such pixel.
 bool pixel_near(Conic const& e, Camera const& c, support::Random& random, float& x, float& y)
 {
     double const t = random.uniform(0, 3), turn = random.uniform(0, 6.2831853f);
@@ -284,7 +284,7 @@ TEST_CASE("row 69: the transmittance is a float")
 
 TEST_CASE("row 70: poses are absolute: a million frames later the picture is where it should be")
 {
-    // A turn of 0.1 degrees a frame about a tilted axis; where a fixed point falls in the frame.
+    // A turn of 0.1 degrees a frame about a tilted axis, and the pixel of a fixed point.
     double const step = 0.1 * 3.14159265358979323846 / 180;
     double const axis[3] = {0.36, 0.8, 0.48};
     auto const turned = [&](double angle) {
@@ -326,7 +326,7 @@ TEST_CASE("row 70: poses are absolute: a million frames later the picture is whe
         naive_text += (naive_text.empty() ? "" : ", ") + number(naive_off);
         trajectory.push_back({double(frame), {turned(angle) * turned(0.7), {1, 2, 3}}});
     }
-    // Ours: the motion since the first pose, each pose by itself.
+    // The library: the motion since the first pose, with each pose computed on its own.
     auto const path = scene::relative_to_first(trajectory, scene::Pose{});
     for (std::size_t i = 1; i < path.size(); ++i) {
         auto const camera = scene::make_camera(path[i].pose, lens);

@@ -14,7 +14,7 @@ using tilemesh::splat::Footprint;
 using tilemesh::splat::Splat;
 
 namespace {
-constexpr float point = -87; // the log of a size that is as good as none
+constexpr float point = -87; // the logarithm of a size that is practically 0
 
 std::string percent(double part)
 {
@@ -32,10 +32,10 @@ Gaussian gaussian(float x, float y, float z, float s0, float s1, float s2)
     return {{x, y, z}, {0.2f, 0.5f, 0.8f}, 1, {1, 0, 0, 0}, {s0, s1, s2}, tilemesh::splat::GaussianId{1}};
 }
 
-/// Ours and a naive variant on the pixels of `count` random Gaussians.
+/// The library and a naive variant on the pixels of `count` random Gaussians.
 struct Compared {
     Spread ours, naive;
-    double ours_dropped = 0, naive_dropped = 0; ///< share of Gaussians that are not drawn though a pixel sees 1/255 of them
+    double ours_dropped = 0, naive_dropped = 0; ///< share of Gaussians that are not drawn although a pixel sees 1/255 of them
     double naive_positive = 0;                  ///< share of exponents above 0
     double ours_positive = 0;
 };
@@ -114,7 +114,7 @@ void long_needle(Gaussian& g, support::Random& random)
     g.log_scale[1] = g.log_scale[2] = std::log(1e-3f);
 }
 
-/// A log scale for a standard deviation.
+/// The log scale of a standard deviation.
 float log_of(double sigma)
 {
     return float(std::log(sigma));
@@ -138,8 +138,8 @@ bool finite_alpha(Splat const& s, Camera const& c)
     return true;
 }
 
-/// The largest entry of R R^T - I, from the splats of three balls without two of their axes before three cameras: what `project`
-/// makes of a quaternion. Infinite where one of them is not drawn.
+/// The largest entry of R R^T - I, for the rotation that `project` makes from a quaternion. It is found from the splats of three balls
+/// without two of their axes, in front of three cameras. Infinite if one of them is not drawn.
 double not_orthogonal(float const (&q)[4])
 {
     Model model = uncut();
@@ -177,7 +177,7 @@ double not_orthogonal(naive::Matrix3 const& r)
         }
     return worst;
 }
-/// Ours against the truth: the largest error of alpha over a box that is three times as long as it is wide, turned by q.
+/// The largest error of alpha against the truth, over a box that is three times as long as wide and turned by q.
 double turned_box_error(float const (&q)[4])
 {
     Gaussian g = gaussian(0.1f, 0.05f, 2, log_of(0.03), log_of(0.01), log_of(0.02));
@@ -192,7 +192,7 @@ double turned_box_error(float const (&q)[4])
     return worst;
 }
 
-/// What the loader makes of one row: position, f_dc, opacity, scales, rotation.
+/// Calls the loader for one row: position, f_dc, opacity, scales, rotation.
 char const* load_row(std::initializer_list<double> fields, Gaussian& g)
 {
     tilemesh::scene::detail::GaussianRow row{};
@@ -409,7 +409,7 @@ TEST_CASE("row 13: three sigma that are a whole number of pixels")
             auto const theirs = naive::project(g, c, variant);
             naive_up += int(naive::radius(theirs.screen, theirs.determinant)) != right ? 1 : 0;
 
-            // The default box: no pixel around it sees alpha_min.
+            // The default box: no pixel outside it sees alpha_min.
             model.footprint = Footprint::opacity_box;
             auto const s = our_splat(g, c, model);
             auto const t = truth<double>(g, c, model);
@@ -569,7 +569,7 @@ TEST_CASE("row 20: scales whose square or fourth power overflows")
         }
     }
     CHECK(bad == 4);
-    // Up to 1e18 pixels a needle is where it should be.
+    // Up to 1e18 pixels a needle is in the right place.
     auto const needles = compare(2000, [](Gaussian& g, support::Random& random) {
         place(g, random, 1, 5);
         g.log_scale[0] = random.uniform(12, 30);
@@ -598,7 +598,7 @@ TEST_CASE("row 21: scales whose square or fourth power is zero")
         for (std::uint32_t x = 643; x < 648; ++x)
             worst = std::max(worst, std::fabs(double(our_alpha(s, c, x, 363)) - true_alpha(t, c, x, 363)));
         CHECK(naive::project(g, c).determinant > 0);
-        // Without a dilation nothing keeps the determinant: invisible, not a NaN.
+        // Without dilation nothing keeps the determinant positive: invisible, not NaN.
         Model bare;
         bare.dilation = 0;
         CHECK(finite_alpha(our_splat(g, c, bare), c));
@@ -610,7 +610,7 @@ TEST_CASE("row 21: scales whose square or fourth power is zero")
 
 TEST_CASE("row 22: a size of zero and an opacity of 0 or 1 are values")
 {
-    auto const over_eager = [](std::initializer_list<double> fields) { // what a filter of finite rows keeps
+    auto const over_eager = [](std::initializer_list<double> fields) { // a filter of finite rows keeps these
         return std::all_of(fields.begin(), fields.end(), [](double v) { return std::isfinite(v); });
     };
     Gaussian g{};
@@ -624,7 +624,7 @@ TEST_CASE("row 22: a size of zero and an opacity of 0 or 1 are values")
     CHECK(load_row({0, 0, 2, 0, 0, 0, -infinity, -3, -3, -3, 1, 0, 0, 0}, g) == nullptr);
     CHECK(g.opacity == 0.0f);
     CHECK_FALSE(our_splat(g, plain_camera(), Model{}).visible());
-    CHECK(load_row({0, 0, 2, 0, 0, 0, 1, infinity, -3, -3, 1, 0, 0, 0}, g) != nullptr); // an infinite size is none
+    CHECK(load_row({0, 0, 2, 0, 0, 0, 1, infinity, -3, -3, 1, 0, 0, 0}, g) != nullptr); // an infinite size is not valid
     report({22, "log scale -inf, logit +-inf", "a filter of finite rows drops them", "loaded: size 0, opacity 0 or 1",
             "exact", true});
 }
@@ -710,7 +710,7 @@ TEST_CASE("row 28: a mean at the camera centre")
         for (float v : {s.mean_px[0], s.mean_px[1], s.along, s.slope, s.across, s.depth, s.faintest})
             CHECK(std::isfinite(v));
     }
-    // And just in front of it, where a colour depends on the direction.
+    // And just in front of it, if the colour depends on the direction.
     tilemesh::splat::ShadedGaussian<3> shaded{};
     static_cast<Gaussian&>(shaded) = gaussian(0, 0, 0, -20, -20, -20);
     std::fill(std::begin(shaded.harmonics), std::end(shaded.harmonics), 0.1f);
@@ -789,8 +789,8 @@ TEST_CASE("row 30: coordinates far from the origin")
 
 TEST_CASE("row 31: coordinates that a float cannot hold lose their offset before they are loaded")
 {
-    // A record holds floats: what is loaded at 5.5e6 m is on a grid of 0.5 m. The offset must leave the map and the camera in
-    // double, before either is made.
+    // A record holds floats: coordinates loaded at 5.5e6 m are on a grid of 0.5 m. The offset must be subtracted from the map and the
+    // camera in double, before either is made.
     support::Random random(31);
     double const offset[3] = {5.5e6, 4.5e5, 5.1e6};
     double ours = 0, direct = 0;
@@ -873,7 +873,7 @@ TEST_CASE("row 33: the Jacobian's clamp is a knob, and does nothing inside the f
     };
     std::string clamped, open, samples;
     for (auto const& [x, z, s] : {Case{3, 2, 0.05f}, Case{50, 1, 0.1f}}) {
-        c.cx = 640 - 1000 * x / z; // in the frame; the clamp does not know of it
+        c.cx = 640 - 1000 * x / z; // in the frame, but the clamp ignores the principal point
         Gaussian const g = gaussian(x, 0, z, log_of(double(s)), log_of(double(s)), log_of(double(s)));
         double const right = samples_px(double(x), double(z), double(s));
         double found[2];
@@ -933,7 +933,7 @@ TEST_CASE("row 34: the clamp turns a needle far off the axis")
     double const naive_turn = std::fabs(degrees(double(n.screen.a), double(n.screen.b), double(n.screen.c)) - right);
     CHECK(std::fabs(found[1] - right) < 0.1);
     CHECK(naive_turn > 0.1);
-    CHECK(std::fabs(found[0] - right) > 12); // the default keeps the canonical clamp: outside the frustum only
+    CHECK(std::fabs(found[0] - right) > 12); // the default keeps the canonical clamp, outside the frustum only
     report({34, "mean (10, 3, 1), needle along z", "turned by " + number(naive_turn) + " degrees",
             "knob off: " + number(std::fabs(found[1] - right)) + "; default as canonical, outside the frustum only",
             "0.1 degrees", true});
@@ -982,7 +982,7 @@ TEST_CASE("row 37: a radius of 3e9 pixels covers the frame")
 }
 
 namespace {
-/// The most blocks of the compositing kernel that a tile of at most `pixels` pixels touches, wherever it lies.
+/// The largest number of blocks of the compositing kernel that a tile of at most `pixels` pixels touches, in any place.
 std::uint64_t most_blocks(std::uint64_t pixels)
 {
     using tilemesh::splat::block_height;
@@ -998,7 +998,7 @@ void counters_suffice(Model const& m, tilemesh::splat::Sizes const& sizes)
 {
     constexpr std::uint64_t end = std::uint64_t{1} << 32;
     CHECK(std::uint64_t{sizes.storage} * most_blocks(sizes.tile_pixels) < end);
-    // A pixel takes at most so many terms: each leaves 1 - alpha_min of its transmittance at the most.
+    // An upper bound for the terms of a pixel: each leaves at most 1 - alpha_min of its transmittance.
     auto const terms =
         static_cast<std::uint64_t>(std::log(double(m.transmittance_min)) / std::log1p(-double(m.alpha_min))) + 2;
     CHECK(std::min<std::uint64_t>(terms, sizes.storage) * sizes.tile_pixels < end);
@@ -1018,7 +1018,7 @@ TEST_CASE("row 38: 1.5 million full-screen splats on 1,440 tiles are counted in 
     r.pairs += copies * 640;
     CHECK(r.copies == 2147484960u);
     CHECK(r.pairs / 640 == copies);
-    // What a tile counts in 32 bits within a frame.
+    // The counts of a tile within a frame, which have 32 bits.
     auto const suffice = []<class S>(S, tilemesh::splat::Sizes const& sizes = S::sizes) {
         Model m;
         m.transmittance_min = S::transmittance_min;

@@ -9,7 +9,7 @@
 #include <tilemesh/splat/projection.hpp>
 #include <vector>
 
-// What alpha should be, how much of an error its inputs' own rounding excuses, and what a kernel makes of it.
+// The true alpha, the error that the rounding of its inputs excuses, and the alpha of a kernel.
 namespace stability {
 using tilemesh::splat::Camera;
 using tilemesh::splat::Gaussian;
@@ -17,9 +17,8 @@ using tilemesh::splat::Model;
 
 inline constexpr double u = 0x1p-24;
 
-/// The projection of one Gaussian in T (double, or wider to check double), from its float inputs: the factor V = J W R S,
-/// its determinant from the cross product of V's rows. Relative error: T's own times the square root of the covariance's
-/// condition number.
+/// The projection of one Gaussian in T (double, or a wider type to check double), from its float inputs: the factor V = J W R S, with its
+/// determinant from the cross product of V's rows. Relative error: that of T times the square root of the covariance's condition number.
 template <class T>
 struct Truth {
     T depth;
@@ -37,7 +36,7 @@ struct Truth {
     T alpha_at(T px, T py) const { return opacity * std::exp(power_at(px - x, py - y)); }
 };
 
-/// The rotation of a quaternion of any length but zero.
+/// The rotation of a quaternion of any length except 0.
 template <class T>
 std::array<std::array<T, 3>, 3> rotation_of(float const (&quaternion)[4])
 {
@@ -88,8 +87,8 @@ Truth<T> truth(Gaussian const& g, Camera const& camera, Model const& model)
     return out;
 }
 
-/// Every float of the Gaussian and of the camera that alpha depends on, one ulp up or down, but for the principal point: its
-/// ulp of 6e-5 pixels would excuse an absolute mean, which it does not need.
+/// Moves every float of the Gaussian and of the camera on which alpha depends by one ulp, up or down. The principal point stays: its ulp of
+/// 6e-5 pixels would excuse the rounding of an absolute mean, and the kernel's relative mean does not have that rounding.
 inline void move_inputs(Gaussian& g, Camera& c, support::Random& random)
 {
     std::uint32_t signs = random.bits();
@@ -109,7 +108,7 @@ inline void move_inputs(Gaussian& g, Camera& c, support::Random& random)
     move(c.fy);
 }
 
-/// A Gaussian with pixels of its footprint, and at each what alpha is and how far it moves when the inputs do.
+/// A Gaussian with pixels of its footprint. For each pixel: alpha, and the change of alpha if the inputs change.
 struct Sample {
     static constexpr std::size_t pixels = 6;
     Gaussian g;
@@ -125,8 +124,8 @@ T true_alpha(Truth<T> const& t, Camera const& c, std::uint32_t x, std::uint32_t 
     return t.alpha_at(T(x) + T(0.5) - T(c.cx), T(y) + T(0.5) - T(c.cy));
 }
 
-/// Pixels at the mean, within 1 sigma, at 1.5, at the edge, and two on the ridge wherever it crosses the frame; those beyond
-/// the frame are moved to its border. `moved`: the worst of `trials` moves of all inputs at once, with random signs.
+/// Pixels at the mean, within 1 sigma, at 1.5 sigma, at the edge, and two on the ridge where it crosses the frame. Pixels outside the frame
+/// are moved to its border. `moved`: the worst of `trials` changes of all inputs at once, with random signs.
 inline Sample make_sample(Gaussian const& g, Camera const& camera, Model const& model, support::Random& random,
                           int trials = 24)
 {
@@ -169,13 +168,13 @@ inline Sample make_sample(Gaussian const& g, Camera const& camera, Model const& 
     return s;
 }
 
-/// Errors of one kernel over many pixels.
+/// The errors of one kernel over many pixels.
 class Spread {
 public:
     void add(double error, double moved)
     {
         double const infinity = std::numeric_limits<double>::infinity();
-        if (!(error < infinity)) error = infinity; // NaN is the worst there is
+        if (!(error < infinity)) error = infinity; // NaN is the worst error
         double const rho = error / (moved + u);
         rhos_.push_back(rho);
         errors_.push_back(error);
@@ -205,7 +204,7 @@ private:
     double max_rho_ = 0, max_error_ = 0;
 };
 
-/// Ours, at the centre of a pixel: 0 where the splat's rectangle does not reach.
+/// Alpha of the library at the centre of a pixel: 0 if the splat's rectangle does not contain it.
 template <class Record>
 tilemesh::splat::Splat our_splat(Record const& g, Camera const& c, Model const& model)
 {
@@ -219,7 +218,7 @@ inline float our_alpha(tilemesh::splat::Splat const& s, Camera const& c, std::ui
     return tilemesh::splat::alpha_at(s, static_cast<float>(x) + 0.5f - c.cx, static_cast<float>(y) + 0.5f - c.cy);
 }
 
-/// The default model with a footprint that no pixel worth measuring is outside of: rounding alone is measured, nothing is cut.
+/// The default model with a footprint that contains every pixel worth measuring, so that only rounding is measured.
 inline Model uncut()
 {
     Model m;

@@ -4,9 +4,9 @@
 using namespace stability;
 using tilemesh::splat::exponential;
 
-// rho = error of alpha / (error that moving every input by one ulp causes + u): 1 is as good as the inputs allow.
+// rho = error of alpha / (error from moving every input by one ulp + u): 1 is as good as the inputs allow.
 namespace {
-/// Half of them before the identity camera, half before a camera anywhere.
+/// Half of them in front of the identity camera, half in front of a random camera.
 Sample random_sample(support::Random& random, bool posed)
 {
     Camera c = plain_camera();
@@ -38,8 +38,8 @@ Sample random_sample(support::Random& random, bool posed)
     return make_sample(g, c, uncut(), random);
 }
 
-/// A disc seen along its plane, nearly upright or nearly level: one variance on the screen is what a difference leaves, and the
-/// determinant must be off by the same factor, for alpha depends on their ratio.
+/// A disc seen along its plane, almost upright or almost level. One variance on the screen is the result of a cancellation. The determinant
+/// must be off by the same factor, because alpha depends on their ratio.
 Sample edge_on_disc(support::Random& random, bool upright)
 {
     Gaussian g{};
@@ -83,7 +83,7 @@ float absolute_mean_alpha(Sample const& s, std::size_t i)
 struct Kernels {
     Spread ours, naive, absolute;
     std::uint32_t lit = 0; ///< pixels that see more than 1/255
-    Sample worst{};        ///< where ours is
+    Sample worst{};        ///< the sample with the largest error of ours
     std::size_t worst_pixel = 0;
 
     void add(Sample const& s)
@@ -147,7 +147,7 @@ TEST_CASE("rho: nor for discs seen along their plane")
 }
 
 namespace {
-/// As the literature writes it, in a type wide enough for it: J W R S S^T R^T W^T J^T + dilation, and its inverse.
+/// The textbook formula, in a type that is wide enough: J W R S S^T R^T W^T J^T + dilation, and its inverse.
 long double textbook_alpha(Sample const& s, std::size_t pixel)
 {
     using T = long double;

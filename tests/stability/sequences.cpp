@@ -19,7 +19,7 @@
 #include <utility>
 #include <vector>
 
-// Frame after frame on one renderer: whatever the camera did before, a frame is the one that a new renderer gives for its pose.
+// Frame after frame on one renderer: after any camera path, a frame equals the frame of a new renderer at the same pose.
 using namespace tilemesh;
 using namespace tilemesh::splat;
 using stability::Kind;
@@ -32,7 +32,7 @@ RendererOptions const small_tiles{.tile = {16, 4}};
 
 bool finite(std::vector<float> const& values)
 {
-    // The exponent is all ones: a compare of integers, for it sees every pixel of every frame.
+    // The exponent is all ones. Integers are compared, because this runs for every pixel of every frame.
     return std::none_of(values.begin(), values.end(),
                         [](float v) { return (__builtin_bit_cast(std::uint32_t, v) & 0x7f800000u) == 0x7f800000u; });
 }
@@ -71,7 +71,7 @@ scene::Map thinned(scene::Map map, std::size_t n)
     return map;
 }
 
-/// A map and a camera path through it that has no end: round and round, or forwards and backwards.
+/// A map and an endless camera path through it: round and round, or forwards and backwards.
 struct Sequence {
     std::string name;
     scene::Map map;
@@ -86,7 +86,7 @@ struct Sequence {
     }
 };
 
-/// The start moved by hand: a walk whose acceleration is random and whose velocity and offset are drawn back to zero.
+/// A hand-held motion from the start: a walk with random acceleration, whose velocity and offset are drawn back to zero.
 std::vector<Camera> hand_held(Camera const& start, std::uint32_t frames, std::uint64_t seed)
 {
     support::Random random(seed);
@@ -111,8 +111,8 @@ std::vector<Camera> cameras_of(scene::Trajectory const& trajectory, scene::Intri
     return path;
 }
 
-/// The authors' slow orbit of 0.125 degrees a frame and real hand-held motion on their maps; where these are absent, the same
-/// orbit and a walk on the built-in map. `n`: every n-th row of a map.
+/// On the authors' maps: their slow orbit of 0.125 degrees a frame, and real hand-held motion. If these maps are missing: the same orbit
+/// and a walk on the built-in map. `n`: every n-th row of a map is used.
 std::vector<Sequence> sequences(scene::Size size, std::size_t n)
 {
     std::vector<Sequence> out;
@@ -141,7 +141,7 @@ std::vector<Sequence> sequences(scene::Size size, std::size_t n)
     return out;
 }
 
-/// Plays the sequence on one renderer; every `step` frames a new one renders the same pose.
+/// Plays the sequence on one renderer. Every `step` frames a new renderer renders the same pose.
 void play(Sequence const& s, Kind kind, RendererOptions const& options, std::size_t frames, std::size_t step)
 {
     INFO(s.name);
@@ -165,13 +165,13 @@ void play(Sequence const& s, Kind kind, RendererOptions const& options, std::siz
         CHECK(same_picture(frame, cold));
         CHECK(runner->wrong_tiles(camera) == 0);
         CHECK((runner->owned_ids() == ids));
-        // The way was another one: a cold start sends every record and every copy.
+        // The message count differs: a cold start sends every record and every copy.
         CHECK(frame.report.messages < cold.report.messages);
     }
     CHECK(lacking == 0);
     CHECK(not_finite == 0);
     CHECK(not_counted == 0);
-    // Something happened: records change tiles, and hardly a frame is as the last.
+    // The sequence moves: records change tiles, and almost no frame equals the last one.
     CHECK(moved > frames);
     CHECK(still * 100 <= frames);
 }
@@ -193,7 +193,7 @@ TEST_CASE("slow: 10,000 frames of whole maps at 640x360 on 40 x 36 tiles, cold s
 
 namespace {
 
-/// One renderer whose every frame is compared with a new renderer's and with the naive picture.
+/// One renderer. Each frame is compared with a new renderer's frame and with the naive picture.
 class Film {
 public:
     Film(Kind kind, scene::Map map, RendererOptions options)
@@ -203,7 +203,7 @@ public:
     Model& model() { return runner_->model(); }
     std::size_t size() const { return ids_.size(); }
 
-    /// The next frame; nothing may be lost.
+    /// Renders the next frame; nothing may be lost.
     RenderedFrame frame(Camera const& camera)
     {
         auto const frame = runner_->render(camera);
@@ -216,7 +216,8 @@ public:
         CHECK(finite(frame));
         return frame;
     }
-    /// The next frame of a machine that may lose: what the picture lacks is what the report lists, and no id is there twice.
+    /// Renders the next frame of a machine that may lose records: the picture lacks exactly the records that the report lists, and no id
+    /// occurs twice.
     RenderedFrame frame_with_losses(Camera const& camera)
     {
         auto const frame = runner_->render(camera);
@@ -300,7 +301,7 @@ TEST_CASE("jumps: far away and back, through the scene, inside it, behind it")
         (void)film.frame(moved(home, 0, -far, far, 180));
         CHECK(same_picture(film.frame(home), picture));
     }
-    // Straight through, and out behind; then from there back at it, and home.
+    // Straight through and out behind; then from there back towards it, and home.
     for (int k = 0; k <= 12; ++k) (void)film.frame(moved(home, 0, 0, 0.15 * k));
     for (int k = 0; k < 4; ++k) (void)film.frame(moved(home, 0, 0, 0.9, 90.0 * k));
     (void)film.frame(moved(home, 0, 0, 3, 180));
@@ -327,7 +328,7 @@ TEST_CASE("a view that repeats sends nothing, and one that comes back is the sam
         CHECK(again.report.exchanged_live_bytes == 0);
         CHECK(same_picture(again, picture));
     }
-    // To and fro: from the second time on all is periodic, to the last counter.
+    // To and fro: from the second time on, all numbers are periodic, including every counter.
     report::FrameReport first[2];
     auto const other = film.frame(aside);
     for (int k = 0; k < 200; ++k) {
@@ -470,7 +471,7 @@ TEST_CASE("a camera that is refused changes nothing")
 
 TEST_CASE("map and camera moved by 1e6 together: not a bit of the picture changes")
 {
-    // A sixteenth is the step of floats from 2^19 to 2^20: on that grid the move is exact.
+    // A sixteenth is the step of floats from 2^19 to 2^20. On that grid the move is exact.
     auto map = thinned(scene::built_in_map(), support::fast() ? 40 : 4);
     auto camera = scene::built_in_camera({320, 180});
     for (auto& g : map.gaussians)
@@ -498,7 +499,7 @@ TEST_CASE("map and camera moved by 1e6 together: not a bit of the picture change
     CHECK(same_picture(near_by, far_off));
     CHECK(near_by.report.messages == far_off.report.messages);
 
-    // The same camera at 1280 x 720, and what W p + t makes of it.
+    // The same camera at 1280 x 720, and the result of W p + t for it.
     auto const shown = scene::resized(camera, 1280, 720), far_shown = scene::resized(far_camera, 1280, 720);
     auto const view = make_view(shown, Model{}), far_view = make_view(far_shown, Model{});
     auto const tiling = make_tiling(1280, 720, 1280, 720);
@@ -512,7 +513,7 @@ TEST_CASE("map and camera moved by 1e6 together: not a bit of the picture change
         if (std::fabs(s.mean_px[0]) > 640 || std::fabs(s.mean_px[1]) > 360) continue;
         auto const p = naive::view_point(far_shown, far_map.gaussians[k].mean_world);
         if (p.z <= shown.near_depth) {
-            off_by.push_back(1e9); // vanished
+            off_by.push_back(1e9); // not visible
             continue;
         }
         off_by.push_back(std::hypot(double{shown.fx * p.x / p.z - s.mean_px[0]}, double{shown.fy * p.y / p.z - s.mean_px[1]}));
@@ -549,7 +550,7 @@ TEST_CASE("drop under hostile motion: what the picture lacks is what the report 
     auto wide = home;
     wide.fx = wide.fy = 0.1f;
     auto const dropped = show(wide); // all onto a few tiles
-    CHECK(show(home) >= dropped);    // gone is gone
+    CHECK(show(home) >= dropped);    // lost records stay lost
     CHECK(copies_lost > 0);
     CHECK(dropped > 0);
     CHECK(dropped < film.size());

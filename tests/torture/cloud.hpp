@@ -3,7 +3,7 @@
 #include <tilemesh/scene/frame_whole.hpp>
 #include <tilemesh/scene/orbit.hpp>
 
-// The map that is rendered while memory fails.
+// The map that is rendered while memory runs out.
 namespace torture {
 using namespace tilemesh;
 

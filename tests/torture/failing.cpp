@@ -28,13 +28,13 @@ namespace {
 
 using torture::What;
 
-// --- what fails --------------------------------------------------------------------------------------------------------------
+// --- the calls that fail -----------------------------------------------------------------------------------------------------
 
 std::atomic<bool> armed{false};
-std::atomic<std::uint64_t> calls{0};  ///< of what fails, while armed
-std::atomic<std::int64_t> held{0};    ///< allocations and mappings that live
+std::atomic<std::uint64_t> calls{0};  ///< of functions that can fail, while armed
+std::atomic<std::int64_t> held{0};    ///< allocations and mappings that are not freed
 What failing = What::memory;
-std::uint64_t first_to_fail = 0;      ///< counted from 1; 0: none
+std::uint64_t first_to_fail = 0;      ///< counted from 1; 0: no call fails
 bool only_one = true;
 
 bool fails(What what) noexcept
@@ -66,7 +66,7 @@ constexpr std::size_t usual = alignof(std::max_align_t);
 
 } // namespace
 
-// The program's own: all of the library, and of the standard library, calls them.
+// The program's own operators: all of the library, and of the standard library, calls them.
 void* operator new(std::size_t n) { return allocate_or_throw(n, usual); }
 void* operator new[](std::size_t n) { return allocate_or_throw(n, usual); }
 void* operator new(std::size_t n, std::nothrow_t const&) noexcept { return allocate(n, usual); }
@@ -123,7 +123,7 @@ struct Row {
     std::uint64_t last = 0, runs = 0, right = 0, errors = 0, no_memory = 0, refused = 0, wrong = 0, leaks = 0;
 };
 
-/// What is tried now, for a process that ends in the middle of it.
+/// The current case, for a process that ends in the middle of it.
 char const* now_tried = "";
 [[noreturn]] void say_terminated() noexcept
 {
@@ -135,7 +135,7 @@ char const* now_tried = "";
 struct Disarm {
     ~Disarm() { armed = false; }
 };
-/// act() while call k fails; 0: none does.
+/// Calls act() while call k fails; 0: no call fails.
 void act_armed(Act& act, std::uint64_t k, bool alone, What what)
 {
     failing = what;
@@ -152,7 +152,7 @@ void say_wrong(Row& row, Case const& c, std::uint64_t k, bool alone, std::string
     if (++row.wrong <= 5) MESSAGE(c.name, ", k ", k, alone ? "" : " and all after", ": ", what);
 }
 
-/// One run. False: the failure was not reached.
+/// One run. Returns false if the failing call was not reached.
 bool try_one(Case const& c, std::string const& right, std::uint64_t k, bool alone, Row& row)
 {
     auto const held_before = held.load();
@@ -209,7 +209,7 @@ void torture(std::vector<Case> const& cases)
         now_tried = c.name.c_str();
         std::string right;
         Row row;
-        for (int warm = 0; warm < 2; ++warm) { // what is made once in a process is made now
+        for (int warm = 0; warm < 2; ++warm) { // objects that a process makes only once are made here
             auto const act = c.make();
             act_armed(*act, 0, true, c.what);
             row.last = calls;

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-/// In a program with failing.cpp, allocations and mappings fail when a test says so: the k-th alone, and the k-th with all after it.
+/// In a program with failing.cpp, allocations and mappings fail when a test asks for it: the k-th alone, or the k-th and all after it.
 namespace torture {
 
 /// An action on an object that exists already; calls fail during the action. If `act` throws, `after_failure` is called, with memory.
@@ -14,7 +14,8 @@ public:
     virtual ~Act() = default;
     virtual void act() = 0;
     virtual std::string result() = 0; ///< of the last act
-    /// After an act that threw: what is not as it must be, before and after it acts once more; empty: all is. May throw Error: it refuses.
+    /// Called after an act that threw. Returns what is wrong before or after the object acts once more; empty: nothing. May throw Error: it
+    /// refuses.
     virtual std::string after_failure(std::string const& right)
     {
         act();
@@ -22,7 +23,7 @@ public:
     }
 };
 
-/// What fails: operator new and mmap, or the start of a thread.
+/// The calls that fail: operator new and mmap, or the start of a thread.
 enum class What { memory, thread };
 
 struct Case {
@@ -31,7 +32,7 @@ struct Case {
     What what = What::memory;
 };
 
-/// False under a sanitizer, which starts threads by itself.
+/// False under a sanitizer, because a sanitizer starts threads itself.
 bool has_threads_that_fail() noexcept;
 
 /// Runs each case once for every call that can fail. If there are many calls, it tries only some of them, unless the environment variable

@@ -1,4 +1,4 @@
-// Readers and writers without memory.
+// Readers and writers that run out of memory.
 #include "cloud.hpp"
 #include "failing.hpp"
 #include <algorithm>
@@ -21,7 +21,7 @@ namespace {
 using namespace torture;
 namespace fs = std::filesystem;
 
-/// The value that a call returns. An Error is a result, too: lack of memory must not be reported as a bad file.
+/// The value that a call returns. An Error is a result too: lack of memory must not be reported as a bad file.
 class Value : public Act {
 public:
     explicit Value(std::function<std::string()> make) : make_(std::move(make)) {}
@@ -59,7 +59,7 @@ public:
     }
     ~Files() override { fs::remove_all(folder_); }
     void act() override { write_(folder_); }
-    /// Of each file: its name, the number of its bytes, its bytes.
+    /// For each file: its name, its number of bytes, and its bytes.
     std::string result() override
     {
         std::string all;
@@ -100,7 +100,7 @@ private:
         return all;
     }
     fs::path folder_;
-    std::string old_; ///< the file that is there before; empty: none
+    std::string old_; ///< the file that existed before; empty: none
     std::function<void(fs::path const&)> write_;
 };
 

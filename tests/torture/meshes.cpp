@@ -1,4 +1,4 @@
-// Meshes without memory.
+// Meshes that run out of memory.
 #include "failing.hpp"
 #include <doctest/doctest.h>
 #include <string>
@@ -16,7 +16,7 @@ struct Sum {
     std::uint32_t value;
 };
 struct Line : Channel<std::uint32_t, dynamic_capacity> {};
-/// Adds what arrived, and sends as many ones as the channel takes.
+/// Adds the arrived messages, and sends as many ones as the channel takes.
 struct Add {
     Vote operator()(Sum& sum, In<Line> in, Out<Line> out) const noexcept
     {
@@ -31,7 +31,7 @@ using Program = Sequence<Repeat<Add>>;
 using Watched = Mesh<Program, Traced<Mk2>>;
 constexpr Grid grid{3, 2};
 
-/// What the tiles hold and what the mesh counted; of a mesh that keeps a trace, how many samples it has.
+/// The words on the tiles and the mesh's counters; for a mesh with a trace, also the number of samples.
 template <class M>
 std::string text_of(M& mesh, RunCounters const& counters)
 {
@@ -44,7 +44,7 @@ std::string text_of(M& mesh, RunCounters const& counters)
     return text;
 }
 
-/// A mesh runs for the first time. If that fails it runs once in all, or refuses.
+/// A mesh runs for the first time. If that fails, it either runs exactly once afterwards, or refuses.
 template <class M>
 class Run : public Act {
 public:
@@ -57,7 +57,7 @@ private:
     RunCounters counters_;
 };
 
-/// A channel gets more slots. If that fails it has those that it had.
+/// A channel gets more slots. If that fails, it keeps the slots that it had.
 template <class M>
 class Limit : public Act {
 public:

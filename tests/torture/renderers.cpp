@@ -1,4 +1,4 @@
-// Renderers without memory.
+// Renderers that run out of memory.
 #include "../splat/runner.hpp"
 #include "cloud.hpp"
 #include "failing.hpp"
@@ -8,7 +8,7 @@ namespace {
 
 using namespace torture;
 
-/// The bits of a picture, its planes, and what it lacks.
+/// The bits of a picture and of its planes, and the list of losses.
 std::string bits(RenderedFrame const& frame)
 {
     std::string out;
@@ -39,7 +39,7 @@ MakeRenderer runner_of(RendererOptions o)
     };
 }
 
-/// A renderer is made, and renders its first frame.
+/// Makes a renderer and renders its first frame.
 class ColdStart : public Act {
 public:
     explicit ColdStart(MakeRenderer make) : make_(std::move(make)) {}
@@ -55,7 +55,7 @@ private:
     RenderedFrame frame_;
 };
 
-/// A renderer that has shown one view shows the next. After a failure it shows that view as a new renderer does, then others.
+/// A renderer that has shown one view shows the next one. After a failure it shows that view as a new renderer does, then others.
 class NextView : public Act {
 public:
     explicit NextView(MakeRenderer const& make, std::size_t view = 1) : make_(make), render_(make()), view_(view) { render_(views()[0], frame_); }

@@ -7,8 +7,8 @@
 
 namespace tilemesh { inline namespace v0_2 { namespace engine {
 
-/// Zeroed 32-bit words that cost no memory until they are written: a machine's capacity is address space, its live words
-/// are memory. Throws std::bad_alloc when even the address space is not to be had.
+/// Zeroed 32-bit words that take no memory until they are written: the capacity of a mesh is address space, and its live words are memory.
+/// Throws std::bad_alloc if there is not enough address space.
 class Arena {
 public:
     Arena() = default;
@@ -18,7 +18,7 @@ public:
         void* const p = ::mmap(nullptr, bytes_, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
         if (p == MAP_FAILED) throw std::bad_alloc{};
         words_ = static_cast<std::uint32_t*>(p);
-        // Where the system hands out huge pages unasked, the first word of each list would cost 2 MiB.
+        // If the system uses huge pages by default, the first word of each list would take 2 MiB.
         (void)::madvise(p, bytes_, MADV_NOHUGEPAGE);
     }
     Arena(Arena&& other) noexcept : words_(std::exchange(other.words_, nullptr)), bytes_(std::exchange(other.bytes_, 0)) {}

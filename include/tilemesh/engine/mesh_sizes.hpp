@@ -9,7 +9,7 @@
 
 namespace tilemesh { inline namespace v0_2 {
 
-/// Slots of a channel end, and the bytes that one of its messages takes on the machine.
+/// The slots of a channel end, and the bytes that one of its messages takes on the machine.
 struct LinkSize {
     std::uint32_t slots;
     std::uint32_t message_bytes;
@@ -25,8 +25,8 @@ struct MeshSizes {
     MachineSize machine{};
     std::array<std::uint32_t, States::count + 1> slots{}; ///< of each list; 1 for a struct
     std::array<LinkSize, Links::count + 1> links{};       ///< `dynamic_capacity` slots: `limit` sets the number later
-    std::array<bool, Links::count + 1> shares_memory{};   ///< whether the channel lies in the memory of its `memory_of`
-    std::uint64_t sram_bytes = 0;                         ///< of a tile; channels without slots yet count as their heads
+    std::array<bool, Links::count + 1> shares_memory{};   ///< does the channel lie in the memory of its `memory_of`?
+    std::uint64_t sram_bytes = 0;                         ///< of a tile; a channel without slots yet counts only its heads
 
     template <class X>
     constexpr std::uint32_t& slots_of() noexcept
@@ -41,7 +41,7 @@ struct MeshSizes {
 };
 
 namespace engine {
-/// Slots of a list, 1 for a struct.
+/// The slots of a list; 1 for a struct.
 template <class X, class Sizes>
 constexpr std::uint32_t slots_or_one([[maybe_unused]] Sizes const& sizes) noexcept
 {
@@ -50,7 +50,7 @@ constexpr std::uint32_t slots_or_one([[maybe_unused]] Sizes const& sizes) noexce
     else
         return 1;
 }
-/// The sizes of a program on a machine, whether they fit or not.
+/// The sizes of a program on a machine. The program need not fit.
 template <class Program, class Sizes, class... S, class... L>
 constexpr MeshSizes<Program> plain_sizes(MachineSize const& machine, Sizes const& sizes, Types<S...>, Types<L...>) noexcept
 {
@@ -62,12 +62,12 @@ constexpr MeshSizes<Program> plain_sizes(MachineSize const& machine, Sizes const
     m.sram_bytes = SramLedger<Program>::bytes(machine, sizes);
     return m;
 }
-/// The workers that kernel K has words for: its `most_workers`, or any number.
+/// The number of workers for which kernel K has words: its `most_workers`; without that member any number.
 template <class K, class = void>
 inline constexpr std::uint32_t most_workers_of = 0xffffffffu;
 template <class K>
 inline constexpr std::uint32_t most_workers_of<K, std::void_t<decltype(K::most_workers)>> = K::most_workers;
-/// Has every kernel of a program words for all of the machine's workers?
+/// Does every kernel of a program have words for all of the machine's workers?
 template <class... Step>
 constexpr bool has_words_for_workers([[maybe_unused]] MachineSize const& machine, Types<Step...>) noexcept
 {
@@ -123,8 +123,8 @@ Error does_not_fit(MachineSize const& machine, Lines const& ledger, std::uint64_
                  std::string(largest.name.text, largest.name.size) + " has " + std::to_string(largest.bytes) + " bytes, and the sum is " +
                  std::to_string(bytes - machine.sram_bytes) + " bytes over); give it fewer slots");
 }
-/// Throws Error where a program of these sizes does not fit into a tile's SRAM, has no words for all of the machine's workers, or has a
-/// list with fewer slots than its `least_slots`.
+/// Throws Error if a program of these sizes does not fit into a tile's SRAM, has no words for all of the machine's workers, or has a list
+/// with fewer slots than its `least_slots`.
 template <class Program, class Sizes>
 void require_fit(MachineSize const& machine, Sizes const& sizes)
 {

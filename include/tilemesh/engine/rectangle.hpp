@@ -6,13 +6,13 @@
 
 namespace tilemesh { inline namespace v0_2 { namespace engine {
 
-/// Columns x0..x1-1 and rows y0..y1-1 of a grid.
+/// Columns x0 to x1 - 1 and rows y0 to y1 - 1 of a grid.
 struct Rectangle {
     std::uint32_t x0, y0, x1, y1;
     bool contains(TileId t) const noexcept { return t.x() >= x0 && t.x() < x1 && t.y() >= y0 && t.y() < y1; }
     bool covers(Grid grid) const noexcept { return x0 == 0 && y0 == 0 && x1 == grid.width && y1 == grid.height; }
 };
-/// The same rectangle; throws `Error` where it is not inside the grid.
+/// Returns the rectangle. Throws `Error` if it is not inside the grid.
 inline Rectangle checked_rectangle(Grid grid, Rectangle r)
 {
     if (r.x0 > r.x1 || r.y0 > r.y1 || r.x1 > grid.width || r.y1 > grid.height)

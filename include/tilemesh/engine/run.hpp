@@ -32,13 +32,13 @@ std::vector<LoopCounters> begin_loops()
     return loops;
 }
 
-/// What one superstep of an engine did; all zero if no tile had to run.
+/// The result of one superstep of an engine. All members are zero if no tile had to run.
 struct Passed {
     bool ran = false, sent = false;
     std::uint64_t messages = 0, tile_runs = 0, live_bytes = 0;
 };
 
-/// The peaks of a program's lists, then of its channels. `of(tag)` gives the most items that a list held, and its capacity.
+/// The peaks of a program's lists, then of its channels. `of(tag)` returns the most items that a list held, and the list's capacity.
 template <class... X, class... C, class F>
 std::vector<Peak> list_peaks(Types<X...>, Types<C...>, F const& of)
 {
@@ -55,10 +55,10 @@ std::vector<Peak> list_peaks(Types<X...>, Types<C...>, F const& of)
     return peaks;
 }
 
-/// A run of a program: interprets the program, counts, and knows the current step. Mesh and CheckedMesh share this class. Each has its
+/// A run of a program: it interprets the program, counts, and knows the current step. Mesh and CheckedMesh share this class. Each has its
 /// own memory and exchange, so that each checks the other. An engine supplies:
 ///   Passed superstep<Kernel, everywhere>()    runs one kernel on the tiles that must run, then its exchange
-///   bool any_busy()                           whether a tile voted busy in the superstep before
+///   bool any_busy()                           did a tile vote busy in the superstep before?
 ///   std::uint64_t digest_now()
 ///   P const* shared<P>()
 ///   std::uint64_t capacity_bytes<Kernel>()    of one exchange
@@ -80,12 +80,12 @@ public:
     }
 
     struct Limits {
-        std::uint32_t most_passes; ///< of one UntilQuiet, and the most rounds of one Loop; 0: no bound
+        std::uint32_t most_passes; ///< for one UntilQuiet, and for the rounds of one Loop; 0: no limit
         bool digest;
         ExplainNotQuiet explain;
     };
-    /// Runs the program once; `peaks()` returns the peaks of the run. Passes on exceptions of supersteps and observers, and
-    /// `std::bad_alloc`. Throws `Error` for a step or Loop that exceeds its bound. After an exception it refuses to run again.
+    /// Runs the program once. `peaks()` returns the peaks of the run. Exceptions of supersteps and observers, and `std::bad_alloc`, pass
+    /// through. Throws `Error` for a step or Loop that exceeds its limit. After an exception it refuses to run again.
     template <class Engine, class Peaks>
     RunCounters all(Engine& engine, Program const& program, Grid grid, Limits const& limits, Peaks const& peaks)
     {

@@ -19,21 +19,21 @@ inline void relax() noexcept
 #endif
 }
 
-/// How a waiting thread waits. Between supersteps work comes within a few microseconds: it spins for that. Longer spinning
-/// collapses when another process, or another thread of the team, wants the core, so it then yields between looks, which
-/// costs half a microsecond where nobody does. Runs that follow each other come within a hundred microseconds or so, and a
-/// wake-up costs tens: only then does it sleep.
-inline constexpr std::uint32_t spins_before_yield = 200;  ///< some 5 us at 40 to 140 cycles a pause
-inline constexpr std::uint32_t yields_before_sleep = 200; ///< some 100 us
+/// The way in which a waiting thread waits. Between supersteps, work comes within a few microseconds: the thread spins for that time.
+/// Longer spinning would be slow if another process, or another thread of the team, needs the core. So it then yields between two looks,
+/// which costs 0.5 microseconds if no other thread is ready. Successive runs follow within about 100 microseconds, and a wake-up costs tens
+/// of microseconds, so the thread sleeps only after that.
+inline constexpr std::uint32_t spins_before_yield = 200;  ///< about 5 us, at 40 to 140 cycles per pause
+inline constexpr std::uint32_t yields_before_sleep = 200; ///< about 100 us
 
-/// A caller and its helpers: threads that take part in what the caller shares out.
+/// A caller and its helper threads, which take part in the work that the caller shares out.
 ///
-/// The caller opens a gate and works; helpers that look come in, and the gate closes when the caller's own part is done. The
-/// caller waits only for helpers that came in: one whose core is taken by another process costs nothing but its help.
+/// The caller opens a gate and works. A helper that sees the open gate comes in. The gate closes when the caller's own part is done. The
+/// caller waits only for helpers that came in: if another process has taken a helper's core, the caller loses only that helper's work.
 class Team {
 public:
-    /// `threads` counts the caller's thread and is at least 1. Throws Error when the system gives fewer threads. When the constructor
-    /// throws, the helpers that were started have ended.
+    /// `threads` includes the caller's thread and is at least 1. Throws Error if the system gives fewer threads. If the constructor throws,
+    /// the helpers that were started have ended.
     explicit Team(std::uint32_t threads)
     {
         threads_.reserve(threads);
@@ -44,7 +44,7 @@ public:
             join();
             throw Error(std::to_string(threads) + " threads (the system gave " + std::to_string(started) + ": " + e.what() +
                         "); ask for fewer");
-        } catch (...) { // no memory for a thread's state
+        } catch (...) { // out of memory for a thread's state
             join();
             throw;
         }
@@ -55,8 +55,9 @@ public:
 
     std::uint32_t size() const noexcept { return static_cast<std::uint32_t>(threads_.size()) + 1; }
 
-    /// f(0) here, and f(w) on each helper w that comes before f(0) returns. f must not throw and must do all the work
-    /// whoever comes. What was written before is seen by all, and what any of them wrote is seen afterwards.
+    /// Calls f(0) on this thread, and f(w) on each helper w that comes before f(0) returns. f must not throw, and must do all the work for
+    /// any set of helpers. All threads see the words written before the call, and the caller sees afterwards the words that any thread
+    /// wrote.
     template <class F>
     void share(F const& f) noexcept
     {
@@ -72,7 +73,7 @@ public:
         gate_.fetch_sub(open, std::memory_order_acq_rel);
         for (std::uint32_t i = 0; (gate_.load(std::memory_order_acquire) & inside) != 0; ++i) pause(i);
     }
-    /// f(w) on every thread of the team.
+    /// Calls f(w) on every thread of the team.
     template <class F>
     void each(F const& f) noexcept
     {
@@ -86,7 +87,7 @@ public:
     }
 
 private:
-    // The gate: how many helpers are inside, whether more may come, how often it was opened.
+    // The gate: the number of helpers inside, whether more may come in, and how often it was opened.
     static constexpr std::uint64_t inside = 0xffffffffu;
     static constexpr std::uint64_t open = std::uint64_t{1} << 32;
     static constexpr std::uint64_t next_epoch = std::uint64_t{1} << 33;
@@ -119,7 +120,7 @@ private:
             gate_.fetch_sub(1, std::memory_order_release);
         }
     }
-    // Nobody misses a bell: who reads it before it rings does not sleep on it, who reads it later says so to the next ring.
+    // No helper misses a bell. A helper that reads the bell before it rings does not sleep; one that reads it later tells the next ring.
     void sleep(std::uint64_t seen) noexcept
     {
         auto const bell = bell_.load();
@@ -143,21 +144,21 @@ private:
 
     alignas(64) std::atomic<std::uint64_t> gate_{0};
     std::atomic<bool> stop_{false};
-    alignas(64) std::atomic<std::uint32_t> asleep_{0}; ///< whether a helper may be asleep
+    alignas(64) std::atomic<std::uint32_t> asleep_{0}; ///< may a helper be asleep?
     std::atomic<std::uint32_t> bell_{0};
     void (*call_)(void const*, std::uint32_t) noexcept = nullptr;
     void const* what_ = nullptr;
     std::vector<std::thread> threads_;
 };
 
-/// Items 0..n-1 for the threads of a team: each has an even share and takes it in pieces, and who is done takes half of what
-/// another has left. So threads keep to the same tiles from superstep to superstep, whose words are in their caches, and a few
-/// heavy tiles next to each other leave no thread idle at the end.
+/// Items 0..n-1 for the threads of a team. Each thread has an even share and takes it in pieces. A thread that is done takes half of the
+/// rest of another thread. So threads keep to the same tiles from superstep to superstep, whose words are in their caches, and a few heavy
+/// tiles next to each other leave no thread idle at the end.
 class Shares {
 public:
     explicit Shares(std::uint32_t threads) : parts_(threads) {}
 
-    /// Before a team shares them.
+    /// Call it before a team shares the items.
     void set(std::uint32_t n) noexcept
     {
         auto const threads = parts_.size();
@@ -166,7 +167,7 @@ public:
                                       static_cast<std::uint32_t>(n * (std::uint64_t{w} + 1) / threads)),
                                  std::memory_order_relaxed);
     }
-    /// The next piece for thread w: items first..last-1; false when there is none.
+    /// Takes the next piece for thread w: items first..last-1. Returns false if there is none.
     bool take(std::uint32_t w, std::uint32_t& first, std::uint32_t& last) noexcept
     {
         auto& mine = parts_[w].span;

@@ -12,7 +12,7 @@ inline std::string text(Name name)
 }
 inline std::string text(TileId t)
 {
-    std::string s = "("; // step by step: GCC 12 sees an overlap in `"(" + std::to_string(...)` (its bug 105651)
+    std::string s = "("; // piece by piece: GCC 12 sees an overlap in `"(" + std::to_string(...)` (its bug 105651)
     s += std::to_string(t.x());
     s += ", ";
     s += std::to_string(t.y());

@@ -6,8 +6,8 @@
 
 namespace tilemesh { inline namespace v0_2 { namespace engine::detail {
 
-/// A set of tiles: a bit a tile, and a bit for each word of 64 of them that is not zero, so that going through the set costs
-/// what is in it and one word for each 4,096 tiles of the grid.
+/// A set of tiles. It has one bit per tile, and one bit for each word of 64 tiles that is not zero. To go through the set costs its tiles,
+/// and one word for each 4,096 tiles of the grid.
 class TileSet {
 public:
     explicit TileSet(std::uint32_t tiles = 0)
@@ -21,7 +21,7 @@ public:
         groups_[tile / 4096] |= std::uint64_t{1} << (tile / 64 % 64);
         any_ = true;
     }
-    /// Tiles first..last-1.
+    /// Inserts the tiles first..last-1.
     void insert(std::uint32_t first, std::uint32_t last) noexcept
     {
         while (first < last) {
@@ -63,7 +63,7 @@ public:
         }
         any_ = false;
     }
-    /// Writes the tiles in order to `out`, which has room for all, empties the set and says how many there were.
+    /// Writes the tiles in order to `out`, which has room for all, empties the set, and returns their number.
     std::uint32_t list(std::uint32_t* out) noexcept
     {
         auto* const begin = out;

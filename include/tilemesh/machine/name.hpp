@@ -4,7 +4,7 @@
 
 namespace tilemesh { inline namespace v0_2 {
 
-/// A piece of a string literal: what a region, channel or kernel is called in reports. Costs nothing on a tile.
+/// A piece of a string literal: the name of a region, channel or kernel in reports. It costs nothing on a tile.
 struct Name {
     char const* text;
     std::uint32_t size;
@@ -24,7 +24,7 @@ inline constexpr bool has_own_name = false;
 template <class X>
 inline constexpr bool has_own_name<X, std::void_t<decltype(X::name)>> = true;
 
-/// "ns::Outer<A>::Inner" out of the compiler's own text for this function; only the last component, without arguments.
+/// Finds "ns::Outer<A>::Inner" in the compiler's text for this function. The result is only the last component, without arguments.
 template <class X>
 constexpr Name type_name() noexcept
 {

@@ -5,7 +5,8 @@
 
 namespace tilemesh { inline namespace v0_2 {
 
-/// An operator of `Reduce`, which makes one value of two: an empty functor `T operator()(T mine, T others) const noexcept` with a `name`.
+/// An operator of `Reduce`. It combines two values into one: an empty functor `T operator()(T mine, T others) const noexcept` with a
+/// `name`.
 struct Sum {
     static constexpr char const* name = "sum";
     template <class T>
@@ -14,7 +15,7 @@ struct Sum {
         return mine + others;
     }
 };
-/// The smaller of two values. If they are equal, or one is a NaN, it is the tile's own.
+/// The smaller of two values. If they are equal, or if one is a NaN, the result is the tile's own value.
 struct Least {
     static constexpr char const* name = "least";
     template <class T>
@@ -41,11 +42,11 @@ struct And {
     }
 };
 
-/// Which tiles get the result of a `Reduce`: tile (0, 0) alone, or all tiles for twice the exchanges.
+/// The tiles that get the result of a `Reduce`: only tile (0, 0), or all tiles for twice the exchanges.
 enum class ReduceTo : std::uint32_t { one, all };
 
-/// What a tile contributes to a `Reduce`: a member of a state, `Member<&Cell::kelvin>`. To contribute a computed value, write an empty
-/// functor `float operator()(Cell const&, Pile const&) const noexcept` with a `name`. It takes states by const reference, broadcasts
+/// The value that a tile contributes to a `Reduce`: a member of a state, `Member<&Cell::kelvin>`. To contribute a computed value, write an
+/// empty functor `float operator()(Cell const&, Pile const&) const noexcept` with a `name`. It takes states by const reference, broadcasts
 /// and `Here`.
 template <auto Pointer>
 struct Member;
@@ -59,7 +60,7 @@ namespace detail {
 template <class Value>
 using ValueOf = typename CallOf<Value>::Result;
 
-/// The name of a Reduce's kernel, "least member begin". It holds operator and value, because the kernels of a program need different names.
+/// The name of a Reduce's kernel, "least member begin". It contains operator and value, because the kernels of a program need unique names.
 template <class Operator, class Value>
 struct ReduceName {
     char text[96] = {};
@@ -73,8 +74,8 @@ struct ReduceName {
 };
 } // namespace detail
 
-/// The state that holds the result of a `Reduce`. Tile (0, 0) has the value of all tiles. The others have it with `ReduceTo::all`, and
-/// otherwise a partial result. Cost: the value's bytes.
+/// The state that holds the result of a `Reduce`. Tile (0, 0) has the combined value of all tiles. With `ReduceTo::all` the other tiles
+/// have it too; otherwise they have a partial result. Cost: the value's bytes.
 template <class Value, class Operator>
 struct Reduced {
     using T = detail::ValueOf<Value>;
@@ -92,7 +93,7 @@ struct Partial : Channel<ValueOf<Value>, 1> {
     static constexpr char const* name = text.text;
 };
 
-/// Sends the result from tile (0, 0) back, down column 0 and along each row to the east; nothing with `ReduceTo::one`.
+/// Sends the result from tile (0, 0) back, down column 0 and along each row to the east. With `ReduceTo::one` it sends nothing.
 template <ReduceTo Where, class R, class Out>
 TILEMESH_KERNEL void tell_all(Here const& here, R const& reduced, Out& out, [[maybe_unused]] bool down) noexcept
 {
@@ -101,7 +102,7 @@ TILEMESH_KERNEL void tell_all(Here const& here, R const& reduced, Out& out, [[ma
         if (down && here.tile.y() + 1 < here.grid.height) out[Direction::south].unchecked_push(reduced.value);
     }
 }
-/// What a tile of column 0 does once it has the values of all tiles east and south of it.
+/// The step of a tile in column 0 when it has the values of all tiles east and south of it.
 template <ReduceTo Where, class R, class Out>
 TILEMESH_KERNEL void climb(Here const& here, R const& reduced, Out& out) noexcept
 {
@@ -156,18 +157,18 @@ struct GoOnReducing {
 } // namespace detail
 
 /// A reduction over all tiles, as a part of a program. `Reduce<Member<&Cell::kelvin>, Most>` leaves the largest kelvin of all tiles in the
-/// state `Reduced<Member<&Cell::kelvin>, Most>` of tile (0, 0), or of every tile with `ReduceTo::all`. Later kernels take that state.
-/// Reduce is two ordinary kernels and one channel of one message, so engines need not know of it.
+/// state `Reduced<Member<&Cell::kelvin>, Most>` of tile (0, 0), or of every tile with `ReduceTo::all`. Later kernels take that state. A
+/// Reduce consists of two ordinary kernels and one channel of one message, so engines need no code for it.
 ///
-/// The order is fixed: each row from its east end to its west end, then column 0 from south to north; `mine` is the value of the tile that
+/// The order is fixed: each row from its east end to its west end, then column 0 from south to north. `mine` is the value of the tile that
 /// combines. So a sum of floats is the same on every engine and for any number of threads. Least and Most need numbers: with a NaN the
 /// result depends on the order.
 ///
 /// On a Poplar machine the two kernels are vertices like others: `detail::BeginReduce<Value, Operator, Where>` and
 /// `detail::GoOnReducing<Value, Operator, Where>`. A vertex name ends with the kernel's `name_of`.
 ///
-/// Cost on a grid of W x H tiles: W - 1 + H - 1 exchanges, or twice as many with `ReduceTo::all`, in which the tiles at the front send one
-/// value; one more compute phase; SRAM for the value, and 8 * (8 + its bytes) for the channel.
+/// Cost on a grid of W x H tiles: W - 1 + H - 1 exchanges (twice as many with `ReduceTo::all`), in each of which the tiles at the front
+/// send one value; one more pass; SRAM for the value, and 8 * (8 + its bytes) for the channel.
 template <class Value, class Operator, ReduceTo Where = ReduceTo::one>
 using Reduce = Sequence<Superstep<detail::BeginReduce<Value, Operator, Where>>, UntilQuiet<detail::GoOnReducing<Value, Operator, Where>>>;
 

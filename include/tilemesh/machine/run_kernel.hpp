@@ -5,7 +5,7 @@
 namespace tilemesh { inline namespace v0_2 {
 
 namespace detail {
-/// Makes argument A of a kernel for one call; `source` is the interpreter's view of the tile.
+/// Makes argument A of a kernel for one call. `source` is the interpreter's view of the tile.
 template <class A, class Source>
 struct Bind;
 template <class X, class Source>

@@ -12,10 +12,10 @@ struct Region {
     Name name;
     char const* what;        ///< "state", "channel, 8 ends", "broadcast", "code and stacks"
     std::uint32_t bytes;
-    bool budgeted;           ///< false: kept, but outside the budget this machine's program claims (see `Tile`)
+    bool budgeted;           ///< false: listed, but not counted in the budget (see `SramLedger`)
 };
 
-/// The sizes of a program whose lists all have the capacity that their types name: there are none.
+/// The sizes of a program without sizes: the types of all its lists name their capacities.
 struct NoSizes {};
 /// The setup of a program without sizes.
 struct NoSetup {
@@ -49,7 +49,7 @@ template <class C, class = void>
 inline constexpr bool has_memory_flag = false;
 template <class C>
 inline constexpr bool has_memory_flag<C, std::void_t<decltype(C::memory_shared)>> = true;
-/// The value of the member that a region names. A region that names a member of another type of sizes does not compile.
+/// The value of the member that a region names. It does not compile if the region names a member of another type of sizes.
 template <class Member, class Sizes>
 constexpr auto named_size([[maybe_unused]] Sizes const& sizes, [[maybe_unused]] Member member) noexcept
 {
@@ -62,13 +62,13 @@ constexpr auto named_size([[maybe_unused]] Sizes const& sizes, [[maybe_unused]] 
         return 0u;
     }
 }
-/// A number of bytes as 32 bits, for a table's column; 2^32 - 1 stands for more.
+/// A number of bytes in 32 bits, for a table's column. 2^32 - 1 also stands for every larger number.
 constexpr std::uint32_t column_bytes(std::uint64_t bytes) noexcept
 {
     return bytes < 0xffffffffu ? static_cast<std::uint32_t>(bytes) : 0xffffffffu;
 }
 
-/// Do the bytes of state X count against the SRAM under these sizes?
+/// Do the bytes of state X count against the SRAM with these sizes?
 template <class X, class Sizes>
 constexpr bool counts_against_sram([[maybe_unused]] Sizes const& sizes) noexcept
 {
@@ -83,7 +83,7 @@ constexpr bool counts_against_sram([[maybe_unused]] Sizes const& sizes) noexcept
 template <class C>
 using MemoryOf = typename detail::MemoryNamedBy<C>::type;
 
-/// Does channel C lie in the memory of its `memory_of` under these sizes?
+/// Does channel C lie in the memory of its `memory_of` with these sizes?
 template <class C, class Sizes>
 constexpr bool shares_memory([[maybe_unused]] Sizes const& sizes) noexcept
 {
@@ -95,8 +95,8 @@ constexpr bool shares_memory([[maybe_unused]] Sizes const& sizes) noexcept
         return true;
 }
 
-/// The slots of list or channel X under these sizes: the capacity of its type, or the member that X names with
-/// `static constexpr auto slots = &Sizes::member;`. A channel that has neither gets its slots by `limit`: `dynamic_capacity`.
+/// The slots of list or channel X with these sizes: the capacity of its type, or the member that X names with `static constexpr auto slots
+/// = &Sizes::member;`. A channel with neither gets its slots by `limit`: `dynamic_capacity`.
 template <class X, class Sizes>
 constexpr std::uint32_t capacity_of([[maybe_unused]] Sizes const& sizes) noexcept
 {
@@ -108,8 +108,8 @@ constexpr std::uint32_t capacity_of([[maybe_unused]] Sizes const& sizes) noexcep
         return dynamic_capacity;
 }
 
-/// The number of slots that X, a list or a channel, needs so that its program makes progress. X names it with
-/// `static constexpr std::uint32_t least_slots = 1;`; without that it is 0.
+/// The number of slots that X, a list or a channel, needs so that its program makes progress. X gives it with `static constexpr
+/// std::uint32_t least_slots = 1;`. Without that member it is 0.
 template <class X, class = void>
 inline constexpr std::uint32_t least_slots_of = 0;
 template <class X>
@@ -124,11 +124,11 @@ constexpr bool has_least_slots([[maybe_unused]] Sizes const& sizes) noexcept
         return capacity_of<X>(sizes) >= least_slots_of<X>;
 }
 
-/// The SRAM ledger of a program on one tile, derived from the program's kernels. Machine and sizes are values, so the same functions
-/// serve compile-time constants and sizes that a user asks for at run time.
+/// The SRAM ledger of a program on one tile, derived from the program's kernels. Machine and sizes are values, so the same functions serve
+/// compile-time constants and sizes that are known only at run time.
 ///
-/// A state with `static constexpr bool budgeted = false;` is listed but not counted. It serves a published budget, such as the paper's,
-/// that leaves out lists that the program needs. With `static constexpr auto budgeted_if = &Sizes::member;` a flag of the sizes decides.
+/// A state with `static constexpr bool budgeted = false;` is listed but not counted. This serves a published budget, such as the paper's,
+/// that leaves out lists that the program needs. With `static constexpr auto budgeted_if = &Sizes::member;`, a flag of the sizes decides.
 template <class Program, class = Needs<Program>>
 class SramLedger;
 
@@ -140,7 +140,7 @@ public:
     using Shareds = Types<P...>;
     static_assert((detail::ReadBeforeSent<Program, L>::value && ...));
 
-    /// Words of state X as one piece of SRAM: a list's head and items, or the struct.
+    /// The words of state X as one piece of SRAM: a list's head and items, or the struct.
     template <class X, class Sizes>
     static constexpr std::uint64_t words([[maybe_unused]] Sizes const& sizes) noexcept
     {
@@ -153,13 +153,13 @@ public:
             return sizeof(X) / 4;
         }
     }
-    /// SRAM of channel C on one tile with this many slots: four ends in, four out. A channel without slots yet counts as its heads.
+    /// The SRAM of channel C on one tile with this many slots: four ends in, four out. A channel without slots yet counts only its heads.
     template <class C>
     static constexpr std::uint64_t channel_bytes(std::uint32_t slots) noexcept
     {
         return 8 * (C::end_bytes(0) + (slots == dynamic_capacity ? 0u : std::uint64_t{slots} * wire_bytes<typename C::value_type>));
     }
-    /// The SRAM that channel C takes beyond that of the channels whose memory it shares; all of C for a channel with its own memory.
+    /// The SRAM that channel C takes in addition to the channels whose memory it shares. A channel with its own memory takes all of it.
     template <class C, class Sizes>
     static constexpr std::uint64_t own_channel_bytes(Sizes const& sizes) noexcept
     {
@@ -172,7 +172,7 @@ public:
             static_assert(std::is_same_v<MemoryOf<Host>, Host>,
                           "memory_of names a channel that itself lies in another's memory; name that one");
             if (!shares_memory<C>(sizes)) return mine;
-            // What the host and the guests before this one leave over.
+            // The bytes beyond the host channel and the guests before this one.
             std::uint64_t before = channel_bytes<Host>(capacity_of<Host>(sizes));
             bool found = false;
             ((found = found || std::is_same_v<L, C>,
@@ -186,7 +186,7 @@ public:
     }
 
     static constexpr std::uint32_t region_count = sizeof...(S) + sizeof...(L) + sizeof...(P) + 1;
-    /// The table for reports, in the order in which kernels name things; code and stacks last.
+    /// The table for reports, in the order in which kernels name the regions. Code and stacks are last.
     template <class Sizes>
     static constexpr std::array<Region, region_count> lines(MachineSize const& machine, Sizes const& sizes) noexcept
     {
@@ -195,7 +195,7 @@ public:
                  Region{name_of<P>(), "broadcast", static_cast<std::uint32_t>(sizeof(P)), true}...,
                  Region{{"code and stacks", 15}, "reserve", machine.code_bytes, true}}};
     }
-    /// Bytes of SRAM that X, a state or a channel, takes.
+    /// The bytes of SRAM that X, a state or a channel, takes.
     template <class X, class Sizes>
     static constexpr std::uint64_t counted_bytes(Sizes const& sizes) noexcept
     {
@@ -204,7 +204,7 @@ public:
         else
             return detail::counts_against_sram<X>(sizes) ? 4 * words<X>(sizes) : 0;
     }
-    /// Bytes that count against the SRAM.
+    /// The bytes that count against the SRAM.
     template <class Sizes>
     static constexpr std::uint64_t bytes(MachineSize const& machine, [[maybe_unused]] Sizes const& sizes) noexcept
     {
@@ -214,7 +214,7 @@ public:
 };
 
 namespace detail {
-/// Instantiated only when a program does not fit. Its template arguments appear in the compiler's error and say what to do.
+/// Instantiated only if a program does not fit. Its template arguments appear in the compiler's error and say what to do.
 template <class Machine, class LargestRegion, std::uint32_t LargestRegionBytes, std::uint32_t BytesOver>
 struct SramBudget {
     static_assert(BytesOver == 0, "the program does not fit in a tile's SRAM (SramBudget<Machine, LargestRegion, its bytes, "
@@ -222,7 +222,7 @@ struct SramBudget {
     static constexpr bool holds = true;
 };
 
-/// The layout of a program under a setup with constant sizes, whether it fits or not.
+/// The layout of a program under a setup with constant sizes. The program need not fit.
 template <class Machine, class Program, class Setup>
 class Layout : public SramLedger<Program> {
     using Base = SramLedger<Program>;
@@ -247,7 +247,7 @@ public:
     {
         return column_bytes(Base::template own_channel_bytes<C>(Setup::sizes));
     }
-    /// The word at which X begins when all states of a tile are one tensor.
+    /// The word at which X begins if all states of a tile are one tensor.
     template <class X>
     static constexpr std::uint32_t offset() noexcept
     {
@@ -255,7 +255,7 @@ public:
         return offset_in<X>(States{});
     }
     static constexpr auto ledger() noexcept { return Base::lines(machine, Setup::sizes); }
-    /// Bytes that count against the SRAM.
+    /// The bytes that count against the SRAM.
     static constexpr std::uint64_t bytes = Base::bytes(machine, Setup::sizes);
 
 private:
@@ -320,10 +320,10 @@ public:
 };
 } // namespace detail
 
-/// Layout and SRAM ledger of a program on one tile of a machine, with the sizes of a setup (`Setup::sizes`, a constant).
+/// The layout and the SRAM ledger of a program on one tile of a machine, with the sizes of a setup (`Setup::sizes`, a constant).
 ///
-/// A program that does not fit is a compile-time error, which names the largest region and the bytes over. For sizes known only at run
-/// time, `mesh_sizes` throws Error with the same sentence (engine/mesh_sizes.hpp).
+/// A program that does not fit is a compile-time error, which names the largest region and the bytes over. For sizes that are known only at
+/// run time, `mesh_sizes` throws Error with the same sentence (engine/mesh_sizes.hpp).
 template <class Machine, class Program, class Setup = NoSetup>
 class Tile : public detail::Layout<Machine, Program, Setup> {
     using Base = detail::Layout<Machine, Program, Setup>;
@@ -337,7 +337,7 @@ class Tile : public detail::Layout<Machine, Program, Setup> {
                                          : detail::column_bytes(Base::bytes - Machine::sram_bytes)>::holds);
 };
 
-/// Bytes of SRAM that a program needs on a tile of a machine, whether it fits or not.
+/// The bytes of SRAM that a program needs on a tile of a machine. The program need not fit.
 template <class Machine, class Program, class Setup = NoSetup>
 inline constexpr std::uint64_t bytes_needed = detail::Layout<Machine, Program, Setup>::bytes;
 /// Does a program fit on a tile of a machine? If not, `Tile<Machine, Program, Setup>` does not compile.

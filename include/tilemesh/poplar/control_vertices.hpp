@@ -3,8 +3,8 @@
 #include <tilemesh/poplar/program_log.hpp>
 
 /// The vertices that contain no kernel: they gather votes, count passes, and decide about loops, steps and conditions. Kernel code;
-/// experimental until an SDK has compiled it. Not in a version namespace: the graph finds them by name, and how popc names a vertex in an
-/// inline namespace is not documented. A codelet file serves one graph, so two versions do not meet.
+/// experimental until an SDK has compiled it. They are not in a version namespace: the graph finds them by name, and the documents do not
+/// say how popc names a vertex in an inline namespace. A codelet file serves one graph, so two versions do not meet.
 namespace tilemesh::vertices {
 using on_poplar::RunLog, on_poplar::said_busy;
 
@@ -20,7 +20,7 @@ public:
     }
 };
 
-/// Gathers what the tiles of a row said: the bitwise or of their words.
+/// Gathers the votes of a row's tiles: the bitwise or of their words.
 class GatherVotes : public ::poplar::Vertex {
 public:
     ::poplar::Input<::poplar::Vector<unsigned>> said;
@@ -34,13 +34,13 @@ public:
     }
 };
 
-/// Ends a pass: writes what all rows said into the run's log, and decides whether there is another pass.
+/// Ends a pass: writes the votes of all rows into the run's log, and decides whether there is another pass.
 class CountPass : public ::poplar::Vertex {
 public:
     ::poplar::Input<::poplar::Vector<unsigned>> said;
     ::poplar::InOut<::poplar::Vector<unsigned>> log; ///< RunLog
     ::poplar::Output<bool> again;
-    unsigned log_at;  ///< where the step's words begin: RunLog::step
+    unsigned log_at;  ///< beginning of the step's words: RunLog::step
     unsigned touched; ///< channels that this pass exchanged, or read and emptied
     unsigned reads;   ///< channels whose mail makes another pass; without mail and without a vote there is none
     bool compute()
@@ -62,7 +62,7 @@ public:
 class BeginLoop : public ::poplar::Vertex {
 public:
     ::poplar::InOut<::poplar::Vector<unsigned>> log; ///< RunLog
-    unsigned log_at;                                 ///< where the loop's words begin: RunLog::loop
+    unsigned log_at;                                 ///< beginning of the loop's words: RunLog::loop
     unsigned at_most;
     bool compute()
     {

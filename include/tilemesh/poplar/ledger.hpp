@@ -8,8 +8,8 @@
 namespace tilemesh { inline namespace v0_2 { namespace on_poplar {
 
 namespace detail {
-/// Bytes of fields in a vertex's state: a SPAN is a pointer and a size, and so is each inner vector of a list; an edge of one element
-/// is a pointer, a plain member a word (the SDK's documents of vertex fields; hardware: pointers are 32 bits).
+/// The bytes of fields in a vertex's state. A SPAN is a pointer and a size; each inner vector of a list is one too. An edge of one element
+/// is a pointer; a plain member is a word. Sources: the SDK's documents of vertex fields; hardware: pointers are 32 bits.
 inline constexpr std::uint32_t span_bytes = 8, word_bytes = 4;
 
 template <class Kernel, class... A, class... C>
@@ -41,32 +41,32 @@ constexpr std::uint32_t vertex_bytes([[maybe_unused]] Sizes const& sizes, Types<
 }
 } // namespace detail
 
-/// Bytes of the fullest tile, 0, that keep logs, votes and who runs.
+/// The bytes on the fullest tile, tile 0, for logs, votes and the tiles that must run.
 template <class Program>
 constexpr std::uint32_t log_bytes() noexcept
 {
     // said, rows said, again (a bool, stored as a word)
     return 4 * (TileLog<Program>::words + RunLog::words<Program> + 1 + 1 + 1) + static_cast<std::uint32_t>(sizeof(RunRectangle));
 }
-/// Bytes on tile 0 where the votes of its row, and those of all rows, arrive after each step; were Poplar to let steps share them,
-/// one step's would do.
+/// The bytes on tile 0 to which the votes of its row, and those of all rows, arrive after each step. If Poplar let steps share them, the
+/// bytes of one step would be enough.
 template <class Program>
 constexpr std::uint32_t arriving_bytes(Grid grid) noexcept
 {
     return 4 * StepsOf<Program>::count * ((grid.width > 1 ? grid.width : 0) + (grid.height > 1 ? grid.height : 0));
 }
-/// Bytes of the states of all vertices on tile 0.
+/// The bytes of the states of all vertices on tile 0.
 template <class Program, class Setup = NoSetup>
 constexpr std::uint32_t vertex_bytes() noexcept
 {
     return detail::control_bytes<Program> + detail::vertex_bytes(Setup::sizes, StepsOf<Program>{}, typename Needs<Program>::Links{});
 }
 
-/// The ledger of a tile as Poplar stores the program. Experimental until an SDK has compiled it. First come the lines of
-/// `Tile<Machine, Program>`, which are the graph's variables byte for byte. Then comes what Poplar needs besides on tile 0, which is the
-/// fullest. That comes out of the reserve for code and stacks (a
-/// machine's `code_bytes`; Mk2's is the "~130 KB code + stacks" that the paper's authors measured for a whole Poplar program,
-/// exchange code included), so that the sum is the tile's. A machine without a reserve has nothing left, and more than the sum.
+/// The ledger of a tile as Poplar stores the program. Experimental until an SDK has compiled it. The first lines are those of
+/// `Tile<Machine, Program>`; they are the graph's variables, byte for byte. The other lines are the bytes that Poplar needs in addition on
+/// tile 0, the fullest tile. They come out of the reserve for code and stacks (a machine's `code_bytes`), so that the sum is the tile's.
+/// Mk2's reserve is the "~130 KB code + stacks" that the paper's authors measured for a whole Poplar program, including exchange code. On a
+/// machine without a reserve, nothing is left for these lines, and the total exceeds the sum.
 template <class Machine, class Program, class Setup = NoSetup>
 constexpr auto ledger(Grid grid) noexcept
 {

@@ -34,7 +34,7 @@ struct EdgesOf<Kernel, Broadcast<P>> {
     static constexpr std::uint32_t reads = 1, keeps = 0;
 };
 
-/// Where the edges of argument A begin in `reads` and in `keeps`, and where those of channel C begin in `sends`.
+/// The place at which the edges of argument A begin in `reads` and in `keeps`; `sends_at`: those of channel C in `sends`.
 template <class Kernel, class A, class... Args>
 constexpr std::uint32_t reads_at(Types<Args...>) noexcept
 {
