@@ -83,17 +83,19 @@ report::RunReport describe_run(Options const& options, scene::Map const& map, re
     return run;
 }
 
+/// ": row 3 ...", the reader's note on the first row that it rejects; empty if there is none.
+std::string first_rejected(scene::Map const& map)
+{
+    auto const note = std::find_if(map.notes.begin(), map.notes.end(), [](auto const& text) { return text.starts_with("row "); });
+    return note == map.notes.end() ? std::string() : ": " + *note;
+}
+
 /// An empty map has no picture, whatever its header says.
 void require_gaussians(scene::Map const& map)
 {
     if (!map.gaussians.empty()) return;
-    auto why =
-        map.rejected == 0 ? std::string("it has no rows") : "all of its " + thousands(map.rejected) + " rows are rejected";
-    for (auto const& note : map.notes)
-        if (note.starts_with("row ")) {
-            why += ": " + note;
-            break;
-        }
+    auto const why = (map.rejected == 0 ? std::string("it has no rows") : "all of its " + thousands(map.rejected) + " rows are rejected") +
+                     first_rejected(map);
     throw tilemesh::Error(map.path + " has no Gaussian to render (" + why + "); name another map, or export it again");
 }
 
@@ -290,6 +292,10 @@ int run(Options const& options)
     auto const missing = note_missing(options, needs, result);
     if (options.report) report::write_json(*options.report, result, render_map::outlasts(options));
     if (trace && !result.frames.empty()) trace->finish(result);
+    if (options.quiet && map.rejected != 0) // otherwise the summary says it
+        std::cerr << render_map::one_line("map " + map.name + " lacks " + thousands(map.rejected) + " of its " +
+                                          thousands(map.gaussians.size() + map.rejected) + " rows, which are rejected" + first_rejected(map))
+                  << std::endl;
     if (!missing.empty()) std::cerr << render_map::one_line(missing) << std::endl;
     if (!stopped.empty()) {
         std::cerr << stopped << std::endl;

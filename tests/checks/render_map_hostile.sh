@@ -61,6 +61,9 @@ runs --size 64x48 --grid 4x3 some.ply --report some.json
 has stdout "row 2"
 has some.json '"rejected": 1,'
 has some.json 'row 2'
+run --size 64x48 --grid 4x3 some.ply --quiet >stdout 2>stderr || fail "status $? of a map with a rejected row"
+has stderr '^map some lacks 1 of its 3 rows, which are rejected: row 2'
+[ "$(wc -l <stderr)" -eq 1 ] || fail "not one line of what the map lacks: $(cat stderr)"
 head -c 100000 /dev/urandom >noise.ply
 refuses "noise.ply" noise.ply
 { printf 'ply\n' && head -c 1000000 /dev/zero; } >zeros.ply
