@@ -119,9 +119,9 @@ struct Option {
 constexpr std::uint32_t most_threads = 1024;
 
 constexpr Option options[] = {
-    {"--cameras", "FILE", "cameras from a file (see below); without --camera all of the map's scene",
+    {"--cameras", "FILE", "read cameras from a file (see below) and render all cameras of the map's scene",
      [](Options& o, auto name, auto text) { o.cameras = input(o, name, text); }},
-    {"--camera", "SCENE/NAME", "one camera of that file; NAME alone where it is unique",
+    {"--camera", "SCENE/NAME", "render one camera of that file; NAME alone is enough if it is unique",
      [](Options& o, auto name, auto text) {
          // Longer than any name in a camera file; the error that lists the names would not fit a screen.
          if (text.empty() || text.size() > 255)
@@ -129,15 +129,15 @@ constexpr Option options[] = {
                          " (it takes SCENE/NAME, 1 to 255 bytes); name a camera or leave the option out");
          o.camera = text;
      }},
-    {"--orbit", "DEGREES", "turn the camera about the map's middle, so far a frame",
+    {"--orbit", "DEGREES", "turn the camera around the map's middle, by DEGREES per frame",
      [](Options& o, auto name, auto text) { o.orbit_degrees = degrees(name, text); }},
-    {"--frames", "N", "frames of the orbit, or the first N poses of the trajectory",
+    {"--frames", "N", "render N frames of the orbit, or the first N poses of the trajectory",
      [](Options& o, auto name, auto text) { o.frames = whole_number(name, text, most_frames); }},
-    {"--trajectory", "FILE", "a frame for each pose of a TUM file (camera to world), lens of --camera",
+    {"--trajectory", "FILE", "render a frame per pose of a TUM file (camera to world), lens of --camera",
      [](Options& o, auto name, auto text) { o.trajectory = input(o, name, text); }},
-    {"--relative", "", "the trajectory's motion since its first pose, on top of the camera",
+    {"--relative", "", "move the camera as the trajectory moves from its first pose",
      [](Options& o, auto, auto) { o.relative = true; }},
-    {"--size", "WxH", "pixels [the camera's own; 1280x720 where none is named]",
+    {"--size", "WxH", "size in pixels [the camera's own, or 1280x720]",
      [](Options& o, auto name, auto text) {
          auto const [width, height] = extent(name, text, "1280x720");
          o.size = tilemesh::scene::Size{width, height};
@@ -147,25 +147,25 @@ constexpr Option options[] = {
      [](Options& o, auto name, auto text) {
          o.choice.preset = one_of<Preset>(name, text, presets);
      }},
-    {"--machine", "NAME", "mk2 | test: 64 MiB a tile, any number of tiles [mk2]",
+    {"--machine", "NAME", "mk2 | test (64 MiB per tile, any number of tiles) [mk2]",
      [](Options& o, auto name, auto text) {
          o.choice.machine = one_of<MachineKind>(
              name, text, {{"mk2", MachineKind::mk2}, {"test", MachineKind::test}});
      }},
-    {"--grid", "WxH", "tiles [40x36, or what --size and --tile need]",
+    {"--grid", "WxH", "number of tiles [40x36, or as many as --size and --tile need]",
      [](Options& o, auto name, auto text) { o.renderer.grid = extent(name, text, "40x36"); }},
-    {"--tile", "WxH", "pixels of a tile [the frame spread evenly over the grid]",
+    {"--tile", "WxH", "pixels per tile [the frame spread evenly over the grid]",
      [](Options& o, auto name, auto text) { o.renderer.tile = extent(name, text, "32x20"); }},
-    {"--channel-slots", "N", "at most N records in a channel [the preset's]",
+    {"--channel-slots", "N", "limit each channel to N records [the preset's slots]",
      [](Options& o, auto name, auto text) { o.channel_slots = o.renderer.channel_slots = whole_number(name, text, any_number, 0); }},
-    {"--storage-slots", "N", "at most N records on a tile [the preset's]",
+    {"--storage-slots", "N", "limit the storage of each tile to N records [the preset's slots]",
      [](Options& o, auto name, auto text) { o.storage_slots = o.renderer.storage_slots = whole_number(name, text, any_number, 0); }},
-    {"--saturation", "NAME", "hold | drop [the preset's]",
+    {"--saturation", "NAME", "a full channel: hold records back | drop copies [the preset's]",
      [](Options& o, auto name, auto text) {
          o.choice.saturation = one_of<SaturationKind>(
              name, text, {{"hold", SaturationKind::hold}, {"drop", SaturationKind::drop}});
      }},
-    {"--footprint", "NAME", "opacity_box | three_sigma_square [the preset's]",
+    {"--footprint", "NAME", "pixels of a Gaussian: opacity_box | three_sigma_square [the preset's]",
      [](Options& o, auto name, auto text) {
          using tilemesh::splat::Footprint;
          o.renderer.footprint =
@@ -173,30 +173,30 @@ constexpr Option options[] = {
                                {{"opacity_box", Footprint::opacity_box},
                                 {"three_sigma_square", Footprint::three_sigma_square}});
      }},
-    {"--copies", "NAME", "world | screen: what bloom sends [the preset's]",
+    {"--copies", "NAME", "bloom sends copies in world | screen coordinates [the preset's]",
      [](Options& o, auto name, auto text) {
          o.choice.copies = one_of<CopiesKind>(
              name, text, {{"world", CopiesKind::world}, {"screen", CopiesKind::screen}});
      }},
-    {"--hops", "N|quiet", "exchanges of routing, and of bloom, a frame [quiet]",
+    {"--hops", "N|quiet", "end routing, and bloom, of a frame after N exchanges [quiet]",
      [](Options& o, auto name, auto text) {
          if (text != "quiet") o.renderer.hops = std::min(whole_number(name, text, any_number), any_number - 1);
      }},
-    {"--most-passes", "N", "an error where routing, or bloom, is not quiet after N passes [no end]",
+    {"--most-passes", "N", "stop with an error if routing, or bloom, needs more than N passes",
      [](Options& o, auto name, auto text) { o.renderer.most_passes = whole_number(name, text, any_number); }},
-    {"--pixels", "NAME", "float | rgbx8 [the preset's]",
+    {"--pixels", "NAME", "framebuffers of the tiles: float | rgbx8 [the preset's]",
      [](Options& o, auto name, auto text) {
          o.choice.pixels = one_of<PixelKind>(
              name, text, {{"float", PixelKind::float32}, {"rgbx8", PixelKind::rgbx8}});
      }},
-    {"--arithmetic", "NAME", "precise: the bits of the naive loop | fast: within 2e-5 of its alpha [fast]",
+    {"--arithmetic", "NAME", "precise (bits of a naive loop) | fast (alpha within 2e-5 of it) [fast]",
      [](Options& o, auto name, auto text) {
          using tilemesh::splat::Arithmetic;
          o.renderer.arithmetic =
              one_of<Arithmetic>(name, text, {{"precise", Arithmetic::precise}, {"fast", Arithmetic::fast}});
      }},
 
-    {"--quality", "NAME", "evaluation | viewing | on_sensor: its cut-offs (see below) [the preset's]",
+    {"--quality", "NAME", "cut-offs (see below): evaluation | viewing | on_sensor [the preset's]",
      [](Options& o, auto name, auto text) {
          using tilemesh::splat::Quality;
          o.renderer.quality = one_of<Quality>(name, text,
@@ -204,54 +204,54 @@ constexpr Option options[] = {
                                                {"viewing", Quality::viewing},
                                                {"on_sensor", Quality::on_sensor}});
      }},
-    {"--sh-degree", "N", "view-dependent colour up to this degree, 0 to 3 [the map's]",
+    {"--sh-degree", "N", "highest degree of view-dependent colour, 0 to 3 [the map's]",
      [](Options& o, auto name, auto text) {
          o.sh_degree = one_of<std::uint32_t>(name, text, {{"0", 0}, {"1", 1}, {"2", 2}, {"3", 3}});
      }},
-    {"--fit", "NAME", "scene: leave out what map and cameras do not need | off [scene]",
+    {"--fit", "NAME", "scene (leave out features that the scene does not need) | off [scene]",
      [](Options& o, auto name, auto text) { o.choice.fit = one_of<bool>(name, text, {{"scene", true}, {"off", false}}); }},
 
-    {"--engine", "NAME", "threads | sequential: slower, checks every write [threads]",
+    {"--engine", "NAME", "threads | sequential (slower, checks every write) [threads]",
      [](Options& o, auto name, auto text) {
          o.choice.engine = one_of<EngineKind>(
              name, text,
              {{"threads", EngineKind::threads}, {"sequential", EngineKind::sequential}});
      }},
-    {"--threads", "N", "host threads [all of this machine's]",
+    {"--threads", "N", "number of host threads [all of this machine's]",
      [](Options& o, auto name, auto text) { o.renderer.threads = whole_number(name, text, most_threads); }},
 
-    {"--out", "DIR", "where frame_0000.png ... go [tilemesh_out]",
+    {"--out", "DIR", "folder for frame_0000.png, frame_0001.png, ... [tilemesh_out]",
      [](Options& o, auto name, auto text) { o.out = file(name, text); }},
-    {"--float", "", "also frame_0000.pfm: linear float32, unclamped, on black",
+    {"--float", "", "also write frame_0000.pfm: linear float32, unclamped, on black",
      [](Options& o, auto, auto) { o.pfm = true; }},
-    {"--depth", "", "also frame_0000.depth.pfm: view z in world units, 0 where nothing is",
+    {"--depth", "", "also write frame_0000.depth.pfm: depth along z in world units; 0: nothing",
      [](Options& o, auto, auto) { o.choice.depth = true; }},
-    {"--alpha", "", "also frame_0000.alpha.pfm: how much of each pixel is covered, 0 to 1",
+    {"--alpha", "", "also write frame_0000.alpha.pfm: covered share of each pixel, 0 to 1",
      [](Options& o, auto, auto) { o.choice.alpha = true; }},
-    {"--reference", "", "also render in double, with and without cut-offs, and compare (slow)",
+    {"--reference", "", "compare with double precision, with and without cut-offs (slow)",
      [](Options& o, auto, auto) { o.reference = true; }},
-    {"--report", "FILE", "everything counted, as JSON",
+    {"--report", "FILE", "write all counters as JSON",
      [](Options& o, auto name, auto text) { o.report = file(name, text); }},
-    {"--trace", "DIR", "what each tile did, and modelled cycles: an HTML report, CSV, JSON",
+    {"--trace", "DIR", "write what each tile did, and modelled cycles: HTML, CSV, JSON",
      [](Options& o, auto name, auto text) {
          o.trace = file(name, text);
          o.choice.trace = true;
      }},
-    {"--cost-model", "FILE", "what a trace is put through, a text as DIR/model.txt [mk2]",
+    {"--cost-model", "FILE", "cost model for the trace, a text file like DIR/model.txt [mk2]",
      [](Options& o, auto name, auto text) { o.cost_model = input(o, name, text); }},
-    {"--energy", "FILE", "joules of a trace: what each event takes, and where that is from (see below)",
+    {"--energy", "FILE", "energy model for the trace: joules and source of each event (see below)",
      [](Options& o, auto name, auto text) { o.energy = input(o, name, text); }},
-    {"--follow", "ID", "the life of one Gaussian (1 + its row): DIR/follow_ID.csv",
+    {"--follow", "ID", "write the life of one Gaussian (ID: 1 + its row) to DIR/follow_ID.csv",
      [](Options& o, auto name, auto text) { o.follow = whole_number(name, text, any_number); }},
-    {"--explain", "", "what was left out for this map and these cameras, and why",
+    {"--explain", "", "print the features that this map and these cameras do not need, and why",
      [](Options& o, auto, auto) { o.explain = true; }},
-    {"--quiet", "", "no progress, no table", [](Options& o, auto, auto) { o.quiet = true; }},
-    {"--resume", "", "keep a list of finished frames in --out, and go on after a kill or a crash",
+    {"--quiet", "", "print no progress and no table", [](Options& o, auto, auto) { o.quiet = true; }},
+    {"--resume", "", "list finished frames in --out; after a kill or a crash, render the rest",
      [](Options& o, auto, auto) { o.resume = true; }},
-    {"--strict", "", "exit status 1 if a picture lacks records or copies",
+    {"--strict", "", "end with status 1 if a picture lacks records or copies",
      [](Options& o, auto, auto) { o.strict = true; }},
-    {"--version", "", "the version", [](Options& o, auto, auto) { o.version = true; }},
-    {"--help", "", "this text", [](Options& o, auto, auto) { o.help = true; }},
+    {"--version", "", "print the version", [](Options& o, auto, auto) { o.version = true; }},
+    {"--help", "", "print this text", [](Options& o, auto, auto) { o.help = true; }},
 };
 
 /// Options that begin a group of the help, and the group's title.
@@ -418,22 +418,22 @@ std::string help_text()
 {
     std::string text = "render_map [MAP.ply] [options]\n"
                        "Renders a 3D Gaussian map on a simulated mesh of tiles, each with its own SRAM and four\n"
-                       "neighbours, and counts what that takes. Without a map: the built-in desk.\n"
+                       "neighbours, and counts messages, memory and work. Without a map, it renders a built-in desk.\n"
                        "\n"
-                       "A picture of my map, from a camera that frames it:\n"
+                       "A picture of a map, from a camera that shows all of it:\n"
                        "  render_map room.ply\n"
-                       "From the cameras of my SLAM system or training, all or one of them:\n"
+                       "From the cameras of a SLAM system or of training, all or one of them:\n"
                        "  render_map room.ply --cameras cameras.json\n"
                        "  render_map room.ply --cameras sparse/0 --camera frame_0042.jpg\n"
-                       "A fly-around, with 60 frames of half a degree:\n"
+                       "An orbit of 60 frames, half a degree apart:\n"
                        "  render_map room.ply --orbit 0.5 --frames 60\n"
-                       "A hand-held camera, its motion carried out from the camera that frames the map:\n"
+                       "The motion of a hand-held camera, starting at the camera that shows all of the map:\n"
                        "  render_map room.ply --trajectory fr1_desk.txt --relative\n"
-                       "What channels that are too small do to the picture:\n"
+                       "The picture with channels that are too small:\n"
                        "  render_map room.ply --preset prototype --channel-slots 10 --report report.json\n"
-                       "How far off double precision the picture is:\n"
+                       "The error against double precision:\n"
                        "  render_map room.ply --reference\n"
-                       "Which tiles, steps and channels the machine waits for; and what became of one Gaussian:\n"
+                       "The tiles, steps and channels that the machine waits for, and the path of one Gaussian:\n"
                        "  render_map room.ply --trace where --follow 4711\n";
     for (auto const& option : options) {
         for (auto const& group : groups)
@@ -444,35 +444,36 @@ std::string help_text()
         text.append(line).append(option.help).append("\n");
     }
     return text + "\n"
-                  "An option takes its value as the next word or behind '='; after -- every word is a map.\n"
+                  "Write a value as the next word or behind '='. After --, the next word is a map.\n"
                   "\n"
-                  "What can be read\n"
+                  "Files that are read\n"
                   "  Maps are 3DGS PLY files. Cameras: tilemesh's own JSON (cameras[] with world_to_camera), the\n"
                   "  cameras.json of 3DGS training, or COLMAP's cameras.txt and images.txt (one of them, or their\n"
-                  "  folder). Trajectories: TUM, a line a pose, timestamp tx ty tz qx qy qz qw, camera to world.\n"
-                  "  Energy models: `energy NAME`, then a line an event, `EVENT VALUE fJ SOURCE`; no event has a value\n"
-                  "  of its own, and include/tilemesh/model/energy.hpp lists them.\n"
+                  "  folder). Trajectories: TUM, one pose per line: timestamp tx ty tz qx qy qz qw, camera to world.\n"
+                  "  Energy models: a line `energy NAME`, then one event per line, `EVENT VALUE fJ SOURCE`. No event\n"
+                  "  has a built-in value; include/tilemesh/model/energy.hpp lists the events.\n"
                   "\n"
                   "Qualities\n"
-                  "  Where a term is too faint to count and a pixel is finished; all else stays the preset's. Pairs\n"
-                  "  against the default's (1/255, 5e-3), and how far the picture is from double precision without\n"
-                  "  cut-offs, on three maps at 640 x 360 with opacity boxes (a 3-sigma square cuts by itself):\n"
+                  "  A quality sets two cut-offs: the faintest term that is blended, and the transmittance at which\n"
+                  "  a pixel is finished. The default's are 1/255 and 5e-3. The list has the pairs, against the\n"
+                  "  default's, and the error against double precision without cut-offs, on three maps at 640 x 360\n"
+                  "  with opacity boxes (a 3-sigma square is a cut-off of its own):\n"
                   "    evaluation  1/8160, 1e-4  1.4 times  RMSE 3e-5 to 7e-5, PSNR above 83 dB\n"
                   "    viewing     1/128, 5e-3   0.9 times  RMSE 1.8e-3 to 3e-3, PSNR 50 to 55 dB\n"
                   "    on_sensor   1/64, 1e-2    0.8 times  RMSE 3.3e-3 to 5.7e-3, PSNR 44 to 50 dB\n"
                   "\n"
                   "Conventions\n"
                   "  World units are the map's. Cameras as in OpenCV: x right, y down, z forward; the centre of\n"
-                  "  pixel (i, j) is (i + 0.5, j + 0.5). Colours are written as they are trained, no gamma.\n"
-                  "  The last table of a trace's report.html says what each number of a report means, and so does\n"
-                  "  include/tilemesh/report/frame_report.hpp.\n"
+                  "  pixel (i, j) is (i + 0.5, j + 0.5). Colours are written as they are trained, without gamma.\n"
+                  "  include/tilemesh/report/frame_report.hpp explains each number of a report. The last table of a\n"
+                  "  trace's report.html explains them too.\n"
                   "\n"
-                  "What is written\n"
-                  "  DIR/frame_0000.png, frame_0001.png, ... and what else was asked for. With --trace, in its DIR, a\n"
-                  "  report.html that a browser shows without a network, model.txt, frames.csv with the counters of\n"
-                  "  all frames, and for each frame .tiles.csv and .supersteps.csv, .heat.csv and .heat_*.png,\n"
-                  "  .trace.json (ui.perfetto.dev), and with --energy .energy.csv; where --most-passes ends a run,\n"
-                  "  no_progress.txt, which says what the tiles repeat.\n"
+                  "Files that are written\n"
+                  "  frame_0000.png, frame_0001.png, ... and the files that options ask for. --trace DIR writes\n"
+                  "  report.html, which a browser shows without a network, model.txt, and frames.csv with the\n"
+                  "  counters of all frames. For each frame it writes .tiles.csv, .supersteps.csv, .heat.csv,\n"
+                  "  .heat_*.png and .trace.json (ui.perfetto.dev), and with --energy .energy.csv. If --most-passes\n"
+                  "  ends the run, it writes no_progress.txt, which names the steps that the tiles repeat.\n"
                   "  A run never writes over a file that it reads, even through a link, and writes no file twice.\n"
                   "  With --resume, resume.jsonl lists the finished frames. After a kill or a crash, start the same\n"
                   "  command again: it keeps every frame whose files are complete, and ends with the pictures and\n"
@@ -482,9 +483,9 @@ std::string help_text()
                   "  second Ctrl-C ends it at once.\n"
                   "\n"
                   "Exit status\n"
-                  "  0; 2 with one line on standard error when something is wrong: what, why, and what to do;\n"
-                  "  1 with --strict if a picture lacks records or copies (a line on standard error always says so);\n"
-                  "  130 after SIGINT (Ctrl-C), 143 after SIGTERM.\n";
+                  "  0: all files are written. 1: with --strict, a picture lacks records or copies; standard error\n"
+                  "  always says so. 2: an error; one line on standard error names the problem, the reason and a\n"
+                  "  remedy. 130: SIGINT (Ctrl-C). 143: SIGTERM.\n";
 }
 
 } // namespace render_map
