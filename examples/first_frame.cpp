@@ -12,7 +12,7 @@ try {
 
     tilemesh::report::write_pfm("first_frame.pfm", frame.image);
     tilemesh::report::write_ppm("first_frame.ppm", frame.image);
-    std::cout << frame.report;                 // passes, exchanges, hops, moved, held, peaks, bytes, milliseconds by stage
+    std::cout << frame.report;                 // passes, exchanges, messages, losses, peaks, milliseconds by stage
 } catch (tilemesh::Error const& error) {
     std::cerr << error.what() << '\n';
     return 2;
