@@ -82,15 +82,9 @@ done <"$work/all" >"$work/faults"
 total=$(wc -l <"$work/faults")
 
 # ---- trees: each job has a copy of the project of its own; `pristine` holds the files as they were
-mkdir "$work/pristine" "$work/pristine/tests"
-cp -R "$root"/include "$root"/examples "$root"/bench "$work/pristine" || exit 2
-for part in "$root"/tests/*/; do
-    case $(basename "$part") in
-    planted | consumers | fuzz) ;;
-    *) cp -R "$part" "$work/pristine/tests" || exit 2 ;;
-    esac
-done
-mkdir "$work/pristine/tests/fuzz" && cp -R "$root/tests/fuzz/corpus" "$work/pristine/tests/fuzz" || exit 2 # torture/files reads it
+mkdir "$work/pristine"
+cp -R "$root"/include "$root"/examples "$root"/bench "$root"/tests "$root"/.github "$root"/.ci "$work/pristine" &&
+    find "$root" -maxdepth 1 -type f -exec cp {} "$work/pristine" \; || exit 2
 for ((job = 1; job <= jobs; ++job)); do cp -R "$work/pristine" "$work/tree_$job" || exit 2; done
 
 # ---- kits: what all tests have in common, for each set of flags: a compiler, doctest's main, precompiled headers of others
