@@ -22,7 +22,7 @@ render::SetupChoice preset_of(Choice const& choice)
     return render::choice_of<splat::Prototype>();
 }
 
-/// Whether the demand may choose the parts of the machine: only for an unchanged `lossless` on host threads.
+/// May the demand choose the parts of the machine? Only for an unchanged `lossless` on host threads.
 bool may_be_fitted(Choice const& choice)
 {
     auto const own = preset_of(choice), asked = setup_of(choice, 0);
@@ -50,7 +50,7 @@ render::SetupChoice setup_of(Choice const& choice, std::uint32_t sh_degree)
     if (choice.copies) setup.reusable = *choice.copies == CopiesKind::world;
     if (choice.pixels)
         setup.colour = *choice.pixels == PixelKind::float32 ? render::ColourFormat::float32 : render::ColourFormat::rgbx8;
-    // A preset that drops has no FIFOs. Told to hold, it gets those of `lossless`; the ledger lists them.
+    // A preset that drops has no FIFOs. If it is told to hold, it gets those of `lossless`, and the ledger lists them.
     if (setup.holds && setup.sizes.waiting == 0) setup.sizes.waiting = splat::Lossless::sizes.waiting;
     setup = render::fitted(setup, sh_degree, true, true);
     if (choice.machine == MachineKind::test) {

@@ -17,7 +17,7 @@ enum class SaturationKind : std::uint32_t { hold, drop };
 enum class CopiesKind : std::uint32_t { world, screen };
 enum class PixelKind : std::uint32_t { float32, rgbx8 };
 
-/// What a user chose of a machine. An empty member takes the preset's value. Every combination runs if it fits.
+/// The user's choice of a machine. An empty member takes the preset's value. Every combination runs if it fits.
 struct Choice {
     Preset preset = Preset::lossless;
     MachineKind machine = MachineKind::mk2;
@@ -27,21 +27,21 @@ struct Choice {
     std::optional<PixelKind> pixels{};
     bool depth = false, alpha = false;
     bool trace = false; ///< run on a machine that keeps a trace
-    bool fit = true;    ///< false: keep all of the preset, whatever the scene needs
+    bool fit = true;    ///< false: keep all parts of the preset, even if the scene does not need them
 
     bool planes() const noexcept { return depth || alpha; }
 };
 
-/// The setup of a choice for records of a degree. If it does not fit, `tilemesh::render::facts_of` throws.
+/// The setup of a choice for records of a degree. `tilemesh::render::facts_of` throws if it does not fit.
 tilemesh::render::SetupChoice setup_of(Choice const& choice, std::uint32_t sh_degree);
 
-/// The setup that a demand leaves of a choice: without routing or bloom where the choice leaves that open and the scene needs neither.
+/// The setup of a choice, reduced by a demand: without routing or bloom if the choice allows it and the scene does not need them.
 tilemesh::render::SetupChoice setup_for(Choice const& choice, tilemesh::scene::Demand const& demand);
 
 using tilemesh::AnyRenderer;
 
-/// The renderer of `setup_for`. With `trace`, it is an `Instruments` too. Throws `tilemesh::Error` for a choice or a map that the machine
-/// has no room for. The caller has checked the limits in the options (`check_slots`).
+/// Makes the renderer of `setup_for`. With `trace`, it is also an `Instruments`. Throws `tilemesh::Error` if the machine has no room for
+/// the choice or the map. The caller must have checked the limits in the options (`check_slots`).
 std::unique_ptr<AnyRenderer> make_renderer(Choice const& choice, tilemesh::scene::Map const& map,
                                            tilemesh::scene::Demand const& demand, tilemesh::RendererOptions options);
 

@@ -25,7 +25,7 @@ std::string short_number(float v)
     return out.str();
 }
 
-/// What routing takes of a tile of lossless with records of this degree.
+/// The bytes that routing takes on a tile of `lossless` with records of this degree.
 std::uint64_t routing_bytes(std::uint32_t degree)
 {
     namespace render = tilemesh::render;
@@ -39,7 +39,7 @@ std::uint64_t bloom_bytes()
     return splat::bloom_bytes(setup.sizes, tilemesh::render::words_of(setup));
 }
 
-/// The first option that asks for the machine as it is; empty: none.
+/// The first option that explores the machine as it is; empty: none.
 std::string exploring_option(Options const& o)
 {
     if (o.choice.trace) return "--trace";

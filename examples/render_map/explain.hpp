@@ -8,21 +8,21 @@
 
 namespace render_map {
 
-/// What a run keeps of the machine: `seen` is what map and cameras need, `used` what the renderer was made for.
+/// The parts of the machine that a run keeps. `seen`: the demand of map and cameras; `used`: the demand for which the renderer was made.
 struct Needs {
     tilemesh::scene::Demand seen, used;
-    std::string kept_because; ///< why all is kept although the scene does not need it; empty: nothing asks for it
+    std::string kept_because; ///< why all parts are kept although the scene does not need them; empty: no reason
 };
 
-/// Scans map and cameras. Options that explore the machine (capacities, hops, policies, other presets) keep all of it.
+/// Scans map and cameras. With options that explore the machine (capacities, hops, policies, other presets), all of it is kept.
 Needs needs_of(Options const& options, tilemesh::scene::Map const& map, std::vector<tilemesh::splat::Camera> const& path);
 
-/// Feature by feature what runs, what does not, and why. `file_degree` is that of the harmonics before --sh-degree.
+/// For each feature: whether it runs, and why. `file_degree`: the degree of the file's harmonics, before --sh-degree.
 std::vector<tilemesh::report::RunReport::Feature> features(Options const& options, Needs const& needs,
                                                            tilemesh::scene::Map const& map, std::uint32_t file_degree,
                                                            AnyRenderer const& renderer);
 
-/// The features as --explain prints them.
+/// Prints the features, for --explain.
 void explain(std::ostream& out, tilemesh::report::RunReport const& run);
 
 } // namespace render_map

@@ -8,7 +8,7 @@
 
 namespace render_map {
 
-/// The policies of the library's setups by reference; with planes, without routing or bloom.
+/// The policies of the library's setups by reference: with or without planes, routing and bloom.
 template <bool Planes, bool Routes = true, bool Blooms = true>
 struct HostSetup : tilemesh::splat::Fitted<tilemesh::splat::Lossless, 0, Routes, Blooms> {
     using Pixel = std::conditional_t<Planes, tilemesh::splat::WithAlpha<tilemesh::splat::WithDepth<tilemesh::splat::FloatPixel>>,

@@ -33,8 +33,8 @@ void Follower::begin_frame()
     begins_ = true;
 }
 
-/// What this superstep read, or tried again, and that is then neither on its tile nor sent on from there, while the tile found no
-/// room for something. A copy of an older view, which its tile may forget, is none.
+/// Finds records that were dropped in this superstep. Such a record was read or tried again in this superstep, is now neither on its tile
+/// nor sent on, and its tile had no room for something. A copy of an older view does not count, because its tile may forget it.
 void Follower::see_what_is_dropped(Step const& step, std::vector<Fact> const& facts)
 {
     auto const look = [&](Fact const& f) {
@@ -76,7 +76,7 @@ void Follower::superstep(Step const& step, std::vector<Fact> facts)
             return g.tile == f.tile && g.what == f.what && g.side == f.side;
         });
         bool const refusal = f.refusal || (f.what == Seen::refused && is_new);
-        // What is in a channel was sent in this superstep. A frame begins with all there is.
+        // A message in a channel was sent in this superstep. At the beginning of a frame, every fact is new.
         if (is_new || begins_ || is_sent(f) || refusal)
             life_.sightings.push_back({step.number, step.kernel, f.tile, f.what, f.side, refusal});
         if (f.what == Seen::anchored || f.what == Seen::leaving) life_.anchor = f.tile;

@@ -9,26 +9,26 @@
 
 namespace render_map {
 
-/// What a tile holds when a frame is over, and what it refused in that frame (`splat::Counts`).
+/// The records on a tile at the end of a frame, and the tile's refusals in that frame (`splat::Counts`).
 struct TileState {
-    std::uint32_t records = 0, copies = 0; ///< copies are among the records
+    std::uint32_t records = 0, copies = 0; ///< number of copies among the records
     std::uint64_t pairs =
-        0; ///< evaluated; `Operation::pair` of a trace counts as if all workers were as slow as the slowest
+        0; ///< evaluated pairs; a trace's `Operation::pair` counts as if all workers were as slow as the slowest
     std::uint32_t channel_full = 0, no_credit = 0;
     std::uint32_t storage_full = 0, copies_full = 0, copies_refused = 0;
 };
 
-/// What can be seen of a Gaussian on a tile after a superstep.
+/// What a tile can have to do with a Gaussian after a superstep.
 enum class Seen : std::uint32_t {
     anchored, ///< it is stored here, and this is its anchor tile
     copy,     ///< another tile's record, stored here because its footprint touches this tile
     leaving,  ///< stored here, and anchored elsewhere in this view
-    waiting,  ///< on its way, in the FIFO of what arrived from `side`
-    road,     ///< sent here from `side` by routing; it is read in the next superstep
+    waiting,  ///< on its way, in the FIFO of records that arrived from `side`
+    road,     ///< sent here from `side` by routing; the next superstep reads it
     beam,     ///< a copy, sent here from `side` by bloom
     owed,     ///< a copy is due to the neighbour on `side`, and was not sent
-    refused,  ///< a copy for the neighbour on `side` met a full channel and was given up
-    dropped,  ///< it came from `side`, as record or copy, and met a full storage
+    refused,  ///< a copy for the neighbour on `side` met a full channel and was lost
+    dropped,  ///< a record or copy from `side` met a full storage and was lost
     left      ///< no longer stored here
 };
 char const* name_of(Seen what) noexcept;
@@ -40,36 +40,36 @@ struct Sighting {
     tilemesh::TileId tile;
     Seen what;
     std::optional<tilemesh::Direction> side;
-    bool refusal; ///< it was to move in this superstep, and there was no room
+    bool refusal; ///< it should move in this superstep, but there was no room
 };
 
-/// One Gaussian's way through a frame.
+/// The way of one Gaussian through a frame.
 struct Life {
-    std::vector<Sighting> sightings; ///< what is new in a superstep, and every refusal
+    std::vector<Sighting> sightings; ///< the changes in each superstep, and every refusal
     std::optional<tilemesh::TileId>
-        anchor;               ///< where it is anchored when the frame is over, or leaves from; empty: on no tile
-    std::optional<tilemesh::TileId> dropped; ///< where the record met a full storage last
-    std::uint64_t copies = 0; ///< tiles that then hold a copy
+        anchor;               ///< where it is anchored at the end of the frame, or leaves from; empty: on no tile
+    std::optional<tilemesh::TileId> dropped; ///< the tile where the record last met a full storage
+    std::uint64_t copies = 0; ///< number of tiles that hold a copy at the end
     std::uint64_t dropped_copies = 0;
     std::uint64_t hops = 0, sent_copies = 0, refusals = 0;
 };
 
-/// Makes a Life out of all that is seen, superstep by superstep.
+/// Makes a Life from the facts of each superstep.
 class Follower {
 public:
     struct Fact {
         tilemesh::TileId tile;
         Seen what;
         std::optional<tilemesh::Direction> side;
-        bool refusal; ///< in this superstep; of `refused` what is new is one
+        bool refusal; ///< in this superstep; a new fact `refused` is always a refusal
     };
-    /// The superstep after which facts were seen.
+    /// The superstep after which the facts were read.
     struct Step {
         std::uint64_t number;
         std::string const& kernel;
         tilemesh::Grid grid;
         bool routes, blooms;
-        std::vector<tilemesh::TileId> full; ///< tiles whose storage had no room for something in it
+        std::vector<tilemesh::TileId> full; ///< tiles whose storage had no room for something in this superstep
     };
     void begin_frame();
     void superstep(Step const& step, std::vector<Fact> facts);
@@ -79,20 +79,20 @@ private:
     void see_what_is_dropped(Step const& step, std::vector<Fact> const& facts);
 
     Life life_;
-    std::vector<Fact> before_; ///< of the superstep before, which may be the last frame's last
-    std::vector<Fact> under_way_; ///< sent and not read yet; a bound on hops leaves some from frame to frame
+    std::vector<Fact> before_; ///< facts of the superstep before, which may be the last frame's last
+    std::vector<Fact> under_way_; ///< sent but not read; a bound on hops leaves some from frame to frame
     bool begins_ = true;
 };
 
-/// What --trace and --follow ask of a renderer whose machine keeps a trace.
+/// The instruments of a renderer whose machine keeps a trace, for --trace and --follow.
 class Instruments {
 public:
     virtual ~Instruments() = default;
-    /// A copy of that of the frame rendered last, with every run of the program that it took.
+    /// Returns a copy of the last frame's trace, with every run of the program in that frame.
     virtual tilemesh::Trace take_trace() = 0;
-    /// In the order of the grid's indices.
+    /// The state of every tile, in the order of the grid's indices.
     virtual std::vector<TileState> tiles() = 0;
-    /// From the next frame on; looks at every tile after every superstep.
+    /// Follows a Gaussian from the next frame on. It reads every tile after every superstep.
     virtual void follow(tilemesh::splat::GaussianId id) = 0;
     virtual Life life() = 0;
 };

@@ -32,12 +32,12 @@ namespace report = tilemesh::report;
 using Json = nlohmann::ordered_json;
 using tilemesh::Error;
 
-/// The size of a file and the digest of its bytes.
+/// The size of a file, and the digest of its bytes.
 struct Contents {
     std::uint64_t bytes = 0;
     std::string digest;
 };
-/// Empty if there is no such file, or no regular one. Throws `Error` with the system's reason if it cannot be read.
+/// Returns nothing if there is no such file, or if it is not a regular file. Throws `Error` with the system's reason if it cannot be read.
 std::optional<Contents> contents_of(fs::path const& path)
 {
     std::error_code refused;
@@ -60,7 +60,8 @@ std::optional<Contents> contents_of(fs::path const& path)
         for (std::size_t i = 0; i < n; i += 8) {
             std::uint64_t word = 0;
             std::memcpy(&word, block.data() + i, 8);
-            // FNV-1a's step for a word (Fowler, Noll, Vo), and its high half into its low one: else two changes of a top bit cancel.
+            // FNV-1a's step for a word (Fowler, Noll, Vo), then the high half is mixed into the low half. Otherwise two changes of a top
+            // bit cancel.
             h = (h ^ word) * 0x100000001b3u;
             h ^= h >> 32;
         }
@@ -76,7 +77,7 @@ std::string line_of(Json const& json)
     return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-/// The names, sizes and digests of a run's files. A frame may be called after a file, but not after its folder.
+/// The names, sizes and digests of a run's files. A frame may be named after a file, but not after its folder.
 std::vector<std::tuple<std::string, std::uint64_t, std::string>> files_of(Json const& run)
 {
     std::vector<std::tuple<std::string, std::uint64_t, std::string>> files;
@@ -86,7 +87,7 @@ std::vector<std::tuple<std::string, std::uint64_t, std::string>> files_of(Json c
     return files;
 }
 
-/// One clause: the first difference between what the frames of `then` and of `now` are made from; empty if there is none.
+/// One clause: the first difference between the inputs of the runs `then` and `now`; empty if there is none.
 std::string difference(Json const& then, Json const& now)
 {
     if (then.at("version") != now.at("version"))
@@ -153,7 +154,7 @@ Journal::Journal(fs::path const& folder, report::MadeFrom const& made_from, std:
     errno = 0;
     std::ifstream in(path_, std::ios::binary);
     if (!in.is_open() && errno == ENOMEM) throw std::bad_alloc();
-    in.exceptions(std::ios::badbit); // lack of memory, or of a readable disk, is not the end of the list
+    in.exceptions(std::ios::badbit); // lack of memory, or an unreadable disk, is not the end of the list
     std::string line;
     auto const next_line = [&] {
         try {
@@ -168,11 +169,11 @@ Journal::Journal(fs::path const& folder, report::MadeFrom const& made_from, std:
         std::string why = path_.string() + " is not the list of frames that this version writes";
         try {
             why = difference(Json::parse(line), Json::parse(head_line));
-        } catch (nlohmann::json::exception const&) { // the text above says it
+        } catch (nlohmann::json::exception const&) { // `why` has the text already
         }
         if (!why.empty()) refuse(why);
     }
-    // A line that was only partly written has no line break at its end.
+    // A line that was written only in part has no line break at its end.
     while (next_line()) {
         begins_line_ = !in.eof();
         if (begins_line_) read_line(line, names);
@@ -181,7 +182,8 @@ Journal::Journal(fs::path const& folder, report::MadeFrom const& made_from, std:
     taken_over_ = static_cast<std::size_t>(std::count_if(found_.begin(), found_.end(), [](auto const& frame) { return frame.has_value(); }));
 }
 
-/// Ignores a damaged line, a line with other files than this run writes and a line whose files have changed: their frames are rendered again.
+/// Ignores a damaged line, a line with other files than this run writes, and a line whose files have changed. These frames are rendered
+/// again.
 void Journal::read_line(std::string const& line, Names const& names)
 {
     try {
@@ -227,7 +229,7 @@ void Journal::add(std::size_t frame, report::RunFrame const& report, std::vector
     report::RunReport run;
     run.frames = {report};
     json["report"] = std::move(report::json_of(run).at("frames").at(0));
-    auto const text = (begins_line_ ? "" : "\n") + line_of(json); // ends a partly written line
+    auto const text = (begins_line_ ? "" : "\n") + line_of(json); // ends a line that was written only in part
     begins_line_ = true;
     errno = 0;
     std::unique_ptr<std::FILE, int (*)(std::FILE*)> out(std::fopen(path_.c_str(), "ab"), std::fclose);
@@ -252,7 +254,7 @@ void replay(AnyRenderer& renderer, tilemesh::splat::Camera const& camera, bool w
 std::vector<bool> needs_pixels(std::vector<Shot> const& shots, tilemesh::splat::Model const& model, Journal const& journal)
 {
     auto const same_view = [&](std::size_t a, std::size_t b) {
-        // The renderer compares views in this way.
+        // The renderer compares views in the same way.
         auto const x = tilemesh::splat::make_view(shots[a].camera, model), y = tilemesh::splat::make_view(shots[b].camera, model);
         return std::memcmp(&x, &y, sizeof x) == 0;
     };

@@ -12,30 +12,29 @@
 
 namespace render_map {
 
-/// The file of --resume, in the folder of the pictures. Its first line is the run's `MadeFrom`. Then comes one line per frame:
-/// its number, the size and digest of each of its files, and its part of report.json.
+/// The file of --resume, in the folder of the pictures. Its first line is the run's `MadeFrom`. Each further line is a frame: its number,
+/// the size and digest of each of its files, and its part of report.json.
 inline constexpr char const* journal_file = "resume.jsonl";
 
-/// Everything that determines the frames of this run: the version, the options that change a frame, and the bytes of every file
-/// in `read`. The order of the options and of the files does not count. Throws `tilemesh::Error` for a file that cannot be read
-/// twice. Cost: reads every file once more.
+/// The inputs that determine the frames of this run: the version, the options that change a frame, and the bytes of every file in `read`.
+/// The order of the options and of the files does not matter. Throws `tilemesh::Error` for a file that cannot be read twice. Cost: reads
+/// every file once more.
 tilemesh::report::MadeFrom made_from(Options const& options, std::vector<std::filesystem::path> const& read);
 
 /// The finished frames of this run and of earlier, interrupted runs.
 ///
-/// This run takes over a frame if its line is complete, names the files that the frame gets in this run, and these files have the
-/// size and digest in that line. Digests have 64
-/// bits: they find accidental damage, not deliberate changes.
+/// This run takes over a frame if its line is complete, if the line names the files that the frame gets in this run, and if these files
+/// have the size and digest in that line. Digests have 64 bits: they detect accidental damage, but not deliberate changes.
 class Journal {
 public:
     /// The names of a frame's files, in the order in which `add` gets them.
     using Names = std::function<std::vector<std::string>(std::size_t frame)>;
 
-    /// Reads the list of earlier runs in `folder`, or starts one. Throws `tilemesh::Error` if an earlier run was made from
-    /// something else, and leaves its frames as they are. Cost: reads the files of all frames in the list.
+    /// Reads the list of earlier runs in `folder`, or starts one. Throws `tilemesh::Error` if an earlier run had other inputs, and leaves
+    /// its frames unchanged. Cost: reads the files of all frames in the list.
     Journal(std::filesystem::path const& folder, tilemesh::report::MadeFrom const& made_from, std::size_t frames, Names const& names);
 
-    /// How a frame gets into the report.
+    /// The way in which a frame gets into the report.
     enum class Way {
         render,    ///< rendered in full
         replay,    ///< taken over, but its records must move, because a later frame is rendered
@@ -44,7 +43,7 @@ public:
     Way way(std::size_t frame) const;
     std::size_t taken_over() const noexcept { return taken_over_; }
 
-    /// The report of a frame that is taken over. Call it once per frame.
+    /// Returns the report of a frame that is taken over. Call it once per frame.
     tilemesh::report::RunFrame take(std::size_t frame);
 
     /// Adds a frame. Its files must be complete.
@@ -54,16 +53,16 @@ private:
     void read_line(std::string const& line, Names const& names);
     std::filesystem::path path_, folder_;
     std::vector<std::optional<tilemesh::report::RunFrame>> found_;
-    bool begins_line_ = true; ///< the file ends with a line break
+    bool begins_line_ = true; ///< does the file end with a line break?
     std::size_t taken_over_ = 0;
     std::size_t rendered_ = 0; ///< 1 + the last frame to render
 };
 
-/// Moves the records as a frame does. Without `with_pixels` it leaves the pixels out by changing the model, which makes the view
-/// another one for the renderer. So `with_pixels` must be true if an adjacent frame has the same view and is rendered in full.
+/// Moves the records as a frame does. Without `with_pixels` it leaves out the pixels by changing the model, so the renderer sees another
+/// view. So `with_pixels` must be true if an adjacent frame has the same view and is rendered in full.
 void replay(AnyRenderer& renderer, tilemesh::splat::Camera const& camera, bool with_pixels);
 
-/// For each frame: whether it, or a frame in the same series of equal views, is rendered in full.
+/// For each frame: is it, or another frame in the same series of equal views, rendered in full?
 std::vector<bool> needs_pixels(std::vector<Shot> const& shots, tilemesh::splat::Model const& model, Journal const& journal);
 
 } // namespace render_map

@@ -38,16 +38,16 @@ std::uint32_t parts(std::uint32_t size, std::uint32_t tile)
 
 // --- the host's memory -------------------------------------------------------------------------
 
-/// What a frame takes, to a byte a pixel: framebuffers and picture 12 each and 4 more for each plane; then, one after the
-/// other, the PNG encoder (3 of bytes, 3 filtered, 6 of a buffer that doubles, 3 of its result), a PFM (12), or the reference
-/// (error_measures.hpp: 12 and 40).
+/// The bytes of a frame per pixel: framebuffers and picture take 12 each, and 4 more for each plane. Then, one after the other, come the
+/// PNG encoder (3 of bytes, 3 filtered, 6 of a buffer that doubles, 3 of its result), a PFM (12), or the reference (error_measures.hpp: 12
+/// and 40).
 std::uint64_t bytes_a_pixel(Options const& options)
 {
     std::uint64_t const planes = (options.choice.depth ? 4u : 0u) + (options.choice.alpha ? 4u : 0u);
     return 2 * (12 + planes) + (options.reference ? 52 : 15);
 }
 
-/// A frame may take what a small host has; a tile that is in use takes some pages, about 18 KB: 2^18 tiles are 5 GB.
+/// The limits for a frame: the memory of a small host. A tile in use takes some pages, about 18 KB, so 2^18 tiles take 5 GB.
 constexpr std::uint64_t most_bytes = std::uint64_t{4} << 30, most_tiles = 1u << 18;
 
 std::string gibibytes(std::uint64_t bytes)
@@ -79,13 +79,13 @@ void check_memory(Options const& options, Extent2 frame)
 
 constexpr Extent2 default_grid{40, 36};
 
-/// The pixels of a tile when the frame is spread over the default grid.
+/// The pixels of a tile if the frame is spread over the default grid.
 Extent2 default_tile(Extent2 frame)
 {
     return {parts(frame.width, default_grid.width), parts(frame.height, default_grid.height)};
 }
 
-/// The tile with the shortest border with which machine mk2 can hold the frame; 0 x 0: there is none.
+/// The tile with the shortest border with which machine mk2 can hold the frame; 0 x 0 if there is none.
 Extent2 tile_that_fits(Extent2 frame, std::uint32_t tile_pixels)
 {
     Extent2 best;
@@ -111,7 +111,7 @@ void check_framebuffers(Options const& options, Extent2 frame)
     bool const decided = options.renderer.grid.width != 0 || options.renderer.tile.width != 0;
     if (options.choice.machine != MachineKind::mk2 || decided || fits(frame)) return;
 
-    // The largest frame of this shape: the longer side loses a pixel at a time, the other follows.
+    // The largest frame of this shape: the longer side loses one pixel at a time, and the other side follows.
     auto smaller = frame;
     auto const shrink = [](std::uint32_t& longer, std::uint32_t& shorter, std::uint64_t of_longer,
                            std::uint64_t of_shorter) {
@@ -145,12 +145,13 @@ std::uint32_t channel_slots_of(SetupChoice const& setup)
     return setup.routes && setup.blooms ? std::min(setup.sizes.road, setup.sizes.beam) : setup.blooms ? setup.sizes.beam : setup.sizes.road;
 }
 
-/// Another choice, and how to type it.
+/// Another choice, and the words to type for it.
 struct Other {
     std::string words;
     SetupChoice setup;
 };
-/// The setups that one more option would give. A preset that drops loses records elsewhere: only `lossless` is among them.
+/// The setups that one more option would give. `lossless` is the only preset among them, because a preset that drops loses records
+/// elsewhere.
 std::vector<Other> others(Options const& options, Needs const& needs)
 {
     std::vector<Other> list;

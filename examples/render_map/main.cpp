@@ -90,7 +90,7 @@ std::string first_rejected(scene::Map const& map)
     return note == map.notes.end() ? std::string() : ": " + *note;
 }
 
-/// An empty map has no picture, whatever its header says.
+/// Refuses an empty map, because it has no picture. Its header does not matter.
 void require_gaussians(scene::Map const& map)
 {
     if (!map.gaussians.empty()) return;
@@ -138,7 +138,7 @@ std::string written_files(Options const& options, report::RunReport const& run)
     return text;
 }
 
-/// Refuses to follow what is not there.
+/// Refuses to follow a Gaussian that is not in the map.
 void require_followed(Options const& options, scene::Map const& map)
 {
     if (!options.follow) return;
@@ -150,8 +150,8 @@ void require_followed(Options const& options, scene::Map const& map)
                           "); name 1 + the row of a Gaussian");
 }
 
-/// The error of a mesh that is not quiet after --most-passes says in further lines what it repeats, where it keeps a trace: they go
-/// into a file, and the error that is thrown instead names it.
+/// If a mesh is not quiet after --most-passes and keeps a trace, further lines of its error say what it repeats. These lines go into a
+/// file, and the error that is thrown instead names the file.
 tilemesh::RenderedFrame render(render_map::AnyRenderer& renderer, splat::Camera const& camera, render_map::TraceOutput const* trace)
 {
     try {
@@ -164,7 +164,7 @@ tilemesh::RenderedFrame render(render_map::AnyRenderer& renderer, splat::Camera 
     }
 }
 
-/// Renders and writes every frame, up to an interrupt, and adds it to `result`; takes over the frames that the journal has.
+/// Renders and writes every frame until an interrupt, and adds it to `result`. It takes over the frames that the journal has.
 void render_frames(Options const& options, scene::Map const& map, std::vector<render_map::Shot> const& shots,
                    render_map::AnyRenderer& renderer, render_map::TraceOutput* trace, render_map::Journal* journal, Progress& progress,
                    report::RunReport& result)
@@ -194,7 +194,7 @@ void render_frames(Options const& options, scene::Map const& map, std::vector<re
         progress.say_frame("writing");
         auto const files = write_frame(options, i, rendered, frame);
         if (trace && instruments) frame.modelled = trace->add_frame(i, frame, rendered.image, *instruments);
-        // Two references take longer than all the rest: an interrupted frame goes without.
+        // Two references take longer than the rest of the frame, so an interrupted frame gets none.
         bool const compared = options.reference && render_map::interrupt() == 0;
         if (compared) {
             auto const error = [&](report::Cuts cuts) {
@@ -221,7 +221,7 @@ std::string note_missing(Options const& options, render_map::Needs const& needs,
     return text + "; " + run.advice;
 }
 
-/// The whole run; the exit status.
+/// The whole run. Returns the exit status.
 int run(Options const& options)
 {
     Progress progress(!options.quiet);
@@ -264,7 +264,7 @@ int run(Options const& options)
     try {
         render_frames(options, map, shots, *renderer, tracing, journal ? &*journal : nullptr, progress, result);
     } catch (std::exception const& error) {
-        // The frames that are done are written; their report must not be lost with the one that failed.
+        // The finished frames are written; their report must not be lost because another frame failed.
         if ((options.report || trace) && !result.frames.empty()) {
             try {
                 note_missing(options, needs, result);
@@ -273,7 +273,7 @@ int run(Options const& options)
                                        (dynamic_cast<std::bad_alloc const*>(&error) != nullptr ? "not enough memory" : error.what()));
                 if (options.report) report::write_json(*options.report, result, render_map::outlasts(options));
                 if (trace) trace->finish(result);
-            } catch (std::exception const&) { // the first error is the one to tell
+            } catch (std::exception const&) { // the first error is the one to report
             }
         }
         throw;
@@ -319,14 +319,14 @@ int run(Options const& options)
     return status;
 }
 
-/// Bad input ends in one line, whatever the names in it hold.
+/// Bad input ends in one line, for any names in it.
 int refuse(std::string const& text)
 {
     std::cerr << render_map::one_line(text) << std::endl;
     return 2;
 }
 
-/// What the arguments ask for; the exit status. Every error ends in its line, but for std::bad_alloc, which goes on to main.
+/// Does what the arguments ask for. Returns the exit status. Every error ends in its line, except std::bad_alloc, which goes on to main.
 int run_arguments(int argc, char** argv)
 {
     try {
@@ -346,7 +346,7 @@ int run_arguments(int argc, char** argv)
     } catch (std::filesystem::filesystem_error const& error) {
         return refuse("cannot use " + error.path1().string() + " (" + error.code().message() +
                       "); check the path and its permissions");
-    } catch (std::system_error const& error) { // of a thread: EAGAIN stands for too many threads and for too little memory
+    } catch (std::system_error const& error) { // from a thread: EAGAIN means too many threads or too little memory
         return refuse(std::string("the system refused a thread, or memory for it (") + error.what() +
                       "); choose fewer --threads or try again");
     } catch (std::exception const& error) {
@@ -363,7 +363,7 @@ int main(int argc, char** argv)
     render_map::end_softly_without_memory();
     try {
         return run_arguments(argc, argv);
-    } catch (...) { // no memory for the run, or for the text of another error
+    } catch (...) { // out of memory for the run, or for the text of another error
         return render_map::refuse_for_memory();
     }
 }

@@ -21,13 +21,13 @@ using tilemesh::Error;
 
 // --- values ------------------------------------------------------------------------------------
 
-/// What the user wrote, short enough that the rest of the error can be found: 60 bytes tell any typing error.
+/// The user's text, short enough that the rest of the error stays visible: 60 bytes show any typing error.
 std::string in_quotes(std::string_view text)
 {
     return "\"" + one_line(std::string(text), 60) + "\"";
 }
 
-/// `any_number`: whatever 32 bits hold, so that an error names no upper bound.
+/// `any_number`: any number of 32 bits, so that an error names no upper bound.
 constexpr std::uint32_t any_number = 0xffffffffu;
 
 std::uint32_t whole_number(std::string_view option, std::string_view text, std::uint32_t most, std::uint32_t least = 1)
@@ -81,7 +81,7 @@ std::filesystem::path file(std::string_view option, std::string_view text)
     return text;
 }
 
-/// Registers a file that the run reads. Every option with an input file calls this, so that the run does not write over it.
+/// Registers a file that the run reads. Every option with an input file calls this, so that the run does not overwrite it.
 std::filesystem::path input(Options& options, std::string_view option, std::string_view text)
 {
     return options.inputs.emplace_back(file(option, text));
@@ -115,7 +115,7 @@ struct Option {
     void (*set)(Options&, std::string_view option, std::string_view text);
 };
 
-/// More threads than any host that this runs on has; a typing error should not start a million.
+/// More threads than any host has. A typing error should not start a million threads.
 constexpr std::uint32_t most_threads = 1024;
 
 constexpr Option options[] = {
@@ -265,7 +265,7 @@ constexpr struct {
 /// Options that change no picture and no counter. They may differ in a run that resumes another.
 constexpr std::string_view beside_frames[] = {"--threads", "--out", "--report", "--resume", "--explain", "--quiet", "--strict"};
 
-/// What no single option can know: which of them go together.
+/// Checks that the options fit together, which no single option can know.
 void check_together(Options const& o, std::vector<std::string_view> const& given)
 {
     auto const is_given = [&](std::string_view name) {
@@ -310,7 +310,7 @@ void check_together(Options const& o, std::vector<std::string_view> const& given
     }
 }
 
-/// The least number of insertions, deletions, exchanges and swaps of neighbours that make one word of the other.
+/// The least number of insertions, deletions, replacements and swaps of neighbours that turn one word into the other.
 std::size_t edit_distance(std::string_view a, std::string_view b)
 {
     std::vector<std::size_t> before_last, last, row(b.size() + 1);
@@ -327,11 +327,11 @@ std::size_t edit_distance(std::string_view a, std::string_view b)
     return row.back();
 }
 
-/// What to do about an option that is none: the option that is at most a third of its letters away, or begins like it.
+/// The remedy for an unknown option: the option that differs in at most a third of its letters, or begins like it.
 std::string remedy_for(std::string_view unknown)
 {
     std::string_view nearest;
-    std::size_t least = 100; // above every name's length
+    std::size_t least = 100; // more than every name's length
     if (unknown.size() < least)
         for (auto const& option : options) {
             auto distance = edit_distance(unknown, option.name);

@@ -11,29 +11,29 @@
 
 namespace render_map {
 
-/// Most frames of a run: beyond it the list of cameras alone takes more memory than a large map.
+/// The largest number of frames in a run. With more frames, the list of cameras alone takes more memory than a large map.
 inline constexpr std::uint32_t most_frames = 1'000'000;
 
-/// The command line, checked as far as it can be without looking at a file.
+/// The command line, checked as far as possible without looking at a file.
 struct Options {
     std::filesystem::path map;                        ///< empty: the built-in map
     std::optional<std::filesystem::path> cameras;
-    std::optional<std::string> camera;                ///< SCENE/NAME, or NAME where it is unique
-    std::optional<double> orbit_degrees;              ///< a frame
-    std::uint32_t frames = 0;                          ///< of the orbit, or at most of the trajectory; 0: all
+    std::optional<std::string> camera;                ///< SCENE/NAME, or NAME if it is unique
+    std::optional<double> orbit_degrees;              ///< per frame
+    std::uint32_t frames = 0;                          ///< frames of the orbit, or at most these of the trajectory; 0: all
     std::optional<std::filesystem::path> trajectory;
     bool relative = false;
     std::optional<tilemesh::scene::Size> size;
     Choice choice;
     tilemesh::RendererOptions renderer;
-    std::optional<std::uint32_t> channel_slots, storage_slots; ///< as given, 0 too; `renderer` has them
+    std::optional<std::uint32_t> channel_slots, storage_slots; ///< as given, also 0; `renderer` has them too
     std::optional<std::filesystem::path> out;         ///< empty: ./tilemesh_out
     std::optional<std::filesystem::path> report;
     std::optional<std::filesystem::path> trace;       ///< the folder; with it `choice.trace`
     std::optional<std::filesystem::path> cost_model;  ///< empty: mk2()
     std::optional<std::filesystem::path> energy;      ///< an energy model; empty: no joules
     std::optional<std::uint32_t> follow;              ///< the id of a Gaussian
-    std::uint32_t sh_degree = 3;                      ///< at most
+    std::uint32_t sh_degree = 3;                      ///< the highest degree
     bool explain = false;
     bool pfm = false; ///< planes are in `choice`
     bool reference = false;
@@ -46,14 +46,14 @@ struct Options {
     bool version = false;
 };
 
-/// Throws `tilemesh::Error` for an unknown, repeated, malformed or contradictory option. After "--" every word is a map. Where
-/// help or version is asked for, nothing else is looked at.
+/// Throws `tilemesh::Error` for an unknown, repeated, malformed or contradictory option. After "--" every word is a map. With --help or
+/// --version, no other option is looked at.
 Options parse_options(std::span<char const* const> words);
 
-/// What --help prints.
+/// The text of --help.
 std::string help_text();
 
-/// What --version prints.
+/// The text of --version.
 std::string version_text();
 
 } // namespace render_map

@@ -34,7 +34,7 @@ std::string last_error()
     return std::generic_category().message(errno);
 }
 
-/// A picture of a frame: the end of its name, and whether the options ask for it.
+/// A picture of a frame: the end of its file name, and whether the options ask for it.
 struct Picture {
     std::string_view extension;
     bool (*is_wanted)(Options const&);
@@ -74,12 +74,12 @@ void check_report(fs::path const& report)
     if (fs::is_directory(status) || !report.has_filename()) refuse("it is a directory");
     if (refused && fs::exists(status)) refuse(refused.message());
     if (!fs::is_directory(folder, refused)) refuse("there is no directory " + folder.string());
-    // A report takes the place of a regular file, which needs the right to write into the folder alone.
+    // A report replaces a regular file; this needs only the right to write into the folder.
     auto const& written = fs::is_other(status) ? report : folder;
     if (access(written.c_str(), W_OK) != 0) refuse(last_error());
 }
 
-/// Refuses a run that would write over a file that it reads, or write two files of one name. The folders must exist.
+/// Refuses a run that would overwrite a file that it reads, or write two files with one name. The folders must exist.
 void check_distinct(Options const& options, fs::path const& out, std::size_t frames)
 {
     tilemesh::report::DistinctFiles files;
@@ -104,7 +104,7 @@ void make_folder(fs::path const& folder, std::string const& option)
         throw Error("cannot write to " + folder.string() + " (" + why + "); name a writable directory with " + option);
     };
     std::error_code refused;
-    fs::path above; // a link that leads nowhere is often an unmounted disk: make no folder in its place
+    fs::path above; // a link to a missing folder is often an unmounted disk: do not make a folder in its place
     for (auto const& part : folder) {
         above /= part;
         if (fs::is_symlink(fs::symlink_status(above, refused)) && !fs::exists(above, refused))
@@ -166,7 +166,8 @@ std::vector<fs::path> files_read(Options const& options)
         auto const [cameras, images] = tilemesh::scene::colmap_files(*options.cameras);
         files.insert(files.end(), {cameras, images});
     }
-    // A folder is named for the files in it; one of those that a model may have need not be there. A file that cannot be looked at stays.
+    // A folder stands for the files in it. A file that a model may lack need not be there. A file that cannot be examined stays in the
+    // list.
     std::erase_if(files, [](fs::path const& file) {
         std::error_code refused;
         auto const type = fs::status(file, refused).type();

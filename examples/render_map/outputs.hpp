@@ -14,8 +14,8 @@ namespace render_map {
 /// "frame_0012.png" for frame 12 and ".png".
 std::string frame_file(std::size_t frame, std::string const& extension);
 
-/// Where `frame_file` of a picture goes: in the folder of --out. `prepare_outputs` looks at the same list of pictures; an
-/// extension that the options do not ask for throws `std::logic_error`.
+/// The path of a picture's `frame_file`, in the folder of --out. `prepare_outputs` uses the same list of pictures. An extension that the
+/// options do not ask for throws `std::logic_error`.
 std::filesystem::path frame_path(Options const& options, std::size_t frame, std::string const& extension);
 
 /// The names of the pictures of a frame, in the order in which they are written.
@@ -24,31 +24,31 @@ std::vector<std::string> picture_files(Options const& options, std::size_t frame
 /// "follow_17.csv" for --follow 17.
 std::string follow_file(std::uint32_t id);
 
-/// What --trace writes where a run makes no progress (--most-passes).
+/// The file that --trace writes if a run makes no progress (--most-passes).
 inline constexpr char const* no_progress_file = "no_progress.txt";
 
 /// The file of --trace that has one line of counters for each frame.
 inline constexpr char const* counters_file = "frames.csv";
 
-/// Every file that the run reads; both files of a COLMAP model.
+/// Every file that the run reads. For a COLMAP model: both files.
 std::vector<std::filesystem::path> files_read(Options const& options);
 
-/// With --report, files must survive a power loss, because the report names them as written.
+/// With --report, files must survive a power loss, because the report says that they were written.
 tilemesh::report::Outlasts outlasts(Options const& options);
 
 /// Further files of --trace.
 inline constexpr char const* page_file = "report.html";
 inline constexpr char const* model_file = "model.txt";
 
-/// Whether --trace writes a file of that name, in a run of so many frames.
+/// Does --trace write a file of that name, in a run with `frames` frames?
 bool is_of_trace(std::string_view name, Options const& options, std::size_t frames);
 
-/// Makes the folders for the pictures and the trace, and checks that every file can be written: better now than after an hour.
-/// Returns the folder of the pictures. Throws `tilemesh::Error` if a file cannot be written, or would replace another file of
-/// the run or a file that the run reads (`report::DistinctFiles`). It writes nothing but the folders.
+/// Makes the folders for the pictures and the trace, and checks before the run that every file can be written. Returns the folder of the
+/// pictures. Throws `tilemesh::Error` if a file cannot be written, or would replace another file of the run or a file that the run reads
+/// (`report::DistinctFiles`). It writes nothing except the folders.
 std::filesystem::path prepare_outputs(Options const& options, std::size_t frames);
 
-/// Standard output, checked: a text that does not arrive there throws `tilemesh::Error`, which ends with `remedy`.
+/// Prints to standard output. If the text cannot be written, it throws `tilemesh::Error`, which ends with `remedy`.
 void print(std::string const& text, char const* remedy);
 
 } // namespace render_map

@@ -7,8 +7,8 @@
 #include <tilemesh/report/whole_file.hpp>
 
 namespace {
-/// realloc as stb uses it, but where it has no memory stb ends the process or writes through the null pointer. What the
-/// encoder holds is lost then; the program ends with one line.
+/// realloc for stb. Out of memory, stb itself would end the process or write through the null pointer. This function loses the encoder's
+/// memory, and the program ends with one line.
 void* reallocate(void* old, std::size_t bytes)
 {
     if (auto* const memory = std::realloc(old, bytes)) return memory;
@@ -16,7 +16,7 @@ void* reallocate(void* old, std::size_t bytes)
 }
 } // namespace
 
-// The one translation unit that holds stb; Debian and others keep its headers in a folder of their own.
+// The only translation unit that contains stb. Debian and others keep its headers in their own folder.
 #define STBIW_MALLOC(bytes) reallocate(nullptr, static_cast<std::size_t>(bytes))
 #define STBIW_REALLOC(old, bytes) reallocate(old, static_cast<std::size_t>(bytes))
 #define STBIW_FREE(memory) std::free(memory)

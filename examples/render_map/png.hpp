@@ -9,8 +9,8 @@ namespace render_map {
 /// The picture as the bytes of an 8-bit RGB PNG (`report::rgb8`).
 std::string png_bytes(tilemesh::report::Image const& image);
 
-/// Writes the picture as `png_bytes`, whole or not at all (`report::write_whole`): it is encoded in memory.
-/// Throws `tilemesh::Error` when it cannot be written.
+/// Writes the picture as `png_bytes`, whole or not at all (`report::write_whole`); it is encoded in memory. Throws `tilemesh::Error` if it
+/// cannot be written.
 void write_png(std::filesystem::path const& path, tilemesh::report::Image const& image,
                tilemesh::report::Outlasts outlasts = tilemesh::report::Outlasts::process);
 

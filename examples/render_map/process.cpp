@@ -21,7 +21,7 @@ static_assert(std::atomic<int>::is_always_lock_free && std::atomic<bool>::is_alw
 
 constexpr int interrupts[] = {SIGINT, SIGTERM};
 
-// Only what POSIX allows in a handler, and errno as it was.
+// It calls only functions that POSIX allows in a handler, and restores errno.
 extern "C" void note_interrupt(int signal)
 {
     int const before = errno;
@@ -32,7 +32,7 @@ extern "C" void note_interrupt(int signal)
     errno = before;
 }
 
-// Set by the first allocation that fails: the runtime may have no memory for an exception, and then terminates without one.
+// Set by the first allocation that fails. The runtime may have no memory for an exception; then it terminates without one.
 std::atomic<bool> without_memory{false};
 
 [[noreturn]] void throw_bad_alloc()
@@ -40,7 +40,7 @@ std::atomic<bool> without_memory{false};
     without_memory = true;
     throw std::bad_alloc();
 }
-// Any other cause of std::terminate is a bug, which aborts.
+// Any other cause of std::terminate is a bug, so it aborts.
 [[noreturn]] void end_at_once() noexcept
 {
     bool is_memory = without_memory;
@@ -61,7 +61,7 @@ std::atomic<bool> without_memory{false};
 
 void make_outputs_fail_softly()
 {
-    // The lowest free number is the one that open takes; the other direction makes every use an error.
+    // open takes the lowest free number. The other direction makes every use of the stream an error.
     for (int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
         if (fcntl(stream, F_GETFD) == -1 && errno == EBADF)
             (void)open("/dev/null", stream == STDIN_FILENO ? O_WRONLY : O_RDONLY);
@@ -78,7 +78,7 @@ void end_softly_without_memory()
 int refuse_for_memory() noexcept
 {
     constexpr char text[] = "not enough memory (an allocation failed); choose a smaller map, frame or grid\n";
-    if (write(STDERR_FILENO, text, sizeof text - 1) < 0) return 2; // nowhere to say it
+    if (write(STDERR_FILENO, text, sizeof text - 1) < 0) return 2; // there is nowhere to report it
     return 2;
 }
 

@@ -20,7 +20,7 @@ inline std::string clock_text(std::uint64_t seconds)
     return std::to_string(minutes / 60) + two(minutes % 60) + two(seconds % 60);
 }
 
-/// One line on standard error that is written over; nothing unless that is a terminal and somebody wants to see it.
+/// One line on standard error that is overwritten. It prints nothing unless standard error is a terminal and `wanted` is true.
 class Progress {
 public:
     explicit Progress(bool wanted) : shown_(wanted && isatty(STDERR_FILENO) == 1) {}
@@ -33,19 +33,19 @@ public:
         if (shown_) std::cerr << "\r\033[K" << text << std::flush;
     }
 
-    /// The next frame of so many begins.
+    /// Begins the next of `frames` frames.
     void begin_frame(std::string const& name, std::size_t frames)
     {
         frames_ = frames;
         auto const now = Clock::now();
         if (begun_++ != 0) took_.push_back(std::chrono::duration<double>(now - began_).count());
         began_ = now;
-        // 30 characters of a name: the line must fit into 80 columns, or it is not written over but piles up.
+        // 30 characters of a name: the line must fit into 80 columns, otherwise it is not overwritten but repeated.
         frame_ = "frame " + std::to_string(begun_) + " of " + std::to_string(frames_) + ", " + one_line(name, 30) + ": ";
     }
 
-    /// What the frame is at, and how long all the frames that are left will take: each as long as the middle one of the last
-    /// nine, which one slow frame does not change.
+    /// Shows the step of the frame, and the expected time of all remaining frames. Each is expected to take the median time of the last
+    /// nine frames, which one slow frame does not change.
     void say_frame(char const* what) const
     {
         auto text = frame_ + what;
@@ -66,7 +66,7 @@ private:
     std::size_t frames_ = 0, begun_ = 0;
     std::string frame_;
     Clock::time_point began_;
-    std::vector<double> took_; ///< seconds, of each frame that is done
+    std::vector<double> took_; ///< seconds of each finished frame
 };
 
 } // namespace render_map

@@ -14,7 +14,7 @@ namespace {
 
 namespace scene = tilemesh::scene;
 
-/// The cameras before anything moves them.
+/// The cameras before an option moves them.
 std::vector<Shot> still_shots(Options const& options, scene::Map const& map, std::vector<std::string>& notes)
 {
     if (!options.cameras) {

@@ -74,7 +74,7 @@ constexpr Column columns[] = {{"passes", [](report::FrameReport const& r) { retu
                               {"messages", report::report_field("messages").count},
                               {"pairs", report::report_field("pairs").count}};
 
-/// One line a frame, then the totals.
+/// Prints one line per frame, then the totals.
 void print_sequence(std::ostream& out, report::RunReport const& run)
 {
     std::vector<std::string> headers{"frame", "camera"};

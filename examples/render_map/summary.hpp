@@ -7,15 +7,15 @@
 
 namespace render_map {
 
-/// What a terminal shows of a run with at least one frame: the map, of several frames one line each and the totals, then
-/// the last frame in full.
+/// Prints the summary of a run with at least one frame for a terminal: the map; for several frames one line each and the totals; then the
+/// last frame in full.
 void print_summary(std::ostream& out, tilemesh::report::RunReport const& run);
 
 /// Says how many pictures lack records or copies, and for the worst picture how many and why: "<problem> (<why>)". Empty if no picture
-/// lacks anything.
+/// lacks records or copies.
 std::string missing_text(tilemesh::report::RunReport const& run);
 
-/// What would help if pictures lack something: options that have room, hold, wait or bloom; empty if no picture lacks anything.
+/// Advice if pictures lack something: options that give room, hold, wait or bloom. Empty if no picture lacks anything.
 std::string advice(Options const& options, Needs const& needs, tilemesh::report::RunReport const& run);
 
 } // namespace render_map

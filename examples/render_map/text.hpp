@@ -5,8 +5,8 @@
 
 namespace render_map {
 
-/// A text that may hold anything a file or a command line does, as one line of a terminal: control characters become '?', and
-/// of a text longer than `most` bytes the middle is left out, so that its beginning and its end can be read.
+/// A text from a file or a command line, with any content, as one line of a terminal. Control characters become '?'. Of a text longer than
+/// `most` bytes the middle is left out, so that its beginning and its end can be read.
 inline std::string one_line(std::string text, std::size_t most = 1000)
 {
     std::replace_if(

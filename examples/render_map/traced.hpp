@@ -37,7 +37,7 @@ public:
     Life life() override { return follower_.life(); }
 
 private:
-    /// After each superstep. A frame may take a second run of the program, whose supersteps follow those of the first.
+    /// Called after each superstep. A frame may run the program a second time; these supersteps follow those of the first run.
     void look(tilemesh::SuperstepEvent const& event)
     {
         ++supersteps_;
@@ -45,7 +45,7 @@ private:
         if (followed_ != tilemesh::splat::GaussianId::none) look_for_followed(event);
     }
 
-    /// What is held is that of the last run, what was refused that of all.
+    /// Records are those of the last run; refusals are those of all runs.
     void look_at_tiles()
     {
         namespace splat = tilemesh::splat;
@@ -96,11 +96,11 @@ private:
             auto const slot = splat::find(marks, followed_);
             if (slot != splat::no_slot) {
                 auto const mark = marks[slot];
-                // Route tries each superstep to send what leaves.
+                // Route tries in each superstep to send the records that leave.
                 if (mark.is(splat::Mark::copy)) add(Seen::copy);
                 else if (mark.is(splat::Mark::leaving)) add(Seen::leaving, {}, routes);
                 else add(Seen::anchored);
-                std::uint32_t owed = 0; // Bloom tries each superstep too
+                std::uint32_t owed = 0; // Bloom tries in each superstep too
                 if (blooms && mark.is(splat::Mark::owes)) {
                     auto const& entry = std::as_const(mesh).template state<splat::Splats<Setup>>(tile)[slot];
                     auto const reach = splat::AccessOf<Setup>::reach(tilemesh::Here{tile, mesh.grid()}, frame, entry);
@@ -117,7 +117,7 @@ private:
                 for (auto const& m : std::as_const(mesh).template state<splat::Waiting<Setup, 1>>(tile))
                     if (record_id(m) == followed_) add(Seen::waiting, Setup::Routing::first_leg[1], routes);
             }
-            // Road and beam may lie in one memory: only what this superstep sent is looked at.
+            // Road and beam may share their memory, so only messages of this superstep are read.
             for (Direction d : tilemesh::news) {
                 if (routes)
                     for (auto const& m : mesh.template incoming<splat::Road<Setup>>(tile, d))

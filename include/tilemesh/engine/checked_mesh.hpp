@@ -14,25 +14,25 @@
 
 namespace tilemesh { inline namespace v0_2 {
 
-/// How a CheckedMesh runs.
+/// Options of a CheckedMesh.
 struct CheckedMeshOptions {
     bool digest = false;
-    /// Also run the tiles that need not run, and insist that this changes no word and sends nothing: the promise behind
-    /// `Vote`, without which a machine that runs every tile (the IPU) would differ.
+    /// Also runs the tiles that need not run, and checks that this changes no word and sends nothing. `Vote` promises this. Without the
+    /// promise, a machine that runs every tile (the IPU) would give other results.
     bool check_quiet_tiles = true;
     std::uint32_t most_passes = 0; ///< see MeshOptions
     ExplainNotQuiet explain = nullptr; ///< see MeshOptions
 };
 
-/// The sequential engine, which trusts nobody: tiles one by one in order, incoming and outgoing ends of channels in separate
-/// memory and copied by the exchange, guard words around every region and channel end, and what is dead (items beyond a
-/// list's size, mail that was read, and in regions of up to 64 MiB the slots not yet written) filled with a poison that is a
-/// NaN as a float.
+/// The sequential engine, which checks every rule. It runs the tiles one by one in order. Incoming and outgoing ends of channels have
+/// separate memory, and the exchange copies them. Guard words surround every region and channel end. Dead words are filled with a poison
+/// that is a NaN as a float: items beyond a list's size, mail that was read, and (in regions of up to 64 MiB) slots that were never
+/// written.
 ///
-/// Same members, counters, digests and pictures as Mesh. A multi-worker kernel is called once for each worker, last first,
-/// never its `AllWorkers`. Beside Mesh's errors it reports a write outside a region or
-/// channel, a size above its capacity, a quiet tile that is not quiet, two channels that share memory and both carry
-/// mail, and a kernel of all workers that sizes a list. Cost: about the live words of every tile, each superstep.
+/// It has the members, counters, digests and pictures of Mesh. A multi-worker kernel is called once for each worker, the last worker first;
+/// its `AllWorkers` is never called. In addition to Mesh's errors it reports: a write outside a region or channel, a size above its
+/// capacity, a quiet tile that is not quiet, two channels that share memory and both carry mail, and a kernel of all workers that changes
+/// the size of a list. Cost: about the live words of every tile, in each superstep.
 template <class Program, class Machine = Mk2>
 class CheckedMesh : public engine::TileStore<Program, true> {
     using Base = engine::TileStore<Program, true>;
@@ -69,7 +69,7 @@ public:
             this->template limit_link<X>(items, mail);
             try {
                 make_end<X>();
-            } catch (...) { // no memory: the channel keeps its old capacity
+            } catch (...) { // out of memory: the channel keeps its old capacity
                 this->link_capacity_[Base::template index_of_link<X>()] = before;
                 throw;
             }
@@ -82,10 +82,10 @@ public:
     {
         return typename C::Receiver{end<C>(in_, 4 * this->grid_.index_of(t) + index(d))};
     }
-    /// From now on Superstep and Repeat run the tiles of columns x0..x1-1 and rows y0..y1-1, and of the others those that voted
-    /// busy or have mail for the kernel: what lies idle outside costs nothing. The caller promises that on those others the
-    /// kernels would change no word, send nothing and vote quiet; CheckedMesh insists on it. At first: the whole grid. Throws
-    /// Error for a rectangle that is not in the grid.
+    /// From now on Superstep and Repeat run only the tiles of columns x0 to x1 - 1 and rows y0 to y1 - 1, and those other tiles that voted
+    /// busy or have mail for the kernel. Idle tiles outside cost nothing. The caller promises that on the other tiles the kernels would
+    /// change no word, send nothing and vote quiet; CheckedMesh checks this. At first the rectangle is the whole grid. Throws Error for a
+    /// rectangle that is not in the grid.
     void run_within(std::uint32_t x0, std::uint32_t y0, std::uint32_t x1, std::uint32_t y1)
     {
         rectangle_ = engine::checked_rectangle(this->grid_, {x0, y0, x1, y1});
@@ -93,7 +93,7 @@ public:
 
     void observe(Observer observer) { run_.observer = std::move(observer); }
 
-    /// f(0, 1): this engine has one thread.
+    /// Calls f(0, 1): this engine has one thread.
     template <class F>
     void on_threads(F const& f)
     {
@@ -138,7 +138,7 @@ private:
     }
     static constexpr std::uint32_t links = Links::count + 1;
     static constexpr std::uint32_t guard_words = Base::guard_words;
-    /// One side of a channel on all tiles: {size, note, most ever written} and guarded items a slot.
+    /// One side of a channel on all tiles: {size, note, most items ever written}, and guarded items for each slot.
     struct Ends {
         std::vector<std::array<std::uint32_t, 4>> heads;
         engine::Arena items;
@@ -170,7 +170,7 @@ private:
         {
             return mesh.Base::template shared<P>();
         }
-        /// Bytes that an end of C with n messages takes on the machine.
+        /// The bytes that an end of C with n messages takes on the machine.
         template <class C>
         std::uint32_t end_bytes(std::uint32_t n) const noexcept
         {
@@ -201,7 +201,7 @@ private:
             e.stride = std::size_t{e.capacity} * C::Receiver::item_words + 2 * guard_words;
             auto const n = std::size_t{this->grid_.size()} * 4;
             e.heads.assign(n, {0, 0, 0, engine::guard_word});
-            e.items = engine::Arena(n * e.stride + C::Receiver::item_words); // one item past the last end is ours, too
+            e.items = engine::Arena(n * e.stride + C::Receiver::item_words); // one item after the last end is ours too
             bool const fill = n * e.stride <= (std::size_t{64} << 18);
             for (std::size_t s = 0; s < n; ++s) {
                 auto* const items = e.items.data() + s * e.stride;
@@ -214,7 +214,7 @@ private:
         out_[l] = std::move(made[1]);
     }
     template <class C>
-    void poison(Place p) noexcept // what a list of this end held is dead now
+    void poison(Place p) noexcept // the list of this end is dead now
     {
         std::fill(p.items, p.items + std::size_t{p.head[0]} * C::Receiver::item_words, engine::poison_word);
         p.head[0] = p.head[1] = 0;
@@ -232,7 +232,7 @@ private:
         remember_sizes(tile, typename KernelTraits<Kernel>::Arguments{});
         engine::detail::tilemesh_broken_contracts = &broken_;
         [[maybe_unused]] auto const sizes = list_sizes(tile, typename KernelTraits<Kernel>::Arguments{});
-        if constexpr (KernelTraits<Kernel>::multi_worker) { // all workers, last first: their order must not matter
+        if constexpr (KernelTraits<Kernel>::multi_worker) { // all workers, the last first: their order must not matter
             for (std::uint32_t w = this->sizes_.machine.workers; w-- > 0;) {
                 Source source{*this, tile, {w, this->sizes_.machine.workers}};
                 vote = run_kernel<Kernel>(source);
@@ -241,7 +241,7 @@ private:
             Source source{*this, tile, {0, 1}};
             vote = run_kernel<Kernel>(source);
         }
-        engine::detail::tilemesh_broken_contracts = nullptr; // an observer is no kernel
+        engine::detail::tilemesh_broken_contracts = nullptr; // an observer is not a kernel
         if (broken_.count != 0) fail(tile, std::exchange(broken_, {}).first);
         if (!this->guards_hold(tile, States{}))
             fail(tile, "a kernel wrote outside a region of its tile, or a size above its capacity (its guard words are gone); "
@@ -289,7 +289,7 @@ private:
                                    " (its guard words are gone, or its size is above its capacity); use try_push");
             }
     }
-    /// What a kernel may have changed on a tile: the states it takes without const, and what it sent.
+    /// The words that a kernel may have changed on a tile: the states that it takes without const, and its messages.
     template <class... A>
     std::uint64_t digest_writable([[maybe_unused]] std::uint32_t tile, Types<A...>)
     {
@@ -455,7 +455,7 @@ private:
             peak = std::max(peak, n);
         }
     }
-    /// Kills what was read, then copies what was sent.
+    /// Poisons the mail that was read, then copies the messages that were sent.
     template <class K, class... C>
     bool exchange(Types<C...>)
     {

@@ -30,7 +30,7 @@ struct Failure {
     }
 };
 
-/// Both banks of a channel on the host: the exchange swaps them. A sender writes straight into its neighbour's place.
+/// Both banks of a channel on the host. The exchange swaps them. A sender writes directly into its neighbour's place.
 struct Bank {
     Arena heads[2];
     Arena items[2];
@@ -40,34 +40,34 @@ struct Bank {
 
 } // namespace engine::detail
 
-/// How a Mesh runs.
+/// Options of a Mesh.
 struct MeshOptions {
-    std::uint32_t threads = 1; ///< at most 1,024: a few tiles each would be all they do
-    bool digest = false; ///< RunCounters::digests: costs a pass over all live words each superstep
-    /// The most passes of one UntilQuiet, and the most rounds of one Loop; 0: no bound. `run` throws Error in the pass after the last one
-    /// allowed: a program may never become quiet.
+    std::uint32_t threads = 1; ///< at most 1,024, because more threads would have only a few tiles each
+    bool digest = false; ///< fills RunCounters::digests; costs a pass over all live words in each superstep
+    /// The largest number of passes of one UntilQuiet, and of rounds of one Loop; 0: no limit. A program may never become quiet, so `run`
+    /// throws Error in the pass after the last one that is allowed.
     std::uint32_t most_passes = 0;
     /// On a Traced machine, `run` appends the text of this function to that error; null: no text. `explain_no_progress`
     /// (model/no_progress.hpp) is such a function: it names the steps that repeat.
     ExplainNotQuiet explain = nullptr;
 };
 
-/// Runs a program on host threads. The thread that calls run() walks the program, and in each superstep the others take their
-/// shares of the tiles that must run; where next to nothing runs it does that alone. Pictures, counters and digests do not
-/// depend on the number of threads and equal those of CheckedMesh.
+/// Runs a program on host threads. The thread that calls run() walks the program. In each superstep the other threads take their shares of
+/// the tiles that must run; if only a few tiles must run, the calling thread runs them alone. Pictures, counters and digests do not depend
+/// on the number of threads, and equal those of CheckedMesh.
 ///
-/// A multi-worker kernel that has a nested `AllWorkers` runs as that (see Worker).
+/// If a multi-worker kernel has a nested `AllWorkers`, the mesh runs that (see Worker).
 ///
-/// Cost: idle tiles and empty channels cost nothing in a superstep but a word for each 4,096 tiles; memory follows live
-/// items. A mesh stays as it is between runs: states, and mail that a bound (`at_most`) left under way.
+/// Cost: idle tiles and empty channels cost nothing in a superstep, except one word for each 4,096 tiles. Memory follows live items.
+/// Between runs a mesh keeps its states, and the mail that a bound (`at_most`) left under way.
 ///
 /// Errors: the constructor and `limit` throw Error for a machine that is too small. `run` throws Error for broken contracts
-/// (TILEMESH_EXPECT) and for a step that exceeds `most_passes`, passes on the exception of an observer, and throws std::bad_alloc without
-/// memory. After that the mesh refuses to run again.
+/// (TILEMESH_EXPECT) and for a step that exceeds `most_passes`. An observer's exception passes through. Out of memory, it throws
+/// std::bad_alloc. After an exception the mesh refuses to run again.
 ///
-/// Broken contracts end the run after their superstep, in every build: a program that waits for an item that a full list refused would
-/// never end. The Error has the text of the first broken contract of the lowest tile, the tile, the superstep, and the number of broken
-/// contracts on all tiles.
+/// Broken contracts end the run after their superstep, in every build, because a program that waits for an item that a full list refused
+/// would never end. The Error has the text of the first broken contract of the lowest tile, the tile, the superstep, and the number of
+/// broken contracts on all tiles.
 template <class Program, class Machine = Mk2>
 class Mesh : public engine::TileStore<Program, false> {
     using Base = engine::TileStore<Program, false>;
@@ -110,8 +110,8 @@ public:
     Mesh(Mesh const&) = delete;
     Mesh& operator=(Mesh const&) = delete;
 
-    /// Limits this buffer to `items` items, or this channel to `items` slots, on every tile. The limit is at most the slots that the mesh
-    /// was built with. A channel that gets its slots by `limit` alone takes at most what the SRAM holds.
+    /// Limits this buffer to `items` items, or this channel to `items` slots, on every tile. The limit may be at most the slots with which
+    /// the mesh was built. For a channel that gets its slots only by `limit`, it may be at most the slots that fit the SRAM.
     template <class X>
     void limit(std::uint32_t items)
     {
@@ -120,7 +120,7 @@ public:
             this->template limit_link<X>(items, has_mail<X>());
             try {
                 make_bank<X>();
-            } catch (...) { // no memory: the channel keeps its old capacity
+            } catch (...) { // out of memory: the channel keeps its old capacity
                 this->link_capacity_[Base::template index_of_link<X>()] = before;
                 throw;
             }
@@ -129,28 +129,28 @@ public:
         }
     }
 
-    /// What tile t's channel C will read from side d when a kernel next takes In<C>. Only between runs, or from an observer.
+    /// The messages that tile t will read on channel C from side d when a kernel next takes In<C>. Only between runs, or from an observer.
     template <class C>
     typename C::Receiver incoming(TileId t, Direction d) noexcept
     {
         return typename C::Receiver{ends<C>().in(4 * this->grid_.index_of(t) + index(d))};
     }
 
-    /// From now on Superstep and Repeat run the tiles of columns x0..x1-1 and rows y0..y1-1, and of the others those that voted
-    /// busy or have mail for the kernel: what lies idle outside costs nothing. The caller promises that on those others the
-    /// kernels would change no word, send nothing and vote quiet; CheckedMesh insists on it. At first: the whole grid. Throws
-    /// Error for a rectangle that is not in the grid.
+    /// From now on Superstep and Repeat run only the tiles of columns x0 to x1 - 1 and rows y0 to y1 - 1, and those other tiles that voted
+    /// busy or have mail for the kernel. Idle tiles outside cost nothing. The caller promises that on the other tiles the kernels would
+    /// change no word, send nothing and vote quiet; CheckedMesh checks this. At first the rectangle is the whole grid. Throws Error for a
+    /// rectangle that is not in the grid.
     void run_within(std::uint32_t x0, std::uint32_t y0, std::uint32_t x1, std::uint32_t y1)
     {
         rectangle_ = engine::checked_rectangle(this->grid_, {x0, y0, x1, y1});
     }
 
-    /// Called after every superstep by the thread that called run().
+    /// Sets a function that the thread that called run() calls after every superstep.
     void observe(Observer observer) { run_.observer = std::move(observer); }
 
-    /// Runs f(thread, threads) once on each of the mesh's threads, the caller's is thread 0, and returns when all are done: for
-    /// host work beside the mesh, between runs. What f throws is thrown here, of the lowest thread that threw. f must not
-    /// call the mesh's run() or on_threads().
+    /// Runs f(thread, threads) once on each of the mesh's threads, for host work between runs; the caller's thread is thread 0. Returns
+    /// when all calls have returned. If calls throw, it throws the exception of the lowest such thread. f must not call the mesh's run() or
+    /// on_threads().
     template <class F>
     void on_threads(F const& f)
     {
@@ -164,7 +164,7 @@ public:
         rethrow();
     }
 
-    /// The last run, superstep by superstep; on a Traced machine only.
+    /// The trace of the last run, superstep by superstep; only on a Traced machine.
     Trace const& trace() const noexcept
     {
         static_assert(traced, "a mesh without a trace (its machine is not Traced); build it for Traced<Machine>");
@@ -200,8 +200,8 @@ private:
         });
     }
 
-    /// Up to this many tiles the thread that walks the program runs alone. A tile run takes 20 ns to 1 us, to let another
-    /// thread in and out 0.2 us, and the words of the tiles may have to come from its cache.
+    /// Up to this many tiles, the thread that walks the program runs alone. To run a tile takes 20 ns to 1 us, and to involve another
+    /// thread takes 0.2 us. The words of the tiles may also have to come from the first thread's cache.
     static constexpr std::uint32_t most_tiles_of_one_thread = 8;
 
     static std::uint32_t checked_threads(Options const& options)
@@ -217,8 +217,8 @@ private:
         std::uint64_t messages = 0, live_bytes = 0, runs = 0, digest = 0;
         [[no_unique_address]] std::conditional_t<traced, std::vector<TileSample>, engine::NoTrace> samples;
         engine::detail::Failure failure;
-        TileSet busy;                                       ///< who voted busy
-        std::array<TileSet, links> mail;                    ///< who was sent something on a channel
+        TileSet busy;                                       ///< tiles that voted busy
+        std::array<TileSet, links> mail;                    ///< tiles that got a message on a channel
         std::array<std::uint32_t, States::count + 1> state_peak{};
         std::array<std::uint32_t, links> link_peak{};
         std::exception_ptr thrown;                          ///< by a function of on_threads; on a Traced machine, by a sample
@@ -231,7 +231,7 @@ private:
         }
     };
 
-    /// Both ends of a channel on all tiles, as they are in one superstep: the exchange swaps them.
+    /// Both ends of a channel on all tiles, in one superstep. The exchange swaps them.
     struct Ends {
         std::uint32_t *in_heads, *in_items, *out_heads, *out_items;
         std::size_t stride;
@@ -259,7 +259,7 @@ private:
         return {{mesh.template ends<C>()..., Ends{}}};
     }
 
-    /// What this interpreter offers a kernel.
+    /// The source that this interpreter gives to run_kernel.
     struct Source {
         Mesh& mesh;
         WorkerState& me;
@@ -287,7 +287,7 @@ private:
         {
             return mesh.Base::template shared<P>();
         }
-        /// Bytes that an end of C with n messages takes on the machine.
+        /// The bytes that an end of C with n messages takes on the machine.
         template <class C>
         std::uint32_t end_bytes(std::uint32_t n) const noexcept
         {
@@ -331,7 +331,7 @@ private:
         if constexpr (AllWorkers::exists) {
             source.share = {0, this->sizes_.machine.workers};
             (void)run_kernel<typename AllWorkers::type>(source);
-        } else if constexpr (KernelTraits<Kernel>::multi_worker) { // one host thread takes the shares of all of the tile's workers
+        } else if constexpr (KernelTraits<Kernel>::multi_worker) { // one host thread does the shares of all of the tile's workers
             for (std::uint32_t w = 0; w < this->sizes_.machine.workers; ++w) {
                 source.share = {w, this->sizes_.machine.workers};
                 (void)run_kernel<Kernel>(source);
@@ -347,7 +347,7 @@ private:
     {
         try {
             source.me.samples.push_back(engine::sample<Kernel>(source, source.tile));
-        } catch (...) { // no memory, perhaps on a helper thread: the superstep rethrows it
+        } catch (...) { // out of memory, perhaps on a helper thread: the superstep rethrows it
             source.me.thrown = std::current_exception();
         }
     }
@@ -377,7 +377,7 @@ private:
     template <class C>
     TILEMESH_KERNEL void after(Source& source, In<C>*) noexcept // mail is read once
     {
-        auto* const heads = source.template in<C>(news[0]).head; // of the four sides, one after the other
+        auto* const heads = source.template in<C>(news[0]).head; // four sides, one after the other
         std::uint32_t any = 0;
         for (std::uint32_t i = 0; i < 8; ++i) any |= heads[i];
         if (any == 0) return;
@@ -398,7 +398,7 @@ private:
             me.link_peak[l] = std::max(me.link_peak[l], n);
         }
     }
-    /// Asks for what says where a tile's words are: on a grid larger than the caches it comes from memory.
+    /// Prefetches the words that say where a tile's words are. On a grid larger than the caches they come from memory.
     template <class... A>
     TILEMESH_KERNEL void prefetch_heads([[maybe_unused]] Source const& source, [[maybe_unused]] std::uint32_t tile,
                                         Types<A...>) const noexcept
@@ -420,7 +420,7 @@ private:
     {
         __builtin_prefetch(slots_.data() + 4 * std::size_t{tile});
     }
-    /// Asks for the words of a tile that will run soon: where it has mail, its ends are far apart in memory.
+    /// Prefetches the words of a tile that will run soon. If it has mail, its channel ends are far apart in memory.
     template <class... A>
     TILEMESH_KERNEL void prefetch([[maybe_unused]] Source const& source, [[maybe_unused]] std::uint32_t tile,
                                   Types<A...>) const noexcept
@@ -432,7 +432,7 @@ private:
     TILEMESH_KERNEL void prefetch_argument(Source const&, std::uint32_t, bool&, X*) const noexcept
     {
     }
-    /// The same for a kernel that works on the tile's lists alone: where each begins. The processor follows from there.
+    /// Prefetches the beginnings of a tile's lists, for a kernel that works only on lists. The processor continues from there.
     template <class... A>
     TILEMESH_KERNEL void prefetch_lists([[maybe_unused]] std::uint32_t tile, Types<A...>) noexcept
     {
@@ -493,7 +493,7 @@ private:
     {
         return ((KernelTraits<K>::template writes<C> && has_mail<C>()) || ...);
     }
-    /// Hands each set of tiles that kernel K wakes to `f`: those that voted busy, and those with mail for it.
+    /// Calls `f` with each set of tiles that kernel K wakes: those that voted busy, and those with mail for it.
     template <class K, class F, class... C>
     void for_each_waking_set(F const& f, Types<C...>) noexcept
     {
@@ -508,7 +508,7 @@ private:
         ((bank_[Base::template index_of_link<C>()] ^= 1u), ...);
     }
 
-    /// Worker w's part of the n tiles that run: those listed, or without a list all.
+    /// Runs worker w's part of the n tiles: the listed tiles, or all tiles without a list.
     template <class Kernel>
     void run_tiles(std::uint32_t w, std::uint32_t const* tiles, std::uint32_t n, bool together) noexcept
     {
@@ -533,14 +533,14 @@ private:
             }
             me.runs += last - first;
         }
-        engine::detail::tilemesh_broken_contracts = nullptr; // what runs next on this thread may be no kernel
+        engine::detail::tilemesh_broken_contracts = nullptr; // the next function on this thread may not be a kernel
     }
 
     bool any_busy() const noexcept
     {
         return std::any_of(workers_.begin(), workers_.end(), [](auto const& w) { return !w.busy.empty(); });
     }
-    /// One superstep on all tiles, or on those that must run; nothing where nobody must.
+    /// One superstep on all tiles, or on the tiles that must run. Does nothing if no tile must run.
     template <class Kernel, bool All>
     engine::Passed superstep()
     {
@@ -630,11 +630,11 @@ private:
     std::array<std::uint32_t, links> bank_{};           ///< the bank that senders write now
     engine::Rectangle rectangle_;                  ///< Superstep and Repeat run all of its tiles
     TileSet active_;
-    std::vector<std::uint32_t> tiles_;                  ///< those that run in this superstep, where not all do
+    std::vector<std::uint32_t> tiles_;                  ///< the tiles that run in this superstep, if not all do
     engine::detail::Shares shares_;
     std::vector<WorkerState> workers_;
     Run run_;
-    engine::detail::Team team_;                         ///< last: its threads end before what they use
+    engine::detail::Team team_;                         ///< last: its threads end before the objects that they use
 };
 
 }} // namespace tilemesh

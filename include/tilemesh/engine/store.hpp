@@ -19,15 +19,15 @@
 
 namespace tilemesh { inline namespace v0_2 { namespace engine {
 
-/// Words that no kernel may touch stand around each region of a guarded store, and what is dead is filled with a signalling
-/// pattern: read as a float it is a NaN, read as an index it is out of range.
+/// Guard words, which no kernel may touch, surround each region of a guarded store. Dead words are filled with the poison word: as a float
+/// it is a NaN, as an index it is out of range.
 inline constexpr std::uint32_t guard_word = 0x7fa0beefu;
 inline constexpr std::uint32_t poison_word = 0x7fa0dead;
 
 /// The words of all tiles' states and broadcasts: what all engines derive from. `Guarded` puts guard words around every region.
 ///
-/// Heads of lists and small structs of a tile lie together in `hot`, so that a tile where little happens is one or two
-/// cache lines; items and large structs lie in one arena a region and cost memory only where they are live.
+/// The heads of lists and the small structs of a tile lie together in `hot`, so that a tile where little happens takes one or two cache
+/// lines. Items and large structs lie in one arena per region, and take memory only where they are live.
 template <class Program, bool Guarded>
 class TileStore {
 public:
@@ -57,7 +57,7 @@ public:
     Grid grid() const noexcept { return grid_; }
     Program& program() noexcept { return program_; }
 
-    /// Tile t's state X: a reference to a struct, or a view of a Buffer. Only between runs, or from an observer.
+    /// Tile t's state X: a reference to a struct, or a view of a Buffer. Call it only between runs, or from an observer.
     template <class X>
     decltype(auto) state(TileId t) noexcept
     {
@@ -67,7 +67,7 @@ public:
         else
             return static_cast<X&>(*reinterpret_cast<X*>(place.items));
     }
-    /// The same to look at.
+    /// The same, read only.
     template <class X>
     decltype(auto) state(TileId t) const noexcept
     {
@@ -86,7 +86,7 @@ public:
         return std::get<P>(shared_);
     }
 
-    /// Bytes of SRAM on a tile with the capacities of now; dynamic channels included.
+    /// The bytes of SRAM on a tile with the present capacities, including dynamic channels.
     std::uint64_t sram_bytes() const noexcept { return sram_bytes(Links{}); }
 
     TILEMESH_KERNEL TileId tile(std::uint32_t i) const noexcept { return grid_.tile(i); }
@@ -144,7 +144,7 @@ protected:
                             "); set limits before the mesh is loaded");
         capacity = items;
     }
-    /// `unread`: whether this channel carries mail anywhere.
+    /// `unread`: does this channel carry mail on any tile?
     template <class C>
     void limit_link(std::uint32_t items, bool unread)
     {
@@ -160,7 +160,7 @@ protected:
                         std::to_string(over) + " bytes over a tile's SRAM); give it fewer slots");
         }
     }
-    /// Bytes that the compile-time exchange after kernel K moves from a tile to each neighbour.
+    /// The bytes that the compile-time exchange after kernel K moves from a tile to each neighbour.
     template <class K, class... C>
     std::uint32_t capacity_a_side(Types<C...>) const noexcept
     {
@@ -172,7 +172,7 @@ protected:
     {
         return std::uint64_t{4} * grid_.size() * capacity_a_side<K>(links);
     }
-    /// Bytes on the machine that a message of C takes, and an end of C with n slots and its head.
+    /// The bytes on the machine of a message of C; `end_bytes`: of an end of C with n slots and its head.
     template <class C>
     TILEMESH_KERNEL std::uint32_t message_bytes() const noexcept
     {
@@ -183,7 +183,7 @@ protected:
     {
         return 8 + n * message_bytes<C>();
     }
-    /// Words of state X as one piece, head included.
+    /// The words of state X as one piece, including its head.
     template <class X>
     std::size_t words() const noexcept
     {
@@ -192,7 +192,7 @@ protected:
         else
             return sizeof(X) / 4;
     }
-    /// The slots that the mesh was built with, for which it has memory.
+    /// The slots with which the mesh was built; it has memory for them.
     template <class X>
     std::uint32_t most_slots() const noexcept
     {
@@ -218,7 +218,7 @@ protected:
         return hot_.data() + std::size_t{tile} * hot_stride;
     }
 
-    /// All live words of tile i's states; what is beyond a list's size does not count.
+    /// A digest of all live words of tile i's states. Items beyond a list's size do not count.
     std::uint64_t digest_states(std::uint32_t tile) noexcept { return digest_states(tile, States{}); }
 
     template <class... X>
@@ -256,7 +256,7 @@ private:
     };
     typename TupleOf<Shareds>::type shared_{};
 
-    /// Words of X beside the other heads and small structs of its tile; in a guarded store one guard word follows each.
+    /// The words of X among the heads and small structs of its tile. In a guarded store one guard word follows each.
     template <class X>
     static constexpr std::uint32_t hot_words() noexcept
     {
@@ -284,7 +284,7 @@ private:
         return hot_offset_in<X>(States{});
     }
     template <class X>
-    std::size_t stride() const noexcept // an odd number of cache lines: neighbours fall on different sets
+    std::size_t stride() const noexcept // an odd number of cache lines, so that neighbours fall on different cache sets
     {
         return ((words<X>() + 2 * guard_words + 15u) & ~std::size_t{15}) | 16u;
     }
@@ -330,7 +330,7 @@ private:
     template <class X>
     void guard()
     {
-        constexpr std::size_t poisoned_at_once = std::size_t{64} << 18; // words: 64 MiB a region, beyond that only what died
+        constexpr std::size_t poisoned_at_once = std::size_t{64} << 18; // words: 64 MiB a region; beyond that only words that died are poisoned
         bool const fill = is_list<X> && std::size_t{grid_.size()} * item_words_of<X>() <= poisoned_at_once;
         for (std::uint32_t i = 0; i < grid_.size(); ++i) {
             auto const p = state_place<X>(i);

@@ -10,26 +10,26 @@
 
 namespace tilemesh { inline namespace v0_2 {
 
-/// What one tile did in one superstep.
+/// The work of one tile in one superstep.
 struct TileSample {
     std::uint32_t tile;              ///< index in the grid
-    OperationCounts operations;      ///< of the kinds that Trace::operations names for the step
-    std::uint32_t sent_bytes[4];     ///< of messages and their heads, towards each side (news); 0 where nothing went
+    OperationCounts operations;      ///< counts of the operations that Trace::operations names for the step
+    std::uint32_t sent_bytes[4];     ///< bytes of messages and their heads, towards each side (news); 0 if nothing went there
     friend bool operator==(TileSample const&, TileSample const&) = default;
 };
 
 /// One superstep: the tiles that ran, in order, and what the exchange moved.
 struct SuperstepSample {
-    std::uint32_t step;              ///< of the program
-    bool votes;                      ///< tiles vote whether there is another, or another round: of UntilQuiet, or of the last step of a Loop
-    std::uint32_t capacity_bytes;    ///< that a compile-time exchange moves from each tile to each neighbour; 0: no channel
-    bool sent;                       ///< anything
+    std::uint32_t step;              ///< number of the step in the program
+    bool votes;                      ///< do tiles vote on another superstep or round? True for UntilQuiet and for the last step of a Loop
+    std::uint32_t capacity_bytes;    ///< bytes that a compile-time exchange moves from each tile to each neighbour; 0: no channel
+    bool sent;                       ///< did the exchange move a message or a note?
     std::vector<TileSample> tiles;
     friend bool operator==(SuperstepSample const&, SuperstepSample const&) = default;
 };
 
-/// A run, superstep by superstep: what a cost model (model/cost_model.hpp) and the trace files are made of. The same on every
-/// engine and any number of threads. Host memory: 56 bytes a tile that runs in a superstep.
+/// A run, superstep by superstep. Cost models (model/cost_model.hpp) and trace files are made from it. It is equal on every engine and with
+/// any number of threads. Host memory: 56 bytes for each tile that runs in a superstep.
 struct Trace {
     std::vector<std::string> kernels; ///< of the program's steps
     /// For each step the names of the operations that its kernel counts, in the order of OperationCounts; empty for a kernel that counts
@@ -41,7 +41,7 @@ struct Trace {
 };
 
 namespace engine {
-/// What stands for a trace where none is kept.
+/// Replaces a trace if none is kept.
 struct NoTrace {};
 
 /// The names of the operations that the kernels of a program's steps count, in program order.
@@ -80,7 +80,7 @@ void add_all_sent(TileSample& s, [[maybe_unused]] Source& source, Types<A...>) n
 {
     (add_sent(s, source, static_cast<std::remove_cv_t<std::remove_reference_t<A>>*>(nullptr)), ...);
 }
-/// What kernel K's run on the tile of `source` did; before its mail is forgotten.
+/// The work of kernel K's last run on the tile of `source`. Call it before the tile's mail is forgotten.
 template <class K, class Source>
 TileSample sample(Source& source, std::uint32_t tile) noexcept
 {

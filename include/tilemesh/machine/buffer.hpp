@@ -7,11 +7,11 @@
 namespace tilemesh { inline namespace v0_2 {
 
 /// The capacity of a list whose number of slots is a value, given when the mesh is built (see `capacity_of` in machine/tile.hpp). Lists
-/// with any number of slots share one type, and so share the code of their kernels.
+/// with any number of slots share one type, and so the code of their kernels.
 inline constexpr std::uint32_t dynamic_capacity = 0xffffffffu;
 
-/// Words of a tile's SRAM that hold a list: two words of head, then the items. The head need not lie beside the items: a
-/// host engine keeps all heads together, a Poplar tensor holds both in one piece.
+/// Words of a tile's SRAM that hold a list: two words of head, then the items. The head need not be next to the items: a host engine keeps
+/// all heads together, a Poplar tensor holds both in one piece.
 struct Place {
     std::uint32_t* head;     ///< {size, note}
     std::uint32_t* items;    ///< capacity * sizeof(T) / 4 words
@@ -19,7 +19,7 @@ struct Place {
 };
 
 namespace detail {
-/// What Buffer and the two ends of a Channel share: a view of a list in external words. Its capacity is that of its Place.
+/// The common part of Buffer and of the two ends of a Channel: a view of a list in external words. Its capacity is that of its Place.
 template <class T, std::uint32_t N>
 class List {
     static_assert(std::is_trivially_copyable_v<T> && alignof(T) <= 4 && sizeof(T) % 4 == 0,
@@ -30,7 +30,7 @@ public:
     static constexpr std::uint32_t static_capacity = N;
     static constexpr std::uint32_t head_words = 2;
     static constexpr std::uint32_t item_words = sizeof(T) / 4;
-    /// Words of a list of n items, head included.
+    /// The words of a list of n items, including its head.
     TILEMESH_KERNEL static constexpr std::uint32_t words(std::uint32_t n) noexcept { return head_words + n * item_words; }
 
     TILEMESH_KERNEL explicit List(Place p) noexcept
@@ -57,8 +57,7 @@ protected:
         append_at(n, item);
         return true;
     }
-    /// Item n is the first behind the last. The size is not read again behind the copy, which might have changed it for all the
-    /// compiler knows.
+    /// Item n is the first one after the last. The size is read only once, because the compiler must assume that the copy may change it.
     TILEMESH_KERNEL void append_at(std::uint32_t n, T const& item) noexcept
     {
         std::memcpy(items_ + n, &item, sizeof(T));
@@ -100,7 +99,7 @@ public:
     [[nodiscard]] TILEMESH_KERNEL bool try_push(T const& item) noexcept { return this->try_append(item); }
     TILEMESH_KERNEL void unchecked_push(T const& item) noexcept { this->append(item); }
 
-    /// Removes item i by moving the last one into its place: order is not kept.
+    /// Removes item i by moving the last item into its place. The order changes.
     TILEMESH_KERNEL void swap_remove(std::uint32_t i) noexcept
     {
         auto const last = --this->head_[0];
@@ -108,7 +107,7 @@ public:
     }
     /// Keeps the first n items, n <= size().
     TILEMESH_KERNEL void truncate(std::uint32_t n) noexcept { this->head_[0] = n; }
-    /// Makes the size n, n <= capacity(): new items hold whatever their words held and must be written before they are read.
+    /// Sets the size to n, n <= capacity(). New items have the old content of their words; write them before you read them.
     TILEMESH_KERNEL void resize(std::uint32_t n) noexcept
     {
         if (TILEMESH_EXPECT(n <= this->capacity(), "resize of a buffer beyond its capacity (its capacity is part of the "

@@ -11,9 +11,9 @@ template <class T>
 inline constexpr std::uint32_t wire_bytes_of<T, std::void_t<decltype(T::wire_bytes)>> = T::wire_bytes;
 } // namespace detail
 
-/// Bytes that a message of type T takes on the modelled machine, in a channel and on its way: sizeof(T), or the member
-/// `static constexpr std::uint32_t wire_bytes` of T. T needs that member where the host moves a reference and the machine moves the
-/// record itself. Ledgers and counted bytes of channels are in wire bytes.
+/// The bytes that a message of type T takes on the modelled machine, in a channel and on its way: sizeof(T), or the member `static
+/// constexpr std::uint32_t wire_bytes` of T. T needs that member if the host moves a reference and the machine moves the record itself.
+/// Ledgers, and the counted bytes of channels, are in wire bytes.
 template <class T>
 inline constexpr std::uint32_t wire_bytes = detail::wire_bytes_of<T>;
 
@@ -39,7 +39,7 @@ struct Channel {
     /// Bytes of one end with n slots on the modelled machine, head included.
     TILEMESH_KERNEL static constexpr std::uint32_t end_bytes(std::uint32_t n) noexcept { return 8 + n * wire_bytes<T>; }
 
-    /// The reading end: what one neighbour sent in the superstep before.
+    /// The reading end: the messages that one neighbour sent in the previous superstep.
     class Receiver : public detail::List<T, N> {
     public:
         using detail::List<T, N>::List;

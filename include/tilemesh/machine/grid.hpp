@@ -4,7 +4,7 @@
 
 namespace tilemesh { inline namespace v0_2 {
 
-/// The four sides of a tile; y grows southwards, as rows of a picture do.
+/// The four sides of a tile. y grows southwards, as the rows of a picture do.
 enum class Direction : std::uint32_t { north, east, west, south };
 
 inline constexpr Direction news[4] = {Direction::north, Direction::east, Direction::west, Direction::south};
@@ -20,7 +20,7 @@ TILEMESH_KERNEL constexpr Direction opposite(Direction d) noexcept
     return news[3 - index(d)];
 }
 
-/// A tile's column and row in one word, so that a message can carry them; each is below 65,536.
+/// A tile's column and row in one word, so that a message can carry them. Each is below 65,536.
 struct TileId {
     std::uint32_t packed = 0;
     TILEMESH_KERNEL static constexpr TileId at(std::uint32_t x, std::uint32_t y) noexcept { return {x | y << 16}; }

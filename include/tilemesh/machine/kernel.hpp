@@ -5,7 +5,7 @@
 
 namespace tilemesh { inline namespace v0_2 {
 
-/// Parameters that every tile holds: host to all tiles, once a run. Cost: sizeof(P) bytes a tile.
+/// Parameters that every tile holds. The host sends them to all tiles once a run. Cost: sizeof(P) bytes a tile.
 template <class P>
 class Broadcast {
 public:
@@ -20,32 +20,31 @@ private:
     P const* p_;
 };
 
-/// Asked for by a kernel that must know which tile it is.
+/// A parameter of kernels that must know on which tile they run.
 struct Here {
     TileId tile;
     Grid grid;
 };
 
-/// Asked for by a kernel that all of a tile's workers run at once: it takes items index, index + count, ... Its writes must
-/// be disjoint between workers, so it may neither send nor vote, and leaves the sizes of lists as they are (CheckedMesh insists).
+/// A parameter of kernels that all of a tile's workers run at once: worker `index` takes the items index, index + count, ... The workers
+/// must write disjoint words. So such a kernel may neither send nor vote, and must not change the sizes of lists (CheckedMesh checks this).
 ///
-/// Such a kernel may have a nested `AllWorkers`: an empty functor with the same parameters, given {0, all workers}, that does the
-/// shares of all of the tile's workers at once and leaves exactly the words that they would leave. An engine that runs a tile
-/// on one host thread calls it instead (Mesh does); CheckedMesh runs the kernel for each worker, so that comparing the two
-/// engines tests the promise.
+/// Such a kernel may have a nested `AllWorkers`: an empty functor with the same parameters, called with {0, all workers}. It does the
+/// shares of all of the tile's workers at once and must leave exactly the words that they would leave. An engine that runs a tile on one
+/// host thread calls it instead (Mesh does). CheckedMesh runs the kernel for each worker, so comparing the two engines tests this promise.
 ///
-/// A kernel whose state has words for a number of workers names it, `static constexpr std::uint32_t most_workers = 6;`: then no mesh is built
-/// for a machine with more workers, or with none (engine/mesh_sizes.hpp).
+/// If the kernel's state has words for a number of workers, the kernel gives that number: `static constexpr std::uint32_t most_workers =
+/// 6;`. Then no mesh is built for a machine with more workers, or with none (engine/mesh_sizes.hpp).
 struct Worker {
     std::uint32_t index = 0;
     std::uint32_t count = 1;
 };
 
-/// Stands for an argument that a kernel's policies leave out. It is empty and names no region.
+/// Replaces an argument that a kernel's policies leave out. It is empty and names no region.
 struct Absent {};
 /// A kernel's parameter that depends on its policies: `OnlyIf<P::counts, Tally&> tally` is `Tally&` if P counts, and `Absent` otherwise.
-/// With `Absent` the tile keeps no Tally and the ledger has no line for it. The kernel uses `tally` only under
-/// `if constexpr (P::counts)`.
+/// With `Absent` the tile has no Tally, and the ledger has no line for it. The kernel may use `tally` only under `if constexpr
+/// (P::counts)`.
 template <bool Present, class Argument>
 using OnlyIf = std::conditional_t<Present, Argument, Absent>;
 
@@ -79,7 +78,7 @@ struct RegionTypes {
 };
 
 namespace detail {
-/// What one parameter of a kernel contributes to the tile.
+/// The regions that one parameter of a kernel adds to the tile.
 struct NoRole {
     using State = void;
     using Link = void;
@@ -164,7 +163,7 @@ struct Collect<RegionTypes<S, L, P>, Types<A, As...>>
               Types<As...>> {};
 } // namespace detail
 
-/// What a kernel's parameter list says. Every mistake is one sentence here.
+/// The facts in a kernel's parameter list. Every mistake in it gives one sentence here.
 template <class K>
 struct KernelTraits : detail::CallOf<K> {
     using Call = detail::CallOf<K>;
@@ -199,7 +198,7 @@ struct KernelTraits : detail::CallOf<K> {
     static constexpr bool writes = takes<Out<C>>;
 };
 
-/// The functor that does the shares of all of a tile's workers at once: K's nested `AllWorkers` if it exists, else K.
+/// The functor that does the shares of all of a tile's workers at once: K's nested `AllWorkers` if it exists, otherwise K.
 template <class K, class = void>
 struct AllWorkersOf {
     using type = K;
@@ -227,7 +226,7 @@ template <class Acc, class Step, class... Steps>
 struct CollectAll<Acc, Types<Step, Steps...>>
     : CollectAll<typename Collect<Acc, typename KernelTraits<KernelOf<Step>>::Arguments>::type, Types<Steps...>> {};
 
-/// Follows whether C holds unread mail, step by step. Sets `clash` if a kernel sends over unread mail.
+/// Tracks, step by step, whether C holds unread mail. Sets `clash` if a kernel sends over unread mail.
 template <class C>
 struct Mail {
     bool unread = false;
@@ -236,11 +235,11 @@ struct Mail {
     constexpr void step(Step const&, std::uint32_t) noexcept
     {
         using T = KernelTraits<KernelOf<Step>>;
-        constexpr bool repeated = !std::is_same_v<Step, Superstep<KernelOf<Step>>>; // how often is a value
+        constexpr bool repeated = !std::is_same_v<Step, Superstep<KernelOf<Step>>>; // the number of repetitions is a value
         if constexpr (T::template writes<C> && !T::template reads<C>) {
             clash = clash || unread || repeated;
             unread = true;
-        } else if constexpr (T::template reads<C>) { // a bound may leave mail unread, which the engine watches
+        } else if constexpr (T::template reads<C>) { // a bound may leave mail unread; the engine watches this
             unread = T::template writes<C> && StepTraits<Step>::everywhere;
         }
     }

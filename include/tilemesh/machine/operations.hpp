@@ -4,10 +4,11 @@
 
 namespace tilemesh { inline namespace v0_2 {
 
-/// The most kinds of operations that a kernel may count.
+/// The largest number of kinds of operations that a kernel may count.
 inline constexpr std::uint32_t most_operation_kinds = 8;
 
-/// What one run of a kernel on one tile did, as engines record it. Count i belongs to the i-th name of the kernel's set. 36 bytes.
+/// The operations of one run of a kernel on one tile, as engines record them. Count i belongs to the i-th name of the kernel's set. 36
+/// bytes.
 struct OperationCounts {
     std::uint32_t count[most_operation_kinds] = {};
     /// Bytes of messages that arrived and go no further: an exchange from any tile to any tile would move only these. 0 for a kernel
@@ -65,7 +66,7 @@ struct OperationNames {
     std::uint32_t size = 0;
 };
 
-/// a * b, or what 32 bits hold at most.
+/// a * b, or 2^32 - 1 if the product is larger.
 constexpr std::uint32_t times(std::uint32_t a, std::uint32_t b) noexcept
 {
     return b != 0 && a > 0xffffffffu / b ? 0xffffffffu : a * b;
@@ -113,7 +114,7 @@ OperationCounts call_operations(Source& source, Types<A...>) noexcept
 }
 } // namespace detail
 
-/// What the run of kernel K that has just ended on the tile of `source` did; all zero for a kernel without `operations`.
+/// The operations of kernel K in its last run on the tile of `source`; all zero for a kernel without `operations`.
 template <class K, class Source>
 OperationCounts operations_of([[maybe_unused]] Source& source) noexcept
 {
@@ -135,8 +136,8 @@ constexpr OperationNames operation_names() noexcept
     }
 }
 
-/// A machine on which engines keep a trace (engine/trace.hpp): `Machine` in all else. A setup asks for it with
-/// `using Machine = Traced<Mk2>`; without it an engine has neither a byte nor an instruction of it.
+/// A machine on which engines keep a trace (engine/trace.hpp). In all other respects it is `Machine`. A setup asks for it with `using
+/// Machine = Traced<Mk2>`. Without it an engine has no byte and no instruction for traces.
 template <class Machine>
 struct Traced : Machine {
     static constexpr bool traced = true;

@@ -5,8 +5,8 @@ namespace tilemesh { inline namespace v0_2 {
 
 /// Graphcore's Mk2 IPU (GC200). A machine is one type with these static members; describe another by writing them again.
 ///
-/// tiles, sram_bytes, workers, clock: the paper, section "The Graphcore IPU". code_bytes is what is kept back on every tile
-/// for codelets, exchange code and stacks: the authors' later code measures "~130 KB code + stacks".
+/// Sources of tiles, sram_bytes, workers and clock: the paper, section "The Graphcore IPU". code_bytes is the reserve on every tile for
+/// codelets, exchange code and stacks: the authors' later code measures "~130 KB code + stacks".
 struct Mk2 {
     static constexpr char const* name = "mk2";
     static constexpr std::uint32_t tiles = 1472;
@@ -16,7 +16,7 @@ struct Mk2 {
     static constexpr std::uint32_t clock_khz = 1'325'000;
 };
 
-/// A machine for tests and what-if questions: Mk2's workers and clock, any SRAM, any number of tiles.
+/// A machine for tests and experiments: Mk2's workers and clock, with any SRAM and any number of tiles.
 template <std::uint32_t SramBytes, std::uint32_t Tiles = 0xffffffffu>
 struct TestMachine {
     static constexpr char const* name = "test";
@@ -27,7 +27,7 @@ struct TestMachine {
     static constexpr std::uint32_t clock_khz = 1'325'000;
 };
 
-/// A machine as a value, with all that engines and ledgers need. Meshes of different machines so share their code.
+/// A machine as a value, with all facts that engines and ledgers need. So meshes of different machines share their code.
 struct MachineSize {
     char const* name;
     std::uint32_t tiles;

@@ -6,27 +6,27 @@
 
 namespace tilemesh { inline namespace v0_2 {
 
-/// What a tile says at the end of compute: busy while running it again without mail would change a word of it. Sending
-/// needs no vote: mail wakes its receiver.
+/// The vote of a tile at the end of compute. A tile must vote busy if running it again without mail would change a word of it. Sending
+/// needs no vote, because mail wakes its receiver.
 enum class Vote : std::uint32_t { quiet = 0, busy = 1 };
 
-/// A program is a value whose type names its kernels; only knobs are members. One superstep is a kernel on every tile that
-/// runs, an exchange over the channels it touches, and a barrier.
+/// A program is a value whose type names its kernels; its only members are numbers such as the count of a Repeat. One superstep is a pass
+/// (a kernel on every tile that must run), an exchange over the channels that the kernel touches, and a barrier.
 ///
-/// Who runs. `Superstep` and `Repeat` run every tile. `UntilQuiet` runs the tiles that voted busy in the superstep before,
-/// whatever its kernel was, and those with mail on a channel that this kernel reads; it tests before its first pass, so that
-/// nothing to do costs no superstep. Mail outlives a step until a kernel reads it; each message is read once.
+/// The tiles that run: `Superstep` and `Repeat` run every tile. `UntilQuiet` runs the tiles that voted busy in the previous superstep, with
+/// any kernel, and the tiles with mail on a channel that this kernel reads. It tests before its first pass, so it costs no superstep if
+/// there is nothing to do. Mail stays until a kernel reads it; each message is read once.
 template <class Kernel>
 struct Superstep {};
 
-/// The kernel on every tile, `times` times: `Repeat<Diffuse>{1000}`.
+/// Runs the kernel on every tile, `times` times: `Repeat<Diffuse>{1000}`.
 template <class Kernel>
 struct Repeat {
     std::uint32_t times = 1;
 };
 
-/// Runs the kernel until all tiles are quiet and none has mail for it, but at most `at_most` times. Messages that a bound leaves under
-/// way stay in their channels and go on in the next run: with `at_most` 1, a run moves every message by one hop.
+/// Runs the kernel until all tiles are quiet and none has mail for it, but at most `at_most` times. Messages that this bound leaves under
+/// way stay in their channels and go on in the next run. With `at_most` 1, a run moves every message by one hop.
 template <class Kernel>
 struct UntilQuiet {
     std::uint32_t at_most = 0xffffffffu;
@@ -48,9 +48,9 @@ struct Loop {
     std::tuple<Steps...> steps{};
 };
 
-/// Runs its steps, in order, if a word of a broadcast is not 0; otherwise votes and mail stay as they are. In
-/// `If<&Wanted::smoothing, Superstep<Smooth>>`, `Flag` points to a std::uint32_t member of the broadcast `Wanted`. No kernel need take
-/// that broadcast. The host decides, once per run. For a condition that tiles decide, use a `Loop` with `at_most` 1.
+/// Runs its steps, in order, if a word of a broadcast is not 0. Otherwise votes and mail stay as they are. Example:
+/// `If<&Wanted::smoothing, Superstep<Smooth>>`. `Flag` points to a std::uint32_t member of the broadcast `Wanted`. No kernel need take that
+/// broadcast. The host decides, once per run. For a condition that tiles decide, use a `Loop` with `at_most` 1.
 template <auto Flag, class... Steps>
 struct If {
     std::tuple<Steps...> steps{};
@@ -135,7 +135,7 @@ using StepsOf = typename StepTraits<Program>::Steps;
 template <class Step>
 using KernelOf = typename StepTraits<Step>::Kernel;
 
-/// Where a Loop is: its place among a program's Loops (an outer Loop comes before its inner ones), and the places of its steps.
+/// The place of a Loop: its index among a program's Loops (an outer Loop comes before its inner ones), and the places of its steps.
 struct LoopAt {
     std::uint32_t index = 0, first = 0, last = 0;
 };

@@ -7,29 +7,30 @@
 
 /// A superstep of a program as a Poplar vertex. Experimental until an SDK has compiled it.
 ///
-/// Kernel code: what popc compiles. One codelet file a program:
+/// This is kernel code, which popc compiles. A program has one codelet file:
 /// ```
 /// #include <tilemesh/poplar/codelet.hpp>
 /// #include "heat.hpp"
 /// TILEMESH_VERTEX(heat_Diffuse, tilemesh::Mk2, Heat, Diffuse)
 /// ```
-/// `TILEMESH_VERTEX(name, Machine, Program, Kernel)` for a kernel that one worker runs, `TILEMESH_MULTI_VERTEX` for one that takes
-/// `Worker`. A name is what the graph looks for: its prefix, `_`, and `name_of<Kernel>()` with `_` for a space.
+/// Use `TILEMESH_VERTEX(name, Machine, Program, Kernel)` for a kernel that one worker runs, and `TILEMESH_MULTI_VERTEX` for a kernel that
+/// takes `Worker`. The graph looks for the name: its prefix, `_`, and `name_of<Kernel>()` with `_` for a space.
 ///
-/// Every vertex has the same three lists, whatever its kernel touches, because fields may be neither structs nor depend on a
-/// template (hardware: records are words). In the order of the kernel's parameters:
-///   reads   who runs; states taken as `X const&`; of each channel of the kernel the four incoming ends (only their heads where
-///           it just sends); broadcasts
+/// Every vertex has the same three lists, for any kernel, because fields may neither be structs nor depend on a template (hardware: records
+/// are words). They are in the order of the kernel's parameters:
+///   reads   the tiles that must run; states taken as `X const&`; of each channel of the kernel the four incoming ends (only their heads if
+///           the kernel only sends on it); broadcasts
 ///   keeps   the tile's log; states taken as `X&`
-///   sends   one word of what it says; on a Traced machine what it did; of each channel it sends on the four outgoing ends
-/// Compile with -DNDEBUG: a tile has nobody to report a broken contract to, and what is behind one stays safe.
+///   sends   one word: the tile's vote and the channels on which it sent; on a Traced machine its sample; of each channel on which it
+///           sends the four outgoing ends
+/// Compile with -DNDEBUG: a tile cannot report a broken contract, and the code after one is safe.
 ///
-/// The classes are literal: macros instead of templates, because how popc names an instance with class-type arguments is not
-/// documented.
+/// The classes are written by macros instead of templates, because the documents do not say how popc names an instance with class-type
+/// arguments.
 
 namespace tilemesh { inline namespace v0_2 { namespace on_poplar {
 
-/// How a vertex of any of the two kinds computes.
+/// The computation of a vertex of either kind.
 template <class Machine, class Program, class Kernel>
 class Codelet {
     using Traits = KernelTraits<Kernel>;
@@ -40,7 +41,7 @@ class Codelet {
     static constexpr bool traced = is_traced<Machine>;
     static_assert(AllLinks::count <= 31, "a tile says in one word on which channels it sent (31 fit); use fewer channels");
 
-    /// What run_kernel needs, out of the vertex's fields.
+    /// The source that run_kernel needs, made from the vertex's fields.
     template <class Vertex>
     struct Source {
         Vertex& vertex;
@@ -77,7 +78,7 @@ class Codelet {
         TILEMESH_KERNEL Worker worker() noexcept { return share; }
     };
 
-    /// An edge as the words that views are made of. Views of what a kernel takes const have no member that writes.
+    /// An edge as the words of which views are made. A view of a const parameter has no member that writes.
     template <class Edge>
     TILEMESH_KERNEL static std::uint32_t* words(Edge& edge) noexcept
     {
@@ -98,7 +99,7 @@ class Codelet {
             return {nullptr, words(edge), 1};
     }
 
-    /// Is there unread mail for the kernel, or under what it sends?
+    /// Is there unread mail for the kernel, or in a channel on which it sends?
     template <class C, class Vertex>
     TILEMESH_KERNEL static bool unread(Vertex& vertex) noexcept
     {
@@ -122,7 +123,7 @@ class Codelet {
         return (false || ... || (!Traits::template reads<C> && unread<C>(vertex)));
     }
 
-    /// Empties the outgoing ends: they may hold anything.
+    /// Empties the outgoing ends, because they may hold any words.
     template <class C, class Vertex>
     TILEMESH_KERNEL static void empty_one([[maybe_unused]] Vertex& vertex) noexcept
     {
@@ -179,7 +180,7 @@ class Codelet {
         (peak_of<A>(vertex, log), ...);
     }
 
-    /// Whether the tile has to run: an engine's rule, from this tile's own words.
+    /// Must the tile run? This is an engine's rule, decided from the tile's own words.
     template <class Vertex>
     TILEMESH_KERNEL static bool has_to_run(Vertex& vertex, std::uint32_t const* log) noexcept
     {
@@ -188,7 +189,7 @@ class Codelet {
                has_mail(vertex, Links{});
     }
 
-    /// Writes down what the pass did, before the exchange.
+    /// Records the work of the pass, before the exchange.
     template <class Vertex>
     static void sample(Vertex& vertex, bool ran) noexcept
     {
@@ -215,7 +216,7 @@ class Codelet {
             }
     }
 
-    /// Says so in the log, which every program has the first two words of, and sends nothing.
+    /// Writes a refusal into the log, whose first two words every program has, and sends nothing.
     template <class Vertex>
     static void refuse(Vertex& vertex) noexcept
     {
@@ -232,7 +233,7 @@ public:
                       "a kernel that takes Worker is a TILEMESH_MULTI_VERTEX, any other a TILEMESH_VERTEX (workers of a Vertex would "
                       "not share its work); use the other macro");
         auto* const log = words(vertex.keeps[0]);
-        if (vertex.program != program_mark<Machine, Program>) { // an old codelet file: nothing here is what it takes it for
+        if (vertex.program != program_mark<Machine, Program>) { // an old codelet file: the words have another meaning
             if (worker == 0) refuse(vertex);
             return true;
         }
@@ -245,8 +246,8 @@ public:
                 return true;
             }
         if constexpr (Traits::multi_worker) {
-            // A tile that need not run may: it changes nothing. So no worker waits for what worker 0 finds out. Sizes of lists are
-            // the same before and after (see Worker), so that worker 0 may look.
+            // A tile that need not run may run: this changes nothing. So no worker has to wait for worker 0's decision. The sizes of lists
+            // are equal before and after (see Worker), so worker 0 may read them.
             if (worker >= Machine::workers) return true;
             Source<Vertex> source{vertex, {worker, Machine::workers}};
             run_kernel<Kernel>(source);

@@ -15,28 +15,29 @@
 
 namespace tilemesh { inline namespace v0_2 {
 
-/// What a PoplarMesh runs on.
+/// Options of a PoplarMesh.
 struct PoplarOptions {
     poplar::Device const* device = nullptr; ///< attached; must outlive the mesh
-    std::string codelets;                   ///< what popc made of the program's codelet file, or that file
-    std::string prefix;                     ///< of its vertices' names: PREFIX_KERNEL
-    bool count_supersteps = true; ///< false, and no UntilQuiet in the program: no reductions; StepCounters::supersteps stays 0
-    bool digest = false;          ///< not to be had here: no host sees the words between supersteps
+    std::string codelets;                   ///< the output of popc for the program's codelet file, or that file itself
+    std::string prefix;                     ///< prefix of its vertices' names: PREFIX_KERNEL
+    bool count_supersteps = true; ///< false, for a program without UntilQuiet: no reductions; StepCounters::supersteps stays 0
+    bool digest = false;          ///< not available here: no host sees the words between supersteps
 };
 
-/// Runs a program on an IPU, through Poplar: the members of Mesh, the same bits and counters, from the same kernels
-/// (poplar/codelet.hpp) on the graph that the program's type describes (poplar/program_graph.hpp). So
-/// `BasicRenderer<S, PoplarMesh>` is a renderer. Experimental until an SDK has compiled it.
+/// Runs a program on an IPU, through Poplar. It has the members of Mesh, and gives the same bits and counters. It runs the same kernels
+/// (poplar/codelet.hpp) on the graph that the program's type describes (poplar/program_graph.hpp). So `BasicRenderer<S, PoplarMesh>` is a
+/// renderer. Experimental until an SDK has compiled it.
 ///
-/// The host keeps a mirror of each state: `state` brings a region (all tiles of it) when the device has changed it, and a region
-/// that was taken without const goes back before the next run. What `state` gave is good until then: take it again after a run. A run
-/// itself moves broadcasts there and the log back.
+/// The host keeps a mirror of each state. `state` fetches a region (of all tiles) if the device has changed it. A region that was taken
+/// without const goes back before the next run. A reference or view from `state` is valid until the next run; take it again after a run. A
+/// run itself moves broadcasts to the device, and the log back.
 ///
-/// The graph is built by the first `run`; it takes as long as Poplar does. Limits cannot change after that.
+/// The first `run` builds the graph, which takes as long as Poplar needs. Limits cannot change after that.
 ///
-/// Errors: throws Error for a device that is too small, codelets that do not load or are another program's, a program that Poplar
-/// finds no room for, an observer, digests, what stops a run, and a run in which a kernel sent over unread mail; after the last two
-/// the mesh refuses to run again. Codelets are built with NDEBUG, so a broken contract in a kernel is not reported.
+/// Errors: it throws Error for a device that is too small, for codelets that do not load or belong to another program, for a program for
+/// which Poplar finds no room, for an observer, for digests, for an error that stops a run, and for a run in which a kernel sent over
+/// unread mail. After the last two the mesh refuses to run again. Codelets are built with NDEBUG, so a broken contract in a kernel is not
+/// reported.
 template <class Program, class Machine = Mk2>
 class PoplarMesh : public engine::TileStore<Program, false> {
     using Base = engine::TileStore<Program, false>;
@@ -76,8 +77,8 @@ public:
     PoplarMesh(PoplarMesh const&) = delete;
     PoplarMesh& operator=(PoplarMesh const&) = delete;
 
-    /// Limits this buffer to `items` items, or this channel to `items` slots, on every tile. The limit is at most the slots that the mesh
-    /// was built with. A channel that gets its slots by `limit` alone takes at most what the SRAM holds.
+    /// Limits this buffer to `items` items, or this channel to `items` slots, on every tile. The limit may be at most the slots with which
+    /// the mesh was built. For a channel that gets its slots only by `limit`, it may be at most the slots that fit the SRAM.
     template <class X>
     void limit(std::uint32_t items)
     {
@@ -91,7 +92,7 @@ public:
         }
     }
 
-    /// Tile t's state X: a reference to a struct, or a view of a Buffer. Only between runs.
+    /// Tile t's state X: a reference to a struct, or a view of a Buffer. Call it only between runs.
     template <class X>
     decltype(auto) state(TileId t)
     {
@@ -134,22 +135,22 @@ public:
             throw Error("an observer of a PoplarMesh (the host sees nothing between supersteps); observe a Mesh, which takes the same "
                         "ones");
     }
-    /// f(0, 1): the host has one thread here.
+    /// Calls f(0, 1): the host has one thread here.
     template <class F>
     void on_threads(F const& f)
     {
         f(0u, 1u);
     }
 
-    /// The last run, superstep by superstep: that of a Mesh. On a Traced machine only, which streams 56 bytes a tile to the host after
-    /// each superstep.
+    /// The trace of the last run, superstep by superstep, equal to that of a Mesh. Only on a Traced machine, which streams 56 bytes per
+    /// tile to the host after each superstep.
     Trace const& trace() const noexcept
     {
         static_assert(Builder::traced, "a mesh without a trace (its machine is not Traced); build it for Traced<Machine>");
         return trace_;
     }
 
-    /// Builds and loads the graph, unless it is. Throws Error.
+    /// Builds and loads the graph if this has not been done. Throws Error.
     void prepare()
     {
         if (engine_) return;
@@ -162,7 +163,7 @@ public:
         }
     }
 
-    /// Runs the whole program once. Milliseconds of steps stay 0: nobody on the host sees where one ends.
+    /// Runs the whole program once. The milliseconds of steps stay 0, because the host does not see when a step ends.
     RunCounters run()
     {
         if (broken_) throw Error("a mesh that stopped on an error cannot run again (its state is half a superstep); build a new one");
@@ -181,7 +182,7 @@ public:
         return counters;
     }
 
-    /// The graph's answers to questions of tests and tools; after `prepare`.
+    /// The graph and the engine, for tests and tools; call `prepare` first.
     poplar::Graph const& graph() const noexcept { return *graph_; }
     poplar::Engine const& engine() const noexcept { return *engine_; }
 
@@ -200,7 +201,7 @@ private:
             throw Error(std::string("a run that Poplar stopped (") + e.what() + "); look at the device, and build a new mesh");
         }
     }
-    /// In two steps, because what is wrong has two causes.
+    /// In two steps, because an error can have two causes.
     void build()
     {
         std::vector<poplar::program::Program> programs;
@@ -256,9 +257,9 @@ private:
         add_incoming(programs, builder, Links{});
         return programs;
     }
-    /// Handles of streams must differ, names of regions need not.
+    /// The handles of streams must differ; the names of regions need not.
     std::string handle(std::string const& name) const { return "stream " + std::to_string(streams_.size()) + ": " + name; }
-    /// The host's words to tile 0, and from there to all: each tile holds its own.
+    /// Sends the host's words to tile 0, and from there to all tiles; each tile holds its own copy.
     void receive(poplar::program::Sequence& to, std::string const& name, poplar::Tensor const& tensor, std::vector<std::uint32_t>& words)
     {
         auto const stream = graph_->addHostToDeviceFIFO(handle("to " + name), poplar::UNSIGNED_INT, words.size());
@@ -343,7 +344,7 @@ private:
     }
 
     // --- states between runs ----------------------------------------------------------------------------------------------
-    /// f(words on the device, the same in the store) for each tile; live words only.
+    /// Calls f(words on the device, the same words in the store) for each tile; live words only.
     template <class X, class F>
     void for_each_tile(F const& f)
     {
@@ -421,7 +422,7 @@ private:
     }
     std::uint32_t word(std::uint32_t tile, std::uint32_t at) const noexcept { return log_[std::size_t{tile} * Log::words + at]; }
 
-    /// The passes that a program makes whatever its tiles vote.
+    /// The passes that a program makes for any votes of its tiles.
     struct StaticPasses {
         PoplarMesh& mesh;
         std::array<std::uint64_t, StepsOf<Program>::count + 1> of_step;
@@ -486,19 +487,19 @@ private:
     }
     Options options_;
     on_poplar::RunRectangle rectangle_;
-    Program built_{};                                          ///< the program that the graph was built for
+    Program built_{};                                          ///< the program for which the graph was built
     std::unique_ptr<poplar::Graph> graph_;
     std::vector<std::uint32_t> rectangle_words_, log_, run_log_;
     std::vector<on_poplar::PassSample> samples_;
     Trace trace_;
     std::array<std::vector<std::uint32_t>, Shareds::count + 1> broadcast_words_;
     std::vector<std::pair<std::string, std::uint32_t*>> streams_;
-    engine::Arena staging_;                            ///< one region of all tiles, between host and device
+    engine::Arena staging_;                            ///< one region of all tiles, on the way between host and device
     std::array<engine::Arena, Links::count + 1> incoming_;
-    std::array<bool, States::count + 1> stale_{};              ///< the device has changed it since
-    std::array<bool, States::count + 1> dirty_{};              ///< the host may have
+    std::array<bool, States::count + 1> stale_{};              ///< has the device changed it since?
+    std::array<bool, States::count + 1> dirty_{};              ///< may the host have changed it?
     std::array<bool, Links::count + 1> incoming_stale_{};
-    std::unique_ptr<poplar::Engine> engine_;                   ///< last: it uses the others' words
+    std::unique_ptr<poplar::Engine> engine_;                   ///< last: it uses the words of the other members
     bool broken_ = false;
 };
 

@@ -36,22 +36,22 @@ constexpr bool kernels_have_names_of_their_own(Types<Step...>) noexcept
 }
 } // namespace detail
 
-/// A program as a Poplar graph: its variables, vertices, exchanges and control flow, made by walking the program's type. Experimental
-/// until an SDK has compiled it.
+/// A program as a Poplar graph: its variables, vertices, exchanges and control flow, made by walking the program's type. Experimental until
+/// an SDK has compiled it.
 ///
-/// Variables. One a state, {tiles, words}, row i on tile i: a list is its head and its items; eight a channel, one an end
-/// (`memory_of` channels lie in their host's); one a broadcast. Their bytes are the lines of `Tile<Machine, Program>`'s ledger;
-/// what comes on top is in `on_poplar::ledger` (poplar/ledger.hpp).
+/// Variables. One for each state, {tiles, words}, with row i on tile i; a list is its head and its items. Eight for each channel, one per
+/// end (`memory_of` channels lie in those of their host). One for each broadcast. Their bytes are the lines of `Tile<Machine, Program>`'s
+/// ledger; `on_poplar::ledger` (poplar/ledger.hpp) lists the additional bytes.
 ///
-/// Exchange. After a kernel that sends on a channel each outgoing end is copied whole to the incoming end it faces, credits
-/// (notes) included, in one Copy a superstep; nothing else moves between tiles but broadcasts, and the votes where the program
-/// asks for them. A channel that was only read has the heads of its incoming ends cleared.
+/// Exchange. After a kernel that sends on a channel, each outgoing end is copied whole to the incoming end that it faces, including credits
+/// (notes), in one Copy per superstep. Nothing else moves between tiles except broadcasts, and votes if the program needs them. If a
+/// channel was only read, the heads of its incoming ends are cleared.
 ///
-/// Control. `Repeat` and `If` are Poplar's. `UntilQuiet` is RepeatWhileTrue on a word that two reductions make of the tiles' words: first by
-/// rows, then on tile 0. `Loop` is RepeatWhileTrue on the same word, after its last superstep. The graph looks for codelets called
+/// Control. `Repeat` and `If` are Poplar's. `UntilQuiet` is RepeatWhileTrue on a word that two reductions compute from the tiles' words:
+/// first by rows, then on tile 0. `Loop` is RepeatWhileTrue on the same word, after its last superstep. The graph looks for codelets called
 /// PREFIX_KERNEL: the kernel's name with `_` for a space.
 ///
-/// Grids: up to 65,535 x 65,535 and what the target has; tile (x, y) is Poplar's tile y * width + x.
+/// Grids: up to 65,535 x 65,535, within the target's tiles. Tile (x, y) is Poplar's tile y * width + x.
 template <class Program, class Machine>
 class ProgramGraph {
 public:
@@ -66,14 +66,14 @@ public:
                   "two kernels of a program with one name (a codelet is found by it; arguments of templates are not part of it); give each "
                   "a static constexpr char const* name");
 
-    /// Slots of each list and channel that are connected and exchanged, in the order of the layout: at most what it has.
+    /// The slots of each list and channel that are connected and exchanged, in the order of the layout: at most those that it has.
     struct Slots {
         std::array<std::uint32_t, States::count + 1> states{};
         std::array<std::uint32_t, Links::count + 1> links{};
     };
 
-    /// Adds the variables; the graph must have the codelets already. `count`: account for every pass, also where the program has no
-    /// use for votes (two small compute sets a superstep). Throws what Poplar throws.
+    /// Adds the variables; the graph must have the codelets already. `count`: account for every pass, even if the program needs no votes
+    /// (two small compute sets per superstep). Throws the exceptions of Poplar.
     ProgramGraph(::poplar::Graph& graph, Grid grid, std::string prefix, MeshSizes<Program> const& sizes, Slots const& slots, bool count)
         : graph_(graph), grid_(grid), prefix_(std::move(prefix)), sizes_(sizes), slots_(slots), counts_(count || needs_votes(Steps{}))
     {
@@ -98,7 +98,7 @@ public:
     /// The stream that brings the PassSample of all tiles after each pass; on a Traced machine only.
     static constexpr char const* samples_handle = "samples";
 
-    /// {tiles, words} of a state: all the words that the layout has for it.
+    /// {tiles, words} of a state: all words that the layout has for it.
     template <class X>
     Tensor const& state() const
     {
@@ -120,7 +120,7 @@ public:
     Tensor const& log() const noexcept { return log_; }
     Tensor const& run_log() const noexcept { return run_log_; }
 
-    /// Run once, before anything else: device memory holds anything.
+    /// Runs once, before any other program, because device memory may hold any words.
     Sequence start()
     {
         std::vector<Tensor> heads{run_log_, log_, said_};
@@ -129,11 +129,11 @@ public:
         all.add(clear("start", heads));
         return all;
     }
-    /// One run of the program; mail, states and broadcasts are as the run before or the host left them.
+    /// One run of the program. Mail, states and broadcasts are as the last run or the host left them.
     Sequence run(Program const& program)
     {
         Sequence all;
-        // Votes and counts begin at nothing; unread mail lives on.
+        // Votes and counts begin at zero; unread mail stays.
         all.add(clear("begin run", {log_, run_log_.slice(RunLog::mail + 1, RunLog::words<Program>)}));
         Interpreter interpreter{*this, &all};
         walk(program, interpreter);
@@ -181,7 +181,7 @@ private:
     {
         ((shareds_[index_in<P>(Shareds{})] = per_tile(text<P>(), sizeof(P) / 4)), ...);
     }
-    /// Which channel's variables C lies in.
+    /// The channel in whose variables C lies.
     template <class C>
     std::uint32_t memory() const noexcept
     {
@@ -340,7 +340,7 @@ private:
         ((apart = apart && (used >> possible_memory<C>() & 1u) == 0, used |= 1u << possible_memory<C>()), ...);
         return apart;
     }
-    /// Compute, exchange, and what read mail leaves.
+    /// Compute, exchange, and the clearing of read mail.
     template <class K>
     Sequence pass(Task task)
     {
@@ -421,7 +421,7 @@ private:
         add(sent.slice(edge, edge + 1, axis), returns.slice(edge, edge + 1, axis));
     }
 
-    /// What all tiles said, in the run's log; `reads`: the channels whose mail makes another pass.
+    /// Writes the votes of all tiles into the run's log. `reads`: the channels whose mail makes another pass.
     template <class K>
     Sequence account(std::uint32_t reads)
     {

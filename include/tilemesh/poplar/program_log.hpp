@@ -1,30 +1,30 @@
 #pragma once
 #include <tilemesh/machine/operations.hpp>
 
-/// The same program as Poplar codelets and a Poplar graph: what its vertices and its host agree on. Kernel code.
+/// The same program as Poplar codelets and as a Poplar graph: the words on which its vertices and its host agree. Kernel code.
 ///
 /// All of poplar/ is experimental until an SDK has compiled it: names and layouts here may change.
 namespace tilemesh { inline namespace v0_2 { namespace on_poplar {
 
-/// What a tile writes down in a run, word by word; the host reads it when the run is over. Cost: 12 bytes, 4 a step and 4 a
-/// channel of the step, 4 a list and 4 a channel of the program.
+/// The log that a tile writes in a run, word by word; the host reads it after the run. Cost: 12 bytes, 4 for each step and for each channel
+/// of the step, and 4 for each list and each channel of the program.
 template <class Program, class = StepsOf<Program>, class = Needs<Program>>
 struct TileLog;
 template <class Program, class... Step, class... S, class... L, class... P>
 struct TileLog<Program, Types<Step...>, RegionTypes<Types<S...>, Types<L...>, Types<P...>>> {
-    static constexpr std::uint32_t vote = 0;   ///< of the tile's last run
+    static constexpr std::uint32_t vote = 0;   ///< vote of the tile's last run
     /// 1 + the first step that sent over unread mail; 0: none; `other_program`: a vertex was compiled for another program.
     static constexpr std::uint32_t broken = 1;
     static constexpr std::uint32_t other_program = 0xffffffffu;
-    static constexpr std::uint32_t ran = 2; ///< 1: in the last pass the tile had to run
-    /// Where step i begins: how often the tile ran, then for each channel of its kernel the messages sent.
+    static constexpr std::uint32_t ran = 2; ///< 1: the tile had to run in the last pass
+    /// The place of step i: the number of times that the tile ran, then for each channel of its kernel the messages sent.
     static constexpr std::uint32_t step(std::uint32_t i) noexcept
     {
         std::uint32_t at = 3, n = 0;
         ((at += n++ < i ? 1 + KernelTraits<KernelOf<Step>>::Links::count : 0), ...);
         return at;
     }
-    /// The most items that a list, or any side of a channel, held at the end of a compute phase.
+    /// The most items that a list, or any side of a channel, held at the end of a pass.
     template <class X>
     static constexpr std::uint32_t state_peak() noexcept
     {
@@ -38,23 +38,23 @@ struct TileLog<Program, Types<Step...>, RegionTypes<Types<S...>, Types<L...>, Ty
     static constexpr std::uint32_t words = step(sizeof...(Step)) + static_cast<std::uint32_t>(sizeof...(S) + sizeof...(L));
 };
 
-/// What a tile reports of each pass for the host's Trace, on a Traced machine only. 15 words.
+/// The report of a tile about a pass, for the host's Trace; only on a Traced machine. 15 words.
 struct PassSample {
     static constexpr char const* name = "sample";
-    std::uint32_t step; ///< of the program
+    std::uint32_t step; ///< number of the step in the program
     std::uint32_t ran;  ///< 0: the tile did not run, and the rest has no meaning
     OperationCounts operations;
     std::uint32_t sent_bytes[4];
 };
 static_assert(sizeof(PassSample) == 15 * 4, "a sample goes to the host word by word");
 
-/// What one tile writes down for all: who has mail, and how often each step ran.
+/// The log that one tile writes for all: the channels with mail, and the number of runs of each step.
 struct RunLog {
     static constexpr std::uint32_t mail = 0; ///< bit i: channel i of the program holds unread mail on some tile; outlives a run
     static constexpr std::uint32_t busy = 1; ///< 1: a tile voted busy in the superstep before
     static constexpr std::uint32_t left = 2; ///< passes that an UntilQuiet may still take
-    static constexpr std::uint32_t step(std::uint32_t i) noexcept { return 3 + 2 * i; } ///< passes, then those that sent
-    /// Where the words of Loop l begin: the rounds that it may still make, then the rounds that it made in this run.
+    static constexpr std::uint32_t step(std::uint32_t i) noexcept { return 3 + 2 * i; } ///< passes, then passes that sent
+    /// The place of Loop l's words: the rounds that it may still make, then the rounds that it made in this run.
     template <class Program>
     static constexpr std::uint32_t loop(std::uint32_t l) noexcept
     {
@@ -105,14 +105,14 @@ constexpr std::uint32_t program_mark_on(std::uint32_t workers, bool traced) noex
 template <class Machine, class Program>
 inline constexpr std::uint32_t program_mark = program_mark_on<Program>(Machine::workers, is_traced<Machine>);
 
-/// What a tile says after each pass: bit 0 is its vote, bit 1 + i that it sent on channel i of the program.
+/// The word that a tile sends after each pass: bit 0 is its vote; bit 1 + i is set if it sent on channel i of the program.
 inline constexpr std::uint32_t said_busy = 1;
 constexpr std::uint32_t said_mail(std::uint32_t channel) noexcept
 {
     return 2u << channel;
 }
 
-/// Bits of the program's channels that a kernel reads, or touches at all.
+/// The bits of the program's channels that a kernel reads, or that it touches at all.
 template <class Program, class Kernel, class... L>
 constexpr std::uint32_t links_read(Types<L...>) noexcept
 {
@@ -126,11 +126,11 @@ constexpr std::uint32_t links_touched(Types<L...>) noexcept
     return (0u | ... | (1u << index_in<L>(typename Needs<Program>::Links{})));
 }
 
-/// When a vertex runs its kernel.
+/// The condition on which a vertex runs its kernel.
 enum class Task : std::uint32_t {
-    if_needed, ///< where the tile voted busy or has mail: UntilQuiet
+    if_needed, ///< if the tile voted busy or has mail: UntilQuiet
     always,    ///< in the rectangle of RunRectangle, and elsewhere if needed
-    sample     ///< not at all: it says what the pass before did (a kernel of all workers cannot, while they run)
+    sample     ///< never; it reports the work of the pass before (a kernel of all workers cannot do so while they run)
 };
 
 /// The columns and rows whose tiles every Superstep and Repeat runs (Mesh::run_within): words of a broadcast of its own.
