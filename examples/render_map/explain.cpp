@@ -47,8 +47,8 @@ std::string exploring_option(Options const& o)
     if (o.choice.preset != Preset::lossless) return o.choice.preset == Preset::paper ? "--preset paper" : "--preset prototype";
     if (o.choice.engine != EngineKind::threads) return "--engine sequential";
     if (o.renderer.hops != 0) return "--hops";
-    if (o.renderer.channel_slots != 0) return "--channel-slots";
-    if (o.renderer.storage_slots != 0) return "--storage-slots";
+    if (o.channel_slots) return "--channel-slots";
+    if (o.storage_slots) return "--storage-slots";
     if (o.choice.saturation) return "--saturation";
     if (o.choice.copies) return "--copies";
     if (o.choice.pixels) return "--pixels";

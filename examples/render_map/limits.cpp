@@ -2,6 +2,7 @@
 #include "choice.hpp"
 #include <algorithm>
 #include <cstdint>
+#include <initializer_list>
 #include <optional>
 #include <string>
 #include <tilemesh/error.hpp>
@@ -150,9 +151,8 @@ struct Other {
     std::string words;
     SetupChoice setup;
 };
-/// The setups that one more option would give. `lossless` is the only preset among them, because a preset that drops loses records
-/// elsewhere.
-std::vector<Other> others(Options const& options, Needs const& needs)
+/// The setups that one more option would give: one of these presets, the test machine, or records without harmonics.
+std::vector<Other> others(Options const& options, Needs const& needs, std::initializer_list<Preset> presets)
 {
     std::vector<Other> list;
     auto const add = [&](std::string words, Choice const& choice, tilemesh::scene::Demand const& demand) {
@@ -160,8 +160,10 @@ std::vector<Other> others(Options const& options, Needs const& needs)
         if (fits(setup)) list.push_back({std::move(words), setup});
     };
     auto choice = options.choice;
-    choice.preset = Preset::lossless;
-    if (options.choice.preset != Preset::lossless) add("--preset lossless", choice, needs.used);
+    for (auto const preset : presets) {
+        choice.preset = preset;
+        if (options.choice.preset != preset) add(std::string("--preset ") + setup_of(choice, 0).name, choice, needs.used);
+    }
     choice = options.choice;
     choice.machine = MachineKind::test;
     if (options.choice.machine != MachineKind::test) add("--machine test", choice, needs.used);
@@ -191,7 +193,7 @@ void check_slots(Options const& options, Needs const& needs)
             why += "; without this option the machine is cut to what the scene needs and has " + thousands(fitted);
         auto remedy = "choose 1 to " + std::to_string(most);
         std::string separator = ", or what has room for " + thousands(*asked) + ": ";
-        for (auto const& other : others(options, needs)) {
+        for (auto const& other : others(options, needs, {Preset::lossless, Preset::paper, Preset::prototype})) {
             if (*asked == 0 || slots_of(other.setup) < *asked) continue;
             remedy += separator + other.words;
             separator = " or ";
@@ -215,8 +217,9 @@ std::string roomier(Options const& options, Needs const& needs, std::uint64_t sl
         if (has >= slots) text += (text.empty() ? "" : ", or ") + words + " (" + thousands(has) + " slots a tile)";
     };
     auto const without = options.storage_slots ? " without --storage-slots" : "";
+    // Of the presets only `lossless`: the others drop what finds a channel full.
     if (options.storage_slots) add("no --storage-slots", setup_for(options.choice, needs.used).sizes.storage);
-    for (auto const& other : others(options, needs)) add(other.words + without, other.setup.sizes.storage);
+    for (auto const& other : others(options, needs, {Preset::lossless})) add(other.words + without, other.setup.sizes.storage);
     return text;
 }
 

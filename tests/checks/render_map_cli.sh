@@ -337,12 +337,15 @@ refuses "without --frames" --orbit 3
 refuses "without --trajectory" --relative
 refuses "both given" --orbit 1 --frames 2 --trajectory walk.tum
 refuses "both given" --engine sequential --threads 2
-refuses "has 1 to 2,000 slots of 136 bytes a tile for records of degree 0, in 272,000 of a tile's 638,976 bytes; without this option the machine is cut to what the scene needs and has 2,941); choose 1 to 2000, or what has room for 2,900: --machine test$" --storage-slots 2900
+refuses "has 1 to 2,000 slots of 136 bytes a tile for records of degree 0, in 272,000 of a tile's 638,976 bytes; without this option the machine is cut to what the scene needs and has 2,941); choose 1 to 2000, or what has room for 2,900: --preset paper or --machine test$" --storage-slots 2900
 runs $small --storage-slots 2000
 runs $small --storage-slots 2001 --machine test
 refuses "has 1 to 800 slots" --storage-slots 801 --preset prototype
-refuses "choose 1 to 100, or what has room for 101: --preset lossless$" --channel-slots 101 --preset prototype
+refuses "choose 1 to 100, or what has room for 101: --preset lossless or --preset paper$" --channel-slots 101 --preset prototype
 runs $small --preset lossless --channel-slots 101
+refuses "choose 1 to 200, or what has room for 201: --preset paper$" --channel-slots 201
+runs $small --preset paper --channel-slots 201
+runs $small --preset paper --storage-slots 2900
 refuses "^--channel-slots cannot be 0 (preset lossless on machine mk2 has 1 to 200 slots a channel for records of degree 0, in 198,400 of a tile's 638,976 bytes); choose 1 to 200$" --channel-slots 0
 refuses "has 1 to 40,000 slots" --storage-slots 0 --machine test
 for preset in paper prototype; do
