@@ -71,3 +71,16 @@ TEST_CASE("depth ties: the picture does not depend on the order in which records
     auto const second = support::make_runner<support::Whole>(support::map_of(gaussians), options);
     CHECK(support::differing_pixels(first->render(camera).image, second->render(camera).image) == 0);
 }
+
+TEST_CASE("depth ties: a record in the slot of one that left has its own place in the order")
+{
+    auto gaussians = support::cloud(300, 12);
+    for (auto& g : gaussians) g.mean_world[2] = 2; // all at one depth, so only ids order them
+    auto camera = support::lens(90, 60);
+    auto const runner = support::make_runner<support::Whole>(support::map_of(gaussians), {.grid = {3, 3}, .sizes = support::sized<support::Whole>(8, 400)});
+    for (int step = 0; step < 8; ++step, camera.position[0] += 0.2f) { // records cross tiles: slots are left and taken again
+        auto const frame = runner->render(camera);
+        CHECK(frame.report.lost.empty());
+        CHECK(support::differing_pixels(frame.image, tilemesh::report::render_naive(gaussians, camera, Model{})) == 0);
+    }
+}

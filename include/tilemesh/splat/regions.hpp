@@ -162,7 +162,6 @@ template <class Record>
 struct AddressedRecord {
     Record record;
     TileId anchor;
-    static constexpr std::uint32_t wire_bytes = ::tilemesh::wire_bytes<Record> + sizeof(TileId);
 };
 using Addressed = AddressedRecord<Gaussian>;
 /// A copy in projected form: 60 bytes, valid for this frame's view only.
