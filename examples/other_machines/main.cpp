@@ -4,7 +4,7 @@
 // usage: other_machines [--whole] [--out DIR]
 // --whole: all of the wafer (100 s on two cores and 10.4 GB when it was measured); otherwise 160 x 136 tiles from its middle
 // --out DIR: also each machine's cold start in files: a page (.html), its trace by tile and by superstep (.csv), a timeline for
-//   ui.perfetto.dev (.trace.json), maps of load, channel fill, busy and idle cycles (.ppm), and the cost model (.model.txt)
+//   ui.perfetto.dev (.trace.json), the numbers of its maps (.maps.csv), and the cost model (.model.txt)
 #include "machines.hpp"
 #include "report_on.hpp"
 #include <cstddef>

@@ -42,13 +42,21 @@ bool report_on(tilemesh::scene::Map const& map, tilemesh::CostModel const& model
         ok = ok && same && frame.report.lost.empty() && (before == 0 || cost.cycles < before);
         if (before == 0 && !out.empty()) {
             auto const ledger = Shown::Layout::ledger();
-            TileMap load{"load", "Load", "records that a tile stores, copies among them", true, {}};
+            TileMap load{"load", "Load", "records that a tile stores, copies among them", true, {}, "records"};
             for (std::uint32_t t = 0; t < grid.size(); ++t)
                 load.values.push_back(std::as_const(renderer.mesh()).template state<splat::Marks<typename Shown::Policies>>(grid.tile(t)).size());
             auto file = machine;
             std::replace(file.begin(), file.end(), ' ', '_');
-            write_trace_page(out, file, renderer.trace(), model, grid,
-                             {.title = "A cold start on " + machine, .ledger = {ledger.begin(), ledger.end()}, .maps = {load}});
+            TracePage page;
+            page.title = "A cold start on " + machine;
+            page.facts = {{"numbers", assumed_text(model)}};
+            page.ledger.assign(ledger.begin(), ledger.end());
+            page.maps = {load};
+            page.run = "frame";
+            page.because = [&](Bottleneck const& b) { return "it stores " + report::plain_number(load.values[b.tile]) + " records"; };
+            page.picture = &frame.image;
+            page.tile_px = {options.tile.width, options.tile.height};
+            write_trace_page(out, file, renderer.trace(), model, grid, page);
         }
         before = cost.cycles;
     }

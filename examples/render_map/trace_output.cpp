@@ -13,12 +13,18 @@
 #include <stdexcept>
 #include <system_error>
 #include <tilemesh/error.hpp>
+#include <tilemesh/model/bottleneck.hpp>
 #include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/model/cost_table.hpp>
+#include <tilemesh/model/step_costs.hpp>
+#include <tilemesh/model/trace_files.hpp>
+#include <tilemesh/model/trace_maps.hpp>
 #include <tilemesh/model/trace_page.hpp>
+#include <tilemesh/model/trace_section.hpp>
 #include <tilemesh/report/frame_csv.hpp>
 #include <tilemesh/report/frame_report.hpp>
-#include <tilemesh/report/heat_image.hpp>
+#include <tilemesh/report/html.hpp>
+#include <tilemesh/report/number_text.hpp>
 #include <tilemesh/report/plot.hpp>
 #include <tilemesh/report/string_stream.hpp>
 #include <tilemesh/report/table.hpp>
@@ -79,19 +85,19 @@ std::vector<TileMap> heat_maps(tilemesh::Trace const& trace, tilemesh::CostModel
     auto of_trace = tilemesh::trace_maps(trace, model, grid); // channel fill, busy and idle cycles
     std::vector<TileMap> maps;
     maps.push_back({"load", "Load", "records stored when the frame is over, copies among them", true,
-                    of_state([](TileState const& t) { return t.records; })});
+                    of_state([](TileState const& t) { return t.records; }), "records"});
     maps.push_back({"copies", "Copies", "records stored whose anchor is another tile", true,
-                    of_state([](TileState const& t) { return t.copies; })});
+                    of_state([](TileState const& t) { return t.copies; }), "copies"});
     maps.push_back(std::move(of_trace[0]));
     maps.push_back({"refusals", "Refusals", "sends that waited for a full channel or for credit; three waits count three",
-                    true, of_state([](TileState const& t) { return std::uint64_t{t.channel_full} + t.no_credit; })});
+                    true, of_state([](TileState const& t) { return std::uint64_t{t.channel_full} + t.no_credit; }), "sends"});
     maps.push_back(
         {"drops", "Drops", "records and copies that found no storage, and copies given up at a full channel", true,
-         of_state([](TileState const& t) { return std::uint64_t{t.storage_full} + t.copies_full + t.copies_refused; })});
+         of_state([](TileState const& t) { return std::uint64_t{t.storage_full} + t.copies_full + t.copies_refused; }), "records"});
     maps.push_back(std::move(of_trace[1]));
     maps.push_back(std::move(of_trace[2]));
     maps.push_back(
-        {"pairs", "Pairs", "Gaussian-pixel pairs evaluated", true, of_state([](TileState const& t) { return t.pairs; })});
+        {"pairs", "Pairs", "Gaussian-pixel pairs evaluated", true, of_state([](TileState const& t) { return t.pairs; }), "pairs"});
     return maps;
 }
 
@@ -102,15 +108,24 @@ std::string three_digits(double value)
     auto const end = std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::general, 3);
     return {text.data(), end.ptr};
 }
-std::string tile_text(tilemesh::TileId tile)
-{
-    return "(" + std::to_string(tile.x()) + ", " + std::to_string(tile.y()) + ")";
-}
 std::string plural(std::uint64_t n, char const* what)
 {
     return thousands(n) + " " + what + (n == 1 ? "" : "s");
 }
-
+/// Why the tile takes its time, for the first sentence of the page; empty if it stores nothing.
+std::string reason(std::vector<TileState> const& tiles, std::uint32_t tile)
+{
+    if (tile >= tiles.size() || tiles[tile].records == 0) return {};
+    auto const& t = tiles[tile];
+    double all = 0;
+    for (auto const& other : tiles) all += other.records;
+    return "it stores " + plural(t.records, "record") + ", " + thousands(t.copies) + " of them copies (mean of all tiles: " +
+           report::decimals(all / static_cast<double>(tiles.size()), 0) + ")";
+}
+std::string tile_text(tilemesh::TileId tile)
+{
+    return "(" + std::to_string(tile.x()) + ", " + std::to_string(tile.y()) + ")";
+}
 } // namespace
 
 TraceOutput::TraceOutput(Options const& options)
@@ -147,12 +162,6 @@ std::string TraceOutput::write_no_progress(std::string const& text) const
     return (folder_ / no_progress_file).string();
 }
 
-std::size_t TraceOutput::Section::bytes() const noexcept
-{
-    auto const pictures = picture_png.size();
-    return pictures / 3 * 4 + run.bytes();
-}
-
 report::Modelled TraceOutput::add_frame(std::size_t index, report::RunFrame const& frame, report::Image const& picture,
                                         Instruments& instruments)
 {
@@ -181,30 +190,31 @@ report::Modelled TraceOutput::add_frame(std::size_t index, report::RunFrame cons
     if (auto const text = tilemesh::timeline_below(most_timeline_bytes, trace, model_, grid, note); !text.empty()) write(timeline_file, text);
     else remove_old(timeline_file);
 
-    auto const maps = heat_maps(trace, model_, grid, instruments.tiles());
+    auto const states = instruments.tiles();
+    auto maps = heat_maps(trace, model_, grid, states);
     write(frame_file(index, ".heat.csv"), maps_csv(maps, grid));
-    Section section;
-    std::vector<std::pair<std::string, std::string>> shown_maps;
-    double busy = 0;
-    auto const add_map = [&](TileMap const& map, std::string (*shown)(double)) {
-        auto png = png_bytes(map_image(map, grid));
-        write(frame_file(index, ".heat_" + map.name + ".png"), png);
-        shown_maps.emplace_back(map_caption(map, shown), std::move(png));
-    };
-    for (auto const& map : maps) {
-        add_map(map, report::short_number);
-        if (map.name == "busy_cycles") busy = std::accumulate(map.values.begin(), map.values.end(), 0.0);
-    }
     if (energy) {
         write(frame_file(index, ".energy.csv"), energy_csv(*energy, grid));
-        add_map({"energy", "Energy", "joules of all that is counted", true, energy->joules_of_tile}, report::joules_text);
+        maps.push_back(energy_map(*energy));
     }
+    std::array<std::uint32_t, 2> const tile_px = {frame.tile_px[0], frame.tile_px[1]};
+    for (auto const& map : maps) write(frame_file(index, ".heat_" + map.name + ".png"), png_bytes(map_image(map, grid, tile_px)));
+    auto const busy_map = std::find_if(maps.begin(), maps.end(), [](TileMap const& map) { return map.name == "busy_cycles"; });
+    double const busy = std::accumulate(busy_map->values.begin(), busy_map->values.end(), 0.0);
 
     auto const ms = milliseconds_text(model_, cost.cycles);
     auto const utilisation = report::share_text(busy, static_cast<double>(cost.cycles) * grid.size());
     milliseconds_.emplace_back(static_cast<double>(index), tilemesh::milliseconds(model_, cost.cycles));
+    auto const because = [&](tilemesh::Bottleneck const& bottleneck) { return reason(states, bottleneck.tile); };
+    if (auto const worst = find_bottleneck(model_, trace, cost, grid); frames_ == 0 || cost.cycles > slowest_cycles_) {
+        slowest_ = index;
+        slowest_cycles_ = cost.cycles;
+        slowest_lead_ = bottleneck_text(worst, model_, trace, cost, grid, "frame", worst ? because(*worst) : std::string());
+    }
     if (lines_.size() < most_lines) {
-        lines_.push_back({std::to_string(index) + ": " + r.camera, thousands(cost.supersteps.size()),
+        std::uint64_t exchanges = 0;
+        for (auto const& step : step_costs(trace)) exchanges += step.exchanges;
+        lines_.push_back({std::to_string(index) + ": " + r.camera, thousands(cost.supersteps.size()), thousands(exchanges),
                           thousands(cost.cycles), ms, utilisation});
         for (auto const& column : counter_columns) lines_.back().push_back(thousands(column.count(r)));
         if (energy) lines_.back().push_back(report::joules_text(energy->joules));
@@ -221,20 +231,24 @@ report::Modelled TraceOutput::add_frame(std::size_t index, report::RunFrame cons
     if (followed_ != 0) add_life(index, instruments.life());
 
     if (sections_.size() == most_full_frames || bytes_ > most_report_bytes) return modelled;
+    Section section;
+    section.frame = index;
     section.heading = "Frame " + std::to_string(index) + ": " + r.camera;
-    section.picture_png = png_bytes(picture);
-    section.picture_alt = "the picture, " + std::to_string(r.width) + " by " + std::to_string(r.height) + " pixels";
-    section.facts = {
-        {"modelled", ms + " ms, " + thousands(cost.cycles) + " cycles, " + plural(cost.supersteps.size(), "superstep")},
-        {"tiles", std::to_string(grid.width) + " x " + std::to_string(grid.height) + " of " +
-                      std::to_string(frame.tile_px[0]) + " x " + std::to_string(frame.tile_px[1]) + " pixels, busy " +
-                      utilisation + " of the time"},
-        {frame_file(index, ".trace.json"), note}};
+    section.facts = {{"a tile's part of the picture", std::to_string(tile_px[0]) + " x " + std::to_string(tile_px[1]) + " pixels"},
+                     {frame_file(index, ".trace.json"), note}};
     for (auto const line : report::text_lines) section.facts.emplace_back(line, report::numbers_of(r, line));
-    section.run = trace_section(trace, model_, cost, grid, energy_model_ ? &*energy_model_ : nullptr, energy ? &*energy : nullptr);
-    section.run.maps = std::move(shown_maps);
-    if (energy) section.facts.emplace_back("energy", report::joules_text(energy->joules) + " J");
-    bytes_ += section.bytes();
+    tilemesh::TracePage page;
+    page.energy = energy_model_ ? &*energy_model_ : nullptr;
+    page.png = [](report::Image const& image) { return png_bytes(image); };
+    page.run = "frame";
+    page.because = because;
+    page.picture = &picture;
+    page.tile_px = tile_px;
+    section.run = trace_section(trace, model_, cost, grid, page, maps, energy ? &*energy : nullptr);
+    section.run.figures.emplace_back("copies", thousands(r.copies));
+    section.run.figures.emplace_back("missing", thousands(r.lost.size()));
+    section.run.figures.emplace_back("pairs", thousands(r.pairs));
+    bytes_ += section.run.bytes();
     sections_.push_back(std::move(section));
     return modelled;
 }
@@ -271,12 +285,46 @@ std::string TraceOutput::summary() const
     return cost_text_ + life_text_;
 }
 
-void TraceOutput::add_section(report::HtmlReport& html, Section const& section)
+void TraceOutput::add_frames(report::HtmlReport& html) const
 {
-    html.section(section.heading);
-    html.picture(section.picture_png, section.picture_alt, "");
-    html.key_values(section.facts);
-    tilemesh::add_section(html, section.run, png_bytes(report::heat_legend(256, 12)));
+    auto const head = std::string("Slowest: ");
+    if (frames_ > 1 && slowest_lead_.starts_with(head))
+        html.lead(head + "frame " + std::to_string(slowest_) + " of " + thousands(frames_) + " frames, and in it " + slowest_lead_.substr(head.size()));
+    else if (frames_ > 0) html.lead(slowest_lead_);
+    if (frames_ > 1) {
+        html.section("Frames");
+        std::vector<std::string> headers = {"frame", "passes", "exchanges", "cycles", "ms", "tiles busy"};
+        for (auto const& column : counter_columns) headers.emplace_back(column.header);
+        if (energy_model_) headers.emplace_back("joules");
+        html.table(headers, lines_);
+        if (lines_.size() < frames_)
+            html.paragraph("The first " + thousands(lines_.size()) + " of " + thousands(frames_) + " frames.");
+        report::Plot plot;
+        plot.title = "Modelled time of each frame";
+        plot.x.label = "frame";
+        plot.y.label = "milliseconds";
+        plot.y.low = 0.0;
+        plot.width = 1200;
+        // A dot a pixel is as many as can be seen: of more frames every n-th.
+        auto const every = (milliseconds_.size() + most_lines - 1) / most_lines;
+        plot.series = {{model_.name, {}}};
+        for (std::size_t i = 0; i < milliseconds_.size(); i += every) plot.series[0].points.push_back(milliseconds_[i]);
+        html.svg(svg(plot));
+    }
+    for (auto const& section : sections_) {
+        auto run = section.run;
+        if (frames_ == 1) {
+            run.lead.clear(); // the page begins with it
+            html.section(section.heading);
+            tilemesh::add_section(html, run, section.facts);
+        } else {
+            html.folded_section(section.heading, section.frame == slowest_ ? report::HtmlFold::open : report::HtmlFold::closed,
+                                [&] { tilemesh::add_section(html, run, section.facts); });
+        }
+    }
+    if (sections_.size() < frames_)
+        html.paragraph("The first " + thousands(sections_.size()) + " of " + thousands(frames_) +
+                       " frames are shown in full, so that a browser can open this page; the others' files are beside it.");
 }
 
 void TraceOutput::add_run(report::HtmlReport& html, report::RunReport const& run) const
@@ -299,31 +347,8 @@ void TraceOutput::add_run(report::HtmlReport& html, report::RunReport const& run
     if (energy_model_) facts.emplace_back("energy model", energy_model_->name);
     for (auto const* notes : {&run.map.notes, &run.notes})
         for (auto const& note : *notes) facts.emplace_back("note", note);
-    html.key_values(facts);
-    html.paragraph(
-        "Cycles and milliseconds are modelled, from what the tiles did and the numbers of the cost model: a superstep is the "
-        "slowest tile's compute, then the exchange, a sync, and a vote where the step runs until quiet. What was measured "
-        "on the host is in none of them.");
-    html.section("Frames");
-    std::vector<std::string> headers = {"frame", "supersteps", "cycles", "ms", "tiles busy"};
-    for (auto const& column : counter_columns) headers.emplace_back(column.header);
-    if (energy_model_) headers.emplace_back("joules");
-    html.table(headers, lines_);
-    if (lines_.size() < frames_)
-        html.paragraph("The first " + thousands(lines_.size()) + " of " + thousands(frames_) + " frames.");
-    if (frames_ > 1) {
-        report::Plot plot;
-        plot.title = "Modelled time of each frame";
-        plot.x.label = "frame";
-        plot.y.label = "milliseconds";
-        plot.y.low = 0.0;
-        plot.width = 1200;
-        // A dot a pixel is as many as can be seen: of more frames every n-th.
-        auto const every = (milliseconds_.size() + most_lines - 1) / most_lines;
-        plot.series = {{model_.name, {}}};
-        for (std::size_t i = 0; i < milliseconds_.size(); i += every) plot.series[0].points.push_back(milliseconds_[i]);
-        html.svg(svg(plot));
-    }
+    html.section("The run").key_values(facts);
+    html.paragraph(tilemesh::modelled_text);
 }
 
 void TraceOutput::finish(report::RunReport const& run) const
@@ -333,11 +358,7 @@ void TraceOutput::finish(report::RunReport const& run) const
     for (auto const& frame : run.frames) counters += report::csv_row(frame.report) + "\n";
     write(counters_file, counters);
     report::HtmlReport html("Map " + run.map.name + " on " + run.machine.name);
-    add_run(html, run);
-    for (auto const& section : sections_) add_section(html, section);
-    if (sections_.size() < frames_)
-        html.paragraph("The first " + thousands(sections_.size()) + " of " + thousands(frames_) +
-                       " frames are shown in full, so that a browser can open this page; the others' files are beside it.");
+    add_frames(html);
     if (followed_ != 0) {
         html.section("The life of Gaussian " + std::to_string(followed_));
         html.table({"frame", "anchor tile", "copies", "hops", "copies sent", "refusals"}, lives_);
@@ -350,17 +371,8 @@ void TraceOutput::finish(report::RunReport const& run) const
             "from that side; owed: a copy that could not be sent to that side; refused: one that was given up; dropped: it came to the tile, from that side, and storage was "
             "full (a record that is handed back to the host comes again with the next view); left: no longer on the tile.");
     }
-    html.section("Ledger of a tile's SRAM");
-    Rows rows;
-    std::uint64_t sum = 0;
-    for (auto const& region : run.machine.ledger) {
-        rows.push_back({std::string(region.name.text, region.name.size), region.what, thousands(region.bytes),
-                        region.budgeted ? "" : "outside the budget"});
-        sum += region.budgeted ? region.bytes : 0;
-    }
-    rows.push_back({"in the budget", "", thousands(sum),
-                    report::share_text(static_cast<double>(sum), run.machine.sram_bytes) + " of " + thousands(run.machine.sram_bytes)});
-    html.table({"region", "what", "bytes", ""}, rows);
+    add_run(html, run);
+    add_ledger(html, run.machine.ledger, run.machine.sram_bytes);
     add_parameters(html, model_);
     if (energy_model_) {
         add_parameters(html, *energy_model_);
@@ -368,11 +380,10 @@ void TraceOutput::finish(report::RunReport const& run) const
                        "each worker of a tile had as many as its slowest; the map of pairs has those evaluated. What no event "
                        "stands for is not in the joules, and what these numbers are worth is for their sources to say.");
     }
-    html.section("What the counters mean");
-    rows.clear();
+    Rows rows;
     for (auto const& field : report::report_fields)
         rows.push_back({std::string(field.name), std::string(field.unit), std::string(field.meaning)});
-    html.table({"name in report.json", "unit", "meaning"}, rows);
+    html.folded_section("What the counters mean", report::HtmlFold::closed, [&] { html.table({"name in report.json", "unit", "meaning"}, rows); });
     write(page_file, html.str());
 }
 

@@ -49,16 +49,16 @@ public:
 private:
     /// What the report shows of a frame.
     struct Section {
-        std::string heading, picture_alt, picture_png;
+        std::size_t frame;
+        std::string heading;
         std::vector<std::pair<std::string, std::string>> facts;
         tilemesh::TraceSection run;
-        std::size_t bytes() const noexcept;
     };
     void write(std::string const& name, std::string const& text) const;
     void remove_old(std::string const& name) const; ///< what this run has none of and an earlier one may have left
     void add_life(std::size_t index, Life const& life);
     void add_run(tilemesh::report::HtmlReport& report, tilemesh::report::RunReport const& run) const;
-    static void add_section(tilemesh::report::HtmlReport& report, Section const& section);
+    void add_frames(tilemesh::report::HtmlReport& report) const;
 
     Options options_;
     std::filesystem::path folder_;
@@ -67,6 +67,9 @@ private:
     std::optional<tilemesh::EnergyModel> energy_model_;
     std::vector<Section> sections_; ///< of the frames that are shown in full
     std::size_t bytes_ = 0, frames_ = 0, sights_ = 0;
+    std::size_t slowest_ = 0;       ///< the frame that takes the most cycles; of equals the first
+    std::uint64_t slowest_cycles_ = 0;
+    std::string slowest_lead_;      ///< the sentence that names its bottleneck
     std::vector<std::vector<std::string>> lines_, lives_, seen_;
     std::vector<std::pair<double, double>> milliseconds_; ///< of each frame
     std::string follow_csv_;

@@ -26,6 +26,7 @@
 #include <tilemesh/machine/types.hpp>
 #include <tilemesh/model/any_to_any.hpp>
 #include <tilemesh/model/assumed_parameters.hpp>
+#include <tilemesh/model/bottleneck.hpp>
 #include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/model/cost_table.hpp>
@@ -34,7 +35,9 @@
 #include <tilemesh/model/parameter_file.hpp>
 #include <tilemesh/model/prototype_parameters.hpp>
 #include <tilemesh/model/step_costs.hpp>
+#include <tilemesh/model/trace_diagrams.hpp>
 #include <tilemesh/model/trace_files.hpp>
+#include <tilemesh/model/trace_maps.hpp>
 #include <tilemesh/model/trace_page.hpp>
 #include <tilemesh/model/trace_section.hpp>
 #include <tilemesh/render/host_form.hpp>

@@ -38,6 +38,9 @@ has_trace() {
     equal "sources of pictures in $1" "$(grep -a -o 'src="[^"]\{0,22\}' "$1/report.html" | sort -u)" 'src="data:image/png;base64,'
     has "$1/report.html" "default-src 'none'"
     equal "the end of $1/report.html" "$(tail -c 8 "$1/report.html")" "</html>"
+    # It opens with one sentence, and has no number that is none.
+    equal "the first sentences of $1/report.html" "$(sed -n '/^<h1>/{n;s/^<p class="lead">\(Slowest: \).*/\1/p;}' "$1/report.html")" "Slowest: "
+    if sed 's/;base64,[^"]*//g' "$1/report.html" | grep -a -E -e '[^a-z](nan|inf)[^a-z]' -e '0 kind'; then fail "no number in $1/report.html"; fi
 }
 # agrees FOLDER FRAME REPORT NUMBER: the sums over tiles are the run's counters.
 agrees() {
@@ -76,10 +79,24 @@ done
 equal "records of both frames" "$(sum trace/frame_0000.heat.csv load)" \
     $(($(counter report.json visible 0) + $(counter report.json parked 0) + $(counter report.json copies 0)))
 for heading in "<h1>Map built_in on " "<h2>Frames</h2>" "<h2>Frame 0: built_in orbit" "<h2>Frame 1: built_in orbit" \
-    "<h3>Maps of the grid</h3>" "Where the cycles go, by step" "Supersteps over time" "<h2>The life of Gaussian 17</h2>" \
+    "Where the time goes, by step" "The run over time" "<h2>The life of Gaussian 17</h2>" \
     "<h2>Ledger of a tile" "<h2>Cost model mk2</h2>" "<h2>What the counters mean</h2>"; do
     has trace/report.html "$heading"
 done
+
+# Steps of one kernel have different names, each once on the timeline of each frame; maps have the picture's shape.
+for name in project route "bloom 1" "bloom 2" "depth sort" composite; do
+    equal "names of step $name" "$(grep -a -o ">$name</text>" trace/report.html | wc -l)" 4 # two frames of two diagrams
+    equal "rows of step $name" "$(grep -a -c "^<tr><td>$name</td>" trace/report.html)" "$(case $name in bloom*) echo 2 ;; *) echo 4 ;; esac)"
+done
+for frame in 0 1; do
+    equal "passes of frame $frame" "$(grep -a -o '<dt>passes</dt><dd>[0-9,]*' trace/report.html | sed -n "$((frame + 1))s/.*>//p" | tr -d ,)" \
+        $(($(wc -l <trace/frame_000$frame.supersteps.csv) - 1))
+    exchanges=$(grep -a -o '<dt>exchanges</dt><dd>[0-9,]*' trace/report.html | sed -n "$((frame + 1))s/.*>//p" | tr -d ,)
+    [ "$exchanges" -le "$(wc -l <trace/frame_000$frame.supersteps.csv)" ] || fail "$exchanges exchanges are more than passes"
+done
+has trace/report.html 'style="aspect-ratio: 160.000 / 90.000"'
+has trace/report.html "maps are the same on every tile"
 
 # The same bytes for any number of threads.
 # shellcheck disable=SC2086
@@ -100,6 +117,15 @@ runs $small --out pictures --trace first
 # shellcheck disable=SC2086
 runs $small --out pictures --trace second --cost-model first/model.txt
 for file in first/*; do same "$file" "second/${file#first/}"; done
+# The first sentence gives the share of the step and phase with the most cycles, and the tile that is slowest in it.
+awk -F, 'NR > 1 { c[$2] += $5; slow[$2 " (" $9 ", " $10 ")"] += $5; all += $5 + $6 + $7 + $8 }
+    END { for (s in c) if (c[s] > most) { most = c[s]; step = s }
+        for (t in slow) if (index(t, step " ") == 1 && slow[t] > longest) { longest = slow[t]; tile = substr(t, index(t, "(")) }
+        printf "%.1f %% of the frame is its compute\ntile %s\n", 100 * most / all, tile }' first/frame_0000.supersteps.csv >worst
+while IFS= read -r words; do
+    sed -n '/^<h1>/{n;p;}' first/report.html | grep -a -q -F -e "$words" || fail "\"$words\" is not in: $(sed -n '/^<h1>/{n;p;}' first/report.html)"
+done <worst
+equal "lines about the bottleneck" "$(wc -l <worst)" 2
 sed 's/^\(exchange_cost *\)capacity/\1live    /; s/^model .*/model of "mine" <b>/' first/model.txt >mine.txt
 # shellcheck disable=SC2086
 runs $small --out pictures --trace second --cost-model mine.txt
@@ -111,7 +137,7 @@ same mine.txt second/model.txt
 
 # --- ideal routing -----------------------------------------------------------------------------
 # cells NUMBER: of the table rows under Ideal routing of frame 0 of the run before, that cell; the last row is the sum.
-cells() { awk -F '</?td>' -v c="$1" '/<h3>/ { on = /<h3>Ideal routing</ } on && NF > 1 { print $(2 * c) }' second/report.html | tr -d ,; }
+cells() { awk -F '</?td>' -v c="$1" '/<h[23]>/ { on = /<h3>Ideal routing</ } on && NF > 1 { print $(2 * c) }' second/report.html | tr -d ,; }
 costs=$(($(sum second/frame_0000.supersteps.csv exchange_cycles) + $(sum second/frame_0000.supersteps.csv sync_cycles) +
     $(sum second/frame_0000.supersteps.csv vote_cycles)))
 equal "cycles hop by hop" "$(cells 2 | tail -n 1)" $costs
@@ -136,10 +162,10 @@ run --size 160x90 --grid 20x18 --out pictures --trace priced --cost-model mine.t
 joules() { awk -F, -v form="%.$1g" 'NR > 1 { s += $3 } END { printf form, s }' priced/frame_0000.energy.csv; }
 equal "the joules of all tiles" "$(joules 12)" "$(awk -v n=$femtojoules 'BEGIN { printf "%.12g", n / 1e15 }')"
 equal "what a terminal says of energy" "$(grep '^energy' stdout)" "energy by of \"mine\" <b> in frame 0: $(joules 6) J"
-has priced/report.html "<tr><th>energy</th><td>$(joules 6) J</td></tr>"
+has priced/report.html "<dt>energy</dt><dd>$(joules 6) J</dd>"
 for cells in 5:8 3:4; do # by kind, by step: of so many cells, which field has the joules
     equal "joules in rows of ${cells%:*}" "$(awk -F '</?td>' -v fields=$((2 * ${cells%:*} + 1)) -v at="${cells#*:}" '
-        /<h3>/ { on = /<h3>Energy</ } on && NF == fields { s += $at } END { printf "%.4g", s }' priced/report.html)" "$(joules 4)"
+        /<h[23]>/ { on = /<h3>Energy</ } on && NF == fields { s += $at } END { printf "%.4g", s }' priced/report.html)" "$(joules 4)"
 done
 equal "the head of the joules" "$(head -n 1 priced/frame_0000.energy.csv)" tile_x,tile_y,joules
 equal "tiles with joules" "$(awk -F, 'NR > 1 && $3 > 0' priced/frame_0000.energy.csv | wc -l)" 360

@@ -33,9 +33,9 @@ TEST_CASE("step costs: supersteps of a step are added up, and nothing is left ov
     auto const steps = step_costs(trace, cost);
     REQUIRE(steps.size() == 3);
     // Each exchange moves 4 * 24 bytes at a quarter of a cycle, and 100; compute is 10 and the slower tile's.
-    CHECK(steps[0] == StepCost{"first", 2, (10 + 18) + (10 + 2), 2 * 124, 2 * 7, 2 * 3});
-    CHECK(steps[1] == StepCost{"second", 0, 0, 0, 0, 0});
-    CHECK(steps[2] == StepCost{"third", 1, 28, 0, 7, 0});
+    CHECK(steps[0] == StepCost{"first", 2, 1, 3, 0, (10 + 18) + (10 + 2), 2 * 124, 2 * 7, 2 * 3});
+    CHECK(steps[1] == StepCost{"second", 0, 0, 0, 0, 0, 0, 0, 0});
+    CHECK(steps[2] == StepCost{"third", 1, 0, 2, 0, 28, 0, 7, 0});
     CHECK(steps[0].total() + steps[1].total() + steps[2].total() == cost.cycles);
     CHECK(steps[0].total() == 308);
 }
@@ -44,7 +44,7 @@ TEST_CASE("step costs: a run without a superstep, a program without a step")
 {
     Trace trace;
     trace.kernels = {"only"};
-    CHECK(step_costs(trace, model_cost(engine_test::model(), trace, grid)) == std::vector<StepCost>{{"only", 0, 0, 0, 0, 0}});
+    CHECK(step_costs(trace, model_cost(engine_test::model(), trace, grid)) == std::vector<StepCost>{{"only", 0, 0, 0, 0, 0, 0, 0, 0}});
     CHECK(step_costs({}, {}).empty());
 }
 
@@ -61,6 +61,7 @@ TEST_CASE("step costs: the costs of another trace are refused with a sentence")
         return std::string();
     };
     CHECK(refusal(trace, cost).empty());
+    CHECK_THROWS_AS(step_costs([] { auto t = three_steps(); t.kernels.resize(2); return t; }()), Error);
     auto shorter = cost;
     shorter.supersteps.pop_back();
     CHECK(refusal(trace, shorter) == "the costs of 2 supersteps cannot be summed by step (the trace has 3, or they are of other steps); "
@@ -80,12 +81,12 @@ TEST_CASE("cost table: a row a step and their sum, in cycles and in milliseconds
     auto const cost = model_cost(m, trace, grid);
     std::ostringstream out;
     out << cost_table(m, trace, cost);
-    CHECK(out.str() == "  step  supersteps  compute  exchange  sync and vote  modelled ms\n"
-                       "------  ----------  -------  --------  -------------  -----------\n"
-                       " first           2       40       248             20       0.3080\n"
-                       "second           0        0         0              0       0.0000\n"
-                       " third           1       28         0              7       0.0350\n"
-                       "   sum           3       68       248             27       0.3430\n");
+    CHECK(out.str() == "  step  passes  exchanges  compute  exchange  sync and vote  modelled ms\n"
+                       "------  ------  ---------  -------  --------  -------------  -----------\n"
+                       " first       2          1       40       248             20       0.3080\n"
+                       "second       0          0        0         0              0       0.0000\n"
+                       " third       1          0       28         0              7       0.0350\n"
+                       "   sum       3          1       68       248             27       0.3430\n");
     CHECK(milliseconds_text(m, 12'345'678) == "12345.6780");
     CHECK(milliseconds_text(m, 0) == "0.0000");
 }

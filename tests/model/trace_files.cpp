@@ -166,17 +166,19 @@ TEST_CASE("trace files: the timeline of three tiles and two supersteps, by hand"
 {
     auto const t = timeline(chrome(by_hand(), model(), row));
     // Busy: 17, 42, 22.
-    CHECK(t.names == std::map<std::uint32_t, std::string>{{1, "machine"}, {2, "tile 1, 0"}, {3, "tile 2, 0"}, {4, "tile 0, 0"}});
+    CHECK(t.names == std::map<std::uint32_t, std::string>{
+              {1, "steps"}, {2, "machine"}, {3, "tile 1, 0"}, {4, "tile 2, 0"}, {5, "tile 0, 0"}});
     struct Span {
         std::string name;
         double begin, cycles;
     };
     std::map<std::uint32_t, std::vector<Span>> const expected = {
-        {1,
+        {1, {{"Send", 0, 162}, {"Take", 162, 22}}},
+        {2,
          {{"compute", 0, 31}, {"exchange", 31, 124}, {"sync", 155, 7}, {"compute", 162, 12}, {"sync", 174, 7}, {"vote", 181, 3}}},
-        {2, {{"Send", 0, 31}, {"Take", 162, 11}}},
-        {3, {{"Send", 0, 10}, {"Take", 162, 12}}},
-        {4, {{"Send", 0, 17}}}};
+        {3, {{"Send", 0, 31}, {"Take", 162, 11}}},
+        {4, {{"Send", 0, 10}, {"Take", 162, 12}}},
+        {5, {{"Send", 0, 17}}}};
     REQUIRE(t.spans.size() == expected.size());
     for (auto const& [tid, spans] : expected) {
         auto const& is = t.spans.at(tid);
@@ -188,26 +190,64 @@ TEST_CASE("trace files: the timeline of three tiles and two supersteps, by hand"
             CHECK(is[i].at("args").at("cycles").get<double>() == spans[i].cycles);
         }
     }
-    CHECK(t.spans.at(2)[0].at("args") ==
+    CHECK(t.spans.at(1)[1].at("args") == nlohmann::json{{"superstep", 1}, {"cycles", 22}, {"step", 1}, {"passes", 1}});
+    CHECK(t.spans.at(3)[0].at("args") ==
           nlohmann::json{{"superstep", 0}, {"cycles", 31}, {"slot", 6}, {"routed", 3}, {"sent_bytes", 20}});
-    CHECK(t.spans.at(1)[3].at("args") == nlohmann::json{{"superstep", 1}, {"step", 1}, {"kernel", "Take"}, {"cycles", 12},
+    CHECK(t.spans.at(2)[3].at("args") == nlohmann::json{{"superstep", 1}, {"step", 1}, {"kernel", "Take"}, {"cycles", 12},
                                                         {"tiles_run", 2}, {"slowest", "tile 2, 0"}});
 
     CHECK(timeline(chrome(by_hand(), model(), row, 1)).names ==
-          std::map<std::uint32_t, std::string>{{1, "machine"}, {2, "tile 1, 0"}});
-    CHECK(timeline(chrome(by_hand(), model(), row, 0)).spans.size() == 1);
-    CHECK(timeline(chrome(by_hand(), model(), row, 3)).spans.size() == 4);
+          std::map<std::uint32_t, std::string>{{1, "steps"}, {2, "machine"}, {3, "tile 1, 0"}});
+    CHECK(timeline(chrome(by_hand(), model(), row, 0)).spans.size() == 2);
+    CHECK(timeline(chrome(by_hand(), model(), row, 3)).spans.size() == 5);
     CHECK(timeline(chrome(by_hand(), free_of_charge(), row)).spans.empty()); // nothing takes time
 
     // Of tiles that are equally busy, the lower index comes first.
     auto equal = model();
     for (auto& p : equal.prices) p.millicycles = 0;
     CHECK(timeline(chrome(by_hand(), equal, row)).names ==
-          std::map<std::uint32_t, std::string>{{1, "machine"}, {2, "tile 1, 0"}, {3, "tile 2, 0"}, {4, "tile 0, 0"}});
+          std::map<std::uint32_t, std::string>{
+              {1, "steps"}, {2, "machine"}, {3, "tile 1, 0"}, {4, "tile 2, 0"}, {5, "tile 0, 0"}});
     auto reversed = by_hand();
     reversed.supersteps.pop_back();
     CHECK(timeline(chrome(reversed, equal, row, 2)).names ==
-          std::map<std::uint32_t, std::string>{{1, "machine"}, {2, "tile 0, 0"}, {3, "tile 1, 0"}});
+          std::map<std::uint32_t, std::string>{{1, "steps"}, {2, "machine"}, {3, "tile 0, 0"}, {4, "tile 1, 0"}});
+}
+
+TEST_CASE("trace files: on the timeline a step is one span until another step runs; steps of one kernel have different names")
+{
+    auto trace = by_hand();
+    trace.kernels = {"Send", "Send"};
+    trace.supersteps = {trace.supersteps[0], trace.supersteps[0], trace.supersteps[1], trace.supersteps[0]};
+    auto const spans = timeline(chrome(trace, model(), row)).spans;
+    REQUIRE(spans.at(1).size() == 3);
+    std::vector<std::string> names;
+    std::vector<std::uint64_t> cycles, passes;
+    for (auto const& e : spans.at(1)) {
+        names.push_back(e.at("name"));
+        cycles.push_back(e.at("args").at("cycles"));
+        passes.push_back(e.at("args").at("passes"));
+    }
+    CHECK(names == std::vector<std::string>{"Send 1", "Send 2", "Send 1"});
+    CHECK(cycles == std::vector<std::uint64_t>{324, 22, 162});
+    CHECK(passes == std::vector<std::uint64_t>{2, 1, 1});
+    CHECK(spans.at(1)[2].at("args").at("superstep") == 3);
+    CHECK(spans.at(3)[1].at("name") == "Send 1");
+}
+
+TEST_CASE("trace files: without a cost model the lines have no cycles")
+{
+    auto const with = trace_csv(by_hand(), model(), row);
+    auto const without = written([&](auto& out) { write_trace_csv(out, by_hand(), row); });
+    CHECK(without.starts_with("superstep,step,kernel,tile_x,tile_y,slot,"));
+    std::istringstream a(with), b(without);
+    std::string full, cut;
+    while (std::getline(a, full)) {
+        REQUIRE(std::getline(b, cut));
+        CHECK(cut == full.substr(0, full.rfind(',')));
+    }
+    CHECK_FALSE(std::getline(b, cut));
+    CHECK_THROWS_AS(written([&](auto& out) { write_trace_csv(out, by_hand(), {2, 1}); }), Error);
 }
 
 TEST_CASE("trace files: times are cut to nanoseconds, and cycles stay exact")
@@ -218,7 +258,7 @@ TEST_CASE("trace files: times are cut to nanoseconds, and cycles stay exact")
     CHECK(text.find("\"ts\":0.00025,\"dur\":0.023,\"name\":\"compute\"") != std::string::npos);
     CHECK(text.find("\"ts\":0.02325,\"dur\":0.093,\"name\":\"exchange\"") != std::string::npos);
     CHECK(text.find("\"ts\":0.11625,\"dur\":0.006,\"name\":\"sync\"") != std::string::npos);
-    CHECK(timeline(text).spans.at(1)[1].at("args").at("cycles") == 124);
+    CHECK(timeline(text).spans.at(2)[1].at("args").at("cycles") == 124);
 
     // A run of days: no product of cycles passes 64 bits.
     Trace trace;
@@ -244,8 +284,9 @@ TEST_CASE("trace files: names that need quoting")
     auto const text = chrome(trace, m, row);
     CHECK(text.find("c\\\\d\\u000a\\u0009\\u0001\x7f") != std::string::npos);
     auto const t = timeline(text);
-    CHECK(t.spans.at(2)[1].at("name") == name);
-    CHECK(t.spans.at(1)[3].at("args").at("kernel") == name);
+    CHECK(t.spans.at(1)[1].at("name") == name);
+    CHECK(t.spans.at(3)[1].at("name") == name);
+    CHECK(t.spans.at(2)[3].at("args").at("kernel") == name);
     CHECK(nlohmann::json::parse(text).at("traceEvents")[0].at("args").at("name") == name);
 
     // Names that need none have none; an empty one is a field too.
@@ -328,7 +369,7 @@ TEST_CASE("trace files: nothing ran")
     CHECK(step_csv(none, model(), row).find('\n') == step_csv(none, model(), row).size() - 1);
     auto const t = timeline(chrome(none, model(), row));
     CHECK(t.spans.empty());
-    CHECK(t.names.size() == 1);
+    CHECK(t.names.size() == 2);
     CHECK(timeline(chrome(none, model(), {0, 0})).spans.empty());
     CHECK(heat_map(none, model(), row, TileSum::idle_cycles) == std::vector<double>(3, 0.0));
     none.operations = {{"slot"}};
@@ -341,8 +382,9 @@ TEST_CASE("trace files: nothing ran")
     quiet.supersteps = {{0, true, 0, false, {}}};
     CHECK(step_csv(quiet, model(), row).find("\n0,0,K,0,0,0,7,3,,\n") != std::string::npos);
     auto const spans = timeline(chrome(quiet, model(), row)).spans;
-    REQUIRE(spans.size() == 1);
-    CHECK(spans.at(1).size() == 2);
+    REQUIRE(spans.size() == 2);
+    CHECK(spans.at(1).size() == 1);
+    CHECK(spans.at(2).size() == 2);
 }
 
 TEST_CASE("trace files: a trace of another grid or program, and a model without a clock, are refused")
@@ -399,12 +441,13 @@ TEST_CASE("trace files: sums over tiles are the cost model's, whatever the excha
 
         // All of them on the timeline: tracks end where the model does.
         auto const t = timeline(chrome(trace, m, grid, grid.size()));
-        std::uint64_t machine = 0, tiles = 0;
+        std::uint64_t steps = 0, machine = 0, tiles = 0;
         for (auto const& [tid, spans] : t.spans)
-            for (auto const& e : spans) (tid == 1 ? machine : tiles) += e.at("args").at("cycles").get<std::uint64_t>();
+            for (auto const& e : spans) (tid == 1 ? steps : tid == 2 ? machine : tiles) += e.at("args").at("cycles").get<std::uint64_t>();
+        CHECK(steps == cost.cycles);
         CHECK(machine == cost.cycles);
         CHECK(static_cast<double>(tiles) == busy);
-        auto const& last = t.spans.at(1).back();
+        auto const& last = t.spans.at(2).back();
         auto const end = last.at("ts").get<double>() + last.at("dur").get<double>();
         CHECK(std::abs(end - milliseconds(m, cost.cycles) * 1000) < 0.002);
     }
@@ -418,8 +461,8 @@ TEST_CASE("trace files: the timeline of a frame on the paper's grid stays far be
     auto const text = chrome(trace, m, paper);
     CHECK(text.size() < 3'000'000);
     auto const t = timeline(text);
-    CHECK(t.names.size() == 65);
-    for (auto const& [tid, spans] : t.spans) CHECK((tid == 1 || spans.size() == 150));
+    CHECK(t.names.size() == 66);
+    for (auto const& [tid, spans] : t.spans) CHECK((tid == 2 || spans.size() == 150));
     auto const csv = trace_csv(trace, m, paper);
     CHECK(csv.size() < 27'000'000);
     CHECK(std::count(csv.begin(), csv.end(), '\n') == 150 * 1440 + 1);

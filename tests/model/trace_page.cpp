@@ -50,6 +50,44 @@ CostModel priced()
     return m;
 }
 constexpr Grid two{2, 1};
+std::size_t count(std::string const& text, std::string const& what)
+{
+    std::size_t n = 0;
+    for (auto at = text.find(what); at != std::string::npos; at = text.find(what, at + 1)) ++n;
+    return n;
+}
+/// One of the large numbers of a page.
+std::string figure(std::string const& html, std::string const& what)
+{
+    auto const before = "<dt>" + what + "</dt><dd>";
+    auto const at = html.find(before);
+    if (at == std::string::npos) return "there is none";
+    return html.substr(at + before.size(), html.find('<', at + before.size()) - at - before.size());
+}
+/// No number that is none, and every element closed in order, but those that HTML never closes.
+bool is_sound(std::string html)
+{
+    for (auto at = html.find(";base64,"); at != std::string::npos; at = html.find(";base64,", at + 1)) // its letters may say anything
+        html.erase(at + 8, html.find('"', at) - at - 8);
+    for (auto const* none : {"nan", "inf ", "inf<", "inf,", "inf\"", "inf%", "0 kind"})
+        if (has(html, none)) return false;
+    std::vector<std::string> open;
+    for (auto at = html.find('<'); at != std::string::npos; at = html.find('<', at + 1)) {
+        if (html.compare(at, 2, "<!") == 0) continue;
+        auto const end = html.find('>', at);
+        bool const closes = html[at + 1] == '/';
+        auto const from = at + (closes ? 2 : 1);
+        auto const name = html.substr(from, html.find_first_of(" />", from) - from);
+        if (name == "meta" || name == "img" || html[end - 1] == '/') continue;
+        if (!closes) {
+            open.push_back(name);
+        } else {
+            if (open.empty() || open.back() != name) return false;
+            open.pop_back();
+        }
+    }
+    return open.empty();
+}
 struct Other {
     static constexpr char const* name = "other";
     static constexpr std::uint32_t workers = 3, clock_khz = 7;
@@ -69,21 +107,36 @@ TEST_CASE("trace page: the heat equation as files and a page")
     TracePage page;
     page.title = "Heat & <more>";
     page.facts = {{"program", "heat"}};
+    page.maps = {{"kelvin", "Temperature", "temperature after the run", false, {}, "K"}};
+    for (std::uint32_t t = 0; t < grid.size(); ++t) page.maps[0].values.push_back(mesh.state<Cell>(grid.tile(t)).kelvin);
     auto const ledger = Tile<Mk2, Program>::ledger();
     page.ledger.assign(ledger.begin(), ledger.end());
     auto const written = write_trace_page(folder.path, "heat", mesh.trace(), mk2(), grid, page);
     CHECK(written == folder.path / "heat.html");
-    CHECK(folder.names() == std::vector<std::string>{"heat.busy_cycles.ppm", "heat.channel_fill.ppm", "heat.html", "heat.idle_cycles.ppm",
-                                                     "heat.maps.csv", "heat.model.txt", "heat.supersteps.csv", "heat.tiles.csv",
+    CHECK(folder.names() == std::vector<std::string>{"heat.html", "heat.maps.csv", "heat.model.txt", "heat.supersteps.csv", "heat.tiles.csv",
                                                      "heat.trace.json"});
     auto const html = text_of(written);
     CHECK(has(html, "<h1>Heat &amp; &lt;more&gt;</h1>"));
-    CHECK(has(html, "Where the cycles go, by step"));
-    CHECK(has(html, "Supersteps over time"));
+    CHECK(has(html, "Where the time goes, by step"));
+    CHECK(has(html, "The run over time"));
     CHECK(has(html, "heat.tiles.csv"));
     CHECK(has(html, "in the budget"));
     auto const cost = model_cost(mk2(), mesh.trace(), grid);
-    CHECK(has(html, report::thousands(cost.cycles) + " cycles, " + report::thousands(cost.supersteps.size()) + " supersteps"));
+    // The page opens with the sentence that names the bottleneck, then the numbers.
+    auto const sentence = bottleneck_text(find_bottleneck(mk2(), mesh.trace(), cost, grid), mk2(), mesh.trace(), cost, grid);
+    CHECK(has(html, "</h1>\n<p class=\"lead\">" + report::html_text(sentence) + "</p>"));
+    CHECK(has(html, "count no operations, so that their compute costs no more than to start them: " + mesh.trace().kernels[0] + "."));
+    CHECK(figure(html, "cycles") == report::thousands(cost.cycles));
+    CHECK(figure(html, "passes") == "20");
+    CHECK(figure(html, "exchanges") == "20");
+    CHECK(figure(html, "tiles") == "4 x 3");
+    CHECK(is_sound(html));
+    CHECK(count(html, "data:image/bmp;base64,") == 1); // all tiles do the same, so only the caller's map differs from tile to tile
+    CHECK(has(html, "<b>Temperature</b>"));
+    CHECK(has(html, "<details><summary><h3>3 maps are the same on every tile</h3></summary>"));
+    CHECK(has(html, "Channel fill: the fullest end of a channel, after the pass in which it was fullest. It is 100 % on every tile."));
+    CHECK(has(html, "Idle cycles: modelled cycles that the tile waits for the slowest tile&#39;s compute. It is 0 cycles on every tile."));
+    CHECK(has(html, "<td>exchange_cost</td><td>capacity</td><td></td>"));
     for (auto const& kernel : mesh.trace().kernels) CHECK(has(html, "<td>" + kernel + "</td>"));
     std::ifstream model(folder.path / "heat.model.txt");
     CHECK(read_cost_model(model, "heat.model.txt") == mk2());
@@ -99,7 +152,7 @@ TEST_CASE("trace page: supersteps over time show the mean of the tiles; drawing 
     model.run_cycles = 6;
     auto const cost = model_cost(model, trace, two);
     report::StackedBars chart;
-    chart.title = "Supersteps over time: what the tiles do";
+    chart.title = "The run over time: which step runs, and what the tiles do";
     chart.x_label = "modelled milliseconds";
     chart.y_label = "percent of tile time";
     chart.parts = {{"busy", 4}, {"idle", 7}, {"exchange", 1}, {"sync", 3}, {"vote", 6}};
@@ -114,6 +167,7 @@ TEST_CASE("trace page: supersteps over time show the mean of the tiles; drawing 
         chart.bars.push_back({"", {share(busy), share(slowest - busy), share(static_cast<double>(c.exchange)),
                                    share(static_cast<double>(c.sync)), share(static_cast<double>(c.vote))}});
         chart.bars.back().width = milliseconds(model, c.total());
+        chart.spans.push_back({trace.kernels[at], milliseconds(model, c.total())});
     }
     CHECK(supersteps_svg(trace, model, cost, two) == svg(chart));
 
@@ -125,7 +179,7 @@ TEST_CASE("trace page: supersteps over time show the mean of the tiles; drawing 
         of_many.supersteps.push_back(cost.supersteps[0]);
         of_many.cycles += cost.supersteps[0].total();
     }
-    CHECK(has(supersteps_svg(many, model, of_many, {1000, 850}), "Supersteps over time"));
+    CHECK(has(supersteps_svg(many, model, of_many, {1000, 850}), "The run over time"));
 }
 
 TEST_CASE("trace page: pictures inside, maps of the caller, energy, and what is too long")
@@ -136,24 +190,29 @@ TEST_CASE("trace page: pictures inside, maps of the caller, energy, and what is 
     for (auto const* event : {"compare", "capacity_byte", "tile_cycle"}) set_energy(joules, event, 1'000'000, "a test");
     TracePage page;
     page.energy = &joules;
-    page.maps = {{"numbers", "Numbers", "what a tile holds", true, {1.5, 2}}};
-    page.png = [](report::Image const& image) { return "PNG" + std::to_string(image.width); };
+    page.maps = {{"numbers", "Numbers", "what a tile holds", true, {1.5, 2}, "things"}};
+    page.png = [](report::Image const& image) { return "PNG" + std::to_string(image.width) + "x" + std::to_string(image.height); };
     page.most_tile_lines = 2;
     page.most_timeline_bytes = 10;
     auto const html = text_of(write_trace_page(folder.path, "run", two_tiles(), priced(), two, page));
     CHECK(folder.names() ==
           std::vector<std::string>{"run.energy.csv", "run.html", "run.maps.csv", "run.model.txt", "run.supersteps.csv"});
     CHECK(has(html, "left out: 3 lines are more than 2"));
-    CHECK(has(html, "no timeline: 2 supersteps take more than 10 bytes"));
+    CHECK(has(html, "no timeline: 2 passes take more than 10 bytes"));
     CHECK(has(html, "Rest &lt;1&gt;"));
-    CHECK(has(html, "Numbers: what a tile holds. 0 to 2 a tile, 3.5 in all."));
-    CHECK(has(html, "data:image/png;base64," + report::base64("PNG32"))); // 2 tiles of 16 pixels
+    CHECK(has(html, "<b>Numbers</b>what a tile holds. Most: 2 on tile (1, 0). Sum: 3.5."));
+    CHECK(has(html, "<span>0 things</span><span>1</span><span>2 things</span>"));
+    CHECK(has(html, "data:image/png;base64," + report::base64("PNG2x1"))); // a pixel a tile
+    CHECK(has(html, "<b>Energy</b>joules of all that is counted. Most: "));
+    CHECK(is_sound(html));
     // Superstep 0: 20 + 20 cycles, 150 + 20 of exchange, 150 of sync; superstep 1: 20, 150 and a vote of 2,690.
     CHECK(priced().vote_cycles == 2690);
     auto const cycles = (20 + 20 + 150 + 20 + 150) + (20 + 150 + 2690);
-    CHECK(has(html, report::thousands(static_cast<std::uint64_t>(cycles)) + " cycles, 2 supersteps"));
+    CHECK(figure(html, "cycles") == report::thousands(static_cast<std::uint64_t>(cycles)));
+    CHECK(figure(html, "passes") == "2");
+    CHECK(figure(html, "exchanges") == "1");
     // 6 compares, 2 * 4 * 20 bytes of capacity, every cycle of both tiles: a nanojoule each.
-    CHECK(has(html, report::joules_text((6 + 160 + 2 * cycles) / 1e9) + " J by by hand"));
+    CHECK(has(html, "<dt>energy</dt><dd>" + report::joules_text((6 + 160 + 2 * cycles) / 1e9) + " J</dd>"));
     CHECK(has(html, "<td>compare</td><td>6</td>"));
     CHECK(text_of(folder.path / "run.maps.csv") == "tile_x,tile_y,numbers,channel_fill,busy_cycles,idle_cycles\n"
                                                    "0,0,1.5,100,40,20\n1,0,2,0,50,10\n");
@@ -175,6 +234,113 @@ TEST_CASE("trace page: a ledger for a terminal, and what is assumed about a mach
     out << ledger_table(regions, 1000);
     CHECK(out.str() == "       region  bytes of a tile\n-------------  ---------------\n         Cell              600\n"
                        "         Wall            1,234\nsum, of 1,000              600\n");
+}
+
+TEST_CASE("trace page: without a cost model it shows what ran, and no times")
+{
+    Folder folder;
+    TracePage page;
+    page.title = "Untimed";
+    page.run = "sort";
+    auto const html = text_of(write_trace_page(folder.path, "run", two_tiles(), two, page));
+    CHECK(folder.names() == std::vector<std::string>{"run.html", "run.maps.csv", "run.tiles.csv"});
+    CHECK(has(html, "</h1>\n<p class=\"lead\">The sort took 2 passes and 1 exchange; the most loaded tile is (0, 0), which sent 20 bytes, "
+                    "2.0 times the mean.</p>"));
+    CHECK(has(html, "No cost model is given"));
+    CHECK(has(html, "<td>Transpose</td><td>1</td><td>1</td><td>2</td><td>20</td>"));
+    CHECK(has(html, "<b>Operation compare</b>how often the tile did it. Most: 4 on tile (0, 0). Sum: 6."));
+    CHECK_FALSE(has(html, "<svg"));
+    CHECK_FALSE(has(html, " ms"));
+    CHECK(is_sound(html));
+    CHECK(text_of(folder.path / "run.maps.csv") == "tile_x,tile_y,channel_fill,sent_bytes,tile_runs,operation_0\n0,0,100,20,1,4\n1,0,0,0,2,2\n");
+    // Nothing ran: still a page.
+    auto const empty = text_of(write_trace_page(folder.path, "empty", Trace{}, two));
+    CHECK(is_sound(empty));
+    CHECK(has(empty, "The run took 0 passes and 0 exchanges."));
+}
+
+TEST_CASE("trace page: every step is named once on the timeline and has its own name in each table")
+{
+    auto trace = two_tiles();
+    trace.kernels = {"Transpose", "Transpose", "Never"};
+    trace.operations = {{"compare"}, {}, {}};
+    Folder folder;
+    auto const html = text_of(write_trace_page(folder.path, "run", trace, priced(), two));
+    auto const timeline = html.substr(html.find("The run over time"), html.find("</svg>", html.find("The run over time")) - html.find("The run over time"));
+    CHECK(count(timeline, ">Transpose 1</text>") == 1);
+    CHECK(count(timeline, ">Transpose 2</text>") == 1);
+    CHECK(count(timeline, "Never") == 0); // it never ran
+    auto const bars = html.substr(html.find("Where the time goes, by step"));
+    for (auto const* name : {"Transpose 1", "Transpose 2", "Never"}) {
+        CHECK(count(bars.substr(0, bars.find("</svg>")), ">" + std::string(name) + "</text>") == 1);
+        CHECK(count(html, "<td>" + std::string(name) + "</td>") == (name == std::string("Never") ? 2 : 1)); // ideal routing joins the first two
+    }
+    CHECK(has(html, "<td>Transpose 1 to Transpose 2</td>"));
+    CHECK(has(html, "Slowest: the synchronisation of step Transpose 2; "));
+}
+
+TEST_CASE("trace page: a program's reason stands in the first sentence; the slowest tile is outlined in the picture and in each map")
+{
+    Folder folder;
+    auto trace = two_tiles();
+    trace.supersteps[0].tiles[1].operations.count[0] = 2000;
+    TracePage page;
+    page.run = "frame";
+    page.because = [](Bottleneck const& b) { return "tile " + std::to_string(b.tile) + " of step " + std::to_string(b.step) + " has <many>"; };
+    report::Image picture(60, 20); // of two tiles of 32 x 20 pixels; the second one's last 4 columns are outside
+    page.picture = &picture;
+    page.tile_px = {32, 20};
+    auto const html = text_of(write_trace_page(folder.path, "run", trace, priced(), two, page));
+    CHECK(has(html, "Slowest: tile (1, 0); "));
+    CHECK(has(html, " of the frame is its compute in step Transpose, 2.0 times the mean of all tiles, because tile 1 of step 0 has &lt;many&gt;; "));
+    CHECK(count(html, "style=\"aspect-ratio: 60.000 / 20.000\"") == 4);
+    CHECK(count(html, "<img alt=\"a map of the grid: ") == 3);
+    CHECK(count(html, "style=\"width: 106.667%; height: 100.000%\"") == 3);
+    CHECK(count(html, "<i style=\"left: 53.333%; top: 0.000%; width: 53.333%; height: 100.000%\"></i>") == 4);
+    CHECK(has(html, "<b>The picture</b>60 x 20 pixels, on 2 x 1 tiles"));
+    CHECK(is_sound(html));
+    page.tile_px = {32, 0};
+    CHECK(has(error_of([&] { write_trace_page(folder.path, "run", trace, priced(), two, page); }), "a tile has no pixels"));
+}
+
+TEST_CASE("trace page: the rounds of a loop are one span of the timeline if its steps would be too many")
+{
+    Trace trace;
+    trace.kernels = {"Start", "A", "B", "End"};
+    auto const add = [&](std::uint32_t step) { trace.supersteps.push_back({step, false, 0, false, {{0, {}, {}}}}); };
+    auto const names = [&](std::uint64_t rounds) {
+        trace.supersteps.clear();
+        trace.loops = {{1, 2, rounds}};
+        add(0);
+        for (std::uint64_t i = 0; i < rounds; ++i) add(1), add(2);
+        add(3);
+        std::vector<std::string> out;
+        double all = 0;
+        for (auto const& span : step_spans(trace, priced(), model_cost(priced(), trace, two))) out.push_back(span.name), all += span.width;
+        CHECK(all == doctest::Approx(milliseconds(priced(), model_cost(priced(), trace, two).cycles)));
+        return out;
+    };
+    CHECK(names(19).size() == 40);
+    CHECK(names(20) == std::vector<std::string>{"Start", "20 rounds of A, B", "End"});
+    trace.loops = {{0, 3, 1}, {1, 2, 20}}; // the outer one comes first
+    auto const cost = model_cost(priced(), trace, two);
+    REQUIRE(step_spans(trace, priced(), cost).size() == 1);
+    CHECK(step_spans(trace, priced(), cost)[0].name == "1 round of Start, A, B, End");
+}
+
+TEST_CASE("trace page: a map's picture for a file has the shape of the tiles")
+{
+    TileMap const map{"m", "M", "m", true, std::vector<double>(40 * 36, 1.0)};
+    auto const size = [&](std::array<std::uint32_t, 2> tile_px) {
+        auto const image = map_image(map, {40, 36}, tile_px);
+        return std::pair(image.width, image.height);
+    };
+    CHECK(size({32, 20}) == std::pair(40u * 16, 36u * 10)); // 8 x 5, twice
+    CHECK(size({1, 1}) == std::pair(40u * 16, 36u * 16));
+    CHECK(size({37, 23}) == std::pair(40u * 16, 36u * 10)); // no whole number of times: 16 x 9.9
+    CHECK(size({1000, 1}) == std::pair(640u, 36u));
+    TileMap const wide{"m", "M", "m", true, std::vector<double>(1000, 1.0)};
+    CHECK(map_image(wide, {1000, 1}).width == 1000);
 }
 
 TEST_CASE("trace page: a folder that is a file, a map of another grid and a price without a source are refused")

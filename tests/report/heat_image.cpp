@@ -101,6 +101,12 @@ TEST_CASE("a map has its cells in rows from the top left, each as large as asked
     for (std::uint32_t y = 0; y < 10; ++y)
         for (std::uint32_t x = 0; x < 15; ++x) all = all && at(large, x, y) == at(small, x / 5, y / 5);
     CHECK(all);
+    auto const flat = heat_image(values, 3, 2, finite_range(values), 5, 2); // a tile that is wider than high
+    CHECK(flat.width == 15);
+    CHECK(flat.height == 4);
+    for (std::uint32_t y = 0; y < 4; ++y)
+        for (std::uint32_t x = 0; x < 15; ++x) all = all && at(flat, x, y) == at(small, x / 5, y / 2);
+    CHECK(all);
 }
 
 TEST_CASE("zeros, one value everywhere, and values that are none")

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstddef>
@@ -320,3 +321,23 @@ TEST_CASE("what is no file cannot be read")
 }
 
 TEST_SUITE_END();
+
+TEST_CASE("a BMP file has its headers, rows from below, blue first, and rows of whole words")
+{
+    report::Image image(2, 2);
+    float const rgb[] = {1, 0, 0, 0, 1, 0, 0, 0, 1, 0.5f, 2, -1};
+    std::copy(std::begin(rgb), std::end(rgb), image.rgb.begin());
+    auto const bytes = report::bmp(image);
+    std::string const expected("BM\x46\0\0\0\0\0\0\0\x36\0\0\0\x28\0\0\0\x02\0\0\0\x02\0\0\0\x01\0\x18\0\0\0\0\0\x10\0\0\0"
+                               "\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0"
+                               "\xff\0\0\0\xff\x80\0\0"
+                               "\0\0\xff\0\xff\0\0\0",
+                               70);
+    CHECK(bytes == expected);
+    CHECK(report::bmp(report::Image(4, 3)).size() == 54 + 36); // no byte too many where a row is whole words
+    CHECK_THROWS_AS(report::bmp(report::Image{}), tilemesh::Error);
+    CHECK_THROWS_AS(report::bmp(report::Image(65'536, 1)), tilemesh::Error);
+    report::Image cut(2, 2);
+    cut.rgb.pop_back();
+    CHECK_THROWS_AS(report::bmp(cut), tilemesh::Error);
+}

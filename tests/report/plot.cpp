@@ -222,7 +222,7 @@ TEST_CASE("series are told apart by colour and dashes, and listed in order")
     auto const text = svg(plot);
     CHECK(well_formed(text));
     CHECK(count(text, "stroke-dasharray") == 2);   // its line and its sample
-    CHECK(count(text, "stroke=\"#d55e00\"") == 3); // 13 is 5 again; three has no line, but a sample
+    CHECK(count(text, "stroke=\"#d55e00\"") == 4); // and the rings of two; 13 is 5 again; three has no line, but a sample
     CHECK(text.find(">one<") < text.find(">two<"));
     CHECK(text.find(">two<") < text.find(">three<"));
 }
@@ -264,14 +264,62 @@ TEST_CASE("a faded series is drawn through as one, and so is its sample; others 
     plot.series.push_back({.name = "two", .points = {{0, 2}, {0, 2}, {1, 1}}, .line = PlotLine::none, .colour = 3, .faded = true});
     auto text = svg(plot);
     CHECK(well_formed(text));
-    CHECK(count(text, "opacity=\"0.35\"") == 2); // one group, so that dots over dots are no darker; and the sample
+    CHECK(count(text, "opacity=\"0.6\"") == 2); // one group, so that dots over dots are no darker; and the sample
     CHECK(count(text, "opacity") == 2);
     plot.series[1].line = PlotLine::step;
     text = svg(plot);
     CHECK(well_formed(text));
-    CHECK(count(text, "opacity=\"0.35\"") == 2);
+    CHECK(count(text, "opacity=\"0.6\"") == 2);
     plot.series[1].faded = false;
     CHECK(count(svg(plot), "opacity") == 0);
+}
+
+TEST_CASE("where lines coincide their colours alternate, and the earlier dot is the larger one")
+{
+    auto plot = plot_of({{0, 1}, {1, 2}, {2, 3}});
+    auto const alone = svg(plot);
+    plot.series.push_back({.name = "two", .points = {{0, 1}, {1, 2}, {2, 1}}, .colour = 5});
+    plot.series.push_back({.name = "three", .points = {{0, 1}, {1, 2}}, .colour = 3});
+    auto const text = svg(plot);
+    CHECK(well_formed(text));
+    // Of the piece that three share the first is drawn whole, the others on it in a third each.
+    CHECK(count(text, "stroke-dasharray=\"7 14\" stroke-dashoffset=\"-7\"") == 1);
+    CHECK(count(text, "stroke-dasharray=\"7 14\" stroke-dashoffset=\"-14\"") == 1);
+    CHECK(count(text, "stroke-dasharray") == 2);
+    CHECK(text.find("stroke=\"#d55e00\" stroke-width=\"1.8\" stroke-dasharray=\"7 14\" stroke-dashoffset=\"-7\"") != std::string::npos);
+    CHECK(count(text, "r=\"5.5\"") == 2); // two dots of the first have two others on them
+    CHECK(count(text, "r=\"4.0\"") == 2);
+    CHECK(count(text, "r=\"2.5\"") == 4);
+    CHECK(numbers_after(text, "cx=\"").size() == 8);
+    // A dot on a dot without lines in common makes no dashes; dots alone share nothing.
+    plot.series[1].points = {{0, 3}, {1, 2}, {2, 1}};
+    plot.series.pop_back();
+    CHECK(count(svg(plot), "stroke-dasharray") == 0);
+    CHECK(count(svg(plot), "r=\"4.0\"") == 1);
+    plot.series[1].line = PlotLine::none;
+    CHECK(count(svg(plot), "r=\"4.0\"") == 0);
+    // Steps: the level part of the first step is shared, the rest is not.
+    plot = plot_of({{0, 1}, {1, 1}, {2, 3}});
+    plot.series.push_back({.name = "two", .points = {{0, 1}, {1, 2}}, .line = PlotLine::step, .colour = 5});
+    plot.series[0].line = PlotLine::step;
+    CHECK(count(svg(plot), "stroke-dasharray=\"7 7\" stroke-dashoffset=\"-7\"") == 1);
+    // One series alone is one path, and a line that it draws twice is no line of two.
+    CHECK(count(alone, "<path") == 2); // and its sample
+    CHECK(count(svg(plot_of({{0, 1}, {1, 2}, {0, 1}, {1, 2}})), "stroke-dasharray") == 0);
+    // Values far outside the bounds stay numbers.
+    plot = plot_of({{0, 1}, {1, 1e300}, {2, -1e300}});
+    plot.y.low = 0;
+    plot.y.high = 2;
+    CHECK(well_formed(svg(plot)));
+    for (double const at : numbers_after(svg(plot), "cy=\"")) CHECK(std::fabs(at) <= 1e6);
+}
+
+TEST_CASE("the dots of a dashed series are rings")
+{
+    auto plot = plot_of({{0, 1}, {1, 2}});
+    CHECK(count(svg(plot), "<g fill=\"#000000\">") == 1);
+    plot.series[0].dashed = true;
+    CHECK(count(svg(plot), "<g fill=\"#ffffff\" stroke=\"#000000\">") == 1);
 }
 
 TEST_CASE("what cannot be drawn is refused")

@@ -61,14 +61,14 @@ inline AnyToAny any_to_any(CostModel const& model, Trace const& trace, Grid grid
     auto const costs = step_costs(trace, model_cost(model, trace, grid));
     for (std::uint32_t i = 0; i < costs.size(); ++i) {
         auto const& s = costs[i];
-        if (i == 0 || s.kernel != costs[i - 1].kernel) {
+        if (i == 0 || trace.kernels[i] != trace.kernels[i - 1]) {
             out.steps.emplace_back();
-            out.steps.back().kernel = s.kernel;
+            out.steps.back().kernel = trace.kernels[i];
             out.steps.back().first = i;
         }
         auto& step = out.steps.back();
         step.last = i;
-        step.supersteps += s.supersteps;
+        step.supersteps += s.passes;
         step.news_cycles += s.exchange + s.sync + s.vote;
     }
     constexpr auto most = std::numeric_limits<std::uint64_t>::max();

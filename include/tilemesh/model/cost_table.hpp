@@ -31,20 +31,21 @@ inline report::Table ledger_table(std::span<Region const> ledger, std::uint32_t 
     return table.add_row({"sum, of " + report::thousands(sram_bytes), report::thousands(sum)});
 }
 
-/// A run's modelled cost as a table for terminals: a row for each step of the program, then their sum. Cycles, and milliseconds at
-/// the model's clock. `cost` is what model_cost made of this trace; throws `Error` where it is of another.
+/// A run's modelled cost as a table for terminals: a row for each step of the program, then their sum. Passes, exchanges that
+/// carried something, cycles, and milliseconds at the model's clock. `cost` is what model_cost made of this trace; throws `Error` where it is of another.
 inline report::Table cost_table(CostModel const& model, Trace const& trace, RunCost const& cost)
 {
     using report::thousands;
-    report::Table table{{"step", "supersteps", "compute", "exchange", "sync and vote", "modelled ms"}};
+    report::Table table{{"step", "passes", "exchanges", "compute", "exchange", "sync and vote", "modelled ms"}};
     auto const add = [&](std::string const& name, StepCost const& s) {
-        table.add_row({name, thousands(s.supersteps), thousands(s.compute), thousands(s.exchange), thousands(s.sync + s.vote),
-                       milliseconds_text(model, s.total())});
+        table.add_row({name, thousands(s.passes), thousands(s.exchanges), thousands(s.compute), thousands(s.exchange),
+                       thousands(s.sync + s.vote), milliseconds_text(model, s.total())});
     };
     StepCost sum;
     for (auto const& s : step_costs(trace, cost)) {
-        add(s.kernel, s);
-        sum.supersteps += s.supersteps;
+        add(s.name, s);
+        sum.passes += s.passes;
+        sum.exchanges += s.exchanges;
         sum.compute += s.compute;
         sum.exchange += s.exchange;
         sum.sync += s.sync;

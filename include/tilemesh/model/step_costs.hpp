@@ -1,43 +1,83 @@
 #pragma once
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <tilemesh/error.hpp>
 #include <tilemesh/model/cost_model.hpp>
+#include <tilemesh/model/detail/trace_reading.hpp>
+#include <utility>
 #include <vector>
 
 namespace tilemesh { inline namespace v0_2 {
 
-/// Modelled cycles of one step of a program (one Superstep, Repeat or UntilQuiet): the sums over its supersteps.
+/// A name for each step of a program: its kernel's. If several steps have one kernel, a number follows it: "bloom 1", "bloom 2".
+/// The names differ, even if a kernel is itself called "bloom 1": then the step's place in the program stands before every name.
+inline std::vector<std::string> step_names(Trace const& trace)
+{
+    std::vector<std::string> names;
+    for (std::size_t i = 0; i < trace.kernels.size(); ++i) {
+        auto const& kernel = trace.kernels[i];
+        auto const number = 1 + std::count(trace.kernels.begin(), trace.kernels.begin() + static_cast<std::ptrdiff_t>(i), kernel);
+        bool const alone = std::count(trace.kernels.begin(), trace.kernels.end(), kernel) == 1;
+        names.push_back(alone ? kernel : kernel + " " + std::to_string(number));
+    }
+    auto sorted = names;
+    std::sort(sorted.begin(), sorted.end());
+    if (std::adjacent_find(sorted.begin(), sorted.end()) != sorted.end())
+        for (std::size_t i = 0; i < names.size(); ++i) names[i] = "step " + std::to_string(i) + ": " + names[i];
+    return names;
+}
+
+/// What one step of a program (one Superstep, Repeat or UntilQuiet) did in a run, and its modelled cycles: the sums over its passes.
 struct StepCost {
-    std::string kernel;
-    std::uint64_t supersteps = 0; ///< compute phases, whether or not an exchange followed
-    std::uint64_t compute = 0, exchange = 0, sync = 0, vote = 0;
+    std::string name;                     ///< as step_names gives it
+    std::uint64_t passes = 0;             ///< of its kernel over the tiles that had to run
+    std::uint64_t exchanges = 0;          ///< that carried a message or a note
+    std::uint64_t tile_runs = 0, sent_bytes = 0;
+    std::uint64_t compute = 0, exchange = 0, sync = 0, vote = 0; ///< cycles; 0 without a cost model
     std::uint64_t total() const noexcept { return compute + exchange + sync + vote; }
     friend bool operator==(StepCost const&, StepCost const&) = default;
 };
 
-/// What each step of the run cost, in program order; a step that never ran costs nothing. `cost` is what model_cost made of this
-/// trace, and the totals add up to its cycles. Throws `Error` where it is of another trace: another number of supersteps, or a
-/// superstep of another step. Cost: linear in the supersteps.
+/// What each step of the run did, in program order, without cycles; a step that never ran did nothing. Throws `Error` for a trace
+/// that runs a step which it does not name. Cost: linear in the trace.
+inline std::vector<StepCost> step_costs(Trace const& trace)
+{
+    std::vector<StepCost> steps;
+    for (auto& name : step_names(trace)) steps.emplace_back().name = std::move(name);
+    for (auto const& superstep : trace.supersteps) {
+        if (superstep.step >= steps.size())
+            throw Error("the passes of a run cannot be summed by step (one is of step " + std::to_string(superstep.step) +
+                        " of a program of " + std::to_string(steps.size()) + "); give the trace of a run");
+        auto& s = steps[superstep.step];
+        ++s.passes;
+        s.exchanges += superstep.sent ? 1 : 0;
+        s.tile_runs += superstep.tiles.size();
+        for (auto const& tile : superstep.tiles) s.sent_bytes += model_detail::all_sent(tile);
+    }
+    return steps;
+}
+
+/// What each step of the run did and cost, in program order. `cost` is what model_cost made of this trace, and the totals add up to
+/// its cycles. Throws `Error` where it is of another trace: another number of supersteps, or a superstep of another step. Cost: linear
+/// in the trace.
 inline std::vector<StepCost> step_costs(Trace const& trace, RunCost const& cost)
 {
-    std::vector<StepCost> steps(trace.kernels.size());
-    for (std::size_t i = 0; i < steps.size(); ++i) steps[i].kernel = trace.kernels[i];
     bool same = trace.supersteps.size() == cost.supersteps.size();
-    for (std::size_t i = 0; same && i < cost.supersteps.size(); ++i) {
-        auto const& c = cost.supersteps[i];
-        same = c.step == trace.supersteps[i].step && c.step < steps.size();
-        if (!same) break;
+    for (std::size_t i = 0; same && i < cost.supersteps.size(); ++i)
+        same = cost.supersteps[i].step == trace.supersteps[i].step && cost.supersteps[i].step < trace.kernels.size();
+    if (!same)
+        throw Error("the costs of " + std::to_string(cost.supersteps.size()) + " supersteps cannot be summed by step (the trace has " +
+                    std::to_string(trace.supersteps.size()) + ", or they are of other steps); apply the model to this trace");
+    auto steps = step_costs(trace);
+    for (auto const& c : cost.supersteps) {
         auto& s = steps[c.step];
-        ++s.supersteps;
         s.compute += c.compute;
         s.exchange += c.exchange;
         s.sync += c.sync;
         s.vote += c.vote;
     }
-    if (!same)
-        throw Error("the costs of " + std::to_string(cost.supersteps.size()) + " supersteps cannot be summed by step (the trace has " +
-                    std::to_string(trace.supersteps.size()) + ", or they are of other steps); apply the model to this trace");
     return steps;
 }
 

@@ -13,6 +13,7 @@
 #include <tilemesh/machine/operations.hpp>
 #include <tilemesh/model/detail/trace_reading.hpp>
 #include <tilemesh/model/cost_model.hpp>
+#include <tilemesh/model/step_costs.hpp>
 #include <vector>
 
 /// What a trace looks like outside: two tables, a timeline for trace viewers, sums for heat maps. Every byte follows from the
@@ -103,24 +104,18 @@ std::vector<std::string> quoted_kernels(Trace const& trace, Quote quote)
 }
 } // namespace model_detail
 
-/// One line a superstep and tile that ran, in the trace's order, under a line of names: superstep (from 0), step of the program,
-/// kernel, tile, each operation that a kernel of the program counts, bytes sent to each side, bytes that settled, and the tile's cycles of
-/// compute under `model`. RFC 4180, but lines end as they do on Unix.
-///
-/// Cost: at most some 125 bytes a line, 27 MB for 150 supersteps in which all of 1,440 tiles run.
-inline void write_trace_csv(std::ostream& out, Trace const& trace, CostModel const& model, Grid grid)
+namespace model_detail {
+/// write_trace_csv; without prices no line has cycles.
+inline void write_tile_lines(std::ostream& out, Trace const& trace, StepPrices const* prices, Grid grid)
 {
-    using namespace model_detail;
     check_trace(trace, grid);
-    expect_sums_fit(model);
     auto const kernels = quoted_kernels(trace, csv_field);
     OperationColumns const columns(trace);
-    StepPrices const prices(model, trace);
     std::vector<std::uint32_t> counts(columns.names.size());
     TextStream text(out);
     text << "superstep,step,kernel,tile_x,tile_y";
     for (auto const& name : columns.names) text << "," << csv_field(name);
-    text << ",north_bytes,east_bytes,west_bytes,south_bytes,settled_bytes,compute_cycles\n"; // in the order of `news`
+    text << ",north_bytes,east_bytes,west_bytes,south_bytes,settled_bytes" << (prices != nullptr ? ",compute_cycles\n" : "\n"); // as `news`
     for (std::size_t i = 0; i < trace.supersteps.size(); ++i) {
         auto const& s = trace.supersteps[i];
         for (auto const& t : s.tiles) {
@@ -131,10 +126,31 @@ inline void write_trace_csv(std::ostream& out, Trace const& trace, CostModel con
                 counts[columns.of_step[s.step][kind]] = t.operations.count[kind];
             for (auto const count : counts) text << "," << count;
             for (auto const bytes : t.sent_bytes) text << "," << bytes;
-            text << "," << t.operations.settled_bytes << "," << prices.compute_cycles(i, t.operations) << "\n";
+            text << "," << t.operations.settled_bytes;
+            if (prices != nullptr) text << "," << prices->compute_cycles(i, t.operations);
+            text << "\n";
         }
     }
     text.flush();
+}
+} // namespace model_detail
+
+/// One line a superstep and tile that ran, in the trace's order, under a line of names: superstep (from 0), step of the program,
+/// kernel, tile, each operation that a kernel of the program counts, bytes sent to each side, bytes that settled, and the tile's cycles of
+/// compute under `model`. RFC 4180, but lines end as they do on Unix.
+///
+/// Cost: at most some 125 bytes a line, 27 MB for 150 supersteps in which all of 1,440 tiles run.
+inline void write_trace_csv(std::ostream& out, Trace const& trace, CostModel const& model, Grid grid)
+{
+    model_detail::expect_sums_fit(model);
+    model_detail::check_trace(trace, grid);
+    model_detail::StepPrices const prices(model, trace);
+    model_detail::write_tile_lines(out, trace, &prices, grid);
+}
+/// The same lines without a cost model, and without cycles.
+inline void write_trace_csv(std::ostream& out, Trace const& trace, Grid grid)
+{
+    model_detail::write_tile_lines(out, trace, nullptr, grid);
 }
 
 /// One line a superstep, under a line of names: superstep (from 0), step of the program, kernel, tiles that ran, cycles of each
@@ -157,10 +173,10 @@ inline void write_step_csv(std::ostream& out, Trace const& trace, CostModel cons
     text.flush();
 }
 
-/// The run as a timeline for Perfetto (ui.perfetto.dev) and chrome://tracing: Trace Event Format, JSON. The first track is the
-/// machine: compute, exchange, sync and vote of one superstep after the other, in the order in which the model adds them up. Then
-/// come the `busiest` tiles that compute longest in the whole run, longest first (of equals the one with the lower index), with
-/// what each computed under the kernel's name. What takes no cycle is left out.
+/// The run as a timeline for Perfetto (ui.perfetto.dev) and chrome://tracing: Trace Event Format, JSON. The first track shows the
+/// steps of the program by name (step_names). The second is the machine: compute, exchange, sync and vote of one superstep after the
+/// other, in the order in which the model adds them up. Then come the `busiest` tiles that compute longest in the whole run, longest
+/// first (of equals the one with the lower index), with what each computed under the step's name. What takes no cycle is left out.
 ///
 /// Times are the model's cycles at its clock, cut to whole nanoseconds, as Perfetto keeps them; `args.cycles` is exact. Perfetto
 /// drops an event that overlaps the one before by a nanosecond, and readers turn microseconds into nanoseconds by cutting off a
@@ -189,7 +205,7 @@ inline void write_chrome_trace(std::ostream& out, Trace const& trace, CostModel 
     std::sort(shown.begin(), shown.end(),
               [&](std::uint32_t a, std::uint32_t b) { return busy[a] != busy[b] ? busy[a] > busy[b] : a < b; });
     shown.resize(std::min<std::size_t>(shown.size(), busiest));
-    constexpr std::uint32_t process = 1, machine = 1; // 0 is the idle process to Perfetto
+    constexpr std::uint32_t process = 1, steps = 1, machine = 2; // 0 is the idle process to Perfetto
     std::vector<std::uint32_t> track(grid.size(), 0);
     for (std::size_t i = 0; i < shown.size(); ++i) track[shown[i]] = machine + 1 + static_cast<std::uint32_t>(i);
 
@@ -219,24 +235,35 @@ inline void write_chrome_trace(std::ostream& out, Trace const& trace, CostModel 
     };
 
     text << "{\"displayTimeUnit\":\"ns\",\"traceEvents\":[";
-    begin_event("M", machine) << ",\"name\":\"process_name\",\"args\":{\"name\":" << json_string(model.name) << "}}";
+    begin_event("M", steps) << ",\"name\":\"process_name\",\"args\":{\"name\":" << json_string(model.name) << "}}";
     auto const name_track = [&](std::uint32_t tid, std::string_view name) {
         begin_event("M", tid) << ",\"name\":\"thread_name\",\"args\":{\"name\":" << name << "}}";
         begin_event("M", tid) << ",\"name\":\"thread_sort_index\",\"args\":{\"sort_index\":" << tid << "}}";
     };
+    name_track(steps, "\"steps\"");
     name_track(machine, "\"machine\"");
     for (auto const tile : shown) name_track(track[tile], tile_name(tile));
 
     auto const kernels = quoted_kernels(trace, json_string);
+    std::vector<std::string> names;
+    for (auto const& name : step_names(trace)) names.push_back(json_string(name));
     StepPrices const prices(model, trace);
-    std::uint64_t now = 0;
+    std::uint64_t now = 0, cycles_of_step = 0, passes_of_step = 0;
     for (std::size_t i = 0; i < cost.supersteps.size(); ++i) {
         auto const& s = trace.supersteps[i];
         auto const& c = cost.supersteps[i];
+        cycles_of_step += c.total(), ++passes_of_step;
+        if (i + 1 == cost.supersteps.size() || cost.supersteps[i + 1].step != c.step) {
+            if (cycles_of_step != 0) {
+                begin_span(steps, names[c.step], i + 1 - passes_of_step, now + c.total() - cycles_of_step, cycles_of_step);
+                text << ",\"step\":" << c.step << ",\"passes\":" << passes_of_step << "}}";
+            }
+            cycles_of_step = passes_of_step = 0;
+        }
         for (auto const& t : s.tiles) {
             auto const cycles = prices.compute_cycles(i, t.operations);
             if (track[t.tile] == 0 || cycles == 0) continue;
-            begin_span(track[t.tile], kernels[c.step], i, now, cycles);
+            begin_span(track[t.tile], names[c.step], i, now, cycles);
             auto const& operations = operations_of_step(trace, s.step);
             for (std::size_t kind = 0; kind < operations.size(); ++kind)
                 if (auto const count = t.operations.count[kind]; count != 0) text << "," << json_string(operations[kind]) << ":" << count;

@@ -1,232 +1,277 @@
 #pragma once
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <numeric>
 #include <span>
 #include <string>
+#include <tilemesh/engine/trace.hpp>
 #include <tilemesh/machine/grid.hpp>
+#include <tilemesh/machine/tile.hpp>
 #include <tilemesh/model/any_to_any.hpp>
+#include <tilemesh/model/bottleneck.hpp>
+#include <tilemesh/model/cost_model.hpp>
+#include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/model/cost_table.hpp>
 #include <tilemesh/model/energy.hpp>
 #include <tilemesh/model/step_costs.hpp>
-#include <tilemesh/model/trace_files.hpp>
+#include <tilemesh/model/trace_diagrams.hpp>
+#include <tilemesh/model/trace_maps.hpp>
 #include <tilemesh/report/heat_image.hpp>
 #include <tilemesh/report/html.hpp>
+#include <tilemesh/report/image.hpp>
+#include <tilemesh/report/image_file.hpp>
 #include <tilemesh/report/number_text.hpp>
-#include <tilemesh/report/stacked_bars.hpp>
 #include <utility>
 #include <vector>
 
-/// The parts of a page about a run: diagrams, tables and maps of the grid, from a trace of any program. trace_page.hpp makes the page.
+/// The parts of a page about a run, from a trace of any program. trace_page.hpp makes the page.
 namespace tilemesh { inline namespace v0_2 {
 
-/// A number for each tile, which the page shows as a map of the grid.
-struct TileMap {
-    std::string name;           ///< of a file and a column: letters and `_`
-    std::string title, what;    ///< the heading, and a phrase that says what the numbers are
-    bool in_total = true;       ///< the sum over all tiles has a meaning
-    std::vector<double> values; ///< one per tile, finite, not below 0
+/// What a page shows besides the trace and the cost model. Every part is optional.
+struct TracePage {
+    std::string title = "A run";
+    std::vector<std::pair<std::string, std::string>> facts{}; ///< a name and a text, a line each
+    std::vector<Region> ledger{};                             ///< of a tile's SRAM, as Layout::ledger() gives it
+    std::vector<TileMap> maps{};                              ///< shown before the maps that every trace has
+    EnergyModel const* energy = nullptr;                      ///< if given, the page also shows the run's energy
+    /// Encodes a picture as a PNG file. Without it the pictures in the page are BMP files, which are larger.
+    std::function<std::string(report::Image const&)> png{};
+    std::uint64_t most_tile_lines = 4'000'000;     ///< a longer table by tile is left out; a line has some 50 bytes
+    std::size_t most_timeline_bytes = 20'000'000;  ///< the timeline shows as many of the busiest tiles as fit
+    std::string run = "run";                       ///< what the first sentence calls it
+    /// The program's own reason for the time that the slowest tile computes, for the first sentence: "it holds 1,198 copies". Empty: none.
+    std::function<std::string(Bottleneck const&)> because{};
+    report::Image const* picture = nullptr;        ///< what the run made; stands beside the maps, which line up with it
+    std::array<std::uint32_t, 2> tile_px = {1, 1}; ///< width and height of a tile in the picture: the shape of tiles in maps; above 0
 };
 
-/// The maps that every trace has: how full its fullest channel end was, cycles that a tile computes, and cycles that it waits.
-inline std::vector<TileMap> trace_maps(Trace const& trace, CostModel const& model, Grid grid)
-{
-    auto fill = heat_map(trace, model, grid, TileSum::channel_fill);
-    for (auto& share : fill) share *= 100;
-    return {{"channel_fill", "Channel fill", "percent of the fullest end of a channel in the fullest superstep", false, std::move(fill)},
-            {"busy_cycles", "Busy cycles", "modelled cycles that the tile computes", true, heat_map(trace, model, grid, TileSum::busy_cycles)},
-            {"idle_cycles", "Idle cycles", "modelled cycles that the tile waits for the slowest tile's compute", true,
-             heat_map(trace, model, grid, TileSum::idle_cycles)}};
-}
-
-/// The map as a picture whose longer side has at most 480 pixels, but at least one pixel a tile: from dark blue for 0 over green to
-/// yellow for the most that a tile has.
-inline report::Image map_image(TileMap const& map, Grid grid)
-{
-    auto const cell = std::clamp(480 / std::max({grid.width, grid.height, 1u}), 1u, 16u);
-    return report::heat_image(map.values, grid.width, grid.height, {0, report::finite_range(map.values).most}, cell);
-}
-/// The caption of a map: what it shows, the largest value of a tile, and the sum if that has a meaning. `shown` turns a number into text.
-inline std::string map_caption(TileMap const& map, std::string (*shown)(double) = report::short_number)
-{
-    auto caption = map.title + ": " + map.what + ". 0 to " + shown(report::finite_range(map.values).most) + " a tile";
-    if (map.in_total) caption += ", " + shown(std::accumulate(map.values.begin(), map.values.end(), 0.0)) + " in all";
-    return caption + ".";
-}
-/// One line a tile, with the numbers of all maps; each map must have a value for every tile of the grid.
-inline std::string maps_csv(std::span<TileMap const> maps, Grid grid)
-{
-    std::string text = "tile_x,tile_y";
-    for (auto const& map : maps) text.append(",").append(map.name);
-    text += '\n';
-    for (std::uint32_t t = 0; t < grid.size(); ++t) {
-        text += std::to_string(grid.tile(t).x()) + "," + std::to_string(grid.tile(t).y());
-        for (auto const& map : maps) text.append(",").append(report::plain_number(map.values[t]));
-        text += '\n';
-    }
-    return text;
-}
-/// One line a tile, with all digits of its joules.
-inline std::string energy_csv(Energy const& energy, Grid grid)
-{
-    std::string text = "tile_x,tile_y,joules\n";
-    std::array<char, 32> digits{}; // room for the shortest text that reads back as the same double: at most 24 characters
-    for (std::uint32_t t = 0; t < grid.size(); ++t) {
-        auto const end = std::to_chars(digits.data(), digits.data() + digits.size(), energy.joules_of_tile[t]);
-        text += std::to_string(grid.tile(t).x()) + "," + std::to_string(grid.tile(t).y()) + ",";
-        text.append(digits.data(), end.ptr) += '\n';
-    }
-    return text;
-}
-
-/// Where the cycles go: a bar for each step of the program, in milliseconds, as SVG.
-inline std::string steps_svg(CostModel const& model, std::vector<StepCost> const& steps)
-{
-    report::StackedBars chart;
-    chart.title = "Where the cycles go, by step";
-    chart.x_label = "step of the program";
-    chart.y_label = "modelled milliseconds";
-    chart.parts = {{"compute", 4}, {"exchange", 1}, {"sync", 3}, {"vote", 6}};
-    chart.width = 900;
-    for (auto const& s : steps) {
-        report::Bar bar{s.kernel, {}};
-        for (auto const cycles : {s.compute, s.exchange, s.sync, s.vote}) bar.values.push_back(milliseconds(model, cycles));
-        chart.bars.push_back(std::move(bar));
-    }
-    return svg(chart);
-}
-
-/// Supersteps over modelled time as SVG: how many tiles are busy. An area is tile time. Supersteps that are too thin to be seen share a
-/// bar with their neighbours, so that there are about 400 bars. Cost: one pass over the trace; no memory per tile.
-inline std::string supersteps_svg(Trace const& trace, CostModel const& model, RunCost const& cost, Grid grid)
-{
-    constexpr double most_bars = 400; // fewer bars than the diagram has pixels
-    report::StackedBars chart;
-    chart.title = "Supersteps over time: what the tiles do";
-    chart.x_label = "modelled milliseconds";
-    chart.y_label = "percent of tile time";
-    chart.parts = {{"busy", 4}, {"idle", 7}, {"exchange", 1}, {"sync", 3}, {"vote", 6}};
-    chart.layout = report::BarLayout::along_x;
-    chart.y_high = 100;
-    chart.width = 1200;
-    std::array<double, 5> cycles{};
-    double sum = 0;
-    auto const draw = [&] {
-        if (sum == 0) return;
-        report::Bar bar;
-        for (double const c : cycles) bar.values.push_back(100 * c / sum);
-        bar.width = sum / static_cast<double>(model.clock_khz);
-        chart.bars.push_back(std::move(bar));
-        cycles = {};
-        sum = 0;
-    };
-    model_detail::StepPrices const prices(model, trace);
-    for (std::size_t i = 0; i < cost.supersteps.size(); ++i) {
-        auto const& c = cost.supersteps[i];
-        std::uint64_t all_busy = 0;
-        for (auto const& t : trace.supersteps[i].tiles) all_busy += prices.compute_cycles(i, t.operations);
-        double const busy = static_cast<double>(all_busy) / grid.size();
-        std::array<double, 5> const more = {busy, std::max(static_cast<double>(c.compute) - busy, 0.0), static_cast<double>(c.exchange),
-                                            static_cast<double>(c.sync), static_cast<double>(c.vote)};
-        for (std::size_t k = 0; k < more.size(); ++k) {
-            cycles[k] += more[k];
-            sum += more[k];
-        }
-        if (sum * most_bars >= static_cast<double>(cost.cycles)) draw();
-    }
-    draw();
-    return svg(chart);
-}
-
-/// The contents of a page about a run: diagrams as SVG, tables as rows of text. About 100 KB, and the maps.
+/// The contents of a page about a run: sentences, diagrams as SVG, tables as rows of text, pictures. About 100 KB, and the pictures.
 struct TraceSection {
-    std::vector<std::pair<std::string, std::string>> maps; ///< a caption and a PNG for each map that the caller adds
-    std::string steps_svg, supersteps_svg;
-    std::vector<std::vector<std::string>> steps, ideal, energy_kinds, energy_steps; ///< the tables of energy may be empty
+    std::string lead;  ///< the sentence that names the bottleneck
+    std::string notes; ///< what the reader should know of the numbers; may be empty
+    std::vector<std::pair<std::string, std::string>> figures;
+    report::HtmlFrame frame;
+    std::vector<report::HtmlCard> cards; ///< the picture and the maps
+    std::vector<std::string> flat_maps; ///< maps that are the same on every tile, most often 0: a sentence each
+    std::string steps_svg, supersteps_svg; ///< empty without a cost model
+    std::vector<std::vector<std::string>> steps, ideal, energy_kinds, energy_steps; ///< the tables after the first may be empty
+    bool modelled = false;
     std::size_t bytes() const noexcept
     {
         std::size_t pictures = 0;
-        for (auto const& [what, png] : maps) pictures += png.size();
+        for (auto const& card : cards) pictures += card.image.size();
         return pictures / 3 * 4 + steps_svg.size() + supersteps_svg.size();
     }
 };
 
-/// The contents of a page about this run; the caller adds the maps. `cost` is the result of model_cost for this trace, `energy` that of
-/// energy_of with `energy_model`. If both pointers are null, the page has no energy. Throws `Error` as step_costs and any_to_any do.
-inline TraceSection trace_section(Trace const& trace, CostModel const& model, RunCost const& cost, Grid grid,
-                                  EnergyModel const* energy_model = nullptr, Energy const* energy = nullptr)
+namespace model_detail {
+/// Adds the picture, if there is one, and the maps, each in the picture's frame.
+inline void add_cards(TraceSection& section, std::vector<TileMap> const& maps, Grid grid, TracePage const& page)
 {
+    auto const encoded = [&](report::Image const& image) { return page.png ? page.png(image) : report::bmp(image); };
+    auto& frame = section.frame;
+    frame.map_width = std::max(1.0 * page.tile_px[0] * grid.width, 1.0);
+    frame.map_height = std::max(1.0 * page.tile_px[1] * grid.height, 1.0);
+    frame.width = page.picture != nullptr ? page.picture->width : frame.map_width;
+    frame.height = page.picture != nullptr ? page.picture->height : frame.map_height;
+    if (page.picture != nullptr) {
+        auto const size = std::to_string(page.picture->width) + " x " + std::to_string(page.picture->height) + " pixels";
+        section.cards.push_back({"The picture", size + ", on " + std::to_string(grid.width) + " x " + std::to_string(grid.height) + " tiles",
+                                 encoded(*page.picture), "the picture, " + size});
+    }
+    for (auto const& map : maps) {
+        auto const [least, most] = report::finite_range(map.values);
+        auto const shown = [&](double value) { return map.unit == "J" ? report::joules_text(value) : report::short_number(value); };
+        auto const unit = map.unit.empty() ? "" : " " + map.unit;
+        if (least == most) {
+            section.flat_maps.push_back(map.title + ": " + map.what + ". It is " + shown(most) + unit + " on every tile.");
+            continue;
+        }
+        auto const at = static_cast<std::uint32_t>(std::max_element(map.values.begin(), map.values.end()) - map.values.begin());
+        auto text = map.what + ". Most: " + shown(most) + " on tile " + tile_text(grid, at) + ".";
+        if (map.in_total) text += " Sum: " + shown(std::accumulate(map.values.begin(), map.values.end(), 0.0)) + ".";
+        section.cards.push_back({map.title, text, encoded(report::heat_image(map.values, grid.width, grid.height, {0, most})),
+                                 "a map of the grid: " + map.what, {"0" + unit, shown(most / 2), shown(most) + unit}});
+    }
+}
+inline void add_step_counts(std::vector<std::string>& row, StepCost const& s)
+{
+    for (auto const& text : {s.name, report::thousands(s.passes), report::thousands(s.exchanges), report::thousands(s.tile_runs),
+                             report::thousands(s.sent_bytes)})
+        row.push_back(text);
+}
+} // namespace model_detail
+
+/// The contents of a page about this run, with the maps of `page` before those of the trace; `maps` gets all of them. `cost` is the
+/// result of model_cost for this trace, `energy` that of energy_of with `page.energy`, or null. Throws `Error` as step_costs and
+/// any_to_any do, and for a map without a number for every tile.
+inline TraceSection trace_section(Trace const& trace, CostModel const& model, RunCost const& cost, Grid grid, TracePage const& page,
+                                  std::vector<TileMap> const& maps, Energy const* energy = nullptr)
+{
+    using report::share_text;
     using report::thousands;
     TraceSection section;
+    section.modelled = true;
+    auto const worst = find_bottleneck(model, trace, cost, grid);
+    section.lead = bottleneck_text(worst, model, trace, cost, grid, page.run, worst && page.because ? page.because(*worst) : std::string());
     auto const steps = step_costs(trace, cost);
+    std::uint64_t exchanges = 0;
+    double busy = 0;
+    std::string uncounted;
+    for (std::size_t i = 0; i < steps.size(); ++i) {
+        exchanges += steps[i].exchanges;
+        busy = std::accumulate(cost.busy[i].begin(), cost.busy[i].end(), busy);
+        if (steps[i].tile_runs != 0 && model_detail::operations_of_step(trace, i).empty()) uncounted += (uncounted.empty() ? "" : ", ") + steps[i].name;
+    }
+    if (!uncounted.empty())
+        section.notes = "The kernels of these steps count no operations, so that their compute costs no more than to start them: " + uncounted + ".";
+    section.figures = {{"modelled time", milliseconds_text(model, cost.cycles) + " ms"}, {"cycles", thousands(cost.cycles)},
+                       {"passes", thousands(cost.supersteps.size())}, {"exchanges", thousands(exchanges)},
+                       {"tiles", std::to_string(grid.width) + " x " + std::to_string(grid.height)},
+                       {"tile time busy", share_text(busy, static_cast<double>(cost.cycles) * grid.size())}};
+    if (energy != nullptr) section.figures.emplace_back("energy", report::joules_text(energy->joules) + " J");
+    model_detail::add_cards(section, maps, grid, page);
+    if (worst && worst->phase == Bottleneck::Phase::compute) {
+        auto const tile = grid.tile(worst->tile);
+        section.frame.mark = {1.0 * tile.x() * page.tile_px[0], 1.0 * tile.y() * page.tile_px[1], 1.0 * page.tile_px[0], 1.0 * page.tile_px[1]};
+    }
     section.steps_svg = steps_svg(model, steps);
     section.supersteps_svg = supersteps_svg(trace, model, cost, grid);
-    for (auto const& s : steps)
-        section.steps.push_back({s.kernel, thousands(s.supersteps), thousands(s.compute), thousands(s.exchange), thousands(s.sync),
-                                 thousands(s.vote), thousands(s.total()), milliseconds_text(model, s.total()),
-                                 report::share_text(static_cast<double>(s.total()), static_cast<double>(cost.cycles))});
+    for (auto const& s : steps) {
+        auto& row = section.steps.emplace_back();
+        model_detail::add_step_counts(row, s);
+        for (auto const cycles : {s.compute, s.exchange, s.sync, s.vote, s.total()}) row.push_back(thousands(cycles));
+        row.push_back(milliseconds_text(model, s.total()));
+        row.push_back(share_text(static_cast<double>(s.total()), static_cast<double>(cost.cycles)));
+    }
     auto const ideal = any_to_any(model, trace, grid);
     for (auto const& s : ideal.steps)
         section.ideal.push_back(
-            {s.kernel, thousands(s.news_cycles), thousands(s.bound_cycles), thousands(s.replaced ? s.supersteps : 0)});
+            {s.first == s.last ? steps[s.first].name : steps[s.first].name + " to " + steps[s.last].name, thousands(s.news_cycles),
+             thousands(s.bound_cycles), thousands(s.replaced ? s.supersteps : 0)});
     section.ideal.push_back(
         {"all", thousands(ideal.news_cycles), thousands(ideal.bound_cycles), thousands(ideal.supersteps_replaced)});
-    if (energy != nullptr && energy_model != nullptr) {
+    if (energy != nullptr && page.energy != nullptr) {
         for (auto const& event : energy->events)
             if (event.count != 0) // then the event's energy is set
                 section.energy_kinds.push_back({event.name, thousands(event.count),
-                                                thousands(model_detail::find_energy(*energy_model, event.name)->value),
-                                                report::joules_text(event.joules), report::share_text(event.joules, energy->joules)});
+                                                thousands(model_detail::find_energy(*page.energy, event.name)->value),
+                                                report::joules_text(event.joules), share_text(event.joules, energy->joules)});
         for (std::size_t s = 0; s < steps.size(); ++s)
-            section.energy_steps.push_back({steps[s].kernel, report::joules_text(energy->joules_of_step[s]),
-                                            report::share_text(energy->joules_of_step[s], energy->joules)});
+            section.energy_steps.push_back({steps[s].name, report::joules_text(energy->joules_of_step[s]),
+                                            share_text(energy->joules_of_step[s], energy->joules)});
     }
     return section;
 }
 
-/// Adds the run to a page: cycles by step and over time, ideal routing, energy, and the maps. `legend_png` is a picture of
-/// report::heat_legend; empty: no legend.
-inline void add_section(report::HtmlReport& html, TraceSection const& section, std::string const& legend_png)
+/// The contents of a page about this run without a cost model: what ran and what was sent, no times.
+inline TraceSection trace_section(Trace const& trace, Grid grid, TracePage const& page, std::vector<TileMap> const& maps)
 {
-    html.svg(section.steps_svg);
-    html.table({"step", "supersteps", "compute", "exchange", "sync", "vote", "cycles", "ms", "share"}, section.steps);
-    html.svg(section.supersteps_svg);
-    html.subsection("Ideal routing");
-    html.table({"step", "cycles hop by hop", "bound", "supersteps replaced"}, section.ideal);
-    html.paragraph("Exchange, sync and vote of each step, hop by hop as modelled above, and if every message went from any tile "
-                   "straight to where it stays, in one exchange. This is a bound and no machine: nobody asks where a record "
-                   "is, and the busiest receiver never waits. Steps of one kernel that follow each other are one line; compute "
-                   "is in neither column.");
+    using report::thousands;
+    TraceSection section;
+    section.lead = load_text(trace, grid, page.run);
+    section.notes = "No cost model is given, so there are no times.";
+    StepCost all;
+    for (auto const& s : step_costs(trace)) {
+        model_detail::add_step_counts(section.steps.emplace_back(), s);
+        all.exchanges += s.exchanges;
+        all.tile_runs += s.tile_runs;
+        all.sent_bytes += s.sent_bytes;
+    }
+    section.figures = {{"passes", thousands(trace.supersteps.size())}, {"exchanges", thousands(all.exchanges)},
+                       {"tiles", std::to_string(grid.width) + " x " + std::to_string(grid.height)}, {"kernel runs", thousands(all.tile_runs)},
+                       {"bytes sent", thousands(all.sent_bytes)}};
+    model_detail::add_cards(section, maps, grid, page);
+    return section;
+}
+
+/// What a page says of its times.
+inline constexpr char const* modelled_text =
+    "Cycles and milliseconds are modelled from what the tiles did and from the numbers of the cost model. A pass takes as long as its slowest "
+    "tile computes; then come the exchange, a sync, and a vote where the step runs until all tiles are quiet. No time that was measured on "
+    "the host is in them.";
+
+/// Adds the run to a page: the sentence that names its bottleneck, a few numbers, the picture and the maps, cycles by step and over time,
+/// ideal routing, energy. `facts` stand below the numbers, one a line.
+inline void add_section(report::HtmlReport& html, TraceSection const& section, std::vector<std::pair<std::string, std::string>> const& facts = {})
+{
+    if (!section.lead.empty()) html.lead(section.lead);
+    if (!section.notes.empty()) html.paragraph(section.notes);
+    html.figures(section.figures);
+    if (!section.cards.empty()) {
+        html.gallery(section.frame, section.cards);
+        if (section.frame.mark) html.paragraph("The outlined tile is the slowest one, which the first sentence names.");
+    }
+    if (!section.flat_maps.empty())
+        html.folded_subsection(std::to_string(section.flat_maps.size()) + (section.flat_maps.size() == 1 ? " map is" : " maps are") +
+                                   " the same on every tile",
+                               report::HtmlFold::closed, [&] {
+                                   for (auto const& sentence : section.flat_maps) html.paragraph(sentence);
+                               });
+    html.subsection(section.modelled ? "Where the time goes" : "What ran");
+    std::vector<std::string> headers = {"step", "passes", "exchanges", "kernel runs", "bytes sent"};
+    if (section.modelled) {
+        html.svg(section.supersteps_svg).svg(section.steps_svg);
+        for (auto const* header : {"compute", "exchange", "sync", "vote", "cycles", "ms", "share"}) headers.emplace_back(header);
+    }
+    html.table(headers, section.steps);
+    if (section.modelled)
+        html.paragraph("Compute, exchange, sync and vote are modelled cycles: of the slowest tile of each pass, and of what follows the pass. A "
+                       "pass is one run of a kernel on the tiles that must run. Exchanges are those that carried something.");
+    if (!facts.empty()) html.key_values(facts);
+    if (!section.ideal.empty())
+        html.folded_subsection("Ideal routing", report::HtmlFold::closed, [&] {
+            html.table({"step", "cycles hop by hop", "bound", "passes replaced"}, section.ideal);
+            html.paragraph("Exchange, sync and vote of each step, hop by hop as modelled above, and if every message went from any tile "
+                           "straight to where it stays, in one exchange. This is a bound and no machine: a tile would have to know where "
+                           "each record is, and the busiest receiver would never wait. Steps of one kernel that follow each other are one "
+                           "line. Compute is in neither column.");
+        });
     if (!section.energy_kinds.empty()) {
         html.subsection("Energy");
         html.table({"event", "count", "fJ each", "joules", "share"}, section.energy_kinds);
         html.table({"step", "joules", "share"}, section.energy_steps);
     }
-    if (section.maps.empty()) return;
-    html.subsection("Maps of the grid");
-    if (!legend_png.empty())
-        html.picture(legend_png, "colours from dark blue over green to yellow", "From 0 (left) to the most that a tile has (right).");
-    for (auto const& [caption, png] : section.maps) html.picture(png, caption, caption, report::HtmlPicture::small);
 }
 
-/// Adds the numbers of a cost model, each with its source.
+/// Adds the ledger of a tile's SRAM, folded away. `sram_bytes`: of a tile, for the last line; 0: not said.
+inline void add_ledger(report::HtmlReport& html, std::span<Region const> ledger, std::uint64_t sram_bytes = 0)
+{
+    using report::thousands;
+    std::vector<std::vector<std::string>> rows;
+    std::uint64_t sum = 0;
+    for (auto const& region : ledger) {
+        rows.push_back({std::string(region.name.text, region.name.size), region.what, thousands(region.bytes),
+                        region.budgeted ? "" : "outside the budget"});
+        sum += region.budgeted ? region.bytes : 0;
+    }
+    rows.push_back({"in the budget", "", thousands(sum),
+                    sram_bytes == 0 ? ""
+                                    : report::share_text(static_cast<double>(sum), static_cast<double>(sram_bytes)) + " of " + thousands(sram_bytes)});
+    html.folded_section("Ledger of a tile's SRAM", report::HtmlFold::closed, [&] { html.table({"region", "what", "bytes", ""}, rows); });
+}
+/// Adds the numbers of a cost model, each with its source, folded away.
 inline void add_parameters(report::HtmlReport& html, CostModel const& model)
 {
-    html.section("Cost model " + model.name);
     std::vector<std::vector<std::string>> rows;
-    for (auto const& p : model.parameters) rows.push_back({p.name, report::thousands(p.value), p.unit, p.source});
-    html.table({"parameter", "value", "unit", "source"}, rows);
+    for (auto const& p : model.parameters) {
+        auto const& kinds = model_detail::exchange_cost_names; // the kind of exchange is a word
+        bool const word = p.unit == "kind" && p.value < kinds.size();
+        rows.push_back({p.name, word ? std::string(kinds[p.value]) : report::thousands(p.value), word ? "" : p.unit, p.source});
+    }
+    html.folded_section("Cost model " + model.name, report::HtmlFold::closed,
+                        [&] { html.table({"parameter", "value", "unit", "source"}, rows); });
 }
-/// Adds the numbers of an energy model, each with its source.
+/// Adds the numbers of an energy model, each with its source, folded away.
 inline void add_parameters(report::HtmlReport& html, EnergyModel const& model)
 {
-    html.section("Energy model " + model.name);
     std::vector<std::vector<std::string>> rows;
     for (auto const& p : model.events) rows.push_back({p.name, report::thousands(p.value), p.unit, p.source});
-    html.table({"event", "value", "unit", "source"}, rows);
+    html.folded_section("Energy model " + model.name, report::HtmlFold::closed,
+                        [&] { html.table({"event", "value", "unit", "source"}, rows); });
 }
 
 }} // namespace tilemesh

@@ -58,15 +58,16 @@ inline std::array<float, 3> heat_colour(double share) noexcept
     return out;
 }
 
-/// A map of `width` x `height` values, row by row from the top left, as a picture with `cell_px` x `cell_px` pixels a
-/// value. Values outside the range have the colour of its nearer end. Where the range is empty (all values are equal) they have
+/// A map of `width` x `height` values, row by row from the top left, as a picture with `cell_px` x `cell_high_px` pixels a
+/// value; 0: as high as wide. Values outside the range have the colour of its nearer end. Where the range is empty (all values are equal) they have
 /// the first colour, and values above it the last. Values that are not finite have the colour `heat_gap`.
 ///
 /// Throws `Error` where the number of values is not width * height, for a range that is not finite or not in order, and for a
 /// picture without pixels or with a side above 65,535.
 inline Image heat_image(std::span<double const> values, std::uint32_t width, std::uint32_t height, HeatRange range,
-                        std::uint32_t cell_px = 1)
+                        std::uint32_t cell_px = 1, std::uint32_t cell_high_px = 0)
 {
+    if (cell_high_px == 0) cell_high_px = cell_px;
     auto const refuse = [](std::string const& why, char const* remedy) {
         throw Error("a heat map cannot be drawn (" + why + "); " + remedy);
     };
@@ -75,13 +76,13 @@ inline Image heat_image(std::span<double const> values, std::uint32_t width, std
                "give one a cell");
     if (!std::isfinite(range.least) || !std::isfinite(range.most) || range.least > range.most)
         refuse("its range is not finite or not in order", "give finite_range of the values");
-    auto const side = std::max(std::uint64_t{width} * cell_px, std::uint64_t{height} * cell_px);
+    auto const side = std::max(std::uint64_t{width} * cell_px, std::uint64_t{height} * cell_high_px);
     if (values.empty() || cell_px == 0 || side > 65'535)
         refuse("its picture has " + std::to_string(std::uint64_t{width} * cell_px) + " x " +
-                   std::to_string(std::uint64_t{height} * cell_px) + " pixels",
+                   std::to_string(std::uint64_t{height} * cell_high_px) + " pixels",
                "choose sides of 1 to 65,535");
 
-    Image image(width * cell_px, height * cell_px);
+    Image image(width * cell_px, height * cell_high_px);
     for (std::uint32_t y = 0; y < height; ++y) {
         for (std::uint32_t x = 0; x < width; ++x) {
             double const v = values[std::size_t{y} * width + x];
@@ -90,11 +91,11 @@ inline Image heat_image(std::span<double const> values, std::uint32_t width, std
             double const share = span > 0 ? (v / 2 - range.least / 2) / span : v > range.most ? 1.0 : 0.0;
             auto const colour = std::isfinite(v) ? heat_colour(share) : heat_gap;
             for (std::uint32_t i = 0; i < cell_px; ++i)
-                std::copy(colour.begin(), colour.end(), image.pixel(x * cell_px + i, y * cell_px));
+                std::copy(colour.begin(), colour.end(), image.pixel(x * cell_px + i, y * cell_high_px));
         }
-        auto const* const row = image.pixel(0, y * cell_px);
-        for (std::uint32_t i = 1; i < cell_px; ++i)
-            std::copy_n(row, std::size_t{3} * image.width, image.pixel(0, y * cell_px + i));
+        auto const* const row = image.pixel(0, y * cell_high_px);
+        for (std::uint32_t i = 1; i < cell_high_px; ++i)
+            std::copy_n(row, std::size_t{3} * image.width, image.pixel(0, y * cell_high_px + i));
     }
     return image;
 }

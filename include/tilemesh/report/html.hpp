@@ -1,11 +1,14 @@
 #pragma once
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <tilemesh/error.hpp>
+#include <tilemesh/report/heat_image.hpp>
 #include <tilemesh/report/plot.hpp>
 #include <utility>
 #include <vector>
@@ -42,14 +45,95 @@ inline std::string html_text(std::string_view text)
     return out;
 }
 
-/// How large a picture is shown: as wide as the page, or with others in a row, without smoothing.
-enum class HtmlPicture { whole, small };
+/// A picture in a gallery, with its title, a text, and a scale of heat colours if it is a map.
+struct HtmlCard {
+    std::string title, text;
+    std::string image;                ///< the bytes of a PNG or BMP file
+    std::string alt;                  ///< says in words what the picture shows
+    std::vector<std::string> scale{}; ///< the numbers below the scale, evenly spaced from the least; empty: no map and no scale
+};
+
+/// The frame that all pictures of a gallery have, so that they line up. All lengths are in one unit, and above 0.
+struct HtmlFrame {
+    double width = 1, height = 1;
+    double map_width = 1, map_height = 1;     ///< of a map; what reaches over the frame's right or lower edge is cut off
+    std::optional<std::array<double, 4>> mark{}; ///< a rectangle that is outlined in each: left, top, width, height
+};
+
+/// Whether a part that can be folded away is open at first.
+enum class HtmlFold { open, closed };
+
+namespace detail {
+/// Does a table's cell hold a number: digits, with signs, separators, a percent sign?
+inline bool is_number_cell(std::string_view cell) noexcept
+{
+    return cell.find_first_of("0123456789") != cell.npos && cell.find_first_not_of("0123456789.,+-e% ") == cell.npos && cell[0] != 'e';
+}
+/// The style sheet of a report.
+inline std::string html_style()
+{
+    std::string colours;
+    for (int i = 0; i <= 8; ++i) {
+        colours += i == 0 ? "rgb(" : ", rgb(";
+        auto const colour = heat_colour(i / 8.0);
+        for (std::size_t c = 0; c < 3; ++c) colours.append(c == 0 ? "" : " ").append(plot_number(255.0 * static_cast<double>(colour[c]), 0));
+        colours += ')';
+    }
+    std::string left;
+    for (int column = 1; column <= 12; ++column) {
+        auto const n = std::to_string(column);
+        left += (column == 1 ? "" : ", ") + (".l" + n + " tr > :nth-child(" + n + ")");
+    }
+    return R"(:root { color-scheme: light dark; --line: color-mix(in srgb, CanvasText 20%, Canvas);
+  --soft: color-mix(in srgb, CanvasText 6%, Canvas); --dim: color-mix(in srgb, CanvasText 70%, Canvas); }
+* { box-sizing: border-box; -webkit-print-color-adjust: exact; print-color-adjust: exact; }
+body { font: 16px/1.5 system-ui, sans-serif; max-width: 1760px; margin: 0 auto; padding: 16px clamp(14px, 3vw, 48px) 48px;
+  background: Canvas; color: CanvasText; overflow-wrap: break-word; }
+h1 { font-size: clamp(24px, 2.6vw, 38px); line-height: 1.2; margin: 0.4em 0 0.5em; }
+h2 { font-size: clamp(20px, 1.9vw, 27px); line-height: 1.25; margin: 1.7em 0 0.6em; }
+h3 { font-size: 18px; margin: 1.5em 0 0.5em; }
+p { max-width: 62em; margin: 0.7em 0; }
+.lead { font-size: clamp(18px, 1.8vw, 25px); line-height: 1.35; max-width: 50em; border-left: 5px solid #d55e00; padding: 0.15em 0 0.15em 0.8em; }
+.figures { display: grid; grid-template-columns: repeat(auto-fill, minmax(165px, 1fr)); gap: 10px; margin: 1.1em 0; }
+.figures div { background: var(--soft); border-radius: 8px; padding: 0.55em 0.8em; }
+.figures dt { font-size: 13px; color: var(--dim); }
+.figures dd { margin: 0; font-size: 20px; font-weight: 600; line-height: 1.25; }
+.scroll { overflow-x: auto; margin: 0.7em 0; }
+table { border-collapse: collapse; font-size: 14px; font-variant-numeric: tabular-nums; }
+th, td { border-bottom: 1px solid var(--line); padding: 0.25em 0.7em; text-align: right; vertical-align: top; white-space: nowrap; }
+th { color: var(--dim); font-weight: 600; }
+th { white-space: normal; }
+.pairs th, .pairs td, )" + left + R"( { text-align: left; white-space: normal; }
+figure { margin: 0.8em 0; break-inside: avoid; }
+.chart svg { width: 100%; max-width: 1500px; min-width: 680px; height: auto; border-radius: 8px; }
+.gallery { display: grid; grid-template-columns: repeat(auto-fill, minmax(min(100%, 300px), 1fr)); gap: 20px; margin: 1.1em 0; align-items: start; }
+.gallery figure { margin: 0; }
+@media (min-width: 680px) { .gallery .large { grid-column: span 2; grid-row: span 2; } }
+.frame { position: relative; overflow: hidden; border-radius: 4px; background: var(--soft); }
+.frame img { position: absolute; left: 0; top: 0; width: 100%; height: 100%; }
+.frame img.map { image-rendering: pixelated; }
+.frame i { position: absolute; outline: 2px solid #ff3b1f; outline-offset: 1px; }
+.scale { height: 10px; border-radius: 3px; margin-top: 6px; background: linear-gradient(to right, )" + colours + R"(); }
+.ticks { display: flex; justify-content: space-between; font-size: 13px; font-variant-numeric: tabular-nums; }
+figcaption { font-size: 14px; line-height: 1.4; margin-top: 4px; }
+figcaption b { display: block; font-size: 15px; }
+details { margin: 0.9em 0; }
+summary { cursor: pointer; }
+summary h2, summary h3 { display: inline-block; margin: 0.3em 0; }
+@media print { @page { margin: 12mm; } body { font-size: 11px; padding: 0; } table { font-size: 10px; } th, td { padding: 0.15em 0.5em; }
+  .lead { font-size: 15px; } h1 { font-size: 21px; } h2 { font-size: 16px; } h3 { font-size: 13px; } .figures dd { font-size: 14px; }
+  .figures dt, figcaption, .ticks { font-size: 9px; } figcaption b { font-size: 11px; } .scroll { overflow: visible; } .chart svg { min-width: 0; } h2, h3 { break-after: avoid; }
+  tr, .figures { break-inside: avoid; } .figures { grid-template-columns: repeat(5, 1fr); } .gallery { grid-template-columns: repeat(3, 1fr); }
+  .gallery .large { grid-column: span 2; grid-row: span 2; } details::details-content { content-visibility: visible; } }
+)";
+}
+} // namespace detail
 
 /// A report as one HTML file that needs nothing else: pictures are inside, there is no script, and a content security policy
-/// forbids a browser to ask any network for anything. It is light or dark as the reader's browser is set. Each call adds an
-/// element at the end; every text is escaped. The same calls give the same bytes.
+/// forbids a browser to ask any network for anything. It is light or dark as the reader's browser is set, and fits windows of 400
+/// pixels, projectors and paper. Each call adds an element at the end; every text is escaped. The same calls give the same bytes.
 ///
-/// Cost: the file's bytes in memory; a picture takes 4/3 of its PNG.
+/// Cost: the file's bytes in memory; a picture takes 4/3 of its file.
 class HtmlReport {
 public:
     explicit HtmlReport(std::string_view title) : title_(html_text(title)) { body_ = "<h1>" + title_ + "</h1>\n"; }
@@ -57,20 +141,46 @@ public:
     HtmlReport& section(std::string_view heading) { return add("<h2>" + html_text(heading) + "</h2>\n"); }
     HtmlReport& subsection(std::string_view heading) { return add("<h3>" + html_text(heading) + "</h3>\n"); }
     HtmlReport& paragraph(std::string_view text) { return add("<p>" + html_text(text) + "</p>\n"); }
+    /// The sentence that says what the page, or this part of it, is about; in large letters.
+    HtmlReport& lead(std::string_view text) { return add("<p class=\"lead\">" + html_text(text) + "</p>\n"); }
+
+    /// A section that a reader can fold away: its heading stays, and what `fill` adds to the report is shown or not.
+    template <class Fill>
+    HtmlReport& folded_section(std::string_view heading, HtmlFold fold, Fill fill)
+    {
+        return folded("h2", heading, fold, fill);
+    }
+    /// A subsection that a reader can fold away.
+    template <class Fill>
+    HtmlReport& folded_subsection(std::string_view heading, HtmlFold fold, Fill fill)
+    {
+        return folded("h3", heading, fold, fill);
+    }
+
+    /// Few numbers that matter, in large letters: what each is, and the number with its unit.
+    HtmlReport& figures(std::span<std::pair<std::string, std::string> const> pairs)
+    {
+        body_ += "<dl class=\"figures\">\n";
+        for (auto const& [what, number] : pairs)
+            body_ += "<div><dt>" + html_text(what) + "</dt><dd>" + html_text(number) + "</dd></div>\n";
+        return add("</dl>\n");
+    }
 
     /// Names and what they stand for, a line each.
     HtmlReport& key_values(std::span<std::pair<std::string, std::string> const> pairs)
     {
-        body_ += "<table class=\"pairs\">\n";
+        body_ += "<div class=\"scroll\"><table class=\"pairs\">\n";
         for (auto const& [key, value] : pairs)
             body_ += "<tr><th>" + html_text(key) + "</th><td>" + html_text(value) + "</td></tr>\n";
-        return add("</table>\n");
+        return add("</table></div>\n");
     }
 
-    /// The first column is for names, the others for numbers. One cell a header; any other number throws `Error`.
+    /// A column stands right if at least half of its cells are numbers, otherwise left (from the thirteenth on: right). One cell a
+    /// header; any other number throws `Error`.
     HtmlReport& table(std::vector<std::string> const& headers, std::span<std::vector<std::string> const> rows)
     {
-        std::string text = "<table>\n<tr>";
+        std::vector<std::ptrdiff_t> words(headers.size(), 0); // more than numbers
+        std::string text = "<tr>";
         for (auto const& header : headers) text += "<th>" + html_text(header) + "</th>";
         text += "</tr>\n";
         for (auto const& row : rows) {
@@ -78,10 +188,16 @@ public:
                 throw Error("a table of the report cannot be written (a row has " + std::to_string(row.size()) +
                             " cells and " + std::to_string(headers.size()) + " columns); give one cell a header");
             text += "<tr>";
-            for (auto const& cell : row) text += "<td>" + html_text(cell) + "</td>";
+            for (std::size_t column = 0; column < row.size(); ++column) {
+                text += "<td>" + html_text(row[column]) + "</td>";
+                if (!row[column].empty()) words[column] += detail::is_number_cell(row[column]) ? -1 : 1;
+            }
             text += "</tr>\n";
         }
-        return add(text + "</table>\n");
+        std::string left;
+        for (std::size_t column = 0; column < words.size(); ++column)
+            if (words[column] > 0) left += (left.empty() ? "l" : " l") + std::to_string(column + 1);
+        return add("<div class=\"scroll\"><table class=\"" + left + "\">\n" + text + "</table></div>\n");
     }
 
     /// Adds a diagram that `svg` of plot.hpp or stacked_bars.hpp made. Its ids are made unique in the report, and its name
@@ -116,16 +232,36 @@ public:
             text += document.front();
             document.remove_prefix(1);
         }
-        return add("<figure>" + text + "</figure>\n");
+        return add("<figure class=\"chart scroll\">" + text + "</figure>\n");
     }
 
-    /// A picture, from the bytes of a PNG file. `alt` says in words what it shows.
-    HtmlReport& picture(std::string_view png, std::string_view alt, std::string_view caption,
-                        HtmlPicture size = HtmlPicture::whole)
+    /// Pictures beside each other, all in the same frame, so that a place has the same position in each. The first card, if it is no
+    /// map, is larger than the others where the window is wide enough.
+    HtmlReport& gallery(HtmlFrame const& frame, std::span<HtmlCard const> cards)
     {
-        body_ += size == HtmlPicture::small ? "<figure class=\"small\">" : "<figure>";
-        body_ += "<img alt=\"" + html_text(alt) + "\" src=\"data:image/png;base64," + base64(png) + "\">";
-        return add("<figcaption>" + html_text(caption) + "</figcaption></figure>\n");
+        auto const percent = [](double part, double whole) { return detail::plot_number(100 * part / whole, 3) + "%"; };
+        body_ += "<div class=\"gallery\">\n";
+        for (auto const& card : cards) {
+            bool const is_map = !card.scale.empty();
+            body_ += !is_map && &card == cards.data() ? "<figure class=\"large\">" : "<figure>";
+            body_ += "<div class=\"frame\" style=\"aspect-ratio: " + detail::plot_number(frame.width, 3) + " / " +
+                     detail::plot_number(frame.height, 3) + "\"><img alt=\"" + html_text(card.alt) + "\"";
+            if (is_map)
+                body_ += " class=\"map\" style=\"width: " + percent(frame.map_width, frame.width) + "; height: " +
+                         percent(frame.map_height, frame.height) + "\"";
+            body_ += std::string(" src=\"data:image/") + (card.image.starts_with("BM") ? "bmp" : "png") + ";base64," + base64(card.image) + "\">";
+            if (auto const& mark = frame.mark)
+                body_ += "<i style=\"left: " + percent((*mark)[0], frame.width) + "; top: " + percent((*mark)[1], frame.height) +
+                         "; width: " + percent((*mark)[2], frame.width) + "; height: " + percent((*mark)[3], frame.height) + "\"></i>";
+            body_ += "</div>\n";
+            if (is_map) {
+                body_ += "<div class=\"scale\"></div><div class=\"ticks\">";
+                for (auto const& number : card.scale) body_ += "<span>" + html_text(number) + "</span>";
+                body_ += "</div>\n";
+            }
+            body_ += "<figcaption><b>" + html_text(card.title) + "</b>" + html_text(card.text) + "</figcaption></figure>\n";
+        }
+        return add("</div>\n");
     }
 
     /// Bytes of the body so far.
@@ -138,22 +274,7 @@ public:
                "<meta http-equiv=\"Content-Security-Policy\" "
                "content=\"default-src 'none'; img-src data:; style-src 'unsafe-inline'\">\n"
                "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>" +
-               title_ +
-               "</title>\n<style>\n"
-               ":root { color-scheme: light dark; }\n"
-               "body { font: 15px/1.45 sans-serif; max-width: 1320px; margin: 1em auto; padding: 0 1em; "
-               "background: Canvas; color: CanvasText; }\n"
-               "p { max-width: 60em; }\n"
-               "table { border-collapse: collapse; margin: 0.7em 0; font-variant-numeric: tabular-nums; }\n"
-               "th, td { border-bottom: 1px solid GrayText; padding: 0.15em 0.7em; text-align: right; vertical-align: top; }\n"
-               "th:first-child, td:first-child, .pairs td { text-align: left; }\n"
-               "figure { margin: 0.7em 0; }\n"
-               "figure.small { display: inline-block; width: 300px; margin-right: 12px; vertical-align: top; }\n"
-               "figure.small img { width: 100%; image-rendering: pixelated; }\n"
-               "img, svg { max-width: 100%; height: auto; }\n"
-               "figcaption { font-size: 13px; }\n"
-               "</style>\n</head>\n<body>\n" +
-               body_ + "</body>\n</html>\n";
+               title_ + "</title>\n<style>\n" + detail::html_style() + "</style>\n</head>\n<body>\n" + body_ + "</body>\n</html>\n";
     }
 
 private:
@@ -161,6 +282,14 @@ private:
     {
         body_ += text;
         return *this;
+    }
+    template <class Fill>
+    HtmlReport& folded(std::string const& tag, std::string_view heading, HtmlFold fold, Fill fill)
+    {
+        body_ += fold == HtmlFold::open ? "<details open>" : "<details>";
+        body_ += "<summary><" + tag + ">" + html_text(heading) + "</" + tag + "></summary>\n";
+        fill();
+        return add("</details>\n");
     }
 
     std::string title_, body_;

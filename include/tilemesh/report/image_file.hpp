@@ -18,6 +18,10 @@ namespace tilemesh { inline namespace v0_2 { namespace report {
 /// No gamma is applied, because 3DGS maps are trained on display values.
 TILEMESH_HOST std::vector<std::byte> rgb8(Image const& image);
 
+/// Returns `rgb8` of the picture as a BMP file (24 bits a pixel), which browsers show: 54 bytes and 3 a pixel, rows of a multiple of 4 bytes.
+/// Throws `tilemesh::Error` for a picture without pixels or with a side above 65,535.
+TILEMESH_HOST std::string bmp(Image const& image);
+
 /// Writes a binary PPM (P6, 8 bits a channel) of `rgb8`, a format that every viewer opens. Throws `tilemesh::Error` for a picture without
 /// pixels and if the file cannot be written; then it leaves no file.
 TILEMESH_HOST void write_ppm(std::filesystem::path const& path, Image const& image);

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <limits>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -37,12 +38,13 @@ struct PlotSeries {
     std::vector<std::pair<double, double>> points; ///< x, which is finite, and y
     PlotLine line = PlotLine::straight;
     std::uint32_t colour = 0; ///< one of eight that colour-blind eyes tell apart; 8 is 0 again
-    bool dashed = false;
-    bool faded = false;       ///< drawn at 35 % of its strength: a background for the other series
+    bool dashed = false;      ///< its dots are rings
+    bool faded = false;       ///< drawn at 60 % of its strength: a background for the other series
     double dot_px = 2.5;      ///< radius of its dots
 };
 
-/// A diagram for a report: title, axes with ticks, lines with dots, a legend on the right.
+/// A diagram for a report: title, axes with ticks, lines with dots, a legend on the right. Where the lines of several series coincide
+/// from one point to the next, dashes of their colours alternate there; where dots coincide, the earlier series' dot is the larger one.
 struct Plot {
     std::string title;
     PlotAxis x, y;
@@ -171,6 +173,37 @@ private:
     std::vector<PlotTick> ticks_;
 };
 
+/// Tenths of a pixel: places that are drawn alike are equal.
+using PlotPlace = std::array<long, 2>;
+inline std::string place_text(PlotPlace const& at)
+{
+    return plot_number(static_cast<double>(at[0]) / 10, 1) + " " + plot_number(static_cast<double>(at[1]) / 10, 1);
+}
+
+/// The series of a plot in pixels, and who shares what: which series, in order, draw each piece of line and each dot.
+struct PlotShares {
+    using Piece = std::array<PlotPlace, 2>;
+    using Owners = std::vector<std::size_t>; ///< of series, in order
+    std::map<Piece, Owners> lines;
+    std::map<PlotPlace, Owners> dots;
+    /// Adds a series to what it draws; a piece that it draws twice counts once.
+    template <class Key>
+    static void own(std::map<Key, Owners>& of, Key const& key, std::size_t series)
+    {
+        auto& owners = of[key];
+        if (owners.empty() || owners.back() != series) owners.push_back(series);
+    }
+    /// How many share it, and how many of them are before this series.
+    template <class Key>
+    static std::array<std::size_t, 2> share(std::map<Key, Owners> const& of, Key const& key, std::size_t series)
+    {
+        auto const found = of.find(key);
+        if (found == of.end()) return {1, 0};
+        auto const& owners = found->second;
+        return {owners.size(), static_cast<std::size_t>(std::find(owners.begin(), owners.end(), series) - owners.begin())};
+    }
+};
+
 } // namespace detail
 
 /// The plot as an SVG document of its own: no script, no style sheet, no font but the reader's sans-serif, on white. The same text on
@@ -239,37 +272,83 @@ inline std::string svg(Plot const& plot)
     auto const turn = " text-anchor=\"middle\" transform=\"rotate(-90 16 " + number((top + bottom) / 2) + ")\"";
     text(16, (top + bottom) / 2, turn.c_str(), plot.y.label);
 
-    // Lines and dots, cut to the area; then the legend.
+    // Where the points are in pixels, and the corners of lines; who shares a piece of line or a dot.
+    using detail::PlotPlace;
+    struct Drawn {
+        std::vector<std::vector<PlotPlace>> lines; ///< from gap to gap
+        std::vector<PlotPlace> dots;
+    };
+    std::vector<Drawn> drawn(plot.series.size());
+    detail::PlotShares shares;
     for (std::size_t i = 0; i < plot.series.size(); ++i) {
         auto const& series = plot.series[i];
-        std::string const colour = detail::plot_colours[series.colour % detail::plot_colours.size()];
-        std::string const radius = "\" r=\"" + number(series.dot_px);
-        std::string path, dots;
         bool joined = false;
-        double before = 0;
         for (auto const& [at, value] : series.points) {
-            bool const drawn = std::isfinite(value) ? true : value > 0;
-            if (!drawn) {
+            if (!std::isfinite(value) && !(value > 0)) {
                 joined = false;
                 continue;
             }
             if (!x.has(at) || (std::isfinite(value) && !y.has(value)))
                 throw Error("series \"" + series.name +
                             "\" cannot be drawn (a value of 0 or below on a logarithmic scale); choose a linear scale");
-            double const px = x.px(at), py = std::isfinite(value) ? y.px(value) : infinity_px;
-            if (joined && series.line == PlotLine::step) path.append("L").append(number(px)).append(" ").append(number(before));
-            if (series.line != PlotLine::none) path.append(joined ? "L" : "M").append(number(px)).append(" ").append(number(py));
-            dots += "<circle cx=\"" + number(px) + "\" cy=\"" + number(py) + radius + "\"/>";
-            before = py;
+            auto const tenths = [](double px) { return std::lround(10 * std::clamp(px, -1e6, 1e6)); }; // bounds may leave values far outside
+            PlotPlace const place = {tenths(x.px(at)), tenths(std::isfinite(value) ? y.px(value) : infinity_px)};
+            drawn[i].dots.push_back(place);
+            if (series.line == PlotLine::none) continue;
+            if (!joined) drawn[i].lines.emplace_back();
+            auto& line_of = drawn[i].lines.back();
+            if (joined && series.line == PlotLine::step) line_of.push_back({place[0], line_of.back()[1]});
+            line_of.push_back(place);
             joined = true;
+            detail::PlotShares::own(shares.dots, place, i);
         }
-        std::string const stroke =
-            " fill=\"none\" stroke=\"" + colour + "\" stroke-width=\"1.8\"" + (series.dashed ? " stroke-dasharray=\"6 4\"" : "");
-        std::string const strength = series.faded ? " opacity=\"0.35\"" : "";
+        for (auto const& points : drawn[i].lines)
+            for (std::size_t p = 1; p < points.size(); ++p)
+                if (points[p - 1] != points[p]) detail::PlotShares::own(shares.lines, {points[p - 1], points[p]}, i);
+    }
+
+    // Lines and dots, cut to the area; then the legend.
+    for (std::size_t i = 0; i < plot.series.size(); ++i) {
+        auto const& series = plot.series[i];
+        std::string const colour = detail::plot_colours[series.colour % detail::plot_colours.size()];
+        std::string const radius = "\" r=\"" + number(series.dot_px);
+        std::string path, dots;
+        std::map<std::array<std::size_t, 2>, std::string> shared; // paths of pieces that as many share, this series in the same place
+        for (auto const& points : drawn[i].lines) {
+            bool on_path = false;
+            for (std::size_t p = 0; p < points.size(); ++p) {
+                auto const share = p == 0 ? std::array<std::size_t, 2>{1, 0}
+                                          : detail::PlotShares::share(shares.lines, {points[p - 1], points[p]}, i);
+                if (share[0] > 1) {
+                    shared[share].append("M").append(detail::place_text(points[p - 1])).append("L").append(detail::place_text(points[p]));
+                    on_path = false;
+                } else {
+                    if (p != 0 && !on_path) path.append("M").append(detail::place_text(points[p - 1]));
+                    if (p != 0) path.append("L").append(detail::place_text(points[p]));
+                    on_path = p != 0;
+                }
+            }
+            if (points.size() == 1) path.append("M").append(detail::place_text(points[0]));
+        }
+        for (auto const& place : drawn[i].dots) {
+            auto const share = detail::PlotShares::share(shares.dots, place, i);
+            auto const above = series.line == PlotLine::none ? 0 : share[0] - 1 - share[1];
+            dots += "<circle cx=\"" + number(static_cast<double>(place[0]) / 10) + "\" cy=\"" + number(static_cast<double>(place[1]) / 10) +
+                    "\" r=\"" + number(series.dot_px + 1.5 * static_cast<double>(above)) + "\"/>";
+        }
+        std::string const line_style = " fill=\"none\" stroke=\"" + colour + "\" stroke-width=\"1.8\"";
+        std::string const stroke = line_style + (series.dashed ? " stroke-dasharray=\"6 4\"" : "");
+        std::string const strength = series.faded ? " opacity=\"0.6\"" : "";
         if (!dots.empty()) {
             out += "<g clip-path=\"url(#area)\"" + strength + ">";
             if (!path.empty()) out += "<path d=\"" + path + "\"" + stroke + "/>\n";
-            out += "<g fill=\"" + colour + "\">" + dots + "</g></g>\n";
+            for (auto const& [share, pieces] : shared) // the first is whole, so that a short piece has a colour too; the others on it
+                out += "<path d=\"" + pieces + "\"" + line_style +
+                       (share[1] == 0 ? std::string()
+                                      : " stroke-dasharray=\"7 " + std::to_string(7 * (share[0] - 1)) + "\" stroke-dashoffset=\"-" +
+                                            std::to_string(7 * share[1]) + "\"") +
+                       "/>\n";
+            out += "<g fill=\"" + (series.dashed ? "#ffffff\" stroke=\"" + colour : colour) + "\">" + dots + "</g></g>\n";
         }
         double const row = top + 8 + 18 * static_cast<double>(i);
         if (series.line == PlotLine::none)

@@ -88,6 +88,38 @@ TILEMESH_HOST std::vector<std::byte> rgb8(Image const& image)
     return bytes;
 }
 
+TILEMESH_HOST std::string bmp(Image const& image)
+{
+    detail::expect_pixels(image, "make a BMP file");
+    if (std::max(image.width, image.height) > 65'535)
+        throw Error("cannot make a BMP file (the picture has " + std::to_string(image.width) + " x " + std::to_string(image.height) +
+                    " pixels); choose sides of 1 to 65,535");
+    auto const pixels = rgb8(image);
+    std::size_t const row = (std::size_t{3} * image.width + 3) / 4 * 4;
+    std::string out = "BM";
+    auto const number = [&](std::uint64_t value, int bytes) {
+        for (int i = 0; i < bytes; ++i) out += static_cast<char>(static_cast<unsigned char>(value >> (8 * i) & 0xffu));
+    };
+    number(54 + row * image.height, 4);      // a file header: its size, two words of 0, where the pixels begin
+    number(0, 4);
+    number(54, 4);
+    number(40, 4);                           // a header of 40 bytes: the picture's size, one plane, 24 bits a pixel, not compressed,
+    number(image.width, 4);
+    number(image.height, 4);
+    number(1, 2);
+    number(24, 2);
+    number(0, 4);
+    number(row * image.height, 4);           // the size of the pixels, no size in metres, no palette
+    for (int i = 0; i < 4; ++i) number(0, 4);
+    for (std::uint32_t y = image.height; y-- > 0;) { // from the lowest row up, blue first
+        auto const begin = out.size();
+        for (std::size_t x = 0; x < image.width; ++x)
+            for (std::size_t c = 3; c-- > 0;) out += static_cast<char>(pixels[3 * (std::size_t{y} * image.width + x) + c]);
+        out.resize(begin + row, '\0');
+    }
+    return out;
+}
+
 TILEMESH_HOST void write_ppm(std::filesystem::path const& path, Image const& image)
 {
     detail::expect_pixels(image, "write " + path.string());

@@ -1,0 +1,116 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <tilemesh/engine/trace.hpp>
+#include <tilemesh/machine/grid.hpp>
+#include <tilemesh/model/cost_model.hpp>
+#include <tilemesh/model/cost_table.hpp>
+#include <tilemesh/model/step_costs.hpp>
+#include <tilemesh/report/number_text.hpp>
+#include <tilemesh/report/stacked_bars.hpp>
+#include <tilemesh/report/table.hpp>
+#include <utility>
+#include <vector>
+
+/// Diagrams of the modelled time of a run of any program, as SVG.
+namespace tilemesh { inline namespace v0_2 {
+
+/// Where the time goes: a bar for each step of the program, in milliseconds, as SVG.
+inline std::string steps_svg(CostModel const& model, std::vector<StepCost> const& steps)
+{
+    report::StackedBars chart;
+    chart.title = "Where the time goes, by step";
+    chart.x_label = "modelled milliseconds";
+    chart.parts = {{"compute", 4}, {"exchange", 1}, {"sync", 3}, {"vote", 6}};
+    chart.width = 1200;
+    std::uint64_t all = 0;
+    for (auto const& s : steps) all += s.total();
+    for (auto const& s : steps) {
+        report::Bar bar{s.name, {}};
+        for (auto const cycles : {s.compute, s.exchange, s.sync, s.vote}) bar.values.push_back(milliseconds(model, cycles));
+        bar.note = milliseconds_text(model, s.total()) + " ms, " + report::share_text(static_cast<double>(s.total()), static_cast<double>(all));
+        chart.bars.push_back(std::move(bar));
+    }
+    return svg(chart);
+}
+
+/// The steps over modelled time: a span for each time that a step ran, with its name. If that makes more than 40 spans, the rounds of each
+/// outermost Loop are one span, and its name says what they are.
+inline std::vector<report::BarSpan> step_spans(Trace const& trace, CostModel const& model, RunCost const& cost)
+{
+    auto const names = step_names(trace);
+    auto const with = [&](auto const& group_of, auto const& name_of_group) {
+        std::vector<report::BarSpan> spans;
+        std::optional<std::size_t> last;
+        for (auto const& c : cost.supersteps) {
+            std::size_t const group = group_of(c.step);
+            if (last != group) spans.push_back({name_of_group(group), 0});
+            last = group;
+            spans.back().width += milliseconds(model, c.total());
+        }
+        return spans;
+    };
+    auto spans = with([](std::uint32_t step) -> std::size_t { return step; }, [&](std::size_t step) { return names[step]; });
+    if (spans.size() <= 40 || trace.loops.empty()) return spans;
+    auto const loop_of = [&](std::uint32_t step) -> std::size_t { // behind the steps; an outer loop stands before its inner loops
+        for (std::size_t i = 0; i < trace.loops.size(); ++i)
+            if (trace.loops[i].first <= step && step <= trace.loops[i].last) return names.size() + i;
+        return step;
+    };
+    return with(loop_of, [&](std::size_t group) {
+        if (group < names.size()) return names[group];
+        auto const& loop = trace.loops[group - names.size()];
+        std::string text = report::thousands(loop.rounds) + (loop.rounds == 1 ? " round of " : " rounds of ");
+        for (auto step = loop.first; step <= loop.last && step < names.size(); ++step) text += (step == loop.first ? "" : ", ") + names[step];
+        return text;
+    });
+}
+
+/// The run over modelled time as SVG: how many tiles are busy, and which step runs. An area is tile time. Supersteps that are too thin to be seen share a
+/// bar with their neighbours, so that there are about 400 bars. Cost: one pass over the trace; no memory per tile.
+inline std::string supersteps_svg(Trace const& trace, CostModel const& model, RunCost const& cost, Grid grid)
+{
+    constexpr double most_bars = 400; // fewer bars than the diagram has pixels
+    report::StackedBars chart;
+    chart.title = "The run over time: which step runs, and what the tiles do";
+    chart.x_label = "modelled milliseconds";
+    chart.y_label = "percent of tile time";
+    chart.parts = {{"busy", 4}, {"idle", 7}, {"exchange", 1}, {"sync", 3}, {"vote", 6}};
+    chart.layout = report::BarLayout::along_x;
+    chart.y_high = 100;
+    chart.width = 1200;
+    chart.spans = step_spans(trace, model, cost);
+    std::array<double, 5> cycles{};
+    double sum = 0;
+    auto const draw = [&] {
+        if (sum == 0) return;
+        report::Bar bar;
+        for (double const c : cycles) bar.values.push_back(100 * c / sum);
+        bar.width = sum / static_cast<double>(model.clock_khz);
+        chart.bars.push_back(std::move(bar));
+        cycles = {};
+        sum = 0;
+    };
+    model_detail::StepPrices const prices(model, trace);
+    for (std::size_t i = 0; i < cost.supersteps.size(); ++i) {
+        auto const& c = cost.supersteps[i];
+        std::uint64_t all_busy = 0;
+        for (auto const& t : trace.supersteps[i].tiles) all_busy += prices.compute_cycles(i, t.operations);
+        double const busy = static_cast<double>(all_busy) / grid.size();
+        std::array<double, 5> const more = {busy, std::max(static_cast<double>(c.compute) - busy, 0.0), static_cast<double>(c.exchange),
+                                            static_cast<double>(c.sync), static_cast<double>(c.vote)};
+        for (std::size_t k = 0; k < more.size(); ++k) {
+            cycles[k] += more[k];
+            sum += more[k];
+        }
+        if (sum * most_bars >= static_cast<double>(cost.cycles)) draw();
+    }
+    draw();
+    return svg(chart);
+}
+
+}} // namespace tilemesh
