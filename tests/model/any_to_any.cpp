@@ -73,7 +73,7 @@ TEST_CASE("any to any: bytes of one tile are added up over supersteps, and round
     CHECK(a.steps[1].bound_cycles == 100 + 3 + 7);
 }
 
-TEST_CASE("any to any: steps of one kernel that follow each other are one")
+TEST_CASE("any to any: successive steps of one kernel count as one")
 {
     auto trace = by_hand();
     trace.kernels = {"compute", "route", "route", "wait"};
@@ -178,7 +178,7 @@ struct Start {
 };
 } // namespace
 
-TEST_CASE("any to any: what kernels say of where messages end is the same on each engine")
+TEST_CASE("any to any: the bytes that kernels report as settled are equal on every engine")
 {
     using Program = Sequence<Superstep<Start>, UntilQuiet<Carry>>;
     on_each<Program, Traced<Mk2>>(row, [](auto& mesh) {

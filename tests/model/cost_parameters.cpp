@@ -221,7 +221,7 @@ TEST_CASE("cost parameters: a projection does what mk2 counts")
     CHECK(Counting::others == KernelWork::projection_others);
 }
 
-TEST_CASE("cost parameters: what is written is read back, and written alike")
+TEST_CASE("cost parameters: a model that is written and read back is equal, and is written equally")
 {
     auto const m = mk2();
     auto const text = written(m);
@@ -335,7 +335,7 @@ TEST_CASE("cost parameters: every refusal names the file and the line")
     CHECK_THROWS_WITH_AS(read_cost_model(empty, "a\nb"), doctest::Contains("a?b line 0"), Error);
 }
 
-TEST_CASE("cost parameters: what cannot be written or set is refused")
+TEST_CASE("cost parameters: values that cannot be written or set are refused")
 {
     std::ostringstream out;
     CostModel bare;

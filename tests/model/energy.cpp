@@ -99,7 +99,7 @@ TEST_CASE("energy: three tiles and two steps, by hand")
     CHECK(l.joules_of_tile[2] == femto(3'000 + 3 * 165));
 }
 
-TEST_CASE("energy: an event without a price is refused, one that does not occur needs none")
+TEST_CASE("energy: an event without an energy is refused; an event that does not occur needs none")
 {
     auto e = prices();
     std::erase_if(e.events, [](Parameter const& p) { return p.name == "routed"; });
@@ -158,7 +158,7 @@ TEST_CASE("energy: by kind, by step and by tile are the same joules")
     CHECK(sum(e.joules_of_tile) == doctest::Approx(e.joules).epsilon(1e-14));
 }
 
-TEST_CASE("energy: names, values and sources that are none are refused")
+TEST_CASE("energy: invalid names, values and sources are refused")
 {
     EnergyModel e;
     for (std::string const name : {"", "#slot", "two words", "caf\xc3\xa9"})
@@ -182,7 +182,7 @@ TEST_CASE("energy: names, values and sources that are none are refused")
     CHECK(e.events[0].source == "y");
 }
 
-TEST_CASE("energy: the file gives back the model, without what is not set")
+TEST_CASE("energy: the file gives back the model, and has no line for an event that is not set")
 {
     auto const e = prices();
     auto const text = written(e);

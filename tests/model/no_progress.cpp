@@ -117,7 +117,7 @@ TEST_CASE("no progress: a parcel that goes round four tiles for ever")
     CHECK(text_of(r, 1).find("messages can go round 4 tiles: (1, 1) east and 3 more\n") != std::string::npos);
 }
 
-TEST_CASE("no progress: a way into a ring and a way out of it are no part of the cycle")
+TEST_CASE("no progress: a way into a ring, and a way out of it, are not part of the cycle")
 {
     auto const s = stopped<Handing>(four, 40, [](auto& mesh) {
         round_four(mesh);
@@ -227,7 +227,7 @@ TEST_CASE("no progress: four tiles that wait, each for the next")
     CHECK(has(text_of(r), "no message moves\n12 links carry notes alone: (1, 1) north, (1, 1) west, (1, 1) south, "));
 }
 
-TEST_CASE("no progress: programs that go on, and end, have an empty report")
+TEST_CASE("no progress: programs that make progress and end have an empty report")
 {
     Grid const row{200, 1};
     on_each<Handing, Traced<Mk2>>(row, [&](auto& mesh) {
@@ -257,7 +257,7 @@ TEST_CASE("no progress: programs that go on, and end, have an empty report")
     CHECK(no_progress(other, row).empty());
 }
 
-TEST_CASE("no progress: as many passes as allowed are no error, one fewer is")
+TEST_CASE("no progress: as many passes as needed are no error; a limit one lower is an error")
 {
     Grid const row{10, 1};
     auto const run = [&](auto& mesh) {
@@ -293,7 +293,7 @@ TEST_CASE("no progress: as many passes as allowed are no error, one fewer is")
     CHECK(run(mesh).empty());
 }
 
-TEST_CASE("no progress: how much must repeat")
+TEST_CASE("no progress: the number of supersteps that must repeat")
 {
     Trace trace;
     trace.kernels = {"K"};

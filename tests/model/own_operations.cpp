@@ -101,7 +101,7 @@ TEST_CASE("own operations: a sorting network is priced by the names of its own o
     CHECK(energy.of("swap").joules == 10 / 1e15);
 }
 
-TEST_CASE("own operations: an operation that occurs without a price is refused by name, one that does not occur needs none")
+TEST_CASE("own operations: an operation without a price is refused by name; one that does not occur needs none")
 {
     auto const trace = sorted();
     auto m = sorter();

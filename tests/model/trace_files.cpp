@@ -298,7 +298,7 @@ TEST_CASE("trace files: names that need quoting")
     CHECK(csv_field("a\rb") == "\"a\rb\"");
 }
 
-TEST_CASE("trace files: what is not UTF-8 is replaced, byte by byte, and what is stays")
+TEST_CASE("trace files: bytes that are not UTF-8 are replaced one by one, and UTF-8 text stays")
 {
     using model_detail::json_string;
     auto const parsed = [](std::string const& text) { return nlohmann::json::parse(json_string(text)).get<std::string>(); };
@@ -423,7 +423,7 @@ TEST_CASE("trace files: a trace of another grid or program, and a model without 
     CHECK_THROWS_AS(heat_map(by_hand(), slow, row, TileSum::busy_cycles), Error);
 }
 
-TEST_CASE("trace files: sums over tiles are the cost model's, whatever the exchange is paid for")
+TEST_CASE("trace files: sums over tiles are the cost model's, for both ways of paying for the exchange")
 {
     Grid const grid{9, 7};
     auto const trace = large(23, grid);

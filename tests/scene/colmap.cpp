@@ -176,7 +176,7 @@ TEST_CASE("one camera in the three forms is one camera")
     }
 }
 
-TEST_CASE("a lens that is none of a pinhole is refused by name")
+TEST_CASE("a lens that is not a pinhole is refused by name")
 {
     for (std::string const model : {"SIMPLE_RADIAL", "RADIAL", "OPENCV", "OPENCV_FISHEYE", "FULL_OPENCV", "FOV",
                                     "SIMPLE_RADIAL_FISHEYE", "RADIAL_FISHEYE", "THIN_PRISM_FISHEYE"}) {
@@ -188,7 +188,7 @@ TEST_CASE("a lens that is none of a pinhole is refused by name")
     CHECK(has(refusal("9\n", ""), "not known (\"\""));
 }
 
-TEST_CASE("what is wrong with a line of cameras.txt is said")
+TEST_CASE("the fault of a line of cameras.txt is named")
 {
     auto const refused = [](std::string const& line) { return refusal("# c\n" + line + "\n", ""); };
     CHECK(has(refused("x PINHOLE 640 480 500 510 320 240"), "c.txt line 2 is no camera (CAMERA_ID is not a whole number)"));
@@ -211,7 +211,7 @@ TEST_CASE("what is wrong with a line of cameras.txt is said")
     CHECK(has(refusal(std::string(70000, ' '), ""), "c.txt line 1 is too long"));
 }
 
-TEST_CASE("what is wrong with a line of images.txt is said")
+TEST_CASE("the fault of a line of images.txt is named")
 {
     auto const refused = [](std::string const& line) {
         return refusal(lenses, "1 1 0 0 0 0 0 0 1 a.png\n\n" + line + "\n\n");

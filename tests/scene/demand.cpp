@@ -17,7 +17,7 @@ Demand along(scene::Map const& map, std::vector<splat::Camera> const& path, std:
 }
 } // namespace
 
-TEST_CASE("demand: opacities, and what they leave invisible")
+TEST_CASE("demand: opacities, and the records that they make invisible")
 {
     auto map = support::map_of({support::ball(1, 8, 8, 0.01f, 0.5f), support::ball(2, 24, 8, 0.01f, 0.001f),
                                 support::ball(3, 40, 8, 0.01f, 0.995f), support::ball(4, 900, 8, 0.01f, 0.99f)});
@@ -36,7 +36,7 @@ TEST_CASE("demand: opacities, and what they leave invisible")
     CHECK(kept.gaussians[1].id == splat::GaussianId{3});
 }
 
-TEST_CASE("demand: what moves, what spans, the largest footprint, ties")
+TEST_CASE("demand: whether records move or span tiles, the largest footprint, ties")
 {
     auto const camera = support::flat_camera(64, 64);
     auto moved = camera;
@@ -145,7 +145,7 @@ TEST_CASE("records: of the setup's degree, with zeros above the map's")
     CHECK(scene::at_degree(map, 3).sh_degree == 1);
 }
 
-TEST_CASE("demand: what does not belong together is refused, or takes the least")
+TEST_CASE("demand: a demand of another map is refused, and the lower degree counts")
 {
     auto map = support::map_of({support::ball(1, 8, 8), support::ball(2, 9, 8)});
     map.sh_degree = 2;
@@ -160,7 +160,7 @@ TEST_CASE("demand: what does not belong together is refused, or takes the least"
     CHECK_THROWS_AS(scene::at_degree(map, 1), Error);
 }
 
-TEST_CASE("demand: it holds for the views that were scanned, with their model, and for any where nothing is left out")
+TEST_CASE("demand: it holds for the scanned views with their model, and for any view if nothing was left out")
 {
     auto const camera = support::flat_camera(64, 64);
     auto other = camera;

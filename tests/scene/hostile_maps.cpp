@@ -106,7 +106,7 @@ double const inf = static_cast<double>(infinity);
 
 } // namespace
 
-TEST_CASE("what cannot be drawn leaves the picture of the others as it is")
+TEST_CASE("a Gaussian that cannot be drawn does not change the picture of the others")
 {
     auto const picture = [](Row const& row) {
         Ply ply;

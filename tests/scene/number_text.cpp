@@ -131,7 +131,7 @@ std::vector<Case> cases()
     };
 }
 
-TEST_CASE("what is read is what std::from_chars reads, by either way")
+TEST_CASE("numbers are read as by std::from_chars, in both ways")
 {
     for (auto const& c : cases()) {
         CAPTURE(c.text);
@@ -151,14 +151,14 @@ TEST_CASE("a float is rounded once, not by way of a double")
     CHECK(by_fallback<float>("1e-45") == Answer<float>{5, good, std::numeric_limits<float>::denorm_min()});
 }
 
-TEST_CASE("whole numbers are read as ever")
+TEST_CASE("integers are read as by std::from_chars")
 {
     CHECK(by_any<std::uint32_t>("4294967295").value == 4294967295u);
     CHECK(by_any<std::uint32_t>("4294967296").error == beyond);
     CHECK(by_any<int>("-3.5").length == 2);
 }
 
-TEST_CASE("nothing behind the end is read, and errno stays")
+TEST_CASE("no byte after the end is read, and errno stays")
 {
     std::string_view const digits = "123456";
     double value = 0;
@@ -212,7 +212,7 @@ void for_written_numbers(F const& f)
     }
 }
 
-TEST_CASE("what was written is read, to the bit")
+TEST_CASE("a number that was written is read back, to the bit")
 {
     int wrong = 0; // 800 decimals have 476 digits of the least double, which is more than the 17 that tell it
     for_written_numbers([&](std::string_view text, double value) { wrong += by_fallback<double>(text).value != value ? 1 : 0; });

@@ -65,7 +65,7 @@ splat::Camera tilted()
 
 } // namespace
 
-TEST_CASE("an orbit begins at its start and keeps distance, height and what it looks at")
+TEST_CASE("an orbit begins at its start and keeps distance, height and target")
 {
     auto const start = tilted();
     glm::dvec3 const target{0.1, 0.2, 1.0};
@@ -89,7 +89,7 @@ TEST_CASE("an orbit begins at its start and keeps distance, height and what it l
     CHECK(scene::orbit(start, target, 1.0, 1).size() == 1);
 }
 
-TEST_CASE("the other way round meets the same cameras, and nothing accumulates")
+TEST_CASE("the opposite direction meets the same cameras, and no error accumulates")
 {
     auto const start = tilted();
     glm::dvec3 const target{0, 0, 1};
@@ -100,7 +100,7 @@ TEST_CASE("the other way round meets the same cameras, and nothing accumulates")
                            scene::orbit(start, target, 10.0, 2)[1]));
 }
 
-TEST_CASE("the recorded orbit is one of ours")
+TEST_CASE("the recorded orbit is an orbit of this library")
 {
     auto const path = data_file("trajectories/sloth_orbit.tum");
     if (path.empty()) return;

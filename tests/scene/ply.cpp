@@ -275,7 +275,7 @@ TEST_CASE("more rows than one read holds come in order")
     CHECK(wrong == 0);
 }
 
-TEST_CASE("a body that is too short is refused, whatever the header promises")
+TEST_CASE("a body that is too short is refused, for any promise of the header")
 {
     Ply ply;
     ply.rows.resize(3);
@@ -302,7 +302,7 @@ TEST_CASE("a body that is too short is refused, whatever the header promises")
     }
 }
 
-TEST_CASE("what is no such file is refused with its reason")
+TEST_CASE("a path that is not a PLY file is refused with its reason")
 {
     auto const folder = std::filesystem::temp_directory_path();
     CHECK(has(error_of([&] { load_ply(folder / "tilemesh_no_such_file.ply"); }), "no such file"));

@@ -83,7 +83,7 @@ TEST_CASE("integers of every type in big-endian order, and both spellings")
     CHECK(g.rotation[0] < 0.0f);
 }
 
-TEST_CASE("ASCII numbers: signs, exponents, words, and what is none")
+TEST_CASE("ASCII numbers: signs, exponents, words, and texts that are not numbers")
 {
     auto const x = [](std::string const& word) { return read(ascii_row(word + plain_row.substr(1))); };
     for (auto const& example : {std::pair{"+1.5", 1.5f},
@@ -173,7 +173,7 @@ TEST_CASE("no rows are an empty map, and the note says so")
     }
 }
 
-TEST_CASE("elements without properties have no bytes, however many rows they promise")
+TEST_CASE("elements without properties have no bytes, for any number of rows")
 {
     for (char const* format : {little, big, ascii}) {
         Ply ply = several(2);
@@ -246,7 +246,7 @@ TEST_CASE("view-dependent colour: every degree up to 3 is read, channel by chann
         }
 }
 
-TEST_CASE("view-dependent colour: the part of degree 0 is clamped only where nothing is added to it")
+TEST_CASE("view-dependent colour: the part of degree 0 is clamped only if no harmonics are added to it")
 {
     Ply ply;
     ply.rows[0].f[3] = -10;
@@ -257,7 +257,7 @@ TEST_CASE("view-dependent colour: the part of degree 0 is clamped only where not
     CHECK(tilemesh::scene::at_degree(read(ply), 0).gaussians[0].colour[0] == 0);
 }
 
-TEST_CASE("view-dependent colour: what is no degree is skipped and named, a degree above 3 is read up to 3, bad rows are rejected")
+TEST_CASE("view-dependent colour: a number of columns without a degree is skipped and named; a degree above 3 is read up to 3; bad rows are rejected")
 {
     for (auto const& [columns, note] :
          {std::pair{1, "1 columns f_rest_* skipped (they fit no degree of view-dependent colour: 9, 24, 45)"},

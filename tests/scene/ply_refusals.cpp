@@ -52,7 +52,7 @@ TEST_CASE("a file cut anywhere is refused, in every format")
     }
 }
 
-TEST_CASE("counts that the body does not hold are refused before anything is set aside")
+TEST_CASE("counts that the body cannot hold are refused before memory is allocated")
 {
     for (char const* format : {little, big, ascii})
         for (Ply ply : variants(format)) {
@@ -76,7 +76,7 @@ TEST_CASE("counts that the body does not hold are refused before anything is set
         }
 }
 
-TEST_CASE("headers that are none")
+TEST_CASE("invalid headers are refused")
 {
     CHECK(has(refusal("ply\nformat binary_middle_endian 1.0\n"), "unknown format \"binary_middle_endian\""));
     CHECK(has(refusal("ply\nformat\n"), "a format without a name"));
@@ -158,7 +158,7 @@ TEST_CASE("only regular files are opened: nothing blocks")
     CHECK(has(error_of([&] { load_ply(empty.path()); }), "is empty"));
 }
 
-TEST_CASE("a stream is read from where it stands; one without a size is refused")
+TEST_CASE("a stream is read from its current position; one without a size is refused")
 {
     std::istringstream stream("before" + Ply{}.bytes());
     stream.seekg(6);

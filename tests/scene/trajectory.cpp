@@ -95,7 +95,7 @@ TEST_CASE("files of other formats are refused by name")
     CHECK(has(refusal("1 0 0 0 0 1 0 0 0 0 1 0\n"), "12 fields where 8 are needed; this looks like the poses of KITTI"));
 }
 
-TEST_CASE("the memory that a trajectory takes is bounded")
+TEST_CASE("the memory of a trajectory is bounded")
 {
     std::string const pose = "0 0 0 0 0 0 0 1\n";
     auto const of = [](std::string const& text, std::size_t most) {
@@ -114,7 +114,7 @@ TEST_CASE("the memory that a trajectory takes is bounded")
     CHECK(of(pose + std::string(65536, ' '), 2).empty());
 }
 
-TEST_CASE("what is odd about stamps and quaternions is noted, and nothing else")
+TEST_CASE("unusual stamps and quaternions are noted, and nothing else")
 {
     auto const notes = [](std::vector<double> const& stamps, std::string const& quaternion = "0 0 0 1") {
         std::string text;
@@ -139,7 +139,7 @@ TEST_CASE("what is odd about stamps and quaternions is noted, and nothing else")
     CHECK(scene::trajectory_notes({}).empty());
 }
 
-TEST_CASE("the recorded trajectories have no notes but the gaps that are in them")
+TEST_CASE("the recorded trajectories have notes only on their gaps")
 {
     for (char const* name : {"fr1_xyz", "sloth_orbit", "salad_orbit"}) {
         auto const path = data_file("trajectories/" + std::string(name) + ".tum");
@@ -161,7 +161,7 @@ TEST_CASE("a file without a pose, or no file, is refused")
     CHECK(has(error_of([] { scene::load_tum("/dev/zero"); }), "a pipe or a device"));
 }
 
-TEST_CASE("motion since the first pose is carried out from the start, in the camera's own axes")
+TEST_CASE("the motion since the first pose is applied to the start, in the camera's own axes")
 {
     // First it looks along world +x; then one step ahead and a quarter turn about its own y axis.
     auto const recorded = load("0 5 5 5 0 0.70710678118 0 0.70710678118\n1 6 5 5 0 1 0 0\n");
@@ -176,7 +176,7 @@ TEST_CASE("motion since the first pose is carried out from the start, in the cam
     CHECK(scene::relative_to_first({}, start).empty());
 }
 
-TEST_CASE("started from its own first pose a trajectory stays what it is")
+TEST_CASE("started from its own first pose, a trajectory does not change")
 {
     auto const path = data_file("trajectories/fr1_xyz.tum");
     if (path.empty()) return;

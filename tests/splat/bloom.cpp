@@ -66,7 +66,7 @@ TEST_CASE("bloom: k tiles cost k - 1 messages, a static view none, and a footpri
     CHECK(far.report.copies == 3);
 }
 
-TEST_CASE("bloom: an anchor that moves by a tile costs what is new, not the whole footprint")
+TEST_CASE("bloom: an anchor that moves by a tile costs the new copies, not the whole footprint")
 {
     std::vector<Gaussian> const one{support::ball(1, 70, 70, 10, 0.9f)};
     auto const renderer = make_runner<Whole>(support::map_of(one), {.tile = {8, 8}, .sizes = sized<Whole>(40, 20)});
@@ -83,7 +83,7 @@ TEST_CASE("bloom: an anchor that moves by a tile costs what is new, not the whol
     }
 }
 
-TEST_CASE("drop: every copy that is missing is listed with its cause, and the picture lacks just these")
+TEST_CASE("drop: every missing copy is listed with its cause, and the picture lacks exactly these")
 {
     auto gaussians = support::cloud(500, 31);
     auto const check = [&]<class S>(S, std::uint32_t slots, std::uint32_t records, report::Cause cause) {
@@ -115,7 +115,7 @@ TEST_CASE("drop: every copy that is missing is listed with its cause, and the pi
     check(Whole{}, 300, 60, report::Cause::unplaced);
 }
 
-TEST_CASE("hold: what was unplaced comes back when another view has room for it, and lost copies are sent again")
+TEST_CASE("hold: an unplaced record comes back when another view has room for it, and lost copies are sent again")
 {
     auto const gaussians = support::cloud(500, 31);
     auto const renderer = make_runner<Whole>(support::map_of(gaussians), {.grid = {7, 6}, .sizes = sized<Whole>(300, 140)});
@@ -194,7 +194,7 @@ TEST_CASE("hold: `held` counts every wait, for a slot as for a credit, of one fr
     CHECK(renderer->render(support::lens(120, 80)).report.gaussians.held == 0); // in a static view no record waits
 }
 
-TEST_CASE("drop: what a full channel refused is owed again in the next view, and nothing else is")
+TEST_CASE("drop: copies that a full channel refused are owed again in the next view, and no others are")
 {
     auto const gaussians = support::cloud(250, 53);
     auto const renderer = make_runner<Dropping>(support::map_of(gaussians), {.grid = {7, 6}, .sizes = sized<Dropping>(2, 600)});
@@ -217,7 +217,7 @@ TEST_CASE("drop: what a full channel refused is owed again in the next view, and
     CHECK(again.messages == 0);
 }
 
-TEST_CASE("bounded hops: one superstep a frame; every frame lacks just what is listed, and a static view converges")
+TEST_CASE("bounded hops: one superstep a frame; every frame lacks exactly the listed copies, and a static view converges")
 {
     auto const gaussians = support::cloud(300, 41);
     auto const map = support::map_of(gaussians);
@@ -278,7 +278,7 @@ TEST_CASE("bounded hops: views that change while records are under way never lea
     }
 }
 
-TEST_CASE("bounded hops: what finds no storage is listed tile by tile, and comes back without doubling")
+TEST_CASE("bounded hops: records without storage are listed tile by tile, and come back without doubling")
 {
     auto const gaussians = support::cloud(400, 47);
     std::uint64_t unplaced = 0;

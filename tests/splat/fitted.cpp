@@ -185,7 +185,7 @@ std::vector<Gaussian> middles(Camera const& camera)
 }
 } // namespace
 
-TEST_CASE("fitted: the ledger has no row of what is left out, its bytes are slots of storage")
+TEST_CASE("fitted: the ledger has no row for a part that is left out; its bytes are slots of storage")
 {
     check_ledgers<0>();
     check_ledgers<1>();
@@ -242,7 +242,7 @@ TEST_CASE("fitted: routing that has nothing to do changes no bit and no counter"
     CHECK(support::differing_pixels(first.image, naive) == 0);
 }
 
-TEST_CASE("fitted: bloom where nothing spans a tile changes no bit and no counter")
+TEST_CASE("fitted: bloom changes no bit and no counter if no footprint spans two tiles")
 {
     auto camera = support::flat_camera(64, 48);
     auto const gaussians = middles(camera);
@@ -309,7 +309,7 @@ TEST_CASE("fitted: one tile that holds the frame needs neither; its planes chang
     CHECK(*std::max_element(nothing.image.rgb.begin(), nothing.image.rgb.end()) == 0.0f);
 }
 
-TEST_CASE("fitted: without bloom a footprint ends at its anchor tile, and every copy that is missing is listed")
+TEST_CASE("fitted: without bloom a footprint ends at its anchor tile, and every missing copy is listed")
 {
     auto const gaussians = support::cloud(250, 184);
     auto const check = [&](std::unique_ptr<support::Runner> const& renderer, bool routes, float turn) {
@@ -374,7 +374,7 @@ TEST_CASE("fitted: without routing the host places every view anew, on both engi
     }
 }
 
-TEST_CASE("fitted: without routing what finds its tile full is listed, and the picture lacks just that")
+TEST_CASE("fitted: without routing a record whose tile is full is listed, and the picture lacks exactly these records")
 {
     auto const gaussians = support::cloud(300, 186);
     auto options = tiles_of_16;
@@ -407,7 +407,7 @@ TEST_CASE("fitted: without routing what finds its tile full is listed, and the p
     CHECK(most_unplaced > 20);
 }
 
-TEST_CASE("without routing, bounded hops: what was under way in another view is no copy's proof; a static view shows all in the end")
+TEST_CASE("without routing, bounded hops: a message under way from another view does not prove a copy; a static view shows all records in the end")
 {
     auto const gaussians = support::cloud(250, 184);
     for (std::uint32_t hops : {1u, 2u}) {
@@ -420,7 +420,7 @@ TEST_CASE("without routing, bounded hops: what was under way in another view is 
     }
 }
 
-TEST_CASE("a view that the demand was not made for is refused while records are missing; what is not loaded counts as parked")
+TEST_CASE("a view that the demand does not cover is refused while records are missing; records that are not loaded count as parked")
 {
     auto const gaussians = support::cloud(250, 184);
     auto const map = support::map_of(gaussians);

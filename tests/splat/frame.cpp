@@ -93,7 +93,7 @@ TEST_CASE("lossless on Mk2: every camera, 40 x 36 tiles, against the naive pictu
     }
 }
 
-TEST_CASE("structure: a static frame exchanges nothing, evaluates at most 3 pairs for one that counts; 0.1 degrees sends what changed")
+TEST_CASE("structure: a static frame exchanges nothing and evaluates at most 3 pairs for one that counts; a turn of 0.1 degrees sends the changed records")
 {
     for (auto const& s : scenes()) {
         auto const renderer = make_runner<Default>(s.map, {.threads = 2, .arithmetic = Arithmetic::precise});
@@ -216,7 +216,7 @@ TEST_CASE("fast arithmetic: the same bits for any tiling, engine and thread coun
     }
 }
 
-TEST_CASE("presets paper and prototype: what they drop is listed, and the picture lacks just that")
+TEST_CASE("presets paper and prototype: dropped records are listed, and the picture lacks exactly these")
 {
     for (auto const& s : scenes()) {
         auto const check = [&]<class S>(S, RendererOptions options, std::string const& what) {
@@ -244,7 +244,7 @@ TEST_CASE("presets paper and prototype: what they drop is listed, and the pictur
     }
 }
 
-TEST_CASE("the 250,000-Gaussian map renders with what fits; the unplaced are listed; the picture is the one without them")
+TEST_CASE("the 250,000-Gaussian map renders with the records that fit; the unplaced ones are listed; the picture is the one without them")
 {
     auto const folder = support::data();
     if (folder.empty() || !std::filesystem::exists(folder / "maps/playbot_250k.ply")) {

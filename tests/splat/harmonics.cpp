@@ -97,7 +97,7 @@ TEST_CASE("harmonics: the colour agrees with the definition in double, at every 
     CHECK(worst < 2e-6); // 16 terms of about 1, each rounded once or twice
 }
 
-TEST_CASE("harmonics: coefficients of zero change no bit; what is not finite is invisible or finite")
+TEST_CASE("harmonics: coefficients of zero change no bit; a record that is not finite is invisible, or its colour is finite")
 {
     auto const camera = support::lens(640, 360);
     auto const view = make_view(camera, Model{});

@@ -39,7 +39,7 @@ std::uint32_t framebuffer_bytes()
 }
 } // namespace
 
-TEST_CASE("planes: on Mk2 a tile keeps what is asked for, and storage gives up the slots that this needs")
+TEST_CASE("planes: on Mk2 a tile keeps the requested planes, and storage gives up the slots that they need")
 {
     using One = WithPixel<Lossless, WithDepth<FloatPixel>>;
     using Two = WithPixel<Lossless, WithAlpha<WithDepth<FloatPixel>>>;

@@ -273,7 +273,7 @@ TEST_CASE("lanes: square root, logarithm and exponential have the bits of one fl
     CHECK(worst <= 0.5 + 1e-6); // correctly rounded
 }
 
-TEST_CASE("lanes: tiles, spans and roundings are those of whole numbers")
+TEST_CASE("lanes: tiles, spans and roundings are those of integers")
 {
     std::uint32_t wrong = 0;
     std::vector<std::uint32_t> sizes{1000u, 32767u, 40503u, 65535u, 65536u, 1u << 24, ~0u};
@@ -399,7 +399,7 @@ TEST_CASE("project_all: the bits of project, for rules and cameras at their ends
     CHECK(visible > 10000);
 }
 
-TEST_CASE("project_all: any number of records, and nothing written behind the last")
+TEST_CASE("project_all: any number of records, and nothing is written after the last")
 {
     auto const camera = support::lens(640, 400);
     for (std::uint32_t const n : {0u, 1u, 2u, 3u, 4u, 5u, 7u, 8u, 9u, 15u, 16u, 17u, 31u, 32u, 33u, 47u}) {
@@ -430,7 +430,7 @@ TEST_CASE("project_all: the bits of project, for records with harmonics")
     CHECK(visible > 6000);
 }
 
-TEST_CASE("projection: the opacity box holds what is seen, where the logarithm is about 0 and where alpha_min is tiny")
+TEST_CASE("projection: the opacity box holds every visible pixel if the logarithm is about 0 and if alpha_min is tiny")
 {
     auto const camera = support::lens(160, 120);
     auto const tiling = make_tiling(160, 120, 32, 20);

@@ -143,7 +143,7 @@ TEST_CASE("projection: the near plane and alpha_min are met exactly")
     CHECK_FALSE(visible(g));
 }
 
-TEST_CASE("projection: what cannot be drawn is invisible, never a NaN")
+TEST_CASE("projection: a Gaussian that cannot be drawn is invisible, never a NaN")
 {
     auto const camera = support::lens(64, 40);
     auto const view = make_view(camera, Model{});

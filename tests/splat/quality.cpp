@@ -155,7 +155,7 @@ TEST_CASE("quality: with precise arithmetic the naive loop's bits, with every fo
         }
 }
 
-TEST_CASE("quality: what is culled for it is what it does not show")
+TEST_CASE("quality: the records culled for it are those that it does not show")
 {
     // Three of the balls are visible under some of the four: 1/8160 < 1/1000 < 1/255 < 1/200 < 1/128 < 1/100 < 1/64.
     auto records = support::cloud(300, 5);

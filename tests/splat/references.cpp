@@ -207,7 +207,7 @@ TEST_CASE("references: real maps, every preset: cold start, still, orbits, telep
     }
 }
 
-TEST_CASE("references: a frame that exists is drawn over, whatever it held")
+TEST_CASE("references: an existing frame is overwritten, for any content")
 {
     auto const map = cloud();
     auto const renderer = make_runner<Referenced<Lossless>>(map, {.grid = {7, 6}, .arithmetic = Arithmetic::precise});

@@ -155,7 +155,7 @@ TEST_CASE("routing: within W + H - 2 exchanges from any placement when no channe
     CHECK(paper.supersteps == 74);
 }
 
-TEST_CASE("routing: a full storage refuses what arrives, counts it, and blocks nobody")
+TEST_CASE("routing: a full storage refuses arrivals, counts them, and blocks no other record")
 {
     Grid const grid{5, 1};
     Job<S> job(grid, sized<S>(2, 10));
@@ -183,7 +183,7 @@ TEST_CASE("routing: n - 1, n and n + 1 records for a storage of n")
     }
 }
 
-TEST_CASE("credits: at capacity 1 a sender never outruns the FIFO behind, whatever stands in the way")
+TEST_CASE("credits: at capacity 1 a sender never sends more than the next FIFO can hold, for any traffic ahead")
 {
     // Two rows of traffic that must turn into one full column: the FIFOs fill, and every superstep stays within credit. The engine reports
     // a push into a full FIFO as an error; this test also observes the fill.
@@ -240,7 +240,7 @@ TEST_CASE("carried and recomputed addresses route alike")
     }
 }
 
-TEST_CASE("parked: what has nothing on screen stays where it is; an off-screen mean with pixels on screen goes to the edge tile")
+TEST_CASE("parked: a record with nothing on screen stays where it is; an off-screen mean with pixels on screen goes to the edge tile")
 {
     Grid const grid{4, 4};
     Job<S> job(grid, sized<S>(4, 10));

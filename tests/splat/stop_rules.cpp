@@ -196,7 +196,7 @@ TEST_CASE("stop before crossing: a pixel exactly at the limit goes on, one below
     CHECK(middle<inner::StopEachPixel>({0.5f, 0.5f}, 1.0f) == 0.5f);
 }
 
-TEST_CASE("stop before crossing: a pixel that has dropped a term is finished, however faint the next one is")
+TEST_CASE("stop before crossing: a pixel that has dropped a term is finished, even if the next term is faint")
 {
     CHECK(middle<inner::StopBeforeCrossing>({0.5f, 0.75f, 0.25f}, 0.25f) == 0.5f); // 0.25 would leave 0.375
     CHECK(middle<inner::StopBeforeCrossing>({0.5f, 0.25f}, 0.25f) == 0.625f);

@@ -23,22 +23,22 @@ struct Link {
 /// What went over one in a period.
 struct LinkUse {
     Link link;
-    std::uint32_t supersteps; ///< in which it carried something
+    std::uint32_t supersteps; ///< number of supersteps in which the link carried something
     std::uint64_t bytes;      ///< of messages, notes and heads
-    bool notes_only;          ///< never more than one head: a note, no message
-    bool full;                ///< in each of these supersteps to the last slot; more may have waited
+    bool notes_only;          ///< in no superstep more than one head: a note, no message
+    bool full;                ///< in each of these supersteps every slot was full; more messages may have waited
     friend bool operator==(LinkUse const&, LinkUse const&) = default;
 };
 
-/// What an UntilQuiet or a Loop repeats at the end of a trace.
+/// The part of a trace's end that an UntilQuiet or a Loop repeats.
 struct NoProgress {
     Grid grid;
-    std::uint32_t step = 0;               ///< the step that repeats; of a Loop, the step that ran last
+    std::uint32_t step = 0;               ///< the step that repeats; for a Loop, the step that ran last
     std::string kernel;
-    std::optional<LoopCounters> loop;     ///< the innermost Loop that repeats, if the step by itself does not
-    std::uint64_t supersteps = 0;         ///< of the step or Loop, at the end of the trace; 0: the trace ends with another kind of step
-    std::uint32_t period = 0;             ///< in supersteps; 0: nothing repeats, and nothing below is filled in
-    std::uint64_t first = 0;              ///< superstep of the run from which on it repeats
+    std::optional<LoopCounters> loop;     ///< the innermost Loop that repeats, if the step alone does not
+    std::uint64_t supersteps = 0;         ///< supersteps of the step or Loop at the end of the trace; 0: the trace ends with another kind of step
+    std::uint32_t period = 0;             ///< length in supersteps; 0: nothing repeats, and the members below are empty
+    std::uint64_t first = 0;              ///< the superstep of the run from which the trace repeats
     std::vector<std::uint32_t> tiles;     ///< that run in every superstep
     std::vector<LinkUse> links;           ///< that carry something, in the order of tiles and sides
     std::vector<Link> cycle;              ///< each leads to the tile of the next, the last to the first: where messages go round
@@ -50,11 +50,11 @@ struct NoProgress {
     bool empty() const noexcept { return period == 0; }
 };
 
-/// The longest period that is looked for: a walk around a grid of 1,000 x 850 tiles takes 3,696 supersteps.
+/// The longest period that the search tries. A walk around a grid of 1,000 x 850 tiles takes 3,696 supersteps.
 inline constexpr std::uint32_t most_period = 4096;
 
 namespace model_detail {
-/// As many supersteps must repeat for a report, unless who asks is content with fewer: of two that are equal nothing follows.
+/// The number of supersteps that must repeat for a report, unless the caller accepts fewer: two equal supersteps prove nothing.
 inline constexpr std::uint32_t repeated_at_least = 16;
 
 inline std::uint64_t sample_hash(SuperstepSample const& s) noexcept
@@ -71,8 +71,8 @@ inline std::uint64_t sample_hash(SuperstepSample const& s) noexcept
     return h;
 }
 
-/// The smallest period with which the last supersteps repeat, at least twice and at least `at_least` of them; 0: none. Sets how
-/// many they are.
+/// Returns the smallest period with which the last supersteps repeat: at least twice, and at least `at_least` supersteps; 0: none. Sets
+/// `repeating` to their number.
 inline std::uint32_t find_period(SuperstepSample const* begin, SuperstepSample const* end, std::uint64_t at_least,
                                  std::uint64_t& repeating)
 {
@@ -80,10 +80,10 @@ inline std::uint32_t find_period(SuperstepSample const* begin, SuperstepSample c
     std::vector<std::uint64_t> hashes;
     for (auto const* s = begin; s != end; ++s) hashes.push_back(sample_hash(*s));
     for (std::uint64_t p = 1; p <= most_period && 2 * p <= n; ++p) {
-        std::uint64_t last = n; // from here on each is as the one a period before
+        std::uint64_t last = n; // from `last` on, each superstep equals the one a period before
         while (last > p && hashes[last - 1] == hashes[last - 1 - p]) --last;
         if (n - last < p || n - last + p < at_least) continue;
-        if (!std::equal(begin + last, end, begin + (last - p))) continue; // hashes of different ones may be equal
+        if (!std::equal(begin + last, end, begin + (last - p))) continue; // different supersteps may have equal hashes
         repeating = n - last + p;
         return static_cast<std::uint32_t>(p);
     }
@@ -140,14 +140,15 @@ inline std::vector<Link> find_cycle(Grid grid, std::vector<std::uint8_t> live)
 }
 } // namespace model_detail
 
-/// Looks at the end of a trace for an UntilQuiet that never becomes quiet, or a Loop that never ends: there the same tiles do and send
-/// the same things again and again. At least `at_least` supersteps must repeat, and a period at least twice. `at_least` is at least two.
+/// Searches the end of a trace for an UntilQuiet that never becomes quiet, or a Loop that never ends: the same tiles do the same work and
+/// send equal messages again and again. At least `at_least` supersteps must repeat, and a period at least twice. `at_least` is at least
+/// two.
 ///
-/// What is equal is what a trace holds: who ran, the operations that kernels count, bytes sent. A steady stream from a tile that
-/// sends to one that keeps looks like that, too, unless the kernel counts something that grows (Route and Bloom count the slots that
-/// they look at). Tiles that wait are named; for whom, a trace does not say, because it holds what was sent and no refusals: the
-/// sides to which they sent last are a guess that fits channels and credits that filled up. Throws `Error` for a trace of another
-/// grid. Cost: linear in the trace, but for one that nearly repeats, and 30 bytes a tile.
+/// Two supersteps are equal if a trace shows no difference: the tiles that ran, the operations that kernels count, and the bytes sent. So a
+/// steady stream from a sending tile to a receiving tile also looks like a repetition, unless the kernel counts something that grows (Route
+/// and Bloom count the slots that they look at). The report names waiting tiles. A trace holds sent bytes but no refusals, so it does not
+/// show for which tile they wait. The sides to which they sent last are a guess; it fits channels and credits that filled up. Throws
+/// `Error` for a trace of another grid. Cost: linear in the trace, except for a trace that almost repeats, and 30 bytes a tile.
 inline NoProgress no_progress(Trace const& trace, Grid grid, std::uint32_t at_least = model_detail::repeated_at_least)
 {
     model_detail::check_trace(trace, grid);
@@ -182,7 +183,7 @@ inline NoProgress no_progress(Trace const& trace, Grid grid, std::uint32_t at_le
     };
     std::vector<std::uint32_t> runs(grid.size(), 0);
     std::vector<std::uint8_t> live(grid.size(), 0);
-    std::vector<Use> uses; // four a tile that is listed
+    std::vector<Use> uses; // four for each listed tile
     std::vector<std::uint32_t> place(grid.size(), 0); // in `uses`, from 1
     for (auto const* s = end - out.period; s != end; ++s)
         for (auto const& t : s->tiles) {
@@ -216,7 +217,7 @@ inline NoProgress no_progress(Trace const& trace, Grid grid, std::uint32_t at_le
     }
     out.cycle = model_detail::find_cycle(grid, live);
 
-    // Backwards to the last messages of those that wait.
+    // Backwards to the last messages of the waiting tiles.
     std::vector<std::uint8_t> last(grid.size(), 0), asked(grid.size(), 0);
     for (auto const tile : out.waiting) asked[tile] = 1;
     for (auto left = out.waiting.size(), i = all.size(); left > 0 && i-- > 0;)
@@ -233,7 +234,7 @@ inline NoProgress no_progress(Trace const& trace, Grid grid, std::uint32_t at_le
     return out;
 }
 
-/// The report in a few plain lines, each ended; of each list at most `most` are named.
+/// The report in a few lines, each with a line end. Of each list it names at most `most` items.
 inline std::string text_of(NoProgress const& report, std::size_t most = 16)
 {
     auto const number = [](std::uint64_t n, char const* one, char const* many) {
@@ -287,7 +288,7 @@ inline std::string text_of(NoProgress const& report, std::size_t most = 16)
     return out;
 }
 
-/// Reports what repeats at the end of a run that `most_passes` stopped. With MeshOptions::explain = explain_no_progress, the error of a
+/// Reports the repetition at the end of a run that `most_passes` stopped. With MeshOptions::explain = explain_no_progress, the error of a
 /// run on a Traced machine ends with this report.
 inline std::string explain_no_progress(Trace const& trace, Grid grid, std::uint32_t most_passes)
 {
