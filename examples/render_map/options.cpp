@@ -119,7 +119,7 @@ struct Option {
 constexpr std::uint32_t most_threads = 1024;
 
 constexpr Option options[] = {
-    {"--cameras", "FILE", "read cameras from a file (see below) and render all cameras of the map's scene",
+    {"--cameras", "FILE", "cameras from a file (see below); without --camera, all of the map's scene",
      [](Options& o, auto name, auto text) { o.cameras = input(o, name, text); }},
     {"--camera", "SCENE/NAME", "render one camera of that file; NAME alone is enough if it is unique",
      [](Options& o, auto name, auto text) {
