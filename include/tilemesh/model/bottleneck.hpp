@@ -17,25 +17,25 @@
 
 namespace tilemesh { inline namespace v0_2 {
 
-/// What a run spends most of its modelled time on: one phase of one step of the program.
+/// The phase of a program's step that takes most of a run's modelled time.
 struct Bottleneck {
     enum class Phase : std::uint32_t { compute, exchange, sync }; ///< the vote counts as sync
     Phase phase = Phase::compute;
     std::uint32_t step = 0;
-    std::uint64_t cycles = 0;      ///< of that phase in all passes of that step
-    std::uint64_t passes = 0;      ///< of that step
+    std::uint64_t cycles = 0;      ///< cycles of that phase in all passes of that step
+    std::uint64_t passes = 0;      ///< passes of that step
 
-    // Of compute alone. A pass takes as long as its slowest tile.
-    std::uint32_t tile = 0;        ///< its passes as the slowest tile take the most cycles; of equals the lowest index
-    std::uint64_t tile_passes = 0, tile_cycles = 0; ///< in which it is the slowest, and what these take
-    double mean_cycles = 0;        ///< that a tile of the grid computes in the step, on average
-    std::string operation;         ///< that takes the most of `tile_cycles`; empty: starting the kernel takes more
-    double operation_cycles = 0;   ///< what it takes, or what starting the kernel takes
+    // For compute only. A pass takes as long as its slowest tile.
+    std::uint32_t tile = 0;        ///< of all tiles, its passes as the slowest tile take the most cycles; of equal tiles the lowest index
+    std::uint64_t tile_passes = 0, tile_cycles = 0; ///< passes in which it is the slowest, and their cycles
+    double mean_cycles = 0;        ///< cycles that a tile of the grid computes in the step, on average
+    std::string operation;         ///< operation that takes the most of `tile_cycles`; empty: starting the kernel takes more
+    double operation_cycles = 0;   ///< cycles of that operation, or of starting the kernel
 };
 
-/// The bottleneck of a run; of equals compute before exchange before sync, then the earlier step. Nothing if no cycle was modelled.
-/// `cost` is what model_cost made of this trace; throws `Error` as step_costs and model_cost do. Cost: linear in the trace, and
-/// 8 bytes a tile.
+/// The bottleneck of a run. Of equal candidates it is compute before exchange before sync, then the earlier step. Empty if no cycle was
+/// modelled. `cost` must be the result of model_cost for this trace; throws `Error` as step_costs and model_cost do. Cost: linear in the
+/// trace, and 8 bytes a tile.
 inline std::optional<Bottleneck> find_bottleneck(CostModel const& model, Trace const& trace, RunCost const& cost, Grid grid)
 {
     auto const steps = step_costs(trace, cost);
@@ -92,8 +92,8 @@ inline std::string exchanges_text(std::uint64_t exchanges)
 }
 } // namespace model_detail
 
-/// One sentence that names the bottleneck of a run and gives its numbers. `run` is what the run is called ("run", "frame");
-/// `because`, if not empty, is the program's own reason for the time that the slowest tile computes ("it holds 1,198 copies").
+/// One sentence that names the bottleneck of a run and gives its numbers. `run`: the word for the run ("run", "frame"). `because`: if not
+/// empty, the program's own reason for the time that the slowest tile computes ("it holds 1,198 copies").
 inline std::string bottleneck_text(std::optional<Bottleneck> const& bottleneck, CostModel const& model, Trace const& trace, RunCost const& cost,
                                    Grid grid, std::string_view run = "run", std::string_view because = {})
 {

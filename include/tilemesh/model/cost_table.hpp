@@ -31,8 +31,9 @@ inline report::Table ledger_table(std::span<Region const> ledger, std::uint32_t 
     return table.add_row({"sum, of " + report::thousands(sram_bytes), report::thousands(sum)});
 }
 
-/// A run's modelled cost as a table for terminals: a row for each step of the program, then their sum. Passes, exchanges that
-/// carried something, cycles, and milliseconds at the model's clock. `cost` is what model_cost made of this trace; throws `Error` where it is of another.
+/// A run's modelled cost as a table for terminals: a row for each step of the program, then their sum. The columns are passes, exchanges
+/// that carried something, cycles, and milliseconds at the model's clock. `cost` must be the result of model_cost for this trace; throws
+/// `Error` if it is of another trace.
 inline report::Table cost_table(CostModel const& model, Trace const& trace, RunCost const& cost)
 {
     using report::thousands;

@@ -11,8 +11,8 @@
 
 namespace tilemesh { inline namespace v0_2 {
 
-/// A name for each step of a program: its kernel's. If several steps have one kernel, a number follows it: "bloom 1", "bloom 2".
-/// The names differ, even if a kernel is itself called "bloom 1": then the step's place in the program stands before every name.
+/// A unique name for each step of a program: the name of its kernel. If several steps have one kernel, a number follows: "bloom 1", "bloom
+/// 2". If a kernel itself has such a name, "bloom 1", every name begins with the step's place in the program.
 inline std::vector<std::string> step_names(Trace const& trace)
 {
     std::vector<std::string> names;
@@ -29,19 +29,20 @@ inline std::vector<std::string> step_names(Trace const& trace)
     return names;
 }
 
-/// What one step of a program (one Superstep, Repeat or UntilQuiet) did in a run, and its modelled cycles: the sums over its passes.
+/// The counts of one step of a program (one Superstep, Repeat or UntilQuiet) in a run, and its modelled cycles. All are sums over its
+/// passes.
 struct StepCost {
-    std::string name;                     ///< as step_names gives it
-    std::uint64_t passes = 0;             ///< of its kernel over the tiles that had to run
-    std::uint64_t exchanges = 0;          ///< that carried a message or a note
+    std::string name;                     ///< from step_names
+    std::uint64_t passes = 0;             ///< runs of its kernel over the tiles that had to run
+    std::uint64_t exchanges = 0;          ///< exchanges that carried a message or a note
     std::uint64_t tile_runs = 0, sent_bytes = 0;
     std::uint64_t compute = 0, exchange = 0, sync = 0, vote = 0; ///< cycles; 0 without a cost model
     std::uint64_t total() const noexcept { return compute + exchange + sync + vote; }
     friend bool operator==(StepCost const&, StepCost const&) = default;
 };
 
-/// What each step of the run did, in program order, without cycles; a step that never ran did nothing. Throws `Error` for a trace
-/// that runs a step which it does not name. Cost: linear in the trace.
+/// The counts of each step of the run, in program order, without cycles. A step that never ran has zeros. Throws `Error` if the trace runs
+/// a step that it does not name. Cost: linear in the trace.
 inline std::vector<StepCost> step_costs(Trace const& trace)
 {
     std::vector<StepCost> steps;
@@ -59,9 +60,9 @@ inline std::vector<StepCost> step_costs(Trace const& trace)
     return steps;
 }
 
-/// What each step of the run did and cost, in program order. `cost` is what model_cost made of this trace, and the totals add up to
-/// its cycles. Throws `Error` where it is of another trace: another number of supersteps, or a superstep of another step. Cost: linear
-/// in the trace.
+/// The counts and the modelled cycles of each step of the run, in program order. `cost` must be the result of model_cost for this trace;
+/// the totals add up to its cycles. Throws `Error` if `cost` is of another trace: another number of supersteps, or a superstep of another
+/// step. Cost: linear in the trace.
 inline std::vector<StepCost> step_costs(Trace const& trace, RunCost const& cost)
 {
     bool same = trace.supersteps.size() == cost.supersteps.size();

@@ -19,7 +19,7 @@
 /// Diagrams of the modelled time of a run of any program, as SVG.
 namespace tilemesh { inline namespace v0_2 {
 
-/// Where the time goes: a bar for each step of the program, in milliseconds, as SVG.
+/// The modelled time by step: a bar for each step of the program, in milliseconds, as SVG.
 inline std::string steps_svg(CostModel const& model, std::vector<StepCost> const& steps)
 {
     report::StackedBars chart;
@@ -38,8 +38,8 @@ inline std::string steps_svg(CostModel const& model, std::vector<StepCost> const
     return svg(chart);
 }
 
-/// The steps over modelled time: a span for each time that a step ran, with its name. If that makes more than 40 spans, the rounds of each
-/// outermost Loop are one span, and its name says what they are.
+/// The steps over modelled time: one span each time a step ran, with the step's name. If there are more than 40 spans, the rounds of each
+/// outermost Loop become one span, whose name names its steps.
 inline std::vector<report::BarSpan> step_spans(Trace const& trace, CostModel const& model, RunCost const& cost)
 {
     auto const names = step_names(trace);
@@ -70,8 +70,8 @@ inline std::vector<report::BarSpan> step_spans(Trace const& trace, CostModel con
     });
 }
 
-/// The run over modelled time as SVG: how many tiles are busy, and which step runs. An area is tile time. Supersteps that are too thin to be seen share a
-/// bar with their neighbours, so that there are about 400 bars. Cost: one pass over the trace; no memory per tile.
+/// The run over modelled time as SVG: the number of busy tiles, and the step that runs. An area is tile time. Supersteps too thin to be
+/// seen share a bar with their neighbours, so that there are about 400 bars. Cost: one pass over the trace; no memory per tile.
 inline std::string supersteps_svg(Trace const& trace, CostModel const& model, RunCost const& cost, Grid grid)
 {
     constexpr double most_bars = 400; // fewer bars than the diagram has pixels

@@ -23,15 +23,15 @@ namespace tilemesh { inline namespace v0_2 {
 
 /// A number for each tile, which the page shows as a map of the grid.
 struct TileMap {
-    std::string name;           ///< of a file and a column: letters and `_`
-    std::string title, what;    ///< the heading, and a phrase that says what the numbers are
-    bool in_total = true;       ///< the sum over all tiles has a meaning
+    std::string name;           ///< name of a file and of a column: letters and `_`
+    std::string title, what;    ///< the heading, and a phrase that explains the numbers
+    bool in_total = true;       ///< does the sum over all tiles have a meaning?
     std::vector<double> values; ///< one per tile, finite, not below 0
-    std::string unit{};         ///< of the numbers: "cycles"
+    std::string unit{};         ///< unit of the numbers: "cycles"
 };
 
 namespace model_detail {
-/// The fullest side of a channel that any tile had, percent.
+/// The fill of the fullest channel side of each tile, in percent.
 inline std::vector<double> fill_percent(Trace const& trace, Grid grid)
 {
     auto fill = heat_map(trace, {}, grid, TileSum::channel_fill);
@@ -40,7 +40,7 @@ inline std::vector<double> fill_percent(Trace const& trace, Grid grid)
 }
 } // namespace model_detail
 
-/// The maps that every trace has: how full its fullest channel end was, cycles that a tile computes, and cycles that it waits.
+/// The maps of a trace: the fill of the fullest channel end of each tile, the cycles that it computes, and the cycles that it waits.
 inline std::vector<TileMap> trace_maps(Trace const& trace, CostModel const& model, Grid grid)
 {
     return {{"channel_fill", "Channel fill", "the fullest end of a channel, after the pass in which it was fullest", false,
@@ -51,8 +51,8 @@ inline std::vector<TileMap> trace_maps(Trace const& trace, CostModel const& mode
              heat_map(trace, model, grid, TileSum::idle_cycles), "cycles"}};
 }
 
-/// The maps of a trace without a cost model: how full its fullest channel end was, bytes that a tile sent, how often it ran, and how
-/// often it did each operation that the program's kernels count.
+/// The maps of a trace without a cost model: the fill of the fullest channel end of each tile, the bytes that it sent, the number of its
+/// runs, and the count of each operation that the program's kernels count.
 inline std::vector<TileMap> trace_maps(Trace const& trace, Grid grid)
 {
     std::vector<TileMap> maps = {
@@ -73,8 +73,8 @@ inline TileMap energy_map(Energy const& energy)
     return {"energy", "Energy", "joules of all that is counted", true, energy.joules_of_tile, "J"};
 }
 
-/// The map as a picture for a file: a tile has the shape of `tile_px`, at least one pixel, and the picture's longer side about 640 pixels:
-/// from dark blue for 0 over green to yellow for the most that a tile has.
+/// The map as a picture for a file. A tile has the shape of `tile_px`, at least one pixel; the picture's longer side has about 640 pixels.
+/// Colours go from dark blue for 0 over green to yellow for the largest value.
 inline report::Image map_image(TileMap const& map, Grid grid, std::array<std::uint32_t, 2> tile_px = {1, 1})
 {
     auto const common = std::max(std::gcd(tile_px[0], tile_px[1]), 1u);
@@ -84,7 +84,7 @@ inline report::Image map_image(TileMap const& map, Grid grid, std::array<std::ui
     auto const cell = [&](double side) { return std::clamp(static_cast<std::uint32_t>(times * side + 0.5), 1u, 64u); };
     return report::heat_image(map.values, grid.width, grid.height, {0, report::finite_range(map.values).most}, cell(shape[0]), cell(shape[1]));
 }
-/// One line a tile, with the numbers of all maps; each map must have a value for every tile of the grid.
+/// One line per tile, with the numbers of all maps. Each map must have a value for every tile of the grid.
 inline std::string maps_csv(std::span<TileMap const> maps, Grid grid)
 {
     std::string text = "tile_x,tile_y";
@@ -97,7 +97,7 @@ inline std::string maps_csv(std::span<TileMap const> maps, Grid grid)
     }
     return text;
 }
-/// One line a tile, with all digits of its joules.
+/// One line per tile, with all digits of its joules.
 inline std::string energy_csv(Energy const& energy, Grid grid)
 {
     std::string text = "tile_x,tile_y,joules\n";
