@@ -2,7 +2,9 @@
 #include <iostream>
 #include <tilemesh/tilemesh.hpp>
 
-using namespace tilemesh;
+namespace scene = tilemesh::scene;
+namespace splat = tilemesh::splat;
+using tilemesh::Direction, tilemesh::TileId;
 
 struct ColumnFirst {
     static constexpr char const* name = "column_first";
@@ -22,8 +24,8 @@ int main()
 {
     auto const map = scene::built_in_map();
     auto const camera = scene::built_in_camera({640, 360});
-    auto const rows = Renderer{map}.render(camera);
-    auto const columns = BasicRenderer<splat::Referenced<Mine>>{map}.render(camera);
+    auto const rows = tilemesh::Renderer{map}.render(camera);
+    auto const columns = tilemesh::BasicRenderer<splat::Referenced<Mine>>{map}.render(camera);
     bool const same = rows.image.rgb == columns.image.rgb;
     std::cout << "row first:    " << rows.report.hops << " hops, " << rows.report.exchanges.route << " exchanges, at most "
               << rows.report.peak_channel << " records in a channel\n"

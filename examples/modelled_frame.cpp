@@ -2,17 +2,18 @@
 #include <iostream>
 #include <tilemesh/tilemesh.hpp>
 
-using namespace tilemesh;
+namespace scene = tilemesh::scene;
+namespace splat = tilemesh::splat;
 
 struct Watched : splat::Lossless { // the same setup on a machine that keeps a trace
-    using Machine = Traced<Mk2>;
+    using Machine = tilemesh::Traced<tilemesh::Mk2>;
 };
 
 int main()
 try {
     auto const map = scene::built_in_map();
-    BasicRenderer<splat::Referenced<Watched>> renderer{map, {.threads = 2}};
-    auto const model = mk2();
+    tilemesh::BasicRenderer<splat::Referenced<Watched>> renderer{map, {.threads = 2}};
+    auto const model = tilemesh::mk2();
     for (auto const& camera : scene::orbit(scene::built_in_camera({1280, 720}), scene::robust_centre(map), 0.5, 2)) {
         renderer.render(camera);
         auto const& trace = renderer.trace();
@@ -20,7 +21,7 @@ try {
         std::cout << cost_table(model, trace, cost) << "frame: " << milliseconds_text(model, cost.cycles) << " ms modelled, "
                   << cost.supersteps.size() << " supersteps\n\n";
     }
-} catch (Error const& error) {
+} catch (tilemesh::Error const& error) {
     std::cerr << error.what() << '\n';
     return 2;
 }

@@ -4,7 +4,9 @@
 #include <string>
 #include <tilemesh/tilemesh.hpp>
 
-using namespace tilemesh;
+namespace report = tilemesh::report;
+namespace scene = tilemesh::scene;
+namespace splat = tilemesh::splat;
 
 struct Camera256 {                                        // many small tiles, as behind a sensor
     static constexpr char const* name = "camera256";
@@ -24,9 +26,9 @@ struct Small : splat::Lossless {
 
 int main()
 {
-    using MyRenderer = BasicRenderer<splat::Referenced<Small>>; // by reference: the host stores each record once
+    using MyRenderer = tilemesh::BasicRenderer<splat::Referenced<Small>>; // by reference: the host stores each record once
     using Layout = MyRenderer::Layout;
-    for (Region const& r : Layout::ledger())
+    for (auto const& r : Layout::ledger())
         std::cout << std::string(r.name.text, r.name.size) << ": " << r.bytes << " bytes\n";
     std::cout << "sum: " << Layout::bytes << " of " << Camera256::sram_bytes << "\n\n";
 

@@ -4,7 +4,9 @@
 #include <tilemesh/tilemesh.hpp>
 #include <vector>
 
-using namespace tilemesh;
+namespace report = tilemesh::report;
+namespace scene = tilemesh::scene;
+namespace splat = tilemesh::splat;
 
 int main(int argc, char** argv)
 try {
@@ -12,10 +14,10 @@ try {
     auto const map = argc > 1 ? scene::load_ply(argv[1]) : scene::built_in_map();
     std::vector<splat::Camera> const path{scene::frame_whole(map, {1280, 720})}; // all cameras that will be used
 
-    auto const tiling = [](splat::Camera const& camera) { return tiling_for({}, camera.width, camera.height); };
+    auto const tiling = [](splat::Camera const& camera) { return tilemesh::tiling_for({}, camera.width, camera.height); };
     auto const demand = scene::demand_of(map, std::span(path), splat::Model{}, tiling);
     // The first setup with everything that the scene needs. A record holds the map's harmonics, and one view needs no routing.
-    auto const renderer = fit_renderer<Fitted<Lossless, 0, false>, Fitted<Lossless, 3, false>>(map, demand);
+    auto const renderer = tilemesh::fit_renderer<Fitted<Lossless, 0, false>, Fitted<Lossless, 3, false>>(map, demand);
     auto const frame = renderer->render(path[0]);
 
     std::cout << "degree " << demand.sh_degree << ": records of " << renderer->record_bytes() << " bytes, "
@@ -23,7 +25,7 @@ try {
               << (renderer->routes() ? "with" : "without") << " routing\n";
     if (!frame.report.lost.empty()) std::cout << frame.report.lost.size() << " records and copies found no room\n";
     report::write_ppm("view_dependent.ppm", frame.image);
-} catch (Error const& error) {
+} catch (tilemesh::Error const& error) {
     std::cerr << error.what() << '\n';
     return 2;
 }

@@ -4,14 +4,16 @@
 #include <thread>
 #include <tilemesh/tilemesh.hpp>
 
-using namespace tilemesh;
+namespace report = tilemesh::report;
+namespace scene = tilemesh::scene;
+namespace splat = tilemesh::splat;
 using WithDepth = splat::WithPixel<splat::Lossless, splat::WithDepth<splat::FloatPixel>>; // storage gives up 7 of 2,000 slots
 
 int main(int argc, char** argv)
 try {
     auto const map = argc > 1 ? scene::load_ply(argv[1]) : scene::built_in_map();
     auto const first = scene::frame_whole(map, {640, 360});
-    BasicRenderer<splat::Referenced<WithDepth>> renderer{map, {.threads = std::thread::hardware_concurrency()}};
+    tilemesh::BasicRenderer<splat::Referenced<WithDepth>> renderer{map, {.threads = std::thread::hardware_concurrency()}};
     int number = 0;
     for (auto const& camera : scene::orbit(first, scene::robust_centre(map), 5.0, 4)) { // degrees a frame, frames
         auto const frame = renderer.render(camera);

@@ -65,8 +65,8 @@ public:
                             " records (its storage); use fewer records or more storage");
         }
         auto const machine = size_of_machine<TestMachine<64u << 20>>(); // room for any of the sizes, and any number of tiles
-        mesh_ = std::make_unique<Mesh<Program, AnyMachine>>(load.grid, MeshOptions{threads, false}, Program{},
-                                                            mesh_sizes<Program>(machine, sizes));
+        mesh_ = std::make_unique<Mesh<Program, AnyMachine>>(Program{}, load.grid, mesh_sizes<Program>(machine, sizes),
+                                                            MeshOptions{threads, false});
         run(); // touches all memory once
         rss_ = resident_bytes() - before;
     }

@@ -33,17 +33,14 @@ struct Road : Channel<Record> {
 };
 /// The records that have not left their first tile.
 struct Leaving : Buffer<Record> {
-    using Buffer::Buffer;
     static constexpr auto slots = &Sizes::storage;
 };
 struct Arrived : Buffer<Record> {
-    using Buffer::Buffer;
     static constexpr auto slots = &Sizes::storage;
 };
 /// The records that came from the east (0) or the west (1) and found no room ahead.
 template <std::uint32_t Side>
 struct Waiting : Buffer<Record> {
-    using Buffer<Record>::Buffer;
     static constexpr auto slots = &Sizes::waiting;
 };
 struct Traffic {

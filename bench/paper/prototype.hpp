@@ -33,29 +33,19 @@ inline constexpr float guard_diagonals = 12.0f;
 
 struct Wire : Channel<Gaussian, most_channel_slots> {};
 /// Slots; a slot whose id is none is free. The size is always the capacity.
-struct Stored : Buffer<Gaussian, most_storage_slots> {
-    using Buffer::Buffer;
-};
+struct Stored : Buffer<Gaussian, most_storage_slots> {};
 /// The ids of Stored once more. With them the mesh looks at every slot faster; the price is that of the looks in the prototype.
-struct StoredIds : Buffer<GaussianId, most_storage_slots> {
-    using Buffer::Buffer;
-};
+struct StoredIds : Buffer<GaussianId, most_storage_slots> {};
 /// The records that the first half of the prototype's vertex has put into an outgoing channel. The second half adds records, then all
 /// leave.
 template <std::uint32_t Side>
-struct Staged : Buffer<Gaussian, most_channel_slots> {
-    using Buffer<Gaussian, most_channel_slots>::Buffer;
-};
+struct Staged : Buffer<Gaussian, most_channel_slots> {};
 /// A Gaussian to draw.
 struct Drawn {
     float x, y, conic[3], depth, opacity, colour[3];
 };
-struct ToDraw : Buffer<Drawn, most_storage_slots> {
-    using Buffer::Buffer;
-};
-struct Pixels : Buffer<std::uint32_t, 32 * 20> {
-    using Buffer::Buffer;
-};
+struct ToDraw : Buffer<Drawn, most_storage_slots> {};
+struct Pixels : Buffer<std::uint32_t, 32 * 20> {};
 /// The events on a tile in the frame.
 struct Happened {
     std::uint32_t arrivals, records, lost, refused, comparisons, pairs_of_worker[6];

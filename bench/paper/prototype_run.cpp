@@ -71,7 +71,7 @@ PrototypeRun run_prototype(std::string const& name, std::filesystem::path const&
     auto const share = static_cast<std::uint32_t>((scene.map.gaussians.size() + columns * rows - 1) / (columns * rows));
     auto const storage = coded_storage_slots + share;
 
-    PrototypeMesh mesh{{columns, rows}, {.threads = plan.threads}};
+    PrototypeMesh mesh{{}, {columns, rows}, {.threads = plan.threads}};
     limit_slots(mesh, coded_channel_slots, storage);
     load(mesh, scene.map, share, storage);
     PrototypeRun run;

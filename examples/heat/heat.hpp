@@ -1,21 +1,16 @@
-// The heat equation on the mesh: one cell a tile, insulated walls. Kernel code: compiled for host threads and as a codelet.
+// The heat equation, one cell a tile. Kernel code: it runs on host threads and as a codelet of an IPU.
 #pragma once
 #include <tilemesh/machine/kernel.hpp>
-
-using namespace tilemesh;
-
 struct Cell { float kelvin; };                      // what a tile keeps
-struct Conductivity { float per_step; };            // what every tile is told
-struct Wall : Channel<float, 1> {};                 // what a tile tells its neighbours
-
+struct Conductivity { float per_step; };            // what the host tells every tile
+struct Wall : tilemesh::Channel<float, 1> {};       // what a tile sends to each neighbour
 struct Diffuse {
-    void operator()(Cell& cell, Broadcast<Conductivity> k, In<Wall> in, Out<Wall> out) const noexcept
+    void operator()(Cell& cell, tilemesh::Broadcast<Conductivity> k, tilemesh::In<Wall> in, tilemesh::Out<Wall> out) const noexcept
     {
         float flow = 0;
-        for (auto d : news)
-            for (float neighbour : in[d]) flow += neighbour - cell.kelvin;
+        for (auto side : tilemesh::news)
+            for (float neighbour : in[side]) flow += neighbour - cell.kelvin;
         cell.kelvin += k->per_step * flow;
-        for (auto d : news) out[d].unchecked_push(cell.kelvin); // at an edge this comes back: no heat is lost
+        out.to_all(cell.kelvin);                    // at an edge it comes back: no heat is lost
     }
 };
-using Heat = Sequence<Repeat<Diffuse>>;             // Heat{{{1000}}}: how often is a value

@@ -5,8 +5,8 @@
 #include <tilemesh/poplar/codelet.hpp>
 #include <tilemesh/splat/frame_program.hpp>
 
-using splat::Lossless;
-using splat::Paper;
+namespace splat = tilemesh::splat;
+using splat::Lossless, splat::Paper, tilemesh::Mk2;
 
 TILEMESH_VERTEX(lossless_project, Mk2, splat::Frame<Lossless>, splat::Project<Lossless>)
 TILEMESH_VERTEX(lossless_route, Mk2, splat::Frame<Lossless>, splat::Route<Lossless>)
@@ -20,4 +20,4 @@ TILEMESH_VERTEX(paper_bloom, Mk2, splat::Frame<Paper>, splat::Bloom<Paper>)
 TILEMESH_VERTEX(paper_depth_sort, Mk2, splat::Frame<Paper>, splat::DepthSort<Paper>)
 TILEMESH_MULTI_VERTEX(paper_composite, Mk2, splat::Frame<Paper>, splat::Composite<Paper>)
 
-TILEMESH_VERTEX(heat_Diffuse, Mk2, Heat, Diffuse)
+TILEMESH_VERTEX(heat_Diffuse, Mk2, tilemesh::Repeat<Diffuse>, Diffuse)

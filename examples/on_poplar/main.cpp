@@ -7,31 +7,32 @@
 #include <tilemesh/poplar/poplar_mesh.hpp>
 #include <tilemesh/tilemesh.hpp>
 
-using namespace tilemesh;
+namespace report = tilemesh::report;
+namespace scene = tilemesh::scene;
 
 namespace {
 poplar::Device first_ipu()
 {
     for (auto& device : poplar::DeviceManager::createDeviceManager().getDevices(poplar::TargetType::IPU, 1))
         if (device.attach()) return std::move(device);
-    throw Error("no IPU (none is there, or all are taken); see gc-info, and try again");
+    throw tilemesh::Error("no IPU (none is there, or all are taken); see gc-info, and try again");
 }
 } // namespace
 
 int main(int argc, char** argv)
 try {
     if (argc != 2 && argc != 3)
-        throw Error("no codelets (usage: on_poplar CODELETS.gp [MAP.ply]); build codelets.gp with popc");
+        throw tilemesh::Error("no codelets (usage: on_poplar CODELETS.gp [MAP.ply]); build codelets.gp with popc");
     auto const map = argc == 3 ? scene::load_ply(argv[2]) : scene::built_in_map();
     auto const camera = argc == 3 ? scene::frame_whole(map, {1280, 720}) : scene::built_in_camera({1280, 720});
 
     auto const device = first_ipu();
-    PoplarOptions on;
+    tilemesh::PoplarOptions on;
     on.device = &device;
     on.codelets = argv[1];
     on.prefix = "lossless"; // the prefix of the vertices' names in codelets.cpp
-    BasicRenderer<splat::Lossless, PoplarMesh> renderer{map, {}, on};
-    RenderedFrame frame;
+    tilemesh::BasicRenderer<tilemesh::splat::Lossless, tilemesh::PoplarMesh> renderer{map, {}, on};
+    tilemesh::RenderedFrame frame;
     for (int i = 0; i < 2; ++i) {
         renderer.render_into(camera, frame);
         std::cout << frame.report << '\n';

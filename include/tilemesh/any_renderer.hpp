@@ -35,7 +35,7 @@ public:
     std::uint32_t storage_slots() const { return facts().sizes.storage; }
     /// The slots of one bloom channel. Without bloom: of one routing channel. Without both: 0.
     std::uint32_t channel_slots() const { return blooms() ? facts().sizes.beam : routes() ? facts().sizes.road : 0; }
-    std::vector<Region> const& ledger() const { return facts().ledger; }
+    std::vector<machine::Region> const& ledger() const { return facts().ledger; }
 };
 
 }} // namespace tilemesh

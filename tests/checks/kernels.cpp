@@ -62,7 +62,7 @@ struct Source {
     Sram const& sram;
 
     template <class X>
-    Place state() const noexcept
+    machine::Place state() const noexcept
     {
         auto* const words = sram.states + Layout::template offset<X>();
         if constexpr (is_list<X>)
@@ -71,19 +71,19 @@ struct Source {
             return {nullptr, words, 1};
     }
     template <class C>
-    Place end(std::uint32_t number) const noexcept
+    machine::Place end(std::uint32_t number) const noexcept
     {
         constexpr auto slots = capacity_of<C>(Setup::sizes);
-        auto* const words = sram.links[index_in<C>(typename Layout::Links{})] + number * C::Receiver::words(slots);
+        auto* const words = sram.links[machine::index_in<C>(typename Layout::Links{})] + number * C::Receiver::words(slots);
         return {words, words + C::Receiver::head_words, slots};
     }
     template <class C>
-    Place in(Direction d) const noexcept
+    machine::Place in(Direction d) const noexcept
     {
         return end<C>(index(d));
     }
     template <class C>
-    Place out(Direction d) const noexcept
+    machine::Place out(Direction d) const noexcept
     {
         return end<C>(4 + index(d));
     }

@@ -14,7 +14,7 @@ struct PushTwice {
 /// How the error begins that a kernel's broken contract ends the run with.
 static std::string error_of_run()
 {
-    tilemesh::Mesh<tilemesh::Superstep<PushTwice>> mesh{tilemesh::Grid{3, 2}, {.threads = 2}};
+    tilemesh::Mesh<tilemesh::Superstep<PushTwice>> mesh{{}, tilemesh::Grid{3, 2}, {.threads = 2}};
     try {
         mesh.run();
     } catch (tilemesh::Error const& error) {

@@ -10,12 +10,8 @@ using engine::poison_word;
 
 namespace {
 
-struct Four : Buffer<std::uint32_t, 4> {
-    using Buffer::Buffer;
-};
-struct UpToFour : Buffer<std::uint32_t, 4> {
-    using Buffer::Buffer;
-};
+struct Four : Buffer<std::uint32_t, 4> {};
+struct UpToFour : Buffer<std::uint32_t, 4> {};
 struct Big { // too large to lie beside the heads
     std::uint32_t word[40];
 };
@@ -23,9 +19,7 @@ struct Wide {
     std::uint32_t id;
     float data[14];
 };
-struct Wides : Buffer<Wide, 3> {
-    using Buffer::Buffer;
-};
+struct Wides : Buffer<Wide, 3> {};
 struct Wire : Channel<std::uint32_t, 2> {};
 struct Hose : Channel<Wide, 2> {};
 struct Out3 {
@@ -38,7 +32,7 @@ constexpr TileId culprit = TileId::at(1, 2);
 template <class Kernel, class Load>
 std::string caught(Load const& load)
 {
-    CheckedMesh<Superstep<Kernel>> mesh{{3, 4}};
+    CheckedMesh<Superstep<Kernel>> mesh{{}, {3, 4}};
     load(mesh);
     auto const text = error_of([&] { mesh.run(); });
     if (!text.empty()) CHECK(has(error_of([&] { mesh.run(); }), "cannot run again"));
@@ -229,7 +223,7 @@ struct Restless {
 template <Sin What>
 std::string restless(bool check, std::uint32_t passes = 3)
 {
-    CheckedMesh<Sequence<Superstep<Wake>, UntilQuiet<Restless<What>>>> mesh{{3, 4}, {.check_quiet_tiles = check}};
+    CheckedMesh<Sequence<Superstep<Wake>, UntilQuiet<Restless<What>>>> mesh{{}, {3, 4}, {.check_quiet_tiles = check}};
     mesh.template state<Trigger>(TileId::at(0, 0)).left = passes;
     return error_of([&] { mesh.run(); });
 }
@@ -252,8 +246,7 @@ TEST_CASE("a quiet tile without mail that changes a word, sends or votes busy is
 TEST_CASE("looking at quiet tiles changes neither counters nor states of an honest program")
 {
     auto const run = [](bool check) {
-        CheckedMesh<Sequence<Superstep<Wake>, UntilQuiet<Restless<Sin::none>>>> mesh{
-            {3, 4}, {.digest = true, .check_quiet_tiles = check}};
+        CheckedMesh<Sequence<Superstep<Wake>, UntilQuiet<Restless<Sin::none>>>> mesh{{}, {3, 4}, {.digest = true, .check_quiet_tiles = check}};
         mesh.state<Trigger>(TileId::at(2, 1)).left = 5;
         auto counters = mesh.run();
         return std::pair(counters, words_of(mesh));
@@ -315,41 +308,41 @@ TEST_CASE("what is dead is poison: slots never written, items beyond the size, m
     using Words = std::vector<std::uint32_t>;
     Grid const grid{3, 4};
     {
-        CheckedMesh<Superstep<ReadStale>> mesh{grid};
+        CheckedMesh<Superstep<ReadStale>> mesh{{}, grid};
         mesh.run();
         CHECK(found(mesh) == Words{dead, dead, dead, dead});
     }
     {
-        CheckedMesh<Sequence<Superstep<FillThree>, Superstep<ReadStale>>> mesh{grid};
+        CheckedMesh<Sequence<Superstep<FillThree>, Superstep<ReadStale>>> mesh{{}, grid};
         mesh.run();
         CHECK(found(mesh) == Words{70, 71, 72, dead});
     }
     {
-        CheckedMesh<Sequence<Superstep<FillThree>, Superstep<KeepOne>, Superstep<ReadStale>>> mesh{grid};
+        CheckedMesh<Sequence<Superstep<FillThree>, Superstep<KeepOne>, Superstep<ReadStale>>> mesh{{}, grid};
         mesh.run();
         CHECK(found(mesh) == Words{70, dead, dead, dead});
         mesh.run();
         CHECK(found(mesh) == Words{70, dead, dead, dead});
     }
     { // what the host loaded dies like what a kernel wrote
-        CheckedMesh<Sequence<Superstep<KeepOne>, Superstep<ReadStale>>> mesh{grid};
+        CheckedMesh<Sequence<Superstep<KeepOne>, Superstep<ReadStale>>> mesh{{}, grid};
         auto four = mesh.state<Four>(culprit);
         for (std::uint32_t i = 0; i < 4; ++i) four.push(i + 1);
         mesh.run();
         CHECK(found(mesh) == Words{1, dead, dead, dead});
     }
     {
-        CheckedMesh<Sequence<Superstep<SayNine>, Superstep<ReadOldMail>>> mesh{grid};
+        CheckedMesh<Sequence<Superstep<SayNine>, Superstep<ReadOldMail>>> mesh{{}, grid};
         mesh.run();
         CHECK(found(mesh) == Words{9, 9, 9, 9});
     }
     {
-        CheckedMesh<Sequence<Superstep<SayNine>, Superstep<ReadOldMail>, Superstep<ReadOldMail>>> mesh{grid};
+        CheckedMesh<Sequence<Superstep<SayNine>, Superstep<ReadOldMail>, Superstep<ReadOldMail>>> mesh{{}, grid};
         mesh.run();
         CHECK(found(mesh) == Words{dead, dead, dead, dead});
     }
     { // a slot of an outgoing end that was not written
-        CheckedMesh<Sequence<Superstep<SayNine>, Superstep<Hear>>> mesh{grid};
+        CheckedMesh<Sequence<Superstep<SayNine>, Superstep<Hear>>> mesh{{}, grid};
         mesh.run();
         mesh.run();
         CHECK(found(mesh) == Words{dead, dead, dead, dead});
@@ -398,11 +391,9 @@ TEST_CASE("two channels that share memory and both carry mail on a tile are caug
     CHECK(has(text, "; give each its own memory"));
     check_place(text, "UseBoth");
 
-    CheckedMesh<Sequence<Superstep<SendUpper>, Superstep<ReadUpper>, Superstep<SendLower>, Superstep<ReadLower>>> good{
-        {3, 4}};
+    CheckedMesh<Sequence<Superstep<SendUpper>, Superstep<ReadUpper>, Superstep<SendLower>, Superstep<ReadLower>>> good{{}, {3, 4}};
     CHECK(error_of([&] { good.run(); }).empty());
-    CheckedMesh<Sequence<Superstep<SendUpper>, Superstep<SendLower>, Superstep<ReadUpper>, Superstep<ReadLower>>> bad{
-        {3, 4}};
+    CheckedMesh<Sequence<Superstep<SendUpper>, Superstep<SendLower>, Superstep<ReadUpper>, Superstep<ReadLower>>> bad{{}, {3, 4}};
     CHECK(has(error_of([&] { bad.run(); }), "[tile (0, 0), superstep 1 (SendLower)]"));
 }
 
@@ -434,8 +425,8 @@ struct LastWorkerWins { // workers that race: the engines run them in opposite o
 
 TEST_CASE("workers run in the opposite order of Mesh: a race between them shows as a difference")
 {
-    CheckedMesh<Superstep<LastWorkerWins>> checked{{2, 1}, {.digest = true}};
-    Mesh<Superstep<LastWorkerWins>> mesh{{2, 1}, {.digest = true}};
+    CheckedMesh<Superstep<LastWorkerWins>> checked{{}, {2, 1}, {.digest = true}};
+    Mesh<Superstep<LastWorkerWins>> mesh{{}, {2, 1}, {.digest = true}};
     auto const a = checked.run(), b = mesh.run();
     CHECK(checked.state<Claims>(TileId::at(1, 0)).last == 0);
     CHECK(mesh.state<Claims>(TileId::at(1, 0)).last == 5);

@@ -161,11 +161,11 @@ namespace {
 template <class Program, class Load>
 Trace trace_everywhere(Grid grid, Load const& load)
 {
-    CheckedMesh<Program, Traced<Mk2>> checked{grid};
+    CheckedMesh<Program, Traced<Mk2>> checked{{}, grid};
     load(checked);
     auto const run = checked.run();
     for (auto threads : thread_counts) {
-        Mesh<Program, Traced<Mk2>> mesh{grid, {.threads = threads}};
+        Mesh<Program, Traced<Mk2>> mesh{{}, grid, {.threads = threads}};
         load(mesh);
         check_same(run, mesh.run());
         CHECK(checked.trace() == mesh.trace());
@@ -204,12 +204,12 @@ TEST_CASE("a Loop that is never done: most_passes rounds, and the report of what
     Grid const grid{3, 1};
     std::string const said = "the loop of steps 1 to 2 is not done after 20 rounds (tiles vote busy, and most_passes allows no more); allow more, or "
                              "see what repeats";
-    Mesh<Forever> mesh{grid, {.threads = 2, .most_passes = 20}};
+    Mesh<Forever> mesh{{}, grid, {.threads = 2, .most_passes = 20}};
     CHECK(error_of([&] { mesh.run(); }) == said + " on a Traced machine [superstep 40 (Insist)]");
-    CheckedMesh<Forever> checked{grid, {.most_passes = 20}};
+    CheckedMesh<Forever> checked{{}, grid, {.most_passes = 20}};
     CHECK(error_of([&] { checked.run(); }) == said + " on a Traced machine [superstep 40 (Insist)]");
     CHECK(has(error_of([&] { checked.run(); }), "cannot run again"));
-    Mesh<Forever, Traced<Mk2>> traced{grid, {.most_passes = 20, .explain = explain_no_progress}};
+    Mesh<Forever, Traced<Mk2>> traced{{}, grid, {.most_passes = 20, .explain = explain_no_progress}};
     auto const report = error_of([&] { traced.run(); });
     CHECK(has(report, said + " [superstep 40 (Insist)]"));
     CHECK(has(report, "the loop of steps 1 to 2 does the same every 2 supersteps from superstep 1 of the run on"));
@@ -221,7 +221,7 @@ TEST_CASE("a Loop that is never done: most_passes rounds, and the report of what
     // As many rounds as are allowed, and passes of an UntilQuiet inside in each of them, are no error.
     Grid const one{1, 1};
     auto const load = [](auto& m) { m.template state<Tank>(TileId::at(0, 0)) = {3, 2, 0, 0}; };
-    Mesh<Draining> enough{one, {.most_passes = 3}}, short_of{one, {.most_passes = 2}};
+    Mesh<Draining> enough{{}, one, {.most_passes = 3}}, short_of{{}, one, {.most_passes = 2}};
     load(enough);
     load(short_of);
     CHECK(enough.run().loops[0].rounds == 3);

@@ -7,9 +7,7 @@ using namespace engine_test;
 
 namespace {
 
-struct Small : Buffer<std::uint32_t, 2> {
-    using Buffer::Buffer;
-};
+struct Small : Buffer<std::uint32_t, 2> {};
 struct Demand {
     std::uint32_t items;
 };

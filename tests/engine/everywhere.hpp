@@ -72,7 +72,7 @@ void add_mail(M& mesh, TileId t, WordList& words, C*)
     }
 }
 template <class M, class... X, class... C>
-WordList words_of(M& mesh, Types<X...>, Types<C...>)
+WordList words_of(M& mesh, machine::Types<X...>, machine::Types<C...>)
 {
     WordList words;
     for (std::uint32_t i = 0; i < mesh.grid().size(); ++i) {
@@ -139,7 +139,7 @@ Played<Program, Machine> everywhere(Grid grid, Load const& load, int runs, Progr
     std::vector<WordList> words;
     typename CheckedMesh<Program, Machine>::Options checked;
     checked.digest = true;
-    played.mesh = std::make_unique<CheckedMesh<Program, Machine>>(grid, checked, program, sizes);
+    played.mesh = std::make_unique<CheckedMesh<Program, Machine>>(program, grid, sizes, checked);
     load(*played.mesh);
     for (int r = 0; r < runs; ++r) {
         played.runs.push_back(played.mesh->run());
@@ -151,7 +151,7 @@ Played<Program, Machine> everywhere(Grid grid, Load const& load, int runs, Progr
         typename Mesh<Program, Machine>::Options options;
         options.threads = threads;
         options.digest = true;
-        Mesh<Program, Machine> mesh{grid, options, program, sizes};
+        Mesh<Program, Machine> mesh{program, grid, sizes, options};
         load(mesh);
         for (std::size_t r = 0; r < played.runs.size(); ++r) {
             CAPTURE(r);
@@ -160,7 +160,7 @@ Played<Program, Machine> everywhere(Grid grid, Load const& load, int runs, Progr
         }
         // Digests and observers add barriers: once more as users run it.
         options.digest = false;
-        Mesh<Program, Machine> plain{grid, options, program, sizes};
+        Mesh<Program, Machine> plain{program, grid, sizes, options};
         load(plain);
         for (std::size_t r = 0; r < played.runs.size(); ++r) {
             CAPTURE(r);
@@ -187,14 +187,14 @@ void on_each(Grid grid, F const& f, Program program, MeshSizes<Program> const& s
 {
     {
         CAPTURE("checked");
-        CheckedMesh<Program, Machine> mesh{grid, {}, program, sizes};
+        CheckedMesh<Program, Machine> mesh{program, grid, sizes};
         f(mesh);
     }
     for (auto threads : thread_counts) {
         CAPTURE(threads);
         typename Mesh<Program, Machine>::Options options;
         options.threads = threads;
-        Mesh<Program, Machine> mesh{grid, options, program, sizes};
+        Mesh<Program, Machine> mesh{program, grid, sizes, options};
         f(mesh);
     }
 }

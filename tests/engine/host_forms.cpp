@@ -7,9 +7,7 @@ using namespace engine_test;
 
 namespace {
 
-struct Numbers : Buffer<std::uint32_t, 20> {
-    using Buffer::Buffer;
-};
+struct Numbers : Buffer<std::uint32_t, 20> {};
 struct Seen {
     std::uint32_t calls, index, count;
 };
@@ -49,7 +47,7 @@ struct Tell { // each engine leaves how it was called
 
 TEST_CASE("a kernel's AllWorkers leaves what its workers leave, on every engine")
 {
-    auto const p = everywhere<Adding<0>, Bench>({7, 5}, [](auto&) {}, 2, {{{}, {3}}});
+    auto const p = everywhere<Adding<0>, Bench>({7, 5}, [](auto&) {}, 2, {{}, {3}});
     auto const numbers = p.mesh->state<Numbers>(TileId::at(6, 4));
     REQUIRE(numbers.size() == 10);
     for (std::uint32_t i = 0; i < 10; ++i) CHECK(numbers[i] == 4 * i);
@@ -57,8 +55,8 @@ TEST_CASE("a kernel's AllWorkers leaves what its workers leave, on every engine"
 
 TEST_CASE("an AllWorkers that does otherwise than its workers shows as a difference between the engines")
 {
-    CheckedMesh<Adding<1>, Bench> checked{{7, 5}, {.digest = true}, {{{}, {3}}}};
-    Mesh<Adding<1>, Bench> mesh{{7, 5}, {.threads = 2, .digest = true}, {{{}, {3}}}};
+    CheckedMesh<Adding<1>, Bench> checked{{{}, {3}}, {7, 5}, {.digest = true}};
+    Mesh<Adding<1>, Bench> mesh{{{}, {3}}, {7, 5}, {.threads = 2, .digest = true}};
     auto const a = checked.run(), b = mesh.run();
     REQUIRE(a.digests.size() == 4);
     REQUIRE(b.digests.size() == 4);
@@ -70,9 +68,9 @@ TEST_CASE("an AllWorkers that does otherwise than its workers shows as a differe
 TEST_CASE("Mesh calls AllWorkers once a tile with all workers, CheckedMesh the kernel for each")
 {
     using Program = Sequence<Superstep<Fill>, Superstep<Tell>>;
-    Mesh<Program> mesh{{4, 3}};
+    Mesh<Program> mesh{{}, {4, 3}};
     mesh.run();
-    CheckedMesh<Program> checked{{4, 3}};
+    CheckedMesh<Program> checked{{}, {4, 3}};
     checked.run();
     for (std::uint32_t i = 0; i < 12; ++i) {
         auto const& whole = mesh.state<Seen>(mesh.grid().tile(i));
@@ -102,9 +100,7 @@ template <class T, std::uint32_t N = 5>
 struct Line : Channel<T, N> {};
 static_assert(Line<Handle>::end_bytes(5) == 308 && Line<Value>::end_bytes(5) == 308);
 template <class T>
-struct Kept : Buffer<std::uint32_t, 40> {
-    using Buffer::Buffer;
-};
+struct Kept : Buffer<std::uint32_t, 40> {};
 /// Sends x messages eastwards once; they are handed on to the end of the row.
 template <class T, std::uint32_t N>
 struct Pass {

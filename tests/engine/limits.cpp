@@ -6,12 +6,8 @@ using namespace engine_test;
 
 namespace {
 
-struct Stock : Buffer<std::uint32_t, 8> {
-    using Buffer::Buffer;
-};
-struct Shelf : Buffer<std::uint32_t, 8> {
-    using Buffer::Buffer;
-};
+struct Stock : Buffer<std::uint32_t, 8> {};
+struct Shelf : Buffer<std::uint32_t, 8> {};
 struct Pipe : Channel<std::uint32_t> {}; // its slots come by limit
 struct Belt : Channel<std::uint32_t, 8> {};
 
@@ -244,7 +240,7 @@ TEST_CASE("a grid that the machine does not have is refused: none, too many, too
     struct Four : TestMachine<4096, 4> {};
     auto const refused = [](auto tag, Grid grid) {
         using M = typename decltype(tag)::type;
-        return error_of([&] { M mesh{grid}; });
+        return error_of([&] { M mesh{{}, grid}; });
     };
     auto const check = [&](auto tag) {
         CHECK(refused(tag, {2, 2}).empty());
@@ -258,13 +254,13 @@ TEST_CASE("a grid that the machine does not have is refused: none, too many, too
         CHECK(has(refused(tag, {65536, 1}), "each side is 1 to 65,535"));
         CHECK(has(refused(tag, {65536, 65536}), "each side is 1 to 65,535")); // their product is 0 in 32 bits
     };
-    check(Tag<Mesh<Heat, Four>>{});
-    check(Tag<CheckedMesh<Heat, Four>>{});
+    check(machine::Tag<Mesh<Heat, Four>>{});
+    check(machine::Tag<CheckedMesh<Heat, Four>>{});
 }
 
 TEST_CASE("Mk2 has 1,472 tiles, and no more")
 {
-    CHECK(error_of([] { Mesh<Heat> mesh{Grid{1472, 1}}; }).empty());
-    CHECK(has(error_of([] { Mesh<Heat> mesh{Grid{1473, 1}}; }), "(mk2 has 1472)"));
-    CHECK(has(error_of([] { CheckedMesh<Heat> mesh{Grid{1473, 1}}; }), "(mk2 has 1472)"));
+    CHECK(error_of([] { Mesh<Heat> mesh{{}, Grid{1472, 1}}; }).empty());
+    CHECK(has(error_of([] { Mesh<Heat> mesh{{}, Grid{1473, 1}}; }), "(mk2 has 1472)"));
+    CHECK(has(error_of([] { CheckedMesh<Heat> mesh{{}, Grid{1473, 1}}; }), "(mk2 has 1472)"));
 }

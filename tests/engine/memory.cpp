@@ -34,9 +34,7 @@ std::int64_t resident_bytes()
 struct Item {
     std::uint32_t word[15];
 };
-struct Store : Buffer<Item, 1000> {
-    using Buffer::Buffer;
-};
+struct Store : Buffer<Item, 1000> {};
 struct Road : Channel<Item, 400> {};
 struct PassOn { // what is here goes east, what comes stays
     void operator()(Store& store, In<Road> in, Out<Road> out) const noexcept
@@ -63,7 +61,7 @@ double bytes_a_tile(std::uint32_t threads, typename M::Sizes const& sizes, Prepa
     auto const before = resident_bytes();
     if (sanitized || before == 0) return -1;
     try {
-        M mesh{grid, {.threads = threads}, {}, sizes};
+        M mesh{{}, grid, sizes, {.threads = threads}};
         prepare(mesh);
         for (int i = 0; i < 2; ++i) {
             auto const run = mesh.run();
@@ -124,7 +122,7 @@ TEST_CASE("memory follows live records: what one tile holds is paid for once, no
         MESSAGE("not measured: no /proc/self/statm, or a sanitizer");
         return;
     }
-    Mesh<Program, Field::Machine> mesh{{200, 100}};
+    Mesh<Program, Field::Machine> mesh{{}, {200, 100}};
     mesh.run();
     auto const before = resident_bytes();
     for (std::uint32_t x = 0; x < 10; ++x) {

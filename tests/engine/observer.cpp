@@ -27,9 +27,7 @@ struct Stop : std::runtime_error {
 struct Tick { // touches no channel
     void operator()(Visits& visits) const noexcept { visits.count += 10; }
 };
-struct Two : Buffer<std::uint32_t, 2> {
-    using Buffer::Buffer;
-};
+struct Two : Buffer<std::uint32_t, 2> {};
 struct Overflow { // in the third superstep
     void operator()(Two& two) const noexcept { two.push(1); }
 };
@@ -57,7 +55,7 @@ std::uint64_t parcels_at_rest(M& mesh)
 TEST_CASE("an observer is called once a superstep, in order, with its name, pass, messages and runs")
 {
     using Program = Sequence<Superstep<Throw>, UntilQuiet<Catch>, UntilQuiet<Catch>, Repeat<Tick>>;
-    Program const program{{{}, {}, {}, {2}}};
+    Program const program{{}, {}, {}, {2}};
     std::vector<Event> want;
     want.push_back({"Throw", 0, 0, 1, 10, 0});
     for (std::uint64_t p = 1; p <= 4; ++p) want.push_back({"Catch", 1, p, p == 4 ? 0u : 1u, 1, 0});
@@ -115,12 +113,12 @@ TEST_CASE("an observer sees every engine do the same, digest by digest")
         REQUIRE(run.digests.size() == events.size());
         for (std::size_t i = 0; i < events.size(); ++i) CHECK(run.digests[i] == events[i].digest);
     };
-    CheckedMesh<Post, Bench> checked{grid, {.digest = true}};
+    CheckedMesh<Post, Bench> checked{{}, grid, {.digest = true}};
     record(checked, want);
     CHECK(want.size() > 3);
     for (auto threads : thread_counts) {
         CAPTURE(threads);
-        Mesh<Post, Bench> mesh{grid, {.threads = threads, .digest = true}};
+        Mesh<Post, Bench> mesh{{}, grid, {.threads = threads, .digest = true}};
         std::vector<Event> events;
         record(mesh, events);
         CHECK(events == want);
@@ -179,9 +177,9 @@ TEST_CASE("an observer may run another mesh: contracts of the outer one are stil
 {
     on_each<Repeat<Overflow>>({5, 2}, [&](auto& mesh) {
         mesh.observe([&](SuperstepEvent const&) {
-            CheckedMesh<Repeat<Tick>> checked{{2, 2}, {}, {2}};
+            CheckedMesh<Repeat<Tick>> checked{{2}, {2, 2}};
             checked.run();
-            Mesh<Repeat<Tick>> threads{{2, 2}, {.threads = 2}, {2}};
+            Mesh<Repeat<Tick>> threads{{2}, {2, 2}, {.threads = 2}};
             threads.run();
             CHECK(threads.state<Visits>(TileId::at(1, 1)).count == 20);
         });

@@ -19,7 +19,7 @@ TEST_CASE("heat: two passes known by hand, then conservation, symmetry and decay
                 mesh.template state<Cell>(TileId::at(2, 2)).kelvin = 1000;
                 mesh.template state<Cell>(TileId::at(0, 0)).kelvin = 100;
             },
-            1, Heat{{{2}}});
+            1, Heat{{2}});
         auto const at = [&](std::uint32_t x, std::uint32_t y) {
             return heat.mesh->template state<Cell>(TileId::at(x, y)).kelvin;
         };
@@ -47,7 +47,7 @@ TEST_CASE("heat: two passes known by hand, then conservation, symmetry and decay
                 mesh.template broadcast<Conductivity>().per_step = 0.2f;
                 mesh.template state<Cell>(TileId::at(size / 2, size / 2)).kelvin = 1000;
             },
-            2, Heat{{{40}}});
+            2, Heat{{40}});
         auto const at = [&](std::uint32_t x, std::uint32_t y) {
             return heat.mesh->template state<Cell>(TileId::at(x, y)).kelvin;
         };
@@ -128,7 +128,7 @@ TEST_CASE("life: a random board is that of a flat one, generation by generation"
             for (auto& row : mesh.template state<Patch>(grid.tile(i)).row) row = random.bits() & 0xffu;
         board = board_of(mesh);
     };
-    Mesh<Generation> mesh{grid, {.threads = 2}};
+    Mesh<Generation> mesh{{}, grid, {.threads = 2}};
     load(mesh);
     for (int i = 0; i < 30; ++i) {
         CAPTURE(i);
@@ -255,7 +255,7 @@ TEST_CASE("sorting network: every row of 0s and 1s is sorted, and so every row (
             for (std::uint32_t y = 0; y < height; ++y)
                 for (std::uint32_t x = 0; x < width; ++x) mesh.template state<Key>(TileId::at(x, y)).value = y >> x & 1u;
         },
-        1, SortRows{{{width}, {}}});
+        1, SortRows{{width}, {}});
     for (std::uint32_t y = 0; y < height; ++y) {
         auto const ones = static_cast<std::uint32_t>(__builtin_popcount(y));
         bool right = true;
@@ -282,7 +282,7 @@ TEST_CASE("sorting network: random keys, rows of odd and even length and of one"
                 rows[i / width].push_back(value);
             }
         };
-        auto const sorted = everywhere<SortRows>(grid, load, 1, SortRows{{{width}, {}}});
+        auto const sorted = everywhere<SortRows>(grid, load, 1, SortRows{{width}, {}});
         for (std::uint32_t y = 0; y < grid.height; ++y) {
             std::sort(rows[y].begin(), rows[y].end());
             for (std::uint32_t x = 0; x < width; ++x)
@@ -294,7 +294,7 @@ TEST_CASE("sorting network: random keys, rows of odd and even length and of one"
 TEST_CASE("digests tell machines apart: another start, another superstep, another place for the same word")
 {
     auto const run = [](TileId at, float kelvin) {
-        CheckedMesh<Heat> mesh{{5, 4}, {.digest = true}, Heat{{{3}}}};
+        CheckedMesh<Heat> mesh{Heat{{3}}, {5, 4}, {.digest = true}};
         mesh.broadcast<Conductivity>().per_step = 0.125f;
         mesh.state<Cell>(at).kelvin = kelvin;
         return mesh.run().digests;
@@ -318,10 +318,10 @@ TEST_CASE("digests cover what is under way: two machines that differ in a messag
         return mesh->run().digests.at(0); // the ball is in the air, and all states are the same words
     };
     auto const checked = [] {
-        return std::make_unique<CheckedMesh<Bounce>>(Grid{3, 1}, CheckedMeshOptions{.digest = true});
+        return std::make_unique<CheckedMesh<Bounce>>(Bounce{}, Grid{3, 1}, CheckedMeshOptions{.digest = true});
     };
     auto const threads = [] {
-        return std::make_unique<Mesh<Bounce>>(Grid{3, 1}, MeshOptions{.threads = 2, .digest = true});
+        return std::make_unique<Mesh<Bounce>>(Bounce{}, Grid{3, 1}, MeshOptions{.threads = 2, .digest = true});
     };
     CHECK(thrown(checked(), 5) == thrown(checked(), 5));
     CHECK(thrown(checked(), 5) != thrown(checked(), 6));

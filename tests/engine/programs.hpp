@@ -116,12 +116,8 @@ struct Parcel {
     TileId to;
     float contents[2];
 };
-struct Outbox : Buffer<Parcel, 32> {
-    using Buffer::Buffer;
-};
-struct Inbox : Buffer<Parcel, 1024> {
-    using Buffer::Buffer;
-};
+struct Outbox : Buffer<Parcel, 32> {};
+struct Inbox : Buffer<Parcel, 1024> {};
 struct Road : Channel<Parcel, 4096> {};
 
 constexpr Direction towards(TileId from, TileId to) noexcept

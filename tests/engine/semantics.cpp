@@ -7,9 +7,7 @@ using namespace engine_test;
 
 namespace {
 
-struct Seen : Buffer<std::uint32_t, 32> {
-    using Buffer::Buffer;
-};
+struct Seen : Buffer<std::uint32_t, 32> {};
 struct Seed {
     std::uint32_t value;
 };
@@ -210,7 +208,7 @@ TEST_CASE("votes hold for the next superstep alone, whatever steps make no pass 
 TEST_CASE("Repeat and Superstep run every tile, quiet or not; no times none, by default once")
 {
     using Program = Sequence<Repeat<Unwind>, Repeat<Unwind>, Superstep<Unwind>, Repeat<Unwind>>;
-    auto const p = everywhere<Program>({5, 4}, wind, 1, Program{{{4}, {0}, {}, {}}});
+    auto const p = everywhere<Program>({5, 4}, wind, 1, Program{{4}, {0}, {}, {}});
     CHECK(p.step(0).passes == 4);
     CHECK(p.step(0).tile_runs == 80);
     CHECK(p.step(1).passes == 0);
@@ -365,9 +363,7 @@ TEST_CASE("every tile knows where it is, and holds the broadcast of this run")
 
 namespace {
 
-struct Cells : Buffer<std::uint32_t, 20> {
-    using Buffer::Buffer;
-};
+struct Cells : Buffer<std::uint32_t, 20> {};
 struct Size {
     void operator()(Cells& cells) const noexcept
     {
@@ -482,7 +478,7 @@ TEST_CASE("no threads asked for is one thread, and more threads than tiles do no
 {
     for (std::uint32_t threads : {0u, 1u, 16u}) {
         CAPTURE(threads);
-        Mesh<Sequence<Superstep<Wind>, UntilQuiet<Unwind>>> mesh{{1, 1}, {.threads = threads}};
+        Mesh<Sequence<Superstep<Wind>, UntilQuiet<Unwind>>> mesh{{}, {1, 1}, {.threads = threads}};
         mesh.state<Spring>(TileId::at(0, 0)).left = 9;
         CHECK(mesh.run().steps[1].passes == 9);
         CHECK(mesh.state<Spring>(TileId::at(0, 0)).left == 0);

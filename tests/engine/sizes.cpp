@@ -13,7 +13,6 @@ struct Slots {
     bool counted = true, shared = false;
 };
 struct Stock : Buffer<std::uint32_t> {
-    using Buffer::Buffer;
     static constexpr auto slots = &Slots::stock;
     static constexpr auto budgeted_if = &Slots::counted;
 };
@@ -21,7 +20,6 @@ struct Belt : Channel<std::uint32_t> {
     static constexpr auto slots = &Slots::belt;
 };
 struct Hopper : Buffer<std::uint32_t> { // of no use with one slot
-    using Buffer::Buffer;
     static constexpr auto slots = &Slots::stock;
     static constexpr std::uint32_t least_slots = 2;
 };
@@ -272,7 +270,7 @@ TEST_CASE("memory_shared: two channels in one memory may not carry mail at once,
 {
     auto const crowded = [](bool shared) {
         return error_of([&] {
-            CheckedMesh<Crowded, AnyMachine> mesh{grid, {}, {}, mesh_sizes<Crowded>(machine_with(8192), Slots{3, 3, 3, true, shared})};
+            CheckedMesh<Crowded, AnyMachine> mesh{{}, grid, mesh_sizes<Crowded>(machine_with(8192), Slots{3, 3, 3, true, shared})};
             mesh.run();
         });
     };
@@ -293,11 +291,11 @@ TEST_CASE("a mesh on AnyMachine is one on the machine that it is told")
     // It has the tiles of that machine.
     auto few = size_of_machine<Mk2>();
     few.tiles = 5;
-    CHECK(has(error_of([&] { Mesh<Freight, AnyMachine>{grid, {}, {}, mesh_sizes<Freight>(few, Setup::sizes)}; }),
+    CHECK(has(error_of([&] { Mesh<Freight, AnyMachine>{{}, grid, mesh_sizes<Freight>(few, Setup::sizes)}; }),
               "a grid of 3 x 2 = 6 tiles (mk2 has 5)"));
     // And its trace.
-    Mesh<Freight, Traced<Mk2>> traced{grid, {}, {}, mesh_sizes<Freight, Mk2, Setup>()};
-    Mesh<Freight, Traced<AnyMachine>> told{grid, {}, {}, mesh_sizes<Freight>(size_of_machine<Mk2>(), Setup::sizes)};
+    Mesh<Freight, Traced<Mk2>> traced{{}, grid, mesh_sizes<Freight, Mk2, Setup>()};
+    Mesh<Freight, Traced<AnyMachine>> told{{}, grid, mesh_sizes<Freight>(size_of_machine<Mk2>(), Setup::sizes)};
     traced.run();
     told.run();
     CHECK(traced.trace() == told.trace());

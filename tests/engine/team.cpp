@@ -105,7 +105,7 @@ TEST_CASE("on_threads: each of the mesh's threads once, before, between and afte
 TEST_CASE("on_threads throws what the lowest thread threw, and the mesh runs on")
 {
     for (auto threads : thread_counts) {
-        Mesh<Post, Bench> mesh{{6, 5}, {.threads = threads}};
+        Mesh<Post, Bench> mesh{{}, {6, 5}, {.threads = threads}};
         mesh.template state<Outbox>(TileId::at(0, 0)).push({1, TileId::at(5, 4), {}});
         auto const fails = [&](std::uint32_t from) {
             mesh.on_threads([&](std::uint32_t thread, std::uint32_t) {
@@ -118,7 +118,7 @@ TEST_CASE("on_threads throws what the lowest thread threw, and the mesh runs on"
         mesh.run();
         CHECK(mesh.template state<Inbox>(TileId::at(5, 4)).size() == 1);
     }
-    CheckedMesh<Post, Bench> checked{{6, 5}};
+    CheckedMesh<Post, Bench> checked{{}, {6, 5}};
     CHECK_THROWS_WITH_AS(checked.on_threads([](std::uint32_t, std::uint32_t) { throw std::out_of_range("it"); }), "it",
                          std::out_of_range);
 }

@@ -38,7 +38,7 @@ struct Hand { // the ball alone
     }
 };
 using Counting = Sequence<Repeat<Count>, UntilQuiet<Hand>>;
-Counting const four{{{4}, {}}};
+Counting const four{{4}, {}};
 
 } // namespace
 
@@ -65,7 +65,7 @@ TEST_CASE("a program on a corner of a large grid does what it does on a small on
 
 TEST_CASE("a tile outside that is not idle is caught by the checked engine")
 {
-    CheckedMesh<Counting, Bench> mesh{{30, 20}, {}, four};
+    CheckedMesh<Counting, Bench> mesh{four, {30, 20}};
     mesh.run_within(3, 2, 9, 7);
     mesh.state<Marked>(TileId::at(9, 6)).alive = 1;
     auto const text = error_of([&] { mesh.run(); });

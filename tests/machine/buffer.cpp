@@ -41,7 +41,7 @@ struct Words {
     std::array<std::uint32_t, 3> head{0, 0, canary};
     std::array<std::uint32_t, Items * ItemWords + 2> items;
     Words() { items.fill(canary); }
-    Place place(std::uint32_t capacity = Items) { return {head.data(), items.data() + 1, capacity}; }
+    machine::Place place(std::uint32_t capacity = Items) { return {head.data(), items.data() + 1, capacity}; }
     bool intact() const { return head[2] == canary && items.front() == canary && items.back() == canary; }
 };
 

@@ -46,7 +46,7 @@ struct Ends {
     static constexpr std::uint32_t item_words = C::Receiver::item_words;
     std::array<std::array<std::uint32_t, 2>, 4> heads{};
     std::array<std::array<std::uint32_t, Capacity * item_words + 1>, 4> items{}; // one word more: a canary
-    Place place(Direction d, std::uint32_t capacity = Capacity)
+    machine::Place place(Direction d, std::uint32_t capacity = Capacity)
     {
         return {heads[index(d)].data(), items[index(d)].data(), capacity};
     }

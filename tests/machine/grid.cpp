@@ -54,7 +54,7 @@ constexpr bool packs_in_row_order(Grid grid)
 static_assert(packs_in_row_order({1, 1}) && packs_in_row_order({1, 5}) && packs_in_row_order({5, 1}) &&
               packs_in_row_order({3, 2}) && packs_in_row_order({40, 36}));
 
-/// Edges wrap to the tile itself, on the same side; elsewhere the neighbour is one step away and points back.
+/// Edges reflect to the tile itself, on the same side; elsewhere the neighbour is one step away and points back.
 constexpr bool neighbours_are_right(Grid grid)
 {
     return for_all(grid, [grid](TileId t, std::uint32_t) {
@@ -80,6 +80,27 @@ constexpr bool neighbours_are_right(Grid grid)
 }
 static_assert(neighbours_are_right({1, 1}) && neighbours_are_right({1, 5}) && neighbours_are_right({5, 1}) &&
               neighbours_are_right({3, 2}) && neighbours_are_right({40, 36}));
+
+/// A torus: around the edges, each side leads to a tile whose opposite side leads back; the other edges are as without.
+constexpr bool edges_are_right(Grid grid)
+{
+    return for_all(grid, [grid](TileId t, std::uint32_t) {
+        for (Direction d : news) {
+            auto const n = grid.neighbour(t, d, Edge::wrap);
+            auto const x = (t.x() + grid.width + (d == Direction::east ? 1 : 0) - (d == Direction::west ? 1 : 0)) % grid.width;
+            auto const y = (t.y() + grid.height + (d == Direction::south ? 1 : 0) - (d == Direction::north ? 1 : 0)) % grid.height;
+            if (n != TileId::at(x, y) || grid.arrival(t, d, Edge::wrap) != opposite(d)) return false;
+            if (grid.neighbour(n, opposite(d), Edge::wrap) != t) return false;
+            for (Edge edge : {Edge::reflect, Edge::drop})
+                if (grid.neighbour(t, d, edge) != grid.neighbour(t, d) || grid.arrival(t, d, edge) != grid.arrival(t, d)) return false;
+            if (grid.delivers(t, d, Edge::drop) != grid.has_neighbour(t, d)) return false;
+            if (!grid.delivers(t, d, Edge::reflect) || !grid.delivers(t, d, Edge::wrap)) return false;
+        }
+        return true;
+    });
+}
+static_assert(edges_are_right({1, 1}) && edges_are_right({1, 5}) && edges_are_right({5, 1}) && edges_are_right({2, 2}) &&
+              edges_are_right({5, 3}) && edges_are_right({40, 36}));
 
 /// Where each outgoing end is read, counted.
 std::vector<int> readers(Grid grid)

@@ -16,9 +16,7 @@ struct Level {
 struct Pressure {
     float bar[2];
 };
-struct Pile : Buffer<std::uint32_t, 8> {
-    using Buffer::Buffer;
-};
+struct Pile : Buffer<std::uint32_t, 8> {};
 struct Rate {
     float per_step;
 };
@@ -44,7 +42,7 @@ struct Nothing {
 // What a kernel's parameter list says.
 using T = KernelTraits<Everything>;
 static_assert(
-    std::is_same_v<T::Arguments, Types<Level&, Pressure const&, Pile&, Broadcast<Rate>, In<Red>, Out<Blue>, Here>>);
+    std::is_same_v<T::Arguments, machine::Types<Level&, Pressure const&, Pile&, Broadcast<Rate>, In<Red>, Out<Blue>, Here>>);
 static_assert(std::is_same_v<T::Result, Vote> && std::is_same_v<KernelTraits<Nothing>::Result, void>);
 static_assert(takes<Everything, Level&> && takes<Everything, Pressure const&> && takes<Everything, Here>);
 static_assert(!takes<Everything, Level const&> && !takes<Everything, Pressure&>, "const is part of the declaration");
@@ -53,17 +51,17 @@ static_assert(takes<Everything, In<Red>> && !takes<Everything, Out<Red>> && !tak
 static_assert(T::reads<Red> && !T::reads<Blue> && T::writes<Blue> && !T::writes<Red>);
 static_assert(T::sends && !KernelTraits<AllWorkers>::sends && !KernelTraits<Nothing>::sends);
 static_assert(!T::multi_worker && KernelTraits<AllWorkers>::multi_worker && !KernelTraits<Nothing>::multi_worker);
-static_assert(std::is_same_v<T::Links, Types<Red, Blue>>, "in the order of the parameters");
-static_assert(std::is_same_v<KernelTraits<AllWorkers>::Links, Types<Blue>>);
-static_assert(std::is_same_v<KernelTraits<Nothing>::Links, Types<>>);
-static_assert(std::is_same_v<T::Needs::States, Types<Level, Pressure, Pile>>, "const or not, one region");
-static_assert(std::is_same_v<T::Needs::Shareds, Types<Rate>>);
+static_assert(std::is_same_v<T::Links, machine::Types<Red, Blue>>, "in the order of the parameters");
+static_assert(std::is_same_v<KernelTraits<AllWorkers>::Links, machine::Types<Blue>>);
+static_assert(std::is_same_v<KernelTraits<Nothing>::Links, machine::Types<>>);
+static_assert(std::is_same_v<T::Needs::States, machine::Types<Level, Pressure, Pile>>, "const or not, one region");
+static_assert(std::is_same_v<T::Needs::Shareds, machine::Types<Rate>>);
 
 struct BothEnds {
     void operator()(Out<Blue>, In<Blue>, Level&, Level const&) const noexcept {}
 };
-static_assert(std::is_same_v<KernelTraits<BothEnds>::Links, Types<Blue>>, "a channel counts once");
-static_assert(std::is_same_v<KernelTraits<BothEnds>::Needs::States, Types<Level>>, "a state counts once");
+static_assert(std::is_same_v<KernelTraits<BothEnds>::Links, machine::Types<Blue>>, "a channel counts once");
+static_assert(std::is_same_v<KernelTraits<BothEnds>::Needs::States, machine::Types<Level>>, "a state counts once");
 
 // What a program needs: the union over its kernels, once each, in the order in which they name it.
 struct First {
@@ -71,17 +69,17 @@ struct First {
 };
 using Nested =
     Sequence<Superstep<First>, Sequence<Repeat<Everything>, Sequence<>, UntilQuiet<AllWorkers>>, Superstep<First>>;
-static_assert(std::is_same_v<Needs<Nested>::States, Types<Pressure, Level, Pile>>);
-static_assert(std::is_same_v<Needs<Nested>::Links, Types<Red, Blue>>);
-static_assert(std::is_same_v<Needs<Nested>::Shareds, Types<Limit, Rate>>);
-static_assert(std::is_same_v<Needs<Sequence<If<&Limit::most, Superstep<Nothing>>, Loop<Superstep<Everything>>>>::Shareds, Types<Rate, Limit>>,
+static_assert(std::is_same_v<machine::Needs<Nested>::States, machine::Types<Pressure, Level, Pile>>);
+static_assert(std::is_same_v<machine::Needs<Nested>::Links, machine::Types<Red, Blue>>);
+static_assert(std::is_same_v<machine::Needs<Nested>::Shareds, machine::Types<Limit, Rate>>);
+static_assert(std::is_same_v<machine::Needs<Sequence<If<&Limit::most, Superstep<Nothing>>, Loop<Superstep<Everything>>>>::Shareds, machine::Types<Rate, Limit>>,
               "a condition's broadcast counts, after those of kernels");
-static_assert(std::is_same_v<Needs<Sequence<If<&Limit::most, Superstep<First>>>>::Shareds, Types<Limit>>, "and once");
+static_assert(std::is_same_v<machine::Needs<Sequence<If<&Limit::most, Superstep<First>>>>::Shareds, machine::Types<Limit>>, "and once");
 
 // Steps are numbered in order, whatever they are nested in; Loops too.
 using Twisted = Sequence<Superstep<First>, Loop<If<&Limit::most, UntilQuiet<Everything>>, Loop<Superstep<Nothing>>>, Superstep<First>,
                          Loop<Repeat<Nothing>, UntilQuiet<Nothing>>>;
-static_assert(std::is_same_v<StepsOf<Twisted>, Types<Superstep<First>, UntilQuiet<Everything>, Superstep<Nothing>, Superstep<First>,
+static_assert(std::is_same_v<StepsOf<Twisted>, machine::Types<Superstep<First>, UntilQuiet<Everything>, Superstep<Nothing>, Superstep<First>,
                                                      Repeat<Nothing>, UntilQuiet<Nothing>>>);
 static_assert(step_of<Twisted, Everything>() == 1 && step_of<Twisted, Nothing>() == 2 && step_of<Twisted, Nothing, 2>() == 5);
 static_assert(step_of<Twisted, First, 1>() == 3 && step_of<Twisted, First, 2>() == no_step && step_of<Twisted, AllWorkers>() == no_step);
@@ -100,9 +98,9 @@ static_assert([] {
     auto const& loop = std::get<1>(program.steps);
     return std::get<0>(std::get<0>(loop.steps).steps).at_most == 7 && std::get<0>(std::get<3>(program.steps).steps).times == 9;
 }());
-static_assert(std::is_same_v<Needs<Superstep<Nothing>>, RegionTypes<Types<>, Types<>, Types<>>>);
-static_assert(std::is_same_v<Needs<Sequence<>>, RegionTypes<Types<>, Types<>, Types<>>>);
-static_assert(std::is_same_v<Needs<Repeat<Everything>>, Needs<UntilQuiet<Everything>>>);
+static_assert(std::is_same_v<machine::Needs<Superstep<Nothing>>, RegionTypes<machine::Types<>, machine::Types<>, machine::Types<>>>);
+static_assert(std::is_same_v<machine::Needs<Sequence<>>, RegionTypes<machine::Types<>, machine::Types<>, machine::Types<>>>);
+static_assert(std::is_same_v<machine::Needs<Repeat<Everything>>, machine::Needs<UntilQuiet<Everything>>>);
 
 // Sending over unread mail. A program runs again and again, so what its end leaves, its beginning finds.
 struct Send {
@@ -155,19 +153,19 @@ struct Alone {
     Rate rate{0.5f};
     std::uint32_t heads[2][4][2] = {}, items[2][4][2] = {};
     template <class X>
-    Place state() noexcept
+    machine::Place state() noexcept
     {
         if constexpr (std::is_same_v<X, Level>) return {nullptr, level, 1};
         else if constexpr (std::is_same_v<X, Pressure>) return {nullptr, reinterpret_cast<std::uint32_t*>(bar), 1};
         else return {pile_head, pile, 8};
     }
     template <class C>
-    Place in(Direction d) noexcept
+    machine::Place in(Direction d) noexcept
     {
         return {heads[0][index(d)], items[0][index(d)], 2};
     }
     template <class C>
-    Place out(Direction d) noexcept
+    machine::Place out(Direction d) noexcept
     {
         return {heads[1][index(d)], items[1][index(d)], 2};
     }

@@ -15,10 +15,10 @@ template <class S>
 using FrameTile = Tile<typename S::Machine, Frame<S>, S>;
 
 template <class S>
-std::map<std::string, Region> rows()
+std::map<std::string, machine::Region> rows()
 {
-    std::map<std::string, Region> out;
-    for (Region const& r : FrameTile<S>::ledger()) {
+    std::map<std::string, machine::Region> out;
+    for (machine::Region const& r : FrameTile<S>::ledger()) {
         std::string const name(r.name.text, r.name.size);
         CHECK_MESSAGE(out.emplace(name, r).second, "two rows are called ", name);
     }
@@ -29,7 +29,7 @@ template <class S>
 std::string table()
 {
     std::string out = std::string("ledger of ") + S::name + " on " + S::Machine::name + "\n";
-    for (Region const& r : FrameTile<S>::ledger())
+    for (machine::Region const& r : FrameTile<S>::ledger())
         out += std::string(r.name.text, r.name.size) + " (" + r.what + "): " + std::to_string(r.bytes) +
                (r.budgeted ? "\n" : ", outside the budget\n");
     return out + "sum: " + std::to_string(FrameTile<S>::bytes) + " of " + std::to_string(S::Machine::sram_bytes);
@@ -39,7 +39,7 @@ template <class S>
 std::uint64_t budgeted_sum()
 {
     std::uint64_t sum = 0;
-    for (Region const& r : FrameTile<S>::ledger()) sum += r.budgeted ? r.bytes : 0;
+    for (machine::Region const& r : FrameTile<S>::ledger()) sum += r.budgeted ? r.bytes : 0;
     return sum;
 }
 

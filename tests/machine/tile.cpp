@@ -36,7 +36,7 @@ static_assert(HeatTile::channel_bytes<Wall>() == 96 && HeatTile::own_channel_byt
 static_assert(HeatTile::bytes == 133'120 + 96 + 4 + 4);
 static_assert(HeatTile::region_count == 4 && HeatTile::ledger().size() == 4);
 
-std::string text(Name n)
+std::string text(machine::Name n)
 {
     return {n.text, n.size};
 }
@@ -45,7 +45,7 @@ template <class Ledger>
 std::uint64_t budgeted_sum(Ledger const& ledger)
 {
     std::uint64_t sum = 0;
-    for (Region const& r : ledger) sum += r.budgeted ? r.bytes : 0;
+    for (machine::Region const& r : ledger) sum += r.budgeted ? r.bytes : 0;
     return sum;
 }
 
@@ -54,18 +54,13 @@ struct Small {
     std::uint32_t word[3];
 };
 struct List : Buffer<std::uint32_t, 10> {
-    using Buffer::Buffer;
     static constexpr char const* name = "a list of ten";
 };
-struct Wide : Buffer<Small, 5> {
-    using Buffer::Buffer;
-};
+struct Wide : Buffer<Small, 5> {};
 struct Extra : Buffer<std::uint32_t, 100> {
-    using Buffer::Buffer;
     static constexpr bool budgeted = false;
 };
 struct Counted : Buffer<std::uint32_t, 1> {
-    using Buffer::Buffer;
     static constexpr bool budgeted = true;
 };
 struct Keep {
@@ -113,9 +108,7 @@ static_assert(SramLedger<Superstep<Talk<Free>>>::channel_bytes<Free>(10) == 32 *
 
 // The budget's edge. One word more than the last that fits is a compile-time error, tested in tests/checks.
 template <std::uint32_t N>
-struct Load : Buffer<std::uint32_t, N> {
-    using Buffer<std::uint32_t, N>::Buffer;
-};
+struct Load : Buffer<std::uint32_t, N> {};
 template <std::uint32_t N>
 struct Use {
     void operator()(Load<N>&, In<Wall>, Out<Wall>) const noexcept {}
@@ -134,7 +127,6 @@ struct Slots {
     bool counted = true, shared = false;
 };
 struct Pile : Buffer<Small> {
-    using Buffer::Buffer;
     static constexpr auto slots = &Slots::pile;
     static constexpr auto budgeted_if = &Slots::counted;
 };
@@ -209,7 +201,7 @@ TEST_CASE("the ledger of heat: channels, states, broadcasts, then code and stack
     CHECK(std::string(ledger[2].what) == "broadcast");
     CHECK(text(ledger[3].name) == "code and stacks");
     CHECK(ledger[3].bytes == 133'120);
-    for (Region const& r : ledger) CHECK(r.budgeted);
+    for (machine::Region const& r : ledger) CHECK(r.budgeted);
     CHECK(budgeted_sum(ledger) == HeatTile::bytes);
 }
 

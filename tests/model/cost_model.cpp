@@ -57,7 +57,7 @@ void load(auto& mesh)
 TEST_CASE("cost model: three tiles, two supersteps, by hand")
 {
     Grid const grid{3, 1};
-    Mesh<Program, Traced<Mk2>> mesh{grid};
+    Mesh<Program, Traced<Mk2>> mesh{{}, grid};
     load(mesh);
     mesh.run();
     auto const& trace = mesh.trace();
@@ -95,10 +95,26 @@ TEST_CASE("cost model: three tiles, two supersteps, by hand")
     CHECK(model_cost(m, trace, grid).supersteps[0].compute == 13);
 }
 
+TEST_CASE("cost model: the busiest tile receives what goes around the grid's edge")
+{
+    Trace trace;
+    trace.kernels = {"Send"};
+    trace.operations = {{}};
+    trace.supersteps = {{0, false, 40, true, {{1, {}, {0, 0, 16, 0}}, {2, {}, {0, 24, 0, 0}}}}}; // tiles 1 to the west and 2 to the east
+    auto const exchange = [&](Edge edge) {
+        trace.supersteps[0].edge = edge;
+        auto m = model();
+        m.exchange_cost = ExchangeCost::live;
+        return model_cost(m, trace, Grid{3, 1}).supersteps[0].exchange;
+    };
+    CHECK(exchange(Edge::reflect) == 106); // 24 bytes back to tile 2
+    CHECK(exchange(Edge::wrap) == 110);    // 16 and 24 bytes to tile 0
+}
+
 TEST_CASE("cost model: votes are paid for by supersteps of UntilQuiet, and nothing by one that does not run")
 {
     using Looping = Sequence<Superstep<Send>, UntilQuiet<Take>, UntilQuiet<Take>, Superstep<Silent>>;
-    Mesh<Looping, Traced<Mk2>> mesh{Grid{3, 1}};
+    Mesh<Looping, Traced<Mk2>> mesh{{}, Grid{3, 1}};
     load(mesh);
     mesh.run();
     auto const& trace = mesh.trace();

@@ -102,7 +102,7 @@ TEST_CASE("energy: three tiles and two steps, by hand")
 TEST_CASE("energy: an event without an energy is refused; an event that does not occur needs none")
 {
     auto e = prices();
-    std::erase_if(e.events, [](Parameter const& p) { return p.name == "routed"; });
+    std::erase_if(e.events, [](ModelParameter const& p) { return p.name == "routed"; });
     CHECK(error_of([&] { energy_of(e, model(), by_hand(), row); }) ==
           "energy model \"by hand\" cannot be applied (event routed occurs, first in superstep 0, and its energy is not set); set it, "
           "and say where it is from");

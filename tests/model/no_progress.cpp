@@ -66,14 +66,14 @@ Stopped stopped(Grid grid, std::uint32_t most_passes, Load const& load)
     typename CheckedMesh<Program, Machine>::Options checked;
     checked.most_passes = most_passes;
     checked.explain = explain_no_progress;
-    CheckedMesh<Program, Machine> one{grid, checked};
+    CheckedMesh<Program, Machine> one{{}, grid, checked};
     on(one);
     for (auto threads : thread_counts) {
         typename Mesh<Program, Machine>::Options options;
         options.threads = threads;
         options.most_passes = most_passes;
         options.explain = explain_no_progress;
-        Mesh<Program, Machine> mesh{grid, options};
+        Mesh<Program, Machine> mesh{{}, grid, options};
         on(mesh);
     }
     return out;
@@ -103,8 +103,8 @@ TEST_CASE("no progress: a parcel that goes round four tiles for ever")
     CHECK(r.first == 1);
     CHECK(r.tiles.empty()); // each tile runs in one of four supersteps
     CHECK(r.waiting.empty());
-    CHECK(r.cycle == std::vector<Link>{{5, Direction::east}, {6, Direction::south}, {10, Direction::west}, {9, Direction::north}});
-    CHECK(r.links == std::vector<LinkUse>{{{5, Direction::east}, 1, 12, false, false},
+    CHECK(r.cycle == std::vector<TileSide>{{5, Direction::east}, {6, Direction::south}, {10, Direction::west}, {9, Direction::north}});
+    CHECK(r.links == std::vector<TileSideUse>{{{5, Direction::east}, 1, 12, false, false},
                                           {{6, Direction::south}, 1, 12, false, false},
                                           {{9, Direction::north}, 1, 12, false, false},
                                           {{10, Direction::west}, 1, 12, false, false}});
@@ -144,7 +144,7 @@ TEST_CASE("no progress: at an edge a message comes back to its tile; one tile")
         });
         auto const r = no_progress(s.trace, grid);
         CHECK(r.period == 1);
-        CHECK(r.cycle == std::vector<Link>{{grid.index_of(last), Direction::east}});
+        CHECK(r.cycle == std::vector<TileSide>{{grid.index_of(last), Direction::east}});
         CHECK(r.tiles == std::vector<std::uint32_t>{grid.index_of(last)});
         CHECK(r.waiting.empty());
         CHECK(has(text_of(r), "does the same every superstep from superstep 1"));
@@ -212,7 +212,7 @@ TEST_CASE("no progress: four tiles that wait, each for the next")
     CHECK(r.first == 2);
     CHECK(r.waiting == std::vector<std::uint32_t>{5, 6, 9, 10});
     CHECK(r.links.empty());
-    CHECK(r.wait_cycle == std::vector<Link>{{5, Direction::east}, {6, Direction::south}, {10, Direction::west}, {9, Direction::north}});
+    CHECK(r.wait_cycle == std::vector<TileSide>{{5, Direction::east}, {6, Direction::south}, {10, Direction::west}, {9, Direction::north}});
     CHECK(has(text_of(r), "where these sent last: (1, 1) east, (2, 1) south, (1, 2) north, (2, 2) west\n"
                           "each of 4 tiles may wait for the next: (1, 1) east, (2, 1) south, (2, 2) west, (1, 2) north\n"));
 
@@ -269,11 +269,11 @@ TEST_CASE("no progress: as many passes as needed are no error; a limit one lower
         CAPTURE(most);
         Mesh<Handing>::Options options;
         options.most_passes = most;
-        Mesh<Handing> mesh{row, options};
+        Mesh<Handing> mesh{{}, row, options};
         auto const error = run(mesh);
         CheckedMesh<Handing>::Options checked;
         checked.most_passes = most;
-        CheckedMesh<Handing> slow{row, checked};
+        CheckedMesh<Handing> slow{{}, row, checked};
         CHECK(run(slow) == error);
         CHECK(error == (most != 8 ? ""
                                   : "step 1 is not quiet after 8 passes (tiles vote busy or have mail, and most_passes allows no more); "
@@ -282,14 +282,14 @@ TEST_CASE("no progress: as many passes as needed are no error; a limit one lower
     // Without `explain` the engine has no report, and says how to get it.
     Mesh<Handing, Traced<Mk2>>::Options unexplained;
     unexplained.most_passes = 8;
-    Mesh<Handing, Traced<Mk2>> traced{row, unexplained};
+    Mesh<Handing, Traced<Mk2>> traced{{}, row, unexplained};
     CHECK(run(traced) == "step 1 is not quiet after 8 passes (tiles vote busy or have mail, and most_passes allows no more); "
                          "allow more, or see what repeats (set explain to explain_no_progress) [superstep 9 (Hand)]");
     // A bound of the program is not an error, and applies first. Other kinds of steps are not bounded.
     Mesh<UntilQuiet<Hand>>::Options options;
     options.most_passes = 1;
     using Bounded = Sequence<Superstep<Launch>, Repeat<Hand>, UntilQuiet<Hand>>;
-    Mesh<Bounded> mesh{row, options, {{{}, {5}, {1}}}};
+    Mesh<Bounded> mesh{{{}, {5}, {1}}, row, options};
     CHECK(run(mesh).empty());
 }
 
@@ -367,5 +367,5 @@ TEST_CASE("no progress: a cycle among many links, and streams without one")
         }
     CHECK(no_progress(trace, grid).cycle.empty());
     for (auto& s : trace.supersteps) s.tiles.back().sent_bytes[1] = 12;
-    CHECK(no_progress(trace, grid).cycle == std::vector<Link>{{grid.size() - 1, Direction::east}});
+    CHECK(no_progress(trace, grid).cycle == std::vector<TileSide>{{grid.size() - 1, Direction::east}});
 }

@@ -103,7 +103,7 @@ TEST_CASE("a mean's tile: rounded to the nearest pixel; beside the screen a row 
 
 TEST_CASE("a Gaussian goes one hop a frame, first along the column, and is on one tile at a time")
 {
-    Mesh<Prototype, Machine> mesh{grid};
+    Mesh<Prototype, Machine> mesh{{}, grid};
     set_up(mesh, 4, 8);
     put(mesh, TileId::at(0, 0), at(35, 25, 3, 7)); // to tile (3, 2)
     std::vector<TileId> const way = {TileId::at(0, 1), TileId::at(0, 2), TileId::at(1, 2), TileId::at(2, 2), TileId::at(3, 2)};
@@ -124,7 +124,7 @@ TEST_CASE("a Gaussian goes one hop a frame, first along the column, and is on on
 
 TEST_CASE("copies go out and back in every frame, on all tiles of the box and no other")
 {
-    Mesh<Prototype, Machine> mesh{grid};
+    Mesh<Prototype, Machine> mesh{{}, grid};
     set_up(mesh, 4, 8);
     put(mesh, TileId::at(2, 2), at(25, 25, 9, 7)); // 3 x 3 tiles
     for (int i = 0; i < 10; ++i) mesh.run();
@@ -140,7 +140,7 @@ TEST_CASE("copies go out and back in every frame, on all tiles of the box and no
 
 TEST_CASE("a box as wide as the guard band is neither drawn nor bloomed")
 {
-    Mesh<Prototype, Machine> mesh{grid};
+    Mesh<Prototype, Machine> mesh{{}, grid};
     set_up(mesh, 4, 8);
     put(mesh, TileId::at(2, 2), at(25, 25, 61, 7)); // 12 diagonals of 10 x 10 are a box of 120
     mesh.run();
@@ -154,7 +154,7 @@ TEST_CASE("a box as wide as the guard band is neither drawn nor bloomed")
 
 TEST_CASE("a full channel keeps a record where it is, and ends a bloom; full storage loses what arrives")
 {
-    Mesh<Prototype, Machine> mesh{grid};
+    Mesh<Prototype, Machine> mesh{{}, grid};
     set_up(mesh, 1, 2);
     put(mesh, TileId::at(0, 0), at(25, 5, 3, 1));
     put(mesh, TileId::at(0, 0), at(25, 5, 3, 2));
@@ -163,7 +163,7 @@ TEST_CASE("a full channel keeps a record where it is, and ends a bloom; full sto
     CHECK(copies_of(mesh, TileId::at(0, 0), 1) == 0);
     CHECK(copies_of(mesh, TileId::at(0, 0), 2) == 1);
 
-    Mesh<Prototype, Machine> full{grid};
+    Mesh<Prototype, Machine> full{{}, grid};
     set_up(full, 4, 1);
     put(full, TileId::at(1, 0), at(15, 5, 3, 1)); // at home
     put(full, TileId::at(0, 0), at(15, 5, 3, 2));
@@ -172,7 +172,7 @@ TEST_CASE("a full channel keeps a record where it is, and ends a bloom; full sto
     CHECK(all_happened(full).lost == 1);
     for (std::uint32_t t = 0; t < grid.size(); ++t) CHECK(copies_of(full, grid.tile(t), 2) == 0); // for good
 
-    Mesh<Prototype, Machine> passed{grid};
+    Mesh<Prototype, Machine> passed{{}, grid};
     set_up(passed, 4, 1);
     put(passed, TileId::at(1, 0), at(15, 5, 3, 1)); // at home, on the other's way
     put(passed, TileId::at(0, 0), at(25, 5, 3, 2));
@@ -182,7 +182,7 @@ TEST_CASE("a full channel keeps a record where it is, and ends a bloom; full sto
 
 TEST_CASE("every slot is looked at, and every comparison and pair counted")
 {
-    Mesh<Prototype, Machine> mesh{grid};
+    Mesh<Prototype, Machine> mesh{{}, grid};
     set_up(mesh, 3, 8);
     for (std::uint32_t id = 1; id <= 4; ++id) {
         auto g = at(25, 25, 3, id);
@@ -221,11 +221,11 @@ TEST_CASE("modelled cycles of the prototype are the same on both engines and any
         }
     };
     std::vector<std::uint64_t> want;
-    CheckedMesh<Prototype, Machine> checked{grid};
+    CheckedMesh<Prototype, Machine> checked{{}, grid};
     run(checked, want);
     for (std::uint32_t const threads : {1u, 2u, 5u}) {
         std::vector<std::uint64_t> cycles;
-        Mesh<Prototype, Machine> mesh{grid, {.threads = threads}};
+        Mesh<Prototype, Machine> mesh{{}, grid, {.threads = threads}};
         run(mesh, cycles);
         CHECK(cycles == want);
     }

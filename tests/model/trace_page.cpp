@@ -99,7 +99,7 @@ TEST_CASE("trace page: the heat equation as files and a page")
     using Program = Repeat<Diffuse>;
     Grid const grid{4, 3};
     using Heated = Mesh<Program, Traced<Mk2>>;
-    Heated mesh{grid, {}, Program{20}};
+    Heated mesh{Program{20}, grid};
     mesh.broadcast<Conductivity>() = {0.1f};
     mesh.state<Cell>(grid.tile(5)).kelvin = 100;
     mesh.run();
@@ -229,7 +229,7 @@ TEST_CASE("trace page: a ledger for a terminal, and what is assumed about a mach
     CHECK(has(text, ", exchange_byte 31 millicycles (a tile receives 32 bytes in a cycle; rounded to whole millicycles), sync 40 cycles, vote 80"));
     CHECK(assumed_text(mk2()).empty());
 
-    Region const regions[] = {{name_of<Cell>(), "state", 600, true}, {name_of<Wall>(), "channel, 8 ends", 1234, false}};
+    machine::Region const regions[] = {{name_of<Cell>(), "state", 600, true}, {name_of<Wall>(), "channel, 8 ends", 1234, false}};
     std::ostringstream out;
     out << ledger_table(regions, 1000);
     CHECK(out.str() == "       region  bytes of a tile\n-------------  ---------------\n         Cell              600\n"

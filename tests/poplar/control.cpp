@@ -101,8 +101,8 @@ TEST_CASE("poplar: If, with supersteps counted or not")
             on_both<Choosing>("choose", Grid{3, 2}, load, 2);
             auto options = poplar_test::options("choose");
             options.count_supersteps = false;
-            Mesh<Choosing> mesh{Grid{3, 2}};
-            PoplarMesh<Choosing> graph{Grid{3, 2}, options};
+            Mesh<Choosing> mesh{{}, Grid{3, 2}};
+            PoplarMesh<Choosing> graph{{}, Grid{3, 2}, options};
             load(mesh);
             load(graph);
             check_same(mesh.run(), graph.run()); // no step sends: nothing to count
@@ -133,8 +133,8 @@ TEST_CASE("poplar: the trace of a program with a Loop is that of a Mesh")
 {
     for (std::uint32_t const water : {0u, 1u}) {
         auto const load = [&](auto& mesh) { if (water != 0) fill(mesh); };
-        Mesh<Draining, Traced<Mk2>> mesh{Grid{3, 2}};
-        PoplarMesh<Draining, Traced<Mk2>> graph{Grid{3, 2}, poplar_test::options("traced")};
+        Mesh<Draining, Traced<Mk2>> mesh{{}, Grid{3, 2}};
+        PoplarMesh<Draining, Traced<Mk2>> graph{{}, Grid{3, 2}, poplar_test::options("traced")};
         load(mesh);
         load(graph);
         for (int r = 0; r < 2; ++r) {

@@ -3,8 +3,11 @@
 #include "on_poplar.hpp"
 
 // The heat program of examples/heat, from the header that its host program and its codelet include.
+using namespace tilemesh;
+
 namespace {
-Heat const program{{{1001}}};
+using Heat = Repeat<Diffuse>;
+Heat const program{1001};
 
 template <class M>
 void warm(M& mesh)
@@ -19,8 +22,8 @@ TEST_CASE("poplar: heat on 40 x 36 tiles is the same program, bit for bit")
     Grid const grid = engine_test::fast() ? Grid{8, 5} : Grid{40, 36};
     standin::With const restore(standin::settings());
     poplar_test::use(poplar_test::executions[2]);
-    Mesh<Heat> mesh{grid, {}, program};
-    PoplarMesh<Heat> graph{grid, poplar_test::options("heat"), program};
+    Mesh<Heat> mesh{program, grid};
+    PoplarMesh<Heat> graph{program, grid, poplar_test::options("heat")};
     warm(mesh);
     warm(graph);
     auto const run = mesh.run();
@@ -44,8 +47,8 @@ TEST_CASE("poplar: heat without counting supersteps needs no reduction")
 {
     auto options = poplar_test::options("heat");
     options.count_supersteps = false;
-    Mesh<Heat> mesh{Grid{5, 3}, {}, program};
-    PoplarMesh<Heat> graph{Grid{5, 3}, options, program};
+    Mesh<Heat> mesh{program, Grid{5, 3}};
+    PoplarMesh<Heat> graph{program, Grid{5, 3}, options};
     warm(mesh);
     warm(graph);
     auto const a = mesh.run(), b = graph.run();

@@ -70,8 +70,8 @@ std::vector<RunCounters> on_both(std::string const& prefix, Grid grid, Load cons
     for (auto const& e : executions) {
         CAPTURE(e.name);
         use(e);
-        Mesh<Program, Machine> mesh{grid, {}, program, sizes};
-        PoplarMesh<Program, Machine> graph{grid, options(prefix), program, sizes};
+        Mesh<Program, Machine> mesh{program, grid, sizes};
+        PoplarMesh<Program, Machine> graph{program, grid, sizes, options(prefix)};
         load(mesh);
         load(graph);
         counted.clear();

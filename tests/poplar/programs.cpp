@@ -33,9 +33,7 @@ struct Listen {
 using Listening = Sequence<Superstep<Tell>, Superstep<Listen>, Superstep<Listen>>;
 
 // --- two channels in one memory, and a list with a limit ---------------------------------------------------------------------------
-struct Pile : Buffer<std::uint32_t, 9> {
-    using Buffer::Buffer;
-};
+struct Pile : Buffer<std::uint32_t, 9> {};
 struct Wide : Channel<std::uint32_t, 5> {};
 struct Narrow : Channel<std::uint32_t, 2> {
     using memory_of = Wide;
@@ -80,7 +78,6 @@ struct Slots {
     bool shared = false;
 };
 struct Crate : Buffer<std::uint32_t> {
-    using Buffer::Buffer;
     static constexpr auto slots = &Slots::crate;
 };
 struct Cart : Channel<std::uint32_t> {
@@ -182,9 +179,7 @@ struct Weigh {
     }
 };
 using Weighing = Sequence<Superstep<Weigh>>;
-struct Shelf : Buffer<std::uint32_t, 5> {
-    using Buffer::Buffer;
-};
+struct Shelf : Buffer<std::uint32_t, 5> {};
 struct Stock {
     void operator()(Shelf& shelf, Countdown& c) const noexcept
     {
@@ -298,14 +293,14 @@ TEST_CASE("poplar: heat, life, sorting, bouncing and post are the engine's, word
     on_both<Heat>("test", Grid{7, 5}, [](auto& mesh) {
         mesh.template broadcast<Conductivity>().per_step = 0.2f;
         mesh.template state<Cell>(TileId::at(3, 2)).kelvin = 1000;
-    }, 2, Heat{{{20}}});
+    }, 2, Heat{{20}});
     on_both<Generation>("test", Grid{4, 3}, [](auto& mesh) {
         std::uint32_t const glider[3] = {2, 4, 7};
         for (std::uint32_t i = 0; i < 3; ++i) mesh.template state<Patch>(TileId::at(1, 1)).row[i + 5] = glider[i] << 5;
     }, 12);
     auto const sorted = on_both<SortRows>("test", Grid{12, 2}, [](auto& mesh) {
         for (std::uint32_t i = 0; i < 24; ++i) mesh.template state<Key>(mesh.grid().tile(i)).value = (i * 7 + 3) % 24;
-    }, 1, SortRows{{{12}, {}}});
+    }, 1, SortRows{{12}, {}});
     CHECK(sorted[0].steps[0].supersteps == 12);
     auto const bounced = on_both<Bounce>("test", Grid{5, 2}, [](auto& mesh) {
         mesh.template state<Ball>(TileId::at(1, 0)).throws = 13;
@@ -332,7 +327,7 @@ TEST_CASE("poplar: one tile, one row, one column: every message comes back where
         on_both<Heat>("test", grid, [](auto& mesh) {
             mesh.template broadcast<Conductivity>().per_step = 0.1f;
             mesh.template state<Cell>(TileId::at(0, 0)).kelvin = 500;
-        }, 1, Heat{{{20}}});
+        }, 1, Heat{{20}});
         on_both<Bounce>("test", grid, [](auto& mesh) { mesh.template state<Ball>(TileId::at(0, 0)).throws = 9; });
     }
 }
@@ -347,8 +342,8 @@ TEST_CASE("poplar: what a bound leaves under way goes on in the next run")
         CAPTURE(bound);
         std::get<1>(program.steps).at_most = bound;
         standin::With const restore(standin::settings());
-        Mesh<Bounded> mesh{Grid{4, 1}, {}, program};
-        PoplarMesh<Bounded> graph{Grid{4, 1}, poplar_test::options("test"), program};
+        Mesh<Bounded> mesh{program, Grid{4, 1}};
+        PoplarMesh<Bounded> graph{program, Grid{4, 1}, poplar_test::options("test")};
         mesh.state<Ball>(TileId::at(0, 0)).throws = 6;
         graph.state<Ball>(TileId::at(0, 0)).throws = 6;
         check_same(mesh.run(), graph.run());
@@ -363,7 +358,7 @@ TEST_CASE("poplar: what a bound leaves under way goes on in the next run")
     }
     Cut cut;
     std::get<1>(cut.steps).at_most = 0;
-    PoplarMesh<Cut> graph{Grid{3, 2}, poplar_test::options("test"), cut};
+    PoplarMesh<Cut> graph{cut, Grid{3, 2}, poplar_test::options("test")};
     graph.run();
     CHECK(has(error_of([&] { graph.run(); }), "SendStamp"));
 }
@@ -372,7 +367,7 @@ TEST_CASE("poplar: all workers read a channel, and its mail is read once")
 {
     auto const runs = on_both<Listening>("test", Grid{3, 3}, [](auto&) {}, 3);
     CHECK(runs[0].steps[0].messages == 9 * 6);
-    PoplarMesh<Listening> graph{Grid{3, 3}, poplar_test::options("test")};
+    PoplarMesh<Listening> graph{{}, Grid{3, 3}, poplar_test::options("test")};
     graph.run();
     // Worker w of the middle tile heard w + 0 from the west and the note from the south, once.
     auto const& sum = graph.state<Sum>(TileId::at(1, 1));
@@ -403,7 +398,7 @@ TEST_CASE("poplar: one codelet serves any slots, and channels in one memory or i
         CHECK(runs[0].peaks[0].capacity == slots.crate);
         CHECK(runs[0].peaks[0].items == slots.crate);
         // The graph stores what the ledger says.
-        PoplarMesh<Sized> graph{Grid{4, 3}, poplar_test::options("test"), {}, sizes};
+        PoplarMesh<Sized> graph{{}, Grid{4, 3}, sizes, poplar_test::options("test")};
         graph.run();
         std::size_t channels = 0, stored = 0;
         for (auto const& line : SramLedger<Sized>::lines(sizes.machine, slots))
@@ -430,16 +425,16 @@ TEST_CASE("poplar: votes without channels; who runs is counted, also outside a r
 
 TEST_CASE("poplar: a dynamic channel of 0, 1 and 5 slots")
 {
-    CHECK(has(error_of([] { PoplarMesh<Filling>{Grid{2, 2}, poplar_test::options("test")}.run(); }), "has no slots"));
+    CHECK(has(error_of([] { PoplarMesh<Filling>{{}, Grid{2, 2}, poplar_test::options("test")}.run(); }), "has no slots"));
     for (std::uint32_t slots : {1u, 5u})
-        on_both<Filling>("test", Grid{2, 2}, [&](auto& mesh) { mesh.template limit<Any>(slots); }, 2, Filling{{{3}}});
+        on_both<Filling>("test", Grid{2, 2}, [&](auto& mesh) { mesh.template limit<Any>(slots); }, 2, Filling{{3}});
 }
 
 TEST_CASE("poplar: states of one name; three channels in one memory")
 {
     on_both<Weighing>("test", Grid{2, 2}, [](auto& mesh) { mesh.template state<right::Pan>(TileId::at(1, 1)).grams = 5; }, 2);
     on_both<ThreeInOne>("test", Grid{3, 2}, [](auto&) {}, 2);
-    PoplarMesh<ThreeInOne> graph{Grid{3, 2}, poplar_test::options("test")};
+    PoplarMesh<ThreeInOne> graph{{}, Grid{3, 2}, poplar_test::options("test")};
     graph.run();
     // The ledger counts the largest, once.
     std::size_t bytes = 0;
@@ -454,7 +449,7 @@ TEST_CASE("poplar: states of one name; three channels in one memory")
 
 TEST_CASE("poplar: codelets of another program are refused, and touch nothing")
 {
-    PoplarMesh<Stocking> graph{Grid{2, 2}, poplar_test::options("test")};
+    PoplarMesh<Stocking> graph{{}, Grid{2, 2}, poplar_test::options("test")};
     CHECK(has(error_of([&] { graph.run(); }), "codelets of another program"));
     CHECK(graph.state<Shelf>(TileId::at(0, 0)).size() == 0);
     CHECK(has(error_of([&] { graph.run(); }), "cannot run again"));
@@ -462,7 +457,7 @@ TEST_CASE("poplar: codelets of another program are refused, and touch nothing")
     CHECK(on_poplar::program_mark<Mk2, Stocking> != on_poplar::program_mark<Traced<Mk2>, Stocking>); // which has an edge more
 
     // A graph that keeps a trace, and codelets that know of none.
-    PoplarMesh<Ticking, Traced<Mk2>> watched{Grid{2, 2}, poplar_test::options("test")};
+    PoplarMesh<Ticking, Traced<Mk2>> watched{{}, Grid{2, 2}, poplar_test::options("test")};
     CHECK(has(error_of([&] { watched.run(); }), "codelets of another program"));
 }
 
@@ -470,7 +465,7 @@ TEST_CASE("poplar: a run that Poplar stops leaves a mesh that refuses")
 {
     standin::With const restore(standin::settings());
     standin::settings().while_limit = 3;
-    PoplarMesh<Ticking> graph{Grid{2, 2}, poplar_test::options("test")};
+    PoplarMesh<Ticking> graph{{}, Grid{2, 2}, poplar_test::options("test")};
     graph.state<Countdown>(TileId::at(0, 0)).left = 50;
     CHECK(has(error_of([&] { graph.run(); }), "a run that Poplar stopped"));
     CHECK(graph.state<Countdown>(TileId::at(0, 0)).ran > 0); // as the machine was left
@@ -479,7 +474,7 @@ TEST_CASE("poplar: a run that Poplar stops leaves a mesh that refuses")
 
 TEST_CASE("poplar: mail looked at before a limit, and after runs")
 {
-    PoplarMesh<Filling> graph{Grid{2, 3}, poplar_test::options("test"), Filling{{{3}}}};
+    PoplarMesh<Filling> graph{Filling{{3}}, Grid{2, 3}, poplar_test::options("test")};
     CHECK(graph.incoming<Any>(TileId::at(1, 1), Direction::south).empty());
     graph.limit<Any>(500);
     CHECK(graph.incoming<Any>(TileId::at(1, 1), Direction::south).empty());
@@ -493,17 +488,17 @@ TEST_CASE("poplar: mail looked at before a limit, and after runs")
 TEST_CASE("poplar: what a PoplarMesh refuses, in one line")
 {
     using poplar_test::options;
-    CHECK(has(error_of([] { PoplarMesh<Ticking>{Grid{2, 2}}; }), "without a device"));
-    CHECK(has(error_of([] { PoplarMesh<Ticking>{Grid{2, 2}, options("other")}.run(); }), "other_Tick"));
+    CHECK(has(error_of([] { PoplarMesh<Ticking>{{}, Grid{2, 2}}; }), "without a device"));
+    CHECK(has(error_of([] { PoplarMesh<Ticking>{{}, Grid{2, 2}, options("other")}.run(); }), "other_Tick"));
     auto digest = options("test");
     digest.digest = true;
-    CHECK(has(error_of([&] { PoplarMesh<Ticking>{Grid{2, 2}, digest}; }), "digests"));
-    PoplarMesh<Ticking> mesh{Grid{2, 2}, options("test")};
+    CHECK(has(error_of([&] { PoplarMesh<Ticking>{{}, Grid{2, 2}, digest}; }), "digests"));
+    PoplarMesh<Ticking> mesh{{}, Grid{2, 2}, options("test")};
     CHECK(has(error_of([&] { mesh.observe([](SuperstepEvent const&) {}); }), "observer"));
     mesh.observe({});
     CHECK(has(error_of([&] { mesh.run_within(0, 0, 3, 2); }), "rectangle inside"));
     mesh.run();
-    PoplarMesh<Filling> full{Grid{1, 1}, options("test")};
+    PoplarMesh<Filling> full{{}, Grid{1, 1}, options("test")};
     CHECK(has(error_of([&] { full.limit<Any>(1u << 20); }), "over a tile's SRAM"));
     full.limit<Any>(2);
     full.run();
@@ -515,6 +510,6 @@ TEST_CASE("poplar: what a PoplarMesh refuses, in one line")
     auto devices = manager.getDevices(poplar::TargetType::IPU, 1);
     auto small = options("test");
     small.device = &devices[0];
-    CHECK(has(error_of([&] { PoplarMesh<Ticking>{Grid{2, 2}, small}; }), "3 tiles"));
+    CHECK(has(error_of([&] { PoplarMesh<Ticking>{{}, Grid{2, 2}, small}; }), "3 tiles"));
 }
 } // namespace

@@ -28,7 +28,7 @@ void same_frames(support::Runner& a, support::Runner& b)
         CHECK(a.on_tiles() == b.on_tiles());
     }
 }
-void same_ledgers(std::vector<Region> const& a, std::vector<Region> const& b)
+void same_ledgers(std::vector<machine::Region> const& a, std::vector<machine::Region> const& b)
 {
     REQUIRE(a.size() == b.size());
     for (std::size_t i = 0; i < a.size(); ++i) {

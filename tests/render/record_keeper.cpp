@@ -26,7 +26,7 @@ struct Kept {
 
     Kept(std::vector<Gaussian> gaussians, Grid grid, Extent2 picture, std::uint32_t slots)
         : records(support::map_of(std::move(gaussians)), 0), tiling(make_tiling(8 * picture.width, 8 * picture.height, 8, 8)),
-          mesh(grid, {}, {}, mesh_sizes<Program>(size_of_machine<typename S::Machine>(), support::sized<S>(1, slots)))
+          mesh({}, grid, mesh_sizes<Program>(size_of_machine<typename S::Machine>(), support::sized<S>(1, slots)))
     {
         keeper.begin(mesh, tiling, slots);
     }

@@ -56,18 +56,18 @@ render::SetupFacts facts_of_type()
     return render::detail::facts_with<S>(S::sizes);
 }
 
-std::string line_of(Region const& r)
+std::string line_of(machine::Region const& r)
 {
     return std::string(r.name.text, r.name.size) + ", " + r.what + ": " + std::to_string(r.bytes) + (r.budgeted ? "" : ", not budgeted");
 }
-std::vector<std::string> lines_of(std::vector<Region> const& ledger)
+std::vector<std::string> lines_of(std::vector<machine::Region> const& ledger)
 {
     std::vector<std::string> out;
     for (auto const& r : ledger) out.push_back(line_of(r));
     return out;
 }
 
-void same_ledger(std::vector<Region> const& a, std::vector<Region> const& b)
+void same_ledger(std::vector<machine::Region> const& a, std::vector<machine::Region> const& b)
 {
     auto const x = lines_of(a), y = lines_of(b);
     REQUIRE(x.size() == y.size());

@@ -51,7 +51,7 @@ template <class S>
 Ledger ledger()
 {
     Ledger out;
-    for (Region const& r : Tile<Mk2, Frame<S>, S>::ledger()) out[std::string(r.name.text, r.name.size)] += r.bytes;
+    for (machine::Region const& r : Tile<Mk2, Frame<S>, S>::ledger()) out[std::string(r.name.text, r.name.size)] += r.bytes;
     return out;
 }
 std::set<std::string> names(Ledger const& rows)

@@ -33,7 +33,7 @@ std::vector<Gaussian> painted_with_depth(std::vector<Gaussian> gaussians, Camera
 template <class S>
 std::uint32_t framebuffer_bytes()
 {
-    for (Region const& r : Tile<typename S::Machine, Frame<S>, S>::ledger())
+    for (machine::Region const& r : Tile<typename S::Machine, Frame<S>, S>::ledger())
         if (std::string(r.name.text, r.name.size) == "framebuffer") return r.bytes;
     return 0;
 }

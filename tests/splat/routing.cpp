@@ -34,7 +34,7 @@ struct Job {
     std::uint64_t supersteps = 0, refused_storage = 0;
     std::uint32_t bad_supersteps = 0;
 
-    Job(Grid grid, Sizes const& sizes) : mesh(grid, {}, {}, mesh_sizes<RouteOnly<S>>(size_of_machine<typename S::Machine>(), sizes))
+    Job(Grid grid, Sizes const& sizes) : mesh({}, grid, mesh_sizes<RouteOnly<S>>(size_of_machine<typename S::Machine>(), sizes))
     {
         mesh.template broadcast<FrameParameters>() = {
             make_view(support::flat_camera(grid.width * tile_px, grid.height * tile_px), Model{}),

@@ -48,7 +48,7 @@ std::string text_of(M& mesh, RunCounters const& counters)
 template <class M>
 class Run : public Act {
 public:
-    Run() : mesh_(grid, {}, Program{{{2}}}) { mesh_.template limit<Line>(3); }
+    Run() : mesh_(Program{{2}}, grid) { mesh_.template limit<Line>(3); }
     void act() override { counters_ = mesh_.run(); }
     std::string result() override { return text_of(mesh_, counters_); }
 
@@ -61,7 +61,7 @@ private:
 template <class M>
 class Limit : public Act {
 public:
-    Limit() : mesh_(grid, {}, Program{{{2}}}) { mesh_.template limit<Line>(3); }
+    Limit() : mesh_(Program{{2}}, grid) { mesh_.template limit<Line>(3); }
     void act() override { mesh_.template limit<Line>(3000); }
     std::string result() override
     {
@@ -96,7 +96,7 @@ TEST_CASE_TEMPLATE("a limit without memory leaves the channel as it was", M, Mes
 TEST_CASE("a mesh of several threads without memory ends those that it started")
 {
     struct Start : Act {
-        void act() override { Mesh<Program> const mesh(grid, {.threads = 4}); }
+        void act() override { Mesh<Program> const mesh({}, grid, {.threads = 4}); }
         std::string result() override { return "made"; }
     };
     torture::torture({{"4 threads", [] { return std::make_unique<Start>(); }}});

@@ -1,6 +1,7 @@
 #pragma once
 #include <algorithm>
 #include <array>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -35,6 +36,8 @@ struct CheckedMeshOptions {
 /// the size of a list. Cost: about the live words of every tile, in each superstep.
 template <class Program, class Machine = Mk2>
 class CheckedMesh : public engine::TileStore<Program, true> {
+    static_assert(is_machine<Machine>, "no machine (it has tiles, sram_bytes, code_bytes, workers and clock_khz, as Mk2 has); a setup is not "
+                                       "one: give its Machine");
     using Base = engine::TileStore<Program, true>;
     using Run = engine::Run<Program, is_traced<Machine>>;
     friend Run;
@@ -46,13 +49,19 @@ public:
     using Options = CheckedMeshOptions;
 
     /// A mesh of `Machine`, for a program whose lists all have the capacity that their types name.
-    explicit CheckedMesh(Grid grid, Options options = {}, Program program = {})
-        : CheckedMesh(grid, options, program, mesh_sizes<Program, Machine>())
+    CheckedMesh(Program program, Grid grid, Options options = {})
+        : CheckedMesh(program, grid, mesh_sizes<Program, Machine>(), options)
+    {
+    }
+    /// The same. The machine is deduced: `CheckedMesh mesh{program, Grid{8, 8}, Traced<Mk2>{}}`.
+    template <std::same_as<Machine> M>
+    CheckedMesh(Program program, Grid grid, M, Options options = {}) : CheckedMesh(program, grid, options)
     {
     }
     /// A mesh with the machine and the slots of `sizes`.
-    CheckedMesh(Grid grid, Options options, Program program, Sizes const& sizes)
-        : Base(grid, program, sizes), options_(options), rectangle_{0, 0, grid.width, grid.height}
+    template <std::same_as<Sizes> S>
+    CheckedMesh(Program program, Grid grid, S const& sizes, Options options = {})
+        : Base(program, grid, sizes), options_(options), rectangle_{0, 0, grid.width, grid.height}
     {
         make_ends(Links{});
         busy_[0].assign(grid.size(), 0);
@@ -121,11 +130,11 @@ public:
 private:
     static constexpr bool traced = is_traced<Machine>;
 
-    std::vector<Peak> peaks() const
+    std::vector<engine::Peak> peaks() const
     {
         return engine::list_peaks(States{}, Links{}, [&](auto tag) {
             using R = typename decltype(tag)::type;
-            Peak peak;
+            engine::Peak peak;
             if constexpr (is_channel<R>) {
                 peak.items = link_peak_[Base::template index_of_link<R>()];
                 peak.capacity = this->template link_capacity<R>();
@@ -151,17 +160,17 @@ private:
         std::uint32_t tile;
         Worker share;
         template <class X>
-        Place state() noexcept
+        machine::Place state() noexcept
         {
             return mesh.template state_place<X>(tile);
         }
         template <class C>
-        Place in(Direction d) noexcept
+        machine::Place in(Direction d) noexcept
         {
             return mesh.template end<C>(mesh.in_, 4 * tile + index(d));
         }
         template <class C>
-        Place out(Direction d) noexcept
+        machine::Place out(Direction d) noexcept
         {
             return mesh.template end<C>(mesh.out_, 4 * tile + index(d));
         }
@@ -181,13 +190,13 @@ private:
     };
 
     template <class C>
-    Place end(std::array<Ends, links>& side, std::uint32_t slot) noexcept
+    machine::Place end(std::array<Ends, links>& side, std::uint32_t slot) noexcept
     {
         auto& e = side[Base::template index_of_link<C>()];
         return {e.heads[slot].data(), e.items.data() + slot * e.stride + guard_words, e.capacity};
     }
     template <class... C>
-    void make_ends(Types<C...>)
+    void make_ends(machine::Types<C...>)
     {
         (make_end<C>(), ...);
     }
@@ -214,7 +223,7 @@ private:
         out_[l] = std::move(made[1]);
     }
     template <class C>
-    void poison(Place p) noexcept // the list of this end is dead now
+    void poison(machine::Place p) noexcept // the list of this end is dead now
     {
         std::fill(p.items, p.items + std::size_t{p.head[0]} * C::Receiver::item_words, engine::poison_word);
         p.head[0] = p.head[1] = 0;
@@ -254,7 +263,7 @@ private:
         return vote;
     }
     template <class... A>
-    std::uint64_t list_sizes([[maybe_unused]] std::uint32_t tile, Types<A...>)
+    std::uint64_t list_sizes([[maybe_unused]] std::uint32_t tile, machine::Types<A...>)
     {
         std::uint64_t h = 0;
         ((h = engine::mix(h, list_size(tile, static_cast<std::remove_reference_t<A>*>(nullptr)))), ...);
@@ -269,7 +278,7 @@ private:
             return 0;
     }
     template <class... C>
-    void check_ends([[maybe_unused]] std::uint32_t tile, Types<C...>)
+    void check_ends([[maybe_unused]] std::uint32_t tile, machine::Types<C...>)
     {
         (check_end<C>(tile), ...);
     }
@@ -291,7 +300,7 @@ private:
     }
     /// The words that a kernel may have changed on a tile: the states that it takes without const, and its messages.
     template <class... A>
-    std::uint64_t digest_writable([[maybe_unused]] std::uint32_t tile, Types<A...>)
+    std::uint64_t digest_writable([[maybe_unused]] std::uint32_t tile, machine::Types<A...>)
     {
         std::uint64_t h = 0;
         ((h = digest_argument(h, tile, static_cast<std::remove_reference_t<A>*>(nullptr))), ...);
@@ -317,7 +326,7 @@ private:
 
     // --- one superstep --------------------------------------------------------------------------------------------------
     template <class... A>
-    bool has_mail([[maybe_unused]] std::uint32_t tile, Types<A...>)
+    bool has_mail([[maybe_unused]] std::uint32_t tile, machine::Types<A...>)
     {
         return (mail_on(tile, static_cast<std::remove_reference_t<A>*>(nullptr)) || ...);
     }
@@ -348,7 +357,7 @@ private:
                         "let the sending kernel read the channel");
     }
     template <class K, class... C>
-    void refuse_unread([[maybe_unused]] std::uint32_t tile, Types<C...>)
+    void refuse_unread([[maybe_unused]] std::uint32_t tile, machine::Types<C...>)
     {
         (refuse_unread<K, C>(tile), ...);
     }
@@ -372,7 +381,9 @@ private:
         }
         if (!any) return {};
         if constexpr (traced)
-            run_.trace.supersteps.push_back({run_.step(), votes_after<Program>(run_.step()), this->template capacity_a_side<Kernel>(typename Traits::Links{}), false, {}});
+            run_.trace.supersteps.push_back({run_.step(), votes_after<Program>(run_.step()),
+                                             this->template capacity_a_side<Kernel>(typename Traits::Links{}), false, {},
+                                             engine::edge_of<Kernel>(typename Traits::Links{})});
         engine::Passed passed;
         passed.ran = true;
         for (std::uint32_t t = 0; t < tiles; ++t) refuse_unread<Kernel>(t, typename Traits::Links{});
@@ -411,7 +422,7 @@ private:
         return digest;
     }
     template <class... A>
-    void remember_sizes([[maybe_unused]] std::uint32_t tile, Types<A...>)
+    void remember_sizes([[maybe_unused]] std::uint32_t tile, machine::Types<A...>)
     {
         (remember_size(tile, static_cast<std::remove_reference_t<A>*>(nullptr)), ...);
     }
@@ -425,7 +436,7 @@ private:
         }
     }
     template <class... A>
-    void measure([[maybe_unused]] engine::Passed& passed, [[maybe_unused]] std::uint32_t tile, Types<A...>)
+    void measure([[maybe_unused]] engine::Passed& passed, [[maybe_unused]] std::uint32_t tile, machine::Types<A...>)
     {
         (measure_argument(passed, tile, static_cast<std::remove_reference_t<A>*>(nullptr)), ...);
     }
@@ -449,15 +460,17 @@ private:
     {
         for (Direction d : news) {
             auto const n = end<C>(out_, 4 * tile + index(d)).head[0];
-            passed.messages += n;
-            passed.live_bytes += std::uint64_t{n} * this->template message_bytes<C>();
+            if (this->grid_.delivers(this->grid_.tile(tile), d, C::edge)) {
+                passed.messages += n;
+                passed.live_bytes += std::uint64_t{n} * this->template message_bytes<C>();
+            }
             auto& peak = link_peak_[Base::template index_of_link<C>()];
             peak = std::max(peak, n);
         }
     }
     /// Poisons the mail that was read, then copies the messages that were sent.
     template <class K, class... C>
-    bool exchange(Types<C...>)
+    bool exchange(machine::Types<C...>)
     {
         bool sent = false;
         ((sent = exchange_one<K, C>() || sent), ...);
@@ -473,11 +486,15 @@ private:
         for (std::uint32_t s = 0; s < slots; ++s) {
             auto const from = end<C>(out_, s);
             if ((from.head[0] | from.head[1]) == 0) continue;
-            sent = true;
             auto const t = this->grid_.tile(s / 4);
             auto const d = news[s % 4];
-            auto const to = end<C>(in_, 4 * this->grid_.index_of(this->grid_.neighbour(t, d)) +
-                                            index(this->grid_.arrival(t, d)));
+            if (!this->grid_.delivers(t, d, C::edge)) {
+                poison<C>(from);
+                continue;
+            }
+            sent = true;
+            auto const to = end<C>(in_, 4 * this->grid_.index_of(this->grid_.neighbour(t, d, C::edge)) +
+                                            index(this->grid_.arrival(t, d, C::edge)));
             std::memcpy(to.items, from.items, std::size_t{from.head[0]} * C::Receiver::item_words * 4);
             to.head[0] = from.head[0];
             to.head[1] = from.head[1];
@@ -486,7 +503,7 @@ private:
         return sent;
     }
     template <class... C>
-    void check_shared_memory(Types<C...>)
+    void check_shared_memory(machine::Types<C...>)
     {
         (check_shared_memory_of<C>(), ...);
     }
@@ -503,7 +520,7 @@ private:
         }
     }
     template <class... C>
-    std::uint64_t digest_mail(std::uint32_t tile, Types<C...>)
+    std::uint64_t digest_mail(std::uint32_t tile, machine::Types<C...>)
     {
         std::uint64_t h = 0;
         [[maybe_unused]] auto const one = [&](auto tag) {
@@ -514,7 +531,7 @@ private:
                 h = engine::mix_words(h, p.items, std::size_t{p.head[0]} * L::Receiver::item_words);
             }
         };
-        (one(Tag<C>{}), ...);
+        (one(machine::Tag<C>{}), ...);
         return h;
     }
 
@@ -529,5 +546,11 @@ private:
     engine::detail::BrokenContracts broken_;
     Run run_;
 };
+
+template <class Program, class Machine>
+    requires(!std::same_as<Machine, CheckedMeshOptions>)
+CheckedMesh(Program, Grid, Machine, CheckedMeshOptions = {}) -> CheckedMesh<Program, Machine>;
+template <class Program>
+CheckedMesh(Program, Grid, MeshSizes<Program>, CheckedMeshOptions = {}) -> CheckedMesh<Program, AnyMachine>;
 
 }} // namespace tilemesh

@@ -19,12 +19,14 @@ struct StepCounters {
     double milliseconds = 0;           ///< host time
 };
 
+namespace engine {
 /// The most items that a buffer or an outgoing channel of any tile held at the end of a pass.
 struct Peak {
     std::string region;
     std::uint32_t items = 0;
     std::uint32_t capacity = 0;
 };
+} // namespace engine
 
 /// The number of rounds of one Loop of a program in a run. The StepCounters of its steps are sums over all rounds.
 struct LoopCounters {
@@ -36,7 +38,7 @@ struct LoopCounters {
 struct RunCounters {
     std::vector<StepCounters> steps;      ///< in program order
     std::vector<LoopCounters> loops;      ///< in program order; an outer loop comes before its inner loops
-    std::vector<Peak> peaks;            ///< buffers, then channels
+    std::vector<engine::Peak> peaks;            ///< buffers, then channels
     std::vector<std::uint64_t> digests; ///< one per pass, over all live words; empty unless requested
 
     std::uint64_t supersteps() const noexcept { return sum(&StepCounters::supersteps); }

@@ -1,6 +1,7 @@
 #pragma once
 #include <algorithm>
 #include <array>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <exception>
@@ -70,6 +71,8 @@ struct MeshOptions {
 /// broken contracts on all tiles.
 template <class Program, class Machine = Mk2>
 class Mesh : public engine::TileStore<Program, false> {
+    static_assert(is_machine<Machine>, "no machine (it has tiles, sram_bytes, code_bytes, workers and clock_khz, as Mk2 has); a setup is not "
+                                       "one: give its Machine");
     using Base = engine::TileStore<Program, false>;
     using Bank = engine::detail::Bank;
     using TileSet = engine::detail::TileSet;
@@ -83,13 +86,19 @@ public:
     using Options = MeshOptions;
 
     /// A mesh of `Machine`, for a program whose lists all have the capacity that their types name.
-    explicit Mesh(Grid grid, Options options = {}, Program program = {})
-        : Mesh(grid, options, program, mesh_sizes<Program, Machine>())
+    Mesh(Program program, Grid grid, Options options = {})
+        : Mesh(program, grid, mesh_sizes<Program, Machine>(), options)
+    {
+    }
+    /// The same. The machine is deduced: `Mesh mesh{program, Grid{8, 8}, Traced<Mk2>{}}`.
+    template <std::same_as<Machine> M>
+    Mesh(Program program, Grid grid, M, Options options = {}) : Mesh(program, grid, options)
     {
     }
     /// A mesh with the machine and the slots of `sizes`.
-    Mesh(Grid grid, Options options, Program program, Sizes const& sizes)
-        : Base(grid, program, sizes), options_(options), rectangle_{0, 0, grid.width, grid.height},
+    template <std::same_as<Sizes> S>
+    Mesh(Program program, Grid grid, S const& sizes, Options options = {})
+        : Base(program, grid, sizes), options_(options), rectangle_{0, 0, grid.width, grid.height},
           active_(grid.size()), shares_(checked_threads(options)),
           workers_(checked_threads(options)), team_(checked_threads(options))
     {
@@ -100,6 +109,7 @@ public:
                 slots_[4 * std::size_t{i} + index(d)] =
                     4 * grid.index_of(grid.neighbour(t, d)) + index(grid.arrival(t, d));
             }
+        make_slots(Links{});
         tiles_.resize(grid.size());
         make_banks(Links{});
         for (auto& w : workers_) {
@@ -184,11 +194,11 @@ public:
 private:
     static constexpr bool traced = is_traced<Machine>;
 
-    std::vector<Peak> peaks() const
+    std::vector<engine::Peak> peaks() const
     {
         return engine::list_peaks(States{}, Links{}, [&](auto tag) {
             using R = typename decltype(tag)::type;
-            Peak peak;
+            engine::Peak peak;
             if constexpr (is_channel<R>) {
                 peak.capacity = this->template link_capacity<R>();
                 for (auto const& w : workers_) peak.items = std::max(peak.items, w.link_peak[Base::template index_of_link<R>()]);
@@ -236,11 +246,11 @@ private:
         std::uint32_t *in_heads, *in_items, *out_heads, *out_items;
         std::size_t stride;
         std::uint32_t capacity;
-        TILEMESH_KERNEL Place in(std::uint32_t slot) const noexcept
+        TILEMESH_KERNEL machine::Place in(std::uint32_t slot) const noexcept
         {
             return {in_heads + 2 * std::size_t{slot}, in_items + slot * stride, capacity};
         }
-        TILEMESH_KERNEL Place out(std::uint32_t slot) const noexcept
+        TILEMESH_KERNEL machine::Place out(std::uint32_t slot) const noexcept
         {
             return {out_heads + 2 * std::size_t{slot}, out_items + slot * stride, capacity};
         }
@@ -254,7 +264,7 @@ private:
         return {b.heads[in].data(), b.items[in].data(), b.heads[out].data(), b.items[out].data(), b.stride, b.capacity};
     }
     template <class... C>
-    static std::array<Ends, links> all_ends([[maybe_unused]] Mesh const& mesh, Types<C...>) noexcept
+    static std::array<Ends, links> all_ends([[maybe_unused]] Mesh const& mesh, machine::Types<C...>) noexcept
     {
         return {{mesh.template ends<C>()..., Ends{}}};
     }
@@ -267,20 +277,29 @@ private:
         std::uint32_t const* slots;                         ///< where this tile's four outgoing ends are read
         std::uint32_t tile;
         Worker share;
+        /// Where what this tile sends towards d is read.
+        template <class C>
+        TILEMESH_KERNEL std::uint32_t slot(Direction d) const noexcept
+        {
+            if constexpr (C::edge == Edge::reflect)
+                return slots[index(d)];
+            else
+                return mesh.template slot<C>(tile, d);
+        }
         template <class X>
-        TILEMESH_KERNEL Place state() noexcept
+        TILEMESH_KERNEL machine::Place state() noexcept
         {
             return mesh.template state_place<X>(tile);
         }
         template <class C>
-        TILEMESH_KERNEL Place in(Direction d) noexcept
+        TILEMESH_KERNEL machine::Place in(Direction d) noexcept
         {
             return links_now[Base::template index_of_link<C>()].in(4 * tile + index(d));
         }
         template <class C>
-        TILEMESH_KERNEL Place out(Direction d) noexcept
+        TILEMESH_KERNEL machine::Place out(Direction d) noexcept
         {
-            return links_now[Base::template index_of_link<C>()].out(slots[index(d)]);
+            return links_now[Base::template index_of_link<C>()].out(slot<C>(d));
         }
         template <class P>
         TILEMESH_KERNEL P const* shared() noexcept
@@ -297,8 +316,31 @@ private:
         TILEMESH_KERNEL Worker worker() noexcept { return share; }
     };
 
+    template <class C>
+    TILEMESH_KERNEL std::uint32_t slot(std::uint32_t tile, Direction d) const noexcept
+    {
+        auto const at = 4 * std::size_t{tile} + index(d);
+        return C::edge == Edge::reflect ? slots_[at] : C::edge == Edge::wrap ? wrapping_[at] : dropping_[at];
+    }
+    /// The same for channels whose edges do not reflect. What an edge drops goes to a slot behind those of all tiles, one for each such
+    /// side: nobody reads it.
     template <class... C>
-    void make_banks(Types<C...>)
+    void make_slots(machine::Types<C...>)
+    {
+        auto const grid = this->grid_;
+        auto const make = [&](std::vector<std::uint32_t>& slots, Edge edge) {
+            auto bin = 4 * grid.size();
+            for (TileId const t : grid.tiles())
+                for (Direction d : news)
+                    slots.push_back(grid.delivers(t, d, edge) ? 4 * grid.index_of(grid.neighbour(t, d, edge)) + index(grid.arrival(t, d, edge))
+                                                              : bin++);
+        };
+        if constexpr ((false || ... || (C::edge == Edge::drop))) make(dropping_, Edge::drop);
+        if constexpr ((false || ... || (C::edge == Edge::wrap))) make(wrapping_, Edge::wrap);
+    }
+
+    template <class... C>
+    void make_banks(machine::Types<C...>)
     {
         (make_bank<C>(), ...);
     }
@@ -307,7 +349,8 @@ private:
     {
         constexpr auto l = Base::template index_of_link<C>();
         auto& b = banks_[l];
-        auto const n = std::size_t{this->grid_.size()} * 4;
+        auto const bins = C::edge == Edge::drop ? 2 * (std::size_t{this->grid_.width} + this->grid_.height) : 0;
+        auto const n = std::size_t{this->grid_.size()} * 4 + bins;
         auto const capacity = this->template link_capacity<C>();
         auto const most = this->template gets_slots_by_limit<C>() ? capacity : this->template most_slots<C>();
         auto const stride = ((std::size_t{most} * C::Receiver::item_words + 15u) & ~std::size_t{15}) | 16u;
@@ -362,7 +405,7 @@ private:
         if (first) std::rethrow_exception(first);
     }
     template <class... A>
-    TILEMESH_KERNEL void after_kernel(Source& source, Types<A...>) noexcept
+    TILEMESH_KERNEL void after_kernel(Source& source, machine::Types<A...>) noexcept
     {
         (after(source, static_cast<std::remove_reference_t<A>*>(nullptr)), ...);
     }
@@ -389,10 +432,16 @@ private:
         constexpr auto l = Base::template index_of_link<C>();
         auto& me = source.me;
         for (Direction d : news) {
-            auto const* const head = source.template out<C>(d).head;
+            auto* const head = source.template out<C>(d).head;
             auto const n = head[0];
             if ((n | head[1]) == 0) continue;
-            me.mail[l].insert(source.slots[index(d)] / 4);
+            if constexpr (C::edge == Edge::drop)
+                if (source.template slot<C>(d) >= 4 * this->grid_.size()) {
+                    me.link_peak[l] = std::max(me.link_peak[l], n);
+                    head[0] = head[1] = 0;
+                    continue;
+                }
+            me.mail[l].insert(source.template slot<C>(d) / 4);
             me.messages += n;
             me.live_bytes += std::uint64_t{n} * this->template message_bytes<C>();
             me.link_peak[l] = std::max(me.link_peak[l], n);
@@ -401,7 +450,7 @@ private:
     /// Prefetches the words that say where a tile's words are. On a grid larger than the caches they come from memory.
     template <class... A>
     TILEMESH_KERNEL void prefetch_heads([[maybe_unused]] Source const& source, [[maybe_unused]] std::uint32_t tile,
-                                        Types<A...>) const noexcept
+                                        machine::Types<A...>) const noexcept
     {
         (prefetch_head(source, tile, static_cast<std::remove_reference_t<A>*>(nullptr)), ...);
     }
@@ -416,14 +465,14 @@ private:
         __builtin_prefetch(this->hot(tile), 1);
     }
     template <class C>
-    TILEMESH_KERNEL void prefetch_head(Source const&, std::uint32_t tile, Out<C>*) const noexcept
+    TILEMESH_KERNEL void prefetch_head(Source const&, [[maybe_unused]] std::uint32_t tile, Out<C>*) const noexcept
     {
-        __builtin_prefetch(slots_.data() + 4 * std::size_t{tile});
+        if constexpr (C::edge == Edge::reflect) __builtin_prefetch(slots_.data() + 4 * std::size_t{tile});
     }
     /// Prefetches the words of a tile that will run soon. If it has mail, its channel ends are far apart in memory.
     template <class... A>
     TILEMESH_KERNEL void prefetch([[maybe_unused]] Source const& source, [[maybe_unused]] std::uint32_t tile,
-                                  Types<A...>) const noexcept
+                                  machine::Types<A...>) const noexcept
     {
         [[maybe_unused]] bool mail = false;
         (prefetch_argument(source, tile, mail, static_cast<std::remove_reference_t<A>*>(nullptr)), ...);
@@ -434,7 +483,7 @@ private:
     }
     /// Prefetches the beginnings of a tile's lists, for a kernel that works only on lists. The processor continues from there.
     template <class... A>
-    TILEMESH_KERNEL void prefetch_lists([[maybe_unused]] std::uint32_t tile, Types<A...>) noexcept
+    TILEMESH_KERNEL void prefetch_lists([[maybe_unused]] std::uint32_t tile, machine::Types<A...>) noexcept
     {
         (prefetch_list(tile, static_cast<std::remove_cv_t<std::remove_reference_t<A>>*>(nullptr)), ...);
     }
@@ -464,7 +513,7 @@ private:
         if (!mail) return;
         auto const& ends = source.links_now[Base::template index_of_link<C>()];
         for (Direction d : news) {
-            auto const p = ends.out(slots_[4 * std::size_t{tile} + index(d)]);
+            auto const p = ends.out(slot<C>(tile, d));
             __builtin_prefetch(p.head, 1);
             __builtin_prefetch(p.items, 1);
         }
@@ -479,23 +528,23 @@ private:
         return false;
     }
     template <class K, class... C>
-    bool mail_to_read(Types<C...>) const noexcept
+    bool mail_to_read(machine::Types<C...>) const noexcept
     {
         return ((KernelTraits<K>::template reads<C> && has_mail<C>()) || ...);
     }
     template <class K, class... C>
-    bool sends_over_unread(Types<C...>) const noexcept
+    bool sends_over_unread(machine::Types<C...>) const noexcept
     {
         return ((KernelTraits<K>::template writes<C> && !KernelTraits<K>::template reads<C> && has_mail<C>()) || ...);
     }
     template <class K, class... C>
-    bool sent_anything(Types<C...>) const noexcept
+    bool sent_anything(machine::Types<C...>) const noexcept
     {
         return ((KernelTraits<K>::template writes<C> && has_mail<C>()) || ...);
     }
     /// Calls `f` with each set of tiles that kernel K wakes: those that voted busy, and those with mail for it.
     template <class K, class F, class... C>
-    void for_each_waking_set(F const& f, Types<C...>) noexcept
+    void for_each_waking_set(F const& f, machine::Types<C...>) noexcept
     {
         for (auto& w : workers_) {
             f(w.busy);
@@ -503,7 +552,7 @@ private:
         }
     }
     template <class... C>
-    void flip(Types<C...>) noexcept
+    void flip(machine::Types<C...>) noexcept
     {
         ((bank_[Base::template index_of_link<C>()] ^= 1u), ...);
     }
@@ -583,7 +632,7 @@ private:
         if constexpr (traced) {
             rethrow();
             SuperstepSample s{run_.step(), votes_after<Program>(run_.step()), this->template capacity_a_side<Kernel>(KernelLinks{}),
-                              passed.sent, {}};
+                              passed.sent, {}, engine::edge_of<Kernel>(KernelLinks{})};
             for (auto& w : workers_) {
                 s.tiles.insert(s.tiles.end(), w.samples.begin(), w.samples.end());
                 w.samples.clear();
@@ -609,7 +658,7 @@ private:
         return digest;
     }
     template <class... C>
-    static std::uint64_t digest_mail(std::array<Ends, links> const& all, std::uint32_t tile, Types<C...>) noexcept
+    static std::uint64_t digest_mail(std::array<Ends, links> const& all, std::uint32_t tile, machine::Types<C...>) noexcept
     {
         std::uint64_t h = 0;
         [[maybe_unused]] auto const one = [&](auto tag) {
@@ -620,12 +669,13 @@ private:
                 h = engine::mix_words(h, p.items, std::size_t{p.head[0]} * L::Receiver::item_words);
             }
         };
-        (one(Tag<C>{}), ...);
+        (one(machine::Tag<C>{}), ...);
         return h;
     }
 
     Options options_;
     std::vector<std::uint32_t> slots_;                  ///< where each tile's four outgoing ends are read
+    std::vector<std::uint32_t> wrapping_, dropping_;    ///< the same for channels with these edges; empty without one
     std::array<Bank, links> banks_;
     std::array<std::uint32_t, links> bank_{};           ///< the bank that senders write now
     engine::Rectangle rectangle_;                  ///< Superstep and Repeat run all of its tiles
@@ -636,5 +686,11 @@ private:
     Run run_;
     engine::detail::Team team_;                         ///< last: its threads end before the objects that they use
 };
+
+template <class Program, class Machine>
+    requires(!std::same_as<Machine, MeshOptions>)
+Mesh(Program, Grid, Machine, MeshOptions = {}) -> Mesh<Program, Machine>;
+template <class Program>
+Mesh(Program, Grid, MeshSizes<Program>, MeshOptions = {}) -> Mesh<Program, AnyMachine>;
 
 }} // namespace tilemesh

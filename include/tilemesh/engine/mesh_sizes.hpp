@@ -9,34 +9,36 @@
 
 namespace tilemesh { inline namespace v0_2 {
 
+namespace engine {
 /// The slots of a channel end, and the bytes that one of its messages takes on the machine.
 struct LinkSize {
     std::uint32_t slots;
     std::uint32_t message_bytes;
 };
+} // namespace engine
 
 /// The machine and the list sizes of a mesh. They are a value, so meshes of different sizes share their code.
 ///
 /// `mesh_sizes` makes such a value and checks that it fits the SRAM. Entries are in the order of `Needs<Program>`.
 template <class Program>
 struct MeshSizes {
-    using States = typename Needs<Program>::States;
-    using Links = typename Needs<Program>::Links;
+    using States = typename machine::Needs<Program>::States;
+    using Links = typename machine::Needs<Program>::Links;
     MachineSize machine{};
     std::array<std::uint32_t, States::count + 1> slots{}; ///< of each list; 1 for a struct
-    std::array<LinkSize, Links::count + 1> links{};       ///< `dynamic_capacity` slots: `limit` sets the number later
+    std::array<engine::LinkSize, Links::count + 1> links{};       ///< `dynamic_capacity` slots: `limit` sets the number later
     std::array<bool, Links::count + 1> shares_memory{};   ///< does the channel lie in the memory of its `memory_of`?
     std::uint64_t sram_bytes = 0;                         ///< of a tile; a channel without slots yet counts only its heads
 
     template <class X>
     constexpr std::uint32_t& slots_of() noexcept
     {
-        return slots[index_in<X>(States{})];
+        return slots[machine::index_in<X>(States{})];
     }
     template <class C>
-    constexpr LinkSize& link() noexcept
+    constexpr engine::LinkSize& link() noexcept
     {
-        return links[index_in<C>(Links{})];
+        return links[machine::index_in<C>(Links{})];
     }
 };
 
@@ -52,12 +54,12 @@ constexpr std::uint32_t slots_or_one([[maybe_unused]] Sizes const& sizes) noexce
 }
 /// The sizes of a program on a machine. The program need not fit.
 template <class Program, class Sizes, class... S, class... L>
-constexpr MeshSizes<Program> plain_sizes(MachineSize const& machine, Sizes const& sizes, Types<S...>, Types<L...>) noexcept
+constexpr MeshSizes<Program> plain_sizes(MachineSize const& machine, Sizes const& sizes, machine::Types<S...>, machine::Types<L...>) noexcept
 {
     MeshSizes<Program> m;
     m.machine = machine;
     m.slots = {slots_or_one<S>(sizes)..., 0u};
-    m.links = {LinkSize{capacity_of<L>(sizes), wire_bytes<typename L::value_type>}..., LinkSize{0, 0}};
+    m.links = {engine::LinkSize{capacity_of<L>(sizes), wire_bytes<typename L::value_type>}..., engine::LinkSize{0, 0}};
     m.shares_memory = {tilemesh::shares_memory<L>(sizes)..., false};
     m.sram_bytes = SramLedger<Program>::bytes(machine, sizes);
     return m;
@@ -69,14 +71,14 @@ template <class K>
 inline constexpr std::uint32_t most_workers_of<K, std::void_t<decltype(K::most_workers)>> = K::most_workers;
 /// Does every kernel of a program have words for all of the machine's workers?
 template <class... Step>
-constexpr bool has_words_for_workers([[maybe_unused]] MachineSize const& machine, Types<Step...>) noexcept
+constexpr bool has_words_for_workers([[maybe_unused]] MachineSize const& machine, machine::Types<Step...>) noexcept
 {
     return ((most_workers_of<KernelOf<Step>> == 0xffffffffu ||
              (machine.workers >= 1 && machine.workers <= most_workers_of<KernelOf<Step>>)) && ...);
 }
 /// Does every list and channel of a program have at least its `least_slots`?
 template <class Sizes, class... X, class... C>
-constexpr bool all_have_least_slots([[maybe_unused]] Sizes const& sizes, Types<X...>, Types<C...>) noexcept
+constexpr bool all_have_least_slots([[maybe_unused]] Sizes const& sizes, machine::Types<X...>, machine::Types<C...>) noexcept
 {
     return (has_least_slots<X>(sizes) && ...) && (has_least_slots<C>(sizes) && ...);
 }
@@ -89,7 +91,7 @@ void require_least_slots([[maybe_unused]] Sizes const& sizes)
                         std::to_string(least_slots_of<X>) + " its program makes no progress); give it more slots");
 }
 template <class Sizes, class... X>
-void require_least_slots([[maybe_unused]] Sizes const& sizes, Types<X...>)
+void require_least_slots([[maybe_unused]] Sizes const& sizes, machine::Types<X...>)
 {
     (require_least_slots<X>(sizes), ...);
 }
@@ -104,20 +106,20 @@ constexpr MeshSizes<Program> mesh_sizes() noexcept
                   "a machine with more workers than a kernel of this program has words for, or with none (the kernel's most_workers says how "
                   "many); choose another machine, or give the kernel more words");
     constexpr bool all_have_least_slots = // named, because Clang repeats an expression's types in its error
-        engine::all_have_least_slots(Setup::sizes, typename Needs<Program>::States{}, typename Needs<Program>::Links{});
+        engine::all_have_least_slots(Setup::sizes, typename machine::Needs<Program>::States{}, typename machine::Needs<Program>::Links{});
     static_assert(all_have_least_slots,
                   "a list with fewer slots than its program needs to make progress (the least_slots of a region, as of a frame's FIFOs, say "
                   "how many); give it more slots");
-    return engine::plain_sizes<Program>(size_of_machine<Machine>(), Setup::sizes, typename Needs<Program>::States{},
-                                                typename Needs<Program>::Links{});
+    return engine::plain_sizes<Program>(size_of_machine<Machine>(), Setup::sizes, typename machine::Needs<Program>::States{},
+                                                typename machine::Needs<Program>::Links{});
 }
 
 /// The error sentence of `Tile` for a ledger that needs more than the machine's SRAM.
 template <class Lines>
 Error does_not_fit(MachineSize const& machine, Lines const& ledger, std::uint64_t bytes)
 {
-    Region largest{{"code and stacks", 15}, "reserve", 0, true};
-    for (Region const& r : ledger)
+    machine::Region largest{{"code and stacks", 15}, "reserve", 0, true};
+    for (machine::Region const& r : ledger)
         if (r.budgeted && r.bytes > largest.bytes && std::string(r.what) != "reserve") largest = r;
     return Error("the program does not fit in a tile's SRAM (machine " + std::string(machine.name) + ", region " +
                  std::string(largest.name.text, largest.name.size) + " has " + std::to_string(largest.bytes) + " bytes, and the sum is " +
@@ -131,8 +133,8 @@ void require_fit(MachineSize const& machine, Sizes const& sizes)
     if (!engine::has_words_for_workers(machine, StepsOf<Program>{}))
         throw Error("machine " + std::string(machine.name) + " with " + std::to_string(machine.workers) +
                     " workers (a kernel of the program has words for fewer, and needs one); choose another machine");
-    engine::require_least_slots(sizes, typename Needs<Program>::States{});
-    engine::require_least_slots(sizes, typename Needs<Program>::Links{});
+    engine::require_least_slots(sizes, typename machine::Needs<Program>::States{});
+    engine::require_least_slots(sizes, typename machine::Needs<Program>::Links{});
     auto const bytes = SramLedger<Program>::bytes(machine, sizes);
     if (bytes > machine.sram_bytes) throw does_not_fit(machine, SramLedger<Program>::lines(machine, sizes), bytes);
 }
@@ -142,7 +144,7 @@ template <class Program, class Sizes>
 MeshSizes<Program> mesh_sizes(MachineSize const& machine, Sizes const& sizes)
 {
     require_fit<Program>(machine, sizes);
-    return engine::plain_sizes<Program>(machine, sizes, typename Needs<Program>::States{}, typename Needs<Program>::Links{});
+    return engine::plain_sizes<Program>(machine, sizes, typename machine::Needs<Program>::States{}, typename machine::Needs<Program>::Links{});
 }
 
 }} // namespace tilemesh

@@ -15,7 +15,7 @@ namespace tilemesh { inline namespace v0_2 { namespace engine {
 
 /// Counters of a program's steps, all zero.
 template <class... Step>
-std::vector<StepCounters> begin_steps(Types<Step...>)
+std::vector<StepCounters> begin_steps(machine::Types<Step...>)
 {
     std::vector<StepCounters> steps;
     (steps.push_back({text(name_of<KernelOf<Step>>())}), ...);
@@ -40,9 +40,9 @@ struct Passed {
 
 /// The peaks of a program's lists, then of its channels. `of(tag)` returns the most items that a list held, and the list's capacity.
 template <class... X, class... C, class F>
-std::vector<Peak> list_peaks(Types<X...>, Types<C...>, F const& of)
+std::vector<engine::Peak> list_peaks(machine::Types<X...>, machine::Types<C...>, F const& of)
 {
-    std::vector<Peak> peaks;
+    std::vector<engine::Peak> peaks;
     [[maybe_unused]] auto const add = [&](auto tag) {
         using R = typename decltype(tag)::type;
         if constexpr (is_list<R> || is_channel<R>) {
@@ -50,8 +50,8 @@ std::vector<Peak> list_peaks(Types<X...>, Types<C...>, F const& of)
             peaks.back().region = text(name_of<R>());
         }
     };
-    (add(Tag<X>{}), ...);
-    (add(Tag<C>{}), ...);
+    (add(machine::Tag<X>{}), ...);
+    (add(machine::Tag<C>{}), ...);
     return peaks;
 }
 

@@ -12,6 +12,7 @@
 #include <tilemesh/engine/rectangle.hpp>
 #include <tilemesh/engine/text.hpp>
 #include <tilemesh/error.hpp>
+#include <tilemesh/machine/operations.hpp>
 #include <tilemesh/machine/tile.hpp>
 #include <tuple>
 #include <type_traits>
@@ -24,6 +25,48 @@ namespace tilemesh { inline namespace v0_2 { namespace engine {
 inline constexpr std::uint32_t guard_word = 0x7fa0beefu;
 inline constexpr std::uint32_t poison_word = 0x7fa0dead;
 
+/// A tile and its state X: a reference to a struct, or a view of a Buffer. X is const for a const mesh.
+template <class X>
+struct TileState {
+    TileId tile;
+    std::conditional_t<is_list<std::remove_const_t<X>>, X, X&> state;
+};
+
+/// The states X of all tiles of a store, row by row.
+template <class Store, class X>
+class StateRange {
+public:
+    class Iterator {
+    public:
+        using value_type = TileState<X>;
+        using difference_type = std::ptrdiff_t;
+        Iterator() = default;
+        Iterator(Store* store, std::uint32_t i) noexcept : store_(store), i_(i) {}
+        TileState<X> operator*() const noexcept
+        {
+            auto const tile = store_->grid().tile(i_);
+            return {tile, store_->template state<std::remove_const_t<X>>(tile)};
+        }
+        Iterator& operator++() noexcept
+        {
+            ++i_;
+            return *this;
+        }
+        Iterator operator++(int) noexcept { return {store_, i_++}; }
+        friend bool operator==(Iterator const& a, Iterator const& b) noexcept { return a.i_ == b.i_; }
+
+    private:
+        Store* store_ = nullptr;
+        std::uint32_t i_ = 0;
+    };
+    explicit StateRange(Store& store) noexcept : store_(&store) {}
+    Iterator begin() const noexcept { return {store_, 0}; }
+    Iterator end() const noexcept { return {store_, store_->grid().size()}; }
+
+private:
+    Store* store_;
+};
+
 /// The words of all tiles' states and broadcasts: what all engines derive from. `Guarded` puts guard words around every region.
 ///
 /// The heads of lists and the small structs of a tile lie together in `hot`, so that a tile where little happens takes one or two cache
@@ -32,11 +75,13 @@ template <class Program, bool Guarded>
 class TileStore {
 public:
     using Sizes = MeshSizes<Program>;
-    using States = typename Needs<Program>::States;
-    using Links = typename Needs<Program>::Links;
-    using Shareds = typename Needs<Program>::Shareds;
+    using States = typename machine::Needs<Program>::States;
+    using Links = typename machine::Needs<Program>::Links;
+    using Shareds = typename machine::Needs<Program>::Shareds;
 
-    TileStore(Grid grid, Program program, Sizes const& sizes) : program_(program), grid_(grid), sizes_(sizes)
+    static_assert(operations_fit(StepsOf<Program>{}));
+
+    TileStore(Program program, Grid grid, Sizes const& sizes) : program_(program), grid_(grid), sizes_(sizes)
     {
         auto const& machine = sizes_.machine;
         if (grid.width == 0 || grid.height == 0 || grid.width > 65535 || grid.height > 65535)
@@ -79,6 +124,18 @@ public:
             return static_cast<X const&>(*reinterpret_cast<X const*>(place.items));
         }
     }
+    /// The states X of all tiles, row by row: `for (auto [tile, cell] : mesh.states<Cell>()) cell.kelvin = 300;`. For a Buffer, the second
+    /// name is a view of the tile's list. Only between runs, or from an observer.
+    template <class X>
+    StateRange<TileStore, X> states() noexcept
+    {
+        return StateRange<TileStore, X>{*this};
+    }
+    template <class X>
+    StateRange<TileStore const, X const> states() const noexcept
+    {
+        return StateRange<TileStore const, X const>{*this};
+    }
     /// What every tile will hold as P in the next run.
     template <class P>
     P& broadcast() noexcept
@@ -92,7 +149,7 @@ public:
     TILEMESH_KERNEL TileId tile(std::uint32_t i) const noexcept { return grid_.tile(i); }
 
     template <class X>
-    TILEMESH_KERNEL Place state_place(std::uint32_t tile) noexcept
+    TILEMESH_KERNEL machine::Place state_place(std::uint32_t tile) noexcept
     {
         auto* const hot = hot_.data() + std::size_t{tile} * hot_stride + hot_offset<X>();
         constexpr auto i = index_of_state<X>();
@@ -117,14 +174,14 @@ protected:
     template <class X>
     static constexpr std::uint32_t index_of_state() noexcept
     {
-        static_assert(contains<X, States>, "no kernel of this program keeps this state");
-        return index_in<X>(States{});
+        static_assert(machine::contains<X, States>, "no kernel of this program keeps this state");
+        return machine::index_in<X>(States{});
     }
     template <class C>
     static constexpr std::uint32_t index_of_link() noexcept
     {
-        static_assert(contains<C, Links>, "no kernel of this program uses this channel");
-        return index_in<C>(Links{});
+        static_assert(machine::contains<C, Links>, "no kernel of this program uses this channel");
+        return machine::index_in<C>(Links{});
     }
     template <class C>
     std::uint32_t link_capacity() const noexcept
@@ -162,15 +219,22 @@ protected:
     }
     /// The bytes that the compile-time exchange after kernel K moves from a tile to each neighbour.
     template <class K, class... C>
-    std::uint32_t capacity_a_side(Types<C...>) const noexcept
+    std::uint32_t capacity_a_side(machine::Types<C...>) const noexcept
     {
         return (0u + ... + (KernelTraits<K>::template writes<C> ? end_bytes<C>(link_capacity<C>()) : 0u));
     }
-    /// Bytes that this exchange moves from all tiles to all their neighbours.
+    /// Bytes that this exchange moves on all sides.
     template <class K, class... C>
-    std::uint64_t capacity_bytes(Types<C...> links) const noexcept
+    std::uint64_t capacity_bytes(machine::Types<C...>) const noexcept
     {
-        return std::uint64_t{4} * grid_.size() * capacity_a_side<K>(links);
+        return (std::uint64_t{0} + ... + (KernelTraits<K>::template writes<C> ? sides<C>() * end_bytes<C>(link_capacity<C>()) : 0u));
+    }
+    /// The sides of tiles from which the exchange moves channel C.
+    template <class C>
+    std::uint64_t sides() const noexcept
+    {
+        auto const all = std::uint64_t{4} * grid_.size();
+        return C::edge == Edge::drop ? all - 2 * (std::uint64_t{grid_.width} + grid_.height) : all;
     }
     /// The bytes on the machine of a message of C; `end_bytes`: of an end of C with n slots and its head.
     template <class C>
@@ -207,7 +271,7 @@ protected:
         return most_slots<C>() == dynamic_capacity;
     }
     template <class... C>
-    void require_capacities(Types<C...>) const
+    void require_capacities(machine::Types<C...>) const
     {
         (require_capacity<C>(), ...);
     }
@@ -222,7 +286,7 @@ protected:
     std::uint64_t digest_states(std::uint32_t tile) noexcept { return digest_states(tile, States{}); }
 
     template <class... X>
-    std::uint64_t digest_states(std::uint32_t tile, Types<X...>) noexcept
+    std::uint64_t digest_states(std::uint32_t tile, machine::Types<X...>) noexcept
     {
         std::uint64_t h = tile;
         ((h = digest_state<X>(h, tile)), ...);
@@ -251,7 +315,7 @@ private:
     template <class>
     struct TupleOf;
     template <class... P>
-    struct TupleOf<Types<P...>> {
+    struct TupleOf<machine::Types<P...>> {
         using type = std::tuple<P...>;
     };
     typename TupleOf<Shareds>::type shared_{};
@@ -266,12 +330,12 @@ private:
             return is_small<X> ? sizeof(X) / 4 + (Guarded ? 1 : 0) : 0;
     }
     template <class... X>
-    static constexpr std::uint32_t all_hot_words(Types<X...>) noexcept
+    static constexpr std::uint32_t all_hot_words(machine::Types<X...>) noexcept
     {
         return (0u + ... + hot_words<X>());
     }
     template <class X, class... Y>
-    static constexpr std::uint32_t hot_offset_in(Types<Y...>) noexcept
+    static constexpr std::uint32_t hot_offset_in(machine::Types<Y...>) noexcept
     {
         std::uint32_t at = 0;
         bool found = false;
@@ -293,7 +357,7 @@ protected:
     static constexpr std::uint32_t hot_stride = (all_hot_words(States{}) + 15u) & ~15u;
 
     template <class... X>
-    bool guards_hold([[maybe_unused]] std::uint32_t tile, Types<X...>) noexcept
+    bool guards_hold([[maybe_unused]] std::uint32_t tile, machine::Types<X...>) noexcept
     {
         return (guard_holds<X>(tile) && ...);
     }
@@ -323,7 +387,7 @@ protected:
 
 private:
     template <class... X>
-    void guard_all(Types<X...>)
+    void guard_all(machine::Types<X...>)
     {
         if constexpr (Guarded) (guard<X>(), ...);
     }
@@ -346,7 +410,7 @@ private:
         }
     }
     template <class... X>
-    void make(Types<X...>)
+    void make(machine::Types<X...>)
     {
         (make_one<X>(), ...);
     }
@@ -360,13 +424,13 @@ private:
         if constexpr (!is_small<X>) items_[i] = Arena(std::size_t{grid_.size()} * stride_[i] + slack);
     }
     template <class... C>
-    void set_capacities(Types<C...>)
+    void set_capacities(machine::Types<C...>)
     {
         ((link_capacity_[index_of_link<C>()] = gets_slots_by_limit<C>() ? 0 : most_slots<C>()), ...);
     }
     /// Channels that share one memory count as the largest of them. A dynamic channel counts with its present capacity.
     template <class... C>
-    std::uint64_t sram_bytes(Types<C...>) const noexcept
+    std::uint64_t sram_bytes(machine::Types<C...>) const noexcept
     {
         std::array<std::uint64_t, Links::count + 1> now{}, built{}; // of each channel with its own memory
         [[maybe_unused]] auto const add = [&](auto tag) {
@@ -378,7 +442,7 @@ private:
             now[host] = std::max(now[host], eight_ends(dynamic ? link_capacity<Link>() : most_slots<Link>()));
             built[host] = std::max(built[host], dynamic ? 0 : eight_ends(most_slots<Link>()));
         };
-        (add(Tag<C>{}), ...);
+        (add(machine::Tag<C>{}), ...);
         auto bytes = sizes_.sram_bytes;
         for (std::size_t l = 0; l < now.size(); ++l) bytes += now[l] - built[l];
         return bytes;
@@ -393,7 +457,7 @@ private:
                                   "limit<Channel>(slots) before run()");
         throw Error(channel + " has no slots (the sizes of the mesh give it none, or it was limited to 0); give it at least one");
     }
-    static void check_limit(Name name, std::uint32_t items, std::uint32_t most)
+    static void check_limit(machine::Name name, std::uint32_t items, std::uint32_t most)
     {
         if (items > most)
             throw Error("a limit of " + std::to_string(items) + " items for " + text(name) + " (the program's layout has " +

@@ -6,7 +6,7 @@
 namespace tilemesh { inline namespace v0_2 { namespace engine {
 
 /// A name or a tile as text, for errors and counters.
-inline std::string text(Name name)
+inline std::string text(machine::Name name)
 {
     return std::string(name.text, name.size);
 }

@@ -25,6 +25,7 @@ struct SuperstepSample {
     std::uint32_t capacity_bytes;    ///< bytes that a compile-time exchange moves from each tile to each neighbour; 0: no channel
     bool sent;                       ///< did the exchange move a message or a note?
     std::vector<TileSample> tiles;
+    Edge edge = Edge::reflect;       ///< of the channels that the kernel sends on; `reflect` if they differ
     friend bool operator==(SuperstepSample const&, SuperstepSample const&) = default;
 };
 
@@ -44,9 +45,20 @@ namespace engine {
 /// Replaces a trace if none is kept.
 struct NoTrace {};
 
+/// The Edge of the channels that kernel K sends on; `reflect` if they differ, or without one.
+template <class K, class... C>
+constexpr Edge edge_of(machine::Types<C...>) noexcept
+{
+    auto edge = Edge::reflect;
+    std::uint32_t sends = 0;
+    bool differ = false;
+    ((KernelTraits<K>::template writes<C> ? (differ = differ || (sends++ != 0 && C::edge != edge), edge = C::edge) : edge), ...);
+    return differ ? Edge::reflect : edge;
+}
+
 /// The names of the operations that the kernels of a program's steps count, in program order.
 template <class... Step>
-void list_operations(Types<Step...>, std::vector<std::vector<std::string>>& out)
+void list_operations(machine::Types<Step...>, std::vector<std::vector<std::string>>& out)
 {
     [[maybe_unused]] auto const add = [&](auto names) { out.emplace_back(names.begin, names.begin + names.size); };
     (add(operation_names<KernelOf<Step>>()), ...);
@@ -62,7 +74,7 @@ Trace begin_trace(RunCounters const& run)
     return trace;
 }
 
-/// Adds the bytes that the tile of `source` sent on a channel; does nothing for other parameters of a kernel.
+/// Adds the bytes that the tile of `source` sent on a channel, without what an edge drops; does nothing for other parameters of a kernel.
 template <class X, class Source>
 void add_sent(TileSample&, Source&, X*) noexcept
 {
@@ -71,12 +83,14 @@ template <class C, class Source>
 void add_sent(TileSample& s, Source& source, Out<C>*) noexcept
 {
     for (Direction d : news) {
+        if constexpr (C::edge == Edge::drop)
+            if (Here const here = source.here(); !here.grid.delivers(here.tile, d, C::edge)) continue;
         auto const* const head = source.template out<C>(d).head;
         if ((head[0] | head[1]) != 0) s.sent_bytes[index(d)] += source.template end_bytes<C>(head[0]);
     }
 }
 template <class Source, class... A>
-void add_all_sent(TileSample& s, [[maybe_unused]] Source& source, Types<A...>) noexcept
+void add_all_sent(TileSample& s, [[maybe_unused]] Source& source, machine::Types<A...>) noexcept
 {
     (add_sent(s, source, static_cast<std::remove_cv_t<std::remove_reference_t<A>>*>(nullptr)), ...);
 }

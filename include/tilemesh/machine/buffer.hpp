@@ -10,6 +10,7 @@ namespace tilemesh { inline namespace v0_2 {
 /// with any number of slots share one type, and so the code of their kernels.
 inline constexpr std::uint32_t dynamic_capacity = 0xffffffffu;
 
+namespace machine {
 /// Words of a tile's SRAM that hold a list: two words of head, then the items. The head need not be next to the items: a host engine keeps
 /// all heads together, a Poplar tensor holds both in one piece.
 struct Place {
@@ -17,6 +18,7 @@ struct Place {
     std::uint32_t* items;    ///< capacity * sizeof(T) / 4 words
     std::uint32_t capacity;  ///< in items
 };
+} // namespace machine
 
 namespace detail {
 /// The common part of Buffer and of the two ends of a Channel: a view of a list in external words. Its capacity is that of its Place.
@@ -33,7 +35,7 @@ public:
     /// The words of a list of n items, including its head.
     TILEMESH_KERNEL static constexpr std::uint32_t words(std::uint32_t n) noexcept { return head_words + n * item_words; }
 
-    TILEMESH_KERNEL explicit List(Place p) noexcept
+    TILEMESH_KERNEL List(machine::Place p) noexcept // not explicit: so a named list is made from a Place as an aggregate
         : head_(p.head), items_(reinterpret_cast<T*>(p.items)), capacity_(p.capacity)
     {
     }
@@ -70,7 +72,7 @@ protected:
 } // namespace detail
 
 /// A fixed-capacity list in a tile's SRAM: a view, the words belong to the tile. A program names its regions by types:
-/// `struct Stock : Buffer<Item, 1800> { using Buffer::Buffer; };`
+/// `struct Stock : Buffer<Item, 1800> {};`. A named buffer has no members of its own; kernels that take it refuse some.
 ///
 /// Capacity: a `Buffer<T, N>` has N slots. A `Buffer<T>` has the number of slots that a value names when the mesh is built. `limit` lowers
 /// either.
@@ -83,6 +85,7 @@ class Buffer : public detail::List<T, N> {
 
 public:
     using Base::Base;
+    using list_type = Buffer;
     using Base::begin;
     using Base::end;
     using Base::operator[];

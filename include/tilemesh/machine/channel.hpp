@@ -28,14 +28,17 @@ inline constexpr std::uint32_t wire_bytes = detail::wire_bytes_of<T>;
 /// the same time; the sequential engine checks this. The ledger counts the larger of the two. With
 /// `static constexpr auto memory_shared = &Sizes::member;` beside it, a flag of the sizes decides whether the channels share memory.
 ///
+/// `Ends` says what becomes of messages that are sent over an edge of the grid: `struct Ring : Channel<float, 1, Edge::wrap> {};`
+///
 /// Cost: 2 * (N * wire_bytes<T> + 8) bytes of SRAM a direction; the compile-time exchange moves the whole capacity.
-template <class T, std::uint32_t N = dynamic_capacity>
+template <class T, std::uint32_t N = dynamic_capacity, Edge Ends = Edge::reflect>
 struct Channel {
     static_assert(wire_bytes<T> % 4 == 0 || wire_bytes<T> == sizeof(T),
                   "wire_bytes is what the machine moves for a message (whole 32-bit words); make it a multiple of 4");
     using value_type = T;
     static constexpr std::uint32_t static_capacity = N;
     static constexpr bool is_channel = true;
+    static constexpr Edge edge = Ends;
     /// Bytes of one end with n slots on the modelled machine, head included.
     TILEMESH_KERNEL static constexpr std::uint32_t end_bytes(std::uint32_t n) noexcept { return 8 + n * wire_bytes<T>; }
 
@@ -72,16 +75,25 @@ inline constexpr bool is_channel<X, std::void_t<decltype(X::is_channel)>> = true
 template <class C>
 struct In {
     static_assert(is_channel<C>, "In<C>: C is not a channel; write struct C : Channel<Message, slots> {}");
+    static_assert(std::is_empty_v<C>, "a named channel with members of its own (a tile keeps its messages alone); keep them in a struct "
+                                      "that kernels take as state");
     typename C::Receiver side[4];
     TILEMESH_KERNEL typename C::Receiver const& operator[](Direction d) const noexcept { return side[index(d)]; }
 };
 
-/// The four outgoing ends of channel C. At an edge of the grid what is sent comes back to its own tile on the same side.
+/// The four outgoing ends of channel C, indexed by the side the messages go to; the channel's Edge says where they go at an edge.
 template <class C>
 struct Out {
     static_assert(is_channel<C>, "Out<C>: C is not a channel; write struct C : Channel<Message, slots> {}");
+    static_assert(std::is_empty_v<C>, "a named channel with members of its own (a tile keeps its messages alone); keep them in a struct "
+                                      "that kernels take as state");
     typename C::Sender side[4];
     TILEMESH_KERNEL typename C::Sender& operator[](Direction d) noexcept { return side[index(d)]; }
+    /// `push` to each of the four sides.
+    TILEMESH_KERNEL void to_all(typename C::value_type const& message) noexcept
+    {
+        for (auto& s : side) s.push(message);
+    }
 };
 
 }} // namespace tilemesh

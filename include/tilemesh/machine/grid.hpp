@@ -38,6 +38,16 @@ TILEMESH_KERNEL constexpr bool operator!=(TileId a, TileId b) noexcept
 }
 #endif
 
+/// What becomes of messages (and notes) that a tile sends over an edge of the grid. Every channel names its own.
+enum class Edge : std::uint32_t {
+    reflect, ///< they come back to their own tile, on the side where they left
+    drop,    ///< they are not sent: they count in no counter and wake no tile. The receiving end on that side stays empty
+    wrap     ///< they arrive at the other end of the row or column; with `wrap` on every channel, the grid is a torus
+};
+
+/// A range over the tiles of a grid, row by row: `for (TileId tile : grid.tiles())`.
+class TileRange;
+
 /// W x H tiles with north, east, west and south neighbours. The paper's is 40 x 36.
 struct Grid {
     std::uint32_t width = 40;
@@ -53,7 +63,8 @@ struct Grid {
                : d == Direction::west  ? t.x() > 0
                                        : t.x() + 1 < width;
     }
-    /// The tile on side `d`; at an edge the tile itself, because edges wrap channels to their own tile.
+    constexpr TileRange tiles() const noexcept;
+    /// The tile on side `d`; at an edge the tile itself, because edges reflect.
     TILEMESH_KERNEL constexpr TileId neighbour(TileId t, Direction d) const noexcept
     {
         if (!has_neighbour(t, d)) return t;
@@ -67,6 +78,58 @@ struct Grid {
     {
         return has_neighbour(t, d) ? opposite(d) : d;
     }
+    /// The tile that receives what `t` sends towards `d` on a channel with these edges; nobody does where `delivers` is false.
+    TILEMESH_KERNEL constexpr TileId neighbour(TileId t, Direction d, Edge edge) const noexcept
+    {
+        if (edge != Edge::wrap || has_neighbour(t, d)) return neighbour(t, d);
+        return d == Direction::north   ? TileId::at(t.x(), height - 1)
+               : d == Direction::south ? TileId::at(t.x(), 0)
+               : d == Direction::west  ? TileId::at(width - 1, t.y())
+                                       : TileId::at(0, t.y());
+    }
+    TILEMESH_KERNEL constexpr Direction arrival(TileId t, Direction d, Edge edge) const noexcept
+    {
+        return edge == Edge::wrap ? opposite(d) : arrival(t, d);
+    }
+    /// Does anybody receive what `t` sends towards `d` on a channel with these edges?
+    TILEMESH_KERNEL constexpr bool delivers(TileId t, Direction d, Edge edge) const noexcept
+    {
+        return edge != Edge::drop || has_neighbour(t, d);
+    }
 };
+
+class TileRange {
+public:
+    class Iterator {
+    public:
+        using value_type = TileId;
+        using difference_type = std::int32_t;
+        constexpr Iterator() noexcept = default;
+        constexpr Iterator(Grid grid, std::uint32_t i) noexcept : grid_(grid), i_(i) {}
+        constexpr TileId operator*() const noexcept { return grid_.tile(i_); }
+        constexpr Iterator& operator++() noexcept
+        {
+            ++i_;
+            return *this;
+        }
+        constexpr Iterator operator++(int) noexcept { return {grid_, i_++}; }
+        friend constexpr bool operator==(Iterator const& a, Iterator const& b) noexcept { return a.i_ == b.i_; }
+        friend constexpr bool operator!=(Iterator const& a, Iterator const& b) noexcept { return a.i_ != b.i_; }
+
+    private:
+        Grid grid_{};
+        std::uint32_t i_ = 0;
+    };
+    constexpr explicit TileRange(Grid grid) noexcept : grid_(grid) {}
+    constexpr Iterator begin() const noexcept { return {grid_, 0}; }
+    constexpr Iterator end() const noexcept { return {grid_, grid_.size()}; }
+
+private:
+    Grid grid_;
+};
+constexpr TileRange Grid::tiles() const noexcept
+{
+    return TileRange{*this};
+}
 
 }} // namespace tilemesh

@@ -2,6 +2,7 @@
 #include <tilemesh/machine/channel.hpp>
 #include <tilemesh/machine/superstep.hpp>
 #include <type_traits>
+#include <utility>
 
 namespace tilemesh { inline namespace v0_2 {
 
@@ -90,13 +91,28 @@ struct Role : NoRole {
     static_assert(!sizeof(A*), "unknown kernel parameter (a kernel takes X& or X const& for a tile's own state, and by value "
                                "In<C>, Out<C>, Broadcast<P>, Here, Worker); change this parameter to one of them");
 };
+/// Becomes a value of any type; never called.
+struct Anything {
+    template <class T>
+    operator T() const noexcept;
+};
+/// Has X, a named list, members beside its Buffer? Then it is an aggregate that takes a value after its Buffer. (Its size says nothing:
+/// a member may lie in the Buffer's padding.)
+template <class X, class = void>
+inline constexpr bool has_own_members = false;
+template <class X>
+inline constexpr bool has_own_members<X, std::void_t<decltype(X{std::declval<typename X::list_type>(), Anything{}})>> = true;
 template <class X>
 struct Role<X&> : NoRole {
     static_assert(!is_view<std::remove_const_t<X>>,
                   "In<C>, Out<C>, Broadcast<P>, Here and Worker are views (a reference to one would outlive its superstep); "
                   "take them by value");
-    static_assert(!is_channel<X>, "a channel is not state (its words are exchanged); take In<C> or Out<C> by value");
-    static_assert(is_list<X> || (std::is_trivially_copyable_v<X> && alignof(X) <= 4 && sizeof(X) % 4 == 0),
+    static_assert(!is_channel<std::remove_const_t<X>>, "a channel is not state (its words are exchanged); take In<C> or Out<C> by value");
+    static_assert(std::is_class_v<X>, "a tile's state is a struct of the program (its type names the region; two kernels that take float& "
+                                      "would share one); write struct Heat { float kelvin; }; and take Heat&");
+    static_assert(!has_own_members<std::remove_const_t<X>>, "a named buffer with members of its own (it is a view, and a tile keeps its items "
+                                                        "alone); keep them in a struct beside it");
+    static_assert(!std::is_class_v<X> || is_list<X> || (std::is_trivially_copyable_v<X> && alignof(X) <= 4 && sizeof(X) % 4 == 0),
                   "a tile's state is a Buffer or a trivially copyable struct of whole 32-bit words (it lives in SRAM and may "
                   "be copied as words)");
     using State = std::remove_const_t<X>;
@@ -125,13 +141,13 @@ struct Role<Absent> : NoRole {};
 template <class F>
 struct Signature { // no operator() that can be named
     static constexpr bool one_call = false, is_const = true, is_noexcept = true;
-    using Arguments = Types<>;
+    using Arguments = machine::Types<>;
     using Result = void;
 };
 template <bool Const, bool Noexcept, class R, class... A>
 struct SignatureIs {
     static constexpr bool one_call = true, is_const = Const, is_noexcept = Noexcept;
-    using Arguments = Types<A...>;
+    using Arguments = machine::Types<A...>;
     using Result = R;
 };
 template <class K, class R, class... A>
@@ -157,10 +173,10 @@ struct Collect {
     using type = Acc;
 };
 template <class S, class L, class P, class A, class... As>
-struct Collect<RegionTypes<S, L, P>, Types<A, As...>>
+struct Collect<RegionTypes<S, L, P>, machine::Types<A, As...>>
     : Collect<RegionTypes<InsertReal<S, typename Role<A>::State>, InsertReal<L, typename Role<A>::Link>,
                    InsertReal<P, typename Role<A>::Shared>>,
-              Types<As...>> {};
+              machine::Types<As...>> {};
 } // namespace detail
 
 /// The facts in a kernel's parameter list. Every mistake in it gives one sentence here.
@@ -178,9 +194,9 @@ struct KernelTraits : detail::CallOf<K> {
     static_assert(std::is_void_v<Result> || std::is_same_v<Result, Vote>,
                   "a kernel returns nothing or a Vote; keep other results in the tile's state");
     template <class A>
-    static constexpr bool takes = contains<A, Arguments>;
+    static constexpr bool takes = machine::contains<A, Arguments>;
     template <class... A>
-    static constexpr bool any_writes(Types<A...>) noexcept
+    static constexpr bool any_writes(machine::Types<A...>) noexcept
     {
         return (detail::Role<A>::writes || ...);
     }
@@ -189,7 +205,7 @@ struct KernelTraits : detail::CallOf<K> {
     static_assert(!multi_worker || (std::is_void_v<Result> && !sends),
                   "a kernel that takes Worker may neither send nor vote (six workers would race); do that in a superstep of "
                   "its own");
-    using Needs = typename detail::Collect<RegionTypes<Types<>, Types<>, Types<>>, Arguments>::type;
+    using Needs = typename detail::Collect<RegionTypes<machine::Types<>, machine::Types<>, machine::Types<>>, Arguments>::type;
     /// The channels this kernel reads or writes, in the order of its parameters.
     using Links = typename Needs::Links;
     template <class C>
@@ -223,8 +239,8 @@ struct CollectAll {
     using type = Acc;
 };
 template <class Acc, class Step, class... Steps>
-struct CollectAll<Acc, Types<Step, Steps...>>
-    : CollectAll<typename Collect<Acc, typename KernelTraits<KernelOf<Step>>::Arguments>::type, Types<Steps...>> {};
+struct CollectAll<Acc, machine::Types<Step, Steps...>>
+    : CollectAll<typename Collect<Acc, typename KernelTraits<KernelOf<Step>>::Arguments>::type, machine::Types<Steps...>> {};
 
 /// Tracks, step by step, whether C holds unread mail. Sets `clash` if a kernel sends over unread mail.
 template <class C>
@@ -260,12 +276,12 @@ struct Mail {
     }
 };
 template <class Acc, class... P>
-constexpr auto collect_flags(Types<P...>) noexcept
+constexpr auto collect_flags(machine::Types<P...>) noexcept
 {
-    return typename Collect<Acc, Types<Broadcast<P>...>>::type{};
+    return typename Collect<Acc, machine::Types<Broadcast<P>...>>::type{};
 }
 template <class Program>
-using CollectSteps = typename CollectAll<RegionTypes<Types<>, Types<>, Types<>>, StepsOf<Program>>::type;
+using CollectSteps = typename CollectAll<RegionTypes<machine::Types<>, machine::Types<>, machine::Types<>>, StepsOf<Program>>::type;
 
 template <class Program, class C>
 constexpr bool sends_over_unread_mail() noexcept
@@ -284,9 +300,11 @@ struct ReadBeforeSent {
 };
 } // namespace detail
 
+namespace machine {
 /// The states, channels and broadcasts of a program as `RegionTypes<Types<...>, Types<...>, Types<...>>`: first those that its kernels
 /// name, in that order, then the broadcasts of its conditions.
 template <class Program>
 using Needs = decltype(detail::collect_flags<detail::CollectSteps<Program>>(typename StepTraits<Program>::Flags{}));
+} // namespace machine
 
 }} // namespace tilemesh

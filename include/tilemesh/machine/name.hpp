@@ -4,14 +4,16 @@
 
 namespace tilemesh { inline namespace v0_2 {
 
+namespace machine {
 /// A piece of a string literal: the name of a region, channel or kernel in reports. It costs nothing on a tile.
 struct Name {
     char const* text;
     std::uint32_t size;
 };
+} // namespace machine
 
 /// A null-terminated text as a Name.
-constexpr Name as_name(char const* text) noexcept
+constexpr machine::Name as_name(char const* text) noexcept
 {
     std::uint32_t size = 0;
     while (text[size] != '\0') ++size;
@@ -26,7 +28,7 @@ inline constexpr bool has_own_name<X, std::void_t<decltype(X::name)>> = true;
 
 /// Finds "ns::Outer<A>::Inner" in the compiler's text for this function. The result is only the last component, without arguments.
 template <class X>
-constexpr Name type_name() noexcept
+constexpr machine::Name type_name() noexcept
 {
     char const* const text = __PRETTY_FUNCTION__; // "... [with X = T; ...]" (GCC) or "... [X = T]" (Clang)
     std::uint32_t from = 0;
@@ -48,7 +50,7 @@ constexpr Name type_name() noexcept
 
 /// X's own `static constexpr char const* name`, or the name of the type.
 template <class X>
-constexpr Name name_of() noexcept
+constexpr machine::Name name_of() noexcept
 {
     if constexpr (detail::has_own_name<X>)
         return as_name(X::name);

@@ -76,17 +76,31 @@ namespace detail {
 template <class F>
 struct OperationsSignature {
     static constexpr bool fits = false;
-    using Arguments = Types<>;
+    using Arguments = machine::Types<>;
 };
 template <class S, class... A>
 struct OperationsSignature<Operations<S> (*)(A...) noexcept> {
     static constexpr bool fits = true;
     using Set = S;
-    using Arguments = Types<A...>;
+    using Arguments = machine::Types<A...>;
 };
+/// Has K a member called `operations`, of whatever kind? If so, the name is ambiguous in a class that also has that of a second base.
+struct HasOperations {
+    int operations;
+};
+template <class K>
+struct BothOperations : K, HasOperations {};
+template <class K, bool Final = std::is_final_v<K>, class = void>
+inline constexpr bool names_operations = !Final; // of a final class nothing can be derived
+template <class K>
+inline constexpr bool names_operations<K, false, std::void_t<decltype(&BothOperations<K>::operations)>> = false;
+
 template <class K, class = void>
 struct OperationsOf {
     static constexpr bool declared = false;
+    static_assert(!names_operations<K>,
+                  "a kernel's operations is one function (it is overloaded, a template or private); declare it `static Operations<Set> "
+                  "operations(...) noexcept`");
 };
 template <class K>
 struct OperationsOf<K, std::void_t<decltype(&K::operations)>> {
@@ -106,10 +120,8 @@ template <class K, class C>
 inline constexpr bool known_to<K, Out<C>> = KernelTraits<K>::template writes<C>;
 
 template <class K, class Source, class... A>
-OperationCounts call_operations(Source& source, Types<A...>) noexcept
+OperationCounts call_operations(Source& source, machine::Types<A...>) noexcept
 {
-    static_assert((known_to<K, A> && ...), "a kernel's operations takes what the kernel does not (it follows from what the kernel may "
-                                           "touch; states by const reference); take parameters of the kernel");
     return K::operations(Bind<A, Source>::make(source)...);
 }
 } // namespace detail
@@ -122,6 +134,31 @@ OperationCounts operations_of([[maybe_unused]] Source& source) noexcept
         return detail::call_operations<K>(source, typename detail::OperationsOf<K>::Signature::Arguments{});
     else
         return {};
+}
+
+namespace detail {
+template <class K, class... A>
+constexpr bool operations_fit_kernel(machine::Types<A...>) noexcept
+{
+    static_assert((known_to<K, A> && ...), "a kernel's operations takes what the kernel does not (it follows from what the kernel may "
+                                           "touch; states by const reference); take parameters of the kernel");
+    return true;
+}
+template <class K>
+constexpr bool operations_fit_kernel() noexcept
+{
+    if constexpr (OperationsOf<K>::declared)
+        return operations_fit_kernel<K>(typename OperationsOf<K>::Signature::Arguments{});
+    else
+        return true;
+}
+} // namespace detail
+/// True if the `operations` of the kernels of these steps are as they must be; otherwise it does not compile. Engines ask on every
+/// machine, although only a Traced one calls them.
+template <class... Step>
+constexpr bool operations_fit(machine::Types<Step...>) noexcept
+{
+    return (detail::operations_fit_kernel<KernelOf<Step>>() && ...);
 }
 
 /// The names of the operations that kernel K counts; none for a kernel without `operations`.

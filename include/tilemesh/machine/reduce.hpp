@@ -67,7 +67,7 @@ struct ReduceName {
     constexpr ReduceName(char const* end) noexcept
     {
         std::uint32_t at = 0;
-        Name const parts[] = {name_of<Operator>(), {" ", 1}, name_of<Value>(), as_name(end)};
+        machine::Name const parts[] = {name_of<Operator>(), {" ", 1}, name_of<Value>(), as_name(end)};
         for (auto const& part : parts)
             for (std::uint32_t i = 0; i < part.size && at < sizeof text - 1; ++i) text[at++] = part.text[i];
     }
@@ -120,7 +120,7 @@ template <class Value, class Operator, ReduceTo Where, class = typename CallOf<V
 struct BeginReduce;
 /// The first kernel of a Reduce. Every tile takes its value; the east end of each row sends its own to the west.
 template <class Value, class Operator, ReduceTo Where, class... A>
-struct BeginReduce<Value, Operator, Where, Types<A...>> {
+struct BeginReduce<Value, Operator, Where, machine::Types<A...>> {
     static constexpr ReduceName<Operator, Value> text{Where == ReduceTo::all ? " of all begin" : " begin"};
     static constexpr char const* name = text.text;
     void operator()(Here here, A... a, Reduced<Value, Operator>& reduced, Out<Partial<Value, Operator>> out) const noexcept

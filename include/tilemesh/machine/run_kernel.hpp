@@ -17,7 +17,7 @@ struct Bind<X&, Source> {
     };
     TILEMESH_KERNEL static decltype(auto) make(Source& source) noexcept
     {
-        Place const place = source.template state<Plain>();
+        machine::Place const place = source.template state<Plain>();
         if constexpr (is_list<Plain>)
             return View{Plain{place}};
         else
@@ -59,7 +59,7 @@ struct Bind<Absent, Source> {
     TILEMESH_KERNEL static Absent make(Source&) noexcept { return {}; }
 };
 template <class Kernel, class Source, class... A>
-TILEMESH_KERNEL Vote call(Source& source, Types<A...>) noexcept
+TILEMESH_KERNEL Vote call(Source& source, machine::Types<A...>) noexcept
 {
     if constexpr (std::is_void_v<typename KernelTraits<Kernel>::Result>) {
         Kernel{}(Bind<A, Source>::make(source)...);

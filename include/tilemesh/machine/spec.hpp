@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <type_traits>
 
 namespace tilemesh { inline namespace v0_2 {
 
@@ -42,7 +43,18 @@ constexpr MachineSize size_of_machine() noexcept
     return {Machine::name, Machine::tiles, Machine::sram_bytes, Machine::code_bytes, Machine::workers, Machine::clock_khz};
 }
 
+namespace detail {
+template <class M, class = void>
+inline constexpr bool is_machine = false;
+template <class M>
+inline constexpr bool is_machine<M, std::void_t<decltype(M::tiles + M::sram_bytes + M::code_bytes + M::workers + M::clock_khz)>> = true;
+} // namespace detail
+
 /// The machine type of a mesh that gets its MachineSize when it is built. All such meshes of a program have one type, and so share code.
 struct AnyMachine {};
+
+/// Describes M a machine? Engines and layouts take nothing else.
+template <class M>
+inline constexpr bool is_machine = detail::is_machine<M> || std::is_base_of_v<AnyMachine, M>;
 
 }} // namespace tilemesh

@@ -32,21 +32,38 @@ struct UntilQuiet {
     std::uint32_t at_most = 0xffffffffu;
 };
 
-/// One step after the other; nests.
+/// One step after the other; nests: `Sequence program{Superstep<Begin>{}, Repeat<Diffuse>{1000}};`
 template <class... Steps>
 struct Sequence {
-    std::tuple<Steps...> steps;
+    std::tuple<Steps...> steps{};
+    constexpr Sequence() = default;
+    constexpr Sequence(Steps... step) : steps(step...) {}
+};
+template <>
+struct Sequence<> {
+    std::tuple<> steps{};
 };
 
 /// Repeats its steps, in order. It makes another round while a tile voted busy in the superstep before, but at most `at_most` rounds. Mail
 /// alone makes no round. Like UntilQuiet, it tests before its first round. In
 /// `Sequence<Superstep<Begin>, Loop<UntilQuiet<Spread>, Superstep<Judge>>{100}>`, Begin and Judge vote. With `at_most` 1 it is a condition
 /// that tiles decide. Cost on a Poplar machine: every superstep of the program gathers votes, and each round has one more compute set.
+/// Steps may be values, too: `Loop{100, UntilQuiet<Spread>{}, Repeat<Judge>{2}}`; without the number, rounds have no bound.
 template <class... Steps>
 struct Loop {
     std::uint32_t at_most = 0xffffffffu;
     std::tuple<Steps...> steps{};
+    constexpr Loop() = default;
+    constexpr explicit Loop(std::uint32_t rounds) : at_most(rounds) {}
+    constexpr Loop(std::uint32_t rounds, Steps... step) : at_most(rounds), steps(step...) {}
+    constexpr Loop(Steps... step) : steps(step...) {}
 };
+template <>
+struct Loop<> {};
+template <class... Steps>
+Loop(int, Steps...) -> Loop<Steps...>;
+template <class... Steps>
+Loop(std::uint32_t, Steps...) -> Loop<Steps...>;
 
 /// Runs its steps, in order, if a word of a broadcast is not 0. Otherwise votes and mail stay as they are. Example:
 /// `If<&Wanted::smoothing, Superstep<Smooth>>`. `Flag` points to a std::uint32_t member of the broadcast `Wanted`. No kernel need take that
@@ -54,6 +71,12 @@ struct Loop {
 template <auto Flag, class... Steps>
 struct If {
     std::tuple<Steps...> steps{};
+    constexpr If() = default;
+    constexpr If(Steps... step) : steps(step...) {}
+};
+template <auto Flag>
+struct If<Flag> {
+    std::tuple<> steps{};
 };
 
 /// A part that a program has only if `Present`: `StepIf<P::sorts, UntilQuiet<Sort<P>>>`.
@@ -78,8 +101,8 @@ struct OneKernel {
     static constexpr bool everywhere = Everywhere;
     static constexpr std::uint32_t loops = 0;
     using Kernel = K;
-    using Steps = Types<Step>;
-    using Flags = Types<>;
+    using Steps = machine::Types<Step>;
+    using Flags = machine::Types<>;
 };
 template <class... Parts>
 struct SeveralParts {
@@ -125,7 +148,7 @@ struct StepTraits<If<Flag, Parts...>> : detail::SeveralParts<Parts...> {
     static constexpr bool is_condition = true;
     using Parameters = typename detail::FlagOf<Flag>::Parameters;
     static constexpr std::uint32_t Parameters::*flag = Flag;
-    using Flags = typename detail::Concat<Types<Parameters>, typename detail::SeveralParts<Parts...>::Flags>::type;
+    using Flags = typename detail::Concat<machine::Types<Parameters>, typename detail::SeveralParts<Parts...>::Flags>::type;
 };
 
 /// The steps of a program, in order, without the parts around them.
@@ -244,7 +267,7 @@ inline constexpr std::uint32_t no_step = 0xffffffffu;
 
 namespace detail {
 template <class Kernel, class... Step>
-constexpr std::uint32_t find_step(std::uint32_t nth, Types<Step...>) noexcept
+constexpr std::uint32_t find_step(std::uint32_t nth, machine::Types<Step...>) noexcept
 {
     std::uint32_t i = 0, seen = 0, found = no_step;
     ((found = std::is_same_v<Kernel, KernelOf<Step>> && seen++ == nth ? i : found, ++i), ...);

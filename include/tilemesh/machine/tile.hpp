@@ -7,6 +7,7 @@
 
 namespace tilemesh { inline namespace v0_2 {
 
+namespace machine {
 /// One line of a tile's SRAM ledger.
 struct Region {
     Name name;
@@ -14,6 +15,7 @@ struct Region {
     std::uint32_t bytes;
     bool budgeted;           ///< false: listed, but not counted in the budget (see `SramLedger`)
 };
+} // namespace machine
 
 /// The sizes of a program without sizes: the types of all its lists name their capacities.
 struct NoSizes {};
@@ -129,15 +131,15 @@ constexpr bool has_least_slots([[maybe_unused]] Sizes const& sizes) noexcept
 ///
 /// A state with `static constexpr bool budgeted = false;` is listed but not counted. This serves a published budget, such as the paper's,
 /// that leaves out lists that the program needs. With `static constexpr auto budgeted_if = &Sizes::member;`, a flag of the sizes decides.
-template <class Program, class = Needs<Program>>
+template <class Program, class = machine::Needs<Program>>
 class SramLedger;
 
 template <class Program, class... S, class... L, class... P>
-class SramLedger<Program, RegionTypes<Types<S...>, Types<L...>, Types<P...>>> {
+class SramLedger<Program, RegionTypes<machine::Types<S...>, machine::Types<L...>, machine::Types<P...>>> {
 public:
-    using States = Types<S...>;
-    using Links = Types<L...>;
-    using Shareds = Types<P...>;
+    using States = machine::Types<S...>;
+    using Links = machine::Types<L...>;
+    using Shareds = machine::Types<P...>;
     static_assert((detail::ReadBeforeSent<Program, L>::value && ...));
 
     /// The words of state X as one piece of SRAM: a list's head and items, or the struct.
@@ -168,7 +170,7 @@ public:
         if constexpr (std::is_same_v<Host, C>) {
             return mine;
         } else {
-            static_assert(contains<Host, Links>, "memory_of names a channel that this program does not use");
+            static_assert(machine::contains<Host, Links>, "memory_of names a channel that this program does not use");
             static_assert(std::is_same_v<MemoryOf<Host>, Host>,
                           "memory_of names a channel that itself lies in another's memory; name that one");
             if (!shares_memory<C>(sizes)) return mine;
@@ -188,12 +190,12 @@ public:
     static constexpr std::uint32_t region_count = sizeof...(S) + sizeof...(L) + sizeof...(P) + 1;
     /// The table for reports, in the order in which kernels name the regions. Code and stacks are last.
     template <class Sizes>
-    static constexpr std::array<Region, region_count> lines(MachineSize const& machine, Sizes const& sizes) noexcept
+    static constexpr std::array<machine::Region, region_count> lines(MachineSize const& machine, Sizes const& sizes) noexcept
     {
-        return {{Region{name_of<L>(), "channel, 8 ends", detail::column_bytes(own_channel_bytes<L>(sizes)), true}...,
-                 Region{name_of<S>(), "state", detail::column_bytes(4 * words<S>(sizes)), detail::counts_against_sram<S>(sizes)}...,
-                 Region{name_of<P>(), "broadcast", static_cast<std::uint32_t>(sizeof(P)), true}...,
-                 Region{{"code and stacks", 15}, "reserve", machine.code_bytes, true}}};
+        return {{machine::Region{name_of<L>(), "channel, 8 ends", detail::column_bytes(own_channel_bytes<L>(sizes)), true}...,
+                 machine::Region{name_of<S>(), "state", detail::column_bytes(4 * words<S>(sizes)), detail::counts_against_sram<S>(sizes)}...,
+                 machine::Region{name_of<P>(), "broadcast", static_cast<std::uint32_t>(sizeof(P)), true}...,
+                 machine::Region{{"code and stacks", 15}, "reserve", machine.code_bytes, true}}};
     }
     /// The bytes of SRAM that X, a state or a channel, takes.
     template <class X, class Sizes>
@@ -251,7 +253,7 @@ public:
     template <class X>
     static constexpr std::uint32_t offset() noexcept
     {
-        static_assert(contains<X, States>, "no kernel of this program keeps this state");
+        static_assert(machine::contains<X, States>, "no kernel of this program keeps this state");
         return offset_in<X>(States{});
     }
     static constexpr auto ledger() noexcept { return Base::lines(machine, Setup::sizes); }
@@ -260,7 +262,7 @@ public:
 
 private:
     template <class X, class... S>
-    static constexpr std::uint32_t offset_in(Types<S...>) noexcept
+    static constexpr std::uint32_t offset_in(machine::Types<S...>) noexcept
     {
         std::uint32_t at = 0;
         bool found = false;
@@ -268,7 +270,7 @@ private:
         return at;
     }
     template <class... S>
-    static constexpr std::uint32_t all_words(Types<S...>) noexcept
+    static constexpr std::uint32_t all_words(machine::Types<S...>) noexcept
     {
         return (0u + ... + words<S>());
     }
@@ -289,7 +291,7 @@ class LargestRegion {
     template <class Best>
     static constexpr auto largest_of() noexcept
     {
-        return Tag<Best>{};
+        return machine::Tag<Best>{};
     }
     template <class Best, class Next, class... Rest>
     static constexpr auto largest_of() noexcept
@@ -300,10 +302,10 @@ class LargestRegion {
             return largest_of<Best, Rest...>();
     }
     template <class... S, class... L>
-    static constexpr auto pick(Types<S...>, Types<L...>) noexcept
+    static constexpr auto pick(machine::Types<S...>, machine::Types<L...>) noexcept
     {
         if constexpr (sizeof...(S) + sizeof...(L) == 0)
-            return Tag<NothingKept>{};
+            return machine::Tag<NothingKept>{};
         else
             return largest_of<S..., L...>();
     }

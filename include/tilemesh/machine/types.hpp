@@ -3,6 +3,7 @@
 #include <type_traits>
 
 namespace tilemesh { inline namespace v0_2 {
+namespace machine {
 
 /// A list of types: the steps of a program, the parameters of a kernel, the regions of a tile.
 template <class... Ts>
@@ -31,25 +32,27 @@ constexpr std::uint32_t index_in(Types<L...>) noexcept
     return found;
 }
 
+} // namespace machine
+
 namespace detail {
 template <class L, class T>
 struct Insert;
 template <class... L, class T>
-struct Insert<Types<L...>, T> {
-    using type = std::conditional_t<contains<T, Types<L...>>, Types<L...>, Types<L..., T>>;
+struct Insert<machine::Types<L...>, T> {
+    using type = std::conditional_t<machine::contains<T, machine::Types<L...>>, machine::Types<L...>, machine::Types<L..., T>>;
 };
 
 /// The concatenation of lists of types.
 template <class... Lists>
 struct Concat {
-    using type = Types<>;
+    using type = machine::Types<>;
 };
 template <class... A>
-struct Concat<Types<A...>> {
-    using type = Types<A...>;
+struct Concat<machine::Types<A...>> {
+    using type = machine::Types<A...>;
 };
 template <class... A, class... B, class... Rest>
-struct Concat<Types<A...>, Types<B...>, Rest...> : Concat<Types<A..., B...>, Rest...> {};
+struct Concat<machine::Types<A...>, machine::Types<B...>, Rest...> : Concat<machine::Types<A..., B...>, Rest...> {};
 } // namespace detail
 
 }} // namespace tilemesh

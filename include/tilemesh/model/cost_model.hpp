@@ -22,12 +22,12 @@ enum class ExchangeCost : std::uint32_t {
 };
 
 /// A number that a model needs, with where it is from.
-struct Parameter {
+struct ModelParameter {
     std::string name;
     std::uint64_t value;
     std::string unit;
     std::string source; ///< a document, or "fitted to ..."
-    friend bool operator==(Parameter const&, Parameter const&) = default;
+    friend bool operator==(ModelParameter const&, ModelParameter const&) = default;
 };
 
 /// The price of an operation: its name, as kernels count it (machine/operations.hpp), and its price in thousandths of a tile's cycle.
@@ -58,7 +58,7 @@ struct CostModel {
     std::uint64_t run_cycles = 0;                             ///< to enter and leave a vertex
     std::uint64_t exchange_cycles = 0, sync_cycles = 0, vote_cycles = 0;
     std::uint64_t exchange_millicycles_a_byte = 0;
-    std::vector<Parameter> parameters;                        ///< where the numbers are from, for reports
+    std::vector<ModelParameter> parameters;                        ///< where the numbers are from, for reports
     friend bool operator==(CostModel const&, CostModel const&) = default;
 };
 
@@ -184,7 +184,7 @@ inline RunCost model_cost(CostModel const& m, Trace const& trace, Grid grid)
         } else if (s.sent) {
             std::fill(received.begin(), received.end(), 0);
             for (auto const& t : s.tiles)
-                for (Direction d : news) received[grid.index_of(grid.neighbour(grid.tile(t.tile), d))] += t.sent_bytes[index(d)];
+                for (Direction d : news) received[grid.index_of(grid.neighbour(grid.tile(t.tile), d, s.edge))] += t.sent_bytes[index(d)];
             c.exchange = m.exchange_cycles +
                          model_detail::per_thousand(*std::max_element(received.begin(), received.end()), m.exchange_millicycles_a_byte);
         }

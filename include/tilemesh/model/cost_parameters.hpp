@@ -96,9 +96,9 @@ inline void set_parameter(CostModel& model, std::string_view name, std::uint64_t
     d::expect_source(rule.name, source);
     if (at == 1) model.exchange_cost = static_cast<ExchangeCost>(value);
     else d::parameter_field(model, at) = value;
-    Parameter entry{rule.name, value, std::string(rule.unit), std::move(source)};
+    ModelParameter entry{rule.name, value, std::string(rule.unit), std::move(source)};
     auto const place = std::find_if(model.parameters.begin(), model.parameters.end(),
-                                    [&](Parameter const& p) { return d::parameter_index(rules, p.name) >= at; });
+                                    [&](ModelParameter const& p) { return d::parameter_index(rules, p.name) >= at; });
     if (place != model.parameters.end() && place->name == rule.name) *place = std::move(entry);
     else model.parameters.insert(place, std::move(entry));
 }
@@ -255,7 +255,7 @@ inline void write_cost_model(std::ostream& out, CostModel const& model)
     for (std::size_t i = 0; i < rules.size(); ++i) {
         auto const& rule = rules[i];
         auto const& name = rule.name;
-        auto const is_it = [&](Parameter const& p) { return p.name == name; };
+        auto const is_it = [&](ModelParameter const& p) { return p.name == name; };
         auto const p = std::find_if(model.parameters.begin(), model.parameters.end(), is_it);
         if (p == model.parameters.end() || !d::fits_a_line(p->source))
             throw Error("cost model \"" + d::shown(model.name) + "\" cannot be written (parameter " + name +
@@ -282,7 +282,7 @@ inline CostModel read_cost_model(std::istream& in, std::string const& file_name)
 {
     namespace d = model_detail;
     CostModel model;
-    std::map<std::string, Parameter> read; // because set_parameter and set_price search all of the model for a name
+    std::map<std::string, ModelParameter> read; // because set_parameter and set_price search all of the model for a name
     auto const fixed = d::parameter_rules({});
     d::ParameterFile file{in, file_name, {"model", "cost model", "a cost model", "millicycles", most_millicycles}, fixed};
     file.read(
@@ -293,7 +293,7 @@ inline CostModel read_cost_model(std::istream& in, std::string const& file_name)
                 refuse("has no kind of exchange", "exchange_cost is \"" + d::shown(word) + "\"", "write capacity or live");
             return static_cast<std::uint64_t>(kind - d::exchange_cost_names.begin());
         },
-        [&](Parameter p) {
+        [&](ModelParameter p) {
             if (d::parameter_index(fixed, p.name) == fixed.size()) model.prices.push_back({p.name, 0});
             read.emplace(p.name, std::move(p));
         });

@@ -20,7 +20,7 @@ inline std::string milliseconds_text(CostModel const& model, std::uint64_t cycle
 
 /// The ledger of a tile's SRAM (Layout::ledger()) as a table for terminals: bytes by region, then the sum of the bytes that count
 /// against `sram_bytes`.
-inline report::Table ledger_table(std::span<Region const> ledger, std::uint32_t sram_bytes)
+inline report::Table ledger_table(std::span<machine::Region const> ledger, std::uint32_t sram_bytes)
 {
     report::Table table{{"region", "bytes of a tile"}};
     std::uint64_t sum = 0;

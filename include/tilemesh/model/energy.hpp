@@ -47,7 +47,7 @@ inline constexpr std::uint64_t most_femtojoules = 4'000'000'000;
 /// The energy of each event. No energy is set at first, and there are no defaults; call set_energy.
 struct EnergyModel {
     std::string name;
-    std::vector<Parameter> events; ///< each event once, in the order in which they were first set
+    std::vector<ModelParameter> events; ///< each event once, in the order in which they were first set
     friend bool operator==(EnergyModel const&, EnergyModel const&) = default;
 };
 
@@ -56,9 +56,9 @@ inline ParameterRule energy_rule(std::string_view event)
 {
     return {std::string(event), "fJ", 0, most_femtojoules};
 }
-inline Parameter const* find_energy(EnergyModel const& model, std::string_view event) noexcept
+inline ModelParameter const* find_energy(EnergyModel const& model, std::string_view event) noexcept
 {
-    auto const p = std::find_if(model.events.begin(), model.events.end(), [&](Parameter const& known) { return known.name == event; });
+    auto const p = std::find_if(model.events.begin(), model.events.end(), [&](ModelParameter const& known) { return known.name == event; });
     return p == model.events.end() ? nullptr : &*p;
 }
 
@@ -98,8 +98,8 @@ inline void set_energy(EnergyModel& model, std::string_view event, std::uint64_t
     auto const rule = d::energy_rule(event);
     d::expect_in_range(rule, femtojoules);
     d::expect_source(rule.name, source);
-    Parameter entry{rule.name, femtojoules, std::string(rule.unit), std::move(source)};
-    auto const known = std::find_if(model.events.begin(), model.events.end(), [&](Parameter const& p) { return p.name == event; });
+    ModelParameter entry{rule.name, femtojoules, std::string(rule.unit), std::move(source)};
+    auto const known = std::find_if(model.events.begin(), model.events.end(), [&](ModelParameter const& p) { return p.name == event; });
     if (known != model.events.end()) *known = std::move(entry);
     else model.events.push_back(std::move(entry));
 }
@@ -142,7 +142,7 @@ inline Energy energy_of(EnergyModel const& energy, CostModel const& model, Trace
     for (auto const& name : columns.names) out.events.push_back({name});
     std::size_t const sent_byte = out.events.size(), capacity_byte = sent_byte + 1, tile_cycle = sent_byte + 2;
     for (auto const* name : {sent_byte_event, capacity_byte_event, tile_cycle_event}) out.events.push_back({name});
-    std::vector<Parameter const*> set;
+    std::vector<ModelParameter const*> set;
     for (auto const& event : out.events) set.push_back(model_detail::find_energy(energy, event.name));
     std::vector<Femtojoules> kinds(out.events.size());
     std::vector<Femtojoules> steps(trace.kernels.size()), tiles(grid.size());
@@ -228,7 +228,7 @@ inline EnergyModel read_energy_model(std::istream& in, std::string const& file_n
     for (auto const* event : {sent_byte_event, capacity_byte_event, tile_cycle_event}) rules.push_back(d::energy_rule(event));
     d::ParameterFile file{in, file_name, {"energy", "energy model", "an energy model", "fJ", most_femtojoules}, std::move(rules)};
     file.read([](std::size_t, std::string_view, auto const&) { return std::optional<std::uint64_t>{}; },
-              [&](Parameter p) { model.events.push_back(std::move(p)); }); // each name comes once, with a value in range
+              [&](ModelParameter p) { model.events.push_back(std::move(p)); }); // each name comes once, with a value in range
     model.name = file.name();
     return model;
 }

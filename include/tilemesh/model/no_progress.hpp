@@ -15,19 +15,19 @@
 namespace tilemesh { inline namespace v0_2 {
 
 /// One side of a tile.
-struct Link {
+struct TileSide {
     std::uint32_t tile;
     Direction side;
-    friend bool operator==(Link const&, Link const&) = default;
+    friend bool operator==(TileSide const&, TileSide const&) = default;
 };
 /// What went over one in a period.
-struct LinkUse {
-    Link link;
+struct TileSideUse {
+    TileSide link;
     std::uint32_t supersteps; ///< number of supersteps in which the link carried something
     std::uint64_t bytes;      ///< of messages, notes and heads
     bool notes_only;          ///< in no superstep more than one head: a note, no message
     bool full;                ///< in each of these supersteps every slot was full; more messages may have waited
-    friend bool operator==(LinkUse const&, LinkUse const&) = default;
+    friend bool operator==(TileSideUse const&, TileSideUse const&) = default;
 };
 
 /// The part of a trace's end that an UntilQuiet or a Loop repeats.
@@ -40,12 +40,12 @@ struct NoProgress {
     std::uint32_t period = 0;             ///< length in supersteps; 0: nothing repeats, and the members below are empty
     std::uint64_t first = 0;              ///< the superstep of the run from which the trace repeats
     std::vector<std::uint32_t> tiles;     ///< that run in every superstep
-    std::vector<LinkUse> links;           ///< that carry something, in the order of tiles and sides
-    std::vector<Link> cycle;              ///< each leads to the tile of the next, the last to the first: where messages go round
+    std::vector<TileSideUse> links;           ///< that carry something, in the order of tiles and sides
+    std::vector<TileSide> cycle;              ///< each leads to the tile of the next, the last to the first: where messages go round
     std::vector<std::uint32_t> waiting;   ///< tiles that run in every superstep and send no message: busy, or woken by mail
     /// Where each of these sent its last messages before, in the run; none: it has sent none. It may wait for that side.
-    std::vector<Link> sent_last;
-    std::vector<Link> wait_cycle;         ///< a closed walk along these among waiting tiles: each may wait for the next
+    std::vector<TileSide> sent_last;
+    std::vector<TileSide> wait_cycle;         ///< a closed walk along these among waiting tiles: each may wait for the next
     std::uint64_t settled_bytes = 0;      ///< in a period, as far as kernels say
     bool empty() const noexcept { return period == 0; }
 };
@@ -100,9 +100,9 @@ inline std::uint8_t message_sides(TileSample const& t) noexcept
 }
 
 /// A closed walk along links; empty: there is none. `live`: for each tile the sides on which it sends, as bits.
-inline std::vector<Link> find_cycle(Grid grid, std::vector<std::uint8_t> live)
+inline std::vector<TileSide> find_cycle(Grid grid, std::vector<std::uint8_t> live, Edge edge)
 {
-    auto const to = [grid](std::uint32_t tile, Direction d) { return grid.index_of(grid.neighbour(grid.tile(tile), d)); };
+    auto const to = [=](std::uint32_t tile, Direction d) { return grid.index_of(grid.neighbour(grid.tile(tile), d, edge)); };
     // Takes away links that lead nowhere, until each that is left leads to a tile that sends.
     std::vector<std::uint32_t> ends;
     for (std::uint32_t tile = 0; tile < live.size(); ++tile)
@@ -120,7 +120,7 @@ inline std::vector<Link> find_cycle(Grid grid, std::vector<std::uint8_t> live)
             }
         }
     }
-    std::vector<Link> walk;
+    std::vector<TileSide> walk;
     auto const start = std::find_if(live.begin(), live.end(), [](std::uint8_t sides) { return sides != 0; });
     if (start == live.end()) return walk;
     constexpr std::uint32_t unseen = 0xffffffffu;
@@ -134,7 +134,7 @@ inline std::vector<Link> find_cycle(Grid grid, std::vector<std::uint8_t> live)
         tile = to(tile, side);
     }
     walk.erase(walk.begin(), walk.begin() + seen[tile]);
-    auto const lowest = std::min_element(walk.begin(), walk.end(), [](Link a, Link b) { return a.tile < b.tile; });
+    auto const lowest = std::min_element(walk.begin(), walk.end(), [](TileSide a, TileSide b) { return a.tile < b.tile; });
     std::rotate(walk.begin(), lowest, walk.end());
     return walk;
 }
@@ -215,7 +215,7 @@ inline NoProgress no_progress(Trace const& trace, Grid grid, std::uint32_t at_le
             if (auto const& use = uses[4 * std::size_t{place[tile] - 1} + index(d)]; use.supersteps != 0)
                 out.links.push_back({{tile, d}, use.supersteps, use.bytes, use.notes_only, use.full});
     }
-    out.cycle = model_detail::find_cycle(grid, live);
+    out.cycle = model_detail::find_cycle(grid, live, all.back().edge);
 
     // Backwards to the last messages of the waiting tiles.
     std::vector<std::uint8_t> last(grid.size(), 0), asked(grid.size(), 0);
@@ -230,7 +230,7 @@ inline NoProgress no_progress(Trace const& trace, Grid grid, std::uint32_t at_le
     for (auto const tile : out.waiting)
         for (Direction d : news)
             if ((last[tile] >> index(d) & 1u) != 0) out.sent_last.push_back({tile, d});
-    out.wait_cycle = model_detail::find_cycle(grid, std::move(last));
+    out.wait_cycle = model_detail::find_cycle(grid, std::move(last), all.back().edge);
     return out;
 }
 
@@ -253,13 +253,13 @@ inline std::string text_of(NoProgress const& report, std::size_t most = 16)
         return name;
     };
     constexpr char const* sides[] = {" north", " east", " west", " south"};
-    auto const link = [&](Link const& l) { return tile(l.tile) + sides[index(l.side)]; };
+    auto const link = [&](TileSide const& l) { return tile(l.tile) + sides[index(l.side)]; };
     auto const list = [&](auto const& items, auto const& name) {
         std::string out;
         for (std::size_t i = 0; i < items.size() && i < most; ++i) out.append(i == 0 ? "" : ", ").append(name(items[i]));
         return items.size() > most ? out + " and " + std::to_string(items.size() - most) + " more" : out;
     };
-    std::vector<Link> messages, notes, full;
+    std::vector<TileSide> messages, notes, full;
     for (auto const& use : report.links) {
         (use.notes_only ? notes : messages).push_back(use.link);
         if (use.full && !use.notes_only) full.push_back(use.link);

@@ -219,7 +219,7 @@ private:
         if (source.size() > most_text_bytes)
             refuse("has too long a source", std::to_string(source.size()) + " bytes",
                    "shorten it to " + std::to_string(most_text_bytes));
-        set(Parameter{known, value, unit, std::move(source)});
+        set(ModelParameter{known, value, unit, std::move(source)});
     }
     std::uint64_t whole_number(ParameterRule const& rule, std::string_view word) const
     {

@@ -11,7 +11,7 @@
 /// ```
 /// #include <tilemesh/poplar/codelet.hpp>
 /// #include "heat.hpp"
-/// TILEMESH_VERTEX(heat_Diffuse, tilemesh::Mk2, Heat, Diffuse)
+/// TILEMESH_VERTEX(heat_Diffuse, tilemesh::Mk2, tilemesh::Repeat<Diffuse>, Diffuse)
 /// ```
 /// Use `TILEMESH_VERTEX(name, Machine, Program, Kernel)` for a kernel that one worker runs, and `TILEMESH_MULTI_VERTEX` for a kernel that
 /// takes `Worker`. The graph looks for the name: its prefix, `_`, and `name_of<Kernel>()` with `_` for a space.
@@ -36,7 +36,7 @@ class Codelet {
     using Traits = KernelTraits<Kernel>;
     using Arguments = typename Traits::Arguments;
     using Links = typename Traits::Links;
-    using AllLinks = typename Needs<Program>::Links;
+    using AllLinks = typename machine::Needs<Program>::Links;
     using Log = TileLog<Program>;
     static constexpr bool traced = is_traced<Machine>;
     static_assert(AllLinks::count <= 31, "a tile says in one word on which channels it sent (31 fit); use fewer channels");
@@ -48,7 +48,7 @@ class Codelet {
         Worker share;
 
         template <class X>
-        TILEMESH_KERNEL Place state() noexcept
+        TILEMESH_KERNEL machine::Place state() noexcept
         {
             if constexpr (Traits::template takes<X&>) {
                 return place<X>(vertex.keeps[detail::keeps_at<Kernel, X&>(Arguments{})]);
@@ -57,12 +57,12 @@ class Codelet {
             }
         }
         template <class C>
-        TILEMESH_KERNEL Place in(Direction d) noexcept
+        TILEMESH_KERNEL machine::Place in(Direction d) noexcept
         {
             return list<typename C::Receiver>(vertex.reads[detail::reads_at<Kernel, In<C>>(Arguments{}) + index(d)]);
         }
         template <class C>
-        TILEMESH_KERNEL Place out(Direction d) noexcept
+        TILEMESH_KERNEL machine::Place out(Direction d) noexcept
         {
             return list<typename C::Sender>(vertex.sends[detail::sends_at<Kernel, C, traced>(Links{}) + index(d)]);
         }
@@ -85,13 +85,13 @@ class Codelet {
         return const_cast<std::uint32_t*>(reinterpret_cast<std::uint32_t const*>(edge.begin()));
     }
     template <class List, class Edge>
-    TILEMESH_KERNEL static Place list(Edge& edge) noexcept
+    TILEMESH_KERNEL static machine::Place list(Edge& edge) noexcept
     {
         auto* const w = words(edge);
         return {w, w + List::head_words, (static_cast<std::uint32_t>(edge.size()) - List::head_words) / List::item_words};
     }
     template <class X, class Edge>
-    TILEMESH_KERNEL static Place place(Edge& edge) noexcept
+    TILEMESH_KERNEL static machine::Place place(Edge& edge) noexcept
     {
         if constexpr (is_list<X>)
             return list<X>(edge);
@@ -113,12 +113,12 @@ class Codelet {
         return any != 0;
     }
     template <class Vertex, class... C>
-    TILEMESH_KERNEL static bool has_mail([[maybe_unused]] Vertex& vertex, Types<C...>) noexcept
+    TILEMESH_KERNEL static bool has_mail([[maybe_unused]] Vertex& vertex, machine::Types<C...>) noexcept
     {
         return (false || ... || (Traits::template reads<C> && unread<C>(vertex)));
     }
     template <class Vertex, class... C>
-    TILEMESH_KERNEL static bool overwrites([[maybe_unused]] Vertex& vertex, Types<C...>) noexcept
+    TILEMESH_KERNEL static bool overwrites([[maybe_unused]] Vertex& vertex, machine::Types<C...>) noexcept
     {
         return (false || ... || (!Traits::template reads<C> && unread<C>(vertex)));
     }
@@ -134,11 +134,20 @@ class Codelet {
             }
     }
     template <class Vertex, class... C>
-    TILEMESH_KERNEL static void empty([[maybe_unused]] Vertex& vertex, Types<C...>) noexcept
+    TILEMESH_KERNEL static void empty([[maybe_unused]] Vertex& vertex, machine::Types<C...>) noexcept
     {
         (empty_one<C>(vertex), ...);
     }
 
+    /// Does the exchange move what this tile sends towards d?
+    template <class C, class Vertex>
+    TILEMESH_KERNEL static bool delivers([[maybe_unused]] Vertex& vertex, [[maybe_unused]] Direction d) noexcept
+    {
+        if constexpr (C::edge == Edge::drop)
+            return Grid{vertex.width, vertex.height}.has_neighbour(TileId::at(vertex.x, vertex.y), d);
+        else
+            return true;
+    }
     /// Counts the messages of one channel, and says whether anything went.
     template <class C, class Vertex>
     TILEMESH_KERNEL static std::uint32_t sent([[maybe_unused]] Vertex& vertex, [[maybe_unused]] std::uint32_t* log) noexcept
@@ -147,20 +156,21 @@ class Codelet {
             std::uint32_t messages = 0, notes = 0, peak = log[Log::template link_peak<C>()];
             for (Direction d : news) {
                 auto const* const head = words(vertex.sends[detail::sends_at<Kernel, C, traced>(Links{}) + index(d)]);
+                peak = head[0] > peak ? head[0] : peak;
+                if (!delivers<C>(vertex, d)) continue;
                 messages += head[0];
                 notes |= head[1];
-                peak = head[0] > peak ? head[0] : peak;
             }
-            log[vertex.log_at + 1 + index_in<C>(Links{})] += messages;
+            log[vertex.log_at + 1 + machine::index_in<C>(Links{})] += messages;
             log[Log::template link_peak<C>()] = peak;
-            return (messages | notes) != 0 ? said_mail(index_in<C>(AllLinks{})) : 0;
+            return (messages | notes) != 0 ? said_mail(machine::index_in<C>(AllLinks{})) : 0;
         } else {
             return 0;
         }
     }
     template <class Vertex, class... C>
     TILEMESH_KERNEL static std::uint32_t all_sent([[maybe_unused]] Vertex& vertex, [[maybe_unused]] std::uint32_t* log,
-                                                  Types<C...>) noexcept
+                                                  machine::Types<C...>) noexcept
     {
         return (0u | ... | sent<C>(vertex, log));
     }
@@ -175,7 +185,7 @@ class Codelet {
         }
     }
     template <class Vertex, class... A>
-    TILEMESH_KERNEL static void peaks([[maybe_unused]] Vertex& vertex, [[maybe_unused]] std::uint32_t* log, Types<A...>) noexcept
+    TILEMESH_KERNEL static void peaks([[maybe_unused]] Vertex& vertex, [[maybe_unused]] std::uint32_t* log, machine::Types<A...>) noexcept
     {
         (peak_of<A>(vertex, log), ...);
     }
@@ -202,7 +212,7 @@ class Codelet {
         std::memcpy(words(vertex.sends[1]), &s, sizeof s);
     }
     template <class Vertex, class... C>
-    TILEMESH_KERNEL static void sent_bytes([[maybe_unused]] Vertex& vertex, [[maybe_unused]] PassSample& s, Types<C...>) noexcept
+    TILEMESH_KERNEL static void sent_bytes([[maybe_unused]] Vertex& vertex, [[maybe_unused]] PassSample& s, machine::Types<C...>) noexcept
     {
         (sent_bytes_of<C>(vertex, s), ...);
     }
@@ -212,7 +222,7 @@ class Codelet {
         if constexpr (Traits::template writes<C>)
             for (Direction d : news) {
                 auto const* const head = words(vertex.sends[detail::sends_at<Kernel, C, traced>(Links{}) + index(d)]);
-                if ((head[0] | head[1]) != 0) s.sent_bytes[index(d)] += C::end_bytes(head[0]);
+                if (delivers<C>(vertex, d) && (head[0] | head[1]) != 0) s.sent_bytes[index(d)] += C::end_bytes(head[0]);
             }
     }
 

@@ -13,7 +13,7 @@ namespace detail {
 inline constexpr std::uint32_t span_bytes = 8, word_bytes = 4;
 
 template <class Kernel, class... A, class... C>
-constexpr std::uint32_t kernel_vertex_bytes(Types<A...>, Types<C...>) noexcept
+constexpr std::uint32_t kernel_vertex_bytes(machine::Types<A...>, machine::Types<C...>) noexcept
 {
     using Traits = KernelTraits<Kernel>;
     auto const edges = 3 + (0u + ... + (EdgesOf<Kernel, A>::reads + EdgesOf<Kernel, A>::keeps)) +
@@ -28,7 +28,7 @@ template <class Program>
 inline constexpr std::uint32_t control_bytes =
     StepTraits<Program>::loops * (span_bytes + 2 * word_bytes + span_bytes + 2 * word_bytes) + StepTraits<Program>::Flags::count * (span_bytes + word_bytes);
 template <class Sizes, class... Step, class... L>
-constexpr std::uint32_t vertex_bytes([[maybe_unused]] Sizes const& sizes, Types<Step...>, Types<L...>) noexcept
+constexpr std::uint32_t vertex_bytes([[maybe_unused]] Sizes const& sizes, machine::Types<Step...>, machine::Types<L...>) noexcept
 {
     auto const own = (0u + ... + (tilemesh::shares_memory<L>(sizes) ? 0u : 4u));
     auto const start = span_bytes * (1 + 3 + own), begin = span_bytes * (1 + 2);
@@ -59,7 +59,7 @@ constexpr std::uint32_t arriving_bytes(Grid grid) noexcept
 template <class Program, class Setup = NoSetup>
 constexpr std::uint32_t vertex_bytes() noexcept
 {
-    return detail::control_bytes<Program> + detail::vertex_bytes(Setup::sizes, StepsOf<Program>{}, typename Needs<Program>::Links{});
+    return detail::control_bytes<Program> + detail::vertex_bytes(Setup::sizes, StepsOf<Program>{}, typename machine::Needs<Program>::Links{});
 }
 
 /// The ledger of a tile as Poplar stores the program. Experimental until an SDK has compiled it. The first lines are those of
@@ -73,7 +73,7 @@ constexpr auto ledger(Grid grid) noexcept
     using Layout = Tile<Machine, Program, Setup>;
     constexpr auto tile = Layout::ledger();
     constexpr auto n = tile.size() - 1; // without the reserve
-    std::array<Region, n + 4> lines{};
+    std::array<machine::Region, n + 4> lines{};
     for (std::size_t i = 0; i < n; ++i) lines[i] = tile[i];
     auto const logs = log_bytes<Program>(), arriving = arriving_bytes<Program>(grid), vertices = vertex_bytes<Program, Setup>();
     auto const used = logs + arriving + vertices;

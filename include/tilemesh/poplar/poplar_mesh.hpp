@@ -1,6 +1,7 @@
 #pragma once
 #include <algorithm>
 #include <array>
+#include <concepts>
 #include <cstdint>
 #include <cstring>
 #include <memory>
@@ -40,6 +41,8 @@ struct PoplarOptions {
 /// reported.
 template <class Program, class Machine = Mk2>
 class PoplarMesh : public engine::TileStore<Program, false> {
+    static_assert(is_machine<Machine>, "no machine (it has tiles, sram_bytes, code_bytes, workers and clock_khz, as Mk2 has); a setup is not "
+                                       "one: give its Machine");
     using Base = engine::TileStore<Program, false>;
     using Builder = on_poplar::ProgramGraph<Program, Machine>;
     using Log = on_poplar::TileLog<Program>;
@@ -52,13 +55,19 @@ public:
     using Options = PoplarOptions;
 
     /// A mesh of `Machine`, for a program whose lists all have the capacity that their types name.
-    explicit PoplarMesh(Grid grid, Options options = {}, Program program = {})
-        : PoplarMesh(grid, std::move(options), program, mesh_sizes<Program, Machine>())
+    PoplarMesh(Program program, Grid grid, Options options = {})
+        : PoplarMesh(program, grid, mesh_sizes<Program, Machine>(), std::move(options))
+    {
+    }
+    /// The same. The machine is deduced: `PoplarMesh mesh{program, Grid{8, 8}, Traced<Mk2>{}, options}`.
+    template <std::same_as<Machine> M>
+    PoplarMesh(Program program, Grid grid, M, Options options = {}) : PoplarMesh(program, grid, std::move(options))
     {
     }
     /// A mesh with the machine and the slots of `sizes`.
-    PoplarMesh(Grid grid, Options options, Program program, typename Base::Sizes const& sizes)
-        : Base(grid, program, sizes), options_(std::move(options)), rectangle_{0, 0, grid.width, grid.height}
+    template <std::same_as<typename Base::Sizes> S>
+    PoplarMesh(Program program, Grid grid, S const& sizes, Options options = {})
+        : Base(program, grid, sizes), options_(std::move(options)), rectangle_{0, 0, grid.width, grid.height}
     {
         if (options_.device == nullptr)
             throw Error("a PoplarMesh without a device (it runs on an IPU); give it an attached poplar::Device");
@@ -106,6 +115,20 @@ public:
         const_cast<PoplarMesh*>(this)->template fetch<X>();
         return std::as_const(static_cast<Base const&>(*this)).template state<X>(t);
     }
+    /// See Mesh.
+    template <class X>
+    auto states()
+    {
+        fetch<X>();
+        dirty_[Base::template index_of_state<X>()] = true;
+        return Base::template states<X>();
+    }
+    template <class X>
+    auto states() const
+    {
+        const_cast<PoplarMesh*>(this)->template fetch<X>();
+        return static_cast<Base const&>(*this).template states<X>();
+    }
     /// What tile t's channel C will read from side d when a kernel next takes In<C>.
     template <class C>
     typename C::Receiver incoming(TileId t, Direction d)
@@ -120,7 +143,7 @@ public:
             stale = false;
         }
         auto* const p = mirror.data() + index(d) * side + std::size_t{this->grid_.index_of(t)} * words;
-        return typename C::Receiver{Place{p, p + C::Receiver::head_words, this->template link_capacity<C>()}};
+        return typename C::Receiver{machine::Place{p, p + C::Receiver::head_words, this->template link_capacity<C>()}};
     }
 
     /// See Mesh.
@@ -276,37 +299,37 @@ private:
         to.add(poplar::program::Copy(tensor.flatten(), stream));
     }
     template <class... P>
-    void receive_broadcasts(poplar::program::Sequence& to, Builder& builder, Types<P...>)
+    void receive_broadcasts(poplar::program::Sequence& to, Builder& builder, machine::Types<P...>)
     {
         [[maybe_unused]] auto const one = [&](auto tag) {
             using X = typename decltype(tag)::type;
-            auto& words = broadcast_words_[index_in<X>(Shareds{})];
+            auto& words = broadcast_words_[machine::index_in<X>(Shareds{})];
             words.resize(sizeof(X) / 4);
             receive(to, engine::text(name_of<X>()), builder.template broadcast<X>(), words);
         };
-        (one(Tag<P>{}), ...);
+        (one(machine::Tag<P>{}), ...);
     }
     template <class... P>
-    void copy_broadcasts(Types<P...>)
+    void copy_broadcasts(machine::Types<P...>)
     {
-        (std::memcpy(broadcast_words_[index_in<P>(Shareds{})].data(), &this->template broadcast<P>(), sizeof(P)), ...);
+        (std::memcpy(broadcast_words_[machine::index_in<P>(Shareds{})].data(), &this->template broadcast<P>(), sizeof(P)), ...);
     }
     template <class... X>
-    std::size_t most_state_words(Types<X...>) const noexcept
+    std::size_t most_state_words(machine::Types<X...>) const noexcept
     {
         std::size_t most = 1;
         ((most = std::max<std::size_t>(most, this->template words<X>())), ...);
         return most;
     }
     template <class... C>
-    std::size_t most_link_words(Types<C...>) const noexcept
+    std::size_t most_link_words(machine::Types<C...>) const noexcept
     {
         std::size_t most = 1;
         ((most = std::max<std::size_t>(most, std::size_t{4} * C::Receiver::words(this->template link_capacity<C>()))), ...);
         return most;
     }
     template <class... X>
-    void add_sends(std::vector<poplar::program::Program>& programs, Builder& builder, Types<X...>)
+    void add_sends(std::vector<poplar::program::Program>& programs, Builder& builder, machine::Types<X...>)
     {
         [[maybe_unused]] auto const one = [&](auto tag) {
             using S = typename decltype(tag)::type;
@@ -316,10 +339,10 @@ private:
             streams_.emplace_back(name, staging_.data());
             programs.push_back(poplar::program::Copy(stream, tensor.flatten()));
         };
-        (one(Tag<X>{}), ...);
+        (one(machine::Tag<X>{}), ...);
     }
     template <class... X>
-    void add_fetches(std::vector<poplar::program::Program>& programs, Builder& builder, Types<X...>)
+    void add_fetches(std::vector<poplar::program::Program>& programs, Builder& builder, machine::Types<X...>)
     {
         [[maybe_unused]] auto const one = [&](auto tag) {
             using S = typename decltype(tag)::type;
@@ -327,10 +350,10 @@ private:
             deliver(q, engine::text(name_of<S>()), builder.template state<S>(), staging_.data());
             programs.push_back(q);
         };
-        (one(Tag<X>{}), ...);
+        (one(machine::Tag<X>{}), ...);
     }
     template <class... C>
-    void add_incoming(std::vector<poplar::program::Program>& programs, Builder& builder, Types<C...>)
+    void add_incoming(std::vector<poplar::program::Program>& programs, Builder& builder, machine::Types<C...>)
     {
         [[maybe_unused]] auto const one = [&](auto tag) {
             using L = typename decltype(tag)::type;
@@ -340,7 +363,7 @@ private:
             deliver(q, engine::text(name_of<L>()) + " (mail)", poplar::concat(sides), staging_.data());
             programs.push_back(q);
         };
-        (one(Tag<C>{}), ...);
+        (one(machine::Tag<C>{}), ...);
     }
 
     // --- states between runs ----------------------------------------------------------------------------------------------
@@ -356,7 +379,7 @@ private:
     {
         auto& dirty = dirty_[Base::template index_of_state<X>()];
         if (!dirty) return;
-        for_each_tile<X>([](std::uint32_t* words, Place const& place) {
+        for_each_tile<X>([](std::uint32_t* words, machine::Place const& place) {
             if constexpr (is_list<X>) {
                 std::memcpy(words, place.head, X::head_words * 4);
                 std::memcpy(words + X::head_words, place.items, std::size_t{place.head[0]} * X::item_words * 4);
@@ -368,7 +391,7 @@ private:
         dirty = false;
     }
     template <class... X>
-    void send(Types<X...>)
+    void send(machine::Types<X...>)
     {
         (send_one<X>(), ...);
     }
@@ -378,7 +401,7 @@ private:
         constexpr auto i = Base::template index_of_state<X>();
         if (!stale_[i]) return;
         execute(first_fetch + i);
-        for_each_tile<X>([](std::uint32_t const* words, Place const& place) {
+        for_each_tile<X>([](std::uint32_t const* words, machine::Place const& place) {
             if constexpr (is_list<X>) {
                 std::memcpy(place.head, words, X::head_words * 4);
                 std::memcpy(place.items, words + X::head_words, std::size_t{place.head[0]} * X::item_words * 4);
@@ -414,9 +437,9 @@ private:
         run.peaks = engine::list_peaks(States{}, Links{}, [&](auto tag) {
             using R = typename decltype(tag)::type;
             if constexpr (is_channel<R>)
-                return Peak{{}, peak(Log::template link_peak<R>()), this->template link_capacity<R>()};
+                return engine::Peak{{}, peak(Log::template link_peak<R>()), this->template link_capacity<R>()};
             else
-                return Peak{{}, peak(Log::template state_peak<R>()), this->capacity_[Base::template index_of_state<R>()]};
+                return engine::Peak{{}, peak(Log::template state_peak<R>()), this->capacity_[Base::template index_of_state<R>()]};
         });
         return run;
     }
@@ -443,7 +466,7 @@ private:
         }
     };
     template <class Step, class... C>
-    void account_step(StepCounters& counters, Step const&, std::uint32_t i, Types<C...>)
+    void account_step(StepCounters& counters, Step const&, std::uint32_t i, machine::Types<C...>)
     {
         using K = KernelOf<Step>;
         auto const at = Log::step(i);
@@ -453,7 +476,7 @@ private:
             std::uint32_t link = 0;
             (count_messages<C>(counters, word(t, at + 1 + link++)), ...);
         }
-        counters.capacity_bytes = counters.supersteps * this->template capacity_bytes<K>(Types<C...>{});
+        counters.capacity_bytes = counters.supersteps * this->template capacity_bytes<K>(machine::Types<C...>{});
     }
     template <class C>
     void count_messages(StepCounters& counters, std::uint32_t n) const noexcept
@@ -465,12 +488,14 @@ private:
     {
         trace_ = engine::begin_trace<Program>(counters);
         std::array<std::uint32_t, StepsOf<Program>::count + 1> capacity{};
+        std::array<Edge, StepsOf<Program>::count + 1> edge{};
         for_each_step(built_, [&](auto const& step, std::uint32_t i) {
             using Kernel = KernelOf<std::decay_t<decltype(step)>>;
             capacity[i] = this->template capacity_a_side<Kernel>(typename KernelTraits<Kernel>::Links{});
+            edge[i] = engine::edge_of<Kernel>(typename KernelTraits<Kernel>::Links{});
         });
         for (auto const* s = samples_.data(); s != samples_.data() + samples_.size();) {
-            SuperstepSample superstep{s->step, votes_after<Program>(s->step), capacity[s->step], false, {}};
+            SuperstepSample superstep{s->step, votes_after<Program>(s->step), capacity[s->step], false, {}, edge[s->step]};
             for (std::uint32_t t = 0; t < this->grid_.size(); ++t, ++s) {
                 if (s->ran == 0) continue;
                 superstep.tiles.push_back({t, s->operations, {s->sent_bytes[0], s->sent_bytes[1], s->sent_bytes[2], s->sent_bytes[3]}});
@@ -502,5 +527,11 @@ private:
     std::unique_ptr<poplar::Engine> engine_;                   ///< last: it uses the words of the other members
     bool broken_ = false;
 };
+
+template <class Program, class Machine>
+    requires(!std::same_as<Machine, PoplarOptions>)
+PoplarMesh(Program, Grid, Machine, PoplarOptions = {}) -> PoplarMesh<Program, Machine>;
+template <class Program>
+PoplarMesh(Program, Grid, MeshSizes<Program>, PoplarOptions = {}) -> PoplarMesh<Program, AnyMachine>;
 
 }} // namespace tilemesh

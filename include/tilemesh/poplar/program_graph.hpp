@@ -17,7 +17,7 @@
 namespace tilemesh { inline namespace v0_2 { namespace on_poplar {
 
 namespace detail {
-constexpr bool same_text(Name a, Name b) noexcept
+constexpr bool same_text(machine::Name a, machine::Name b) noexcept
 {
     if (a.size != b.size) return false;
     for (std::uint32_t i = 0; i < a.size; ++i)
@@ -30,7 +30,7 @@ constexpr bool name_is_its_own() noexcept
     return (true && ... && (std::is_same_v<K, Others> || !same_text(name_of<K>(), name_of<Others>())));
 }
 template <class... Step>
-constexpr bool kernels_have_names_of_their_own(Types<Step...>) noexcept
+constexpr bool kernels_have_names_of_their_own(machine::Types<Step...>) noexcept
 {
     return (true && ... && name_is_its_own<KernelOf<Step>, KernelOf<Step>...>());
 }
@@ -55,9 +55,9 @@ constexpr bool kernels_have_names_of_their_own(Types<Step...>) noexcept
 template <class Program, class Machine>
 class ProgramGraph {
 public:
-    using States = typename Needs<Program>::States;
-    using Links = typename Needs<Program>::Links;
-    using Shareds = typename Needs<Program>::Shareds;
+    using States = typename machine::Needs<Program>::States;
+    using Links = typename machine::Needs<Program>::Links;
+    using Shareds = typename machine::Needs<Program>::Shareds;
     using Steps = StepsOf<Program>;
     using Log = TileLog<Program>;
     using Sequence = ::poplar::program::Sequence;
@@ -102,7 +102,7 @@ public:
     template <class X>
     Tensor const& state() const
     {
-        return states_[index_in<X>(States{})];
+        return states_[machine::index_in<X>(States{})];
     }
     /// {tiles, words} of the ends on which tiles receive from side d.
     template <class C>
@@ -114,7 +114,7 @@ public:
     template <class P>
     Tensor const& broadcast() const
     {
-        return shareds_[index_in<P>(Shareds{})];
+        return shareds_[machine::index_in<P>(Shareds{})];
     }
     Tensor const& rectangle() const noexcept { return rectangle_; }
     Tensor const& log() const noexcept { return log_; }
@@ -142,7 +142,7 @@ public:
 
 private:
     template <class... Step>
-    static constexpr bool needs_votes(Types<Step...>) noexcept
+    static constexpr bool needs_votes(machine::Types<Step...>) noexcept
     {
         return ((StepTraits<Program>::loops != 0) || ... || !StepTraits<Step>::everywhere);
     }
@@ -164,40 +164,40 @@ private:
         return std::string(name_of<X>().text, name_of<X>().size);
     }
     template <class... X>
-    void add_states(Types<X...>)
+    void add_states(machine::Types<X...>)
     {
-        ((states_[index_in<X>(States{})] = per_tile(text<X>(), laid_out_words_of<X>())), ...);
+        ((states_[machine::index_in<X>(States{})] = per_tile(text<X>(), laid_out_words_of<X>())), ...);
     }
     template <class X>
     std::uint32_t laid_out_words_of() const noexcept
     {
         if constexpr (is_list<X>)
-            return X::words(sizes_.slots[index_in<X>(States{})]);
+            return X::words(sizes_.slots[machine::index_in<X>(States{})]);
         else
             return sizeof(X) / 4;
     }
     template <class... P>
-    void add_shareds(Types<P...>)
+    void add_shareds(machine::Types<P...>)
     {
-        ((shareds_[index_in<P>(Shareds{})] = per_tile(text<P>(), sizeof(P) / 4)), ...);
+        ((shareds_[machine::index_in<P>(Shareds{})] = per_tile(text<P>(), sizeof(P) / 4)), ...);
     }
     /// The channel in whose variables C lies.
     template <class C>
     std::uint32_t memory() const noexcept
     {
-        constexpr auto own = index_in<C>(Links{});
-        return sizes_.shares_memory[own] ? index_in<MemoryOf<C>>(Links{}) : own;
+        constexpr auto own = machine::index_in<C>(Links{});
+        return sizes_.shares_memory[own] ? machine::index_in<MemoryOf<C>>(Links{}) : own;
     }
     template <class C>
     bool has_memory_of_its_own() const noexcept
     {
-        return memory<C>() == index_in<C>(Links{});
+        return memory<C>() == machine::index_in<C>(Links{});
     }
     /// The channel in whose variables C may lie, for any sizes.
     template <class C>
     static constexpr std::uint32_t possible_memory() noexcept
     {
-        return index_in<MemoryOf<C>>(Links{});
+        return machine::index_in<MemoryOf<C>>(Links{});
     }
     template <class C>
     std::uint32_t link_words() const noexcept
@@ -205,16 +205,16 @@ private:
         static_assert(wire_bytes<typename C::value_type> == sizeof(typename C::value_type),
                       "a channel whose messages are handles of the host (wire_bytes is not their size): a tile has no host memory; build "
                       "the program that moves values");
-        return C::Receiver::words(slots_.links[index_in<C>(Links{})]);
+        return C::Receiver::words(slots_.links[machine::index_in<C>(Links{})]);
     }
     template <class C>
     std::uint32_t laid_out_words() const noexcept
     {
-        auto const slots = sizes_.links[index_in<C>(Links{})].slots;
+        auto const slots = sizes_.links[machine::index_in<C>(Links{})].slots;
         return slots == dynamic_capacity ? link_words<C>() : C::Receiver::words(slots);
     }
     template <class... C>
-    void add_links(Types<C...>)
+    void add_links(machine::Types<C...>)
     {
         [[maybe_unused]] std::array<std::uint32_t, Links::count + 1> words{};
         ((words[memory<C>()] = std::max(words[memory<C>()], laid_out_words<C>())), ...);
@@ -237,7 +237,7 @@ private:
         return end.slice(0, link_words<C>(), 1);
     }
     template <class... C>
-    void clear_links(std::vector<Tensor>& heads, Types<C...>) const
+    void clear_links(std::vector<Tensor>& heads, machine::Types<C...>) const
     {
         ((has_memory_of_its_own<C>() ? clear_link<C>(heads) : void()), ...);
     }
@@ -276,7 +276,7 @@ private:
             using X = std::remove_const_t<A>;
             auto row = state<X>()[tile];
             if constexpr (is_list<X>)
-                row = row.slice(0, X::words(slots_.states[index_in<X>(States{})]));
+                row = row.slice(0, X::words(slots_.states[machine::index_in<X>(States{})]));
             if constexpr (!std::is_const_v<A>)
                 keeps.push_back(row);
             else if constexpr (!Traits::template takes<X&>)
@@ -312,19 +312,19 @@ private:
     {
     }
     template <class K, class... A>
-    void connect_all(std::vector<Tensor>& reads, std::vector<Tensor>& keeps, std::uint32_t tile, Types<A...>) const
+    void connect_all(std::vector<Tensor>& reads, std::vector<Tensor>& keeps, std::uint32_t tile, machine::Types<A...>) const
     {
         (connect<K>(reads, keeps, tile, static_cast<std::remove_reference_t<A>*>(nullptr)), ...);
     }
     template <class K, class... C>
-    void connect_sends(std::vector<Tensor>& sends, std::uint32_t tile, Types<C...>) const
+    void connect_sends(std::vector<Tensor>& sends, std::uint32_t tile, machine::Types<C...>) const
     {
         [[maybe_unused]] auto const one = [&](auto tag) {
             using L = typename decltype(tag)::type;
             if constexpr (KernelTraits<K>::template writes<L>)
                 for (Direction d : news) sends.push_back(cut<L>(out_[memory<L>()][index(d)])[tile]);
         };
-        (one(Tag<C>{}), ...);
+        (one(machine::Tag<C>{}), ...);
     }
     void connect_list(::poplar::VertexRef const& v, char const* field, std::vector<Tensor> const& edges)
     {
@@ -333,7 +333,7 @@ private:
     }
 
     template <class... C>
-    static constexpr bool in_memories_of_their_own(Types<C...>) noexcept
+    static constexpr bool in_memories_of_their_own(machine::Types<C...>) noexcept
     {
         [[maybe_unused]] std::uint32_t used = 0;
         bool apart = true;
@@ -390,7 +390,7 @@ private:
         return ::poplar::program::Execute(set);
     }
     template <class K, class... C>
-    void exchange_all(std::vector<Tensor>& from, std::vector<Tensor>& to, std::vector<Tensor>& read, Types<C...>) const
+    void exchange_all(std::vector<Tensor>& from, std::vector<Tensor>& to, std::vector<Tensor>& read, machine::Types<C...>) const
     {
         [[maybe_unused]] auto const one = [&](auto tag) {
             using L = typename decltype(tag)::type;
@@ -399,16 +399,16 @@ private:
             else
                 clear_link<L>(read);
         };
-        (one(Tag<C>{}), ...);
+        (one(machine::Tag<C>{}), ...);
     }
-    /// What all tiles send towards d: a shift of the whole grid by one tile; at the edge it comes back on the side it left.
+    /// What all tiles send towards d: a shift of the whole grid by one tile; at the edge as the channel's Edge says.
     template <class C>
     void exchange(std::vector<Tensor>& from, std::vector<Tensor>& to, Direction d) const
     {
         auto const whole = [&](Tensor const& t) { return cut<C>(t).reshape({grid_.height, grid_.width, link_words<C>()}); };
         auto const sent = whole(out_[memory<C>()][index(d)]);
         auto const arrives = whole(in_[memory<C>()][index(opposite(d))]);
-        auto const returns = whole(in_[memory<C>()][index(d)]);
+        [[maybe_unused]] auto const returns = whole(in_[memory<C>()][index(d)]);
         unsigned const axis = d == Direction::north || d == Direction::south ? 0 : 1;
         std::size_t const n = axis == 0 ? grid_.height : grid_.width;
         bool const down = d == Direction::south || d == Direction::east; // towards larger coordinates
@@ -418,7 +418,11 @@ private:
             to.push_back(target.flatten());
         };
         if (n > 1) add(sent.slice(down ? 0 : 1, down ? n - 1 : n, axis), arrives.slice(down ? 1 : 0, down ? n : n - 1, axis));
-        add(sent.slice(edge, edge + 1, axis), returns.slice(edge, edge + 1, axis));
+        [[maybe_unused]] std::size_t const other = n - 1 - edge;
+        if constexpr (C::edge == Edge::reflect)
+            add(sent.slice(edge, edge + 1, axis), returns.slice(edge, edge + 1, axis));
+        else if constexpr (C::edge == Edge::wrap)
+            add(sent.slice(edge, edge + 1, axis), arrives.slice(other, other + 1, axis));
     }
 
     /// Writes the votes of all tiles into the run's log. `reads`: the channels whose mail makes another pass.

@@ -8,10 +8,10 @@ namespace tilemesh { inline namespace v0_2 { namespace on_poplar {
 
 /// The log that a tile writes in a run, word by word; the host reads it after the run. Cost: 12 bytes, 4 for each step and for each channel
 /// of the step, and 4 for each list and each channel of the program.
-template <class Program, class = StepsOf<Program>, class = Needs<Program>>
+template <class Program, class = StepsOf<Program>, class = machine::Needs<Program>>
 struct TileLog;
 template <class Program, class... Step, class... S, class... L, class... P>
-struct TileLog<Program, Types<Step...>, RegionTypes<Types<S...>, Types<L...>, Types<P...>>> {
+struct TileLog<Program, machine::Types<Step...>, RegionTypes<machine::Types<S...>, machine::Types<L...>, machine::Types<P...>>> {
     static constexpr std::uint32_t vote = 0;   ///< vote of the tile's last run
     /// 1 + the first step that sent over unread mail; 0: none; `other_program`: a vertex was compiled for another program.
     static constexpr std::uint32_t broken = 1;
@@ -28,12 +28,12 @@ struct TileLog<Program, Types<Step...>, RegionTypes<Types<S...>, Types<L...>, Ty
     template <class X>
     static constexpr std::uint32_t state_peak() noexcept
     {
-        return step(sizeof...(Step)) + index_in<X>(Types<S...>{});
+        return step(sizeof...(Step)) + machine::index_in<X>(machine::Types<S...>{});
     }
     template <class C>
     static constexpr std::uint32_t link_peak() noexcept
     {
-        return step(sizeof...(Step)) + static_cast<std::uint32_t>(sizeof...(S)) + index_in<C>(Types<L...>{});
+        return step(sizeof...(Step)) + static_cast<std::uint32_t>(sizeof...(S)) + machine::index_in<C>(machine::Types<L...>{});
     }
     static constexpr std::uint32_t words = step(sizeof...(Step)) + static_cast<std::uint32_t>(sizeof...(S) + sizeof...(L));
 };
@@ -69,7 +69,7 @@ constexpr std::uint32_t mix(std::uint32_t h, std::uint32_t word) noexcept
 {
     return (h ^ word) * 16777619u; // FNV-1a, a word at a time
 }
-constexpr std::uint32_t mix(std::uint32_t h, Name name) noexcept
+constexpr std::uint32_t mix(std::uint32_t h, machine::Name name) noexcept
 {
     for (std::uint32_t i = 0; i < name.size; ++i) h = mix(h, static_cast<std::uint32_t>(name.text[i]));
     return h;
@@ -84,12 +84,12 @@ constexpr std::uint32_t mix_state(std::uint32_t h) noexcept
         return mix(h, static_cast<std::uint32_t>(sizeof(X)));
 }
 template <class... Step, class... S, class... L, class... P>
-constexpr std::uint32_t mark_of(std::uint32_t workers, bool traced, Types<Step...>, Types<S...>, Types<L...>, Types<P...>) noexcept
+constexpr std::uint32_t mark_of(std::uint32_t workers, bool traced, machine::Types<Step...>, machine::Types<S...>, machine::Types<L...>, machine::Types<P...>) noexcept
 {
     std::uint32_t h = mix(mix(2166136261u, workers), traced ? 1u : 0u);
     ((h = mix(h, name_of<KernelOf<Step>>())), ...);
     ((h = mix_state<S>(h)), ...);
-    ((h = mix(mix(mix(h, name_of<L>()), L::static_capacity), L::Receiver::item_words)), ...);
+    ((h = mix(mix(mix(mix(h, name_of<L>()), L::static_capacity), L::Receiver::item_words), static_cast<std::uint32_t>(L::edge))), ...);
     ((h = mix(mix(h, name_of<P>()), static_cast<std::uint32_t>(sizeof(P)))), ...);
     return h;
 }
@@ -99,8 +99,8 @@ constexpr std::uint32_t mark_of(std::uint32_t workers, bool traced, Types<Step..
 template <class Program>
 constexpr std::uint32_t program_mark_on(std::uint32_t workers, bool traced) noexcept
 {
-    return detail::mark_of(workers, traced, StepsOf<Program>{}, typename Needs<Program>::States{}, typename Needs<Program>::Links{},
-                           typename Needs<Program>::Shareds{});
+    return detail::mark_of(workers, traced, StepsOf<Program>{}, typename machine::Needs<Program>::States{}, typename machine::Needs<Program>::Links{},
+                           typename machine::Needs<Program>::Shareds{});
 }
 template <class Machine, class Program>
 inline constexpr std::uint32_t program_mark = program_mark_on<Program>(Machine::workers, is_traced<Machine>);
@@ -114,16 +114,16 @@ constexpr std::uint32_t said_mail(std::uint32_t channel) noexcept
 
 /// The bits of the program's channels that a kernel reads, or that it touches at all.
 template <class Program, class Kernel, class... L>
-constexpr std::uint32_t links_read(Types<L...>) noexcept
+constexpr std::uint32_t links_read(machine::Types<L...>) noexcept
 {
     return (0u | ... | (KernelTraits<Kernel>::template reads<L>
-                            ? 1u << index_in<L>(typename Needs<Program>::Links{})
+                            ? 1u << machine::index_in<L>(typename machine::Needs<Program>::Links{})
                             : 0u));
 }
 template <class Program, class... L>
-constexpr std::uint32_t links_touched(Types<L...>) noexcept
+constexpr std::uint32_t links_touched(machine::Types<L...>) noexcept
 {
-    return (0u | ... | (1u << index_in<L>(typename Needs<Program>::Links{})));
+    return (0u | ... | (1u << machine::index_in<L>(typename machine::Needs<Program>::Links{})));
 }
 
 /// The condition on which a vertex runs its kernel.

@@ -36,7 +36,7 @@ struct EdgesOf<Kernel, Broadcast<P>> {
 
 /// The place at which the edges of argument A begin in `reads` and in `keeps`; `sends_at`: those of channel C in `sends`.
 template <class Kernel, class A, class... Args>
-constexpr std::uint32_t reads_at(Types<Args...>) noexcept
+constexpr std::uint32_t reads_at(machine::Types<Args...>) noexcept
 {
     std::uint32_t at = 1;
     bool found = false;
@@ -44,7 +44,7 @@ constexpr std::uint32_t reads_at(Types<Args...>) noexcept
     return at;
 }
 template <class Kernel, class A, class... Args>
-constexpr std::uint32_t keeps_at(Types<Args...>) noexcept
+constexpr std::uint32_t keeps_at(machine::Types<Args...>) noexcept
 {
     std::uint32_t at = 1;
     bool found = false;
@@ -52,7 +52,7 @@ constexpr std::uint32_t keeps_at(Types<Args...>) noexcept
     return at;
 }
 template <class Kernel, class C, bool Sampled, class... L>
-constexpr std::uint32_t sends_at(Types<L...>) noexcept
+constexpr std::uint32_t sends_at(machine::Types<L...>) noexcept
 {
     std::uint32_t at = Sampled ? 2 : 1;
     bool found = false;

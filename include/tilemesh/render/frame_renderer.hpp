@@ -135,7 +135,7 @@ private:
             if (options_.most_passes != 0) engine_.most_passes = options_.most_passes;
         if constexpr (traced && requires { engine_.explain; })
             if (engine_.explain == nullptr) engine_.explain = explain_no_progress;
-        mesh_ = std::make_unique<MeshType>(grid, engine_, splat::frame_program<P>(options_.hops), mesh_sizes_of<P>(facts_));
+        mesh_ = std::make_unique<MeshType>(splat::frame_program<P>(options_.hops), grid, mesh_sizes_of<P>(facts_), engine_);
         if (options_.channel_slots != 0) {
             if constexpr (P::routes) mesh_->template limit<splat::Road<P>>(options_.channel_slots);
             if constexpr (P::blooms) mesh_->template limit<splat::Beam<P>>(options_.channel_slots);

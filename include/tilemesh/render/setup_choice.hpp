@@ -65,7 +65,7 @@ constexpr splat::FrameWords words_of(SetupChoice const& c) noexcept
 
 /// The ledger of a choice: the lines of `Tile<Machine, Frame<S>, S>::ledger()` for the equivalent setup S, and their sum.
 struct ChoiceLedger {
-    std::vector<Region> lines;
+    std::vector<machine::Region> lines;
     std::uint64_t bytes = 0; ///< sum of the lines that count against the SRAM
 
     explicit ChoiceLedger(SetupChoice const& c)
@@ -106,7 +106,7 @@ private:
         bytes += budgeted ? region_bytes : 0;
     }
 };
-inline std::vector<Region> ledger_of(SetupChoice const& c)
+inline std::vector<machine::Region> ledger_of(SetupChoice const& c)
 {
     return ChoiceLedger(c).lines;
 }

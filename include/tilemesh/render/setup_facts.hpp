@@ -23,7 +23,7 @@ struct SetupFacts {
     bool has_depth, has_alpha;
     splat::Model model;         ///< rules of the picture with which the setup begins
     std::uint64_t sram_bytes;   ///< bytes of a tile that count against the SRAM
-    std::vector<Region> ledger; ///< of a tile
+    std::vector<machine::Region> ledger; ///< of a tile
 };
 
 /// The rules of the picture of a setup.
@@ -73,8 +73,8 @@ inline constexpr char needs_fifos[] = "a setup that holds needs FIFOs (without o
 template <class P>
 MeshSizes<splat::Frame<P>> mesh_sizes_of(SetupFacts const& facts)
 {
-    auto m = engine::plain_sizes<splat::Frame<P>>(facts.machine, facts.sizes, typename Needs<splat::Frame<P>>::States{},
-                                                          typename Needs<splat::Frame<P>>::Links{});
+    auto m = engine::plain_sizes<splat::Frame<P>>(facts.machine, facts.sizes, typename machine::Needs<splat::Frame<P>>::States{},
+                                                          typename machine::Needs<splat::Frame<P>>::Links{});
     if constexpr (P::routes) m.template link<splat::Road<P>>().message_bytes = facts.rules.road_bytes;
     if constexpr (P::blooms) m.template link<splat::Beam<P>>().message_bytes = facts.rules.beam_bytes;
     m.sram_bytes = facts.sram_bytes;

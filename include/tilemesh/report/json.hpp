@@ -125,7 +125,7 @@ inline std::string text_of(RunFrame const& frame)
     return json.text();
 }
 
-inline void write(JsonText& json, std::vector<Region> const& ledger)
+inline void write(JsonText& json, std::vector<machine::Region> const& ledger)
 {
     json.array([&] {
         for (auto const& region : ledger) {

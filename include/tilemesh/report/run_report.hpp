@@ -55,7 +55,7 @@ struct RunReport {
         std::uint32_t sram_bytes = 0;              ///< of a tile
         std::uint32_t storage_slots = 0;           ///< of a tile, after the user's limit
         std::uint32_t channel_slots = 0;           ///< of a channel, after the user's limit
-        std::vector<Region> ledger;                ///< Tile<Machine, Program>::ledger()
+        std::vector<machine::Region> ledger;                ///< Tile<Machine, Program>::ledger()
     } machine;
     std::string preset, engine;
     std::uint32_t threads = 1;

@@ -16,8 +16,8 @@ template <class Words, class Motion, class Picture, class Parts>
 struct Policies;
 template <class RecordType, class ProjectedType, class ParametersType, class RoutingType, class SaturationType, class AddressingType,
           class CopiesType, class PixelType, class BlendingType, class PartsType>
-struct Policies<Types<RecordType, ProjectedType, ParametersType>, Types<RoutingType, SaturationType, AddressingType, CopiesType>,
-                Types<PixelType, BlendingType>, PartsType> {
+struct Policies<machine::Types<RecordType, ProjectedType, ParametersType>, machine::Types<RoutingType, SaturationType, AddressingType, CopiesType>,
+                machine::Types<PixelType, BlendingType>, PartsType> {
     using Record = RecordType;
     using Projected = ProjectedType;
     using Parameters = ParametersType;
@@ -74,9 +74,9 @@ struct PolicySet {
     static_assert(!names_slots<S>,
                   "a setup that names storage_slots, road_bytes, beam_bytes, waiting_bytes, tile_pixels, lists_fit or one_channel_memory "
                   "(its sizes are one value: they would change nothing); give it static constexpr Sizes sizes");
-    using type = Policies<Types<typename S::Record, typename S::Projected, typename S::Parameters>,
-                          Types<typename S::Routing, typename S::Saturation, typename S::Addressing, typename S::Copies>,
-                          Types<typename S::Pixel, typename S::Blending>, FrameParts<S::routes, S::blooms>>;
+    using type = Policies<machine::Types<typename S::Record, typename S::Projected, typename S::Parameters>,
+                          machine::Types<typename S::Routing, typename S::Saturation, typename S::Addressing, typename S::Copies>,
+                          machine::Types<typename S::Pixel, typename S::Blending>, FrameParts<S::routes, S::blooms>>;
 };
 template <class W, class M, class P, class F>
 struct PolicySet<Policies<W, M, P, F>> {

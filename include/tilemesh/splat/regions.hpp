@@ -23,7 +23,6 @@ struct FrameParameters {
 namespace region {
 template <class P>
 struct Storage : Buffer<typename P::Record> {
-    using Buffer<typename P::Record>::Buffer;
     static constexpr char const* name = "storage";
     static constexpr auto slots = &Sizes::storage;
 };
@@ -60,14 +59,12 @@ using MarkOf = std::conditional_t<S::routes || S::blooms, Mark, AnchorMark>;
 namespace region {
 template <class P>
 struct Marks : Buffer<MarkOf<P>> {
-    using Buffer<MarkOf<P>>::Buffer;
     static constexpr char const* name = "marks";
     static constexpr auto slots = &Sizes::storage;
     static constexpr auto budgeted_if = &Sizes::lists_fit;
 };
 template <class P>
 struct Splats : Buffer<typename P::Projected> {
-    using Buffer<typename P::Projected>::Buffer;
     static constexpr char const* name = "projected records";
     static constexpr auto slots = &Sizes::storage;
     static constexpr auto budgeted_if = &Sizes::lists_fit;
@@ -91,7 +88,6 @@ constexpr bool operator<(SortKey const& a, SortKey const& b) noexcept
     return a.depth_bits != b.depth_bits ? a.depth_bits < b.depth_bits : a.id < b.id;
 }
 struct SortKeys : Buffer<SortKey> {
-    using Buffer<SortKey>::Buffer;
     static constexpr char const* name = "sort keys";
     static constexpr auto slots = &Sizes::storage;
     static constexpr auto budgeted_if = &Sizes::lists_fit;
@@ -103,7 +99,6 @@ using Order = SortKeys;
 namespace region {
 template <class Pixel>
 struct Framebuffer : Buffer<Pixel> {
-    using Buffer<Pixel>::Buffer;
     static constexpr char const* name = "framebuffer";
     static constexpr auto slots = &Sizes::tile_pixels;
 };
@@ -201,7 +196,6 @@ template <class Saturation>
 inline constexpr bool always_holds<Saturation, std::enable_if_t<Saturation::holds>> = true;
 template <class P, std::uint32_t Side>
 struct Waiting : Buffer<RoadMessage<P>> {
-    using Buffer<RoadMessage<P>>::Buffer;
     static constexpr char const* name = Side == 0 ? "waiting (side 0)" : "waiting (side 1)";
     static constexpr auto slots = &Sizes::waiting;
     static constexpr std::uint32_t least_slots = always_holds<typename P::Saturation> ? 1 : 0; ///< without a slot, the tile could give no credit

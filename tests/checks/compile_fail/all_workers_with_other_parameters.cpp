@@ -14,5 +14,5 @@ struct Step {
 
 void run()
 {
-    tilemesh::Mesh<tilemesh::Superstep<Step>>{{2, 2}}.run();
+    tilemesh::Mesh<tilemesh::Superstep<Step>>{{}, {2, 2}}.run();
 }

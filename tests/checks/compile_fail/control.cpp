@@ -6,9 +6,7 @@ struct Cell {
     float heat;
 };
 struct Wire : tilemesh::Channel<Cell, 4> {};
-struct Pile : tilemesh::Buffer<Cell, 8> {
-    using Buffer::Buffer;
-};
+struct Pile : tilemesh::Buffer<Cell, 8> {};
 struct Rate {
     float rate;
 };

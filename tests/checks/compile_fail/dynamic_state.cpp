@@ -4,9 +4,7 @@
 struct Cell {
     float heat;
 };
-struct Pile : tilemesh::Buffer<Cell> {
-    using Buffer::Buffer;
-};
+struct Pile : tilemesh::Buffer<Cell> {};
 struct Step {
     void operator()(Pile& pile) const noexcept { pile.truncate(0); }
 };

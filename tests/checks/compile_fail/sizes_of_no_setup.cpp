@@ -6,7 +6,6 @@ struct Slots {
     std::uint32_t pile = 0;
 };
 struct Pile : tilemesh::Buffer<std::uint32_t> {
-    using Buffer::Buffer;
     static constexpr auto slots = &Slots::pile;
 };
 struct Step {
@@ -15,5 +14,5 @@ struct Step {
 
 void run()
 {
-    tilemesh::Mesh<tilemesh::Superstep<Step>>{{2, 2}}.run();
+    tilemesh::Mesh<tilemesh::Superstep<Step>>{{}, {2, 2}}.run();
 }

@@ -10,7 +10,6 @@ struct Cell {
     float part[8];
 };
 struct Pile : tilemesh::Buffer<float> {
-    using Buffer::Buffer;
     static constexpr auto slots = &Slots::pile;
 };
 struct Step {

@@ -4,11 +4,11 @@
 // What an interpreter offers a kernel; never run.
 struct Source {
     template <class X>
-    tilemesh::Place state();
+    tilemesh::machine::Place state();
     template <class C>
-    tilemesh::Place in(tilemesh::Direction);
+    tilemesh::machine::Place in(tilemesh::Direction);
     template <class C>
-    tilemesh::Place out(tilemesh::Direction);
+    tilemesh::machine::Place out(tilemesh::Direction);
     template <class P>
     P const* shared();
     tilemesh::Here here();

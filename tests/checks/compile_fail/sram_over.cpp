@@ -6,9 +6,7 @@
 struct Cell {
     float part[7];
 };
-struct Pile : tilemesh::Buffer<float, 250> {
-    using Buffer::Buffer;
-};
+struct Pile : tilemesh::Buffer<float, 250> {};
 struct Step {
     void operator()(Cell&, Pile& pile) const noexcept { pile.truncate(0); }
 };

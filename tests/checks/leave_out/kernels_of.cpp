@@ -9,7 +9,7 @@ namespace leave_out {
 template <class Steps>
 struct Emit;
 template <class... Step>
-struct Emit<tilemesh::Types<Step...>> {
+struct Emit<tilemesh::machine::Types<Step...>> {
     static auto kernels() noexcept { return std::tuple{&tilemesh::KernelOf<Step>::operator()...}; }
 };
 

@@ -16,7 +16,7 @@ using Program = tilemesh::Sequence<tilemesh::Repeat<Pass>>;
 
 int main()
 {
-    tilemesh::Mesh<Program> mesh{tilemesh::Grid{4, 3}, {.threads = 2}, Program{{{3}}}};
+    tilemesh::Mesh<Program> mesh{Program{{3}}, tilemesh::Grid{4, 3}, {.threads = 2}};
     auto const run = mesh.run();
     std::cout << "supersteps " << run.supersteps() << '\n'
               << "messages " << run.messages() << '\n'

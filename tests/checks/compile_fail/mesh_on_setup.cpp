@@ -1,0 +1,16 @@
+// EXPECT: no machine .*a setup is not one: give its Machine
+#include <tilemesh/engine/mesh.hpp>
+#include <tilemesh/splat/setup.hpp>
+
+struct Cell {
+    float heat;
+};
+struct Step {
+    void operator()(Cell& cell) const noexcept { cell.heat = 0; }
+};
+
+int main()
+{
+    tilemesh::Mesh mesh{tilemesh::Superstep<Step>{}, tilemesh::Grid{2, 2}, tilemesh::splat::Lossless{}};
+    mesh.run();
+}

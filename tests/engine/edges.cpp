@@ -1,0 +1,85 @@
+// test: unoptimised test asan tsan
+#include "edges.hpp"
+
+// Messages over an edge of the grid come back, are dropped, or arrive at the other end: the words, notes, counters and traces.
+using namespace engine_test;
+
+TEST_CASE("edges: every tile reads what a loop without a mesh says, on each engine and on grids of one tile, row and column")
+{
+    for (Grid grid : edge_grids) {
+        CAPTURE(grid.width);
+        CAPTURE(grid.height);
+        auto const played = everywhere<Edges>(grid, [](auto& mesh) { load_edges(mesh); });
+        check_all_heard(*played.mesh);
+        auto const sides = [&](Edge edge) { return 4 * grid.size() - (edge == Edge::drop ? 2 * (grid.width + grid.height) : 0); };
+        std::size_t step = 0;
+        for (Edge edge : {Edge::reflect, Edge::drop, Edge::wrap}) {
+            CAPTURE(step);
+            auto const expected = expected_of(grid, edge);
+            auto const &first = played.step(step++), &rest = played.step(step++);
+            CHECK(first.messages + rest.messages == expected.messages);
+            bool const any = expected.messages != 0;
+            CHECK(first.supersteps == (any ? 1 : 0));
+            CHECK(rest.supersteps == (any ? calls - 1 : 0));
+            CHECK(rest.passes == (any ? calls : calls - 1)); // the last pass reads, if anything came
+            CHECK(first.capacity_bytes == (any ? sides(edge) * (8 + 3 * 4) : 0));
+            CHECK(rest.capacity_bytes == (any ? (calls - 1) * sides(edge) * (8 + 3 * 4) : 0));
+        }
+    }
+}
+
+TEST_CASE("edges: what is dropped counts in a peak, because it lay in the outgoing end, and in nothing else")
+{
+    on_each<CallAll<Edge::drop>>(Grid{1, 1}, [](auto& mesh) {
+        for (auto [tile, heard] : mesh.template states<Heard<Edge::drop>>()) heard.sends = calls;
+        auto const run = mesh.run();
+        CHECK(run.messages() == 0);
+        CHECK(run.supersteps() == 0);
+        CHECK(run.peaks.back().items == 3);
+        CHECK(run.steps[0].live_bytes + run.steps[1].live_bytes == 0);
+        CHECK(mesh.run().peaks.back().items == 0); // and does not lie there in the next run
+    });
+}
+
+TEST_CASE("edges: a trace holds no dropped bytes, and says which edges the channels of a step have")
+{
+    Grid const grid{3, 2};
+    auto const traced = [&](auto&& mesh) {
+        load_edges(mesh);
+        mesh.run();
+        return mesh.trace();
+    };
+    auto const checked = traced(CheckedMesh{Edges{}, grid, Traced<Mk2>{}});
+    CHECK(checked == traced(Mesh{Edges{}, grid, Traced<Mk2>{}}));
+    CHECK(checked == traced(Mesh{Edges{}, grid, Traced<Mk2>{}, {.threads = 3}}));
+    for (auto const& s : checked.supersteps) {
+        auto const edge = s.step < 2 ? Edge::reflect : s.step < 4 ? Edge::drop : Edge::wrap;
+        CHECK(s.edge == edge);
+        for (auto const& t : s.tiles)
+            for (Direction d : news) {
+                auto const sends = s.sent && (edge != Edge::drop || grid.has_neighbour(grid.tile(t.tile), d));
+                CHECK((t.sent_bytes[index(d)] != 0) == sends);
+            }
+    }
+}
+
+TEST_CASE("the states of all tiles as a range: row by row, structs by reference, lists as views, const where the mesh is")
+{
+    Mesh mesh{Edges{}, Grid{3, 2}};
+    std::uint32_t i = 0;
+    for (auto [tile, heard] : mesh.states<Heard<Edge::wrap>>()) {
+        CHECK(tile == mesh.grid().tile(i));
+        heard.sends = ++i;
+    }
+    CHECK(i == 6);
+    CHECK(mesh.state<Heard<Edge::wrap>>(TileId::at(2, 1)).sends == 6);
+    std::uint32_t sum = 0;
+    for (auto [tile, heard] : std::as_const(mesh).states<Heard<Edge::wrap>>()) {
+        static_assert(std::is_const_v<std::remove_reference_t<decltype(heard)>>);
+        sum += heard.sends;
+    }
+    CHECK(sum == 21);
+    i = 0;
+    for (TileId tile : mesh.grid().tiles()) CHECK(tile == mesh.grid().tile(i++));
+    CHECK(i == 6);
+}
