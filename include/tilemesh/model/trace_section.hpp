@@ -34,7 +34,7 @@ namespace tilemesh { inline namespace v0_2 {
 struct TracePage {
     std::string title = "A run";
     std::vector<std::pair<std::string, std::string>> facts{}; ///< a name and a text, a line each
-    std::vector<Region> ledger{};                             ///< of a tile's SRAM, as Layout::ledger() gives it
+    std::vector<machine::Region> ledger{};                    ///< of a tile's SRAM, as Layout::ledger() gives it
     std::vector<TileMap> maps{};                              ///< shown before the maps that every trace has
     EnergyModel const* energy = nullptr;                      ///< if given, the page also shows the run's energy
     /// Encodes a picture as a PNG file. Without it the pictures in the page are BMP files, which are larger.
@@ -238,7 +238,7 @@ inline void add_section(report::HtmlReport& html, TraceSection const& section, s
 }
 
 /// Adds the ledger of a tile's SRAM, folded away. `sram_bytes`: of a tile, for the last line; 0: not said.
-inline void add_ledger(report::HtmlReport& html, std::span<Region const> ledger, std::uint64_t sram_bytes = 0)
+inline void add_ledger(report::HtmlReport& html, std::span<machine::Region const> ledger, std::uint64_t sram_bytes = 0)
 {
     using report::thousands;
     std::vector<std::vector<std::string>> rows;
