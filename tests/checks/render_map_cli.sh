@@ -91,7 +91,7 @@ runs $small --preset prototype --storage-slots 60 --channel-slots 3 --report rep
 # render_map reports what is missing, even with --quiet, and in the notes; with --strict it ends with status 1.
 text="frame_0000.png lacks [0-9,]* of the map's 39,517 Gaussians and [0-9,]* copies of others ([0-9,]* storage_full, [0-9,]* channel_full)"
 [ "$(wc -l <stderr)" -eq 1 ] || fail "not one line of what is missing: $(cat stderr)"
-has stderr "^$text; the fullest tile needs [0-9,]* slots, and there is room with no --storage-slots ([0-9,]* slots a tile), or .*; with --saturation hold records wait for a free slot in a channel$"
+has stderr "^$text; the fullest tile needs [0-9,]* slots, and there is room with --preset lossless without --storage-slots (2,000 slots a tile), or .*; with --saturation hold records wait for a free slot in a channel$"
 has report.json "^  \"$text\"$"
 run $small --preset prototype --storage-slots 60 --channel-slots 3 --strict --out strict --report strict.json >stdout 2>strict.err
 [ $? -eq 1 ] || fail "--strict has another status than 1"
@@ -244,7 +244,7 @@ has stdout "view-dependent colour *kept .*; a record of 240 bytes, 860 slots a t
 has stdout "^  depth  *kept      asked for"
 has stdout "^  alpha  *left out  not asked for"
 [ ! -e explained/frame_0000.alpha.pfm ] || fail "a plane that nobody asked for"
-refuses "--storage-slots cannot be 861 (preset lossless on machine mk2 has 1 to 860 slots of 316 bytes a tile for records of degree 3, in 271,760 of a tile's 638,976 bytes); choose 1 to 860, or what has room for 861: --machine test or --sh-degree 0$" shaded_45.ply $small --storage-slots 861
+refuses "--storage-slots cannot be 861 (preset lossless on machine mk2 has 1 to 860 slots of 316 bytes a tile for records of degree 3, in 271,760 of a tile's 638,976 bytes; without this option the machine is cut to what the scene needs and has 1,266); choose 1 to 860, or what has room for 861: --machine test or --sh-degree 0$" shaded_45.ply $small --storage-slots 861
 runs shaded_45.ply $small --storage-slots 860 --channel-slots 50
 refuses "--channel-slots cannot be 51 (preset lossless on machine mk2 has 1 to 50 slots a channel for records of degree 3, in " shaded_45.ply $small --channel-slots 51
 refuses "--sh-degree cannot be" --sh-degree 4

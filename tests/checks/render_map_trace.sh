@@ -15,7 +15,7 @@ sum() {
         { s += $c } END { if (!c) print "no column " name; else printf "%.0f\n", s }' "$1"
 }
 # counter FILE KEY FRAME: the number of "KEY": in the run's report, of the frame from 0.
-counter() { grep -oE "\"$2\": [0-9]+" "$1" | sed -n "$(($3 + 1))s/.*: //p"; }
+counter() { sed '/"losses": {/,/}/d' "$1" | grep -oE "\"$2\": [0-9]+" | sed -n "$(($3 + 1))s/.*: //p"; }
 # equal WHAT A B
 equal() { [ "$2" = "$3" ] || fail "$1: $2 is not $3"; }
 # has_trace FOLDER FRAMES: all that is promised, not empty, and nothing else but what is followed.
