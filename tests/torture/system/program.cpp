@@ -286,7 +286,7 @@ try {
                     auto what = fault(ended, right, files_of(files), right_files, from_old ? old_files : Files{});
                     if (what.empty() && files_of(in) != inputs) what = "an input changed";
                     // pthread_create says EAGAIN both without memory and without threads.
-                    bool const is_told = ended.err.find("memory") != std::string::npos || ended.err.find("--threads") != std::string::npos;
+                    bool const is_told = ended.err.find("memory") != std::string::npos || ended.err.find("thread") != std::string::npos;
                     if (what.empty() && page.kind == Kind::memory && right.status == 0 && ended.status == 2 && !is_told)
                         what = "lack of memory is told as something else: " + ended.err;
                     if (what.empty()) {
