@@ -86,7 +86,7 @@ public:
         Run run;
         run.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
         run.hops = counters.messages();
-        run.exchanges = counters.supersteps();
+        run.exchanges = counters.exchanges();
         check(run.hops);
         return run;
     }

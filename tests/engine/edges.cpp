@@ -19,8 +19,8 @@ TEST_CASE("edges: every tile reads what a loop without a mesh says, on each engi
             auto const &first = played.step(step++), &rest = played.step(step++);
             CHECK(first.messages + rest.messages == expected.messages);
             bool const any = expected.messages != 0;
-            CHECK(first.supersteps == (any ? 1 : 0));
-            CHECK(rest.supersteps == (any ? calls - 1 : 0));
+            CHECK(first.exchanges == (any ? 1 : 0));
+            CHECK(rest.exchanges == (any ? calls - 1 : 0));
             CHECK(rest.passes == (any ? calls : calls - 1)); // the last pass reads, if anything came
             CHECK(first.capacity_bytes == (any ? sides(edge) * (8 + 3 * 4) : 0));
             CHECK(rest.capacity_bytes == (any ? (calls - 1) * sides(edge) * (8 + 3 * 4) : 0));
@@ -34,7 +34,7 @@ TEST_CASE("edges: what is dropped counts in a peak, because it lay in the outgoi
         for (auto [tile, heard] : mesh.template states<Heard<Edge::drop>>()) heard.sends = calls;
         auto const run = mesh.run();
         CHECK(run.messages() == 0);
-        CHECK(run.supersteps() == 0);
+        CHECK(run.exchanges() == 0);
         CHECK(run.peaks.back().items == 3);
         CHECK(run.steps[0].live_bytes + run.steps[1].live_bytes == 0);
         CHECK(mesh.run().peaks.back().items == 0); // and does not lie there in the next run

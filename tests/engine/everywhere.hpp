@@ -95,7 +95,7 @@ inline void check_same(RunCounters const& a, RunCounters const& b)
         CAPTURE(i);
         CHECK(a.steps[i].kernel == b.steps[i].kernel);
         CHECK(a.steps[i].passes == b.steps[i].passes);
-        CHECK(a.steps[i].supersteps == b.steps[i].supersteps);
+        CHECK(a.steps[i].exchanges == b.steps[i].exchanges);
         CHECK(a.steps[i].tile_runs == b.steps[i].tile_runs);
         CHECK(a.steps[i].messages == b.steps[i].messages);
         CHECK(a.steps[i].live_bytes == b.steps[i].live_bytes);

@@ -66,7 +66,7 @@ double bytes_a_tile(std::uint32_t threads, typename M::Sizes const& sizes, Prepa
         for (int i = 0; i < 2; ++i) {
             auto const run = mesh.run();
             CHECK(run.messages() == 0);
-            CHECK(run.supersteps() == 0);
+            CHECK(run.exchanges() == 0);
         }
         return static_cast<double>(resident_bytes() - before) / grid.size();
     } catch (std::bad_alloc const&) { // address space is limited here

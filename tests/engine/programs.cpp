@@ -31,12 +31,12 @@ TEST_CASE("heat: two passes known by hand, then conservation, symmetry and decay
         CHECK(at(4, 4) == 0);
         CHECK(heat.step(0).kernel == "Diffuse");
         CHECK(heat.step(0).passes == 2);
-        CHECK(heat.step(0).supersteps == 2);
+        CHECK(heat.step(0).exchanges == 2);
         CHECK(heat.step(0).tile_runs == 50);
         CHECK(heat.step(0).messages == 200);
         CHECK(heat.step(0).live_bytes == 800);
         CHECK(heat.step(0).capacity_bytes == 2 * 16 * 25 * 3);
-        CHECK(heat.last().supersteps() == 2);
+        CHECK(heat.last().exchanges() == 2);
     }
     SUBCASE("many passes on an odd grid")
     {
@@ -113,7 +113,7 @@ TEST_CASE("life: a glider crosses the corners of tiles and keeps its shape")
     CHECK(life.step(0).messages == 12 * 16);
     CHECK(life.step(1).messages == 12 * 2);
     CHECK(life.step(2).messages == 0);
-    CHECK(life.step(2).supersteps == 0); // nothing sent: no exchange
+    CHECK(life.step(2).exchanges == 0); // nothing sent: no exchange
     CHECK(life.step(2).capacity_bytes == 0);
     CHECK(life.step(2).passes == 1);
 }
@@ -150,11 +150,11 @@ TEST_CASE("bounce: one token, one tile a pass; idle tiles are not run")
         CHECK(bounce.step(0).passes == 1);
         CHECK(bounce.step(0).tile_runs == 18);
         CHECK(bounce.step(0).messages == (throws == 0 ? 0 : 1));
-        CHECK(bounce.step(0).supersteps == (throws == 0 ? 0 : 1));
+        CHECK(bounce.step(0).exchanges == (throws == 0 ? 0 : 1));
         CHECK(bounce.step(1).passes == throws);
         CHECK(bounce.step(1).tile_runs == throws); // not one tile more
         CHECK(bounce.step(1).messages == (throws == 0 ? 0 : throws - 1));
-        CHECK(bounce.step(1).supersteps == (throws == 0 ? 0 : throws - 1));
+        CHECK(bounce.step(1).exchanges == (throws == 0 ? 0 : throws - 1));
         CHECK(bounce.last().messages() == throws);
 
         // Where it went: to the edge, once back to the tile it was on, and the other way.
@@ -215,7 +215,7 @@ TEST_CASE("post: parcels from anywhere to anywhere arrive once, in as many super
             farthest = std::max(farthest, distance(s.from, s.to));
         }
         CHECK(post.last().messages() == hops);
-        CHECK(post.last().supersteps() == farthest);
+        CHECK(post.last().exchanges() == farthest);
         CHECK(post.step(1).passes == farthest);
         CHECK(post.step(0).live_bytes + post.step(1).live_bytes == hops * sizeof(Parcel));
         CHECK(post.step(0).capacity_bytes + post.step(1).capacity_bytes ==

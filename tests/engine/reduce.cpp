@@ -56,7 +56,7 @@ void check_grid(Grid grid)
     for (std::uint32_t i = 0; i < (all ? grid.size() : 1); ++i) check_equal(total_at(*p.mesh, grid.tile(i)), want);
     std::uint64_t const hops = (grid.width - 1 + grid.height - 1) * (all ? 2 : 1);
     for (std::size_t r = 0; r < 5; ++r) {
-        CHECK(p.step(2 * r).supersteps + p.step(2 * r + 1).supersteps == hops);
+        CHECK(p.step(2 * r).exchanges + p.step(2 * r + 1).exchanges == hops);
         CHECK(p.step(2 * r).passes + p.step(2 * r + 1).passes == hops + 1);
         // One message of each tile but the last; and one to each of them.
         CHECK(p.step(2 * r).messages + p.step(2 * r + 1).messages == (grid.size() - 1) * (all ? 2u : 1u));

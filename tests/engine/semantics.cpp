@@ -95,9 +95,9 @@ TEST_CASE("mail outlives steps that do not read it, and steps on other channels"
     auto const p = everywhere<Program>({4, 2}, seed_all, 2, program);
     CHECK(p.step(4).passes == 3);
     for (std::uint32_t i = 0; i < 8; ++i) CHECK(seen(*p.mesh, p.mesh->grid().tile(i)) == WordList{4, 4, 4, 4});
-    CHECK(p.step(0).supersteps == 1);
-    CHECK(p.step(1).supersteps == 0);
-    CHECK(p.last().supersteps() == 2);
+    CHECK(p.step(0).exchanges == 1);
+    CHECK(p.step(1).exchanges == 0);
+    CHECK(p.last().exchanges() == 2);
 }
 
 TEST_CASE("mail outlives a run")
@@ -163,7 +163,7 @@ TEST_CASE("the votes of the superstep before, another kernel's, start UntilQuiet
     CHECK(p.step(0).tile_runs == 20);
     CHECK(p.step(1).passes == 5);
     CHECK(p.step(1).tile_runs == 1 + 5 + 3);
-    CHECK(p.last().supersteps() == 0); // nobody sent anything
+    CHECK(p.last().exchanges() == 0); // nobody sent anything
     for (std::uint32_t i = 0; i < 20; ++i) CHECK(p.mesh->state<Spring>(p.mesh->grid().tile(i)).left == 0);
 }
 
@@ -296,7 +296,7 @@ TEST_CASE("a note alone is mail: it wakes its receiver, is read once, and makes 
 {
     auto const p =
         everywhere<Sequence<Superstep<Notify<100>>, UntilQuiet<ReadNote>, Superstep<ReadNote>>>({4, 3}, seed_none);
-    CHECK(p.step(0).supersteps == 1);
+    CHECK(p.step(0).exchanges == 1);
     CHECK(p.step(0).messages == 0);
     CHECK(p.step(0).live_bytes == 0);
     CHECK(p.step(0).capacity_bytes == 16 * 12 * (2 + 4));
@@ -312,7 +312,7 @@ TEST_CASE("a note alone is mail: it wakes its receiver, is read once, and makes 
 TEST_CASE("a note of 0 is no mail")
 {
     auto const p = everywhere<Sequence<Superstep<Notify<0>>, UntilQuiet<ReadNote>>>({4, 3}, seed_none);
-    CHECK(p.last().supersteps() == 0);
+    CHECK(p.last().exchanges() == 0);
     CHECK(p.step(0).capacity_bytes == 0);
     CHECK(p.step(1).passes == 0);
 }
@@ -422,7 +422,7 @@ TEST_CASE("counters add up over the channels of a kernel; each exchange moves bo
     auto const p = everywhere<Repeat<TwoChannels>>({4, 3}, seed_none, 1, {3});
     CHECK(p.step(0).messages == 3 * 12 * 3);
     CHECK(p.step(0).live_bytes == 4 * 3 * 12 * 3);
-    CHECK(p.step(0).supersteps == 3);
+    CHECK(p.step(0).exchanges == 3);
     CHECK(p.step(0).capacity_bytes == 3 * 2 * 16 * 12 * (2 + 4));
     REQUIRE(p.last().peaks.size() == 3);
     CHECK(p.last().peaks[0].region == "Seen");
@@ -445,7 +445,7 @@ TEST_CASE("counters and peaks begin anew in each run")
         for (std::uint32_t i = 0; i < 9; ++i) mesh.template state<Seed>(mesh.grid().tile(i)).value = 0;
         auto const second = mesh.run();
         CHECK(second.messages() == 0);
-        CHECK(second.supersteps() == 0);
+        CHECK(second.exchanges() == 0);
         CHECK(second.peaks.back().items == 0);
         CHECK(second.steps[0].passes == 1);
     });

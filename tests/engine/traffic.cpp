@@ -48,7 +48,7 @@ std::uint64_t check_load(traffic::Sizes sizes, Grid grid, std::uint32_t each, To
             CHECK(std::equal(std::begin(r.payload), std::end(r.payload), std::begin(want.payload)));
         }
     CHECK(seen == std::vector<int>(ends.size(), 1));
-    return p.last().supersteps();
+    return p.last().exchanges();
 }
 
 } // namespace

@@ -100,7 +100,7 @@ TEST_CASE("poplar: If, with supersteps counted or not")
             auto const load = [&](auto& mesh) { mesh.template broadcast<Wanted>() = {0, first, second}; };
             on_both<Choosing>("choose", Grid{3, 2}, load, 2);
             auto options = poplar_test::options("choose");
-            options.count_supersteps = false;
+            options.count_exchanges = false;
             Mesh<Choosing> mesh{{}, Grid{3, 2}};
             PoplarMesh<Choosing> graph{{}, Grid{3, 2}, options};
             load(mesh);

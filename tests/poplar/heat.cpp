@@ -27,7 +27,7 @@ TEST_CASE("poplar: heat on 40 x 36 tiles is the same program, bit for bit")
     warm(mesh);
     warm(graph);
     auto const run = mesh.run();
-    CHECK(run.supersteps() == 1001);
+    CHECK(run.exchanges() == 1001);
     CHECK(run.messages() == 1001u * 4 * grid.size());
     engine_test::check_same(run, graph.run());
     poplar_test::check_same_words(mesh, graph);
@@ -46,7 +46,7 @@ TEST_CASE("poplar: heat on 40 x 36 tiles is the same program, bit for bit")
 TEST_CASE("poplar: heat without counting supersteps needs no reduction")
 {
     auto options = poplar_test::options("heat");
-    options.count_supersteps = false;
+    options.count_exchanges = false;
     Mesh<Heat> mesh{program, Grid{5, 3}};
     PoplarMesh<Heat> graph{program, Grid{5, 3}, options};
     warm(mesh);
@@ -57,5 +57,5 @@ TEST_CASE("poplar: heat without counting supersteps needs no reduction")
     CHECK(b.steps[0].tile_runs == a.steps[0].tile_runs);
     CHECK(b.steps[0].messages == a.steps[0].messages);
     CHECK(b.steps[0].live_bytes == a.steps[0].live_bytes);
-    CHECK(b.steps[0].supersteps == 0); // not counted
+    CHECK(b.steps[0].exchanges == 0); // not counted
 }

@@ -301,13 +301,13 @@ TEST_CASE("poplar: heat, life, sorting, bouncing and post are the engine's, word
     auto const sorted = on_both<SortRows>("test", Grid{12, 2}, [](auto& mesh) {
         for (std::uint32_t i = 0; i < 24; ++i) mesh.template state<Key>(mesh.grid().tile(i)).value = (i * 7 + 3) % 24;
     }, 1, SortRows{{12}, {}});
-    CHECK(sorted[0].steps[0].supersteps == 12);
+    CHECK(sorted[0].steps[0].exchanges == 12);
     auto const bounced = on_both<Bounce>("test", Grid{5, 2}, [](auto& mesh) {
         mesh.template state<Ball>(TileId::at(1, 0)).throws = 13;
         mesh.template state<Ball>(TileId::at(4, 1)).throws = 1;
     });
     CHECK(bounced[0].steps[1].passes == 13);
-    CHECK(bounced[0].steps[1].supersteps == 12); // the last pass only reads
+    CHECK(bounced[0].steps[1].exchanges == 12); // the last pass only reads
     standin::With const restore(standin::settings());
     standin::settings().tile_bytes = Bench::sram_bytes;
     on_both<Post, Bench>("test", Grid{9, 8}, [](auto& mesh) {

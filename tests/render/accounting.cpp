@@ -20,7 +20,7 @@ RunCounters run_of(std::uint32_t steps)
     double ms = 1;
     for (std::uint32_t i = 0; i < steps; ++i, ms *= 10) {
         StepCounters s;
-        s.supersteps = i + 1;
+        s.exchanges = i + 1;
         s.passes = 100 * (i + 1);
         s.messages = 100 * (i + 1);
         s.live_bytes = 2 * s.messages;

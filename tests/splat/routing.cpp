@@ -59,7 +59,7 @@ struct Job {
     {
         std::sort(ids.begin(), ids.end());
         auto const run = mesh.run();
-        supersteps = run.steps[1].supersteps;
+        supersteps = run.steps[1].exchanges;
         std::uint32_t away = 0, home = 0;
         auto const grid = mesh.grid();
         auto const& frame = mesh.template broadcast<FrameParameters>();

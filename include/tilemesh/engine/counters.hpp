@@ -11,7 +11,7 @@ namespace tilemesh { inline namespace v0_2 {
 struct StepCounters {
     std::string kernel;
     std::uint64_t passes = 0;          ///< runs of the kernel over the tiles that must run
-    std::uint64_t supersteps = 0;      ///< exchanges that moved at least one message or note
+    std::uint64_t exchanges = 0;       ///< exchanges that moved at least one message or note
     std::uint64_t tile_runs = 0;       ///< kernel calls on tiles that had to run
     std::uint64_t messages = 0;
     std::uint64_t live_bytes = 0;      ///< bytes of messages
@@ -38,10 +38,10 @@ struct LoopCounters {
 struct RunCounters {
     std::vector<StepCounters> steps;      ///< in program order
     std::vector<LoopCounters> loops;      ///< in program order; an outer loop comes before its inner loops
-    std::vector<engine::Peak> peaks;            ///< buffers, then channels
-    std::vector<std::uint64_t> digests; ///< one per pass, over all live words; empty unless requested
+    std::vector<engine::Peak> peaks;      ///< buffers, then channels
+    std::vector<std::uint64_t> digests;   ///< one per pass, over all live words; empty unless requested
 
-    std::uint64_t supersteps() const noexcept { return sum(&StepCounters::supersteps); }
+    std::uint64_t exchanges() const noexcept { return sum(&StepCounters::exchanges); }
     std::uint64_t messages() const noexcept { return sum(&StepCounters::messages); }
     std::uint64_t tile_runs() const noexcept { return sum(&StepCounters::tile_runs); }
 

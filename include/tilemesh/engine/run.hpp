@@ -158,7 +158,7 @@ private:
             counters.tile_runs += passed.tile_runs;
             counters.live_bytes += passed.live_bytes;
             if (passed.sent) {
-                ++counters.supersteps;
+                ++counters.exchanges;
                 counters.capacity_bytes += engine.template capacity_bytes<Kernel>(typename KernelTraits<Kernel>::Links{});
             }
             std::uint64_t words = 0;

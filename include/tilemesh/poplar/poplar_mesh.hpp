@@ -21,7 +21,7 @@ struct PoplarOptions {
     poplar::Device const* device = nullptr; ///< attached; must outlive the mesh
     std::string codelets;                   ///< the output of popc for the program's codelet file, or that file itself
     std::string prefix;                     ///< prefix of its vertices' names: PREFIX_KERNEL
-    bool count_supersteps = true; ///< false, for a program without UntilQuiet: no reductions; StepCounters::supersteps stays 0
+    bool count_exchanges = true; ///< false, for a program without UntilQuiet: no reductions; StepCounters::exchanges stays 0
     bool digest = false;          ///< not available here: no host sees the words between supersteps
 };
 
@@ -258,7 +258,7 @@ private:
         typename Builder::Slots slots;
         slots.states = this->capacity_;
         slots.links = this->link_capacity_;
-        Builder builder(*graph_, this->grid_, options_.prefix, this->sizes_, slots, options_.count_supersteps);
+        Builder builder(*graph_, this->grid_, options_.prefix, this->sizes_, slots, options_.count_exchanges);
 
         std::vector<poplar::program::Program> programs;
         programs.push_back(builder.start());
@@ -470,13 +470,13 @@ private:
     {
         using K = KernelOf<Step>;
         auto const at = Log::step(i);
-        counters.supersteps = run_log_[RunLog::step(i) + 1];
+        counters.exchanges = run_log_[RunLog::step(i) + 1];
         for (std::uint32_t t = 0; t < this->grid_.size(); ++t) {
             counters.tile_runs += word(t, at);
             std::uint32_t link = 0;
             (count_messages<C>(counters, word(t, at + 1 + link++)), ...);
         }
-        counters.capacity_bytes = counters.supersteps * this->template capacity_bytes<K>(machine::Types<C...>{});
+        counters.capacity_bytes = counters.exchanges * this->template capacity_bytes<K>(machine::Types<C...>{});
     }
     template <class C>
     void count_messages(StepCounters& counters, std::uint32_t n) const noexcept

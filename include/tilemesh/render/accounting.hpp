@@ -52,7 +52,7 @@ report::FrameReport account(RunCounters const& run, TileSums const& sums, bool h
     r.pairs_contributing = sums.contributing;
     // A step that the setup leaves out counts 0.
     auto const passes = [&](std::uint32_t step) { return step == Steps::none ? 0u : run.steps[step].passes; };
-    auto const exchanges = [&](std::uint32_t step) { return step == Steps::none ? 0u : run.steps[step].supersteps; };
+    auto const exchanges = [&](std::uint32_t step) { return step == Steps::none ? 0u : run.steps[step].exchanges; };
     auto const milliseconds = [&](std::uint32_t step) { return step == Steps::none ? 0.0 : run.steps[step].milliseconds; };
     r.passes = {passes(Steps::project), passes(Steps::route), passes(Steps::bloom_first) + passes(Steps::bloom),
                 passes(Steps::depth_sort) + passes(Steps::composite)};

@@ -18,7 +18,7 @@ int main()
 {
     tilemesh::Mesh<Program> mesh{Program{{3}}, tilemesh::Grid{4, 3}, {.threads = 2}};
     auto const run = mesh.run();
-    std::cout << "supersteps " << run.supersteps() << '\n'
+    std::cout << "exchanges " << run.exchanges() << '\n'
               << "messages " << run.messages() << '\n'
               << "seen " << mesh.state<Count>(mesh.grid().tile(0)).seen << '\n';
 }
