@@ -1,5 +1,4 @@
-// Random traffic: every tile sends parcels to random tiles, along the row first. Counters of each link, and a page of what the run
-// would cost on a machine whose prices are our own.
+// Random traffic: every tile sends parcels to random tiles, along the row first. It counts by link, and prices its own operations.
 #include <algorithm>
 #include <iostream>
 #include <random>
@@ -9,7 +8,6 @@ struct Parcel { TileId to; };
 struct Road : tilemesh::Channel<Parcel, 16> {};
 struct Waiting : tilemesh::Buffer<Parcel, 2000> {};
 struct Links { std::uint32_t sent[4], full[4], arrived, looked, hops; }; // by side: parcels, refusals; the last two of one pass
-
 struct Work { // operations with names of our own, counted below and priced in main
     enum Kind : std::uint32_t { lookup, hop };
     static constexpr char const* names[] = {"lookup", "hop"};
@@ -20,8 +18,7 @@ struct Forward {
         for (auto side : tilemesh::news)
             for (Parcel const& parcel : in[side]) waiting.push(parcel);
         std::uint32_t kept = 0;
-        links.looked = waiting.size();
-        links.hops = 0;
+        links.looked = waiting.size(), links.hops = 0;
         for (Parcel const& parcel : waiting) {
             if (parcel.to == here.tile) {
                 ++links.arrived;
@@ -50,8 +47,7 @@ int main()
     auto const run = mesh.run();
     std::uint32_t arrived = 0, busiest = 0, full = 0;
     for (auto [tile, links] : mesh.states<Links>()) {
-        arrived += links.arrived;
-        busiest = std::max(busiest, *std::max_element(links.sent, links.sent + 4));
+        arrived += links.arrived, busiest = std::max(busiest, *std::max_element(links.sent, links.sent + 4));
         for (auto refusals : links.full) full += refusals;
     }
     auto model = tilemesh::mk2(); // its exchange and sync, our operations
