@@ -82,6 +82,26 @@ function(form_relocated)
     expect_output(small/expected.txt)
 endfunction()
 
+# The preset of the README installs the headers where nlohmann-json is missing; a build of everything says what it lacks.
+function(form_without_json)
+    set(without -G "${GENERATOR}" "-DCMAKE_CXX_COMPILER=${CXX}" -DCMAKE_DISABLE_FIND_PACKAGE_nlohmann_json=ON)
+    execute_process(COMMAND ${CMAKE_COMMAND} -S "${SOURCE}" -B "${work}/all" ${without}
+        RESULT_VARIABLE result OUTPUT_QUIET ERROR_VARIABLE error)
+    string(REGEX REPLACE "[ \n]+" " " error "${error}")
+    if(result EQUAL 0 OR NOT error MATCHES "need nlohmann-json .* cmake --preset install")
+        message(FATAL_ERROR "without nlohmann-json, a build of everything says (${result}): ${error}")
+    endif()
+    execute_process(COMMAND ${CMAKE_COMMAND} --preset install -B "${work}/headers" ${without}
+        WORKING_DIRECTORY "${SOURCE}" COMMAND_ECHO STDOUT COMMAND_ERROR_IS_FATAL ANY)
+    run(${CMAKE_COMMAND} --install "${work}/headers" --prefix "${work}/prefix")
+    list_files(installed "${work}/prefix/include")
+    list_files(headers "${SOURCE}/include")
+    list(FILTER headers EXCLUDE REGEX "/README\\.md$")
+    if(NOT installed STREQUAL headers)
+        message(FATAL_ERROR "installed are ${installed}, not ${headers}")
+    endif()
+endfunction()
+
 function(form_version)
     configure(package "-DCMAKE_PREFIX_PATH=${prefix}")
 endfunction()

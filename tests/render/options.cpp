@@ -209,3 +209,15 @@ TEST_CASE("rgbx8 by reference and by value: the same bits, of colours below 0, a
         same(paper->render(camera), paper_references->render(camera));
     }
 }
+
+TEST_CASE("a grid of tiles is two numbers or a Grid")
+{
+    RendererOptions const numbers{.grid = {4, 2}}, grid{.grid = Grid{4, 2}};
+    for (auto const& options : {numbers, grid}) {
+        auto const tiling = tiling_for(options, 64, 32);
+        CHECK(tiling.columns == 4);
+        CHECK(tiling.rows == 2);
+        CHECK(tiling.tile_width == 16);
+        CHECK(tiling.tile_height == 16);
+    }
+}

@@ -8,10 +8,14 @@
 
 namespace tilemesh { inline namespace v0_2 {
 
-/// Width and height of a grid in tiles, or of a tile in pixels.
+/// Width and height of a grid in tiles, or of a tile in pixels. `{40, 36}` and `Grid{40, 36}` both give one.
 struct Extent2 {
     std::uint32_t width = 0;
     std::uint32_t height = 0;
+
+    constexpr Extent2() noexcept = default;
+    constexpr Extent2(std::uint32_t w, std::uint32_t h) noexcept : width(w), height(h) {}
+    constexpr Extent2(Grid grid) noexcept : width(grid.width), height(grid.height) {} // NOLINT(google-explicit-constructor)
 };
 
 namespace render {
