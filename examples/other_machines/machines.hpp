@@ -2,8 +2,6 @@
 #include <cstdint>
 #include <tilemesh/tilemesh.hpp>
 
-using namespace tilemesh;
-
 // Two machines that are not IPUs, and the slots that a frame gets on each.
 
 struct Multiprocessors {                                  // a GPU's (NVIDIA H100 SXM), as if they had channels between neighbours
@@ -23,13 +21,13 @@ struct Wafer {                                            // a Cerebras WSE-2: 8
     static constexpr std::uint32_t clock_khz = 1'100'000;
 };
 
-struct OnMultiprocessors : splat::Lossless {
+struct OnMultiprocessors : tilemesh::splat::Lossless {
     static constexpr char const* name = Multiprocessors::name;
-    using Machine = Traced<Multiprocessors>;
-    static constexpr splat::Sizes sizes{.storage = 1400, .road = 40, .beam = 40, .waiting = 40, .tile_pixels = 54 * 33};
+    using Machine = tilemesh::Traced<Multiprocessors>;
+    static constexpr tilemesh::splat::Sizes sizes{.storage = 1400, .road = 40, .beam = 40, .waiting = 40, .tile_pixels = 54 * 33};
 };
-struct OnWafer : splat::Lossless {
+struct OnWafer : tilemesh::splat::Lossless {
     static constexpr char const* name = Wafer::name;
-    using Machine = Traced<Wafer>;
-    static constexpr splat::Sizes sizes{.storage = 211, .road = 8, .beam = 8, .waiting = 8, .tile_pixels = 2 * 2};
+    using Machine = tilemesh::Traced<Wafer>;
+    static constexpr tilemesh::splat::Sizes sizes{.storage = 211, .road = 8, .beam = 8, .waiting = 8, .tile_pixels = 2 * 2};
 };

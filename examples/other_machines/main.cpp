@@ -22,23 +22,23 @@ try {
         std::string const argument = argv[i];
         if (argument == "--whole") whole = true;
         else if (argument == "--out" && i + 1 < argc && *argv[i + 1] != '\0') out = argv[++i];
-        else throw Error("no such argument, or no DIR after it (usage: other_machines [--whole] [--out DIR]); correct " + argument);
+        else throw tilemesh::Error("no such argument, or no DIR after it (usage: other_machines [--whole] [--out DIR]); correct " + argument);
     }
-    auto const map = scene::built_in_map();
+    auto const map = tilemesh::scene::built_in_map();
     // With the whole built-in map, the fullest of 132 tiles would hold 3,800 records (measured with more SRAM): show a third of the map.
     auto third = map;
     for (std::size_t i = 0; 3 * i < map.gaussians.size(); ++i) third.gaussians[i] = map.gaussians[3 * i];
     third.gaussians.resize((map.gaussians.size() + 2) / 3);
-    bool ok = report_on<OnMultiprocessors>(third, assumed_model<Multiprocessors>(32, 1000), scene::built_in_camera({640, 360}),
+    bool ok = report_on<OnMultiprocessors>(third, tilemesh::assumed_model<Multiprocessors>(32, 1000), tilemesh::scene::built_in_camera({640, 360}),
                                            {.grid = {12, 11}, .tile = {54, 33}}, out);
     // Each tile has 2 x 2 pixels of 2,000 x 1,700. A part of the wafer shows its part of the picture.
-    auto camera = scene::built_in_camera({2000, 1700});
-    Extent2 const part = whole ? Extent2{1000, 850} : Extent2{160, 136};
+    auto camera = tilemesh::scene::built_in_camera({2000, 1700});
+    tilemesh::Extent2 const part = whole ? tilemesh::Extent2{1000, 850} : tilemesh::Extent2{160, 136};
     camera.cx -= static_cast<float>(1000 - part.width);
     camera.cy -= static_cast<float>(850 - part.height);
     camera.width = 2 * part.width;
     camera.height = 2 * part.height;
-    ok = report_on<OnWafer>(map, assumed_model<Wafer>(4, 1850), camera, {.grid = part, .tile = {2, 2}}, out) && ok;
+    ok = report_on<OnWafer>(map, tilemesh::assumed_model<Wafer>(4, 1850), camera, {.grid = part, .tile = {2, 2}}, out) && ok;
     return ok ? 0 : 1;
 } catch (std::bad_alloc const&) {
     std::cerr << "the mesh does not fit into memory (--whole takes 10.4 GB, with --out more); leave --whole out or free memory\n";

@@ -16,8 +16,9 @@ template <class S>
 bool report_on(tilemesh::scene::Map const& map, tilemesh::CostModel const& model, tilemesh::splat::Camera const& camera,
                tilemesh::RendererOptions options, std::filesystem::path const& out)
 {
-    using namespace tilemesh;
-    using Shown = BasicRenderer<splat::Referenced<S>>;    // the machine of S; the host moves references
+    namespace splat = tilemesh::splat;
+    namespace report = tilemesh::report;
+    using Shown = tilemesh::BasicRenderer<splat::Referenced<S>>;    // the machine of S; the host moves references
     std::string const machine = S::Machine::name;
     options.threads = 2;
     options.arithmetic = splat::Arithmetic::precise;      // the arithmetic of the naive loop
@@ -26,37 +27,37 @@ bool report_on(tilemesh::scene::Map const& map, tilemesh::CostModel const& model
     auto const grid = renderer.mesh().grid();
     std::cout << "== " << machine << ": " << grid.width << " x " << grid.height << " of " << report::thousands(S::Machine::tiles)
               << " tiles, " << camera.width << " x " << camera.height << " pixels\n"
-              << ledger_table(Shown::Layout::ledger(), S::Machine::sram_bytes) << '\n' << assumed_text(model) << '\n';
-    auto cameras = scene::orbit(camera, scene::robust_centre(map), 0.5, 2);
+              << tilemesh::ledger_table(Shown::Layout::ledger(), S::Machine::sram_bytes) << '\n' << tilemesh::assumed_text(model) << '\n';
+    auto cameras = tilemesh::scene::orbit(camera, tilemesh::scene::robust_centre(map), 0.5, 2);
     cameras.push_back(cameras.back());
     bool ok = true;
     std::uint64_t before = 0;
     for (auto const& at : cameras) {
         auto const frame = renderer.render(at);
-        auto const cost = model_cost(model, renderer.trace(), grid);
+        auto const cost = tilemesh::model_cost(model, renderer.trace(), grid);
         auto const naive = report::render_naive(map.gaussians, at, renderer.model()).rgb;
         bool const same = frame.image.rgb.size() == naive.size() &&
                           std::memcmp(frame.image.rgb.data(), naive.data(), naive.size() * sizeof(float)) == 0;
-        std::cout << '\n' << cost_table(model, renderer.trace(), cost) << "frame: " << milliseconds_text(model, cost.cycles)
+        std::cout << '\n' << tilemesh::cost_table(model, renderer.trace(), cost) << "frame: " << tilemesh::milliseconds_text(model, cost.cycles)
                   << " ms modelled\n" << frame.report << "\nThe picture " << (same ? "has" : "has NOT") << " the bits of the naive loop's.\n";
         ok = ok && same && frame.report.lost.empty() && (before == 0 || cost.cycles < before);
         if (before == 0 && !out.empty()) {
             auto const ledger = Shown::Layout::ledger();
-            TileMap load{"load", "Load", "records that a tile stores, copies among them", true, {}, "records"};
+            tilemesh::TileMap load{"load", "Load", "records that a tile stores, copies among them", true, {}, "records"};
             for (std::uint32_t t = 0; t < grid.size(); ++t)
                 load.values.push_back(std::as_const(renderer.mesh()).template state<splat::Marks<typename Shown::Policies>>(grid.tile(t)).size());
             auto file = machine;
             std::replace(file.begin(), file.end(), ' ', '_');
-            TracePage page;
+            tilemesh::TracePage page;
             page.title = "A cold start on " + machine;
-            page.facts = {{"numbers", assumed_text(model)}};
+            page.facts = {{"numbers", tilemesh::assumed_text(model)}};
             page.ledger.assign(ledger.begin(), ledger.end());
             page.maps = {load};
             page.run = "frame";
-            page.because = [&](Bottleneck const& b) { return "it stores " + report::plain_number(load.values[b.tile]) + " records"; };
+            page.because = [&](tilemesh::Bottleneck const& b) { return "it stores " + report::plain_number(load.values[b.tile]) + " records"; };
             page.picture = &frame.image;
             page.tile_px = {options.tile.width, options.tile.height};
-            write_trace_page(out, file, renderer.trace(), model, grid, page);
+            tilemesh::write_trace_page(out, file, renderer.trace(), model, grid, page);
         }
         before = cost.cycles;
     }

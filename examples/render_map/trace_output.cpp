@@ -372,7 +372,7 @@ void TraceOutput::finish(report::RunReport const& run) const
             "full (a record that is handed back to the host comes again with the next view); left: no longer on the tile.");
     }
     add_run(html, run);
-    add_ledger(html, run.machine.ledger, run.machine.sram_bytes);
+    tilemesh::add_ledger(html, run.machine.ledger, run.machine.sram_bytes);
     add_parameters(html, model_);
     if (energy_model_) {
         add_parameters(html, *energy_model_);
