@@ -84,6 +84,31 @@ umbrella=$(sed -nE 's/^#include <tilemesh\/(.*)>$/\1/p' tilemesh.hpp)
 refuse "missing in tilemesh.hpp" "$(printf '%s\n' $all | grep -E '^(machine|model|report|scene)/[a-z_]+\.hpp$' |
     grep -vxE "$json" | grep -vxF "$umbrella" || true)"
 
+# The list of public headers in README.md: each is there, and is of the umbrella header, directly or not, unless it needs another library.
+# A header of a folder for users is on the list or inside; so are the headers that examples and consumers include.
+inside='machine/(name|run_kernel|types)|model/parameter_file|report/string_stream'
+public=$(awk -F'|' '/^#/ { on = /^## Public headers/ } on && /^\| `/ {
+    folder = $2
+    gsub(/[` ]|tilemesh\//, "", folder)
+    n = split($3, part, "`")
+    for (i = 2; i <= n; i += 2) print folder part[i] }' README.md)
+reached=tilemesh.hpp last=
+while [ "$reached" != "$last" ]; do
+    last=$reached
+    reached=$(printf '%s\n' "$includes" | awk -v reached="$reached" '
+        BEGIN { n = split(reached, all, "\n"); for (i = 1; i <= n; i++) { on[all[i]]; print all[i] } }
+        { file = $1; sub(/:$/, "", file) }
+        file in on && /<tilemesh\// { gsub(/.*<tilemesh\/|>.*/, ""); print }' | sort -u)
+done
+refuse "README.md: public headers twice" "$(printf '%s\n' "$public" | sort | uniq -d)"
+refuse "README.md: public headers that are not there" "$(printf '%s\n' "$public" | grep -vxF "$all" || true)"
+refuse "README.md: public headers that tilemesh.hpp does not include" \
+    "$(printf '%s\n' "$public" | grep -vxE "$json|poplar/.*" | grep -vxF "$reached" || true)"
+refuse "README.md: not among the public headers" "$({
+    printf '%s\n' "$all" | grep -E '^[a-z_]+\.hpp$|^(machine|model|report|scene)/[a-z_]+\.hpp$' | grep -vxE "(joined_threads|number_text|$inside)\.hpp"
+    find ../../examples ../../tests/consumers -path ../../examples/render_map -prune -o -name '*.?pp' -exec sed -nE 's/^ *#include <tilemesh\/(.*)>$/\1/p' {} +
+    } | sort -u | grep -vxF "$public" || true)"
+
 # Kernel code: what it includes.
 refuse "not among the headers of kernel code" "$(printf '%s\n' "$includes" | grep -E '^(config|machine/|splat/)' |
     grep -vE ": <($standard_headers|$glm_headers|tilemesh/.*)>\$" || true)"
