@@ -20,7 +20,8 @@
 
 namespace tilemesh { inline namespace v0_2 { namespace report {
 
-/// The version of report.json's form. It changes when a key changes its name, its place or its meaning. New keys do not change it.
+/// The version of report.json's form. It changes when a member changes its name, its place or its meaning, or is removed, and
+/// when a word (a cause) gets a new value. New members do not change it, so a reader ignores members that it does not know.
 inline constexpr std::uint32_t report_schema = 2;
 
 namespace detail {
