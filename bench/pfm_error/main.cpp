@@ -33,6 +33,8 @@ How far PICTURE is from REFERENCE: two colour PFM files of one size, whose value
                         border pixels repeated, K1 0.01, K2 0.03, range 1; mean over pixels and channels
   mae                   mean absolute error over all channel values
   share_over_one_level  share of pixels, 0 to 1, with a channel that is off by more than one level of 1/255
+  max_x, max_y          column and row of the pixel with the largest error, from 0 at the left and at the top; of several such
+                        pixels, the first in the order of reading
 Values are compared as they are: nothing is clamped, and no gamma is applied.
   --csv    a line of names and a line of values, separated by commas
   --help   this text
@@ -279,6 +281,13 @@ std::vector<Measure> measure(Picture const& picture, Picture const& reference)
         absolute += off[i];
         if (i % 3 == 2 && 255.0 * std::max({off[i - 2], off[i - 1], off[i]}) > 1.0) ++pixels_over;
     }
+    auto const row_values = 3 * picture.width;
+    std::uint64_t worst = 0; // the value with the largest error, counted from the top left
+    double most = 0.0;
+    for (std::uint64_t read = 0; read < count; ++read) { // the file's last row is the top row
+        auto const value = off[(picture.height - 1 - read / row_values) * row_values + read % row_values];
+        if (value > most) most = value, worst = read;
+    }
     std::sort(off.begin(), off.end());
     auto const rank = (999 * count + 999) / 1000; // 0.999 of them, rounded up
 
@@ -296,7 +305,9 @@ std::vector<Measure> measure(Picture const& picture, Picture const& reference)
             {"psnr_db", print("%.3f", psnr)},
             {"ssim", print("%.6f", structural_similarity(picture, reference))},
             {"mae", print("%.4e", absolute / n)},
-            {"share_over_one_level", print("%.6f", 3.0 * static_cast<double>(pixels_over) / n)}};
+            {"share_over_one_level", print("%.6f", 3.0 * static_cast<double>(pixels_over) / n)},
+            {"max_x", std::to_string(worst % row_values / 3)},
+            {"max_y", std::to_string(worst / row_values)}};
 }
 
 std::string table(std::vector<Measure> const& measures, bool csv)

@@ -37,7 +37,7 @@ pfm() {
 # repeated COUNT WORD...: the words so often.
 repeated() { echo "$@" | awk '{ for (n = 0; n < $1; ++n) for (i = 2; i <= NF; ++i) print $i }'; }
 
-# says EXPECTED ARGUMENTS...: status 0, nothing on standard error, and the seven values in order.
+# says EXPECTED ARGUMENTS...: status 0, nothing on standard error, and the nine values in order.
 says() {
     expected=$1
     shift
@@ -47,7 +47,7 @@ says() {
     values=$(awk '{ print $2 }' stdout | tr '\n' ' ')
     [ "$values" = "$expected " ] || fail "$*: $values, not $expected"
 }
-names="rmse max_levels p999_levels psnr_db ssim mae share_over_one_level"
+names="rmse max_levels p999_levels psnr_db ssim mae share_over_one_level max_x max_y"
 
 # refuses PATTERN ARGUMENTS...: status 2, nothing on standard output, and one line "<problem> (<why>); <what to do>".
 refuses() {
@@ -75,20 +75,20 @@ zero=00000000 level=3b808081 quarter=3e800000 half=3f000000 one=3f800000 minus=b
 }
 [ "$(wc -c <black.pfm)" -eq $((12 + 144)) ] || fail "this script writes no PFM"
 
-says "0.0000e+00 0.0000 0.0000 inf 1.000000 0.0000e+00 0.000000" colours.pfm colours.pfm
-says "0.0000e+00 0.0000 0.0000 inf 1.000000 0.0000e+00 0.000000" colours.pfm colours_big.pfm
-says "0.0000e+00 0.0000 0.0000 inf 1.000000 0.0000e+00 0.000000" level_big.pfm level.pfm
+says "0.0000e+00 0.0000 0.0000 inf 1.000000 0.0000e+00 0.000000 0 0" colours.pfm colours.pfm
+says "0.0000e+00 0.0000 0.0000 inf 1.000000 0.0000e+00 0.000000 0 0" colours.pfm colours_big.pfm
+says "0.0000e+00 0.0000 0.0000 inf 1.000000 0.0000e+00 0.000000 0 0" level_big.pfm level.pfm
 
 # Every value off by one level, whose float is a hair above 1/255. Both pictures are flat: similarity is
 # C1 / (1/255^2 + C1) with C1 = 1e-4, which is 0.866711.
-says "3.9216e-03 1.0000 1.0000 48.131 0.866711 3.9216e-03 1.000000" level.pfm black.pfm
-says "3.9216e-03 1.0000 1.0000 48.131 0.866711 3.9216e-03 1.000000" black.pfm level_big.pfm
+says "3.9216e-03 1.0000 1.0000 48.131 0.866711 3.9216e-03 1.000000 0 0" level.pfm black.pfm
+says "3.9216e-03 1.0000 1.0000 48.131 0.866711 3.9216e-03 1.000000 0 0" black.pfm level_big.pfm
 
 # One pixel against its reference: errors 1/4, 0 and 1 in the three channels; sqrt((1/16 + 1) / 3), and of the similarities
 # C1 / (1/16 + C1), 1 and C1 / (1 + C1) the mean.
 pfm one.pfm 1 1 little $quarter $half $one
 pfm other.pfm 1 1 big $zero $half $zero
-says "5.9512e-01 255.0000 255.0000 4.508 0.333899 4.1667e-01 1.000000" one.pfm other.pfm
+says "5.9512e-01 255.0000 255.0000 4.508 0.333899 4.1667e-01 1.000000 0 0" one.pfm other.pfm
 
 # The window: a point of 1 in a black row of 3. Along x the 11 taps of sigma 1.5 are w0 = 0.266012, w1 = 0.213006 (and so on);
 # with the border repeated the weight of the middle pixel is w1, w0 and w1, and m = w, v = w - w^2 give
@@ -102,7 +102,7 @@ ssim=$(awk 'BEGIN {
     for (i = -5; i <= 5; ++i) { w[i] = exp(-i * i / 4.5); sum += w[i] }
     for (i = -1; i <= 1; ++i) { m = w[i] / sum; mean += 1e-4 * 9e-4 / ((m * m + 1e-4) * (m - m * m + 9e-4)) / 3 }
     printf "%.6f", mean }')
-says "5.7735e-01 255.0000 255.0000 4.771 $ssim 3.3333e-01 0.333333" point.pfm row.pfm
+says "5.7735e-01 255.0000 255.0000 4.771 $ssim 3.3333e-01 0.333333 1 0" point.pfm row.pfm
 
 # The point at the left end: what the window has beyond it is the point again.
 # shellcheck disable=SC2046
@@ -115,7 +115,7 @@ ssim=$(awk 'BEGIN {
         mean += 1e-4 * 9e-4 / ((m * m + 1e-4) * (m - m * m + 9e-4)) / 3
     }
     printf "%.6f", mean }')
-says "5.7735e-01 255.0000 255.0000 4.771 $ssim 3.3333e-01 0.333333" point.pfm row.pfm
+says "5.7735e-01 255.0000 255.0000 4.771 $ssim 3.3333e-01 0.333333 0 0" point.pfm row.pfm
 
 # A point in a picture of 30 x 40, where a window holds it whole: 121 of the 1200 pixels see it.
 # shellcheck disable=SC2046
@@ -129,7 +129,7 @@ ssim=$(awk 'BEGIN {
         m = w[i] * w[j] / (sum * sum); mean += 1e-4 * 9e-4 / ((m * m + 1e-4) * (m - m * m + 9e-4)) }
     printf "%.6f", (mean + 1200 - 121) / 1200 }')
 # 3 of 3600 values are off by 1: the 3597th smallest error (0.999 of them, 3596.4, rounded up) is 0.
-says "2.8868e-02 255.0000 0.0000 30.792 $ssim 8.3333e-04 0.000833" point.pfm large.pfm
+says "2.8868e-02 255.0000 0.0000 30.792 $ssim 8.3333e-04 0.000833 10 19" point.pfm large.pfm
 
 # A pixel is off whatever channel is; off by a hair less than a level it is not.
 under=3b808080
@@ -159,18 +159,32 @@ for case in "two.pfm black.334.pfm 127.5000" "one_off.pfm black.334.pfm 0.0000" 
     [ "$p999" = "$3" ] || fail "p999 of $1 is $p999, not $3"
 done
 
+# The largest error's pixel, from the top left. Of two equal ones it is the first as people read, which is the last row of the file.
+# shellcheck disable=SC2046
+{
+    pfm dark.pfm 2 3 little $(repeated 18 $zero)
+    pfm two_rows.pfm 2 3 big $(repeated 5 $zero) $one $(repeated 8 $zero) $one $(repeated 3 $zero)
+    pfm negative.pfm 2 3 big $(repeated 7 $zero) $minus $half $(repeated 9 $zero)
+}
+for case in "two_rows.pfm 0 0" "negative.pfm 0 1"; do
+    # shellcheck disable=SC2086
+    set -- $case
+    pixel=$("$program" "$1" dark.pfm | sed -n 's/^max_[xy] //p' | tr '\n' ' ')
+    [ "$pixel" = "$2 $3 " ] || fail "the largest error of $1 is at $pixel, not $2 $3"
+done
+
 # --- CSV ---------------------------------------------------------------------------------------
 for arguments in "--csv one.pfm other.pfm" "one.pfm other.pfm --csv"; do
     # shellcheck disable=SC2086
     "$program" $arguments >stdout || fail "status $? with $arguments"
-    printf '%s\n%s\n' "$(echo "$names" | tr ' ' ',')" 5.9512e-01,255.0000,255.0000,4.508,0.333899,4.1667e-01,1.000000 >expected
+    printf '%s\n%s\n' "$(echo "$names" | tr ' ' ',')" 5.9512e-01,255.0000,255.0000,4.508,0.333899,4.1667e-01,1.000000,0,0 >expected
     cmp -s stdout expected || fail "$arguments: $(cat stdout)"
 done
 
 # --- what is refused ---------------------------------------------------------------------------
 "$program" --help >stdout 2>stderr || fail "status $? with --help"
 [ ! -s stderr ] || fail "--help writes on standard error"
-for name in $names --csv --help; do grep -q -e "^  $name " stdout || fail "$name is not in the help"; done
+for name in $names --csv --help; do grep -qE -e "^  (max_x, )?$name[, ]" stdout || fail "$name is not in the help"; done
 
 refuses "0 files are named"
 refuses "1 file is named" one.pfm
@@ -203,7 +217,7 @@ resized() { # FILE WIDTH HEIGHT SCALE BYTES: one.pfm's first bytes under another
     tail -c 12 one.pfm | head -c "$5" >>"$1"
 }
 resized same.pfm 1 1 -1 12
-says "0.0000e+00 0.0000 0.0000 inf 1.000000 0.0000e+00 0.000000" one.pfm same.pfm
+says "0.0000e+00 0.0000 0.0000 inf 1.000000 0.0000e+00 0.000000 0 0" one.pfm same.pfm
 for bytes in 0 4 11; do
     resized short.pfm 1 1 -1.0 $bytes
     refuses "it ends after $bytes bytes of the pixels of 1 x 1" one.pfm short.pfm
