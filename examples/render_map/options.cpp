@@ -131,10 +131,12 @@ constexpr Option options[] = {
      }},
     {"--orbit", "DEGREES", "turn the camera around the map's middle, by DEGREES per frame",
      [](Options& o, auto name, auto text) { o.orbit_degrees = degrees(name, text); }},
-    {"--frames", "N", "render N frames of the orbit, or the first N poses of the trajectory",
+    {"--frames", "N", "render N frames of the orbit, or the first N poses (see --every)",
      [](Options& o, auto name, auto text) { o.frames = whole_number(name, text, most_frames); }},
     {"--trajectory", "FILE", "render a frame per pose of a TUM file (camera to world), lens of --camera",
      [](Options& o, auto name, auto text) { o.trajectory = input(o, name, text); }},
+    {"--every", "N", "render every Nth pose of the trajectory, from the first [1]",
+     [](Options& o, auto name, auto text) { o.every = whole_number(name, text, any_number); }},
     {"--relative", "", "move the camera as the trajectory moves from its first pose",
      [](Options& o, auto, auto) { o.relative = true; }},
     {"--size", "WxH", "size in pixels [the camera's own, or 1280x720]",
@@ -279,6 +281,7 @@ void check_together(Options const& o, std::vector<std::string_view> const& given
     needs("--camera", "--cameras", "a camera is looked up in a camera file");
     if (!o.trajectory) needs("--frames", "--orbit", "it counts the frames of an orbit or of a --trajectory");
     needs("--orbit", "--frames", "an orbit has as many frames as you ask for");
+    needs("--every", "--trajectory", "it counts the poses of a trajectory");
     needs("--relative", "--trajectory", "it says how to read a trajectory");
     if (o.orbit_degrees && o.trajectory)
         throw Error("--orbit and --trajectory are both given (each moves the camera); choose one");
@@ -476,8 +479,8 @@ std::string help_text()
                   "  ends the run, it writes no_progress.txt, which names the steps that the tiles repeat.\n"
                   "  A run never writes over a file that it reads, even through a link, and writes no file twice.\n"
                   "  With --resume, resume.jsonl lists the finished frames. After a kill or a crash, start the same\n"
-                  "  command again: it keeps every frame whose files are complete, and ends with the pictures and\n"
-                  "  counters of an uninterrupted run. It refuses another map, option or version.\n"
+                  "  command again: it keeps every frame of that list whose files are complete, and ends with the\n"
+                  "  pictures and counters of an uninterrupted run. It refuses another map, option or version.\n"
                   "  A file gets its name only when it is complete; with --report, after the disk has its bytes.\n"
                   "  Ctrl-C finishes the current frame, writes the report of the finished frames, and ends the run. A\n"
                   "  second Ctrl-C ends it at once.\n"

@@ -22,6 +22,7 @@ struct Options {
     std::optional<double> orbit_degrees;              ///< per frame
     std::uint32_t frames = 0;                          ///< frames of the orbit, or at most these of the trajectory; 0: all
     std::optional<std::filesystem::path> trajectory;
+    std::uint32_t every = 1;                           ///< of the trajectory, every so many-th pose, from the first
     bool relative = false;
     std::optional<tilemesh::scene::Size> size;
     Choice choice;

@@ -1,4 +1,5 @@
 #include "shots.hpp"
+#include <cstddef>
 #include <optional>
 #include <tilemesh/error.hpp>
 #include <tilemesh/scene/built_in.hpp>
@@ -65,6 +66,9 @@ std::vector<Shot> make_shots(Options const& options, scene::Map const& map, std:
         notes.push_back(options.trajectory->filename().string().append(": ").append(note));
     if (!options.cameras)
         notes.push_back("the lens is a guess (a trajectory says none): name yours with --cameras FILE --camera NAME");
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < trajectory.size(); i += options.every) trajectory[kept++] = trajectory[i];
+    trajectory.resize(kept);
     if (options.frames != 0 && options.frames < trajectory.size()) trajectory.resize(options.frames);
     if (options.relative)
         trajectory = scene::relative_to_first(std::move(trajectory), scene::pose_of(start.camera));

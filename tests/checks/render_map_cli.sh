@@ -8,7 +8,7 @@ small="--size 320x180 --quiet"
 
 # --- a picture ---------------------------------------------------------------------------------
 runs --help
-for option in --cameras --camera --orbit --frames --trajectory --relative --size --preset --grid --tile --machine \
+for option in --cameras --camera --orbit --frames --trajectory --every --relative --size --preset --grid --tile --machine \
     --channel-slots --storage-slots --saturation --footprint --copies --hops --pixels --arithmetic --quality --sh-degree --fit --engine \
     --threads --out --float --depth --alpha --reference --report --explain --quiet --strict --resume --version --help; do
     has stdout "^  $option "
@@ -273,6 +273,15 @@ has back.json '"the lens is a guess'
 runs $small --out first_two --trajectory walk.tum --relative --frames 2 --float
 [ "$(find first_two -name '*.png' | wc -l)" -eq 2 ] || fail "not the first two poses"
 same walk/frame_0001.pfm first_two/frame_0001.pfm
+# Every second of three poses: the first and the last. Motion is still relative to the first.
+runs $small --out walk --trajectory walk.tum --relative --float
+runs $small --out every_two --trajectory walk.tum --relative --every 2 --float --report every.json
+[ "$(find every_two -name '*.png' | wc -l)" -eq 2 ] || fail "not every second pose"
+same walk/frame_0000.pfm every_two/frame_0000.pfm
+same walk/frame_0002.pfm every_two/frame_0001.pfm
+[ "$(sed -n 's/.*"timestamp_s": \(.*\),$/\1/p' every.json | tr '\n' ' ')" = "0.0 2.0 " ] || fail "the time stamps are not those of poses 0 and 2"
+runs $small --out every_two --trajectory walk.tum --every 3 --frames 2 --report every.json
+[ "$(grep -c '"timestamp_s"' every.json)" -eq 1 ] || fail "every third of three poses is not one"
 cat >cameras.json <<'JSON'
 {"cameras": [
  {"scene": "built_in", "name": "a", "width": 320, "height": 180, "fx": 300, "fy": 300, "cx": 160, "cy": 90,
@@ -324,7 +333,7 @@ done
 for option in --size --grid --tile; do
     for value in 12 0x5 5x0 x 5x 5x5x5 65536x1 -1x5 1e1x5 " 5x5"; do refuses "two whole numbers" $option "$value"; done
 done
-for option in --frames --channel-slots --storage-slots --threads --hops; do
+for option in --frames --every --channel-slots --storage-slots --threads --hops; do
     for value in -1 1.5 x 99999999999999999999 "" 1k; do refuses "whole number" $option "$value"; done
     case $option in --*-slots) ;; *) refuses "whole number" $option 0 ;; esac
 done
@@ -335,6 +344,7 @@ refuses "without --cameras" --camera a
 refuses "without --orbit" --frames 3
 refuses "without --frames" --orbit 3
 refuses "without --trajectory" --relative
+refuses "without --trajectory" --every 2
 refuses "both given" --orbit 1 --frames 2 --trajectory walk.tum
 refuses "both given" --engine sequential --threads 2
 refuses "has 1 to 2,000 slots of 136 bytes a tile for records of degree 0, in 272,000 of a tile's 638,976 bytes; without this option the machine is cut to what the scene needs and has 2,941); choose 1 to 2000, or what has room for 2,900: --preset paper or --machine test$" --storage-slots 2900
