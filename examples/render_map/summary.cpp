@@ -13,6 +13,7 @@
 #include <tilemesh/report/frame_report.hpp>
 #include <tilemesh/report/string_stream.hpp>
 #include <tilemesh/report/table.hpp>
+#include <utility>
 #include <vector>
 
 namespace render_map {
@@ -117,14 +118,16 @@ std::string missing_text(report::RunReport const& run)
     auto const lacks = [](report::RunFrame const& frame) { return frame.report.lost.size(); };
     auto const frames = std::count_if(run.frames.begin(), run.frames.end(), [&](auto const& frame) { return lacks(frame) != 0; });
     if (frames == 0) return {};
-    auto const& worst = *std::max_element(run.frames.begin(), run.frames.end(),
-                                          [&](auto const& a, auto const& b) { return lacks(a) < lacks(b); });
-    std::uint64_t records = 0;
+    // A whole Gaussian counts more than any number of copies.
+    auto const whole = [](report::RunFrame const& frame) {
+        return std::count_if(frame.report.lost.begin(), frame.report.lost.end(), [](auto const& loss) { return loss.tile == report::Loss::whole; });
+    };
+    auto const& worst = *std::max_element(run.frames.begin(), run.frames.end(), [&](auto const& a, auto const& b) {
+        return std::pair(whole(a), lacks(a)) < std::pair(whole(b), lacks(b));
+    });
     std::map<report::Cause, std::uint64_t> causes;
-    for (auto const& loss : worst.report.lost) {
-        records += loss.tile == report::Loss::whole ? 1 : 0;
-        ++causes[loss.cause];
-    }
+    for (auto const& loss : worst.report.lost) ++causes[loss.cause];
+    auto const records = static_cast<std::uint64_t>(whole(worst));
     auto const copies = lacks(worst) - records;
 
     std::string text;
@@ -145,9 +148,12 @@ std::string missing_text(report::RunReport const& run)
 std::string advice(Options const& options, Needs const& needs, report::RunReport const& run)
 {
     std::uint64_t of[report::causes] = {}, slots = 0;
+    std::string fullest; // the fullest tile of all frames, and its frame if there are several
     for (auto const& frame : run.frames) {
         for (std::uint32_t cause = 0; cause < report::causes; ++cause) of[cause] += frame.report.losses(report::Cause{cause});
-        if (frame.report.full_tiles) slots = std::max(slots, frame.report.full_tiles->slots_needed);
+        if (!frame.report.full_tiles || frame.report.full_tiles->slots_needed <= slots) continue;
+        slots = frame.report.full_tiles->slots_needed;
+        fullest = "the fullest tile" + (run.frames.size() > 1 ? " of " + frame.image : std::string());
     }
     auto const lost_for = [&](report::Cause cause) { return of[static_cast<std::uint32_t>(cause)] != 0; };
     std::string text;
@@ -155,8 +161,8 @@ std::string advice(Options const& options, Needs const& needs, report::RunReport
     if (lost_for(report::Cause::unplaced) || lost_for(report::Cause::storage_full)) {
         auto const room = roomier(options, needs, slots);
         if (room.empty())
-            add("no machine has " + thousands(slots) + " slots a tile, which the fullest tile needs: smaller tiles need fewer (--tile)");
-        else if (slots != 0) add("the fullest tile needs " + thousands(slots) + " slots, and there is room with " + room);
+            add("no machine has " + thousands(slots) + " slots a tile, which " + fullest + " needs: smaller tiles need fewer (--tile)");
+        else if (slots != 0) add(fullest + " needs " + thousands(slots) + " slots, and there is room with " + room);
         else add("tiles were full only while records were on their way; there is more room with " + room);
     }
     if (lost_for(report::Cause::channel_full)) add("with --saturation hold records wait for a free slot in a channel");

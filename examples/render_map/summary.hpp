@@ -11,11 +11,12 @@ namespace render_map {
 /// last frame in full.
 void print_summary(std::ostream& out, tilemesh::report::RunReport const& run);
 
-/// Says how many pictures lack records or copies, and for the worst picture how many and why: "<problem> (<why>)". Empty if no picture
-/// lacks records or copies.
+/// Says how many pictures lack records or copies, and for the worst picture how many and why: "<problem> (<why>)". The worst picture
+/// lacks the most whole records; among equals, the most records and copies. Empty if no picture lacks records or copies.
 std::string missing_text(tilemesh::report::RunReport const& run);
 
-/// Advice if pictures lack something: options that give room, hold, wait or bloom. Empty if no picture lacks anything.
+/// Advice if pictures lack something: options that give room, hold, wait or bloom. The fullest tile is that of all pictures, and the
+/// text names its picture. Empty if no picture lacks anything.
 std::string advice(Options const& options, Needs const& needs, tilemesh::report::RunReport const& run);
 
 } // namespace render_map

@@ -103,6 +103,10 @@ runs $small --strict --report report.json
 has report.json '^ "notes": \[\],$'
 runs $small --orbit 1 --frames 3 --hops 2
 has stderr "^3 of 3 pictures lack something, most of all frame_000[0-2].png: .* late); with --hops quiet a frame ends when all have arrived$"
+# A whole Gaussian counts more than copies: the named frame lacks the most of them, though another lacks more entries. The fullest tile has
+# its own frame.
+runs $small --orbit 3 --frames 3 --storage-slots 60
+has stderr "^3 of 3 pictures lack something, most of all frame_0001.png: [0-9,]* of the map's 39,517 Gaussians and .*; the fullest tile of frame_0000.png needs "
 runs $small --preset prototype --storage-slots 60 --channel-slots 3 --report report.json
 has report.json '"cause": "channel_full"'
 has report.json '"cause": "storage_full"'
