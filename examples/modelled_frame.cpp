@@ -19,7 +19,7 @@ try {
         auto const& trace = renderer.trace();
         auto const cost = model_cost(model, trace, renderer.mesh().grid());
         std::cout << cost_table(model, trace, cost) << "frame: " << milliseconds_text(model, cost.cycles) << " ms modelled, "
-                  << cost.supersteps.size() << " supersteps\n\n";
+                  << cost.supersteps.size() << " passes\n\n";
     }
 } catch (tilemesh::Error const& error) {
     std::cerr << error.what() << '\n';
