@@ -243,6 +243,17 @@ TEST_CASE("a quiet tile without mail that changes a word, sends or votes busy is
     CHECK(restless<Sin::writes>(false).empty());   // not looked for
 }
 
+TEST_CASE("the options of a Mesh are options of a CheckedMesh, which has one thread")
+{
+    Repeat<Diffuse> const program{3};
+    Mesh mesh{program, Grid{3, 4}, {.threads = 2, .digest = true, .most_passes = 5}};
+    CheckedMesh checked{program, Grid{3, 4}, {.threads = 2, .digest = true, .most_passes = 5}};
+    std::uint32_t calls = 0;
+    checked.on_threads([&](std::uint32_t thread, std::uint32_t threads) { calls += thread == 0 && threads == 1 ? 1 : 100; });
+    CHECK(calls == 1);
+    check_same(checked.run(), mesh.run());
+}
+
 TEST_CASE("looking at quiet tiles changes neither counters nor states of an honest program")
 {
     auto const run = [](bool check) {

@@ -17,6 +17,7 @@ namespace tilemesh { inline namespace v0_2 {
 
 /// Options of a CheckedMesh.
 struct CheckedMeshOptions {
+    std::uint32_t threads = 1; ///< not used: this engine has one thread. So the options of a Mesh are also options of a CheckedMesh
     bool digest = false;
     /// Also runs the tiles that need not run, and checks that this changes no word and sends nothing. `Vote` promises this. Without the
     /// promise, a machine that runs every tile (the IPU) would give other results.
