@@ -264,6 +264,7 @@ TEST_CASE("trace page: every step is named once on the timeline and has its own 
     auto trace = two_tiles();
     trace.kernels = {"Transpose", "Transpose", "Never"};
     trace.operations = {{"compare"}, {}, {}};
+    trace.supersteps[0].tiles[1].operations.settled_bytes = 12; // so the page has the table of ideal routing
     Folder folder;
     auto const html = text_of(write_trace_page(folder.path, "run", trace, priced(), two));
     auto const timeline = html.substr(html.find("The run over time"), html.find("</svg>", html.find("The run over time")) - html.find("The run over time"));
@@ -277,6 +278,15 @@ TEST_CASE("trace page: every step is named once on the timeline and has its own 
     }
     CHECK(has(html, "<td>Transpose 1 to Transpose 2</td>"));
     CHECK(has(html, "Slowest: the synchronisation of step Transpose 2; "));
+}
+
+TEST_CASE("trace page: without settled bytes there is no ideal routing, because every bound would be 0")
+{
+    Folder folder;
+    auto trace = two_tiles();
+    CHECK_FALSE(has(text_of(write_trace_page(folder.path, "run", trace, priced(), two)), "Ideal routing"));
+    trace.supersteps[0].tiles[1].operations.settled_bytes = 12;
+    CHECK(has(text_of(write_trace_page(folder.path, "run", trace, priced(), two)), "<h3>Ideal routing</h3>"));
 }
 
 TEST_CASE("trace page: a program's reason stands in the first sentence; the slowest tile is outlined in the picture and in each map")

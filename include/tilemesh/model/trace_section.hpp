@@ -57,7 +57,8 @@ struct TraceSection {
     std::vector<report::HtmlCard> cards; ///< the picture and the maps
     std::vector<std::string> flat_maps; ///< maps that are the same on every tile, most often 0: a sentence each
     std::string steps_svg, supersteps_svg; ///< empty without a cost model
-    std::vector<std::vector<std::string>> steps, ideal, energy_kinds, energy_steps; ///< the tables after the first may be empty
+    /// The tables after the first may be empty. `ideal` is empty if no message settled: without settled bytes every bound would be 0.
+    std::vector<std::vector<std::string>> steps, ideal, energy_kinds, energy_steps;
     bool modelled = false;
     std::size_t bytes() const noexcept
     {
@@ -148,12 +149,14 @@ inline TraceSection trace_section(Trace const& trace, CostModel const& model, Ru
         row.push_back(share_text(static_cast<double>(s.total()), static_cast<double>(cost.cycles)));
     }
     auto const ideal = any_to_any(model, trace, grid);
-    for (auto const& s : ideal.steps)
+    if (std::any_of(ideal.steps.begin(), ideal.steps.end(), [](AnyToAnyStep const& s) { return s.settled_bytes != 0; })) {
+        for (auto const& s : ideal.steps)
+            section.ideal.push_back(
+                {s.first == s.last ? steps[s.first].name : steps[s.first].name + " to " + steps[s.last].name, thousands(s.news_cycles),
+                 thousands(s.bound_cycles), thousands(s.replaced ? s.supersteps : 0)});
         section.ideal.push_back(
-            {s.first == s.last ? steps[s.first].name : steps[s.first].name + " to " + steps[s.last].name, thousands(s.news_cycles),
-             thousands(s.bound_cycles), thousands(s.replaced ? s.supersteps : 0)});
-    section.ideal.push_back(
-        {"all", thousands(ideal.news_cycles), thousands(ideal.bound_cycles), thousands(ideal.supersteps_replaced)});
+            {"all", thousands(ideal.news_cycles), thousands(ideal.bound_cycles), thousands(ideal.supersteps_replaced)});
+    }
     if (energy != nullptr && page.energy != nullptr) {
         for (auto const& event : energy->events)
             if (event.count != 0) // then the event's energy is set
