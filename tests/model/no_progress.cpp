@@ -213,8 +213,10 @@ TEST_CASE("no progress: four tiles that wait, each for the next")
     CHECK(r.waiting == std::vector<std::uint32_t>{5, 6, 9, 10});
     CHECK(r.links.empty());
     CHECK(r.wait_cycle == std::vector<TileSide>{{5, Direction::east}, {6, Direction::south}, {10, Direction::west}, {9, Direction::north}});
-    CHECK(has(text_of(r), "where these sent last: (1, 1) east, (2, 1) south, (1, 2) north, (2, 2) west\n"
-                          "each of 4 tiles may wait for the next: (1, 1) east, (2, 1) south, (2, 2) west, (1, 2) north\n"));
+    CHECK(has(text_of(r), "the last messages of these tiles went over 4 links: (1, 1) east, (2, 1) south, (1, 2) north, (2, 2) west\n"
+                          "a guess: if a tile waits for the tile to which it sent last, 4 tiles wait for each other in a circle: "
+                          "(1, 1) east, (2, 1) south, (2, 2) west, (1, 2) north\n"));
+    CHECK(has(text_of(r, 1), "the last messages of these tiles went over 4 links: (1, 1) east and 3 more\n"));
 
     // The same with tiles that report to three sides: notes are not messages, so no cycle contains them.
     s = stopped<Waiting>(four, 50, [](auto& mesh) { load_ring(mesh, 1); });

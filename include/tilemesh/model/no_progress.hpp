@@ -45,7 +45,8 @@ struct NoProgress {
     std::vector<std::uint32_t> waiting;   ///< tiles that run in every superstep and send no message: busy, or woken by mail
     /// Where each of these sent its last messages before, in the run; none: it has sent none. It may wait for that side.
     std::vector<TileSide> sent_last;
-    std::vector<TileSide> wait_cycle;         ///< a closed walk along these among waiting tiles: each may wait for the next
+    /// A closed walk along these among waiting tiles. It is a guess that each waits for the next: a tile may also wait for another one.
+    std::vector<TileSide> wait_cycle;
     std::uint64_t settled_bytes = 0;      ///< in a period, as far as kernels say
     bool empty() const noexcept { return period == 0; }
 };
@@ -279,10 +280,13 @@ inline std::string text_of(NoProgress const& report, std::size_t most = 16)
         out += number(report.waiting.size(), "tile runs", "tiles run") + " in every superstep and send" +
                (report.waiting.size() == 1 ? "s" : "") + " no message (busy, or woken by mail; for whom they wait is not in a trace): " +
                list(report.waiting, tile) + "\n";
-    if (!report.sent_last.empty()) out += "where these sent last: " + list(report.sent_last, link) + "\n";
+    if (!report.sent_last.empty())
+        out += "the last messages of these tiles went over " + number(report.sent_last.size(), "link", "links") + ": " +
+               list(report.sent_last, link) + "\n";
     if (!report.wait_cycle.empty())
-        out += "each of " + number(report.wait_cycle.size(), "tile", "tiles") +
-               " may wait for the next: " + list(report.wait_cycle, link) + "\n";
+        out += "a guess: if a tile waits for the tile to which it sent last, " +
+               number(report.wait_cycle.size(), "tile waits for itself", "tiles wait for each other in a circle") + ": " +
+               list(report.wait_cycle, link) + "\n";
     if (report.tiles.size() > report.waiting.size())
         out += number(report.tiles.size(), "tile runs", "tiles run") + " in every superstep: " + list(report.tiles, tile) + "\n";
     return out;
