@@ -157,7 +157,7 @@ function(form_single_header)
     file(READ "${BUILD}/single/tilemesh.hpp" single)
     list_files(headers "${SOURCE}/include")
     list(FILTER headers EXCLUDE REGEX "/README\\.md$") # guides are read in the repository
-    list(FILTER headers EXCLUDE REGEX "report/json\\.hpp$|\\.cpp$|^tilemesh/poplar/")
+    list(FILTER headers EXCLUDE REGEX "report/(detail/)?json[a-z_]*\\.hpp$|\\.cpp$|^tilemesh/poplar/")
     foreach(header IN LISTS headers)
         # All of it but its own includes, once.
         file(READ "${SOURCE}/include/${header}" text)
