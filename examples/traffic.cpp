@@ -43,7 +43,7 @@ int main()
     mesh.limit<Road>(4); // of the 16 slots
     std::mt19937 random{1};
     for (auto [tile, waiting] : mesh.states<Waiting>())
-        for (int i = 0; i < 100; ++i) waiting.push({TileId::at(random() % 8u, random() % 8u)});
+        for (int i = 0; i < 100; ++i) waiting.push({mesh.grid().tile(random() % 64u)});
     auto const run = mesh.run();
     std::uint32_t arrived = 0, busiest = 0, full = 0;
     for (auto [tile, links] : mesh.states<Links>()) {

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
+#include <tilemesh/config.hpp>
 
 namespace tilemesh { inline namespace v0_2 { namespace report::detail {
 
