@@ -332,7 +332,7 @@ void TraceOutput::add_run(report::HtmlReport& html, report::RunReport const& run
     Pairs facts = {{"map", run.map.name + ", " + plural(run.map.gaussians, "Gaussian")},
                    {"machine", run.machine.name + ", " + thousands(run.machine.sram_bytes) + " bytes of SRAM a tile, " +
                                    thousands(run.machine.storage_slots) + " slots of storage and " +
-                                   thousands(run.machine.channel_slots) + " of a channel"},
+                                   thousands(run.machine.channel_slots) + " of a bloom channel"},
                    {"preset", run.preset},
                    {"policies", "routing " + run.policies.routing + ", addressing " + run.policies.addressing +
                                     ", saturation " + run.policies.saturation + ", footprint " + run.policies.footprint +

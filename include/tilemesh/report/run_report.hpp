@@ -54,7 +54,7 @@ struct RunReport {
         std::string name;
         std::uint32_t sram_bytes = 0;              ///< of a tile
         std::uint32_t storage_slots = 0;           ///< of a tile, after the user's limit
-        std::uint32_t channel_slots = 0;           ///< of a channel, after the user's limit
+        std::uint32_t channel_slots = 0;           ///< of a bloom channel (without bloom: of routing), after the user's limit
         std::vector<machine::Region> ledger;                ///< Tile<Machine, Program>::ledger()
     } machine;
     std::string preset, engine;
