@@ -100,8 +100,9 @@ void check_heard(M& mesh)
     auto const expected = expected_of(mesh.grid(), E);
     for (auto [tile, heard] : mesh.template states<Heard<E>>()) {
         auto const& want = expected.heard[mesh.grid().index_of(tile)];
-        CAPTURE(tile.x());
-        CAPTURE(tile.y());
+        tilemesh::TileId const at = tile; // Clang 14 does not capture a structured binding
+        CAPTURE(at.x());
+        CAPTURE(at.y());
         CHECK(std::equal(heard.words, heard.words + 4, want.begin()));
         CHECK(std::equal(heard.notes, heard.notes + 4, want.begin() + 4));
     }

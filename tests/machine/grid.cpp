@@ -100,7 +100,7 @@ constexpr bool edges_are_right(Grid grid)
     });
 }
 static_assert(edges_are_right({1, 1}) && edges_are_right({1, 5}) && edges_are_right({5, 1}) && edges_are_right({2, 2}) &&
-              edges_are_right({5, 3}) && edges_are_right({40, 36}));
+              edges_are_right({5, 3}) && edges_are_right({17, 11})); // Clang 14 ends the evaluation of a larger grid
 
 /// Where each outgoing end is read, counted.
 std::vector<int> readers(Grid grid)
