@@ -156,8 +156,8 @@ function(form_single_header)
     run(${CMAKE_COMMAND} --build "${BUILD}" --target single_header)
     file(READ "${BUILD}/single/tilemesh.hpp" single)
     list_files(headers "${SOURCE}/include")
-    list(FILTER headers EXCLUDE REGEX "/README\\.md$") # guides are read in the repository
-    list(FILTER headers EXCLUDE REGEX "report/(detail/)?json[a-z_]*\\.hpp$|\\.cpp$|^tilemesh/poplar/")
+    list(FILTER headers INCLUDE REGEX "\\.hpp$")
+    list(FILTER headers EXCLUDE REGEX "report/(detail/)?json[a-z_]*\\.hpp$|^tilemesh/poplar/")
     foreach(header IN LISTS headers)
         # All of it but its own includes, once.
         file(READ "${SOURCE}/include/${header}" text)
