@@ -239,7 +239,8 @@ TEST_CASE("stacked bars: rows are as long as their values, behind their names; a
     auto chart = two_bars(BarLayout::rows);
     chart.bars[1].note = "20 <ms>";
     CHECK(has(svg(chart), ">20 &lt;ms&gt;</text>"));
-    chart.bars.assign(100, chart.bars[0]); // as high as its rows
+    auto const bar = chart.bars[0]; // a copy: assign wants no element of its own
+    chart.bars.assign(100, bar);    // as high as its rows
     CHECK(has(svg(chart), "height=\"2694\""));
     chart.bars[0].name = std::string(100, 'a') + std::string(100, 'z');
     CHECK(has(svg(chart), ">aaaaaaaaaaaaaaaaaaaaaaaa...zzzzzzzzzzzzz</text>"));
