@@ -1,6 +1,7 @@
 // test: unoptimised test asan tsan
 #include "../../examples/heat/heat.hpp"
 #include "../engine/everywhere.hpp"
+#include "../report/html_elements.hpp"
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -71,22 +72,7 @@ bool is_sound(std::string html)
         html.erase(at + 8, html.find('"', at) - at - 8);
     for (auto const* none : {"nan", "inf ", "inf<", "inf,", "inf\"", "inf%", "0 kind"})
         if (has(html, none)) return false;
-    std::vector<std::string> open;
-    for (auto at = html.find('<'); at != std::string::npos; at = html.find('<', at + 1)) {
-        if (html.compare(at, 2, "<!") == 0) continue;
-        auto const end = html.find('>', at);
-        bool const closes = html[at + 1] == '/';
-        auto const from = at + (closes ? 2 : 1);
-        auto const name = html.substr(from, html.find_first_of(" />", from) - from);
-        if (name == "meta" || name == "img" || html[end - 1] == '/') continue;
-        if (!closes) {
-            open.push_back(name);
-        } else {
-            if (open.empty() || open.back() != name) return false;
-            open.pop_back();
-        }
-    }
-    return open.empty();
+    return elements_close(html);
 }
 struct Other {
     static constexpr char const* name = "other";

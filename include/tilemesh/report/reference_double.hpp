@@ -33,8 +33,8 @@ struct CutOffs {
     double alpha_max;           ///< alpha is clamped to this value; 1: no clamp
     double transmittance_min;   ///< a pixel is finished once its transmittance is below; 0: never
     splat::Footprint footprint; ///< three_sigma_square; any other value: the box around alpha = alpha_min
-    /// A limit in standard deviations along each axis of the screen, for any footprint: a pixel outside the box with the half-widths sigmas
-    /// * sqrt(xx) and sigmas * sqrt(yy) of the dilated covariance is not touched. 0: no limit.
+    /// A limit in standard deviations along each axis of the screen, for any footprint: a pixel is not touched outside the box with the
+    /// half-widths sigmas * sqrt(xx) and sigmas * sqrt(yy) of the dilated covariance. 0: no limit.
     double sigmas = 0.0;
     /// Whether a pixel blends the term that takes its transmittance below the limit. If false, the pixel leaves this term out and is
     /// finished: a later term adds nothing, even if it is faint. That is the rule of 3D Gaussian Splatting (Kerbl et al. 2023). It needs

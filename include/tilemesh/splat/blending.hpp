@@ -129,8 +129,9 @@ void blend_tile_as_asked(PixelRect const& tile, Camera const& camera, Model cons
 }
 } // namespace detail
 
-/// Blends n splats, `at(0)` to `at(n - 1)` from front to back, into the pixels of `tile`. Pixel (x, y) is `pixels[(y - tile.y0) * stride_px
-/// + x - tile.x0]`. A pixel blends, then tests: C += w c and T -= w with w = alpha T, until T < transmittance_min.
+/// Blends n splats, `at(0)` to `at(n - 1)` from front to back, into the pixels of `tile`.
+/// Pixel (x, y) is `pixels[(y - tile.y0) * stride_px + x - tile.x0]`. A pixel blends, then tests: C += w c and T -= w with w = alpha T,
+/// until T < transmittance_min.
 ///
 /// `precise` arithmetic is bit-identical to the naive per-pixel loop over the whole frame, for any tiling and any `Lanes`. `fast` differs
 /// from it by at most 2e-5 of alpha (tests/splat/blending.cpp), and its bits do not depend on tiling or lanes. `worker` takes every
