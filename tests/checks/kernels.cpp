@@ -28,6 +28,12 @@
 #include <tilemesh/splat/frame_start.hpp>
 #include <tilemesh/splat/gaussian.hpp>
 #include <tilemesh/splat/harmonics.hpp>
+#include <tilemesh/splat/homes/blend.hpp>
+#include <tilemesh/splat/homes/deliver.hpp>
+#include <tilemesh/splat/homes/fold.hpp>
+#include <tilemesh/splat/homes/program.hpp>
+#include <tilemesh/splat/homes/regions.hpp>
+#include <tilemesh/splat/homes/tell.hpp>
 #include <tilemesh/splat/lanes.hpp>
 #include <tilemesh/splat/logarithm.hpp>
 #include <tilemesh/splat/model.hpp>

@@ -25,6 +25,9 @@ struct RendererOptions {
     /// A limit for the passes of routing, and for those of bloom, in a run. A frame that needs more passes throws Error
     /// (MeshOptions::most_passes). 0: the limit in the engine's own options. Engines without such a limit (PoplarMesh) ignore it.
     std::uint32_t most_passes = 0;
+    /// Only for the program of homes: a limit for its rounds; 0: until the picture is complete. `fold`: the frame is folded over the grid.
+    std::uint32_t rounds = 0;
+    bool fold = true;
     /// Sizes that replace the setup's. The renderer throws Error if they do not fit into a tile's SRAM.
     std::optional<splat::Sizes> sizes{};
 };

@@ -69,6 +69,10 @@ struct FrameReport {
     std::uint64_t exchanged_live_bytes = 0, exchanged_capacity_bytes = 0;
     std::uint64_t pairs = 0, pairs_contributing = 0;
     std::uint32_t peak_storage = 0, peak_channel = 0;
+    /// Only for the program of homes (splat/homes): all 0 otherwise.
+    struct {
+        std::uint64_t rounds = 0, parcels = 0, entries = 0, refused = 0, unfinished_tiles = 0;
+    } homes;
     struct {
         double project = 0, route = 0, bloom = 0, composite = 0, picture = 0, total = 0;
     } host_ms;

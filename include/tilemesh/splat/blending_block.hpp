@@ -159,6 +159,31 @@ TILEMESH_KERNEL void blend_hits(Strip<N, HasDepth>& s, Chunk<Size> const& c, std
     }
 }
 
+/// Blends the splats of `hits` into N columns of a block, all by one rule. `contributing[i]`: the pairs of column i that contributed.
+template <class Rule, class Stop, std::uint32_t N, class AnyBlock, std::uint32_t Size>
+TILEMESH_KERNEL void blend_columns(AnyBlock& block, Chunk<Size> const& c, std::uint32_t const* hits, std::uint32_t n, BlockPlace const& at,
+                                   std::uint32_t column, Model const& m, RowLimits const& limits, std::uint32_t (&contributing)[N]) noexcept
+{
+    Strip<N, AnyBlock::has_depth> s;
+    s.contributing = Words<N>{};
+    for (std::uint32_t k = 0; k < block_height; ++k) {
+        s.t[k] = load<N>(block.transmittance[k] + column);
+        s.r[k] = load<N>(block.red[k] + column);
+        s.g[k] = load<N>(block.green[k] + column);
+        s.b[k] = load<N>(block.blue[k] + column);
+        if constexpr (AnyBlock::has_depth) s.w[k] = load<N>(block.weight[k] + column), s.z[k] = load<N>(block.depth[k] + column);
+    }
+    blend_hits<Rule, Stop, N>(s, c, hits, n, at, column, m, limits);
+    for (std::uint32_t k = 0; k < block_height; ++k) {
+        store(block.transmittance[k] + column, s.t[k]);
+        store(block.red[k] + column, s.r[k]);
+        store(block.green[k] + column, s.g[k]);
+        store(block.blue[k] + column, s.b[k]);
+        if constexpr (AnyBlock::has_depth) store(block.weight[k] + column, s.w[k]), store(block.depth[k] + column, s.z[k]);
+    }
+    store(contributing, s.contributing);
+}
+
 /// Blends the splats of `hits` into a block, all by one rule. Returns the number of pairs that contributed. Each rule has its own function,
 /// so that each can use all registers.
 template <class Rule, class Stop, std::uint32_t N, class AnyBlock, std::uint32_t Size>
@@ -169,25 +194,8 @@ template <class Rule, class Stop, std::uint32_t N, class AnyBlock, std::uint32_t
     [[maybe_unused]] alignas(vector_bytes) volatile std::uint32_t const on_bounds = 0;
     std::uint32_t contributing = 0;
     for (std::uint32_t column = 0; column < block_width; column += N) {
-        Strip<N, AnyBlock::has_depth> s;
-        s.contributing = Words<N>{};
-        for (std::uint32_t k = 0; k < block_height; ++k) {
-            s.t[k] = load<N>(block.transmittance[k] + column);
-            s.r[k] = load<N>(block.red[k] + column);
-            s.g[k] = load<N>(block.green[k] + column);
-            s.b[k] = load<N>(block.blue[k] + column);
-            if constexpr (AnyBlock::has_depth) s.w[k] = load<N>(block.weight[k] + column), s.z[k] = load<N>(block.depth[k] + column);
-        }
-        blend_hits<Rule, Stop, N>(s, c, hits, n, at, column, m, limits);
-        for (std::uint32_t k = 0; k < block_height; ++k) {
-            store(block.transmittance[k] + column, s.t[k]);
-            store(block.red[k] + column, s.r[k]);
-            store(block.green[k] + column, s.g[k]);
-            store(block.blue[k] + column, s.b[k]);
-            if constexpr (AnyBlock::has_depth) store(block.weight[k] + column, s.w[k]), store(block.depth[k] + column, s.z[k]);
-        }
         std::uint32_t counts[N];
-        store(counts, s.contributing);
+        blend_columns<Rule, Stop, N>(block, c, hits, n, at, column, m, limits, counts);
         for (std::uint32_t count : counts) contributing += count;
     }
     return contributing;

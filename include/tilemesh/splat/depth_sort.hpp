@@ -4,29 +4,37 @@
 namespace tilemesh { inline namespace v0_2 { namespace splat {
 
 namespace detail {
+/// Sinks the key at `hole` of a heap of n keys, the largest first, to its place.
+template <class Key>
+void sift(Key* keys, std::uint32_t hole, std::uint32_t n) noexcept
+{
+    Key const key = keys[hole];
+    for (;;) {
+        std::uint32_t child = 2 * hole + 1;
+        if (child >= n) break;
+        if (child + 1 < n && keys[child] < keys[child + 1]) ++child;
+        if (!(key < keys[child])) break;
+        keys[hole] = keys[child];
+        hole = child;
+    }
+    keys[hole] = key;
+}
+template <class Key>
+void make_heap(Key* keys, std::uint32_t n) noexcept
+{
+    for (std::uint32_t i = n / 2; i-- > 0;) sift(keys, i, n);
+}
 /// Heap sort (Williams 1964): in place, iterative, at most 2 n log2 n compares for any input. A quicksort needs n^2 / 2 compares on sorted
 /// or equal keys (tests/stability/order.cpp, row 62).
 template <class Key>
 void heap_sort(Key* keys, std::uint32_t n) noexcept
 {
-    auto const sift = [keys](std::uint32_t hole, std::uint32_t size) noexcept {
-        Key const key = keys[hole];
-        for (;;) {
-            std::uint32_t child = 2 * hole + 1;
-            if (child >= size) break;
-            if (child + 1 < size && keys[child] < keys[child + 1]) ++child;
-            if (!(key < keys[child])) break;
-            keys[hole] = keys[child];
-            hole = child;
-        }
-        keys[hole] = key;
-    };
-    for (std::uint32_t i = n / 2; i-- > 0;) sift(i, n);
+    make_heap(keys, n);
     for (std::uint32_t end = n; end-- > 1;) {
         Key const largest = keys[0];
         keys[0] = keys[end];
         keys[end] = largest;
-        sift(0, end);
+        sift(keys, 0, end);
     }
 }
 

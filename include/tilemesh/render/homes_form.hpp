@@ -1,0 +1,44 @@
+#pragma once
+#include <tilemesh/render/host_form.hpp>
+#include <tilemesh/splat/homes/regions.hpp>
+
+/// The host's form of the program of homes: homes, parcels and tiles hold rows of a table instead of records and splats (as in
+/// host_form.hpp). Slots, bytes on the wire, counters and pictures are those of the form by value.
+namespace tilemesh { inline namespace v0_2 { namespace splat {
+
+namespace homes {
+template <>
+struct Parcel<SplatRow> {
+    static constexpr std::uint32_t wire_bytes = sizeof(Parcel<Splat>);
+    SplatRow row;
+    GaussianId id;
+    TileId corner;
+    std::uint32_t to;
+
+    TILEMESH_KERNEL static Parcel make(SplatRow row, GaussianId id, TileId first, std::uint32_t to) noexcept { return {row, id, first, to}; }
+    TILEMESH_KERNEL TileId first() const noexcept { return corner; }
+    TILEMESH_KERNEL SplatRow projected() const noexcept { return row; }
+};
+/// The frame's parameters, and the addresses of the host's table of this view, by rows.
+struct TableParameters : Parameters {
+    static constexpr char const* name = "frame parameters and tables";
+    HostPointer<Splat> splats;
+};
+/// The policies of all machines by reference, for records of any degree.
+template <class Pixel = FloatPixel>
+using HostPolicies = Policies<Reference, SplatRow, TableParameters, HostPixel<Pixel>>;
+} // namespace homes
+
+template <>
+struct Access<homes::TableParameters> {
+    using Frame = homes::TableParameters;
+    TILEMESH_KERNEL static SplatRow project(Reference const& g, Frame const&) noexcept { return {g.row}; }
+    TILEMESH_KERNEL static Frame hold(Frame const& frame) noexcept { return frame; }
+    TILEMESH_KERNEL static Splat const& splat_of(Frame const& frame, SplatRow s) noexcept { return frame.splats.get()[s.row]; }
+    TILEMESH_KERNEL static std::uint32_t depth_bits(Frame const& frame, SplatRow s) noexcept
+    {
+        return __builtin_bit_cast(std::uint32_t, frame.splats.get()[s.row].depth);
+    }
+};
+
+}}} // namespace tilemesh::splat

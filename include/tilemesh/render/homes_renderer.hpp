@@ -1,0 +1,365 @@
+#pragma once
+#include <algorithm>
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <tilemesh/any_renderer.hpp>
+#include <tilemesh/engine/mesh.hpp>
+#include <tilemesh/error.hpp>
+#include <tilemesh/model/no_progress.hpp>
+#include <tilemesh/render/record_table.hpp>
+#include <tilemesh/render/renderer_options.hpp>
+#include <tilemesh/render/setup_facts.hpp>
+#include <tilemesh/render/homes_form.hpp>
+#include <tilemesh/splat/homes/program.hpp>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace tilemesh { inline namespace v0_2 { namespace render {
+
+/// A machine and its rules for the program of homes.
+struct HomesChoice {
+    char const* name = "homes";
+    MachineSize machine = size_of_machine<Mk2>();
+    /// Slots of a tile. `columns`, `tiles`, `tile_blocks` and `tile_pixels` follow from the grid and the frame.
+    splat::homes::Sizes sizes{950, 2000, 200, 200};
+    std::uint32_t sh_degree = 0;
+    ColourFormat colour = ColourFormat::float32;
+    bool depth = false, alpha = false;
+    splat::Model model{};
+};
+
+/// The ledger of a tile: the lines of `SramLedger<splat::homes::Frame<P>>` for the policies by value, and their sum.
+struct HomesLedger {
+    std::vector<machine::Region> lines;
+    std::uint64_t bytes = 0;
+
+    HomesLedger(HomesChoice const& c, splat::homes::Sizes const& sizes)
+    {
+        using namespace splat;
+        using P = homes::ValuePolicies<>;
+        auto const list = [](std::uint64_t slots, std::uint64_t slot_bytes) { return 8 + slots * slot_bytes; };
+        std::uint64_t const record = sizeof(Gaussian) + 12 * std::uint64_t{harmonics_per_channel(c.sh_degree)};
+        std::uint64_t const pixel = (c.colour == ColourFormat::rgbx8 ? 4u : 12u) + (c.depth ? 4u : 0u) + (c.alpha ? 4u : 0u);
+        std::uint64_t const parcel = sizeof(homes::Parcel<Splat>);
+        add(homes::Tidings::name, "channel, 8 ends", 8 * list(sizes.columns, sizeof(homes::Told)));
+        add(homes::Parcels<P>::name, "channel, 8 ends", 8 * list(sizes.parcels, parcel));
+        add(homes::Home<P>::name, "state", list(sizes.homes, record));
+        add(homes::Seen<P>::name, "state", list(sizes.homes, sizeof(Splat)));
+        add(homes::Window::name, "state", sizeof(homes::Window));
+        add(homes::Held<P>::name, "state", list(sizes.held, sizeof(Splat)));
+        add(homes::Keys::name, "state", list(sizes.held, sizeof(SortKey)));
+        add(homes::Cuts::name, "state", list(homes::most_cuts, 4));
+        add(homes::NextCuts::name, "state", list(homes::most_cuts, 4));
+        add(homes::Sample::name, "state", list(homes::most_samples, 4));
+        add(homes::Blocks<false>::name, "state", list(sizes.tile_blocks, c.depth ? sizeof(homes::KeptDepthBlock) : sizeof(homes::KeptBlock)));
+        add(homes::Counts::name, "state", sizeof(homes::Counts));
+        add(homes::Work::name, "state", sizeof(homes::Work));
+        add(homes::Table::name, "state", list(sizes.tiles, sizeof(homes::Told)));
+        add(homes::Sending::name, "state", sizeof(homes::Sending));
+        add(homes::Waiting<P, 0>::name, "state", list(sizes.waiting, parcel));
+        add(homes::Waiting<P, 1>::name, "state", list(sizes.waiting, parcel));
+        add(homes::Framebuffer<FloatPixel>::name, "state", list(sizes.tile_pixels, pixel));
+        add(homes::Parameters::name, "broadcast", sizeof(homes::Parameters));
+        add("code and stacks", "reserve", c.machine.code_bytes);
+    }
+
+private:
+    void add(char const* name, char const* what, std::uint64_t region_bytes)
+    {
+        lines.push_back({as_name(name), what, static_cast<std::uint32_t>(std::min<std::uint64_t>(region_bytes, 0xffffffffu)), true});
+        bytes += region_bytes;
+    }
+};
+
+/// Renders a map of any density on a grid of tiles: the program of homes and windows (splat/homes/program.hpp). The picture is complete and
+/// bit-identical to that of one depth-ordered list for the whole frame, for any capacities. More splats than a tile holds cost rounds, not
+/// records.
+///
+/// `P`: policies of splat/homes (by reference or by value). `Engine`: Mesh, CheckedMesh or PoplarMesh. Records never move, so a new view
+/// sends every visible splat again; an unchanged view runs nothing.
+template <class P, template <class, class> class Engine = Mesh, class Machine = AnyMachine>
+class HomesRenderer : public AnyRenderer {
+public:
+    using Program = splat::homes::Frame<P>;
+    using MeshType = Engine<Program, Machine>;
+    using EngineOptions = typename MeshType::Options;
+    static constexpr bool by_reference = std::is_same_v<typename P::Record, splat::Reference>;
+
+    /// Throws Error if the map's records do not fit into their homes (the sum of all tiles' `homes` slots).
+    HomesRenderer(scene::Map const& map, HomesChoice const& choice, RendererOptions options = {}, EngineOptions engine = {})
+        : options_(options), engine_(std::move(engine)), choice_(choice), records_(map, choice.sh_degree)
+    {
+        choice_.model.footprint = options.footprint.value_or(choice_.model.footprint);
+        choice_.model.arithmetic = options.arithmetic.value_or(choice_.model.arithmetic);
+        if (options.quality) choice_.model = splat::with_quality(choice_.model, *options.quality);
+        if constexpr (by_reference) table_.resize(records_.rows());
+    }
+
+    RenderedFrame render(splat::Camera const& camera) override
+    {
+        RenderedFrame frame;
+        render_into(camera, frame);
+        return frame;
+    }
+    /// Renders into an existing frame and reuses its memory. After an exception the frame holds no picture, and the next one begins anew.
+    void render_into(splat::Camera const& camera, RenderedFrame& result)
+    {
+        auto const begin = Clock::now();
+        check_camera(camera);
+        check_model(choice_.model);
+        if (halfway_) mesh_.reset();
+        halfway_ = true;
+        prepare(camera.width, camera.height);
+        auto const view = splat::make_view(camera, choice_.model);
+        bool const changed = !last_ || __builtin_memcmp(&*last_, &view, sizeof view) != 0;
+        report::FrameReport report;
+        if (changed) {
+            auto const start = Clock::now();
+            tell(view);
+            auto const project_ms = since(start);
+            report = account(mesh_->run());
+            report.host_ms.project += project_ms;
+        } else {
+            report = unchanged();
+        }
+        auto const done = Clock::now();
+        collect(camera, result);
+        result.report = std::move(report);
+        result.report.width = camera.width;
+        result.report.height = camera.height;
+        last_ = view;
+        halfway_ = false;
+        result.report.host_ms.picture = since(done);
+        result.report.host_ms.total = since(begin);
+    }
+
+    splat::Model& model() override { return choice_.model; }
+    void hold_to(scene::Demand const&) override {}
+    Extent2 grid() override { return {grid_.width, grid_.height}; }
+    Extent2 tile() override { return {fold_.x.layers * splat::block_width, fold_.y.layers * splat::block_height}; }
+    SetupFacts const& facts() const override { return facts_; }
+    bool routes() const override { return true; }
+    bool blooms() const override { return true; }
+    MeshType& mesh() noexcept { return *mesh_; }
+    splat::homes::Fold const& fold() const noexcept { return fold_; }
+    void observe(Observer observer)
+    {
+        observer_ = std::move(observer);
+        if (mesh_) mesh_->observe(observer_);
+    }
+
+private:
+    using Clock = std::chrono::steady_clock;
+    static double since(Clock::time_point begin) { return std::chrono::duration<double, std::milli>(Clock::now() - begin).count(); }
+    using Parameters = typename P::Parameters;
+
+    void prepare(std::uint32_t width, std::uint32_t height)
+    {
+        if (mesh_ && width == size_.width && height == size_.height) return;
+        if (width == 0 || height == 0 || width > 65535 || height > 65535)
+            throw Error("a frame of " + std::to_string(width) + " x " + std::to_string(height) +
+                        " pixels (each side is 1 to 65,535); choose another size");
+        mesh_.reset();
+        last_.reset();
+        grid_ = options_.grid.width != 0 && options_.grid.height != 0 ? Grid{options_.grid.width, options_.grid.height} : Grid{40, 36};
+        if (std::uint64_t{grid_.width} * grid_.height > choice_.machine.tiles)
+            throw Error("a grid of " + std::to_string(grid_.width) + " x " + std::to_string(grid_.height) + " tiles (" + choice_.machine.name +
+                        " has " + std::to_string(choice_.machine.tiles) + "); choose a smaller grid or another machine");
+        fold_ = splat::homes::make_fold(width, height, grid_, options_.fold);
+        size_ = {width, height};
+        auto sizes = choice_.sizes;
+        sizes.columns = fold_.x.tiles;
+        sizes.tiles = fold_.x.tiles * fold_.y.tiles;
+        sizes.tile_blocks = fold_.tile_blocks();
+        sizes.tile_pixels = sizes.tile_blocks * splat::block_width * splat::block_height;
+        HomesLedger ledger(choice_, sizes);
+        if (ledger.bytes > choice_.machine.sram_bytes) throw does_not_fit(choice_.machine, ledger.lines, ledger.bytes);
+        std::uint64_t const homes = std::uint64_t{sizes.homes} * grid_.size();
+        if (records_.rows() > homes)
+            throw Error("a map of " + std::to_string(records_.rows()) + " records (" + std::to_string(grid_.size()) + " tiles have homes for " +
+                        std::to_string(homes) + "); give a tile more homes, or use a larger grid");
+        facts_ = {choice_.name, choice_.machine, {}, {}, choice_.sh_degree, 60 + 12 * splat::harmonics_per_channel(choice_.sh_degree),
+                  choice_.colour, choice_.depth, choice_.alpha, choice_.model, ledger.bytes, std::move(ledger.lines)};
+        facts_.sizes.storage = sizes.held;
+        facts_.sizes.road = facts_.sizes.beam = sizes.parcels;
+        facts_.sizes.waiting = sizes.waiting;
+        facts_.sizes.tile_pixels = sizes.tile_pixels;
+
+        engine_.digest = options_.digest;
+        if constexpr (requires { engine_.threads; }) engine_.threads = options_.threads;
+        if constexpr (requires { engine_.most_passes; })
+            if (options_.most_passes != 0) engine_.most_passes = options_.most_passes;
+        auto mesh_sizes = engine::plain_sizes<Program>(choice_.machine, sizes, typename machine::Needs<Program>::States{},
+                                                       typename machine::Needs<Program>::Links{});
+        mesh_sizes.sram_bytes = facts_.sram_bytes;
+        mesh_ = std::make_unique<MeshType>(splat::homes::frame_program<P>(grid_, options_.rounds != 0 ? options_.rounds : 0xffffffffu), grid_,
+                                           mesh_sizes, engine_);
+        if (options_.channel_slots != 0) mesh_->template limit<splat::homes::Parcels<P>>(options_.channel_slots);
+        if (options_.waiting_slots != 0) {
+            mesh_->template limit<splat::homes::Waiting<P, 0>>(options_.waiting_slots);
+            mesh_->template limit<splat::homes::Waiting<P, 1>>(options_.waiting_slots);
+        }
+        if (options_.storage_slots != 0) {
+            mesh_->template limit<splat::homes::Held<P>>(options_.storage_slots);
+            mesh_->template limit<splat::homes::Keys>(options_.storage_slots);
+        }
+        if (observer_) mesh_->observe(observer_);
+        for (std::uint32_t row = 0; row < records_.rows(); ++row) {
+            auto const tile = grid_.tile(row % grid_.size());
+            if constexpr (by_reference)
+                mesh_->template state<splat::homes::Home<P>>(tile).push({records_.id(row), row});
+            else
+                mesh_->template state<splat::homes::Home<P>>(tile).push(records_.template record<typename P::Record>(row));
+        }
+        for (TileId const tile : grid_.tiles()) {
+            auto seen = mesh_->template state<splat::homes::Seen<P>>(tile);
+            for (auto n = mesh_->template state<splat::homes::Home<P>>(tile).size(); n > 0; --n) seen.push({});
+            auto table = mesh_->template state<splat::homes::Table>(tile);
+            for (auto n = sizes.tiles; n > 0; --n) table.push({splat::homes::infinite_depth, 0, 0});
+            auto framebuffer = mesh_->template state<splat::homes::Framebuffer<typename P::Pixel>>(tile);
+            if (tile.x() < fold_.x.tiles && tile.y() < fold_.y.tiles)
+                for (auto n = sizes.tile_pixels; n > 0; --n) framebuffer.push(P::Pixel::make(splat::nothing_blended));
+        }
+    }
+    /// Writes the parameters of a frame. By reference, projects the host's table on all threads.
+    void tell(splat::View const& view)
+    {
+        auto& frame = mesh_->template broadcast<Parameters>();
+        auto const tiling = splat::make_tiling(size_.width, size_.height, splat::block_width, splat::block_height);
+        static_cast<splat::homes::Parameters&>(frame) = {view, tiling, fold_};
+        if constexpr (by_reference) {
+            frame.splats = splat::HostPointer<splat::Splat>(table_.data());
+            mesh_->on_threads([&](std::uint32_t thread, std::uint32_t threads) {
+                std::uint64_t const n = table_.size();
+                auto const first = static_cast<std::uint32_t>(n * thread / threads), last = static_cast<std::uint32_t>(n * (thread + 1) / threads);
+                records_.project(first, last - first, view, tiling, table_.data() + first);
+            });
+        }
+    }
+    report::FrameReport account(RunCounters const& run)
+    {
+        report::FrameReport r;
+        std::uint64_t asked = 0, arrived = 0, strips = 0;
+        for (TileId const tile : grid_.tiles()) {
+            auto const& mesh = std::as_const(*mesh_);
+            auto const& c = mesh.template state<splat::homes::Counts>(tile);
+            auto const& w = mesh.template state<splat::homes::Work>(tile);
+            auto const& window = mesh.template state<splat::homes::Window>(tile);
+            r.gaussians.visible += c.visible;
+            r.hops += c.hops;
+            asked += c.asked;
+            arrived += c.arrived;
+            r.homes.parcels += c.sent;
+            r.homes.refused += c.refused;
+            r.homes.unfinished_tiles += window.done() ? 0 : 1;
+            r.refused.channel_full += c.channel_full;
+            r.refused.no_credit += c.no_credit;
+            for (std::uint32_t i = 0; i < splat::homes::Work::max_workers; ++i) {
+                strips += w.strips[i];
+                r.pairs_contributing += w.contributing[i];
+            }
+        }
+        if (asked != arrived)
+            throw Error("a frame in which homes sent " + std::to_string(asked) + " splats and tiles received " + std::to_string(arrived) +
+                        " (the protocol of homes is broken); report this");
+        r.homes.entries = arrived;
+        r.homes.rounds = run.loops[0].rounds;
+        r.gaussians.parked = records_.rows() - r.gaussians.visible;
+        r.pairs = strips * splat::homes::strip_pairs;
+        auto const step = [&](auto tag) -> StepCounters const& {
+            return run.steps[step_of<Program, typename decltype(tag)::type>()];
+        };
+        using machine::Tag;
+        using namespace splat;
+        StepCounters const *const project[] = {&step(Tag<homes::Project<P>>{}), &step(Tag<homes::Begin<P>>{})};
+        StepCounters const *const route[] = {&step(Tag<homes::Tell<P>>{}), &step(Tag<homes::Deliver<P>>{})};
+        StepCounters const *const composite[] = {&step(Tag<homes::DepthSort<P>>{}), &step(Tag<homes::Blend<P>>{}), &step(Tag<homes::Advance<P>>{}),
+                                                 &step(Tag<homes::Finish<P>>{})};
+        auto const add = [&](auto const& steps, std::uint64_t report::FrameReport::ByStage::*stage, double& ms) {
+            for (auto const* s : steps) {
+                r.passes.*stage += s->passes;
+                r.exchanges.*stage += s->exchanges;
+                ms += s->milliseconds;
+            }
+        };
+        using Stages = report::FrameReport::ByStage;
+        add(project, &Stages::project, r.host_ms.project);
+        add(route, &Stages::route, r.host_ms.route);
+        add(composite, &Stages::composite, r.host_ms.composite);
+        r.messages = run.messages();
+        for (auto const& s : run.steps) {
+            r.exchanged_live_bytes += s.live_bytes;
+            r.exchanged_capacity_bytes += s.capacity_bytes;
+        }
+        for (auto const& p : run.peaks) {
+            if (p.region == homes::Held<P>::name) r.peak_storage = p.items;
+            if (p.region == homes::Parcels<P>::name) r.peak_channel = p.items;
+        }
+        r.digests = run.digests;
+        visible_ = r.gaussians.visible;
+        unfinished_ = r.homes.unfinished_tiles;
+        return r;
+    }
+    report::FrameReport unchanged() const
+    {
+        report::FrameReport r;
+        r.gaussians.visible = visible_;
+        r.gaussians.parked = records_.rows() - visible_;
+        r.homes.unfinished_tiles = unfinished_;
+        return r;
+    }
+    /// Copies the tiles' blocks into one picture, with the planes that the choice has.
+    void collect(splat::Camera const& camera, RenderedFrame& to)
+    {
+        auto const size = [&](auto& plane, bool wanted) {
+            if (!wanted)
+                plane = {};
+            else if (plane.width != camera.width || plane.height != camera.height)
+                plane = std::remove_reference_t<decltype(plane)>(camera.width, camera.height);
+        };
+        size(to.image, true);
+        size(to.depth, choice_.depth);
+        size(to.alpha, choice_.alpha);
+        bool const round = choice_.colour == ColourFormat::rgbx8 && std::is_same_v<splat::ColourOf<typename P::Pixel>, splat::FloatPixel>;
+        auto const& mesh = std::as_const(*mesh_);
+        mesh_->on_threads([&](std::uint32_t thread, std::uint32_t threads) {
+            std::uint64_t const tiles = grid_.size();
+            for (auto t = tiles * thread / threads; t < tiles * (thread + 1) / threads; ++t) {
+                auto const tile = grid_.tile(static_cast<std::uint32_t>(t));
+                auto const framebuffer = mesh.template state<splat::homes::Framebuffer<typename P::Pixel>>(tile);
+                auto const* pixel = framebuffer.begin();
+                for (std::uint32_t b = 0; b < framebuffer.size() / (splat::block_width * splat::block_height); ++b) {
+                    auto const place = splat::homes::block_at(fold_, tile, b);
+                    for (std::uint32_t j = 0; j < splat::block_height; ++j, pixel += splat::block_width) {
+                        auto const y = place.y + j;
+                        if (!place.exists || y >= camera.height) continue;
+                        auto const width = std::min(splat::block_width, camera.width - place.x);
+                        for (std::uint32_t i = 0; i < width; ++i) detail::show(pixel[i], place.x + i, y, to);
+                        if (round) detail::round_to_levels(to.image.pixel(place.x, y), 3 * width);
+                    }
+                }
+            }
+        });
+    }
+
+    RendererOptions options_;
+    EngineOptions engine_;
+    HomesChoice choice_;
+    RecordTable records_;
+    std::vector<splat::Splat> table_;
+    SetupFacts facts_{};
+    Grid grid_{};
+    splat::homes::Fold fold_{};
+    Extent2 size_{};
+    std::unique_ptr<MeshType> mesh_;
+    Observer observer_;
+    std::optional<splat::View> last_;
+    bool halfway_ = false;
+    std::uint64_t visible_ = 0, unfinished_ = 0;
+};
+
+}}} // namespace tilemesh::render

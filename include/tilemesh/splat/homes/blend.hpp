@@ -1,0 +1,222 @@
+#pragma once
+#include <tilemesh/splat/blending_block.hpp>
+#include <tilemesh/splat/depth_sort.hpp>
+#include <tilemesh/splat/homes/regions.hpp>
+
+/// Blends a window's splats into the blocks that a tile keeps. The arithmetic, and every bit, is that of blending.hpp: a pixel sees the
+/// operations of one long list, whatever rounds cut it into.
+TILEMESH_EXACT_BEGIN
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wpsabi" // see lanes.hpp
+namespace tilemesh { inline namespace v0_2 { namespace splat::homes {
+
+namespace detail {
+using namespace splat::detail;
+/// As in blending.hpp: a block that goes on blends so many splats before it looks whether its pixels have stopped.
+inline constexpr std::uint32_t blended_between_looks = 64;
+inline constexpr std::uint32_t strips_a_block = block_width / strip_width;
+
+inline void set_place(BlockPlace& at, BlockAt const& block, Camera const& camera) noexcept
+{
+    at.column = static_cast<std::int32_t>(block.x);
+    at.row = static_cast<std::int32_t>(block.y);
+    for (std::uint32_t i = 0; i < block_width; ++i) at.xs[i] = static_cast<float>(block.x + i) + 0.5f - camera.cx;
+    for (std::uint32_t j = 0; j < block_height; ++j) at.ys[j] = static_cast<float>(block.y + j) + 0.5f - camera.cy;
+}
+/// Makes a block black. Pixels outside the frame are dead: their transmittance is negative.
+template <class Kept>
+void begin_block(Kept& kept, BlockAt const& block, Camera const& camera) noexcept
+{
+    kept = {};
+    for (std::uint32_t j = 0; j < block_height; ++j)
+        for (std::uint32_t i = 0; i < block_width; ++i)
+            kept.transmittance[j][i] = block.exists && block.x + i < camera.width && block.y + j < camera.height ? 1.0f : -1.0f;
+}
+/// Those of the strips `mine` in which a pixel goes on, as bits. It reads no other strip, because another worker may write it.
+template <class Kept>
+std::uint32_t going_strips(Kept const& kept, std::uint32_t mine, float transmittance_min) noexcept
+{
+    std::uint32_t going = 0;
+    for (std::uint32_t s = 0; s < strips_a_block; ++s) {
+        if ((mine >> s & 1u) == 0) continue;
+        for (auto const& row : kept.transmittance)
+            for (std::uint32_t i = 0; i < strip_width; ++i) going |= row[s * strip_width + i] >= transmittance_min ? 1u << s : 0u;
+    }
+    return going;
+}
+
+/// The strips that worker `index` of `count` blends in block `number`, as bits. Strips are dealt one by one, so that the workers share a
+/// crowded block.
+TILEMESH_KERNEL std::uint32_t strips_of(Worker worker, std::uint32_t number) noexcept
+{
+    std::uint32_t strips = 0;
+    for (std::uint32_t s = 0; s < strips_a_block; ++s)
+        strips |= (number * strips_a_block + s) % worker.count == worker.index ? 1u << s : 0u;
+    return strips;
+}
+
+/// Blends the splats of `hits` into those columns of a block that have one of `strips`, all by one rule. Adds the pairs that contributed to
+/// `contributing`, strip by strip. Each rule has its own function, so that each can use all registers.
+template <class Rule, std::uint32_t N, class Kept, std::uint32_t Size>
+[[gnu::noinline]] void blend_strips(Kept& kept, Chunk<Size> const& c, std::uint32_t const* hits, std::uint32_t n, BlockPlace const& at,
+                                    std::uint32_t strips, Model const& m, RowLimits const& limits,
+                                    std::uint32_t (&contributing)[strips_a_block]) noexcept
+{
+    static_assert(N % strip_width == 0, "lanes are whole strips");
+    [[maybe_unused]] alignas(vector_bytes) volatile std::uint32_t const on_bounds = 0; // as in blend_block
+    constexpr std::uint32_t strips_at_once = (1u << N / strip_width) - 1;
+    for (std::uint32_t column = 0; column < block_width; column += N) {
+        if ((strips >> column / strip_width & strips_at_once) == 0) continue;
+        std::uint32_t counts[N];
+        blend_columns<Rule, StopEachPixel, N>(kept, c, hits, n, at, column, m, limits, counts);
+        for (std::uint32_t i = 0; i < N; ++i) contributing[(column + i) / strip_width] += counts[i];
+    }
+}
+
+/// Blends n splats, front to back, into the strips of a tile's blocks that are the share of `worker`, N columns at a time. A stopped strip
+/// beside one that goes on changes no bit. If `worker` has N columns or more, N strips that it blends at once must all be its own.
+template <class Rule, std::uint32_t N, std::uint32_t Size, std::uint32_t Group, class Kept, class SplatAt>
+void blend_kept_by(Kept* blocks, Fold const& fold, TileId tile, Camera const& camera, Model const& model, std::uint32_t finished,
+                   std::uint32_t n, SplatAt const& at, Worker worker, std::uint32_t workers, Work& work) noexcept
+{
+    struct Open {
+        BlockPlace at;
+        Kept* kept;
+        std::uint32_t number, going, blended;
+    };
+    RowLimits const limits{model.alpha_min};
+    Open group[Group];
+    Chunk<Size> chunk;
+    std::uint32_t hits[Size + 1]; // a refused splat is written after the last hit
+    std::uint32_t const all = fold.tile_blocks();
+    for (std::uint32_t next = 0; next < all;) {
+        std::uint32_t open = 0;
+        for (; open < Group && next < all; ++next) {
+            auto const place = block_at(fold, tile, next);
+            if (!place.exists || (finished & fold.bit_of(next)) != 0) continue;
+            auto& b = group[open];
+            b.going = going_strips(blocks[next], strips_of(worker, next), model.transmittance_min);
+            if (b.going == 0) continue;
+            b.kept = blocks + next;
+            b.number = next;
+            b.blended = 0;
+            set_place(b.at, place, camera);
+            ++open;
+        }
+        std::uint32_t going = open;
+        for (std::uint32_t begin = 0; begin < n && going != 0; begin += Size) {
+            std::uint32_t const most = n - begin < Size ? n - begin : Size;
+            for (std::uint32_t i = 0; i < most; ++i) chunk.take(i, at(begin + i));
+            for (std::uint32_t i = most; i < (most + N - 1) / N * N; ++i) chunk.take(i, at(begin)); // fills the lanes; not listed
+            chunk.template complete<Rule, N>(most);
+            for (std::uint32_t g = 0; g < open; ++g) {
+                auto& b = group[g];
+                if (b.going == 0) continue;
+                std::uint32_t const count = list_hits<Rule, N>(chunk, most, b.at, model.alpha_max, hits);
+                std::uint32_t contributing[strips_a_block] = {};
+                for (std::uint32_t done = 0; done < count && b.going != 0;) {
+                    std::uint32_t part = blended_between_looks - b.blended % blended_between_looks;
+                    if (part > count - done) part = count - done;
+                    std::uint32_t const* const run = hits + done;
+                    if constexpr (Rule::recurs) part = same_rule(run, part);
+                    if (Rule::recurs && (run[0] & Hit::recurs) != 0)
+                        blend_strips<Rule, N>(*b.kept, chunk, run, part, b.at, b.going, model, limits, contributing);
+                    else
+                        blend_strips<EachPair, N>(*b.kept, chunk, run, part, b.at, b.going, model, limits, contributing);
+                    for (std::uint32_t s = 0; s < strips_a_block; ++s)
+                        if ((b.going >> s & 1u) != 0) work.strips[(b.number * strips_a_block + s) % workers] += part;
+                    done += part;
+                    b.blended += part;
+                    if (b.blended % blended_between_looks == 0) {
+                        b.going = going_strips(*b.kept, b.going, model.transmittance_min);
+                        going -= b.going == 0 ? 1 : 0;
+                    }
+                }
+                for (std::uint32_t s = 0; s < strips_a_block; ++s)
+                    work.contributing[(b.number * strips_a_block + s) % workers] += contributing[s];
+            }
+        }
+    }
+}
+template <std::uint32_t N, std::uint32_t Size, std::uint32_t Group, class Kept, class SplatAt>
+void blend_kept(Kept* blocks, Fold const& fold, TileId tile, View const& view, std::uint32_t finished, std::uint32_t n, SplatAt const& at,
+                Worker worker, std::uint32_t workers, Work& work) noexcept
+{
+    Model const& model = view.model;
+    if (model.arithmetic == Arithmetic::precise || !(model.alpha_min >= faintest_cut))
+        blend_kept_by<EachPair, N, Size, Group>(blocks, fold, tile, view.camera, model, finished, n, at, worker, workers, work);
+    else
+        blend_kept_by<FastRule, N, Size, Group>(blocks, fold, tile, view.camera, model, finished, n, at, worker, workers, work);
+}
+} // namespace detail
+
+/// Orders the splats of the window by key. No exchange.
+template <class P>
+struct DepthSort {
+    static constexpr char const* name = "depth sort";
+    void operator()(Window& window, Keys& keys, Counts& counts) const noexcept
+    {
+        counts.compared = 0;
+        if (window.done()) return;
+        std::uint32_t const n = keys.size();
+        std::uint32_t levels = 0;
+        while (levels < 31 && (1u << levels) < n) ++levels;
+        counts.compared = times(n, levels);
+        splat::detail::heap_sort(keys.begin(), n);
+        window.heap = 0;
+    }
+    static Operations operations(Counts const& counts) noexcept
+    {
+        Operations o;
+        o[Operation::comparison] = counts.compared;
+        return o;
+    }
+};
+
+/// Blends the splats of the window, front to back, into the kept blocks. All workers share each block, column by column. No exchange.
+template <class P>
+struct Blend {
+    static constexpr char const* name = "blend";
+    static constexpr std::uint32_t most_workers = Work::max_workers;
+    using FrameParameters = typename P::Parameters;
+    using Access = splat::Access<FrameParameters>;
+
+    void operator()(Here here, Broadcast<FrameParameters> frame, Window const& window, Held<P> const& held, Keys const& keys,
+                    BlocksOf<P>& blocks, Work& work, Worker worker) const noexcept
+    {
+        work.before[worker.index] = work.strips[worker.index];
+        if (window.done()) return;
+        auto const at = [&](std::uint32_t i) noexcept -> Splat const& { return Access::splat_of(*frame, held[keys[i].slot]); };
+        detail::blend_kept<strip_width, 16, 1>(blocks.begin(), frame->fold, here.tile, frame->view, window.finished, keys.size(), at, worker,
+                                               worker.count, work);
+    }
+    /// For a cost model. All workers wait for the worker with the most pairs.
+    static Operations operations(Work const& work, Worker worker) noexcept
+    {
+        std::uint32_t most = 0;
+        for (std::uint32_t w = 0; w < worker.count; ++w) {
+            std::uint32_t const strips = work.strips[w] - work.before[w];
+            most = strips > most ? strips : most;
+        }
+        Operations o;
+        o[Operation::pair] = times(most, worker.count * strip_pairs);
+        return o;
+    }
+    /// Computes the shares of all workers at once, for a host thread.
+    struct AllWorkers {
+        static constexpr char const* name = Blend::name;
+        void operator()(Here here, Broadcast<FrameParameters> frame, Window const& window, Held<P> const& held, Keys const& keys,
+                        BlocksOf<P>& blocks, Work& work, Worker worker) const noexcept
+        {
+            for (std::uint32_t w = 0; w < worker.count; ++w) work.before[w] = work.strips[w];
+            if (window.done()) return;
+            auto const at = [&](std::uint32_t i) noexcept -> Splat const& { return Access::splat_of(*frame, held[keys[i].slot]); };
+            detail::blend_kept<splat::detail::native_lanes, 128, 8>(blocks.begin(), frame->fold, here.tile, frame->view, window.finished,
+                                                                   keys.size(), at, Worker{0, 1}, worker.count, work);
+        }
+    };
+};
+
+}}} // namespace tilemesh::splat::homes
+#pragma GCC diagnostic pop
+TILEMESH_EXACT_END

@@ -1,0 +1,335 @@
+#pragma once
+#include <tilemesh/splat/blending_hits.hpp>
+#include <tilemesh/splat/homes/regions.hpp>
+#include <tilemesh/splat/depth_sort.hpp>
+
+/// Brings splats from their homes to the tiles whose windows want them.
+///
+/// A home knows all windows (tell.hpp). It names the tiles that want a splat in the parcel itself, so tiles on the way look nothing up. A
+/// parcel goes along the row of its home to the columns that it names, and from there up and down. Where it splits, each part has its own
+/// tiles (multicast with the destinations in the header).
+///
+/// The protocol. Let c be the slots of a channel end, and q the slots of a FIFO.
+///   1. Parcels on a column go first; they never wait. At most c arrive on a side. Each either ends or goes straight on to the opposite
+///      side, whose channel is empty when compute begins.
+///   2. Parcels on a row may find a column's channel full, or no credit ahead. They wait in the FIFO of their side, and keep only the tiles
+///      that are still owed. The FIFO is served before new arrivals.
+///   3. A tile tells each row neighbour the fill of the FIFO on that side, as the note of the channel back. It sends to a row neighbour at
+///      most q - (the fill it was told) - (its number of parcels sent in the pass before), and at most c.
+///   4. A home's own parcels leave last. The three ways out (west, east, own column) wait for each other nowhere.
+///
+/// The window that a parcel ends in always accepts it: if the tile has no room, it keeps the nearer of two splats and moves its frontier.
+/// So parcels on columns always drain, and a row waits only for columns, or for the next FIFO in the same direction. Directions end at the
+/// edge: there is no cycle, and delivery ends for any c, q >= 1 (routing.hpp has the argument for the credits).
+TILEMESH_EXACT_BEGIN
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wpsabi" // see lanes.hpp
+namespace tilemesh { inline namespace v0_2 { namespace splat::homes {
+
+namespace detail {
+using namespace splat::detail;
+
+/// The tiles of byte c of `to` that lie north of row r, at it, and south of it, as bits of a byte; r may be any number.
+struct ColumnSplit {
+    std::uint32_t north, here, south;
+};
+TILEMESH_KERNEL ColumnSplit split_column(std::uint32_t to, std::uint32_t c, std::int32_t r) noexcept
+{
+    std::uint32_t const byte = to >> (8 * c) & 0xffu;
+    if (r < 0) return {0, 0, byte};
+    if (r >= 8) return {byte, 0, 0};
+    std::uint32_t const here = 1u << r;
+    return {byte & (here - 1), byte & here, byte & ~(here | (here - 1))};
+}
+/// The bytes of `to` before byte c, and after it; c may be any number.
+TILEMESH_KERNEL std::uint32_t columns_before(std::uint32_t to, std::int32_t c) noexcept
+{
+    return c <= 0 ? 0u : c >= 4 ? to : to & ((1u << (8 * c)) - 1);
+}
+TILEMESH_KERNEL std::uint32_t columns_after(std::uint32_t to, std::int32_t c) noexcept
+{
+    return c < 0 ? to : c >= 3 ? 0u : to & ~((1u << (8 * (c + 1))) - 1);
+}
+TILEMESH_KERNEL std::uint32_t bits_in(std::uint32_t v) noexcept
+{
+    return static_cast<std::uint32_t>(__builtin_popcount(v));
+}
+
+/// The tiles that want one splat. Homes ask tile by tile.
+class Wanted {
+public:
+    Wanted(Splat const& s, Fold const& fold, Camera const& camera, Table const& table) noexcept
+        : fold_(fold), camera_(camera), table_(table), depth_(__builtin_bit_cast(std::uint32_t, s.depth))
+    {
+        auto const r = s.rect();
+        i0_ = r.x0 / block_width;
+        i1_ = (r.x1 - 1) / block_width;
+        j0_ = r.y0 / block_height;
+        j1_ = (r.y1 - 1) / block_height;
+        x_ = fold.x.tiles_of(i0_, i1_);
+        y_ = fold.y.tiles_of(j0_, j1_);
+        chunk_.take(0, s);
+        chunk_.template complete<EachPair, 1>(1);
+    }
+    std::uint32_t parts() const noexcept { return parts_x() * ((y_.last - y_.first) / parcel_rows + 1); }
+    /// The first tile of a part.
+    TileId first(std::uint32_t part) const noexcept
+    {
+        return TileId::at(x_.first + part % parts_x() * parcel_columns, y_.first + part / parts_x() * parcel_rows);
+    }
+    /// The tiles of a part in columns x0 to x1 - 1 that want the splat, as in Parcel::to.
+    std::uint32_t tiles(std::uint32_t part, std::uint32_t x0, std::uint32_t x1, std::uint32_t& looked) const noexcept
+    {
+        TileId const from = first(part);
+        std::uint32_t to = 0;
+        for (std::uint32_t c = 0; c < parcel_columns; ++c) {
+            std::uint32_t const x = from.x() + c;
+            if (x < x0 || x >= x1 || x > x_.last) continue;
+            for (std::uint32_t r = 0; r < parcel_rows && from.y() + r <= y_.last; ++r)
+                if (wants(x, from.y() + r, looked)) to |= 1u << (8 * c + r);
+        }
+        return to;
+    }
+
+private:
+    std::uint32_t parts_x() const noexcept { return (x_.last - x_.first) / parcel_columns + 1; }
+    /// Is the splat in the tile's window, and may a pixel of an unfinished block see it? The block's test is that of blending.
+    bool wants(std::uint32_t x, std::uint32_t y, std::uint32_t& looked) const noexcept
+    {
+        Told const& told = table_[y * fold_.x.tiles + x];
+        if (depth_ < told.lo_depth || depth_ >= told.hi_depth) return false;
+        for (std::uint32_t k = 0; k < fold_.x.layers; ++k) {
+            std::uint32_t const i = fold_.x.block(x, k);
+            if (i - i0_ > i1_ - i0_) continue; // also a block that does not exist
+            for (std::uint32_t l = 0; l < fold_.y.layers; ++l) {
+                std::uint32_t const j = fold_.y.block(y, l);
+                if (j - j0_ > j1_ - j0_ || (told.finished & fold_.bit_of(l * fold_.x.layers + k)) != 0) continue;
+                ++looked;
+                if (reaches_block(i, j)) return true;
+            }
+        }
+        return false;
+    }
+    bool reaches_block(std::uint32_t i, std::uint32_t j) const noexcept
+    {
+        auto const centre = [](std::uint32_t pixel, float origin, float mean) noexcept {
+            return Floats<1>{static_cast<float>(pixel) + 0.5f - origin - mean};
+        };
+        auto const x0 = centre(i * block_width, camera_.cx, chunk_.mean_x[0]);
+        auto const x1 = centre(i * block_width + block_width - 1, camera_.cx, chunk_.mean_x[0]);
+        auto const y0 = centre(j * block_height, camera_.cy, chunk_.mean_y[0]);
+        auto const y1 = centre(j * block_height + block_height - 1, camera_.cy, chunk_.mean_y[0]);
+        return reaches<1>(chunk_, 0, x0, x1, y0, y1)[0] != 0;
+    }
+
+    Fold const& fold_;
+    Camera const& camera_;
+    Table const& table_;
+    std::uint32_t depth_, i0_, i1_, j0_, j1_; ///< blocks of the splat's rectangle, inclusive
+    Axis::Range x_, y_;                       ///< tiles that own them
+    Chunk<1> chunk_;
+};
+
+/// Puts a splat that has arrived among those that the tile holds. If there is no room, the nearest stay, and the frontier is the nearest key
+/// that does not.
+template <class P>
+TILEMESH_KERNEL void hold(Key key, typename P::Projected const& splat, Window& window, Held<P>& held, Keys& keys, Sample& sample,
+                          Counts& counts) noexcept
+{
+    if (key < Key{window.lo_depth, window.lo_id}) {
+        ++counts.early;
+        return;
+    }
+    std::uint32_t const n = held.size();
+    if (n < held.capacity()) {
+        held.unchecked_push(splat);
+        keys.unchecked_push({key.depth, GaussianId{key.id}, n});
+        return;
+    }
+    if (window.heap == 0) {
+        make_heap(keys.begin(), n);
+        window.heap = 1;
+    }
+    SortKey const farthest = keys[0];
+    SortKey const arrived{key.depth, GaussianId{key.id}, farthest.slot};
+    Key refused = key;
+    if (arrived < farthest) {
+        refused = {farthest.depth_bits, static_cast<std::uint32_t>(farthest.id)};
+        held[farthest.slot] = splat;
+        keys[0] = arrived;
+        sift(keys.begin(), 0, n);
+    }
+    ++counts.refused;
+    if (refused < Key{window.frontier_depth, window.frontier_id}) {
+        window.frontier_depth = refused.depth;
+        window.frontier_id = refused.id;
+    }
+    // A sample of the refused depths: when it is full, every second one goes.
+    if (window.seen++ % window.stride != 0) return;
+    if (sample.size() == sample.capacity()) {
+        for (std::uint32_t i = 0; i < most_samples / 2; ++i) sample[i] = sample[2 * i];
+        sample.truncate(most_samples / 2);
+        window.stride *= 2;
+    }
+    sample.push(refused.depth);
+}
+} // namespace detail
+
+template <class P>
+struct Deliver {
+    static constexpr char const* name = "deliver";
+    using FrameParameters = typename P::Parameters;
+    using Message = Parcel<typename P::Projected>;
+    using Access = splat::Access<FrameParameters>;
+
+    Vote operator()(Here here, Broadcast<FrameParameters> parameters, Home<P> const& home, Seen<P> const& seen, Table const& table,
+                    Window& window, Held<P>& held, Keys& keys, Sample& sample, Waiting<P, 0>& waiting0, Waiting<P, 1>& waiting1,
+                    Sending& sending, Counts& counts, In<Parcels<P>> in, Out<Parcels<P>> out) const noexcept
+    {
+        bool const mail = !in[Direction::north].empty() || !in[Direction::south].empty() || !in[Direction::west].empty() || !in[Direction::east].empty();
+        bool const own = sending.record[0] < seen.size() || sending.record[1] < seen.size() || sending.record[own_column] < seen.size();
+        if (!mail && !own && waiting0.empty() && waiting1.empty() && sending.sent[0] == 0 && sending.sent[1] == 0) return Vote::quiet;
+        auto const& frame = Access::hold(*parameters);
+        counts.looked = counts.compared = 0;
+        auto const x = static_cast<std::int32_t>(here.tile.x()), y = static_cast<std::int32_t>(here.tile.y());
+
+        // Free slots of each way out, on a row also the credit of the FIFO behind the channel.
+        std::uint32_t limit[4];
+        bool short_of_credit[4] = {};
+        for (Direction d : news) limit[index(d)] = out[d].capacity();
+        for (std::uint32_t leg = 0; leg < 2; ++leg) {
+            Direction const d = row[leg];
+            std::uint32_t const used = in[d].note() + sending.sent[leg];
+            std::uint32_t const behind = leg == 0 ? waiting1.capacity() : waiting0.capacity();
+            std::uint32_t const credit = used < behind ? behind - used : 0;
+            if (credit < limit[index(d)]) {
+                limit[index(d)] = credit;
+                short_of_credit[index(d)] = true;
+            }
+        }
+        auto const room = [&](Direction d) noexcept {
+            if (out[d].size() < limit[index(d)]) return true;
+            ++(short_of_credit[index(d)] ? counts.no_credit : counts.channel_full);
+            return false;
+        };
+        auto const send = [&](Message m, Direction d, std::uint32_t to) noexcept {
+            m.to = to;
+            out[d].unchecked_push(m);
+            ++counts.hops;
+        };
+        auto const take = [&](Message const& m) noexcept {
+            ++counts.arrived;
+            detail::hold<P>({Access::depth_bits(frame, m.projected()), static_cast<std::uint32_t>(m.id)}, m.projected(), window, held, keys, sample,
+                            counts);
+        };
+        // Serves this column's tiles of `to`: this one, those north and those south. Returns the tiles that a full channel leaves.
+        auto const serve_column = [&](Message const& m, std::uint32_t c, std::uint32_t to) noexcept {
+            auto split = detail::split_column(to, c, y - static_cast<std::int32_t>(m.first().y()));
+            if (split.here != 0) take(m);
+            if (split.north != 0 && room(Direction::north)) send(m, Direction::north, split.north << (8 * c)), split.north = 0;
+            if (split.south != 0 && room(Direction::south)) send(m, Direction::south, split.south << (8 * c)), split.south = 0;
+            return (split.north | split.south) << (8 * c);
+        };
+        auto const column_of = [&](Message const& m) noexcept { return x - static_cast<std::int32_t>(m.first().x()); };
+        // A parcel that goes along the row, to the west or to the east. Returns the tiles that are still owed.
+        auto const serve_row = [&](Message const& m, Direction d) noexcept {
+            auto const c = column_of(m);
+            std::uint32_t ahead = d == Direction::east ? detail::columns_after(m.to, c) : detail::columns_before(m.to, c);
+            std::uint32_t rest = 0;
+            if (c >= 0 && c < static_cast<std::int32_t>(parcel_columns)) rest = serve_column(m, static_cast<std::uint32_t>(c), m.to);
+            if (ahead != 0 && room(d)) send(m, d, ahead), ahead = 0;
+            return rest | ahead;
+        };
+        auto const empty_fifo = [&](auto& waiting, auto const& arrived, Direction d) noexcept {
+            std::uint32_t kept = 0;
+            for (std::uint32_t i = 0, n = waiting.size(); i < n; ++i) {
+                std::uint32_t const owed = serve_row(waiting[i], d);
+                if (owed == 0) continue;
+                if (kept != i) waiting[kept] = waiting[i];
+                waiting[kept++].to = owed;
+            }
+            waiting.truncate(kept);
+            for (Message const& m : arrived) {
+                std::uint32_t const owed = serve_row(m, d);
+                if (owed == 0) continue;
+                Message rest = m;
+                rest.to = owed;
+                (void)TILEMESH_EXPECT(waiting.try_push(rest), "a FIFO was sent more than its credit (flow control is broken); report this");
+            }
+        };
+
+        for (Direction from : {Direction::north, Direction::south})
+            for (Message const& m : in[from])
+                (void)TILEMESH_EXPECT(serve_column(m, static_cast<std::uint32_t>(column_of(m)), m.to) == 0,
+                                      "a parcel on a column found no room (its channel was not empty); report this");
+        empty_fifo(waiting0, in[Direction::west], Direction::east);
+        empty_fifo(waiting1, in[Direction::east], Direction::west);
+
+        // Its own records, to the west, to the east, and on its own column.
+        bool const open = send_own(here, frame, home, seen, table, sending, counts, room, send, serve_column);
+
+        out[Direction::west].set_note(waiting0.size());
+        out[Direction::east].set_note(waiting1.size());
+        sending.sent[0] = out[Direction::west].size();
+        sending.sent[1] = out[Direction::east].size();
+        bool const quiet = !open && waiting0.empty() && waiting1.empty() && sending.sent[0] == 0 && sending.sent[1] == 0;
+        return quiet ? Vote::quiet : Vote::busy;
+    }
+
+    /// For a cost model: a parcel that is taken from a channel or given to one; a block that is tested for a splat; a key that is compared.
+    static Operations operations(Counts const& counts, In<Parcels<P>> in, Out<Parcels<P>> out) noexcept
+    {
+        Operations o;
+        for (Direction d : news) o[Operation::routed] += in[d].size() + out[d].size();
+        o[Operation::slot] = counts.looked;
+        o[Operation::comparison] = counts.compared;
+        return o;
+    }
+
+private:
+    static constexpr Direction row[2] = {Direction::west, Direction::east};
+    static constexpr std::uint32_t own_column = 2;
+
+    /// Sends parcels of the tile's own records while there is room. Returns whether some are left.
+    template <class Frame, class Room, class Send, class ServeColumn>
+    static bool send_own(Here const& here, Frame const& frame, Home<P> const& home, Seen<P> const& seen, Table const& table, Sending& sending,
+                         Counts& counts, Room const& room, Send const& send, ServeColumn const& serve_column) noexcept
+    {
+        std::uint32_t const x = here.tile.x(), n = seen.size();
+        std::uint32_t const first[3] = {0, x + 1, x}, end[3] = {x, 0xffffffffu, x + 1}; // the columns of each way
+        bool open = false;
+        for (std::uint32_t way = 0; way < 3; ++way) {
+            auto& record = sending.record[way];
+            auto& part = sending.part[way];
+            for (; record < n; ++record, part = 0) {
+                Splat const& s = Access::splat_of(frame, seen[record]);
+                if (!s.visible()) continue;
+                detail::Wanted const wanted(s, frame.fold, frame.view.camera, table);
+                auto const parcel = [&](std::uint32_t to) noexcept { return Message::make(seen[record], home[record].id, wanted.first(part), to); };
+                bool sent = true;
+                for (std::uint32_t const parts = wanted.parts(); part < parts && sent; part += sent ? 1 : 0) {
+                    bool const begun = way == own_column && sending.rest != 0;
+                    std::uint32_t const to = begun ? sending.rest : wanted.tiles(part, first[way], end[way], counts.looked);
+                    if (to == 0) continue;
+                    if (way == own_column) {
+                        sending.rest = serve_column(parcel(to), x - wanted.first(part).x(), to);
+                        sent = sending.rest == 0;
+                    } else {
+                        sent = room(row[way]);
+                        if (sent) send(parcel(to), row[way], to);
+                    }
+                    if (begun || !(sent || way == own_column)) continue;
+                    ++counts.sent;
+                    counts.asked += detail::bits_in(to);
+                }
+                if (!sent) break;
+            }
+            open = open || record < n;
+        }
+        return open;
+    }
+};
+
+}}} // namespace tilemesh::splat::homes
+#pragma GCC diagnostic pop
+TILEMESH_EXACT_END

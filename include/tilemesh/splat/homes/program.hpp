@@ -1,0 +1,193 @@
+#pragma once
+#include <tilemesh/machine/superstep.hpp>
+#include <tilemesh/splat/homes/blend.hpp>
+#include <tilemesh/splat/homes/deliver.hpp>
+#include <tilemesh/splat/homes/tell.hpp>
+
+/// The program of homes and windows, and its kernels that send nothing.
+namespace tilemesh { inline namespace v0_2 { namespace splat::homes {
+
+/// Projects the records of a home. All workers share them. No copy is ever projected.
+template <class P>
+struct Project {
+    static constexpr char const* name = "project";
+    using FrameParameters = typename P::Parameters;
+    void operator()(Broadcast<FrameParameters> frame, Home<P> const& home, Seen<P>& seen, Worker worker) const noexcept
+    {
+        for (std::uint32_t i = worker.index, n = home.size(); i < n; i += worker.count)
+            seen[i] = splat::Access<FrameParameters>::project(home[i], *frame);
+    }
+    /// For a cost model. All workers wait for the one with the most records.
+    static Operations operations(Home<P> const& home, Worker worker) noexcept
+    {
+        Operations o;
+        o[Operation::projection] = (home.size() + worker.count - 1) / worker.count;
+        return o;
+    }
+};
+
+namespace detail {
+/// Ends the window at the first cut behind its beginning; without such a cut it has no end.
+TILEMESH_KERNEL void open_window(Window& window, Cuts const& cuts) noexcept
+{
+    window.hi_depth = infinite_depth;
+    for (std::uint32_t const cut : cuts)
+        if (cut > window.lo_depth) {
+            window.hi_depth = cut;
+            break;
+        }
+    window.frontier_depth = window.hi_depth;
+    window.frontier_id = 0;
+    window.seen = 0;
+    window.stride = 1;
+}
+} // namespace detail
+
+/// Begins a picture on a tile: black pixels, and a window from the nearest depth to the first cut of the last frame. Votes busy if the tile
+/// holds pixels.
+template <class P>
+struct Begin {
+    static constexpr char const* name = "begin";
+    using FrameParameters = typename P::Parameters;
+    Vote operator()(Here here, Broadcast<FrameParameters> frame, Seen<P> const& seen, Window& window, Held<P>& held, Keys& keys, Cuts& cuts,
+                    NextCuts& next_cuts, Sample& sample, BlocksOf<P>& blocks, Counts& counts, Work& work) const noexcept
+    {
+        counts = {};
+        work = {};
+        for (auto const& entry : seen) counts.visible += splat::Access<FrameParameters>::splat_of(*frame, entry).visible() ? 1u : 0u;
+        held.truncate(0);
+        keys.truncate(0);
+        sample.truncate(0);
+        cuts.truncate(0);
+        for (std::uint32_t const cut : next_cuts) cuts.push(cut);
+        next_cuts.truncate(0);
+        window = {};
+        if (!has_blocks(here, frame->fold)) {
+            window.lo_depth = infinite_depth;
+            return Vote::quiet;
+        }
+        blocks.resize(frame->fold.tile_blocks());
+        for (std::uint32_t b = 0; b < blocks.size(); ++b) {
+            auto const place = block_at(frame->fold, here.tile, b);
+            detail::begin_block(blocks[b], place, frame->view.camera);
+            if (!place.exists && frame->fold.blocks_a_bit == 1) window.finished |= frame->fold.bit_of(b);
+        }
+        detail::open_window(window, cuts);
+        return Vote::busy;
+    }
+    static Operations operations(Seen<P> const& seen, BlocksOf<P> const& blocks) noexcept
+    {
+        Operations o;
+        o[Operation::slot] = seen.size();
+        o[Operation::pixel] = blocks.size() * block_width * block_height;
+        return o;
+    }
+};
+
+/// Goes on behind the splats that are blended: the window begins at the frontier. A tile is done if its blocks have stopped, or if nothing is
+/// behind the frontier. Votes busy unless the tile is done.
+///
+/// Cuts. Every 0.9 K-th splat that a tile blends, of K that it can hold, is a cut of the next frame. If the tile had to refuse splats, the
+/// depths of a sample of them are the cuts of this frame's next rounds, 0.8 K apart. Cuts change the number of rounds, never the picture.
+template <class P>
+struct Advance {
+    static constexpr char const* name = "advance";
+    using FrameParameters = typename P::Parameters;
+    Vote operator()(Broadcast<FrameParameters> frame, Window& window, Held<P>& held, Keys& keys, Cuts& cuts, NextCuts& next_cuts,
+                    Sample& sample, BlocksOf<P> const& blocks, Counts& counts) const noexcept
+    {
+        if (window.done()) return Vote::quiet;
+        ++counts.rounds;
+        std::uint32_t const n = keys.size(), capacity = held.capacity();
+        std::uint32_t const each = share(capacity, 9);
+        for (std::uint32_t i = each - 1 - window.blended % each; i < n && next_cuts.size() < most_cuts; i += each)
+            next_cuts.push(keys[i].depth_bits + 1);
+        window.blended += n;
+        held.truncate(0);
+        keys.truncate(0);
+
+        auto const& model = frame->view.model;
+        std::uint32_t going = 0; // a bit is finished if none of its blocks goes on
+        for (std::uint32_t b = 0; b < blocks.size(); ++b)
+            if (detail::going_strips(blocks[b], (1u << detail::strips_a_block) - 1, model.transmittance_min) != 0) going |= frame->fold.bit_of(b);
+        window.finished = ~going;
+
+        if (window.refused()) {
+            splat::detail::heap_sort(sample.begin(), sample.size());
+            cuts.truncate(0);
+            std::uint32_t const apart = share(capacity, 8) / window.stride > 0 ? share(capacity, 8) / window.stride : 1;
+            for (std::uint32_t i = apart; i < sample.size() && cuts.size() < most_cuts; i += apart) cuts.push(sample[i]);
+        }
+        sample.truncate(0);
+        (void)TILEMESH_EXPECT(n != 0 || window.frontier_depth > window.lo_depth ||
+                                  (window.frontier_depth == window.lo_depth && window.frontier_id > window.lo_id),
+                              "a window that does not move (the protocol of homes is broken); report this");
+        window.lo_depth = window.frontier_depth;
+        window.lo_id = window.frontier_id;
+        if (going == 0) window.lo_depth = infinite_depth;
+        if (window.done()) return Vote::quiet;
+        detail::open_window(window, cuts);
+        return Vote::busy;
+    }
+    static Operations operations(BlocksOf<P> const& blocks) noexcept
+    {
+        Operations o;
+        o[Operation::pixel] = blocks.size(); // a look at the transmittance of a block: 80 words, about the work of a pixel's blending state
+        return o;
+    }
+
+private:
+    /// tenths / 10 of n, at least 1.
+    TILEMESH_KERNEL static std::uint32_t share(std::uint32_t n, std::uint32_t tenths) noexcept
+    {
+        std::uint32_t const s = n / 10 * tenths + n % 10 * tenths / 10;
+        return s > 0 ? s : 1;
+    }
+};
+
+/// Makes the pixels that the host reads. All workers share the blocks.
+template <class P>
+struct Finish {
+    static constexpr char const* name = "finish";
+    void operator()(BlocksOf<P> const& blocks, Framebuffer<typename P::Pixel>& framebuffer, Worker worker) const noexcept
+    {
+        for (std::uint32_t b = worker.index; b < blocks.size(); b += worker.count)
+            for (std::uint32_t j = 0; j < block_height; ++j)
+                for (std::uint32_t i = 0; i < block_width; ++i)
+                    framebuffer[(b * block_height + j) * block_width + i] = P::Pixel::make(detail::blended(blocks[b], j, i));
+    }
+    static Operations operations(Framebuffer<typename P::Pixel> const& framebuffer) noexcept
+    {
+        Operations o;
+        o[Operation::pixel] = framebuffer.size();
+        return o;
+    }
+};
+
+/// One round: every tile learns all windows, homes deliver what they want, and the tiles blend it and go on.
+template <class P>
+using Rounds = Loop<Repeat<Tell<P>>, UntilQuiet<Deliver<P>>, Superstep<DepthSort<P>>, Superstep<Blend<P>>, Superstep<Advance<P>>>;
+
+/// One frame. The host puts the records onto their homes once, and sizes `Seen`, `Table` and `Framebuffer`.
+///
+/// The picture is that of one list in depth order for the whole frame, bit for bit, for any capacity of at least 1. When Deliver is quiet, a
+/// tile has been offered every splat of its window that an unfinished block may see, and every refused key is at or behind the frontier,
+/// which is behind all held keys. So it blends exactly the wanted keys from lo to the frontier, in order, and the next round begins there.
+/// A splat that is refused has touched no pixel; a splat that is not sent would change none.
+///
+/// It ends: a tile that is not done either empties its window (then lo moves to a cut, of which there are finitely many, then to infinity)
+/// or blends at least one splat.
+template <class P>
+using Frame = Sequence<Superstep<Project<P>>, Superstep<Begin<P>>, Rounds<P>, Superstep<Finish<P>>>;
+
+/// The frame program for a grid, with at most `rounds` rounds. A tile that a bound leaves unfinished shows the nearest splats, exactly.
+template <class P>
+Frame<P> frame_program(Grid grid, std::uint32_t rounds = 0xffffffffu)
+{
+    Frame<P> frame;
+    std::get<2>(frame.steps).at_most = rounds;
+    get_step<Tell<P>>(frame).times = tell_passes(grid.width, grid.height);
+    return frame;
+}
+
+}}} // namespace tilemesh::splat::homes

@@ -1,0 +1,253 @@
+#pragma once
+#include <tilemesh/machine/kernel.hpp>
+#include <tilemesh/splat/access.hpp>
+#include <tilemesh/splat/blending_block.hpp>
+#include <tilemesh/splat/homes/fold.hpp>
+#include <tilemesh/splat/operations.hpp>
+#include <tilemesh/splat/regions.hpp>
+
+/// The frame program of homes and windows: it renders a map of any density exactly. The types of its state and channels.
+///
+/// Words. The *key* of a splat is its depth and its id, a strict order. A record lies on its *home*, a tile that does not depend on the
+/// view. A *window* of a tile is an interval of keys. In a round, homes send each tile the splats of its window; the tile keeps the nearest
+/// ones that it has room for, blends them, and goes on behind them. The *frontier* is the nearest key that it refused.
+namespace tilemesh { inline namespace v0_2 { namespace splat::homes {
+
+/// The capacities of the program's lists on one tile, in slots.
+struct Sizes {
+    std::uint32_t homes = 0;         ///< records that live on the tile
+    std::uint32_t held = 0;          ///< splats of a window that the tile keeps; at least 1
+    std::uint32_t parcels = 0;       ///< splats in one channel end (one direction); at least 1
+    std::uint32_t waiting = 0;       ///< splats in each of the two FIFOs; at least 1
+    std::uint32_t tile_blocks = 0;   ///< blocks of 16 x 5 pixels
+    std::uint32_t tile_pixels = 0;   ///< 80 for each block
+    std::uint32_t columns = 0, tiles = 0; ///< of the grid: every tile keeps a table of all windows
+
+    friend constexpr bool operator==(Sizes const& a, Sizes const& b) noexcept
+    {
+        return a.homes == b.homes && a.held == b.held && a.parcels == b.parcels && a.waiting == b.waiting &&
+               a.tile_blocks == b.tile_blocks && a.tile_pixels == b.tile_pixels && a.columns == b.columns && a.tiles == b.tiles;
+    }
+};
+
+/// The parameters that the host sends to every tile at the start of a frame.
+struct Parameters {
+    static constexpr char const* name = "frame parameters";
+    View view;
+    Tiling tiling; ///< of the projection; it only sets `Splat::anchor`, which this program does not read
+    Fold fold;
+};
+static_assert(std::is_trivially_copyable_v<Parameters> && sizeof(Parameters) % 4 == 0, "parameters are plain words");
+
+/// The types that change what kernels do.
+template <class RecordType, class ProjectedType, class ParametersType, class PixelType>
+struct Policies {
+    using Record = RecordType;         ///< what a home stores
+    using Projected = ProjectedType;   ///< the splat, or the host's reference to it
+    using Parameters = ParametersType;
+    using Pixel = PixelType;
+};
+/// The policies of a machine that moves values, for records of this degree.
+template <std::uint32_t Degree = 0, class Pixel = FloatPixel>
+using ValuePolicies = Policies<GaussianOfDegree<Degree>, Splat, Parameters, Pixel>;
+
+// --- channels ------------------------------------------------------------------------------------------------------------
+
+/// A splat on its way to at most 4 x 8 tiles: byte c of `to` names the tiles of column first.x + c, bit r of that byte the tile of row
+/// first.y + r. A tile that sends it on clears the bits of the tiles that it has served. A splat that more tiles want travels as several
+/// parcels. 64 bytes for records of any degree.
+template <class Projected>
+struct Parcel;
+template <>
+struct Parcel<Splat> {
+    Splat splat; ///< its `anchor` is `first`
+    GaussianId id;
+    std::uint32_t to;
+
+    static Parcel make(Splat const& s, GaussianId id, TileId first, std::uint32_t to) noexcept
+    {
+        Parcel p{s, id, to};
+        p.splat.anchor = first;
+        return p;
+    }
+    TileId first() const noexcept { return splat.anchor; }
+    Splat const& projected() const noexcept { return splat; }
+};
+static_assert(sizeof(Parcel<Splat>) == 64);
+inline constexpr std::uint32_t parcel_columns = 4, parcel_rows = 8;
+
+/// What every tile knows of another tile's window.
+struct Told {
+    std::uint32_t lo_depth;  ///< bits of the nearest depth that it wants; 0xffffffff: it wants nothing more
+    std::uint32_t hi_depth;  ///< bits of the first depth behind the window
+    std::uint32_t finished;  ///< blocks whose pixels have all stopped (Fold::bit_of)
+};
+inline constexpr std::uint32_t infinite_depth = 0xffffffffu;
+
+struct Tidings : Channel<Told> {
+    static constexpr char const* name = "tidings";
+    static constexpr auto slots = &Sizes::columns;
+};
+template <class P>
+struct Parcels : Channel<Parcel<typename P::Projected>> {
+    static constexpr char const* name = "parcels";
+    static constexpr auto slots = &Sizes::parcels;
+};
+
+// --- state of a tile --------------------------------------------------------------------------------------------------------
+
+template <class P>
+struct Home : Buffer<typename P::Record> {
+    static constexpr char const* name = "homes";
+    static constexpr auto slots = &Sizes::homes;
+};
+/// The records of this home, projected into this frame's view.
+template <class P>
+struct Seen : Buffer<typename P::Projected> {
+    static constexpr char const* name = "projected records";
+    static constexpr auto slots = &Sizes::homes;
+};
+/// The splats of this window. `Keys` has one key for each.
+template <class P>
+struct Held : Buffer<typename P::Projected> {
+    static constexpr char const* name = "held splats";
+    static constexpr auto slots = &Sizes::held;
+    static constexpr std::uint32_t least_slots = 1; ///< a tile that keeps nothing never goes on
+};
+struct Keys : Buffer<SortKey> {
+    static constexpr char const* name = "sort keys";
+    static constexpr auto slots = &Sizes::held;
+};
+/// The colour and transmittance of a block, kept from round to round.
+struct KeptBlock {
+    float transmittance[block_height][block_width]; ///< -1 outside the frame
+    float red[block_height][block_width];
+    float green[block_height][block_width];
+    float blue[block_height][block_width];
+    static constexpr bool has_depth = false;
+};
+struct KeptDepthBlock : KeptBlock {
+    float weight[block_height][block_width];
+    float depth[block_height][block_width];
+    static constexpr bool has_depth = true;
+};
+template <bool HasDepth>
+struct Blocks : Buffer<std::conditional_t<HasDepth, KeptDepthBlock, KeptBlock>> {
+    static constexpr char const* name = "blocks";
+    static constexpr auto slots = &Sizes::tile_blocks;
+};
+template <class P>
+using BlocksOf = Blocks<P::Pixel::has_depth>;
+/// The finished pixels: 80 for each block, in the order of `Blocks`.
+template <class Pixel>
+struct Framebuffer : Buffer<Pixel> {
+    static constexpr char const* name = "framebuffer";
+    static constexpr auto slots = &Sizes::tile_pixels;
+};
+/// The windows of all tiles with blocks, row by row.
+struct Table : Buffer<Told> {
+    static constexpr char const* name = "windows of all tiles";
+    static constexpr auto slots = &Sizes::tiles;
+};
+template <class P, std::uint32_t Side>
+struct Waiting : Buffer<Parcel<typename P::Projected>> {
+    static constexpr char const* name = Side == 0 ? "waiting (side 0)" : "waiting (side 1)";
+    static constexpr auto slots = &Sizes::waiting;
+    static constexpr std::uint32_t least_slots = 1; ///< without a slot, the tile could give no credit
+};
+
+/// A tile's window: keys from lo to (hi_depth, 0), and what it has refused.
+struct Window {
+    static constexpr char const* name = "window";
+    std::uint32_t lo_depth, lo_id;              ///< lo_depth == infinite_depth: the tile is done
+    std::uint32_t hi_depth;
+    std::uint32_t frontier_depth, frontier_id;  ///< the least key refused, else hi
+    std::uint32_t finished;                     ///< blocks (Fold::bit_of)
+    std::uint32_t blended;                      ///< splats of all rounds
+    std::uint32_t heap;                         ///< 1: the keys are a heap, the farthest first
+    std::uint32_t seen, stride;                 ///< refused keys, and every how many of them the sample has
+    std::uint32_t pass;                         ///< of Tell in this round
+
+    bool done() const noexcept { return lo_depth == infinite_depth; }
+    bool refused() const noexcept { return frontier_depth != hi_depth || frontier_id != 0; }
+};
+static_assert(sizeof(Window) <= 64);
+inline constexpr std::uint32_t most_cuts = 32, most_samples = 64;
+/// The depths at which windows of this frame end, nearest first.
+struct Cuts : Buffer<std::uint32_t, most_cuts> {
+    static constexpr char const* name = "cuts";
+};
+/// The cuts of the next frame.
+struct NextCuts : Buffer<std::uint32_t, most_cuts> {
+    static constexpr char const* name = "cuts of the next frame";
+};
+/// Depths that the tile refused in this round, every `stride`-th of them.
+struct Sample : Buffer<std::uint32_t, most_samples> {
+    static constexpr char const* name = "sample of refused depths";
+};
+
+/// How far a home has come in sending its records: for each of west, east and its own column the record, and the part of its tiles. The
+/// fill of the FIFOs behind the two row channels follows from `sent` and the notes of the channels.
+struct Sending {
+    static constexpr char const* name = "sending and flow control";
+    std::uint32_t record[3], part[3];
+    std::uint32_t rest;     ///< tiles of its own column that a full channel kept from the current part; 0: none
+    std::uint32_t sent[2];  ///< parcels sent to the west and to the east in the previous pass
+};
+
+/// The counters of a tile in a frame. They are exact on every engine.
+struct Counts {
+    static constexpr char const* name = "counters";
+    std::uint32_t visible;      ///< records of this home with something on screen
+    std::uint32_t sent;         ///< parcels that this home gave to channels
+    std::uint32_t hops;         ///< parcels given to channels, also those of other homes
+    std::uint32_t asked;        ///< tiles that the parcels of this home name
+    std::uint32_t arrived;      ///< parcels that named this tile; the sum over all tiles is that of `asked`
+    std::uint32_t early;        ///< of these, before the window: the table has depths, not whole keys
+    std::uint32_t refused;      ///< of these, no room: they come again in a later round
+    std::uint32_t channel_full; ///< waits for a slot of a channel
+    std::uint32_t no_credit;    ///< waits for a slot of the FIFO behind a channel
+    std::uint32_t rounds;       ///< in which the tile was not done
+    std::uint32_t compared;     ///< keys compared and put in order in the last pass
+    std::uint32_t looked;       ///< blocks of other tiles that the last pass tested for a splat
+};
+static_assert(sizeof(Counts) <= 64);
+
+/// The Gaussian-pixel pairs of each worker, in strips: 2 columns of a block, 10 pixels.
+struct Work {
+    static constexpr char const* name = "pair counters";
+    static constexpr std::uint32_t max_workers = 6;
+    std::uint32_t strips[max_workers];
+    std::uint32_t contributing[max_workers]; ///< pairs
+    std::uint32_t before[max_workers];       ///< strips before the last pass
+};
+inline constexpr std::uint32_t strip_width = 2;
+inline constexpr std::uint32_t strip_pairs = strip_width * block_height;
+
+/// The key of a splat: the bits of its depth, then its id.
+struct Key {
+    std::uint32_t depth, id;
+};
+constexpr bool operator<(Key const& a, Key const& b) noexcept
+{
+    return a.depth != b.depth ? a.depth < b.depth : a.id < b.id;
+}
+
+/// The place of a block in the frame: its first pixel. `exists` is false if the tile has no block of that number.
+struct BlockAt {
+    std::uint32_t x, y;
+    bool exists;
+};
+inline BlockAt block_at(Fold const& fold, TileId tile, std::uint32_t number) noexcept
+{
+    std::uint32_t const i = fold.x.block(tile.x(), number % fold.x.layers), j = fold.y.block(tile.y(), number / fold.x.layers);
+    return {i * block_width, j * block_height, tile.x() < fold.x.tiles && tile.y() < fold.y.tiles && i < fold.x.blocks && j < fold.y.blocks};
+}
+
+/// Does the tile hold pixels?
+TILEMESH_KERNEL bool has_blocks(Here const& here, Fold const& fold) noexcept
+{
+    return here.tile.x() < fold.x.tiles && here.tile.y() < fold.y.tiles;
+}
+
+}}} // namespace tilemesh::splat::homes

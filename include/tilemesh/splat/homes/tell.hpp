@@ -1,0 +1,82 @@
+#pragma once
+#include <tilemesh/splat/homes/regions.hpp>
+
+namespace tilemesh { inline namespace v0_2 { namespace splat::homes {
+
+/// The passes of Tell in a round, on a grid of which columns x rows tiles hold blocks: every tile then knows every window.
+constexpr std::uint32_t tell_passes(std::uint32_t grid_columns, std::uint32_t grid_rows) noexcept
+{
+    return grid_columns + grid_rows - 1;
+}
+
+/// Tells every tile the windows of all tiles: first along the rows, one window an exchange and side, then along the columns, one whole row
+/// an exchange and side. It runs W + H - 1 times on a grid of W x H tiles, with W + H - 2 exchanges. A tile without blocks passes on and
+/// keeps what it is told, because it is a home, too. In its last pass each home makes itself ready to send, and votes busy if it has a
+/// record to send.
+template <class P>
+struct Tell {
+    static constexpr char const* name = "tell";
+    using FrameParameters = typename P::Parameters;
+
+    Vote operator()(Here here, Broadcast<FrameParameters> frame, Home<P> const& home, Window& window, Table& table, Sending& sending,
+                    In<Tidings> in, Out<Tidings> out) const noexcept
+    {
+        std::uint32_t const columns = frame->fold.x.tiles, rows = frame->fold.y.tiles;
+        std::uint32_t const x = here.tile.x(), y = here.tile.y(), pass = window.pass;
+        std::uint32_t const row_passes = here.grid.width - 1, last = row_passes + here.grid.height - 1;
+        auto const keep = [&](std::uint32_t tx, std::uint32_t ty, Told const& told) noexcept {
+            if (tx < columns && ty < rows) table[ty * columns + tx] = told;
+        };
+        if (pass == 0) {
+            Told const own{window.done() ? infinite_depth : window.lo_depth, window.done() ? 0u : window.hi_depth, window.finished};
+            keep(x, y, own);
+            if (row_passes != 0) {
+                send_along(here, out, Direction::east, &own, 1);
+                send_along(here, out, Direction::west, &own, 1);
+            }
+        }
+        if (pass != 0 && pass <= row_passes) { // one window from each side; those that come from the west are of tile x - pass
+            for (Direction from : {Direction::west, Direction::east}) {
+                if (in[from].empty()) continue;
+                Told const& told = in[from][0];
+                keep(from == Direction::west ? x - pass : x + pass, y, told);
+                if (pass < row_passes) send_along(here, out, opposite(from), &told, 1);
+            }
+        }
+        if (pass > row_passes) { // a row of windows from each side
+            std::uint32_t const distance = pass - row_passes;
+            for (Direction from : {Direction::north, Direction::south}) {
+                if (in[from].empty()) continue;
+                std::uint32_t const ty = from == Direction::north ? y - distance : y + distance, n = in[from].size();
+                for (std::uint32_t i = 0; i < n && ty < rows; ++i) table[ty * columns + i] = in[from][i];
+                if (pass < last) send_along(here, out, opposite(from), in[from].begin(), n);
+            }
+        }
+        if (pass == row_passes && pass < last && y < rows)
+            for (Direction to : {Direction::north, Direction::south}) send_along(here, out, to, table.begin() + y * columns, columns);
+        if (pass < last) {
+            ++window.pass;
+            return Vote::busy;
+        }
+        window.pass = 0;
+        sending = {};
+        return home.empty() ? Vote::quiet : Vote::busy;
+    }
+
+    /// For a cost model: a window that is taken or given is a slot.
+    static Operations operations(In<Tidings> in, Out<Tidings> out) noexcept
+    {
+        Operations o;
+        for (Direction d : news) o[Operation::slot] += in[d].size() + out[d].size();
+        return o;
+    }
+
+private:
+    TILEMESH_KERNEL static void send_along(Here const& here, Out<Tidings>& out, Direction d, Told const* told, std::uint32_t n) noexcept
+    {
+        if (!here.grid.has_neighbour(here.tile, d)) return;
+        for (std::uint32_t i = 0; i < n; ++i) out[d].push(told[i]);
+    }
+};
+
+}}} // namespace tilemesh::splat::homes

@@ -1,0 +1,108 @@
+// test: unoptimised asan tsan, cost 10
+#include "stand_ins.hpp"
+#include "support.hpp"
+#include <doctest/doctest.h>
+#include <tilemesh/engine/checked_mesh.hpp>
+#include <tilemesh/render/homes_renderer.hpp>
+#include <tilemesh/scene/built_in.hpp>
+#include <tilemesh/scene/frame_whole.hpp>
+#include <tilemesh/scene/orbit.hpp>
+
+using namespace tilemesh;
+namespace homes = splat::homes;
+
+namespace {
+scene::Map every(std::uint32_t n)
+{
+    auto map = scene::built_in_map();
+    scene::Map some;
+    some.name = map.name;
+    for (std::size_t i = 0; i < map.gaussians.size(); i += n) some.gaussians.push_back(map.gaussians[i]);
+    return some;
+}
+render::HomesChoice choice(scene::Map const& map, Grid grid)
+{
+    render::HomesChoice c;
+    c.machine.sram_bytes = 1u << 26;
+    c.sizes.homes = static_cast<std::uint32_t>(map.gaussians.size()) / grid.size() + 1;
+    return c;
+}
+std::uint64_t pixels_that_differ(report::Image const& a, report::Image const& b)
+{
+    std::uint64_t n = 0;
+    for (std::uint32_t y = 0; y < a.height; ++y)
+        for (std::uint32_t x = 0; x < a.width; ++x) n += std::memcmp(a.pixel(x, y), b.pixel(x, y), 12) != 0 ? 1u : 0u;
+    return n;
+}
+} // namespace
+
+TEST_CASE("every block has one tile, and an interval of blocks is an interval of tiles")
+{
+    for (std::uint32_t tiles = 1; tiles < 7; ++tiles)
+        for (std::uint32_t blocks = 1; blocks < 30; ++blocks)
+            for (bool const folded : {false, true}) {
+                auto const axis = homes::make_axis(blocks, tiles, folded);
+                REQUIRE(axis.tiles <= tiles);
+                std::vector<std::uint32_t> owners(blocks);
+                for (std::uint32_t t = 0; t < axis.tiles; ++t)
+                    for (std::uint32_t k = 0; k < axis.layers; ++k)
+                        if (auto const b = axis.block(t, k); b < blocks) {
+                            ++owners[b];
+                            CHECK(axis.tile_of(b) == t);
+                        }
+                CHECK(owners == std::vector<std::uint32_t>(blocks, 1));
+                for (std::uint32_t i = 0; i < blocks; ++i)
+                    for (std::uint32_t j = i; j < blocks; ++j) {
+                        auto low = axis.tile_of(i), high = low;
+                        for (std::uint32_t b = i; b <= j; ++b) {
+                            low = std::min(low, axis.tile_of(b));
+                            high = std::max(high, axis.tile_of(b));
+                        }
+                        auto const range = axis.tiles_of(i, j);
+                        CHECK(range.first == low);
+                        CHECK(range.last == high);
+                    }
+            }
+}
+
+TEST_CASE("the picture is that of the naive loop, for any capacities, folded or not, on every engine")
+{
+    auto const map = every(40);
+    Grid const grid{4, 3};
+    struct Case {
+        std::uint32_t held, slots, waiting;
+        bool fold;
+    };
+    for (auto const& c : {Case{2000, 200, 200, true}, Case{100, 3, 2, true}, Case{17, 2, 1, false}, Case{1, 1, 1, true}}) {
+        auto const m = c.held == 1 ? every(200) : map;
+        RendererOptions o;
+        o.grid = grid;
+        o.storage_slots = c.held;
+        o.channel_slots = c.slots;
+        o.waiting_slots = c.waiting;
+        o.fold = c.fold;
+        o.digest = true;
+        auto const base = scene::frame_whole(m, {90, 53});
+        auto const views = scene::orbit(base, scene::robust_centre(m), 5, 2);
+        render::HomesRenderer<homes::HostPolicies<>> rows(m, choice(m, grid), o);
+        o.threads = 3;
+        render::HomesRenderer<homes::HostPolicies<>> shared(m, choice(m, grid), o);
+        render::HomesRenderer<homes::ValuePolicies<>> values(m, choice(m, grid), o);
+        render::HomesRenderer<homes::HostPolicies<>, CheckedMesh> checked(m, choice(m, grid), o);
+        for (auto const& view : views) {
+            auto const a = rows.render(view), b = shared.render(view), v = values.render(view), d = checked.render(view);
+            CHECK(pixels_that_differ(a.image, report::render_naive(m.gaussians, view, rows.model())) == 0);
+            CHECK(pixels_that_differ(a.image, b.image) == 0);
+            CHECK(pixels_that_differ(a.image, v.image) == 0);
+            CHECK(pixels_that_differ(a.image, d.image) == 0);
+            CHECK(a.report.digests == b.report.digests);
+            CHECK(a.report.digests == d.report.digests);
+            CHECK(a.report.hops == v.report.hops);
+            CHECK(a.report.pairs == v.report.pairs);
+            CHECK(a.report.pairs == d.report.pairs);
+            CHECK(a.report.homes.unfinished_tiles == 0);
+            CHECK(a.report.peak_storage <= c.held);
+        }
+        CHECK(rows.render(views.back()).report.passes.total() == 0); // an unchanged view
+    }
+}
