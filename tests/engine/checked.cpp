@@ -1,7 +1,7 @@
 // test: unoptimised test asan tsan
-// What the checked engine catches: kernels that break the rules, each in one way. None of them runs on Mesh.
+// The checked engine catches kernels that break the rules. Each kernel here breaks one rule. None of them runs on Mesh.
 //
-// Not detectable, and so not here: workers of one tile that write the same word with the same value in any order.
+// One race cannot be detected and has no test: workers of one tile that write the same value to the same word in any order.
 #include "everywhere.hpp"
 #include "programs.hpp"
 
@@ -12,7 +12,7 @@ namespace {
 
 struct Four : Buffer<std::uint32_t, 4> {};
 struct UpToFour : Buffer<std::uint32_t, 4> {};
-struct Big { // too large to lie beside the heads
+struct Big { // too large for a place beside the heads
     std::uint32_t word[40];
 };
 struct Wide {
@@ -26,7 +26,7 @@ struct Out3 {
     std::uint32_t word[3];
 };
 
-/// Does a thing on one tile.
+/// The tile on which a kernel breaks its rule.
 constexpr TileId culprit = TileId::at(1, 2);
 
 template <class Kernel, class Load>
@@ -49,7 +49,7 @@ void check_place(std::string const& text, char const* kernel)
 }
 
 template <int Where>
-struct WritePast { // through operator[]: -1 before, 0 the last item, 1 just past the capacity
+struct WritePast { // through operator[]. Where: -1 is the item before the last, 0 the last item, 1 the item past the capacity
     void operator()(Four& four, Here here) const noexcept
     {
         four.resize(4);
@@ -147,7 +147,7 @@ TEST_CASE("a size above the capacity is caught, at n + 1 and not at n")
     };
     CHECK(limited(4).empty());
     CHECK(limited(3).empty());
-    check_place(limited(2), "OverpushLimit"); // within the region, above the limit
+    check_place(limited(2), "OverpushLimit"); // the third item is within the region and above the limit
 }
 
 namespace {
@@ -196,7 +196,7 @@ namespace {
 
 enum class Sin { none, writes, sends, notes, votes, fills };
 
-struct Trigger { // keeps UntilQuiet going on tile (0, 0)
+struct Trigger { // tile (0, 0) keeps UntilQuiet running
     std::uint32_t left;
 };
 struct Diary {
@@ -239,8 +239,8 @@ TEST_CASE("a quiet tile without mail that changes a word, sends or votes busy is
         CHECK(has(text, "; vote busy earlier"));
         CHECK(has(text, "[tile (1, 2), superstep 1 (Restless)]"));
     }
-    CHECK(restless<Sin::writes>(true, 0).empty()); // nobody busy: no pass in which it could be seen
-    CHECK(restless<Sin::writes>(false).empty());   // not looked for
+    CHECK(restless<Sin::writes>(true, 0).empty()); // no tile is busy: there is no pass in which the engine could see the write
+    CHECK(restless<Sin::writes>(false).empty());   // the check is off
 }
 
 TEST_CASE("the options of a Mesh are options of a CheckedMesh, which has one thread")
@@ -273,7 +273,7 @@ namespace {
 struct Found {
     std::uint32_t word[4];
 };
-struct ReadStale { // all four slots, whatever the size
+struct ReadStale { // reads all four slots, for any size
     void operator()(Four const& four, Found& found) const noexcept
     {
         for (std::uint32_t i = 0; i < 4; ++i) found.word[i] = four[i];
@@ -299,7 +299,7 @@ struct SayNine {
     void operator()(Out<Wire> out, Found& found) const noexcept
     {
         for (Direction d : news) out[d].push(9);
-        for (std::uint32_t i = 0; i < 4; ++i) found.word[i] = out[news[i]][1]; // the slot behind
+        for (std::uint32_t i = 0; i < 4; ++i) found.word[i] = out[news[i]][1]; // the slot after the message
     }
 };
 struct Hear {
@@ -335,7 +335,7 @@ TEST_CASE("what is dead is poison: slots never written, items beyond the size, m
         mesh.run();
         CHECK(found(mesh) == Words{70, dead, dead, dead});
     }
-    { // what the host loaded dies like what a kernel wrote
+    { // items that the host loaded become poison like items that a kernel wrote
         CheckedMesh<Sequence<Superstep<KeepOne>, Superstep<ReadStale>>> mesh{{}, grid};
         auto four = mesh.state<Four>(culprit);
         for (std::uint32_t i = 0; i < 4; ++i) four.push(i + 1);
@@ -352,7 +352,7 @@ TEST_CASE("what is dead is poison: slots never written, items beyond the size, m
         mesh.run();
         CHECK(found(mesh) == Words{dead, dead, dead, dead});
     }
-    { // a slot of an outgoing end that was not written
+    { // a slot of an outgoing end that no kernel wrote
         CheckedMesh<Sequence<Superstep<SayNine>, Superstep<Hear>>> mesh{{}, grid};
         mesh.run();
         mesh.run();
@@ -360,7 +360,7 @@ TEST_CASE("what is dead is poison: slots never written, items beyond the size, m
     }
     float nan;
     std::memcpy(&nan, &poison_word, 4);
-    CHECK(nan != nan); // read as a number it is none
+    CHECK(nan != nan); // read as a float, poison is not a number
 }
 
 namespace {
@@ -374,7 +374,7 @@ template <bool Both>
 struct UseBoth {
     void operator()(Here here, In<Upper<2>>, In<Lower>, Out<Upper<2>> upper, Out<Lower> lower) const noexcept
     {
-        if (here.tile == TileId::at(1, 1)) upper[Direction::south].push(1); // both to (1, 2)
+        if (here.tile == TileId::at(1, 1)) upper[Direction::south].push(1); // with Both, both channels carry mail to (1, 2)
         if (Both && here.tile == TileId::at(0, 2)) lower[Direction::east].push(1);
         if (!Both && here.tile == TileId::at(0, 1)) lower[Direction::west].push(1);
     }
@@ -396,7 +396,7 @@ struct ReadLower {
 
 TEST_CASE("two channels that share memory and both carry mail on a tile are caught")
 {
-    CHECK(caught<UseBoth<false>>().empty()); // on different tiles
+    CHECK(caught<UseBoth<false>>().empty()); // the channels carry mail on different tiles
     auto const text = caught<UseBoth<true>>();
     CHECK(has(text, "channels Lower and Upper both carry mail"));
     CHECK(has(text, "; give each its own memory"));
@@ -422,13 +422,13 @@ struct LastWorkerSizes {
 TEST_CASE("a kernel of all workers that changes the size of a list")
 {
     CHECK(has(caught<LastWorkerSizes>(), "takes Worker changed the size of a list"));
-    // The same size again changes nothing.
+    // A kernel that sets the size that the list already has is allowed.
     CHECK(caught<LastWorkerSizes>([](auto& mesh) {
               for (std::uint32_t i = 0; i < 12; ++i) mesh.template state<Four>(mesh.grid().tile(i)).resize(2);
           }).empty());
 }
 
-struct LastWorkerWins { // workers that race: the engines run them in opposite orders
+struct LastWorkerWins { // the workers race: the engines run them in opposite orders
     void operator()(Claims& claims, Worker worker) const noexcept { claims.last = worker.index; }
 };
 

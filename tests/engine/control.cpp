@@ -54,11 +54,11 @@ TEST_CASE("Loop: rounds while a tile votes busy, an UntilQuiet inside, and its b
 
 TEST_CASE("Loop: no round where nobody voted busy before it, and each run begins quiet")
 {
-    auto const p = everywhere<Draining>({4, 3}, [](auto&) {}, 2); // all tanks are empty
+    auto const p = everywhere<Draining>({4, 3}, [](auto&) {}, 2); // all tanks are empty, so no tile votes busy
     CHECK(p.last().loops[0].rounds == 0);
     CHECK(p.step(1).passes == 0);
     CHECK(p.step(2).passes == 0);
-    using Bare = Loop<Superstep<OpenTap>>; // votes of the run before are forgotten
+    using Bare = Loop<Superstep<OpenTap>>; // the votes of the previous run do not count
     auto const bare = everywhere<Bare>({4, 3}, [](auto& mesh) { mesh.template state<Tank>(TileId::at(1, 1)).level = 1; }, 2);
     CHECK(bare.last().loops[0] == LoopCounters{0, 0, 0});
 }
@@ -69,7 +69,7 @@ TEST_CASE("Loop: loops in loops count all their rounds")
     Grid const grid{3, 2};
     auto const load = [](auto& mesh) { mesh.template state<Tank>(TileId::at(2, 1)) = {3, 2, 0, 0}; };
     auto const p = everywhere<Program>(grid, load);
-    // Water 3, then 2, then 1; the last Refill is quiet.
+    // The level is 3, then 2, then 1. After that the last Refill votes quiet.
     CHECK(p.last().loops == std::vector<LoopCounters>{{1, 2, 3}, {1, 1, 3 + 2 + 1}});
     CHECK(p.step(1).passes == 6);
     CHECK(p.mesh->state<Tank>(TileId::at(2, 1)).drained == 6);
@@ -103,7 +103,7 @@ TEST_CASE("Loop and Reduce: heat until it stands still is the plain loop, bit fo
                 CHECK(p.step(step_of<Warming, Cool>()).passes == (cooled != 0 ? want.rounds : 0));
                 for (std::uint32_t i = 0; i < grid.size(); ++i)
                     CHECK(p.mesh->state<Plate>(grid.tile(i)).kelvin == want.plates[i].kelvin);
-                // W - 1 + H - 1 there, as many back, each round.
+                // Each round has W - 1 + H - 1 passes to tile (0, 0), and as many back.
                 CHECK(p.step(4).passes == 2 * want.rounds * (grid.width - 1 + grid.height - 1));
             }
 }
@@ -134,7 +134,7 @@ TEST_CASE("If keeps votes and mail for what comes after it")
             mesh.template broadcast<Wanted>().first = first;
             mesh.template state<Tank>(TileId::at(1, 1)).level = 4;
         });
-        CHECK(p.step(2).passes == (first != 0 ? 0 : 4)); // Add does not vote: all are quiet after it
+        CHECK(p.step(2).passes == (first != 0 ? 0 : 4)); // Add does not vote: all tiles are quiet after it
     }
 }
 
@@ -142,7 +142,7 @@ TEST_CASE("what a policy leaves out is nowhere: no state, no channel, no step")
 {
     using With = Tile<Mk2, Working<true>>;
     using Without = Tile<Mk2, Working<false>>;
-    CHECK(With::ledger().size() == 4); // Rim, Tally, Log, code
+    CHECK(With::ledger().size() == 4); // lines for Rim, Tally, Log and code
     CHECK(Without::ledger().size() == 2);
     CHECK(With::bytes == Without::bytes + 4 + 8 * (8 + 4));
     CHECK(step_of<Working<true>, Ring>() == 0);
@@ -157,7 +157,7 @@ TEST_CASE("what a policy leaves out is nowhere: no state, no channel, no step")
 }
 
 namespace {
-/// The trace of one run, the same on every engine and number of threads.
+/// The trace of one run. Every engine and every number of threads must give the same trace.
 template <class Program, class Load>
 Trace trace_everywhere(Grid grid, Load const& load)
 {
@@ -218,7 +218,7 @@ TEST_CASE("a Loop that is never done: most_passes rounds, and the report of what
     REQUIRE(found.loop.has_value());
     CHECK(*found.loop == LoopCounters{1, 2, 20});
     CHECK(found.supersteps == 40);
-    // As many rounds as are allowed, and passes of an UntilQuiet inside in each of them, are no error.
+    // most_passes bounds the rounds of a Loop, and the passes of an inner UntilQuiet in each round. Exactly most_passes is no error.
     Grid const one{1, 1};
     auto const load = [](auto& m) { m.template state<Tank>(TileId::at(0, 0)) = {3, 2, 0, 0}; };
     Mesh<Draining> enough{{}, one, {.most_passes = 3}}, short_of{{}, one, {.most_passes = 2}};

@@ -5,11 +5,11 @@
 #include <tilemesh/machine/tile.hpp>
 #include <vector>
 
-/// Programs of loops, conditions and reductions, and what they do on plain host arrays.
+/// Programs of loops, conditions and reductions, and their results, computed on plain host arrays.
 namespace engine_test {
 using namespace tilemesh;
 
-// --- a loop around an UntilQuiet: each round drains what the round before refilled ---------------------------------------------
+// --- a loop around an UntilQuiet: each round drains the water that the previous round refilled ---------------------------------
 struct Tank {
     std::uint32_t level, refills, drained, rounds;
 };
@@ -47,7 +47,7 @@ inline Drained drain_all(std::vector<Tank> tanks, std::uint32_t at_most)
     auto const any = [&](auto const& f) { return std::any_of(tanks.begin(), tanks.end(), f); };
     bool busy = any([](Tank const& t) { return t.level + t.refills != 0; });
     for (; busy && d.rounds < at_most; ++d.rounds) {
-        std::uint32_t deepest = busy ? 1 : 0; // who voted busy runs once, with or without water
+        std::uint32_t deepest = busy ? 1 : 0; // a tile that voted busy runs once, with or without water
         for (auto& t : tanks) {
             deepest = std::max(deepest, t.level);
             t.drained += t.level;
@@ -64,13 +64,13 @@ inline Drained drain_all(std::vector<Tank> tanks, std::uint32_t at_most)
     return d;
 }
 
-// --- heat until nowhere it changes by more than a limit: a reduction decides on a loop --------------------------------------------
+// --- heat until no tile changes by more than a limit: a reduction ends a loop ------------------------------------------------------
 struct Plate {
     float kelvin, change;
 };
 struct Settling {
     float per_step, limit;
-    std::uint32_t cooled; ///< a flag
+    std::uint32_t cooled; ///< 0 or 1: an If reads it
 };
 struct Rim : Channel<float, 1> {};
 struct Warm {
@@ -152,7 +152,7 @@ struct Add {
 };
 using Choosing = Sequence<If<&Wanted::first, Superstep<Add<1>>, If<&Wanted::second, Superstep<Add<10>>>>, If<&Wanted::second>, Repeat<Add<100>>>;
 
-// --- an argument and a step that may be left out ---------------------------------------------------------------------------------------
+// --- an argument and a step that a policy may leave out ---------------------------------------------------------------------------------
 struct Log {
     std::uint32_t runs;
 };
@@ -190,7 +190,7 @@ struct Total {
     float sum, least, most;
     std::uint32_t all, bits;
 };
-/// Rows from the east, then column 0 from the south.
+/// Reduces each row from the east, then column 0 from the south: the order of Reduce.
 template <class T, class F>
 T reduce_on_host(std::vector<T> const& values, Grid grid, F const& f)
 {

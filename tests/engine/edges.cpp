@@ -1,7 +1,7 @@
 // test: unoptimised test asan tsan
 #include "edges.hpp"
 
-// Messages over an edge of the grid come back, are dropped, or arrive at the other end: the words, notes, counters and traces.
+// Messages over an edge of the grid come back, are dropped, or arrive at the other end. The tests compare words, notes, counters, traces.
 using namespace engine_test;
 
 TEST_CASE("edges: every tile reads what a loop without a mesh says, on each engine and on grids of one tile, row and column")
@@ -21,7 +21,7 @@ TEST_CASE("edges: every tile reads what a loop without a mesh says, on each engi
             bool const any = expected.messages != 0;
             CHECK(first.exchanges == (any ? 1 : 0));
             CHECK(rest.exchanges == (any ? calls - 1 : 0));
-            CHECK(rest.passes == (any ? calls : calls - 1)); // the last pass reads, if anything came
+            CHECK(rest.passes == (any ? calls : calls - 1)); // the last pass only reads, if any mail came
             CHECK(first.capacity_bytes == (any ? sides(edge) * (8 + 3 * 4) : 0));
             CHECK(rest.capacity_bytes == (any ? (calls - 1) * sides(edge) * (8 + 3 * 4) : 0));
         }
@@ -37,7 +37,7 @@ TEST_CASE("edges: what is dropped counts in a peak, because it lay in the outgoi
         CHECK(run.exchanges() == 0);
         CHECK(run.peaks.back().items == 3);
         CHECK(run.steps[0].live_bytes + run.steps[1].live_bytes == 0);
-        CHECK(mesh.run().peaks.back().items == 0); // and does not lie there in the next run
+        CHECK(mesh.run().peaks.back().items == 0); // the end is empty in the next run
     });
 }
 

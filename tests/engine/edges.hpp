@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-/// A program on channels of all three edges, and what each tile must have read, by a loop that knows no mesh.
+/// A program on channels of all three edges, and the words that each tile must read, computed by a loop without a mesh.
 namespace engine_test {
 
 template <Edge E>
@@ -15,7 +15,7 @@ struct Heard {
     static constexpr char const* name = E == Edge::reflect ? "heard reflecting" : E == Edge::drop ? "heard dropping" : "heard wrapping";
     std::uint32_t words[4], notes[4], sends;
 };
-/// What a tile sends to a side when it has `left` more times to send: one to three words, and on two sides a note.
+/// The words that a tile sends to a side when it has `left` more times to send: one to three words, and on two sides a note.
 struct Parcel {
     std::uint32_t words[3], size, note;
 };
@@ -58,9 +58,9 @@ void load_edges(M& mesh)
     for (auto [tile, heard] : mesh.template states<Heard<Edge::wrap>>()) heard.sends = calls;
 }
 
-/// What all tiles have heard on channels of these edges, and the messages that went.
+/// The words and notes that all tiles must read on channels with one kind of edge, and the numbers of messages.
 struct Expected {
-    std::vector<std::array<std::uint32_t, 8>> heard; ///< of each tile: words of the four sides, notes of the four sides
+    std::vector<std::array<std::uint32_t, 8>> heard; ///< for each tile: words of the four sides, notes of the four sides
     std::uint64_t messages = 0, dropped = 0;
 };
 inline Expected expected_of(Grid grid, Edge edge)

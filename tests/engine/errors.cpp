@@ -26,7 +26,7 @@ struct Wire : Channel<std::uint32_t, 2> {};
 struct Chatter {
     Vote operator()(Demand& demand, In<Wire>, Out<Wire> out) const noexcept
     {
-        // One more each time: the third is one too many.
+        // Each run sends one more message: the third message is one too many.
         for (std::uint32_t i = 0; i < demand.items; ++i) out[Direction::east].push(i);
         if (demand.items != 0) ++demand.items;
         return demand.items != 0 ? Vote::busy : Vote::quiet;
@@ -37,8 +37,8 @@ struct WhatNext {
     void operator()(Visits& visits) const noexcept { ++visits.count; }
 };
 
-/// The Error of run() on each engine and number of threads, and the mesh refuses to run again. All Meshes say the same. CheckedMesh stops
-/// on the first tile, so it says the same without the number of broken contracts.
+/// The Error of run(), on each engine and number of threads. The mesh must then refuse to run again. All Meshes give the same text.
+/// CheckedMesh stops on the first tile, so its text lacks the number of broken contracts and is otherwise equal.
 template <class Program, class Machine = Mk2, class Load>
 std::string error_everywhere(Grid grid, Load const& load, Program program = {})
 {
@@ -106,7 +106,7 @@ TEST_CASE("a run that stopped ran no further: later steps saw nothing")
         mesh.template state<Demand>(TileId::at(0, 0)).items = 3;
         CHECK_FALSE(error_of([&] { mesh.run(); }).empty());
         for (std::uint32_t i = 0; i < 24; ++i) CHECK(mesh.template state<Visits>(mesh.grid().tile(i)).count == 0);
-        auto const small = mesh.template state<Small>(TileId::at(0, 0)); // and what was full stays as it was
+        auto const small = mesh.template state<Small>(TileId::at(0, 0)); // the full list keeps its items
         REQUIRE(small.size() == 2);
         CHECK(small[0] == 0);
         CHECK(small[1] == 1);
@@ -123,7 +123,7 @@ TEST_CASE("sending over unread mail, after a bound cut the step that reads it, i
         {5, 1},
         [&](auto& mesh) {
             mesh.template state<Ball>(TileId::at(1, 0)).throws = 9;
-            mesh.run(); // thrown, not yet caught
+            mesh.run(); // ends with a ball that no tile has caught yet
             auto const now = error_of([&] { mesh.run(); });
             if (text.empty()) text = now;
             CHECK(now == text);
@@ -148,7 +148,7 @@ TEST_CASE("the same program with a bound that suffices runs on and on")
 
 namespace {
 
-struct Loud { // sends over unread mail and breaks a contract of its own on the lowest tile
+struct Loud { // sends over unread mail, and breaks another contract on the lowest tile
     void operator()(Small& small, Ball& ball, Out<Lane> out) const noexcept
     {
         for (std::uint32_t i = 0; i < 3; ++i) small.push(i);

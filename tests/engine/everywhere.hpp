@@ -10,18 +10,18 @@
 #include <utility>
 #include <vector>
 
-/// One program on every engine and number of threads, and whether all of them agree.
+/// Runs one program on every engine and number of threads, and checks that all of them agree.
 namespace engine_test {
 using namespace tilemesh;
 
-/// TILEMESH_FAST=1 shrinks heavy cases: sanitizer runs.
+/// TILEMESH_FAST=1 shrinks heavy cases, for sanitizer runs.
 inline bool fast()
 {
     char const* const value = std::getenv("TILEMESH_FAST");
     return value != nullptr && std::string(value) == "1";
 }
 
-/// The same numbers with every compiler and library: SplitMix64.
+/// SplitMix64: it gives the same numbers with every compiler and library.
 class Random {
 public:
     explicit Random(std::uint64_t seed) : state_(seed) {}
@@ -81,7 +81,7 @@ WordList words_of(M& mesh, machine::Types<X...>, machine::Types<C...>)
     }
     return words;
 }
-/// All live words of a machine: states, and mail not yet read.
+/// All live words of a machine: its states, and its unread mail.
 template <class M>
 WordList words_of(M& mesh)
 {
@@ -119,7 +119,7 @@ inline std::uint64_t passes(RunCounters const& run)
     return n;
 }
 
-/// A CheckedMesh after its runs, and what each run counted.
+/// A CheckedMesh after its runs, and the counters of each run.
 template <class Program, class Machine>
 struct Played {
     std::unique_ptr<CheckedMesh<Program, Machine>> mesh;
@@ -158,7 +158,7 @@ Played<Program, Machine> everywhere(Grid grid, Load const& load, int runs, Progr
             check_same(played.runs[r], mesh.run());
             CHECK(words[r] == words_of(mesh));
         }
-        // Digests and observers add barriers: once more as users run it.
+        // Digests and observers add barriers. So the program also runs without them, as users run it.
         options.digest = false;
         Mesh<Program, Machine> plain{program, grid, sizes, options};
         load(plain);
@@ -174,7 +174,7 @@ Played<Program, Machine> everywhere(Grid grid, Load const& load, int runs, Progr
     return played;
 }
 
-/// The same with the slots that the program's types name.
+/// everywhere() with the slots that the program's types name.
 template <class Program, class Machine = Mk2, class Load>
 Played<Program, Machine> everywhere(Grid grid, Load const& load, int runs = 1, Program program = {})
 {
@@ -204,7 +204,7 @@ void on_each(Grid grid, F const& f, Program program = {})
     on_each<Program, Machine>(grid, f, program, mesh_sizes<Program, Machine>());
 }
 
-/// The text of the Error that f throws; empty when it throws none.
+/// The text of the Error that f throws; empty if f throws none.
 template <class F>
 std::string error_of(F const& f)
 {

@@ -1,5 +1,5 @@
 // test: unoptimised test asan
-// What a host may do otherwise than the machine: a tile's workers at once, and handles for records.
+// Two host forms: the host runs all workers of a tile in one call, and uses handles instead of records.
 #include "everywhere.hpp"
 #include "programs.hpp"
 
@@ -19,7 +19,7 @@ struct Fill {
         seen = {};
     }
 };
-/// Adds to each number its index; or one more, which is a lie.
+/// Adds to each number its index. With Lie = 1, AllWorkers adds more, so it contradicts the kernel.
 template <std::uint32_t Lie>
 struct AddIndex {
     void operator()(Numbers& numbers, Worker worker) const noexcept
@@ -36,7 +36,7 @@ struct AddIndex {
 template <std::uint32_t Lie>
 using Adding = Sequence<Superstep<Fill>, Repeat<AddIndex<Lie>>>;
 
-struct Tell { // each engine leaves how it was called
+struct Tell { // records how each engine calls the kernel
     void operator()(Seen& seen, Worker worker) const noexcept { seen = {seen.calls + 1, worker.index, worker.count}; }
     struct AllWorkers {
         void operator()(Seen& seen, Worker worker) const noexcept { seen = {seen.calls + 100, worker.index, worker.count}; }
@@ -79,7 +79,7 @@ TEST_CASE("Mesh calls AllWorkers once a tile with all workers, CheckedMesh the k
         CHECK(whole.count == Mk2::workers);
         auto const& each = checked.state<Seen>(mesh.grid().tile(i));
         CHECK(each.calls == Mk2::workers);
-        CHECK(each.index == 0); // last first
+        CHECK(each.index == 0); // CheckedMesh runs the last worker first
         CHECK(each.count == Mk2::workers);
     }
 }
@@ -101,7 +101,7 @@ struct Line : Channel<T, N> {};
 static_assert(Line<Handle>::end_bytes(5) == 308 && Line<Value>::end_bytes(5) == 308);
 template <class T>
 struct Kept : Buffer<std::uint32_t, 40> {};
-/// Sends x messages eastwards once; they are handed on to the end of the row.
+/// Each tile of columns x = 0 to 3 sends x + 1 messages eastwards once. A tile keeps the numbers that arrive from the west.
 template <class T, std::uint32_t N>
 struct Pass {
     void operator()(Kept<T>& kept, Here here, In<Line<T, N>> in, Out<Line<T, N>> out) const noexcept

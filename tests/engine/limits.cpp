@@ -8,10 +8,10 @@ namespace {
 
 struct Stock : Buffer<std::uint32_t, 8> {};
 struct Shelf : Buffer<std::uint32_t, 8> {};
-struct Pipe : Channel<std::uint32_t> {}; // its slots come by limit
+struct Pipe : Channel<std::uint32_t> {}; // limit<> gives its slots
 struct Belt : Channel<std::uint32_t, 8> {};
 
-/// Fills everything it has, and counts; reads what came.
+/// Puts its mail on the shelf. Then it fills the stock and the channel.
 template <class C>
 struct Stuff {
     void operator()(Stock& stock, Shelf& shelf, In<C> in, Out<C> out) const noexcept
@@ -34,13 +34,13 @@ struct Empty {
         shelf.truncate(0);
     }
 };
-/// Leaves mail, or no mail, behind.
+/// Loaded leaves mail behind; Drained leaves none.
 template <class C>
 using Loaded = Superstep<Stuff<C>>;
 template <class C>
 using Drained = Sequence<Superstep<Stuff<C>>, Superstep<Empty<C>>>;
 
-struct Guest : Channel<std::uint32_t> { // its slots come by limit, and lie in those of Pipe
+struct Guest : Channel<std::uint32_t> { // limit<> gives its slots, which lie in the memory of Pipe
     using memory_of = Pipe;
 };
 template <class C>
@@ -70,7 +70,7 @@ TEST_CASE("a dynamic channel needs limit<> before run, and then holds what it wa
         auto const text = error_of([&] { mesh.run(); });
         CHECK(has(text, "channel Pipe has no slots"));
         CHECK(has(text, "; call limit<Channel>(slots) before run()"));
-        mesh.template limit<Pipe>(5); // the refusal broke nothing
+        mesh.template limit<Pipe>(5); // the mesh still runs after the refusal
         auto const run = mesh.run();
         CHECK(run.steps[0].messages == 6 * 4 * 5);
         CHECK(run.steps[0].capacity_bytes == 16 * 6 * (2 + 5));
@@ -94,7 +94,7 @@ TEST_CASE("a channel whose type names its slots and one that gets them by limit 
 
 TEST_CASE("the SRAM budget of a dynamic channel is checked when it is sized: exactly full fits, one slot over does not")
 {
-    // Two lists of 2 + 8 words, heads of 8 ends, 32 bytes a slot.
+    // Two lists of 2 + 8 words, the heads of 8 ends, and 32 bytes per slot.
     constexpr std::uint32_t base = 2 * 40 + 64, slots = 7;
     using Exact = TestMachine<base + 32 * slots>;
     static_assert(Tile<Exact, Drained<Pipe>>::bytes == base);
@@ -108,14 +108,14 @@ TEST_CASE("the SRAM budget of a dynamic channel is checked when it is sized: exa
         CHECK(has(text, "; give it fewer slots"));
         CHECK(has(error_of([&] { mesh.template limit<Pipe>(slots + 100); }), " 3200 bytes over"));
         CHECK(has(error_of([&] { mesh.template limit<Pipe>(0xffffffffu); }), " bytes over"));
-        CHECK(mesh.sram_bytes() == base + 32 * slots); // the last good size stands
+        CHECK(mesh.sram_bytes() == base + 32 * slots); // the last valid limit still holds
         CHECK(mesh.run().peaks.back().items == slots);
     });
 }
 
 TEST_CASE("dynamic channels in one memory are counted once, with the slots of the larger")
 {
-    // A list of 2 + 8 words and eight ends: the heads of the guest lie in those of the host.
+    // A list of 2 + 8 words, and the heads of 8 ends: the heads of Guest lie in those of Pipe.
     constexpr std::uint32_t base = 40 + 64;
     using Exact = TestMachine<base + 32 * 9>;
     static_assert(Tile<Exact, Both>::bytes == base);
@@ -158,7 +158,7 @@ TEST_CASE("a limit of 1, N - 1 and N is obeyed by the kernels; N + 1 is refused"
         CHECK(has(channel, "has 8"));
         CHECK(has(error_of([&] { mesh.template limit<Stock>(9); }), "a limit of 9 items for Stock"));
         CHECK(has(error_of([&] { mesh.template limit<Stock>(0xffffffffu); }), "for Stock"));
-        CHECK(mesh.run().messages() == 6 * 4 * 8); // as if nobody had asked
+        CHECK(mesh.run().messages() == 6 * 4 * 8); // a refused limit changes nothing
     });
 }
 
@@ -180,7 +180,7 @@ TEST_CASE("a buffer limited to 0 takes nothing; a channel limited to 0 is refuse
 TEST_CASE("a limit may change between runs, up to the slots that the mesh was built with and no further")
 {
     on_each<Drained<Belt>>({3, 2}, [](auto& mesh) {
-        for (std::uint32_t limit : {7u, 1u, 8u}) { // down, and up again
+        for (std::uint32_t limit : {7u, 1u, 8u}) { // a limit may fall and rise
             CAPTURE(limit);
             mesh.template limit<Belt>(limit);
             mesh.template limit<Stock>(limit);
@@ -215,7 +215,7 @@ TEST_CASE("a channel with mail under way keeps its slots; one that was read may 
             CHECK(has(error_of([&] { mesh.template limit<Belt>(slots); }), "new slots for channel Belt (it carries mail"));
         }
         CHECK(mesh.template incoming<Belt>(TileId::at(1, 1), Direction::north).size() == 8);
-        CHECK(mesh.run().steps[0].capacity_bytes == 16 * 6 * (2 + 8)); // nothing changed
+        CHECK(mesh.run().steps[0].capacity_bytes == 16 * 6 * (2 + 8)); // the channel keeps its 8 slots
     });
     on_each<Loaded<Pipe>>({3, 2}, [](auto& mesh) {
         mesh.template limit<Pipe>(3);
@@ -223,7 +223,7 @@ TEST_CASE("a channel with mail under way keeps its slots; one that was read may 
         CHECK(has(error_of([&] { mesh.template limit<Pipe>(30); }), "new slots for channel Pipe (it carries mail"));
         CHECK(mesh.run().messages() == 6 * 4 * 3);
     });
-    on_each<Superstep<Hint>>({3, 2}, [](auto& mesh) { // a note is mail
+    on_each<Superstep<Hint>>({3, 2}, [](auto& mesh) { // a note without messages is mail
         mesh.run();
         CHECK(has(error_of([&] { mesh.template limit<Belt>(2); }), "it carries mail"));
     });

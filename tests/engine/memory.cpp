@@ -1,4 +1,4 @@
-// Memory follows live records: an idle tile costs at most 256 bytes of the host's memory, whatever its capacity.
+// Memory follows live records: an idle tile of any capacity costs at most 256 bytes of the host's memory.
 #include "everywhere.hpp"
 #include <fstream>
 #include <new>
@@ -23,7 +23,7 @@ constexpr bool sanitized = true;
 constexpr bool sanitized = false;
 #endif
 
-/// Bytes of this process in memory now; 0 where the system does not say.
+/// Resident bytes of this process now; 0 if the system does not report them.
 std::int64_t resident_bytes()
 {
     std::ifstream file("/proc/self/statm");
@@ -36,7 +36,7 @@ struct Item {
 };
 struct Store : Buffer<Item, 1000> {};
 struct Road : Channel<Item, 400> {};
-struct PassOn { // what is here goes east, what comes stays
+struct PassOn { // sends the items of the tile east, and stores the items that arrive
     void operator()(Store& store, In<Road> in, Out<Road> out) const noexcept
     {
         for (Item const& item : store)
@@ -47,14 +47,14 @@ struct PassOn { // what is here goes east, what comes stays
     }
 };
 
-/// A tile of Mk2's SRAM, as many as wanted.
+/// A machine of any number of tiles, each with Mk2's SRAM.
 struct Field : splat::Lossless {
     using Machine = TestMachine<624 * 1024>;
 };
 
 constexpr Grid grid{400, 250};
 
-/// Resident bytes a tile that `make` and one run with nothing on the mesh add; negative where it cannot be measured.
+/// Resident bytes per tile that a mesh without records adds in two runs; negative if they cannot be measured.
 template <class M, class Prepare>
 double bytes_a_tile(std::uint32_t threads, typename M::Sizes const& sizes, Prepare const& prepare)
 {
@@ -69,7 +69,7 @@ double bytes_a_tile(std::uint32_t threads, typename M::Sizes const& sizes, Prepa
             CHECK(run.exchanges() == 0);
         }
         return static_cast<double>(resident_bytes() - before) / grid.size();
-    } catch (std::bad_alloc const&) { // address space is limited here
+    } catch (std::bad_alloc const&) { // the system limits the address space
         return -1;
     }
 }
@@ -79,7 +79,7 @@ double bytes_a_tile(std::uint32_t threads, typename M::Sizes const& sizes, Prepa
 TEST_CASE("an idle tile of a small program costs at most 256 bytes")
 {
     using Program = Sequence<Superstep<PassOn>, UntilQuiet<PassOn>>;
-    CHECK(Tile<Field::Machine, Program>::bytes > 200'000); // that is what it may hold
+    CHECK(Tile<Field::Machine, Program>::bytes > 200'000); // the capacity of a tile
     for (std::uint32_t threads : {1u, 2u}) {
         CAPTURE(threads);
         auto const bytes = bytes_a_tile<Mesh<Program, Field::Machine>>(threads, mesh_sizes<Program, Field::Machine>(), [](auto&) {});
@@ -98,7 +98,7 @@ TEST_CASE("an idle tile of the splat frame costs at most 256 bytes")
     using Program = splat::Frame<Field>;
     CHECK(Tile<Field::Machine, Program, Field>::bytes > 500'000);
     auto const bytes = bytes_a_tile<Mesh<Program, Field::Machine>>(1, mesh_sizes<Program, Field::Machine, Field>(), [](auto& mesh) {
-        // A camera that shows nothing: no tile has pixels.
+        // The tiling has no pixels, so the camera shows nothing.
         splat::Camera camera{};
         camera.fx = camera.fy = 1000;
         auto& frame = mesh.template broadcast<splat::FrameParameters>();
@@ -131,7 +131,7 @@ TEST_CASE("memory follows live records: what one tile holds is paid for once, no
     }
     CHECK(mesh.run().messages() == 4000);
     auto const bytes = resident_bytes() - before;
-    // 240 KB in the stores, as much in the channels, again in the stores where they end: with page edges well below 2 MB.
+    // 240 KB in the stores, 240 KB in the channels, and 240 KB in the stores of the receivers: with page edges this is well below 2 MB.
     CHECK(bytes < 2'000'000);
     std::uint32_t held = 0;
     for (std::uint32_t x = 0; x < 11; ++x) held += mesh.state<Store>(TileId::at(x, 7)).size();

@@ -24,11 +24,11 @@ struct Stop : std::runtime_error {
     explicit Stop(std::uint64_t p) : std::runtime_error("stop"), pass(p) {}
 };
 
-struct Tick { // touches no channel
+struct Tick { // uses no channel
     void operator()(Visits& visits) const noexcept { visits.count += 10; }
 };
 struct Two : Buffer<std::uint32_t, 2> {};
-struct Overflow { // in the third superstep
+struct Overflow { // breaks a contract in the third superstep
     void operator()(Two& two) const noexcept { two.push(1); }
 };
 
@@ -75,7 +75,7 @@ TEST_CASE("an observer is called once a superstep, in order, with its name, pass
 
         events.clear();
         mesh.template state<Ball>(TileId::at(0, 1)).throws = 4;
-        mesh.run(); // passes count from 0 in each run
+        mesh.run(); // each run counts passes from 0
         CHECK(events == want);
 
         events.clear();
@@ -105,7 +105,7 @@ TEST_CASE("an observer sees every engine do the same, digest by digest")
         mesh.observe([&](SuperstepEvent const& e) {
             events.push_back(copy(e));
             conserved = conserved && parcels_on_the_road(mesh) + parcels_at_rest(mesh) == 8 * grid.size();
-            counted = counted && parcels_on_the_road(mesh) == e.messages; // what was sent is what is readable now
+            counted = counted && parcels_on_the_road(mesh) == e.messages; // the messages sent are the messages that are readable now
         });
         auto const run = mesh.run();
         CHECK(conserved);
@@ -155,7 +155,7 @@ TEST_CASE("what an observer throws comes out of run(), itself, and the mesh refu
                 caught = stop.pass;
             }
             CHECK(caught == at);
-            CHECK(calls == at + 1); // nothing ran after it
+            CHECK(calls == at + 1); // no superstep ran after the exception
             CHECK(mesh.template state<Visits>(TileId::at(1, 1)).count == (at + 1) * 10);
             mesh.observe({});
             CHECK(has(error_of([&] { mesh.run(); }), "cannot run again"));

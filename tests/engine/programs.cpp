@@ -26,7 +26,7 @@ TEST_CASE("heat: two passes known by hand, then conservation, symmetry and decay
         CHECK(at(2, 2) == doctest::Approx(200));
         for (auto t : {TileId::at(1, 2), TileId::at(3, 2), TileId::at(2, 1), TileId::at(2, 3)})
             CHECK(at(t.x(), t.y()) == doctest::Approx(200));
-        CHECK(at(0, 0) == doctest::Approx(60)); // two of a corner's sides return what it sent: insulated
+        CHECK(at(0, 0) == doctest::Approx(60)); // two sides of a corner return the tile's own message: they are insulated
         CHECK(at(1, 1) == 0);
         CHECK(at(4, 4) == 0);
         CHECK(heat.step(0).kernel == "Diffuse");
@@ -67,7 +67,7 @@ TEST_CASE("heat: two passes known by hand, then conservation, symmetry and decay
 
 namespace {
 
-/// Life on one flat board, dead beyond its edges: slow and obvious.
+/// Slow, obvious Life on one flat board. Cells outside the board are dead.
 std::vector<bool> next_generation(std::vector<bool> const& board, int width, int height)
 {
     std::vector<bool> next(board.size());
@@ -106,14 +106,14 @@ TEST_CASE("life: a glider crosses the corners of tiles and keeps its shape")
     for (std::uint32_t i = 0; i < 12; ++i) {
         auto const t = life.mesh->grid().tile(i);
         auto const& p = life.mesh->state<Patch>(t);
-        bool const here = t == TileId::at(2, 1); // 32 generations are 8 cells along the diagonal
+        bool const here = t == TileId::at(2, 1); // a glider moves 8 cells along the diagonal in 32 generations
         for (std::uint32_t y = 0; y < 8; ++y)
             CHECK(p.row[y] == (!here ? 0u : y == 4 ? 2u : y == 5 ? 4u : y == 6 ? 7u : 0u));
     }
     CHECK(life.step(0).messages == 12 * 16);
     CHECK(life.step(1).messages == 12 * 2);
     CHECK(life.step(2).messages == 0);
-    CHECK(life.step(2).exchanges == 0); // nothing sent: no exchange
+    CHECK(life.step(2).exchanges == 0); // no tile sends, so there is no exchange
     CHECK(life.step(2).capacity_bytes == 0);
     CHECK(life.step(2).passes == 1);
 }
@@ -152,12 +152,12 @@ TEST_CASE("bounce: one token, one tile a pass; idle tiles are not run")
         CHECK(bounce.step(0).messages == (throws == 0 ? 0 : 1));
         CHECK(bounce.step(0).exchanges == (throws == 0 ? 0 : 1));
         CHECK(bounce.step(1).passes == throws);
-        CHECK(bounce.step(1).tile_runs == throws); // not one tile more
+        CHECK(bounce.step(1).tile_runs == throws); // one tile per pass
         CHECK(bounce.step(1).messages == (throws == 0 ? 0 : throws - 1));
         CHECK(bounce.step(1).exchanges == (throws == 0 ? 0 : throws - 1));
         CHECK(bounce.last().messages() == throws);
 
-        // Where it went: to the edge, once back to the tile it was on, and the other way.
+        // The token goes to the edge, returns once to the tile at the edge, and goes the other way.
         std::vector<std::uint32_t> visits(width, 0);
         std::uint32_t x = 2;
         bool east = true;
@@ -237,7 +237,7 @@ TEST_CASE("post: parcels from anywhere to anywhere arrive once, in as many super
         CHECK(arrived.size() == sent.size());
         REQUIRE(post.last().peaks.size() == 3);
         CHECK(post.last().peaks[0].region == "Outbox");
-        CHECK(post.last().peaks[0].items == 0); // empty at the end of every compute phase
+        CHECK(post.last().peaks[0].items == 0); // the list is empty at the end of every compute phase
         CHECK(post.last().peaks[0].capacity == 32);
         CHECK(post.last().peaks[1].region == "Inbox");
         CHECK(post.last().peaks[1].items == peak);
@@ -248,7 +248,7 @@ TEST_CASE("post: parcels from anywhere to anywhere arrive once, in as many super
 
 TEST_CASE("sorting network: every row of 0s and 1s is sorted, and so every row (0-1 principle)")
 {
-    constexpr std::uint32_t width = 8, height = 256; // a row for each input
+    constexpr std::uint32_t width = 8, height = 256; // one row for each input of 8 bits
     auto const sorted = everywhere<SortRows, Bench>(
         {width, height},
         [](auto& mesh) {
@@ -263,7 +263,7 @@ TEST_CASE("sorting network: every row of 0s and 1s is sorted, and so every row (
             right = right && sorted.mesh->state<Key>(TileId::at(x, y)).value == (x >= width - ones ? 1u : 0u);
         CHECK(right);
     }
-    // Even phases: 8 offers a row, odd ones 6.
+    // A row has 8 offers in an even phase, and 6 offers in an odd phase.
     CHECK(sorted.step(0).messages == height * (4 * 8 + 4 * 6));
     CHECK(sorted.step(1).messages == 0);
 }
@@ -315,7 +315,7 @@ TEST_CASE("digests cover what is under way: two machines that differ in a messag
 {
     auto const thrown = [](auto mesh, std::uint32_t throws) {
         mesh->template state<Ball>(TileId::at(1, 0)).throws = throws;
-        return mesh->run().digests.at(0); // the ball is in the air, and all states are the same words
+        return mesh->run().digests.at(0); // the ball is under way, and all states hold equal words
     };
     auto const checked = [] {
         return std::make_unique<CheckedMesh<Bounce>>(Bounce{}, Grid{3, 1}, CheckedMeshOptions{.digest = true});

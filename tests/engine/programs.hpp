@@ -6,11 +6,11 @@
 #include <utility>
 #include <vector>
 
-/// Small programs whose results are known by other means.
+/// Small programs whose results the tests know from another source.
 namespace engine_test {
 using namespace tilemesh;
 
-/// Room for anything, any number of tiles.
+/// A machine with 64 MiB per tile and any number of tiles.
 using Bench = TestMachine<64u << 20>;
 
 // --- heat ------------------------------------------------------------------------------------
@@ -33,12 +33,12 @@ struct Diffuse {
 };
 using Heat = Sequence<Repeat<Diffuse>>;
 
-// --- life: 8 x 8 cells a tile; rows go sideways first, so that corners arrive through the row neighbours ----------------------
+// --- life: 8 x 8 cells per tile; rows are sent sideways first, so that corners arrive through the row neighbours --------------
 struct Patch {
     std::uint32_t row[8]; ///< bit x is cell x
 };
 struct Widened {
-    std::uint32_t row[10]; ///< bit x + 1 is cell x; rows 0 and 9 are the neighbours'
+    std::uint32_t row[10]; ///< bit x + 1 is cell x; rows 0 and 9 are rows of the neighbours
 };
 struct Strip : Channel<std::uint32_t, 10> {};
 struct TellSideways {
@@ -54,7 +54,7 @@ struct TellUpAndDown {
         bool const has_west = here.grid.has_neighbour(here.tile, Direction::west);
         bool const has_east = here.grid.has_neighbour(here.tile, Direction::east);
         wide = {};
-        for (std::uint32_t y = 0; y < 8; ++y) { // beyond the edge of the world nothing lives
+        for (std::uint32_t y = 0; y < 8; ++y) { // cells outside the grid are dead
             wide.row[y + 1] = patch.row[y] << 1;
             if (has_west) wide.row[y + 1] |= in[Direction::west][y] >> 7 & 1u;
             if (has_east) wide.row[y + 1] |= (in[Direction::east][y] & 1u) << 9;
@@ -83,9 +83,9 @@ struct Live {
 };
 using Generation = Sequence<Superstep<TellSideways>, Superstep<TellUpAndDown>, Superstep<Live>>;
 
-// --- bounce: one token in a row of tiles; at an edge it comes back to the tile that sent it -----------------------------------
+// --- bounce: one token in a row of tiles; at an edge the token returns to the tile that sent it --------------------------------
 struct Ball {
-    std::uint32_t throws; ///< how often it is still thrown
+    std::uint32_t throws; ///< number of throws that are left
 };
 struct Visits {
     std::uint32_t count;
@@ -110,7 +110,7 @@ struct Catch {
 };
 using Bounce = Sequence<Superstep<Throw>, UntilQuiet<Catch>>;
 
-// --- post: parcels to tiles anywhere, along the row first; channels that never fill --------------------------------------------
+// --- post: parcels to any tiles, along the row first; the channels never fill ---------------------------------------------------
 struct Parcel {
     std::uint32_t id;
     TileId to;
@@ -151,7 +151,7 @@ struct Deliver {
 };
 using Post = Sequence<Superstep<Depart>, UntilQuiet<Deliver>>;
 
-// --- sorting: odd-even transposition along each row, one key a tile -------------------------------------------------------------
+// --- sorting: odd-even transposition along each row, one key per tile ------------------------------------------------------------
 struct Key {
     std::uint32_t value;
     std::uint32_t phase;
@@ -160,7 +160,7 @@ struct Offer : Channel<std::uint32_t, 1> {};
 struct Trade {
     void operator()(Key& key, Here here, In<Offer> in, Out<Offer> out) const noexcept
     {
-        // The partner of the phase before has offered its key: the western one keeps the smaller.
+        // The partner of the previous phase has offered its key. The western tile keeps the smaller key.
         for (auto offered : in[Direction::east]) key.value = std::min(key.value, offered);
         for (auto offered : in[Direction::west]) key.value = std::max(key.value, offered);
         Direction const partner = (here.tile.x() + key.phase) % 2 == 0 ? Direction::east : Direction::west;
@@ -168,7 +168,7 @@ struct Trade {
         ++key.phase;
     }
 };
-struct Settle { // the last offers
+struct Settle { // reads the last offers
     void operator()(Key& key, In<Offer> in) const noexcept
     {
         for (auto offered : in[Direction::east]) key.value = std::min(key.value, offered);
@@ -176,6 +176,6 @@ struct Settle { // the last offers
         key.phase = 0;
     }
 };
-using SortRows = Sequence<Repeat<Trade>, Superstep<Settle>>; ///< as often as a row is long
+using SortRows = Sequence<Repeat<Trade>, Superstep<Settle>>; ///< `times` of Repeat is the length of a row
 
 } // namespace engine_test

@@ -58,7 +58,7 @@ void check_grid(Grid grid)
     for (std::size_t r = 0; r < 5; ++r) {
         CHECK(p.step(2 * r).exchanges + p.step(2 * r + 1).exchanges == hops);
         CHECK(p.step(2 * r).passes + p.step(2 * r + 1).passes == hops + 1);
-        // One message of each tile but the last; and one to each of them.
+        // Each tile except tile (0, 0) sends one message. With ReduceTo::all, each of them also receives one.
         CHECK(p.step(2 * r).messages + p.step(2 * r + 1).messages == (grid.size() - 1) * (all ? 2u : 1u));
     }
 }

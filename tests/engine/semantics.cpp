@@ -25,7 +25,7 @@ std::uint32_t mail_in(Ends const& in)
 struct Nothing {
     void operator()() const noexcept {}
 };
-/// Sends on all sides where the seed is set.
+/// Sends on all sides if the tile's seed is set.
 template <class C>
 struct Send {
     void operator()(Seed const& seed, Out<C> out) const noexcept
@@ -38,7 +38,7 @@ template <class C>
 struct Read {
     void operator()(Seen& seen, In<C> in) const noexcept { seen.push(mail_in(in)); }
 };
-/// The same, but does nothing where nothing came: it need not vote.
+/// Read that does nothing on a tile without mail, so it need not vote.
 template <class C>
 struct ReadMail {
     void operator()(Seen& seen, In<C> in) const noexcept
@@ -105,7 +105,7 @@ TEST_CASE("mail outlives a run")
     using Program = Sequence<Superstep<Read<Red>>, Superstep<Send<Red>>>;
     auto const p = everywhere<Program>({3, 1}, seed_all, 3);
     for (std::uint32_t i = 0; i < 3; ++i) CHECK(seen(*p.mesh, TileId::at(i, 0)) == WordList{0, 4, 4});
-    for (Direction d : news) CHECK(p.mesh->incoming<Red>(TileId::at(1, 0), d).size() == 1); // still there
+    for (Direction d : news) CHECK(p.mesh->incoming<Red>(TileId::at(1, 0), d).size() == 1); // the mail is still there
 }
 
 TEST_CASE("messages come from the side they were sent on; edges return a tile's own on the same side")
@@ -163,7 +163,7 @@ TEST_CASE("the votes of the superstep before, another kernel's, start UntilQuiet
     CHECK(p.step(0).tile_runs == 20);
     CHECK(p.step(1).passes == 5);
     CHECK(p.step(1).tile_runs == 1 + 5 + 3);
-    CHECK(p.last().exchanges() == 0); // nobody sent anything
+    CHECK(p.last().exchanges() == 0); // no tile sends
     for (std::uint32_t i = 0; i < 20; ++i) CHECK(p.mesh->state<Spring>(p.mesh->grid().tile(i)).left == 0);
 }
 
@@ -220,7 +220,7 @@ TEST_CASE("Repeat and Superstep run every tile, quiet or not; no times none, by 
 
 namespace {
 
-/// Throws the ball, and catches what is still under way from the run before.
+/// Throws the ball, and catches the ball that is still under way from the previous run.
 struct Toss {
     void operator()(Ball& ball, Visits& visits, In<Lane> in, Out<Lane> out) const noexcept
     {
@@ -242,10 +242,10 @@ TEST_CASE("at_most cuts, at 0, 1, n - 1, n and n + 1, and the next run goes on w
         std::get<1>(program.steps).at_most = at_most;
         auto const p = everywhere<Program>(
             {4, 1}, [](auto& mesh) { mesh.template state<Ball>(TileId::at(1, 0)).throws = throws; }, 12, program);
-        std::uint32_t left = throws; // catches to come
+        std::uint32_t left = throws; // catches that are still to come
         for (std::size_t r = 0; r < p.runs.size(); ++r) {
             CAPTURE(r);
-            if (r > 0 && left > 0) --left; // Toss caught one
+            if (r > 0 && left > 0) --left; // Toss catches one
             auto const now = std::min(left, at_most);
             CHECK(p.runs[r].steps[1].passes == now);
             CHECK(p.runs[r].steps[1].tile_runs == now);
@@ -276,7 +276,7 @@ TEST_CASE("a program is a value: its bound can change between runs")
 namespace {
 
 template <std::uint32_t Word>
-struct Notify { // a note and no message, from one tile, eastwards
+struct Notify { // one tile sends a note without messages eastwards
     void operator()(Here here, Out<Red> out) const noexcept
     {
         if (here.tile == TileId::at(1, 1)) out[Direction::east].set_note(Word);
@@ -392,7 +392,7 @@ void check_workers()
         for (std::uint32_t i = 0; i < 20; ++i)
             CHECK(cells[i] == tile.packed * 10000 + Machine::workers * 1000 + i % Machine::workers * 100 + i);
     }
-    CHECK(p.step(1).tile_runs == 6); // a tile run, whatever its workers
+    CHECK(p.step(1).tile_runs == 6); // one tile run per tile, for any number of workers
 }
 
 } // namespace

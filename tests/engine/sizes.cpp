@@ -1,5 +1,5 @@
 // test: unoptimised test asan tsan
-// Machine and slots as values: one program, and one piece of code, for meshes of any sizes.
+// Machine and slots as values: one program and one copy of its code serve meshes of any sizes.
 #include "everywhere.hpp"
 #include <tilemesh/engine/trace.hpp>
 #include <tilemesh/splat/frame_program.hpp>
@@ -19,7 +19,7 @@ struct Stock : Buffer<std::uint32_t> {
 struct Belt : Channel<std::uint32_t> {
     static constexpr auto slots = &Slots::belt;
 };
-struct Hopper : Buffer<std::uint32_t> { // of no use with one slot
+struct Hopper : Buffer<std::uint32_t> { // needs at least two slots
     static constexpr auto slots = &Slots::stock;
     static constexpr std::uint32_t least_slots = 2;
 };
@@ -39,7 +39,7 @@ struct Seen {
     std::uint32_t belt, lane;
 };
 
-/// Fills what it has.
+/// Fills its list and its channel.
 struct Stuff {
     void operator()(Stock& stock, Out<Belt> out) const noexcept
     {
@@ -71,7 +71,7 @@ struct Finish {
     }
 };
 using Freight = Sequence<Superstep<Stuff>, Superstep<Pass>, Superstep<Follow>, Superstep<Finish>>;
-/// What sends on the belt while the lane carries mail: forbidden where they share their words, and else not.
+/// Sends on the lane while the belt carries mail. This is an error only if the two channels share their memory.
 using Crowded = Sequence<Superstep<Stuff>, Superstep<Follow>, Superstep<Pass>, Superstep<Finish>>;
 
 constexpr Grid grid{3, 2};
@@ -94,7 +94,7 @@ constexpr MachineSize machine_with(std::uint64_t sram)
 
 } // namespace
 
-// Setups that differ in sizes or machine have one frame program; another policy makes another.
+// Setups that differ only in sizes or machine have one frame program. Another policy makes another program.
 namespace sizes_test {
 struct Fewer : splat::Lossless {
     static constexpr splat::Sizes sizes{.storage = 700, .road = 100, .beam = 50, .waiting = 20, .tile_pixels = 64};
@@ -202,23 +202,23 @@ TEST_CASE("sizes that come at run time and do not fit are refused with the sente
             CHECK(has(over, ", and the sum is 1 bytes over); give it fewer slots"));
             CHECK(has(text(bytes - 12, slots), ", and the sum is 12 bytes over)"));
         }
-    // The largest region is named, with its bytes: of two in one memory, the second with what it has beyond the first.
+    // The error names the largest region, with its bytes. If two regions share memory, the second counts only its bytes beyond the first.
     CHECK(has(text(100, {1, 3, 2}), "region Belt has 160 bytes"));
     CHECK(has(text(100, {1, 2, 3}), "region Lane has 160 bytes"));
     CHECK(has(text(100, {1, 2, 3, true, true}), "region Belt has 128 bytes"));
     CHECK(has(text(100, {1000, 2, 3}), "region Stock has 4008 bytes"));
-    CHECK(has(text(100, {1000, 2, 3, false}), "region Lane has 160 bytes")); // the stock does not count
+    CHECK(has(text(100, {1000, 2, 3, false}), "region Lane has 160 bytes")); // the stock is outside the budget
     CHECK(text(500, {1000, 2, 3, false}).empty());
-    // Where the reserve is what is too large, nothing of the program is to blame.
+    // The bytes reserved for code alone can be too large.
     auto reserve = machine_with(1000);
     reserve.code_bytes = 1001;
     CHECK(has(error_of([&] { (void)mesh_sizes<Freight>(reserve, Slots{}); }), "the sum is 145 bytes over"));
-    // Sums beyond 32 bits are no small sums.
+    // Sums beyond 32 bits do not wrap around.
     CHECK(has(text(8192, {0x40000000u, 1, 1}), "does not fit"));
     CHECK(has(text(8192, {0xffffffffu, 1, 1}), "does not fit"));
     CHECK(has(text(8192, {1, 0x08000000u, 1}), "region Belt"));
     CHECK(has(text(8192, {1, 1, 0x07fffffeu}), "region Lane"));
-    // A frame: the same sentence as its setup's.
+    // A frame program gets the same sentence as any other program.
     auto sizes = splat::Lossless::sizes;
     auto const frame = [&] { return error_of([&] { (void)mesh_sizes<splat::Frame<splat::Lossless>>(size_of_machine<Mk2>(), sizes); }); };
     CHECK(frame().empty());
@@ -237,7 +237,7 @@ TEST_CASE("a machine with more workers than a kernel has words for is refused, a
     CHECK(refused(6).empty());
     CHECK(has(refused(7), "machine mk2 with 7 workers"));
     CHECK(has(refused(0), "machine mk2 with 0 workers"));
-    // A program whose kernels count nothing for workers runs on any machine.
+    // A program without a word per worker runs on any machine.
     auto many = machine_with(8192);
     many.workers = 100;
     CHECK(error_of([&] { (void)mesh_sizes<Freight>(many, Slots{3, 3, 3}); }).empty());
@@ -254,7 +254,7 @@ TEST_CASE("a list or channel with fewer slots than its least_slots is refused be
         CHECK(refused(n, 3) == "list Hopper with " + std::to_string(n) + " slots (with fewer than 2 its program makes no progress); give it more slots");
     CHECK(refused(2, 4).empty());
     CHECK(has(refused(2, 2), "list Wire with 2 slots (with fewer than 3"));
-    // A frame that holds has FIFOs; one that drops has none, and one whose rule is a value may have none.
+    // A frame that holds records has FIFOs of at least one slot. A frame that drops records has no FIFOs.
     auto sizes = splat::Lossless::sizes;
     auto const frame = [&](auto setup) {
         return error_of([&] { (void)mesh_sizes<splat::Frame<decltype(setup)>>(size_of_machine<Mk2>(), sizes); });
@@ -288,12 +288,12 @@ TEST_CASE("a mesh on AnyMachine is one on the machine that it is told")
     for (std::size_t r = 0; r < 2; ++r) check_same(named.runs[r], any.runs[r]);
     CHECK(std::string(any.mesh->machine().name) == "mk2");
     CHECK(any.mesh->machine().tiles == 1472);
-    // It has the tiles of that machine.
+    // The mesh has the tiles of that machine.
     auto few = size_of_machine<Mk2>();
     few.tiles = 5;
     CHECK(has(error_of([&] { Mesh<Freight, AnyMachine>{{}, grid, mesh_sizes<Freight>(few, Setup::sizes)}; }),
               "a grid of 3 x 2 = 6 tiles (mk2 has 5)"));
-    // And its trace.
+    // The mesh has the trace of that machine.
     Mesh<Freight, Traced<Mk2>> traced{{}, grid, mesh_sizes<Freight, Mk2, Setup>()};
     Mesh<Freight, Traced<AnyMachine>> told{{}, grid, mesh_sizes<Freight>(size_of_machine<Mk2>(), Setup::sizes)};
     traced.run();

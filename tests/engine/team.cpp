@@ -1,5 +1,5 @@
 // test: unoptimised test asan
-// Threads of a mesh: who shares, who takes, who sleeps. And sets of tiles.
+// The threads of a mesh share work, take work from each other, and sleep. Also: sets of tiles.
 #include "everywhere.hpp"
 #include "programs.hpp"
 #include <atomic>
@@ -16,7 +16,7 @@ using engine::detail::TileSet;
 
 namespace {
 
-/// How often each of n items was taken by the threads of the team.
+/// How often the threads of the team took each of n items.
 std::vector<int> taken(Team& team, Shares& shares, std::uint32_t n)
 {
     std::vector<std::atomic<int>> count(n);
@@ -62,7 +62,7 @@ TEST_CASE("one thread alone takes what the others leave, in pieces that end with
                 }
                 CHECK(count == std::vector<int>(n, 1));
                 CHECK(last_size == 1);
-                CHECK(largest <= (n / threads + 1 + 7) / 8); // no thread ever holds much that others cannot take
+                CHECK(largest <= (n / threads + 1 + 7) / 8); // pieces are small, because no other thread can take items of a piece
                 CHECK_FALSE(shares.take(w, first, last));
             }
 }
@@ -73,7 +73,7 @@ TEST_CASE("each() runs on every thread once, also on those that sleep")
         Team team{threads};
         std::vector<int> count(threads, 0);
         for (int i = 1; i <= 30; ++i) {
-            if (i % 10 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(5)); // long enough for them to sleep
+            if (i % 10 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(5)); // long enough for the threads to fall asleep
             team.each([&](std::uint32_t w) noexcept { ++count[w]; });
             REQUIRE(count == std::vector<int>(threads, i));
         }
@@ -161,8 +161,8 @@ namespace {
 
 /// A wave from one corner: few tiles run, then many, then few.
 struct Reached {
-    std::uint32_t distance; ///< 0: not yet
-    std::uint32_t told;     ///< whether the neighbours know
+    std::uint32_t distance; ///< 0: the wave has not come yet
+    std::uint32_t told;     ///< 1: the tile has told its neighbours
 };
 struct Front : Channel<std::uint32_t, 1> {};
 struct Start {

@@ -1,5 +1,5 @@
 // test: unoptimised test asan tsan
-// The program of bench/mesh: nothing is lost at any capacity, and everybody goes the shortest way.
+// The program of bench/mesh: no record is lost at any capacity, and every record takes a shortest path.
 #include "../../bench/mesh/traffic.hpp"
 #include "everywhere.hpp"
 
@@ -16,7 +16,7 @@ traffic::Record record(std::uint32_t id, TileId to)
     return r;
 }
 
-/// `each` records on every tile, to where `to(from, random)` says. Returns the supersteps.
+/// Loads `each` records on every tile, each to the tile `to(from, random)`, and runs. Returns the number of exchanges.
 template <class To>
 std::uint64_t check_load(traffic::Sizes sizes, Grid grid, std::uint32_t each, To const& to)
 {

@@ -1,5 +1,5 @@
 // test: unoptimised test asan
-// Superstep and Repeat on a part of the grid, where the rest is idle.
+// Superstep and Repeat on a part of the grid. The rest of the grid is idle.
 #include "everywhere.hpp"
 #include "programs.hpp"
 
@@ -7,7 +7,7 @@ using namespace engine_test;
 
 namespace {
 
-/// Counts its runs where it has been told to, and passes a ball on.
+/// A tile that is alive counts its runs. Every tile passes the ball on.
 struct Marked {
     std::uint32_t alive, runs;
 };
@@ -27,7 +27,7 @@ struct Count {
         return Vote::quiet;
     }
 };
-struct Hand { // the ball alone
+struct Hand { // only passes the ball on
     void operator()(Marked& marked, In<Lane> in, Out<Lane> out) const noexcept
     {
         for (Direction from : along_row)
@@ -52,7 +52,7 @@ TEST_CASE("a program on a corner of a large grid does what it does on a small on
         mesh.template state<Marked>(TileId::at(7, 4)).alive = 2;
     };
     auto const p = everywhere<Counting, Bench>(large, load, 2, four);
-    // The ball is thrown in pass 0 from column 7 and is in column 12 after 5 more: outside it wakes who gets it.
+    // Column 7 throws the ball in pass 0; it is in column 12 after 5 more passes. Outside the rectangle it wakes each tile that gets it.
     CHECK(p.runs[0].steps[0].tile_runs == 4 * 30 + 2);
     CHECK(p.runs[0].steps[1].tile_runs == 3);
     CHECK(p.runs[1].steps[0].tile_runs == 4 * 30);

@@ -14,7 +14,7 @@ using machine_test::last_broken_contract;
 
 namespace {
 
-/// An item of several words, none of which an int conversion could fake.
+/// An item of several words. An int converted to a Parcel cannot pass for one.
 struct Parcel {
     std::uint32_t id;
     float weight[3];
@@ -35,7 +35,7 @@ Parcel parcel(std::uint32_t id)
 
 constexpr std::uint32_t canary = 0xc0ffee00u;
 
-/// Words for a list, with canaries before and after its items and behind its head.
+/// Words for a list, with canaries before and after its items and after its head.
 template <std::uint32_t Items, std::uint32_t ItemWords = 1>
 struct Words {
     std::array<std::uint32_t, 3> head{0, 0, canary};
@@ -55,7 +55,7 @@ using Values = std::vector<std::uint32_t>;
 using Four = Buffer<std::uint32_t, 4>;
 using Sized = Buffer<std::uint32_t>;
 
-// A view is two pointers and a capacity, whether a type or a value gives the slots.
+// A view is two pointers and a capacity, both if a type gives the slots and if a value gives them.
 static_assert(sizeof(Four) == 3 * sizeof(void*) && sizeof(Sized) == 3 * sizeof(void*));
 static_assert(std::is_trivially_copyable_v<Four> && std::is_trivially_copyable_v<Sized>);
 static_assert(Four::static_capacity == 4 && Sized::static_capacity == dynamic_capacity);
@@ -199,7 +199,7 @@ TEST_CASE("resize: to 0, n - 1 and n; beyond the capacity it is refused and the 
     b.resize(3);
     CHECK(contents(b) == Values{100, 101, 102});
     b.resize(4);
-    CHECK(b[3] == 103); // the word is what it was
+    CHECK(b[3] == 103); // resize changes no word
     b.resize(0);
     CHECK(b.empty());
     b.resize(2);
@@ -265,7 +265,7 @@ TEST_CASE("items of several words keep every word, through push, removal and a s
     CHECK(words.intact());
     for (std::uint32_t i = 0; i < 3; ++i) CHECK(b[i] == parcel(i));
     b.swap_remove(0);
-    Buffer<Parcel, 3> const other{words.place()}; // views hold no state of their own
+    Buffer<Parcel, 3> const other{words.place()}; // a view holds no state: a second view sees the same list
     CHECK(other.size() == 2);
     CHECK(other[0] == parcel(2));
     CHECK(other[1] == parcel(1));
@@ -283,7 +283,7 @@ TEST_CASE("a buffer is written through begin() and []")
     for (auto& v : b) v *= 2;
     b[1] = 9;
     CHECK(contents(b) == Values{6, 9, 4});
-    std::reverse(b.begin(), b.end()); // std::sort draws a false -Warray-bounds from GCC 12 here
+    std::reverse(b.begin(), b.end()); // GCC 12 gives a false -Warray-bounds for std::sort here
     CHECK(contents(b) == Values{4, 9, 6});
     CHECK(words.items[4] == canary);
 }

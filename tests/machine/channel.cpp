@@ -28,7 +28,7 @@ static_assert(sizeof(Wire::Sender) == 3 * sizeof(void*) && sizeof(Pipe::Receiver
 static_assert(sizeof(In<Post>) == 4 * sizeof(Post::Receiver) && sizeof(Out<Post>) == 4 * sizeof(Post::Sender));
 static_assert(std::is_same_v<Post::value_type, Letter>);
 
-/// Whether an end can be written: the reading end cannot.
+/// Can a kernel write to this end? It cannot write to a reading end.
 template <class End, class = void>
 constexpr bool can_push = false;
 template <class End>
@@ -45,7 +45,7 @@ template <class C, std::uint32_t Capacity>
 struct Ends {
     static constexpr std::uint32_t item_words = C::Receiver::item_words;
     std::array<std::array<std::uint32_t, 2>, 4> heads{};
-    std::array<std::array<std::uint32_t, Capacity * item_words + 1>, 4> items{}; // one word more: a canary
+    std::array<std::array<std::uint32_t, Capacity * item_words + 1>, 4> items{}; // one more word: a canary
     machine::Place place(Direction d, std::uint32_t capacity = Capacity)
     {
         return {heads[index(d)].data(), items[index(d)].data(), capacity};
@@ -77,7 +77,7 @@ TEST_CASE("what is sent on a side is on that side's words and on no other")
     out[Direction::west].unchecked_push({1, 2, 3.5f});
     CHECK(out[Direction::west].size() == 1);
     for (Direction d : {Direction::north, Direction::east, Direction::south}) CHECK(out[d].empty());
-    auto const in = ends.in(); // the same words, as the reader has them after an exchange
+    auto const in = ends.in(); // the same words, as a reader: after an exchange the neighbour has these words
     REQUIRE(in[Direction::west].size() == 1);
     CHECK(in[Direction::west][0].to == 1);
     CHECK(in[Direction::west][0].from == 2);
@@ -108,7 +108,7 @@ TEST_CASE("a full channel refuses and keeps its messages")
         ++next;
     }
     CHECK(next == 3);
-    CHECK(ends.items[index(Direction::east)][9] == 0); // the word behind the third message
+    CHECK(ends.items[index(Direction::east)][9] == 0); // the word after the third message
 }
 
 TEST_CASE("push reports nothing while there is room")

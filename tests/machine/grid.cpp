@@ -26,7 +26,7 @@ static_assert(indices_are_dense());
 static_assert(along_row[0] == Direction::east && along_row[1] == Direction::west);
 static_assert(along_column[0] == Direction::north && along_column[1] == Direction::south);
 
-// A tile id is one word; coordinates do not leak into each other at their largest.
+// A tile id is one word. The largest coordinates do not overlap in it.
 static_assert(sizeof(TileId) == 4 && TileId{}.packed == 0);
 static_assert(TileId::at(65535, 0).x() == 65535 && TileId::at(65535, 0).y() == 0);
 static_assert(TileId::at(0, 65535).x() == 0 && TileId::at(0, 65535).y() == 65535);
@@ -54,7 +54,7 @@ constexpr bool packs_in_row_order(Grid grid)
 static_assert(packs_in_row_order({1, 1}) && packs_in_row_order({1, 5}) && packs_in_row_order({5, 1}) &&
               packs_in_row_order({3, 2}) && packs_in_row_order({40, 36}));
 
-/// Edges reflect to the tile itself, on the same side; elsewhere the neighbour is one step away and points back.
+/// An edge reflects to the tile itself, on the same side. Inside the grid a neighbour is one step away, and its opposite side leads back.
 constexpr bool neighbours_are_right(Grid grid)
 {
     return for_all(grid, [grid](TileId t, std::uint32_t) {
@@ -81,7 +81,8 @@ constexpr bool neighbours_are_right(Grid grid)
 static_assert(neighbours_are_right({1, 1}) && neighbours_are_right({1, 5}) && neighbours_are_right({5, 1}) &&
               neighbours_are_right({3, 2}) && neighbours_are_right({40, 36}));
 
-/// A torus: around the edges, each side leads to a tile whose opposite side leads back; the other edges are as without.
+/// With Edge::wrap the grid is a torus: each side leads to a tile whose opposite side leads back. Edge::reflect and Edge::drop have the
+/// neighbours of a call without an edge.
 constexpr bool edges_are_right(Grid grid)
 {
     return for_all(grid, [grid](TileId t, std::uint32_t) {
@@ -100,9 +101,9 @@ constexpr bool edges_are_right(Grid grid)
     });
 }
 static_assert(edges_are_right({1, 1}) && edges_are_right({1, 5}) && edges_are_right({5, 1}) && edges_are_right({2, 2}) &&
-              edges_are_right({5, 3}) && edges_are_right({17, 11})); // Clang 14 ends the evaluation of a larger grid
+              edges_are_right({5, 3}) && edges_are_right({17, 11})); // Clang 14 cannot evaluate a larger grid at compile time
 
-/// Where each outgoing end is read, counted.
+/// For each end of each tile: the number of outgoing ends that are read there.
 std::vector<int> readers(Grid grid)
 {
     std::vector<int> count(std::size_t{4} * grid.size(), 0);

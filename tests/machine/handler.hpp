@@ -2,12 +2,12 @@
 #include <cstdint>
 #include <string>
 
-/// This executable's contract handler: it remembers, where the engines' would report.
+/// The contract handler of this executable. It remembers broken contracts; the handler of the engines reports them.
 namespace machine_test {
 
-/// Contracts broken since the program began.
+/// Number of contracts broken since the program began.
 std::uint32_t broken_contracts() noexcept;
-/// The text of the last one.
+/// The text of the last broken contract; empty if there is none.
 std::string last_broken_contract();
 
 } // namespace machine_test

@@ -39,7 +39,7 @@ struct Nothing {
     void operator()() const noexcept {}
 };
 
-// What a kernel's parameter list says.
+// KernelTraits: the facts in the parameter list of a kernel.
 using T = KernelTraits<Everything>;
 static_assert(
     std::is_same_v<T::Arguments, machine::Types<Level&, Pressure const&, Pile&, Broadcast<Rate>, In<Red>, Out<Blue>, Here>>);
@@ -63,7 +63,7 @@ struct BothEnds {
 static_assert(std::is_same_v<KernelTraits<BothEnds>::Links, machine::Types<Blue>>, "a channel counts once");
 static_assert(std::is_same_v<KernelTraits<BothEnds>::Needs::States, machine::Types<Level>>, "a state counts once");
 
-// What a program needs: the union over its kernels, once each, in the order in which they name it.
+// Needs of a program: the union over its kernels, each type once, in the order in which the kernels name them.
 struct First {
     void operator()(Pressure&, Out<Red>, Broadcast<Limit>) const noexcept {}
 };
@@ -76,7 +76,7 @@ static_assert(std::is_same_v<machine::Needs<Sequence<If<&Limit::most, Superstep<
               "a condition's broadcast counts, after those of kernels");
 static_assert(std::is_same_v<machine::Needs<Sequence<If<&Limit::most, Superstep<First>>>>::Shareds, machine::Types<Limit>>, "and once");
 
-// Steps are numbered in order, whatever they are nested in; Loops too.
+// Steps have numbers in program order, at any depth of nesting. Loops too have numbers in program order.
 using Twisted = Sequence<Superstep<First>, Loop<If<&Limit::most, UntilQuiet<Everything>>, Loop<Superstep<Nothing>>>, Superstep<First>,
                          Loop<Repeat<Nothing>, UntilQuiet<Nothing>>>;
 static_assert(std::is_same_v<StepsOf<Twisted>, machine::Types<Superstep<First>, UntilQuiet<Everything>, Superstep<Nothing>, Superstep<First>,
@@ -102,7 +102,7 @@ static_assert(std::is_same_v<machine::Needs<Superstep<Nothing>>, RegionTypes<mac
 static_assert(std::is_same_v<machine::Needs<Sequence<>>, RegionTypes<machine::Types<>, machine::Types<>, machine::Types<>>>);
 static_assert(std::is_same_v<machine::Needs<Repeat<Everything>>, machine::Needs<UntilQuiet<Everything>>>);
 
-// Sending over unread mail. A program runs again and again, so what its end leaves, its beginning finds.
+// Sending over unread mail. A program may run many times, so mail that its last step leaves is there for its first step.
 struct Send {
     void operator()(Out<Red>) const noexcept {}
 };
@@ -145,7 +145,7 @@ static_assert(clashes<Sequence<Superstep<Send>>, Sequence<Sequence<Superstep<Sen
 static_assert(!clashes<Sequence<Superstep<Send>, Sequence<Superstep<Read>>>>);
 static_assert(!detail::sends_over_unread_mail<Superstep<Send>, Blue>(), "another channel's mail is no matter");
 
-/// An interpreter of one tile, as a unit test writes it: arrays on the stack.
+/// An interpreter of one tile for a unit test: its memory is arrays on the stack.
 struct Alone {
     std::uint32_t level[1] = {41};
     float bar[2] = {1, 2};
@@ -206,7 +206,7 @@ TEST_CASE("run_kernel gives each parameter its own words and returns the vote")
     CHECK(tile.heads[1][index(Direction::east)][0] == 1);
     CHECK(tile.items[1][index(Direction::east)][0] == 7);
     for (Direction d : {Direction::north, Direction::west, Direction::south}) CHECK(tile.heads[1][index(d)][0] == 0);
-    CHECK(tile.heads[0][index(Direction::west)][0] == 1); // reading is the interpreter's to record
+    CHECK(tile.heads[0][index(Direction::west)][0] == 1); // run_kernel does not mark mail as read: the interpreter does
     tile.bar[1] = 3;
     CHECK(run_kernel<Touch>(tile) == Vote::quiet);
     CHECK(tile.level[0] == 43);

@@ -45,19 +45,19 @@ std::uint64_t budgeted_sum()
 
 static_assert(sizeof(Gaussian) == 60, "the paper's record");
 
-/// Mk2 with more SRAM than there is.
+/// A hypothetical Mk2 with 2 MiB of SRAM per tile.
 struct LargeMk2 : Mk2 {
     static constexpr char const* name = "large mk2";
     static constexpr std::uint32_t sram_bytes = 2 << 20;
 };
 
-/// What we would have liked: the paper's storage and channels, 800-slot FIFOs, and the screen cache that the kernels need.
+/// All at once: the paper's storage and channels, FIFOs of 800 slots, and the screen cache that the kernels need.
 struct Wishes : Lossless {
     static constexpr char const* name = "wishes";
     using Machine = LargeMk2;
     static constexpr Sizes sizes{.storage = 3200, .road = 400, .beam = 400, .waiting = 800, .tile_pixels = 32 * 20};
 };
-/// The same with one set of channels, as in the issue's sum of 757 KB (which counts 40 bytes a slot for the screen cache).
+/// Wishes with one set of channels: more than 757 KB, which is the sum with 40 bytes per slot for the screen cache.
 struct FewerWishes : Wishes {
     static constexpr char const* name = "fewer wishes";
     static constexpr Sizes sizes{
@@ -83,14 +83,14 @@ TEST_CASE("the paper's ledger: framebuffer, channels, storage, code; the rest ha
         CHECK_FALSE(ledger.at(name).budgeted);
         CHECK(ledger.at(name).bytes > 0);
     }
-    CHECK(ledger.count("waiting (side 0)") == 0); // no FIFOs: `drop`
+    CHECK(ledger.count("waiting (side 0)") == 0); // Drop has no FIFOs
     CHECK(ledger.at("marks").bytes == 3'200 * sizeof(Mark) + 8);
     CHECK(ledger.at("projected records").bytes == 3'200 * sizeof(Splat) + 8);
     CHECK(ledger.at("sort keys").bytes == 3'200 * sizeof(SortKey) + 8);
     CHECK(FrameTile<Paper>::bytes == budgeted_sum<Paper>());
     CHECK(FrameTile<Paper>::bytes <= 638'976);
     auto const lists = ledger.at("marks").bytes + ledger.at("projected records").bytes + ledger.at("sort keys").bytes;
-    CHECK(FrameTile<Paper>::bytes + lists > 638'976); // said, not hidden
+    CHECK(FrameTile<Paper>::bytes + lists > 638'976); // the lists do not fit, and the ledger says so
     MESSAGE(table<Paper>());
 }
 
@@ -111,7 +111,7 @@ TEST_CASE("our ledger: every region counts, and all of it fits")
     CHECK(ledger.at("marks").bytes == Lossless::sizes.storage * sizeof(Mark) + 8);
     CHECK(ledger.at("projected records").bytes == Lossless::sizes.storage * sizeof(Splat) + 8);
     CHECK(ledger.at("sort keys").bytes == Lossless::sizes.storage * sizeof(SortKey) + 8);
-    CHECK(ledger.at("framebuffer").bytes == 640 * 12 + 8); // float pixels
+    CHECK(ledger.at("framebuffer").bytes == 640 * 12 + 8); // pixels are three floats
     CHECK(ledger.at("road").bytes == 8 * (Lossless::sizes.road * sizeof(Addressed) + 8));
     CHECK(ledger.at("beam").bytes == 8 * (Lossless::sizes.beam * sizeof(Gaussian) + 8));
     CHECK(ledger.at("waiting (side 0)").bytes == Lossless::sizes.waiting * sizeof(Addressed) + 8);
@@ -129,7 +129,7 @@ TEST_CASE("all of the paper's numbers and all that the kernels keep do not fit i
     CHECK(FrameTile<FewerWishes>::bytes > 757'000);
     CHECK(FrameTile<Wishes>::bytes == budgeted_sum<Wishes>());
     CHECK(FrameTile<FewerWishes>::bytes == budgeted_sum<FewerWishes>());
-    CHECK(rows<FewerWishes>().at("beam").bytes == 0); // 60-byte copies lie within the 64-byte road
+    CHECK(rows<FewerWishes>().at("beam").bytes == 0); // copies of 60 bytes lie within the memory of the road, whose messages have 64 bytes
     MESSAGE(table<Wishes>());
     MESSAGE(table<FewerWishes>());
 }

@@ -30,7 +30,7 @@ struct Diffuse {
 using Heat = Sequence<Repeat<Diffuse>>;
 using HeatTile = Tile<Mk2, Heat>;
 
-// 1 word of state, 1 of broadcast, 8 ends of 2 + 1 words, 130 KiB kept back.
+// 1 word of state, 1 word of broadcast, 8 ends of 2 + 1 words, and 130 KiB reserved for code and stacks.
 static_assert(HeatTile::words<Cell>() == 1 && HeatTile::offset<Cell>() == 0 && HeatTile::state_words == 1);
 static_assert(HeatTile::channel_bytes<Wall>() == 96 && HeatTile::own_channel_bytes<Wall>() == 96);
 static_assert(HeatTile::bytes == 133'120 + 96 + 4 + 4);
@@ -106,7 +106,7 @@ struct Free : Channel<std::uint32_t> {};
 static_assert(TalkTile<Free>::bytes == 64, "a dynamic channel counts as its heads; the engine counts the rest");
 static_assert(SramLedger<Superstep<Talk<Free>>>::channel_bytes<Free>(10) == 32 * 12);
 
-// The budget's edge. One word more than the last that fits is a compile-time error, tested in tests/checks.
+// The limit of the budget: exactly full fits. One word more is a compile-time error, which tests/checks tests.
 template <std::uint32_t N>
 struct Load : Buffer<std::uint32_t, N> {};
 template <std::uint32_t N>
@@ -121,7 +121,7 @@ static_assert(Loaded<exact, 9>::bytes == exact - 4);
 static_assert(Loaded<exact + 4, 11>::bytes == exact + 4, "one word over needs one word more");
 static_assert(Loaded<exact, 0>::bytes == exact - 40);
 
-// Slots that are a value: members of the sizes of a setup, or what comes at run time. Flags among the sizes say whether bytes count.
+// Slots that are values: members of a setup's sizes, or values at run time. Flags among the sizes say whether bytes count.
 struct Slots {
     std::uint32_t pile = 0, road = 0, beam = 0;
     bool counted = true, shared = false;
@@ -158,14 +158,14 @@ static_assert(CarryingSetup<ways + rays + 128, 10>::Layout::bytes == ways + rays
 static_assert(!fits<TestMachine<ways + rays + 127>, Carrying, CarryingSetup<2000, 10>> && fits<TestMachine<ways + rays + 128>, Carrying, CarryingSetup<2000, 10>>);
 static_assert(CarryingSetup<2000, 10>::Layout::machine.sram_bytes == 2000);
 
-// A program that keeps nothing.
+// A program without state.
 struct Idle {
     void operator()() const noexcept {}
 };
 static_assert(Tile<TestMachine<0>, Superstep<Idle>>::bytes == 0 && Tile<Mk2, Superstep<Idle>>::bytes == 133'120);
 static_assert(Tile<Mk2, Superstep<Idle>>::region_count == 1);
 
-/// The paper's machine, and one that a user describes.
+/// The paper's machine, and a machine that a user describes.
 static_assert(Mk2::tiles == 1472 && Mk2::sram_bytes == 638'976 && Mk2::workers == 6 && Mk2::clock_khz == 1'325'000);
 } // namespace
 namespace tile_test {
@@ -177,7 +177,7 @@ struct Mine {
 namespace {
 static_assert(Tile<tile_test::Mine, Heat>::bytes == 100 + 96 + 8);
 
-// What a program takes, asked before the budget is: exactly full fits, a byte more does not, and nothing is refused.
+// bytes_needed and fits answer without an error: exactly full fits, and one byte more does not fit.
 template <std::uint32_t Bytes>
 struct WithSram : tile_test::Mine {
     static constexpr std::uint32_t sram_bytes = Bytes;
@@ -213,9 +213,9 @@ TEST_CASE("what is outside the budget is listed and not counted")
     CHECK(text(ledger[2].name) == "Extra");
     CHECK(ledger[2].bytes == 408);
     CHECK_FALSE(ledger[2].budgeted);
-    CHECK(ledger[4].budgeted); // says so itself
+    CHECK(ledger[4].budgeted); // the type says so itself
     CHECK(text(ledger[5].name) == "Small");
-    CHECK(std::string(ledger[5].what) == "broadcast"); // the same struct, kept twice, is two regions
+    CHECK(std::string(ledger[5].what) == "broadcast"); // the struct is a state and a broadcast: two regions
     CHECK(budgeted_sum(ledger) == Kept::bytes);
 }
 

@@ -4,7 +4,7 @@
 #include <standin_vertex.hpp>
 #include <tilemesh/poplar/codelet.hpp>
 
-// Loops, conditions and reductions as a Poplar graph: the words, counters and traces of a Mesh.
+// Loops, conditions and reductions as a Poplar graph. It gives the words, counters and traces of a Mesh.
 using namespace engine_test;
 using tilemesh::detail::BeginReduce;
 using tilemesh::detail::GoOnReducing;
@@ -70,7 +70,7 @@ TEST_CASE("poplar: a Loop takes the rounds of a Mesh, with an UntilQuiet and a L
             std::get<1>(program.steps).at_most = at_most;
             auto const runs = on_both<Draining>("drain", grid, fill, 2, program);
             if (grid.size() > 2 && at_most != 0) CHECK(runs[0].loops[0].rounds == std::min(3u, at_most));
-            if (grid.size() == 1) CHECK(runs[0].loops[0].rounds == 0); // the tile has no water: nobody votes
+            if (grid.size() == 1) CHECK(runs[0].loops[0].rounds == 0); // the only tile has no water, so no tile votes busy
         }
     Nested nested;
     std::get<0>(std::get<1>(nested.steps).steps).at_most = 2;
@@ -105,9 +105,9 @@ TEST_CASE("poplar: If, with supersteps counted or not")
             PoplarMesh<Choosing> graph{{}, Grid{3, 2}, options};
             load(mesh);
             load(graph);
-            check_same(mesh.run(), graph.run()); // no step sends: nothing to count
+            check_same(mesh.run(), graph.run()); // no step sends, so both count no exchange
             poplar_test::check_same_words(mesh, graph);
-            mesh.broadcast<Wanted>().first ^= 1u; // the same graph, another run
+            mesh.broadcast<Wanted>().first ^= 1u; // the second run uses the same graph
             graph.broadcast<Wanted>().first ^= 1u;
             check_same(mesh.run(), graph.run());
             poplar_test::check_same_words(mesh, graph);

@@ -4,7 +4,7 @@
 #include <standin_vertex.hpp>
 #include <tilemesh/poplar/codelet.hpp>
 
-// Codelets of the programs that both control.cpp and ledger.cpp run.
+// Codelets of the programs that control.cpp and ledger.cpp run.
 using namespace engine_test;
 using tilemesh::detail::BeginReduce;
 using tilemesh::detail::GoOnReducing;

@@ -4,7 +4,7 @@
 #include <standin_vertex.hpp>
 #include <tilemesh/poplar/codelet.hpp>
 
-// Channels of all three edges as a Poplar graph: the exchange comes back, leaves out, or goes around.
+// Channels of all three edges as a Poplar graph. At an edge of the grid, messages come back, are dropped, or arrive at the other end.
 using namespace engine_test;
 
 TILEMESH_VERTEX(edges_call_reflecting, Traced<Mk2>, Edges, Call<Edge::reflect>)

@@ -42,15 +42,15 @@ void whole_frame(std::string const& prefix)
 {
     standin::With const restore(standin::settings());
     poplar_test::use(executions[2]);
-    standin::settings().check_inputs = false; // a digest of everything that is read, 1,440 times a superstep
+    standin::settings().check_inputs = false; // the check digests all inputs of 1,440 tiles in each superstep
     if constexpr (S::sizes.lists_fit) {
-        std::size_t left = 0; // the bytes that the ledger leaves for code, exchange code and stacks are taken; the rest must fit in 624 KiB
+        std::size_t left = 0; // bytes that the ledger leaves for code, exchange code and stacks; the rest must fit in 624 KiB
         for (auto const& line : on_poplar::ledger<Mk2, splat::Frame<S>, S>(Grid{40, 36})) left = line.bytes;
         standin::settings().code_bytes = left;
     } else {
-        standin::settings().tile_bytes = 1u << 20; // the paper's budget has no room for our lists: see the ledger
+        standin::settings().tile_bytes = 1u << 20; // our lists do not fit in the paper's budget, as the ledger shows
     }
-    if (support::fast()) { // sanitizers: the same program on fewer tiles
+    if (support::fast()) { // sanitizers run the same program on fewer tiles
         RendererOptions options;
         options.tile = {16, 20};
         auto const map = support::map_of(support::cloud(400, 3));
@@ -70,7 +70,7 @@ void whole_frame(std::string const& prefix)
 
 } // namespace
 
-// Small machines: other numbers of workers, starved channels, copies in screen form, bounded hops.
+// Small machines: other numbers of workers, channels of few slots, copies in screen form, bounded hops.
 template <std::uint32_t N>
 struct Workers : TestMachine<64u << 20> {
     static constexpr std::uint32_t workers = N;
@@ -125,9 +125,9 @@ TEST_CASE("poplar: a static view moves no records between host and machine, and 
     graph.render(camera);
     auto const before = standin::all_runs(graph.mesh().engine()).host_copies;
     graph.render(camera);
-    // In: who runs and the camera. Out: the log of tiles, that of the run, counters, pair counters, framebuffers.
+    // In: the tiles that run, and the camera. Out: the log of tiles, the log of the run, counters, pair counters, framebuffers.
     CHECK(standin::all_runs(graph.mesh().engine()).host_copies - before == 2 + 5);
-    // Words that the host accessed for writing go back once.
+    // Words that the host accessed for writing are copied to the device once.
     graph.mesh().state<splat::Counts>(TileId::at(0, 0)).visible += 0;
     auto const again = standin::all_runs(graph.mesh().engine()).host_copies;
     graph.render(camera);
@@ -161,13 +161,13 @@ TEST_CASE("poplar: worker order and count change nothing; starved channels, drop
     standin::settings().tile_bytes = 64u << 20;
     auto const map = support::map_of(support::cloud(support::fast() ? 150 : 500, 11));
     std::vector<splat::Camera> cameras;
-    for (float turn : {0.0f, 0.02f, 0.3f, 0.3f}) cameras.push_back(support::lens(150, 70, turn)); // the last is static
+    for (float turn : {0.0f, 0.02f, 0.3f, 0.3f}) cameras.push_back(support::lens(150, 70, turn)); // the last frame is static
     RendererOptions options;
     options.tile = {20, 16};
     for (auto const& e : executions) {
         CAPTURE(e.name);
         poplar_test::use(e);
-        // Once with the memory of all other tiles closed; sanitizers have their own way.
+        // The first execution closes the memory of all other tiles. Sanitizers have their own check.
         standin::settings().isolation = &e == executions && !support::fast() ? standin::Isolation::pages : standin::Isolation::none;
         compare<Held<1>>(map, "held1", options, cameras);
         compare<Held<6>>(map, "held6", options, cameras);
@@ -186,7 +186,7 @@ TEST_CASE("poplar: worker order and count change nothing; starved channels, drop
     poplar_test::use(executions[0]);
     compare<Held<6>>(map, "held6", options, cameras);
     options.sizes.reset();
-    // Fewer slots than the layout has.
+    // Limits below the slots of the layout.
     options.channel_slots = 2;
     options.storage_slots = 200;
     options.waiting_slots = 3;

@@ -32,14 +32,14 @@ TEST_CASE("poplar: heat on 40 x 36 tiles is the same program, bit for bit")
     engine_test::check_same(run, graph.run());
     poplar_test::check_same_words(mesh, graph);
 
-    // Heat is neither made nor lost, and has spread.
+    // The sum of heat is constant.
     double sum = 0, before = 0;
     for (std::uint32_t i = 0; i < grid.size(); ++i) {
         sum += static_cast<double>(graph.state<Cell>(grid.tile(i)).kelvin);
         before += 280.0 + i % 7;
     }
     CHECK(sum == doctest::Approx(before).epsilon(1e-5));
-    engine_test::check_same(mesh.run(), graph.run()); // and goes on from there
+    engine_test::check_same(mesh.run(), graph.run()); // the second run continues from the first
     poplar_test::check_same_words(mesh, graph);
 }
 
@@ -57,5 +57,5 @@ TEST_CASE("poplar: heat without counting supersteps needs no reduction")
     CHECK(b.steps[0].tile_runs == a.steps[0].tile_runs);
     CHECK(b.steps[0].messages == a.steps[0].messages);
     CHECK(b.steps[0].live_bytes == a.steps[0].live_bytes);
-    CHECK(b.steps[0].exchanges == 0); // not counted
+    CHECK(b.steps[0].exchanges == 0); // the option turns the count off
 }

@@ -13,7 +13,7 @@
 // The bytes that the graph stores and moves, as the stand-in for Poplar adds them up, against the ledger and the rule of NEWS neighbours.
 using namespace tilemesh;
 
-// --- a machine that a program just fits, and one that lacks a word -----------------------------------------------------------------
+// --- a machine that a program fits exactly, and a machine that lacks one word ------------------------------------------------------
 struct Hoard : Buffer<std::uint32_t, 100> {};
 struct Grow {
     void operator()(Hoard& hoard) const noexcept { (void)hoard.try_push(1); }
@@ -67,7 +67,7 @@ void check_ledger(std::string const& prefix, Grid grid)
         } else if (name == "vertices") {
             CHECK(found.vertex_state == line.bytes);
         } else if (name == "code and stacks") {
-            CHECK(line.bytes > 100 * 1024); // code of some 30 KiB, six stacks of 8 KiB, exchange code
+            CHECK(line.bytes > 100 * 1024); // about 30 KiB of code, six stacks of 8 KiB, exchange code
         } else {
             CHECK(take(name) == line.bytes);
         }
@@ -76,7 +76,7 @@ void check_ledger(std::string const& prefix, Grid grid)
     using Layout = Tile<Machine, Program, Setup>;
     for (auto const& line : Layout::ledger()) expected += line.bytes;
     CHECK(sum == expected);
-    if (prefix != "paper") CHECK(sum == Layout::bytes); // the paper's budget leaves lists out
+    if (prefix != "paper") CHECK(sum == Layout::bytes); // lists are outside the paper's budget
     // No tile has more than tile 0.
     for (std::uint32_t t = 1; t < grid.size(); ++t) CHECK(standin::tile_bytes(mesh.engine(), t).total() <= found.total());
 }
@@ -104,7 +104,7 @@ TEST_CASE("poplar: the graph's variables are the tile's ledger, byte for byte")
 
 TEST_CASE("poplar: the paper's budget holds on the machine, but its lists do not fit beside it")
 {
-    // 520,008 bytes of the paper's data and 243,224 bytes of lists for which it has no room: Poplar would refuse, as the ledger says.
+    // The paper's data have 520,008 bytes, and our lists 243,224 bytes more. Poplar would refuse this, as the ledger says.
     standin::With const restore(standin::settings());
     standin::settings().code_bytes = Mk2::code_bytes;
     PoplarMesh<splat::Frame<Paper>> mesh{{}, grid_of_tests(), mesh_sizes<splat::Frame<Paper>, Mk2, Paper>(), poplar_test::options("paper")};
@@ -141,12 +141,12 @@ TEST_CASE("poplar: the exchange moves whole ends to the four neighbours, and not
     for (auto const& copy : copies_of(mesh)) {
         auto const& moves = copy.moves;
         CAPTURE(copy.name);
-        if (moves.size() == grid.size() - 1) { // from tile 0 to all others
+        if (moves.size() == grid.size() - 1) { // a broadcast from tile 0 to all other tiles
             ++broadcasts;
             for (auto const& m : moves) CHECK(m.from == 0);
             continue;
         }
-        // Every tile sends an end on each side; at an edge it comes back.
+        // Every tile sends one end on each side. At an edge of the grid the end comes back.
         ++whole;
         std::map<std::pair<unsigned, unsigned>, std::size_t> found;
         for (auto const& m : moves) found[{m.from, m.to}] += m.words;
@@ -158,8 +158,8 @@ TEST_CASE("poplar: the exchange moves whole ends to the four neighbours, and not
         CHECK(found == expected);
     }
     CHECK(broadcasts == 2);
-    CHECK(whole == 3); // routing, bloom's first superstep, bloom
-    // Around compute sets only votes move: one word a tile, one a row.
+    CHECK(whole == 3); // routing, the bloom's first superstep, the bloom
+    // Before and after compute sets only votes move: one word per tile, and one word per row.
     for (auto const& e : standin::exchanges(mesh.engine()))
         if (e.kind != standin::Exchange::Kind::copy) {
             CAPTURE(e.name);

@@ -7,7 +7,7 @@
 #include <tilemesh/poplar/poplar_mesh.hpp>
 #include <vector>
 
-/// The same program on a Mesh and on a PoplarMesh over the stand-in for Poplar (never an IPU): all live words and all counters.
+/// Runs one program on a Mesh, and on a PoplarMesh with the stand-in for Poplar (never an IPU). All live words and counters must agree.
 namespace poplar_test {
 using namespace tilemesh;
 
@@ -84,7 +84,7 @@ std::vector<RunCounters> on_both(std::string const& prefix, Grid grid, Load cons
     }
     return counted;
 }
-/// The same with the slots that the program's types name.
+/// on_both() with the slots that the program's types name.
 template <class Program, class Machine = Mk2, class Load>
 std::vector<RunCounters> on_both(std::string const& prefix, Grid grid, Load const& load, int runs = 1, Program program = {})
 {

@@ -4,13 +4,13 @@
 #include <standin_vertex.hpp>
 #include <tilemesh/poplar/codelet.hpp>
 
-// Programs of the engine's tests as codelets, and what a graph must get right beyond them.
+// Programs of the engine's tests as codelets, and programs for rules that only a graph has.
 using namespace engine_test;
 
-// --- mail across runs: a bound cuts the step that reads --------------------------------------------------------------------------
+// --- mail across runs: a bound ends the step that reads --------------------------------------------------------------------------
 using Bounded = Sequence<Superstep<Throw>, UntilQuiet<Catch>>;
 
-// --- a kernel on all workers that reads a channel, which nobody forgets for it ------------------------------------------------------
+// --- a kernel on all workers that reads a channel: no worker alone may empty the channel --------------------------------------------
 struct Sum {
     std::uint32_t of_worker[6];
 };
@@ -72,7 +72,7 @@ struct TakeNarrow {
 };
 using Shared = Sequence<Superstep<SendWide>, Superstep<TakeWide>, Superstep<SendNarrow>, Superstep<TakeNarrow>>;
 
-// --- slots that are a value: one codelet, graphs of any sizes -----------------------------------------------------------------------
+// --- slots that are values: one codelet for graphs of any sizes ---------------------------------------------------------------------
 struct Slots {
     std::uint32_t crate = 0, cart = 0, tray = 0;
     bool shared = false;
@@ -119,7 +119,7 @@ struct TakeTray {
 };
 using Sized = Sequence<Superstep<SendCart>, Superstep<TakeCart>, Superstep<SendTray>, Superstep<TakeTray>>;
 
-// --- votes alone, without a channel ---------------------------------------------------------------------------------------------------
+// --- votes without a channel ------------------------------------------------------------------------------------------------------------
 struct Countdown {
     std::uint32_t left, ran;
 };
@@ -160,7 +160,7 @@ struct ReadStamp {
 };
 using Cut = Sequence<Superstep<SendStamp>, UntilQuiet<ReadStamp>>;
 
-// --- two states of one name, and a program whose codelets were compiled when it had another ------------------------------------------
+// --- two states of one name, and a program that gets the codelets of another program --------------------------------------------------
 namespace left {
 struct Pan {
     std::uint32_t grams;
@@ -188,7 +188,7 @@ struct Stock {
     }
 };
 using Stocking = Sequence<Superstep<Stock>, Superstep<Tick>>;
-using StockingOnce = Sequence<Superstep<Stock>>; // what the codelet was compiled for
+using StockingOnce = Sequence<Superstep<Stock>>; // the program of the codelet
 
 // --- three channels in one memory -----------------------------------------------------------------------------------------------------
 struct Low : Channel<std::uint32_t, 2> {};
@@ -307,7 +307,7 @@ TEST_CASE("poplar: heat, life, sorting, bouncing and post are the engine's, word
         mesh.template state<Ball>(TileId::at(4, 1)).throws = 1;
     });
     CHECK(bounced[0].steps[1].passes == 13);
-    CHECK(bounced[0].steps[1].exchanges == 12); // the last pass only reads
+    CHECK(bounced[0].steps[1].exchanges == 12); // the last pass only reads mail
     standin::With const restore(standin::settings());
     standin::settings().tile_bytes = Bench::sram_bytes;
     on_both<Post, Bench>("test", Grid{9, 8}, [](auto& mesh) {
@@ -338,7 +338,7 @@ TEST_CASE("poplar: what a bound leaves under way goes on in the next run")
     std::get<1>(program.steps).at_most = 2;
     auto const runs = on_both<Bounded>("test", Grid{4, 1}, [](auto& mesh) { mesh.template state<Ball>(TileId::at(0, 0)).throws = 0; }, 1, program);
     CHECK(runs[0].steps[1].passes == 0);
-    for (std::uint32_t bound : {0u, 1u, 5u, 6u}) { // the ball takes 6 passes: full - 1, full
+    for (std::uint32_t bound : {0u, 1u, 5u, 6u}) { // the ball needs 6 passes: the bounds 5 and 6 are the boundary
         CAPTURE(bound);
         std::get<1>(program.steps).at_most = bound;
         standin::With const restore(standin::settings());
@@ -348,7 +348,7 @@ TEST_CASE("poplar: what a bound leaves under way goes on in the next run")
         graph.state<Ball>(TileId::at(0, 0)).throws = 6;
         check_same(mesh.run(), graph.run());
         poplar_test::check_same_words(mesh, graph);
-        if (bound < 6) { // Throw only sends: the next run finds its channel unread
+        if (bound < 6) { // Throw only sends, so the next run finds unread mail on its channel
             CHECK(has(error_of([&] { graph.run(); }), "unread mail"));
             CHECK(has(error_of([&] { mesh.run(); }), "unread mail"));
             CHECK(has(error_of([&] { graph.run(); }), "cannot run again"));
@@ -369,7 +369,7 @@ TEST_CASE("poplar: all workers read a channel, and its mail is read once")
     CHECK(runs[0].steps[0].messages == 9 * 6);
     PoplarMesh<Listening> graph{{}, Grid{3, 3}, poplar_test::options("test")};
     graph.run();
-    // Worker w of the middle tile heard w + 0 from the west and the note from the south, once.
+    // Worker w of the middle tile reads w + 0 from the west, and the note from the south, each once.
     auto const& sum = graph.state<Sum>(TileId::at(1, 1));
     for (std::uint32_t w = 0; w < 6; ++w) CHECK(sum.of_worker[w] == w + 1000);
 }
@@ -397,7 +397,7 @@ TEST_CASE("poplar: one codelet serves any slots, and channels in one memory or i
         CHECK(runs[0].steps[0].messages == 12u * std::min(slots.crate, slots.cart));
         CHECK(runs[0].peaks[0].capacity == slots.crate);
         CHECK(runs[0].peaks[0].items == slots.crate);
-        // The graph stores what the ledger says.
+        // The graph stores the bytes of the ledger.
         PoplarMesh<Sized> graph{{}, Grid{4, 3}, sizes, poplar_test::options("test")};
         graph.run();
         std::size_t channels = 0, stored = 0;
@@ -420,7 +420,7 @@ TEST_CASE("poplar: votes without channels; who runs is counted, also outside a r
     };
     auto const runs = on_both<Ticking>("test", Grid{4, 3}, load, 2);
     CHECK(runs[0].steps[0].tile_runs == 4);
-    CHECK(runs[0].steps[1].passes == 5); // the largest left, 6, less the first superstep's
+    CHECK(runs[0].steps[1].passes == 5); // the largest `left` is 6, and the first superstep takes 1
 }
 
 TEST_CASE("poplar: a dynamic channel of 0, 1 and 5 slots")
@@ -436,7 +436,7 @@ TEST_CASE("poplar: states of one name; three channels in one memory")
     on_both<ThreeInOne>("test", Grid{3, 2}, [](auto&) {}, 2);
     PoplarMesh<ThreeInOne> graph{{}, Grid{3, 2}, poplar_test::options("test")};
     graph.run();
-    // The ledger counts the largest, once.
+    // The ledger counts the largest channel, once.
     std::size_t bytes = 0;
     for (auto const& line : Tile<Mk2, ThreeInOne>::ledger())
         if (std::string(line.what) == "channel, 8 ends") bytes += line.bytes;
@@ -454,9 +454,9 @@ TEST_CASE("poplar: codelets of another program are refused, and touch nothing")
     CHECK(graph.state<Shelf>(TileId::at(0, 0)).size() == 0);
     CHECK(has(error_of([&] { graph.run(); }), "cannot run again"));
     CHECK(on_poplar::program_mark<Mk2, Stocking> != on_poplar::program_mark<Mk2, StockingOnce>);
-    CHECK(on_poplar::program_mark<Mk2, Stocking> != on_poplar::program_mark<Traced<Mk2>, Stocking>); // which has an edge more
+    CHECK(on_poplar::program_mark<Mk2, Stocking> != on_poplar::program_mark<Traced<Mk2>, Stocking>); // a traced codelet has one more edge
 
-    // A graph that keeps a trace, and codelets that know of none.
+    // A graph that keeps a trace, with codelets that have no trace.
     PoplarMesh<Ticking, Traced<Mk2>> watched{{}, Grid{2, 2}, poplar_test::options("test")};
     CHECK(has(error_of([&] { watched.run(); }), "codelets of another program"));
 }
@@ -468,7 +468,7 @@ TEST_CASE("poplar: a run that Poplar stops leaves a mesh that refuses")
     PoplarMesh<Ticking> graph{{}, Grid{2, 2}, poplar_test::options("test")};
     graph.state<Countdown>(TileId::at(0, 0)).left = 50;
     CHECK(has(error_of([&] { graph.run(); }), "a run that Poplar stopped"));
-    CHECK(graph.state<Countdown>(TileId::at(0, 0)).ran > 0); // as the machine was left
+    CHECK(graph.state<Countdown>(TileId::at(0, 0)).ran > 0); // the state at the stop
     CHECK(has(error_of([&] { graph.run(); }), "cannot run again"));
 }
 
@@ -503,7 +503,7 @@ TEST_CASE("poplar: what a PoplarMesh refuses, in one line")
     full.limit<Any>(2);
     full.run();
     CHECK(has(error_of([&] { full.limit<Any>(3); }), "before the first run"));
-    // A device that is too small.
+    // The device has too few tiles.
     standin::With const restore(standin::settings());
     standin::settings().tiles = 3;
     auto manager = poplar::DeviceManager::createDeviceManager();

@@ -1,8 +1,8 @@
 // test: unoptimised test asan, without tsan
-// Codelets of every field kind, executed with known answers: by hand through the registration, and through the stand-in's
-// graph and engine. The stand-in is not Poplar. What passes here shows that the headers take this style of code and that
-// the engine gives each codelet its data; it cannot show that popc accepts the same text, how an IPU lays these fields out,
-// how its arithmetic rounds where instructions fuse (`half`, exp), or how long anything takes.
+// Codelets with every kind of field run here with known answers: by hand through the registration, and through the stand-in's
+// graph and engine. The stand-in is not Poplar. These tests show that the headers accept this style of code, and that the
+// engine gives each codelet its data. They cannot show that popc accepts the same text, how an IPU lays out these fields,
+// how its arithmetic rounds if instructions fuse (`half`, exp), or how much time anything takes.
 #include "public_style_codelets.hpp"
 #include <algorithm>
 #include <array>
@@ -58,7 +58,7 @@ namespace {
 using standin::Access;
 using standin::Order;
 
-/// How the workers of a MultiVertex are executed.
+/// A way to execute the workers of a MultiVertex.
 struct Way {
     Order order;
     unsigned seed;
@@ -67,7 +67,7 @@ struct Way {
 std::vector<Way> const all_ways{{Order::ascending, 1, false}, {Order::descending, 1, false}, {Order::permuted, 1, false},
                                 {Order::permuted, 2, false},  {Order::permuted, 3, false},   {Order::ascending, 1, true}};
 
-/// The data of one call: what goes in, and afterwards what came out. Fields are named as the codelet names them.
+/// The data of one call: its inputs, and after the call its outputs. Fields have the names that they have in the codelet.
 class Call {
 public:
     struct Piece {
@@ -78,7 +78,7 @@ public:
         Access access;
         unsigned rank;
         std::vector<Piece> pieces;
-        std::function<void(poplar::Graph&, poplar::VertexRef)> set_value; // where access is value
+        std::function<void(poplar::Graph&, poplar::VertexRef)> set_value; // set only if access is value
     };
 
     explicit Call(std::string vertex) : vertex_(std::move(vertex)) {}
@@ -175,7 +175,7 @@ public:
     }
 
 private:
-    /// The host has no halves: initial values are given as floats.
+    /// The host has no halves: the host gives initial values as floats.
     template <class T>
     using Plain = std::conditional_t<std::is_same_v<T, half>, float, T>;
 
@@ -201,14 +201,13 @@ private:
     std::map<std::string, Data> data_;
 };
 
-/// Executes a call through the registration alone. Pieces lie between canaries, outputs begin as poison, inputs must not
-/// change.
+/// Executes a call through the registration alone. Pieces lie between canaries. Outputs begin as poison. Inputs must not change.
 struct ByHand {
     static constexpr std::uint64_t canary = 0x7fa0dead'7fa0deadu;
 
     static void run(Call& call, Way const& way) { returned(call, way); }
 
-    /// What each worker's compute() returned.
+    /// Executes the call. Returns the result of each worker's compute().
     static std::array<bool, CTXT_WORKERS> returned(Call& call, Way const& way)
     {
         standin::VertexType const* const type = standin::find_vertex(call.vertex());
@@ -223,12 +222,12 @@ struct ByHand {
             std::vector<standin::Edge> edges;
             for (Call::Piece const& piece : data.pieces) {
                 REQUIRE(piece.bytes.size() == piece.elements * field.element_bytes);
-                // Two words before, so that what malloc aligns to 16 bytes stays so.
+                // Two words (16 bytes) come before the piece, so the piece keeps malloc's alignment of 16 bytes.
                 std::vector<std::uint64_t> words(2 + (piece.bytes.size() + 7) / 8 + 1, canary);
                 if (data.access != Access::output && !piece.bytes.empty())
                     std::memcpy(&words[2], piece.bytes.data(), piece.bytes.size());
                 edges.push_back({&words[2], piece.elements});
-                memory[field.name].push_back(std::move(words)); // a move leaves the words where they are
+                memory[field.name].push_back(std::move(words)); // a move keeps the address of the words
             }
             field.bind(vertex.get(), edges.data(), edges.size());
         }
@@ -264,7 +263,7 @@ struct ByHand {
     }
 };
 
-/// Executes a call through the stand-in's graph: one vertex on tile 1, its data on tiles 1 and 2, host streams in and out.
+/// Executes a call through the stand-in's graph: one vertex on tile 1, its data on tiles 1 and 2, host streams for inputs and outputs.
 struct ByGraph {
     static void run(Call& call, Way const& way)
     {
@@ -354,7 +353,7 @@ private:
     }
 };
 
-/// One call in every way, by a function that fills it and one that checks it.
+/// Executes one call in every way: `fill` gives it data, `check` looks at the results.
 template <class Host, class Fill, class Check>
 void in_all_ways(std::string const& vertex, Fill const& fill, Check const& check, std::vector<Way> const& ways = all_ways)
 {
@@ -406,7 +405,7 @@ TEST_CASE_TEMPLATE("a template has instances for several element types", Host, B
     in_all_ways<Host>(
         "orchard::Scale<half>",
         [](Call& c) {
-            c.in("in", Values<half>{half(2049.0f), half(0.5f)}); // 2,049 is no half: it becomes 2,048
+            c.in("in", Values<half>{half(2049.0f), half(0.5f)}); // no half is 2,049: it becomes 2,048
             c.out<half>("out", 2);
             c.value("factor", half(1.5f));
         },
@@ -476,7 +475,7 @@ TEST_CASE_TEMPLATE("lists of vectors: read, written, of unequal and no length", 
 
 TEST_CASE_TEMPLATE("workers share out pairs of floats, in any order", Host, ByHand, ByGraph)
 {
-    constexpr unsigned pairs = 15; // not a multiple of 6: three workers have a pair more
+    constexpr unsigned pairs = 15; // not a multiple of 6: three workers have one more pair
     in_all_ways<Host>(
         "orchard::PairAxpy",
         [](Call& c) {
@@ -504,7 +503,7 @@ TEST_CASE_TEMPLATE("workers share out pairs of floats, in any order", Host, ByHa
 TEST_CASE_TEMPLATE("workers that wait for each other need all of them at once", Host, ByHand, ByGraph)
 {
 #if defined(__SANITIZE_THREAD__)
-    return; // a spin on plain words is a race to TSan, as it is to the language
+    return; // a spin on plain words is a race, both for the language and for TSan
 #elif defined(__has_feature)
 #    if __has_feature(thread_sanitizer)
     return;
@@ -567,8 +566,8 @@ TEST_CASE_TEMPLATE("halves round at each step, floats beside them do not", Host,
             c.value("bias", half(0.25f));
         },
         [](Call& c) {
-            // Lane 0: 2,048 + 1 lies between the halves 2,048 and 2,050 and stays even. Lane 1 makes it 2,050. Of lanes 2
-            // and 3 only the 2 in 2.125 arrives, and the bias is less than half a step.
+            // Lane 0: 2,048 + 1 is halfway between the halves 2,048 and 2,050, and rounds to the even one, 2,048. Lane 1
+            // makes it 2,050. Lanes 2 and 3 add 2.125, of which rounding keeps 2. The bias is less than half a step.
             CHECK(c.read_one<half>("dot") == 2052.0f);
             CHECK(c.read_one<float>("exact") == 2053.125f);
         });
@@ -721,8 +720,7 @@ TEST_CASE("fields are registered with the sizes of the documents")
         char const* type;
         unsigned element_bytes, align, state_bytes, inner_state_bytes;
     };
-    // A span is a pointer and a size; a bare pointer, a scalar edge and a plain member take a word; a short span fits into
-    // one.
+    // A span is a pointer and a size: two words. A short span, a bare pointer, a scalar edge and a plain member take one word each.
     Row const rows[] = {{"orchard::Pick", "table", Access::input, 1, "float", 4, 4, 4, 0},
                         {"orchard::Pick", "indices", Access::input, 1, "unsigned short", 2, 2, 4, 0},
                         {"orchard::Pick", "even", Access::output, 1, "signed char", 1, 4, 4, 0},
@@ -773,10 +771,10 @@ TEST_CASE("an edge that does not fit its field is refused")
     alignas(16) unsigned char bytes[4096]{};
     CHECK_NOTHROW(bind(0, bytes, 4, 1));
     CHECK_THROWS_AS(bind(0, bytes + 2, 4, 1), std::invalid_argument); // floats at an odd halfword
-    CHECK_NOTHROW(bind(0, bytes + 2, 0, 1));                          // nothing lies anywhere
+    CHECK_NOTHROW(bind(0, bytes + 2, 0, 1));                          // an edge of no elements may be at any address
     CHECK_THROWS_AS(bind(0, bytes, 4, 2), std::invalid_argument);     // two edges for a vector
     CHECK_THROWS_AS(bind(0, bytes, 4, 0), std::invalid_argument);
-    CHECK_NOTHROW(bind(1, bytes, 2047, 1)); // what 11 bits count
+    CHECK_NOTHROW(bind(1, bytes, 2047, 1)); // the largest count of 11 bits
     CHECK_THROWS_AS(bind(1, bytes, 2048, 1), std::invalid_argument);
     CHECK_THROWS_AS(bind(4, bytes, 2, 1), std::invalid_argument); // two values for one member
 }
@@ -785,7 +783,7 @@ TEST_CASE("a half is the nearest of its kind")
 {
     CHECK(sizeof(half) == 2);
     CHECK(alignof(half4) == 8);
-    // Every half survives the way to float and back.
+    // Every half becomes a float and the same half again.
     for (std::uint32_t bits = 0; bits < 0x10000; ++bits) {
         auto const b = static_cast<std::uint16_t>(bits);
         float const value = standin::half_value(b);
@@ -796,23 +794,23 @@ TEST_CASE("a half is the nearest of its kind")
             FAIL_CHECK("half of " << bits);
         }
     }
-    // Between two neighbours: below the middle the lower, above it the upper, at it the even one.
+    // A float between two neighbouring halves: below the middle it becomes the lower half, above it the upper half, at it the even half.
     for (std::uint32_t bits = 0; bits < 0x7bff; ++bits) {
         auto const low = static_cast<std::uint16_t>(bits), high = static_cast<std::uint16_t>(bits + 1);
         float const middle =
-            0.5f * (standin::half_value(low) + standin::half_value(high)); // exact: one bit more than a half has
+            0.5f * (standin::half_value(low) + standin::half_value(high)); // exact: the middle has one bit more than a half
         if (standin::half_bits(std::nextafterf(middle, 0.0f)) != low) FAIL_CHECK("below the middle after " << bits);
         if (standin::half_bits(std::nextafterf(middle, 1e30f)) != high) FAIL_CHECK("above the middle after " << bits);
         if (standin::half_bits(middle) != (bits % 2 == 0 ? low : high)) FAIL_CHECK("the middle after " << bits);
         if (standin::half_bits(-middle) != (0x8000u | (bits % 2 == 0 ? low : high)))
             FAIL_CHECK("minus the middle after " << bits);
     }
-    CHECK(standin::half_bits(65519.99f) == 0x7bffu); // the last that rounds down to 65,504
+    CHECK(standin::half_bits(65519.99f) == 0x7bffu); // the last float that rounds down to 65,504
     CHECK(standin::half_bits(65520.0f) == 0x7c00u);
     CHECK(standin::half_bits(INFINITY) == 0x7c00u);
     CHECK(standin::half_bits(-1e30f) == 0xfc00u);
     CHECK(standin::half_bits(1e-30f) == 0);
-    // A half with a half or an integer is a half, with a float it is a float.
+    // A half with a half or an integer gives a half. A half with a float gives a float.
     static_assert(std::is_same_v<decltype(half(1) + half(1)), half>);
     static_assert(std::is_same_v<decltype(half(1) * 2), half>);
     static_assert(std::is_same_v<decltype(half(1) * 2.0f), float>);

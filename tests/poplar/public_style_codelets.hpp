@@ -1,7 +1,7 @@
-// Small codelets in the manner of public ones, each made for this test, so that every kind of field and every habit of that
-// code is compiled and executed: templates with explicit instances, bare pointers with a count, lists, private edges,
-// constraints, bytes cast to a struct, workers that wait for each other. They include what codelets include, and no test
-// header.
+// Small codelets in the style of public codelets, written for this test. They compile and execute every kind of field and
+// every habit of that code: templates with explicit instances, bare pointers with a count, lists, private edges,
+// constraints, bytes cast to a struct, workers that wait for each other. They include only headers of codelets, and no
+// test header.
 #pragma once
 #include <cmath>
 #include <ipu_builtins.h>
@@ -58,7 +58,7 @@ template class Scale<int>;
 template class Scale<half>;
 template class Scale<unsigned short>;
 
-/// Bare pointers with a count beside them, and a span of 16-bit indices that counts up to 2,047.
+/// Bare pointers with a count beside them, and a short span of at most 2,047 indices of 16 bits.
 class Pick : public Vertex {
 public:
     Input<Vector<float, ONE_PTR>> table;
@@ -81,7 +81,7 @@ public:
     }
 };
 
-/// A two-dimensional input, walked by range; a scalar that is read and written.
+/// A two-dimensional input in a range-based loop, and a scalar that is read and written.
 class RowSums : public Vertex {
 public:
     Vector<Input<Vector<int>>> rows;
@@ -101,7 +101,7 @@ public:
     }
 };
 
-/// Lists of bare pointers inside a bare pointer: only the count says how many there are.
+/// A list of bare pointers behind a bare pointer: only the count gives its size.
 class Deal : public Vertex {
 public:
     Input<Vector<unsigned>> deck;
@@ -121,7 +121,7 @@ public:
     }
 };
 
-/// VectorList fields; edges that are private, which Poplar sees all the same.
+/// VectorList fields, and private edges, which Poplar sees too.
 class Largest : public Vertex {
     Input<VectorList<int, VectorListLayout::DELTANELEMENTS>> groups;
     InOut<VectorList<float, DELTAN, 8>> weights;
@@ -143,12 +143,12 @@ public:
     }
 };
 
-/// A constraint attribute, pairs of floats, loads that move their pointer: rows of pairs shared out among the workers.
+/// A constraint attribute, pairs of floats, and loads that move their pointer. The workers share the pairs.
 class [[poplar::constraint("elem(*x) != elem(*y)")]] PairAxpy : public MultiVertex {
 public:
     Input<Vector<float, ONE_PTR, 8>> x;
     InOut<Vector<float, SCALED_PTR64, 8>> y;
-    Output<Vector<float, SPAN, 8>> partial; // a pair for each worker
+    Output<Vector<float, SPAN, 8>> partial; // one pair per worker
     unsigned short pairs;
     float a;
 
@@ -169,8 +169,8 @@ public:
     }
 };
 
-/// Workers that wait for each other: a prefix sum in two phases around a barrier that spins on shared words. They must run
-/// at once.
+/// Workers that wait for each other: a prefix sum in two phases around a barrier that spins on shared words. The workers
+/// must run at once.
 class PrefixSum : public MultiVertex {
 public:
     InOut<Vector<unsigned>> values;
@@ -205,7 +205,7 @@ private:
     }
 };
 
-/// The supervisor moves whole numbers; a worker's vertex through SupervisorVertexIf.
+/// A supervisor vertex, which moves integers. Fill is a vertex through SupervisorVertexIf.
 class Reverse : public SupervisorVertex {
 public:
     Input<Vector<unsigned, SPAN, 4>> in;
@@ -259,7 +259,7 @@ public:
     }
 };
 
-/// Truth values: read, written, one and many.
+/// Truth values as inputs and outputs, one and many.
 class Above : public Vertex {
 public:
     Input<Vector<float>> in;
@@ -280,7 +280,7 @@ public:
     }
 };
 
-/// Structured bindings and, where the language has them, designated initialisers.
+/// Structured bindings and, in C++20, designated initialisers.
 class Extent : public Vertex {
     struct Ends {
         float low, high;
@@ -313,7 +313,7 @@ public:
     }
 };
 
-/// A table in the code, one in the vertex, and one of vectors in the vertex.
+/// A table in the code, a table in the vertex, and a table of vectors in the vertex.
 class Polynomial : public Vertex {
     static constexpr float signs[4] = {1.0f, -1.0f, 1.0f, -1.0f};
 
@@ -340,7 +340,7 @@ public:
     }
 };
 
-/// Structs are no fields: bytes are cast to them.
+/// A struct cannot be a field: the codelet casts bytes to it.
 struct Seed {
     unsigned id;
     float ripeness;
@@ -362,7 +362,7 @@ public:
     }
 };
 
-/// Vectors passed by reference to functions that know no vertex.
+/// Static functions that take vectors by reference.
 class Sort : public Vertex {
     static void swapAt(Vector<unsigned>& v, unsigned i, unsigned j)
     {
@@ -410,7 +410,7 @@ public:
     }
 };
 
-/// Each worker on its own words; a worker that has none still runs. `return` is what the worker says.
+/// Each worker writes its own words. A worker without words still runs. compute() returns whether the worker has words.
 class Stripes : public MultiVertex {
 public:
     Output<Vector<unsigned>> out;

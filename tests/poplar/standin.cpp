@@ -21,7 +21,7 @@
 #include <utility>
 #include <vector>
 
-// The stand-in is the judge of the codelets, so its checks are tested here: each with what it must refuse and what it must not.
+// The stand-in judges the codelets, so these tests check its checks: each with a case that it must refuse and a case that it must accept.
 
 #if defined(__SANITIZE_THREAD__)
 #    define TILEMESH_TEST_TSAN 1
@@ -31,7 +31,7 @@
 #    endif
 #endif
 
-/// A vertex with a list of each access whose compute is what the test says.
+/// A vertex with one list of each access. Each test sets its compute function.
 class StandinAny : public poplar::Vertex {
 public:
     poplar::Vector<poplar::Input<poplar::Vector<unsigned>>> reads;
@@ -42,7 +42,7 @@ public:
 };
 POPLAR_STANDIN_VERTEX(StandinAny, reads, keeps, sends, id);
 
-/// The same for six workers.
+/// A vertex for six workers. Each test sets its compute function.
 class StandinTeam : public poplar::MultiVertex {
 public:
     poplar::InOut<poplar::Vector<unsigned>> words;
@@ -66,7 +66,7 @@ public:
 };
 POPLAR_STANDIN_VERTEX(StandinCount, count, bound, below, step);
 
-/// Sums a vector that begins at a multiple of eight bytes; plain members of other types.
+/// Sums a vector that begins at a multiple of eight bytes. It has plain members of other types.
 class StandinAligned : public poplar::Vertex {
 public:
     poplar::Input<poplar::Vector<unsigned, poplar::VectorLayout::SPAN, 8>> words;
@@ -104,13 +104,13 @@ using Words = std::vector<unsigned>;
 
 constexpr unsigned poison = standin::poison_word;
 
-/// Writes where a vertex may not, unseen by AddressSanitizer.
+/// Writes to memory that a vertex may not touch. AddressSanitizer does not see the write.
 __attribute__((no_sanitize("address"), noinline)) void poke(void* at, unsigned char value)
 {
     *static_cast<unsigned char volatile*>(at) = value;
 }
 
-/// The text of the error that `action` throws as E; empty where it throws none.
+/// The text of the error of type E that `action` throws; empty if it throws none.
 template <class E, class Action>
 std::string refusal(Action const& action)
 {
@@ -130,7 +130,7 @@ bool says(std::string const& text, char const* part)
     return one_line && there;
 }
 
-/// A small machine and a graph on it, with words given to and taken from tensors by streams.
+/// A small machine with a graph. Streams give words to tensors and take words from them.
 struct Rig {
     explicit Rig(Settings const& wanted = {.tiles = 4, .tile_bytes = 65536}) : settings(wanted)
     {
@@ -181,7 +181,7 @@ struct Rig {
         auto const name = "give " + std::to_string(buffers.size());
         return Copy(graph->addHostToDeviceFIFO(name, UNSIGNED_INT, t.numElements()), t, false, name);
     }
-    /// A program that fetches a tensor's words, to be read from `taken` when it has run.
+    /// A program that fetches a tensor's words. After its run, `taken` has the words.
     Program take(Tensor const& t)
     {
         buffers.push_back(std::make_unique<Words>(t.numElements()));
@@ -197,7 +197,7 @@ struct Rig {
             for (char const* way : {"give ", "take "}) try {
                     engine.connectStream(way + std::to_string(i + 1), buffers[i]->data());
                 } catch (poplar::stream_connection_error const&) {
-                    // it goes the other way
+                    // the stream has the other direction
                 }
         engine.load(device);
         return engine;
@@ -212,10 +212,10 @@ struct Rig {
     standin::With settings;
     poplar::Device device;
     std::unique_ptr<poplar::Graph> graph;
-    std::vector<std::unique_ptr<Words>> buffers; ///< of stream "give i" or "take i", from 1
+    std::vector<std::unique_ptr<Words>> buffers; ///< buffer i - 1 is that of stream "give i" or "take i"
 };
 
-/// The words of a view of a {3, 4} variable that holds 0 to 11, spread over tiles in uneven pieces.
+/// The words of a view of a {3, 4} variable. The variable holds 0 to 11 and lies on the tiles in uneven pieces.
 Words view(std::function<Tensor(Tensor const&)> const& of)
 {
     Rig rig;
@@ -323,7 +323,7 @@ TEST_CASE("a tile mapping is the last one that was given to each element")
             unsigned last = standin::detail::no_tile;
             for (auto const& m : variable.mapping) {
                 REQUIRE(m.begin < m.end);
-                REQUIRE((m.begin > end || (m.begin == end && m.tile != last))); // ascending, and merged
+                REQUIRE((m.begin > end || (m.begin == end && m.tile != last))); // the mapping is ascending and merged
                 std::fill(found.begin() + static_cast<int>(m.begin), found.begin() + static_cast<int>(m.end), m.tile);
                 end = m.end;
                 last = m.tile;
@@ -371,14 +371,14 @@ TEST_CASE("values become elements of their type, or are refused where they do no
     CHECK(half_bits(-2.5f) == 0xc100);
     CHECK(half_bits(65504.0f) == 0x7bff);
     CHECK(half_bits(65519.0f) == 0x7bff);
-    CHECK(half_bits(65520.0f) == 0x7c00);           // a tie, to the even one above
+    CHECK(half_bits(65520.0f) == 0x7c00);           // a tie rounds to the even one: infinity
     CHECK(half_bits(1.0f + 1.0f / 2048) == 0x3c00); // ties to even
     CHECK(half_bits(1.0f + 3.0f / 2048) == 0x3c02);
     CHECK(half_bits(0x1p-14f) == 0x0400);
     CHECK(half_bits(0x1p-24f) == 0x0001);
     CHECK(half_bits(0x1p-25f) == 0x0000);
     CHECK(half_bits(0x1.8p-25f) == 0x0001);
-    CHECK(half_bits(0x1.ffep-15f) == 0x0400); // rounds up to the least normal one
+    CHECK(half_bits(0x1.ffep-15f) == 0x0400); // rounds up to the least normal half
 
     unsigned char bytes[4];
     standin::detail::store_element(poplar::SHORT, -2, bytes);
@@ -399,7 +399,7 @@ TEST_CASE("a Copy moves what it names and nothing else, and its moves from tile 
 {
     Rig rig;
     Tensor const from = rig.rows("from", 3, 4), to = rig.rows("to", 3, 4);
-    // Row i to row i - 1, of which the last two words: as a channel to a neighbour.
+    // The last two words of row i go to row i - 1, as on a channel to a neighbour.
     Copy const shift(from.slice(1, 3).slice(2, 4, 1), to.slice(0, 2).slice(0, 2, 1), false, "shift");
     Copy const local(from[2], to[2]);
     Copy const itself(from[0], from[0]);
@@ -491,7 +491,7 @@ TEST_CASE(
         twice.add(Execute(set));
         twice.add(Execute(set));
         Repeat const body(n, twice);
-        twice.add(Execute(set)); // not part of `body` any more
+        twice.add(Execute(set)); // `body` keeps its own copy of the old sequence
         auto const zero = rig.give(count, {100}), take = rig.take(count);
         auto const engine = rig.run(Sequence({zero, body, Repeat(2, Repeat(3, Execute(set))), take}));
         CHECK(rig.taken() == Words{100 + 2 * n + 6});
@@ -599,7 +599,7 @@ TEST_CASE("a stream reads or writes the same host memory each time, or walks rou
     CHECK(sink == Words{9, 2, 3, 4});
     sink.assign(4, 0);
     engine.connectStream("in", source.data() + 6);
-    engine.run(1); // half of what the stream takes
+    engine.run(1); // half of the words of the stream
     engine.run(2);
     CHECK(sink == Words{7, 8, 0, 0});
     CHECK(says(refusal<poplar::control_program_error>([&] { engine.run(3); }), "no program 3"));
@@ -644,11 +644,11 @@ TEST_CASE("a vertex sees the tensors connected to its lists, in their order, and
     auto const set = rig.graph->addComputeSet("set");
     auto const v = rig.graph->addVertex(set, "StandinAny");
     rig.graph->setFieldSize(v["reads"], 3);
-    rig.graph->connect(v["reads"][2], t[1].slice(0, 1)); // in any order
+    rig.graph->connect(v["reads"][2], t[1].slice(0, 1)); // a list may be connected in any order
     rig.graph->connect(v["reads"][0], t[1].slice(4, 6));
-    rig.graph->connect(v["reads"][1], t[1].slice(3, 3)); // of no elements
+    rig.graph->connect(v["reads"][1], t[1].slice(3, 3)); // an edge of no elements
     rig.graph->setFieldSize(v["keeps"], 0);
-    rig.graph->connect(v["sends"], out.reshape({2, 2})); // rows
+    rig.graph->connect(v["sends"], out.reshape({2, 2})); // the rows of a matrix become a list
     rig.graph->setInitialValue(v["id"], 77u);
     rig.graph->setTileMapping(v, 1);
     any_compute = [](StandinAny& self) {
@@ -668,7 +668,7 @@ TEST_CASE("a vertex sees the tensors connected to its lists, in their order, and
     auto const engine = rig.run(Sequence({give, Execute(set), take}));
     CHECK(rig.taken() == Words{14, 15, 10, 77});
     CHECK(standin::exchanges(engine).empty());
-    // Three lists of 8 bytes, 3 + 0 + 2 inner vectors of 8, one word.
+    // Three lists of 8 bytes each, 3 + 0 + 2 inner vectors of 8 bytes each, and one word.
     CHECK(standin::tile_bytes(engine, 1).vertex_state == 3 * 8 + 5 * 8 + 4);
     CHECK(standin::tile_bytes(engine, 0).vertex_state == 0);
     CHECK(standin::tile_bytes(engine, 1).temporaries == 0);
@@ -694,7 +694,7 @@ TEST_CASE(
         unsigned const expected = 2 * (3 * first + 6) + 90;
         CHECK(rig.taken(1) == Words{first == 1 ? 0u - expected : expected});
         CHECK(standin::tile_bytes(engine, 0).temporaries ==
-              (first == 0 ? 0u : 12u)); // of set 1, which later engines have too
+              (first == 0 ? 0u : 12u)); // the temporary of set 1, which later engines have too
     }
 }
 
@@ -703,7 +703,7 @@ TEST_CASE("remote and scattered edges are gathered before and scattered after a 
     Rig rig;
     Tensor const t = rig.rows("t", 3, 4), kept = rig.rows("kept", 3, 2), out = rig.rows("out", 3, 2);
     auto const set = rig.graph->addComputeSet("reduce");
-    // Column 1 of all tiles as one vector, remote InOut and Output vectors; one local edge.
+    // Column 1 of all tiles as one vector, remote InOut and Output vectors, and one local edge.
     auto const v = rig.any(set, 1, {t.slice(1, 2, 1).flatten(), t[0].broadcast(2, 0), t[1]}, {kept[2], kept[1]},
                            {out.slice(0, 1, 1).flatten()});
     static_cast<void>(v);
@@ -879,7 +879,7 @@ TEST_CASE("two vertices of a compute set that write parts of one word are refuse
 
 TEST_CASE("a tile may be full, and a word more is refused with its tile and bytes")
 {
-    // On tile 1: a variable, a bool that takes a word, a vertex of 3 lists, 2 inner vectors and a word, a temporary, code.
+    // Tile 1 holds a variable, a bool that takes one word, a vertex with 3 lists, 2 inner vectors and one word, a temporary, and code.
     constexpr std::size_t state = 3 * 8 + 2 * 8 + 4, temporary = 3 * 4, code = 100, full = 4096;
     constexpr std::size_t words = (full - 4 - state - temporary - code) / 4;
     for (std::size_t const more : {0u, 1u}) {
@@ -909,7 +909,7 @@ TEST_CASE("what nobody wrote is poison: fresh variables, Outputs before compute,
     std::vector<Words> seen;
     any_compute = [&](StandinAny& self) {
         seen.push_back({self.reads[0][0], self.keeps[0][0], self.sends[0][0], self.sends[0][1]});
-        self.sends[0][0] = 5; // and not the other
+        self.sends[0][0] = 5; // sends[0][1] stays unwritten
     };
     auto const give = rig.give(t, Words(8, 1)), take = rig.take(poplar::concat(t.flatten(), fresh));
     auto engine = rig.build({Sequence({give, Execute(set), Execute(set), take}), take});
@@ -917,7 +917,7 @@ TEST_CASE("what nobody wrote is poison: fresh variables, Outputs before compute,
     engine.run(0);
     CHECK(seen == std::vector<Words>{{1, 1, poison, poison}, {1, 1, poison, poison}});
     CHECK(rig.taken() == Words{1, 1, 5, poison, 1, 1, 1, 1, poison, poison, poison});
-    other.run(0); // has a memory of its own
+    other.run(0); // each engine has its own memory
     CHECK(rig.taken() == Words(11, poison));
     engine.run(1);
     CHECK(rig.taken()[0] == 1);
@@ -928,7 +928,7 @@ TEST_CASE("what nobody wrote is poison: fresh variables, Outputs before compute,
 
 TEST_CASE("a write beside an edge is reported with its vertex, tile and field")
 {
-    // The vertex's edge is [first, last) of ten words of a variable; `byte` is written, counted from the edge's start.
+    // The vertex's edge is [first, last) of ten words of a variable. The vertex writes the byte at offset `byte` from the edge's start.
     auto const run = [](std::size_t first, std::size_t last, int byte, std::vector<std::size_t> const& more = {}) {
         Rig rig;
         rig.words("before", 5, 1);
@@ -952,11 +952,11 @@ TEST_CASE("a write beside an edge is reported with its vertex, tile and field")
     CHECK(says(run(0, 10, 55), past));
     CHECK(says(run(0, 10, -1), "before the start of its field keeps[0]"));
     CHECK(says(run(0, 10, -16), "before the start"));
-    // In the middle of the variable, where the neighbours are words of it.
+    // An edge in the middle of the variable: its neighbours are words of the same variable.
     CHECK(says(run(3, 6, 12), "past the end of its field keeps[0] of 3 elements"));
     CHECK(says(run(3, 6, -4), "before the start"));
     CHECK(says(run(8, 10, 8), "past the end"));
-    // The neighbouring word is another edge that the vertex may write.
+    // The neighbouring word is another edge, which the vertex may write.
     CHECK(run(3, 6, 12, {6}).empty());
     CHECK(says(run(3, 6, 16, {6}), "past the end"));
     CHECK(run(3, 6, -4, {2}).empty());
@@ -973,7 +973,7 @@ TEST_CASE("a red zone that is copied on itself shows: canaries differ from poiso
     any_compute = [](StandinAny& self) {
         auto const* const from = reinterpret_cast<unsigned char const*>(self.reads[0].data());
         auto* const to = reinterpret_cast<unsigned char*>(self.keeps[0].data());
-        standin::detail::raw_copy(to, from, 36); // a word too many
+        standin::detail::raw_copy(to, from, 36); // one word too many
     };
     auto const give = rig.give(a, Words(8, 7));
     CHECK(says(refusal<poplar::application_runtime_error>([&] {
@@ -1042,7 +1042,7 @@ TEST_CASE("workers and vertices run in the order that is set, permutations by th
     std::sort(workers.begin(), workers.end());
     CHECK(workers == Words{0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5});
     CHECK(orders(1) == first);
-    CHECK(Words(twice.first.begin() + 16, twice.first.end()) == first.first); // the same in each run of an engine
+    CHECK(Words(twice.first.begin() + 16, twice.first.end()) == first.first); // each run of an engine has the same order
     settings.seed = 2;
     CHECK(orders(1).first != first.first);
 }
@@ -1062,7 +1062,7 @@ TEST_CASE("on threads the six workers run at once: a barrier between them opens"
         self.words[worker] += worker;
         unsigned const before = arrived.fetch_add(1), all = (before / 6 + 1) * 6;
         while (arrived.load() < all) std::this_thread::yield();
-        unsigned const next = self.words[(worker + 1) % 6]; // written by another worker before the barrier
+        unsigned const next = self.words[(worker + 1) % 6]; // another worker wrote this word before the barrier
         arrived.fetch_add(1);
         while (arrived.load() < all + 6) std::this_thread::yield();
         self.words[worker] = 10 * next;
@@ -1072,7 +1072,7 @@ TEST_CASE("on threads the six workers run at once: a barrier between them opens"
     auto engine = rig.run(Sequence({give, Execute(set), take}));
     CHECK(vertex == 2);
     CHECK(rig.taken() == Words{20, 30, 40, 50, 60, 10, 20, 30, 40, 50, 60, 10});
-    // An exception of a worker arrives here, the lowest one's; the threads go on afterwards.
+    // run() throws the exception of the lowest worker that threw one. The threads still work afterwards.
     team_compute = [](StandinTeam&, unsigned worker) {
         if (worker >= 3) throw std::runtime_error("worker " + std::to_string(worker));
     };
@@ -1106,7 +1106,7 @@ TEST_CASE("with pages closed, a vertex that touches another tile's memory ends i
             engine.run(0);
             engine.run(1);
             any_compute = [&](StandinAny& self) {
-                if (self.id == 2) self.keeps[0][1] = *const_cast<unsigned volatile*>(words[1]); // reading is enough
+                if (self.id == 2) self.keeps[0][1] = *const_cast<unsigned volatile*>(words[1]); // a read is enough
             };
             auto const run = [&](unsigned i) {
                 return refusal<poplar::application_runtime_error>([&, i] { engine.run(i); });
@@ -1125,7 +1125,7 @@ TEST_CASE("with pages closed, a vertex that touches another tile's memory ends i
                 CHECK(says(run(1), "touched memory of no tile"));
                 any_compute = [&](StandinAny&) { throw std::runtime_error("thrown"); };
                 CHECK(refusal<std::runtime_error>([&] { engine.run(1); }) == "thrown");
-                // And it runs on as before, with all memory within the stand-in's own reach.
+                // The engine still runs afterwards, and the stand-in reaches all memory.
                 any_compute = [&](StandinAny& self) { self.keeps[0][5] = 70 + self.id; };
                 CHECK(run(1).empty());
                 engine.run(3);
@@ -1153,14 +1153,14 @@ TEST_CASE("AddressSanitizer lets a vertex touch its own edges and nothing beside
             CHECK_FALSE(closed(reads));
             CHECK_FALSE(closed(reads + 2));
             CHECK(closed(reads - 1));
-            CHECK(closed(reads + 3)); // words of the variable that are no edge
+            CHECK(closed(reads + 3)); // words of the variable outside the edge
             CHECK(closed(keeps - 1));
             CHECK_FALSE(closed(keeps));
             CHECK_FALSE(closed(reinterpret_cast<char*>(keeps + 4) - 1));
             CHECK(closed(keeps + 4));
         } else {
             ran = true;
-            CHECK(closed(first)); // of the other tile
+            CHECK(closed(first)); // memory of the other tile
             CHECK(closed(self.keeps[0].data() - 1));
             CHECK_FALSE(closed(self.keeps[0].data()));
             CHECK_FALSE(closed(self.keeps[0].data() + 11));
@@ -1170,7 +1170,7 @@ TEST_CASE("AddressSanitizer lets a vertex touch its own edges and nothing beside
     auto const give = rig.give(t, Words(24, 1));
     auto const engine = rig.run(Sequence({give, Execute(set)}));
     CHECK(ran);
-    CHECK(__asan_address_is_poisoned(first) != 0); // after compute too
+    CHECK(__asan_address_is_poisoned(first) != 0); // the edge is closed after compute too
 }
 
 TEST_CASE("AddressSanitizer lets nothing through after an edge that began in the middle of eight bytes")

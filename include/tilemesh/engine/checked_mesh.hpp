@@ -54,7 +54,8 @@ public:
         : CheckedMesh(program, grid, mesh_sizes<Program, Machine>(), options)
     {
     }
-    /// The same. The machine is deduced: `CheckedMesh mesh{program, Grid{8, 8}, Traced<Mk2>{}}`.
+    /// The constructor above, with a value of type `Machine`, so that the compiler deduces it:
+    /// `CheckedMesh mesh{program, Grid{8, 8}, Traced<Mk2>{}}`.
     template <std::same_as<Machine> M>
     CheckedMesh(Program program, Grid grid, M, Options options = {}) : CheckedMesh(program, grid, options)
     {
@@ -211,7 +212,7 @@ private:
             e.stride = std::size_t{e.capacity} * C::Receiver::item_words + 2 * guard_words;
             auto const n = std::size_t{this->grid_.size()} * 4;
             e.heads.assign(n, {0, 0, 0, engine::guard_word});
-            e.items = engine::Arena(n * e.stride + C::Receiver::item_words); // one item after the last end is ours too
+            e.items = engine::Arena(n * e.stride + C::Receiver::item_words); // room for one item after the last end
             bool const fill = n * e.stride <= (std::size_t{64} << 18);
             for (std::size_t s = 0; s < n; ++s) {
                 auto* const items = e.items.data() + s * e.stride;
@@ -242,7 +243,7 @@ private:
         remember_sizes(tile, typename KernelTraits<Kernel>::Arguments{});
         engine::detail::tilemesh_broken_contracts = &broken_;
         [[maybe_unused]] auto const sizes = list_sizes(tile, typename KernelTraits<Kernel>::Arguments{});
-        if constexpr (KernelTraits<Kernel>::multi_worker) { // all workers, the last first: their order must not matter
+        if constexpr (KernelTraits<Kernel>::multi_worker) { // runs the last worker first, because the order of workers must not matter
             for (std::uint32_t w = this->sizes_.machine.workers; w-- > 0;) {
                 Source source{*this, tile, {w, this->sizes_.machine.workers}};
                 vote = run_kernel<Kernel>(source);
@@ -448,7 +449,7 @@ private:
             auto const p = this->template state_place<X>(tile);
             auto& peak = state_peak_[Base::template index_of_state<X>()];
             peak = std::max(peak, p.head[0]);
-            // Dead items: from the size now to the size before.
+            // The items from the present size to the previous size are dead.
             auto& most = most_[Base::template index_of_state<X>()];
             if (most[tile] > p.head[0])
                 std::fill(p.items + std::size_t{p.head[0]} * X::item_words, p.items + std::size_t{most[tile]} * X::item_words,

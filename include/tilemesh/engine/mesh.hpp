@@ -90,7 +90,8 @@ public:
         : Mesh(program, grid, mesh_sizes<Program, Machine>(), options)
     {
     }
-    /// The same. The machine is deduced: `Mesh mesh{program, Grid{8, 8}, Traced<Mk2>{}}`.
+    /// The constructor above, with a value of type `Machine`, so that the compiler deduces it:
+    /// `Mesh mesh{program, Grid{8, 8}, Traced<Mk2>{}}`.
     template <std::same_as<Machine> M>
     Mesh(Program program, Grid grid, M, Options options = {}) : Mesh(program, grid, options)
     {
@@ -139,7 +140,8 @@ public:
         }
     }
 
-    /// The messages that tile t will read on channel C from side d when a kernel next takes In<C>. Only between runs, or from an observer.
+    /// The messages that tile t will read on channel C from side d when a kernel next takes In<C>. Call it only between runs, or from an
+    /// observer.
     template <class C>
     typename C::Receiver incoming(TileId t, Direction d) noexcept
     {
@@ -231,7 +233,7 @@ private:
         std::array<TileSet, links> mail;                    ///< tiles that got a message on a channel
         std::array<std::uint32_t, States::count + 1> state_peak{};
         std::array<std::uint32_t, links> link_peak{};
-        std::exception_ptr thrown;                          ///< by a function of on_threads; on a Traced machine, by a sample
+        std::exception_ptr thrown;                          ///< exception of a function of on_threads; on a Traced machine, of a sample
 
         void begin() noexcept
         {
@@ -274,10 +276,10 @@ private:
         Mesh& mesh;
         WorkerState& me;
         std::array<Ends, links> const links_now;
-        std::uint32_t const* slots;                         ///< where this tile's four outgoing ends are read
+        std::uint32_t const* slots;                         ///< places at which neighbours read this tile's four outgoing ends
         std::uint32_t tile;
         Worker share;
-        /// Where what this tile sends towards d is read.
+        /// The place at which the messages that this tile sends towards d are read.
         template <class C>
         TILEMESH_KERNEL std::uint32_t slot(Direction d) const noexcept
         {
@@ -322,8 +324,8 @@ private:
         auto const at = 4 * std::size_t{tile} + index(d);
         return C::edge == Edge::reflect ? slots_[at] : C::edge == Edge::wrap ? wrapping_[at] : dropping_[at];
     }
-    /// The same for channels whose edges do not reflect. What an edge drops goes to a slot behind those of all tiles, one for each such
-    /// side: nobody reads it.
+    /// Fills the tables of places for channels whose edges do not reflect. Messages that an edge drops go to a place after those of all
+    /// tiles. Each such side has its own place, and nobody reads it.
     template <class... C>
     void make_slots(machine::Types<C...>)
     {
@@ -420,7 +422,7 @@ private:
     template <class C>
     TILEMESH_KERNEL void after(Source& source, In<C>*) noexcept // mail is read once
     {
-        auto* const heads = source.template in<C>(news[0]).head; // four sides, one after the other
+        auto* const heads = source.template in<C>(news[0]).head; // the heads of the four sides are contiguous
         std::uint32_t any = 0;
         for (std::uint32_t i = 0; i < 8; ++i) any |= heads[i];
         if (any == 0) return;
@@ -674,8 +676,8 @@ private:
     }
 
     Options options_;
-    std::vector<std::uint32_t> slots_;                  ///< where each tile's four outgoing ends are read
-    std::vector<std::uint32_t> wrapping_, dropping_;    ///< the same for channels with these edges; empty without one
+    std::vector<std::uint32_t> slots_;                  ///< places at which each tile's four outgoing ends are read
+    std::vector<std::uint32_t> wrapping_, dropping_;    ///< these places for channels with these edges; empty without such a channel
     std::array<Bank, links> banks_;
     std::array<std::uint32_t, links> bank_{};           ///< the bank that senders write now
     engine::Rectangle rectangle_;                  ///< Superstep and Repeat run all of its tiles

@@ -67,10 +67,10 @@ private:
     Store* store_;
 };
 
-/// The words of all tiles' states and broadcasts: what all engines derive from. `Guarded` puts guard words around every region.
+/// The words of all tiles' states and broadcasts. All engines derive from this class. `Guarded` puts guard words around every region.
 ///
-/// The heads of lists and the small structs of a tile lie together in `hot`, so that a tile where little happens takes one or two cache
-/// lines. Items and large structs lie in one arena per region, and take memory only where they are live.
+/// The heads of lists and the small structs of a tile lie together in `hot`, so a tile with little work uses one or two cache lines. Items
+/// and large structs lie in one arena per region, which takes host memory only for live words.
 template <class Program, bool Guarded>
 class TileStore {
 public:
@@ -112,7 +112,7 @@ public:
         else
             return static_cast<X&>(*reinterpret_cast<X*>(place.items));
     }
-    /// The same, read only.
+    /// Tile t's state X, read only.
     template <class X>
     decltype(auto) state(TileId t) const noexcept
     {
@@ -125,7 +125,7 @@ public:
         }
     }
     /// The states X of all tiles, row by row: `for (auto [tile, cell] : mesh.states<Cell>()) cell.kelvin = 300;`. For a Buffer, the second
-    /// name is a view of the tile's list. Only between runs, or from an observer.
+    /// name is a view of the tile's list. Call it only between runs, or from an observer.
     template <class X>
     StateRange<TileStore, X> states() noexcept
     {
@@ -136,7 +136,7 @@ public:
     {
         return StateRange<TileStore const, X const>{*this};
     }
-    /// What every tile will hold as P in the next run.
+    /// The broadcast P that every tile holds in the next run. The host may change it between runs.
     template <class P>
     P& broadcast() noexcept
     {
@@ -201,7 +201,8 @@ protected:
                             "); set limits before the mesh is loaded");
         capacity = items;
     }
-    /// `unread`: does this channel carry mail on any tile?
+    /// Limits channel C to `items` slots. `unread`: does the channel carry mail on any tile? Throws Error if it does, and for slots that do
+    /// not fit.
     template <class C>
     void limit_link(std::uint32_t items, bool unread)
     {
@@ -223,20 +224,20 @@ protected:
     {
         return (0u + ... + (KernelTraits<K>::template writes<C> ? end_bytes<C>(link_capacity<C>()) : 0u));
     }
-    /// Bytes that this exchange moves on all sides.
+    /// The bytes that this exchange moves on all sides of all tiles.
     template <class K, class... C>
     std::uint64_t capacity_bytes(machine::Types<C...>) const noexcept
     {
         return (std::uint64_t{0} + ... + (KernelTraits<K>::template writes<C> ? sides<C>() * end_bytes<C>(link_capacity<C>()) : 0u));
     }
-    /// The sides of tiles from which the exchange moves channel C.
+    /// The number of sides of tiles from which the exchange moves channel C.
     template <class C>
     std::uint64_t sides() const noexcept
     {
         auto const all = std::uint64_t{4} * grid_.size();
         return C::edge == Edge::drop ? all - 2 * (std::uint64_t{grid_.width} + grid_.height) : all;
     }
-    /// The bytes on the machine of a message of C; `end_bytes`: of an end of C with n slots and its head.
+    /// The bytes of a message of C on the machine. `end_bytes` are the bytes of an end of C with n slots and its head.
     template <class C>
     TILEMESH_KERNEL std::uint32_t message_bytes() const noexcept
     {
@@ -256,7 +257,7 @@ protected:
         else
             return sizeof(X) / 4;
     }
-    /// The slots with which the mesh was built; it has memory for them.
+    /// The slots with which the mesh was built. The store has memory for them.
     template <class X>
     std::uint32_t most_slots() const noexcept
     {
@@ -394,7 +395,7 @@ private:
     template <class X>
     void guard()
     {
-        constexpr std::size_t poisoned_at_once = std::size_t{64} << 18; // words: 64 MiB a region; beyond that only words that died are poisoned
+        constexpr std::size_t poisoned_at_once = std::size_t{64} << 18; // words: 64 MiB; in a larger region only dead words are poisoned
         bool const fill = is_list<X> && std::size_t{grid_.size()} * item_words_of<X>() <= poisoned_at_once;
         for (std::uint32_t i = 0; i < grid_.size(); ++i) {
             auto const p = state_place<X>(i);
@@ -418,7 +419,7 @@ private:
     void make_one()
     {
         constexpr auto i = index_of_state<X>();
-        auto slack = std::size_t{0}; // a guarded store outlives one item past the last region
+        auto slack = std::size_t{0}; // a guarded store has room for one item past the last region
         if constexpr (Guarded && is_list<X>) slack = X::item_words;
         stride_[i] = stride<X>();
         if constexpr (!is_small<X>) items_[i] = Arena(std::size_t{grid_.size()} * stride_[i] + slack);
@@ -432,7 +433,7 @@ private:
     template <class... C>
     std::uint64_t sram_bytes(machine::Types<C...>) const noexcept
     {
-        std::array<std::uint64_t, Links::count + 1> now{}, built{}; // of each channel with its own memory
+        std::array<std::uint64_t, Links::count + 1> now{}, built{}; // for each channel with its own memory
         [[maybe_unused]] auto const add = [&](auto tag) {
             using Link = typename decltype(tag)::type;
             constexpr auto l = index_of_link<Link>();

@@ -11,26 +11,26 @@ template <class T>
 inline constexpr std::uint32_t wire_bytes_of<T, std::void_t<decltype(T::wire_bytes)>> = T::wire_bytes;
 } // namespace detail
 
-/// The bytes that a message of type T takes on the modelled machine, in a channel and on its way: sizeof(T), or the member `static
+/// The bytes of a message of type T on the modelled machine, in a channel and in an exchange: sizeof(T), or the member `static
 /// constexpr std::uint32_t wire_bytes` of T. T needs that member if the host moves a reference and the machine moves the record itself.
 /// Ledgers, and the counted bytes of channels, are in wire bytes.
 template <class T>
 inline constexpr std::uint32_t wire_bytes = detail::wire_bytes_of<T>;
 
-/// A fixed-capacity link from a tile to each of its four neighbours: what is written in compute is readable after the
-/// exchange, until a kernel has read it once; the exchange overwrites. A program names its own:
-/// `struct Road : Channel<Parcel, 400> {};`
+/// A link of fixed capacity from a tile to each of its four neighbours. The neighbour can read a message after the exchange that follows
+/// the write. The message stays until a kernel reads it once. To send on a channel with unread mail is an error, which engines report. A
+/// program names its own channels: `struct Road : Channel<Parcel, 400> {};`
 ///
-/// A full channel refuses, it never overwrites: saturation is a result to be counted, not an error. Besides its messages it
-/// carries one `note`, a free word (credits); 0 when nobody wrote it.
+/// A full channel refuses a message and never overwrites one: saturation is a result to be counted, not an error. Besides its messages a
+/// channel carries one `note`, a free word (credits); it is 0 if no kernel wrote it.
 ///
 /// `using memory_of = Other;` inside the named type places the channel in the SRAM of channel Other. The two must never carry mail at
 /// the same time; the sequential engine checks this. The ledger counts the larger of the two. With
 /// `static constexpr auto memory_shared = &Sizes::member;` beside it, a flag of the sizes decides whether the channels share memory.
 ///
-/// `Ends` says what becomes of messages that are sent over an edge of the grid: `struct Ring : Channel<float, 1, Edge::wrap> {};`
+/// `Ends` says where messages go that are sent over an edge of the grid: `struct Ring : Channel<float, 1, Edge::wrap> {};`
 ///
-/// Cost: 2 * (N * wire_bytes<T> + 8) bytes of SRAM a direction; the compile-time exchange moves the whole capacity.
+/// Cost: 2 * (N * wire_bytes<T> + 8) bytes of SRAM per direction. The compile-time exchange moves the whole capacity.
 template <class T, std::uint32_t N = dynamic_capacity, Edge Ends = Edge::reflect>
 struct Channel {
     static_assert(wire_bytes<T> % 4 == 0 || wire_bytes<T> == sizeof(T),
@@ -39,7 +39,7 @@ struct Channel {
     static constexpr std::uint32_t static_capacity = N;
     static constexpr bool is_channel = true;
     static constexpr Edge edge = Ends;
-    /// Bytes of one end with n slots on the modelled machine, head included.
+    /// Bytes of one end with n slots, including its head, on the modelled machine.
     TILEMESH_KERNEL static constexpr std::uint32_t end_bytes(std::uint32_t n) noexcept { return 8 + n * wire_bytes<T>; }
 
     /// The reading end: the messages that one neighbour sent in the previous superstep.
@@ -71,7 +71,7 @@ inline constexpr bool is_channel = false;
 template <class X>
 inline constexpr bool is_channel<X, std::void_t<decltype(X::is_channel)>> = true;
 
-/// The four incoming ends of channel C, indexed by the side the messages came from.
+/// The four incoming ends of channel C, indexed by the side from which the messages come.
 template <class C>
 struct In {
     static_assert(is_channel<C>, "In<C>: C is not a channel; write struct C : Channel<Message, slots> {}");
@@ -81,7 +81,8 @@ struct In {
     TILEMESH_KERNEL typename C::Receiver const& operator[](Direction d) const noexcept { return side[index(d)]; }
 };
 
-/// The four outgoing ends of channel C, indexed by the side the messages go to; the channel's Edge says where they go at an edge.
+/// The four outgoing ends of channel C, indexed by the side to which the messages go. At an edge of the grid, the channel's Edge says where
+/// they go.
 template <class C>
 struct Out {
     static_assert(is_channel<C>, "Out<C>: C is not a channel; write struct C : Channel<Message, slots> {}");
@@ -89,7 +90,7 @@ struct Out {
                                       "that kernels take as state");
     typename C::Sender side[4];
     TILEMESH_KERNEL typename C::Sender& operator[](Direction d) noexcept { return side[index(d)]; }
-    /// `push` to each of the four sides.
+    /// Pushes the message to each of the four sides.
     TILEMESH_KERNEL void to_all(typename C::value_type const& message) noexcept
     {
         for (auto& s : side) s.push(message);

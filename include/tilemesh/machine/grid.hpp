@@ -38,7 +38,7 @@ TILEMESH_KERNEL constexpr bool operator!=(TileId a, TileId b) noexcept
 }
 #endif
 
-/// What becomes of messages (and notes) that a tile sends over an edge of the grid. Every channel names its own.
+/// The rule for messages (and notes) that a tile sends over an edge of the grid. Every channel names its rule.
 enum class Edge : std::uint32_t {
     reflect, ///< they come back to their own tile, on the side where they left
     drop,    ///< they are not sent: they count in no counter and wake no tile. The receiving end on that side stays empty
@@ -73,12 +73,12 @@ struct Grid {
                : d == Direction::west  ? TileId::at(t.x() - 1, t.y())
                                        : TileId::at(t.x() + 1, t.y());
     }
-    /// The side of `neighbour(t, d)` on which what `t` sends towards `d` arrives; at an edge it comes back on side `d`.
+    /// The side of `neighbour(t, d)` on which messages from `t` towards `d` arrive. At an edge they come back on side `d`.
     TILEMESH_KERNEL constexpr Direction arrival(TileId t, Direction d) const noexcept
     {
         return has_neighbour(t, d) ? opposite(d) : d;
     }
-    /// The tile that receives what `t` sends towards `d` on a channel with these edges; nobody does where `delivers` is false.
+    /// The tile that receives messages from `t` towards `d` on a channel with these edges. No tile receives them if `delivers` is false.
     TILEMESH_KERNEL constexpr TileId neighbour(TileId t, Direction d, Edge edge) const noexcept
     {
         if (edge != Edge::wrap || has_neighbour(t, d)) return neighbour(t, d);

@@ -11,8 +11,8 @@ inline constexpr std::uint32_t most_operation_kinds = 8;
 /// bytes.
 struct OperationCounts {
     std::uint32_t count[most_operation_kinds] = {};
-    /// Bytes of messages that arrived and go no further: an exchange from any tile to any tile would move only these. 0 for a kernel
-    /// that does not count them.
+    /// Bytes of messages that arrived and go no further. An exchange from any tile to any tile would move only these. 0 if the kernel does
+    /// not count them.
     std::uint32_t settled_bytes = 0;
     constexpr std::uint32_t& operator[](std::uint32_t kind) noexcept { return count[kind]; }
     constexpr std::uint32_t operator[](std::uint32_t kind) const noexcept { return count[kind]; }
@@ -40,16 +40,16 @@ struct KindsOf<Set, std::void_t<typename Set::Kind, decltype(Set::names)>> {
 };
 } // namespace detail
 
-/// What one run of a kernel on one tile did, in operations that a cost model has prices for. `Set` belongs to the program and names them:
+/// The work of one run of a kernel on one tile, in operations that a cost model prices. `Set` belongs to the program and names them:
 ///   struct Sorting {
 ///       enum Kind : std::uint32_t { compare, swap };
 ///       static constexpr char const* names[] = {"compare", "swap"};
 ///   };
-/// A trace carries the names, and a cost model prices operations by name; the same name has the same price in every program.
+/// A trace carries the names, and a cost model prices operations by name. A name has the same price in every program.
 ///
-/// A kernel that is to be modelled has a member `static Operations<Sorting> operations(...) noexcept`. Its parameters are any of the
-/// kernel's own, states by const reference. Engines call it after the kernel and before the exchange, and only if they keep a trace;
-/// otherwise it costs nothing. Its result follows from the tile's words alone, so it is the same on every engine.
+/// A kernel for a cost model has a member `static Operations<Sorting> operations(...) noexcept`. Its parameters are any of the kernel's
+/// parameters; it takes states by const reference. Engines call it after the kernel and before the exchange, but only if they keep a trace;
+/// otherwise it costs nothing. Its result depends only on the tile's words, so it is equal on every engine.
 template <class Set>
 struct Operations : OperationCounts {
     static_assert(detail::KindsOf<Set>::count != 0, "a set of operations has no names (a trace and the prices of a cost model need them); "
@@ -84,14 +84,15 @@ struct OperationsSignature<Operations<S> (*)(A...) noexcept> {
     using Set = S;
     using Arguments = machine::Types<A...>;
 };
-/// Has K a member called `operations`, of whatever kind? If so, the name is ambiguous in a class that also has that of a second base.
+/// Helps to test whether K has any member called `operations`. If K has one, the name is ambiguous in a class that derives from K and from
+/// this class.
 struct HasOperations {
     int operations;
 };
 template <class K>
 struct BothOperations : K, HasOperations {};
 template <class K, bool Final = std::is_final_v<K>, class = void>
-inline constexpr bool names_operations = !Final; // of a final class nothing can be derived
+inline constexpr bool names_operations = !Final; // no class can derive from a final class
 template <class K>
 inline constexpr bool names_operations<K, false, std::void_t<decltype(&BothOperations<K>::operations)>> = false;
 
@@ -115,7 +116,7 @@ inline constexpr bool known_to = KernelTraits<K>::template takes<A>;
 template <class K, class X>
 inline constexpr bool known_to<K, X const&> = KernelTraits<K>::template takes<X const&> || KernelTraits<K>::template takes<X&>;
 template <class K, class X>
-inline constexpr bool known_to<K, X&> = false; // it looks, it does not change
+inline constexpr bool known_to<K, X&> = false; // `operations` must not change a state
 template <class K, class C>
 inline constexpr bool known_to<K, Out<C>> = KernelTraits<K>::template writes<C>;
 
@@ -153,8 +154,8 @@ constexpr bool operations_fit_kernel() noexcept
         return true;
 }
 } // namespace detail
-/// True if the `operations` of the kernels of these steps are as they must be; otherwise it does not compile. Engines ask on every
-/// machine, although only a Traced one calls them.
+/// True if the `operations` of the kernels of these steps are correct; otherwise it does not compile. Engines check this on every machine,
+/// although only an engine on a Traced machine calls them.
 template <class... Step>
 constexpr bool operations_fit(machine::Types<Step...>) noexcept
 {
@@ -173,8 +174,8 @@ constexpr OperationNames operation_names() noexcept
     }
 }
 
-/// A machine on which engines keep a trace (engine/trace.hpp). In all other respects it is `Machine`. A setup asks for it with `using
-/// Machine = Traced<Mk2>`. Without it an engine has no byte and no instruction for traces.
+/// A machine on which engines keep a trace (engine/trace.hpp). In all other respects it is `Machine`. A setup selects it with `using
+/// Machine = Traced<Mk2>`. On other machines an engine has no byte and no instruction for traces.
 template <class Machine>
 struct Traced : Machine {
     static constexpr bool traced = true;

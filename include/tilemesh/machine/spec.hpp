@@ -4,7 +4,7 @@
 
 namespace tilemesh { inline namespace v0_2 {
 
-/// Graphcore's Mk2 IPU (GC200). A machine is one type with these static members; describe another by writing them again.
+/// Graphcore's Mk2 IPU (GC200). A machine is one type with these static members. To describe another machine, write a type with them.
 ///
 /// Sources of tiles, sram_bytes, workers and clock: the paper, section "The Graphcore IPU". code_bytes is the reserve on every tile for
 /// codelets, exchange code and stacks: the authors' later code measures "~130 KB code + stacks".
@@ -50,10 +50,10 @@ template <class M>
 inline constexpr bool is_machine<M, std::void_t<decltype(M::tiles + M::sram_bytes + M::code_bytes + M::workers + M::clock_khz)>> = true;
 } // namespace detail
 
-/// The machine type of a mesh that gets its MachineSize when it is built. All such meshes of a program have one type, and so share code.
+/// The machine type of a mesh that gets its MachineSize when it is built. All such meshes of a program have one type, so they share code.
 struct AnyMachine {};
 
-/// Describes M a machine? Engines and layouts take nothing else.
+/// Does M describe a machine? Engines and layouts accept only such types.
 template <class M>
 inline constexpr bool is_machine = detail::is_machine<M> || std::is_base_of_v<AnyMachine, M>;
 

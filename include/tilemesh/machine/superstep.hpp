@@ -32,7 +32,7 @@ struct UntilQuiet {
     std::uint32_t at_most = 0xffffffffu;
 };
 
-/// One step after the other; nests: `Sequence program{Superstep<Begin>{}, Repeat<Diffuse>{1000}};`
+/// Runs its steps one after the other: `Sequence program{Superstep<Begin>{}, Repeat<Diffuse>{1000}};`. A step may be a Sequence.
 template <class... Steps>
 struct Sequence {
     std::tuple<Steps...> steps{};
@@ -48,7 +48,7 @@ struct Sequence<> {
 /// alone makes no round. Like UntilQuiet, it tests before its first round. In
 /// `Sequence<Superstep<Begin>, Loop<UntilQuiet<Spread>, Superstep<Judge>>{100}>`, Begin and Judge vote. With `at_most` 1 it is a condition
 /// that tiles decide. Cost on a Poplar machine: every superstep of the program gathers votes, and each round has one more compute set.
-/// Steps may be values, too: `Loop{100, UntilQuiet<Spread>{}, Repeat<Judge>{2}}`; without the number, rounds have no bound.
+/// A Loop may also be written with values: `Loop{100, UntilQuiet<Spread>{}, Repeat<Judge>{2}}`. Without the number, rounds have no bound.
 template <class... Steps>
 struct Loop {
     std::uint32_t at_most = 0xffffffffu;
@@ -66,8 +66,8 @@ template <class... Steps>
 Loop(std::uint32_t, Steps...) -> Loop<Steps...>;
 
 /// Runs its steps, in order, if a word of a broadcast is not 0. Otherwise votes and mail stay as they are. Example:
-/// `If<&Wanted::smoothing, Superstep<Smooth>>`. `Flag` points to a std::uint32_t member of the broadcast `Wanted`. No kernel need take that
-/// broadcast. The host decides, once per run. For a condition that tiles decide, use a `Loop` with `at_most` 1.
+/// `If<&Wanted::smoothing, Superstep<Smooth>>`. `Flag` points to a std::uint32_t member of the broadcast `Wanted`. Kernels need not take
+/// that broadcast. The host decides, once per run. For a condition that tiles decide, use a `Loop` with `at_most` 1.
 template <auto Flag, class... Steps>
 struct If {
     std::tuple<Steps...> steps{};
@@ -79,7 +79,7 @@ struct If<Flag> {
     std::tuple<> steps{};
 };
 
-/// A part that a program has only if `Present`: `StepIf<P::sorts, UntilQuiet<Sort<P>>>`.
+/// A part that a program has only if `Present` is true: `StepIf<P::sorts, UntilQuiet<Sort<P>>>`.
 template <bool Present, class Part>
 using StepIf = std::conditional_t<Present, Part, Sequence<>>;
 

@@ -20,13 +20,13 @@ struct TileSide {
     Direction side;
     friend bool operator==(TileSide const&, TileSide const&) = default;
 };
-/// What went over one in a period.
+/// The use of one side of a tile in a period.
 struct TileSideUse {
     TileSide link;
     std::uint32_t supersteps; ///< number of supersteps in which the link carried something
-    std::uint64_t bytes;      ///< of messages, notes and heads
-    bool notes_only;          ///< in no superstep more than one head: a note, no message
-    bool full;                ///< in each of these supersteps every slot was full; more messages may have waited
+    std::uint64_t bytes;      ///< bytes of messages, notes and heads
+    bool notes_only;          ///< no superstep carried more than one head: a note and no message
+    bool full;                ///< every slot was full in each of these supersteps; more messages may have waited
     friend bool operator==(TileSideUse const&, TileSideUse const&) = default;
 };
 
@@ -39,15 +39,15 @@ struct NoProgress {
     std::uint64_t supersteps = 0;         ///< supersteps of the step or Loop at the end of the trace; 0: the trace ends with another kind of step
     std::uint32_t period = 0;             ///< length in supersteps; 0: nothing repeats, and the members below are empty
     std::uint64_t first = 0;              ///< the superstep of the run from which the trace repeats
-    std::vector<std::uint32_t> tiles;     ///< that run in every superstep
-    std::vector<TileSideUse> links;           ///< that carry something, in the order of tiles and sides
-    std::vector<TileSide> cycle;              ///< each leads to the tile of the next, the last to the first: where messages go round
+    std::vector<std::uint32_t> tiles;     ///< tiles that run in every superstep
+    std::vector<TileSideUse> links;           ///< sides that carry something, in the order of tiles and sides
+    std::vector<TileSide> cycle;              ///< sides around which messages go: each leads to the tile of the next, the last to the first
     std::vector<std::uint32_t> waiting;   ///< tiles that run in every superstep and send no message: busy, or woken by mail
-    /// Where each of these sent its last messages before, in the run; none: it has sent none. It may wait for that side.
+    /// The sides to which each waiting tile sent its last messages in the run; none if it has sent none. The tile may wait for such a side.
     std::vector<TileSide> sent_last;
-    /// A closed walk along these among waiting tiles. It is a guess that each waits for the next: a tile may also wait for another one.
+    /// A closed walk along these sides, among waiting tiles. It is a guess that each tile waits for the next; it may wait for another tile.
     std::vector<TileSide> wait_cycle;
-    std::uint64_t settled_bytes = 0;      ///< in a period, as far as kernels say
+    std::uint64_t settled_bytes = 0;      ///< settled bytes of a period, of kernels that count them
     bool empty() const noexcept { return period == 0; }
 };
 
@@ -111,7 +111,7 @@ inline std::vector<TileSide> find_cycle(Grid grid, std::vector<std::uint8_t> liv
     while (!ends.empty()) {
         auto const end = ends.back();
         ends.pop_back();
-        for (Direction d : news) { // whoever may send there
+        for (Direction d : news) { // the tiles that may send to this tile
             auto const from = to(end, d);
             for (Direction side : news) {
                 auto const bit = static_cast<std::uint8_t>(1u << index(side));

@@ -56,7 +56,7 @@ inline std::vector<report::BarSpan> step_spans(Trace const& trace, CostModel con
     };
     auto spans = with([](std::uint32_t step) -> std::size_t { return step; }, [&](std::size_t step) { return names[step]; });
     if (spans.size() <= 40 || trace.loops.empty()) return spans;
-    auto const loop_of = [&](std::uint32_t step) -> std::size_t { // behind the steps; an outer loop stands before its inner loops
+    auto const loop_of = [&](std::uint32_t step) -> std::size_t { // loops come after the steps, an outer loop before its inner loops
         for (std::size_t i = 0; i < trace.loops.size(); ++i)
             if (trace.loops[i].first <= step && step <= trace.loops[i].last) return names.size() + i;
         return step;

@@ -16,13 +16,13 @@
 #include <tilemesh/model/step_costs.hpp>
 #include <vector>
 
-/// What a trace looks like outside: two tables, a timeline for trace viewers, sums for heat maps. Every byte follows from the
-/// trace, the model and the grid alone: no clock, no locale, no rounding of a count. A trace that is not of that grid throws
-/// `tilemesh::Error`; whether the stream took the bytes is for the caller to look at.
+/// Files from a trace: two tables, a timeline for trace viewers, and sums for heat maps. Every byte follows from the trace, the
+/// model and the grid alone: no clock, no locale, no rounding of a count. A trace of another grid throws `tilemesh::Error`. The
+/// caller must check whether the stream took the bytes.
 namespace tilemesh { inline namespace v0_2 {
 
 namespace model_detail {
-/// Text for a stream, in pieces of 64 KiB (few calls, little memory); numbers as plain decimals.
+/// Writes text to a stream in pieces of 64 KiB, which needs few calls and little memory. Numbers are plain decimals.
 class TextStream {
 public:
     explicit TextStream(std::ostream& out) : out_(out) {}
@@ -34,7 +34,7 @@ public:
     }
     TextStream& operator<<(std::uint64_t number)
     {
-        std::array<char, 20> digits{}; // 2^64 has 20
+        std::array<char, 20> digits{}; // 2^64 has 20 digits
         auto const end = std::to_chars(digits.data(), digits.data() + digits.size(), number);
         return *this << std::string_view(digits.data(), static_cast<std::size_t>(end.ptr - digits.data()));
     }
@@ -49,7 +49,7 @@ private:
     std::string text_;
 };
 
-/// A field of a CSV line as RFC 4180 has it: in quotes where it needs them, a quote in it twice.
+/// A field of a CSV line (RFC 4180): in quotes if it needs them, with each quote in it doubled.
 inline std::string csv_field(std::string_view text)
 {
     if (text.find_first_of(",\"\r\n") == std::string_view::npos) return std::string(text);
@@ -58,8 +58,8 @@ inline std::string csv_field(std::string_view text)
     return out + '"';
 }
 
-/// How many bytes the UTF-8 character at the front of `text` has; 0 where there is none (RFC 3629: no longer form than needed, no
-/// surrogate, nothing above U+10FFFF).
+/// The number of bytes of the UTF-8 character at the front of `text`; 0 if there is none. RFC 3629 allows no longer form than
+/// needed, no surrogate, and nothing above U+10FFFF.
 inline std::size_t utf8_length(std::string_view text) noexcept
 {
     auto const byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
@@ -74,7 +74,7 @@ inline std::size_t utf8_length(std::string_view text) noexcept
     return too_long || no_character ? 0 : length;
 }
 
-/// A JSON string with its quotes. A byte that is not UTF-8 becomes U+FFFD, because JSON has no way to say it.
+/// A JSON string with its quotes. A byte that is not UTF-8 becomes U+FFFD, because JSON cannot express it.
 inline std::string json_string(std::string_view text)
 {
     constexpr char const* hexadecimal = "0123456789abcdef";
@@ -105,7 +105,7 @@ std::vector<std::string> quoted_kernels(Trace const& trace, Quote quote)
 } // namespace model_detail
 
 namespace model_detail {
-/// write_trace_csv; without prices no line has cycles.
+/// Writes the lines of write_trace_csv. Without prices no line has cycles.
 inline void write_tile_lines(std::ostream& out, Trace const& trace, StepPrices const* prices, Grid grid)
 {
     check_trace(trace, grid);
@@ -135,11 +135,11 @@ inline void write_tile_lines(std::ostream& out, Trace const& trace, StepPrices c
 }
 } // namespace model_detail
 
-/// One line a superstep and tile that ran, in the trace's order, under a line of names: superstep (from 0), step of the program,
-/// kernel, tile, each operation that a kernel of the program counts, bytes sent to each side, bytes that settled, and the tile's cycles of
-/// compute under `model`. RFC 4180, but lines end as they do on Unix.
+/// Writes a line of names, and one line for each superstep and each tile that ran in it, in the trace's order: superstep (from 0), step of
+/// the program, kernel, tile, each operation that a kernel of the program counts, bytes sent to each side, bytes that settled, and the
+/// tile's cycles of compute under `model`. The format is RFC 4180 with Unix line ends.
 ///
-/// Cost: at most some 125 bytes a line, 27 MB for 150 supersteps in which all of 1,440 tiles run.
+/// Cost: at most about 125 bytes per line; 27 MB for 150 supersteps in which all of 1,440 tiles run.
 inline void write_trace_csv(std::ostream& out, Trace const& trace, CostModel const& model, Grid grid)
 {
     model_detail::expect_sums_fit(model);
@@ -147,14 +147,14 @@ inline void write_trace_csv(std::ostream& out, Trace const& trace, CostModel con
     model_detail::StepPrices const prices(model, trace);
     model_detail::write_tile_lines(out, trace, &prices, grid);
 }
-/// The same lines without a cost model, and without cycles.
+/// Writes these lines without a cost model, and so without cycles.
 inline void write_trace_csv(std::ostream& out, Trace const& trace, Grid grid)
 {
     model_detail::write_tile_lines(out, trace, nullptr, grid);
 }
 
-/// One line a superstep, under a line of names: superstep (from 0), step of the program, kernel, tiles that ran, cycles of each
-/// phase, and the slowest tile, which is empty where no tile computed for a cycle.
+/// Writes a line of names, and one line per superstep: superstep (from 0), step of the program, kernel, tiles that ran, cycles of
+/// each phase, and the slowest tile, which is empty if no tile computed for a cycle.
 inline void write_step_csv(std::ostream& out, Trace const& trace, CostModel const& model, Grid grid)
 {
     using namespace model_detail;
@@ -173,18 +173,19 @@ inline void write_step_csv(std::ostream& out, Trace const& trace, CostModel cons
     text.flush();
 }
 
-/// The run as a timeline for Perfetto (ui.perfetto.dev) and chrome://tracing: Trace Event Format, JSON. The first track shows the
-/// steps of the program by name (step_names). The second is the machine: compute, exchange, sync and vote of one superstep after the
-/// other, in the order in which the model adds them up. Then come the `busiest` tiles that compute longest in the whole run, longest
-/// first (of equals the one with the lower index), with what each computed under the step's name. What takes no cycle is left out.
+/// Writes the run as a timeline for Perfetto (ui.perfetto.dev) and chrome://tracing: Trace Event Format, JSON. The first track shows
+/// the steps of the program by name (step_names). The second track is the machine: compute, exchange, sync and vote of each superstep,
+/// in the order in which the model adds them up. Then come tracks of the `busiest` tiles with the most compute cycles of the whole run,
+/// most first; of equal tiles, the lower index comes first. Their events have the step's name and the counts of operations. Events
+/// without a cycle are left out.
 ///
-/// Times are the model's cycles at its clock, cut to whole nanoseconds, as Perfetto keeps them; `args.cycles` is exact. Perfetto
-/// drops an event that overlaps the one before by a nanosecond, and readers turn microseconds into nanoseconds by cutting off a
-/// product that may be a little too low (1.009 * 1000): so each `ts` has a quarter of a nanosecond on top, that the start of an
-/// event is read as written; a `dur` that is read too low makes a gap that nobody sees.
+/// Times are the model's cycles at its clock, cut to whole nanoseconds, as Perfetto stores them. `args.cycles` is exact. Perfetto drops an
+/// event that overlaps the previous event by a nanosecond. Readers turn microseconds into nanoseconds by truncating a product that may be
+/// a little too low (1.009 * 1000). So each `ts` is a quarter of a nanosecond larger, and readers get the exact start of an event. If a
+/// reader gets a `dur` that is too low, the gap is too small to see.
 ///
-/// A clock of 0 kHz or above `most_clock_khz` throws `tilemesh::Error`; a run is below 500 years (2^64 ns). Cost: some 280 bytes an
-/// event where counts have six digits; with 64 tiles 2.7 MB for 150 supersteps, whatever the grid.
+/// A clock of 0 kHz or above `most_clock_khz` throws `tilemesh::Error`. A run must be below 500 years (2^64 ns). Cost: about 280 bytes
+/// per event if counts have six digits; with 64 tiles, 2.7 MB for 150 supersteps on any grid.
 inline void write_chrome_trace(std::ostream& out, Trace const& trace, CostModel const& model, Grid grid,
                                std::uint32_t busiest = 64)
 {
@@ -195,7 +196,7 @@ inline void write_chrome_trace(std::ostream& out, Trace const& trace, CostModel 
                     std::to_string(model.clock_khz) + " kHz); give it one from 1 to " + std::to_string(most_clock_khz) + " kHz");
     auto const cost = model_cost(model, trace, grid);
 
-    // The busiest tiles, and the track of each tile: 0 where it has none.
+    // The busiest tiles, and the track of each tile: 0 if it has none.
     std::vector<std::uint64_t> busy(grid.size(), 0);
     for (auto const& step : cost.busy)
         for (std::uint32_t tile = 0; tile < grid.size(); ++tile) busy[tile] += step[tile];
@@ -205,7 +206,7 @@ inline void write_chrome_trace(std::ostream& out, Trace const& trace, CostModel 
     std::sort(shown.begin(), shown.end(),
               [&](std::uint32_t a, std::uint32_t b) { return busy[a] != busy[b] ? busy[a] > busy[b] : a < b; });
     shown.resize(std::min<std::size_t>(shown.size(), busiest));
-    constexpr std::uint32_t process = 1, steps = 1, machine = 2; // 0 is the idle process to Perfetto
+    constexpr std::uint32_t process = 1, steps = 1, machine = 2; // for Perfetto, 0 is the idle process
     std::vector<std::uint32_t> track(grid.size(), 0);
     for (std::size_t i = 0; i < shown.size(); ++i) track[shown[i]] = machine + 1 + static_cast<std::uint32_t>(i);
 
@@ -216,14 +217,14 @@ inline void write_chrome_trace(std::ostream& out, Trace const& trace, CostModel 
         first = false;
         return text;
     };
-    auto const nanoseconds = [khz = model.clock_khz](std::uint64_t cycles) { // in two parts, which do not overflow
+    auto const nanoseconds = [khz = model.clock_khz](std::uint64_t cycles) { // a sum of two parts, neither of which overflows
         return cycles / khz * 1'000'000 + cycles % khz * 1'000'000 / khz;
     };
     auto const microseconds = [](std::uint64_t ns) {
         auto const part = std::to_string(1000 + ns % 1000);
         return std::to_string(ns / 1000) + "." + part.substr(1);
     };
-    // Up to the braces of `args`, which begin with the superstep and the cycles.
+    // Writes an event up to the first members of its `args`: the superstep and the cycles.
     auto const begin_span = [&](std::uint32_t tid, std::string_view name, std::size_t superstep, std::uint64_t from,
                                 std::uint64_t cycles) {
         auto const begin = nanoseconds(from), end = nanoseconds(from + cycles);
@@ -287,15 +288,15 @@ inline void write_chrome_trace(std::ostream& out, Trace const& trace, CostModel 
     text.flush();
 }
 
-/// What a heat map may show of a tile, beside its operations.
+/// The number that a heat map shows for each tile, besides operations.
 enum class TileSum : std::uint32_t {
-    busy_cycles, ///< it computes
-    idle_cycles, ///< it waits in compute phases for the slowest tile, whether it ran or not
-    sent_bytes,  ///< messages and their heads, towards all sides, and at an edge to itself
+    busy_cycles, ///< cycles in which the tile computes
+    idle_cycles, ///< cycles in which it waits in compute phases for the slowest tile, even if it did not run
+    sent_bytes,  ///< bytes of messages and their heads, towards all sides, and at an edge to itself
     tile_runs,   ///< kernel calls
-    settled_bytes, ///< of messages that arrived and went no further
-    /// No sum: the largest share of a side's channel ends, heads included, that its messages took in any superstep; 1 is full to the
-    /// last slot. Where a kernel sends on several channels, of all of them together.
+    settled_bytes, ///< bytes of messages that arrived and went no further
+    /// Not a sum: the largest share of a side's channel ends, including heads, that its messages took in any superstep. With 1 every slot
+    /// is full. If a kernel sends on several channels, the share is that of all of them together.
     channel_fill
 };
 inline constexpr std::uint32_t tile_sum_kinds = 6;
@@ -306,7 +307,7 @@ constexpr char const* name_of(TileSum sum) noexcept
     return names[static_cast<std::uint32_t>(sum)];
 }
 
-/// The sum over a run of `what`, for each tile in the order of the grid's indices. Exact below 2^53; a share is rounded once.
+/// The sum of `what` over a run, for each tile in the order of the grid's indices. It is exact below 2^53. A share is rounded once.
 inline std::vector<double> heat_map(Trace const& trace, CostModel const& model, Grid grid, TileSum what)
 {
     model_detail::check_trace(trace, grid);
@@ -339,8 +340,8 @@ inline std::vector<double> heat_map(Trace const& trace, CostModel const& model, 
     return {sums.begin(), sums.end()};
 }
 
-/// How often each tile did `operation` in a run, in the order of the grid's indices. Exact below 2^53. Throws `Error` for a name that
-/// no kernel of the run has.
+/// The count of `operation` in a run, for each tile in the order of the grid's indices. It is exact below 2^53. Throws `Error` for a
+/// name that no kernel of the run has.
 inline std::vector<double> heat_map(Trace const& trace, Grid grid, std::string_view operation)
 {
     model_detail::check_trace(trace, grid);

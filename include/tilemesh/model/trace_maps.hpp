@@ -80,7 +80,7 @@ inline report::Image map_image(TileMap const& map, Grid grid, std::array<std::ui
     auto const common = std::max(std::gcd(tile_px[0], tile_px[1]), 1u);
     std::array<double, 2> const shape = {std::max(tile_px[0] / common, 1u) * 1.0, std::max(tile_px[1] / common, 1u) * 1.0};
     double const longer = std::max({shape[0] * grid.width, shape[1] * grid.height, 1.0});
-    double const times = longer <= 640 ? std::floor(640 / longer) : 640 / longer; // whole times its shape, where that is small enough
+    double const times = longer <= 640 ? std::floor(640 / longer) : 640 / longer; // a whole multiple of the shape in a small grid
     auto const cell = [&](double side) { return std::clamp(static_cast<std::uint32_t>(times * side + 0.5), 1u, 64u); };
     return report::heat_image(map.values, grid.width, grid.height, {0, report::finite_range(map.values).most}, cell(shape[0]), cell(shape[1]));
 }

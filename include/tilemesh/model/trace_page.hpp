@@ -70,7 +70,7 @@ public:
         write(what, text.str(), note);
     }
     void leave_out(std::string const& what, std::string const& why) { beside_.emplace_back(name_ + what, why); }
-    /// The trace by superstep and tile, unless that is too long.
+    /// The trace by superstep and tile, unless the table is too long.
     template <class Into>
     void produce_tiles(Trace const& trace, Into const& into)
     {
@@ -104,11 +104,11 @@ private:
 ///   .tiles.csv       the trace by superstep and tile; .supersteps.csv: by superstep
 ///   .trace.json      a timeline for ui.perfetto.dev
 ///   .model.txt       the cost model; .maps.csv: the maps' numbers; .energy.csv: joules of each tile
-/// Returns the page's path. The same bytes on every run. The cost model must have a source for every number (set_parameter,
+/// Returns the page's path. Equal arguments give equal bytes. The cost model must have a source for every number (set_parameter,
 /// set_price).
 ///
-/// Throws `Error` for a folder or file that cannot be written, for a map without a number for every tile, and as write_cost_model,
-/// model_cost and energy_of do. Cost: the texts in memory, twice.
+/// Throws `Error` for a folder or file that cannot be written, for a map without a number for every tile, and in the cases in which
+/// write_cost_model, model_cost and energy_of throw it. Cost: memory for the texts, twice.
 inline std::filesystem::path write_trace_page(std::filesystem::path const& folder, std::string const& name, Trace const& trace,
                                               CostModel const& model, Grid grid, TracePage const& page = {})
 {
@@ -143,8 +143,8 @@ inline std::filesystem::path write_trace_page(std::filesystem::path const& folde
     return files.finish();
 }
 
-/// The page and the files of a run without a cost model: what ran and what was sent, no times. Writes .html, .tiles.csv (without cycles)
-/// and .maps.csv. `page.energy` is not used, because energy needs modelled cycles.
+/// Writes the page and the files of a run without a cost model: tile runs and sent messages, but no times. The files are .html, .tiles.csv
+/// (without cycles) and .maps.csv. `page.energy` is not used, because energy needs modelled cycles.
 ///
 /// Throws `Error` for a folder or file that cannot be written, for a map without a number for every tile, and for a trace of another grid.
 inline std::filesystem::path write_trace_page(std::filesystem::path const& folder, std::string const& name, Trace const& trace, Grid grid,

@@ -30,32 +30,32 @@
 /// The parts of a page about a run, from a trace of any program. trace_page.hpp makes the page.
 namespace tilemesh { inline namespace v0_2 {
 
-/// What a page shows besides the trace and the cost model. Every part is optional.
+/// The parts of a page besides the trace and the cost model. Every part is optional.
 struct TracePage {
     std::string title = "A run";
-    std::vector<std::pair<std::string, std::string>> facts{}; ///< a name and a text, a line each
-    std::vector<machine::Region> ledger{};                    ///< of a tile's SRAM, as Layout::ledger() gives it
+    std::vector<std::pair<std::string, std::string>> facts{}; ///< pairs of a name and a text, one line each
+    std::vector<machine::Region> ledger{};                    ///< the ledger of a tile's SRAM, from Layout::ledger()
     std::vector<TileMap> maps{};                              ///< shown before the maps that every trace has
     EnergyModel const* energy = nullptr;                      ///< if given, the page also shows the run's energy
     /// Encodes a picture as a PNG file. Without it the pictures in the page are BMP files, which are larger.
     std::function<std::string(report::Image const&)> png{};
-    std::uint64_t most_tile_lines = 4'000'000;     ///< a longer table by tile is left out; a line has some 50 bytes
+    std::uint64_t most_tile_lines = 4'000'000;     ///< a longer table by tile is left out; a line has about 50 bytes
     std::size_t most_timeline_bytes = 20'000'000;  ///< the timeline shows as many of the busiest tiles as fit
-    std::string run = "run";                       ///< what the first sentence calls it
-    /// The program's own reason for the time that the slowest tile computes, for the first sentence: "it holds 1,198 copies". Empty: none.
+    std::string run = "run";                       ///< the name of the run in the first sentence
+    /// The program's reason for the compute time of the slowest tile, for the first sentence: "it holds 1,198 copies". Empty: no reason.
     std::function<std::string(Bottleneck const&)> because{};
-    report::Image const* picture = nullptr;        ///< what the run made; stands beside the maps, which line up with it
+    report::Image const* picture = nullptr;        ///< the result of the run; it is beside the maps, which line up with it
     std::array<std::uint32_t, 2> tile_px = {1, 1}; ///< width and height of a tile in the picture: the shape of tiles in maps; above 0
 };
 
-/// The contents of a page about a run: sentences, diagrams as SVG, tables as rows of text, pictures. About 100 KB, and the pictures.
+/// The contents of a page about a run: sentences, diagrams as SVG, tables as rows of text, pictures. Cost: about 100 KB plus the pictures.
 struct TraceSection {
     std::string lead;  ///< the sentence that names the bottleneck
-    std::string notes; ///< what the reader should know of the numbers; may be empty
+    std::string notes; ///< notes about the numbers for the reader; may be empty
     std::vector<std::pair<std::string, std::string>> figures;
     report::HtmlFrame frame;
     std::vector<report::HtmlCard> cards; ///< the picture and the maps
-    std::vector<std::string> flat_maps; ///< maps that are the same on every tile, most often 0: a sentence each
+    std::vector<std::string> flat_maps; ///< one sentence for each map with one value on all tiles, which is most often 0
     std::string steps_svg, supersteps_svg; ///< empty without a cost model
     /// The tables after the first may be empty. `ideal` is empty if no message settled: without settled bytes every bound would be 0.
     std::vector<std::vector<std::string>> steps, ideal, energy_kinds, energy_steps;
@@ -106,9 +106,9 @@ inline void add_step_counts(std::vector<std::string>& row, StepCost const& s)
 }
 } // namespace model_detail
 
-/// The contents of a page about this run, with the maps of `page` before those of the trace; `maps` gets all of them. `cost` is the
-/// result of model_cost for this trace, `energy` that of energy_of with `page.energy`, or null. Throws `Error` as step_costs and
-/// any_to_any do, and for a map without a number for every tile.
+/// The contents of a page about this run, with the maps of `page` before the maps of the trace. `maps` gets all maps. `cost` is the result
+/// of model_cost for this trace. `energy` is the result of energy_of with `page.energy`, or null. Throws `Error` in the cases in which
+/// step_costs and any_to_any throw it, and for a map without a number for every tile.
 inline TraceSection trace_section(Trace const& trace, CostModel const& model, RunCost const& cost, Grid grid, TracePage const& page,
                                   std::vector<TileMap> const& maps, Energy const* energy = nullptr)
 {
@@ -159,7 +159,7 @@ inline TraceSection trace_section(Trace const& trace, CostModel const& model, Ru
     }
     if (energy != nullptr && page.energy != nullptr) {
         for (auto const& event : energy->events)
-            if (event.count != 0) // then the event's energy is set
+            if (event.count != 0) // every event with a count has an energy
                 section.energy_kinds.push_back({event.name, thousands(event.count),
                                                 thousands(model_detail::find_energy(*page.energy, event.name)->value),
                                                 report::joules_text(event.joules), share_text(event.joules, energy->joules)});
@@ -170,7 +170,7 @@ inline TraceSection trace_section(Trace const& trace, CostModel const& model, Ru
     return section;
 }
 
-/// The contents of a page about this run without a cost model: what ran and what was sent, no times.
+/// The contents of a page about this run without a cost model: tile runs and sent messages, but no times.
 inline TraceSection trace_section(Trace const& trace, Grid grid, TracePage const& page, std::vector<TileMap> const& maps)
 {
     using report::thousands;
@@ -191,14 +191,14 @@ inline TraceSection trace_section(Trace const& trace, Grid grid, TracePage const
     return section;
 }
 
-/// What a page says of its times.
+/// The text of a page about its times.
 inline constexpr char const* modelled_text =
     "Cycles and milliseconds are modelled from what the tiles did and from the numbers of the cost model. A pass takes as long as its slowest "
     "tile computes; then come the exchange, a sync, and a vote where the step runs until all tiles are quiet. No time that was measured on "
     "the host is in them.";
 
 /// Adds the run to a page: the sentence that names its bottleneck, a few numbers, the picture and the maps, cycles by step and over time,
-/// ideal routing, energy. `facts` stand below the numbers, one a line.
+/// ideal routing, energy. `facts` are below the numbers, one per line.
 inline void add_section(report::HtmlReport& html, TraceSection const& section, std::vector<std::pair<std::string, std::string>> const& facts = {})
 {
     if (!section.lead.empty()) html.lead(section.lead);
@@ -240,7 +240,7 @@ inline void add_section(report::HtmlReport& html, TraceSection const& section, s
     }
 }
 
-/// Adds the ledger of a tile's SRAM, folded away. `sram_bytes`: of a tile, for the last line; 0: not said.
+/// Adds the ledger of a tile's SRAM, folded away. `sram_bytes`: the SRAM of a tile, for the last line; 0: the line does not name it.
 inline void add_ledger(report::HtmlReport& html, std::span<machine::Region const> ledger, std::uint64_t sram_bytes = 0)
 {
     using report::thousands;
@@ -261,7 +261,7 @@ inline void add_parameters(report::HtmlReport& html, CostModel const& model)
 {
     std::vector<std::vector<std::string>> rows;
     for (auto const& p : model.parameters) {
-        auto const& kinds = model_detail::exchange_cost_names; // the kind of exchange is a word
+        auto const& kinds = model_detail::exchange_cost_names; // the value of the kind of exchange is shown as a word
         bool const word = p.unit == "kind" && p.value < kinds.size();
         rows.push_back({p.name, word ? std::string(kinds[p.value]) : report::thousands(p.value), word ? "" : p.unit, p.source});
     }

@@ -78,7 +78,7 @@ class Codelet {
         TILEMESH_KERNEL Worker worker() noexcept { return share; }
     };
 
-    /// An edge as the words of which views are made. A view of a const parameter has no member that writes.
+    /// An edge as words, from which views are made. A view of a const parameter has no member that writes.
     template <class Edge>
     TILEMESH_KERNEL static std::uint32_t* words(Edge& edge) noexcept
     {
@@ -99,7 +99,7 @@ class Codelet {
             return {nullptr, words(edge), 1};
     }
 
-    /// Is there unread mail for the kernel, or in a channel on which it sends?
+    /// Does the tile have unread mail for the kernel, or on a channel on which the kernel sends?
     template <class C, class Vertex>
     TILEMESH_KERNEL static bool unread(Vertex& vertex) noexcept
     {
@@ -139,7 +139,7 @@ class Codelet {
         (empty_one<C>(vertex), ...);
     }
 
-    /// Does the exchange move what this tile sends towards d?
+    /// Does the exchange move the messages that this tile sends towards d?
     template <class C, class Vertex>
     TILEMESH_KERNEL static bool delivers([[maybe_unused]] Vertex& vertex, [[maybe_unused]] Direction d) noexcept
     {
@@ -148,7 +148,7 @@ class Codelet {
         else
             return true;
     }
-    /// Counts the messages of one channel, and says whether anything went.
+    /// Counts the messages of one channel. Returns whether any message or note was sent.
     template <class C, class Vertex>
     TILEMESH_KERNEL static std::uint32_t sent([[maybe_unused]] Vertex& vertex, [[maybe_unused]] std::uint32_t* log) noexcept
     {
@@ -190,7 +190,7 @@ class Codelet {
         (peak_of<A>(vertex, log), ...);
     }
 
-    /// Must the tile run? This is an engine's rule, decided from the tile's own words.
+    /// Must the tile run? The rule is that of the engines, and the tile's own words decide.
     template <class Vertex>
     TILEMESH_KERNEL static bool has_to_run(Vertex& vertex, std::uint32_t const* log) noexcept
     {

@@ -18,9 +18,9 @@ namespace tilemesh { inline namespace v0_2 {
 
 /// Options of a PoplarMesh.
 struct PoplarOptions {
-    poplar::Device const* device = nullptr; ///< attached; must outlive the mesh
+    poplar::Device const* device = nullptr; ///< must be attached, and must outlive the mesh
     std::string codelets;                   ///< the output of popc for the program's codelet file, or that file itself
-    std::string prefix;                     ///< prefix of its vertices' names: PREFIX_KERNEL
+    std::string prefix;                     ///< prefix of the names of its vertices: PREFIX_KERNEL
     bool count_exchanges = true; ///< false, for a program without UntilQuiet: no reductions; StepCounters::exchanges stays 0
     bool digest = false;          ///< not available here: no host sees the words between supersteps
 };
@@ -59,7 +59,8 @@ public:
         : PoplarMesh(program, grid, mesh_sizes<Program, Machine>(), std::move(options))
     {
     }
-    /// The same. The machine is deduced: `PoplarMesh mesh{program, Grid{8, 8}, Traced<Mk2>{}, options}`.
+    /// The constructor above, with a value of type `Machine`, so that the compiler deduces it:
+    /// `PoplarMesh mesh{program, Grid{8, 8}, Traced<Mk2>{}, options}`.
     template <std::same_as<Machine> M>
     PoplarMesh(Program program, Grid grid, M, Options options = {}) : PoplarMesh(program, grid, std::move(options))
     {
@@ -129,7 +130,7 @@ public:
         const_cast<PoplarMesh*>(this)->template fetch<X>();
         return static_cast<Base const&>(*this).template states<X>();
     }
-    /// What tile t's channel C will read from side d when a kernel next takes In<C>.
+    /// The messages that tile t will read on channel C from side d when a kernel next takes In<C>. Call it only between runs.
     template <class C>
     typename C::Receiver incoming(TileId t, Direction d)
     {
@@ -173,7 +174,7 @@ public:
         return trace_;
     }
 
-    /// Builds and loads the graph if this has not been done. Throws Error.
+    /// Builds and loads the graph, unless it is already loaded. Throws Error.
     void prepare()
     {
         if (engine_) return;
@@ -224,7 +225,7 @@ private:
             throw Error(std::string("a run that Poplar stopped (") + e.what() + "); look at the device, and build a new mesh");
         }
     }
-    /// In two steps, because an error can have two causes.
+    /// Builds the graph and the engine in two steps, because an error can have two causes.
     void build()
     {
         std::vector<poplar::program::Program> programs;
@@ -282,7 +283,7 @@ private:
     }
     /// The handles of streams must differ; the names of regions need not.
     std::string handle(std::string const& name) const { return "stream " + std::to_string(streams_.size()) + ": " + name; }
-    /// Sends the host's words to tile 0, and from there to all tiles; each tile holds its own copy.
+    /// Sends the host's words to tile 0, and from there to all tiles. Each tile holds its own copy.
     void receive(poplar::program::Sequence& to, std::string const& name, poplar::Tensor const& tensor, std::vector<std::uint32_t>& words)
     {
         auto const stream = graph_->addHostToDeviceFIFO(handle("to " + name), poplar::UNSIGNED_INT, words.size());
@@ -367,7 +368,7 @@ private:
     }
 
     // --- states between runs ----------------------------------------------------------------------------------------------
-    /// Calls f(words on the device, the same words in the store) for each tile; live words only.
+    /// Calls f(words on the device, words in the store) for each tile, with live words only.
     template <class X, class F>
     void for_each_tile(F const& f)
     {
@@ -519,10 +520,10 @@ private:
     Trace trace_;
     std::array<std::vector<std::uint32_t>, Shareds::count + 1> broadcast_words_;
     std::vector<std::pair<std::string, std::uint32_t*>> streams_;
-    engine::Arena staging_;                            ///< one region of all tiles, on the way between host and device
+    engine::Arena staging_;                            ///< one region of all tiles, in transfers between host and device
     std::array<engine::Arena, Links::count + 1> incoming_;
-    std::array<bool, States::count + 1> stale_{};              ///< has the device changed it since?
-    std::array<bool, States::count + 1> dirty_{};              ///< may the host have changed it?
+    std::array<bool, States::count + 1> stale_{};              ///< has the device changed the state since the last fetch?
+    std::array<bool, States::count + 1> dirty_{};              ///< may the host have changed the state?
     std::array<bool, Links::count + 1> incoming_stale_{};
     std::unique_ptr<poplar::Engine> engine_;                   ///< last: it uses the words of the other members
     bool broken_ = false;

@@ -36,8 +36,8 @@ constexpr bool kernels_have_names_of_their_own(machine::Types<Step...>) noexcept
 }
 } // namespace detail
 
-/// A program as a Poplar graph: its variables, vertices, exchanges and control flow, made by walking the program's type. Experimental until
-/// an SDK has compiled it.
+/// A program as a Poplar graph: its variables, vertices, exchanges and control flow, which follow from the program's type. Experimental
+/// until an SDK has compiled it.
 ///
 /// Variables. One for each state, {tiles, words}, with row i on tile i; a list is its head and its items. Eight for each channel, one per
 /// end (`memory_of` channels lie in those of their host). One for each broadcast. Their bytes are the lines of `Tile<Machine, Program>`'s
@@ -66,14 +66,14 @@ public:
                   "two kernels of a program with one name (a codelet is found by it; arguments of templates are not part of it); give each "
                   "a static constexpr char const* name");
 
-    /// The slots of each list and channel that are connected and exchanged, in the order of the layout: at most those that it has.
+    /// The slots of each list and channel that are connected and exchanged, in the order of the layout: at most the slots of the layout.
     struct Slots {
         std::array<std::uint32_t, States::count + 1> states{};
         std::array<std::uint32_t, Links::count + 1> links{};
     };
 
-    /// Adds the variables; the graph must have the codelets already. `count`: account for every pass, even if the program needs no votes
-    /// (two small compute sets per superstep). Throws the exceptions of Poplar.
+    /// Adds the variables. The graph must already have the codelets. `count`: account for every pass, even if the program needs no votes;
+    /// this costs two small compute sets per superstep. Throws the exceptions of Poplar.
     ProgramGraph(::poplar::Graph& graph, Grid grid, std::string prefix, MeshSizes<Program> const& sizes, Slots const& slots, bool count)
         : graph_(graph), grid_(grid), prefix_(std::move(prefix)), sizes_(sizes), slots_(slots), counts_(count || needs_votes(Steps{}))
     {
@@ -95,7 +95,7 @@ public:
         add_shareds(Shareds{});
     }
     static constexpr bool traced = is_traced<Machine>;
-    /// The stream that brings the PassSample of all tiles after each pass; on a Traced machine only.
+    /// The stream that brings the PassSample of all tiles to the host after each pass; only on a Traced machine.
     static constexpr char const* samples_handle = "samples";
 
     /// {tiles, words} of a state: all words that the layout has for it.
@@ -110,7 +110,7 @@ public:
     {
         return cut<C>(in_[memory<C>()][index(d)]);
     }
-    /// {tiles, words}
+    /// {tiles, words} of a broadcast.
     template <class P>
     Tensor const& broadcast() const
     {
@@ -181,7 +181,7 @@ private:
     {
         ((shareds_[machine::index_in<P>(Shareds{})] = per_tile(text<P>(), sizeof(P) / 4)), ...);
     }
-    /// The channel in whose variables C lies.
+    /// The channel whose variables hold C.
     template <class C>
     std::uint32_t memory() const noexcept
     {
@@ -193,7 +193,7 @@ private:
     {
         return memory<C>() == machine::index_in<C>(Links{});
     }
-    /// The channel in whose variables C may lie, for any sizes.
+    /// The channel whose variables may hold C, depending on the sizes.
     template <class C>
     static constexpr std::uint32_t possible_memory() noexcept
     {
@@ -401,7 +401,7 @@ private:
         };
         (one(machine::Tag<C>{}), ...);
     }
-    /// What all tiles send towards d: a shift of the whole grid by one tile; at the edge as the channel's Edge says.
+    /// The messages that all tiles send towards d: a shift of the whole grid by one tile. At an edge they go as the channel's Edge says.
     template <class C>
     void exchange(std::vector<Tensor>& from, std::vector<Tensor>& to, Direction d) const
     {
@@ -425,7 +425,7 @@ private:
             add(sent.slice(edge, edge + 1, axis), arrives.slice(other, other + 1, axis));
     }
 
-    /// Writes the votes of all tiles into the run's log. `reads`: the channels whose mail makes another pass.
+    /// Writes the votes of all tiles into the run's log. `reads`: the channels whose mail causes another pass.
     template <class K>
     Sequence account(std::uint32_t reads)
     {

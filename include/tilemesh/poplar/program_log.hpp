@@ -1,7 +1,7 @@
 #pragma once
 #include <tilemesh/machine/operations.hpp>
 
-/// The same program as Poplar codelets and as a Poplar graph: the words on which its vertices and its host agree. Kernel code.
+/// The words on which the vertices of a program and its host agree. Kernel code, which the codelets and the graph share.
 ///
 /// All of poplar/ is experimental until an SDK has compiled it: names and layouts here may change.
 namespace tilemesh { inline namespace v0_2 { namespace on_poplar {

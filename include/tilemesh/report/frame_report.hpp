@@ -32,23 +32,23 @@ struct Loss {
     splat::GaussianId id;
     std::uint32_t tile; ///< index of the tile that lacks the copy; `whole`: the record itself
     Cause cause;
-    std::uint32_t full_tile = whole; ///< of an unplaced record: index of its anchor tile, which has no slot left; `whole`: none
+    std::uint32_t full_tile = whole; ///< for an unplaced record: index of its anchor tile, which has no slot left; `whole`: none
 
     friend bool operator==(Loss const&, Loss const&) = default;
 };
 
-/// The tiles whose storage is too small for a frame. A tile needs a slot for each visible record and each copy that belongs on it, and
-/// for each record with nothing on screen that is stored there.
+/// The tiles whose storage is too small for a frame. A tile needs a slot for each visible record and each copy that belongs on it, and for
+/// each stored record that is not on screen.
 struct FullTiles {
     std::uint32_t count = 0;   ///< tiles that need more slots than they have
     std::uint32_t fullest = 0; ///< index of the tile that needs the most
-    std::uint64_t slots_needed = 0, slots_available = 0; ///< of that tile
+    std::uint64_t slots_needed = 0, slots_available = 0; ///< slots of the fullest tile
 
     friend bool operator==(FullTiles const&, FullTiles const&) = default;
 };
 
-/// What one frame took. Every number but `host_ms` is exact: it is the same on every engine and any number of threads.
-/// `report_fields` below says what each number means, and in which unit it is.
+/// The counts and times of one frame. Every number except `host_ms` is exact: it is equal on every engine and with any number of threads.
+/// `report_fields` below gives the meaning and the unit of each number.
 struct FrameReport {
     std::string camera;
     std::uint32_t width = 0, height = 0;
@@ -63,7 +63,7 @@ struct FrameReport {
         std::uint64_t channel_full = 0, no_credit = 0, storage_full = 0, copies_full = 0, copies_refused = 0;
     } refused;
     std::vector<Loss> lost;
-    std::optional<FullTiles> full_tiles; ///< if a record or copy found no slot, and some tile needs more slots than it has
+    std::optional<FullTiles> full_tiles; ///< set if a record or copy found no slot, and some tile needs more slots than it has
     std::uint64_t copies = 0, lost_copies = 0, late_copies = 0;
     std::uint64_t messages = 0, hops = 0;
     std::uint64_t exchanged_live_bytes = 0, exchanged_capacity_bytes = 0;
@@ -76,9 +76,9 @@ struct FrameReport {
     struct {
         double project = 0, route = 0, bloom = 0, composite = 0, picture = 0, total = 0;
     } host_ms;
-    std::vector<std::uint64_t> digests; ///< of all live words, one a compute phase, where asked for
+    std::vector<std::uint64_t> digests; ///< digests of all live words, one per compute phase; empty without the option
 
-    /// Entries of `lost` with this cause. Cost: one pass over `lost`.
+    /// The number of entries of `lost` with this cause. Cost: one pass over `lost`.
     std::uint64_t losses(Cause cause) const noexcept
     {
         std::uint64_t n = 0;
@@ -90,10 +90,10 @@ struct FrameReport {
 /// One number of a FrameReport. Text, report.json, CSV, HTML pages and the comparisons of tests read the table of these.
 struct ReportField {
     std::string_view name;    ///< its path in report.json: "gaussians.visible"
-    std::string_view unit;    ///< what is counted: "records", "bytes", "ms"
+    std::string_view unit;    ///< unit of the number: "records", "bytes", "ms"
     std::string_view line;    ///< the line of the text that has it; empty: the text has a table for it, or another place
-    std::string_view phrase;  ///< what follows the number in that line: "12 visible"
-    std::string_view meaning; ///< what it counts
+    std::string_view phrase;  ///< the words after the number in that line: "12 visible"
+    std::string_view meaning; ///< the meaning of the number, in words
     std::uint64_t (*count)(FrameReport const&) = nullptr; ///< reads an exact number, equal on every engine; null for host time
     double (*milliseconds)(FrameReport const&) = nullptr; ///< reads a time measured on the host; null for an exact number
     void (*set_count)(FrameReport&, std::uint64_t) = nullptr; ///< sets an exact number, cut to its member's bits; null for `lost` and `losses`
@@ -128,9 +128,9 @@ struct ReportField {
         auto const dot = name.find('.');
         return dot == name.npos ? std::string_view{} : name.substr(0, dot);
     }
-    /// "visible" of "gaussians.visible"; the name itself where it has no dot.
+    /// "visible" of "gaussians.visible"; the name itself if it has no dot.
     constexpr std::string_view leaf() const noexcept { return name.substr(name.find('.') + 1); }
-    /// Whether `path` is this field's name or its group.
+    /// Is `path` this field's name or its group?
     constexpr bool is_in(std::string_view path) const noexcept { return name == path || group() == path; }
 };
 
@@ -259,8 +259,8 @@ inline constexpr ReportField report_fields[] = {
      [](auto& r) -> auto& { return r.host_ms.total; }},
 };
 
-/// The field of that name, found at compile time: `report_field("gaussians.moved").count(report)`. A name that is not in the
-/// table does not compile.
+/// The field of that name, at compile time: `report_field("gaussians.moved").count(report)`. A name that is not in the table does not
+/// compile.
 consteval ReportField const& report_field(std::string_view name)
 {
     for (auto const& field : report_fields)
@@ -271,8 +271,8 @@ consteval ReportField const& report_field(std::string_view name)
 /// The lines of the text, in order. Every `line` of report_fields is one of them, or empty.
 inline constexpr std::string_view text_lines[] = {"Gaussians", "missing", "copies", "exchanged", "refused", "pairs", "peaks"};
 
-/// The numbers of one line of the text: numbers_of(report, "copies") is "96,484 on tiles, 0 lost, 0 late". Empty for a line that
-/// no field names.
+/// The numbers of one line of the text: numbers_of(report, "copies") is "96,484 on tiles, 0 lost, 0 late". Empty if no field names the
+/// line.
 TILEMESH_HOST std::string numbers_of(FrameReport const& r, std::string_view line);
 
 /// A short text for a terminal: a table of the stages, then one line for each group of counters.

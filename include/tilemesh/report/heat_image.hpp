@@ -11,12 +11,12 @@
 
 namespace tilemesh { inline namespace v0_2 { namespace report {
 
-/// The values that the two ends of the colour map stand for.
+/// The values at the two ends of the colour map.
 struct HeatRange {
     double least = 0, most = 0;
 };
 
-/// The least and the greatest of the finite values; 0 and 0 where there is none.
+/// The least and the greatest of the finite values; 0 and 0 if there are none.
 inline HeatRange finite_range(std::span<double const> values) noexcept
 {
     HeatRange range;
@@ -58,11 +58,11 @@ inline std::array<float, 3> heat_colour(double share) noexcept
     return out;
 }
 
-/// A map of `width` x `height` values, row by row from the top left, as a picture with `cell_px` x `cell_high_px` pixels a
-/// value; 0: as high as wide. Values outside the range have the colour of its nearer end. Where the range is empty (all values are equal) they have
-/// the first colour, and values above it the last. Values that are not finite have the colour `heat_gap`.
+/// A map of `width` x `height` values, row by row from the top left, as a picture with `cell_px` x `cell_high_px` pixels per value.
+/// `cell_high_px` 0: as high as wide. Values outside the range have the colour of its nearer end. If the range is empty (its ends are
+/// equal), values above it have the last colour, and all others the first. Values that are not finite have the colour `heat_gap`.
 ///
-/// Throws `Error` where the number of values is not width * height, for a range that is not finite or not in order, and for a
+/// Throws `Error` if the number of values is not width * height, for a range that is not finite or not in order, and for a
 /// picture without pixels or with a side above 65,535.
 inline Image heat_image(std::span<double const> values, std::uint32_t width, std::uint32_t height, HeatRange range,
                         std::uint32_t cell_px = 1, std::uint32_t cell_high_px = 0)

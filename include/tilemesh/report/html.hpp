@@ -31,8 +31,8 @@ inline std::string base64(std::string_view bytes)
     return out;
 }
 
-/// A text for HTML, between tags or in a quoted attribute. Control characters but line feed become spaces; a byte that is not
-/// UTF-8 stays, and readers show it as U+FFFD.
+/// A text for HTML, between tags or in a quoted attribute. Control characters except line feed become spaces. A byte that is not
+/// UTF-8 stays, and browsers show it as U+FFFD.
 inline std::string html_text(std::string_view text)
 {
     std::string out;
@@ -49,22 +49,22 @@ inline std::string html_text(std::string_view text)
 struct HtmlCard {
     std::string title, text;
     std::string image;                ///< the bytes of a PNG or BMP file
-    std::string alt;                  ///< says in words what the picture shows
-    std::vector<std::string> scale{}; ///< the numbers below the scale, evenly spaced from the least; empty: no map and no scale
+    std::string alt;                  ///< describes the picture in words
+    std::vector<std::string> scale{}; ///< numbers below the scale, evenly spaced, the least first; empty: the picture is no map
 };
 
 /// The frame that all pictures of a gallery have, so that they line up. All lengths are in one unit, and above 0.
 struct HtmlFrame {
     double width = 1, height = 1;
-    double map_width = 1, map_height = 1;     ///< of a map; what reaches over the frame's right or lower edge is cut off
-    std::optional<std::array<double, 4>> mark{}; ///< a rectangle that is outlined in each: left, top, width, height
+    double map_width = 1, map_height = 1;     ///< size of a map; parts beyond the frame's right or lower edge are cut off
+    std::optional<std::array<double, 4>> mark{}; ///< a rectangle that is outlined in each picture: left, top, width, height
 };
 
-/// Whether a part that can be folded away is open at first.
+/// Is a part that the reader can fold away open at first?
 enum class HtmlFold { open, closed };
 
 namespace detail {
-/// Does a table's cell hold a number: digits, with signs, separators, a percent sign?
+/// Does a table's cell hold a number: digits with signs, separators or a percent sign?
 inline bool is_number_cell(std::string_view cell) noexcept
 {
     return cell.find_first_of("0123456789") != cell.npos && cell.find_first_not_of("0123456789.,+-e% ") == cell.npos && cell[0] != 'e';
@@ -129,11 +129,11 @@ summary h2, summary h3 { display: inline-block; margin: 0.3em 0; }
 }
 } // namespace detail
 
-/// A report as one HTML file that needs nothing else: pictures are inside, there is no script, and a content security policy
-/// forbids a browser to ask any network for anything. It is light or dark as the reader's browser is set, and fits windows of 400
-/// pixels, projectors and paper. Each call adds an element at the end; every text is escaped. The same calls give the same bytes.
+/// A report as one HTML file that needs no other file: pictures are inside, there is no script, and a content security policy forbids
+/// the browser any network access. It is light or dark, as the reader's browser prefers, and fits windows of 400 pixels, projectors
+/// and paper. Each call adds an element at the end. Every text is escaped. Equal calls give equal bytes.
 ///
-/// Cost: the file's bytes in memory; a picture takes 4/3 of its file.
+/// Cost: the file's bytes in memory. A picture takes 4/3 of the bytes of its file.
 class HtmlReport {
 public:
     explicit HtmlReport(std::string_view title) : title_(html_text(title)) { body_ = "<h1>" + title_ + "</h1>\n"; }
@@ -141,23 +141,23 @@ public:
     HtmlReport& section(std::string_view heading) { return add("<h2>" + html_text(heading) + "</h2>\n"); }
     HtmlReport& subsection(std::string_view heading) { return add("<h3>" + html_text(heading) + "</h3>\n"); }
     HtmlReport& paragraph(std::string_view text) { return add("<p>" + html_text(text) + "</p>\n"); }
-    /// The sentence that says what the page, or this part of it, is about; in large letters.
+    /// Adds the main sentence of the page, or of a part of it, in large letters.
     HtmlReport& lead(std::string_view text) { return add("<p class=\"lead\">" + html_text(text) + "</p>\n"); }
 
-    /// A section that a reader can fold away: its heading stays, and what `fill` adds to the report is shown or not.
+    /// Adds a section that a reader can fold away: its heading stays, and the elements that `fill` adds are shown or hidden.
     template <class Fill>
     HtmlReport& folded_section(std::string_view heading, HtmlFold fold, Fill fill)
     {
         return folded("h2", heading, fold, fill);
     }
-    /// A subsection that a reader can fold away.
+    /// Adds a subsection that a reader can fold away.
     template <class Fill>
     HtmlReport& folded_subsection(std::string_view heading, HtmlFold fold, Fill fill)
     {
         return folded("h3", heading, fold, fill);
     }
 
-    /// Few numbers that matter, in large letters: what each is, and the number with its unit.
+    /// Adds a few important numbers in large letters: pairs of a name, and the number with its unit.
     HtmlReport& figures(std::span<std::pair<std::string, std::string> const> pairs)
     {
         body_ += "<dl class=\"figures\">\n";
@@ -166,7 +166,7 @@ public:
         return add("</dl>\n");
     }
 
-    /// Names and what they stand for, a line each.
+    /// Adds names with their values, one line each.
     HtmlReport& key_values(std::span<std::pair<std::string, std::string> const> pairs)
     {
         body_ += "<div class=\"scroll\"><table class=\"pairs\">\n";
@@ -175,11 +175,11 @@ public:
         return add("</table></div>\n");
     }
 
-    /// A column stands right if at least half of its cells are numbers, otherwise left (from the thirteenth on: right). One cell a
-    /// header; any other number throws `Error`.
+    /// Adds a table. A column is right-aligned if at least half of its cells are numbers, otherwise left-aligned; columns from the
+    /// thirteenth on are right-aligned. A row must have one cell per header, otherwise it throws `Error`.
     HtmlReport& table(std::vector<std::string> const& headers, std::span<std::vector<std::string> const> rows)
     {
-        std::vector<std::ptrdiff_t> words(headers.size(), 0); // more than numbers
+        std::vector<std::ptrdiff_t> words(headers.size(), 0); // cells with words minus cells with numbers
         std::string text = "<tr>";
         for (auto const& header : headers) text += "<th>" + html_text(header) + "</th>";
         text += "</tr>\n";
@@ -200,9 +200,9 @@ public:
         return add("<div class=\"scroll\"><table class=\"" + left + "\">\n" + text + "</table></div>\n");
     }
 
-    /// Adds a diagram that `svg` of plot.hpp or stacked_bars.hpp made. Its ids are made unique in the report, and its name
-    /// space is left out, because HTML knows it. Throws `Error` for a text that is no SVG document, and for one with an
-    /// element that runs or loads something.
+    /// Adds a diagram that `svg` of plot.hpp or stacked_bars.hpp made. Its ids become unique in the report, and its name space is
+    /// left out, because HTML knows it. Throws `Error` for a text that is no SVG document, and for a document with an element that
+    /// runs or loads something.
     HtmlReport& svg(std::string_view document)
     {
         if (!document.starts_with("<svg"))
@@ -220,7 +220,7 @@ public:
                 document.remove_prefix(what.size());
                 return true;
             };
-            // Up to the end of a name: ` id="area"`, `url(#area)`.
+            // Copies a name up to its end and appends the diagram's number: ` id="area"`, `url(#area)`.
             auto const renamed = [&](std::string_view before, char end) {
                 if (!skip(before)) return false;
                 auto const length = std::min(document.find(end), document.size());
@@ -235,8 +235,8 @@ public:
         return add("<figure class=\"chart scroll\">" + text + "</figure>\n");
     }
 
-    /// Pictures beside each other, all in the same frame, so that a place has the same position in each. The first card, if it is no
-    /// map, is larger than the others where the window is wide enough.
+    /// Adds pictures beside each other, all in one frame, so a place has the same position in each. The first card, if it is no map, is
+    /// larger than the others in a wide window.
     HtmlReport& gallery(HtmlFrame const& frame, std::span<HtmlCard const> cards)
     {
         auto const percent = [](double part, double whole) { return detail::plot_number(100 * part / whole, 3) + "%"; };
@@ -264,7 +264,7 @@ public:
         return add("</div>\n");
     }
 
-    /// Bytes of the body so far.
+    /// The number of bytes of the body so far.
     std::size_t bytes() const noexcept { return body_.size(); }
 
     /// The whole file.

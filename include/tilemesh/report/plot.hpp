@@ -20,37 +20,37 @@ namespace tilemesh { inline namespace v0_2 { namespace report {
 
 enum class PlotScale { linear, logarithmic };
 
-/// One axis of a plot. Without bounds it spans the finite values of all series; a linear one is widened to whole ticks.
+/// One axis of a plot. Without bounds it spans the finite values of all series, and a linear axis is widened to whole ticks.
 struct PlotAxis {
-    std::string label; ///< what and in which unit
+    std::string label; ///< quantity and unit
     PlotScale scale = PlotScale::linear;
-    std::optional<double> low{}, high{}; ///< finite, low < high, above 0 where the scale is logarithmic
+    std::optional<double> low{}, high{}; ///< finite, low < high, and above 0 on a logarithmic scale
 };
 
-/// How two neighbouring points are joined: by a line, by the first one's value until the second begins, or not at all (dots
-/// only).
+/// The line between two neighbouring points: straight, a step at the value of the first point until the second point, or none
+/// (dots only).
 enum class PlotLine { straight, step, none };
 
-/// Points that belong together, in the order in which they are joined. A y of +infinity (the PSNR of equal pictures) is drawn on
-/// a line of its own above the others; a NaN, or -infinity, is a gap.
+/// Points that belong together, in the order in which lines join them. A point with y = +infinity (the PSNR of equal pictures) is on a
+/// separate line above the others. A NaN, or -infinity, is a gap.
 struct PlotSeries {
     std::string name;
-    std::vector<std::pair<double, double>> points; ///< x, which is finite, and y
+    std::vector<std::pair<double, double>> points; ///< x and y; x must be finite
     PlotLine line = PlotLine::straight;
-    std::uint32_t colour = 0; ///< one of eight that colour-blind eyes tell apart; 8 is 0 again
+    std::uint32_t colour = 0; ///< one of eight colours that colour-blind readers can tell apart; 8 is the colour of 0
     bool dashed = false;      ///< its dots are rings
     bool faded = false;       ///< drawn at 60 % of its strength: a background for the other series
     double dot_px = 2.5;      ///< radius of its dots
 };
 
-/// A diagram for a report: title, axes with ticks, lines with dots, a legend on the right. Where the lines of several series coincide
-/// from one point to the next, dashes of their colours alternate there; where dots coincide, the earlier series' dot is the larger one.
+/// A diagram for a report: title, axes with ticks, lines with dots, a legend on the right. If the lines of several series coincide from one
+/// point to the next, dashes of their colours alternate. If dots coincide, the dot of the earlier series is larger.
 struct Plot {
     std::string title;
     PlotAxis x, y;
     std::vector<PlotSeries> series;
-    std::string infinity = "inf";            ///< the name of the line where infinite values are
-    std::uint32_t width = 800, height = 420; ///< of the whole picture, in pixels; 320 x 200 or more
+    std::string infinity = "inf";            ///< the name of the line with infinite values
+    std::uint32_t width = 800, height = 420; ///< size of the whole picture in pixels; at least 320 x 200
 };
 
 namespace detail {
@@ -84,7 +84,7 @@ inline std::string plot_text(std::string_view text)
             out += "&quot;";
             break;
         default:
-            out += static_cast<unsigned char>(c) < 32 ? ' ' : c; // control characters are no XML
+            out += static_cast<unsigned char>(c) < 32 ? ' ' : c; // XML has no control characters
         }
     return out;
 }
@@ -94,7 +94,7 @@ struct PlotTick {
     std::string text;
 };
 
-/// A range of values laid onto a range of pixels.
+/// Maps a range of values to a range of pixels.
 class PlotRange {
 public:
     PlotRange(PlotAxis const& axis, char const* which, double least, double most, double from_px, double to_px)
@@ -104,12 +104,12 @@ public:
             if (bound && (!std::isfinite(*bound) || (log_ && !(*bound > 0))))
                 refuse(which, "a bound of it is not finite, or not above 0 on a logarithmic scale");
         low_ = axis.low.value_or(least), high_ = axis.high.value_or(most);
-        if (low_ > high_ && !(axis.low && axis.high)) // no value, or all beyond the one bound that is given
+        if (low_ > high_ && !(axis.low && axis.high)) // there is no value, or all values are beyond the one given bound
             low_ = axis.low.value_or(log_ ? high_ / 10 : high_ - 1), high_ = axis.high.value_or(log_ ? low_ * 10 : low_ + 1);
-        if (!std::isfinite(low_) || !std::isfinite(high_)) low_ = 1, high_ = 10; // not one value
+        if (!std::isfinite(low_) || !std::isfinite(high_)) low_ = 1, high_ = 10; // there is no value
         if (log_ && !(low_ > 0)) refuse(which, "a value of 0 or below has no place on a logarithmic scale");
         if (axis.low && axis.high && !(low_ < high_)) refuse(which, "its bounds are not in order");
-        if (!(low_ < high_)) { // one value: some room on both sides
+        if (!(low_ < high_)) { // there is one value: add room on both sides
             double const room = low_ == 0 ? 1 : std::fabs(low_) / 2;
             if (!axis.low) low_ = log_ ? low_ / 2 : low_ - room;
             if (!axis.high) high_ = log_ ? high_ * 2 : high_ + room;
@@ -130,7 +130,7 @@ private:
     {
         throw Error(std::string("the ") + which + " axis cannot be drawn (" + why + "); choose other bounds or a linear scale");
     }
-    /// Steps of 1, 2 or 5 times a power of ten; about five.
+    /// About five ticks, at steps of 1, 2 or 5 times a power of ten.
     void linear_ticks(bool widen_low, bool widen_high)
     {
         double const raw = (high_ - low_) / 5;
@@ -144,7 +144,7 @@ private:
         for (int i = 0; i <= 20 && (first + i) * step <= high_ + 1e-9 * step; ++i)
             ticks_.push_back({(first + i) * step, plot_number((first + i) * step, decimals)});
     }
-    /// Every power of ten; where these are few, 2 and 5 times it too, or all whole times it, or steps as on a linear axis.
+    /// A tick at every power of ten. If these are few, also at 2 and 5 times each power, or at all whole multiples, or at linear steps.
     void log_ticks()
     {
         int const begin = static_cast<int>(std::floor(std::log10(low_))), end = static_cast<int>(std::ceil(std::log10(high_)));
@@ -155,7 +155,7 @@ private:
                 for (int const times : factors) {
                     double const at = times * std::pow(10.0, e);
                     if (at < low_ * (1 - 1e-9) || at > high_ * (1 + 1e-9)) continue;
-                    bool const short_form = e < -3 || e > 5; // 0.000001 would stand on the axis' label
+                    bool const short_form = e < -3 || e > 5; // 0.000001 would overlap the axis' label
                     ticks_.push_back(
                         {at, short_form ? std::to_string(times) + "e" + std::to_string(e) : plot_number(at, std::clamp(-e, 0, 300))});
                 }
@@ -173,27 +173,27 @@ private:
     std::vector<PlotTick> ticks_;
 };
 
-/// Tenths of a pixel: places that are drawn alike are equal.
+/// A place in tenths of a pixel: places that look the same are equal.
 using PlotPlace = std::array<long, 2>;
 inline std::string place_text(PlotPlace const& at)
 {
     return plot_number(static_cast<double>(at[0]) / 10, 1) + " " + plot_number(static_cast<double>(at[1]) / 10, 1);
 }
 
-/// The series of a plot in pixels, and who shares what: which series, in order, draw each piece of line and each dot.
+/// For each piece of line and each dot of a plot: the series that draw it, in order.
 struct PlotShares {
     using Piece = std::array<PlotPlace, 2>;
-    using Owners = std::vector<std::size_t>; ///< of series, in order
+    using Owners = std::vector<std::size_t>; ///< indices of series, in order
     std::map<Piece, Owners> lines;
     std::map<PlotPlace, Owners> dots;
-    /// Adds a series to what it draws; a piece that it draws twice counts once.
+    /// Adds a series to the owners of a piece or dot. A piece that a series draws twice counts once.
     template <class Key>
     static void own(std::map<Key, Owners>& of, Key const& key, std::size_t series)
     {
         auto& owners = of[key];
         if (owners.empty() || owners.back() != series) owners.push_back(series);
     }
-    /// How many share it, and how many of them are before this series.
+    /// The number of owners of a piece or dot, and the number of owners before this series.
     template <class Key>
     static std::array<std::size_t, 2> share(std::map<Key, Owners> const& of, Key const& key, std::size_t series)
     {
@@ -206,9 +206,9 @@ struct PlotShares {
 
 } // namespace detail
 
-/// The plot as an SVG document of its own: no script, no style sheet, no font but the reader's sans-serif, on white. The same text on
-/// every run. Throws `Error` for a picture under 320 x 200, bounds that are not finite or not in order, an x that is not finite, and a
-/// value of 0 or below on a logarithmic scale. Costs some 60 bytes a point.
+/// The plot as a complete SVG document on white: no script, no style sheet, and only the reader's sans-serif font. Equal plots give equal
+/// text. Throws `Error` for a picture under 320 x 200, bounds that are not finite or not in order, an x that is not finite, and a value of
+/// 0 or below on a logarithmic scale. Cost: about 60 bytes per point.
 inline std::string svg(Plot const& plot)
 {
     using detail::plot_number;
@@ -231,7 +231,7 @@ inline std::string svg(Plot const& plot)
         }
     }
 
-    // Room for the legend, the labels and the line of infinite values; 6.5 pixels a letter of 12.
+    // Room for the legend, the labels and the line of infinite values. A letter of 12 pixels height is 6.5 pixels wide.
     double const legend = std::min(60 + 6.5 * static_cast<double>(longest), 0.45 * plot.width);
     double const left = 64, right = plot.width - legend - 8, bottom = plot.height - 52.0, top = 36, infinity_px = top + 8;
     detail::PlotRange const x(plot.x, "x", least[0], most[0], left, right);
@@ -272,10 +272,10 @@ inline std::string svg(Plot const& plot)
     auto const turn = " text-anchor=\"middle\" transform=\"rotate(-90 16 " + number((top + bottom) / 2) + ")\"";
     text(16, (top + bottom) / 2, turn.c_str(), plot.y.label);
 
-    // Where the points are in pixels, and the corners of lines; who shares a piece of line or a dot.
+    // The points and the corners of lines in pixels, and the series that share a piece of line or a dot.
     using detail::PlotPlace;
     struct Drawn {
-        std::vector<std::vector<PlotPlace>> lines; ///< from gap to gap
+        std::vector<std::vector<PlotPlace>> lines; ///< one line from gap to gap
         std::vector<PlotPlace> dots;
     };
     std::vector<Drawn> drawn(plot.series.size());
@@ -291,7 +291,7 @@ inline std::string svg(Plot const& plot)
             if (!x.has(at) || (std::isfinite(value) && !y.has(value)))
                 throw Error("series \"" + series.name +
                             "\" cannot be drawn (a value of 0 or below on a logarithmic scale); choose a linear scale");
-            auto const tenths = [](double px) { return std::lround(10 * std::clamp(px, -1e6, 1e6)); }; // bounds may leave values far outside
+            auto const tenths = [](double px) { return std::lround(10 * std::clamp(px, -1e6, 1e6)); }; // a value may be far outside
             PlotPlace const place = {tenths(x.px(at)), tenths(std::isfinite(value) ? y.px(value) : infinity_px)};
             drawn[i].dots.push_back(place);
             if (series.line == PlotLine::none) continue;
@@ -307,13 +307,13 @@ inline std::string svg(Plot const& plot)
                 if (points[p - 1] != points[p]) detail::PlotShares::own(shares.lines, {points[p - 1], points[p]}, i);
     }
 
-    // Lines and dots, cut to the area; then the legend.
+    // Lines and dots, clipped to the area, and the legend.
     for (std::size_t i = 0; i < plot.series.size(); ++i) {
         auto const& series = plot.series[i];
         std::string const colour = detail::plot_colours[series.colour % detail::plot_colours.size()];
         std::string const radius = "\" r=\"" + number(series.dot_px);
         std::string path, dots;
-        std::map<std::array<std::size_t, 2>, std::string> shared; // paths of pieces that as many share, this series in the same place
+        std::map<std::array<std::size_t, 2>, std::string> shared; // paths, by the number of sharing series and this series' place
         for (auto const& points : drawn[i].lines) {
             bool on_path = false;
             for (std::size_t p = 0; p < points.size(); ++p) {
@@ -342,7 +342,7 @@ inline std::string svg(Plot const& plot)
         if (!dots.empty()) {
             out += "<g clip-path=\"url(#area)\"" + strength + ">";
             if (!path.empty()) out += "<path d=\"" + path + "\"" + stroke + "/>\n";
-            for (auto const& [share, pieces] : shared) // the first is whole, so that a short piece has a colour too; the others on it
+            for (auto const& [share, pieces] : shared) // the first series has no dashes, so a short piece also has a colour
                 out += "<path d=\"" + pieces + "\"" + line_style +
                        (share[1] == 0 ? std::string()
                                       : " stroke-dasharray=\"7 " + std::to_string(7 * (share[0] - 1)) + "\" stroke-dashoffset=\"-" +
@@ -360,7 +360,7 @@ inline std::string svg(Plot const& plot)
     return out + "</svg>\n";
 }
 
-/// Writes `svg(plot)` as a file, whole or not at all (`write_whole`). Throws `Error` as both do.
+/// Writes `svg(plot)` to a file, whole or not at all (`write_whole`). Throws `Error` in the cases in which svg and write_whole throw it.
 inline void write_svg(std::filesystem::path const& path, Plot const& plot)
 {
     write_whole(path, svg(plot));

@@ -26,8 +26,8 @@ inline std::filesystem::path link_target(std::filesystem::path path)
     return path;
 }
 
-/// What a finished file survives. `process`: the end of the process, also by a kill; but after a power loss the new name may have no bytes.
-/// `power_loss`: also a power loss; the bytes are synced to the disk before the rename, and the folder after it.
+/// The event that a finished file survives. `process`: the end of the process, also by a kill; but after a power loss the new name may have
+/// no bytes. `power_loss`: also a power loss; the bytes are synced to the disk before the rename, and the folder after it.
 enum class Outlasts { process, power_loss };
 
 namespace detail {

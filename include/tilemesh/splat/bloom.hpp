@@ -76,8 +76,8 @@ struct Bloom {
         return open == 0 ? Vote::quiet : Vote::busy;
     }
 
-    /// For a cost model. An arrival is looked up among the tile's records and projected; a copy that leaves is given to a channel. Each
-    /// arrival settles here: a message that goes on from this tile is another copy.
+    /// For a cost model. The tile looks up each arrival among its records and projects it, and it gives each copy that leaves to a channel.
+    /// Each arrival settles on this tile: a message that goes on from here is another copy.
     static Operations operations(Broadcast<typename S::Parameters> frame, Marks<S> const& marks, In<Beam<S>> in,
                                  Out<Beam<S>> out) noexcept
     {
@@ -106,8 +106,7 @@ struct Bloom {
 /// sink of copies, so bloom needs no credits and no FIFO, and it cannot deadlock.
 ///
 /// When the mesh is quiet and no copy was refused, exactly the tiles that a record's footprint touches hold the record. Cost: one message
-/// per new copy. When an anchor moves to another row, at most as many further messages as the footprint is tiles wide.
-/// new copy, plus at most the width of the footprint in tiles when an anchor changes row.
+/// per new copy. When an anchor moves to another row, bloom sends at most as many further messages as the footprint is tiles wide.
 template <class S>
 using Bloom = kernel::Bloom<PoliciesOf<S>>;
 

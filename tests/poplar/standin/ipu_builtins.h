@@ -1,14 +1,14 @@
-// A stand-in for the header of the same name in popc: the builtins of public codelets that mean something on a host.
-// Instructions of the AMP unit, of 64- and 128-bit transfers to it and of the exchange are left out: code that needs them
-// does not compile here.
+// A stand-in for the header of the same name in popc: the builtins of public codelets that have a meaning on a host.
+// It has no instructions of the AMP unit, of 64- and 128-bit transfers to it, or of the exchange. Code that needs them does
+// not compile here.
 #pragma once
 #include <cstdint>
 #include <ipu_vector_math>
 
 namespace standin {
-/// Where the calling vertex is: 0 unless whoever executes it says otherwise.
+/// The tile of the calling vertex: 0, unless the code that executes the vertex sets it.
 inline thread_local unsigned tile_id = 0;
-/// Grows by one a look: it orders events on a thread, and is no time.
+/// Grows by one at each read. It orders events on a thread; it does not measure time.
 inline thread_local unsigned cycle_count = 0;
 inline thread_local std::uint32_t random_state = 1;
 } // namespace standin
@@ -54,7 +54,7 @@ inline unsigned __builtin_ipu_get_tile_id()
 {
     return standin::tile_id;
 }
-/// Uniform in [-0.5, 0.5), by xorshift32: repeatable, and not an IPU's sequence.
+/// Uniform in [-0.5, 0.5), by xorshift32. The sequence is repeatable, but it is not that of an IPU.
 inline float __builtin_ipu_urand_f32()
 {
     std::uint32_t s = standin::random_state;
@@ -64,6 +64,6 @@ inline float __builtin_ipu_urand_f32()
     standin::random_state = s;
     return static_cast<float>(s >> 8) * 0x1p-24f - 0.5f;
 }
-/// Writes to control registers change nothing here.
+/// Writes to control registers have no effect here.
 inline void __builtin_ipu_put(unsigned, unsigned) {}
 inline void __builtin_ipu_uput(unsigned, unsigned) {}

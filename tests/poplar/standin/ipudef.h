@@ -1,5 +1,5 @@
-// A stand-in for the header of the same name in popc: short vectors. Those of halves are classes, since a host compiler has
-// no vector of a software type; their arithmetic rounds each element as `half` does.
+// A stand-in for the header of the same name in popc: short vectors. Vectors of halves are classes, because a host compiler
+// has no vector of a software type. Their arithmetic rounds each element as `half` does.
 #pragma once
 #include <poplar/HalfFloat.hpp>
 

@@ -1,6 +1,6 @@
-// Part of the stand-in for the Poplar SDK: what popc has before the first line of a codelet. Host builds of public codelets
-// name it with `-include popc.h`; without it an unqualified sqrt or floor is the one for double, and std::swap, memcpy and
-// the like may be undeclared, which popc's own headers bring with others.
+// Part of the stand-in for the Poplar SDK: the declarations that popc has before the first line of a codelet. Host builds of
+// public codelets include it with `-include popc.h`. Without it, an unqualified sqrt or floor is the function for double, and
+// std::swap, memcpy and others, which popc's headers declare, may be undeclared.
 #pragma once
 #include <algorithm>
 #include <limits>

@@ -1,5 +1,5 @@
-// Part of the stand-in for the Poplar SDK (never installed): what popc and the loader do for a codelet, finding its fields
-// and pointing them at tile memory. Fields are named by hand, in POPLAR_STANDIN_VERTEX.
+// Part of the stand-in for the Poplar SDK (never installed). Like popc and the loader, it finds the fields of a codelet and
+// points them at tile memory. The fields are named by hand, in POPLAR_STANDIN_VERTEX.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -29,20 +29,20 @@ struct Edge {
 /// One field of a vertex type.
 struct Field {
     std::string name;
-    Access access;    // value: filled by setInitialValue, not connected
+    Access access;    // value: setInitialValue fills the field, and nothing is connected to it
     unsigned rank;    // 0: one element, 1: a vector, 2: a list of vectors
-    std::string type; // of an element: "unsigned", "float", "half", ...
+    std::string type; // the type of an element: "unsigned", "float", "half", ...
     unsigned element_bytes, align;
-    unsigned state_bytes;       // in the vertex on an IPU, without inner vectors
-    unsigned inner_state_bytes; // for each inner vector
-    /// Points the field at n edges (1 where rank < 2). Values are copied, into the vertex (rank 0) or into memory that
-    /// belongs to it. Throws std::invalid_argument when an edge does not fit: wrong number, misaligned, too long for its
-    /// layout.
+    unsigned state_bytes;       // bytes in the vertex on an IPU, without inner vectors
+    unsigned inner_state_bytes; // bytes for each inner vector
+    /// Points the field at n edges (1 if rank < 2). Values are copied into the vertex (rank 0) or into memory that belongs to
+    /// it. Throws std::invalid_argument if an edge does not fit: wrong number, misaligned, too long for its layout.
     void (*bind)(void* vertex, Edge const* edges, std::size_t n);
-    std::size_t max_elements; // that the layout can count in one vector; 0: no limit
+    std::size_t max_elements; // the most elements that the layout can count in one vector; 0: no limit
 };
 
-/// A vertex type. `make` returns the class as Poplar does: memory of its size, filled with zeros, no constructor called.
+/// A vertex type. `make` returns an object as Poplar makes it: memory of the class's size, filled with zeros, without a constructor
+/// call.
 struct VertexType {
     std::string name;
     Kind kind;
@@ -59,7 +59,7 @@ inline std::map<std::string, VertexType, std::less<>>& vertex_types()
     return types;
 }
 
-/// The type of that name, or nullptr when no linked source registers it. Safe from main() on.
+/// The type of that name, or nullptr if no linked source registers it. Safe from main() on.
 inline VertexType const* find_vertex(std::string_view name)
 {
     auto const& types = vertex_types();
@@ -67,7 +67,7 @@ inline VertexType const* find_vertex(std::string_view name)
     return found == types.end() ? nullptr : &found->second;
 }
 
-/// The name of an element type; empty for what may not be an element.
+/// The name of an element type; empty for a type that cannot be an element.
 template <class T>
 constexpr char const* element_name()
 {
@@ -89,14 +89,14 @@ constexpr char const* element_name()
 template <class T>
 constexpr bool is_element = element_name<T>()[0] != '\0';
 
-/// Bytes of a vector in the vertex: pointer and size; both in one word; one pointer; a pointer in 16 bits, counted as a
-/// word.
+/// Bytes of a vector in the vertex. SPAN is a pointer and a size. All others are one word: pointer and size in one word, a
+/// pointer, or a pointer in 16 bits, which counts as a word.
 constexpr unsigned layout_bytes(poplar::VectorLayout layout)
 {
     return layout == poplar::VectorLayout::SPAN ? 8 : 4;
 }
 
-/// What a scaled pointer can address, in bytes.
+/// The alignment in bytes that a scaled pointer needs.
 constexpr unsigned layout_align(poplar::VectorLayout layout)
 {
     return layout == poplar::VectorLayout::SCALED_PTR32    ? 4
@@ -109,7 +109,7 @@ constexpr std::size_t layout_max(poplar::VectorLayout layout)
     return layout == poplar::VectorLayout::SHORT_SPAN ? 2047 : 0;
 }
 
-/// What a field type is. The primary template is a plain member.
+/// The facts of a field type. The primary template is a plain member.
 template <class T>
 struct FieldTraits {
     static_assert(is_element<T>, "a field is a number, an edge, or a vector of these: no struct, array, pointer or long");
@@ -150,7 +150,7 @@ struct FieldTraits<poplar::Output<poplar::Vector<T, L, M, I>>> : VectorTraits<T,
 template <class T, poplar::VectorLayout L, unsigned M, bool I>
 struct FieldTraits<poplar::InOut<poplar::Vector<T, L, M, I>>> : VectorTraits<T, L, M, Access::inout> {};
 
-/// A list of vectors, one edge each; where its elements are numbers, a table of values.
+/// A list of vectors, each of which is one edge. A vector whose elements are numbers is a table of values.
 template <class T, poplar::VectorLayout L>
 struct ListTraits : FieldTraits<T> {
     static_assert(FieldTraits<T>::rank == 1, "a list holds vectors, and no list goes deeper");
@@ -160,7 +160,7 @@ template <class T, poplar::VectorLayout L, unsigned M, bool I>
 struct FieldTraits<poplar::Vector<T, L, M, I>>
     : std::conditional_t<is_element<T>, VectorTraits<T, L, M, Access::value>, ListTraits<T, L>> {};
 
-/// A base and a count, and one word for each vector, offset and size together.
+/// A base and a count, and one word for each vector, which holds its offset and its size.
 template <class T, unsigned MinAlign, Access A>
 struct VectorListTraits {
     static_assert(is_element<T>, "a list of vectors holds numbers");
@@ -178,14 +178,14 @@ struct FieldTraits<poplar::Output<poplar::VectorList<T, L, M, I>>> : VectorListT
 template <class T, poplar::VectorListLayout L, unsigned M, bool I>
 struct FieldTraits<poplar::InOut<poplar::VectorList<T, L, M, I>>> : VectorListTraits<T, M, Access::inout> {};
 
-/// Memory of one field beside the class: handles of inner vectors, and values that it keeps.
+/// Memory of one field outside the class: handles of inner vectors, and values that the field keeps.
 struct FieldMemory {
     std::vector<std::byte> handles;
     std::vector<std::vector<std::byte>> values;
 };
 
 struct Binding {
-    /// Checks edges against what the field can hold.
+    /// Checks whether the field can hold the edges.
     template <class Traits>
     static void check(Edge const* edges, std::size_t n)
     {
@@ -207,14 +207,14 @@ struct Binding {
         }
     }
 
-    /// Points a field of any kind at its edges, which check() has accepted.
+    /// Points a field of any kind at its edges. check() must have accepted them.
     template <class T>
     static void bind(T& field, FieldMemory& memory, Edge const* edges, std::size_t n)
     {
         using Plain = std::remove_const_t<T>;
         using Traits = FieldTraits<Plain>;
         using Element = typename Traits::Element;
-        Plain& plain = const_cast<Plain&>(field); // members may be const to the codelet; the memory is not
+        Plain& plain = const_cast<Plain&>(field); // a member may be const for the codelet, but its memory is not
         if constexpr (is_element<Plain>) {
             std::memcpy(&plain, edges->data, sizeof plain);
         } else if constexpr (Traits::rank == 0) {
@@ -253,7 +253,7 @@ private:
         return first;
     }
 
-    /// The same edges, on copies of their values.
+    /// Edges on copies of the values.
     static std::vector<Edge> on_copies(FieldMemory& memory, Edge const* edges, std::size_t n, std::size_t element_bytes)
     {
         memory.values.resize(n);
@@ -280,14 +280,14 @@ struct MemberType<T Class::*> {
     using Type = T;
 };
 
-/// A class derived from another begins where the other's last member ends, be that in its padding.
+/// The members of a derived class begin where the last member of the base class ends, even inside the base's padding.
 template <class Class, std::size_t Bytes>
 struct Extended : Class {
     char more[Bytes];
 };
 
-/// Whether fields in this order, padded as C++ does, fill the class: one left out shows as a difference in size, unless it
-/// would lie in the padding between two others.
+/// Do fields in this order, with the padding of C++, fill the class? A missing field shows as a difference in size, unless
+/// the field would lie in the padding between two others.
 template <class Class, class... Types>
 constexpr bool fields_fill()
 {
@@ -303,8 +303,7 @@ constexpr bool fields_fill()
     else return sizeof(Extended<Class, rounded - bytes>) == sizeof(Class);
 }
 
-/// Enters a class and its fields into vertex_types(). Explicit instantiation may name private members, which Poplar sees
-/// too.
+/// Enters a class and its fields into vertex_types(). An explicit instantiation may name private members, which Poplar sees too.
 template <class Class, class Tag, auto... Members>
 struct Registration {
     using Made = MadeVertex<Class, sizeof...(Members)>;
@@ -378,11 +377,11 @@ bool const Registration<Class, Tag, Members...>::entered = enter();
 
 } // namespace standin
 
-/// Registers a vertex class under its own name, in the global namespace, after the class: POPLAR_STANDIN_VERTEX(Class,
-/// field, ...).
+/// Registers a vertex class under its own name. Use it in the global namespace, after the class:
+/// POPLAR_STANDIN_VERTEX(Class, field, ...).
 #define POPLAR_STANDIN_VERTEX(class_, ...) POPLAR_STANDIN_VERTEX_NAMED(#class_, class_, __VA_ARGS__)
-/// The same under another name, for an instance of a template: its class must be spelt without commas, by an alias if need
-/// be.
+/// POPLAR_STANDIN_VERTEX under another name, for an instance of a template. The class must be written without commas, by an
+/// alias if necessary.
 #define POPLAR_STANDIN_VERTEX_NAMED(name_, class_, ...) POPLAR_STANDIN_ENTER(__COUNTER__, name_, class_, __VA_ARGS__)
 
 #define POPLAR_STANDIN_ENTER(n, name_, class_, ...) POPLAR_STANDIN_ENTER_TAG(n, name_, class_, __VA_ARGS__)
@@ -395,7 +394,7 @@ bool const Registration<Class, Tag, Members...>::entered = enter();
     }                                                                                                                      \
     template struct standin::Registration<class_, StandinVertexTag##n POPLAR_STANDIN_EACH(class_, __VA_ARGS__)>
 
-// `, &Class::field` for each field: a macro is expanded once a pass, and 4 * 4 * 4 passes are enough for 64 fields.
+// `, &Class::field` for each field. Each pass expands the macro once, and 4 * 4 * 4 passes are enough for 64 fields.
 #define POPLAR_STANDIN_PARENS ()
 #define POPLAR_STANDIN_PASS(...)                                                                                           \
     POPLAR_STANDIN_PASS2(POPLAR_STANDIN_PASS2(POPLAR_STANDIN_PASS2(POPLAR_STANDIN_PASS2(__VA_ARGS__))))

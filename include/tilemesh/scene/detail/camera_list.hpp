@@ -209,7 +209,7 @@ class CameraJson {
 public:
     CameraJson(std::istream& stream, std::string const& name) : json_(stream, name), file_(name) {}
 
-    /// `notes` gets a line for each key that is not read; null: nobody asks.
+    /// `notes` gets a line for each key that is not read; null: no notes.
     std::vector<NamedCamera> read(std::vector<std::string>* notes)
     {
         Distortion distortion{}; // beside cameras[]: of all of them

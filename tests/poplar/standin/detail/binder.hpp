@@ -11,12 +11,12 @@
 
 namespace standin::detail {
 
-/// Gives the edges of vertices their places, adding temporaries to the layout where Poplar would exchange data unasked.
+/// Gives the edges of vertices their places. Where Poplar would add an exchange of its own, it adds temporaries to the layout.
 class Binder {
 public:
     Binder(GraphData const& graph, Layout& layout) : graph_(graph), layout_(layout), state_bytes_(graph.tiles) {}
 
-    /// A compute set with its edges placed. Throws for what is missing or in conflict.
+    /// A compute set with its edges placed. Throws if something is missing, or if two uses are in conflict.
     BoundSet bind(ComputeSet const& set)
     {
         BoundSet bound{set.name, {}};
@@ -33,12 +33,12 @@ public:
         return bound;
     }
 
-    /// Bytes of vertices, by tile.
+    /// Bytes of vertex state, by tile.
     std::vector<std::size_t> const& state_bytes() const { return state_bytes_; }
 
 private:
-    /// Refuses two vertices that write parts of one word: the machine stores a part by reading and writing its word, so workers
-    /// that do it at once lose one another's bytes (hardware.md, section 2.2).
+    /// Refuses two vertices that write parts of one word. The machine stores a part of a word by reading and writing the whole
+    /// word, so workers that do this at once lose each other's bytes.
     void require_whole_words(BoundSet const& set) const
     {
         std::vector<Use> words;
@@ -113,7 +113,7 @@ private:
         }
     }
 
-    /// An edge is used where it lies when that is one aligned piece of its vertex's tile; else a temporary there takes its place.
+    /// Uses an edge in place if it is one aligned piece on its vertex's tile. Otherwise a temporary on that tile replaces it.
     void bind_edge(Vertex const& vertex, Connection const& connection, BoundVertex& bound, BoundSet& set,
                    std::vector<Use>& uses)
     {

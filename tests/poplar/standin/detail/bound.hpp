@@ -22,7 +22,7 @@ struct Segment {
     std::size_t bytes;
 };
 
-/// Sixteen bytes beside an edge: those under `mask` may not change while its vertex computes.
+/// Sixteen bytes beside an edge. The bytes under `mask` may not change while the edge's vertex computes.
 struct Guard {
     std::array<std::uint64_t, 2> mask{}, saved{};
     void save(unsigned char const* at) { saved = {raw_load(at), raw_load(at + 8)}; }
@@ -46,8 +46,8 @@ struct BoundVertex {
     VertexType const* type;
     unsigned tile;
     std::vector<BoundEdge> edges; ///< ascending by field and index
-    std::vector<Value> values;    ///< the same
-    std::vector<Edge> bound{};    ///< what the vertex's fields point at: the edges, the values
+    std::vector<Value> values;    ///< ascending by field and index
+    std::vector<Edge> bound{};    ///< the memory of the vertex's fields: first the edges, then the values
     std::unique_ptr<void, void (*)(void*)> object{nullptr, nullptr};
 
     std::string name() const { return "Vertex " + type->name + " on tile " + std::to_string(tile); }
@@ -63,13 +63,13 @@ struct BoundSet {
     std::vector<unsigned> order{};
 };
 
-/// Where a run lies.
+/// The address of a run.
 inline unsigned char* address(Run const& run, Layout const& layout, TileMemory const& memory)
 {
     return memory.at(layout.place(run));
 }
 
-/// Runs, from and to, as addresses; neighbours are one segment.
+/// Pairs of runs (from, to) as addresses. Neighbouring pairs become one segment.
 inline std::vector<Segment> segments(std::vector<std::pair<Run, Run>> const& runs, Layout const& layout,
                                      TileMemory const& memory)
 {
@@ -85,7 +85,7 @@ inline std::vector<Segment> segments(std::vector<std::pair<Run, Run>> const& run
     return result;
 }
 
-/// Sums what goes from tile to tile.
+/// The sum of words for each pair of tiles.
 inline std::vector<Move> moves(std::vector<std::pair<Run, Run>> const& runs)
 {
     std::map<std::pair<unsigned, unsigned>, std::size_t> bytes;

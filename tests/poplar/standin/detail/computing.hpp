@@ -24,10 +24,10 @@ class Computing {
 public:
     Computing(Layout const& layout, TileMemory& memory) : layout_(layout), memory_(memory) {}
 
-    /// Starts the permutations of orders again.
+    /// Restarts the permutations of orders.
     void seed(unsigned seed) { random_.seed(seed); }
 
-    /// Turns places into addresses, once memory is there.
+    /// Turns places into addresses. The memory must be mapped before.
     void resolve(BoundSet& set)
     {
         for (BoundVertex& vertex : set.vertices) {
@@ -44,7 +44,7 @@ public:
         set.order.resize(set.vertices.size());
     }
 
-    /// Makes the vertex anew and points its fields at its edges.
+    /// Makes a new vertex object and points its fields at its edges.
     void make(BoundVertex& vertex)
     {
         for (BoundEdge const& edge : vertex.edges) guard(edge);
@@ -70,7 +70,7 @@ public:
         }
     }
 
-    /// Gathers, computes each vertex, scatters.
+    /// Gathers edges, computes each vertex, scatters edges.
     void execute(BoundSet& set)
     {
         for (Segment const& s : set.gathers) raw_copy(s.to, s.from, s.bytes);
@@ -90,7 +90,7 @@ public:
     }
 
 private:
-    /// Which of the sixteen bytes at `at` no edge of the vertex may write.
+    /// A mask of the bytes among the sixteen at `at` that no edge of the vertex may write.
     static std::array<std::uint64_t, 2> guard_mask(BoundVertex const& vertex, unsigned char const* at)
     {
         std::array<std::uint64_t, 2> mask{~std::uint64_t{0}, ~std::uint64_t{0}};
@@ -104,7 +104,7 @@ private:
         return mask;
     }
 
-    /// Writes the canaries beside an edge, where these bytes are red zone.
+    /// Writes the canaries beside an edge, but only to bytes of a red zone.
     void guard(BoundEdge const& edge)
     {
         std::size_t const arena = layout_.arena(edge.run.tile), begin = edge.run.offset, end = begin + edge.run.bytes;
@@ -128,7 +128,7 @@ private:
             for (std::size_t i = list.size(); i > 1; --i) std::swap(list[i - 1], list[random_() % i]);
     }
 
-    /// While it lives, pages of no tile can be touched but of one.
+    /// During its lifetime, the pages of all tiles are closed, except those that open() opens.
     class Closed {
     public:
         Closed(TileMemory& memory, Layout const& layout, bool active) : memory_(memory), layout_(layout), active_(active)
@@ -152,7 +152,7 @@ private:
         bool active_;
     };
 
-    /// While it lives, AddressSanitizer lets a vertex touch its edges.
+    /// During its lifetime, AddressSanitizer lets a vertex touch its edges.
     class Open {
     public:
         explicit Open(BoundVertex const& vertex) : vertex_(vertex)
@@ -163,7 +163,7 @@ private:
         Open& operator=(Open const&) = delete;
         ~Open()
         {
-            // To whole granules of eight bytes: what an edge shares one with was opened with it.
+            // Closes whole granules of eight bytes. Bytes that share a granule with the edge were opened with it.
             for (BoundEdge const& edge : vertex_.edges) {
                 std::size_t const lead = reinterpret_cast<std::uintptr_t>(edge.data) % 8;
                 close_to_asan(edge.data - lead, round_up(lead + edge.run.bytes, 8));

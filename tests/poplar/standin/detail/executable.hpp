@@ -19,7 +19,7 @@
 #include <utility>
 #include <vector>
 
-/// What an Engine is inside: a graph and its programs, laid out and resolved to addresses, and their execution.
+/// The inside of an Engine: a graph and its programs, laid out and resolved to addresses, and their execution.
 namespace standin::detail {
 
 /// A program, with its operands as addresses.
@@ -51,7 +51,7 @@ public:
         reset();
     }
 
-    /// As a device is after loading: constants written, vertices made, everything else undefined.
+    /// The state of a device after loading: constants are written, vertices are made, everything else is undefined.
     void reset()
     {
         memory_.forget();
@@ -327,10 +327,10 @@ private:
 
     struct Stream {
         unsigned char* begin = nullptr;
-        unsigned char* end = nullptr; ///< nullptr: the same place each time
+        unsigned char* end = nullptr; ///< nullptr: each transfer starts at `begin`
         unsigned char* next = nullptr;
-        bool connected = false; ///< also to nullptr, where nothing is transferred
-        std::function<void(void*)> callback; ///< takes what a transfer from the device brought to `buffer`
+        bool connected = false; ///< true also for memory at nullptr, if the stream moves no data
+        std::function<void(void*)> callback; ///< gets the data that a transfer from the device wrote to `buffer`
         std::vector<unsigned char> buffer;
     };
     Stream& find_stream(std::string const& handle)
@@ -378,7 +378,7 @@ private:
     std::unordered_map<Program::Node const*, std::size_t> compiled_;
     std::vector<std::size_t> roots_;
     std::map<std::string, Stream> streams_;
-    Counts counts_, before_; // of this run, of those before it
+    Counts counts_, before_; // counts of this run, counts of the runs before it
     Computing computing_{layout_, memory_};
 };
 

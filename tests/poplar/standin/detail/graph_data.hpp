@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-/// What a Graph holds, as its Tensors, VertexRefs and Engines read it.
+/// The data of a Graph, which its Tensors, VertexRefs and Engines read.
 namespace standin::detail {
 
 /// Elements [begin, end) of a variable.
@@ -21,7 +21,7 @@ struct Interval {
     }
 };
 
-/// Adds an interval to a list, as part of the last one where it goes on from there.
+/// Adds an interval to a list. If it continues the last interval, it becomes part of that one.
 inline void append(std::vector<Interval>& list, Interval more)
 {
     if (more.begin == more.end) return;
@@ -41,9 +41,9 @@ struct Variable {
     std::size_t elements;
     std::vector<Mapped> mapping; ///< ascending, disjoint, neighbours on one tile merged
     bool constant = false;
-    std::vector<unsigned char> contents{}; ///< of a constant
+    std::vector<unsigned char> contents{}; ///< the bytes of a constant
 
-    /// Puts [begin, end) on a tile, whatever was there. Cost: constant where it comes after all that was mapped before.
+    /// Maps [begin, end) to a tile and replaces any older mapping. Cost: constant if it comes after all mapped elements.
     void map(std::size_t begin, std::size_t end, unsigned tile)
     {
         if (begin == end) return;
@@ -78,14 +78,14 @@ private:
     }
 };
 
-/// A tensor at a place of a field; `index` is 0 but for a list of vectors.
+/// A tensor at a place of a field. `index` is 0 except for a list of vectors.
 struct Connection {
     unsigned field;
     std::size_t index;
     std::vector<Interval> parts;
 };
 
-/// The bytes of a plain member, or of a table that the vertex keeps; `index` is 0 but for a list of tables.
+/// The bytes of a plain member, or of a table that the vertex keeps. `index` is 0 except for a list of tables.
 struct Value {
     unsigned field;
     std::size_t index, elements;
@@ -97,7 +97,7 @@ inline constexpr unsigned no_tile = ~0u;
 struct Vertex {
     VertexType const* type;
     unsigned tile = no_tile;
-    std::vector<std::size_t> list_sizes; ///< by field; `no_size` where it was not set
+    std::vector<std::size_t> list_sizes; ///< by field; `no_size` if it was never set
     std::vector<Connection> connections;
     std::vector<Value> values;
 };
@@ -114,17 +114,17 @@ struct GraphData {
     bool has_codelets = false;
     std::deque<Variable> variables;
     std::deque<ComputeSet> compute_sets;
-    std::vector<std::string> streams; ///< handles
+    std::vector<std::string> streams; ///< handles of the streams
 };
 
-/// The words by which an error names a vertex.
+/// The name of a vertex in errors.
 inline std::string vertex_name(Vertex const& vertex)
 {
     return "Vertex " + vertex.type->name +
            (vertex.tile == no_tile ? std::string(" on no tile") : " on tile " + std::to_string(vertex.tile));
 }
 
-/// The words by which an error names a field or one vector of a list.
+/// The name of a field, or of one vector of a list, in errors.
 inline std::string field_name(Field const& field, std::size_t index)
 {
     return field.rank == 2 ? field.name + "[" + std::to_string(index) + "]" : field.name;

@@ -8,19 +8,19 @@
 #include <utility>
 #include <vector>
 
-/// Where elements lie in tile memory.
+/// The places of elements in tile memory.
 namespace standin::detail {
 
-/// Bytes of one tile that follow each other, from the start of its arena; [piece_begin, piece_end) is the allocation they are in.
+/// Contiguous bytes of one tile. Offsets count from the start of its arena. [piece_begin, piece_end) is the allocation around the bytes.
 struct Run {
     unsigned tile;
     std::size_t offset, bytes, piece_begin, piece_end;
 };
 
-/// Gives each contiguous piece of a variable on a tile, and each temporary, a place of its own with a red zone around it.
+/// Gives each contiguous piece of a variable on a tile, and each temporary, its own place with a red zone around it.
 class Layout {
 public:
-    /// Places all variables. Throws where one is not wholly mapped.
+    /// Places all variables. Throws if an element of a variable is on no tile.
     explicit Layout(GraphData const& graph)
         : graph_(graph), next_(graph.tiles, first_piece_at), variable_bytes_(graph.tiles), temporary_bytes_(graph.tiles),
           on_tile_(graph.tiles)
@@ -53,7 +53,7 @@ public:
         return {tile, offset, bytes, offset, offset + bytes};
     }
 
-    /// Puts the arenas one after the other, each on pages of its own; nothing can be placed afterwards. Returns the bytes of all.
+    /// Puts the arenas one after the other, each on its own pages. No place can be added afterwards. Returns the bytes of all arenas.
     std::size_t finish()
     {
         std::size_t const page = TileMemory::page();
@@ -70,7 +70,7 @@ public:
     }
     std::size_t place(Run const& run) const { return arenas_[run.tile] + run.offset; }
 
-    /// Where elements lie, in their order; neighbours in one piece are one run.
+    /// The places of elements, in the order of the elements. Neighbours in one piece are one run.
     std::vector<Run> runs(std::vector<Interval> const& parts) const
     {
         std::vector<Run> result;
@@ -97,7 +97,7 @@ public:
     }
 
     std::size_t variable_bytes(unsigned tile) const { return variable_bytes_[tile]; }
-    /// What a tile holds of variables: each piece, as stored.
+    /// The pieces of variables on a tile, with their stored bytes.
     std::vector<std::pair<unsigned, std::size_t>> const& pieces_on(unsigned tile) const { return on_tile_[tile]; }
     std::size_t temporary_bytes(unsigned tile) const { return temporary_bytes_[tile]; }
     std::size_t variables() const { return pieces_.size(); }
@@ -120,20 +120,21 @@ private:
     std::vector<std::size_t> arenas_;
 };
 
-/// Elements that somebody reads or writes; `who` is for the caller.
+/// Elements that a vertex reads or writes. `who` is the caller's own number for the use.
 struct Use {
     Interval part;
     bool writes;
     std::size_t who;
 };
 
-/// Two uses of one element of which one writes, if there are any. Reorders `uses`.
+/// Two uses of one element, of which at least one writes; empty if there are none. Reorders `uses`.
 inline std::optional<std::pair<Use, Use>> conflict(std::vector<Use>& uses)
 {
     std::sort(uses.begin(), uses.end(), [](Use const& a, Use const& b) {
         return a.part.variable != b.part.variable ? a.part.variable < b.part.variable : a.part.begin < b.part.begin;
     });
-    // The use before this one that reaches furthest, and the writing one: whoever overlaps any, overlaps that.
+    // `any` is the earlier use with the largest end, `writer` the earlier write with the largest end. A use that overlaps an earlier one
+    // overlaps these too.
     Use const* any = nullptr;
     Use const* writer = nullptr;
     for (Use const& use : uses) {

@@ -25,7 +25,7 @@
 #    define TILEMESH_STANDIN_UNCHECKED
 #endif
 
-/// Tile memory on the host, and the ways to it that the stand-in itself takes.
+/// Tile memory on the host, and the stand-in's own access to it.
 namespace standin::detail {
 
 #ifdef TILEMESH_STANDIN_ASAN
@@ -44,7 +44,7 @@ inline void close_to_asan(void const*, std::size_t) {}
 inline void open_to_asan(void const*, std::size_t) {}
 #endif
 
-/// memcpy, also where tile memory is closed to AddressSanitizer.
+/// memcpy that also works on tile memory that is closed to AddressSanitizer.
 TILEMESH_STANDIN_UNCHECKED inline void raw_copy(void* to, void const* from, std::size_t bytes)
 {
 #ifdef TILEMESH_STANDIN_ASAN
@@ -68,7 +68,7 @@ TILEMESH_STANDIN_UNCHECKED inline std::uint64_t raw_load(void const* at)
     return static_cast<EightBytes const*>(at)->value;
 }
 
-/// Fills memory with poison, whole words from `at`.
+/// Fills memory with poison, in whole words from `at` on.
 inline void fill_poison(unsigned char* at, std::size_t bytes)
 {
     static std::vector<std::uint32_t> const block(4096, poison_word);
@@ -79,7 +79,7 @@ inline void fill_poison(unsigned char* at, std::size_t bytes)
     }
 }
 
-/// A number that changes, but by a chance of 2^-64 for changes made without intent, when the bytes do.
+/// A number that changes if the bytes change. An accidental change keeps the number with a probability of 2^-64.
 inline std::uint64_t digest(unsigned char const* at, std::size_t bytes)
 {
     std::uint64_t sum = bytes;
@@ -97,18 +97,18 @@ inline std::uint64_t digest(unsigned char const* at, std::size_t bytes)
     return sum;
 }
 
-/// The byte at an offset of a red zone: differs from its neighbours and from poison, so that a copied red zone shows.
+/// The byte at an offset of a red zone. Its words differ from their neighbours and from poison, so a copied red zone shows.
 constexpr unsigned char canary(std::size_t offset) noexcept
 {
     auto const mixed = static_cast<std::uint32_t>(offset) * 2654435761u; // 2^32 / golden ratio
     return static_cast<unsigned char>(mixed >> 24 ^ mixed >> 9 ^ 0x5a);
 }
 
-/// Around each piece of tile memory, in bytes.
+/// Bytes of the red zone on each side of a piece of tile memory.
 inline constexpr std::size_t red_zone = 16;
-/// The alignment of each piece: of the widest load of an IPU, 16 bytes, and above that of what minAlign asks in public codelets.
+/// The alignment of each piece in bytes. It is more than the 16 bytes of an IPU's widest load, and enough for minAlign in public codelets.
 inline constexpr std::size_t piece_align = 32;
-/// Where an edge of no elements points, from the start of its tile's arena: between two red zones, before the first piece.
+/// The offset in a tile's arena at which an edge of no elements points: between two red zones, before the first piece.
 inline constexpr std::size_t empty_edge_at = 32;
 inline constexpr std::size_t first_piece_at = 64;
 
@@ -117,7 +117,7 @@ constexpr std::size_t round_up(std::size_t n, std::size_t to) noexcept
     return (n + to - 1) / to * to;
 }
 
-/// The memory of all tiles: one range of addresses full of poison, of which a page is taken when it is first written.
+/// The memory of all tiles: one range of addresses full of poison. A page takes host memory from its first write on.
 class TileMemory {
 public:
     TileMemory() = default;
@@ -146,10 +146,10 @@ public:
         close_to_asan(base_, bytes_);
     }
 
-    /// Makes all of it poison again.
+    /// Makes all memory poison again.
     void forget() { ::madvise(base_, bytes_, MADV_DONTNEED); }
 
-    /// Takes or gives access to a range of whole pages.
+    /// Opens or closes access to a range of whole pages.
     void protect(std::size_t offset, std::size_t bytes, bool open)
     {
         if (bytes != 0 && ::mprotect(base_ + offset, bytes, open ? PROT_READ | PROT_WRITE : PROT_NONE) != 0) fail();
@@ -168,7 +168,7 @@ public:
     }
 
 private:
-    /// A file of poison that every mapping shows until it is written: 4 MiB keep the number of mappings of a whole chip at 230.
+    /// A file of poison. Every mapping shows it until a write. With 4 MiB per mapping, a whole chip has 230 mappings.
     static constexpr std::size_t pattern_bytes = std::size_t{4} << 20;
     static int pattern()
     {

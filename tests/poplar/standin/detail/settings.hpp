@@ -4,26 +4,26 @@
 
 namespace standin {
 
-/// An order in which things are taken that the machine takes in no particular order.
+/// The stand-in's order of things that have no fixed order on the machine.
 enum class Order { ascending, descending, permuted };
 
-/// How a vertex is kept from the memory of other tiles where AddressSanitizer does not do it.
+/// How the stand-in keeps a vertex from the memory of other tiles in a build without AddressSanitizer.
 enum class Isolation { none, pages };
 
-/// How the stand-in behaves. `tiles` and `tile_bytes` are read when a device is asked for, `code_bytes` when an Engine is built,
-/// the others each time a program runs.
+/// Settings of the stand-in. It reads `tiles` and `tile_bytes` when a device is requested, `code_bytes` when an Engine is built,
+/// and the others each time a program runs.
 struct Settings {
-    Order workers = Order::ascending;  ///< of the six workers of a MultiVertex, one after the other
-    Order vertices = Order::ascending; ///< of the vertices of a compute set
-    unsigned seed = 1;                 ///< of the permutations; a new one each time, the same in each run of a program
-    bool threads = false;              ///< the six workers of a MultiVertex at once, on threads of their own
+    Order workers = Order::ascending;  ///< the six workers of a MultiVertex run one after the other, in this order
+    Order vertices = Order::ascending; ///< the order of the vertices of a compute set
+    unsigned seed = 1;                 ///< seed of the permutations; they change from set to set, and are equal in each run of a program
+    bool threads = false;              ///< true: the six workers of a MultiVertex run at once, each on its own thread
     Isolation isolation = Isolation::none;
     bool check_inputs = false;       ///< an Input edge that changed while its vertex computed is an error
-    unsigned tiles = 1472;           ///< of a Mk2 chip (hardware.md, section 4)
-    std::size_t tile_bytes = 638976; ///< 624 KiB (the same)
-    std::size_t code_bytes = 0;      ///< taken from each tile by code, stacks and exchange sequences
+    unsigned tiles = 1472;           ///< tiles of a Mk2 chip
+    std::size_t tile_bytes = 638976; ///< 624 KiB, as on a Mk2 chip
+    std::size_t code_bytes = 0;      ///< bytes that code, stacks and exchange sequences take on each tile
     std::uint64_t while_limit =
-        1'000'000; ///< passes of one RepeatWhileTrue; one more is an error, where the machine would hang
+        1'000'000; ///< most passes of one RepeatWhileTrue; one more is an error, and the machine would hang
 };
 
 /// The settings of this process.
@@ -33,7 +33,7 @@ inline Settings& settings()
     return all;
 }
 
-/// Fills memory that nobody has written and Output edges before compute: a NaN as float, large as a count.
+/// Fills unwritten memory, and Output edges before compute. It is a NaN as a float, and large as a count.
 inline constexpr std::uint32_t poison_word = 0x7fa0deadu;
 
 } // namespace standin

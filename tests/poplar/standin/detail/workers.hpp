@@ -10,13 +10,13 @@
 #include <thread>
 #include <utility>
 
-/// Calls of a vertex's compute: behind a net that catches its faults, and by six threads at once.
+/// Calls a vertex's compute: with a net that catches its faults, or on six threads at once.
 namespace standin::detail {
 
-/// Worker contexts of a tile (hardware.md, section 2.1).
+/// Worker contexts of a tile of a Mk2 IPU.
 inline constexpr unsigned workers_per_tile = 6;
 
-/// Where a fault of this thread goes, while a vertex computes on it.
+/// The point to which a fault of this thread jumps while a vertex computes on it.
 struct FaultPoint {
     sigjmp_buf environment;
     void* address = nullptr;
@@ -29,10 +29,10 @@ inline void on_fault(int signal, siginfo_t* info, void*)
         point->address = info->si_addr;
         siglongjmp(point->environment, 1);
     }
-    ::signal(signal, SIG_DFL); // no vertex is at work: the instruction is tried again and ends the process
+    ::signal(signal, SIG_DFL); // no vertex computes: the instruction runs again and ends the process
 }
 
-/// While it lives, a fault in a vertex is caught.
+/// During its lifetime, faults in a vertex are caught.
 class FaultNet {
 public:
     FaultNet()
@@ -57,7 +57,7 @@ private:
     }, bus_{};
 };
 
-/// A stack for this thread's signal handlers, so that a vertex that ran over its own stack can still be caught.
+/// A stack for this thread's signal handlers. With it, the net catches a vertex that overflows its own stack.
 class HandlerStack {
 public:
     HandlerStack() : memory_(new char[bytes])
@@ -72,12 +72,12 @@ public:
     ~HandlerStack() { ::sigaltstack(&before_, nullptr); }
 
 private:
-    static constexpr std::size_t bytes = 65536; // a handler frame with AVX-512 state takes some 12 KiB
+    static constexpr std::size_t bytes = 65536; // a handler frame with AVX-512 state takes about 12 KiB
     std::unique_ptr<char[]> memory_;
     stack_t before_{};
 };
 
-/// Runs compute; on a fault false, with the address that was touched. Destructors of the vertex's frames do not run then.
+/// Runs compute. On a fault it returns false and the address of the access, and no destructor of the vertex's frames runs.
 inline bool compute_in_net(VertexType const& type, void* vertex, unsigned worker, void*& address)
 {
     FaultPoint point;
@@ -97,8 +97,8 @@ inline bool compute_in_net(VertexType const& type, void* vertex, unsigned worker
     return true;
 }
 
-/// Six threads that wait for work. Each has semaphores of its own, so that nothing orders one worker after another: a race
-/// between them is one for ThreadSanitizer also when they happen to run one after the other.
+/// Six threads that wait for work. Each has its own semaphores, so nothing orders one worker after another. So
+/// ThreadSanitizer sees a race between workers even if they happen to run one after the other.
 class WorkerThreads {
 public:
     WorkerThreads()
@@ -122,7 +122,7 @@ public:
         }
     }
 
-    /// Runs task(worker) on all threads, woken in the order given. Throws the exception of the lowest worker that threw one.
+    /// Runs task(worker) on all threads, and wakes them in the given order. Throws the exception of the lowest worker that threw one.
     template <class Task>
     void run(Task const& task, std::array<unsigned, workers_per_tile> const& order)
     {

@@ -1,4 +1,4 @@
-// A stand-in for the header of the same name in the Poplar SDK: which vector layouts a target has.
+// A stand-in for the header of the same name in the Poplar SDK: the vector layouts that a target has.
 #pragma once
 
 #define VECTOR_AVAIL_SHORT_SPAN 1

@@ -4,7 +4,7 @@
 #include <string>
 #include <utility>
 
-/// Part of a stand-in for the Poplar SDK: a named way between host and device.
+/// Part of a stand-in for the Poplar SDK: a named stream between host and device.
 namespace poplar {
 
 class Graph;
@@ -15,7 +15,7 @@ public:
     std::size_t numElements() const { return elements_; }
     Type elementType() const { return type_; }
 
-    /// Whether it goes to the device.
+    /// Does the stream go from the host to the device?
     bool to_device() const { return to_device_; }
 
 private:

@@ -2,10 +2,10 @@
 #include "Target.hpp"
 #include <utility>
 
-/// Part of a stand-in for the Poplar SDK: a device that one engine at a time is loaded onto.
+/// Part of a stand-in for the Poplar SDK: a device, which holds one engine at a time.
 namespace poplar {
 
-/// Move only, as the SDK's.
+/// Move only, as in the SDK.
 class Device {
 public:
     Device() = default;
@@ -17,7 +17,7 @@ public:
         return *this;
     }
 
-    /// False where it is attached already.
+    /// Attaches the device. Returns false if it is already attached.
     bool attach() const { return !std::exchange(attached_, true); }
     void detach() const { attached_ = false; }
     bool isAttached() const { return attached_; }

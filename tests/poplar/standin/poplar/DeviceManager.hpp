@@ -10,7 +10,7 @@ class DeviceManager {
 public:
     static DeviceManager createDeviceManager() { return {}; }
 
-    /// One device, whose size is that of `standin::settings()`, where one IPU is asked for; no other kind exists.
+    /// One device with the size in `standin::settings()`, if the caller asks for one IPU. No other kind exists.
     std::vector<Device> getDevices(TargetType type, unsigned ipus) const
     {
         std::vector<Device> found;

@@ -9,20 +9,20 @@
 #include <utility>
 #include <vector>
 
-/// Part of a stand-in for the Poplar SDK: a graph and programs, built and executed.
+/// Part of a stand-in for the Poplar SDK: it builds and executes a graph and its programs.
 namespace poplar {
 
-/// Move only. Each has tile memory of its own; the graph may be built into others.
+/// Move only. Each engine has its own tile memory. Several engines may be built from one graph.
 class Engine {
 public:
-    /// Lays out and checks the graph and its programs. Throws a poplar_error for what is missing, in conflict or too large.
+    /// Lays out and checks the graph and its programs. Throws a poplar_error if something is missing, in conflict or too large.
     Engine(Graph const& graph, std::vector<program::Program> const& programs)
         : executable_(std::make_unique<standin::detail::Executable>(graph.data_, programs)),
           tiles_(graph.getTarget().getNumTiles())
     {}
     Engine(Graph const& graph, program::Program const& program) : Engine(graph, std::vector<program::Program>{program}) {}
 
-    /// Puts it on a device: all variables are undefined afterwards.
+    /// Loads the engine onto a device. All variables are undefined afterwards.
     void load(Device const& device)
     {
         if (!device.isAttached())
@@ -35,12 +35,12 @@ public:
         loaded_ = true;
     }
 
-    /// Host memory that each transfer of a stream reads or writes from its start.
+    /// Connects host memory to a stream. Each transfer reads or writes from the start of the memory.
     void connectStream(std::string const& handle, void* memory) { executable_->connect(handle, memory, nullptr); }
-    /// Host memory that transfers of a stream walk through, and from its end to its start again.
+    /// Connects host memory to a stream as a ring: each transfer continues after the previous one, and the end is followed by the start.
     void connectStream(std::string const& handle, void* begin, void* end) { executable_->connect(handle, begin, end); }
 
-    /// Each transfer of a device-to-host stream hands its data over.
+    /// Connects a function to a device-to-host stream. Each transfer calls it with the data.
     void connectStreamToCallback(std::string const& handle, std::function<void(void*)> callback)
     {
         executable_->connect(handle, std::move(callback));
@@ -55,7 +55,7 @@ public:
         executable_->run(program);
     }
 
-    /// For the questions in standin.hpp.
+    /// For the queries in standin.hpp.
     standin::detail::Executable const& executable() const { return *executable_; }
 
 private:

@@ -60,7 +60,7 @@ class VertexRef {
 public:
     VertexRef() = default;
 
-    /// The field of that name; throws where the codelet has none.
+    /// The field of that name. Throws if the codelet has none.
     FieldRef operator[](std::string_view name) const
     {
         auto const& fields = vertex_->type->fields;
@@ -76,8 +76,8 @@ private:
     standin::detail::Vertex* vertex_ = nullptr;
 };
 
-/// Variables, constants, vertices and streams of one program. Move only; what it made (tensors, references, engines) stays valid
-/// while the graph or an engine built from it lives.
+/// Variables, constants, vertices and streams of one program. Move only. Its tensors, references and engines stay valid during the
+/// lifetime of the graph or of an engine built from it.
 class Graph {
 public:
     explicit Graph(Target const& target) : target_(target), data_(std::make_shared<standin::detail::GraphData>())
@@ -90,7 +90,7 @@ public:
 
     Target const& getTarget() const { return target_; }
 
-    /// Makes codelets known. In this stand-in those that are linked, whatever the path.
+    /// Makes codelets known. In this stand-in these are the linked codelets, for any path.
     void addCodelets(std::string const& path, std::string const& = {})
     {
         if (path.empty()) throw graph_object_load_error("No codelets were loaded (the path is empty); give a codelet file");
@@ -102,14 +102,14 @@ public:
         return add(type, shape, name, false, {});
     }
 
-    /// A tensor of the values that `values` points at, in row-major order.
+    /// A constant tensor of the values at `values`, in row-major order.
     template <class T>
     Tensor addConstant(Type type, std::vector<std::size_t> const& shape, T const* values, std::string const& name = {})
     {
         Tensor const empty(data_.get(), type, shape);
         return add(type, shape, name, true, bytes_of(type, values, empty.numElements()));
     }
-    /// A tensor whose elements all are `value`.
+    /// A constant tensor. All its elements are `value`.
     template <class T, std::enable_if_t<std::is_arithmetic_v<T>, int> = 0>
     Tensor addConstant(Type type, std::vector<std::size_t> const& shape, T value, std::string const& name = {})
     {
@@ -120,7 +120,7 @@ public:
         return add(type, shape, name, true, std::move(all));
     }
 
-    /// Puts elements on a tile, whatever mapping they had.
+    /// Maps elements to a tile and replaces their older mapping.
     void setTileMapping(Tensor const& tensor, unsigned tile)
     {
         require_tile(tile);
@@ -139,7 +139,7 @@ public:
         return ComputeSet(static_cast<unsigned>(data_->compute_sets.size() - 1));
     }
 
-    /// A vertex of the codelet of that name. Throws where there is none.
+    /// A vertex of the codelet of that name. Throws if no such codelet is linked.
     VertexRef addVertex(ComputeSet const& set, std::string const& name)
     {
         if (!data_->has_codelets)
@@ -156,7 +156,7 @@ public:
         return VertexRef(vertices.back());
     }
 
-    /// Gives a list its number of vectors.
+    /// Sets the number of vectors of a list.
     void setFieldSize(FieldRef const& field, std::size_t size)
     {
         if (field.field().rank != 2 || field.indexed_)
@@ -197,14 +197,14 @@ public:
         for (std::size_t i = 0; i < tensors.size(); ++i) connect(field[i], tensors[i]);
     }
 
-    /// Gives a plain member its value.
+    /// Sets the value of a plain member.
     template <class T, std::enable_if_t<std::is_arithmetic_v<T>, int> = 0>
     void setInitialValue(FieldRef const& field, T value)
     {
         require_value(field, 0);
         set_value(field, &value, 1);
     }
-    /// Gives a table that the vertex keeps its values.
+    /// Sets the values of a table that the vertex keeps.
     template <class T>
     void setInitialValue(FieldRef const& field, std::vector<T> const& values)
     {
@@ -212,7 +212,7 @@ public:
         set_value(field, values.data(), values.size());
     }
 
-    /// Cycles and operations that a vertex is said to take; the stand-in has no clock.
+    /// Takes an estimate of a vertex's cycles and operations, and ignores it: the stand-in has no clock.
     void setPerfEstimate(VertexRef const&, std::uint64_t, std::uint64_t = 0) {}
 
     DataStream addHostToDeviceFIFO(std::string const& handle, Type type, std::size_t elements)

@@ -1,13 +1,13 @@
-// A stand-in for the header of the same name in the Poplar SDK: IEEE half precision in software, because host compilers
-// differ in whether they have such a type. On an IPU `half` is built in and its arithmetic may round otherwise where
-// several operations fuse.
+// A stand-in for the header of the same name in the Poplar SDK: IEEE half precision in software, because not all host
+// compilers have such a type. On an IPU `half` is a built-in type, and its arithmetic may round in another way if several
+// operations fuse.
 #pragma once
 #include <cstdint>
 #include <type_traits>
 
 namespace standin {
 
-/// The bits of the half nearest to a float, ties to even; overflow gives infinity, a NaN stays a quiet NaN.
+/// The bits of the half nearest to a float, ties to even. Overflow gives infinity. A NaN gives a quiet NaN.
 constexpr std::uint16_t half_bits(float value)
 {
     std::uint32_t const word = __builtin_bit_cast(std::uint32_t, value);
@@ -16,7 +16,7 @@ constexpr std::uint16_t half_bits(float value)
     if (magnitude > 0x7f800000u) return static_cast<std::uint16_t>(sign | 0x7e00u);
     if (magnitude >= 0x47800000u) return static_cast<std::uint16_t>(sign | 0x7c00u); // 65,536 and above
     if (magnitude < 0x33000000u) return static_cast<std::uint16_t>(sign);            // below half of the least half, 2^-25
-    // A normal half drops 13 bits of the fraction; a subnormal one (below 2^-14) a bit more for each power of two.
+    // A normal half drops 13 bits of the fraction. A subnormal half (below 2^-14) drops one more bit for each power of two.
     std::uint32_t const exponent = magnitude >> 23;
     bool const normal = exponent >= 113;
     std::uint32_t const kept = normal ? magnitude - (112u << 23) : (magnitude & 0x7fffffu) | 0x800000u;
@@ -24,25 +24,25 @@ constexpr std::uint16_t half_bits(float value)
     std::uint32_t const rest = kept & ((1u << drop) - 1);
     std::uint32_t const tie = 1u << (drop - 1);
     std::uint32_t bits = kept >> drop;
-    if (rest > tie || (rest == tie && (bits & 1u))) ++bits; // a carry moves into the exponent, up to infinity, as it should
+    if (rest > tie || (rest == tie && (bits & 1u))) ++bits; // a carry correctly moves into the exponent, up to infinity
     return static_cast<std::uint16_t>(sign | bits);
 }
 
-/// The float with the value of a half: exact.
+/// The float with exactly the value of a half.
 constexpr float half_value(std::uint16_t bits)
 {
     std::uint32_t const sign = static_cast<std::uint32_t>(bits & 0x8000u) << 16;
     std::uint32_t const magnitude = bits & 0x7fffu;
     if (magnitude >= 0x7c00u) return __builtin_bit_cast(float, sign | 0x7f800000u | (magnitude & 0x3ffu) << 13);
     if (magnitude >= 0x0400u) return __builtin_bit_cast(float, sign | ((magnitude << 13) + (112u << 23)));
-    float const small = static_cast<float>(magnitude) * 0x1p-24f; // subnormal: a multiple of the least half
+    float const small = static_cast<float>(magnitude) * 0x1p-24f; // a subnormal half is a multiple of the least half
     return sign ? -small : small;
 }
 
 } // namespace standin
 
-/// A 16-bit float. Operations on two halves, or a half and an integer, give a half, rounded once; with a float they give a
-/// float.
+/// A 16-bit float. Operations on two halves, or on a half and an integer, give a half, rounded once. Operations with a float
+/// give a float.
 class half {
 public:
     half() = default;

@@ -12,16 +12,16 @@
 /// Part of a stand-in for the Poplar SDK: control programs.
 namespace poplar::program {
 
-/// A program, by value: what is added to a sequence later does not reach programs that it was put into before.
+/// A program, by value: a program that contains a sequence does not change when the sequence gets more steps later.
 class Program {
 public:
     enum class Kind { sequence, execute, copy, to_device, from_device, repeat, while_true, condition };
     struct Node {
         Kind kind;
         std::string name;
-        std::vector<Program> children; ///< of repeat: the body; of while_true: the condition, the body; of condition: both branches
+        std::vector<Program> children; ///< repeat: the body; while_true: the condition, the body; condition: both branches
         ComputeSet compute_set{};
-        Tensor source{}, destination{}; ///< source of while_true and condition: the predicate
+        Tensor source{}, destination{}; ///< for while_true and condition, `source` is the predicate
         std::vector<DataStream> stream{};
         unsigned count = 0;
     };
@@ -31,7 +31,7 @@ public:
 
 protected:
     explicit Program(Node node) : node_(std::make_shared<Node>(std::move(node))) {}
-    /// This program's own node, for a change.
+    /// This program's own node, which may be changed.
     Node& own()
     {
         if (node_.use_count() > 1) node_ = std::make_shared<Node>(*node_);
@@ -56,7 +56,7 @@ public:
     }
 };
 
-/// The vertices of a compute set, all at once.
+/// Executes all vertices of a compute set at once.
 class Execute : public Program {
 public:
     explicit Execute(ComputeSet const& set, std::string const& name = {}) : Program(Node{Kind::execute, name, {}, set}) {}
@@ -100,7 +100,7 @@ private:
     }
 };
 
-/// A program a fixed number of times.
+/// Runs a program a fixed number of times.
 class Repeat : public Program {
 public:
     Repeat(unsigned count, Program const& body, std::string const& name = {})
@@ -108,7 +108,7 @@ public:
     {}
 };
 
-/// Runs `condition`; while the predicate, a scalar, then is true, runs `body` and `condition` again.
+/// Runs `condition`. While the predicate, a scalar, is true after that, runs `body` and `condition` again.
 class RepeatWhileTrue : public Program {
 public:
     RepeatWhileTrue(Program const& condition, Tensor const& predicate, Program const& body, std::string const& name = {})
@@ -120,7 +120,7 @@ public:
     }
 };
 
-/// Runs one of two programs: the first where the predicate, a scalar, is true.
+/// Runs one of two programs: the first if the predicate, a scalar, is true.
 class If : public Program {
 public:
     If(Tensor const& predicate, Program const& where_true, Program const& where_false, std::string const& name = {})

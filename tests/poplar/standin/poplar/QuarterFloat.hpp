@@ -1,5 +1,5 @@
-// A stand-in for the header of the same name in the Poplar SDK: the name alone. Eight-bit floats are stored, not computed
-// with.
+// A stand-in for the header of the same name in the Poplar SDK. It only stores eight-bit floats; it has no arithmetic on
+// them.
 #pragma once
 #include <cstdint>
 

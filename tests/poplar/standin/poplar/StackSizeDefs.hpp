@@ -1,5 +1,5 @@
-// A stand-in for the header of the same name in the Poplar SDK: popc's linker reads these from a section of the object. A
-// host has no such section, so what they state is not checked here.
+// A stand-in for the header of the same name in the Poplar SDK. popc's linker reads stack sizes from a section of the object.
+// A host has no such section, so nothing checks the stack sizes here.
 #pragma once
 
 #define DEF_STACK_USAGE(bytes, symbol)

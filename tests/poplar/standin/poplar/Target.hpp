@@ -2,7 +2,7 @@
 #include "../detail/settings.hpp"
 #include <cstddef>
 
-/// Part of a stand-in for the Poplar SDK: what a graph must know of the machine.
+/// Part of a stand-in for the Poplar SDK: the facts about the machine that a graph needs.
 namespace poplar {
 
 enum class TargetType { IPU, IPU_MODEL, CPU };

@@ -13,8 +13,8 @@ namespace poplar {
 class Tensor;
 Tensor concat(std::vector<Tensor> const& tensors, unsigned dimension = 0);
 
-/// A shape and the elements of a graph's variables that it shows, in row-major order. A view: slicing, reshaping and joining move
-/// no data. Cost: one short list of intervals; a slice along dimension 0 of one whole variable is one interval.
+/// A view of elements of a graph's variables: their shape, and the elements in row-major order. Slicing, reshaping and joining move
+/// no data. Cost: one short list of intervals. A slice along dimension 0 of one whole variable is one interval.
 class Tensor {
 public:
     Tensor() = default;
@@ -26,7 +26,7 @@ public:
     std::size_t numElements() const { return product(shape_, 0, shape_.size()); }
     bool valid() const { return graph_ != nullptr; }
 
-    /// Elements [begin, end) along a dimension. Throws where they are not there.
+    /// Elements [begin, end) along a dimension. Throws if the tensor does not have them.
     Tensor slice(std::size_t begin, std::size_t end, unsigned dimension = 0) const
     {
         if (dimension >= rank() || begin > end || end > shape_[dimension])
@@ -45,7 +45,7 @@ public:
         return result;
     }
 
-    /// Element `i` along dimension 0, with that dimension gone.
+    /// Element `i` along dimension 0, as a tensor without that dimension.
     Tensor operator[](std::size_t i) const
     {
         if (rank() == 0 || i >= shape_[0])
@@ -55,7 +55,7 @@ public:
         return result;
     }
 
-    /// The same elements in another shape of as many.
+    /// The same elements in another shape. The shape must have the same number of elements.
     Tensor reshape(std::vector<std::size_t> const& shape) const
     {
         if (product(shape, 0, shape.size()) != numElements())
@@ -66,7 +66,7 @@ public:
     }
     Tensor flatten() const { return reshape({numElements()}); }
 
-    /// `times` copies of this along a dimension.
+    /// `times` copies of this tensor along a dimension.
     Tensor broadcast(unsigned times, unsigned dimension) const
     {
         if (dimension >= rank())
@@ -151,7 +151,7 @@ private:
     std::vector<Interval> parts_;
 };
 
-/// Tensors joined along a dimension; all other dimensions and the type are equal.
+/// Tensors joined along a dimension. All other dimensions and the types must be equal.
 inline Tensor concat(std::vector<Tensor> const& tensors, unsigned dimension)
 {
     if (tensors.empty()) throw tensor_creation_error("Nothing to join (the list of tensors is empty); give one or more");

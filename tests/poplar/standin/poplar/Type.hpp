@@ -20,7 +20,7 @@ public:
     constexpr Type(Code code) noexcept : code_(code) {}
     constexpr Code code() const noexcept { return code_; }
 
-    /// Its name as C++ in a codelet would say it.
+    /// The name of the type in the C++ of a codelet.
     std::string toString() const
     {
         static constexpr char const* names[] = {"bool",         "signed char",    "unsigned char",
@@ -61,7 +61,7 @@ constexpr std::size_t element_bytes(poplar::Type type) noexcept
     return bytes[static_cast<unsigned>(type.code())];
 }
 
-/// The type that a codelet's field names with `name`; throws where tensors have no such type.
+/// The type of a codelet's field with the type name `name`. Throws if tensors have no such type.
 inline poplar::Type type_named(std::string_view name)
 {
     using Code = poplar::Type::Code;
@@ -89,7 +89,7 @@ inline poplar::Type type_named(std::string_view name)
                              " (a field has); use one of Poplar's types");
 }
 
-/// A float as the bits of the nearest half, ties to even; too large becomes infinite.
+/// The bits of the half nearest to a float, ties to even. Overflow gives infinity.
 inline std::uint16_t half_bits(float value) noexcept
 {
     std::uint32_t bits;
@@ -110,7 +110,7 @@ inline std::uint16_t half_bits(float value) noexcept
     return signed_half(half);
 }
 
-/// Writes `value` to `at` as an element of `type`; throws where an integer does not fit.
+/// Writes `value` to `at` as an element of `type`. Throws if an integer does not fit.
 template <class T>
 void store_element(poplar::Type type, T value, unsigned char* at)
 {

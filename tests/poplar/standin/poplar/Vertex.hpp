@@ -1,6 +1,6 @@
-// A stand-in for the header of the same name in the Poplar SDK, written from public documents and from how public codelets
-// use it. It makes codelets compile and execute on a host; it is never installed, and passing here proves nothing about an
-// IPU. What it cannot show: how popc lays out and compresses pointers, what it refuses, how long anything takes.
+// A stand-in for the header of the same name in the Poplar SDK, written from public documents and from its use in public
+// codelets. With it, codelets compile and execute on a host. It is never installed, and a test that passes here proves nothing
+// about an IPU. It cannot show how popc lays out and compresses pointers, what popc refuses, or how much time anything takes.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -9,7 +9,7 @@
 #include <poplar/TileConstants.hpp>
 #include <type_traits>
 
-// Codelets ask for these: `__POPC__` says that this is codelet code. `__IPU__` stays undefined, because it guards assembly.
+// Codelets test these macros: `__POPC__` says that this is codelet code. `__IPU__` stays undefined, because it guards assembly.
 #ifndef __POPC__
 #    define __POPC__ 1
 #endif
@@ -17,7 +17,7 @@
 #    define __builtin_assume(condition) static_cast<void>(0)
 #endif
 
-// popc knows [[poplar::constraint(...)]] and target("supervisor"); host compilers would warn of each.
+// popc knows [[poplar::constraint(...)]] and target("supervisor"). Host compilers would warn about each of them.
 #if defined(__clang__)
 #    pragma clang diagnostic ignored "-Wunknown-attributes"
 #    pragma clang diagnostic ignored "-Wignored-attributes"
@@ -26,17 +26,17 @@
 #endif
 
 namespace standin {
-/// Sets the pointers and sizes of edges (standin_vertex.hpp): the part that Poplar's loader has on an IPU.
+/// Sets the pointers and sizes of edges (standin_vertex.hpp), as Poplar's loader does on an IPU.
 struct Binding;
 } // namespace standin
 
 namespace poplar {
 
-/// How a vector edge is held in the vertex: with its size (SPAN; SHORT_SPAN up to 2,047 elements) or as a bare pointer,
-/// which may be compressed. Only the first kind has size(), end() and iteration.
+/// How a vertex holds a vector edge: with its size (SPAN; SHORT_SPAN up to 2,047 elements), or as a bare pointer, which may
+/// be compressed. Only the kinds with a size have size(), end() and iteration.
 enum class VectorLayout { NOT_VECTOR, SPAN, SHORT_SPAN, ONE_PTR, SCALED_PTR32, SCALED_PTR64, SCALED_PTR128, COMPACT_PTR };
 
-/// How a list of vectors is held: a base, and an offset and a size for each vector.
+/// How a vertex holds a list of vectors: a base, and an offset and a size for each vector.
 enum class VectorListLayout {
     NOT_VECTOR,
     ONE_PTR,
@@ -48,10 +48,10 @@ enum class VectorListLayout {
     COMPACT_DELTAN
 };
 
-/// A piece of tile memory: the value of an edge inside Input, Output or InOut, a list when its elements are edges, and else
-/// a constant table in the vertex, filled by Graph::setInitialValue. A const vector has const elements. Preconditions:
-/// index below size; memory aligned to MinAlign bytes. Indexing is not checked here: what lies around an edge is poisoned
-/// by the engine instead.
+/// A piece of tile memory. Inside Input, Output or InOut it is the value of an edge. If its elements are edges, it is a list.
+/// Otherwise it is a constant table in the vertex, which Graph::setInitialValue fills. A const vector has const elements.
+/// Preconditions: the index is below the size; the memory is aligned to MinAlign bytes. Indexing is not checked here: the
+/// engine poisons the memory around an edge instead.
 template <class T, VectorLayout L = VectorLayout::SPAN, unsigned MinAlign = alignof(T), bool Interleaved = false>
 class Vector {
 public:
@@ -132,7 +132,7 @@ private:
     unsigned size_;
 };
 
-/// An edge that a vertex may only read: one element here, vectors and lists in the specialisations.
+/// An edge that a vertex may only read. The primary template has one element; the specialisations are vectors and lists.
 template <class T>
 class Input {
 public:
@@ -195,8 +195,8 @@ private:
     T* data_;
 };
 
-/// An edge of one element that a vertex writes. Its value before the first write is undefined: the engine leaves poison
-/// there.
+/// An edge of one element that a vertex writes. Its value before the first write is undefined: the engine fills it with
+/// poison.
 template <class T>
 class Output {
 public:
@@ -225,7 +225,7 @@ class InOut<VectorList<T, L, A, I>> : public VectorList<T, L, A, I> {};
 template <class T, VectorListLayout L, unsigned A, bool I>
 class Output<VectorList<T, L, A, I>> : public VectorList<T, L, A, I> {};
 
-/// A codelet that one worker executes: derive from it, declare fields, define `bool compute()` or `void compute()`.
+/// A codelet that one worker executes. Derive from it, declare fields, and define `bool compute()` or `void compute()`.
 class Vertex {};
 
 /// A codelet that all workers of the tile execute at once: `bool compute(unsigned worker)`. There is no barrier between
@@ -238,7 +238,7 @@ public:
 /// A codelet of the supervisor context, which has no floating point.
 class SupervisorVertex {};
 
-/// SupervisorVertex where the condition holds, Vertex elsewhere.
+/// SupervisorVertex if the condition is true, otherwise Vertex.
 template <bool supervisor>
 using SupervisorVertexIf = std::conditional_t<supervisor, SupervisorVertex, Vertex>;
 

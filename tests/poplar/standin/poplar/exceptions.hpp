@@ -2,14 +2,14 @@
 #include <stdexcept>
 #include <string>
 
-/// Part of a stand-in for the Poplar SDK: what its host calls throw. Every type is a `poplar_error`.
+/// Part of a stand-in for the Poplar SDK: the exceptions of its host calls. Every type is a `poplar_error`.
 namespace poplar {
 
 struct poplar_error : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
-/// Codelets could not be loaded: an empty path.
+/// Codelets cannot be loaded: the path is empty.
 struct graph_object_load_error : poplar_error {
     using poplar_error::poplar_error;
 };
@@ -21,11 +21,11 @@ struct unknown_vertex_type : poplar_error {
 struct unknown_field : poplar_error {
     using poplar_error::poplar_error;
 };
-/// A field and what is connected to it do not agree, or nothing is connected.
+/// A field and the tensor connected to it do not agree, or nothing is connected.
 struct graph_connection_error : poplar_error {
     using poplar_error::poplar_error;
 };
-/// A variable or vertex is on no tile, or on one that the target lacks.
+/// A variable or vertex is on no tile, or on a tile that the target does not have.
 struct invalid_tile_mapping : poplar_error {
     using poplar_error::poplar_error;
 };
@@ -33,7 +33,7 @@ struct invalid_tile_mapping : poplar_error {
 struct type_error : poplar_error {
     using poplar_error::poplar_error;
 };
-/// A list field was indexed before its size was set.
+/// A list field is used before its size is set.
 struct no_size_specified : poplar_error {
     using poplar_error::poplar_error;
 };
@@ -41,11 +41,11 @@ struct no_size_specified : poplar_error {
 struct tensor_creation_error : poplar_error {
     using poplar_error::poplar_error;
 };
-/// A program that cannot run: operands that overlap or differ in shape, a program that does not exist.
+/// A program cannot run: its operands overlap or differ in shape, or the program does not exist.
 struct control_program_error : poplar_error {
     using poplar_error::poplar_error;
 };
-/// Two vertices of one compute set touch the same element and one writes it.
+/// Two vertices of one compute set use the same element, and at least one writes it.
 struct graph_program_compilation_error : poplar_error {
     using poplar_error::poplar_error;
 };
@@ -53,11 +53,11 @@ struct graph_program_compilation_error : poplar_error {
 struct graph_memory_allocation_error : poplar_error {
     using poplar_error::poplar_error;
 };
-/// A stream that does not exist, or that nothing was connected to.
+/// A stream does not exist, or nothing is connected to it.
 struct stream_connection_error : poplar_error {
     using poplar_error::poplar_error;
 };
-/// A vertex broke a rule while it computed.
+/// A vertex breaks a rule while it computes.
 struct application_runtime_error : poplar_error {
     using poplar_error::poplar_error;
 };
