@@ -61,6 +61,14 @@ struct Channel {
         }
         [[nodiscard]] TILEMESH_KERNEL bool try_push(T const& message) noexcept { return this->try_append(message); }
         TILEMESH_KERNEL void unchecked_push(T const& message) noexcept { this->append(message); }
+        /// The messages, for kernels that write many at once: write [begin(), begin() + n), then resize(n), n <= capacity().
+        TILEMESH_KERNEL T* begin() noexcept { return this->items_; }
+        TILEMESH_KERNEL void resize(std::uint32_t n) noexcept
+        {
+            if (TILEMESH_EXPECT(n <= this->capacity(), "resize of a channel beyond its capacity (its capacity is part of the program); "
+                                                       "send at most capacity() messages"))
+                this->head_[0] = n;
+        }
         TILEMESH_KERNEL void set_note(std::uint32_t word) noexcept { this->head_[1] = word; }
     };
 };

@@ -11,12 +11,17 @@ template <>
 struct Parcel<SplatRow> {
     static constexpr std::uint32_t wire_bytes = sizeof(Parcel<Splat>);
     SplatRow row;
+    std::uint32_t depth; ///< bits of the splat's depth, so that a tile need not look into the table
     GaussianId id;
     TileId corner;
     std::uint32_t to;
 
-    TILEMESH_KERNEL static Parcel make(SplatRow row, GaussianId id, TileId first, std::uint32_t to) noexcept { return {row, id, first, to}; }
+    TILEMESH_KERNEL static Parcel make(SplatRow row, Splat const& s, GaussianId id, TileId first, std::uint32_t to) noexcept
+    {
+        return {row, __builtin_bit_cast(std::uint32_t, s.depth), id, first, to};
+    }
     TILEMESH_KERNEL TileId first() const noexcept { return corner; }
+    TILEMESH_KERNEL std::uint32_t depth_bits() const noexcept { return depth; }
     TILEMESH_KERNEL SplatRow projected() const noexcept { return row; }
 };
 /// The frame's parameters, and the addresses of the host's table of this view, by rows.
@@ -35,10 +40,6 @@ struct Access<homes::TableParameters> {
     TILEMESH_KERNEL static SplatRow project(Reference const& g, Frame const&) noexcept { return {g.row}; }
     TILEMESH_KERNEL static Frame hold(Frame const& frame) noexcept { return frame; }
     TILEMESH_KERNEL static Splat const& splat_of(Frame const& frame, SplatRow s) noexcept { return frame.splats.get()[s.row]; }
-    TILEMESH_KERNEL static std::uint32_t depth_bits(Frame const& frame, SplatRow s) noexcept
-    {
-        return __builtin_bit_cast(std::uint32_t, frame.splats.get()[s.row].depth);
-    }
 };
 
 }}} // namespace tilemesh::splat

@@ -49,6 +49,7 @@ struct HomesLedger {
         add(homes::Parcels<P>::name, "channel, 8 ends", 8 * list(sizes.parcels, parcel));
         add(homes::Home<P>::name, "state", list(sizes.homes, record));
         add(homes::Seen<P>::name, "state", list(sizes.homes, sizeof(Splat)));
+        add(homes::Offers::name, "state", list(sizes.homes, sizeof(homes::Offered)));
         add(homes::Window::name, "state", sizeof(homes::Window));
         add(homes::Held<P>::name, "state", list(sizes.held, sizeof(Splat)));
         add(homes::Keys::name, "state", list(sizes.held, sizeof(SortKey)));
@@ -91,7 +92,8 @@ public:
 
     /// Throws Error if the map's records do not fit into their homes (the sum of all tiles' `homes` slots).
     HomesRenderer(scene::Map const& map, HomesChoice const& choice, RendererOptions options = {}, EngineOptions engine = {})
-        : options_(options), engine_(std::move(engine)), choice_(choice), records_(map, choice.sh_degree)
+        : options_(options), engine_(std::move(engine)), choice_(choice), grid_(grid_of(options)),
+          records_(dealt(map, grid_.size()), choice.sh_degree)
     {
         choice_.model.footprint = options.footprint.value_or(choice_.model.footprint);
         choice_.model.arithmetic = options.arithmetic.value_or(choice_.model.arithmetic);
@@ -157,6 +159,28 @@ private:
     static double since(Clock::time_point begin) { return std::chrono::duration<double, std::milli>(Clock::now() - begin).count(); }
     using Parameters = typename P::Parameters;
 
+    static Grid grid_of(RendererOptions const& options)
+    {
+        return options.grid.width != 0 && options.grid.height != 0 ? Grid{options.grid.width, options.grid.height} : Grid{40, 36};
+    }
+    /// The map with its rows dealt to n tiles, one by one, in the order of the tiles. Neighbours in a map are often neighbours in the scene;
+    /// dealt, they load no tile more than others.
+    static scene::Map dealt(scene::Map const& map, std::uint32_t n)
+    {
+        scene::Map out;
+        out.name = map.name;
+        out.sh_degree = map.sh_degree;
+        out.gaussians.reserve(map.gaussians.size());
+        out.harmonics.reserve(map.harmonics.size());
+        std::size_t const floats = map.gaussians.empty() ? 0 : map.harmonics.size() / map.gaussians.size();
+        for (std::size_t t = 0; t < n; ++t)
+            for (auto row = t; row < map.gaussians.size(); row += n) {
+                out.gaussians.push_back(map.gaussians[row]);
+                auto const* const harmonics = map.harmonics.data() + row * floats;
+                out.harmonics.insert(out.harmonics.end(), harmonics, harmonics + floats);
+            }
+        return out;
+    }
     void prepare(std::uint32_t width, std::uint32_t height)
     {
         if (mesh_ && width == size_.width && height == size_.height) return;
@@ -165,7 +189,6 @@ private:
                         " pixels (each side is 1 to 65,535); choose another size");
         mesh_.reset();
         last_.reset();
-        grid_ = options_.grid.width != 0 && options_.grid.height != 0 ? Grid{options_.grid.width, options_.grid.height} : Grid{40, 36};
         if (std::uint64_t{grid_.width} * grid_.height > choice_.machine.tiles)
             throw Error("a grid of " + std::to_string(grid_.width) + " x " + std::to_string(grid_.height) + " tiles (" + choice_.machine.name +
                         " has " + std::to_string(choice_.machine.tiles) + "); choose a smaller grid or another machine");
@@ -208,16 +231,18 @@ private:
             mesh_->template limit<splat::homes::Keys>(options_.storage_slots);
         }
         if (observer_) mesh_->observe(observer_);
-        for (std::uint32_t row = 0; row < records_.rows(); ++row) {
-            auto const tile = grid_.tile(row % grid_.size());
-            if constexpr (by_reference)
-                mesh_->template state<splat::homes::Home<P>>(tile).push({records_.id(row), row});
-            else
-                mesh_->template state<splat::homes::Home<P>>(tile).push(records_.template record<typename P::Record>(row));
-        }
+        std::uint32_t row = 0;
         for (TileId const tile : grid_.tiles()) {
+            auto home = mesh_->template state<splat::homes::Home<P>>(tile);
+            auto const tiles = grid_.size(), t = grid_.index_of(tile);
+            for (auto n = records_.rows() / tiles + (t < records_.rows() % tiles ? 1 : 0); n > 0; --n, ++row)
+                if constexpr (by_reference)
+                    home.push({records_.id(row), row});
+                else
+                    home.push(records_.template record<typename P::Record>(row));
             auto seen = mesh_->template state<splat::homes::Seen<P>>(tile);
-            for (auto n = mesh_->template state<splat::homes::Home<P>>(tile).size(); n > 0; --n) seen.push({});
+            auto offers = mesh_->template state<splat::homes::Offers>(tile);
+            for (auto n = mesh_->template state<splat::homes::Home<P>>(tile).size(); n > 0; --n) seen.push({}), offers.push({});
             auto table = mesh_->template state<splat::homes::Table>(tile);
             for (auto n = sizes.tiles; n > 0; --n) table.push({splat::homes::infinite_depth, 0, 0});
             auto framebuffer = mesh_->template state<splat::homes::Framebuffer<typename P::Pixel>>(tile);
@@ -270,26 +295,15 @@ private:
         r.homes.rounds = run.loops[0].rounds;
         r.gaussians.parked = records_.rows() - r.gaussians.visible;
         r.pairs = strips * splat::homes::strip_pairs;
-        auto const step = [&](auto tag) -> StepCounters const& {
-            return run.steps[step_of<Program, typename decltype(tag)::type>()];
-        };
-        using machine::Tag;
         using namespace splat;
-        StepCounters const *const project[] = {&step(Tag<homes::Project<P>>{}), &step(Tag<homes::Begin<P>>{})};
-        StepCounters const *const route[] = {&step(Tag<homes::Tell<P>>{}), &step(Tag<homes::Deliver<P>>{})};
-        StepCounters const *const composite[] = {&step(Tag<homes::DepthSort<P>>{}), &step(Tag<homes::Blend<P>>{}), &step(Tag<homes::Advance<P>>{}),
-                                                 &step(Tag<homes::Finish<P>>{})};
-        auto const add = [&](auto const& steps, std::uint64_t report::FrameReport::ByStage::*stage, double& ms) {
-            for (auto const* s : steps) {
-                r.passes.*stage += s->passes;
-                r.exchanges.*stage += s->exchanges;
-                ms += s->milliseconds;
-            }
-        };
-        using Stages = report::FrameReport::ByStage;
-        add(project, &Stages::project, r.host_ms.project);
-        add(route, &Stages::route, r.host_ms.route);
-        add(composite, &Stages::composite, r.host_ms.composite);
+        constexpr auto tell = step_of<Program, homes::Tell<P>>(), sort = step_of<Program, homes::DepthSort<P>>();
+        for (std::uint32_t i = 0; i < run.steps.size(); ++i) { // in program order: project, begin; tell to deliver; sort to finish
+            using Stages = report::FrameReport::ByStage;
+            auto const stage = i < tell ? &Stages::project : i < sort ? &Stages::route : &Stages::composite;
+            r.passes.*stage += run.steps[i].passes;
+            r.exchanges.*stage += run.steps[i].exchanges;
+            (i < tell ? r.host_ms.project : i < sort ? r.host_ms.route : r.host_ms.composite) += run.steps[i].milliseconds;
+        }
         r.messages = run.messages();
         for (auto const& s : run.steps) {
             r.exchanged_live_bytes += s.live_bytes;
@@ -349,10 +363,10 @@ private:
     RendererOptions options_;
     EngineOptions engine_;
     HomesChoice choice_;
-    RecordTable records_;
+    Grid grid_;
+    RecordTable records_;             ///< in the order of their homes
     std::vector<splat::Splat> table_;
     SetupFacts facts_{};
-    Grid grid_{};
     splat::homes::Fold fold_{};
     Extent2 size_{};
     std::unique_ptr<MeshType> mesh_;

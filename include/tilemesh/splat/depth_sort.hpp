@@ -38,6 +38,54 @@ void heap_sort(Key* keys, std::uint32_t n) noexcept
     }
 }
 
+/// Introsort (Musser 1997): quicksort by the median of three, insertion sort for short ranges, heap sort for a range that quicksort splits
+/// badly too often. In place, iterative, at most O(n log n) compares; on keys in random order about a third of heap sort's time.
+template <class Key>
+void intro_sort(Key* keys, std::uint32_t n) noexcept
+{
+    constexpr std::uint32_t most_ranges = 32, shortest = 16; // a range that waits is at least as long as the one that goes on
+    struct Range {
+        std::uint32_t first, last, splits;
+    };
+    Range waiting[most_ranges];
+    std::uint32_t ranges = 0, first = 0, last = n, splits = 0;
+    for (std::uint32_t m = n; m > 1; m /= 2) splits += 2;
+    for (;;) {
+        if (last - first > shortest && splits == 0) {
+            heap_sort(keys + first, last - first);
+            first = last;
+        }
+        if (last - first <= shortest) {
+            for (std::uint32_t i = first + 1; i < last; ++i) {
+                Key const key = keys[i];
+                std::uint32_t hole = i;
+                for (; hole > first && key < keys[hole - 1]; --hole) keys[hole] = keys[hole - 1];
+                keys[hole] = key;
+            }
+            if (ranges == 0) return;
+            --ranges;
+            first = waiting[ranges].first, last = waiting[ranges].last, splits = waiting[ranges].splits;
+            continue;
+        }
+        Key const a = keys[first], b = keys[first + (last - first) / 2], c = keys[last - 1];
+        Key const pivot = a < b ? (b < c ? b : a < c ? c : a) : (a < c ? a : b < c ? c : b);
+        std::uint32_t i = first, j = last - 1;
+        for (;; ++i, --j) { // Hoare's partition: the pivot stops both scans
+            while (keys[i] < pivot) ++i;
+            while (pivot < keys[j]) --j;
+            if (i >= j) break;
+            Key const swapped = keys[i];
+            keys[i] = keys[j];
+            keys[j] = swapped;
+        }
+        std::uint32_t const middle = i == j ? i + 1 : i; // [first, middle) <= pivot <= [middle, last)
+        --splits;
+        bool const left_is_longer = middle - first > last - middle;
+        waiting[ranges++] = left_is_longer ? Range{first, middle, splits} : Range{middle, last, splits};
+        (left_is_longer ? first : last) = middle;
+    }
+}
+
 /// Insertion sort with a budget of `moves` moves a key. It is linear for keys that are nearly in order, as the keys of the last frame are.
 /// If the budget is spent, it returns false and leaves the keys in some order.
 template <class Key>

@@ -16,6 +16,12 @@ using namespace splat::detail;
 inline constexpr std::uint32_t blended_between_looks = 64;
 inline constexpr std::uint32_t strips_a_block = block_width / strip_width;
 
+/// Tells the host's caches that a splat is read soon.
+inline void fetch_ahead(Splat const& s) noexcept
+{
+    __builtin_prefetch(&s);
+    __builtin_prefetch(reinterpret_cast<char const*>(&s) + sizeof(Splat) - 1);
+}
 inline void set_place(BlockPlace& at, BlockAt const& block, Camera const& camera) noexcept
 {
     at.column = static_cast<std::int32_t>(block.x);
@@ -88,6 +94,7 @@ void blend_kept_by(Kept* blocks, Fold const& fold, TileId tile, Camera const& ca
     Open group[Group];
     Chunk<Size> chunk;
     std::uint32_t hits[Size + 1]; // a refused splat is written after the last hit
+    constexpr std::uint32_t fetched = 12;
     std::uint32_t const all = fold.tile_blocks();
     for (std::uint32_t next = 0; next < all;) {
         std::uint32_t open = 0;
@@ -106,7 +113,10 @@ void blend_kept_by(Kept* blocks, Fold const& fold, TileId tile, Camera const& ca
         std::uint32_t going = open;
         for (std::uint32_t begin = 0; begin < n && going != 0; begin += Size) {
             std::uint32_t const most = n - begin < Size ? n - begin : Size;
-            for (std::uint32_t i = 0; i < most; ++i) chunk.take(i, at(begin + i));
+            for (std::uint32_t i = 0; i < most; ++i) {
+                fetch_ahead(at(begin + i + fetched < n ? begin + i + fetched : n - 1));
+                chunk.take(i, at(begin + i));
+            }
             for (std::uint32_t i = most; i < (most + N - 1) / N * N; ++i) chunk.take(i, at(begin)); // fills the lanes; not listed
             chunk.template complete<Rule, N>(most);
             for (std::uint32_t g = 0; g < open; ++g) {
@@ -162,7 +172,7 @@ struct DepthSort {
         std::uint32_t levels = 0;
         while (levels < 31 && (1u << levels) < n) ++levels;
         counts.compared = times(n, levels);
-        splat::detail::heap_sort(keys.begin(), n);
+        splat::detail::intro_sort(keys.begin(), n);
         window.heap = 0;
     }
     static Operations operations(Counts const& counts) noexcept

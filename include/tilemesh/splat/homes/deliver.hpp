@@ -16,7 +16,7 @@
 ///      that are still owed. The FIFO is served before new arrivals.
 ///   3. A tile tells each row neighbour the fill of the FIFO on that side, as the note of the channel back. It sends to a row neighbour at
 ///      most q - (the fill it was told) - (its number of parcels sent in the pass before), and at most c.
-///   4. A home's own parcels leave last. The three ways out (west, east, own column) wait for each other nowhere.
+///   4. A home's own parcels leave last. Its three ways (west, east, own column) do not wait for each other.
 ///
 /// The window that a parcel ends in always accepts it: if the tile has no room, it keeps the nearer of two splats and moves its frontier.
 /// So parcels on columns always drain, and a row waits only for columns, or for the next FIFO in the same direction. Directions end at the
@@ -48,7 +48,7 @@ TILEMESH_KERNEL std::uint32_t columns_before(std::uint32_t to, std::int32_t c) n
 }
 TILEMESH_KERNEL std::uint32_t columns_after(std::uint32_t to, std::int32_t c) noexcept
 {
-    return c < 0 ? to : c >= 3 ? 0u : to & ~((1u << (8 * (c + 1))) - 1);
+    return c < 0 ? to : to & ~columns_before(0xffffffffu, c + 1);
 }
 TILEMESH_KERNEL std::uint32_t bits_in(std::uint32_t v) noexcept
 {
@@ -78,7 +78,7 @@ public:
         return TileId::at(x_.first + part % parts_x() * parcel_columns, y_.first + part / parts_x() * parcel_rows);
     }
     /// The tiles of a part in columns x0 to x1 - 1 that want the splat, as in Parcel::to.
-    std::uint32_t tiles(std::uint32_t part, std::uint32_t x0, std::uint32_t x1, std::uint32_t& looked) const noexcept
+    std::uint32_t tiles(std::uint32_t part, std::uint32_t x0, std::uint32_t x1) const noexcept
     {
         TileId const from = first(part);
         std::uint32_t to = 0;
@@ -86,7 +86,7 @@ public:
             std::uint32_t const x = from.x() + c;
             if (x < x0 || x >= x1 || x > x_.last) continue;
             for (std::uint32_t r = 0; r < parcel_rows && from.y() + r <= y_.last; ++r)
-                if (wants(x, from.y() + r, looked)) to |= 1u << (8 * c + r);
+                if (wants(x, from.y() + r)) to |= 1u << (8 * c + r);
         }
         return to;
     }
@@ -94,7 +94,7 @@ public:
 private:
     std::uint32_t parts_x() const noexcept { return (x_.last - x_.first) / parcel_columns + 1; }
     /// Is the splat in the tile's window, and may a pixel of an unfinished block see it? The block's test is that of blending.
-    bool wants(std::uint32_t x, std::uint32_t y, std::uint32_t& looked) const noexcept
+    bool wants(std::uint32_t x, std::uint32_t y) const noexcept
     {
         Told const& told = table_[y * fold_.x.tiles + x];
         if (depth_ < told.lo_depth || depth_ >= told.hi_depth) return false;
@@ -104,7 +104,6 @@ private:
             for (std::uint32_t l = 0; l < fold_.y.layers; ++l) {
                 std::uint32_t const j = fold_.y.block(y, l);
                 if (j - j0_ > j1_ - j0_ || (told.finished & fold_.bit_of(l * fold_.x.layers + k)) != 0) continue;
-                ++looked;
                 if (reaches_block(i, j)) return true;
             }
         }
@@ -175,6 +174,43 @@ TILEMESH_KERNEL void hold(Key key, typename P::Projected const& splat, Window& w
 }
 } // namespace detail
 
+/// Finds, for each record of a home, the tiles that want its splat in this round. All workers share the records. No exchange.
+template <class P>
+struct Offer {
+    static constexpr char const* name = "offer";
+    using FrameParameters = typename P::Parameters;
+    using Access = splat::Access<FrameParameters>;
+
+    void operator()(Broadcast<FrameParameters> parameters, Seen<P> const& seen, Table const& table, Offers& offers, Worker worker) const noexcept
+    {
+        auto const& frame = *parameters;
+        for (std::uint32_t i = worker.index, n = seen.size(); i < n; i += worker.count) {
+            Splat const& s = Access::splat_of(frame, seen[i]);
+            if (!s.visible()) {
+                offers[i].parts = 0;
+                continue;
+            }
+            detail::Wanted const wanted(s, frame.fold, frame.view.camera, table);
+            std::uint32_t const parts = wanted.parts();
+            Offered o{wanted.first(0), 0, parts};
+            if (parts == 1) {
+                o.to = wanted.tiles(0, 0, 0xffffffffu);
+                if (o.to == 0) o.parts = 0;
+            }
+            offers[i] = o;
+        }
+    }
+    /// For a cost model: each record's tiles are looked at. All workers wait for the one with the most records.
+    static Operations operations(Offers const& offers, Worker worker) noexcept
+    {
+        std::uint32_t looked = 0;
+        for (Offered const& o : offers) looked += 1 + detail::bits_in(o.to);
+        Operations out;
+        out[Operation::slot] = (looked + worker.count - 1) / worker.count;
+        return out;
+    }
+};
+
 template <class P>
 struct Deliver {
     static constexpr char const* name = "deliver";
@@ -182,65 +218,113 @@ struct Deliver {
     using Message = Parcel<typename P::Projected>;
     using Access = splat::Access<FrameParameters>;
 
-    Vote operator()(Here here, Broadcast<FrameParameters> parameters, Home<P> const& home, Seen<P> const& seen, Table const& table,
-                    Window& window, Held<P>& held, Keys& keys, Sample& sample, Waiting<P, 0>& waiting0, Waiting<P, 1>& waiting1,
-                    Sending& sending, Counts& counts, In<Parcels<P>> in, Out<Parcels<P>> out) const noexcept
+    Vote operator()(Here here, Broadcast<FrameParameters> frame, Home<P> const& home, Seen<P> const& seen, Offers const& offers,
+                    Table const& table, Window& window, Held<P>& held, Keys& keys, Sample& sample, Waiting<P, 0>& waiting0,
+                    Waiting<P, 1>& waiting1, Sending& sending, Counts& counts, In<Parcels<P>> in, Out<Parcels<P>> out) const noexcept
     {
         bool const mail = !in[Direction::north].empty() || !in[Direction::south].empty() || !in[Direction::west].empty() || !in[Direction::east].empty();
-        bool const own = sending.record[0] < seen.size() || sending.record[1] < seen.size() || sending.record[own_column] < seen.size();
+        bool const own = sending.record[0] < offers.size() || sending.record[1] < offers.size() || sending.record[own_column] < offers.size();
         if (!mail && !own && waiting0.empty() && waiting1.empty() && sending.sent[0] == 0 && sending.sent[1] == 0) return Vote::quiet;
-        auto const& frame = Access::hold(*parameters);
-        counts.looked = counts.compared = 0;
-        auto const x = static_cast<std::int32_t>(here.tile.x()), y = static_cast<std::int32_t>(here.tile.y());
 
-        // Free slots of each way out, on a row also the credit of the FIFO behind the channel.
-        std::uint32_t limit[4];
-        bool short_of_credit[4] = {};
-        for (Direction d : news) limit[index(d)] = out[d].capacity();
-        for (std::uint32_t leg = 0; leg < 2; ++leg) {
-            Direction const d = row[leg];
-            std::uint32_t const used = in[d].note() + sending.sent[leg];
+        Tile tile{here, window, held, keys, sample, counts, {}};
+        for (Direction d : news) tile.way[index(d)] = {out[d].begin(), 0, out[d].capacity(), false};
+        for (std::uint32_t leg = 0; leg < 2; ++leg) { // on a row also the credit of the FIFO behind the channel
+            Way& way = tile.way[index(row[leg])];
+            std::uint32_t const used = in[row[leg]].note() + sending.sent[leg];
             std::uint32_t const behind = leg == 0 ? waiting1.capacity() : waiting0.capacity();
             std::uint32_t const credit = used < behind ? behind - used : 0;
-            if (credit < limit[index(d)]) {
-                limit[index(d)] = credit;
-                short_of_credit[index(d)] = true;
+            if (credit < way.limit) {
+                way.limit = credit;
+                way.short_of_credit = true;
             }
         }
-        auto const room = [&](Direction d) noexcept {
-            if (out[d].size() < limit[index(d)]) return true;
-            ++(short_of_credit[index(d)] ? counts.no_credit : counts.channel_full);
+        for (Direction from : {Direction::north, Direction::south})
+            for (Message const& m : in[from])
+                (void)TILEMESH_EXPECT(tile.serve_column(m, here.tile.x() - m.first().x(), m.to) == 0,
+                                      "a parcel on a column found no room (its channel was not empty); report this");
+        tile.empty_fifo(waiting0, in[Direction::west], Direction::east);
+        tile.empty_fifo(waiting1, in[Direction::east], Direction::west);
+        bool open = false; // its own records: to the west, to the east, and on its own column
+        for (std::uint32_t way = 0; own && way < 3; ++way) open = send_own(tile, way, *frame, home, seen, offers, table, sending) || open;
+
+        for (Direction d : news) {
+            out[d].resize(tile.way[index(d)].n);
+            counts.hops += tile.way[index(d)].n;
+        }
+        out[Direction::west].set_note(waiting0.size());
+        out[Direction::east].set_note(waiting1.size());
+        sending.sent[0] = out[Direction::west].size();
+        sending.sent[1] = out[Direction::east].size();
+        bool const quiet = !open && waiting0.empty() && waiting1.empty() && sending.sent[0] == 0 && sending.sent[1] == 0;
+        return quiet ? Vote::quiet : Vote::busy;
+    }
+
+    /// For a cost model: a parcel that is taken from a channel or given to one.
+    static Operations operations(In<Parcels<P>> in, Out<Parcels<P>> out) noexcept
+    {
+        Operations o;
+        for (Direction d : news) o[Operation::routed] += in[d].size() + out[d].size();
+        return o;
+    }
+
+private:
+    static constexpr Direction row[2] = {Direction::west, Direction::east};
+    static constexpr std::uint32_t own_column = 2;
+
+    /// A way out of the tile: what it sends there, and how much it may.
+    struct Way {
+        Message* parcels;
+        std::uint32_t n, limit;
+        bool short_of_credit;
+    };
+    /// What the tile does with parcels in one pass.
+    struct Tile {
+        Here const& here;
+        Window& window;
+        Held<P>& held;
+        Keys& keys;
+        Sample& sample;
+        Counts& counts;
+        Way way[4];
+
+        TILEMESH_KERNEL bool room(Direction d) noexcept
+        {
+            Way const& w = way[index(d)];
+            if (w.n < w.limit) return true;
+            ++(w.short_of_credit ? counts.no_credit : counts.channel_full);
             return false;
-        };
-        auto const send = [&](Message m, Direction d, std::uint32_t to) noexcept {
-            m.to = to;
-            out[d].unchecked_push(m);
-            ++counts.hops;
-        };
-        auto const take = [&](Message const& m) noexcept {
-            ++counts.arrived;
-            detail::hold<P>({Access::depth_bits(frame, m.projected()), static_cast<std::uint32_t>(m.id)}, m.projected(), window, held, keys, sample,
-                            counts);
-        };
-        // Serves this column's tiles of `to`: this one, those north and those south. Returns the tiles that a full channel leaves.
-        auto const serve_column = [&](Message const& m, std::uint32_t c, std::uint32_t to) noexcept {
-            auto split = detail::split_column(to, c, y - static_cast<std::int32_t>(m.first().y()));
-            if (split.here != 0) take(m);
+        }
+        TILEMESH_KERNEL void send(Message const& m, Direction d, std::uint32_t to) noexcept
+        {
+            Way& w = way[index(d)];
+            w.parcels[w.n] = m;
+            w.parcels[w.n++].to = to;
+        }
+        /// Serves this column's tiles of `to`: this one, those north and those south. Returns the tiles that a full channel leaves.
+        std::uint32_t serve_column(Message const& m, std::uint32_t c, std::uint32_t to) noexcept
+        {
+            auto split = detail::split_column(to, c, static_cast<std::int32_t>(here.tile.y()) - static_cast<std::int32_t>(m.first().y()));
+            if (split.here != 0) {
+                ++counts.arrived;
+                detail::hold<P>({m.depth_bits(), static_cast<std::uint32_t>(m.id)}, m.projected(), window, held, keys, sample, counts);
+            }
             if (split.north != 0 && room(Direction::north)) send(m, Direction::north, split.north << (8 * c)), split.north = 0;
             if (split.south != 0 && room(Direction::south)) send(m, Direction::south, split.south << (8 * c)), split.south = 0;
             return (split.north | split.south) << (8 * c);
-        };
-        auto const column_of = [&](Message const& m) noexcept { return x - static_cast<std::int32_t>(m.first().x()); };
-        // A parcel that goes along the row, to the west or to the east. Returns the tiles that are still owed.
-        auto const serve_row = [&](Message const& m, Direction d) noexcept {
-            auto const c = column_of(m);
+        }
+        /// Serves a parcel that goes along the row towards d. Returns the tiles that are still owed.
+        TILEMESH_KERNEL std::uint32_t serve_row(Message const& m, Direction d) noexcept
+        {
+            auto const c = static_cast<std::int32_t>(here.tile.x()) - static_cast<std::int32_t>(m.first().x());
             std::uint32_t ahead = d == Direction::east ? detail::columns_after(m.to, c) : detail::columns_before(m.to, c);
             std::uint32_t rest = 0;
-            if (c >= 0 && c < static_cast<std::int32_t>(parcel_columns)) rest = serve_column(m, static_cast<std::uint32_t>(c), m.to);
+            if (ahead != m.to) rest = serve_column(m, static_cast<std::uint32_t>(c), m.to);
             if (ahead != 0 && room(d)) send(m, d, ahead), ahead = 0;
             return rest | ahead;
-        };
-        auto const empty_fifo = [&](auto& waiting, auto const& arrived, Direction d) noexcept {
+        }
+        template <class Fifo, class Arrived>
+        void empty_fifo(Fifo& waiting, Arrived const& arrived, Direction d) noexcept
+        {
             std::uint32_t kept = 0;
             for (std::uint32_t i = 0, n = waiting.size(); i < n; ++i) {
                 std::uint32_t const owed = serve_row(waiting[i], d);
@@ -256,77 +340,57 @@ struct Deliver {
                 rest.to = owed;
                 (void)TILEMESH_EXPECT(waiting.try_push(rest), "a FIFO was sent more than its credit (flow control is broken); report this");
             }
-        };
-
-        for (Direction from : {Direction::north, Direction::south})
-            for (Message const& m : in[from])
-                (void)TILEMESH_EXPECT(serve_column(m, static_cast<std::uint32_t>(column_of(m)), m.to) == 0,
-                                      "a parcel on a column found no room (its channel was not empty); report this");
-        empty_fifo(waiting0, in[Direction::west], Direction::east);
-        empty_fifo(waiting1, in[Direction::east], Direction::west);
-
-        // Its own records, to the west, to the east, and on its own column.
-        bool const open = send_own(here, frame, home, seen, table, sending, counts, room, send, serve_column);
-
-        out[Direction::west].set_note(waiting0.size());
-        out[Direction::east].set_note(waiting1.size());
-        sending.sent[0] = out[Direction::west].size();
-        sending.sent[1] = out[Direction::east].size();
-        bool const quiet = !open && waiting0.empty() && waiting1.empty() && sending.sent[0] == 0 && sending.sent[1] == 0;
-        return quiet ? Vote::quiet : Vote::busy;
-    }
-
-    /// For a cost model: a parcel that is taken from a channel or given to one; a block that is tested for a splat; a key that is compared.
-    static Operations operations(Counts const& counts, In<Parcels<P>> in, Out<Parcels<P>> out) noexcept
-    {
-        Operations o;
-        for (Direction d : news) o[Operation::routed] += in[d].size() + out[d].size();
-        o[Operation::slot] = counts.looked;
-        o[Operation::comparison] = counts.compared;
-        return o;
-    }
-
-private:
-    static constexpr Direction row[2] = {Direction::west, Direction::east};
-    static constexpr std::uint32_t own_column = 2;
-
-    /// Sends parcels of the tile's own records while there is room. Returns whether some are left.
-    template <class Frame, class Room, class Send, class ServeColumn>
-    static bool send_own(Here const& here, Frame const& frame, Home<P> const& home, Seen<P> const& seen, Table const& table, Sending& sending,
-                         Counts& counts, Room const& room, Send const& send, ServeColumn const& serve_column) noexcept
-    {
-        std::uint32_t const x = here.tile.x(), n = seen.size();
-        std::uint32_t const first[3] = {0, x + 1, x}, end[3] = {x, 0xffffffffu, x + 1}; // the columns of each way
-        bool open = false;
-        for (std::uint32_t way = 0; way < 3; ++way) {
-            auto& record = sending.record[way];
-            auto& part = sending.part[way];
-            for (; record < n; ++record, part = 0) {
-                Splat const& s = Access::splat_of(frame, seen[record]);
-                if (!s.visible()) continue;
-                detail::Wanted const wanted(s, frame.fold, frame.view.camera, table);
-                auto const parcel = [&](std::uint32_t to) noexcept { return Message::make(seen[record], home[record].id, wanted.first(part), to); };
-                bool sent = true;
-                for (std::uint32_t const parts = wanted.parts(); part < parts && sent; part += sent ? 1 : 0) {
-                    bool const begun = way == own_column && sending.rest != 0;
-                    std::uint32_t const to = begun ? sending.rest : wanted.tiles(part, first[way], end[way], counts.looked);
-                    if (to == 0) continue;
-                    if (way == own_column) {
-                        sending.rest = serve_column(parcel(to), x - wanted.first(part).x(), to);
-                        sent = sending.rest == 0;
-                    } else {
-                        sent = room(row[way]);
-                        if (sent) send(parcel(to), row[way], to);
-                    }
-                    if (begun || !(sent || way == own_column)) continue;
-                    ++counts.sent;
-                    counts.asked += detail::bits_in(to);
-                }
-                if (!sent) break;
-            }
-            open = open || record < n;
         }
-        return open;
+    };
+
+    /// Sends parcels of the tile's own records on one way while there is room. Returns whether some are left.
+    template <class Frame>
+    static bool send_own(Tile& tile, std::uint32_t way, Frame const& frame, Home<P> const& home, Seen<P> const& seen, Offers const& offers,
+                         Table const& table, Sending& sending) noexcept
+    {
+        std::uint32_t const x = tile.here.tile.x(), n = offers.size();
+        std::uint32_t const first = way == 0 ? 0 : way == 1 ? x + 1 : x, end = way == 0 ? x : way == 1 ? 0xffffffffu : x + 1; // its columns
+        std::uint32_t record = sending.record[way], part = sending.part[way];
+        for (; record < n; ++record, part = 0) {
+            Offered const& offer = offers[record];
+            if (offer.parts == 0) continue;
+            if (offer.parts == 1) {
+                auto const c0 = static_cast<std::int32_t>(first) - static_cast<std::int32_t>(offer.first.x());
+                std::uint32_t const to = way == 0   ? detail::columns_before(offer.to, static_cast<std::int32_t>(x) - static_cast<std::int32_t>(offer.first.x()))
+                                         : way == 1 ? detail::columns_after(offer.to, c0 - 1)
+                                                    : detail::columns_after(offer.to, c0 - 1) & ~detail::columns_after(offer.to, c0);
+                if (to == 0) continue;
+                Splat const& s = Access::splat_of(frame, seen[record]);
+                if (!send_part(tile, way, Message::make(seen[record], s, home[record].id, offer.first, to), sending)) break;
+                continue;
+            }
+            Splat const& s = Access::splat_of(frame, seen[record]);
+            detail::Wanted const wanted(s, frame.fold, frame.view.camera, table);
+            for (; part < offer.parts; ++part) {
+                std::uint32_t const to = wanted.tiles(part, first, end);
+                if (to != 0 && !send_part(tile, way, Message::make(seen[record], s, home[record].id, wanted.first(part), to), sending)) break;
+            }
+            if (part < offer.parts) break;
+        }
+        sending.record[way] = record;
+        sending.part[way] = part;
+        return record < n;
+    }
+    /// Sends one parcel on one way; false if something of it is left.
+    TILEMESH_KERNEL static bool send_part(Tile& tile, std::uint32_t way, Message const& m, Sending& sending) noexcept
+    {
+        bool const begun = way == own_column && sending.rest != 0;
+        if (way == own_column)
+            sending.rest = tile.serve_column(m, tile.here.tile.x() - m.first().x(), begun ? sending.rest : m.to);
+        else if (!tile.room(row[way]))
+            return false;
+        else
+            tile.send(m, row[way], m.to);
+        if (!begun) {
+            ++tile.counts.sent;
+            tile.counts.asked += detail::bits_in(m.to);
+        }
+        return way != own_column || sending.rest == 0;
     }
 };
 

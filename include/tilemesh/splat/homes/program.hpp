@@ -164,11 +164,13 @@ struct Finish {
     }
 };
 
-/// One round: every tile learns all windows, homes deliver what they want, and the tiles blend it and go on.
+/// One round: every tile learns all windows, homes find out what is wanted and deliver it, and the tiles blend it and go on. The first pass
+/// of Deliver runs on every tile, because nobody votes before it.
 template <class P>
-using Rounds = Loop<Repeat<Tell<P>>, UntilQuiet<Deliver<P>>, Superstep<DepthSort<P>>, Superstep<Blend<P>>, Superstep<Advance<P>>>;
+using Rounds = Loop<Repeat<Tell<P>>, Superstep<Offer<P>>, Superstep<Deliver<P>>, UntilQuiet<Deliver<P>>, Superstep<DepthSort<P>>,
+                    Superstep<Blend<P>>, Superstep<Advance<P>>>;
 
-/// One frame. The host puts the records onto their homes once, and sizes `Seen`, `Table` and `Framebuffer`.
+/// One frame. The host puts the records onto their homes once, and sizes `Seen`, `Offers`, `Table` and `Framebuffer`.
 ///
 /// The picture is that of one list in depth order for the whole frame, bit for bit, for any capacity of at least 1. When Deliver is quiet, a
 /// tile has been offered every splat of its window that an unfinished block may see, and every refused key is at or behind the frontier,

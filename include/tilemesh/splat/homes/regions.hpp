@@ -64,13 +64,14 @@ struct Parcel<Splat> {
     GaussianId id;
     std::uint32_t to;
 
-    static Parcel make(Splat const& s, GaussianId id, TileId first, std::uint32_t to) noexcept
+    static Parcel make(Splat const& s, Splat const&, GaussianId id, TileId first, std::uint32_t to) noexcept
     {
         Parcel p{s, id, to};
         p.splat.anchor = first;
         return p;
     }
     TileId first() const noexcept { return splat.anchor; }
+    std::uint32_t depth_bits() const noexcept { return __builtin_bit_cast(std::uint32_t, splat.depth); }
     Splat const& projected() const noexcept { return splat; }
 };
 static_assert(sizeof(Parcel<Splat>) == 64);
@@ -105,6 +106,16 @@ struct Home : Buffer<typename P::Record> {
 template <class P>
 struct Seen : Buffer<typename P::Projected> {
     static constexpr char const* name = "projected records";
+    static constexpr auto slots = &Sizes::homes;
+};
+/// The tiles that want a record's splat in this round, if one parcel names them all.
+struct Offered {
+    TileId first;
+    std::uint32_t to;    ///< as in Parcel
+    std::uint32_t parts; ///< 0: nobody wants it. Above 1: the tiles take several parcels, and the home finds them part by part
+};
+struct Offers : Buffer<Offered> {
+    static constexpr char const* name = "offers";
     static constexpr auto slots = &Sizes::homes;
 };
 /// The splats of this window. `Keys` has one key for each.
@@ -208,8 +219,7 @@ struct Counts {
     std::uint32_t channel_full; ///< waits for a slot of a channel
     std::uint32_t no_credit;    ///< waits for a slot of the FIFO behind a channel
     std::uint32_t rounds;       ///< in which the tile was not done
-    std::uint32_t compared;     ///< keys compared and put in order in the last pass
-    std::uint32_t looked;       ///< blocks of other tiles that the last pass tested for a splat
+    std::uint32_t compared;     ///< keys compared and put in order by the last depth sort
 };
 static_assert(sizeof(Counts) <= 64);
 

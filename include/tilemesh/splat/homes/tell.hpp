@@ -11,15 +11,14 @@ constexpr std::uint32_t tell_passes(std::uint32_t grid_columns, std::uint32_t gr
 
 /// Tells every tile the windows of all tiles: first along the rows, one window an exchange and side, then along the columns, one whole row
 /// an exchange and side. It runs W + H - 1 times on a grid of W x H tiles, with W + H - 2 exchanges. A tile without blocks passes on and
-/// keeps what it is told, because it is a home, too. In its last pass each home makes itself ready to send, and votes busy if it has a
-/// record to send.
+/// keeps what it is told, because it is a home, too.
 template <class P>
 struct Tell {
     static constexpr char const* name = "tell";
     using FrameParameters = typename P::Parameters;
 
-    Vote operator()(Here here, Broadcast<FrameParameters> frame, Home<P> const& home, Window& window, Table& table, Sending& sending,
-                    In<Tidings> in, Out<Tidings> out) const noexcept
+    void operator()(Here here, Broadcast<FrameParameters> frame, Window& window, Table& table, Sending& sending, In<Tidings> in,
+                    Out<Tidings> out) const noexcept
     {
         std::uint32_t const columns = frame->fold.x.tiles, rows = frame->fold.y.tiles;
         std::uint32_t const x = here.tile.x(), y = here.tile.y(), pass = window.pass;
@@ -48,19 +47,14 @@ struct Tell {
             for (Direction from : {Direction::north, Direction::south}) {
                 if (in[from].empty()) continue;
                 std::uint32_t const ty = from == Direction::north ? y - distance : y + distance, n = in[from].size();
-                for (std::uint32_t i = 0; i < n && ty < rows; ++i) table[ty * columns + i] = in[from][i];
+                if (ty < rows) __builtin_memcpy(table.begin() + ty * columns, in[from].begin(), n * sizeof(Told));
                 if (pass < last) send_along(here, out, opposite(from), in[from].begin(), n);
             }
         }
         if (pass == row_passes && pass < last && y < rows)
             for (Direction to : {Direction::north, Direction::south}) send_along(here, out, to, table.begin() + y * columns, columns);
-        if (pass < last) {
-            ++window.pass;
-            return Vote::busy;
-        }
-        window.pass = 0;
+        window.pass = pass < last ? pass + 1 : 0;
         sending = {};
-        return home.empty() ? Vote::quiet : Vote::busy;
     }
 
     /// For a cost model: a window that is taken or given is a slot.
@@ -75,7 +69,8 @@ private:
     TILEMESH_KERNEL static void send_along(Here const& here, Out<Tidings>& out, Direction d, Told const* told, std::uint32_t n) noexcept
     {
         if (!here.grid.has_neighbour(here.tile, d)) return;
-        for (std::uint32_t i = 0; i < n; ++i) out[d].push(told[i]);
+        __builtin_memcpy(out[d].begin(), told, n * sizeof(Told));
+        out[d].resize(n);
     }
 };
 
