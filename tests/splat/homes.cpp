@@ -106,3 +106,43 @@ TEST_CASE("the picture is that of the naive loop, for any capacities, folded or 
         CHECK(rows.render(views.back()).report.passes.total() == 0); // an unchanged view
     }
 }
+
+TEST_CASE("a map with more records than homes comes in chapters, and the picture is the same")
+{
+    auto map = every(60);
+    for (std::size_t i = 0; i < map.gaussians.size(); i += 3) // equal depths, so that a chapter ends between two ids
+        for (int c = 0; c < 3; ++c) map.gaussians[i].mean_world[c] = map.gaussians[0].mean_world[c];
+    Grid const grid{4, 3};
+    RendererOptions o;
+    o.grid = grid;
+    o.storage_slots = 60;
+    auto const view = scene::frame_whole(map, {90, 53}), next = scene::orbit(view, scene::robust_centre(map), 30, 2)[1];
+    auto c = choice(map, grid);
+    render::HomesRenderer<homes::HostPolicies<>> whole(map, c, o);
+    for (std::uint32_t const slots : {0u, 1u, 3u, 10u}) {
+        c.sizes.homes = slots;
+        render::HomesRenderer<homes::HostPolicies<>> chapters(map, c, o);
+        render::HomesRenderer<homes::ValuePolicies<>> values(map, c, o);
+        if (slots == 0) {
+            CHECK_THROWS_AS(chapters.render(view), Error);
+            continue;
+        }
+        for (auto const& camera : {view, next}) {
+            auto const a = whole.render(camera), b = chapters.render(camera), v = values.render(camera);
+            CHECK(pixels_that_differ(a.image, b.image) == 0);
+            CHECK(pixels_that_differ(a.image, v.image) == 0);
+            CHECK(a.report.homes.chapters == 0);
+            auto const in_front = std::count_if(map.gaussians.begin(), map.gaussians.end(), [&](auto const& g) {
+                return splat::depth_bits(g, splat::make_view(camera, whole.model())) != 0;
+            });
+            auto const homes = slots * grid.size();
+            CHECK(b.report.homes.chapters == (static_cast<std::uint32_t>(in_front) + homes - 1) / homes);
+            CHECK(b.report.homes.streamed_bytes == static_cast<std::uint64_t>(in_front) * 60);
+            CHECK(b.report.gaussians.visible == a.report.gaussians.visible);
+            CHECK(b.report.hops == v.report.hops);
+        }
+        auto const again = chapters.render(next);
+        CHECK(again.report.passes.total() == 0);
+        CHECK(again.report.homes.streamed_bytes == 0);
+    }
+}

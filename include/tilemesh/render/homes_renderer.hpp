@@ -90,7 +90,7 @@ public:
     using EngineOptions = typename MeshType::Options;
     static constexpr bool by_reference = std::is_same_v<typename P::Record, splat::Reference>;
 
-    /// Throws Error if the map's records do not fit into their homes (the sum of all tiles' `homes` slots).
+    /// A map with more records than homes comes in chapters; its records are sent anew for each view.
     HomesRenderer(scene::Map const& map, HomesChoice const& choice, RendererOptions options = {}, EngineOptions engine = {})
         : options_(options), engine_(std::move(engine)), choice_(choice), grid_(grid_of(options)),
           records_(dealt(map, grid_.size()), choice.sh_degree)
@@ -98,7 +98,6 @@ public:
         choice_.model.footprint = options.footprint.value_or(choice_.model.footprint);
         choice_.model.arithmetic = options.arithmetic.value_or(choice_.model.arithmetic);
         if (options.quality) choice_.model = splat::with_quality(choice_.model, *options.quality);
-        if constexpr (by_reference) table_.resize(records_.rows());
     }
 
     RenderedFrame render(splat::Camera const& camera) override
@@ -120,11 +119,13 @@ public:
         bool const changed = !last_ || __builtin_memcmp(&*last_, &view, sizeof view) != 0;
         report::FrameReport report;
         if (changed) {
-            auto const start = Clock::now();
-            tell(view);
-            auto const project_ms = since(start);
-            report = account(mesh_->run());
-            report.host_ms.project += project_ms;
+            if (streams_)
+                run_chapters(view, report);
+            else
+                run(view, 0, report);
+            visible_ = report.gaussians.visible;
+            unfinished_ = report.homes.unfinished_tiles;
+            report.gaussians.parked = records_.rows() - visible_;
         } else {
             report = unchanged();
         }
@@ -202,9 +203,10 @@ private:
         HomesLedger ledger(choice_, sizes);
         if (ledger.bytes > choice_.machine.sram_bytes) throw does_not_fit(choice_.machine, ledger.lines, ledger.bytes);
         std::uint64_t const homes = std::uint64_t{sizes.homes} * grid_.size();
-        if (records_.rows() > homes)
-            throw Error("a map of " + std::to_string(records_.rows()) + " records (" + std::to_string(grid_.size()) + " tiles have homes for " +
-                        std::to_string(homes) + "); give a tile more homes, or use a larger grid");
+        if (homes == 0) throw Error("tiles without homes (every record lives in one); give a tile at least one");
+        streams_ = records_.rows() > homes;
+        residents_ = static_cast<std::uint32_t>(std::min<std::uint64_t>(homes, records_.rows()));
+        if constexpr (by_reference) table_.resize(residents_);
         facts_ = {choice_.name, choice_.machine, {}, {}, choice_.sh_degree, 60 + 12 * splat::harmonics_per_channel(choice_.sh_degree),
                   choice_.colour, choice_.depth, choice_.alpha, choice_.model, ledger.bytes, std::move(ledger.lines)};
         facts_.sizes.storage = sizes.held;
@@ -231,43 +233,114 @@ private:
             mesh_->template limit<splat::homes::Keys>(options_.storage_slots);
         }
         if (observer_) mesh_->observe(observer_);
-        std::uint32_t row = 0;
         for (TileId const tile : grid_.tiles()) {
-            auto home = mesh_->template state<splat::homes::Home<P>>(tile);
-            auto const tiles = grid_.size(), t = grid_.index_of(tile);
-            for (auto n = records_.rows() / tiles + (t < records_.rows() % tiles ? 1 : 0); n > 0; --n, ++row)
-                if constexpr (by_reference)
-                    home.push({records_.id(row), row});
-                else
-                    home.push(records_.template record<typename P::Record>(row));
-            auto seen = mesh_->template state<splat::homes::Seen<P>>(tile);
-            auto offers = mesh_->template state<splat::homes::Offers>(tile);
-            for (auto n = mesh_->template state<splat::homes::Home<P>>(tile).size(); n > 0; --n) seen.push({}), offers.push({});
             auto table = mesh_->template state<splat::homes::Table>(tile);
             for (auto n = sizes.tiles; n > 0; --n) table.push({splat::homes::infinite_depth, 0, 0});
             auto framebuffer = mesh_->template state<splat::homes::Framebuffer<typename P::Pixel>>(tile);
             if (tile.x() < fold_.x.tiles && tile.y() < fold_.y.tiles)
                 for (auto n = sizes.tile_pixels; n > 0; --n) framebuffer.push(P::Pixel::make(splat::nothing_blended));
         }
+        if (!streams_) {
+            chapter_.resize(records_.rows());
+            for (std::uint32_t row = 0; row < records_.rows(); ++row) chapter_[row] = row;
+            load_chapter();
+        }
+    }
+    /// Puts the rows of `chapter_` onto their homes, in even shares.
+    void load_chapter()
+    {
+        std::uint32_t at = 0;
+        auto const rows = static_cast<std::uint32_t>(chapter_.size()), tiles = grid_.size();
+        for (TileId const tile : grid_.tiles()) {
+            auto home = mesh_->template state<splat::homes::Home<P>>(tile);
+            auto seen = mesh_->template state<splat::homes::Seen<P>>(tile);
+            auto offers = mesh_->template state<splat::homes::Offers>(tile);
+            home.truncate(0), seen.truncate(0), offers.truncate(0);
+            for (auto n = rows / tiles + (grid_.index_of(tile) < rows % tiles ? 1 : 0); n > 0; --n, ++at) {
+                if constexpr (by_reference)
+                    home.push({records_.id(chapter_[at]), at});
+                else
+                    home.push(records_.template record<typename P::Record>(chapter_[at]));
+                seen.push({});
+                offers.push({});
+            }
+        }
+    }
+    /// Runs the program on the records that are on their homes.
+    void run(splat::View const& view, std::uint32_t chapter_depth, report::FrameReport& report)
+    {
+        auto const start = Clock::now();
+        tell(view, chapter_depth);
+        report.host_ms.project += since(start);
+        account(mesh_->run(), report);
+    }
+    /// A map with more records than homes: the records in front of the camera come in chapters, the nearest first. A chapter has the next
+    /// keys (depth, id) in order, as many as there are homes, so no later chapter has a record in front of one of an earlier chapter.
+    /// It ends early if every pixel has stopped, or at the bound on rounds.
+    void run_chapters(splat::View const& view, report::FrameReport& report)
+    {
+        auto const start = Clock::now();
+        auto const n = records_.rows();
+        depths_.resize(n);
+        mesh_->on_threads([&](std::uint32_t thread, std::uint32_t threads) {
+            auto const first = static_cast<std::uint32_t>(std::uint64_t{n} * thread / threads);
+            auto const last = static_cast<std::uint32_t>(std::uint64_t{n} * (thread + 1) / threads);
+            for (auto row = first; row < last; ++row) depths_[row] = records_.depth_bits(row, view);
+        });
+        auto const key = [&](std::uint32_t row) { return std::uint64_t{depths_[row]} << 32 | static_cast<std::uint32_t>(records_.id(row)); };
+        std::vector<std::uint64_t> keys;
+        keys.reserve(n);
+        for (std::uint32_t row = 0; row < n; ++row)
+            if (depths_[row] != 0) keys.push_back(key(row));
+        report.host_ms.project += since(start);
+        std::size_t done = 0;
+        do {
+            auto const begin = Clock::now();
+            auto const size = std::min<std::size_t>(residents_, keys.size() - done);
+            auto const first = keys.begin() + static_cast<std::ptrdiff_t>(done), last = first + static_cast<std::ptrdiff_t>(size);
+            if (last != keys.end()) std::nth_element(first, last, keys.end());
+            std::uint64_t const from = size == 0 ? 0 : *std::min_element(first, last), to = last != keys.end() ? *last : ~std::uint64_t{0};
+            chapter_.clear();
+            for (std::uint32_t row = 0; row < n; ++row) // in the order of rows, so that homes do not depend on the standard library
+                if (depths_[row] != 0 && key(row) >= from && key(row) < to) chapter_.push_back(row);
+            load_chapter();
+            report.homes.streamed_bytes += std::uint64_t{chapter_.size()} * facts_.record_bytes;
+            ++report.homes.chapters;
+            report.host_ms.project += since(begin);
+            report.homes.unfinished_tiles = 0;
+            run(view, done == 0 ? 0 : static_cast<std::uint32_t>(from >> 32), report);
+            done += size;
+        } while (done < keys.size() && report.homes.unfinished_tiles == 0 && any_block_goes_on());
+    }
+    bool any_block_goes_on() const
+    {
+        for (TileId const tile : grid_.tiles())
+            if (tile.x() < fold_.x.tiles && tile.y() < fold_.y.tiles &&
+                std::as_const(*mesh_).template state<splat::homes::Window>(tile).finished != 0xffffffffu)
+                return true;
+        return false;
     }
     /// Writes the parameters of a frame. By reference, projects the host's table on all threads.
-    void tell(splat::View const& view)
+    void tell(splat::View const& view, std::uint32_t chapter_depth)
     {
         auto& frame = mesh_->template broadcast<Parameters>();
         auto const tiling = splat::make_tiling(size_.width, size_.height, splat::block_width, splat::block_height);
-        static_cast<splat::homes::Parameters&>(frame) = {view, tiling, fold_};
+        static_cast<splat::homes::Parameters&>(frame) = {view, tiling, fold_, chapter_depth};
         if constexpr (by_reference) {
             frame.splats = splat::HostPointer<splat::Splat>(table_.data());
             mesh_->on_threads([&](std::uint32_t thread, std::uint32_t threads) {
-                std::uint64_t const n = table_.size();
+                std::uint64_t const n = chapter_.size();
                 auto const first = static_cast<std::uint32_t>(n * thread / threads), last = static_cast<std::uint32_t>(n * (thread + 1) / threads);
-                records_.project(first, last - first, view, tiling, table_.data() + first);
+                if (streams_)
+                    records_.project_rows(chapter_.data() + first, last - first, view, tiling, table_.data() + first);
+                else
+                    records_.project(first, last - first, view, tiling, table_.data() + first);
             });
         }
     }
-    report::FrameReport account(RunCounters const& run)
+    /// Adds a run to the report of its frame.
+    void account(RunCounters const& run, report::FrameReport& r)
     {
-        report::FrameReport r;
         std::uint64_t asked = 0, arrived = 0, strips = 0;
         for (TileId const tile : grid_.tiles()) {
             auto const& mesh = std::as_const(*mesh_);
@@ -291,10 +364,9 @@ private:
         if (asked != arrived)
             throw Error("a frame in which homes sent " + std::to_string(asked) + " splats and tiles received " + std::to_string(arrived) +
                         " (the protocol of homes is broken); report this");
-        r.homes.entries = arrived;
-        r.homes.rounds = run.loops[0].rounds;
-        r.gaussians.parked = records_.rows() - r.gaussians.visible;
-        r.pairs = strips * splat::homes::strip_pairs;
+        r.homes.entries += arrived;
+        r.homes.rounds += run.loops[0].rounds;
+        r.pairs += strips * splat::homes::strip_pairs;
         using namespace splat;
         constexpr auto tell = step_of<Program, homes::Tell<P>>(), sort = step_of<Program, homes::DepthSort<P>>();
         for (std::uint32_t i = 0; i < run.steps.size(); ++i) { // in program order: project, begin; tell to deliver; sort to finish
@@ -304,19 +376,16 @@ private:
             r.exchanges.*stage += run.steps[i].exchanges;
             (i < tell ? r.host_ms.project : i < sort ? r.host_ms.route : r.host_ms.composite) += run.steps[i].milliseconds;
         }
-        r.messages = run.messages();
+        r.messages += run.messages();
         for (auto const& s : run.steps) {
             r.exchanged_live_bytes += s.live_bytes;
             r.exchanged_capacity_bytes += s.capacity_bytes;
         }
         for (auto const& p : run.peaks) {
-            if (p.region == homes::Held<P>::name) r.peak_storage = p.items;
-            if (p.region == homes::Parcels<P>::name) r.peak_channel = p.items;
+            if (p.region == homes::Held<P>::name) r.peak_storage = std::max(r.peak_storage, p.items);
+            if (p.region == homes::Parcels<P>::name) r.peak_channel = std::max(r.peak_channel, p.items);
         }
-        r.digests = run.digests;
-        visible_ = r.gaussians.visible;
-        unfinished_ = r.homes.unfinished_tiles;
-        return r;
+        r.digests.insert(r.digests.end(), run.digests.begin(), run.digests.end());
     }
     report::FrameReport unchanged() const
     {
@@ -365,7 +434,11 @@ private:
     HomesChoice choice_;
     Grid grid_;
     RecordTable records_;             ///< in the order of their homes
-    std::vector<splat::Splat> table_;
+    std::vector<std::uint32_t> chapter_; ///< the rows that are on their homes, tile by tile
+    std::vector<splat::Splat> table_;    ///< by reference: their splats in this view
+    std::vector<std::uint32_t> depths_;  ///< of all records, if there are chapters
+    std::uint32_t residents_ = 0;        ///< records that have homes at the same time
+    bool streams_ = false;
     SetupFacts facts_{};
     splat::homes::Fold fold_{};
     Extent2 size_{};

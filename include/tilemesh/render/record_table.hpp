@@ -69,6 +69,26 @@ public:
             if (out[i].visible() && !shade(first + i, view, out[i])) out[i] = {};
     }
 
+    /// Projects n rows, in any order, several at once.
+    void project_rows(std::uint32_t const* rows, std::uint32_t n, splat::View const& view, splat::Tiling const& tiling,
+                      splat::Splat* out) const noexcept
+    {
+        constexpr std::uint32_t at_once = 64;
+        splat::Gaussian some[at_once];
+        for (std::uint32_t from = 0; from < n; from += at_once) {
+            std::uint32_t const count = n - from < at_once ? n - from : at_once;
+            for (std::uint32_t i = 0; i < count; ++i) some[i] = gaussians_[rows[from + i]];
+            splat::project_all(some, count, view, tiling, out + from);
+            for (std::uint32_t i = 0; i < count && degree_ != 0; ++i)
+                if (out[from + i].visible() && !shade(rows[from + i], view, out[from + i])) out[from + i] = {};
+        }
+    }
+    /// The bits of the view depth of row `row`, as `project` computes it; 0 if it is not greater than `near_depth`, or not finite.
+    std::uint32_t depth_bits(std::uint32_t row, splat::View const& view) const noexcept
+    {
+        return splat::depth_bits(gaussians_[row], view);
+    }
+
 private:
     std::size_t floats_a_row() const noexcept { return 3 * std::size_t{splat::harmonics_per_channel(degree_)}; }
     float const* harmonics_of(std::uint32_t row) const noexcept { return harmonics_.data() + row * floats_a_row(); }

@@ -72,6 +72,7 @@ struct FrameReport {
     /// Only for the program of homes (splat/homes): all 0 otherwise.
     struct {
         std::uint64_t rounds = 0, parcels = 0, entries = 0, refused = 0, unfinished_tiles = 0;
+        std::uint64_t chapters = 0, streamed_bytes = 0; ///< 0 if the map's records all have homes
     } homes;
     struct {
         double project = 0, route = 0, bloom = 0, composite = 0, picture = 0, total = 0;

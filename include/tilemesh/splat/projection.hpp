@@ -346,6 +346,16 @@ inline Splat project(Gaussian const& g, View const& view, Tiling const& tiling) 
             {static_cast<std::uint32_t>(s.anchor)}};
 }
 
+/// The bits of the view depth of a Gaussian, as in its projection; 0 if the depth is not greater than the near plane's or not finite. Depths in
+/// front of the camera order as their bits do.
+inline std::uint32_t depth_bits(Gaussian const& g, View const& view) noexcept
+{
+    Camera const& c = view.camera;
+    detail::Float3 const d{g.mean_world[0] - c.position[0], g.mean_world[1] - c.position[1], g.mean_world[2] - c.position[2]};
+    float const z = detail::dot<detail::OneFloat>({c.rotation[2][0], c.rotation[2][1], c.rotation[2][2]}, d);
+    return z > c.near_depth && z <= std::numeric_limits<float>::max() ? __builtin_bit_cast(std::uint32_t, z) : 0u;
+}
+
 /// The share of a splat's light that a pixel centre gets if nothing is in front of it: opacity e^power, in [0, 1]. `x` and `y` are relative
 /// to the principal point. Kernels and the naive picture share this function.
 inline float alpha_at(Splat const& s, float x, float y) noexcept

@@ -43,8 +43,8 @@ TILEMESH_KERNEL void open_window(Window& window, Cuts const& cuts) noexcept
 }
 } // namespace detail
 
-/// Begins a picture on a tile: black pixels, and a window from the nearest depth to the first cut of the last frame. Votes busy if the tile
-/// holds pixels.
+/// Begins a picture on a tile: black pixels, and a window from the nearest depth to the first cut of the last frame. In a later chapter the
+/// pixels stay, and a tile whose blocks have all stopped stays done. Votes busy if the tile wants splats.
 template <class P>
 struct Begin {
     static constexpr char const* name = "begin";
@@ -58,19 +58,31 @@ struct Begin {
         held.truncate(0);
         keys.truncate(0);
         sample.truncate(0);
-        cuts.truncate(0);
-        for (std::uint32_t const cut : next_cuts) cuts.push(cut);
-        next_cuts.truncate(0);
+        bool const goes_on = frame->chapter_depth != 0;
+        if (!goes_on) {
+            cuts.truncate(0);
+            for (std::uint32_t const cut : next_cuts) cuts.push(cut);
+            next_cuts.truncate(0);
+        }
+        std::uint32_t const finished = goes_on ? window.finished : 0, blended = goes_on ? window.blended : 0;
         window = {};
         if (!has_blocks(here, frame->fold)) {
             window.lo_depth = infinite_depth;
             return Vote::quiet;
         }
-        blocks.resize(frame->fold.tile_blocks());
-        for (std::uint32_t b = 0; b < blocks.size(); ++b) {
-            auto const place = block_at(frame->fold, here.tile, b);
-            detail::begin_block(blocks[b], place, frame->view.camera);
-            if (!place.exists && frame->fold.blocks_a_bit == 1) window.finished |= frame->fold.bit_of(b);
+        window.lo_depth = frame->chapter_depth;
+        window.finished = finished;
+        window.blended = blended;
+        if (!goes_on) {
+            blocks.resize(frame->fold.tile_blocks());
+            for (std::uint32_t b = 0; b < blocks.size(); ++b) {
+                auto const place = block_at(frame->fold, here.tile, b);
+                detail::begin_block(blocks[b], place, frame->view.camera);
+                if (!place.exists && frame->fold.blocks_a_bit == 1) window.finished |= frame->fold.bit_of(b);
+            }
+        } else if (window.finished == 0xffffffffu) {
+            window.lo_depth = infinite_depth;
+            return Vote::quiet;
         }
         detail::open_window(window, cuts);
         return Vote::busy;
@@ -170,7 +182,7 @@ template <class P>
 using Rounds = Loop<Repeat<Tell<P>>, Superstep<Offer<P>>, Superstep<Deliver<P>>, UntilQuiet<Deliver<P>>, Superstep<DepthSort<P>>,
                     Superstep<Blend<P>>, Superstep<Advance<P>>>;
 
-/// One frame. The host puts the records onto their homes once, and sizes `Seen`, `Offers`, `Table` and `Framebuffer`.
+/// One frame, or one chapter of it. The host puts the records onto their homes once, and sizes `Seen`, `Offers`, `Table` and `Framebuffer`.
 ///
 /// The picture is that of one list in depth order for the whole frame, bit for bit, for any capacity of at least 1. When Deliver is quiet, a
 /// tile has been offered every splat of its window that an unfinished block may see, and every refused key is at or behind the frontier,

@@ -36,6 +36,9 @@ struct Parameters {
     View view;
     Tiling tiling; ///< of the projection; it only sets `Splat::anchor`, which this program does not read
     Fold fold;
+    /// A map with more records than homes comes in chapters, front to back: the host refills the homes and runs the program again. 0 for
+    /// the first chapter; otherwise the bits of the nearest depth of this one. The picture goes on where the last chapter ended.
+    std::uint32_t chapter_depth;
 };
 static_assert(std::is_trivially_copyable_v<Parameters> && sizeof(Parameters) % 4 == 0, "parameters are plain words");
 
