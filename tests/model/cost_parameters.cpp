@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 #include <sstream>
 #include <tilemesh/model/cost_parameters.hpp>
+#include <tilemesh/splat/homes/regions.hpp>
 #include <tilemesh/splat/operations.hpp>
 #include <tilemesh/splat/projection.hpp>
 
@@ -47,8 +48,9 @@ std::string with_line(std::string const& name, std::string const& line)
     return text.replace(at, text.find('\n', at) - at, line);
 }
 constexpr char const* parameters[] = {"clock",    "exchange_cost", "slot", "projection", "routed",
-                                      "copied",   "comparison",    "pair", "pixel",      "run",
-                                      "exchange", "exchange_byte", "sync", "vote"};
+                                      "copied",   "comparison",    "pair", "pixel",      "left",
+                                      "passed",   "settled",       "run",  "exchange",   "exchange_byte",
+                                      "sync",     "vote"};
 constexpr std::uint32_t most_count = 0xffffffffu;
 
 /// A run of one superstep of one tile that has the largest count of every kind.
@@ -77,15 +79,17 @@ TEST_CASE("cost parameters: mk2 has every number, with unit and source")
         CHECK((kind == "document" || kind == "arithmetic" || kind == "guess"));
     }
     CHECK(m.parameters[0].value == m.clock_khz);
-    REQUIRE(m.prices.size() == std::size(splat::Operation::names)); // every operation that splatting counts
+    std::size_t const frame = std::size(splat::Operation::names);
+    for (auto const* name : splat::Operation::names) CHECK(price_of(m, name) != 0); // every operation that splatting counts
+    for (auto const* name : splat::homes::Operation::names) CHECK(price_of(m, name) != 0);
     for (std::size_t i = 0; i < m.prices.size(); ++i) {
-        CHECK(m.prices[i].operation == splat::Operation::names[i]);
+        if (i < frame) CHECK(m.prices[i].operation == splat::Operation::names[i]);
         CHECK(m.parameters[2 + i].name == m.prices[i].operation);
         CHECK(m.parameters[2 + i].value == m.prices[i].millicycles);
     }
     // A number that no document has is marked as a guess.
-    CHECK(m.parameters[12].source.starts_with("guess"));
-    CHECK(m.parameters[13].source.starts_with("guess"));
+    CHECK(m.parameters[15].source.starts_with("guess"));
+    CHECK(m.parameters[16].source.starts_with("guess"));
 }
 
 TEST_CASE("cost parameters: mk2's numbers by hand")
@@ -101,6 +105,9 @@ TEST_CASE("cost parameters: mk2's numbers by hand")
     CHECK(price_of(m, "comparison") == 30 * 6000);
     CHECK(price_of(m, "pair") == 27'059); // 18.4 / 0.68 = 27.0588
     CHECK(price_of(m, "pixel") == 93'000);
+    CHECK(price_of(m, "left") == 175 * 6000);
+    CHECK(price_of(m, "passed") == 66 * 6000);
+    CHECK(price_of(m, "settled") == 107 * 6000);
     CHECK(m.run_cycles == 20);
     CHECK(m.exchange_cycles + m.sync_cycles == 300);
     CHECK(m.sync_cycles == 150);
@@ -259,10 +266,10 @@ TEST_CASE("cost parameters: any order, comments, empty lines, blanks, line ends"
     }
     auto reversed = m; // operations are listed in the order of the file
     std::reverse(reversed.prices.begin(), reversed.prices.end());
-    std::reverse(reversed.parameters.begin() + 2, reversed.parameters.begin() + 9);
+    std::reverse(reversed.parameters.begin() + 2, reversed.parameters.begin() + 12);
     CHECK(read(text) == reversed);
     CHECK(read(with_line("sync", "sync 007 cycles x")).sync_cycles == 7);
-    CHECK(read(with_line("sync", "sync 7 cycles a\tb")).parameters[12].source == "a b");
+    CHECK(read(with_line("sync", "sync 7 cycles a\tb")).parameters[15].source == "a b");
 }
 
 TEST_CASE("cost parameters: every refusal names the file and the line")
@@ -275,27 +282,27 @@ TEST_CASE("cost parameters: every refusal names the file and the line")
         CHECK(said.find(" (") != std::string::npos);
         CHECK(said.find("); ") != std::string::npos);
     };
-    // Lines: 1 comment, 2 model, 3 clock, 4 exchange_cost, 5 slot, ..., 16 vote.
+    // Lines: 1 comment, 2 model, 3 clock, 4 exchange_cost, 5 slot, ..., 19 vote.
     begins("", "0 ends the file (it holds no cost model)");
     begins("# only this\n", "1 ends the file (it holds no cost model)");
     begins("clock 1 kHz x\n", "1 begins no cost model");
     begins("model\n", "1 names no model");
     begins("model " + std::string(2049, 'm') + "\n", "1 names no model");
     begins(changed("clock", "model b\nclock"), "3 names a second model");
-    begins(with_line("sync", "synch 1 cycles x"), "15 has an unknown parameter (\"synch\")");
+    begins(with_line("sync", "synch 1 cycles x"), "18 has an unknown parameter (\"synch\")");
     begins(changed("slot", "clock 1 kHz x\nslot"), "5 repeats a parameter (clock is in line 3)");
     for (auto const* name : parameters) {
         if (model_detail::find_price(mk2(), name) != nullptr) continue;
         auto const missing = with_line(name, "");
         CHECK(
-            refusal(missing).starts_with("set.txt line 16 ends the file (parameter " + std::string(name) + " is missing)"));
+            refusal(missing).starts_with("set.txt line 19 ends the file (parameter " + std::string(name) + " is missing)"));
     }
     begins("model m", "1 ends the file (parameter clock is missing)");
     for (auto const* word : {"-1", "+1", "1.5", "1e6", "0x10", "many", "1,000", "capacity", "99999999999999999999x"})
         begins(with_line("slot", std::string("slot ") + word + " millicycles x"),
                "5 has no whole number (slot is \"" + std::string(word) + "\")");
-    std::string most = written(mk2()); // it has 7 operations
-    for (int i = 0; i < 16384 - 7; ++i) most += "operation_" + std::to_string(i) + " 1 millicycles x\n";
+    std::string most = written(mk2()); // it has 10 operations
+    for (int i = 0; i < 16384 - 10; ++i) most += "operation_" + std::to_string(i) + " 1 millicycles x\n";
     CHECK(read(most).prices.size() == 16384);
     begins(most + "last 1 millicycles x\n", "16394 has one operation more than 16384 (\"last\")");
     begins(with_line("slot", "slot"), "5 has an unknown parameter (\"slot\")");
@@ -306,28 +313,28 @@ TEST_CASE("cost parameters: every refusal names the file and the line")
     begins(with_line("slot", "slot 18446744073709551616 millicycles x"), "5 is out of range");
     begins(with_line("clock", "clock 0 kHz x"), "3 is out of range");
     begins(with_line("clock", "clock 1000000001 kHz x"), "3 is out of range");
-    begins(with_line("sync", "sync 1000000000001 cycles x"), "15 is out of range");
+    begins(with_line("sync", "sync 1000000000001 cycles x"), "18 is out of range");
     begins(with_line("exchange_cost", "exchange_cost any_to_any kind x"),
            "4 has no kind of exchange (exchange_cost is \"any_to_any\")");
     begins(with_line("exchange_cost", "exchange_cost 0 kind x"), "4 has no kind of exchange");
     begins(with_line("exchange_cost", "exchange_cost"), "4 has no kind of exchange");
-    begins(with_line("sync", "sync 1"), "15 has no unit (sync is in cycles)");
-    begins(with_line("sync", "sync 1 ms x"), "15 has another unit (sync is in cycles, not in \"ms\")");
-    begins(with_line("sync", "sync 1 cycles"), "15 has no source");
-    begins(with_line("sync", "sync 1 cycles \t "), "15 has no source");
-    begins(with_line("sync", "sync 1 cycles " + std::string(2049, 'x')), "15 has too long a source");
+    begins(with_line("sync", "sync 1"), "18 has no unit (sync is in cycles)");
+    begins(with_line("sync", "sync 1 ms x"), "18 has another unit (sync is in cycles, not in \"ms\")");
+    begins(with_line("sync", "sync 1 cycles"), "18 has no source");
+    begins(with_line("sync", "sync 1 cycles \t "), "18 has no source");
+    begins(with_line("sync", "sync 1 cycles " + std::string(2049, 'x')), "18 has too long a source");
     begins(with_line("sync", "sync 1 cycles a\x01"
                              "b"),
-           "15 cannot be read (it holds a control character)");
-    begins(with_line("sync", std::string("sync 1 cycles a\0b", 17)), "15 cannot be read");
-    begins(with_line("sync", std::string("\x1b[1m\xff", 5) + " 1 cycles x"), "15 cannot be read");
-    begins(with_line("sync", "s\xff 1 cycles x"), "15 has an unknown parameter (\"s?\")");
+           "18 cannot be read (it holds a control character)");
+    begins(with_line("sync", std::string("sync 1 cycles a\0b", 17)), "18 cannot be read");
+    begins(with_line("sync", std::string("\x1b[1m\xff", 5) + " 1 cycles x"), "18 cannot be read");
+    begins(with_line("sync", "s\xff 1 cycles x"), "18 has an unknown parameter (\"s?\")");
     begins(with_line("sync", std::string(300, 's') + " 1 cycles x"),
-           "15 has an unknown parameter (\"" + std::string(200, 's') + "...\")");
+           "18 has an unknown parameter (\"" + std::string(200, 's') + "...\")");
 
     // Lines of 4,096 bytes, and one more.
     CHECK(read(with_line("sync", "sync 1 cycles x\n#" + std::string(4095, '.'))).sync_cycles == 1);
-    begins(with_line("sync", "sync 1 cycles x\n#" + std::string(4096, '.')), "16 is too long (more than 4096 bytes)");
+    begins(with_line("sync", "sync 1 cycles x\n#" + std::string(4096, '.')), "19 is too long (more than 4096 bytes)");
     begins("#" + std::string(4096, '.'), "1 is too long");
 
     // A file name that would break the line.
@@ -357,7 +364,7 @@ TEST_CASE("cost parameters: values that cannot be written or set are refused")
     CHECK_THROWS_AS(write_cost_model(out, m), Error);
     m = mk2();
     m.parameters.push_back({"warp", 1, "c", "fiction"}); // an entry without a price
-    CHECK_THROWS_WITH_AS(write_cost_model(out, m), doctest::Contains("15 parameters of 14"), Error);
+    CHECK_THROWS_WITH_AS(write_cost_model(out, m), doctest::Contains("18 parameters of 17"), Error);
     m = mk2();
     m.parameters.pop_back();
     CHECK_THROWS_WITH_AS(write_cost_model(out, m), doctest::Contains("parameter vote has no source"), Error);

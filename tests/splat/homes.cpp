@@ -73,7 +73,7 @@ TEST_CASE("the picture is that of the naive loop, for any capacities, folded or 
         std::uint32_t held, slots, waiting;
         bool fold;
     };
-    for (auto const& c : {Case{2000, 200, 200, true}, Case{100, 3, 2, true}, Case{17, 2, 1, false}, Case{1, 1, 1, true}}) {
+    for (auto const& c : {Case{2000, 120, 120, true}, Case{100, 3, 2, true}, Case{17, 2, 1, false}, Case{1, 1, 1, true}}) {
         auto const m = c.held == 1 ? every(200) : map;
         RendererOptions o;
         o.grid = grid;

@@ -225,6 +225,9 @@ inline CostModel mk2()
                   "arithmetic: " + text(Work::pixel) +
                       " instructions of our code (compiled for RV32IMF) for an RGBX8 pixel on 6 workers, "
                       "one a cycle (graphcore.ai on tile-level parallelism); a float pixel takes about 20");
+    counted("left", Work::leaves, "a 64-byte message leaves its tile, as a record in `route`");
+    counted("passed", Work::passes, "a 64-byte message passes a tile, as a record in `route`");
+    counted("settled", Work::settles, "a 64-byte message settles, as a record in `route`");
     set_parameter(m, "run", d::vertex_cycles,
                   "document: 11 cycles of the supervisor and about 9 (poplibs popopsCycleEstimators)");
     set_parameter(

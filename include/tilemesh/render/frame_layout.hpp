@@ -78,5 +78,19 @@ inline FrameLayout layout_frame(Cut const& cut, std::uint32_t width, std::uint32
     return {Grid{grid.width, grid.height}, tiling};
 }
 
+/// Throws Error for a camera or a model that no frame can be rendered with.
+inline void check_camera(splat::Camera const& camera)
+{
+    if (!(camera.near_depth > 0) || !(camera.fx > 0) || !(camera.fy > 0))
+        throw Error("a camera whose near plane or focal length is not above 0 (nothing in front of it can be projected); "
+                    "correct the camera");
+}
+inline void check_model(splat::Model const& model)
+{
+    if (!(model.alpha_min >= 0) || !(model.alpha_max >= 0) || !(model.transmittance_min >= 0) || !(model.dilation >= 0))
+        throw Error("a model whose alpha_min, alpha_max, transmittance_min or dilation is negative or not a number (it would "
+                    "blend what is not light); correct the model");
+}
+
 } // namespace render
 }} // namespace tilemesh

@@ -43,18 +43,6 @@ inline splat::Model resolved_model(SetupFacts const& facts, RendererOptions cons
     if (options.arithmetic) model.arithmetic = *options.arithmetic;
     return model;
 }
-inline void check_camera(splat::Camera const& camera)
-{
-    if (!(camera.near_depth > 0) || !(camera.fx > 0) || !(camera.fy > 0))
-        throw Error("a camera whose near plane or focal length is not above 0 (nothing in front of it can be projected); "
-                    "correct the camera");
-}
-inline void check_model(splat::Model const& model)
-{
-    if (!(model.alpha_min >= 0) || !(model.alpha_max >= 0) || !(model.transmittance_min >= 0) || !(model.dilation >= 0))
-        throw Error("a model whose alpha_min, alpha_max, transmittance_min or dilation is negative or not a number (it would "
-                    "blend what is not light); correct the model");
-}
 /// Throws Error if a renderer of policies P cannot serve a setup: its pixels lack a plane, or (by value) its records or rules differ.
 template <class P>
 void check_facts(SetupFacts const& facts)

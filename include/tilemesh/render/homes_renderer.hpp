@@ -24,8 +24,9 @@ namespace tilemesh { inline namespace v0_2 { namespace render {
 struct HomesChoice {
     char const* name = "homes";
     MachineSize machine = size_of_machine<Mk2>();
-    /// Slots of a tile. `columns`, `tiles`, `tile_blocks` and `tile_pixels` follow from the grid and the frame.
-    splat::homes::Sizes sizes{950, 2000, 200, 200};
+    /// Slots of a tile. `columns`, `tiles`, `tile_blocks` and `tile_pixels` follow from the grid and the frame. With 120 slots a channel end
+    /// and 2,800 splats a window, four modelled views take the least time or nearly so (bench/any_map).
+    splat::homes::Sizes sizes{950, 2800, 120, 120};
     std::uint32_t sh_degree = 0;
     ColourFormat colour = ColourFormat::float32;
     bool depth = false, alpha = false;

@@ -350,9 +350,10 @@ inline Splat project(Gaussian const& g, View const& view, Tiling const& tiling) 
 /// front of the camera order as their bits do.
 inline std::uint32_t depth_bits(Gaussian const& g, View const& view) noexcept
 {
+    using namespace detail;
     Camera const& c = view.camera;
-    detail::Float3 const d{g.mean_world[0] - c.position[0], g.mean_world[1] - c.position[1], g.mean_world[2] - c.position[2]};
-    float const z = detail::dot<detail::OneFloat>({c.rotation[2][0], c.rotation[2][1], c.rotation[2][2]}, d);
+    Float3 const d{g.mean_world[0] - c.position[0], g.mean_world[1] - c.position[1], g.mean_world[2] - c.position[2]};
+    float const z = dot<OneFloat>({c.rotation[2][0], c.rotation[2][1], c.rotation[2][2]}, d);
     return z > c.near_depth && z <= std::numeric_limits<float>::max() ? __builtin_bit_cast(std::uint32_t, z) : 0u;
 }
 

@@ -169,9 +169,7 @@ struct DepthSort {
         counts.compared = 0;
         if (window.done()) return;
         std::uint32_t const n = keys.size();
-        std::uint32_t levels = 0;
-        while (levels < 31 && (1u << levels) < n) ++levels;
-        counts.compared = times(n, levels);
+        counts.compared = times(n, heap_levels(n));
         splat::detail::intro_sort(keys.begin(), n);
         window.heap = 0;
     }

@@ -148,6 +148,7 @@ TILEMESH_KERNEL void hold(Key key, typename P::Projected const& splat, Window& w
     if (window.heap == 0) {
         make_heap(keys.begin(), n);
         window.heap = 1;
+        counts.compared += n;
     }
     SortKey const farthest = keys[0];
     SortKey const arrived{key.depth, GaussianId{key.id}, farthest.slot};
@@ -157,6 +158,7 @@ TILEMESH_KERNEL void hold(Key key, typename P::Projected const& splat, Window& w
         held[farthest.slot] = splat;
         keys[0] = arrived;
         sift(keys.begin(), 0, n);
+        counts.compared += heap_levels(n);
     }
     ++counts.refused;
     if (refused < Key{window.frontier_depth, window.frontier_id}) {
@@ -226,6 +228,8 @@ struct Deliver {
         bool const own = sending.record[0] < offers.size() || sending.record[1] < offers.size() || sending.record[own_column] < offers.size();
         if (!mail && !own && waiting0.empty() && waiting1.empty() && sending.sent[0] == 0 && sending.sent[1] == 0) return Vote::quiet;
 
+        counts.compared = 0;
+        std::uint32_t const arrived = counts.arrived;
         Tile tile{here, window, held, keys, sample, counts, {}};
         for (Direction d : news) tile.way[index(d)] = {out[d].begin(), 0, out[d].capacity(), false};
         for (std::uint32_t leg = 0; leg < 2; ++leg) { // on a row also the credit of the FIFO behind the channel
@@ -244,13 +248,15 @@ struct Deliver {
                                       "a parcel on a column found no room (its channel was not empty); report this");
         tile.empty_fifo(waiting0, in[Direction::west], Direction::east);
         tile.empty_fifo(waiting1, in[Direction::east], Direction::west);
+        std::uint32_t const passed = tile.given();
         bool open = false; // its own records: to the west, to the east, and on its own column
         for (std::uint32_t way = 0; own && way < 3; ++way) open = send_own(tile, way, *frame, home, seen, offers, table, sending) || open;
 
-        for (Direction d : news) {
-            out[d].resize(tile.way[index(d)].n);
-            counts.hops += tile.way[index(d)].n;
-        }
+        for (Direction d : news) out[d].resize(tile.way[index(d)].n);
+        counts.hops += tile.given();
+        counts.passed = passed;
+        counts.left = tile.given() - passed;
+        counts.settled = counts.arrived - arrived;
         out[Direction::west].set_note(waiting0.size());
         out[Direction::east].set_note(waiting1.size());
         sending.sent[0] = out[Direction::west].size();
@@ -259,11 +265,16 @@ struct Deliver {
         return quiet ? Vote::quiet : Vote::busy;
     }
 
-    /// For a cost model: a parcel that is taken from a channel or given to one.
-    static Operations operations(In<Parcels<P>> in, Out<Parcels<P>> out) noexcept
+    /// For a cost model. A parcel that waits in a FIFO is looked at in each pass.
+    static Operations operations(Counts const& counts, Waiting<P, 0> const& waiting0, Waiting<P, 1> const& waiting1) noexcept
     {
         Operations o;
-        for (Direction d : news) o[Operation::routed] += in[d].size() + out[d].size();
+        o[Operation::slot] = waiting0.size() + waiting1.size();
+        o[Operation::left] = counts.left;
+        o[Operation::passed] = counts.passed;
+        o[Operation::settled] = counts.settled;
+        o[Operation::comparison] = counts.compared;
+        o.settled_bytes = times(counts.settled, wire_bytes<Message>);
         return o;
     }
 
@@ -287,6 +298,7 @@ private:
         Counts& counts;
         Way way[4];
 
+        std::uint32_t given() const noexcept { return way[0].n + way[1].n + way[2].n + way[3].n; }
         TILEMESH_KERNEL bool room(Direction d) noexcept
         {
             Way const& w = way[index(d)];

@@ -3,7 +3,6 @@
 #include <tilemesh/splat/access.hpp>
 #include <tilemesh/splat/blending_block.hpp>
 #include <tilemesh/splat/homes/fold.hpp>
-#include <tilemesh/splat/operations.hpp>
 #include <tilemesh/splat/regions.hpp>
 
 /// The frame program of homes and windows: it renders a map of any density exactly. The types of its state and channels.
@@ -53,6 +52,22 @@ struct Policies {
 /// The policies of a machine that moves values, for records of this degree.
 template <std::uint32_t Degree = 0, class Pixel = FloatPixel>
 using ValuePolicies = Policies<GaussianOfDegree<Degree>, Splat, Parameters, Pixel>;
+
+/// The operations on which the kernels spend their time; those that Operation (splat/operations.hpp) has too have its names and prices.
+struct Operation {
+    enum Kind : std::uint32_t {
+        slot,       ///< a slot of a list that a kernel looks at
+        projection, ///< a record that is projected
+        left,       ///< a parcel that its home gives to a channel
+        passed,     ///< a parcel that is given to a channel on its way
+        settled,    ///< a parcel that a tile takes as its own
+        comparison, ///< two keys that are compared and put in order
+        pair,       ///< a Gaussian-pixel pair that is evaluated
+        pixel       ///< a pixel that is begun and written
+    };
+    static constexpr char const* names[] = {"slot", "projection", "left", "passed", "settled", "comparison", "pair", "pixel"};
+};
+using Operations = tilemesh::Operations<Operation>;
 
 // --- channels ------------------------------------------------------------------------------------------------------------
 
@@ -222,7 +237,8 @@ struct Counts {
     std::uint32_t channel_full; ///< waits for a slot of a channel
     std::uint32_t no_credit;    ///< waits for a slot of the FIFO behind a channel
     std::uint32_t rounds;       ///< in which the tile was not done
-    std::uint32_t compared;     ///< keys compared and put in order by the last depth sort
+    // For a cost model, in the last pass of Deliver; `compared` also in that of DepthSort.
+    std::uint32_t left, passed, settled, compared;
 };
 static_assert(sizeof(Counts) <= 64);
 
@@ -236,6 +252,14 @@ struct Work {
 };
 inline constexpr std::uint32_t strip_width = 2;
 inline constexpr std::uint32_t strip_pairs = strip_width * block_height;
+
+/// The levels of a heap of n keys.
+TILEMESH_KERNEL std::uint32_t heap_levels(std::uint32_t n) noexcept
+{
+    std::uint32_t levels = 0;
+    while (levels < 31 && (1u << levels) < n) ++levels;
+    return levels;
+}
 
 /// The key of a splat: the bits of its depth, then its id.
 struct Key {

@@ -17,8 +17,8 @@ struct Tell {
     static constexpr char const* name = "tell";
     using FrameParameters = typename P::Parameters;
 
-    void operator()(Here here, Broadcast<FrameParameters> frame, Window& window, Table& table, Sending& sending, In<Tidings> in,
-                    Out<Tidings> out) const noexcept
+    void operator()(Here here, Broadcast<FrameParameters> frame, Window& window, Table& table, Sending& sending, Counts& counts,
+                    In<Tidings> in, Out<Tidings> out) const noexcept
     {
         std::uint32_t const columns = frame->fold.x.tiles, rows = frame->fold.y.tiles;
         std::uint32_t const x = here.tile.x(), y = here.tile.y(), pass = window.pass;
@@ -55,6 +55,7 @@ struct Tell {
             for (Direction to : {Direction::north, Direction::south}) send_along(here, out, to, table.begin() + y * columns, columns);
         window.pass = pass < last ? pass + 1 : 0;
         sending = {};
+        counts.left = counts.passed = counts.settled = counts.compared = 0;
     }
 
     /// For a cost model: a window that is taken or given is a slot.
