@@ -52,9 +52,10 @@ bool report_on(tilemesh::scene::Map const& map, tilemesh::CostModel const& model
             page.title = "A cold start on " + machine;
             page.facts = {{"numbers", tilemesh::assumed_text(model)}};
             page.ledger.assign(ledger.begin(), ledger.end());
+            page.sram_bytes = S::Machine::sram_bytes;
             page.maps = {load};
             page.run = "frame";
-            page.because = [&](tilemesh::Bottleneck const& b) { return "it stores " + report::plain_number(load.values[b.tile]) + " records"; };
+            page.because = [&](tilemesh::Bottleneck const& b) { return "it stores " + report::short_number(load.values[b.tile]) + " records"; };
             page.picture = &frame.image;
             page.tile_px = {options.tile.width, options.tile.height};
             tilemesh::write_trace_page(out, file, renderer.trace(), model, grid, page);

@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <charconv>
 #include <fstream>
+#include <iterator>
 #include <limits>
 #include <new>
 #include <numeric>
@@ -29,6 +30,7 @@
 #include <tilemesh/report/string_stream.hpp>
 #include <tilemesh/report/table.hpp>
 #include <tilemesh/report/whole_file.hpp>
+#include <tilemesh/splat/operations.hpp>
 
 namespace render_map {
 
@@ -39,6 +41,13 @@ using report::thousands;
 using tilemesh::TileMap;
 using Pairs = std::vector<std::pair<std::string, std::string>>;
 using Rows = std::vector<std::vector<std::string>>;
+
+/// What the page says of splat::Operation, in the order of its names.
+constexpr char const* operation_meanings[] = {"A slot of a list or of a channel end that a kernel looks at.", "A record that is projected.",
+                                              "A record on its way that is taken from a channel or given to one.",
+                                              "A copy that is taken from a channel or given to one.", "Two keys that are compared and put in order.",
+                                              "A Gaussian-pixel pair that is evaluated.", "A pixel that is begun and written."};
+static_assert(std::size(operation_meanings) == std::size(tilemesh::splat::Operation::names), "each operation needs its meaning");
 
 /// What `read` makes of a regular file. Opens no pipe and no device: they wait, or never end.
 template <class Model>
@@ -381,6 +390,9 @@ void TraceOutput::finish(report::RunReport const& run) const
                        "stands for is not in the joules, and what these numbers are worth is for their sources to say.");
     }
     Rows rows;
+    for (std::size_t i = 0; i < std::size(operation_meanings); ++i) rows.push_back({tilemesh::splat::Operation::names[i], operation_meanings[i]});
+    html.folded_section("What the operations mean", report::HtmlFold::closed, [&] { html.table({"operation", "meaning"}, rows); });
+    rows.clear();
     for (auto const& field : report::report_fields)
         rows.push_back({std::string(field.name), std::string(field.unit), std::string(field.meaning)});
     html.folded_section("What the counters mean", report::HtmlFold::closed, [&] { html.table({"name in report.json", "unit", "meaning"}, rows); });

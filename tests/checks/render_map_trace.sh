@@ -80,7 +80,8 @@ equal "records of both frames" "$(sum trace/frame_0000.heat.csv load)" \
     $(($(counter report.json visible 0) + $(counter report.json parked 0) + $(counter report.json copies 0)))
 for heading in "<h1>Map built_in on " "<h2>Frames</h2>" "<h2>Frame 0: built_in orbit" "<h2>Frame 1: built_in orbit" \
     "Where the time goes, by step" "The run over time" "<h2>The life of Gaussian 17</h2>" \
-    "<h2>Ledger of a tile" "<h2>Cost model mk2</h2>" "<h2>What the counters mean</h2>"; do
+    "<h2>Ledger of a tile" "<h2>Cost model mk2</h2>" \
+    "<h2>What the operations mean</h2>" "<h2>What the counters mean</h2>"; do
     has trace/report.html "$heading"
 done
 
@@ -125,6 +126,15 @@ while IFS= read -r words; do
     sed -n '/^<h1>/{n;p;}' first/report.html | grep -a -q -F -e "$words" || fail "\"$words\" is not in: $(sed -n '/^<h1>/{n;p;}' first/report.html)"
 done <worst
 equal "lines about the bottleneck" "$(wc -l <worst)" 2
+# The table by step names the tile of each step whose passes as the slowest tile take the most cycles, and the number of these passes.
+awk -F, 'NR > 1 && $5 > 0 { of[$2]++; at = $2 ",(" $9 ", " $10 ")"; times[at]++; cycles[at] += $5 }
+    END { for (s in of) { most = 0
+        for (t in cycles) if (index(t, s ",") == 1 && cycles[t] > most) { most = cycles[t]; at = t }
+        print s "|" substr(at, index(at, "(")) (of[s] == 1 ? ":" : " in " times[at] " of " of[s] " passes:") } }' first/frame_0000.supersteps.csv |
+    sort -n | sed 's/^.*|//' >slowest
+grep -a -o '<td>([0-9]*, [0-9]*)[^<]*:$' first/report.html | sed 's/<td>//' >named
+equal "steps with a slowest tile" "$(wc -l <slowest)" 6
+same slowest named
 sed 's/^\(exchange_cost *\)capacity/\1live    /; s/^model .*/model of "mine" <b>/' first/model.txt >mine.txt
 # shellcheck disable=SC2086
 runs $small --out pictures --trace second --cost-model mine.txt

@@ -141,6 +141,32 @@ TEST_CASE("bottleneck: of equals compute comes first, then the earlier step, the
     CHECK(found->step == 0);
 }
 
+TEST_CASE("bottleneck: the slowest tile of a step and its operations; none of a step without compute")
+{
+    auto const trace = three_passes();
+    auto const cost = model_cost(priced(), trace, grid);
+    auto slowest = slowest_tile(priced(), trace, cost, grid, 0);
+    REQUIRE(slowest);
+    CHECK(slowest->tile == 0); // all four take as long
+    CHECK(slowest->passes == 1);
+    CHECK(slowest->cycles == 20);
+    REQUIRE(slowest->operations.size() == 1);
+    CHECK(slowest->operations[0].operation == "send");
+    CHECK(slowest->operations[0].count == 1);
+    CHECK(slowest->operations[0].cycles == 10);
+    slowest = slowest_tile(priced(), trace, cost, grid, 1);
+    REQUIRE(slowest);
+    CHECK(slowest->tile == 0);
+    REQUIRE(slowest->operations.size() == 1); // tile 0 sends only in a pass in which it is not the slowest
+    CHECK(slowest->operations[0].count == 990);
+    CHECK_FALSE(slowest_tile(priced(), trace, cost, grid, 2)); // there is no such step
+    auto free = priced();
+    free.run_cycles = 0;
+    free.prices = {{"look", 0}, {"send", 0}};
+    CHECK_FALSE(slowest_tile(free, trace, model_cost(free, trace, grid), grid, 1));
+    CHECK_FALSE(slowest_tile(priced(), {}, {}, grid, 0));
+}
+
 TEST_CASE("bottleneck: without a cost model the passes, the exchanges and the most loaded tile")
 {
     auto trace = three_passes();

@@ -106,7 +106,8 @@ TEST_CASE("trace page: the heat equation as files and a page")
     CHECK(has(html, "Where the time goes, by step"));
     CHECK(has(html, "The run over time"));
     CHECK(has(html, "heat.tiles.csv"));
-    CHECK(has(html, "in the budget"));
+    CHECK(has(html, "<td>in the budget</td>"));
+    CHECK_FALSE(has(html, " % of 1,000,000</td>"));
     auto const cost = model_cost(mk2(), mesh.trace(), grid);
     // The page opens with the sentence that names the bottleneck, then the numbers.
     auto const sentence = bottleneck_text(find_bottleneck(mk2(), mesh.trace(), cost, grid), mk2(), mesh.trace(), cost, grid);
@@ -124,11 +125,15 @@ TEST_CASE("trace page: the heat equation as files and a page")
     CHECK(has(html, "Idle cycles: modelled cycles that the tile waits for the slowest tile&#39;s compute. It is 0 cycles on every tile."));
     CHECK(has(html, "<td>exchange_cost</td><td>capacity</td><td></td>"));
     for (auto const& kernel : mesh.trace().kernels) CHECK(has(html, "<td>" + kernel + "</td>"));
+    CHECK(has(html, "<td>all alike, such as (0, 0) in 20 of 20 passes: nothing counted</td></tr>"));
     std::ifstream model(folder.path / "heat.model.txt");
     CHECK(read_cost_model(model, "heat.model.txt") == mk2());
     // The same bytes again.
     write_trace_page(folder.path, "heat", mesh.trace(), mk2(), grid, page);
     CHECK(text_of(written) == html);
+    page.sram_bytes = 1'000'000;
+    CHECK(has(text_of(write_trace_page(folder.path, "heat", mesh.trace(), mk2(), grid, page)), " % of 1,000,000</td>"));
+    CHECK(has(text_of(write_trace_page(folder.path, "heat", mesh.trace(), grid, page)), " % of 1,000,000</td>"));
 }
 
 TEST_CASE("trace page: supersteps over time show the mean of the tiles; drawing one costs what its tiles did, not the grid")
@@ -186,7 +191,7 @@ TEST_CASE("trace page: pictures inside, maps of the caller, energy, and what is 
     CHECK(has(html, "left out: 3 lines are more than 2"));
     CHECK(has(html, "no timeline: 2 passes take more than 10 bytes"));
     CHECK(has(html, "Rest &lt;1&gt;"));
-    CHECK(has(html, "<b>Numbers</b>what a tile holds. Most: 2 on tile (1, 0). Sum: 3.5."));
+    CHECK(has(html, "<b>Numbers</b>what a tile holds. Most: 2 things on tile (1, 0). Sum: 3.5."));
     CHECK(has(html, "<span>0 things</span><span>1</span><span>2 things</span>"));
     CHECK(has(html, "data:image/png;base64," + report::base64("PNG2x1"))); // a pixel a tile
     CHECK(has(html, "<b>Energy</b>joules of all that is counted. Most: "));
@@ -234,7 +239,7 @@ TEST_CASE("trace page: without a cost model it shows what ran, and no times")
                     "2.0 times the mean.</p>"));
     CHECK(has(html, "No cost model is given"));
     CHECK(has(html, "<td>Transpose</td><td>1</td><td>1</td><td>2</td><td>20</td>"));
-    CHECK(has(html, "<b>Operation compare</b>how often the tile did it. Most: 4 on tile (0, 0). Sum: 6."));
+    CHECK(has(html, "<b>Operation compare</b>how often the tile did it. Most: 4 compare on tile (0, 0). Sum: 6."));
     CHECK_FALSE(has(html, "<svg"));
     CHECK_FALSE(has(html, " ms"));
     CHECK(is_sound(html));
@@ -243,6 +248,43 @@ TEST_CASE("trace page: without a cost model it shows what ran, and no times")
     auto const empty = text_of(write_trace_page(folder.path, "empty", Trace{}, two));
     CHECK(is_sound(empty));
     CHECK(has(empty, "The run took 0 passes and 0 exchanges."));
+}
+
+TEST_CASE("trace page: for each step the slowest tile, and what it counted in the passes in which it is the slowest")
+{
+    Trace trace;
+    trace.kernels = {"Work", "Rest", "Never", "Even"};
+    trace.operations = {{"compare", "move", "skip"}, {}, {"compare"}, {"compare"}};
+    auto const work = [&](TileSample const& first, TileSample const& second) { trace.supersteps.push_back({0, false, 0, false, {first, second}}); };
+    work({0, {{90}}, {}}, {1, {{80}}, {}});          // 20 cycles to start, and 5 each: 470 of tile 0; the 80 of tile 1 do not count
+    work({0, {{70}}, {}}, {1, {{1200, 1000}}, {}});  // 20 + 6,000 + 1,000 of tile 1
+    work({0, {{1}}, {}}, {1, {{34, 600}}, {}});      // 20 + 170 + 600 of tile 1
+    trace.supersteps.push_back({1, true, 0, false, {{1, {}, {}}}});
+    trace.supersteps.push_back({3, true, 0, false, {{0, {{4}}, {}}, {1, {{4}}, {}}}});
+    auto model = priced();
+    set_price(model, "move", 1000, "a test");
+    set_price(model, "skip", 1000, "a test");
+    Folder folder;
+    auto const row_of = [&](std::string const& step) {
+        auto const html = text_of(write_trace_page(folder.path, "run", trace, model, two));
+        CHECK(has(html, "<th>share</th><th>slowest tile and its operations</th></tr>"));
+        CHECK(has(html, "<table class=\"l1 l13 w13\">")); // words stand left, with room for some in a line
+        CHECK(is_sound(html));
+        auto const row = html.substr(html.find("<tr><td>" + step + "</td>"));
+        return row.substr(0, row.find("</tr>"));
+    };
+    // 6,170 and 1,600 of 7,810 cycles; nothing was skipped.
+    CHECK(row_of("Work").ends_with("<td>(1, 0) in 2 of 3 passes:\n1,234 compare (79.0 %)\n1,600 move (20.5 %)</td>"));
+    CHECK(row_of("Rest").ends_with("<td>(1, 0): nothing counted</td>"));
+    CHECK(row_of("Never").ends_with("<td></td>"));
+    CHECK(row_of("Even").ends_with("<td>all alike, such as (0, 0):\n4 compare (50.0 %)</td>"));
+    // The operation with the most cycles is first: 16,000 of 22,210.
+    set_price(model, "move", 10'000, "a test");
+    CHECK(row_of("Work").ends_with("<td>(1, 0) in 2 of 3 passes:\n1,600 move (72.0 %)\n1,234 compare (27.8 %)</td>"));
+    // A tile that did as much in all, but not in each pass, is not alike.
+    trace.supersteps.push_back({3, true, 0, false, {{0, {{3}}, {}}, {1, {{2}}, {}}}});
+    trace.supersteps.push_back({3, true, 0, false, {{0, {{2}}, {}}, {1, {{3}}, {}}}});
+    CHECK(row_of("Even").ends_with("<td>(0, 0) in 2 of 3 passes:\n7 compare (46.7 %)</td>"));
 }
 
 TEST_CASE("trace page: every step is named once on the timeline and has its own name in each table")

@@ -146,11 +146,29 @@ TEST_CASE("columns of numbers stand right, columns of words left")
     HtmlReport report("t");
     report.table({"a", "b", "c", "d", "e", "f", "g"}, rows);
     CHECK(has(report.str(), "<table class=\"l1 l4 l7\">")); // f has more numbers than words
-    for (auto const* column : {"l1", "l4", "l7", "l12"}) CHECK(has(report.str(), std::string(".") + column + " tr > :nth-child(" + (column + 1) + ")"));
+    for (auto const* column : {"l1", "l4", "l7", "l16", "w2", "w16"}) CHECK(has(report.str(), std::string(".") + column + " tr > :nth-child(" + (column + 1) + ")"));
     HtmlReport empty("t");
     empty.table({"a"}, {});
     CHECK(has(empty.str(), "<table class=\"\">"));
     CHECK(elements_close(empty.str()));
+}
+
+TEST_CASE("a column with sentences has room for them; a narrow table that ends with one is told from the others")
+{
+    auto const classes = [](std::vector<std::string> const& row) {
+        HtmlReport report("t");
+        report.table(std::vector<std::string>(row.size(), "head"), std::vector<std::vector<std::string>>{row, std::vector<std::string>(row.size(), "a")});
+        auto const text = report.str();
+        auto const from = text.find("<table class=\"") + 14;
+        return text.substr(from, text.find('"', from) - from);
+    };
+    std::string const sentence(33, 'x'), words(32, 'x');
+    CHECK(classes({"a", words}) == "l1 l2");
+    CHECK(classes({"a", sentence}) == "l1 l2 w2 prose");
+    CHECK(classes({"a", sentence, "b"}) == "l1 l2 w2 l3");
+    CHECK(classes({sentence}) == "l1"); // it stays in sight, so it must not take all of a narrow window
+    CHECK(classes({"a", "b", "c", sentence}) == "l1 l2 l3 l4 w4 prose");
+    CHECK(classes({"a", "b", "c", "d", sentence}) == "l1 l2 l3 l4 l5 w5");
 }
 
 TEST_CASE("a gallery shows all pictures in one frame, maps with a scale, and a mark in each")
@@ -216,6 +234,8 @@ TEST_CASE("stacked bars: rows are as long as their values, behind their names; a
     CHECK(field(bars[0], 1) == field(bars[1], 1));
     CHECK(field(bars[2], 1) == field(bars[0], 1) + 26);
     auto chart = two_bars(BarLayout::rows);
+    chart.title = "in sight";
+    CHECK(has(svg(chart), "<text x=\"8.00\" y=\"20.00\" font-size=\"15\">in sight</text>"));
     chart.bars[1].note = "20 <ms>";
     CHECK(has(svg(chart), ">20 &lt;ms&gt;</text>"));
     auto const bar = chart.bars[0]; // a copy: assign wants no element of its own

@@ -33,6 +33,49 @@ struct Bottleneck {
     double operation_cycles = 0;   ///< cycles of that operation, or of starting the kernel
 };
 
+/// The tile of a step that the other tiles wait for longest, and what its kernel counted. A pass takes as long as its slowest tile.
+struct SlowestTile {
+    struct Counted {
+        std::string operation;
+        std::uint64_t count = 0;
+        double cycles = 0;
+    };
+    std::uint32_t tile = 0;               ///< its passes as the slowest tile take the most cycles; of equal tiles the lowest index
+    std::uint64_t passes = 0, cycles = 0; ///< passes in which it is the slowest, and their compute
+    std::vector<Counted> operations;      ///< that occur in these passes, those with the most cycles first
+};
+
+/// The slowest tile of a step; empty if no compute of the step was modelled. `cost` must be the result of model_cost for this trace. Cost:
+/// linear in the trace, and 8 bytes a tile.
+inline std::optional<SlowestTile> slowest_tile(CostModel const& model, Trace const& trace, RunCost const& cost, Grid grid, std::uint32_t step)
+{
+    std::vector<std::uint64_t> as_slowest(grid.size(), 0);
+    for (auto const& c : cost.supersteps)
+        if (c.step == step && c.compute != 0) as_slowest[c.slowest] += c.compute;
+    auto const most = std::max_element(as_slowest.begin(), as_slowest.end());
+    if (most == as_slowest.end() || *most == 0) return {};
+    SlowestTile out;
+    out.tile = static_cast<std::uint32_t>(most - as_slowest.begin());
+    out.cycles = *most;
+    for (auto const& name : model_detail::operations_of_step(trace, step)) out.operations.push_back({name});
+    for (std::size_t i = 0; i < trace.supersteps.size(); ++i) {
+        auto const& c = cost.supersteps[i];
+        if (c.step != step || c.compute == 0 || c.slowest != out.tile) continue;
+        ++out.passes;
+        for (auto const& t : trace.supersteps[i].tiles)
+            for (std::size_t kind = 0; t.tile == out.tile && kind < out.operations.size(); ++kind) {
+                auto& counted = out.operations[kind];
+                if (t.operations.count[kind] == 0) continue;
+                counted.count += t.operations.count[kind];
+                counted.cycles += static_cast<double>(t.operations.count[kind]) * static_cast<double>(price_of(model, counted.operation)) / 1000;
+            }
+    }
+    std::erase_if(out.operations, [](SlowestTile::Counted const& counted) { return counted.count == 0; });
+    std::stable_sort(out.operations.begin(), out.operations.end(),
+                     [](SlowestTile::Counted const& a, SlowestTile::Counted const& b) { return a.cycles > b.cycles; });
+    return out;
+}
+
 /// The bottleneck of a run. Of equal candidates it is compute before exchange before sync, then the earlier step. Empty if no cycle was
 /// modelled. `cost` must be the result of model_cost for this trace; throws `Error` as step_costs and model_cost do. Cost: linear in the
 /// trace, and 8 bytes a tile.
@@ -51,28 +94,17 @@ inline std::optional<Bottleneck> find_bottleneck(CostModel const& model, Trace c
     if (out.cycles == 0) return {};
     if (out.phase != Bottleneck::Phase::compute) return out;
 
-    std::vector<std::uint64_t> as_slowest(grid.size(), 0);
-    for (auto const& c : cost.supersteps)
-        if (c.step == out.step && c.compute != 0) as_slowest[c.slowest] += c.compute;
-    out.tile = static_cast<std::uint32_t>(std::max_element(as_slowest.begin(), as_slowest.end()) - as_slowest.begin());
-    out.tile_cycles = as_slowest[out.tile];
+    auto const slowest = slowest_tile(model, trace, cost, grid, out.step).value(); // there is one: the step has compute
+    out.tile = slowest.tile;
+    out.tile_passes = slowest.passes;
+    out.tile_cycles = slowest.cycles;
     auto const& busy = cost.busy[out.step];
     out.mean_cycles = std::accumulate(busy.begin(), busy.end(), 0.0) / grid.size();
-
-    auto const& names = model_detail::operations_of_step(trace, out.step);
-    std::vector<double> cycles(names.size(), 0);
-    for (std::size_t i = 0; i < trace.supersteps.size(); ++i) {
-        auto const& c = cost.supersteps[i];
-        if (c.step != out.step || c.compute == 0 || c.slowest != out.tile) continue;
-        ++out.tile_passes;
-        for (auto const& t : trace.supersteps[i].tiles)
-            for (std::size_t kind = 0; t.tile == out.tile && kind < names.size(); ++kind)
-                if (t.operations.count[kind] != 0)
-                    cycles[kind] += static_cast<double>(t.operations.count[kind]) * static_cast<double>(price_of(model, names[kind])) / 1000;
-    }
     out.operation_cycles = static_cast<double>(model.run_cycles) * static_cast<double>(out.tile_passes);
-    for (std::size_t kind = 0; kind < names.size(); ++kind)
-        if (cycles[kind] > out.operation_cycles) out.operation = names[kind], out.operation_cycles = cycles[kind];
+    if (!slowest.operations.empty() && slowest.operations[0].cycles > out.operation_cycles) {
+        out.operation = slowest.operations[0].operation;
+        out.operation_cycles = slowest.operations[0].cycles;
+    }
     return out;
 }
 

@@ -99,8 +99,8 @@ private:
 } // namespace model_detail
 
 /// Writes a run of any program as files into `folder`, and makes the folder if it does not exist. All file names begin with `name`:
-///   .html            a page for a browser: one sentence about the bottleneck, the picture and maps, cycles by step and over time, ideal
-///                    routing, energy, the models
+///   .html            a page for a browser: one sentence about the bottleneck, the picture and maps, cycles by step and over time, the
+///                    slowest tile of each step and its operations, ideal routing, energy, the models
 ///   .tiles.csv       the trace by superstep and tile; .supersteps.csv: by superstep
 ///   .trace.json      a timeline for ui.perfetto.dev
 ///   .model.txt       the cost model; .maps.csv: the maps' numbers; .energy.csv: joules of each tile
@@ -137,7 +137,7 @@ inline std::filesystem::path write_trace_page(std::filesystem::path const& folde
     auto& html = files.html();
     add_section(html, trace_section(trace, model, cost, grid, page, maps, page.energy != nullptr ? &energy : nullptr), facts);
     html.paragraph(modelled_text);
-    if (!page.ledger.empty()) add_ledger(html, page.ledger);
+    if (!page.ledger.empty()) add_ledger(html, page.ledger, page.sram_bytes);
     add_parameters(html, model);
     if (page.energy != nullptr) add_parameters(html, *page.energy);
     return files.finish();
@@ -157,7 +157,7 @@ inline std::filesystem::path write_trace_page(std::filesystem::path const& folde
     files.write(".maps.csv", maps_csv(maps, grid), "the numbers of all maps");
     auto& html = files.html();
     add_section(html, trace_section(trace, grid, page, maps), page.facts);
-    if (!page.ledger.empty()) add_ledger(html, page.ledger);
+    if (!page.ledger.empty()) add_ledger(html, page.ledger, page.sram_bytes);
     return files.finish();
 }
 

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <numeric>
+#include <optional>
 #include <span>
 #include <string>
 #include <tilemesh/engine/trace.hpp>
@@ -46,6 +47,7 @@ struct TracePage {
     std::function<std::string(Bottleneck const&)> because{};
     report::Image const* picture = nullptr;        ///< the result of the run; it is beside the maps, which line up with it
     std::array<std::uint32_t, 2> tile_px = {1, 1}; ///< width and height of a tile in the picture: the shape of tiles in maps; above 0
+    std::uint64_t sram_bytes = 0;                  ///< of a tile: the ledger says how full it is; 0: not said
 };
 
 /// The contents of a page about a run: sentences, diagrams as SVG, tables as rows of text, pictures. Cost: about 100 KB plus the pictures.
@@ -92,11 +94,23 @@ inline void add_cards(TraceSection& section, std::vector<TileMap> const& maps, G
             continue;
         }
         auto const at = static_cast<std::uint32_t>(std::max_element(map.values.begin(), map.values.end()) - map.values.begin());
-        auto text = map.what + ". Most: " + shown(most) + " on tile " + tile_text(grid, at) + ".";
+        auto text = map.what + ". Most: " + shown(most) + unit + " on tile " + tile_text(grid, at) + ".";
         if (map.in_total) text += " Sum: " + shown(std::accumulate(map.values.begin(), map.values.end(), 0.0)) + ".";
         section.cards.push_back({map.title, text, encoded(report::heat_image(map.values, grid.width, grid.height, {0, most})),
                                  "a map of the grid: " + map.what, {"0" + unit, shown(most / 2), shown(most) + unit}});
     }
+}
+/// A step's slowest tile and what its kernel counted there, a line each: "(6, 21) in 6 of 73 passes:", "458,914 slot (76.6 %)".
+inline std::string slowest_text(std::optional<SlowestTile> const& slowest, StepCost const& s, std::vector<std::uint64_t> const& busy, Grid grid)
+{
+    if (!slowest) return {};
+    bool const all_alike = *std::min_element(busy.begin(), busy.end()) == s.compute; // every tile computes as long as the slowest, in each pass
+    auto text = all_alike && busy.size() > 1 ? "all alike, such as " + tile_text(grid, slowest->tile) : tile_text(grid, slowest->tile);
+    if (s.passes != 1) text += " in " + report::thousands(slowest->passes) + " of " + passes_text(s.passes);
+    for (auto const& counted : slowest->operations)
+        text += (&counted == slowest->operations.data() ? ":\n" : "\n") + report::thousands(counted.count) + " " + counted.operation + " (" +
+                report::share_text(counted.cycles, static_cast<double>(slowest->cycles)) + ")";
+    return text + (slowest->operations.empty() ? ": nothing counted" : "");
 }
 inline void add_step_counts(std::vector<std::string>& row, StepCost const& s)
 {
@@ -141,12 +155,14 @@ inline TraceSection trace_section(Trace const& trace, CostModel const& model, Ru
     }
     section.steps_svg = steps_svg(model, steps);
     section.supersteps_svg = supersteps_svg(trace, model, cost, grid);
-    for (auto const& s : steps) {
+    for (std::uint32_t i = 0; i < steps.size(); ++i) {
+        auto const& s = steps[i];
         auto& row = section.steps.emplace_back();
         model_detail::add_step_counts(row, s);
         for (auto const cycles : {s.compute, s.exchange, s.sync, s.vote, s.total()}) row.push_back(thousands(cycles));
         row.push_back(milliseconds_text(model, s.total()));
         row.push_back(share_text(static_cast<double>(s.total()), static_cast<double>(cost.cycles)));
+        row.push_back(model_detail::slowest_text(slowest_tile(model, trace, cost, grid, i), s, cost.busy[i], grid));
     }
     auto const ideal = any_to_any(model, trace, grid);
     if (std::any_of(ideal.steps.begin(), ideal.steps.end(), [](AnyToAnyStep const& s) { return s.settled_bytes != 0; })) {
@@ -198,7 +214,7 @@ inline constexpr char const* modelled_text =
     "the host is in them.";
 
 /// Adds the run to a page: the sentence that names its bottleneck, a few numbers, the picture and the maps, cycles by step and over time,
-/// ideal routing, energy. `facts` are below the numbers, one per line.
+/// the slowest tile of each step, ideal routing, energy. `facts` are below the table by step, one per line.
 inline void add_section(report::HtmlReport& html, TraceSection const& section, std::vector<std::pair<std::string, std::string>> const& facts = {})
 {
     if (!section.lead.empty()) html.lead(section.lead);
@@ -218,12 +234,16 @@ inline void add_section(report::HtmlReport& html, TraceSection const& section, s
     std::vector<std::string> headers = {"step", "passes", "exchanges", "kernel runs", "bytes sent"};
     if (section.modelled) {
         html.svg(section.supersteps_svg).svg(section.steps_svg);
-        for (auto const* header : {"compute", "exchange", "sync", "vote", "cycles", "ms", "share"}) headers.emplace_back(header);
+        for (auto const* header : {"compute", "exchange", "sync", "vote", "cycles", "ms", "share", "slowest tile and its operations"})
+            headers.emplace_back(header);
     }
     html.table(headers, section.steps);
     if (section.modelled)
         html.paragraph("Compute, exchange, sync and vote are modelled cycles: of the slowest tile of each pass, and of what follows the pass. A "
-                       "pass is one run of a kernel on the tiles that must run. Exchanges are those that carried something.");
+                       "pass is one run of a kernel on the tiles that must run. Exchanges are those that carried something.")
+            .paragraph("The slowest tile of a step is the one that the other tiles wait for longest. The counts are of the passes in which it is "
+                       "the slowest, and each share is of its compute in them; starting the kernel takes the rest. An operation is a unit of "
+                       "work that a kernel counts; the cost model, further down, has its price and the source of the price.");
     if (!facts.empty()) html.key_values(facts);
     if (!section.ideal.empty())
         html.folded_subsection("Ideal routing", report::HtmlFold::closed, [&] {

@@ -64,6 +64,8 @@ struct HtmlFrame {
 enum class HtmlFold { open, closed };
 
 namespace detail {
+/// The style sheet has rules for words in this many columns of a table.
+inline constexpr std::size_t most_left_columns = 16;
 /// Does a table's cell hold a number: digits with signs, separators or a percent sign?
 inline bool is_number_cell(std::string_view cell) noexcept
 {
@@ -79,10 +81,11 @@ inline std::string html_style()
         for (std::size_t c = 0; c < 3; ++c) colours.append(c == 0 ? "" : " ").append(plot_number(255.0 * static_cast<double>(colour[c]), 0));
         colours += ')';
     }
-    std::string left;
-    for (int column = 1; column <= 12; ++column) {
-        auto const n = std::to_string(column);
-        left += (column == 1 ? "" : ", ") + (".l" + n + " tr > :nth-child(" + n + ")");
+    std::string left, wide;
+    for (std::size_t column = 1; column <= most_left_columns; ++column) {
+        auto const n = std::to_string(column), cells = n + " tr > :nth-child(" + n + ")", comma = std::string(column == 1 ? "" : ", ");
+        left += comma + ".l" + cells;
+        wide += comma + ".w" + cells;
     }
     return R"(:root { color-scheme: light dark; --line: color-mix(in srgb, CanvasText 20%, Canvas);
   --soft: color-mix(in srgb, CanvasText 6%, Canvas); --dim: color-mix(in srgb, CanvasText 70%, Canvas); }
@@ -100,12 +103,19 @@ p { max-width: 62em; margin: 0.7em 0; }
 .figures dd { margin: 0; font-size: 20px; font-weight: 600; line-height: 1.25; }
 .scroll { overflow-x: auto; margin: 0.7em 0; }
 table { border-collapse: collapse; font-size: 14px; font-variant-numeric: tabular-nums; }
-th, td { border-bottom: 1px solid var(--line); padding: 0.25em 0.7em; text-align: right; vertical-align: top; white-space: nowrap; }
+th, td { border-bottom: 1px solid var(--line); padding: 0.25em 0.5em; text-align: right; vertical-align: top; white-space: nowrap; }
 th { color: var(--dim); font-weight: 600; }
 th { white-space: normal; }
 .pairs th, .pairs td, )" + left + R"( { text-align: left; white-space: normal; }
+)" + wide + R"( { min-width: 15em; white-space: pre-line; }
+.scroll tr > :first-child { position: sticky; left: 0; background: Canvas; }
+@media (min-width: 680px) { .pairs th { white-space: nowrap; } }
+@media (max-width: 679.98px) { .pairs, .pairs tbody, .prose, .prose tbody { display: block; }
+  .pairs tr, .prose tr { display: flex; flex-wrap: wrap; border-bottom: 1px solid var(--line); padding: 0.25em 0; }
+  .pairs tr > *, .prose tr > * { flex: 1 1 0; min-width: 0; border: 0; padding: 0.1em 0.4em; overflow-wrap: anywhere; }
+  .pairs tr > *, .prose tr > :last-child { flex-basis: 100%; } }
 figure { margin: 0.8em 0; break-inside: avoid; }
-.chart svg { width: 100%; max-width: 1500px; min-width: 680px; height: auto; border-radius: 8px; }
+.chart svg { width: 100%; max-width: 1500px; min-width: 1000px; height: auto; border-radius: 8px; }
 .gallery { display: grid; grid-template-columns: repeat(auto-fill, minmax(min(100%, 300px), 1fr)); gap: 20px; margin: 1.1em 0; align-items: start; }
 .gallery figure { margin: 0; }
 @media (min-width: 680px) { .gallery .large { grid-column: span 2; grid-row: span 2; } }
@@ -114,15 +124,17 @@ figure { margin: 0.8em 0; break-inside: avoid; }
 .frame img.map { image-rendering: pixelated; }
 .frame i { position: absolute; outline: 2px solid #ff3b1f; outline-offset: 1px; }
 .scale { height: 10px; border-radius: 3px; margin-top: 6px; background: linear-gradient(to right, )" + colours + R"(); }
-.ticks { display: flex; justify-content: space-between; font-size: 13px; font-variant-numeric: tabular-nums; }
+.ticks { display: flex; column-gap: 0.6em; white-space: nowrap; font-size: 13px; font-variant-numeric: tabular-nums; }
+.ticks span { flex: 1; text-align: center; } .ticks :first-child { text-align: left; } .ticks :last-child { text-align: right; }
 figcaption { font-size: 14px; line-height: 1.4; margin-top: 4px; }
 figcaption b { display: block; font-size: 15px; }
 details { margin: 0.9em 0; }
-summary { cursor: pointer; }
-summary h2, summary h3 { display: inline-block; margin: 0.3em 0; }
+summary { cursor: pointer; margin: 0.6em 0; }
+summary h2, summary h3 { display: inline; }
 @media print { @page { margin: 12mm; } body { font-size: 11px; padding: 0; } table { font-size: 10px; } th, td { padding: 0.15em 0.5em; }
   .lead { font-size: 15px; } h1 { font-size: 21px; } h2 { font-size: 16px; } h3 { font-size: 13px; } .figures dd { font-size: 14px; }
-  .figures dt, figcaption, .ticks { font-size: 9px; } figcaption b { font-size: 11px; } .scroll { overflow: visible; } .chart svg { min-width: 0; } h2, h3 { break-after: avoid; }
+  .figures dt, figcaption, .ticks { font-size: 9px; } figcaption b { font-size: 11px; } .scroll { overflow: visible; }
+  .scroll tr > :first-child { position: static; } .chart svg { min-width: 0; } h2, h3 { break-after: avoid; }
   tr, .figures { break-inside: avoid; } .figures { grid-template-columns: repeat(5, 1fr); } .gallery { grid-template-columns: repeat(3, 1fr); }
   .gallery .large { grid-column: span 2; grid-row: span 2; } details::details-content { content-visibility: visible; } }
 )";
@@ -176,10 +188,14 @@ public:
     }
 
     /// Adds a table. A column is right-aligned if at least half of its cells are numbers, otherwise left-aligned; columns from the
-    /// thirteenth on are right-aligned. A row must have one cell per header, otherwise it throws `Error`.
+    /// seventeenth on are right-aligned. In a narrow window the first column stays visible when a reader scrolls. Another column with
+    /// sentences (a cell of more than 32 bytes) has room for some words per line, and a line feed in it starts a new line. If the last of at
+    /// most four columns has sentences, a narrow window shows them below the row's other cells. A row must have one cell per header,
+    /// otherwise it throws `Error`.
     HtmlReport& table(std::vector<std::string> const& headers, std::span<std::vector<std::string> const> rows)
     {
         std::vector<std::ptrdiff_t> words(headers.size(), 0); // cells with words minus cells with numbers
+        std::vector<bool> sentences(headers.size(), false);
         std::string text = "<tr>";
         for (auto const& header : headers) text += "<th>" + html_text(header) + "</th>";
         text += "</tr>\n";
@@ -190,14 +206,19 @@ public:
             text += "<tr>";
             for (std::size_t column = 0; column < row.size(); ++column) {
                 text += "<td>" + html_text(row[column]) + "</td>";
+                sentences[column] = sentences[column] || (column != 0 && row[column].size() > 32);
                 if (!row[column].empty()) words[column] += detail::is_number_cell(row[column]) ? -1 : 1;
             }
             text += "</tr>\n";
         }
-        std::string left;
+        std::string classes;
         for (std::size_t column = 0; column < words.size(); ++column)
-            if (words[column] > 0) left += (left.empty() ? "l" : " l") + std::to_string(column + 1);
-        return add("<div class=\"scroll\"><table class=\"" + left + "\">\n" + text + "</table></div>\n");
+            if (words[column] > 0) {
+                auto const n = std::to_string(column + 1);
+                classes += (classes.empty() ? "l" : " l") + n + (sentences[column] ? " w" + n : "");
+            }
+        if (!words.empty() && words.size() <= 4 && words.back() > 0 && sentences.back()) classes += " prose";
+        return add("<div class=\"scroll\"><table class=\"" + classes + "\">\n" + text + "</table></div>\n");
     }
 
     /// Adds a diagram that `svg` of plot.hpp or stacked_bars.hpp made. Its ids become unique in the report, and its name space is
