@@ -73,25 +73,38 @@ TILEMESH_KERNEL Floats<N> beyond_rounding(Floats<N> const& v, Floats<N> const& w
     return distance > rounding ? distance - rounding : Floats<N>{};
 }
 
+/// The fields of splats that decide which blocks they reach, in lanes.
+template <std::uint32_t N>
+struct Form {
+    Floats<N> along, slope, across, steepest, faintest;
+};
+
 /// May a pixel of a block see these splats? The test computes the largest power over the block's pixel centres. The power is largest at the
 /// point of the block that is nearest to the mean in the splat's own metric. A false yes is harmless. A false no cannot occur: the margin
 /// (2 % of alpha and 1e-4 of the power) is far larger than the rounding on both sides. (x0, x1, y0, y1): the block's outermost pixel
 /// centres relative to the means.
+template <std::uint32_t N>
+TILEMESH_KERNEL Words<N> reaches(Form<N> const& s, Floats<N> const& x0, Floats<N> const& x1, Floats<N> const& y0,
+                                 Floats<N> const& y1) noexcept
+{
+    // The best point of the vertical edge and of the horizontal edge, on the side of the block that faces the mean.
+    auto const x = clamped<N>(Floats<N>{}, x0, x1), y = clamped<N>(Floats<N>{}, y0, y1);
+    auto const best_y = clamped<N>(s.slope * x, y0, y1);
+    auto const off1 = beyond_rounding<N>(best_y, s.slope * x);
+    auto const power1 = s.along * x * x + s.across * off1 * off1;
+    auto const best_x = clamped<N>(s.steepest * y, x0, x1);
+    auto const off2 = beyond_rounding<N>(y, s.slope * best_x);
+    auto const power2 = s.along * best_x * best_x + s.across * off2 * off2;
+    auto const power = power1 > power2 ? power1 : power2;
+    return ~(power * (1.0f - 1e-4f) + 0.02f < s.faintest); // NaN says yes
+}
 template <std::uint32_t N, std::uint32_t Size>
 TILEMESH_KERNEL Words<N> reaches(Chunk<Size> const& c, std::uint32_t i, Floats<N> const& x0, Floats<N> const& x1,
                                  Floats<N> const& y0, Floats<N> const& y1) noexcept
 {
-    auto const along = load<N>(c.along + i), slope = load<N>(c.slope + i), across = load<N>(c.across + i);
-    // The best point of the vertical edge and of the horizontal edge, on the side of the block that faces the mean.
-    auto const x = clamped<N>(Floats<N>{}, x0, x1), y = clamped<N>(Floats<N>{}, y0, y1);
-    auto const best_y = clamped<N>(slope * x, y0, y1);
-    auto const off1 = beyond_rounding<N>(best_y, slope * x);
-    auto const power1 = along * x * x + across * off1 * off1;
-    auto const best_x = clamped<N>(load<N>(c.steepest + i) * y, x0, x1);
-    auto const off2 = beyond_rounding<N>(y, slope * best_x);
-    auto const power2 = along * best_x * best_x + across * off2 * off2;
-    auto const power = power1 > power2 ? power1 : power2;
-    return ~(power * (1.0f - 1e-4f) + 0.02f < load<N>(c.faintest + i)); // NaN says yes
+    return reaches<N>(Form<N>{load<N>(c.along + i), load<N>(c.slope + i), load<N>(c.across + i), load<N>(c.steepest + i),
+                              load<N>(c.faintest + i)},
+                      x0, x1, y0, y1);
 }
 
 /// Is the splat tame in a block (blending_rules.hpp)? The ratio of the first two rows is 2 to a power that is linear in the column, so its

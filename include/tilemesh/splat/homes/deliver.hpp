@@ -55,11 +55,12 @@ TILEMESH_KERNEL std::uint32_t bits_in(std::uint32_t v) noexcept
     return static_cast<std::uint32_t>(__builtin_popcount(v));
 }
 
-/// The tiles that want one splat. Homes ask tile by tile.
+/// The tiles that want one splat: it is in the tile's window, and a pixel of an unfinished block may see it. The block's test is that of
+/// blending.
 class Wanted {
 public:
     Wanted(Splat const& s, Fold const& fold, Camera const& camera, Table const& table) noexcept
-        : fold_(fold), camera_(camera), table_(table), depth_(__builtin_bit_cast(std::uint32_t, s.depth))
+        : fold_(fold), camera_(camera), table_(table), splat_(s), depth_(__builtin_bit_cast(std::uint32_t, s.depth))
     {
         auto const r = s.rect();
         i0_ = r.x0 / block_width;
@@ -68,8 +69,8 @@ public:
         j1_ = (r.y1 - 1) / block_height;
         x_ = fold.x.tiles_of(i0_, i1_);
         y_ = fold.y.tiles_of(j0_, j1_);
-        chunk_.take(0, s);
-        chunk_.template complete<EachPair, 1>(1);
+        float const steep = s.across * s.slope; // as Chunk::complete
+        steepest_ = steep / (s.along + steep * s.slope);
     }
     std::uint32_t parts() const noexcept { return parts_x() * ((y_.last - y_.first) / parcel_rows + 1); }
     /// The first tile of a part.
@@ -77,7 +78,7 @@ public:
     {
         return TileId::at(x_.first + part % parts_x() * parcel_columns, y_.first + part / parts_x() * parcel_rows);
     }
-    /// The tiles of a part in columns x0 to x1 - 1 that want the splat, as in Parcel::to.
+    /// The tiles of a part in columns x0 to x1 - 1 that want the splat, as in Parcel::to. It asks tile by tile.
     std::uint32_t tiles(std::uint32_t part, std::uint32_t x0, std::uint32_t x1) const noexcept
     {
         TileId const from = first(part);
@@ -90,10 +91,43 @@ public:
         }
         return to;
     }
+    /// All tiles that want the splat, if there is one part. It asks block by block, N blocks at once.
+    template <std::uint32_t N = native_lanes>
+    std::uint32_t all_tiles() const noexcept
+    {
+        std::int32_t column[N], row[N];
+        std::uint32_t bits[N];
+        std::uint32_t n = 0, to = 0;
+        auto const test = [&]() noexcept {
+            for (std::uint32_t k = n; k < N; ++k) column[k] = column[0], row[k] = row[0];
+            alignas(vector_bytes) std::int32_t seen[N];
+            store(seen, reach<N>(column, row));
+            for (std::uint32_t k = 0; k < n; ++k) to |= seen[k] != 0 ? bits[k] : 0u;
+            n = 0;
+        };
+        auto const first_x = fold_.x.cursor(i0_);
+        auto y = fold_.y.cursor(j0_);
+        for (std::uint32_t j = j0_; j <= j1_; ++j, y = fold_.y.next(y)) {
+            std::uint32_t const ty = fold_.y.tile(y);
+            Told const* const told = table_.begin() + ty * fold_.x.tiles;
+            auto x = first_x;
+            for (std::uint32_t i = i0_; i <= i1_; ++i, x = fold_.x.next(x)) {
+                std::uint32_t const tx = fold_.x.tile(x);
+                Told const& t = told[tx];
+                if (depth_ < t.lo_depth || depth_ >= t.hi_depth) continue;
+                if ((t.finished & fold_.bit_of(fold_.y.number(y) * fold_.x.layers + fold_.x.number(x))) != 0) continue;
+                column[n] = static_cast<std::int32_t>(i * block_width);
+                row[n] = static_cast<std::int32_t>(j * block_height);
+                bits[n] = 1u << (8 * (tx - x_.first) + (ty - y_.first));
+                if (++n == N) test();
+            }
+        }
+        if (n != 0) test();
+        return to;
+    }
 
 private:
     std::uint32_t parts_x() const noexcept { return (x_.last - x_.first) / parcel_columns + 1; }
-    /// Is the splat in the tile's window, and may a pixel of an unfinished block see it? The block's test is that of blending.
     bool wants(std::uint32_t x, std::uint32_t y) const noexcept
     {
         Told const& told = table_[y * fold_.x.tiles + x];
@@ -104,29 +138,35 @@ private:
             for (std::uint32_t l = 0; l < fold_.y.layers; ++l) {
                 std::uint32_t const j = fold_.y.block(y, l);
                 if (j - j0_ > j1_ - j0_ || (told.finished & fold_.bit_of(l * fold_.x.layers + k)) != 0) continue;
-                if (reaches_block(i, j)) return true;
+                std::int32_t const column = static_cast<std::int32_t>(i * block_width), row = static_cast<std::int32_t>(j * block_height);
+                if (reach<1>(&column, &row)[0] != 0) return true;
             }
         }
         return false;
     }
-    bool reaches_block(std::uint32_t i, std::uint32_t j) const noexcept
+    /// May a pixel of these blocks see the splat? `column`, `row`: first pixels.
+    template <std::uint32_t N>
+    TILEMESH_KERNEL Words<N> reach(std::int32_t const* column, std::int32_t const* row) const noexcept
     {
-        auto const centre = [](std::uint32_t pixel, float origin, float mean) noexcept {
-            return Floats<1>{static_cast<float>(pixel) + 0.5f - origin - mean};
+        Form<N> const form{broadcast<N>(splat_.along), broadcast<N>(splat_.slope), broadcast<N>(splat_.across), broadcast<N>(steepest_),
+                           broadcast<N>(splat_.faintest)};
+        auto const centre = [](Words<N> const& pixel, float origin, float mean) noexcept {
+            return __builtin_convertvector(pixel, Floats<N>) + 0.5f - origin - mean;
         };
-        auto const x0 = centre(i * block_width, camera_.cx, chunk_.mean_x[0]);
-        auto const x1 = centre(i * block_width + block_width - 1, camera_.cx, chunk_.mean_x[0]);
-        auto const y0 = centre(j * block_height, camera_.cy, chunk_.mean_y[0]);
-        auto const y1 = centre(j * block_height + block_height - 1, camera_.cy, chunk_.mean_y[0]);
-        return reaches<1>(chunk_, 0, x0, x1, y0, y1)[0] != 0;
+        auto const x = load_words<N>(column), y = load_words<N>(row);
+        return reaches<N>(form, centre(x, camera_.cx, splat_.mean_px[0]),
+                          centre(x + static_cast<std::int32_t>(block_width - 1), camera_.cx, splat_.mean_px[0]),
+                          centre(y, camera_.cy, splat_.mean_px[1]),
+                          centre(y + static_cast<std::int32_t>(block_height - 1), camera_.cy, splat_.mean_px[1]));
     }
 
     Fold const& fold_;
     Camera const& camera_;
     Table const& table_;
+    Splat const& splat_;
     std::uint32_t depth_, i0_, i1_, j0_, j1_; ///< blocks of the splat's rectangle, inclusive
+    float steepest_;
     Axis::Range x_, y_;                       ///< tiles that own them
-    Chunk<1> chunk_;
 };
 
 /// Puts a splat that has arrived among those that the tile holds. If there is no room, the nearest stay, and the frontier is the nearest key
@@ -196,7 +236,7 @@ struct Offer {
             std::uint32_t const parts = wanted.parts();
             Offered o{wanted.first(0), 0, parts};
             if (parts == 1) {
-                o.to = wanted.tiles(0, 0, 0xffffffffu);
+                o.to = wanted.all_tiles();
                 if (o.to == 0) o.parts = 0;
             }
             offers[i] = o;

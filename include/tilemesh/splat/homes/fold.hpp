@@ -32,6 +32,24 @@ struct Axis {
         std::uint32_t const layer = k + (t < shift ? 1u : 0u);
         return layer * tiles + (layer % 2 == 0 ? t : tiles - 1 - t) - shift;
     }
+    /// Goes through blocks in order without divisions: the tile of a block, and its number on that tile.
+    struct Cursor {
+        std::uint32_t layer, at;
+    };
+    constexpr Cursor cursor(std::uint32_t i) const noexcept
+    {
+        std::uint32_t const size = folded == 0 ? layers : tiles;
+        return {(i + shift) / size, (i + shift) % size};
+    }
+    constexpr Cursor next(Cursor c) const noexcept
+    {
+        return ++c.at < (folded == 0 ? layers : tiles) ? c : Cursor{c.layer + 1, 0};
+    }
+    constexpr std::uint32_t tile(Cursor c) const noexcept { return folded == 0 ? c.layer : c.layer % 2 == 0 ? c.at : tiles - 1 - c.at; }
+    constexpr std::uint32_t number(Cursor c) const noexcept
+    {
+        return folded == 0 ? c.at : c.layer - (tile(c) < shift ? 1u : 0u);
+    }
     /// The tiles, first to last, of blocks i to j, i <= j < blocks.
     struct Range {
         std::uint32_t first, last;
