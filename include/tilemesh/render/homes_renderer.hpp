@@ -54,6 +54,7 @@ struct HomesLedger {
         add(homes::Window::name, "state", sizeof(homes::Window));
         add(homes::Held<P>::name, "state", list(sizes.held, sizeof(Splat)));
         add(homes::Keys::name, "state", list(sizes.held, sizeof(SortKey)));
+        add(homes::Order::name, "state", list(sizes.held, 4));
         add(homes::Cuts::name, "state", list(homes::most_cuts, 4));
         add(homes::NextCuts::name, "state", list(homes::most_cuts, 4));
         add(homes::Sample::name, "state", list(homes::most_samples, 4));
@@ -232,6 +233,7 @@ private:
         if (options_.storage_slots != 0) {
             mesh_->template limit<splat::homes::Held<P>>(options_.storage_slots);
             mesh_->template limit<splat::homes::Keys>(options_.storage_slots);
+            mesh_->template limit<splat::homes::Order>(options_.storage_slots);
         }
         if (observer_) mesh_->observe(observer_);
         for (TileId const tile : grid_.tiles()) {
@@ -369,7 +371,7 @@ private:
         r.homes.rounds += run.loops[0].rounds;
         r.pairs += strips * splat::homes::strip_pairs;
         using namespace splat;
-        constexpr auto tell = step_of<Program, homes::Tell<P>>(), sort = step_of<Program, homes::DepthSort<P>>();
+        constexpr auto tell = step_of<Program, homes::Tell<P>>(), sort = step_of<Program, homes::SortRuns<P>>();
         for (std::uint32_t i = 0; i < run.steps.size(); ++i) { // in program order: project, begin; tell to deliver; sort to finish
             using Stages = report::FrameReport::ByStage;
             auto const stage = i < tell ? &Stages::project : i < sort ? &Stages::route : &Stages::composite;

@@ -16,6 +16,12 @@ using namespace splat::detail;
 inline constexpr std::uint32_t blended_between_looks = 64;
 inline constexpr std::uint32_t strips_a_block = block_width / strip_width;
 
+/// Where run r of `runs` begins among n keys.
+TILEMESH_KERNEL std::uint32_t run_begin(std::uint32_t n, std::uint32_t runs, std::uint32_t r) noexcept
+{
+    std::uint32_t const longer = n % runs;
+    return n / runs * r + (r < longer ? r : longer);
+}
 /// Tells the host's caches that a splat is read soon.
 inline void fetch_ahead(Splat const& s) noexcept
 {
@@ -160,23 +166,64 @@ void blend_kept(Kept* blocks, Fold const& fold, TileId tile, View const& view, s
 }
 } // namespace detail
 
-/// Orders the splats of the window by key. No exchange.
+/// Sorts the keys of the window in runs, one for each worker. No exchange.
 template <class P>
-struct DepthSort {
-    static constexpr char const* name = "depth sort";
-    void operator()(Window& window, Keys& keys, Counts& counts) const noexcept
+struct SortRuns {
+    static constexpr char const* name = "sort runs";
+    void operator()(Window& window, Keys& keys, Worker worker) const noexcept
     {
-        counts.compared = 0;
-        if (window.done()) return;
-        std::uint32_t const n = keys.size();
-        counts.compared = times(n, heap_levels(n));
-        splat::detail::intro_sort(keys.begin(), n);
-        window.heap = 0;
+        if (worker.index == 0) window.runs = worker.count;
+        std::uint32_t const n = keys.size(), first = detail::run_begin(n, worker.count, worker.index);
+        splat::detail::intro_sort(keys.begin() + first, detail::run_begin(n, worker.count, worker.index + 1) - first);
     }
-    static Operations operations(Counts const& counts) noexcept
+    /// For a cost model. All workers wait for the one with the longest run.
+    static Operations operations(Keys const& keys, Worker worker) noexcept
+    {
+        std::uint32_t const longest = (keys.size() + worker.count - 1) / worker.count;
+        Operations o;
+        o[Operation::comparison] = times(longest, heap_levels(longest));
+        return o;
+    }
+};
+
+/// Merges the runs: `Order` lists the keys, the nearest first. No exchange.
+template <class P>
+struct Merge {
+    static constexpr char const* name = "merge";
+    static constexpr std::uint32_t most_runs = Work::max_workers;
+    void operator()(Window& window, Keys const& keys, Order& order) const noexcept
+    {
+        window.heap = 0;
+        std::uint32_t const n = keys.size();
+        std::uint32_t at[most_runs], end[most_runs], depth[most_runs], id[most_runs]; // of each run: its next key
+        auto const look = [&](std::uint32_t r) noexcept {
+            bool const ended = at[r] == end[r];
+            depth[r] = ended ? infinite_depth : keys[at[r]].depth_bits;
+            id[r] = ended ? 0 : static_cast<std::uint32_t>(keys[at[r]].id);
+        };
+        for (std::uint32_t r = 0; r < most_runs; ++r) {
+            at[r] = r < window.runs ? detail::run_begin(n, window.runs, r) : n;
+            end[r] = r < window.runs ? detail::run_begin(n, window.runs, r + 1) : n;
+            look(r);
+        }
+        order.resize(n);
+        for (std::uint32_t i = 0; i < n; ++i) {
+            std::uint32_t nearest = 0, nearest_depth = depth[0], nearest_id = id[0];
+            for (std::uint32_t r = 1; r < most_runs; ++r) { // no branch: a predictor could not know the run
+                std::uint32_t const less = (depth[r] < nearest_depth ? 1u : 0u) | ((depth[r] == nearest_depth ? 1u : 0u) & (id[r] < nearest_id ? 1u : 0u));
+                nearest = less != 0 ? r : nearest;
+                nearest_depth = less != 0 ? depth[r] : nearest_depth;
+                nearest_id = less != 0 ? id[r] : nearest_id;
+            }
+            order[i] = at[nearest]++;
+            look(nearest);
+        }
+    }
+    /// For a cost model. A comparison is of three keys (KernelWork), so a key takes half as many as there are other runs.
+    static Operations operations(Window const& window, Order const& order) noexcept
     {
         Operations o;
-        o[Operation::comparison] = counts.compared;
+        o[Operation::comparison] = times(order.size(), window.runs / 2);
         return o;
     }
 };
@@ -190,11 +237,11 @@ struct Blend {
     using Access = splat::Access<FrameParameters>;
 
     void operator()(Here here, Broadcast<FrameParameters> frame, Window const& window, Held<P> const& held, Keys const& keys,
-                    BlocksOf<P>& blocks, Work& work, Worker worker) const noexcept
+                    Order const& order, BlocksOf<P>& blocks, Work& work, Worker worker) const noexcept
     {
         work.before[worker.index] = work.strips[worker.index];
         if (window.done()) return;
-        auto const at = [&](std::uint32_t i) noexcept -> Splat const& { return Access::splat_of(*frame, held[keys[i].slot]); };
+        auto const at = [&](std::uint32_t i) noexcept -> Splat const& { return Access::splat_of(*frame, held[keys[order[i]].slot]); };
         detail::blend_kept<strip_width, 16, 1>(blocks.begin(), frame->fold, here.tile, frame->view, window.finished, keys.size(), at, worker,
                                                worker.count, work);
     }
@@ -214,11 +261,11 @@ struct Blend {
     struct AllWorkers {
         static constexpr char const* name = Blend::name;
         void operator()(Here here, Broadcast<FrameParameters> frame, Window const& window, Held<P> const& held, Keys const& keys,
-                        BlocksOf<P>& blocks, Work& work, Worker worker) const noexcept
+                        Order const& order, BlocksOf<P>& blocks, Work& work, Worker worker) const noexcept
         {
             for (std::uint32_t w = 0; w < worker.count; ++w) work.before[w] = work.strips[w];
             if (window.done()) return;
-            auto const at = [&](std::uint32_t i) noexcept -> Splat const& { return Access::splat_of(*frame, held[keys[i].slot]); };
+            auto const at = [&](std::uint32_t i) noexcept -> Splat const& { return Access::splat_of(*frame, held[keys[order[i]].slot]); };
             detail::blend_kept<splat::detail::native_lanes, 128, 8>(blocks.begin(), frame->fold, here.tile, frame->view, window.finished,
                                                                    keys.size(), at, Worker{0, 1}, worker.count, work);
         }

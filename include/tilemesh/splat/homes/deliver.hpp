@@ -93,7 +93,7 @@ public:
     }
     /// All tiles that want the splat, if there is one part. It asks block by block, N blocks at once.
     template <std::uint32_t N = native_lanes>
-    std::uint32_t all_tiles() const noexcept
+    std::uint32_t all_tiles(std::uint32_t& tested) const noexcept
     {
         std::int32_t column[N], row[N];
         std::uint32_t bits[N];
@@ -103,6 +103,7 @@ public:
             alignas(vector_bytes) std::int32_t seen[N];
             store(seen, reach<N>(column, row));
             for (std::uint32_t k = 0; k < n; ++k) to |= seen[k] != 0 ? bits[k] : 0u;
+            tested += n;
             n = 0;
         };
         auto const first_x = fold_.x.cursor(i0_);
@@ -228,29 +229,31 @@ struct Offer {
         auto const& frame = *parameters;
         for (std::uint32_t i = worker.index, n = seen.size(); i < n; i += worker.count) {
             Splat const& s = Access::splat_of(frame, seen[i]);
-            if (!s.visible()) {
-                offers[i].parts = 0;
-                continue;
-            }
+            offers[i] = {};
+            if (!s.visible()) continue;
             detail::Wanted const wanted(s, frame.fold, frame.view.camera, table);
             std::uint32_t const parts = wanted.parts();
-            Offered o{wanted.first(0), 0, parts};
-            if (parts == 1) {
-                o.to = wanted.all_tiles();
-                if (o.to == 0) o.parts = 0;
-            }
-            offers[i] = o;
+            std::uint32_t tested = 0, to = 0;
+            if (parts == 1) to = wanted.all_tiles(tested);
+            if (parts == 1 && to == 0) continue;
+            offers[i] = {wanted.first(0), to, half(parts), half(tested)};
         }
     }
-    /// For a cost model: each record's tiles are looked at. All workers wait for the one with the most records.
+    /// For a cost model. All workers wait for the one with the most blocks. A test of a block takes about 60 instructions, as two comparisons
+    /// (KernelWork). Records that nobody wants are not counted.
     static Operations operations(Offers const& offers, Worker worker) noexcept
     {
-        std::uint32_t looked = 0;
-        for (Offered const& o : offers) looked += 1 + detail::bits_in(o.to);
+        std::uint32_t tested = 0;
+        for (Offered const& o : offers) tested += o.tested;
         Operations out;
-        out[Operation::slot] = (looked + worker.count - 1) / worker.count;
+        out[Operation::slot] = (offers.size() + worker.count - 1) / worker.count;
+        out[Operation::comparison] = times(2, (tested + worker.count - 1) / worker.count);
         return out;
     }
+
+private:
+    /// n in 16 bits: a larger number becomes the largest. Above 1 only whether there are several parts is asked, and how many is counted anew.
+    TILEMESH_KERNEL static std::uint16_t half(std::uint32_t n) noexcept { return static_cast<std::uint16_t>(n < 0xffffu ? n : 0xffffu); }
 };
 
 template <class P>
@@ -418,11 +421,12 @@ private:
             }
             Splat const& s = Access::splat_of(frame, seen[record]);
             detail::Wanted const wanted(s, frame.fold, frame.view.camera, table);
-            for (; part < offer.parts; ++part) {
+            std::uint32_t const parts = wanted.parts();
+            for (; part < parts; ++part) {
                 std::uint32_t const to = wanted.tiles(part, first, end);
                 if (to != 0 && !send_part(tile, way, Message::make(seen[record], s, home[record].id, wanted.first(part), to), sending)) break;
             }
-            if (part < offer.parts) break;
+            if (part < parts) break;
         }
         sending.record[way] = record;
         sending.part[way] = part;

@@ -49,14 +49,15 @@ template <class P>
 struct Begin {
     static constexpr char const* name = "begin";
     using FrameParameters = typename P::Parameters;
-    Vote operator()(Here here, Broadcast<FrameParameters> frame, Seen<P> const& seen, Window& window, Held<P>& held, Keys& keys, Cuts& cuts,
-                    NextCuts& next_cuts, Sample& sample, BlocksOf<P>& blocks, Counts& counts, Work& work) const noexcept
+    Vote operator()(Here here, Broadcast<FrameParameters> frame, Seen<P> const& seen, Window& window, Held<P>& held, Keys& keys, Order& order,
+                    Cuts& cuts, NextCuts& next_cuts, Sample& sample, BlocksOf<P>& blocks, Counts& counts, Work& work) const noexcept
     {
         counts = {};
         work = {};
         for (auto const& entry : seen) counts.visible += splat::Access<FrameParameters>::splat_of(*frame, entry).visible() ? 1u : 0u;
         held.truncate(0);
         keys.truncate(0);
+        order.truncate(0);
         sample.truncate(0);
         bool const goes_on = frame->chapter_depth != 0;
         if (!goes_on) {
@@ -106,18 +107,19 @@ template <class P>
 struct Advance {
     static constexpr char const* name = "advance";
     using FrameParameters = typename P::Parameters;
-    Vote operator()(Broadcast<FrameParameters> frame, Window& window, Held<P>& held, Keys& keys, Cuts& cuts, NextCuts& next_cuts,
-                    Sample& sample, BlocksOf<P> const& blocks, Counts& counts) const noexcept
+    Vote operator()(Broadcast<FrameParameters> frame, Window& window, Held<P>& held, Keys& keys, Order& order, Cuts& cuts,
+                    NextCuts& next_cuts, Sample& sample, BlocksOf<P> const& blocks, Counts& counts) const noexcept
     {
         if (window.done()) return Vote::quiet;
         ++counts.rounds;
         std::uint32_t const n = keys.size(), capacity = held.capacity();
         std::uint32_t const each = share(capacity, 9);
         for (std::uint32_t i = each - 1 - window.blended % each; i < n && next_cuts.size() < most_cuts; i += each)
-            next_cuts.push(keys[i].depth_bits + 1);
+            next_cuts.push(keys[order[i]].depth_bits + 1);
         window.blended += n;
         held.truncate(0);
         keys.truncate(0);
+        order.truncate(0);
 
         auto const& model = frame->view.model;
         std::uint32_t going = 0; // a bit is finished if none of its blocks goes on
@@ -183,8 +185,8 @@ struct Finish {
 /// One round: every tile learns all windows, homes find out what is wanted and deliver it, and the tiles blend it and go on. The first pass
 /// of Deliver runs on every tile, because nobody votes before it.
 template <class P>
-using Rounds = Loop<Repeat<Tell<P>>, Superstep<Offer<P>>, Superstep<Deliver<P>>, UntilQuiet<Deliver<P>>, Superstep<DepthSort<P>>,
-                    Superstep<Blend<P>>, Superstep<Advance<P>>>;
+using Rounds = Loop<Repeat<Tell<P>>, Superstep<Offer<P>>, Superstep<Deliver<P>>, UntilQuiet<Deliver<P>>, Superstep<SortRuns<P>>,
+                    Superstep<Merge<P>>, Superstep<Blend<P>>, Superstep<Advance<P>>>;
 
 /// One frame, or one chapter of it. The host puts the records onto their homes once, and sizes `Seen`, `Offers`, `Table` and `Framebuffer`.
 ///

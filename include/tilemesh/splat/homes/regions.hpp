@@ -129,9 +129,11 @@ struct Seen : Buffer<typename P::Projected> {
 /// The tiles that want a record's splat in this round, if one parcel names them all.
 struct Offered {
     TileId first;
-    std::uint32_t to;    ///< as in Parcel
-    std::uint32_t parts; ///< 0: nobody wants it. Above 1: the tiles take several parcels, and the home finds them part by part
+    std::uint32_t to;     ///< as in Parcel
+    std::uint16_t parts;  ///< 0: nobody wants it. Above 1: the tiles take several parcels, and the home finds them part by part
+    std::uint16_t tested; ///< blocks that were tested for it, for a cost model
 };
+static_assert(sizeof(Offered) == 12, "an offer is 3 words");
 struct Offers : Buffer<Offered> {
     static constexpr char const* name = "offers";
     static constexpr auto slots = &Sizes::homes;
@@ -145,6 +147,11 @@ struct Held : Buffer<typename P::Projected> {
 };
 struct Keys : Buffer<SortKey> {
     static constexpr char const* name = "sort keys";
+    static constexpr auto slots = &Sizes::held;
+};
+/// The numbers of the keys, in depth order.
+struct Order : Buffer<std::uint32_t> {
+    static constexpr char const* name = "depth order";
     static constexpr auto slots = &Sizes::held;
 };
 /// The colour and transmittance of a block, kept from round to round.
@@ -196,6 +203,7 @@ struct Window {
     std::uint32_t heap;                         ///< 1: the keys are a heap, the farthest first
     std::uint32_t seen, stride;                 ///< refused keys, and every how many of them the sample has
     std::uint32_t pass;                         ///< of Tell in this round
+    std::uint32_t runs;                         ///< in which the keys are sorted
 
     bool done() const noexcept { return lo_depth == infinite_depth; }
     bool refused() const noexcept { return frontier_depth != hi_depth || frontier_id != 0; }
@@ -237,7 +245,7 @@ struct Counts {
     std::uint32_t channel_full; ///< waits for a slot of a channel
     std::uint32_t no_credit;    ///< waits for a slot of the FIFO behind a channel
     std::uint32_t rounds;       ///< in which the tile was not done
-    // For a cost model, in the last pass of Deliver; `compared` also in that of DepthSort.
+    // For a cost model, in the last pass of Deliver.
     std::uint32_t left, passed, settled, compared;
 };
 static_assert(sizeof(Counts) <= 64);
