@@ -53,7 +53,7 @@ int main()
     auto model = tilemesh::mk2(); // its exchange and sync, our operations
     set_price(model, "lookup", 12'000, "assumed: 12 cycles");
     set_price(model, "hop", 30'000, "assumed: 30 cycles");
-    auto const page = write_trace_page("traffic", "traffic", mesh.trace(), model, mesh.grid(), {.title = "Random traffic"});
+    auto const page = write_trace_page("traffic_page", "traffic", mesh.trace(), model, mesh.grid(), {.title = "Random traffic"});
     std::cout << arrived << " parcels, " << run.messages() << " hops, " << full << " refusals, " << busiest << " on the busiest link, "
               << milliseconds_text(model, model_cost(model, mesh.trace(), mesh.grid()).cycles) << " ms modelled: " << page.string() << '\n';
     return arrived == 6400 ? 0 : 1;

@@ -136,7 +136,7 @@ std::string missing_text(report::RunReport const& run)
         text = thousands(static_cast<std::uint64_t>(frames)) + " of " + thousands(run.frames.size()) +
                (frames == 1 ? " pictures lacks something, " : " pictures lack something, most of all ") + worst.image + ": ";
     if (records != 0) text += thousands(records) + " of the map's " + thousands(run.map.gaussians) + " Gaussians";
-    if (copies != 0) text += (records != 0 ? " and " : "") + thousands(copies) + (copies == 1 ? " copy" : " copies") + " of others";
+    if (copies != 0) text += (records != 0 ? " and " : "") + thousands(copies) + (copies == 1 ? " copy" : " copies") + (records != 0 ? " of others" : "");
     std::string separator = " (";
     for (auto const& [cause, count] : causes) {
         text += separator + thousands(count) + " " + report::to_string(cause);

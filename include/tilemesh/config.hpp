@@ -8,7 +8,7 @@
 
 #if defined(__FAST_MATH__) || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__ > 0) || defined(__ASSOCIATIVE_MATH__) ||  \
     defined(__RECIPROCAL_MATH__)
-#    error "tilemesh: -ffast-math breaks the promise of equal bits and of finite pictures; build without it"
+#    error "tilemesh: -ffast-math, or a part of it, breaks the promise of equal bits and of finite pictures; build without it"
 #endif
 
 /// For views and rules that must be inlined into the tile loop (host) or the vertex (IPU). Do not use it for floating-point arithmetic: see

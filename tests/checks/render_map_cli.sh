@@ -98,6 +98,8 @@ run $small --preset prototype --storage-slots 60 --channel-slots 3 --strict --ou
 same stderr strict.err
 has_whole_pictures strict
 has strict.json "^  \"$text\"$"
+runs $small --preset paper --channel-slots 10 # no whole Gaussian is missing: then there are no others
+has stderr "^frame_0000.png lacks [0-9,]* copies ([0-9,]* channel_full); with --saturation hold "
 runs $small --strict --report report.json
 [ ! -s stderr ] || fail "a whole picture lacks something: $(cat stderr)"
 has report.json '^ "notes": \[\],$'

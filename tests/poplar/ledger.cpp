@@ -104,7 +104,7 @@ TEST_CASE("poplar: the graph's variables are the tile's ledger, byte for byte")
 
 TEST_CASE("poplar: the paper's budget holds on the machine, but its lists do not fit beside it")
 {
-    // The paper's data have 520,008 bytes, and our lists 243,224 bytes more. Poplar would refuse this, as the ledger says.
+    // The paper's data have 520,020 bytes, and our lists 243,224 bytes more. Poplar would refuse this, as the ledger says.
     standin::With const restore(standin::settings());
     standin::settings().code_bytes = Mk2::code_bytes;
     PoplarMesh<splat::Frame<Paper>> mesh{{}, grid_of_tests(), mesh_sizes<splat::Frame<Paper>, Mk2, Paper>(), poplar_test::options("paper")};

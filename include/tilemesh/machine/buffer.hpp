@@ -25,7 +25,8 @@ namespace detail {
 template <class T, std::uint32_t N>
 class List {
     static_assert(std::is_trivially_copyable_v<T> && alignof(T) <= 4 && sizeof(T) % 4 == 0,
-                  "an item is copied by the exchange fabric: it must be trivially copyable and whole 32-bit words");
+                  "an item is copied by the exchange fabric: it must be trivially copyable and whole 32-bit words (of alignment 4: no "
+                  "double, no 64-bit integer)");
 
 public:
     using value_type = T;

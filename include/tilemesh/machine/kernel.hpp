@@ -12,7 +12,8 @@ class Broadcast {
 public:
     using parameters = P;
     static_assert(std::is_trivially_copyable_v<P> && alignof(P) <= 4 && sizeof(P) % 4 == 0,
-                  "Broadcast<P>: P is copied to every tile, it must be trivially copyable and whole 32-bit words");
+                  "Broadcast<P>: P is copied to every tile, it must be trivially copyable and whole 32-bit words (of alignment 4: no "
+                  "double, no 64-bit integer)");
     TILEMESH_KERNEL explicit Broadcast(P const* p) noexcept : p_(p) {}
     TILEMESH_KERNEL P const& operator*() const noexcept { return *p_; }
     TILEMESH_KERNEL P const* operator->() const noexcept { return p_; }
@@ -114,7 +115,7 @@ struct Role<X&> : NoRole {
                                                         "alone); keep them in a struct beside it");
     static_assert(!std::is_class_v<X> || is_list<X> || (std::is_trivially_copyable_v<X> && alignof(X) <= 4 && sizeof(X) % 4 == 0),
                   "a tile's state is a Buffer or a trivially copyable struct of whole 32-bit words (it lives in SRAM and may "
-                  "be copied as words)");
+                  "be copied as words, so its alignment is 4); keep a double or a 64-bit integer as two words");
     using State = std::remove_const_t<X>;
 };
 template <class C>

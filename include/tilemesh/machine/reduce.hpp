@@ -80,7 +80,8 @@ template <class Value, class Operator>
 struct Reduced {
     using T = detail::ValueOf<Value>;
     static_assert(std::is_trivially_copyable_v<T> && alignof(T) <= 4 && sizeof(T) % 4 == 0,
-                  "what a Reduce adds up is whole 32-bit words (it is a message and a state); give its value such a type");
+                  "what a Reduce adds up is whole 32-bit words (it is a message and a state, so no double and no 64-bit integer); give "
+                  "its value such a type");
     static constexpr detail::ReduceName<Operator, Value> text{" so far"};
     static constexpr char const* name = text.text;
     T value;

@@ -6,7 +6,8 @@
 
 namespace tilemesh { inline namespace v0_2 {
 
-/// The vote of a tile at the end of compute. A tile must vote busy if running it again without mail would change a word of it. Sending
+/// The vote of a tile at the end of compute. Before a step that runs only a part of the tiles (UntilQuiet; after `run_within`, any step), a
+/// tile must vote busy if running it again without mail would change a word of it. A vote that only ends a Loop may follow any rule. Sending
 /// needs no vote, because mail wakes its receiver.
 enum class Vote : std::uint32_t { quiet = 0, busy = 1 };
 

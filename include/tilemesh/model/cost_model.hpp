@@ -49,7 +49,7 @@ inline constexpr std::uint64_t most_millicycles = 100'000'000, most_cycles = 1'0
 ///   exchange  exchange + bytes that the busiest tile receives * exchange_byte / 1,000, rounded up; 0 if the superstep has no channel,
 ///             or (`live`) if nothing was sent
 ///   sync      sync
-///   vote      vote, in supersteps of UntilQuiet
+///   vote      vote, in each pass of an UntilQuiet (also of that in a Reduce), and in each pass of the last step of a Loop
 struct CostModel {
     std::string name;
     std::uint64_t clock_khz = 1'325'000;

@@ -1,4 +1,4 @@
-// EXPECT: a tile.s state is a Buffer or a trivially copyable struct of whole 32-bit words
+// EXPECT: a tile.s state is a Buffer or a trivially copyable struct of whole 32-bit words .*; keep a double or a 64-bit integer as two words
 #include <tilemesh/machine/tile.hpp>
 
 struct Cell {
