@@ -13,7 +13,7 @@
 ///   1. Parcels on a column go first; they never wait. At most c arrive on a side. Each either ends or goes straight on to the opposite
 ///      side, whose channel is empty when compute begins.
 ///   2. Parcels on a row may find a column's channel full, or no credit ahead. They wait in the FIFO of their side, and keep only the tiles
-///      that are still owed. The FIFO is served before new arrivals.
+///      that are still owed. The FIFO is served before new arrivals: first the parcels that turn here, then those that go straight on.
 ///   3. A tile tells each row neighbour the fill of the FIFO on that side, as the note of the channel back. It sends to a row neighbour at
 ///      most q - (the fill it was told) - (its number of parcels sent in the pass before), and at most c.
 ///   4. A home's own parcels leave last. Its three ways (west, east, own column) do not wait for each other.
@@ -289,8 +289,8 @@ struct Deliver {
             for (Message const& m : in[from])
                 (void)TILEMESH_EXPECT(tile.serve_column(m, here.tile.x() - m.first().x(), m.to) == 0,
                                       "a parcel on a column found no room (its channel was not empty); report this");
-        tile.empty_fifo(waiting0, in[Direction::west], Direction::east);
-        tile.empty_fifo(waiting1, in[Direction::east], Direction::west);
+        tile.empty_fifo(waiting0, sending.turning[0], in[Direction::west], Direction::east);
+        tile.empty_fifo(waiting1, sending.turning[1], in[Direction::east], Direction::west);
         std::uint32_t const passed = tile.given();
         bool open = false; // its own records: to the west, to the east, and on its own column
         for (std::uint32_t way = 0; own && way < 3; ++way) open = send_own(tile, way, *frame, home, seen, offers, table, sending) || open;
@@ -377,23 +377,35 @@ private:
             if (ahead != 0 && room(d)) send(m, d, ahead), ahead = 0;
             return rest | ahead;
         }
+        /// Serves the parcels that wait, then those that have arrived. Those that go straight on are looked at only while there is room ahead.
         template <class Fifo, class Arrived>
-        void empty_fifo(Fifo& waiting, Arrived const& arrived, Direction d) noexcept
+        void empty_fifo(Fifo& waiting, std::uint32_t& turning, Arrived const& arrived, Direction d) noexcept
         {
-            std::uint32_t kept = 0;
-            for (std::uint32_t i = 0, n = waiting.size(); i < n; ++i) {
+            std::uint32_t kept = 0, next = turning;
+            std::uint32_t const n = waiting.size();
+            for (std::uint32_t i = 0; i < turning; ++i) {
                 std::uint32_t const owed = serve_row(waiting[i], d);
                 if (owed == 0) continue;
                 if (kept != i) waiting[kept] = waiting[i];
                 waiting[kept++].to = owed;
             }
-            waiting.truncate(kept);
+            Way& ahead = way[index(d)];
+            for (; next < n && ahead.n < ahead.limit; ++next) send(waiting[next], d, waiting[next].to);
+            (ahead.short_of_credit ? counts.no_credit : counts.channel_full) += n - next;
+            if (next != kept) __builtin_memmove(waiting.begin() + kept, waiting.begin() + next, (n - next) * sizeof(Message));
+            waiting.truncate(kept + (n - next));
+            turning = kept;
             for (Message const& m : arrived) {
                 std::uint32_t const owed = serve_row(m, d);
                 if (owed == 0) continue;
                 Message rest = m;
                 rest.to = owed;
-                (void)TILEMESH_EXPECT(waiting.try_push(rest), "a FIFO was sent more than its credit (flow control is broken); report this");
+                if (!TILEMESH_EXPECT(waiting.try_push(rest), "a FIFO was sent more than its credit (flow control is broken); report this"))
+                    continue;
+                auto const c = static_cast<std::int32_t>(here.tile.x()) - static_cast<std::int32_t>(m.first().x());
+                if (c < 0 || c >= static_cast<std::int32_t>(parcel_columns)) continue;
+                waiting[waiting.size() - 1] = waiting[turning]; // it joins those that turn
+                waiting[turning++] = rest;
             }
         }
     };

@@ -230,6 +230,7 @@ struct Sending {
     std::uint32_t record[3], part[3];
     std::uint32_t rest;     ///< tiles of its own column that a full channel kept from the current part; 0: none
     std::uint32_t sent[2];  ///< parcels sent to the west and to the east in the previous pass
+    std::uint32_t turning[2]; ///< in each FIFO, the first so many parcels named tiles of this column when they came; the others go straight on
 };
 
 /// The counters of a tile in a frame. They are exact on every engine.
