@@ -49,8 +49,8 @@ std::string with_line(std::string const& name, std::string const& line)
 }
 constexpr char const* parameters[] = {"clock",    "exchange_cost", "slot", "projection", "routed",
                                       "copied",   "comparison",    "pair", "pixel",      "left",
-                                      "passed",   "settled",       "run",  "exchange",   "exchange_byte",
-                                      "sync",     "vote"};
+                                      "passed",   "settled",       "host_byte", "run",   "exchange",
+                                      "exchange_byte", "sync",     "vote"};
 constexpr std::uint32_t most_count = 0xffffffffu;
 
 /// A run of one superstep of one tile that has the largest count of every kind.
@@ -88,8 +88,8 @@ TEST_CASE("cost parameters: mk2 has every number, with unit and source")
         CHECK(m.parameters[2 + i].value == m.prices[i].millicycles);
     }
     // A number that no document has is marked as a guess.
-    CHECK(m.parameters[15].source.starts_with("guess"));
     CHECK(m.parameters[16].source.starts_with("guess"));
+    CHECK(m.parameters[17].source.starts_with("guess"));
 }
 
 TEST_CASE("cost parameters: mk2's numbers by hand")
@@ -108,6 +108,10 @@ TEST_CASE("cost parameters: mk2's numbers by hand")
     CHECK(price_of(m, "left") == 175 * 6000);
     CHECK(price_of(m, "passed") == 66 * 6000);
     CHECK(price_of(m, "settled") == 107 * 6000);
+    CHECK(price_of(m, "host_byte") == 42); // 1.325 GHz over 32 GB/s is 0.0414
+    CHECK(host_link_milliseconds(m, 32'000'000'000) == doctest::Approx(1000).epsilon(0.02));
+    CHECK(host_link_milliseconds(m, 0) == 0);
+    CHECK(host_link_milliseconds(CostModel{}, 1'000'000) == 0);
     CHECK(m.run_cycles == 20);
     CHECK(m.exchange_cycles + m.sync_cycles == 300);
     CHECK(m.sync_cycles == 150);
@@ -266,10 +270,10 @@ TEST_CASE("cost parameters: any order, comments, empty lines, blanks, line ends"
     }
     auto reversed = m; // operations are listed in the order of the file
     std::reverse(reversed.prices.begin(), reversed.prices.end());
-    std::reverse(reversed.parameters.begin() + 2, reversed.parameters.begin() + 12);
+    std::reverse(reversed.parameters.begin() + 2, reversed.parameters.begin() + 13);
     CHECK(read(text) == reversed);
     CHECK(read(with_line("sync", "sync 007 cycles x")).sync_cycles == 7);
-    CHECK(read(with_line("sync", "sync 7 cycles a\tb")).parameters[15].source == "a b");
+    CHECK(read(with_line("sync", "sync 7 cycles a\tb")).parameters[16].source == "a b");
 }
 
 TEST_CASE("cost parameters: every refusal names the file and the line")
@@ -282,27 +286,27 @@ TEST_CASE("cost parameters: every refusal names the file and the line")
         CHECK(said.find(" (") != std::string::npos);
         CHECK(said.find("); ") != std::string::npos);
     };
-    // Lines: 1 comment, 2 model, 3 clock, 4 exchange_cost, 5 slot, ..., 19 vote.
+    // Lines: 1 comment, 2 model, 3 clock, 4 exchange_cost, 5 slot, ..., 20 vote.
     begins("", "0 ends the file (it holds no cost model)");
     begins("# only this\n", "1 ends the file (it holds no cost model)");
     begins("clock 1 kHz x\n", "1 begins no cost model");
     begins("model\n", "1 names no model");
     begins("model " + std::string(2049, 'm') + "\n", "1 names no model");
     begins(changed("clock", "model b\nclock"), "3 names a second model");
-    begins(with_line("sync", "synch 1 cycles x"), "18 has an unknown parameter (\"synch\")");
+    begins(with_line("sync", "synch 1 cycles x"), "19 has an unknown parameter (\"synch\")");
     begins(changed("slot", "clock 1 kHz x\nslot"), "5 repeats a parameter (clock is in line 3)");
     for (auto const* name : parameters) {
         if (model_detail::find_price(mk2(), name) != nullptr) continue;
         auto const missing = with_line(name, "");
         CHECK(
-            refusal(missing).starts_with("set.txt line 19 ends the file (parameter " + std::string(name) + " is missing)"));
+            refusal(missing).starts_with("set.txt line 20 ends the file (parameter " + std::string(name) + " is missing)"));
     }
     begins("model m", "1 ends the file (parameter clock is missing)");
     for (auto const* word : {"-1", "+1", "1.5", "1e6", "0x10", "many", "1,000", "capacity", "99999999999999999999x"})
         begins(with_line("slot", std::string("slot ") + word + " millicycles x"),
                "5 has no whole number (slot is \"" + std::string(word) + "\")");
-    std::string most = written(mk2()); // it has 10 operations
-    for (int i = 0; i < 16384 - 10; ++i) most += "operation_" + std::to_string(i) + " 1 millicycles x\n";
+    std::string most = written(mk2()); // it has 11 operations
+    for (int i = 0; i < 16384 - 11; ++i) most += "operation_" + std::to_string(i) + " 1 millicycles x\n";
     CHECK(read(most).prices.size() == 16384);
     begins(most + "last 1 millicycles x\n", "16394 has one operation more than 16384 (\"last\")");
     begins(with_line("slot", "slot"), "5 has an unknown parameter (\"slot\")");
@@ -313,28 +317,28 @@ TEST_CASE("cost parameters: every refusal names the file and the line")
     begins(with_line("slot", "slot 18446744073709551616 millicycles x"), "5 is out of range");
     begins(with_line("clock", "clock 0 kHz x"), "3 is out of range");
     begins(with_line("clock", "clock 1000000001 kHz x"), "3 is out of range");
-    begins(with_line("sync", "sync 1000000000001 cycles x"), "18 is out of range");
+    begins(with_line("sync", "sync 1000000000001 cycles x"), "19 is out of range");
     begins(with_line("exchange_cost", "exchange_cost any_to_any kind x"),
            "4 has no kind of exchange (exchange_cost is \"any_to_any\")");
     begins(with_line("exchange_cost", "exchange_cost 0 kind x"), "4 has no kind of exchange");
     begins(with_line("exchange_cost", "exchange_cost"), "4 has no kind of exchange");
-    begins(with_line("sync", "sync 1"), "18 has no unit (sync is in cycles)");
-    begins(with_line("sync", "sync 1 ms x"), "18 has another unit (sync is in cycles, not in \"ms\")");
-    begins(with_line("sync", "sync 1 cycles"), "18 has no source");
-    begins(with_line("sync", "sync 1 cycles \t "), "18 has no source");
-    begins(with_line("sync", "sync 1 cycles " + std::string(2049, 'x')), "18 has too long a source");
+    begins(with_line("sync", "sync 1"), "19 has no unit (sync is in cycles)");
+    begins(with_line("sync", "sync 1 ms x"), "19 has another unit (sync is in cycles, not in \"ms\")");
+    begins(with_line("sync", "sync 1 cycles"), "19 has no source");
+    begins(with_line("sync", "sync 1 cycles \t "), "19 has no source");
+    begins(with_line("sync", "sync 1 cycles " + std::string(2049, 'x')), "19 has too long a source");
     begins(with_line("sync", "sync 1 cycles a\x01"
                              "b"),
-           "18 cannot be read (it holds a control character)");
-    begins(with_line("sync", std::string("sync 1 cycles a\0b", 17)), "18 cannot be read");
-    begins(with_line("sync", std::string("\x1b[1m\xff", 5) + " 1 cycles x"), "18 cannot be read");
-    begins(with_line("sync", "s\xff 1 cycles x"), "18 has an unknown parameter (\"s?\")");
+           "19 cannot be read (it holds a control character)");
+    begins(with_line("sync", std::string("sync 1 cycles a\0b", 17)), "19 cannot be read");
+    begins(with_line("sync", std::string("\x1b[1m\xff", 5) + " 1 cycles x"), "19 cannot be read");
+    begins(with_line("sync", "s\xff 1 cycles x"), "19 has an unknown parameter (\"s?\")");
     begins(with_line("sync", std::string(300, 's') + " 1 cycles x"),
-           "18 has an unknown parameter (\"" + std::string(200, 's') + "...\")");
+           "19 has an unknown parameter (\"" + std::string(200, 's') + "...\")");
 
     // Lines of 4,096 bytes, and one more.
     CHECK(read(with_line("sync", "sync 1 cycles x\n#" + std::string(4095, '.'))).sync_cycles == 1);
-    begins(with_line("sync", "sync 1 cycles x\n#" + std::string(4096, '.')), "19 is too long (more than 4096 bytes)");
+    begins(with_line("sync", "sync 1 cycles x\n#" + std::string(4096, '.')), "20 is too long (more than 4096 bytes)");
     begins("#" + std::string(4096, '.'), "1 is too long");
 
     // A file name that would break the line.
@@ -364,7 +368,7 @@ TEST_CASE("cost parameters: values that cannot be written or set are refused")
     CHECK_THROWS_AS(write_cost_model(out, m), Error);
     m = mk2();
     m.parameters.push_back({"warp", 1, "c", "fiction"}); // an entry without a price
-    CHECK_THROWS_WITH_AS(write_cost_model(out, m), doctest::Contains("18 parameters of 17"), Error);
+    CHECK_THROWS_WITH_AS(write_cost_model(out, m), doctest::Contains("19 parameters of 18"), Error);
     m = mk2();
     m.parameters.pop_back();
     CHECK_THROWS_WITH_AS(write_cost_model(out, m), doctest::Contains("parameter vote has no source"), Error);

@@ -74,6 +74,9 @@ inline std::string parameter_text(std::size_t i, std::uint64_t value)
 }
 } // namespace model_detail
 
+/// The name under which a model prices a byte that the host sends to the chip.
+inline constexpr std::string_view host_byte = "host_byte";
+
 /// Sets one number of a model with its source: the field and its entry in `parameters`. Names, in this order: clock, exchange_cost (0:
 /// capacity, 1: live), the operations that the model prices, run, exchange, exchange_byte, sync, vote. Throws `Error` for any other name
 /// (set_price prices another operation), a value out of range, and a source that is not one line of text.
@@ -167,6 +170,9 @@ constexpr std::uint64_t pair_millicycles() noexcept
     return (KernelWork::tenth_flops_a_pair * (six_workers / 10) * 100 + flops_in_100_slots / 2) / flops_in_100_slots;
 }
 
+/// Bytes a microsecond that the host sends to the chip: half of PCIe Gen4's 64 GB/s both ways.
+inline constexpr std::uint64_t host_link_bytes_a_us = 32'000;
+
 /// A superstep's two syncs and its fixed exchange share 300 cycles (jit-dynamic-lookup); a sync takes at most half of them.
 inline constexpr std::uint64_t exchange_with_two_syncs = 300, most_a_sync = exchange_with_two_syncs / 2;
 /// The cost to enter and leave a vertex: 11 cycles of the supervisor, and 9 (poplibs).
@@ -228,6 +234,8 @@ inline CostModel mk2()
     counted("left", Work::leaves, "a 64-byte message leaves its tile, as a record in `route`");
     counted("passed", Work::passes, "a 64-byte message passes a tile, as a record in `route`");
     counted("settled", Work::settles, "a 64-byte message settles, as a record in `route`");
+    set_price(m, host_byte, (m.clock_khz + d::host_link_bytes_a_us - 1) / d::host_link_bytes_a_us,
+              "document: PCIe Gen4 x16 has 64 GB/s both ways (C600 product brief), so 32 GB/s to the chip; no kernel counts it");
     set_parameter(m, "run", d::vertex_cycles,
                   "document: 11 cycles of the supervisor and about 9 (poplibs popopsCycleEstimators)");
     set_parameter(
@@ -242,6 +250,14 @@ inline CostModel mk2()
         "guess: two supersteps that gather 40 words, then 36 (our graph), at the numbers above and 4 instructions a word; "
         "no number found for the loop's own test, which is not in it");
     return m;
+}
+
+/// The milliseconds in which the host link carries so many bytes to the chip. The price of a byte is that of the operation `host_byte`
+/// (set_price changes it); a model without it has a link that takes no time.
+inline double host_link_milliseconds(CostModel const& model, std::uint64_t bytes)
+{
+    auto const* const price = model_detail::find_price(model, host_byte);
+    return price == nullptr ? 0.0 : static_cast<double>(bytes) * static_cast<double>(price->millicycles) / 1e3 / static_cast<double>(model.clock_khz);
 }
 
 /// Writes a model as text: `#` comments, `model NAME`, then one parameter a line, `name value unit source`. read_cost_model reads it back
