@@ -97,16 +97,11 @@ std::vector<splat::Gaussian> adversarial(std::uint32_t kind, std::uint32_t n, st
     return out;
 }
 
-homes::Key key_of(splat::Splat const& s, splat::GaussianId id)
-{
-    return {__builtin_bit_cast(std::uint32_t, s.depth), static_cast<std::uint32_t>(id)};
-}
 bool same(homes::Key const& a, homes::Key const& b) { return !(a < b) && !(b < a); }
 
 /// A visible splat of a view, and the blocks of the frame in which it shows something.
 struct Item {
     homes::Key key;
-    std::uint32_t row;
     splat::PixelRect blocks; ///< of its rectangle
     std::vector<std::pair<std::uint32_t, std::uint32_t>> shown;
 };
@@ -117,11 +112,13 @@ std::vector<Item> items_of(scene::Map const& map, splat::Camera const& camera, s
     // The pairs of `fast` differ by 2e-5; a pair this close to the limit may or may not count.
     float const least = model.alpha_min + (model.arithmetic == splat::Arithmetic::fast ? 4e-5f : 0.0f);
     std::vector<Item> items;
-    for (std::uint32_t row = 0; row < map.gaussians.size(); ++row) {
-        auto const s = splat::project(map.gaussians[row], view, tiling);
+    for (auto const& g : map.gaussians) {
+        auto const s = splat::project(g, view, tiling);
         if (!s.visible()) continue;
         auto const r = s.rect();
-        Item item{key_of(s, map.gaussians[row].id), row, {r.x0 / block_width, (r.x1 - 1) / block_width + 1, r.y0 / block_height, (r.y1 - 1) / block_height + 1}, {}};
+        Item item{{__builtin_bit_cast(std::uint32_t, s.depth), static_cast<std::uint32_t>(g.id)},
+                  {r.x0 / block_width, (r.x1 - 1) / block_width + 1, r.y0 / block_height, (r.y1 - 1) / block_height + 1},
+                  {}};
         for (auto j = item.blocks.y0; j < item.blocks.y1; ++j)
             for (auto i = item.blocks.x0; i < item.blocks.x1; ++i) {
                 bool shows = false;
@@ -151,17 +148,15 @@ public:
         items_ = std::move(items);
         transmittance_min_ = transmittance_min;
         frontiers_.clear();
-        *this->counts() = {};
+        wrong_ = {};
     }
     struct Wrong {
         std::uint32_t order, outside, missing, needless, moved, slots, late, bits;
         friend bool operator==(Wrong const&, Wrong const&) = default;
     };
     Wrong const& wrong() const { return wrong_; }
-    std::uint32_t rounds = 0;
 
 private:
-    Wrong* counts() { return &wrong_; }
     template <class X>
     auto state(TileId t)
     {
@@ -171,8 +166,11 @@ private:
 
     void round()
     {
-        ++rounds;
         auto const& fold = renderer_.fold();
+        auto const grid = renderer_.mesh().grid();
+        if (ids_.empty())
+            for (std::uint32_t t = 0; t < grid.size(); ++t)
+                for (auto const& r : state<homes::Home<Policies>>(grid.tile(t))) ids_[r.row] = static_cast<std::uint32_t>(r.id);
         for (std::uint32_t ty = 0; ty < fold.y.tiles; ++ty)
             for (std::uint32_t tx = 0; tx < fold.x.tiles; ++tx) check(TileId::at(tx, ty), fold);
     }
@@ -216,7 +214,7 @@ private:
         for (; item != end; ++item) {
             bool const is_held = i < keys.size() && keys[i].depth_bits == item->key.depth && static_cast<std::uint32_t>(keys[i].id) == item->key.id;
             if (is_held) {
-                wrong_.slots += held[keys[i++].slot].row != item->row;
+                wrong_.slots += ids_[held[keys[i++].slot].row] != item->key.id;
                 bool near = false;
                 for (auto y = item->blocks.y0; y < item->blocks.y1; ++y)
                     for (auto x = item->blocks.x0; x < item->blocks.x1; ++x) near = near || unfinished_tiles_block(x, y);
@@ -249,6 +247,7 @@ private:
     Homes& renderer_;
     std::vector<Item> items_;
     float transmittance_min_ = 0;
+    std::map<std::uint32_t, std::uint32_t> ids_; ///< of the renderer's rows
     std::map<std::uint32_t, homes::Key> frontiers_;
     Wrong wrong_{};
 };
@@ -506,7 +505,7 @@ void coincident(std::uint32_t n, std::uint32_t held, float opacity, float transm
     c.threads = 2;
     std::vector<splat::Gaussian> gaussians;
     for (std::uint32_t i = 0; i < n; ++i) {
-        auto g = support::ball((i * 7919) % n + 1, 0.1f, 0.2f, 0.1f, opacity); // 7919 is prime and does not divide n
+        auto g = support::ball(static_cast<std::uint32_t>(std::uint64_t{i} * 7919 % n) + 1, 0.1f, 0.2f, 0.1f, opacity); // 7919 is prime and does not divide n
         g.mean_world[2] = 2;
         for (float& channel : g.colour) channel = static_cast<float>(i % 97) / 96;
         gaussians.push_back(g);
