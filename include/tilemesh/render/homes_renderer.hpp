@@ -50,7 +50,6 @@ struct HomesLedger {
         add(homes::Parcels<P>::name, "channel, 8 ends", 8 * list(sizes.parcels, parcel));
         add(homes::Home<P>::name, "state", list(sizes.homes, record));
         add(homes::Seen<P>::name, "state", list(sizes.homes, sizeof(Splat)));
-        add(homes::Offers::name, "state", list(sizes.homes, sizeof(homes::Offered)));
         add(homes::Window::name, "state", sizeof(homes::Window));
         add(homes::Held<P>::name, "state", list(sizes.held, sizeof(Splat)));
         add(homes::Keys::name, "state", list(sizes.held, sizeof(SortKey)));
@@ -63,6 +62,7 @@ struct HomesLedger {
         add(homes::Work::name, "state", sizeof(homes::Work));
         add(homes::Table::name, "state", list(sizes.tiles, sizeof(homes::Told)));
         add(homes::Sending::name, "state", sizeof(homes::Sending));
+        add(homes::Offers::name, "state", list(sizes.homes, sizeof(homes::Offered)));
         add(homes::Waiting<P, 0>::name, "state", list(sizes.waiting, parcel));
         add(homes::Waiting<P, 1>::name, "state", list(sizes.waiting, parcel));
         add(homes::Framebuffer<FloatPixel>::name, "state", list(sizes.tile_pixels, pixel));
@@ -92,11 +92,13 @@ public:
     using EngineOptions = typename MeshType::Options;
     static constexpr bool by_reference = std::is_same_v<typename P::Record, splat::Reference>;
 
-    /// A map with more records than homes comes in chapters; its records are sent anew for each view.
+    /// A map with more records than homes comes in chapters; its records are sent anew for each view. Throws Error if the choice's records or
+    /// pixels are not those of the policies.
     HomesRenderer(scene::Map const& map, HomesChoice const& choice, RendererOptions options = {}, EngineOptions engine = {})
         : options_(options), engine_(std::move(engine)), choice_(choice), grid_(grid_of(options)),
           records_(dealt(map, grid_.size()), choice.sh_degree)
     {
+        require_policies(choice);
         choice_.model.footprint = options.footprint.value_or(choice_.model.footprint);
         choice_.model.arithmetic = options.arithmetic.value_or(choice_.model.arithmetic);
         if (options.quality) choice_.model = splat::with_quality(choice_.model, *options.quality);
@@ -162,6 +164,18 @@ private:
     static double since(Clock::time_point begin) { return std::chrono::duration<double, std::milli>(Clock::now() - begin).count(); }
     using Parameters = typename P::Parameters;
 
+    static void require_policies(HomesChoice const& c)
+    {
+        using Pixel = typename P::Pixel;
+        bool const rgbx8 = std::is_same_v<splat::ColourOf<Pixel>, splat::Rgbx8Pixel>;
+        bool fits = Pixel::has_depth >= c.depth && Pixel::has_alpha >= c.alpha && (c.colour == ColourFormat::rgbx8) >= rgbx8;
+        if constexpr (!by_reference) // what the tiles store is what the ledger counts
+            fits = c.sh_degree == P::Record::sh_degree && c.depth == Pixel::has_depth && c.alpha == Pixel::has_alpha &&
+                   (c.colour == ColourFormat::rgbx8) == rgbx8;
+        if (!fits)
+            throw Error("a choice of records or pixels that the renderer's policies do not store (degree, colour format, depth or alpha "
+                        "differ); give both the same");
+    }
     static Grid grid_of(RendererOptions const& options)
     {
         return options.grid.width != 0 && options.grid.height != 0 ? Grid{options.grid.width, options.grid.height} : Grid{40, 36};
@@ -202,6 +216,12 @@ private:
         sizes.tiles = fold_.x.tiles * fold_.y.tiles;
         sizes.tile_blocks = fold_.tile_blocks();
         sizes.tile_pixels = sizes.tile_blocks * splat::block_width * splat::block_height;
+        if (!engine::has_words_for_workers(choice_.machine, StepsOf<Program>{}))
+            throw Error("machine " + std::string(choice_.machine.name) + " with " + std::to_string(choice_.machine.workers) +
+                        " workers (the program of homes has words for 1 to " + std::to_string(splat::homes::Work::max_workers) +
+                        "); choose another machine");
+        engine::require_least_slots(sizes, typename machine::Needs<Program>::States{});
+        engine::require_least_slots(sizes, typename machine::Needs<Program>::Links{});
         HomesLedger ledger(choice_, sizes);
         if (ledger.bytes > choice_.machine.sram_bytes) throw does_not_fit(choice_.machine, ledger.lines, ledger.bytes);
         std::uint64_t const homes = std::uint64_t{sizes.homes} * grid_.size();
@@ -313,15 +333,18 @@ private:
             report.homes.unfinished_tiles = 0;
             run(view, done == 0 ? 0 : static_cast<std::uint32_t>(from >> 32), report);
             done += size;
-        } while (done < keys.size() && report.homes.unfinished_tiles == 0 && any_block_goes_on());
+        } while (done < keys.size() && report.homes.unfinished_tiles == 0 && tiles_that_go_on() != 0);
+        // At a bound, a tile that is done with its chapter lacks the later ones.
+        if (done < keys.size() && report.homes.unfinished_tiles != 0) report.homes.unfinished_tiles = tiles_that_go_on();
     }
-    bool any_block_goes_on() const
+    /// The tiles with a block that has not stopped.
+    std::uint64_t tiles_that_go_on() const
     {
+        std::uint64_t n = 0;
         for (TileId const tile : grid_.tiles())
-            if (tile.x() < fold_.x.tiles && tile.y() < fold_.y.tiles &&
-                std::as_const(*mesh_).template state<splat::homes::Window>(tile).finished != 0xffffffffu)
-                return true;
-        return false;
+            if (tile.x() < fold_.x.tiles && tile.y() < fold_.y.tiles)
+                n += std::as_const(*mesh_).template state<splat::homes::Window>(tile).finished != 0xffffffffu ? 1 : 0;
+        return n;
     }
     /// Writes the parameters of a frame. By reference, projects the host's table on all threads.
     void tell(splat::View const& view, std::uint32_t chapter_depth)

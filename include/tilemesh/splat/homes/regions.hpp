@@ -111,6 +111,7 @@ template <class P>
 struct Parcels : Channel<Parcel<typename P::Projected>> {
     static constexpr char const* name = "parcels";
     static constexpr auto slots = &Sizes::parcels;
+    static constexpr std::uint32_t least_slots = 1; ///< nothing goes through a channel without a slot
 };
 
 // --- state of a tile --------------------------------------------------------------------------------------------------------

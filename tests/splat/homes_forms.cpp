@@ -1,0 +1,280 @@
+// test: unoptimised test asan, without tsan
+// The forms of the program of homes: records of all degrees, depth, alpha and 8-bit pixels, by value and by reference, and its ledger.
+#include "support.hpp"
+#include <algorithm>
+#include <cstring>
+#include <doctest/doctest.h>
+#include <string>
+#include <tilemesh/engine/checked_mesh.hpp>
+#include <tilemesh/render/homes_renderer.hpp>
+#include <tilemesh/report/compare_reports.hpp>
+#include <tilemesh/scene/records.hpp>
+#include <tilemesh/splat/blending.hpp>
+#include <vector>
+
+using namespace tilemesh;
+namespace homes = splat::homes;
+using splat::FloatPixel, splat::Rgbx8Pixel, splat::WithAlpha, splat::WithDepth;
+using Planes = WithAlpha<WithDepth<FloatPixel>>;
+
+namespace {
+/// The default sizes on the paper's grid at 1280 x 720: 8 blocks a tile.
+struct Default {
+    static constexpr homes::Sizes sizes{950, 2000, 200, 200, 8, 640, 40, 1440};
+};
+static_assert(homes::make_fold(1280, 720, {40, 36}, true).tile_blocks() == Default::sizes.tile_blocks);
+static_assert(Tile<Mk2, homes::Frame<homes::ValuePolicies<>>, Default>::bytes <= Mk2::sram_bytes);
+static_assert(Tile<Mk2, homes::Frame<homes::ValuePolicies<0, Planes>>, Default>::bytes <= Mk2::sram_bytes);
+
+template <std::uint32_t Degree, class Pixel>
+void check_ledger(homes::Sizes const& sizes)
+{
+    using Ledger = SramLedger<homes::Frame<homes::ValuePolicies<Degree, Pixel>>>;
+    render::HomesChoice c;
+    c.sh_degree = Degree;
+    c.colour = std::is_same_v<splat::ColourOf<Pixel>, Rgbx8Pixel> ? render::ColourFormat::rgbx8 : render::ColourFormat::float32;
+    c.depth = Pixel::has_depth;
+    c.alpha = Pixel::has_alpha;
+    render::HomesLedger const found(c, sizes);
+    auto const expected = Ledger::lines(c.machine, sizes);
+    REQUIRE(found.lines.size() == expected.size());
+    for (std::size_t i = 0; i < expected.size(); ++i) {
+        auto const& f = found.lines[i];
+        auto const& e = expected[i];
+        auto const name = std::string(e.name.text, e.name.size);
+        CAPTURE(name);
+        CHECK(std::string(f.name.text, f.name.size) == name);
+        CHECK(std::string(f.what) == e.what);
+        CHECK(f.bytes == e.bytes);
+        CHECK(f.budgeted == e.budgeted);
+    }
+    CHECK(found.bytes == Ledger::bytes(c.machine, sizes));
+}
+template <std::uint32_t Degree>
+void check_ledgers(homes::Sizes const& sizes)
+{
+    check_ledger<Degree, FloatPixel>(sizes);
+    check_ledger<Degree, Rgbx8Pixel>(sizes);
+    check_ledger<Degree, WithDepth<FloatPixel>>(sizes);
+    check_ledger<Degree, WithAlpha<FloatPixel>>(sizes);
+    check_ledger<Degree, Planes>(sizes);
+    check_ledger<Degree, WithDepth<Rgbx8Pixel>>(sizes);
+}
+
+scene::Map map_of_degree(std::uint32_t degree, std::uint32_t n)
+{
+    auto map = support::map_of(support::cloud(n, 40 + degree));
+    support::Random random(degree);
+    map.sh_degree = degree;
+    for (std::size_t i = 0; degree != 0 && i < std::size_t{n} * 3 * splat::harmonics_per_channel(degree); ++i)
+        map.harmonics.push_back(random.uniform(-0.4f, 0.4f));
+    return map;
+}
+/// A machine on which tiles hold 30 splats and channels 3.
+render::HomesChoice choice_of(std::uint32_t degree)
+{
+    render::HomesChoice c;
+    c.machine.sram_bytes = 1u << 24;
+    c.sizes = {100, 30, 3, 2};
+    c.sh_degree = degree;
+    return c;
+}
+RendererOptions on_grid(std::uint32_t threads = 1)
+{
+    RendererOptions o;
+    o.grid = {4, 3};
+    o.threads = threads;
+    o.digest = true;
+    return o;
+}
+constexpr std::uint32_t width = 83, height = 47;
+std::vector<splat::Camera> views()
+{
+    return {support::lens(width, height), support::lens(width, height, 0.03f), support::lens(width, height, 0.6f)};
+}
+
+/// The frame as one list, without tiles, with planes.
+template <class Record>
+std::vector<Planes> one_list(std::vector<Record> const& records, splat::Camera const& camera, splat::Model const& model)
+{
+    auto const view = splat::make_view(camera, model);
+    auto const tiling = splat::make_tiling(width, height, width, height);
+    std::vector<std::pair<splat::Splat, splat::GaussianId>> items;
+    for (auto const& g : records)
+        if (auto const s = splat::project(g, view, tiling); s.visible()) items.emplace_back(s, g.id);
+    std::sort(items.begin(), items.end(), [](auto const& a, auto const& b) {
+        return a.first.depth != b.first.depth ? a.first.depth < b.first.depth : a.second < b.second;
+    });
+    std::vector<Planes> pixels(width * height);
+    auto const at = [&](std::uint32_t i) -> splat::Splat const& { return items[i].first; };
+    splat::blend_tile({0, width, 0, height}, camera, model, static_cast<std::uint32_t>(items.size()), at, pixels.data(), width, Worker{0, 1});
+    return pixels;
+}
+/// The number of pixels of a frame that differ from the list's, in its colours or in a plane that it has.
+std::uint32_t differing(RenderedFrame const& frame, std::vector<Planes> const& pixels)
+{
+    std::uint32_t n = 0;
+    for (std::uint32_t y = 0; y < height; ++y)
+        for (std::uint32_t x = 0; x < width; ++x) {
+            auto const& p = pixels[y * width + x];
+            n += std::memcmp(frame.image.pixel(x, y), p.colour.colour.rgb, 12) != 0 ||
+                 (!frame.alpha.empty() && frame.alpha.at(x, y) != p.alpha) || (!frame.depth.empty() && frame.depth.at(x, y) != p.colour.depth);
+        }
+    return n;
+}
+
+/// Two reports of one frame, by value and by reference.
+void check_same_work(report::FrameReport const& a, report::FrameReport const& b)
+{
+    CHECK(a.gaussians.visible == b.gaussians.visible);
+    CHECK(a.hops == b.hops);
+    CHECK(a.pairs == b.pairs);
+    CHECK(a.pairs_contributing == b.pairs_contributing);
+    CHECK(a.homes.rounds == b.homes.rounds);
+    CHECK(a.homes.entries == b.homes.entries);
+    CHECK(a.homes.parcels == b.homes.parcels);
+    CHECK(a.homes.refused == b.homes.refused);
+    CHECK(a.refused.channel_full == b.refused.channel_full);
+    CHECK(a.refused.no_credit == b.refused.no_credit);
+    CHECK(a.messages == b.messages);
+    CHECK(a.exchanged_live_bytes == b.exchanged_live_bytes);
+    CHECK(a.passes.total() == b.passes.total());
+    CHECK(a.exchanges.total() == b.exchanges.total());
+    CHECK(a.peak_storage == b.peak_storage);
+    CHECK(a.peak_channel == b.peak_channel);
+}
+} // namespace
+
+TEST_CASE("homes: the ledger of a choice is that of the program, line by line")
+{
+    for (homes::Sizes const& sizes : {Default::sizes, homes::Sizes{1, 1, 1, 1, 1, 80, 1, 1}, homes::Sizes{0, 7, 3, 2, 6, 480, 5, 35}}) {
+        check_ledgers<0>(sizes);
+        check_ledgers<1>(sizes);
+        check_ledgers<2>(sizes);
+        check_ledgers<3>(sizes);
+    }
+}
+
+TEST_CASE("homes: degree 1 with depth and alpha, by value and by reference, on both engines")
+{
+    auto const map = map_of_degree(1, support::fast() ? 60 : 150);
+    auto const records = scene::records<splat::ShadedGaussian<1>>(map);
+    auto c = choice_of(1);
+    c.depth = c.alpha = true;
+    render::HomesRenderer<homes::ValuePolicies<1, Planes>> values(map, c, on_grid());
+    render::HomesRenderer<homes::ValuePolicies<1, Planes>, CheckedMesh> checked(map, c, on_grid());
+    render::HomesRenderer<homes::HostPolicies<Planes>> rows(map, c, on_grid(3));
+    for (auto const& view : views()) {
+        auto const list = one_list(records, view, values.model());
+        auto const a = values.render(view), b = checked.render(view), r = rows.render(view);
+        REQUIRE(!a.depth.empty());
+        REQUIRE(!a.alpha.empty());
+        CHECK(differing(a, list) == 0);
+        CHECK(differing(b, list) == 0);
+        CHECK(differing(r, list) == 0);
+        CHECK(a.report.digests == b.report.digests);
+        check_same_work(a.report, b.report);
+        check_same_work(a.report, r.report);
+        CHECK(a.report.homes.rounds > 1);
+        CHECK(support::differing_pixels(a.image, report::render_naive(records, view, values.model())) == 0);
+    }
+    // A choice with one plane shows one.
+    c.alpha = false;
+    auto const depth = render::HomesRenderer<homes::HostPolicies<Planes>>(map, c, on_grid()).render(views()[0]);
+    CHECK(depth.alpha.empty());
+    CHECK(differing(depth, one_list(records, views()[0], c.model)) == 0);
+}
+
+TEST_CASE("homes: degree 2 with 8-bit pixels, by value and by reference")
+{
+    auto const map = map_of_degree(2, support::fast() ? 60 : 150);
+    auto const records = scene::records<splat::ShadedGaussian<2>>(map);
+    auto c = choice_of(2);
+    c.colour = render::ColourFormat::rgbx8;
+    render::HomesRenderer<homes::ValuePolicies<2, Rgbx8Pixel>> values(map, c, on_grid(2));
+    render::HomesRenderer<homes::HostPolicies<>> rows(map, c, on_grid());
+    for (auto const& view : views()) {
+        auto expected = report::render_naive(records, view, values.model());
+        for (std::uint32_t y = 0; y < height; ++y) render::detail::round_to_levels(expected.pixel(0, y), 3 * width);
+        auto const a = values.render(view), r = rows.render(view);
+        CHECK(support::differing_pixels(a.image, expected) == 0);
+        CHECK(support::differing_pixels(r.image, expected) == 0);
+        check_same_work(a.report, r.report);
+    }
+}
+
+TEST_CASE("homes: degree 3, by value and by reference, precise and fast")
+{
+    auto const map = map_of_degree(3, support::fast() ? 60 : 150);
+    auto const records = scene::records<splat::ShadedGaussian<3>>(map);
+    auto const c = choice_of(3);
+    for (auto const arithmetic : {splat::Arithmetic::precise, splat::Arithmetic::fast}) {
+        auto o = on_grid();
+        o.arithmetic = arithmetic;
+        render::HomesRenderer<homes::ValuePolicies<3>> values(map, c, o);
+        render::HomesRenderer<homes::HostPolicies<>> rows(map, c, o);
+        for (auto const& view : views()) {
+            auto const list = one_list(records, view, values.model());
+            auto const a = values.render(view), r = rows.render(view);
+            CHECK(differing(a, list) == 0);
+            CHECK(differing(r, list) == 0);
+            check_same_work(a.report, r.report);
+        }
+    }
+}
+
+TEST_CASE("homes: choices and sizes that cannot work are refused, and lose nothing")
+{
+    using Rows = render::HomesRenderer<homes::HostPolicies<>>;
+    using Values = render::HomesRenderer<homes::ValuePolicies<3>>;
+    auto const map = map_of_degree(0, 24);
+    auto const view = support::lens(width, height);
+    auto const error = [&](render::HomesChoice const& c, auto tag, RendererOptions const& o = on_grid()) -> std::string {
+        try {
+            typename decltype(tag)::type(map, c, o).render(view);
+            return "";
+        } catch (Error const& e) {
+            return e.what();
+        }
+    };
+    auto const good = choice_of(0);
+    machine::Tag<Rows> const rows;
+    CHECK(error(good, rows) == "");
+    auto const slots = [&](homes::Sizes const& sizes) {
+        auto c = good;
+        c.sizes = sizes;
+        return error(c, rows);
+    };
+    auto const no_slots = [](char const* list) {
+        return "list " + std::string(list) + " with 0 slots (with fewer than 1 its program makes no progress); give it more slots";
+    };
+    CHECK(slots({100, 0, 3, 2}) == no_slots("held splats"));
+    CHECK(slots({100, 30, 0, 2}) == no_slots("parcels"));
+    CHECK(slots({100, 30, 3, 0}) == no_slots("waiting (side 0)"));
+    CHECK(slots({2, 1, 1, 1}) == ""); // 24 records on 12 tiles
+    CHECK(slots({1, 1, 1, 1}) == ""); // in chapters
+    CHECK(slots({0, 1, 1, 1}) == "tiles without homes (every record lives in one); give a tile at least one");
+    std::string const differ = "a choice of records or pixels that the renderer's policies do not store (degree, colour format, depth or alpha "
+                               "differ); give both the same";
+    auto c = good;
+    c.depth = true;
+    CHECK(error(c, rows) == differ);
+    CHECK(error(good, machine::Tag<Values>{}) == differ);
+    c = good;
+    c.machine.workers = 7;
+    CHECK(error(c, rows) == "machine mk2 with 7 workers (the program of homes has words for 1 to 6); choose another machine");
+    c = good;
+    c.machine.sram_bytes = 140'000;
+    CHECK(error(c, rows).find("the program does not fit in a tile's SRAM") == 0);
+
+    // A frame that is refused leaves the renderer as it was.
+    Rows renderer(map, good, on_grid());
+    auto const first = renderer.render(view);
+    CHECK_THROWS_AS(renderer.render(support::lens(0, 10)), Error);
+    CHECK(support::differing_pixels(renderer.render(view).image, first.image) == 0);
+    // An empty map is black.
+    Rows empty(support::map_of({}), good, on_grid());
+    auto const black = empty.render(view);
+    CHECK(support::differing_pixels(black.image, report::Image(width, height)) == 0);
+    CHECK(black.report.homes.entries == 0);
+}
