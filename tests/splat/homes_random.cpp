@@ -141,7 +141,7 @@ public:
     {
         renderer.observe([this](SuperstepEvent const& e) {
             if (e.kernel == homes::Begin<Policies>::name) chapter();
-            if (e.kernel == homes::DepthSort<Policies>::name) round();
+            if (e.kernel == homes::SortRuns<Policies>::name) round();
             if (e.kernel == homes::Advance<Policies>::name) finished_bits();
         });
     }
