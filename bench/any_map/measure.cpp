@@ -68,7 +68,8 @@ Part part_of(std::string const& kernel)
         Part part;
     } const all[] = {{"project", Part::project}, {"begin", Part::project},    {"tell", Part::tell},       {"offer", Part::offer},
                      {"deliver", Part::deliver}, {"route", Part::deliver},    {"bloom", Part::deliver},   {"depth sort", Part::sort},
-                     {"blend", Part::blend},     {"composite", Part::blend},  {"advance", Part::advance}, {"finish", Part::finish}};
+                     {"sort runs", Part::sort},  {"merge", Part::sort},       {"blend", Part::blend},     {"composite", Part::blend},
+                     {"advance", Part::advance}, {"finish", Part::finish}};
     for (auto const& known : all)
         if (kernel == known.kernel) return known.part;
     throw tilemesh::Error("kernel " + kernel + " has no column (this bench does not know it); give it one in measure.cpp");
@@ -100,6 +101,7 @@ public:
         std::vector<std::uint32_t> held{16, 32, 64, 125, 250, 500, 1000, 1500, 2000, 2500, 3000, 4000};
         std::vector<std::uint32_t> slots{2, 5, 10, 20, 50, 100, 140, 200, 300, 400};
         if (options_.quick) held = {16, 125, 4000}, slots = {2, 20, 400};
+        homes(view, {}, true);
         for (auto const k : held) homes(view, {.held = k}, true);
         for (auto const c : slots) homes(view, {.slots = c}, true);
     }
