@@ -130,8 +130,11 @@ tilemesh::report::Plot slot_plot(std::vector<Row> const& rows)
 std::string csv(std::vector<Row> const& rows)
 {
     std::string out = "map,view,program,held,channel_slots,rounds,supersteps,hops,entries,refused,missing,modelled_ms,host_ms,sram_bytes,fits,"
-                      "sweep,gaussians,psnr_db";
-    for (auto const* part : part_names) out += std::string(",") + part + "_ms";
+                      "sweep,gaussians,chapters,streamed_bytes,psnr_db";
+    for (std::string part : part_names) {
+        std::replace(part.begin(), part.end(), ' ', '_');
+        out += "," + part + "_ms";
+    }
     out += "\n";
     for (auto const& r : rows) {
         auto view = r.view;
@@ -140,7 +143,8 @@ std::string csv(std::vector<Row> const& rows)
         for (std::uint64_t const n : {std::uint64_t{r.held}, std::uint64_t{r.slots}, r.rounds, r.exchanges, r.hops, r.entries, r.refused, r.missing})
             out += "," + std::to_string(n);
         out += "," + fixed(modelled_ms(r), 4) + "," + fixed(r.host_ms, 2) + "," + std::to_string(r.sram_bytes) + "," + (r.fits ? "1" : "0") + "," +
-               (r.sweep ? "1" : "0") + "," + std::to_string(r.gaussians) + "," + fixed(r.psnr_db, 2);
+               (r.sweep ? "1" : "0") + "," + std::to_string(r.gaussians) + "," + std::to_string(r.chapters) + "," +
+               std::to_string(r.streamed_bytes) + "," + fixed(r.psnr_db, 2);
         for (auto const c : r.cycles) out += "," + fixed(milliseconds(c), 4);
         out += "\n";
     }
@@ -149,15 +153,19 @@ std::string csv(std::vector<Row> const& rows)
 
 std::string view_table(std::vector<Row> const& rows)
 {
-    std::vector<std::vector<std::string>> lines{{"map", "view", "program", "rounds", "exchanges", "hops", "entries", "refused", "missing",
-                                                 "PSNR, dB", "modelled ms"}};
+    std::vector<std::vector<std::string>> lines{{"map", "view", "rounds", "exchanges", "hops", "entries", "refused", "homes, ms", "homes unfolded, ms",
+                                                 "anchored, ms", "anchored misses", "paper, ms", "paper misses", "paper, PSNR, dB"}};
     for (auto const& r : rows) {
-        if (r.sweep) continue;
-        lines.push_back({r.map, r.view, to_string(r.program), is_homes(r) ? thousands(r.rounds) : "-", thousands(r.exchanges), thousands(r.hops),
-                         thousands(r.entries), is_homes(r) ? thousands(r.refused) : "-", thousands(r.missing),
-                         std::isinf(r.psnr_db) ? "same bits" : fixed(r.psnr_db, 1), ms(modelled_ms(r))});
+        if (r.sweep || r.program != Program::homes) continue;
+        auto const *flat = find(rows, r.map, r.view, Program::unfolded), *anchored = find(rows, r.map, r.view, Program::anchored);
+        auto const* paper = find(rows, r.map, r.view, Program::paper);
+        auto const time = [](Row const* other) { return other == nullptr ? "-" : ms(modelled_ms(*other)); };
+        auto const missing = [](Row const* other) { return other == nullptr ? "-" : thousands(other->missing); };
+        lines.push_back({r.map, r.view, thousands(r.rounds), thousands(r.exchanges), thousands(r.hops), thousands(r.entries), thousands(r.refused),
+                         time(&r), time(flat), time(anchored), missing(anchored), time(paper), missing(paper),
+                         paper == nullptr ? "-" : fixed(paper->psnr_db, 1)});
     }
-    return markdown(lines, 3);
+    return markdown(lines, 2);
 }
 
 std::string step_table(std::vector<Row> const& rows)
@@ -194,28 +202,41 @@ std::vector<std::string> findings(std::vector<Row> const& rows)
     auto const complete = std::count_if(homes.begin(), homes.end(), [](auto const* r) { return r->missing == 0 && std::isinf(r->psnr_db); });
     out.push_back("**Every picture is complete.** The program of homes rendered " + thousands(homes.size()) + " pictures, of all maps, views and slots. " +
                   thousands(static_cast<std::uint64_t>(complete)) + " of them have the bits of the naive whole-frame loop.");
+    for (auto const program : {Program::anchored, Program::paper}) {
+        auto const all = where(rows, [&](Row const& r) { return r.program == program; });
+        auto const lossy = where(rows, [&](Row const& r) { return r.program == program && r.missing != 0; });
+        if (lossy.empty()) continue;
+        auto const* worst = *std::max_element(lossy.begin(), lossy.end(), [](auto const* a, auto const* b) { return a->missing < b->missing; });
+        out.push_back(std::string(program == Program::anchored ? "The anchored program" : "The paper's setup") + " shows " +
+                      std::to_string(all.size() - lossy.size()) + " of these " + std::to_string(all.size()) +
+                      " views completely. It lacks the most in " + worst->map + ", " + worst->view + ": " + thousands(worst->missing) +
+                      " records and copies.");
+    }
+    auto const range = [&](auto const& of, std::string const& before, std::string const& after) {
+        std::vector<double> values;
+        for (auto const* r : where(rows, [](Row const& row) { return !row.sweep && row.program == Program::homes; }))
+            if (double const value = of(*r); value > 0) values.push_back(value);
+        if (values.empty()) return;
+        std::sort(values.begin(), values.end());
+        out.push_back(before + fixed(values.front(), 2) + " to " + fixed(values.back(), 2) + after + " (median " +
+                      fixed(bench::median(values), 2) + ").");
+    };
+    auto const beside = [&](Row const& r, Program program, bool complete_too) {
+        auto const* other = find(rows, r.map, r.view, program);
+        return other == nullptr || (complete_too && other->missing != 0) ? 0.0 : modelled_ms(*other) / modelled_ms(r);
+    };
+    range([&](Row const& r) { return beside(r, Program::anchored, true); },
+          "Where the anchored program is complete too, its frame takes ", " times the modelled time of the program of homes");
+    range([&](Row const& r) { return beside(r, Program::unfolded, false); }, "Without the fold, a frame takes ", " times as long");
+    for (auto const part : {Part::deliver, Part::sort, Part::blend})
+        range([&](Row const& r) { return 100 * static_cast<double>(r.cycles[static_cast<std::uint32_t>(part)]) / static_cast<double>(r.all_cycles()); },
+              std::string("The step ") + part_names[static_cast<std::uint32_t>(part)] + " takes ", " % of the modelled time");
+    for (auto const* r : where(rows, [](Row const& row) { return row.chapters != 0 && !row.sweep; }))
+        out.push_back("**" + r->map + "**, " + r->view + ": " + thousands(r->gaussians) + " Gaussians are more than the tiles have homes for. They come in " +
+                      thousands(r->chapters) + " chapters, " + thousands(r->streamed_bytes) + " bytes a frame, and the picture has the naive loop's bits: " +
+                      ms(modelled_ms(*r)) + " modelled ms, of which " + ms(milliseconds(r->cycles[static_cast<std::uint32_t>(Part::host_link)])) +
+                      " are the host link's.");
     for (auto const& map : maps_of(rows)) {
-        for (auto const program : {Program::anchored, Program::paper}) {
-            auto const all = where(rows, [&](Row const& r) { return r.map == map && r.program == program; });
-            if (all.empty()) continue;
-            auto const by_missing = [](auto const* a, auto const* b) { return a->missing < b->missing; };
-            auto const [least, most] = std::minmax_element(all.begin(), all.end(), by_missing);
-            if ((*most)->missing == 0) continue;
-            auto const lossy = std::count_if(all.begin(), all.end(), [](auto const* r) { return r->missing != 0; });
-            out.push_back("**" + map + "**, " + to_string(program) + ": something is missing from " + std::to_string(lossy) + " of " +
-                          std::to_string(all.size()) + " views, at most " + thousands((*most)->missing) + " records and copies (" + (*most)->view + ").");
-        }
-        for (auto const& [cold_view, view] : {std::pair{"whole", "0.5 degrees on"}, std::pair{"4 x farther", "4 x farther, 0.5 degrees on"}}) {
-            auto const *cold = find(rows, map, cold_view, Program::homes), *r = find(rows, map, view, Program::homes);
-            auto const *flat = find(rows, map, view, Program::unfolded), *anchored = find(rows, map, view, Program::anchored);
-            if (cold == nullptr || r == nullptr || flat == nullptr || anchored == nullptr) continue;
-            auto const dearest = static_cast<std::size_t>(std::max_element(r->cycles.begin(), r->cycles.end()) - r->cycles.begin());
-            out.push_back("**" + map + "**, " + view + ": " + ms(modelled_ms(*r)) + " modelled ms, " + rounds(*r) + "; " + part_names[dearest] +
-                          " is " + std::to_string(100 * r->cycles[dearest] / r->all_cycles()) + " % of it. The cold start (" + cold_view + "): " +
-                          ms(modelled_ms(*cold)) + " ms, " + rounds(*cold) + ". Without the fold: " + ms(modelled_ms(*flat)) + " ms, " + rounds(*flat) +
-                          ". The anchored program: " + ms(modelled_ms(*anchored)) + " ms, " +
-                          (anchored->missing == 0 ? "nothing is missing." : thousands(anchored->missing) + " records and copies are missing."));
-        }
         for (bool const of_held : {true, false})
             if (auto const all = sweep_of(rows, map, of_held); !all.empty()) out.push_back(knee(all, of_held));
     }

@@ -15,6 +15,7 @@ HomesChoice choice_of(Setting const& setting)
     HomesChoice choice;
     choice.machine.sram_bytes = 1u << 30; // rows say what fits
     choice.model.arithmetic = tilemesh::splat::Arithmetic::precise; // because pictures are compared with the naive picture
+    if (setting.homes != 0) choice.sizes.homes = setting.homes;
     if (setting.held != 0) choice.sizes.held = setting.held;
     if (setting.slots != 0) choice.sizes.parcels = choice.sizes.waiting = setting.slots;
     return choice;
@@ -25,13 +26,14 @@ public:
     Machine(tilemesh::scene::Map const& map, Setting const& setting, HomesChoice const& choice)
         : setting_(setting), renderer_(map, choice, options_of(setting))
     {
+        setting_.homes = choice.sizes.homes;
         setting_.held = choice.sizes.held;
         setting_.slots = choice.sizes.parcels;
     }
     void render(tilemesh::splat::Camera const& camera) override { renderer_.render_into(camera, frame_); }
     tilemesh::report::Image const& image() const override { return frame_.image; }
     tilemesh::report::FrameReport const& report() const override { return frame_.report; }
-    tilemesh::Trace const& trace() override { return renderer_.mesh().trace(); }
+    tilemesh::Trace const& trace() const override { return renderer_.trace(); }
     Setting const& setting() const override { return setting_; }
     std::uint64_t sram_bytes() const override { return renderer_.facts().sram_bytes; }
 

@@ -30,8 +30,8 @@ std::string help()
                "  --csv FILE       write a row per map, view and program\n"
                "  --write DIR      write README.md and its plot into this folder\n") +
            bench::help_of_data +
-           "  --map NAME       sloth, salad, playbot_250k, built_in, or built_in_1m (the built-in map, densified to a million\n"
-           "                   Gaussians); may be repeated. Default: all\n"
+           "  --map NAME       sloth, salad, playbot_250k, built_in, built_in_1m or built_in_5m (the built-in map, densified to one\n"
+           "                   or five million Gaussians); may be repeated. Default: all\n"
            "  --threads N      host threads of each machine; default: 1. Only host times depend on it\n"
            "  --quick          a part of the built-in map, a small picture, few settings; takes seconds\n" +
            bench::help_of_spoil +

@@ -7,7 +7,7 @@
 
 namespace any_map {
 
-inline char const* const map_names[] = {"sloth", "salad", "playbot_250k", "built_in", "built_in_1m"};
+inline char const* const map_names[] = {"sloth", "salad", "playbot_250k", "built_in", "built_in_1m", "built_in_5m"};
 
 struct Options : bench::Options {
     std::filesystem::path write;   ///< the folder of README.md and its plot; empty: not written

@@ -15,9 +15,9 @@ inline char const* to_string(Program p)
 }
 
 /// The columns of modelled time. Steps of the anchored program stand in the column of the step that does the same work.
-enum class Part { project, tell, offer, deliver, sort, blend, advance, finish };
-inline constexpr char const* part_names[] = {"project", "tell", "offer", "deliver", "sort", "blend", "advance", "finish"};
-inline constexpr std::uint32_t parts = 8;
+enum class Part { host_link, project, tell, offer, deliver, sort, blend, advance, finish };
+inline constexpr char const* part_names[] = {"host link", "project", "tell", "offer", "deliver", "sort", "blend", "advance", "finish"};
+inline constexpr std::uint32_t parts = 9;
 
 /// One frame.
 struct Row {
@@ -26,6 +26,8 @@ struct Row {
     std::uint64_t gaussians = 0;
     std::uint32_t held = 0;       ///< K: splats that a tile holds; storage slots of the anchored program
     std::uint32_t slots = 0;      ///< of a channel end, and of each FIFO
+    std::uint64_t chapters = 0;   ///< in which the records came; 0: all have homes
+    std::uint64_t streamed_bytes = 0; ///< of records that the host sent for this frame
     std::uint64_t rounds = 0, exchanges = 0, hops = 0;
     std::uint64_t entries = 0;    ///< splats that arrived at a tile; copies of the anchored program
     std::uint64_t refused = 0;    ///< entries that found no room and come again in another round
