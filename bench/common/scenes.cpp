@@ -1,5 +1,7 @@
 #include "scenes.hpp"
+#include "statistics.hpp"
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <tilemesh/error.hpp>
 #include <tilemesh/scene/built_in.hpp>
@@ -78,6 +80,36 @@ std::vector<tilemesh::splat::Camera> cameras_of(std::string const& motion, Scene
         for (std::size_t i = 1; i < poses.size(); ++i) cameras.push_back(scene::make_camera(poses[i].pose, scene::lens_of(start)));
     }
     return cameras;
+}
+
+scene::Map densified(scene::Map const& map, std::uint32_t n)
+{
+    scene::Map out;
+    out.name = map.name;
+    out.gaussians.reserve(n);
+    std::uint64_t const rows = map.gaussians.size();
+    for (std::uint64_t row = 0; row < rows; ++row) {
+        auto const& from = map.gaussians[row];
+        auto const first = static_cast<std::uint32_t>(row * n / rows), last = static_cast<std::uint32_t>((row + 1) * n / rows);
+        auto const turn = scene::rotation_matrix(from.rotation[0], from.rotation[1], from.rotation[2], from.rotation[3]);
+        auto const smaller = static_cast<float>(0.5 * std::log(static_cast<double>(last - first)));
+        for (auto i = first; i < last; ++i) {
+            auto g = from;
+            g.id = tilemesh::splat::GaussianId{i + 1};
+            std::uint32_t which = 0;
+            for (int axis = 0; axis < 3; ++axis) {
+                // The sum of three uniform numbers in [-1, 1) has a standard deviation of 1.
+                double sum = 0;
+                for (int k = 0; k < 3; ++k) sum += 2 * even(i, which++) - 1;
+                double const length = last - first > 1 ? sum * std::exp(static_cast<double>(from.log_scale[axis])) : 0;
+                for (int xyz = 0; xyz < 3; ++xyz)
+                    g.mean_world[xyz] += static_cast<float>(turn[axis][xyz] * length);
+                g.log_scale[axis] -= smaller;
+            }
+            out.gaussians.push_back(g);
+        }
+    }
+    return out;
 }
 
 } // namespace bench

@@ -32,4 +32,10 @@ bool has_motion(std::string const& motion, std::filesystem::path const& data);
 std::vector<tilemesh::splat::Camera> cameras_of(std::string const& motion, Scene const& scene, std::uint32_t frames,
                                                 std::filesystem::path const& data);
 
+/// A map of `n` Gaussians that looks like `map`, but is denser. Each Gaussian is replaced by c = n / size copies of it (some have one more),
+/// scattered over it like a normal distribution of its own axes, within three standard deviations. Each copy is 1 / sqrt(c) as large along
+/// each axis, so that the copies of a disc cover its area once. The same arguments give the same map. Ids are 1 to n. Requires a map that
+/// is not empty, of harmonics' degree 0.
+tilemesh::scene::Map densified(tilemesh::scene::Map const& map, std::uint32_t n);
+
 } // namespace bench

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <string>
 #include <utility>
 #include <vector>
@@ -63,6 +64,15 @@ inline double fit_slope(std::vector<double> const& x, std::vector<double> const&
     double sx = 0, sy = 0, sxx = 0, sxy = 0;
     for (std::size_t i = 0; i < x.size(); ++i) sx += x[i], sy += y[i], sxx += x[i] * x[i], sxy += x[i] * y[i];
     return (n * sxy - sx * sy) / (n * sxx - sx * sx);
+}
+
+/// A uniform number in [0, 1): number `which` < 256 of record `record` (SplitMix64: Steele, Lea, Flood 2014).
+inline double even(std::uint32_t record, std::uint32_t which) noexcept
+{
+    std::uint64_t h = (std::uint64_t{record} << 8 | which) * 0x9e3779b97f4a7c15u;
+    h = (h ^ (h >> 30)) * 0xbf58476d1ce4e5b9u;
+    h = (h ^ (h >> 27)) * 0x94d049bb133111ebu;
+    return static_cast<double>((h ^ (h >> 31)) >> 11) * 0x1p-53;
 }
 
 /// A number with `places` digits after the point, "inf", "-inf" or "NaN", independent of the locale.

@@ -1,21 +1,9 @@
 #include "synthetic.hpp"
 #include <cmath>
+#include <common/statistics.hpp>
 #include <tilemesh/scene/pose.hpp>
 
 namespace scaling {
-
-namespace {
-
-/// A uniform number in [0, 1): number `which` of record `record` (SplitMix64: Steele, Lea, Flood 2014).
-double even(std::uint32_t record, std::uint32_t which)
-{
-    std::uint64_t h = (std::uint64_t{record} << 8 | which) * 0x9e3779b97f4a7c15u;
-    h = (h ^ (h >> 30)) * 0xbf58476d1ce4e5b9u;
-    h = (h ^ (h >> 27)) * 0x94d049bb133111ebu;
-    return static_cast<double>((h ^ (h >> 31)) >> 11) * 0x1p-53;
-}
-
-} // namespace
 
 bench::Scene synthetic(std::uint32_t gaussians, tilemesh::scene::Size size)
 {
@@ -29,7 +17,7 @@ bench::Scene synthetic(std::uint32_t gaussians, tilemesh::scene::Size size)
     double const pixel = 2 * half_x / 1280.0;
     for (std::uint32_t i = 0; i < gaussians; ++i) {
         std::uint32_t which = 0;
-        auto const next = [&] { return even(i, which++); };
+        auto const next = [&] { return bench::even(i, which++); };
         tilemesh::splat::Gaussian g{};
         g.id = tilemesh::splat::GaussianId{i + 1};
         double const depth = 2.0 + 4.0 * next();

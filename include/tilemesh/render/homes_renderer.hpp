@@ -7,6 +7,7 @@
 #include <string>
 #include <tilemesh/any_renderer.hpp>
 #include <tilemesh/engine/mesh.hpp>
+#include <tilemesh/engine/trace.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/model/no_progress.hpp>
 #include <tilemesh/render/record_table.hpp>
@@ -91,6 +92,7 @@ public:
     using MeshType = Engine<Program, Machine>;
     using EngineOptions = typename MeshType::Options;
     static constexpr bool by_reference = std::is_same_v<typename P::Record, splat::Reference>;
+    static constexpr bool traced = is_traced<Machine>;
 
     /// A map with more records than homes comes in chapters; its records are sent anew for each view. Throws Error if the choice's records or
     /// pixels are not those of the policies.
@@ -153,6 +155,13 @@ public:
     bool blooms() const override { return true; }
     MeshType& mesh() noexcept { return *mesh_; }
     splat::homes::Fold const& fold() const noexcept { return fold_; }
+    /// The trace of the last frame, superstep by superstep; only on a Traced machine. If the map came in chapters, it holds the runs of all
+    /// chapters in order, and the mesh's own trace holds that of the last one.
+    Trace const& trace() const noexcept
+        requires(is_traced<Machine>)
+    {
+        return streams_ ? trace_ : mesh_->trace();
+    }
     void observe(Observer observer)
     {
         observer_ = std::move(observer);
@@ -296,6 +305,16 @@ private:
         tell(view, chapter_depth);
         report.host_ms.project += since(start);
         account(mesh_->run(), report);
+        if constexpr (traced) {
+            if (!streams_) return;
+            auto const& of_chapter = mesh_->trace();
+            if (report.homes.chapters == 1) {
+                trace_ = of_chapter;
+                return;
+            }
+            trace_.supersteps.insert(trace_.supersteps.end(), of_chapter.supersteps.begin(), of_chapter.supersteps.end());
+            for (std::size_t i = 0; i < trace_.loops.size(); ++i) trace_.loops[i].rounds += of_chapter.loops[i].rounds;
+        }
     }
     /// A map with more records than homes: the records in front of the camera come in chapters, the nearest first. A chapter has the next
     /// keys (depth, id) in order, as many as there are homes, so no later chapter has a record in front of one of an earlier chapter.
@@ -470,6 +489,7 @@ private:
     Extent2 size_{};
     std::unique_ptr<MeshType> mesh_;
     Observer observer_;
+    [[no_unique_address]] std::conditional_t<traced, Trace, engine::NoTrace> trace_; ///< of all chapters
     std::optional<splat::View> last_;
     bool halfway_ = false;
     std::uint64_t visible_ = 0, unfinished_ = 0;

@@ -1,0 +1,39 @@
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <tilemesh/engine/trace.hpp>
+#include <tilemesh/machine/grid.hpp>
+#include <tilemesh/report/frame_report.hpp>
+#include <tilemesh/report/image.hpp>
+#include <tilemesh/scene/map.hpp>
+#include <tilemesh/splat/camera.hpp>
+#include <tilemesh/splat/model.hpp>
+
+namespace any_map {
+
+/// The settings of a machine with the program of homes.
+struct Setting {
+    std::uint32_t held = 0;  ///< 0: the setup's
+    std::uint32_t homes = 0; ///< records that live on a tile; 0: the setup's. A map with more records comes in chapters
+    std::uint32_t slots = 0; ///< of a channel end, and of each FIFO; 0: the setup's
+    bool folded = true;
+    std::uint32_t threads = 1;
+    tilemesh::Grid grid{40, 36};
+};
+
+/// A mesh with the program of homes, precise arithmetic, and a trace.
+class HomesMachine {
+public:
+    virtual ~HomesMachine() = default;
+    virtual void render(tilemesh::splat::Camera const&) = 0;
+    virtual tilemesh::report::Image const& image() const = 0;
+    virtual tilemesh::report::FrameReport const& report() const = 0;
+    /// The trace of the last frame.
+    virtual tilemesh::Trace const& trace() const = 0;
+    virtual Setting const& setting() const = 0; ///< without zeros
+    /// The bytes of a tile, after a frame. They may be more than Mk2 has: a sweep also shows settings that no tile of Mk2 could hold.
+    virtual std::uint64_t sram_bytes() const = 0;
+};
+std::unique_ptr<HomesMachine> make_homes_machine(tilemesh::scene::Map const&, Setting const&);
+
+} // namespace any_map

@@ -1,0 +1,22 @@
+#pragma once
+#include <common/options.hpp>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace any_map {
+
+inline char const* const map_names[] = {"sloth", "salad", "playbot_250k", "built_in", "built_in_1m", "built_in_5m"};
+
+struct Options : bench::Options {
+    std::filesystem::path write;   ///< the folder of README.md and its plot; empty: not written
+    std::vector<std::string> maps; ///< empty: all
+    std::uint32_t threads = 1;     ///< of every machine
+};
+
+/// Throws tilemesh::Error for an unknown option or an invalid value.
+Options parse(std::vector<std::string> const& words);
+std::string help();
+
+} // namespace any_map
