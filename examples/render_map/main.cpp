@@ -91,9 +91,8 @@ report::RunReport describe_run(Options const& options, scene::Map const& map, re
 }
 
 /// Describes the machine as the program of homes divides it, from the size of the first frame that homes rendered. Notes where `auto` changed
-/// to homes, and `why`. It uses the frames' reports alone, so that a run which takes over frames describes itself as an uninterrupted run.
-void describe_homes(Options const& options, render_map::Needs const& needs, render_map::AnyRenderer& renderer, std::string const& why,
-                    report::RunReport& run)
+/// to homes. It uses the frames' reports alone, so that a run which takes over frames describes itself as an uninterrupted run.
+void describe_homes(Options const& options, render_map::Needs const& needs, render_map::AnyRenderer& renderer, report::RunReport& run)
 {
     auto const first = std::find_if(run.frames.begin(), run.frames.end(),
                                     [](auto const& frame) { return frame.report.program == report::Program::homes; });
@@ -107,8 +106,7 @@ void describe_homes(Options const& options, render_map::Needs const& needs, rend
                      limit(o.held_slots != 0 ? o.held_slots : o.storage_slots, layout.sizes.held), limit(o.channel_slots, layout.sizes.parcels),
                      renderer.model(), run);
     if (run.program == report::Program::automatic)
-        run.notes.push_back("from " + first->image + " on, the program of homes renders (on anchored tiles " +
-                            (why.empty() ? "records or copies would be missing" : why) + ")");
+        run.notes.push_back("from " + first->image + " on, the program of homes renders (on anchored tiles, records or copies would be missing)");
 }
 
 /// ": row 3 ...", the reader's note on the first row that it rejects; empty if there is none.
@@ -245,7 +243,7 @@ void render_frames(Options const& options, scene::Map const& map, std::vector<re
 std::string note_missing(Options const& options, render_map::Needs const& needs, render_map::AnyRenderer& renderer, report::RunReport& run)
 {
     auto const* const both = dynamic_cast<tilemesh::render::AutoRenderer const*>(&renderer);
-    describe_homes(options, needs, renderer, both && !options.resume ? both->change() : std::string(), run);
+    describe_homes(options, needs, renderer, run);
     if (both && !both->change_refused().empty())
         run.notes.push_back("the program of homes cannot take over: " + both->change_refused());
     auto const text = render_map::missing_text(run);

@@ -126,13 +126,13 @@ for frame in 0 1 2; do same auto/frame_000$frame.pfm roomy/frame_000$frame.pfm; 
 has auto.json '^ "program": "auto",$'
 [ "$(grep -c '"program": "homes"' auto.json)" -eq 3 ] || fail "not every frame is of homes"
 [ "$(grep -c 'the program of homes renders' auto.json)" -eq 1 ] || fail "the change is not said once"
-has auto.json 'from frame_0000.png on, the program of homes renders (on anchored tiles [0-9]* records and [0-9]* copies would be missing)'
+has auto.json 'from frame_0000.png on, the program of homes renders (on anchored tiles, records or copies would be missing)'
 has auto.json '"storage_slots": 60,'
 runs $small --storage-slots 10 --out auto --float --report auto.json # more records than slots
 same first/frame_0000.pfm auto/frame_0000.pfm
-has auto.json 'on, the program of homes renders (on anchored tiles the records have no room)'
+has auto.json '"program": "homes"'
 # Nothing is missing, or an option is the anchored program's alone: auto stays there.
-for options in "" "--preset prototype" "--hops 1" "--copies screen" "--saturation drop --storage-slots 60" "--tile 40x24 --storage-slots 60"; do
+for options in "" "--preset prototype" "--hops 1" "--copies screen" "--saturation drop --storage-slots 60" "--tile 8x5 --storage-slots 60"; do
     # shellcheck disable=SC2086
     runs $small $options --out stays --report stays.json
     if grep -q '"program": "homes"' stays.json; then fail "homes rendered: $options"; fi
@@ -141,7 +141,8 @@ runs --size 320x180 --program homes --rounds all
 has stdout ", program homes, "
 has stdout "^homes: [1-9][0-9]* rounds\{0,1\}, [0-9,]* parcels sent, [0-9,]* entries, 0 refused, 0 tiles unfinished, 0 chapters, 0 bytes streamed$"
 # A view that did not change runs nothing.
-runs $small --program homes --orbit 0 --frames 2 --float --out still --report still.json
+printf '1 0 0 0 0 0 0 1\n2 0 0 0 0 0 0 1\n' >still.tum
+runs $small --program homes --trajectory still.tum --float --out still --report still.json
 same still/frame_0000.pfm still/frame_0001.pfm
 [ "$(grep -c '"rounds": 0' still.json)" -eq 1 ] || fail "the second of two equal views ran rounds"
 [ "$(grep -cE '"composite": 0,?$' still.json)" -ge 2 ] || fail "the second of two equal views ran passes"
