@@ -1,6 +1,11 @@
 #include "choice.hpp"
+#include "instruments.hpp"
 #include "renderers.hpp"
+#include <algorithm>
+#include <tilemesh/render/auto_renderer.hpp>
 #include <tilemesh/splat/setup.hpp>
+#include <utility>
+#include <vector>
 
 namespace render_map {
 
@@ -73,11 +78,65 @@ render::SetupChoice setup_for(Choice const& choice, tilemesh::scene::Demand cons
     return setup;
 }
 
+tilemesh::render::HomesChoice homes_of(Choice const& choice, std::uint32_t sh_degree)
+{
+    auto const setup = setup_of(choice, sh_degree);
+    render::HomesChoice homes;
+    homes.name = setup.name;
+    homes.machine = setup.machine;
+    homes.fit = true;
+    if (choice.machine == MachineKind::test) homes.sizes.held = setup.sizes.storage;
+    homes.sh_degree = sh_degree;
+    homes.colour = setup.colour;
+    homes.depth = choice.depth;
+    homes.alpha = choice.alpha;
+    homes.model = setup.model;
+    return homes;
+}
+
+namespace {
+
+std::unique_ptr<AnyRenderer> make_homes(Choice const& choice, tilemesh::scene::Map const& map, tilemesh::scene::Demand const& demand,
+                                        tilemesh::RendererOptions const& options)
+{
+    auto const homes = homes_of(choice, std::min(demand.sh_degree, map.sh_degree));
+    auto const needed = tilemesh::scene::needed(map, demand);
+    if (choice.engine == EngineKind::sequential) return homes_sequential(needed, homes, options);
+    if (choice.trace) return homes_traced(needed, homes, options);
+    if (choice.planes()) return render::make_homes_renderer<render::HomesPlanes>(needed, homes, options);
+    return render::make_homes_renderer<>(needed, homes, options);
+}
+
+/// The instruments of whichever program renders.
+class AutoInstruments final : public render::AutoRenderer, public Instruments {
+public:
+    using AutoRenderer::AutoRenderer;
+    tilemesh::Trace take_trace() override { return now().take_trace(); }
+    std::vector<TileState> tiles() override { return now().tiles(); }
+    void follow(tilemesh::splat::GaussianId id) override { now().follow(id); }
+    Life life() override { return now().life(); }
+
+private:
+    Instruments& now() { return dynamic_cast<Instruments&>(current()); }
+};
+
+} // namespace
+
 std::unique_ptr<AnyRenderer> make_renderer(Choice const& choice, tilemesh::scene::Map const& map,
                                            tilemesh::scene::Demand const& demand, tilemesh::RendererOptions options)
 {
-    auto const setup = setup_for(choice, demand);
-    auto renderer = maker_of(choice, setup)(tilemesh::scene::needed(map, demand), render::facts_of(setup), options);
+    auto const with_homes = [&choice, &map, &demand, options] { return make_homes(choice, map, demand, options); };
+    std::unique_ptr<AnyRenderer> renderer;
+    if (options.program == tilemesh::report::Program::homes) {
+        renderer = with_homes();
+    } else {
+        auto const setup = setup_for(choice, demand);
+        auto const needed = tilemesh::scene::needed(map, demand);
+        renderer = maker_of(choice, setup)(needed, render::facts_of(setup), options);
+        bool const may_fit = render::may_fit_anchored(needed.gaussians.size(), renderer->facts(), options);
+        if (!choice.stays_anchored && choice.trace) renderer = std::make_unique<AutoInstruments>(std::move(renderer), with_homes, may_fit);
+        else if (!choice.stays_anchored) renderer = std::make_unique<render::AutoRenderer>(std::move(renderer), with_homes, may_fit);
+    }
     renderer->hold_to(demand);
     return renderer;
 }

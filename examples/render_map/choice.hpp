@@ -3,6 +3,7 @@
 #include <memory>
 #include <optional>
 #include <tilemesh/any_renderer.hpp>
+#include <tilemesh/render/homes_choice.hpp>
 #include <tilemesh/render/renderer_options.hpp>
 #include <tilemesh/render/setup_choice.hpp>
 #include <tilemesh/scene/demand.hpp>
@@ -27,6 +28,7 @@ struct Choice {
     std::optional<PixelKind> pixels{};
     bool depth = false, alpha = false;
     bool trace = false; ///< run on a machine that keeps a trace
+    bool stays_anchored = false; ///< the program of homes cannot take over: it is not asked for, or lacks an option
     bool fit = true;    ///< false: keep all parts of the preset, even if the scene does not need them
 
     bool planes() const noexcept { return depth || alpha; }
@@ -38,9 +40,12 @@ tilemesh::render::SetupChoice setup_of(Choice const& choice, std::uint32_t sh_de
 /// The setup of a choice, reduced by a demand: without routing or bloom if the choice allows it and the scene does not need them.
 tilemesh::render::SetupChoice setup_for(Choice const& choice, tilemesh::scene::Demand const& demand);
 
+/// The choice for the program of homes: the preset's machine, pixels and rules of the picture, with homes for as many records as fit.
+tilemesh::render::HomesChoice homes_of(Choice const& choice, std::uint32_t sh_degree);
+
 using tilemesh::AnyRenderer;
 
-/// Makes the renderer of `setup_for`. With `trace`, it is also an `Instruments`. Throws `tilemesh::Error` if the machine has no room for
+/// Makes the renderer of `setup_for`, of homes, or of both (`options.program`). Map and demand must outlive it. With `trace`, it is also an `Instruments`. Throws `tilemesh::Error` if the machine has no room for
 /// the choice or the map. The caller must have checked the limits in the options (`check_slots`).
 std::unique_ptr<AnyRenderer> make_renderer(Choice const& choice, tilemesh::scene::Map const& map,
                                            tilemesh::scene::Demand const& demand, tilemesh::RendererOptions options);

@@ -110,9 +110,11 @@ std::vector<tilemesh::report::RunReport::Feature> features(Options const& option
                    colour + "; a record of " + std::to_string(renderer.record_bytes()) + " bytes, " +
                        thousands(limit != 0 ? limit : renderer.storage_slots()) + " slots a tile"});
 
+    bool const homes = options.renderer.program == tilemesh::report::Program::homes;
     bool const still = !seen.moves;
     std::string const views = thousands(seen.views) + (seen.views == 1 ? " view" : " views");
-    if (!renderer.routes())
+    if (homes) out.push_back({"routing", false, "records stay on their homes, which send the splats of each view (--program homes)"});
+    else if (!renderer.routes())
         out.push_back({"routing", false,
                        (seen.views == 1 ? "one view, so nothing moves" : "all " + views + " are the same, so nothing moves") +
                            std::string("; the host puts each record onto its anchor tile; frees ") +
@@ -123,7 +125,8 @@ std::vector<tilemesh::report::RunReport::Feature> features(Options const& option
     auto const footprint = "the largest footprint touches " + std::to_string(seen.footprint_columns) + " x " +
                            std::to_string(seen.footprint_rows) + " tiles" +
                            (seen.views > scene::views_scanned_whole ? " in the views looked at" : "");
-    if (!renderer.blooms())
+    if (homes) out.push_back({"bloom", false, footprint + "; homes send a splat to each of them (--program homes)"});
+    else if (!renderer.blooms())
         out.push_back({"bloom", false, footprint + "; frees " + bytes_a_tile(bloom_bytes())});
     else
         out.push_back({"bloom", true, seen.spans ? footprint : idle(footprint)});

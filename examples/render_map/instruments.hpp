@@ -16,6 +16,7 @@ struct TileState {
         0; ///< evaluated pairs; a trace's `Operation::pair` counts as if all workers were as slow as the slowest
     std::uint32_t channel_full = 0, no_credit = 0;
     std::uint32_t storage_full = 0, copies_full = 0, copies_refused = 0;
+    std::uint32_t rounds = 0, entries = 0; ///< program of homes: rounds in which the tile was not done, and splats that it received
 };
 
 /// What a tile can have to do with a Gaussian after a superstep.

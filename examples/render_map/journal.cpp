@@ -242,13 +242,12 @@ void Journal::add(std::size_t frame, report::RunFrame const& report, std::vector
 
 void replay(AnyRenderer& renderer, tilemesh::splat::Camera const& camera, bool with_pixels)
 {
-    auto& model = renderer.model();
-    auto const before = model.transmittance_min;
+    auto const before = renderer.model().transmittance_min;
     // 2 is above the transmittance of an empty pixel, so each pixel is finished before its first Gaussian. Only compositing reads
     // this number.
-    if (!with_pixels) model.transmittance_min = 2;
+    if (!with_pixels) renderer.model().transmittance_min = 2;
     renderer.render(camera);
-    model.transmittance_min = before;
+    renderer.model().transmittance_min = before;
 }
 
 std::vector<bool> needs_pixels(std::vector<Shot> const& shots, tilemesh::splat::Model const& model, Journal const& journal)

@@ -41,6 +41,8 @@ public:
         take_over  ///< taken over, like all frames after it
     };
     Way way(std::size_t frame) const;
+    /// The program that rendered a frame that is replayed or taken over, before `take`.
+    tilemesh::report::Program program(std::size_t frame) const { return found_[frame].value().report.program; }
     std::size_t taken_over() const noexcept { return taken_over_; }
 
     /// Returns the report of a frame that is taken over. Call it once per frame.
@@ -59,7 +61,8 @@ private:
 };
 
 /// Moves the records as a frame does. Without `with_pixels` it leaves out the pixels by changing the model, so the renderer sees another
-/// view. So `with_pixels` must be true if an adjacent frame has the same view and is rendered in full.
+/// view. So `with_pixels` must be true if an adjacent frame has the same view and is rendered in full. It must also be true for a frame of
+/// homes: the depths at which its windows end are those of the pixels of the frame before.
 void replay(AnyRenderer& renderer, tilemesh::splat::Camera const& camera, bool with_pixels);
 
 /// For each frame: is it, or another frame in the same series of equal views, rendered in full?

@@ -177,8 +177,34 @@ std::vector<Other> others(Options const& options, Needs const& needs, std::initi
 
 } // namespace
 
+void check_homes(Options const& options, Needs const& needs, std::vector<Shot> const& shots)
+{
+    bool const homes = options.renderer.program == tilemesh::report::Program::homes;
+    if (!homes && options.renderer.held_slots == 0) return;
+    auto const choice = homes_of(options.choice, needs.used.sh_degree);
+    auto unlimited = options.renderer;
+    unlimited.held_slots = 0;
+    std::uint32_t held = choice.sizes.held;
+    Extent2 last{};
+    for (auto const& shot : shots) { // many shots have one size
+        if (shot.camera.width == last.width && shot.camera.height == last.height) continue;
+        last = {shot.camera.width, shot.camera.height};
+        held = std::min(held, tilemesh::render::layout_homes(choice, unlimited, last, needs.seen.gaussians - needs.used.culled).sizes.held);
+    }
+    auto const check = [&](char const* option, std::optional<std::uint32_t> asked, std::uint32_t most, char const* what) {
+        if (asked && (*asked == 0 || *asked > most))
+            throw Error(std::string(option) + " cannot be " + std::to_string(*asked) + " (homes on machine " + choice.machine.name + " have 1 to " +
+                        thousands(most) + " slots " + what + " for this map and frame); choose 1 to " + std::to_string(most));
+    };
+    if (options.renderer.held_slots != 0) check("--held", options.renderer.held_slots, held, "a tile");
+    if (!homes) return;
+    check("--storage-slots", options.storage_slots, held, "a tile");
+    check("--channel-slots", options.channel_slots, choice.sizes.parcels, "a channel");
+}
+
 void check_slots(Options const& options, Needs const& needs)
 {
+    if (options.renderer.program == tilemesh::report::Program::homes) return; // check_homes
     auto const setup = setup_for(options.choice, needs.used);
     auto const words = tilemesh::render::words_of(setup);
     auto const check = [&](std::string const& option, std::optional<std::uint32_t> asked, auto const& slots_of, std::string const& what,
@@ -228,7 +254,7 @@ void check_sizes(Options const& options, std::vector<Shot> const& shots)
     for (auto const& shot : shots) {
         Extent2 const frame{shot.camera.width, shot.camera.height};
         check_memory(options, frame);
-        check_framebuffers(options, frame);
+        if (options.renderer.program != tilemesh::report::Program::homes) check_framebuffers(options, frame);
     }
 }
 

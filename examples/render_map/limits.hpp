@@ -16,6 +16,10 @@ void check_sizes(Options const& options, std::vector<Shot> const& shots);
 /// more room.
 void check_slots(Options const& options, Needs const& needs);
 
+/// Refuses --held, and with --program homes also --storage-slots and --channel-slots, outside the range of homes; and a machine on which homes
+/// cannot divide one of the frames.
+void check_homes(Options const& options, Needs const& needs, std::vector<Shot> const& shots);
+
 /// An option that gives room for `slots` records on every tile, for example "--machine test (40,000 slots a tile)"; empty: there is none.
 std::string roomier(Options const& options, Needs const& needs, std::uint64_t slots);
 

@@ -25,6 +25,7 @@
 #include <string>
 #include <system_error>
 #include <tilemesh/error.hpp>
+#include <tilemesh/render/auto_renderer.hpp>
 #include <tilemesh/report/error_measures.hpp>
 #include <tilemesh/report/frame_report.hpp>
 #include <tilemesh/report/image_file.hpp>
@@ -56,21 +57,12 @@ char const* to_string(splat::Arithmetic arithmetic)
     return arithmetic == splat::Arithmetic::precise ? "precise" : "fast";
 }
 
-report::RunReport describe_run(Options const& options, scene::Map const& map, render_map::AnyRenderer& renderer)
+/// Describes the machine of these facts, and its policies.
+void describe_machine(Options const& options, tilemesh::render::SetupFacts const& setup, std::uint32_t storage_slots, std::uint32_t channel_slots,
+                      splat::Model const& model, report::RunReport& run)
 {
-    auto const& setup = renderer.facts();
-    auto const limited = [](std::uint32_t asked, std::uint32_t own) { return asked != 0 ? asked : own; };
-    report::RunReport run;
-    run.map = {map.name, map.path, map.gaussians.size(), map.rejected, map.notes};
-    run.machine = {setup.machine.name, setup.machine.sram_bytes,
-                   limited(options.renderer.storage_slots, renderer.storage_slots()),
-                   limited(options.renderer.channel_slots, renderer.channel_slots()), setup.ledger};
+    run.machine = {setup.machine.name, setup.machine.sram_bytes, storage_slots, channel_slots, setup.ledger};
     run.preset = setup.name;
-    run.engine =
-        options.choice.engine == render_map::EngineKind::threads ? "threads" : "sequential";
-    run.threads = options.renderer.threads;
-    auto const& model = renderer.model();
-    run.quality = options.renderer.quality ? splat::name(*options.renderer.quality) : "default";
     run.cut_offs = {model.alpha_min, model.transmittance_min, model.alpha_max};
     run.policies = {splat::RowFirst::name,
                     setup.rules.carried != 0 ? splat::Carried::name : splat::Recomputed::name,
@@ -79,8 +71,42 @@ report::RunReport describe_run(Options const& options, scene::Map const& map, re
                     setup.rules.reusable != 0 ? splat::WorldCopies::name : splat::ScreenCopies::name,
                     setup.colour == tilemesh::render::ColourFormat::rgbx8 ? splat::Rgbx8Pixel::name : splat::FloatPixel::name,
                     to_string(model.arithmetic),
-                    options.renderer.hops};
+                    options.renderer.hops,
+                    options.renderer.rounds};
+}
+
+report::RunReport describe_run(Options const& options, scene::Map const& map, render_map::AnyRenderer& renderer)
+{
+    auto const limited = [](std::uint32_t asked, std::uint32_t own) { return asked != 0 ? asked : own; };
+    report::RunReport run;
+    run.map = {map.name, map.path, map.gaussians.size(), map.rejected, map.notes};
+    run.program = options.renderer.program;
+    run.engine =
+        options.choice.engine == render_map::EngineKind::threads ? "threads" : "sequential";
+    run.threads = options.renderer.threads;
+    run.quality = options.renderer.quality ? splat::name(*options.renderer.quality) : "default";
+    describe_machine(options, renderer.facts(), limited(options.renderer.storage_slots, renderer.storage_slots()),
+                     limited(options.renderer.channel_slots, renderer.channel_slots()), renderer.model(), run);
     return run;
+}
+
+/// Describes the machine as the program of homes divides it, from the size of the first frame that homes rendered. Notes where `auto` changed
+/// to homes. It uses the frames' reports alone, so that a run which takes over frames describes itself as an uninterrupted run.
+void describe_homes(Options const& options, render_map::Needs const& needs, render_map::AnyRenderer& renderer, report::RunReport& run)
+{
+    auto const first = std::find_if(run.frames.begin(), run.frames.end(),
+                                    [](auto const& frame) { return frame.report.program == report::Program::homes; });
+    if (first == run.frames.end()) return;
+    auto const choice = render_map::homes_of(options.choice, renderer.sh_degree());
+    auto const layout = tilemesh::render::layout_homes(choice, options.renderer, {first->report.width, first->report.height},
+                                                       run.map.gaussians - needs.used.culled);
+    auto const limit = [](std::uint32_t asked, std::uint32_t own) { return asked != 0 ? std::min(asked, own) : own; };
+    auto const& o = options.renderer;
+    describe_machine(options, facts_of(choice, layout.sizes, layout.ledger),
+                     limit(o.held_slots != 0 ? o.held_slots : o.storage_slots, layout.sizes.held), limit(o.channel_slots, layout.sizes.parcels),
+                     renderer.model(), run);
+    if (run.program == report::Program::automatic)
+        run.notes.push_back("from " + first->image + " on, the program of homes renders (on anchored tiles, records or copies would be missing)");
 }
 
 /// ": row 3 ...", the reader's note on the first row that it rejects; empty if there is none.
@@ -178,7 +204,8 @@ void render_frames(Options const& options, scene::Map const& map, std::vector<re
         progress.begin_frame(shots[i].name, shots.size());
         if (auto const way = journal ? journal->way(i) : Way::render; way != Way::render) {
             progress.say_frame("replaying");
-            if (way == Way::replay) render_map::replay(renderer, camera, with_pixels[i]);
+            if (way == Way::replay)
+                render_map::replay(renderer, camera, with_pixels[i] || journal->program(i) == report::Program::homes);
             result.frames.push_back(journal->take(i));
             continue;
         }
@@ -211,9 +238,14 @@ void render_frames(Options const& options, scene::Map const& map, std::vector<re
     }
 }
 
-/// Adds to the report what its pictures lack, and what would help. Returns both in one line; empty if nothing is missing.
-std::string note_missing(Options const& options, render_map::Needs const& needs, report::RunReport& run)
+/// Adds to the report what its pictures lack, and what would help. Returns both in one line; empty if nothing is missing. First describes
+/// the program of homes, if it rendered.
+std::string note_missing(Options const& options, render_map::Needs const& needs, render_map::AnyRenderer& renderer, report::RunReport& run)
 {
+    auto const* const both = dynamic_cast<tilemesh::render::AutoRenderer const*>(&renderer);
+    describe_homes(options, needs, renderer, run);
+    if (both && !both->change_refused().empty())
+        run.notes.push_back("the program of homes cannot take over: " + both->change_refused());
     auto const text = render_map::missing_text(run);
     if (text.empty()) return text;
     run.notes.push_back(text);
@@ -247,6 +279,7 @@ int run(Options const& options)
     if (needs.seen.culled == map.gaussians.size())
         notes.push_back("nothing of the map is on screen in any view: check the camera, or the trajectory's frame (--relative)");
     render_map::check_slots(options, needs);
+    render_map::check_homes(options, needs, shots);
     auto const renderer = render_map::make_renderer(options.choice, map, needs.used, options.renderer);
     auto result = describe_run(options, map, *renderer);
     result.notes = notes;
@@ -267,7 +300,7 @@ int run(Options const& options)
         // The finished frames are written; their report must not be lost because another frame failed.
         if ((options.report || trace) && !result.frames.empty()) {
             try {
-                note_missing(options, needs, result);
+                note_missing(options, needs, *renderer, result);
                 result.notes.push_back("stopped after frame " + std::to_string(result.frames.size()) + " of " +
                                        std::to_string(shots.size()) + ": " +
                                        (dynamic_cast<std::bad_alloc const*>(&error) != nullptr ? "not enough memory" : error.what()));
@@ -289,7 +322,7 @@ int run(Options const& options)
                                               (options.resume ? "the same command goes on" : "start again for the rest");
         result.notes.push_back(stopped.substr(0, stopped.find(';')));
     }
-    auto const missing = note_missing(options, needs, result);
+    auto const missing = note_missing(options, needs, *renderer, result);
     if (options.report) report::write_json(*options.report, result, render_map::outlasts(options));
     if (trace && !result.frames.empty()) trace->finish(result);
     if (options.quiet && map.rejected != 0) // otherwise the summary says it

@@ -149,6 +149,12 @@ constexpr Option options[] = {
      [](Options& o, auto name, auto text) {
          o.choice.preset = one_of<Preset>(name, text, presets);
      }},
+    {"--program", "NAME", "auto (homes once anchored would lack something) | anchored | homes [auto]",
+     [](Options& o, auto name, auto text) {
+         using tilemesh::report::Program;
+         o.renderer.program = one_of<Program>(
+             name, text, {{"auto", Program::automatic}, {"anchored", Program::anchored}, {"homes", Program::homes}});
+     }},
     {"--machine", "NAME", "mk2 | test (64 MiB per tile, any number of tiles) [mk2]",
      [](Options& o, auto name, auto text) {
          o.choice.machine = one_of<MachineKind>(
@@ -162,6 +168,14 @@ constexpr Option options[] = {
      [](Options& o, auto name, auto text) { o.channel_slots = o.renderer.channel_slots = whole_number(name, text, any_number, 0); }},
     {"--storage-slots", "N", "limit the storage of each tile to N records [the preset's slots]",
      [](Options& o, auto name, auto text) { o.storage_slots = o.renderer.storage_slots = whole_number(name, text, any_number, 0); }},
+    {"--held", "N", "homes: limit the splats that a tile holds [--storage-slots, or what fits]",
+     [](Options& o, auto name, auto text) { o.renderer.held_slots = whole_number(name, text, any_number); }},
+    {"--rounds", "N|all", "homes: end a frame after N rounds, complete or not [all]",
+     [](Options& o, auto name, auto text) {
+         if (text != "all" && text != "0") o.renderer.rounds = whole_number(name, text, any_number);
+     }},
+    {"--fold", "NAME", "homes: on (spread each part of the picture over the grid) | off [on]",
+     [](Options& o, auto name, auto text) { o.renderer.fold = one_of<bool>(name, text, {{"on", true}, {"off", false}}); }},
     {"--saturation", "NAME", "a full channel: hold records back | drop copies [the preset's]",
      [](Options& o, auto name, auto text) {
          o.choice.saturation = one_of<SaturationKind>(
@@ -250,7 +264,7 @@ constexpr Option options[] = {
     {"--quiet", "", "print no progress and no table", [](Options& o, auto, auto) { o.quiet = true; }},
     {"--resume", "", "list finished frames in --out; after a kill or a crash, render the rest",
      [](Options& o, auto, auto) { o.resume = true; }},
-    {"--strict", "", "end with status 1 if a picture lacks records or copies",
+    {"--strict", "", "end with status 1 if a picture lacks something",
      [](Options& o, auto, auto) { o.strict = true; }},
     {"--version", "", "print the version", [](Options& o, auto, auto) { o.version = true; }},
     {"--help", "", "print this text", [](Options& o, auto, auto) { o.help = true; }},
@@ -266,6 +280,23 @@ constexpr struct {
 
 /// Options that change no picture and no counter. They may differ in a run that resumes another.
 constexpr std::string_view beside_frames[] = {"--threads", "--out", "--report", "--resume", "--explain", "--quiet", "--strict"};
+
+/// An option that only the anchored program has, and why homes do not have it; empty: there is none.
+struct OnlyAnchored {
+    std::string option, why, remedy;
+};
+OnlyAnchored only_anchored(Options const& o)
+{
+    auto const setup = setup_of(o.choice, 0);
+    auto const of_preset = [&](bool asked, char const* option) { return asked ? std::string(option) : std::string("--preset ") + setup.name; };
+    if (!setup.holds)
+        return {of_preset(o.choice.saturation.has_value(), "--saturation drop"), "homes drop nothing", o.choice.saturation ? "" : "add --saturation hold"};
+    if (!setup.reusable) return {of_preset(o.choice.copies.has_value(), "--copies screen"), "homes send no copies to keep", ""};
+    if (o.renderer.hops != 0) return {"--hops", "homes have no routing to end; --rounds ends a frame of homes", ""};
+    if (o.renderer.tile.width != 0) return {"--tile", "homes divide the frame into blocks of 16 x 5 pixels", "choose --grid"};
+    if (o.follow) return {"--follow", "records of homes never move", ""};
+    return {};
+}
 
 /// Checks that the options fit together, which no single option can know.
 void check_together(Options const& o, std::vector<std::string_view> const& given)
@@ -297,6 +328,16 @@ void check_together(Options const& o, std::vector<std::string_view> const& given
 
     if (o.resume && o.trace)
         throw Error("--resume and --trace are both given (the report of a trace needs every tile of every frame); leave one of them out");
+
+    using tilemesh::report::Program;
+    if (auto const only = only_anchored(o); o.renderer.program == Program::homes && !only.option.empty())
+        throw Error("--program homes and " + only.option + " are both given (" + only.why + "); " +
+                    (only.remedy.empty() ? "" : only.remedy + ", or ") + "leave one of them out");
+    else if (o.renderer.program == Program::anchored || !only.option.empty())
+        for (auto const option : {"--rounds", "--held", "--fold"})
+            if (is_given(option))
+                throw Error(std::string(option) + " and " + (only.option.empty() ? "--program anchored" : only.option) +
+                            " are both given (only the program of homes has " + (option + 2) + "); leave one of them out");
 
     auto const shares_channels = [&](Preset preset) {
         auto choice = o.choice;
@@ -408,6 +449,7 @@ Options parse_options(std::span<char const* const> words)
                                       : std::clamp(std::thread::hardware_concurrency(), 1u,
                                                    most_threads);
     check_together(result, given);
+    result.choice.stays_anchored = result.renderer.program == tilemesh::report::Program::anchored || !only_anchored(result).option.empty();
     return result;
 }
 
@@ -465,6 +507,14 @@ std::string help_text()
                   "    viewing     1/128, 5e-3   0.9 times  RMSE 1.8e-3 to 3e-3, PSNR 50 to 55 dB\n"
                   "    on_sensor   1/64, 1e-2    0.8 times  RMSE 3.3e-3 to 5.7e-3, PSNR 44 to 50 dB\n"
                   "\n"
+                  "Programs\n"
+                  "  anchored: a record lives on the tile of its centre, and the tiles that it touches store copies.\n"
+                  "  A small step of the camera moves few records, but a crowded tile may be full. homes: a record\n"
+                  "  lives on any tile. In each view, homes send its splat to the tiles that see it, in as many rounds\n"
+                  "  as these need; the picture is complete for any map. auto: anchored until a frame would lack\n"
+                  "  something, then homes for good. Options that only anchored has keep auto there: drop (--preset\n"
+                  "  paper, prototype), --copies screen, --hops, --tile, --follow.\n"
+                  "\n"
                   "Conventions\n"
                   "  World units are the map's. Cameras as in OpenCV: x right, y down, z forward; the centre of\n"
                   "  pixel (i, j) is (i + 0.5, j + 0.5). Colours are written as they are trained, without gamma.\n"
@@ -486,9 +536,9 @@ std::string help_text()
                   "  second Ctrl-C ends it at once.\n"
                   "\n"
                   "Exit status\n"
-                  "  0: all files are written. 1: with --strict, a picture lacks records or copies; standard error\n"
-                  "  always says so. 2: an error; one line on standard error names the problem, the reason and a\n"
-                  "  remedy. 130: SIGINT (Ctrl-C). 143: SIGTERM.\n";
+                  "  0: all files are written. 1: with --strict, a picture lacks something: records, copies, or what a\n"
+                  "  bound on rounds cuts off; standard error always says so. 2: an error; one line on standard error\n"
+                  "  names the problem, the reason and a remedy. 130: SIGINT (Ctrl-C). 143: SIGTERM.\n";
 }
 
 } // namespace render_map

@@ -16,4 +16,9 @@ extern MakeRenderer &sequential, &sequential_planes, &sequential_traced, &sequen
 extern MakeRenderer& threads_placed;          ///< without routing: the host places the records of a static view
 extern MakeRenderer& threads_placed_unspread; ///< without routing and bloom: no footprint touches two tiles
 
+using MakeHomesRenderer = std::unique_ptr<AnyRenderer>(tilemesh::scene::Map const&, tilemesh::render::HomesChoice const&,
+                                                       tilemesh::RendererOptions const&);
+/// The program of homes, with planes for any choice. Both are `Instruments`: sequentially, a trace beside the checks costs little.
+extern MakeHomesRenderer &homes_traced, &homes_sequential;
+
 } // namespace render_map

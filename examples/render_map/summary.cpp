@@ -50,7 +50,8 @@ void print_frame(std::ostream& out, report::RunReport const& run, report::RunFra
 {
     auto const& r = frame.report;
     out << "camera " << one_line(r.camera) << ", " << r.width << " x " << r.height << " pixels on " << by(frame.grid)
-        << " tiles of " << by(frame.tile_px) << " (" << run.machine.name << ", preset " << run.preset << ", " << run.engine
+        << " tiles of " << by(frame.tile_px) << " (" << run.machine.name << ", preset " << run.preset
+        << (r.program == report::Program::homes ? ", program homes, " : ", ") << run.engine
         << ", " << run.threads << (run.threads == 1 ? " thread)\n\n" : " threads)\n\n") << r;
     auto const print_error = [&out](char const* name, report::ErrorMeasures const& e) {
         out << name << ": PSNR " << decimals(e.psnr_db, 2) << " dB, at most "
@@ -80,12 +81,16 @@ void print_sequence(std::ostream& out, report::RunReport const& run)
 {
     std::vector<std::string> headers{"frame", "camera"};
     for (auto const& column : columns) headers.emplace_back(column.header);
+    bool const homes = std::any_of(run.frames.begin(), run.frames.end(),
+                                   [](auto const& frame) { return frame.report.program == report::Program::homes; });
+    if (homes) headers.emplace_back("rounds");
     headers.emplace_back("ms");
     bool const reference = run.frames.front().error_same_cuts.has_value();
     if (reference) headers.emplace_back("dB, same cuts");
     report::Table table{headers};
 
     std::vector<std::uint64_t> sums(std::size(columns), 0);
+    std::uint64_t rounds = 0;
     double ms = 0, worst_db = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < run.frames.size(); ++i) {
         auto const& r = run.frames[i].report;
@@ -94,6 +99,8 @@ void print_sequence(std::ostream& out, report::RunReport const& run)
             row.push_back(thousands(columns[c].count(r)));
             sums[c] += columns[c].count(r);
         }
+        if (homes) row.push_back(thousands(r.homes.rounds));
+        rounds += r.homes.rounds;
         row.push_back(decimals(r.host_ms.total, 1));
         ms += r.host_ms.total;
         if (reference) {
@@ -105,16 +112,36 @@ void print_sequence(std::ostream& out, report::RunReport const& run)
     }
     std::vector<std::string> totals{"all", thousands(run.frames.size()) + " frames"};
     for (auto const sum : sums) totals.push_back(thousands(sum));
+    if (homes) totals.push_back(thousands(rounds));
     totals.push_back(decimals(ms, 1));
     if (reference) totals.push_back("worst " + decimals(worst_db, 2));
     table.add_row(totals);
     out << table << '\n';
 }
 
+/// The pictures that a bound on rounds cut short, and of these the one that is cut at the most tiles.
+std::string unfinished_text(report::RunReport const& run)
+{
+    auto const cut = [](report::RunFrame const& frame) { return frame.report.unfinished.size(); };
+    auto const frames = std::count_if(run.frames.begin(), run.frames.end(), [&](auto const& frame) { return cut(frame) != 0; });
+    if (frames == 0) return {};
+    auto const& worst = *std::max_element(run.frames.begin(), run.frames.end(), [&](auto const& a, auto const& b) { return cut(a) < cut(b); });
+    auto const& nearest = report::nearest_cut(worst.report);
+    std::string text;
+    if (run.frames.size() == 1) text = worst.image + " lacks ";
+    else
+        text = thousands(static_cast<std::uint64_t>(frames)) + " of " + thousands(run.frames.size()) +
+               (frames == 1 ? " pictures lacks something, " : " pictures lack something, most of all ") + worst.image + ": ";
+    auto const tiles = cut(worst);
+    return text + "what is far on " + thousands(tiles) + (tiles == 1 ? " tile" : " tiles") + " (" + thousands(tiles) +
+           " unfinished, cut at depth " + decimals(double{nearest.depth}, 3) + " or behind, the nearest on tile " + std::to_string(nearest.tile) + ")";
+}
+
 } // namespace
 
 std::string missing_text(report::RunReport const& run)
 {
+    if (auto const text = unfinished_text(run); !text.empty()) return text; // homes lose nothing else
     auto const lacks = [](report::RunFrame const& frame) { return frame.report.lost.size(); };
     auto const frames = std::count_if(run.frames.begin(), run.frames.end(), [&](auto const& frame) { return lacks(frame) != 0; });
     if (frames == 0) return {};
@@ -155,10 +182,13 @@ std::string advice(Options const& options, Needs const& needs, report::RunReport
         slots = frame.report.full_tiles->slots_needed;
         fullest = "the fullest tile" + (run.frames.size() > 1 ? " of " + frame.image : std::string());
     }
+    if (std::any_of(run.frames.begin(), run.frames.end(), [](auto const& frame) { return !frame.report.unfinished.empty(); }))
+        return "with --rounds all every tile is finished";
     auto const lost_for = [&](report::Cause cause) { return of[static_cast<std::uint32_t>(cause)] != 0; };
     std::string text;
     auto const add = [&](std::string const& words) { text += (text.empty() ? "" : "; ") + words; };
     if (lost_for(report::Cause::unplaced) || lost_for(report::Cause::storage_full)) {
+        if (run.program == report::Program::anchored && setup_of(options.choice, 0).holds) add("with --program auto nothing is missing");
         auto const room = roomier(options, needs, slots);
         if (room.empty())
             add("no machine has " + thousands(slots) + " slots a tile, which " + fullest + " needs: smaller tiles need fewer (--tile)");

@@ -79,6 +79,7 @@ struct CounterColumn {
 constexpr CounterColumn counter_columns[] = {{"moved", report::report_field("gaussians.moved").count},
                                              {"copies", report::report_field("copies").count},
                                              {"missing", report::report_field("lost").count},
+                                             {"rounds", report::report_field("homes.rounds").count},
                                              {"messages", report::report_field("messages").count},
                                              {"most on a tile", report::report_field("peak.storage").count},
                                              {"most in a channel", report::report_field("peak.channel").count}};
@@ -107,6 +108,11 @@ std::vector<TileMap> heat_maps(tilemesh::Trace const& trace, tilemesh::CostModel
     maps.push_back(std::move(of_trace[2]));
     maps.push_back(
         {"pairs", "Pairs", "Gaussian-pixel pairs evaluated", true, of_state([](TileState const& t) { return t.pairs; }), "pairs"});
+    if (std::any_of(tiles.begin(), tiles.end(), [](TileState const& t) { return t.rounds != 0; })) {
+        maps.push_back({"rounds", "Rounds", "rounds in which the tile was not done", true, of_state([](TileState const& t) { return t.rounds; }), "rounds"});
+        maps.push_back({"entries", "Entries", "splats that the tile received from homes in all rounds", true,
+                        of_state([](TileState const& t) { return t.entries; }), "splats"});
+    }
     return maps;
 }
 
@@ -124,8 +130,10 @@ std::string plural(std::uint64_t n, char const* what)
 /// Why the tile takes its time, for the first sentence of the page; empty if it stores nothing.
 std::string reason(std::vector<TileState> const& tiles, std::uint32_t tile)
 {
-    if (tile >= tiles.size() || tiles[tile].records == 0) return {};
+    if (tile >= tiles.size() || (tiles[tile].records == 0 && tiles[tile].rounds == 0)) return {};
     auto const& t = tiles[tile];
+    if (t.rounds != 0)
+        return "it received " + plural(t.entries, "splat") + " in " + plural(t.rounds, "round") + ", and is the home of " + plural(t.records, "record");
     double all = 0;
     for (auto const& other : tiles) all += other.records;
     return "it stores " + plural(t.records, "record") + ", " + thousands(t.copies) + " of them copies (mean of all tiles: " +
@@ -245,7 +253,8 @@ report::Modelled TraceOutput::add_frame(std::size_t index, report::RunFrame cons
     section.heading = "Frame " + std::to_string(index) + ": " + r.camera;
     section.facts = {{"a tile's part of the picture", std::to_string(tile_px[0]) + " x " + std::to_string(tile_px[1]) + " pixels"},
                      {frame_file(index, ".trace.json"), note}};
-    for (auto const line : report::text_lines) section.facts.emplace_back(line, report::numbers_of(r, line));
+    for (auto const line : report::text_lines)
+        if (report::has_line(r, line)) section.facts.emplace_back(line, report::numbers_of(r, line));
     tilemesh::TracePage page;
     page.energy = energy_model_ ? &*energy_model_ : nullptr;
     page.png = [](report::Image const& image) { return png_bytes(image); };
@@ -256,6 +265,7 @@ report::Modelled TraceOutput::add_frame(std::size_t index, report::RunFrame cons
     section.run = trace_section(trace, model_, cost, grid, page, maps, energy ? &*energy : nullptr);
     section.run.figures.emplace_back("copies", thousands(r.copies));
     section.run.figures.emplace_back("missing", thousands(r.lost.size()));
+    if (r.program == report::Program::homes) section.run.figures.emplace_back("rounds", thousands(r.homes.rounds));
     section.run.figures.emplace_back("pairs", thousands(r.pairs));
     bytes_ += section.run.bytes();
     sections_.push_back(std::move(section));
@@ -343,6 +353,7 @@ void TraceOutput::add_run(report::HtmlReport& html, report::RunReport const& run
                                    thousands(run.machine.storage_slots) + " slots of storage and " +
                                    thousands(run.machine.channel_slots) + " of a bloom channel"},
                    {"preset", run.preset},
+                   {"program", report::to_string(run.program)},
                    {"policies", "routing " + run.policies.routing + ", addressing " + run.policies.addressing +
                                     ", saturation " + run.policies.saturation + ", footprint " + run.policies.footprint +
                                     ", copies " + run.policies.copies + ", pixels " + run.policies.pixels +

@@ -11,6 +11,7 @@
 #include <tilemesh/engine/mesh.hpp>
 #include <tilemesh/engine/mesh_sizes.hpp>
 #include <tilemesh/error.hpp>
+#include <tilemesh/exact_renderer.hpp>
 #include <tilemesh/fit_renderer.hpp>
 #include <tilemesh/machine/buffer.hpp>
 #include <tilemesh/machine/channel.hpp>

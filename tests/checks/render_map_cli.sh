@@ -8,8 +8,8 @@ small="--size 320x180 --quiet"
 
 # --- a picture ---------------------------------------------------------------------------------
 runs --help
-for option in --cameras --camera --orbit --frames --trajectory --every --relative --size --preset --grid --tile --machine \
-    --channel-slots --storage-slots --saturation --footprint --copies --hops --pixels --arithmetic --quality --sh-degree --fit --engine \
+for option in --cameras --camera --orbit --frames --trajectory --every --relative --size --preset --program --grid --tile --machine \
+    --channel-slots --storage-slots --held --rounds --fold --saturation --footprint --copies --hops --pixels --arithmetic --quality --sh-degree --fit --engine \
     --threads --out --float --depth --alpha --reference --report --explain --quiet --strict --resume --version --help; do
     has stdout "^  $option "
 done
@@ -35,6 +35,8 @@ is_json first.json
 # --- one picture, whatever renders it ----------------------------------------------------------
 for options in "--engine sequential" "--threads 1" "--threads=3" "--copies screen" "--saturation drop" "--grid 32x32" \
     "--tile 9x7" "--machine test --tile 24x24" "--machine test --grid 1x1" "--machine test --tile 64x40 --engine sequential" \
+    "--program anchored" "--program homes" "--program homes --threads 2 --held 300 --channel-slots 9 --fold off" \
+    "--program homes --machine test --grid 3x2 --held 40000" "--storage-slots 60" "--held 300 --storage-slots 100" \
     "--channel-slots 5" "--footprint opacity_box --hops quiet --pixels float --arithmetic fast"; do
     # shellcheck disable=SC2086
     runs $small --out other --float $options
@@ -107,13 +109,65 @@ runs $small --orbit 1 --frames 3 --hops 2
 has stderr "^3 of 3 pictures lack something, most of all frame_000[0-2].png: .* late); with --hops quiet a frame ends when all have arrived$"
 # A whole Gaussian counts more than copies: the named frame lacks the most of them, though another lacks more entries. The fullest tile has
 # its own frame.
-runs $small --orbit 3 --frames 3 --storage-slots 60
+runs $small --orbit 3 --frames 3 --storage-slots 60 --program anchored
 has stderr "^3 of 3 pictures lack something, most of all frame_0001.png: [0-9,]* of the map's 39,517 Gaussians and .*; the fullest tile of frame_0000.png needs "
 runs $small --preset prototype --storage-slots 60 --channel-slots 3 --report report.json
 has report.json '"cause": "channel_full"'
 has report.json '"cause": "storage_full"'
 has report.json '"storage_slots": 60,'
 has report.json '"channel_slots": 3,'
+
+# --- programs ----------------------------------------------------------------------------------
+# Where anchored tiles would lack something, auto renders with homes: from that frame on, complete, and says so once.
+runs $small --orbit 3 --frames 3 --storage-slots 60 --arithmetic precise --float --out auto --strict --report auto.json
+[ ! -s stderr ] || fail "auto lacks something: $(cat stderr)"
+runs $small --orbit 3 --frames 3 --machine test --grid 1x1 --arithmetic precise --float --out roomy
+for frame in 0 1 2; do same auto/frame_000$frame.pfm roomy/frame_000$frame.pfm; done
+has auto.json '^ "program": "auto",$'
+[ "$(grep -c '"program": "homes"' auto.json)" -eq 3 ] || fail "not every frame is of homes"
+[ "$(grep -c 'the program of homes renders' auto.json)" -eq 1 ] || fail "the change is not said once"
+has auto.json 'from frame_0000.png on, the program of homes renders (on anchored tiles, records or copies would be missing)'
+has auto.json '"storage_slots": 60,'
+runs $small --storage-slots 10 --out auto --float --report auto.json # more records than slots
+same first/frame_0000.pfm auto/frame_0000.pfm
+has auto.json '"program": "homes"'
+# Nothing is missing, or an option is the anchored program's alone: auto stays there.
+for options in "" "--preset prototype" "--hops 1" "--copies screen" "--saturation drop --storage-slots 60" "--tile 8x5 --storage-slots 60"; do
+    # shellcheck disable=SC2086
+    runs $small $options --out stays --report stays.json
+    if grep -q '"program": "homes"' stays.json; then fail "homes rendered: $options"; fi
+done
+runs --size 320x180 --program homes --rounds all
+has stdout ", program homes, "
+has stdout "^homes: [1-9][0-9]* rounds\{0,1\}, [0-9,]* parcels sent, [0-9,]* entries, 0 refused, 0 tiles unfinished, 0 chapters, 0 bytes streamed$"
+# A view that did not change runs nothing.
+printf '1 0 0 0 0 0 0 1\n2 0 0 0 0 0 0 1\n' >still.tum
+runs $small --program homes --trajectory still.tum --float --out still --report still.json
+same still/frame_0000.pfm still/frame_0001.pfm
+[ "$(grep -c '"rounds": 0' still.json)" -eq 1 ] || fail "the second of two equal views ran rounds"
+[ "$(grep -cE '"composite": 0,?$' still.json)" -ge 2 ] || fail "the second of two equal views ran passes"
+# A bound on rounds leaves tiles unfinished, and says where.
+runs $small --program homes --held 16 --rounds 1 --out cut --report cut.json
+has stderr "^frame_0000.png lacks what is far on [0-9,]* tiles ([0-9,]* unfinished, cut at depth [0-9.]* or behind, the nearest on tile [0-9]*); with --rounds all every tile is finished$"
+has cut.json '"unfinished": \['
+[ "$(sed -n 's/.*"unfinished_tiles": \([0-9]*\).*/\1/p' cut.json)" -eq "$(grep -c '"depth": [0-9]' cut.json)" ] || fail "unfinished tiles are not those of the list"
+run $small --program homes --held 16 --rounds 1 --strict --out cut >stdout 2>stderr
+[ $? -eq 1 ] || fail "--strict has another status than 1 for unfinished tiles"
+# The rules of another preset: its picture on a machine with room for all.
+runs $small --preset paper --machine test --grid 1x1 --float --out roomy
+runs $small --preset paper --saturation hold --program homes --float --out homes
+same roomy/frame_0000.pfm homes/frame_0000.pfm
+refuses "^--program homes and --preset paper are both given (homes drop nothing); add --saturation hold, or leave one of them out$" --program homes --preset paper
+for options in "--copies screen" "--hops 3" "--tile 32x20"; do
+    # shellcheck disable=SC2086
+    refuses "^--program homes and ${options%% [0-9]*} are both given (.*); " --program homes $options
+done
+refuses "^--program homes and --follow are both given (" --program homes --trace traced --follow 7
+refuses "^--rounds and --program anchored are both given (only the program of homes has rounds); leave one of them out$" --program anchored --rounds 2
+refuses "^--held and --preset paper are both given (" --preset paper --held 100
+refuses "^--held cannot be 5000 (homes on machine mk2 have 1 to [0-9,]* slots a tile for this map and frame); choose 1 to [0-9]*$" $small --held 5000
+refuses "^--channel-slots cannot be 121 (homes on machine mk2 have 1 to 120 slots a channel" $small --program homes --channel-slots 121
+refuses "^--program cannot be \"home\" (there are auto, anchored, homes); choose one of these$" --program home
 
 # --- what the scene does not need ---------------------------------------------------------------
 runs $small --out fitted --float --explain --report fitted.json
@@ -380,7 +434,7 @@ refuses "the frame is" --grid 2x2 --tile 16x20
 refuses "too large" --machine test --grid 65535x65535
 refuses "too large" --machine test --tile 1x1 --size 65535x1000
 refuses "too large" --machine test --size 65535x65535
-refuses "slots hold" $small --storage-slots 10
+refuses "slots hold" $small --storage-slots 10 --program anchored
 : >file
 refuses "directory" $small --out file
 refuses "file" $small --out file/below

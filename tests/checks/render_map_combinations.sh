@@ -184,6 +184,37 @@ degree_2.ply --preset prototype --channel-slots 3 --storage-slots 20
 degree_3.ply --machine test --saturation drop --pixels rgbx8 --alpha --storage-slots 30
 END
 
+# --- the program of homes ----------------------------------------------------------------------
+# Each degree, plane, pixel and trace on either engine: the picture of the anchored program.
+while IFS= read -r words; do
+    rm -rf out anchored traced
+    # shellcheck disable=SC2086
+    {
+        runs $small --float --machine test --fit off --out anchored ${words%% --trace*}
+        runs $small --float --program homes --held 20 --channel-slots 3 --out out --report report.json $words
+    }
+    has report.json '"program": "homes"'
+    for file in anchored/*; do same "$file" "out/${file##*/}"; done
+    case $words in *--trace*) [ -s traced/report.html ] || fail "no trace of homes: $words" ;; esac
+done <<'END'
+degree_0.ply --pixels rgbx8
+degree_1.ply --depth --alpha --footprint three_sigma_square
+degree_2.ply --engine sequential --quality on_sensor
+degree_3.ply --alpha --pixels rgbx8 --engine sequential
+degree_3.ply --sh-degree 0 --threads 2
+degree_3.ply --arithmetic precise --trace traced
+degree_1.ply --depth --engine sequential --trace traced
+END
+# The engines and any number of threads count the same.
+for host in "--threads 1" "--threads 2" "--engine sequential"; do
+    rm -rf out
+    # shellcheck disable=SC2086
+    runs degree_1.ply $small --orbit 20 --frames 2 --program homes --held 20 --out out --report "homes $host.json" $host
+    told "homes $host.json" >got
+    [ "$host" != "--threads 1" ] || cp got expected
+    cmp -s expected got || fail "homes $host: the report differs: $(diff expected got | head -n 4 | tr '\n' ' ')"
+done
+
 # --- what is refused ---------------------------------------------------------------------------
 # A frame whose tiles have too many pixels, and a capacity that the SRAM has no room for.
 # shellcheck disable=SC2086

@@ -29,8 +29,11 @@ runs $small --out dropped --preset prototype --storage-slots 60 --channel-slots 
 runs $small --out late --orbit 2 --frames 3 --hops 2 --report late.json
 runs $small --out held --preset paper --saturation hold --report paper.json
 runs $spot $small --out walked --trajectory walk.tum --relative --report walked.json
-runs $spot $small --out unplaced --storage-slots 150 --report unplaced.json
+runs $spot $small --out unplaced --program anchored --storage-slots 150 --report unplaced.json
 runs $spot $small --out traced --trace trace --machine test --report traced.json
+runs $spot $small --out homes --program homes --held 40 --report homes.json
+runs $spot $small --out cut --program homes --held 40 --rounds 2 --report cut.json
+runs $spot $small --out auto --storage-slots 150 --report auto.json
 "$validate" "$schema" ./*.json || fail "a report is not as its schema says"
 
 # --- what they say -----------------------------------------------------------------------------
@@ -85,7 +88,7 @@ follow() {
     cat ways >>all_ways
     rm -rf advised followed
 }
-follow $spot --storage-slots 150
+follow $spot --program anchored --storage-slots 150
 follow --preset prototype --storage-slots 60
 has all_ways '^no --storage-slots'
 has all_ways '^--machine test without --storage-slots (40,000 slots a tile)$'

@@ -48,12 +48,14 @@ cut_off() {
 # Each set of options leaves its own traces from frame to frame.
 sets="--channel-slots=2 --copies=screen
 --preset=prototype --channel-slots=2 --storage-slots=20
---preset=paper --saturation=hold --storage-slots=25 --float
---storage-slots=20 --depth --alpha
+--program=anchored --preset=paper --saturation=hold --storage-slots=25 --float
+--program=anchored --storage-slots=20 --depth --alpha
 --hops=2
 --quality=viewing
---engine=sequential --storage-slots=30 --channel-slots=1"
-[ -z "${TILEMESH_FAST:-}" ] || sets=$(echo "$sets" | sed -n '2p;4p;6p')
+--program=anchored --engine=sequential --storage-slots=30 --channel-slots=1
+--storage-slots=20
+--program=homes --held=15 --rounds=4 --channel-slots=2"
+[ -z "${TILEMESH_FAST:-}" ] || sets=$(echo "$sets" | sed -n '2p;4p;6p;8p')
 echo "$sets" >sets
 while read -r options; do
     rm -rf whole cut
@@ -95,6 +97,7 @@ while read -r options; do
     }
     case $options in # what is lost, or comes late, in one frame is missed in the next
     --channel* | --quality*) ;;
+    --storage-slots=20 | --program=homes*) has whole.json '"program": "homes"' ;;
     *) has whole.json '"cause": ' ;;
     esac
 done <sets

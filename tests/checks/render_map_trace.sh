@@ -253,7 +253,7 @@ has long/report.html "timeline of the machine and its 32 busiest tiles"
 
 # Tiles that are too small: the host recalls copies, and the frame takes a second run, which is in the trace too.
 # shellcheck disable=SC2086
-runs $walk --storage-slots 240 --out pictures --trace crowded --report crowded.json
+runs $walk --program anchored --storage-slots 240 --out pictures --trace crowded --report crowded.json
 agrees crowded 0000 crowded.json 0
 agrees crowded 0001 crowded.json 1
 equal "runs of the first frame" "$(grep -c ',project,' crowded/frame_0000.supersteps.csv)" 2

@@ -45,6 +45,7 @@ FrameReport all_different()
     r.pairs_contributing = 39;
     r.peak_storage = 41;
     r.peak_channel = 42;
+    r.homes = {.rounds = 43, .parcels = 44, .entries = 45, .refused = 46, .unfinished_tiles = 47, .chapters = 48, .streamed_bytes = 49};
     r.host_ms = {.project = 0.5, .route = 1.5, .bloom = 2.5, .composite = 3.5, .picture = 0.75, .total = 1008.5};
     r.digests = {51, 52};
     return r;
@@ -56,10 +57,12 @@ TEST_SUITE_BEGIN("report");
 
 TEST_CASE("the table of a report's fields has every member once")
 {
-    // Width, height and two peaks have 32 bits, `lost` is a list, `losses` are its sums: all other fields are eight bytes.
+    // Width, height and two peaks have 32 bits, `lost` is a list, `losses` are its sums: all other fields are eight bytes. The program has
+    // 32 bits too, beside padding; `unfinished` is a list whose size is a field.
     constexpr auto fields = std::size(report::report_fields);
     static_assert(sizeof(FrameReport) == sizeof(std::string) + sizeof(std::vector<report::Loss>) + sizeof(std::vector<std::uint64_t>) +
-                                             sizeof(std::optional<report::FullTiles>) + 8 * (fields - 5 - report::causes) + 4 * 4,
+                                             sizeof(std::vector<report::UnfinishedTile>) + sizeof(std::optional<report::FullTiles>) +
+                                             8 * (fields - 5 - report::causes) + 4 * 4 + 8,
                   "a member of FrameReport is not in report_fields, or a field is there twice");
     std::set<std::string_view> names;
     std::set<std::uint64_t> counts;
@@ -122,16 +125,24 @@ TEST_CASE("a report's text")
     more << full;
     CHECK(more.str() == text.str() + "full tiles: 1,200, most of all tile 17: it needs 3,105 slots and has 2,000\n");
     CHECK(report::numbers_of(all_different(), "no such line").empty());
+    auto homes = all_different();
+    homes.program = report::Program::homes;
+    homes.unfinished = {{4, 2.5f}, {9, 1.25f}, {11, 1.25f}};
+    std::ostringstream rounds;
+    rounds << homes;
+    CHECK(rounds.str() == text.str() + "homes: 43 rounds, 44 parcels sent, 45 entries, 46 refused, 47 tiles unfinished, 48 chapters, 49 bytes streamed\n"
+                                       "unfinished: 3 tiles, the nearest cut on tile 9: it is exact up to depth 1.25\n");
+    CHECK(std::string(report::to_string(report::Program::automatic)) == "auto");
 }
 
 TEST_CASE("a report as a line of CSV: the camera quoted, then every exact field under its name")
 {
     CHECK(report::csv_header().starts_with("camera,size_px.width,size_px.height,passes.project,passes.route,"));
-    CHECK(report::csv_header().ends_with(",peak.storage,peak.channel"));
+    CHECK(report::csv_header().ends_with(",peak.storage,peak.channel,homes.rounds,homes.parcels,homes.entries,homes.refused,homes.unfinished_tiles,homes.chapters,homes.streamed_bytes"));
     auto r = all_different();
     r.camera = "a \"b\", c";
     CHECK(report::csv_row(r) == "\"a \"\"b\"\", c\",1280,720,1005,6,7,8,1001,2,3,4,11,12,13,14,15,16,17,5,1,0,1,3,0,31,32,33,35,34,36,18446744073709551615,38,39,"
-                                "21,22,23,24,25,41,42");
+                                "21,22,23,24,25,41,42,43,44,45,46,47,48,49");
     auto const header = report::csv_header(), row = report::csv_row(all_different());
     CHECK(std::count(header.begin(), header.end(), ',') == std::count(row.begin(), row.end(), ','));
 }

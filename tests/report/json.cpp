@@ -49,6 +49,7 @@ report::RunFrame frame()
     r.pairs_contributing = 39;
     r.peak_storage = 41;
     r.peak_channel = 42;
+    r.homes = {.rounds = 43, .parcels = 44, .entries = 45, .refused = 46, .unfinished_tiles = 47, .chapters = 48, .streamed_bytes = 49};
     r.host_ms = {.project = 0.5, .route = 1.5, .bloom = 2.5, .composite = 3.5, .picture = 0.75, .total = 8.5};
     f.image = "frame_0000.png";
     f.grid = {40, 36};
@@ -93,7 +94,9 @@ TEST_CASE("report.json says what ran")
                                    {"copies", "world"},
                                    {"pixels", "rgbx8"},
                                    {"arithmetic", "precise"},
-                                   {"hops", "quiet"}});
+                                   {"hops", "quiet"},
+                                   {"rounds", "all"}});
+    CHECK(json["program"] == "anchored");
     CHECK(json["quality"] == "viewing");
     CHECK(json["cut_offs"] == Json{{"alpha_min", 0.0078125}, {"transmittance_min", 0.25}, {"alpha_max", 0.75}});
     CHECK(report::json_of(report::RunReport{})["quality"] == "default");
@@ -103,7 +106,11 @@ TEST_CASE("report.json says what ran")
     bounded.policies.hops = 1;
     bounded.map.path.clear();
     bounded.notes = {"interrupted"};
+    bounded.policies.rounds = 2;
+    bounded.program = report::Program::automatic;
     CHECK(report::json_of(bounded)["policies"]["hops"] == 1);
+    CHECK(report::json_of(bounded)["policies"]["rounds"] == 2);
+    CHECK(report::json_of(bounded)["program"] == "auto");
     CHECK(report::json_of(bounded)["map"]["path"].is_null());
     CHECK(json["notes"] == Json::array());
     CHECK(report::json_of(bounded)["notes"] == Json::array({"interrupted"}));
@@ -137,13 +144,14 @@ TEST_CASE("report.schema.json describes every member of report.json, and notices
     f.alpha = "frame_0000.alpha.pfm";
     f.modelled = {"mk2", 123456, 0.25};
     f.report.full_tiles = {2, 17, 3105, 2000};
+    f.report.unfinished = {{3, 0.5f}};
     f.error = f.error_same_cuts = measures(std::numeric_limits<double>::infinity());
     auto const json = report::json_of(all);
     CHECK(validator.errors(json) == std::vector<std::string>{});
     CHECK(validator.unseen() == std::vector<std::string>{});
     CHECK(validator.errors(report::json_of(report::RunReport{})) == std::vector<std::string>{});
 
-    std::set<std::string> const optional = {"image", "depth", "alpha", "timestamp_s", "modelled", "full_tiles", "error", "error_same_cuts"};
+    std::set<std::string> const optional = {"image", "depth", "alpha", "timestamp_s", "modelled", "full_tiles", "unfinished", "error", "error_same_cuts"};
     for (auto const& [how, spoiled] : json_schema::spoiled(json)) {
         CAPTURE(how);
         auto const name = how.starts_with("without ") ? how.substr(8, how.find(':') - 8) : "";
@@ -201,6 +209,7 @@ TEST_CASE("report.json has every number of a frame under its name")
     auto const json = report::json_of(run())["frames"][0];
     Json const expected{
         {"camera", "sloth/front"},
+        {"program", "anchored"},
         {"size_px", {1280, 720}},
         {"grid", {40, 36}},
         {"tile_px", {32, 20}},
@@ -221,6 +230,7 @@ TEST_CASE("report.json has every number of a frame under its name")
         {"refused",
          {{"channel_full", 21}, {"no_credit", 22}, {"storage_full", 23}, {"copies_full", 24}, {"copies_refused", 25}}},
         {"peak", {{"storage", 41}, {"channel", 42}}},
+        {"homes", {{"rounds", 43}, {"parcels", 44}, {"entries", 45}, {"refused", 46}, {"unfinished_tiles", 47}, {"chapters", 48}, {"streamed_bytes", 49}}},
         {"host_ms", {{"project", 0.5}, {"route", 1.5}, {"bloom", 2.5}, {"composite", 3.5}, {"picture", 0.75}, {"total", 8.5}}},
         {"lost",
          {{{"id", 7}, {"what", "record"}, {"cause", "unplaced"}, {"tile", 1000}},
@@ -282,9 +292,13 @@ TEST_CASE("a frame of report.json is read back as it was written")
     f.timestamp_s = 1305031102.175304;
     f.modelled = {"my machine", 7, 0.1};
     f.report.full_tiles = {2, 17, 3105, 2000};
+    f.report.program = report::Program::homes;
+    f.report.unfinished = {{3, 0.1f}, {9, 7.25f}};
     for (std::uint32_t cause = 0; cause < report::causes; ++cause)
         f.report.lost.push_back({tilemesh::splat::GaussianId{cause}, cause, report::Cause{cause}});
     CHECK(same(f));
+    CHECK(report::frame_of(json_of(f)).report.program == report::Program::homes);
+    CHECK(report::frame_of(json_of(f)).report.unfinished == f.report.unfinished);
     CHECK(report::frame_of(json_of(f)).error_same_cuts->psnr_db == std::numeric_limits<double>::infinity());
 
     // Every field of the table, each with its own number.
@@ -319,7 +333,7 @@ TEST_CASE("a frame of report.json is read back as it was written")
         auto lacks = json_of(f);
         lacks.erase(key);
         if (key == "image" || key == "depth" || key == "alpha" || key == "error" || key == "error_same_cuts" || key == "timestamp_s" ||
-            key == "modelled" || key == "full_tiles")
+            key == "modelled" || key == "full_tiles" || key == "unfinished")
             CHECK_NOTHROW(report::frame_of(lacks));
         else CHECK_THROWS_AS(report::frame_of(lacks), tilemesh::Error);
         auto other = json_of(f);
@@ -378,7 +392,7 @@ TEST_CASE("report.json is written whole, or what was there stays")
     CHECK(read["frames"] == report::json_of(all)["frames"]);
     auto keys = std::string();
     for (auto const& [key, value] : read.items()) keys += key + " ";
-    CHECK(keys == "schema version map machine preset policies quality cut_offs features engine threads notes advice frames ");
+    CHECK(keys == "schema version map machine preset program policies quality cut_offs features engine threads notes advice frames ");
 
     CHECK_THROWS_AS(report::write_json(folder / "absent" / "report.json", all), tilemesh::Error);
     std::filesystem::remove_all(folder);

@@ -1,6 +1,7 @@
 #pragma once
 #include <algorithm>
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -10,74 +11,18 @@
 #include <tilemesh/engine/trace.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/model/no_progress.hpp>
+#include <tilemesh/render/homes_choice.hpp>
+#include <tilemesh/render/homes_form.hpp>
+#include <tilemesh/render/picture.hpp>
 #include <tilemesh/render/record_table.hpp>
 #include <tilemesh/render/renderer_options.hpp>
 #include <tilemesh/render/setup_facts.hpp>
-#include <tilemesh/render/homes_form.hpp>
 #include <tilemesh/splat/homes/program.hpp>
 #include <type_traits>
 #include <utility>
 #include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace render {
-
-/// A machine and its rules for the program of homes.
-struct HomesChoice {
-    char const* name = "homes";
-    MachineSize machine = size_of_machine<Mk2>();
-    /// Slots of a tile. `columns`, `tiles`, `tile_blocks` and `tile_pixels` follow from the grid and the frame. With 120 slots a channel end
-    /// and 2,800 splats a window, four modelled views take the least time or nearly so (bench/any_map).
-    splat::homes::Sizes sizes{950, 2800, 120, 120};
-    std::uint32_t sh_degree = 0;
-    ColourFormat colour = ColourFormat::float32;
-    bool depth = false, alpha = false;
-    splat::Model model{};
-};
-
-/// The ledger of a tile: the lines of `SramLedger<splat::homes::Frame<P>>` for the policies by value, and their sum.
-struct HomesLedger {
-    std::vector<machine::Region> lines;
-    std::uint64_t bytes = 0;
-
-    HomesLedger(HomesChoice const& c, splat::homes::Sizes const& sizes)
-    {
-        using namespace splat;
-        using P = homes::ValuePolicies<>;
-        auto const list = [](std::uint64_t slots, std::uint64_t slot_bytes) { return 8 + slots * slot_bytes; };
-        std::uint64_t const record = sizeof(Gaussian) + 12 * std::uint64_t{harmonics_per_channel(c.sh_degree)};
-        std::uint64_t const pixel = (c.colour == ColourFormat::rgbx8 ? 4u : 12u) + (c.depth ? 4u : 0u) + (c.alpha ? 4u : 0u);
-        std::uint64_t const parcel = sizeof(homes::Parcel<Splat>);
-        add(homes::Tidings::name, "channel, 8 ends", 8 * list(sizes.columns, sizeof(homes::Told)));
-        add(homes::Parcels<P>::name, "channel, 8 ends", 8 * list(sizes.parcels, parcel));
-        add(homes::Home<P>::name, "state", list(sizes.homes, record));
-        add(homes::Seen<P>::name, "state", list(sizes.homes, sizeof(Splat)));
-        add(homes::Window::name, "state", sizeof(homes::Window));
-        add(homes::Held<P>::name, "state", list(sizes.held, sizeof(Splat)));
-        add(homes::Keys::name, "state", list(sizes.held, sizeof(SortKey)));
-        add(homes::Order::name, "state", list(sizes.held, 4));
-        add(homes::Cuts::name, "state", list(homes::most_cuts, 4));
-        add(homes::NextCuts::name, "state", list(homes::most_cuts, 4));
-        add(homes::Sample::name, "state", list(homes::most_samples, 4));
-        add(homes::Blocks<false>::name, "state", list(sizes.tile_blocks, c.depth ? sizeof(homes::KeptDepthBlock) : sizeof(homes::KeptBlock)));
-        add(homes::Counts::name, "state", sizeof(homes::Counts));
-        add(homes::Work::name, "state", sizeof(homes::Work));
-        add(homes::Table::name, "state", list(sizes.tiles, sizeof(homes::Told)));
-        add(homes::Sending::name, "state", sizeof(homes::Sending));
-        add(homes::Offers::name, "state", list(sizes.homes, sizeof(homes::Offered)));
-        add(homes::Waiting<P, 0>::name, "state", list(sizes.waiting, parcel));
-        add(homes::Waiting<P, 1>::name, "state", list(sizes.waiting, parcel));
-        add(homes::Framebuffer<FloatPixel>::name, "state", list(sizes.tile_pixels, pixel));
-        add(homes::Parameters::name, "broadcast", sizeof(homes::Parameters));
-        add("code and stacks", "reserve", c.machine.code_bytes);
-    }
-
-private:
-    void add(char const* name, char const* what, std::uint64_t region_bytes)
-    {
-        lines.push_back({as_name(name), what, static_cast<std::uint32_t>(std::min<std::uint64_t>(region_bytes, 0xffffffffu)), true});
-        bytes += region_bytes;
-    }
-};
 
 /// Renders a map of any density on a grid of tiles: the program of homes and windows (splat/homes/program.hpp). The picture is complete and
 /// bit-identical to that of one depth-ordered list for the whole frame, for any capacities. More splats than a tile holds cost rounds, not
@@ -97,13 +42,14 @@ public:
     /// A map with more records than homes comes in chapters; its records are sent anew for each view. Throws Error if the choice's records or
     /// pixels are not those of the policies.
     HomesRenderer(scene::Map const& map, HomesChoice const& choice, RendererOptions options = {}, EngineOptions engine = {})
-        : options_(options), engine_(std::move(engine)), choice_(choice), grid_(grid_of(options)),
+        : options_(options), engine_(std::move(engine)), choice_(choice), grid_(homes_grid(options)),
           records_(dealt(map, grid_.size()), choice.sh_degree)
     {
         require_policies(choice);
         choice_.model.footprint = options.footprint.value_or(choice_.model.footprint);
         choice_.model.arithmetic = options.arithmetic.value_or(choice_.model.arithmetic);
         if (options.quality) choice_.model = splat::with_quality(choice_.model, *options.quality);
+        facts_ = facts_of(choice_, choice_.sizes, HomesLedger(choice_, choice_.sizes)); // until the first frame
     }
 
     RenderedFrame render(splat::Camera const& camera) override
@@ -122,15 +68,23 @@ public:
         halfway_ = true;
         prepare(camera.width, camera.height);
         auto const view = splat::make_view(camera, choice_.model);
+        if (!demand_.holds_for(view))
+            throw Error("a view that the demand was not made for (" + std::to_string(demand_.culled) +
+                        " records that its path does not show are not loaded); make the demand of all views, with the model");
         bool const changed = !last_ || __builtin_memcmp(&*last_, &view, sizeof view) != 0;
         report::FrameReport report;
+        report.program = report::Program::homes;
+        if constexpr (traced) {
+            trace_.supersteps.clear();
+            for (auto& loop : trace_.loops) loop.rounds = 0;
+        }
         if (changed) {
             if (streams_)
                 run_chapters(view, report);
             else
                 run(view, 0, report);
             visible_ = report.gaussians.visible;
-            unfinished_ = report.homes.unfinished_tiles;
+            unfinished_ = report.unfinished;
             report.gaussians.parked = records_.rows() - visible_;
         } else {
             report = unchanged();
@@ -140,6 +94,7 @@ public:
         result.report = std::move(report);
         result.report.width = camera.width;
         result.report.height = camera.height;
+        result.report.gaussians.parked += demand_.culled;
         last_ = view;
         halfway_ = false;
         result.report.host_ms.picture = since(done);
@@ -147,21 +102,25 @@ public:
     }
 
     splat::Model& model() override { return choice_.model; }
-    void hold_to(scene::Demand const&) override {}
+    void hold_to(scene::Demand const& demand) override
+    {
+        demand_.scanned = demand.scanned; // first, because this may throw
+        demand_.culled = demand.culled;
+    }
     Extent2 grid() override { return {grid_.width, grid_.height}; }
     Extent2 tile() override { return {fold_.x.layers * splat::block_width, fold_.y.layers * splat::block_height}; }
     SetupFacts const& facts() const override { return facts_; }
     bool routes() const override { return true; }
     bool blooms() const override { return true; }
     MeshType& mesh() noexcept { return *mesh_; }
-    splat::homes::Fold const& fold() const noexcept { return fold_; }
-    /// The trace of the last frame, superstep by superstep; only on a Traced machine. If the map came in chapters, it holds the runs of all
-    /// chapters in order, and the mesh's own trace holds that of the last one.
+    /// The trace of the last frame, chapter after chapter; only on a Traced machine. A frame whose view did not change has no superstep.
+    template <class M = Machine>
     Trace const& trace() const noexcept
-        requires(is_traced<Machine>)
+        requires(is_traced<M>)
     {
-        return streams_ ? trace_ : mesh_->trace();
+        return trace_;
     }
+    splat::homes::Fold const& fold() const noexcept { return fold_; }
     void observe(Observer observer)
     {
         observer_ = std::move(observer);
@@ -169,6 +128,7 @@ public:
     }
 
 private:
+    static constexpr bool traced = is_traced<Machine>;
     using Clock = std::chrono::steady_clock;
     static double since(Clock::time_point begin) { return std::chrono::duration<double, std::milli>(Clock::now() - begin).count(); }
     using Parameters = typename P::Parameters;
@@ -184,10 +144,6 @@ private:
         if (!fits)
             throw Error("a choice of records or pixels that the renderer's policies do not store (degree, colour format, depth or alpha "
                         "differ); give both the same");
-    }
-    static Grid grid_of(RendererOptions const& options)
-    {
-        return options.grid.width != 0 && options.grid.height != 0 ? Grid{options.grid.width, options.grid.height} : Grid{40, 36};
     }
     /// The map with its rows dealt to n tiles, one by one, in the order of the tiles. Neighbours in a map are often neighbours in the scene;
     /// dealt, they load no tile more than others.
@@ -210,59 +166,45 @@ private:
     void prepare(std::uint32_t width, std::uint32_t height)
     {
         if (mesh_ && width == size_.width && height == size_.height) return;
-        if (width == 0 || height == 0 || width > 65535 || height > 65535)
-            throw Error("a frame of " + std::to_string(width) + " x " + std::to_string(height) +
-                        " pixels (each side is 1 to 65,535); choose another size");
         mesh_.reset();
         last_.reset();
-        if (std::uint64_t{grid_.width} * grid_.height > choice_.machine.tiles)
-            throw Error("a grid of " + std::to_string(grid_.width) + " x " + std::to_string(grid_.height) + " tiles (" + choice_.machine.name +
-                        " has " + std::to_string(choice_.machine.tiles) + "); choose a smaller grid or another machine");
-        fold_ = splat::homes::make_fold(width, height, grid_, options_.fold);
+        auto layout = layout_homes(choice_, options_, {width, height}, records_.rows());
+        fold_ = layout.fold;
         size_ = {width, height};
-        auto sizes = choice_.sizes;
-        sizes.columns = fold_.x.tiles;
-        sizes.tiles = fold_.x.tiles * fold_.y.tiles;
-        sizes.tile_blocks = fold_.tile_blocks();
-        sizes.tile_pixels = sizes.tile_blocks * splat::block_width * splat::block_height;
+        auto const& sizes = layout.sizes;
         if (!engine::has_words_for_workers(choice_.machine, StepsOf<Program>{}))
             throw Error("machine " + std::string(choice_.machine.name) + " with " + std::to_string(choice_.machine.workers) +
                         " workers (the program of homes has words for 1 to " + std::to_string(splat::homes::Work::max_workers) +
                         "); choose another machine");
         engine::require_least_slots(sizes, typename machine::Needs<Program>::States{});
         engine::require_least_slots(sizes, typename machine::Needs<Program>::Links{});
-        HomesLedger ledger(choice_, sizes);
-        if (ledger.bytes > choice_.machine.sram_bytes) throw does_not_fit(choice_.machine, ledger.lines, ledger.bytes);
+        facts_ = facts_of(choice_, sizes, layout.ledger);
         std::uint64_t const homes = std::uint64_t{sizes.homes} * grid_.size();
-        if (homes == 0) throw Error("tiles without homes (every record lives in one); give a tile at least one");
         streams_ = records_.rows() > homes;
         residents_ = static_cast<std::uint32_t>(std::min<std::uint64_t>(homes, records_.rows()));
         if constexpr (by_reference) table_.resize(residents_);
-        facts_ = {choice_.name, choice_.machine, {}, {}, choice_.sh_degree, 60 + 12 * splat::harmonics_per_channel(choice_.sh_degree),
-                  choice_.colour, choice_.depth, choice_.alpha, choice_.model, ledger.bytes, std::move(ledger.lines)};
-        facts_.sizes.storage = sizes.held;
-        facts_.sizes.road = facts_.sizes.beam = sizes.parcels;
-        facts_.sizes.waiting = sizes.waiting;
-        facts_.sizes.tile_pixels = sizes.tile_pixels;
 
         engine_.digest = options_.digest;
         if constexpr (requires { engine_.threads; }) engine_.threads = options_.threads;
         if constexpr (requires { engine_.most_passes; })
             if (options_.most_passes != 0) engine_.most_passes = options_.most_passes;
+        if constexpr (traced && requires { engine_.explain; })
+            if (engine_.explain == nullptr) engine_.explain = explain_no_progress;
         auto mesh_sizes = engine::plain_sizes<Program>(choice_.machine, sizes, typename machine::Needs<Program>::States{},
                                                        typename machine::Needs<Program>::Links{});
         mesh_sizes.sram_bytes = facts_.sram_bytes;
         mesh_ = std::make_unique<MeshType>(splat::homes::frame_program<P>(grid_, options_.rounds != 0 ? options_.rounds : 0xffffffffu), grid_,
                                            mesh_sizes, engine_);
-        if (options_.channel_slots != 0) mesh_->template limit<splat::homes::Parcels<P>>(options_.channel_slots);
+        // A limit above the slots that there are limits nothing: the anchored program may have more.
+        if (options_.channel_slots != 0) mesh_->template limit<splat::homes::Parcels<P>>(std::min(options_.channel_slots, sizes.parcels));
         if (options_.waiting_slots != 0) {
-            mesh_->template limit<splat::homes::Waiting<P, 0>>(options_.waiting_slots);
-            mesh_->template limit<splat::homes::Waiting<P, 1>>(options_.waiting_slots);
+            mesh_->template limit<splat::homes::Waiting<P, 0>>(std::min(options_.waiting_slots, sizes.waiting));
+            mesh_->template limit<splat::homes::Waiting<P, 1>>(std::min(options_.waiting_slots, sizes.waiting));
         }
-        if (options_.storage_slots != 0) {
-            mesh_->template limit<splat::homes::Held<P>>(options_.storage_slots);
-            mesh_->template limit<splat::homes::Keys>(options_.storage_slots);
-            mesh_->template limit<splat::homes::Order>(options_.storage_slots);
+        if (auto const held = options_.held_slots != 0 ? options_.held_slots : options_.storage_slots; held != 0) {
+            mesh_->template limit<splat::homes::Held<P>>(std::min(held, sizes.held));
+            mesh_->template limit<splat::homes::Keys>(std::min(held, sizes.held));
+            mesh_->template limit<splat::homes::Order>(std::min(held, sizes.held));
         }
         if (observer_) mesh_->observe(observer_);
         for (TileId const tile : grid_.tiles()) {
@@ -306,14 +248,12 @@ private:
         report.host_ms.project += since(start);
         account(mesh_->run(), report);
         if constexpr (traced) {
-            if (!streams_) return;
-            auto const& of_chapter = mesh_->trace();
-            if (report.homes.chapters == 1) {
-                trace_ = of_chapter;
-                return;
+            auto const& ran = mesh_->trace();
+            if (trace_.supersteps.empty()) trace_ = ran;
+            else {
+                trace_.supersteps.insert(trace_.supersteps.end(), ran.supersteps.begin(), ran.supersteps.end());
+                for (std::size_t i = 0; i < trace_.loops.size(); ++i) trace_.loops[i].rounds += ran.loops[i].rounds;
             }
-            trace_.supersteps.insert(trace_.supersteps.end(), of_chapter.supersteps.begin(), of_chapter.supersteps.end());
-            for (std::size_t i = 0; i < trace_.loops.size(); ++i) trace_.loops[i].rounds += of_chapter.loops[i].rounds;
         }
     }
     /// A map with more records than homes: the records in front of the camera come in chapters, the nearest first. A chapter has the next
@@ -349,7 +289,7 @@ private:
             report.homes.streamed_bytes += std::uint64_t{chapter_.size()} * facts_.record_bytes;
             ++report.homes.chapters;
             report.host_ms.project += since(begin);
-            report.homes.unfinished_tiles = 0;
+            report.unfinished.clear();
             run(view, done == 0 ? 0 : static_cast<std::uint32_t>(from >> 32), report);
             done += size;
         } while (done < keys.size() && report.homes.unfinished_tiles == 0 && tiles_that_go_on() != 0);
@@ -398,7 +338,7 @@ private:
             arrived += c.arrived;
             r.homes.parcels += c.sent;
             r.homes.refused += c.refused;
-            r.homes.unfinished_tiles += window.done() ? 0 : 1;
+            if (!window.done()) r.unfinished.push_back({grid_.index_of(tile), __builtin_bit_cast(float, window.lo_depth)});
             r.refused.channel_full += c.channel_full;
             r.refused.no_credit += c.no_credit;
             for (std::uint32_t i = 0; i < splat::homes::Work::max_workers; ++i) {
@@ -410,6 +350,7 @@ private:
             throw Error("a frame in which homes sent " + std::to_string(asked) + " splats and tiles received " + std::to_string(arrived) +
                         " (the protocol of homes is broken); report this");
         r.homes.entries += arrived;
+        r.homes.unfinished_tiles = r.unfinished.size();
         r.homes.rounds += run.loops[0].rounds;
         r.pairs += strips * splat::homes::strip_pairs;
         using namespace splat;
@@ -435,9 +376,11 @@ private:
     report::FrameReport unchanged() const
     {
         report::FrameReport r;
+        r.program = report::Program::homes;
         r.gaussians.visible = visible_;
         r.gaussians.parked = records_.rows() - visible_;
-        r.homes.unfinished_tiles = unfinished_;
+        r.unfinished = unfinished_;
+        r.homes.unfinished_tiles = unfinished_.size();
         return r;
     }
     /// Copies the tiles' blocks into one picture, with the planes that the choice has.
@@ -489,10 +432,18 @@ private:
     Extent2 size_{};
     std::unique_ptr<MeshType> mesh_;
     Observer observer_;
-    [[no_unique_address]] std::conditional_t<traced, Trace, engine::NoTrace> trace_; ///< of all chapters
     std::optional<splat::View> last_;
     bool halfway_ = false;
-    std::uint64_t visible_ = 0, unfinished_ = 0;
+    std::uint64_t visible_ = 0;
+    std::vector<report::UnfinishedTile> unfinished_;
+    scene::Demand demand_; ///< only the facts about views
+    [[no_unique_address]] std::conditional_t<traced, Trace, engine::NoTrace> trace_; ///< of all chapters
 };
+
+template <class Pixel>
+std::unique_ptr<AnyRenderer> make_homes_renderer(scene::Map const& map, HomesChoice const& choice, RendererOptions const& options)
+{
+    return std::make_unique<HomesRenderer<splat::homes::HostPolicies<Pixel>>>(map, choice, options);
+}
 
 }}} // namespace tilemesh::render

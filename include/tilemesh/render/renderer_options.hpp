@@ -2,6 +2,7 @@
 #include <cstdint>
 #include <optional>
 #include <tilemesh/render/frame_layout.hpp>
+#include <tilemesh/report/frame_report.hpp>
 #include <tilemesh/splat/model.hpp>
 #include <tilemesh/splat/quality.hpp>
 #include <tilemesh/splat/sizes.hpp>
@@ -25,9 +26,12 @@ struct RendererOptions {
     /// A limit for the passes of routing, and for those of bloom, in a run. A frame that needs more passes throws Error
     /// (MeshOptions::most_passes). 0: the limit in the engine's own options. Engines without such a limit (PoplarMesh) ignore it.
     std::uint32_t most_passes = 0;
+    /// Only for renderers that have both programs (render/auto_renderer.hpp): the one that renders.
+    report::Program program = report::Program::automatic;
     /// Only for the program of homes: a limit for its rounds; 0: until the picture is complete. `fold`: the frame is folded over the grid.
     std::uint32_t rounds = 0;
     bool fold = true;
+    std::uint32_t held_slots = 0;            ///< only for homes: a limit for the splats that a tile holds; 0: `storage_slots`
     /// Sizes that replace the setup's. The renderer throws Error if they do not fit into a tile's SRAM.
     std::optional<splat::Sizes> sizes{};
 };

@@ -13,8 +13,8 @@
 namespace tilemesh { inline namespace v0_2 { namespace report {
 
 /// Returns the first exact field in which two reports differ, with both values: "gaussians.moved: 3 and 4". Returns an empty string if the
-/// reports agree. It compares the camera's name, every exact field, each loss, the full tiles, and the digests if both
-/// frames have them.
+/// reports agree. It compares the camera's name, every exact field, each loss, the full tiles, the unfinished tiles, and the
+/// digests if both frames have them.
 ///
 /// `ignored` names fields or groups of fields ("exchanged_bytes") that may differ. "lost" covers the number of losses, their list and
 /// the full tiles. Throws `tilemesh::Error` for a name that no field has.
@@ -51,6 +51,9 @@ inline std::string first_difference(FrameReport const& a, FrameReport const& b,
         };
         if (a.full_tiles != b.full_tiles) return differs("full_tiles", text_of_full(a.full_tiles), text_of_full(b.full_tiles));
     }
+    if (a.unfinished != b.unfinished &&
+        std::none_of(ignored.begin(), ignored.end(), [](auto name) { return report_field("homes.unfinished_tiles").is_in(name); }))
+        return differs("unfinished", "other tiles", "other depths");
     if (a.digests.empty() || b.digests.empty()) return {};
     if (a.digests.size() != b.digests.size())
         return differs("digests", std::to_string(a.digests.size()), std::to_string(b.digests.size()));

@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <cstdint>
 #include <iosfwd>
 #include <optional>
@@ -47,10 +48,28 @@ struct FullTiles {
     friend bool operator==(FullTiles const&, FullTiles const&) = default;
 };
 
+/// The program that rendered a frame, or that shall: `automatic` renders with `anchored` until a frame would lose something, then with
+/// `homes`.
+enum class Program : std::uint32_t { automatic, anchored, homes };
+inline char const* to_string(Program program) noexcept
+{
+    return program == Program::automatic ? "auto" : program == Program::anchored ? "anchored" : "homes";
+}
+
+/// A tile whose part of the picture is cut short by a bound on rounds (program of homes). Its pixels are exact for all splats that are
+/// nearer than `depth`, and lack the splats behind.
+struct UnfinishedTile {
+    std::uint32_t tile; ///< its index
+    float depth;        ///< along z of the camera, in world units
+
+    friend bool operator==(UnfinishedTile const&, UnfinishedTile const&) = default;
+};
+
 /// The counts and times of one frame. Every number except `host_ms` is exact: it is equal on every engine and with any number of threads.
 /// `report_fields` below gives the meaning and the unit of each number.
 struct FrameReport {
     std::string camera;
+    Program program = Program::anchored; ///< that rendered the frame; never `automatic`
     std::uint32_t width = 0, height = 0;
     struct ByStage {
         std::uint64_t project = 0, route = 0, bloom = 0, composite = 0;
@@ -69,6 +88,7 @@ struct FrameReport {
     std::uint64_t exchanged_live_bytes = 0, exchanged_capacity_bytes = 0;
     std::uint64_t pairs = 0, pairs_contributing = 0;
     std::uint32_t peak_storage = 0, peak_channel = 0;
+    std::vector<UnfinishedTile> unfinished; ///< one for each of `homes.unfinished_tiles`, in the order of tiles
     /// Only for the program of homes (splat/homes): all 0 otherwise.
     struct {
         std::uint64_t rounds = 0, parcels = 0, entries = 0, refused = 0, unfinished_tiles = 0;
@@ -245,6 +265,27 @@ inline constexpr ReportField report_fields[] = {
     {"peak.channel", "records", "peaks", "in a channel", "The most records that one channel held.",
      [](auto& r) -> auto& { return r.peak_channel; }},
 
+    {"homes.rounds", "rounds", "homes", "rounds",
+     "Rounds of the program of homes: in each, tiles tell their windows, homes deliver the splats of these, and tiles blend them.",
+     [](auto& r) -> auto& { return r.homes.rounds; }},
+    {"homes.parcels", "parcels", "homes", "parcels sent",
+     "Parcels that homes sent in all rounds. A parcel is one splat for at most 4 x 8 tiles.",
+     [](auto& r) -> auto& { return r.homes.parcels; }},
+    {"homes.entries", "splats", "homes", "entries",
+     "Splats that tiles received from homes in all rounds: one for each tile and round.",
+     [](auto& r) -> auto& { return r.homes.entries; }},
+    {"homes.refused", "splats", "homes", "refused",
+     "Entries that found no room on their tile; homes send them again in a later round.",
+     [](auto& r) -> auto& { return r.homes.refused; }},
+    {"homes.unfinished_tiles", "tiles", "homes", "tiles unfinished",
+     "Tiles whose part of the picture a bound on rounds cut short. Each shows the nearest splats exactly.",
+     [](auto& r) -> auto& { return r.homes.unfinished_tiles; }},
+    {"homes.chapters", "chapters", "homes", "chapters",
+     "Parts in which the host sent the map to the tiles, nearest first, because not all of its records fit at once; 0: all fit.",
+     [](auto& r) -> auto& { return r.homes.chapters; }},
+    {"homes.streamed_bytes", "bytes", "homes", "bytes streamed", "Bytes of the records in these chapters.",
+     [](auto& r) -> auto& { return r.homes.streamed_bytes; }},
+
     {"host_ms.project", "ms", "", "", "Host time of projection.",
      [](auto& r) -> auto& { return r.host_ms.project; }},
     {"host_ms.route", "ms", "", "", "Host time of routing.",
@@ -270,11 +311,23 @@ consteval ReportField const& report_field(std::string_view name)
 }
 
 /// The lines of the text, in order. Every `line` of report_fields is one of them, or empty.
-inline constexpr std::string_view text_lines[] = {"Gaussians", "missing", "copies", "exchanged", "refused", "pairs", "peaks"};
+inline constexpr std::string_view text_lines[] = {"Gaussians", "missing", "copies", "exchanged", "refused", "pairs", "peaks", "homes"};
+
+/// Does the text of this frame have the line? The line "homes" is only for frames of that program.
+inline bool has_line(FrameReport const& r, std::string_view line) noexcept
+{
+    return line != "homes" || r.program == Program::homes;
+}
 
 /// The numbers of one line of the text: numbers_of(report, "copies") is "96,484 on tiles, 0 lost, 0 late". Empty if no field names the
 /// line.
 TILEMESH_HOST std::string numbers_of(FrameReport const& r, std::string_view line);
+
+/// The unfinished tile that is cut at the least depth; among equals the first. There must be one.
+inline UnfinishedTile const& nearest_cut(FrameReport const& r) noexcept
+{
+    return *std::min_element(r.unfinished.begin(), r.unfinished.end(), [](auto const& a, auto const& b) { return a.depth < b.depth; });
+}
 
 /// A short text for a terminal: a table of the stages, then one line for each group of counters.
 TILEMESH_HOST std::ostream& operator<<(std::ostream& out, FrameReport const& r);

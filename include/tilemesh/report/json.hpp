@@ -64,6 +64,7 @@ inline std::string text_of(RunFrame const& frame)
     auto const& r = frame.report;
     json.object([&] {
         json.member("camera", r.camera);
+        json.member("program", to_string(r.program));
         if (frame.timestamp_s) {
             json.key("timestamp_s");
             json.finite(*frame.timestamp_s);
@@ -114,6 +115,19 @@ inline std::string text_of(RunFrame const& frame)
         if (frame.error_same_cuts) {
             json.key("error_same_cuts");
             write(json, *frame.error_same_cuts);
+        }
+        if (!r.unfinished.empty()) {
+            json.key("unfinished");
+            json.array([&] {
+                for (auto const& cut : r.unfinished) {
+                    json.item();
+                    json.object([&] {
+                        json.member("tile", cut.tile);
+                        json.key("depth");
+                        json.finite(double{cut.depth});
+                    });
+                }
+            });
         }
         json.key("lost"); // last: it may be long
         json.array([&] {
@@ -187,6 +201,7 @@ inline std::string text_of_head(RunReport const& run)
         json.key("machine");
         write_machine(json, run);
         json.member("preset", run.preset);
+        json.member("program", to_string(run.program));
         json.key("policies");
         json.object([&] {
             auto const& p = run.policies;
@@ -200,6 +215,9 @@ inline std::string text_of_head(RunReport const& run)
             json.key("hops");
             if (p.hops == 0) json.value("quiet");
             else json.value(p.hops);
+            json.key("rounds");
+            if (p.rounds == 0) json.value("all");
+            else json.value(p.rounds);
         });
         json.member("quality", run.quality);
         json.key("cut_offs");

@@ -28,6 +28,10 @@ inline RunFrame frame_of(nlohmann::ordered_json const& json)
     auto& r = frame.report;
     try {
         json.at("camera").get_to(r.camera);
+        auto const& program = json.at("program").get_ref<std::string const&>();
+        if (program != to_string(Program::anchored) && program != to_string(Program::homes))
+            throw Error("a frame of a report has the program \"" + program + "\" (there are anchored and homes); write the report again");
+        r.program = program == to_string(Program::homes) ? Program::homes : Program::anchored;
         json.at("grid").get_to(frame.grid);
         json.at("tile_px").get_to(frame.tile_px);
         if (json.contains("timestamp_s")) frame.timestamp_s = json.at("timestamp_s").get<double>();
@@ -62,6 +66,9 @@ inline RunFrame frame_of(nlohmann::ordered_json const& json)
             r.lost.push_back({splat::GaussianId{loss.at("id").get<std::uint32_t>()}, whole ? Loss::whole : tile, Cause{number},
                               whole ? tile : Loss::whole});
         }
+        if (json.contains("unfinished"))
+            for (auto const& cut : json.at("unfinished"))
+                r.unfinished.push_back({cut.at("tile").get<std::uint32_t>(), cut.at("depth").get<float>()});
         for (auto const& field : report_fields)
             if (field.group() == "losses" && json.at("losses").at(std::string(field.leaf())).get<std::uint64_t>() != field.count(r))
                 throw Error("a frame of a report has other " + std::string(field.name) + " than its list `lost`; write the report again");

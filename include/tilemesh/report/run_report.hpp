@@ -58,10 +58,12 @@ struct RunReport {
         std::vector<machine::Region> ledger;                ///< Tile<Machine, Program>::ledger()
     } machine;
     std::string preset, engine;
+    Program program = Program::anchored;           ///< as the user chose it; each frame says which program rendered it
     std::uint32_t threads = 1;
     struct {
         std::string routing, addressing, saturation, footprint, copies, pixels, arithmetic;
         std::uint32_t hops = 0;                    ///< limit for the exchanges of routing, and for those of bloom, per frame; 0: until quiet
+        std::uint32_t rounds = 0;                  ///< limit for the rounds of the program of homes; 0: until the picture is complete
     } policies;
     std::string quality = "default";               ///< splat::name of the requested quality; "default": the preset's own cut-offs
     struct {

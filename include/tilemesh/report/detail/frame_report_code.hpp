@@ -47,7 +47,13 @@ TILEMESH_HOST std::ostream& operator<<(std::ostream& out, FrameReport const& r)
         stages.add_row({all ? "frame" : std::string(time.leaf()), sum("passes"), sum("exchanges"), ms(time.milliseconds(r))});
     }
     out << stages;
-    for (auto const line : text_lines) out << line << ": " << numbers_of(r, line) << '\n';
+    for (auto const line : text_lines)
+        if (has_line(r, line)) out << line << ": " << numbers_of(r, line) << '\n';
+    if (!r.unfinished.empty()) {
+        auto const& least = nearest_cut(r);
+        out << "unfinished: " << thousands(r.unfinished.size()) << (r.unfinished.size() == 1 ? " tile" : " tiles")
+            << ", the nearest cut on tile " << least.tile << ": it is exact up to depth " << least.depth << '\n';
+    }
     if (auto const& full = r.full_tiles)
         out << "full tiles: " << thousands(full->count) << ", most of all tile " << full->fullest << ": it needs "
             << thousands(full->slots_needed) << " slots and has " << thousands(full->slots_available) << '\n';

@@ -1,0 +1,103 @@
+#pragma once
+#include <algorithm>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <tilemesh/any_renderer.hpp>
+#include <tilemesh/error.hpp>
+#include <tilemesh/render/renderer_options.hpp>
+#include <tilemesh/report/frame_report.hpp>
+#include <utility>
+
+namespace tilemesh { inline namespace v0_2 { namespace render {
+
+/// May the records of a map all lie on anchored tiles? False if they are more than the tiles have slots.
+inline bool may_fit_anchored(std::uint64_t records, SetupFacts const& facts, RendererOptions const& options) noexcept
+{
+    std::uint64_t const tiles = options.grid.width != 0 ? std::uint64_t{options.grid.width} * options.grid.height : facts.machine.tiles;
+    return records <= tiles * (options.storage_slots != 0 ? options.storage_slots : facts.sizes.storage);
+}
+
+/// Renders with the anchored program as long as nothing is missing. A frame that would lack records or copies is rendered with the program of
+/// homes instead, and so are all later frames.
+///
+/// The frame at the change runs both programs; its report is that of homes, with the host time of both. The model, the demand and the
+/// picture's planes stay the same. If homes have no room for the map either, the anchored program goes on, and its reports list what is
+/// missing.
+class AutoRenderer : public AnyRenderer {
+public:
+    using MakeHomes = std::function<std::unique_ptr<AnyRenderer>()>;
+
+    /// `make_homes` makes the renderer of homes, for the same map and options, when it is needed. It may throw Error. `may_fit` false: the
+    /// first frame is of homes (`may_fit_anchored`).
+    AutoRenderer(std::unique_ptr<AnyRenderer> anchored, MakeHomes make_homes, bool may_fit = true)
+        : renderer_(std::move(anchored)), make_homes_(std::move(make_homes)), may_fit_(may_fit)
+    {
+    }
+
+    RenderedFrame render(splat::Camera const& camera) override
+    {
+        if (!make_homes_) return renderer_->render(camera);
+        RenderedFrame frame;
+        if (may_fit_) {
+            frame = renderer_->render(camera);
+            if (!lacks(frame.report)) return frame;
+        }
+        try {
+            auto homes = std::exchange(make_homes_, nullptr)();
+            homes->model() = renderer_->model();
+            if (demand_) homes->hold_to(*demand_);
+            auto again = homes->render(camera);
+            again.report.host_ms.total += frame.report.host_ms.total;
+            change_ = may_fit_ ? why(frame.report) : "the records have no room";
+            renderer_ = std::move(homes);
+            return again;
+        } catch (Error const& error) {
+            change_refused_ = error.what();
+            return may_fit_ ? std::move(frame) : renderer_->render(camera);
+        }
+    }
+
+    splat::Model& model() override { return renderer_->model(); }
+    void hold_to(scene::Demand const& demand) override
+    {
+        renderer_->hold_to(demand);
+        demand_.emplace();
+        demand_->scanned = demand.scanned;
+        demand_->culled = demand.culled;
+    }
+    Extent2 grid() override { return renderer_->grid(); }
+    Extent2 tile() override { return renderer_->tile(); }
+    SetupFacts const& facts() const override { return renderer_->facts(); }
+    bool routes() const override { return renderer_->routes(); }
+    bool blooms() const override { return renderer_->blooms(); }
+
+    /// The renderer of the last frame, and of the next one unless that would lack something.
+    AnyRenderer& current() noexcept { return *renderer_; }
+    /// Why it changed to homes, in words: "1200 records and 3 copies would be missing". Empty as long as it did not change.
+    std::string const& change() const noexcept { return change_; }
+    /// Why it could not change to homes: the text of the Error. Empty if it could, or need not.
+    std::string const& change_refused() const noexcept { return change_refused_; }
+
+private:
+    static bool lacks(report::FrameReport const& r) noexcept { return !r.lost.empty() || r.gaussians.unplaced != 0 || r.gaussians.dropped != 0; }
+    static std::string why(report::FrameReport const& r)
+    {
+        auto const records = static_cast<std::uint64_t>(
+            std::count_if(r.lost.begin(), r.lost.end(), [](auto const& loss) { return loss.tile == report::Loss::whole; }));
+        auto const text = [](std::uint64_t n, char const* what) { return std::to_string(n) + " " + what + (n == 1 ? "" : "s"); };
+        auto const copies = r.lost.size() - records;
+        return (records == 0 ? "" : text(records, "record")) + (records != 0 && copies != 0 ? " and " : "") +
+               (copies == 0 ? "" : copies == 1 ? "1 copy" : text(copies, "copie")) + " would be missing";
+    }
+
+    std::unique_ptr<AnyRenderer> renderer_;
+    MakeHomes make_homes_; ///< empty after the change
+    bool may_fit_;
+    std::optional<scene::Demand> demand_; ///< only the facts about views
+    std::string change_, change_refused_;
+};
+
+}}} // namespace tilemesh::render

@@ -1,0 +1,205 @@
+// test: unoptimised test asan, cost 4
+#include <algorithm>
+#include <cstdint>
+#include <cstring>
+#include <doctest/doctest.h>
+#include <memory>
+#include <string>
+#include <tilemesh/error.hpp>
+#include <tilemesh/exact_renderer.hpp>
+#include <tilemesh/report/naive.hpp>
+#include <tilemesh/scene/map.hpp>
+#include <tilemesh/splat/camera.hpp>
+#include <utility>
+#include <vector>
+
+using namespace tilemesh;
+using report::Program;
+
+namespace {
+/// 120 Gaussians in a small cloud in front of the camera.
+scene::Map cloud()
+{
+    scene::Map map;
+    for (std::uint32_t i = 0; i < 120; ++i) {
+        splat::Gaussian g{};
+        g.id = splat::GaussianId{i + 1};
+        g.mean_world[0] = 0.004f * static_cast<float>(i % 12) - 0.022f;
+        g.mean_world[1] = 0.004f * static_cast<float>(i / 12) - 0.018f;
+        g.mean_world[2] = 2 + 0.001f * static_cast<float>(i * 7 % 120);
+        g.rotation[0] = 1;
+        for (auto& s : g.log_scale) s = -7.6f; // 0.0005
+        g.opacity = 0.4f;
+        g.colour[0] = 0.5f, g.colour[1] = static_cast<float>(i) / 120, g.colour[2] = 0.25f;
+        map.gaussians.push_back(g);
+    }
+    return map;
+}
+/// `focal` px: at 2,400 the cloud fills the frame; at 24 it lies in one block.
+splat::Camera camera(float focal)
+{
+    splat::Camera c{};
+    for (int i = 0; i < 3; ++i) c.rotation[i][i] = 1;
+    c.fx = c.fy = focal;
+    c.cx = 40, c.cy = 22.5f; // the middle of a block
+    c.width = 64, c.height = 40;
+    c.near_depth = 0.2f;
+    return c;
+}
+RendererOptions options(std::uint32_t storage)
+{
+    RendererOptions o;
+    o.grid = {4, 4};
+    o.storage_slots = storage;
+    o.arithmetic = splat::Arithmetic::precise;
+    return o;
+}
+bool same(report::Image const& a, report::Image const& b)
+{
+    return a.rgb.size() == b.rgb.size() && std::memcmp(a.rgb.data(), b.rgb.data(), a.rgb.size() * sizeof a.rgb[0]) == 0;
+}
+std::string const& change(AnyRenderer& renderer)
+{
+    return dynamic_cast<render::AutoRenderer&>(renderer).change();
+}
+} // namespace
+
+TEST_SUITE_BEGIN("render");
+
+TEST_CASE("auto renders with anchored tiles until a frame would lose something, then with homes for good")
+{
+    auto const map = cloud();
+    auto const renderer = exact_renderer(map, options(60));
+    auto const wide = renderer->render(camera(2400));
+    CHECK(wide.report.program == Program::anchored);
+    CHECK(wide.report.homes.rounds == 0);
+    CHECK(change(*renderer).empty());
+
+    auto const crowd = renderer->render(camera(24));
+    CHECK(crowd.report.program == Program::homes);
+    CHECK(crowd.report.homes.rounds >= 1);
+    CHECK(crowd.report.homes.unfinished_tiles == 0);
+    CHECK(crowd.report.lost.empty());
+    CHECK(change(*renderer).find("would be missing") != std::string::npos);
+    CHECK(same(crowd.image, report::render_naive(map.gaussians, camera(24), renderer->model())));
+
+    auto const again = renderer->render(camera(24));
+    CHECK(again.report.program == Program::homes);
+    CHECK(again.report.passes.total() == 0); // an unchanged view runs no superstep
+    CHECK(again.report.exchanges.total() == 0);
+    CHECK(same(again.image, crowd.image));
+    auto const back = renderer->render(camera(2400)); // anchored tiles would have room again
+    CHECK(back.report.program == Program::homes);
+    CHECK(same(back.image, wide.image));
+}
+
+TEST_CASE("each program alone, and a map with more records than anchored tiles have slots")
+{
+    auto const map = cloud();
+    auto o = options(60);
+    o.program = Program::anchored;
+    CHECK_FALSE(exact_renderer(map, o)->render(camera(24)).report.lost.empty());
+    o.program = Program::homes;
+    auto const homes = exact_renderer(map, o)->render(camera(24));
+    CHECK(homes.report.program == Program::homes);
+    CHECK(homes.report.peak_storage <= 60);
+    o.program = Program::automatic;
+    o.storage_slots = 7; // 16 tiles have 112 slots for 120 records
+    auto const renderer = exact_renderer(map, o);
+    auto const few = renderer->render(camera(24));
+    CHECK(few.report.program == Program::homes);
+    CHECK(change(*renderer) == "the records have no room");
+    CHECK(few.report.homes.rounds > homes.report.homes.rounds);
+    CHECK(same(few.image, homes.image));
+    o.held_slots = 50; // of homes; storage_slots is the anchored tiles'
+    auto const more = exact_renderer(map, o)->render(camera(24));
+    CHECK(more.report.peak_storage > 7);
+    CHECK(more.report.peak_storage <= 50);
+    CHECK(same(few.image, more.image));
+    o.storage_slots = 8; // 128 slots: the anchored program gets its chance
+    CHECK(exact_renderer(map, o)->render(camera(24)).report.program == Program::homes);
+}
+
+TEST_CASE("a bound on rounds leaves tiles unfinished, each exact up to its depth")
+{
+    auto const map = cloud();
+    auto o = options(0);
+    o.program = Program::homes;
+    o.held_slots = 10;
+    o.rounds = 2;
+    auto const renderer = exact_renderer(map, o);
+    auto const frame = renderer->render(camera(24));
+    auto const& r = frame.report;
+    CHECK(r.homes.rounds == 2);
+    REQUIRE_FALSE(r.unfinished.empty());
+    CHECK(r.unfinished.size() == r.homes.unfinished_tiles);
+    auto const depth = report::nearest_cut(r).depth;
+    CHECK(depth > 2);
+    CHECK(depth < 2.12f);
+    // No Gaussian lies behind the cut of the only crowded tile: then the frame is that of the Gaussians in front of it.
+    auto front = map;
+    std::erase_if(front.gaussians, [&](auto const& g) { return g.mean_world[2] >= depth; });
+    REQUIRE(r.unfinished.size() == 1);
+    CHECK(same(frame.image, report::render_naive(front.gaussians, camera(24), renderer->model())));
+    auto const still = renderer->render(camera(24));
+    CHECK(still.report.unfinished == r.unfinished); // an unchanged view lacks the same
+    CHECK(still.report.homes.rounds == 0);
+}
+
+TEST_CASE("options of the anchored program alone keep auto there, and homes refuse them")
+{
+    auto const map = cloud();
+    auto o = options(20);
+    o.grid = {};
+    o.tile = {16, 10};
+    auto const frame = exact_renderer(map, o)->render(camera(24));
+    CHECK(frame.report.program == Program::anchored);
+    CHECK_FALSE(frame.report.lost.empty());
+    o.program = Program::homes;
+    CHECK_THROWS_AS(exact_renderer(map, o), Error);
+    o = options(0);
+    o.program = Program::homes;
+    o.hops = 1;
+    CHECK_THROWS_WITH_AS(exact_renderer(map, o), doctest::Contains("only the anchored program has these"), Error);
+}
+
+TEST_CASE("homes are as many as the map needs; held splats get what is left, or the map comes in chapters")
+{
+    render::HomesChoice c;
+    c.fit = true;
+    RendererOptions o;
+    Extent2 const frame{1280, 720};
+    auto const small = render::layout_homes(c, o, frame, 1441);
+    CHECK(small.sizes.homes == 2);
+    CHECK(small.sizes.held == c.sizes.held);
+    CHECK(small.ledger.bytes <= c.machine.sram_bytes);
+    auto const none = render::layout_homes(c, o, frame, 0);
+    CHECK(none.sizes.homes == 1);
+    // More records: fewer held splats, down to the least; then chapters, with the most held splats.
+    std::uint32_t last_held = c.sizes.held, least = last_held;
+    bool chapters = false;
+    for (std::uint64_t records = 100'000; records <= 8'000'000; records += 100'000) {
+        auto const layout = render::layout_homes(c, o, frame, records);
+        CHECK(layout.ledger.bytes <= c.machine.sram_bytes);
+        if (std::uint64_t{layout.sizes.homes} * layout.grid.size() < records) {
+            chapters = true;
+            CHECK(layout.sizes.held == c.sizes.held);
+        } else {
+            CHECK_FALSE(chapters);
+            CHECK(layout.sizes.held <= last_held);
+            last_held = layout.sizes.held;
+            least = std::min(least, layout.sizes.held);
+        }
+    }
+    CHECK(chapters);
+    CHECK(least < c.sizes.held);
+    CHECK(least >= render::least_held);
+    o.held_slots = 5000;
+    CHECK_THROWS_WITH_AS(render::layout_homes(c, o, frame, 1000),
+                         "a limit of 5000 held splats (a tile has room for 2800); choose 1 to 2800", Error);
+    o.grid = {64, 64};
+    CHECK_THROWS_AS(render::layout_homes(c, o, frame, 1000), Error);
+    CHECK_THROWS_AS(render::layout_homes(c, {}, {0, 720}, 1000), Error);
+}
+
+TEST_SUITE_END();
