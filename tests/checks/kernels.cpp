@@ -1,5 +1,5 @@
-// Kernel code as a codelet compiler sees it: every header of machine/ and splat/, and each kernel of the frame, called on words that
-// another owner holds. kernels.sh compiles this as C++17 and C++20 and checks which symbols the object needs.
+// Kernel code as a codelet compiler sees it: every header of machine/ and splat/, and each kernel of both frame
+// programs, called on words that another owner holds. kernels.sh compiles this as C++17 and C++20 and checks which symbols the object needs.
 #include <tilemesh/machine/buffer.hpp>
 #include <tilemesh/machine/channel.hpp>
 #include <tilemesh/machine/grid.hpp>
@@ -57,14 +57,14 @@ using namespace tilemesh;
 struct Sram {
     std::uint32_t* states;
     std::uint32_t* links[2];
-    splat::FrameParameters const* frame;
+    void const* frame;
     Here here;
     Worker worker;
 };
 
-template <class Setup>
+template <class Program, class Setup>
 struct Source {
-    using Layout = Tile<typename Setup::Machine, splat::Frame<Setup>, Setup>;
+    using Layout = Tile<typename Setup::Machine, Program, Setup>;
     Sram const& sram;
 
     template <class X>
@@ -102,10 +102,10 @@ struct Source {
     Worker worker() const noexcept { return sram.worker; }
 };
 
-template <class Setup, class Kernel>
+template <class Program, class Setup, class Kernel>
 std::uint32_t run(Sram const& sram) noexcept
 {
-    Source<Setup> source{sram};
+    Source<Program, Setup> source{sram};
     return static_cast<std::uint32_t>(run_kernel<Kernel>(source));
 }
 
@@ -120,10 +120,39 @@ using Shaded = splat::Fitted<splat::Lossless, 3>;
 using Still = splat::Fitted<splat::Lossless, 0, false>;
 using Alone = splat::Fitted<splat::Lossless, 1, false, false>;
 using Planes = splat::WithPixel<splat::Lossless, splat::WithAlpha<splat::WithDepth<splat::FloatPixel>>>;
+
+/// The program of homes on the paper's grid at 1280 x 720.
+struct Homes {
+    using Machine = Mk2;
+    using Values = splat::homes::ValuePolicies<>;
+    static constexpr splat::homes::Sizes sizes{950, 2000, 120, 120, 8, 640, 40, 1440};
+};
+struct ShadedHomes : Homes { // degree 2, with planes
+    using Values = splat::homes::ValuePolicies<2, splat::WithAlpha<splat::WithDepth<splat::FloatPixel>>>;
+    static constexpr splat::homes::Sizes sizes{300, 1500, 120, 120, 8, 640, 40, 1440};
+};
 } // namespace
 
 #define KERNEL(prefix, kernel, Setup, Kernel)                                                                                     \
-    extern "C" std::uint32_t prefix##_##kernel(Sram const& s) noexcept { return run<Setup, splat::Kernel<Setup>>(s); }
+    extern "C" std::uint32_t prefix##_##kernel(Sram const& s) noexcept                                                            \
+    {                                                                                                                             \
+        return run<splat::Frame<Setup>, Setup, splat::Kernel<Setup>>(s);                                                          \
+    }
+#define HOMES_KERNEL(prefix, kernel, Setup, Kernel)                                                                               \
+    extern "C" std::uint32_t prefix##_##kernel(Sram const& s) noexcept                                                            \
+    {                                                                                                                             \
+        return run<splat::homes::Frame<Setup::Values>, Setup, splat::homes::Kernel<Setup::Values>>(s);                            \
+    }
+#define ALL_HOMES_KERNELS(prefix, Setup)                                                                                          \
+    HOMES_KERNEL(prefix, project, Setup, Project)                                                                                 \
+    HOMES_KERNEL(prefix, begin, Setup, Begin)                                                                                     \
+    HOMES_KERNEL(prefix, tell, Setup, Tell)                                                                                       \
+    HOMES_KERNEL(prefix, offer, Setup, Offer)                                                                                     \
+    HOMES_KERNEL(prefix, deliver, Setup, Deliver)                                                                                 \
+    HOMES_KERNEL(prefix, depth_sort, Setup, DepthSort)                                                                            \
+    HOMES_KERNEL(prefix, blend, Setup, Blend)                                                                                     \
+    HOMES_KERNEL(prefix, advance, Setup, Advance)                                                                                 \
+    HOMES_KERNEL(prefix, finish, Setup, Finish)
 #define ALL_KERNELS(prefix, Setup)                                                                                               \
     KERNEL(prefix, project, Setup, Project)                                                                                      \
     KERNEL(prefix, route, Setup, Route)                                                                                          \
@@ -137,6 +166,8 @@ ALL_KERNELS(prototype, splat::Prototype)
 ALL_KERNELS(screen, Screen)
 ALL_KERNELS(planes, Planes)
 ALL_KERNELS(shaded, Shaded)
+ALL_HOMES_KERNELS(homes, Homes)
+ALL_HOMES_KERNELS(shaded_homes, ShadedHomes)
 
 // The kernels of a setup without routing (Still), and of one without routing and bloom (Alone).
 KERNEL(still, project, Still, Project)

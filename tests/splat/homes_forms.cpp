@@ -18,11 +18,20 @@ using splat::FloatPixel, splat::Rgbx8Pixel, splat::WithAlpha, splat::WithDepth;
 using Planes = WithAlpha<WithDepth<FloatPixel>>;
 
 namespace {
-/// The default sizes on the paper's grid at 1280 x 720: 8 blocks a tile.
+/// The default sizes on the paper's grid at 1280 x 720.
+constexpr homes::Sizes default_sizes()
+{
+    auto sizes = render::HomesChoice{}.sizes;
+    sizes.tile_blocks = homes::make_fold(1280, 720, {40, 36}, true).tile_blocks();
+    sizes.tile_pixels = sizes.tile_blocks * splat::block_width * splat::block_height;
+    sizes.columns = 40;
+    sizes.tiles = 1440;
+    return sizes;
+}
 struct Default {
-    static constexpr homes::Sizes sizes{950, 2000, 200, 200, 8, 640, 40, 1440};
+    static constexpr homes::Sizes sizes = default_sizes();
 };
-static_assert(homes::make_fold(1280, 720, {40, 36}, true).tile_blocks() == Default::sizes.tile_blocks);
+static_assert(Default::sizes.tile_blocks == 8);
 static_assert(Tile<Mk2, homes::Frame<homes::ValuePolicies<>>, Default>::bytes <= Mk2::sram_bytes);
 static_assert(Tile<Mk2, homes::Frame<homes::ValuePolicies<0, Planes>>, Default>::bytes <= Mk2::sram_bytes);
 
@@ -70,12 +79,12 @@ scene::Map map_of_degree(std::uint32_t degree, std::uint32_t n)
         map.harmonics.push_back(random.uniform(-0.4f, 0.4f));
     return map;
 }
-/// A machine on which tiles hold 30 splats and channels 3.
+/// A machine on which tiles hold 12 splats and channels 3.
 render::HomesChoice choice_of(std::uint32_t degree)
 {
     render::HomesChoice c;
     c.machine.sram_bytes = 1u << 24;
-    c.sizes = {100, 30, 3, 2};
+    c.sizes = {100, 12, 3, 2};
     c.sh_degree = degree;
     return c;
 }

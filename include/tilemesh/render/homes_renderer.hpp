@@ -128,7 +128,6 @@ public:
     }
 
 private:
-    static constexpr bool traced = is_traced<Machine>;
     using Clock = std::chrono::steady_clock;
     static double since(Clock::time_point begin) { return std::chrono::duration<double, std::milli>(Clock::now() - begin).count(); }
     using Parameters = typename P::Parameters;

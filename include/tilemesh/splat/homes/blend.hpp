@@ -148,8 +148,8 @@ void blend_kept_by(Kept* blocks, Fold const& fold, TileId tile, Camera const& ca
                         going -= b.going == 0 ? 1 : 0;
                     }
                 }
-                for (std::uint32_t s = 0; s < strips_a_block; ++s)
-                    work.contributing[(b.number * strips_a_block + s) % workers] += contributing[s];
+                for (std::uint32_t s = 0; s < strips_a_block; ++s) // only its own: another worker may write the other counters
+                    if (contributing[s] != 0) work.contributing[(b.number * strips_a_block + s) % workers] += contributing[s];
             }
         }
     }

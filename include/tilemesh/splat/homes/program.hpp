@@ -134,8 +134,7 @@ struct Advance {
             for (std::uint32_t i = apart; i < sample.size() && cuts.size() < most_cuts; i += apart) cuts.push(sample[i]);
         }
         sample.truncate(0);
-        (void)TILEMESH_EXPECT(n != 0 || window.frontier_depth > window.lo_depth ||
-                                  (window.frontier_depth == window.lo_depth && window.frontier_id > window.lo_id),
+        (void)TILEMESH_EXPECT((Key{window.lo_depth, window.lo_id} < Key{window.frontier_depth, window.frontier_id}),
                               "a window that does not move (the protocol of homes is broken); report this");
         window.lo_depth = window.frontier_depth;
         window.lo_id = window.frontier_id;

@@ -1,0 +1,90 @@
+// test: unoptimised test asan, without tsan
+#include "../splat/support.hpp"
+#include "on_poplar.hpp"
+#include <standin_vertex.hpp>
+#include <tilemesh/poplar/ledger.hpp>
+#include <tilemesh/render/homes_renderer.hpp>
+#include <tilemesh/report/compare_reports.hpp>
+
+// The program of homes as codelets on a graph, on the stand-in for Poplar: it gives the pictures, counters and words of the thread engine.
+using namespace tilemesh;
+namespace homes = splat::homes;
+using poplar_test::executions;
+
+namespace {
+using ByValue = homes::ValuePolicies<>;
+using Threads = render::HomesRenderer<ByValue>;
+using OnGraph = render::HomesRenderer<ByValue, PoplarMesh, Mk2>; // the vertices of examples/on_poplar/codelets.cpp
+
+/// Homes for half of the records, if the map comes in `chapters`. Tiles hold 8 splats, channels 4.
+render::HomesChoice choice_of(scene::Map const& map, Grid grid, bool chapters)
+{
+    render::HomesChoice c;
+    auto const share = static_cast<std::uint32_t>(map.gaussians.size()) / grid.size() + 1;
+    c.sizes = {chapters ? share / 2 + 1 : share, 8, 4, 3};
+    return c;
+}
+void compare(scene::Map const& map, Grid grid, bool chapters, RendererOptions options)
+{
+    options.grid = {grid.width, grid.height};
+    auto const choice = choice_of(map, grid, chapters);
+    Threads threads(map, choice, options);
+    OnGraph graph(map, choice, options, poplar_test::options("homes"));
+    for (float const turn : {0.0f, 0.3f}) {
+        auto const view = support::lens(75, 38, turn);
+        auto const expected = threads.render(view), frame = graph.render(view);
+        CHECK(support::differing_pixels(frame.image, expected.image) == 0);
+        CHECK(report::first_difference(frame.report, expected.report) == "");
+        if (options.rounds == 0) CHECK(support::differing_pixels(frame.image, report::render_naive(map.gaussians, view, threads.model())) == 0);
+        CHECK((expected.report.homes.chapters > 1) == chapters);
+        CHECK(expected.report.homes.rounds > 1);
+        poplar_test::check_same_words(threads.mesh(), graph.mesh());
+    }
+    CHECK(graph.render(support::lens(75, 38, 0.3f)).report.passes.total() == 0); // an unchanged view
+}
+} // namespace
+
+TEST_CASE("poplar: the program of homes has the pictures, counters and words of the thread engine, in every order of workers")
+{
+    standin::With const restore(standin::settings());
+    auto const map = support::map_of(support::cloud(support::fast() ? 120 : 200, 31));
+    for (auto const& e : executions) {
+        CAPTURE(e.name);
+        poplar_test::use(e);
+        // The first execution closes the memory of all other tiles. Sanitizers have their own check.
+        standin::settings().isolation = &e == executions && !support::fast() ? standin::Isolation::pages : standin::Isolation::none;
+        compare(map, {4, 3}, false, {});
+    }
+    poplar_test::use(executions[2]);
+    compare(map, {3, 2}, true, {});
+    compare(map, {1, 5}, false, {});
+    RendererOptions options;
+    options.fold = false;
+    options.channel_slots = options.waiting_slots = 1;
+    options.storage_slots = 3;
+    compare(map, {5, 2}, false, options);
+    options.rounds = 3;
+    compare(map, {3, 3}, false, options);
+}
+
+TEST_CASE("poplar: the graph of homes has the variables of its ledger, byte for byte")
+{
+    auto const map = support::map_of(support::cloud(50, 32));
+    RendererOptions options;
+    options.grid = {4, 3};
+    standin::With const restore(standin::settings());
+    OnGraph graph(map, choice_of(map, {4, 3}, false), options, poplar_test::options("homes"));
+    graph.render(support::lens(75, 38));
+    auto found = standin::tile_bytes(graph.mesh().engine(), 0).variables;
+    for (auto const& line : graph.facts().ledger) {
+        auto const name = std::string(line.name.text, line.name.size);
+        CAPTURE(name);
+        if (std::string(line.what) == "reserve") continue;
+        std::size_t bytes = 0;
+        if (std::string(line.what) == "channel, 8 ends")
+            for (char const* side : {" north", " east", " west", " south"}) bytes += found[name + " from" + side] + found[name + " to" + side];
+        else
+            bytes = found[name];
+        CHECK(bytes == line.bytes);
+    }
+}
