@@ -125,7 +125,7 @@ using Planes = splat::WithPixel<splat::Lossless, splat::WithAlpha<splat::WithDep
 struct Homes {
     using Machine = Mk2;
     using Values = splat::homes::ValuePolicies<>;
-    static constexpr splat::homes::Sizes sizes{950, 2000, 120, 120, 8, 640, 40, 1440};
+    static constexpr splat::homes::Sizes sizes{900, 2000, 120, 120, 8, 640, 40, 1440};
 };
 struct ShadedHomes : Homes { // degree 2, with planes
     using Values = splat::homes::ValuePolicies<2, splat::WithAlpha<splat::WithDepth<splat::FloatPixel>>>;
@@ -149,7 +149,8 @@ struct ShadedHomes : Homes { // degree 2, with planes
     HOMES_KERNEL(prefix, tell, Setup, Tell)                                                                                       \
     HOMES_KERNEL(prefix, offer, Setup, Offer)                                                                                     \
     HOMES_KERNEL(prefix, deliver, Setup, Deliver)                                                                                 \
-    HOMES_KERNEL(prefix, depth_sort, Setup, DepthSort)                                                                            \
+    HOMES_KERNEL(prefix, sort_runs, Setup, SortRuns)                                                                              \
+    HOMES_KERNEL(prefix, merge, Setup, Merge)                                                                                     \
     HOMES_KERNEL(prefix, blend, Setup, Blend)                                                                                     \
     HOMES_KERNEL(prefix, advance, Setup, Advance)                                                                                 \
     HOMES_KERNEL(prefix, finish, Setup, Finish)

@@ -52,7 +52,9 @@ TILEMESH_KERNEL std::uint32_t columns_after(std::uint32_t to, std::int32_t c) no
 }
 TILEMESH_KERNEL std::uint32_t bits_in(std::uint32_t v) noexcept
 {
-    return static_cast<std::uint32_t>(__builtin_popcount(v));
+    v = v - (v >> 1 & 0x55555555u); // in plain words: GCC's builtin calls its own library
+    v = (v & 0x33333333u) + (v >> 2 & 0x33333333u);
+    return ((v + (v >> 4)) & 0x0f0f0f0fu) * 0x01010101u >> 24;
 }
 
 /// The tiles that want one splat: it is in the tile's window, and a pixel of an unfinished block may see it. The block's test is that of
