@@ -5,7 +5,7 @@
 # shellcheck source=render_map_common.sh
 . "$(dirname "$0")/render_map_common.sh"
 
-small="--size 160x90 --grid 20x18 --quiet"
+small="--program anchored --size 160x90 --grid 20x18 --quiet"
 walk="$small --orbit 5 --frames 2"
 maps="load copies channel_fill refusals drops busy_cycles idle_cycles pairs"
 
@@ -253,7 +253,7 @@ has long/report.html "timeline of the machine and its 32 busiest tiles"
 
 # Tiles that are too small: the host recalls copies, and the frame takes a second run, which is in the trace too.
 # shellcheck disable=SC2086
-runs $walk --program anchored --storage-slots 240 --out pictures --trace crowded --report crowded.json
+runs $walk --storage-slots 240 --out pictures --trace crowded --report crowded.json
 agrees crowded 0000 crowded.json 0
 agrees crowded 0001 crowded.json 1
 equal "runs of the first frame" "$(grep -c ',project,' crowded/frame_0000.supersteps.csv)" 2
