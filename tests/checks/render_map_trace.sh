@@ -5,7 +5,7 @@
 # shellcheck source=render_map_common.sh
 . "$(dirname "$0")/render_map_common.sh"
 
-small="--size 160x90 --grid 20x18 --quiet"
+small="--program anchored --size 160x90 --grid 20x18 --quiet"
 walk="$small --orbit 5 --frames 2"
 maps="load copies channel_fill refusals drops busy_cycles idle_cycles pairs"
 
@@ -166,7 +166,7 @@ done
 printf 'sent_byte 8 fJ a <test>\ntile_cycle 3 fJ a <test>\n' >>energy.txt
 for side in north east west south; do femtojoules=$((femtojoules + $(sum second/frame_0000.tiles.csv ${side}_bytes) * 8)); done
 femtojoules=$((femtojoules + 3 * 360 * ($(sum second/frame_0000.supersteps.csv compute_cycles) + costs)))
-run --size 160x90 --grid 20x18 --out pictures --trace priced --cost-model mine.txt --energy energy.txt >stdout 2>stderr || fail "$(cat stderr)"
+run --program anchored --size 160x90 --grid 20x18 --out pictures --trace priced --cost-model mine.txt --energy energy.txt >stdout 2>stderr || fail "$(cat stderr)"
 # joules DIGITS: the sum over all tiles.
 joules() { awk -F, -v form="%.$1g" 'NR > 1 { s += $3 } END { printf form, s }' priced/frame_0000.energy.csv; }
 equal "the joules of all tiles" "$(joules 12)" "$(awk -v n=$femtojoules 'BEGIN { printf "%.12g", n / 1e15 }')"
@@ -246,14 +246,14 @@ equal "what met a full storage" $all $(($(counter tight.json storage_full 0) + $
 [ "$(counter tight.json copies_full 0)" -gt 0 ] || fail "a tile of five slots had room for forty copies"
 
 # Thousands of supersteps: fewer of the busiest tiles are in the timeline, so that it stays below 20 MB.
-run --size 80x45 --grid 10x9 --channel-slots 1 --quiet --out pictures --trace long || fail "status $?"
+run --program anchored --size 80x45 --grid 10x9 --channel-slots 1 --quiet --out pictures --trace long || fail "status $?"
 has_trace long 0000
 has long/report.html "timeline of the machine and its 32 busiest tiles"
 [ "$(wc -l <long/frame_0000.supersteps.csv)" -gt 2000 ] || fail "a channel of one slot was fast"
 
 # Tiles that are too small: the host recalls copies, and the frame takes a second run, which is in the trace too.
 # shellcheck disable=SC2086
-runs $walk --program anchored --storage-slots 240 --out pictures --trace crowded --report crowded.json
+runs $walk --storage-slots 240 --out pictures --trace crowded --report crowded.json
 agrees crowded 0000 crowded.json 0
 agrees crowded 0001 crowded.json 1
 equal "runs of the first frame" "$(grep -c ',project,' crowded/frame_0000.supersteps.csv)" 2
