@@ -27,7 +27,7 @@ struct Tell {
             if (tx < columns && ty < rows) table[ty * columns + tx] = told;
         };
         if (pass == 0) {
-            Told const own{window.done() ? infinite_depth : window.lo_depth, window.done() ? 0u : window.hi_depth, window.finished};
+            Told const own{window.lo_depth, window.hi_depth, window.finished}; // a tile that is done wants no finite depth
             keep(x, y, own);
             if (row_passes != 0) {
                 send_along(here, out, Direction::east, &own, 1);
