@@ -120,7 +120,6 @@ template <class P>
 struct Home : Buffer<typename P::Record> {
     static constexpr char const* name = "homes";
     static constexpr auto slots = &Sizes::homes;
-    static constexpr std::uint32_t least_slots = 1; ///< without a home, no record ever comes
 };
 /// The records of this home, projected into this frame's view.
 template <class P>
