@@ -171,5 +171,5 @@ extern template std::unique_ptr<AnyRenderer> make_homes_renderer<splat::FloatPix
 extern template std::unique_ptr<AnyRenderer> make_homes_renderer<HomesPlanes>(scene::Map const&, HomesChoice const&, RendererOptions const&);
 }}} // namespace tilemesh::render
 #else
-#include <tilemesh/render/homes_renderer.hpp>
+#include <tilemesh/render/detail/homes_choice_code.hpp>
 #endif
