@@ -8,8 +8,8 @@
 #include <tilemesh/engine/mesh.hpp>
 #include <tilemesh/engine/trace.hpp>
 #include <tilemesh/error.hpp>
-#include <tilemesh/model/no_progress.hpp>
 #include <tilemesh/render/accounting.hpp>
+#include <tilemesh/render/engine_options.hpp>
 #include <tilemesh/render/frame_layout.hpp>
 #include <tilemesh/render/losses.hpp>
 #include <tilemesh/render/picture.hpp>
@@ -117,12 +117,7 @@ private:
 
     void build(Grid grid)
     {
-        engine_.digest = options_.digest;
-        if constexpr (requires { engine_.threads; }) engine_.threads = options_.threads;
-        if constexpr (requires { engine_.most_passes; })
-            if (options_.most_passes != 0) engine_.most_passes = options_.most_passes;
-        if constexpr (traced && requires { engine_.explain; })
-            if (engine_.explain == nullptr) engine_.explain = explain_no_progress;
+        set_engine_options<traced>(options_, engine_);
         mesh_ = std::make_unique<MeshType>(splat::frame_program<P>(options_.hops), grid, mesh_sizes_of<P>(facts_), engine_);
         if (options_.channel_slots != 0) {
             if constexpr (P::routes) mesh_->template limit<splat::Road<P>>(options_.channel_slots);

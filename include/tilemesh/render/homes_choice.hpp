@@ -54,7 +54,7 @@ struct HomesLedger {
         add(homes::Cuts::name, "state", list(homes::most_cuts, 4));
         add(homes::NextCuts::name, "state", list(homes::most_cuts, 4));
         add(homes::Sample::name, "state", list(homes::most_samples, 4));
-        add(homes::Blocks<false>::name, "state", list(sizes.tile_blocks, c.depth ? sizeof(homes::KeptDepthBlock) : sizeof(homes::KeptBlock)));
+        add(homes::Blocks<false>::name, "state", list(sizes.tile_blocks, c.depth ? sizeof(homes::Blocks<true>::value_type) : sizeof(homes::Blocks<false>::value_type)));
         add(homes::Counts::name, "state", sizeof(homes::Counts));
         add(homes::Work::name, "state", sizeof(homes::Work));
         add(homes::Table::name, "state", list(sizes.tiles, sizeof(homes::Told)));

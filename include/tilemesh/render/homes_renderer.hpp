@@ -10,7 +10,7 @@
 #include <tilemesh/engine/mesh.hpp>
 #include <tilemesh/engine/trace.hpp>
 #include <tilemesh/error.hpp>
-#include <tilemesh/model/no_progress.hpp>
+#include <tilemesh/render/engine_options.hpp>
 #include <tilemesh/render/homes_choice.hpp>
 #include <tilemesh/render/homes_form.hpp>
 #include <tilemesh/render/picture.hpp>
@@ -184,12 +184,7 @@ private:
         residents_ = static_cast<std::uint32_t>(std::min<std::uint64_t>(homes, records_.rows()));
         if constexpr (by_reference) table_.resize(residents_);
 
-        engine_.digest = options_.digest;
-        if constexpr (requires { engine_.threads; }) engine_.threads = options_.threads;
-        if constexpr (requires { engine_.most_passes; })
-            if (options_.most_passes != 0) engine_.most_passes = options_.most_passes;
-        if constexpr (traced && requires { engine_.explain; })
-            if (engine_.explain == nullptr) engine_.explain = explain_no_progress;
+        set_engine_options<traced>(options_, engine_);
         auto mesh_sizes = engine::plain_sizes<Program>(choice_.machine, sizes, typename machine::Needs<Program>::States{},
                                                        typename machine::Needs<Program>::Links{});
         mesh_sizes.sram_bytes = facts_.sram_bytes;
@@ -386,15 +381,7 @@ private:
     /// Copies the tiles' blocks into one picture, with the planes that the choice has.
     void collect(splat::Camera const& camera, RenderedFrame& to)
     {
-        auto const size = [&](auto& plane, bool wanted) {
-            if (!wanted)
-                plane = {};
-            else if (plane.width != camera.width || plane.height != camera.height)
-                plane = std::remove_reference_t<decltype(plane)>(camera.width, camera.height);
-        };
-        size(to.image, true);
-        size(to.depth, choice_.depth);
-        size(to.alpha, choice_.alpha);
+        size_planes(camera, choice_.depth, choice_.alpha, to);
         bool const round = choice_.colour == ColourFormat::rgbx8 && std::is_same_v<splat::ColourOf<typename P::Pixel>, splat::FloatPixel>;
         auto const& mesh = std::as_const(*mesh_);
         mesh_->on_threads([&](std::uint32_t thread, std::uint32_t threads) {

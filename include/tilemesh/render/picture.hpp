@@ -64,9 +64,8 @@ void show(splat::WithAlpha<Colour> const& p, std::uint32_t x, std::uint32_t y, R
 }
 } // namespace detail
 
-/// Copies the tiles' framebuffers into one picture, with the planes that the setup has. It runs on all threads of the mesh.
-template <class P, class M>
-void collect_picture(M& mesh, SetupFacts const& facts, splat::Tiling const& tiling, splat::Camera const& camera, RenderedFrame& to)
+/// Gives a frame a picture of the camera's size, and those planes beside it that are wanted.
+inline void size_planes(splat::Camera const& camera, bool depth, bool alpha, RenderedFrame& to)
 {
     auto const size = [&](auto& plane, bool wanted) {
         if (!wanted)
@@ -75,8 +74,15 @@ void collect_picture(M& mesh, SetupFacts const& facts, splat::Tiling const& tili
             plane = std::remove_reference_t<decltype(plane)>(camera.width, camera.height);
     };
     size(to.image, true);
-    size(to.depth, facts.has_depth);
-    size(to.alpha, facts.has_alpha);
+    size(to.depth, depth);
+    size(to.alpha, alpha);
+}
+
+/// Copies the tiles' framebuffers into one picture, with the planes that the setup has. It runs on all threads of the mesh.
+template <class P, class M>
+void collect_picture(M& mesh, SetupFacts const& facts, splat::Tiling const& tiling, splat::Camera const& camera, RenderedFrame& to)
+{
+    size_planes(camera, facts.has_depth, facts.has_alpha, to);
     // The host may blend floats for a machine that stores levels; the result is then rounded to levels.
     bool const round = facts.colour == ColourFormat::rgbx8 && std::is_same_v<splat::ColourOf<typename P::Pixel>, splat::FloatPixel>;
     mesh.on_threads([&](std::uint32_t thread, std::uint32_t threads) {

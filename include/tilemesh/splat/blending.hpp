@@ -22,17 +22,6 @@ struct PairCount {
 };
 
 namespace detail {
-/// The number of splats that a block blends before it checks whether all its pixels have stopped. 64 is early enough for walls of opaque
-/// splats (tests/stability/opacity.cpp, row 55), and the check is rare enough to cost nothing.
-inline constexpr std::uint32_t blended_between_looks = 64;
-
-/// Tells the host's caches that a splat is read soon. Without it, waiting for scattered records takes 7 % of a frame.
-inline void fetch_ahead(Splat const& s) noexcept
-{
-    __builtin_prefetch(&s);
-    __builtin_prefetch(reinterpret_cast<char const*>(&s) + sizeof(Splat) - 1);
-}
-
 /// Tells the host's caches that pixels [x0, x1) of a row are written soon.
 template <class Pixel>
 void fetch_row_ahead(Pixel* row, std::uint32_t x0, std::uint32_t x1) noexcept
@@ -58,7 +47,6 @@ void blend_tile_by(PixelRect const& tile, Camera const& camera, Model const& mod
     std::uint32_t const top = tile.y0 / block_height * block_height;
     std::uint32_t const blocks = across * ((tile.y1 - top + block_height - 1) / block_height);
 
-    constexpr std::uint32_t fetched = 12;
     for (std::uint32_t next = worker.index; next < blocks;) {
         for (std::uint32_t i = 0; i < n && i < fetched; ++i) fetch_ahead(at(i));
         std::uint32_t open = 0;
@@ -69,13 +57,7 @@ void blend_tile_by(PixelRect const& tile, Camera const& camera, Model const& mod
                 fetch_row_ahead(pixels + (y - tile.y0) * stride_px, group[b].live.x0 - tile.x0, group[b].live.x1 - tile.x0);
         std::uint32_t going = open;
         for (std::uint32_t begin = 0; begin < n && going != 0; begin += Size) {
-            std::uint32_t const most = n - begin < Size ? n - begin : Size;
-            for (std::uint32_t i = 0; i < most; ++i) {
-                fetch_ahead(at(begin + i + fetched < n ? begin + i + fetched : n - 1));
-                chunk.take(i, at(begin + i));
-            }
-            for (std::uint32_t i = most; i < (most + N - 1) / N * N; ++i) chunk.take(i, at(begin)); // fills the lanes; not listed
-            chunk.template complete<Rule, N>(most);
+            std::uint32_t const most = fill<Rule, N>(chunk, begin, n, at);
             for (std::uint32_t b = 0; b < open; ++b) {
                 auto& block = group[b];
                 if (block.done) continue;

@@ -12,8 +12,6 @@ namespace tilemesh { inline namespace v0_2 { namespace splat::homes {
 
 namespace detail {
 using namespace splat::detail;
-/// As in blending.hpp: a block that goes on blends so many splats before it looks whether its pixels have stopped.
-inline constexpr std::uint32_t blended_between_looks = 64;
 inline constexpr std::uint32_t strips_a_block = block_width / strip_width;
 
 /// Where run r of `runs` begins among n keys.
@@ -21,12 +19,6 @@ TILEMESH_KERNEL std::uint32_t run_begin(std::uint32_t n, std::uint32_t runs, std
 {
     std::uint32_t const longer = n % runs;
     return n / runs * r + (r < longer ? r : longer);
-}
-/// Tells the host's caches that a splat is read soon.
-inline void fetch_ahead(Splat const& s) noexcept
-{
-    __builtin_prefetch(&s);
-    __builtin_prefetch(reinterpret_cast<char const*>(&s) + sizeof(Splat) - 1);
 }
 inline void set_place(BlockPlace& at, BlockAt const& block, Camera const& camera) noexcept
 {
@@ -85,8 +77,9 @@ template <class Rule, std::uint32_t N, class Kept, std::uint32_t Size>
     }
 }
 
-/// Blends n splats, front to back, into the strips of a tile's blocks that are the share of `worker`, N columns at a time. A stopped strip
-/// beside one that goes on changes no bit. If `worker` has N columns or more, N strips that it blends at once must all be its own.
+/// Blends n splats, front to back, into the strips that are the share of `worker`, N columns at a time. With more than one worker, N is the
+/// width of a strip, so that a worker writes only its own strips. With one worker, a stopped strip may be blended beside one that goes on; it
+/// changes no bit.
 template <class Rule, std::uint32_t N, std::uint32_t Size, std::uint32_t Group, class Kept, class SplatAt>
 void blend_kept_by(Kept* blocks, Fold const& fold, TileId tile, Camera const& camera, Model const& model, std::uint32_t finished,
                    std::uint32_t n, SplatAt const& at, Worker worker, std::uint32_t workers, Work& work) noexcept
@@ -100,7 +93,6 @@ void blend_kept_by(Kept* blocks, Fold const& fold, TileId tile, Camera const& ca
     Open group[Group];
     Chunk<Size> chunk;
     std::uint32_t hits[Size + 1]; // a refused splat is written after the last hit
-    constexpr std::uint32_t fetched = 12;
     std::uint32_t const all = fold.tile_blocks();
     for (std::uint32_t next = 0; next < all;) {
         std::uint32_t open = 0;
@@ -118,13 +110,7 @@ void blend_kept_by(Kept* blocks, Fold const& fold, TileId tile, Camera const& ca
         }
         std::uint32_t going = open;
         for (std::uint32_t begin = 0; begin < n && going != 0; begin += Size) {
-            std::uint32_t const most = n - begin < Size ? n - begin : Size;
-            for (std::uint32_t i = 0; i < most; ++i) {
-                fetch_ahead(at(begin + i + fetched < n ? begin + i + fetched : n - 1));
-                chunk.take(i, at(begin + i));
-            }
-            for (std::uint32_t i = most; i < (most + N - 1) / N * N; ++i) chunk.take(i, at(begin)); // fills the lanes; not listed
-            chunk.template complete<Rule, N>(most);
+            std::uint32_t const most = fill<Rule, N>(chunk, begin, n, at);
             for (std::uint32_t g = 0; g < open; ++g) {
                 auto& b = group[g];
                 if (b.going == 0) continue;

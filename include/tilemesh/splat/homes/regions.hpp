@@ -155,21 +155,9 @@ struct Order : Buffer<std::uint32_t> {
     static constexpr char const* name = "depth order";
     static constexpr auto slots = &Sizes::held;
 };
-/// The colour and transmittance of a block, kept from round to round.
-struct KeptBlock {
-    float transmittance[block_height][block_width]; ///< -1 outside the frame
-    float red[block_height][block_width];
-    float green[block_height][block_width];
-    float blue[block_height][block_width];
-    static constexpr bool has_depth = false;
-};
-struct KeptDepthBlock : KeptBlock {
-    float weight[block_height][block_width];
-    float depth[block_height][block_width];
-    static constexpr bool has_depth = true;
-};
+/// The colour and transmittance of the tile's blocks, kept from round to round.
 template <bool HasDepth>
-struct Blocks : Buffer<std::conditional_t<HasDepth, KeptDepthBlock, KeptBlock>> {
+struct Blocks : Buffer<std::conditional_t<HasDepth, splat::detail::DepthBlockFields, splat::detail::BlockFields>> {
     static constexpr char const* name = "blocks";
     static constexpr auto slots = &Sizes::tile_blocks;
 };
