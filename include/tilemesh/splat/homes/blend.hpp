@@ -177,9 +177,8 @@ template <class P>
 struct Merge {
     static constexpr char const* name = "merge";
     static constexpr std::uint32_t most_runs = Work::max_workers;
-    void operator()(Window& window, Keys const& keys, Order& order) const noexcept
+    void operator()(Window const& window, Keys const& keys, Order& order) const noexcept
     {
-        window.heap = 0;
         std::uint32_t const n = keys.size();
         std::uint32_t at[most_runs], end[most_runs], depth[most_runs], id[most_runs]; // of each run: its next key
         auto const look = [&](std::uint32_t r) noexcept {

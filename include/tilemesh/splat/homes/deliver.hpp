@@ -172,42 +172,10 @@ private:
     Axis::Range x_, y_;                       ///< tiles that own them
 };
 
-/// Puts a splat that has arrived among those that the tile holds. If there is no room, the nearest stay, and the frontier is the nearest key
-/// that does not.
-template <class P>
-TILEMESH_KERNEL void hold(Key key, typename P::Projected const& splat, Window& window, Held<P>& held, Keys& keys, Sample& sample,
-                          Counts& counts) noexcept
+/// Notes a key that the tile does not take in this round: it is behind the frontier.
+TILEMESH_KERNEL void refuse(Key key, Window& window, Sample& sample, Counts& counts) noexcept
 {
-    if (key < Key{window.lo_depth, window.lo_id}) {
-        ++counts.early;
-        return;
-    }
-    std::uint32_t const n = held.size();
-    if (n < held.capacity()) {
-        held.unchecked_push(splat);
-        keys.unchecked_push({key.depth, GaussianId{key.id}, n});
-        return;
-    }
-    if (window.heap == 0) {
-        make_heap(keys.begin(), n);
-        window.heap = 1;
-        counts.compared += n;
-    }
-    SortKey const farthest = keys[0];
-    SortKey const arrived{key.depth, GaussianId{key.id}, farthest.slot};
-    Key refused = key;
-    if (arrived < farthest) {
-        refused = {farthest.depth_bits, static_cast<std::uint32_t>(farthest.id)};
-        held[farthest.slot] = splat;
-        keys[0] = arrived;
-        sift(keys.begin(), 0, n);
-        counts.compared += heap_levels(n);
-    }
     ++counts.refused;
-    if (refused < Key{window.frontier_depth, window.frontier_id}) {
-        window.frontier_depth = refused.depth;
-        window.frontier_id = refused.id;
-    }
     // A sample of the refused depths: when it is full, every second one goes.
     if (window.seen++ % window.stride != 0) return;
     if (sample.size() == sample.capacity()) {
@@ -215,7 +183,66 @@ TILEMESH_KERNEL void hold(Key key, typename P::Projected const& splat, Window& w
         sample.truncate(most_samples / 2);
         window.stride *= 2;
     }
-    sample.push(refused.depth);
+    sample.push(key.depth);
+}
+
+/// Moves the frontier of a full tile nearer, so that about 1 splat of 20, and at least the farthest of these and of the one that arrives, are
+/// behind it; they leave. At least the nearest stays. A pivot from a sample takes one look at each key, where a heap takes log2 n
+/// comparisons for each splat that leaves.
+template <class P>
+void make_room(Key arrives, Window& window, Held<P>& held, Keys& keys, Sample& sample, Counts& counts) noexcept
+{
+    constexpr std::uint32_t most_picks = 64;
+    std::uint32_t n = held.size();
+    std::uint32_t const picks = n < most_picks ? n : most_picks, behind = 1 + picks / 32;
+    SortKey const arrived{arrives.depth, GaussianId{arrives.id}, 0};
+    SortKey pivot{infinite_depth, GaussianId{0}, 0}; // becomes the farthest of the picks, then the next one
+    for (std::uint32_t k = 0; k < behind; ++k) {
+        SortKey farthest = arrived < pivot ? arrived : SortKey{};
+        for (std::uint32_t i = 0; i < picks; ++i) {
+            SortKey const& key = keys[n / picks * i + n % picks * i / picks];
+            if (farthest < key && key < pivot) farthest = key;
+        }
+        pivot = farthest;
+    }
+    window.frontier_depth = pivot.depth_bits;
+    window.frontier_id = static_cast<std::uint32_t>(pivot.id);
+    counts.scanned += n + behind * picks;
+    for (std::uint32_t i = 0; i < n;) {
+        if (keys[i] < pivot) {
+            ++i;
+            continue;
+        }
+        refuse({keys[i].depth_bits, static_cast<std::uint32_t>(keys[i].id)}, window, sample, counts);
+        keys[i] = keys[--n];
+        keys[i].slot = i;
+        held[i] = held[n];
+        ++counts.compared;
+    }
+    held.truncate(n);
+    keys.truncate(n);
+}
+
+/// Puts a splat that has arrived among those that the tile holds, or refuses it. A full tile makes room: the nearest stay, and the frontier
+/// is the nearest key that does not.
+template <class P>
+TILEMESH_KERNEL void hold(Key key, typename P::Projected const& splat, Window& window, Held<P>& held, Keys& keys, Sample& sample,
+                          Counts& counts) noexcept
+{
+    if (key < Key{window.lo_depth, window.lo_id}) {
+        ++counts.early;
+        ++counts.turned_away;
+        return;
+    }
+    auto const behind = [&]() noexcept { return !(key < Key{window.frontier_depth, window.frontier_id}); };
+    if (held.size() == held.capacity() && !behind()) make_room<P>(key, window, held, keys, sample, counts);
+    if (behind()) {
+        refuse(key, window, sample, counts);
+        ++counts.turned_away;
+        return;
+    }
+    keys.unchecked_push({key.depth, GaussianId{key.id}, held.size()});
+    held.unchecked_push(splat);
 }
 } // namespace detail
 
@@ -273,7 +300,7 @@ struct Deliver {
         bool const own = sending.record[0] < offers.size() || sending.record[1] < offers.size() || sending.record[own_column] < offers.size();
         if (!mail && !own && waiting0.empty() && waiting1.empty() && sending.sent[0] == 0 && sending.sent[1] == 0) return Vote::quiet;
 
-        counts.compared = 0;
+        counts.compared = counts.scanned = counts.turned_away = 0;
         std::uint32_t const arrived = counts.arrived;
         Tile tile{here, window, held, keys, sample, counts, {}};
         for (Direction d : news) tile.way[index(d)] = {out[d].begin(), 0, out[d].capacity(), false};
@@ -310,15 +337,16 @@ struct Deliver {
         return quiet ? Vote::quiet : Vote::busy;
     }
 
-    /// For a cost model. A parcel that waits in a FIFO is looked at in each pass.
+    /// For a cost model. A parcel that waits in a FIFO is looked at in each pass. A splat that arrives and is refused is as much work
+    /// as a comparison, and so is one that leaves a full tile: another one is moved into its place.
     static Operations operations(Counts const& counts, Waiting<P, 0> const& waiting0, Waiting<P, 1> const& waiting1) noexcept
     {
         Operations o;
-        o[Operation::slot] = waiting0.size() + waiting1.size();
+        o[Operation::slot] = waiting0.size() + waiting1.size() + counts.scanned;
         o[Operation::left] = counts.left;
         o[Operation::passed] = counts.passed;
-        o[Operation::settled] = counts.settled;
-        o[Operation::comparison] = counts.compared;
+        o[Operation::settled] = counts.settled - counts.turned_away;
+        o[Operation::comparison] = counts.compared + counts.turned_away;
         o.settled_bytes = times(counts.settled, wire_bytes<Message>);
         return o;
     }

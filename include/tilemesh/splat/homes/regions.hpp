@@ -189,7 +189,6 @@ struct Window {
     std::uint32_t frontier_depth, frontier_id;  ///< the least key refused, else hi
     std::uint32_t finished;                     ///< blocks (Fold::bit_of)
     std::uint32_t blended;                      ///< splats of all rounds
-    std::uint32_t heap;                         ///< 1: the keys are a heap, the farthest first
     std::uint32_t seen, stride;                 ///< refused keys, and every how many of them the sample has
     std::uint32_t pass;                         ///< of Tell in this round
     std::uint32_t runs;                         ///< in which the keys are sorted
@@ -236,7 +235,7 @@ struct Counts {
     std::uint32_t no_credit;    ///< waits for a slot of the FIFO behind a channel
     std::uint32_t rounds;       ///< in which the tile was not done
     // For a cost model, in the last pass of Deliver.
-    std::uint32_t left, passed, settled, compared;
+    std::uint32_t left, passed, settled, turned_away, compared, scanned;
 };
 static_assert(sizeof(Counts) <= 64);
 

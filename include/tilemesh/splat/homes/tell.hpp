@@ -55,7 +55,7 @@ struct Tell {
             for (Direction to : {Direction::north, Direction::south}) send_along(here, out, to, table.begin() + y * columns, columns);
         window.pass = pass < last ? pass + 1 : 0;
         sending = {};
-        counts.left = counts.passed = counts.settled = counts.compared = 0;
+        counts.left = counts.passed = counts.settled = counts.turned_away = counts.compared = counts.scanned = 0;
     }
 
     /// For a cost model: a window that is taken or given is a slot.
