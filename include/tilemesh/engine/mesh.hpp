@@ -4,6 +4,7 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <exception>
 #include <tilemesh/engine/run.hpp>
 #include <tilemesh/engine/store.hpp>
@@ -31,11 +32,17 @@ struct Failure {
     }
 };
 
-/// Both banks of a channel on the host. The exchange swaps them. A sender writes directly into its neighbour's place.
+/// Both banks of a channel on the host. The exchange swaps them. A sender writes the head of its neighbour's end: size, note, and the
+/// address of the messages.
+///
+/// The messages that tiles send to one side follow one another in memory, in the order in which a thread runs the tiles. So a superstep
+/// reads four streams and writes four, whose length is that of the live messages, for any capacity. A thread begins a stream for each of
+/// its pieces of the tiles, at the place of the piece's first tile if every tile had room for its capacity.
 struct Bank {
+    static constexpr std::uint32_t head_words = 4;
     Arena heads[2];
     Arena items[2];
-    std::size_t stride = 0;
+    std::size_t stride = 0;      ///< words for the capacity of one end
     std::uint32_t capacity = 0;
 };
 
@@ -245,25 +252,29 @@ private:
 
     /// Both ends of a channel on all tiles, in one superstep. The exchange swaps them.
     struct Ends {
-        std::uint32_t *in_heads, *in_items, *out_heads, *out_items;
+        std::uint32_t *in_heads, *out_heads, *out_items;
         std::size_t stride;
         std::uint32_t capacity;
         TILEMESH_KERNEL machine::Place in(std::uint32_t slot) const noexcept
         {
-            return {in_heads + 2 * std::size_t{slot}, in_items + slot * stride, capacity};
+            auto* const head = in_heads + Bank::head_words * std::size_t{slot};
+            std::uint32_t* items;
+            std::memcpy(&items, head + 2, sizeof items);
+            return {head, items, capacity};
         }
-        TILEMESH_KERNEL machine::Place out(std::uint32_t slot) const noexcept
+        TILEMESH_KERNEL std::uint32_t* out_head(std::uint32_t slot) const noexcept
         {
-            return {out_heads + 2 * std::size_t{slot}, out_items + slot * stride, capacity};
+            return out_heads + Bank::head_words * std::size_t{slot};
         }
     };
+    static_assert(sizeof(std::uint32_t*) <= 8, "an address fits into two words of a head");
     template <class C>
     Ends ends() const noexcept
     {
         constexpr auto l = Base::template index_of_link<C>();
         auto const& b = banks_[l];
         auto const out = bank_[l], in = out ^ 1u;
-        return {b.heads[in].data(), b.items[in].data(), b.heads[out].data(), b.items[out].data(), b.stride, b.capacity};
+        return {b.heads[in].data(), b.heads[out].data(), b.items[out].data(), b.stride, b.capacity};
     }
     template <class... C>
     static std::array<Ends, links> all_ends([[maybe_unused]] Mesh const& mesh, machine::Types<C...>) noexcept
@@ -279,6 +290,7 @@ private:
         std::uint32_t const* slots;                         ///< places at which neighbours read this tile's four outgoing ends
         std::uint32_t tile;
         Worker share;
+        std::array<std::array<std::uint32_t*, 4>, links> next{}; ///< where the messages of this tile go, by channel and side
         /// The place at which the messages that this tile sends towards d are read.
         template <class C>
         TILEMESH_KERNEL std::uint32_t slot(Direction d) const noexcept
@@ -301,7 +313,8 @@ private:
         template <class C>
         TILEMESH_KERNEL machine::Place out(Direction d) noexcept
         {
-            return links_now[Base::template index_of_link<C>()].out(slot<C>(d));
+            constexpr auto l = Base::template index_of_link<C>();
+            return {links_now[l].out_head(slot<C>(d)), next[l][index(d)], links_now[l].capacity};
         }
         template <class P>
         TILEMESH_KERNEL P const* shared() noexcept
@@ -352,12 +365,12 @@ private:
         constexpr auto l = Base::template index_of_link<C>();
         auto& b = banks_[l];
         auto const bins = C::edge == Edge::drop ? 2 * (std::size_t{this->grid_.width} + this->grid_.height) : 0;
-        auto const n = std::size_t{this->grid_.size()} * 4 + bins;
+        auto const n = std::size_t{this->grid_.size()} * 4;
         auto const capacity = this->template link_capacity<C>();
         auto const most = this->template gets_slots_by_limit<C>() ? capacity : this->template most_slots<C>();
         auto const stride = ((std::size_t{most} * C::Receiver::item_words + 15u) & ~std::size_t{15}) | 16u;
         for (auto& heads : b.heads)
-            if (heads.data() == nullptr) heads = engine::Arena(n * 2);
+            if (heads.data() == nullptr) heads = engine::Arena((n + bins) * Bank::head_words);
         if (stride != b.stride) {
             engine::Arena items[2] = {engine::Arena(n * stride), engine::Arena(n * stride)};
             for (int i : {0, 1}) b.items[i] = std::move(items[i]);
@@ -424,9 +437,9 @@ private:
     {
         auto* const heads = source.template in<C>(news[0]).head; // the heads of the four sides are contiguous
         std::uint32_t any = 0;
-        for (std::uint32_t i = 0; i < 8; ++i) any |= heads[i];
+        for (std::uint32_t i = 0; i < 4; ++i) any |= heads[Bank::head_words * i] | heads[Bank::head_words * i + 1];
         if (any == 0) return;
-        for (std::uint32_t i = 0; i < 8; ++i) heads[i] = 0;
+        for (std::uint32_t i = 0; i < 4; ++i) heads[Bank::head_words * i] = heads[Bank::head_words * i + 1] = 0;
     }
     template <class C>
     TILEMESH_KERNEL void after(Source& source, Out<C>*) noexcept
@@ -434,15 +447,17 @@ private:
         constexpr auto l = Base::template index_of_link<C>();
         auto& me = source.me;
         for (Direction d : news) {
-            auto* const head = source.template out<C>(d).head;
+            auto const [head, items, capacity] = source.template out<C>(d);
             auto const n = head[0];
             if ((n | head[1]) == 0) continue;
+            std::memcpy(head + 2, &items, sizeof items);
             if constexpr (C::edge == Edge::drop)
                 if (source.template slot<C>(d) >= 4 * this->grid_.size()) {
                     me.link_peak[l] = std::max(me.link_peak[l], n);
                     head[0] = head[1] = 0;
                     continue;
                 }
+            source.next[l][index(d)] += std::size_t{n} * C::Sender::item_words;
             me.mail[l].insert(source.template slot<C>(d) / 4);
             me.messages += n;
             me.live_bytes += std::uint64_t{n} * this->template message_bytes<C>();
@@ -514,11 +529,27 @@ private:
     {
         if (!mail) return;
         auto const& ends = source.links_now[Base::template index_of_link<C>()];
-        for (Direction d : news) {
-            auto const p = ends.out(slot<C>(tile, d));
-            __builtin_prefetch(p.head, 1);
-            __builtin_prefetch(p.items, 1);
-        }
+        for (Direction d : news) __builtin_prefetch(ends.out_head(slot<C>(tile, d)), 1);
+    }
+
+    /// Sets where the messages of a piece of the tiles go.
+    template <class... A>
+    TILEMESH_KERNEL void begin_piece([[maybe_unused]] Source& source, [[maybe_unused]] std::uint32_t first_tile,
+                                     machine::Types<A...>) const noexcept
+    {
+        (begin_stream(source, first_tile, static_cast<std::remove_reference_t<A>*>(nullptr)), ...);
+    }
+    template <class X>
+    TILEMESH_KERNEL void begin_stream(Source&, std::uint32_t, X*) const noexcept
+    {
+    }
+    template <class C>
+    TILEMESH_KERNEL void begin_stream(Source& source, std::uint32_t first_tile, Out<C>*) const noexcept
+    {
+        constexpr auto l = Base::template index_of_link<C>();
+        auto const& ends = source.links_now[l];
+        for (Direction d : news)
+            source.next[l][index(d)] = ends.out_items + (std::size_t{index(d)} * this->grid_.size() + first_tile) * ends.stride;
     }
 
     // --- one superstep --------------------------------------------------------------------------------------------------
@@ -567,9 +598,10 @@ private:
         auto& me = workers_[w];
         engine::detail::BrokenContracts broken;
         engine::detail::tilemesh_broken_contracts = &broken;
-        Source source{*this, me, all_ends(*this, Links{}), nullptr, 0, {0, 1}};
+        Source source{*this, me, all_ends(*this, Links{}), nullptr, 0, {0, 1}, {}};
         std::uint32_t first = 0, last = n;
         for (bool more = together ? shares_.take(w, first, last) : n != 0; more; more = together && shares_.take(w, first, last)) {
+            begin_piece(source, tiles == nullptr ? first : tiles[first], Arguments{});
             for (auto i = first; i < last; ++i) {
                 if (i + 4 < last) prefetch_heads(source, tiles == nullptr ? i + 4 : tiles[i + 4], Arguments{});
                 if (i + 2 < last) prefetch(source, tiles == nullptr ? i + 2 : tiles[i + 2], Arguments{});
