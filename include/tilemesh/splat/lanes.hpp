@@ -98,6 +98,14 @@ TILEMESH_KERNEL Floats<N> multiply_add_lanes(Floats<N> const& a, Floats<N> const
 #    if defined(__clang__)
     return fused_lanes<N>(a, b, c, std::make_integer_sequence<std::uint32_t, N>{});
 #    else
+    // GCC 12 leaves some loops over lanes scalar, so the instruction itself where there is one.
+#        if defined(__AVX512F__)
+    if constexpr (N == 16) return __builtin_ia32_vfmaddps512_mask(a, b, c, static_cast<unsigned short>(0xffff), 4); // 4: the current rounding
+#        endif
+#        if defined(__FMA__)
+    if constexpr (N == 8) return __builtin_ia32_vfmaddps256(a, b, c);
+    if constexpr (N == 4) return __builtin_ia32_vfmaddps(a, b, c);
+#        endif
     Floats<N> r{}; // a loop: GCC 12 leaves some of the written-out form scalar
     for (std::uint32_t i = 0; i < N; ++i) r[i] = __builtin_fmaf(a[i], b[i], c[i]);
     return r;
