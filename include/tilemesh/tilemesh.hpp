@@ -56,6 +56,7 @@
 #include <tilemesh/report/number_text.hpp>
 #include <tilemesh/report/plot.hpp>
 #include <tilemesh/report/reference_double.hpp>
+#include <tilemesh/report/resample.hpp>
 #include <tilemesh/report/run_report.hpp>
 #include <tilemesh/report/stacked_bars.hpp>
 #include <tilemesh/report/string_stream.hpp>

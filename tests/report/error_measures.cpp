@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -9,6 +10,7 @@
 #include <tilemesh/error.hpp>
 #include <tilemesh/report/error_measures.hpp>
 #include <tilemesh/report/image.hpp>
+#include <vector>
 
 namespace {
 
@@ -197,6 +199,147 @@ TEST_CASE("SSIM is that of its definition")
         CHECK(similar < 1.0);
         CHECK(near(compare(b, a).ssim, similar, 1e-12));
     }
+}
+
+namespace {
+
+/// A picture of 8-bit levels by a formula, so that another program can make it too.
+Image of_formula(std::uint32_t width, std::uint32_t height)
+{
+    Image image{width, height};
+    for (std::uint32_t y = 0; y < height; ++y)
+        for (std::uint32_t x = 0; x < width; ++x)
+            for (std::uint32_t c = 0; c < 3; ++c)
+                image.pixel(x, y)[c] = static_cast<float>((x * x * 31 + y * y * 17 + x * y * 7 + c * 91 + 13 * x) % 256) / 255.0f;
+    return image;
+}
+
+/// PSNR, SSIM and L1 by their formulas: the pictures stand in a frame of zeros five pixels wide, and each window is a plain double loop.
+struct Plain {
+    double psnr_db, ssim, l1;
+};
+Plain plain_measures(Image const& a, Image const& b)
+{
+    std::size_t const w = a.width, h = a.height, stride = w + 10;
+    double squares = 0.0, absolutes = 0.0, ssim = 0.0;
+    std::vector<double> window(121);
+    double total = 0.0;
+    for (std::size_t i = 0; i < 121; ++i) {
+        double const dx = static_cast<double>(i % 11) - 5.0, dy = static_cast<double>(i / 11) - 5.0;
+        total += window[i] = std::exp((dx * dx + dy * dy) / -4.5);
+    }
+    for (std::size_t c = 0; c < 3; ++c) {
+        std::vector<double> p(stride * (h + 10), 0.0), q = p;
+        for (std::size_t i = 0; i < w * h; ++i) {
+            std::size_t const to = (i / w + 5) * stride + i % w + 5;
+            p[to] = double{a.rgb[3 * i + c]};
+            q[to] = double{b.rgb[3 * i + c]};
+            squares += std::pow(p[to] - q[to], 2.0);
+            absolutes += std::fabs(p[to] - q[to]);
+        }
+        for (std::size_t i = 0; i < w * h; ++i) {
+            double m = 0, n = 0, pp = 0, qq = 0, pq = 0;
+            for (std::size_t k = 0; k < 121; ++k) {
+                std::size_t const at = (i / w + k / 11) * stride + i % w + k % 11;
+                double const weight = window[k] / total;
+                m += weight * p[at], n += weight * q[at];
+                pp += weight * p[at] * p[at], qq += weight * q[at] * q[at], pq += weight * p[at] * q[at];
+            }
+            ssim += (2 * m * n + 0.0001) * (2 * (pq - m * n) + 0.0009) / ((m * m + n * n + 0.0001) * (pp - m * m + qq - n * n + 0.0009));
+        }
+    }
+    double const n = 3.0 * static_cast<double>(w * h);
+    return {10.0 * std::log10(n / squares), ssim / n, absolutes / n};
+}
+
+} // namespace
+
+TEST_CASE("a picture and a photograph are compared as plain loops in double compare them")
+{
+    for (auto const [width, height] : {std::array{1u, 1u}, std::array{3u, 40u}, std::array{11u, 11u}, std::array{37u, 10u}}) {
+        CAPTURE(width);
+        auto const a = noise(width, height, 3), b = noise(width, height, 4);
+        auto const measures = tilemesh::report::compare_pictures(a, b);
+        auto const plain = plain_measures(a, b);
+        CHECK(near(measures.psnr_db, plain.psnr_db, 1e-11));
+        CHECK(near(measures.ssim, plain.ssim, 1e-12));
+        CHECK(near(measures.l1, plain.l1, 1e-13));
+    }
+}
+
+TEST_CASE("pictures with known PSNR, SSIM and L1")
+{
+    using tilemesh::report::compare_pictures;
+    // By a third program (NumPy, float64): the evaluation script's formula on these pictures.
+    auto const a = of_formula(24, 17);
+    Image turned{24, 17}, faded{24, 17};
+    for (std::uint32_t y = 0; y < 17; ++y)
+        for (std::uint32_t x = 0; x < 24; ++x)
+            for (std::uint32_t c = 0; c < 3; ++c) {
+                turned.pixel((x + 1) % 24, y)[c] = a.pixel(x, y)[c];
+                faded.pixel(x, y)[c] = (std::floor(a.pixel(x, y)[c] * 255.0f / 2.0f + 0.25f) + 60.0f) / 255.0f;
+            }
+    auto const other = compare_pictures(a, turned), pale = compare_pictures(a, faded);
+    CHECK(near(other.psnr_db, 7.732278443692731, 1e-6));
+    CHECK(near(other.ssim, 0.16011945910575257, 1e-7));
+    CHECK(near(other.l1, 0.3392349128212682, 1e-7));
+    CHECK(near(other.largest, 0.9725490193814039, 1e-7));
+    CHECK(other.largest_at == std::array<std::uint32_t, 2>{11, 16});
+    CHECK(near(pale.psnr_db, 16.75045100268919, 1e-6));
+    CHECK(near(pale.ssim, 0.8457498856453807, 1e-7));
+    CHECK(near(pale.l1, 0.1255927187340407, 1e-7));
+    CHECK(pale.largest_at == std::array<std::uint32_t, 2>{4, 4});
+
+    // One pixel: the windows see it with the weight g of their middle, and zeros elsewhere.
+    double total = 0.0;
+    for (int i = -5; i <= 5; ++i) total += std::exp(i * i / -4.5);
+    double const g = 1.0 / (total * total), m = 0.75 * g, n = 0.5 * g;
+    auto const one = compare_pictures(flat(1, 1, 0.75f), flat(1, 1, 0.5f));
+    CHECK(near(one.ssim, (2 * m * n + 1e-4) * (2 * (0.375 * g - m * n) + 9e-4) /
+                             ((m * m + n * n + 1e-4) * (0.5625 * g - m * m + 0.25 * g - n * n + 9e-4)), 1e-13));
+    CHECK(near(one.psnr_db, 12.041199826559248, 1e-12));
+    CHECK(one.l1 == 0.25);
+    // Zeros outside the picture are structure that both pictures have: the border raises the SSIM of 0.92309 that `compare` gives.
+    CHECK(near(compare_pictures(flat(20, 15, 0.75f), flat(20, 15, 0.5f)).ssim, 0.8694674331879252, 1e-12));
+
+    auto const equal = compare_pictures(a, a);
+    CHECK(equal.psnr_db == std::numeric_limits<double>::infinity());
+    CHECK(equal.ssim == 1.0);
+    CHECK(equal.l1 == 0.0);
+    CHECK(equal.largest == 0.0);
+    CHECK(equal.largest_at == std::array<std::uint32_t, 2>{0, 0});
+}
+
+TEST_CASE("the largest difference is that of a channel, and the first of equals")
+{
+    auto a = flat(5, 4, 0.25f), b = a;
+    b.pixel(3, 1)[2] = 1.25f;
+    b.pixel(1, 2)[0] = -0.75f;
+    b.pixel(0, 0)[1] = 0.5f;
+    auto const measures = tilemesh::report::compare_pictures(a, b);
+    CHECK(measures.largest == 1.0);
+    CHECK(measures.largest_at == std::array<std::uint32_t, 2>{3, 1});
+    CHECK(tilemesh::report::compare_pictures(b, a).largest_at == measures.largest_at);
+
+    auto const error = tilemesh::report::error_picture(a, b);
+    CHECK(error.pixel(3, 1)[2] == 1.0f);
+    CHECK(error.pixel(1, 2)[0] == 1.0f);
+    CHECK(error.pixel(0, 0)[1] == 0.25f);
+    CHECK(std::count(error.rgb.begin(), error.rgb.end(), 0.0f) == 57);
+    auto const black = tilemesh::report::error_picture(a, a);
+    CHECK(std::count(black.rgb.begin(), black.rgb.end(), 0.0f) == 60);
+
+    CHECK_THROWS_WITH_AS(tilemesh::report::compare_pictures(a, flat(4, 5, 0.0f)), doctest::Contains("5 x 4, the reference 4 x 5"), tilemesh::Error);
+    CHECK_THROWS_AS(tilemesh::report::error_picture(a, flat(5, 3, 0.0f)), tilemesh::Error);
+    b.pixel(2, 2)[1] = std::numeric_limits<float>::infinity();
+    CHECK_THROWS_WITH_AS(tilemesh::report::compare_pictures(a, b), doctest::Contains("pixel 2, 2, channel 1"), tilemesh::Error);
+}
+
+TEST_CASE("a clamped picture has values from 0 to 1")
+{
+    Image image{1, 2};
+    image.rgb = {-0.0f, 1.0f, 0.3f, -2.0f, 7.0f, std::numeric_limits<float>::quiet_NaN()};
+    CHECK(tilemesh::report::clamped(image).rgb == std::vector<float>{0.0f, 1.0f, 0.3f, 0.0f, 1.0f, 0.0f});
 }
 
 TEST_CASE("SSIM of one channel is a third of the loss")

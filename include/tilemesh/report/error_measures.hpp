@@ -1,4 +1,6 @@
 #pragma once
+#include <array>
+#include <cstdint>
 #include <string>
 #include <tilemesh/config.hpp>
 #include <tilemesh/report/image.hpp>
@@ -28,6 +30,34 @@ struct ErrorMeasures {
 /// Throws `tilemesh::Error` if the sizes differ, if a picture has no pixels, or if a value of either picture is not finite; the text names
 /// the first such pixel. Cost: 40 bytes a pixel, and about 0.3 s for 1280 x 720.
 TILEMESH_HOST ErrorMeasures compare(Image const& image, Image const& reference);
+
+/// The difference of a picture from a photograph, or from another renderer's picture, as the evaluation of 3D Gaussian Splatting measures
+/// it. PSNR and L1 are over the 3 * width * height channel values; the peak is 1.0.
+struct PictureMeasures {
+    double psnr_db; ///< -10 log10 of the mean square difference; infinite for equal pictures
+    double ssim;    ///< structural similarity, see `compare_pictures`; 1 for equal pictures
+    double l1;      ///< mean absolute difference
+    double largest; ///< largest absolute difference of a channel
+    std::array<std::uint32_t, 2> largest_at; ///< column and row of its pixel, the first one in reading order; 0, 0 for equal pictures
+};
+
+/// Measures how far two pictures are from each other. It clamps nothing and rounds nothing: `clamped` does, for a photograph, whose
+/// values are 0 to 1.
+///
+/// SSIM has the conventions of the evaluation script of 3D Gaussian Splatting: an 11 x 11 Gaussian window of sigma 1.5, K1 = 0.01,
+/// K2 = 0.03, data range 1, each of the three channels alone, one window on every pixel, and **zeros outside the picture** (`compare`
+/// repeats the border pixels; torchmetrics, which gsplat and nerfstudio use, leaves out windows that reach over the border). SSIM is the
+/// mean over all pixels and channels. All sums are in double.
+///
+/// Throws `tilemesh::Error` as `compare` does. Cost: 40 bytes a pixel, and about 0.3 s for 1280 x 720.
+TILEMESH_HOST PictureMeasures compare_pictures(Image const& picture, Image const& other);
+
+/// The picture with each value clamped to [0, 1], not rounded. A NaN becomes 0.
+TILEMESH_HOST Image clamped(Image image);
+
+/// The absolute difference of each channel, divided by the largest one, so that it shows 0 to 1. Black for equal pictures. Throws
+/// `tilemesh::Error` as `compare` does.
+TILEMESH_HOST Image error_picture(Image const& picture, Image const& other);
 
 }}} // namespace tilemesh::report
 

@@ -45,23 +45,27 @@ inline std::array<double, 2 * ssim_radius + 1> ssim_window()
 /// Weighted sums of a, b, a^2, b^2 and a b over a window.
 using SsimMoments = std::array<double, 5>;
 
-/// Sum of `weight[k] * at(centre + k - radius)` with the position clamped into [0, size).
-template <class Moments>
+/// The values of a window outside the picture: those of the nearest border pixel, or 0.
+enum class SsimBorder { repeated, zero };
+
+/// Sum of `weight[k] * at(centre + k - radius)`. A position outside [0, size) is clamped, or adds 0.
+template <SsimBorder border, class Moments>
 SsimMoments ssim_blur(std::array<double, 2 * ssim_radius + 1> const& window, std::uint32_t centre,
                       std::uint32_t size, Moments&& at)
 {
     SsimMoments sum{};
     for (int k = -ssim_radius; k <= ssim_radius; ++k) {
-        auto const position =
-            std::clamp(std::int64_t{centre} + k, std::int64_t{0}, std::int64_t{size} - 1);
-        SsimMoments const moments = at(static_cast<std::uint32_t>(position));
+        auto const position = std::int64_t{centre} + k;
+        if (border == SsimBorder::zero && (position < 0 || position >= size)) continue;
+        SsimMoments const moments = at(static_cast<std::uint32_t>(std::clamp(position, std::int64_t{0}, std::int64_t{size} - 1)));
         auto const weight = window[static_cast<std::size_t>(k + ssim_radius)];
         for (std::size_t m = 0; m < sum.size(); ++m) sum[m] += weight * moments[m];
     }
     return sum;
 }
 
-inline double mean_ssim(Image const& image, Image const& reference)
+template <SsimBorder border>
+double mean_ssim(Image const& image, Image const& reference)
 {
     // K1 = 0.01, K2 = 0.03, L = 1: the constants of Wang et al. 2004.
     constexpr double c1 = 0.01 * 0.01;
@@ -75,14 +79,14 @@ inline double mean_ssim(Image const& image, Image const& reference)
         for (std::uint32_t y = 0; y < image.height; ++y)
             for (std::uint32_t x = 0; x < image.width; ++x)
                 rows[std::size_t{y} * image.width + x] =
-                    ssim_blur(window, x, image.width, [&](std::uint32_t column) {
+                    ssim_blur<border>(window, x, image.width, [&](std::uint32_t column) {
                         double const a = image.pixel(column, y)[channel];
                         double const b = reference.pixel(column, y)[channel];
                         return SsimMoments{a, b, a * a, b * b, a * b};
                     });
         for (std::uint32_t y = 0; y < image.height; ++y)
             for (std::uint32_t x = 0; x < image.width; ++x) {
-                auto const [a, b, aa, bb, ab] = ssim_blur(
+                auto const [a, b, aa, bb, ab] = ssim_blur<border>(
                     window, y, image.height, [&](std::uint32_t row) -> SsimMoments const& {
                         return rows[std::size_t{row} * image.width + x];
                     });
@@ -94,9 +98,8 @@ inline double mean_ssim(Image const& image, Image const& reference)
     return sum / (3.0 * static_cast<double>(pixels));
 }
 
-} // namespace detail
-
-TILEMESH_HOST ErrorMeasures compare(Image const& image, Image const& reference)
+/// Throws `Error` if two pictures differ in size, have no pixels, or have a value that is not finite.
+inline void expect_comparable(Image const& image, Image const& reference)
 {
     auto const size_of = [](Image const& of) {
         return std::to_string(of.width) + " x " + std::to_string(of.height);
@@ -108,9 +111,15 @@ TILEMESH_HOST ErrorMeasures compare(Image const& image, Image const& reference)
         if (each->rgb.empty() || each->rgb.size() != std::size_t{3} * each->width * each->height)
             throw Error("cannot compare (" + std::to_string(each->rgb.size()) +
                         " floats are no picture of " + size_of(*each) + "); render a frame first");
-    detail::expect_finite(image, "picture");
-    detail::expect_finite(reference, "reference");
+    expect_finite(image, "picture");
+    expect_finite(reference, "reference");
+}
 
+} // namespace detail
+
+TILEMESH_HOST ErrorMeasures compare(Image const& image, Image const& reference)
+{
+    detail::expect_comparable(image, reference);
     auto const count = image.rgb.size();
     std::vector<double> errors(count);
     double sum = 0.0;
@@ -140,10 +149,52 @@ TILEMESH_HOST ErrorMeasures compare(Image const& image, Image const& reference)
     measures.p999_levels = 255.0 * *p999;
     measures.psnr_db = measures.rmse > 0.0 ? -20.0 * std::log10(measures.rmse)
                                            : std::numeric_limits<double>::infinity();
-    measures.ssim = measures.max_levels > 0.0 ? detail::mean_ssim(image, reference) : 1.0;
+    measures.ssim = measures.max_levels > 0.0 ? detail::mean_ssim<detail::SsimBorder::repeated>(image, reference) : 1.0;
     measures.mae = sum / n;
     measures.share_over_one_level = static_cast<double>(pixels_over) / (n / 3.0);
     return measures;
+}
+
+TILEMESH_HOST PictureMeasures compare_pictures(Image const& picture, Image const& other)
+{
+    detail::expect_comparable(picture, other);
+    double sum = 0.0, sum_of_squares = 0.0, largest = 0.0;
+    std::size_t at = 0;
+    for (std::size_t i = 0; i < picture.rgb.size(); ++i) {
+        double const difference = std::abs(double{picture.rgb[i]} - double{other.rgb[i]});
+        sum += difference;
+        sum_of_squares += difference * difference;
+        if (difference > largest) {
+            largest = difference;
+            at = i / 3;
+        }
+    }
+    auto const n = static_cast<double>(picture.rgb.size());
+    PictureMeasures measures{};
+    measures.psnr_db = sum_of_squares > 0.0 ? -10.0 * std::log10(sum_of_squares / n) : std::numeric_limits<double>::infinity();
+    measures.ssim = largest > 0.0 ? detail::mean_ssim<detail::SsimBorder::zero>(picture, other) : 1.0;
+    measures.l1 = sum / n;
+    measures.largest = largest;
+    measures.largest_at = {static_cast<std::uint32_t>(at % picture.width), static_cast<std::uint32_t>(at / picture.width)};
+    return measures;
+}
+
+TILEMESH_HOST Image clamped(Image image)
+{
+    for (auto& value : image.rgb) value = value > 0.0f ? std::min(value, 1.0f) : 0.0f;
+    return image;
+}
+
+TILEMESH_HOST Image error_picture(Image const& picture, Image const& other)
+{
+    detail::expect_comparable(picture, other);
+    Image error{picture.width, picture.height};
+    double largest = 0.0;
+    auto const difference = [&](std::size_t i) { return std::abs(double{picture.rgb[i]} - double{other.rgb[i]}); };
+    for (std::size_t i = 0; i < error.rgb.size(); ++i) largest = std::max(largest, difference(i));
+    if (largest > 0.0)
+        for (std::size_t i = 0; i < error.rgb.size(); ++i) error.rgb[i] = static_cast<float>(difference(i) / largest);
+    return error;
 }
 
 }}} // namespace tilemesh::report
