@@ -3,6 +3,7 @@
 #include "findings.hpp"
 #include "measure.hpp"
 #include "options.hpp"
+#include "picture.hpp"
 #include <common/program.hpp>
 #include <iostream>
 #include <tilemesh/report/whole_file.hpp>
@@ -13,7 +14,11 @@ using namespace any_map;
 
 int run(Options const& options)
 {
-    bench::expect_folder_of(options.csv);
+    for (auto const* file : {&options.csv, &options.picture}) bench::expect_folder_of(*file);
+    if (!options.picture.empty()) {
+        write_picture(options);
+        return 0;
+    }
     if (!options.write.empty()) bench::expect_folder_of(options.write / "README.md");
     std::vector<Row> rows;
     std::vector<std::string> broken;

@@ -1,5 +1,5 @@
 #include "measure.hpp"
-#include "machine.hpp"
+#include <common/homes_machine.hpp>
 #include <common/machine.hpp>
 #include <cstring>
 #include <iostream>
@@ -53,6 +53,9 @@ std::vector<View> views_of(bench::Scene const& s, Options const& options)
         views.push_back({"16 x farther", {farther(s, 16)}});
         views.push_back({"inside", {farther(s, 0)}});
     }
+    for (std::string const motion : {"fr1_xyz", "fr2_desk"})
+        if (!options.quick && bench::has_motion(motion, options.data))
+            views.push_back({motion, bench::cameras_of(motion, s, motion_frames, options.data)});
     return views;
 }
 
@@ -97,6 +100,7 @@ public:
         for (std::size_t v = 0; v < views_.size(); ++v) {
             for (auto const program : {Program::anchored, Program::paper}) on_anchors(v, program);
             for (bool const folded : {true, false}) homes(v, {.folded = folded}, false);
+            homes(v, {.folded = false, .one_cut = true}, false);
         }
     }
     void sweep()
@@ -174,12 +178,12 @@ private:
         row.sram_bytes = setup.machine.sram_bytes;
         fill(row, view, r, machine->trace(), machine->image());
     }
-    void homes(std::size_t view, Setting setting, bool sweep)
+    void homes(std::size_t view, bench::HomesSetting setting, bool sweep)
     {
-        auto& row = add(view, setting.folded ? Program::homes : Program::unfolded);
+        auto& row = add(view, setting.one_cut ? Program::one_cut : setting.folded ? Program::homes : Program::unfolded);
         setting.threads = options_.threads;
         setting.grid = grid_;
-        auto const machine = make_homes_machine(scene_.map, setting);
+        auto const machine = bench::make_homes_machine(scene_.map, setting);
         for (auto const& camera : views_[view].cameras) machine->render(camera);
         auto const& r = machine->report();
         row.sweep = sweep;

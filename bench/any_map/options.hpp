@@ -11,6 +11,7 @@ inline char const* const map_names[] = {"sloth", "salad", "playbot_250k", "built
 
 struct Options : bench::Options {
     std::filesystem::path write;   ///< the folder of README.md and its plot; empty: not written
+    std::filesystem::path picture; ///< a PNG file; not empty: this picture is all that the bench makes
     std::vector<std::string> maps; ///< empty: all
     std::uint32_t threads = 1;     ///< of every machine
 };

@@ -7,8 +7,8 @@
 
 namespace any_map {
 
-enum class Program { anchored, paper, homes, unfolded };
-inline constexpr char const* program_names[] = {"anchored", "paper", "homes", "homes unfolded"};
+enum class Program { anchored, paper, homes, unfolded, one_cut };
+inline constexpr char const* program_names[] = {"anchored", "paper", "homes", "homes unfolded", "one cut"};
 inline char const* to_string(Program p)
 {
     return program_names[static_cast<std::uint32_t>(p)];
@@ -18,6 +18,9 @@ inline char const* to_string(Program p)
 enum class Part { host_link, project, tell, offer, deliver, sort, blend, advance, finish };
 inline constexpr char const* part_names[] = {"host link", "project", "tell", "offer", "deliver", "sort", "blend", "advance", "finish"};
 inline constexpr std::uint32_t parts = 9;
+
+/// The frames after the first one of a recorded motion whose last frame is a view.
+inline constexpr std::uint32_t motion_frames = 4;
 
 /// One frame.
 struct Row {

@@ -9,19 +9,29 @@
 #include <tilemesh/splat/camera.hpp>
 #include <tilemesh/splat/model.hpp>
 
-namespace any_map {
+namespace bench {
 
 /// The settings of a machine with the program of homes.
-struct Setting {
+struct HomesSetting {
     std::uint32_t held = 0;  ///< 0: the setup's
     std::uint32_t homes = 0; ///< records that live on a tile; 0: the setup's. A map with more records comes in chapters
     std::uint32_t slots = 0; ///< of a channel end, and of each FIFO; 0: the setup's
     bool folded = true;
+    tilemesh::splat::Model model = precise();
+    bool one_cut = false;    ///< the frame in slices of depth: all tiles have one window (see OneCut in homes_machine.cpp)
     std::uint32_t threads = 1;
     tilemesh::Grid grid{40, 36};
+
+    /// The arithmetic of the naive loop, with which pictures are compared.
+    static tilemesh::splat::Model precise()
+    {
+        tilemesh::splat::Model model;
+        model.arithmetic = tilemesh::splat::Arithmetic::precise;
+        return model;
+    }
 };
 
-/// A mesh with the program of homes, precise arithmetic, and a trace.
+/// A mesh with the program of homes, and a trace.
 class HomesMachine {
 public:
     virtual ~HomesMachine() = default;
@@ -30,10 +40,14 @@ public:
     virtual tilemesh::report::FrameReport const& report() const = 0;
     /// The trace of the last frame.
     virtual tilemesh::Trace const& trace() const = 0;
-    virtual Setting const& setting() const = 0; ///< without zeros
+    virtual HomesSetting const& setting() const = 0; ///< without zeros
     /// The bytes of a tile, after a frame. They may be more than Mk2 has: a sweep also shows settings that no tile of Mk2 could hold.
     virtual std::uint64_t sram_bytes() const = 0;
 };
-std::unique_ptr<HomesMachine> make_homes_machine(tilemesh::scene::Map const&, Setting const&);
+std::unique_ptr<HomesMachine> make_homes_machine(tilemesh::scene::Map const&, HomesSetting const&);
 
-} // namespace any_map
+/// The splats that a tile of Mk2 can hold beside homes for `records` records and channels and FIFOs of `slots` slots, for frames of
+/// width x height pixels; 0: the others leave no room.
+std::uint32_t most_held(std::uint64_t records, std::uint32_t slots, tilemesh::Grid grid, std::uint32_t width, std::uint32_t height);
+
+} // namespace bench
