@@ -88,6 +88,9 @@ scene::Map densified(scene::Map const& map, std::uint32_t n)
     out.name = map.name;
     out.gaussians.reserve(n);
     std::uint64_t const rows = map.gaussians.size();
+    auto const floats = map.harmonics.size() / rows; // of a record
+    out.sh_degree = map.sh_degree;
+    out.harmonics.reserve(floats * n);
     for (std::uint64_t row = 0; row < rows; ++row) {
         auto const& from = map.gaussians[row];
         auto const first = static_cast<std::uint32_t>(row * n / rows), last = static_cast<std::uint32_t>((row + 1) * n / rows);
@@ -107,6 +110,8 @@ scene::Map densified(scene::Map const& map, std::uint32_t n)
                 g.log_scale[axis] -= smaller;
             }
             out.gaussians.push_back(g);
+            auto const harmonics = map.harmonics.begin() + static_cast<std::ptrdiff_t>(row * floats);
+            out.harmonics.insert(out.harmonics.end(), harmonics, harmonics + static_cast<std::ptrdiff_t>(floats));
         }
     }
     return out;

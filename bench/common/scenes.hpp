@@ -34,8 +34,8 @@ std::vector<tilemesh::splat::Camera> cameras_of(std::string const& motion, Scene
 
 /// A map of `n` Gaussians that looks like `map`, but is denser. Each Gaussian is replaced by c = n / size copies of it (some have one more),
 /// scattered over it like a normal distribution of its own axes, within three standard deviations. Each copy is 1 / sqrt(c) as large along
-/// each axis, so that the copies of a disc cover its area once. The same arguments give the same map. Ids are 1 to n. Requires a map that
-/// is not empty, of harmonics' degree 0.
+/// each axis, so that the copies of a disc cover its area once. A copy has the harmonics of its Gaussian. The same arguments give the same
+/// map. Ids are 1 to n. Requires a map that is not empty.
 tilemesh::scene::Map densified(tilemesh::scene::Map const& map, std::uint32_t n);
 
 } // namespace bench

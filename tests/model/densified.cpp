@@ -1,7 +1,27 @@
+// test: optimised, without tsan
 #include <common/scenes.cpp>
 #include <cstring>
 #include <doctest/doctest.h>
 #include <glm/geometric.hpp>
+#include <tilemesh/render/homes_renderer.hpp>
+#include <tilemesh/report/naive.hpp>
+#include <tilemesh/scene/records.hpp>
+
+namespace {
+/// The built-in map, or every n-th Gaussian of it, with made-up view-dependent colour of degree 3.
+tilemesh::scene::Map shaded(std::size_t every)
+{
+    auto const whole = tilemesh::scene::built_in_map();
+    tilemesh::scene::Map map;
+    map.name = whole.name;
+    map.sh_degree = 3;
+    for (std::size_t i = 0; i < whole.gaussians.size(); i += every) {
+        map.gaussians.push_back(whole.gaussians[i]);
+        for (std::uint32_t k = 0; k < 45; ++k) map.harmonics.push_back(static_cast<float>(0.2 * bench::even(static_cast<std::uint32_t>(i), k) - 0.1));
+    }
+    return map;
+}
+} // namespace
 
 TEST_CASE("a densified map: n Gaussians, the same each time, as large as the ones that they replace")
 {
@@ -41,4 +61,43 @@ TEST_CASE("a densified map: n Gaussians, the same each time, as large as the one
     auto const same = bench::densified(map, rows).gaussians;
     for (std::uint32_t row = 0; row < rows; ++row)
         CHECK(std::memcmp(same[row].mean_world, map.gaussians[row].mean_world, sizeof same[row].mean_world) == 0);
+}
+
+TEST_CASE("a densified map has the harmonics of the Gaussians that it replaces")
+{
+    auto const map = shaded(4000);
+    auto const rows = static_cast<std::uint32_t>(map.gaussians.size()), n = 3 * rows + 2;
+    auto const dense = bench::densified(map, n);
+    CHECK(dense.sh_degree == 3);
+    REQUIRE(dense.harmonics.size() == 45 * dense.gaussians.size());
+    std::size_t at = 0;
+    for (std::uint32_t row = 0; row < rows; ++row)
+        for (auto copies = (row + 1) * n / rows - row * n / rows; copies > 0; --copies, ++at)
+            CHECK(std::memcmp(&dense.harmonics[45 * at], &map.harmonics[std::size_t{45} * row], 45 * sizeof(float)) == 0);
+}
+
+TEST_CASE("slow: 600,000 Gaussians of degree 3 are complete on tiles of Mk2: with homes for all, and in chapters")
+{
+    auto const map = bench::densified(shaded(1), 600'000);
+    auto const camera = tilemesh::scene::built_in_camera({640, 360});
+    tilemesh::render::HomesChoice choice;
+    choice.fit = true;
+    choice.sh_degree = 3;
+    choice.model.arithmetic = tilemesh::splat::Arithmetic::precise;
+    auto const expected = tilemesh::report::render_naive(tilemesh::scene::records<tilemesh::splat::GaussianOfDegree<3>>(map), camera, choice.model);
+    for (auto const& grid : {tilemesh::Extent2{40, 36}, tilemesh::Extent2{20, 18}}) { // a quarter of the tiles has too few homes
+        tilemesh::RendererOptions options;
+        options.grid = grid;
+        tilemesh::render::HomesRenderer<tilemesh::splat::homes::HostPolicies<>> renderer(map, choice, options);
+        auto const frame = renderer.render(camera);
+        CHECK(renderer.facts().sram_bytes <= tilemesh::Mk2::sram_bytes);
+        CHECK(renderer.facts().record_bytes == 240);
+        CHECK((frame.report.homes.chapters > 1) == (grid.width == 20));
+        CHECK(frame.report.homes.unfinished_tiles == 0);
+        CHECK(frame.report.homes.entries > 0);
+        REQUIRE(frame.image.rgb.size() == expected.rgb.size());
+        CHECK(std::memcmp(frame.image.rgb.data(), expected.rgb.data(), expected.rgb.size() * sizeof(float)) == 0);
+        MESSAGE(grid.width, " x ", grid.height, " tiles: ", frame.report.homes.chapters, " chapters, ", frame.report.homes.streamed_bytes, " bytes streamed, ",
+                frame.report.homes.rounds, " rounds");
+    }
 }
