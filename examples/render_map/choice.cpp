@@ -113,6 +113,7 @@ public:
     using AutoRenderer::AutoRenderer;
     tilemesh::Trace take_trace() override { return now().take_trace(); }
     std::vector<TileState> tiles() override { return now().tiles(); }
+    std::vector<TileRound> rounds() override { return now().rounds(); }
     void follow(tilemesh::splat::GaussianId id) override { now().follow(id); }
     Life life() override { return now().life(); }
 

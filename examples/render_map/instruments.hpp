@@ -17,6 +17,15 @@ struct TileState {
     std::uint32_t channel_full = 0, no_credit = 0;
     std::uint32_t storage_full = 0, copies_full = 0, copies_refused = 0;
     std::uint32_t rounds = 0, entries = 0; ///< program of homes: rounds in which the tile was not done, and splats that it received
+    float frontier = 0; ///< program of homes: TileRound::frontier of the tile's last round
+};
+
+/// A tile in one round of the program of homes. Only tiles that were not done when the round began have one.
+struct TileRound {
+    std::uint32_t round, chapter, tile; ///< round and chapter of the frame, from 1; index of the tile
+    std::uint32_t held, refused;        ///< splats that it blended; splats that found no room
+    float frontier; ///< the tile's pixels are exact for all splats nearer than this depth, in world units. With every splat: the farthest one's
+    bool done;      ///< the tile takes no more rounds (of this chapter)
 };
 
 /// What a tile can have to do with a Gaussian after a superstep.
@@ -93,6 +102,8 @@ public:
     virtual tilemesh::Trace take_trace() = 0;
     /// The state of every tile, in the order of the grid's indices.
     virtual std::vector<TileState> tiles() = 0;
+    /// Every round of every tile of the last frame, round by round. Empty for the anchored program, and for a view that did not change.
+    virtual std::vector<TileRound> rounds() { return {}; }
     /// Follows a Gaussian from the next frame on. It reads every tile after every superstep.
     virtual void follow(tilemesh::splat::GaussianId id) = 0;
     virtual Life life() = 0;

@@ -123,7 +123,7 @@ bool is_of_trace(std::string_view name, Options const& options, std::size_t fram
     if (name == page_file || name == model_file || name == no_progress_file || name == counters_file) return true;
     if (options.follow && name == follow_file(*options.follow)) return true;
     auto const rest = after_number(name, frames);
-    for (auto const* extension : {".tiles.csv", ".supersteps.csv", ".heat.csv", ".trace.json"})
+    for (auto const* extension : {".tiles.csv", ".supersteps.csv", ".heat.csv", ".trace.json", rounds_end})
         if (rest == extension) return true;
     if (rest == ".energy.csv" || rest == ".heat_energy.png") return options.energy.has_value();
     return rest.starts_with(".heat_") && rest.ends_with(".png");

@@ -30,6 +30,9 @@ inline constexpr char const* no_progress_file = "no_progress.txt";
 /// The file of --trace that has one line of counters for each frame.
 inline constexpr char const* counters_file = "frames.csv";
 
+/// The end of the file of --trace that has one line for each round of each tile of a frame of homes.
+inline constexpr char const* rounds_end = ".rounds.csv";
+
 /// Every file that the run reads. For a COLMAP model: both files.
 std::vector<std::filesystem::path> files_read(Options const& options);
 

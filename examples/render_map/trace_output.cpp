@@ -112,6 +112,9 @@ std::vector<TileMap> heat_maps(tilemesh::Trace const& trace, tilemesh::CostModel
         maps.push_back({"rounds", "Rounds", "rounds in which the tile was not done", true, of_state([](TileState const& t) { return t.rounds; }), "rounds"});
         maps.push_back({"entries", "Entries", "splats that the tile received from homes in all rounds", true,
                         of_state([](TileState const& t) { return t.entries; }), "splats"});
+        maps.push_back({"frontier", "Frontier",
+                        "depth up to which the tile's pixels are exact after its last round; of a tile with every splat, that of the farthest one", false,
+                        of_state([](TileState const& t) { return t.frontier; }), "world units"});
     }
     return maps;
 }
@@ -138,6 +141,40 @@ std::string reason(std::vector<TileState> const& tiles, std::uint32_t tile)
     for (auto const& other : tiles) all += other.records;
     return "it stores " + plural(t.records, "record") + ", " + thousands(t.copies) + " of them copies (mean of all tiles: " +
            report::decimals(all / static_cast<double>(tiles.size()), 0) + ")";
+}
+/// Every round of every tile, a line each.
+std::string rounds_csv(std::vector<TileRound> const& rounds, tilemesh::Grid grid)
+{
+    std::string text = "round,chapter,tile_x,tile_y,held,refused,frontier,done\n";
+    for (auto const& r : rounds) {
+        auto const tile = grid.tile(r.tile);
+        text += std::to_string(r.round) + "," + std::to_string(r.chapter) + "," + std::to_string(tile.x()) + "," + std::to_string(tile.y()) + "," +
+                std::to_string(r.held) + "," + std::to_string(r.refused) + "," + report::plain_number(static_cast<double>(r.frontier)) +
+                (r.done ? ",1\n" : ",0\n");
+    }
+    return text;
+}
+/// A row for each round of a frame. `cost` is that of `trace`.
+Rows round_rows(std::vector<TileRound> const& rounds, tilemesh::Trace const& trace, tilemesh::CostModel const& model, tilemesh::RunCost const& cost)
+{
+    std::vector<std::uint64_t> cycles; // of each round; the program has one Loop
+    for (auto const& round : loop_rounds(trace)) {
+        cycles.push_back(0);
+        for (auto i = round.first; i <= round.last; ++i) cycles.back() += cost.supersteps[i].total();
+    }
+    Rows out;
+    for (auto first = rounds.begin(); first != rounds.end();) {
+        auto const last = std::find_if(first, rounds.end(), [&](TileRound const& r) { return r.round != first->round; });
+        std::uint64_t held = 0, refused = 0, done = 0;
+        for (auto r = first; r != last; ++r) held += r->held, refused += r->refused, done += r->done ? 1 : 0;
+        auto const [nearest, farthest] = std::minmax_element(first, last, [](TileRound const& a, TileRound const& b) { return a.frontier < b.frontier; });
+        out.push_back({thousands(first->round), thousands(first->chapter), thousands(static_cast<std::uint64_t>(last - first)), thousands(done),
+                       thousands(held), thousands(refused), report::short_number(static_cast<double>(nearest->frontier)),
+                       report::short_number(static_cast<double>(farthest->frontier)),
+                       first->round <= cycles.size() ? milliseconds_text(model, cycles[first->round - 1]) : ""});
+        first = last;
+    }
+    return out;
 }
 std::string tile_text(tilemesh::TileId tile)
 {
@@ -210,6 +247,9 @@ report::Modelled TraceOutput::add_frame(std::size_t index, report::RunFrame cons
     auto const states = instruments.tiles();
     auto maps = heat_maps(trace, model_, grid, states);
     write(frame_file(index, ".heat.csv"), maps_csv(maps, grid));
+    auto const rounds = instruments.rounds();
+    if (rounds.empty()) remove_old(frame_file(index, rounds_end));
+    else write(frame_file(index, rounds_end), rounds_csv(rounds, grid));
     if (energy) {
         write(frame_file(index, ".energy.csv"), energy_csv(*energy, grid));
         maps.push_back(energy_map(*energy));
@@ -267,6 +307,7 @@ report::Modelled TraceOutput::add_frame(std::size_t index, report::RunFrame cons
     section.run.figures.emplace_back("missing", thousands(r.lost.size()));
     if (r.program == report::Program::homes) section.run.figures.emplace_back("rounds", thousands(r.homes.rounds));
     section.run.figures.emplace_back("pairs", thousands(r.pairs));
+    section.rounds = round_rows(rounds, trace, model_, cost);
     bytes_ += section.run.bytes();
     sections_.push_back(std::move(section));
     return modelled;
@@ -330,15 +371,28 @@ void TraceOutput::add_frames(report::HtmlReport& html) const
         for (std::size_t i = 0; i < milliseconds_.size(); i += every) plot.series[0].points.push_back(milliseconds_[i]);
         html.svg(svg(plot));
     }
+    auto const add = [&](Section const& section, tilemesh::TraceSection const& run) {
+        tilemesh::add_section(html, run, section.facts);
+        if (section.rounds.empty()) return;
+        auto const shown = std::min(section.rounds.size(), most_lines);
+        html.folded_subsection("Rounds", section.rounds.size() <= 20 ? report::HtmlFold::open : report::HtmlFold::closed, [&] {
+            html.table({"round", "chapter", "tiles", "done after it", "splats held", "refused", "nearest frontier", "farthest frontier", "ms"},
+                       {section.rounds.begin(), section.rounds.begin() + static_cast<std::ptrdiff_t>(shown)});
+            html.paragraph((shown < section.rounds.size() ? "The first " + thousands(shown) + " of " + thousands(section.rounds.size()) + " rounds. " : "") +
+                           "Tiles: those that were not done when the round began. A tile's frontier is the depth, in world units, up to which its "
+                           "pixels are exact after the round; of a tile with every splat, it is the depth of the farthest one. " +
+                           frame_file(section.frame, rounds_end) + " has a line for each of these tiles.");
+        });
+    };
     for (auto const& section : sections_) {
         auto run = section.run;
         if (frames_ == 1) {
             run.lead.clear(); // the page begins with it
             html.section(section.heading);
-            tilemesh::add_section(html, run, section.facts);
+            add(section, run);
         } else {
             html.folded_section(section.heading, section.frame == slowest_ ? report::HtmlFold::open : report::HtmlFold::closed,
-                                [&] { tilemesh::add_section(html, run, section.facts); });
+                                [&] { add(section, run); });
         }
     }
     if (sections_.size() < frames_)

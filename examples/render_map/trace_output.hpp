@@ -53,6 +53,7 @@ private:
         std::string heading;
         std::vector<std::pair<std::string, std::string>> facts;
         tilemesh::TraceSection run;
+        std::vector<std::vector<std::string>> rounds; ///< of the program of homes
     };
     void write(std::string const& name, std::string const& text) const;
     void remove_old(std::string const& name) const; ///< what this run has none of and an earlier one may have left

@@ -1,6 +1,8 @@
 #pragma once
 #include "instruments.hpp"
 #include "renderers.hpp"
+#include <algorithm>
+#include <cstdint>
 #include <memory>
 #include <tilemesh/render/homes_renderer.hpp>
 #include <utility>
@@ -18,29 +20,92 @@ class TracedHomes final
     using Base = tilemesh::render::HomesRenderer<Policies, Engine, tilemesh::Traced<tilemesh::AnyMachine>>;
 
 public:
-    using Base::Base;
+    TracedHomes(tilemesh::scene::Map const& map, tilemesh::render::HomesChoice const& choice, tilemesh::RendererOptions const& options)
+        : Base(map, choice, options)
+    {
+        this->observe([this](tilemesh::SuperstepEvent const& event) { look(event); });
+    }
+
+    tilemesh::RenderedFrame render(tilemesh::splat::Camera const& camera) override
+    {
+        rounds_.clear();
+        begins_ = true;
+        return Base::render(camera);
+    }
 
     tilemesh::Trace take_trace() override { return this->trace(); }
     void follow(tilemesh::splat::GaussianId) override {}
     Life life() override { return {}; }
-    /// Of a map in chapters, the state is that of the last chapter.
-    std::vector<TileState> tiles() override
+    /// Of a map in chapters, the records are those of the last chapter. Counts are those of all.
+    std::vector<TileState> tiles() override { return tiles_; }
+    std::vector<TileRound> rounds() override { return rounds_; }
+
+private:
+    /// What a tile held in this round, and what it had refused before.
+    struct Before {
+        std::uint32_t rounds, refused, held, farthest;
+    };
+
+    /// Called after each superstep.
+    void look(tilemesh::SuperstepEvent const& event)
     {
         namespace homes = tilemesh::splat::homes;
         auto const& mesh = std::as_const(this->mesh());
-        std::vector<TileState> out;
-        for (auto const tile : mesh.grid().tiles()) {
-            auto const& counts = mesh.template state<homes::Counts>(tile);
-            auto& to = out.emplace_back();
-            to.records = mesh.template state<homes::Home<Policies>>(tile).size();
-            for (auto const strips : mesh.template state<homes::Work>(tile).strips) to.pairs += std::uint64_t{strips} * homes::strip_pairs;
-            to.channel_full = counts.channel_full;
-            to.no_credit = counts.no_credit;
-            to.rounds = counts.rounds;
-            to.entries = counts.arrived;
+        if (event.kernel == homes::Begin<Policies>::name) {
+            if (begins_) {
+                tiles_.assign(mesh.grid().size(), {});
+                chapter_ = round_ = 0;
+                begins_ = false;
+            }
+            before_.assign(mesh.grid().size(), {});
+            ++chapter_;
+        } else if (event.kernel == homes::Merge<Policies>::name) {
+            ++round_;
+            for (std::uint32_t t = 0; t < before_.size(); ++t) {
+                auto const tile = mesh.grid().tile(t);
+                auto const order = mesh.template state<homes::Order>(tile);
+                before_[t].held = order.size();
+                if (!order.empty()) before_[t].farthest = mesh.template state<homes::Keys>(tile)[order[order.size() - 1]].depth_bits;
+            }
+        } else if (event.kernel == homes::Advance<Policies>::name) {
+            for (std::uint32_t t = 0; t < before_.size(); ++t) look_at_round(t);
+        } else if (event.kernel == homes::Finish<Policies>::name) {
+            for (std::uint32_t t = 0; t < before_.size(); ++t) {
+                auto const tile = mesh.grid().tile(t);
+                auto const& counts = mesh.template state<homes::Counts>(tile);
+                auto& to = tiles_[t];
+                to.records = mesh.template state<homes::Home<Policies>>(tile).size();
+                for (auto const strips : mesh.template state<homes::Work>(tile).strips) to.pairs += std::uint64_t{strips} * homes::strip_pairs;
+                to.channel_full += counts.channel_full;
+                to.no_credit += counts.no_credit;
+                to.rounds += counts.rounds;
+                to.entries += counts.arrived;
+            }
         }
-        return out;
     }
+    void look_at_round(std::uint32_t t)
+    {
+        namespace homes = tilemesh::splat::homes;
+        auto const& mesh = std::as_const(this->mesh());
+        auto const tile = mesh.grid().tile(t);
+        auto const& counts = mesh.template state<homes::Counts>(tile);
+        auto const& window = mesh.template state<homes::Window>(tile);
+        auto& before = before_[t];
+        if (counts.rounds == before.rounds) return; // it was done
+        auto frontier = window.done() ? window.frontier_depth : window.lo_depth;
+        if (frontier == homes::infinite_depth) frontier = before.farthest;
+        // A chapter's last window has no end, so that its farthest splat may be nearer than the frontier of a round before.
+        tiles_[t].frontier = std::max(tiles_[t].frontier, __builtin_bit_cast(float, frontier));
+        rounds_.push_back({round_, chapter_, t, before.held, counts.refused - before.refused, tiles_[t].frontier, window.done()});
+        before.rounds = counts.rounds;
+        before.refused = counts.refused;
+    }
+
+    std::vector<TileState> tiles_;
+    std::vector<TileRound> rounds_;
+    std::vector<Before> before_;
+    std::uint32_t round_ = 0, chapter_ = 0;
+    bool begins_ = true; ///< no superstep of the frame has run
 };
 
 template <template <class, class> class Engine>

@@ -55,6 +55,15 @@ refuses() {
 }
 
 same() { cmp -s "$1" "$2" || fail "$1 and $2 differ"; }
+# sum FILE COLUMN: of a CSV without quotes, by the column's name.
+sum() {
+    awk -F, -v name="$2" 'NR == 1 { for (i = 1; i <= NF; ++i) if ($i == name) c = i; next }
+        { s += $c } END { if (!c) print "no column " name; else printf "%.0f\n", s }' "$1"
+}
+# counter FILE KEY FRAME: the number of "KEY": in the run's report, of the frame from 0.
+counter() { sed '/"losses": {/,/}/d' "$1" | grep -oE "\"$2\": [0-9]+" | sed -n "$(($3 + 1))s/.*: //p"; }
+# equal WHAT A B
+equal() { [ "$2" = "$3" ] || fail "$1: $2 is not $3"; }
 # has FILE PATTERN
 has() { grep -a -q -e "$2" "$1" || fail "\"$2\" is not in $1"; }
 

@@ -9,15 +9,6 @@ small="--program anchored --size 160x90 --grid 20x18 --quiet"
 walk="$small --orbit 5 --frames 2"
 maps="load copies channel_fill refusals drops busy_cycles idle_cycles pairs"
 
-# sum FILE COLUMN: of a CSV without quotes, by the column's name.
-sum() {
-    awk -F, -v name="$2" 'NR == 1 { for (i = 1; i <= NF; ++i) if ($i == name) c = i; next }
-        { s += $c } END { if (!c) print "no column " name; else printf "%.0f\n", s }' "$1"
-}
-# counter FILE KEY FRAME: the number of "KEY": in the run's report, of the frame from 0.
-counter() { sed '/"losses": {/,/}/d' "$1" | grep -oE "\"$2\": [0-9]+" | sed -n "$(($3 + 1))s/.*: //p"; }
-# equal WHAT A B
-equal() { [ "$2" = "$3" ] || fail "$1: $2 is not $3"; }
 # has_trace FOLDER FRAMES: all that is promised, not empty, and nothing else but what is followed.
 has_trace() {
     for file in report.html model.txt frames.csv; do [ -s "$1/$file" ] || fail "$1/$file is missing"; done

@@ -90,3 +90,31 @@ TEST_CASE("cost table: a row a step and their sum, in cycles and in milliseconds
     CHECK(milliseconds_text(m, 12'345'678) == "12345.6780");
     CHECK(milliseconds_text(m, 0) == "0.0000");
 }
+
+TEST_CASE("rounds of loops: where the steps of a loop begin anew; a loop in a loop; rounds that cannot be told apart")
+{
+    Trace trace;
+    trace.kernels = {"Start", "A", "B", "C", "D", "End"};
+    auto const run = [&](std::vector<std::uint32_t> const& steps) {
+        trace.supersteps.clear();
+        for (auto const step : steps) trace.supersteps.push_back({step, false, 0, false, {}});
+        return loop_rounds(trace);
+    };
+    using Rounds = std::vector<LoopRound>;
+    CHECK(run({}).empty());
+    CHECK(run({0, 1, 5}).empty()); // no loop
+    trace.loops = {{1, 2, 3}};
+    CHECK(run({0, 1, 2, 1, 1, 2, 2, 1, 2, 5}) == Rounds{{0, 1, 1, 2}, {0, 2, 3, 6}, {0, 3, 7, 8}});
+    CHECK(run({1, 2, 1, 2, 1, 2}) == Rounds{{0, 1, 0, 1}, {0, 2, 2, 3}, {0, 3, 4, 5}});
+    CHECK(run({0, 1, 2, 5, 0, 1, 2, 1, 2, 5}) == Rounds{{0, 1, 1, 2}, {0, 2, 5, 6}, {0, 3, 7, 8}}); // the loop is begun twice
+    CHECK(run({0, 1, 2, 1, 2, 5}).empty()); // two are seen, and three were made
+    CHECK(run({0, 5}).empty());
+    // Of a loop with one step every pass is a round, unless a round has several.
+    trace.loops = {{3, 3, 2}};
+    CHECK(run({0, 3, 3, 5}) == Rounds{{0, 1, 1, 1}, {0, 2, 2, 2}});
+    CHECK(run({0, 3, 3, 3, 5}).empty());
+    // The outer loop is A, B, C, D, and the inner one B, C.
+    trace.loops = {{1, 4, 2}, {2, 3, 3}};
+    CHECK(run({0, 1, 2, 3, 2, 3, 4, 1, 2, 3, 4, 5}) ==
+          Rounds{{0, 1, 1, 6}, {0, 2, 7, 10}, {1, 1, 2, 3}, {1, 2, 4, 5}, {1, 3, 8, 9}});
+}

@@ -131,6 +131,39 @@ struct Dots : std::numpunct<char> {
 };
 } // namespace
 
+TEST_CASE("trace files: each round of a loop is a span of the timeline, with its number")
+{
+    auto trace = large(20, {2, 1});
+    trace.loops = {{1, 5, 3}}; // supersteps 0 to 6, 7 to 13, 14 to 19
+    auto const m = model();
+    auto const cost = model_cost(m, trace, {2, 1});
+    auto const seen = timeline(chrome(trace, m, {2, 1}));
+    REQUIRE(seen.names.at(3) == "rounds");
+    CHECK(seen.names.at(4).starts_with("tile "));
+    auto const& spans = seen.spans.at(3);
+    REQUIRE(spans.size() == 3);
+    std::uint64_t all = 0;
+    for (std::size_t i = 0; i < 3; ++i) {
+        CHECK(spans[i].at("name") == "round " + std::to_string(i + 1) + " of 3");
+        CHECK(spans[i].at("args").at("superstep") == 7 * i + 1);
+        CHECK(spans[i].at("args").at("passes") == 5);
+        std::uint64_t cycles = 0, before = 0;
+        for (std::size_t s = 0; s < 7 * i + 1; ++s) before += cost.supersteps[s].total();
+        for (std::size_t s = 7 * i + 1; s < 7 * i + 6; ++s) cycles += cost.supersteps[s].total();
+        CHECK(spans[i].at("args").at("cycles") == cycles);
+        CHECK(spans[i].at("ts").get<double>() * static_cast<double>(m.clock_khz) / 1000 == doctest::Approx(static_cast<double>(before)));
+        all += cycles;
+    }
+    CHECK(all < cost.cycles);
+    trace.loops = {{1, 5, 3}, {2, 4, 3}}; // two tracks
+    auto const two_loops = timeline(chrome(trace, m, {2, 1}));
+    CHECK(two_loops.names.at(3) == "rounds of " + trace.kernels[1] + " to " + trace.kernels[5]);
+    CHECK(two_loops.names.at(4) == "rounds of " + trace.kernels[2] + " to " + trace.kernels[4]);
+    CHECK(two_loops.spans.at(4).size() == 3);
+    trace.loops = {{1, 5, 4}}; // one round has no superstep: none has a span
+    CHECK(timeline(chrome(trace, m, {2, 1})).names.at(3).starts_with("tile "));
+}
+
 TEST_CASE("trace files: tables of three tiles and two supersteps, by hand")
 {
     CHECK(trace_csv(by_hand(), model(), row) ==

@@ -341,7 +341,7 @@ TEST_CASE("trace page: a program's reason stands in the first sentence; the slow
     CHECK(has(error_of([&] { write_trace_page(folder.path, "run", trace, priced(), two, page); }), "a tile has no pixels"));
 }
 
-TEST_CASE("trace page: the rounds of a loop are one span of the timeline if its steps would be too many")
+TEST_CASE("trace page: each round of a loop is one span of the timeline if its steps would be too many, then all rounds are")
 {
     Trace trace;
     trace.kernels = {"Start", "A", "B", "End"};
@@ -359,7 +359,26 @@ TEST_CASE("trace page: the rounds of a loop are one span of the timeline if its 
         return out;
     };
     CHECK(names(19).size() == 40);
-    CHECK(names(20) == std::vector<std::string>{"Start", "20 rounds of A, B", "End"});
+    auto const each = names(20);
+    REQUIRE(each.size() == 22);
+    CHECK(each[0] == "Start");
+    CHECK(each[1] == "round 1");
+    CHECK(each[20] == "round 20");
+    CHECK(each[21] == "End");
+    CHECK(names(38).size() == 40);
+    CHECK(names(39) == std::vector<std::string>{"Start", "39 rounds of A, B", "End"});
+    {   // The run comes to its loop twice, as a frame in chapters.
+        auto const once = trace.supersteps;
+        trace.loops[0].rounds = 78;
+        trace.supersteps.insert(trace.supersteps.end(), once.begin(), once.end());
+        auto const spans = step_spans(trace, priced(), model_cost(priced(), trace, two));
+        REQUIRE(spans.size() == 6);
+        CHECK(spans[1].name == "39 rounds of A, B");
+        CHECK(spans[4].name == "39 rounds of A, B");
+    }
+    names(20);
+    trace.loops[0].rounds = 21; // a round of which no superstep ran: they cannot be told apart
+    CHECK(step_spans(trace, priced(), model_cost(priced(), trace, two))[1].name == "21 rounds of A, B");
     trace.loops = {{0, 3, 1}, {1, 2, 20}}; // the outer one comes first
     auto const cost = model_cost(priced(), trace, two);
     REQUIRE(step_spans(trace, priced(), cost).size() == 1);

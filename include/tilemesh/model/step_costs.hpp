@@ -41,6 +41,45 @@ struct StepCost {
     friend bool operator==(StepCost const&, StepCost const&) = default;
 };
 
+/// One round of a Loop in a run, and its supersteps.
+struct LoopRound {
+    std::uint32_t loop;         ///< number in Trace::loops
+    std::uint64_t number;       ///< among the rounds of that Loop in the run, from 1
+    std::size_t first, last;    ///< its supersteps
+    friend bool operator==(LoopRound const&, LoopRound const&) = default;
+};
+
+/// The rounds of each Loop of the run, in order: loop by loop, then by time. A trace has no marks between rounds. A round begins where the
+/// steps of a Loop begin anew. If this does not give as many rounds as the run counted (a round without a superstep, a Loop of one
+/// UntilQuiet), the Loop has no rounds here. Cost: linear in the trace, for each Loop.
+inline std::vector<LoopRound> loop_rounds(Trace const& trace)
+{
+    std::vector<LoopRound> all;
+    for (std::uint32_t l = 0; l < trace.loops.size(); ++l) {
+        auto const has = [&](LoopCounters const& loop, std::uint32_t step) { return loop.first <= step && step <= loop.last; };
+        auto const& own = trace.loops[l];
+        // Does a Loop inside this one begin anew between these two steps?
+        auto const inside = [&](std::uint32_t before, std::uint32_t step) {
+            return std::any_of(trace.loops.begin() + l + 1, trace.loops.end(),
+                               [&](LoopCounters const& other) { return has(own, other.first) && has(other, before) && has(other, step); });
+        };
+        std::uint64_t passes = 0;
+        for (auto const& s : trace.supersteps) passes += has(own, s.step) ? 1 : 0;
+        bool const each = own.first == own.last && passes == own.rounds; // every pass is a round
+        std::vector<LoopRound> rounds;
+        for (std::size_t i = 0; i < trace.supersteps.size(); ++i) {
+            auto const step = trace.supersteps[i].step;
+            if (!has(own, step)) continue;
+            auto const before = i == 0 ? step : trace.supersteps[i - 1].step;
+            if (i == 0 || !has(own, before) || each || (step < before && !inside(before, step)))
+                rounds.push_back({l, rounds.size() + 1, i, i});
+            rounds.back().last = i;
+        }
+        if (rounds.size() == own.rounds) all.insert(all.end(), rounds.begin(), rounds.end());
+    }
+    return all;
+}
+
 /// The counts of each step of the run, in program order, without cycles. A step that never ran has zeros. Throws `Error` if the trace runs
 /// a step that it does not name. Cost: linear in the trace.
 inline std::vector<StepCost> step_costs(Trace const& trace)

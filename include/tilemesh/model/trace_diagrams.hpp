@@ -38,36 +38,59 @@ inline std::string steps_svg(CostModel const& model, std::vector<StepCost> const
     return svg(chart);
 }
 
-/// The steps over modelled time: one span each time a step ran, with the step's name. If there are more than 40 spans, the rounds of each
-/// outermost Loop become one span, whose name names its steps.
+/// The steps over modelled time: one span each time a step ran, with the step's name. If there are more than 40 spans, each round of an
+/// outermost Loop becomes one span, with its number. If these are more than 40 too, or one, or cannot be told apart (loop_rounds), rounds
+/// that follow each other become one span, whose name names the steps.
 inline std::vector<report::BarSpan> step_spans(Trace const& trace, CostModel const& model, RunCost const& cost)
 {
+    constexpr std::size_t most_spans = 40;
     auto const names = step_names(trace);
-    auto const with = [&](auto const& group_of, auto const& name_of_group) {
+    // One span for all supersteps in a row that have one number.
+    auto const with = [&](auto const& number_of, auto const& name_of_number) {
         std::vector<report::BarSpan> spans;
         std::optional<std::size_t> last;
-        for (auto const& c : cost.supersteps) {
-            std::size_t const group = group_of(c.step);
-            if (last != group) spans.push_back({name_of_group(group), 0});
-            last = group;
-            spans.back().width += milliseconds(model, c.total());
+        for (std::size_t i = 0; i < cost.supersteps.size(); ++i) {
+            std::size_t const number = number_of(i);
+            if (last != number) spans.push_back({name_of_number(number, i), 0});
+            last = number;
+            spans.back().width += milliseconds(model, cost.supersteps[i].total());
         }
         return spans;
     };
-    auto spans = with([](std::uint32_t step) -> std::size_t { return step; }, [&](std::size_t step) { return names[step]; });
-    if (spans.size() <= 40 || trace.loops.empty()) return spans;
-    auto const loop_of = [&](std::uint32_t step) -> std::size_t { // loops come after the steps, an outer loop before its inner loops
-        for (std::size_t i = 0; i < trace.loops.size(); ++i)
-            if (trace.loops[i].first <= step && step <= trace.loops[i].last) return names.size() + i;
-        return step;
+    auto const step_of = [&](std::size_t i) -> std::size_t { return cost.supersteps[i].step; };
+    auto spans = with(step_of, [&](std::size_t step, std::size_t) { return names[step]; });
+    if (spans.size() <= most_spans || trace.loops.empty()) return spans;
+
+    auto const loop_of = [&](std::size_t i) -> std::size_t { // an outer loop comes before its inner loops
+        std::size_t l = 0;
+        while (l < trace.loops.size() && (step_of(i) < trace.loops[l].first || step_of(i) > trace.loops[l].last)) ++l;
+        return l;
     };
-    return with(loop_of, [&](std::size_t group) {
-        if (group < names.size()) return names[group];
-        auto const& loop = trace.loops[group - names.size()];
-        std::string text = report::thousands(loop.rounds) + (loop.rounds == 1 ? " round of " : " rounds of ");
-        for (auto step = loop.first; step <= loop.last && step < names.size(); ++step) text += (step == loop.first ? "" : ", ") + names[step];
-        return text;
-    });
+    std::vector<LoopRound> const rounds = loop_rounds(trace);
+    std::vector<LoopRound const*> round_of(cost.supersteps.size(), nullptr); // of each superstep, in its outermost Loop
+    for (auto const& round : rounds)
+        for (auto i = round.first; i <= round.last; ++i)
+            if (loop_of(i) == round.loop) round_of[i] = &round;
+    auto const text = [](std::uint64_t n, char const* what) { return report::thousands(n) + " " + what + (n == 1 ? "" : "s"); };
+    spans = with([&](std::size_t i) { return round_of[i] != nullptr ? names.size() + static_cast<std::size_t>(round_of[i] - rounds.data()) : step_of(i); },
+                 [&](std::size_t number, std::size_t i) {
+                     return round_of[i] != nullptr ? "round " + report::thousands(round_of[i]->number) : names[number];
+                 });
+    auto together = with([&](std::size_t i) { return loop_of(i) < trace.loops.size() ? names.size() + loop_of(i) : step_of(i); },
+                [&](std::size_t number, std::size_t i) {
+                    if (number < names.size()) return names[number];
+                    auto const& loop = trace.loops[number - names.size()];
+                    auto count = loop.rounds;
+                    if (round_of[i] != nullptr) { // a run of several parts comes to a Loop several times
+                        auto last = i;
+                        while (last + 1 < cost.supersteps.size() && loop_of(last + 1) == loop_of(i)) ++last;
+                        count = round_of[last]->number - round_of[i]->number + 1;
+                    }
+                    std::string name = text(count, "round") + " of ";
+                    for (auto step = loop.first; step <= loop.last && step < names.size(); ++step) name += (step == loop.first ? "" : ", ") + names[step];
+                    return name;
+                });
+    return spans.size() <= most_spans && spans.size() > together.size() ? spans : together;
 }
 
 /// The run over modelled time as SVG: the number of busy tiles, and the step that runs. An area is tile time. Supersteps too thin to be

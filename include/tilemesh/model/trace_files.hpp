@@ -175,7 +175,8 @@ inline void write_step_csv(std::ostream& out, Trace const& trace, CostModel cons
 
 /// Writes the run as a timeline for Perfetto (ui.perfetto.dev) and chrome://tracing: Trace Event Format, JSON. The first track shows
 /// the steps of the program by name (step_names). The second track is the machine: compute, exchange, sync and vote of each superstep,
-/// in the order in which the model adds them up. Then come tracks of the `busiest` tiles with the most compute cycles of the whole run,
+/// in the order in which the model adds them up. Then comes a track for each Loop whose rounds can be told apart (loop_rounds), with the
+/// numbers of the rounds. Then come tracks of the `busiest` tiles with the most compute cycles of the whole run,
 /// most first; of equal tiles, the lower index comes first. Their events have the step's name and the counts of operations. Events
 /// without a cycle are left out.
 ///
@@ -207,8 +208,14 @@ inline void write_chrome_trace(std::ostream& out, Trace const& trace, CostModel 
               [&](std::uint32_t a, std::uint32_t b) { return busy[a] != busy[b] ? busy[a] > busy[b] : a < b; });
     shown.resize(std::min<std::size_t>(shown.size(), busiest));
     constexpr std::uint32_t process = 1, steps = 1, machine = 2; // for Perfetto, 0 is the idle process
+    auto const rounds = loop_rounds(trace);
+    std::vector<std::uint32_t> round_track(trace.loops.size(), 0);
+    std::uint32_t last_track = machine;
+    for (auto const& round : rounds)
+        if (round_track[round.loop] == 0) round_track[round.loop] = ++last_track;
+    auto const loops_shown = last_track - machine;
     std::vector<std::uint32_t> track(grid.size(), 0);
-    for (std::size_t i = 0; i < shown.size(); ++i) track[shown[i]] = machine + 1 + static_cast<std::uint32_t>(i);
+    for (auto const tile : shown) track[tile] = ++last_track;
 
     TextStream text(out);
     bool first = true;
@@ -243,11 +250,26 @@ inline void write_chrome_trace(std::ostream& out, Trace const& trace, CostModel 
     };
     name_track(steps, "\"steps\"");
     name_track(machine, "\"machine\"");
+    for (std::size_t l = 0; l < round_track.size(); ++l) {
+        if (round_track[l] == 0) continue;
+        auto const of_step = [&](std::uint32_t step) { return step_names(trace)[step]; };
+        name_track(round_track[l], loops_shown == 1 ? "\"rounds\"" : json_string("rounds of " + of_step(trace.loops[l].first) + " to " + of_step(trace.loops[l].last)));
+    }
     for (auto const tile : shown) name_track(track[tile], tile_name(tile));
 
     auto const kernels = quoted_kernels(trace, json_string);
     std::vector<std::string> names;
     for (auto const& name : step_names(trace)) names.push_back(json_string(name));
+    std::vector<std::uint64_t> begins{0}; // of each superstep
+    for (auto const& c : cost.supersteps) begins.push_back(begins.back() + c.total());
+    for (auto const& round : rounds) {
+        auto const cycles = begins[round.last + 1] - begins[round.first];
+        if (cycles == 0) continue;
+        begin_span(round_track[round.loop],
+                   "\"round " + std::to_string(round.number) + " of " + std::to_string(trace.loops[round.loop].rounds) + "\"", round.first,
+                   begins[round.first], cycles);
+        text << ",\"passes\":" << round.last - round.first + 1 << "}}";
+    }
     StepPrices const prices(model, trace);
     std::uint64_t now = 0, cycles_of_step = 0, passes_of_step = 0;
     for (std::size_t i = 0; i < cost.supersteps.size(); ++i) {
