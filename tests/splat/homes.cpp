@@ -146,3 +146,35 @@ TEST_CASE("a map with more records than homes comes in chapters, and the picture
         CHECK(again.report.homes.streamed_bytes == 0);
     }
 }
+
+TEST_CASE("a bound on rounds is one of the frame: all chapters share it, and one round less leaves tiles unfinished")
+{
+    auto const map = every(60);
+    Grid const grid{4, 3};
+    RendererOptions o;
+    o.grid = grid;
+    o.storage_slots = 15;
+    auto c = choice(map, grid);
+    c.sizes.homes = 10;
+    auto const view = scene::frame_whole(map, {90, 53});
+    auto const whole = render::HomesRenderer<homes::HostPolicies<>>(map, c, o).render(view);
+    auto const rounds = static_cast<std::uint32_t>(whole.report.homes.rounds);
+    auto const chapters = whole.report.homes.chapters;
+    REQUIRE(chapters > 2);
+    REQUIRE(rounds > 2 * chapters); // so that a bound is above what one chapter takes
+    for (std::uint32_t const bound : {1u, 2u, rounds / 2, rounds - 1, rounds, rounds + 1}) {
+        CAPTURE(bound);
+        o.rounds = bound;
+        render::HomesRenderer<homes::HostPolicies<>> renderer(map, c, o);
+        auto const frame = renderer.render(view);
+        CHECK(frame.report.homes.rounds == std::min(bound, rounds));
+        CHECK((frame.report.homes.unfinished_tiles != 0) == (bound < rounds));
+        CHECK(frame.report.unfinished.size() == frame.report.homes.unfinished_tiles);
+        CHECK((pixels_that_differ(frame.image, whole.image) == 0) == (bound >= rounds));
+        auto const still = renderer.render(view);
+        CHECK(still.report.unfinished == frame.report.unfinished);
+        // The next view has all of its rounds.
+        auto const next = renderer.render(scene::orbit(view, scene::robust_centre(map), 30, 2)[1]);
+        CHECK(next.report.homes.rounds >= std::min(bound, 3u));
+    }
+}

@@ -62,11 +62,11 @@ public:
 class BeginLoop : public ::poplar::Vertex {
 public:
     ::poplar::InOut<::poplar::Vector<unsigned>> log; ///< RunLog
+    ::poplar::Input<::poplar::Vector<unsigned>> at_most; ///< one word, which the host sends before each run
     unsigned log_at;                                 ///< beginning of the loop's words: RunLog::loop
-    unsigned at_most;
     bool compute()
     {
-        log[log_at] = at_most;
+        log[log_at] = at_most[0];
         return true;
     }
 };

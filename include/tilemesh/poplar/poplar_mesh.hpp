@@ -33,7 +33,8 @@ struct PoplarOptions {
 /// without const goes back before the next run. A reference or view from `state` is valid until the next run; take it again after a run. A
 /// run itself moves broadcasts to the device, and the log back.
 ///
-/// The first `run` builds the graph, which takes as long as Poplar needs. Limits cannot change after that.
+/// The first `run` builds the graph, which takes as long as Poplar needs. Limits, and the counts of the program's steps, cannot change after
+/// that. The bounds of its Loops can: they go to the device before each run.
 ///
 /// Errors: it throws Error for a device that is too small, for codelets that do not load or belong to another program, for a program for
 /// which Poplar finds no room, for an observer, for digests, for an error that stops a run, and for a run in which a kernel sent over
@@ -195,6 +196,8 @@ public:
         send(States{});
         std::memcpy(rectangle_words_.data(), &rectangle_, sizeof rectangle_);
         copy_broadcasts(Shareds{});
+        LoopBounds bounds{bounds_};
+        walk(this->program_, bounds);
         stale_.fill(true);
         incoming_stale_.fill(true);
         samples_.clear();
@@ -267,6 +270,12 @@ private:
         rectangle_words_.resize(sizeof(on_poplar::RunRectangle) / 4);
         receive(run, "who runs", builder.rectangle(), rectangle_words_);
         receive_broadcasts(run, builder, Shareds{});
+        if constexpr (StepTraits<Program>::loops != 0) {
+            bounds_.resize(StepTraits<Program>::loops);
+            auto const stream = graph_->addHostToDeviceFIFO(handle("to bounds of loops"), poplar::UNSIGNED_INT, bounds_.size());
+            streams_.emplace_back(handle("to bounds of loops"), bounds_.data());
+            run.add(poplar::program::Copy(stream, builder.bounds()));
+        }
         built_ = this->program_;
         run.add(builder.run(built_));
         log_.resize(std::size_t{this->grid_.size()} * Log::words);
@@ -315,6 +324,25 @@ private:
     {
         (std::memcpy(broadcast_words_[machine::index_in<P>(Shareds{})].data(), &this->template broadcast<P>(), sizeof(P)), ...);
     }
+    /// The bounds of Loops may change between runs; the counts of other parts are in the graph.
+    struct LoopBounds {
+        std::vector<std::uint32_t>& of_loop;
+        template <class Step>
+        void step(Step const&, std::uint32_t)
+        {
+        }
+        template <class Part, class Body>
+        void loop(Part const& part, LoopAt at, Body const& body)
+        {
+            of_loop[at.index] = part.at_most;
+            body();
+        }
+        template <class Part, class Body>
+        void condition(Part const&, Body const& body)
+        {
+            body();
+        }
+    };
     template <class... X>
     std::size_t most_state_words(machine::Types<X...>) const noexcept
     {
@@ -515,7 +543,7 @@ private:
     on_poplar::RunRectangle rectangle_;
     Program built_{};                                          ///< the program for which the graph was built
     std::unique_ptr<poplar::Graph> graph_;
-    std::vector<std::uint32_t> rectangle_words_, log_, run_log_;
+    std::vector<std::uint32_t> rectangle_words_, log_, run_log_, bounds_;
     std::vector<on_poplar::PassSample> samples_;
     Trace trace_;
     std::array<std::vector<std::uint32_t>, Shareds::count + 1> broadcast_words_;

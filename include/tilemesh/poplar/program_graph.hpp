@@ -84,6 +84,10 @@ public:
         for (std::uint32_t y = 0; y < grid.height; ++y) graph.setTileMapping(rows_said_[y], y * grid.width);
         run_log_ = variable("run log", {RunLog::words<Program>});
         graph.setTileMapping(run_log_, 0);
+        if constexpr (StepTraits<Program>::loops != 0) {
+            bounds_ = variable("bounds of loops", {StepTraits<Program>::loops});
+            graph.setTileMapping(bounds_, 0);
+        }
         again_ = graph.addVariable(::poplar::BOOL, std::vector<std::size_t>{}, "again");
         graph.setTileMapping(again_, 0);
         if constexpr (traced) {
@@ -119,6 +123,8 @@ public:
     Tensor const& rectangle() const noexcept { return rectangle_; }
     Tensor const& log() const noexcept { return log_; }
     Tensor const& run_log() const noexcept { return run_log_; }
+    /// The most rounds of each Loop, on tile 0. Only for a program with Loops.
+    Tensor const& bounds() const noexcept { return bounds_; }
 
     /// Runs once, before any other program, because device memory may hold any words.
     Sequence start()
@@ -475,10 +481,10 @@ private:
                 graph.add_until_quiet(step, *to);
         }
         template <class Part, class Body>
-        void loop(Part const& part, LoopAt at, Body const& body)
+        void loop(Part const&, LoopAt at, Body const& body)
         {
             auto const round = inside(body);
-            to->add(graph.begin_loop(at, part.at_most));
+            to->add(graph.begin_loop(at));
             to->add(::poplar::program::RepeatWhileTrue(graph.test_loop(at), graph.again_, round));
         }
         template <class Part, class Body>
@@ -498,13 +504,13 @@ private:
             return parts;
         }
     };
-    ::poplar::program::Execute begin_loop(LoopAt at, std::uint32_t at_most)
+    ::poplar::program::Execute begin_loop(LoopAt at)
     {
         auto const set = graph_.addComputeSet("begin loop " + std::to_string(at.index));
         auto const v = graph_.addVertex(set, "tilemesh::vertices::BeginLoop");
         graph_.connect(v["log"], run_log_);
         graph_.setInitialValue(v["log_at"], RunLog::loop<Program>(at.index));
-        graph_.setInitialValue(v["at_most"], at_most);
+        graph_.connect(v["at_most"], bounds_.slice(at.index, at.index + 1));
         graph_.setTileMapping(v, 0);
         return ::poplar::program::Execute(set);
     }
@@ -567,7 +573,7 @@ private:
     Slots slots_;
     bool counts_;
     std::uint32_t step_ = 0;
-    Tensor rectangle_, log_, said_, rows_said_, run_log_, again_, sample_;
+    Tensor rectangle_, log_, said_, rows_said_, run_log_, bounds_, again_, sample_;
     std::optional<::poplar::DataStream> samples_;
     std::array<Tensor, States::count + 1> states_;
     std::array<Tensor, Shareds::count + 1> shareds_;

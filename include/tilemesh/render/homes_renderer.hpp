@@ -188,8 +188,7 @@ private:
         auto mesh_sizes = engine::plain_sizes<Program>(choice_.machine, sizes, typename machine::Needs<Program>::States{},
                                                        typename machine::Needs<Program>::Links{});
         mesh_sizes.sram_bytes = facts_.sram_bytes;
-        mesh_ = std::make_unique<MeshType>(splat::homes::frame_program<P>(grid_, options_.rounds != 0 ? options_.rounds : 0xffffffffu), grid_,
-                                           mesh_sizes, engine_);
+        mesh_ = std::make_unique<MeshType>(splat::homes::frame_program<P>(grid_), grid_, mesh_sizes, engine_);
         // A limit above the slots that there are limits nothing: the anchored program may have more.
         if (options_.channel_slots != 0) mesh_->template limit<splat::homes::Parcels<P>>(std::min(options_.channel_slots, sizes.parcels));
         if (options_.waiting_slots != 0) {
@@ -240,6 +239,7 @@ private:
     {
         auto const start = Clock::now();
         tell(view, chapter_depth);
+        if (options_.rounds != 0) splat::homes::bound_rounds(mesh_->program(), static_cast<std::uint32_t>(options_.rounds - report.homes.rounds));
         report.host_ms.project += since(start);
         account(mesh_->run(), report);
         if constexpr (traced) {
@@ -253,7 +253,7 @@ private:
     }
     /// A map with more records than homes: the records in front of the camera come in chapters, the nearest first. A chapter has the next
     /// keys (depth, id) in order, as many as there are homes, so no later chapter has a record in front of one of an earlier chapter.
-    /// It ends early if every pixel has stopped, or at the bound on rounds.
+    /// It ends early if every pixel has stopped, or at the bound on rounds, which all chapters of a frame share.
     void run_chapters(splat::View const& view, report::FrameReport& report)
     {
         auto const start = Clock::now();
@@ -271,6 +271,7 @@ private:
             if (depths_[row] != 0) keys.push_back(key(row));
         report.host_ms.project += since(start);
         std::size_t done = 0;
+        std::uint32_t behind = 0; // bits of the nearest depth of the next chapter
         do {
             auto const begin = Clock::now();
             auto const size = std::min<std::size_t>(residents_, keys.size() - done);
@@ -287,18 +288,30 @@ private:
             report.unfinished.clear();
             run(view, done == 0 ? 0 : static_cast<std::uint32_t>(from >> 32), report);
             done += size;
-        } while (done < keys.size() && report.homes.unfinished_tiles == 0 && tiles_that_go_on() != 0);
-        // At a bound, a tile that is done with its chapter lacks the later ones.
-        if (done < keys.size() && report.homes.unfinished_tiles != 0) report.homes.unfinished_tiles = tiles_that_go_on();
+            if (done == keys.size() || !goes_on()) return;
+            behind = static_cast<std::uint32_t>(to >> 32);
+        } while (report.homes.unfinished_tiles == 0 && (options_.rounds == 0 || report.homes.rounds < options_.rounds));
+        // At the bound, a tile that is done with its chapter lacks the later ones.
+        report.unfinished.clear();
+        for_each_window([&](TileId tile, splat::homes::Window const& window) {
+            if (window.finished != 0xffffffffu)
+                report.unfinished.push_back({grid_.index_of(tile), __builtin_bit_cast(float, window.done() ? behind : window.lo_depth)});
+        });
+        report.homes.unfinished_tiles = report.unfinished.size();
     }
-    /// The tiles with a block that has not stopped.
-    std::uint64_t tiles_that_go_on() const
+    /// Calls f(tile, window) for each tile with blocks.
+    template <class F>
+    void for_each_window(F const& f) const
     {
-        std::uint64_t n = 0;
         for (TileId const tile : grid_.tiles())
-            if (tile.x() < fold_.x.tiles && tile.y() < fold_.y.tiles)
-                n += std::as_const(*mesh_).template state<splat::homes::Window>(tile).finished != 0xffffffffu ? 1 : 0;
-        return n;
+            if (tile.x() < fold_.x.tiles && tile.y() < fold_.y.tiles) f(tile, std::as_const(*mesh_).template state<splat::homes::Window>(tile));
+    }
+    /// Has a tile a block that has not stopped?
+    bool goes_on() const
+    {
+        bool some = false;
+        for_each_window([&](TileId, splat::homes::Window const& window) { some = some || window.finished != 0xffffffffu; });
+        return some;
     }
     /// Writes the parameters of a frame. By reference, projects the host's table on all threads.
     void tell(splat::View const& view, std::uint32_t chapter_depth)

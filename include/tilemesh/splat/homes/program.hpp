@@ -199,12 +199,17 @@ using Rounds = Loop<Repeat<Tell<P>>, Superstep<Offer<P>>, Superstep<Deliver<P>>,
 template <class P>
 using Frame = Sequence<Superstep<Project<P>>, Superstep<Begin<P>>, Rounds<P>, Superstep<Finish<P>>>;
 
-/// The frame program for a grid, with at most `rounds` rounds. A tile that a bound leaves unfinished shows the nearest splats, exactly.
+/// Bounds the rounds of a frame. A tile that a bound leaves unfinished shows the nearest splats, exactly.
 template <class P>
-Frame<P> frame_program(Grid grid, std::uint32_t rounds = 0xffffffffu)
+void bound_rounds(Frame<P>& frame, std::uint32_t rounds) noexcept
+{
+    std::get<2>(frame.steps).at_most = rounds;
+}
+/// The frame program for a grid.
+template <class P>
+Frame<P> frame_program(Grid grid)
 {
     Frame<P> frame;
-    std::get<2>(frame.steps).at_most = rounds;
     get_step<Tell<P>>(frame).times = tell_passes(grid.width, grid.height);
     return frame;
 }
