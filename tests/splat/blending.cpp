@@ -275,3 +275,35 @@ TEST_CASE("blending: an opaque wall stops a block within 64 splats")
             CHECK(counts[0].contributing == 80 * std::min(n, layers));
         }
 }
+
+#if defined(__SSE__)
+TEST_CASE("blending: small splats meet no denormal operand, and the caller's floating-point mode stays")
+{
+    constexpr unsigned flags = 0x3fu, denormal_operand = 0x2u, underflow = 0x10u, flush_to_zero = 0x8000u;
+    auto gaussians = support::cloud(900, 48);
+    for (auto& g : gaussians) {
+        for (float& s : g.log_scale) s = -6; // a few pixels wide: far columns of their blocks are below 2^-126
+        g.opacity = 0.01f + 0.1f * std::fmod(static_cast<float>(static_cast<std::uint32_t>(g.id)), 9.0f);
+    }
+    Scene const scene(std::move(gaussians), support::lens(250, 131));
+    auto const at = [&](std::uint32_t i) noexcept -> Splat const& { return scene.splats[i]; };
+    std::vector<FloatPixel> pixels(250 * 131);
+    unsigned const mine = __builtin_ia32_stmxcsr();
+    for (unsigned const mode : {0u, flush_to_zero})
+        for (auto const arithmetic : {Arithmetic::precise, Arithmetic::fast}) {
+            Model model = scene.model;
+            model.arithmetic = arithmetic;
+            PairCount counts[1] = {};
+            unsigned const before = (mine & ~(flags | flush_to_zero)) | mode;
+            __builtin_ia32_ldmxcsr(before);
+            blend_whole_tile(PixelRect{0, 250, 0, 131}, scene.camera, model, static_cast<std::uint32_t>(scene.splats.size()), at,
+                             pixels.data(), 250, counts, 1);
+            unsigned const after = __builtin_ia32_stmxcsr();
+            __builtin_ia32_ldmxcsr(mine);
+            CHECK(counts[0].contributing > 1000);
+            CHECK((after & ~flags) == before);
+            CHECK((after & denormal_operand) == 0);
+            if (arithmetic == Arithmetic::precise) CHECK((after & underflow) == 0); // its arithmetic stays normal, without a mode
+        }
+}
+#endif

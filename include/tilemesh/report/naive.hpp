@@ -38,6 +38,7 @@ Image render_naive(Records const& gaussians, splat::Camera const& camera, splat:
         return a.splat.depth != b.splat.depth ? a.splat.depth < b.splat.depth : a.id < b.id;
     });
 
+    float const lowest = splat::lowest_power_for(model.alpha_min);
     Image image(camera.width, camera.height);
     std::vector<float> transmittance(std::size_t{camera.width} * camera.height, 1.0f);
     for (auto const& [s, id] : items) {
@@ -47,7 +48,7 @@ Image render_naive(Records const& gaussians, splat::Camera const& camera, splat:
                 float& t = transmittance[std::size_t{y} * camera.width + x];
                 if (t < model.transmittance_min) continue;
                 float const alpha = std::min(splat::alpha_at(s, static_cast<float>(x) + 0.5f - camera.cx,
-                                                             static_cast<float>(y) + 0.5f - camera.cy),
+                                                             static_cast<float>(y) + 0.5f - camera.cy, lowest),
                                              model.alpha_max);
                 if (alpha < model.alpha_min || missing(id, x, y)) continue;
                 float const weight = alpha * t;

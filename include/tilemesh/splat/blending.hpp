@@ -38,17 +38,18 @@ void blend_tile_by(PixelRect const& tile, Camera const& camera, Model const& mod
 {
     static_assert(!Stop::drops_crossing || !Pixel::has_alpha, "StopBeforeCrossing turns the sign of what a pixel keeps (an alpha would be "
                                                               "above 1); blend pixels without alpha");
+    typename Rule::Denormals const denormals;
     RowLimits const limits{model.alpha_min};
     OpenBlock<Pixel::has_depth> group[Group];
     Chunk<Size> chunk;
-    std::uint32_t hits[Size + 1]; // a refused splat is written after the last hit
+    std::uint32_t hits[Size + N]; // one is read ahead
     std::uint32_t const left = tile.x0 / block_width * block_width;
     std::uint32_t const across = (tile.x1 - left + block_width - 1) / block_width;
     std::uint32_t const top = tile.y0 / block_height * block_height;
     std::uint32_t const blocks = across * ((tile.y1 - top + block_height - 1) / block_height);
 
     for (std::uint32_t next = worker.index; next < blocks;) {
-        for (std::uint32_t i = 0; i < n && i < fetched; ++i) fetch_ahead(at(i));
+        fetch_ahead(0, n < Size ? n : Size, at);
         std::uint32_t open = 0;
         for (; open < Group && next < blocks; ++open, next += worker.count)
             group[open].begin(left + next % across * block_width, top + next / across * block_height, next, tile, camera);
@@ -60,6 +61,7 @@ void blend_tile_by(PixelRect const& tile, Camera const& camera, Model const& mod
             std::uint32_t const most = fill<Rule, N>(chunk, begin, n, at);
             for (std::uint32_t b = 0; b < open; ++b) {
                 auto& block = group[b];
+                fetch_part_ahead<Size>(begin + Size, n, b, open, at);
                 if (block.done) continue;
                 std::uint32_t const count = list_hits<Rule, N>(chunk, most, block.at, model.alpha_max, hits);
                 auto& pairs = counts[block.number % workers];
@@ -67,11 +69,8 @@ void blend_tile_by(PixelRect const& tile, Camera const& camera, Model const& mod
                     std::uint32_t part = blended_between_looks - block.blended % blended_between_looks;
                     if (part > count - done) part = count - done;
                     std::uint32_t const* const run = hits + done;
-                    if constexpr (Rule::recurs) part = same_rule(run, part);
-                    if (Rule::recurs && (run[0] & Hit::recurs) != 0)
-                        pairs.contributing += blend_block<Rule, Stop, N>(block.state, chunk, run, part, block.at, model, limits);
-                    else
-                        pairs.contributing += blend_block<EachPair, Stop, N>(block.state, chunk, run, part, block.at, model, limits);
+                    part = run_length<Rule>(run, part);
+                    pairs.contributing += blend_block<Rule, Stop, N>(block.state, chunk, run, part, block.at, model, limits);
                     pairs.blocks += part;
                     done += part;
                     block.blended += part;

@@ -67,15 +67,15 @@ TILEMESH_KERNEL void blend_row(Strip<N, HasDepth>& s, Floats<N> const& alpha, Mo
     s.contributing = takes_part ? s.contributing + 1 : s.contributing;
 }
 
-/// alpha of row K, computed as in the naive loop.
+/// alpha of row K, computed as in the naive loop. `lowest`: lowest_power_for(alpha_min).
 template <std::uint32_t K, std::uint32_t N, std::uint32_t Size>
 TILEMESH_KERNEL Floats<N> alpha_of_row(Chunk<Size> const& c, std::uint32_t i, BlockPlace const& at, Floats<N> const& dx,
-                                       Floats<N> const& opacity, float alpha_max) noexcept
+                                       Floats<N> const& opacity, float alpha_max, float lowest) noexcept
 {
     Floats<N> const dy = broadcast<N>(at.ys[K] - c.mean_y[i]);
     Floats<N> const off = multiply_add_lanes<N>(broadcast<N>(-c.slope[i]), dx, dy);
     Floats<N> const power = multiply_add_lanes<N>(c.along[i] * dx, dx, c.across[i] * off * off);
-    Floats<N> const alpha = opacity * exponential_lanes<N>(power);
+    Floats<N> const alpha = opacity * exponential_lanes<N>(power, lowest);
     return alpha < alpha_max ? alpha : broadcast<N>(alpha_max);
 }
 
@@ -104,9 +104,8 @@ template <class Rule, std::uint32_t N, std::uint32_t Size>
 TILEMESH_KERNEL FirstRow<N> first_row(Chunk<Size> const& c, std::uint32_t hit, BlockPlace const& at, Floats<N> const& xs,
                                       Words<N> const& columns) noexcept
 {
-    constexpr float log2_e = 1.44269504088896341f;
     std::uint32_t const i = hit & Hit::number;
-    float const across = c.across[i] * log2_e, along = c.along[i] * log2_e;
+    float const across = c.across2[i], along = c.along2[i];
     Floats<N> const dx = xs - c.mean_x[i];
     Floats<N> const off = multiply_add_lanes<N>(broadcast<N>(-c.slope[i]), dx, broadcast<N>(at.ys[0] - c.mean_y[i]));
     Floats<N> const u = across * off;
@@ -116,16 +115,38 @@ TILEMESH_KERNEL FirstRow<N> first_row(Chunk<Size> const& c, std::uint32_t hit, B
             power_of_two<Rule::degree, N>(rise > lowest ? rise : lowest)};
 }
 
-/// Blends the splats of `hits` into N columns.
+/// alpha in all rows of a block, for splats that do not recur.
+template <std::uint32_t N>
+struct AllRows {
+    Floats<N> alpha[block_height];
+};
+/// The most splats of one run that do not recur.
+inline constexpr std::uint32_t most_apart = 8;
+
+/// alpha of one splat in N columns, pair by pair. It has its own function, so that the loop over the splats has all registers.
+template <std::uint32_t N, std::uint32_t Size>
+[[gnu::noinline]] void evaluate_apart(AllRows<N>& rows, Chunk<Size> const& c, std::uint32_t i, BlockPlace const& at, std::uint32_t column,
+                                      Model const& m) noexcept
+{
+    Floats<N> const dx = load<N>(at.xs + column) - c.mean_x[i];
+    auto const opacity = opacity_of<N>(c, i, counted_lanes<N>() + (at.column + static_cast<std::int32_t>(column)));
+    float const lowest = lowest_power_for(m.alpha_min);
+    rows.alpha[0] = alpha_of_row<0, N>(c, i, at, dx, opacity, m.alpha_max, lowest);
+    rows.alpha[1] = alpha_of_row<1, N>(c, i, at, dx, opacity, m.alpha_max, lowest);
+    rows.alpha[2] = alpha_of_row<2, N>(c, i, at, dx, opacity, m.alpha_max, lowest);
+    rows.alpha[3] = alpha_of_row<3, N>(c, i, at, dx, opacity, m.alpha_max, lowest);
+    rows.alpha[4] = alpha_of_row<4, N>(c, i, at, dx, opacity, m.alpha_max, lowest);
+}
+
+/// Blends the splats of `hits` into N columns. `apart`: alpha of those that do not recur, in their order.
 template <class Rule, class Stop, std::uint32_t N, bool HasDepth, std::uint32_t Size>
 TILEMESH_KERNEL void blend_hits(Strip<N, HasDepth>& s, Chunk<Size> const& c, std::uint32_t const* hits, std::uint32_t n,
-                                BlockPlace const& at, std::uint32_t column, Model const& m, RowLimits const& limits) noexcept
+                                BlockPlace const& at, std::uint32_t column, Model const& m, RowLimits const& limits,
+                                [[maybe_unused]] AllRows<N> const* apart) noexcept
 {
     static_assert(block_height == 5, "the rows below are written out: a loop would leave the registers");
     auto const xs = load<N>(at.xs + column);
-    std::int32_t numbers[N];
-    for (std::uint32_t k = 0; k < N; ++k) numbers[k] = at.column + static_cast<std::int32_t>(column + k);
-    auto const columns = load_words<N>(numbers);
+    Words<N> const columns = counted_lanes<N>() + (at.column + static_cast<std::int32_t>(column));
     if constexpr (Rule::recurs) {
         // The next splat's exponentials are computed while this splat's rows are blended: the rows are a dependency chain of 80 cycles.
         auto now = first_row<Rule, N>(c, hits[0], at, xs, columns);
@@ -134,39 +155,55 @@ TILEMESH_KERNEL void blend_hits(Strip<N, HasDepth>& s, Chunk<Size> const& c, std
             std::uint32_t const i = hits[h] & Hit::number;
             auto const l = colour_of<HasDepth, N>(c, i);
             float const* const least = limits.of(hits[h] >> Hit::limits_at);
-            Floats<N> const q = broadcast<N>(c.q[i]);
-            Floats<N> alpha = now.alpha, ratio = now.ratio;
-            blend_row<Stop, 0, N>(s, alpha, m, least, l);
-            alpha = alpha * ratio, ratio = ratio * q;
-            blend_row<Stop, 1, N>(s, alpha, m, least, l);
-            alpha = alpha * ratio, ratio = ratio * q;
-            blend_row<Stop, 2, N>(s, alpha, m, least, l);
-            alpha = alpha * ratio, ratio = ratio * q;
-            blend_row<Stop, 3, N>(s, alpha, m, least, l);
-            alpha = alpha * ratio;
-            blend_row<Stop, 4, N>(s, alpha, m, least, l);
+            if ((hits[h] & Hit::recurs) != 0) {
+                Floats<N> const q = broadcast<N>(c.q[i]);
+                Floats<N> alpha = now.alpha, ratio = now.ratio;
+                blend_row<Stop, 0, N>(s, alpha, m, least, l);
+                alpha = alpha * ratio, ratio = ratio * q;
+                blend_row<Stop, 1, N>(s, alpha, m, least, l);
+                alpha = alpha * ratio, ratio = ratio * q;
+                blend_row<Stop, 2, N>(s, alpha, m, least, l);
+                alpha = alpha * ratio, ratio = ratio * q;
+                blend_row<Stop, 3, N>(s, alpha, m, least, l);
+                alpha = alpha * ratio;
+                blend_row<Stop, 4, N>(s, alpha, m, least, l);
+            } else {
+                auto const& alpha = (apart++)->alpha;
+                blend_row<Stop, 0, N>(s, alpha[0], m, least, l);
+                blend_row<Stop, 1, N>(s, alpha[1], m, least, l);
+                blend_row<Stop, 2, N>(s, alpha[2], m, least, l);
+                blend_row<Stop, 3, N>(s, alpha[3], m, least, l);
+                blend_row<Stop, 4, N>(s, alpha[4], m, least, l);
+            }
             now = next;
         }
     } else {
+        float const lowest = lowest_power_for(m.alpha_min);
         for (std::uint32_t h = 0; h < n; ++h) {
             std::uint32_t const i = hits[h] & Hit::number;
             auto const l = colour_of<HasDepth, N>(c, i);
             float const* const least = limits.of(hits[h] >> Hit::limits_at);
             Floats<N> const dx = xs - c.mean_x[i], opacity = opacity_of<N>(c, i, columns);
-            blend_row<Stop, 0, N>(s, alpha_of_row<0, N>(c, i, at, dx, opacity, m.alpha_max), m, least, l);
-            blend_row<Stop, 1, N>(s, alpha_of_row<1, N>(c, i, at, dx, opacity, m.alpha_max), m, least, l);
-            blend_row<Stop, 2, N>(s, alpha_of_row<2, N>(c, i, at, dx, opacity, m.alpha_max), m, least, l);
-            blend_row<Stop, 3, N>(s, alpha_of_row<3, N>(c, i, at, dx, opacity, m.alpha_max), m, least, l);
-            blend_row<Stop, 4, N>(s, alpha_of_row<4, N>(c, i, at, dx, opacity, m.alpha_max), m, least, l);
+            blend_row<Stop, 0, N>(s, alpha_of_row<0, N>(c, i, at, dx, opacity, m.alpha_max, lowest), m, least, l);
+            blend_row<Stop, 1, N>(s, alpha_of_row<1, N>(c, i, at, dx, opacity, m.alpha_max, lowest), m, least, l);
+            blend_row<Stop, 2, N>(s, alpha_of_row<2, N>(c, i, at, dx, opacity, m.alpha_max, lowest), m, least, l);
+            blend_row<Stop, 3, N>(s, alpha_of_row<3, N>(c, i, at, dx, opacity, m.alpha_max, lowest), m, least, l);
+            blend_row<Stop, 4, N>(s, alpha_of_row<4, N>(c, i, at, dx, opacity, m.alpha_max, lowest), m, least, l);
         }
     }
 }
 
-/// Blends the splats of `hits` into N columns of a block, all by one rule. `contributing[i]`: the pairs of column i that contributed.
+/// Blends the splats of `hits` into N columns of a block. `contributing[i]`: the pairs of column i that contributed.
 template <class Rule, class Stop, std::uint32_t N, class AnyBlock, std::uint32_t Size>
 TILEMESH_KERNEL void blend_columns(AnyBlock& block, Chunk<Size> const& c, std::uint32_t const* hits, std::uint32_t n, BlockPlace const& at,
                                    std::uint32_t column, Model const& m, RowLimits const& limits, std::uint32_t (&contributing)[N]) noexcept
 {
+    AllRows<N> apart[Rule::recurs ? most_apart : 1];
+    if constexpr (Rule::recurs) {
+        std::uint32_t count = 0;
+        for (std::uint32_t h = 0; h < n; ++h)
+            if ((hits[h] & Hit::recurs) == 0) evaluate_apart<N>(apart[count++], c, hits[h] & Hit::number, at, column, m);
+    }
     Strip<N, AnyBlock::has_depth> s;
     s.contributing = Words<N>{};
     for (std::uint32_t k = 0; k < block_height; ++k) {
@@ -176,7 +213,7 @@ TILEMESH_KERNEL void blend_columns(AnyBlock& block, Chunk<Size> const& c, std::u
         s.b[k] = load<N>(block.blue[k] + column);
         if constexpr (AnyBlock::has_depth) s.w[k] = load<N>(block.weight[k] + column), s.z[k] = load<N>(block.depth[k] + column);
     }
-    blend_hits<Rule, Stop, N>(s, c, hits, n, at, column, m, limits);
+    blend_hits<Rule, Stop, N>(s, c, hits, n, at, column, m, limits, apart);
     for (std::uint32_t k = 0; k < block_height; ++k) {
         store(block.transmittance[k] + column, s.t[k]);
         store(block.red[k] + column, s.r[k]);
@@ -187,8 +224,8 @@ TILEMESH_KERNEL void blend_columns(AnyBlock& block, Chunk<Size> const& c, std::u
     store(contributing, s.contributing);
 }
 
-/// Blends the splats of `hits` into a block, all by one rule. Returns the number of pairs that contributed. Each rule has its own function,
-/// so that each can use all registers.
+/// Blends the splats of `hits`, a run (`run_length`), into a block. Returns the number of pairs that contributed. Each rule has its own
+/// function, so that each can use all registers.
 template <class Rule, class Stop, std::uint32_t N, class AnyBlock, std::uint32_t Size>
 [[gnu::noinline]] std::uint32_t blend_block(AnyBlock& block, Chunk<Size> const& c, std::uint32_t const* hits, std::uint32_t n,
                                             BlockPlace const& at, Model const& m, RowLimits const& limits) noexcept
@@ -207,35 +244,48 @@ template <class Rule, class Stop, std::uint32_t N, class AnyBlock, std::uint32_t
 /// The number of splats that a block blends before it checks whether all its pixels have stopped. 64 is early enough for walls of opaque
 /// splats (tests/stability/opacity.cpp, row 55), and the check is rare enough to cost nothing.
 inline constexpr std::uint32_t blended_between_looks = 64;
-/// The number of splats between the one that is read and the one that is fetched ahead.
-inline constexpr std::uint32_t fetched = 12;
-
-/// Tells the host's caches that a splat is read soon. Without it, waiting for scattered records takes 7 % of a frame.
-inline void fetch_ahead(Splat const& s) noexcept
+/// Tells the host's caches that splats [first, last) are read soon. Called for a chunk while the chunk before it is blended: waiting for
+/// scattered records would take up to a tenth of a frame.
+template <class SplatAt>
+TILEMESH_KERNEL void fetch_ahead(std::uint32_t first, std::uint32_t last, SplatAt const& at) noexcept
 {
-    __builtin_prefetch(&s);
-    __builtin_prefetch(reinterpret_cast<char const*>(&s) + sizeof(Splat) - 1);
+    for (std::uint32_t i = first; i < last; ++i) {
+        Splat const& s = at(i);
+        __builtin_prefetch(&s);
+        __builtin_prefetch(reinterpret_cast<char const*>(&s) + sizeof(Splat) - 1);
+    }
+}
+/// `fetch_ahead` for part `part` of `parts` of the chunk that begins at `begin`.
+template <std::uint32_t Size, class SplatAt>
+TILEMESH_KERNEL void fetch_part_ahead(std::uint32_t begin, std::uint32_t n, std::uint32_t part, std::uint32_t parts, SplatAt const& at) noexcept
+{
+    std::uint32_t const first = begin + Size * part / parts, last = begin + Size * (part + 1) / parts;
+    fetch_ahead(first, last < n ? last : n, at);
 }
 /// Fills a chunk with the splats from `begin` on, at most `Size` of n, and returns their number.
 template <class Rule, std::uint32_t N, std::uint32_t Size, class SplatAt>
 TILEMESH_KERNEL std::uint32_t fill(Chunk<Size>& chunk, std::uint32_t begin, std::uint32_t n, SplatAt const& at) noexcept
 {
     std::uint32_t const most = n - begin < Size ? n - begin : Size;
-    for (std::uint32_t i = 0; i < most; ++i) {
-        fetch_ahead(at(begin + i + fetched < n ? begin + i + fetched : n - 1));
-        chunk.take(i, at(begin + i));
-    }
-    for (std::uint32_t i = most; i < (most + N - 1) / N * N; ++i) chunk.take(i, at(begin)); // fills the lanes; not listed
+    std::uint32_t i = 0;
+    for (; N >= 4 && i + 4 <= most; i += 4) chunk.take_four(i, at(begin + i), at(begin + i + 1), at(begin + i + 2), at(begin + i + 3));
+    for (; i < most; ++i) chunk.take(i, at(begin + i));
+    for (i = most; i < (most + N - 1) / N * N; ++i) chunk.take(i, at(begin)); // fills the lanes; not listed
     chunk.template complete<Rule, N>(most);
     return most;
 }
 
-/// The number of splats at the front of `hits`, at most `most`, that are evaluated by the rule of the first one.
-inline std::uint32_t same_rule(std::uint32_t const* hits, std::uint32_t most) noexcept
+/// The number of splats at the front of `hits`, at most `most`, of which at most `most_apart` do not recur.
+template <class Rule>
+std::uint32_t run_length(std::uint32_t const* hits, std::uint32_t most) noexcept
 {
-    std::uint32_t n = 1;
-    while (n < most && ((hits[n] ^ hits[0]) & Hit::recurs) == 0) ++n;
-    return n;
+    if constexpr (!Rule::recurs) return most;
+    std::uint32_t apart = 0;
+    for (std::uint32_t n = 0; n < most; ++n) {
+        apart += (hits[n] & Hit::recurs) == 0 ? 1u : 0u;
+        if (apart > most_apart) return n;
+    }
+    return most;
 }
 
 inline bool finished(BlockFields const& block, float transmittance_min) noexcept

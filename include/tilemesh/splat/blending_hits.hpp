@@ -1,4 +1,5 @@
 #pragma once
+#include <cstddef>
 #include <tilemesh/splat/blending_rules.hpp>
 #include <tilemesh/splat/policies.hpp>
 
@@ -18,6 +19,7 @@ struct alignas(vector_bytes) Chunk {
     float faintest[size];
     float steepest[size]; ///< across slope / (along + across slope^2): times y, the x of the best point on a horizontal edge
     float q[size];        ///< 2^(2 across) of the recurrence
+    float along2[size], across2[size]; ///< along and across for powers of two
     std::int32_t x0[size], x1[size], y0[size], y1[size];
 
     void take(std::uint32_t i, Splat const& s) noexcept
@@ -38,16 +40,40 @@ struct alignas(vector_bytes) Chunk {
         y0[i] = static_cast<std::int32_t>(s.rows & 0xffffu);
         y1[i] = static_cast<std::int32_t>(s.rows >> 16);
     }
+    /// `take` for four splats.
+    void take_four(std::uint32_t i, Splat const& s, Splat const& t, Splat const& u, Splat const& v) noexcept
+    {
+        static_assert(offsetof(Splat, mean_px) == 0 && offsetof(Splat, along) == 8 && offsetof(Splat, slope) == 12);
+        static_assert(offsetof(Splat, across) == 16 && offsetof(Splat, opacity) == 20 && offsetof(Splat, colour) == 24);
+        static_assert(offsetof(Splat, depth) == 36 && offsetof(Splat, faintest) == 40 && offsetof(Splat, columns) == 44);
+        auto const words = [](Splat const& from, std::uint32_t first) noexcept {
+            Floats<4> w;
+            std::memcpy(&w, reinterpret_cast<char const*>(&from) + first * sizeof(float), sizeof w);
+            return w;
+        };
+        float packed[4];
+        store_transposed(words(s, 0), words(t, 0), words(u, 0), words(v, 0), mean_x + i, mean_y + i, along + i, slope + i);
+        store_transposed(words(s, 4), words(t, 4), words(u, 4), words(v, 4), across + i, opacity + i, red + i, green + i);
+        store_transposed(words(s, 8), words(t, 8), words(u, 8), words(v, 8), blue + i, depth + i, faintest + i, packed);
+        Words<4> const columns = bits_of<4>(load<4>(packed));
+        Words<4> const rows = __builtin_bit_cast(Words<4>, UnsignedWords<4>{s.rows, t.rows, u.rows, v.rows});
+        store(x0 + i, Words<4>(columns & 0xffff));
+        store(x1 + i, Words<4>(columns >> 16 & 0xffff));
+        store(y0 + i, Words<4>(rows & 0xffff));
+        store(y1 + i, Words<4>(rows >> 16 & 0xffff));
+    }
     /// Computes the fields that follow from others, for the first n splats and for the splats that fill their last lanes.
     template <class Rule, std::uint32_t N>
     void complete(std::uint32_t n) noexcept
     {
-        constexpr float two_log2_e = 2 * 1.44269504088896341f;
+        constexpr float log2_e = 1.44269504088896341f, two_log2_e = 2 * log2_e;
         for (std::uint32_t i = 0; i < n; i += N) {
             Floats<N> const k = load<N>(slope + i), steep = load<N>(across + i) * k;
             store(steepest + i, Floats<N>(steep / (load<N>(along + i) + steep * k)));
             if constexpr (Rule::recurs) {
                 Floats<N> const exponent = load<N>(across + i) * two_log2_e; // never above 0
+                store(along2 + i, Floats<N>(load<N>(along + i) * log2_e));
+                store(across2 + i, Floats<N>(load<N>(across + i) * log2_e));
                 store(q + i, power_of_two<Rule::degree, N>(exponent > -126.0f ? exponent : broadcast<N>(-126.0f)));
             }
         }
@@ -114,8 +140,7 @@ template <std::uint32_t N, std::uint32_t Size>
 TILEMESH_KERNEL Words<N> is_tame(Chunk<Size> const& c, std::uint32_t i, Floats<N> const& x0, Floats<N> const& x1,
                                  Floats<N> const& y0, float alpha_max) noexcept
 {
-    constexpr float log2_e = 1.44269504088896341f;
-    auto const slope = load<N>(c.slope + i), across = load<N>(c.across + i) * log2_e;
+    auto const slope = load<N>(c.slope + i), across = load<N>(c.across2 + i);
     auto const across0 = slope * x0, across1 = slope * x1, off0 = y0 - across0, off1 = y0 - across1;
     auto const least = off0 < off1 ? off0 : off1; // across is negative: the rise is steepest where `off` is least
     auto const rise = across * (least + least + 1.0f);
@@ -165,30 +190,26 @@ struct Hit {
     static constexpr std::uint32_t number = 0xffu, recurs = 0x100u, limits_at = 16;
 };
 
-/// Lists the splats of a chunk that a pixel of the block may see, and returns their number. `hits` must have room for one more than n.
+/// Lists the splats of a chunk that a pixel of the block may see, and returns their number. `hits` must have room for N more than n.
 template <class Rule, std::uint32_t N, std::uint32_t Size>
 std::uint32_t list_hits(Chunk<Size> const& c, std::uint32_t n, BlockPlace const& at, float alpha_max, std::uint32_t* hits) noexcept
 {
     constexpr std::int32_t rows = static_cast<std::int32_t>(block_height);
-    alignas(vector_bytes) std::int32_t entries[Size]; // negative if no pixel sees the splat
-    for (std::uint32_t i = 0; i < n; i += N) {
+    Words<N> number = counted_lanes<N>();
+    std::uint32_t count = 0;
+    for (std::uint32_t i = 0; i < n; i += N, number += static_cast<std::int32_t>(N)) {
         auto const mean_x = load<N>(c.mean_x + i), mean_y = load<N>(c.mean_y + i);
         Floats<N> const x0 = at.xs[0] - mean_x, x1 = at.xs[block_width - 1] - mean_x;
         Floats<N> const y0 = at.ys[0] - mean_y, y1 = at.ys[block_height - 1] - mean_y;
         Words<N> first = load_words<N>(c.y0 + i) - at.row, last = load_words<N>(c.y1 + i) - at.row;
-        Words<N> const unseen = ~(reaches<N>(c, i, x0, x1, y0, y1) & (first < rows) & (last > 0) &
-                                  (load_words<N>(c.x0 + i) < at.column + static_cast<std::int32_t>(block_width)) &
-                                  (load_words<N>(c.x1 + i) > at.column));
+        Words<N> const seen = reaches<N>(c, i, x0, x1, y0, y1) & (first < rows) & (last > 0) &
+                              (load_words<N>(c.x0 + i) < at.column + static_cast<std::int32_t>(block_width)) &
+                              (load_words<N>(c.x1 + i) > at.column) & (number < static_cast<std::int32_t>(n));
         first = first > 0 ? first : Words<N>{};
         last = last < rows ? last : broadcast_word<N>(rows);
-        Words<N> entry = (first * (rows + 1) + last) << static_cast<std::int32_t>(Hit::limits_at);
+        Words<N> entry = number | (first * (rows + 1) + last) << static_cast<std::int32_t>(Hit::limits_at);
         if constexpr (Rule::recurs) entry |= is_tame<N>(c, i, x0, x1, y0, alpha_max) & static_cast<std::int32_t>(Hit::recurs);
-        store(entries + i, Words<N>(entry | unseen));
-    }
-    std::uint32_t count = 0;
-    for (std::uint32_t i = 0; i < n; ++i) { // no branch: about every second splat is seen, which a branch predictor cannot predict
-        hits[count] = static_cast<std::uint32_t>(entries[i]) | i;
-        count += entries[i] >= 0 ? 1u : 0u;
+        count += store_compressed<N>(hits + count, entry, seen);
     }
     hits[count] = 0; // read ahead by the recurrence, never blended
     return count;

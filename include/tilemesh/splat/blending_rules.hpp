@@ -1,4 +1,5 @@
 #pragma once
+#include <tilemesh/splat/exponential.hpp>
 #include <tilemesh/splat/lanes.hpp>
 
 /// The rules that the block loop (blending_block.hpp) takes as types: how it evaluates a pair of a splat and a pixel, and when a pixel
@@ -18,6 +19,7 @@ inline constexpr std::uint32_t vector_bytes = native_lanes * sizeof(float);
 /// Evaluates every pair on its own, as the naive loop does. The bits are those of the naive loop.
 struct EachPair {
     static constexpr bool recurs = false;
+    using Denormals = DenormalsAsTheyAre; // lowest_power_for keeps alpha normal
 };
 /// Evaluates a column of the block by recurrence: two exponentials for five rows. Down a column alpha is a Gaussian of the row, so each
 /// ratio of two neighbours is the previous ratio times a constant q = 2^(2 across). `Degree` is the degree of the polynomial for 2^x.
@@ -25,13 +27,16 @@ struct EachPair {
 template <int Degree>
 struct Recurrence {
     static constexpr bool recurs = true;
+    /// A column far from a small splat leaves the normal numbers, in its first row or below it. Its alpha is below the cut, whether it is
+    /// denormal or 0.
+    using Denormals = DenormalsAreZero;
     static constexpr int degree = Degree;
 };
 /// A splat is tame in a block if alpha rises by less than 2^steepest_rise from the first row to any other row. The exponent of the first
 /// row is clamped at -126. If the clamp changes a column, alpha is below 2^(steepest_rise - 126) = 2^-14 in each row of the column. That is
 /// below `faintest_cut`, and the recurrence keeps it below. In all other columns nothing is clamped, and the rounding of an exponent of 126
 /// is 2^-18 of the value.
-inline constexpr float steepest_rise = 112.0f, faintest_cut = 0x1p-13f;
+inline constexpr float steepest_rise = 112.0f;
 /// The second condition of a tame splat: each term of the distance across the splat is at most this many pixels. For a needle whose mean is
 /// far from the frame, the distance may consist of the rounding errors of its terms, and these differ from row to row.
 inline constexpr float farthest_px = 512.0f;
@@ -67,8 +72,17 @@ TILEMESH_KERNEL Floats<N> power_of_two(Floats<N> const& x) noexcept
     constexpr float c[3][6] = {{0.999928057f, 0.693260968f, 0.242611125f, 0.0551716685f, 0, 0},
                                {0.999999285f, 0.693121791f, 0.240247443f, 0.0559178591f, 0.00957010221f, 0},
                                {1.00000012f, 0.693146944f, 0.240221202f, 0.0555071309f, 0.00967554096f, 0.00132764725f}};
-    Floats<N> p = broadcast<N>(c[Degree - 3][Degree]);
-    for (int i = Degree; i-- > 0;) p = multiply_add_lanes<N>(p, r, broadcast<N>(c[Degree - 3][i]));
+    auto const k = [&](int i) noexcept { return broadcast<N>(c[Degree - 3][i]); };
+    Floats<N> p = k(Degree);
+#if defined(__clang__)
+    for (int i = Degree; i-- > 0;) p = multiply_add_lanes<N>(p, r, k(i)); // written out, Clang 16 would spill more registers
+#else
+    if constexpr (Degree > 4) p = multiply_add_lanes<N>(p, r, k(4)); // a loop, GCC 12 would keep it, with the coefficients on the stack
+    if constexpr (Degree > 3) p = multiply_add_lanes<N>(p, r, k(3));
+    p = multiply_add_lanes<N>(p, r, k(2));
+    p = multiply_add_lanes<N>(p, r, k(1));
+    p = multiply_add_lanes<N>(p, r, k(0));
+#endif
     return floats_of<N>(bits_of<N>(p) + (bits_of<N>(shifted) << 23));
 }
 } // namespace detail

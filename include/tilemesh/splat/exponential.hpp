@@ -8,16 +8,19 @@ namespace tilemesh { inline namespace v0_2 { namespace splat {
 namespace detail {
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wpsabi" // see lanes.hpp
+/// The bounds within which e^x is a normal number.
+inline constexpr float lowest_power = -87.0f, highest_power = 88.0f;
+/// alpha may be cut at this value or above: in the recurrence (blending_rules.hpp), and for `lowest_power_for`.
+inline constexpr float faintest_cut = 0x1p-13f;
 /// `exponential`, lane by lane.
 template <std::uint32_t N>
-TILEMESH_KERNEL Floats<N> exponential_lanes(Floats<N> const& v) noexcept
+TILEMESH_KERNEL Floats<N> exponential_lanes(Floats<N> const& v, float lowest = lowest_power) noexcept
 {
-    constexpr float lowest = -87.0f, highest = 88.0f; // within them e^x is a normal number
     constexpr float log2_e = 1.44269504088896341f;
     constexpr float ln2_high = 0.693359375f, ln2_low = -2.12194440e-4f;
     constexpr float to_integer = 12582912.0f; // 1.5 * 2^23: adding it rounds to the nearest integer
     Floats<N> x = v > lowest ? v : broadcast<N>(lowest);
-    x = x < highest ? x : broadcast<N>(highest);
+    x = x < highest_power ? x : broadcast<N>(highest_power);
     Floats<N> const shifted = multiply_add_lanes<N>(x, broadcast<N>(log2_e), broadcast<N>(to_integer));
     Floats<N> const n = shifted - to_integer;
     Floats<N> r = multiply_add_lanes<N>(n, broadcast<N>(-ln2_high), x);
@@ -34,13 +37,24 @@ TILEMESH_KERNEL Floats<N> exponential_lanes(Floats<N> const& v) noexcept
 #pragma GCC diagnostic pop
 } // namespace detail
 
+/// The power that stands for all lower ones if alpha is cut at alpha_min. Its e^x times an opacity is far below `detail::faintest_cut`, but it is a
+/// normal number. With `detail::lowest_power`, opacities below 0.7 would give denormal numbers, and these cost some processors a hundred cycles.
+inline float lowest_power_for(float alpha_min) noexcept
+{
+    return alpha_min >= detail::faintest_cut ? -60.0f : detail::lowest_power;
+}
+
 /// e^x for x in [-87, 88]. Beyond these bounds it returns the value at the bound. NaN gives the value at the lower bound, so a broken input
 /// fades instead of spreading. The error is below 2 ulp (tests/splat), and the result at 0 is exactly 1. There is no branch and no library
 /// call, so a host lane and a tile give the same bits.
 ///
 /// Method: the Cody-Waite reduction x = n ln 2 + r with ln 2 in two parts, then a polynomial of degree 6 on |r| <= 0.35. The constants of
 /// the polynomial and of the reduction are those of Cephes expf (Moshier).
-inline float exponential(float x) noexcept { return detail::exponential_lanes<1>(detail::Floats<1>{x})[0]; }
+/// A caller may raise the lower bound.
+inline float exponential(float x, float lowest = detail::lowest_power) noexcept
+{
+    return detail::exponential_lanes<1>(detail::Floats<1>{x}, lowest)[0];
+}
 
 }}} // namespace tilemesh::splat
 TILEMESH_EXACT_END

@@ -50,6 +50,15 @@ TILEMESH_KERNEL Words<N> broadcast_word(std::int32_t v) noexcept
 {
     return v - Words<N>{};
 }
+/// 0, 1, 2 and so on.
+template <std::uint32_t N>
+TILEMESH_KERNEL Words<N> counted_lanes() noexcept
+{
+    constexpr std::int32_t numbers[16] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+    Words<N> v;
+    std::memcpy(&v, numbers, sizeof v);
+    return v;
+}
 /// Loads N items from memory of any alignment.
 template <std::uint32_t N>
 TILEMESH_KERNEL Floats<N> load(float const* p) noexcept
@@ -79,6 +88,37 @@ template <std::uint32_t N>
 TILEMESH_KERNEL Floats<N> floats_of(Words<N> const& v) noexcept
 {
     return __builtin_bit_cast(Floats<N>, v);
+}
+
+/// Stores the words of `v` in the lanes of `mask` one after the other, and returns their number. It may write N words.
+template <std::uint32_t N>
+TILEMESH_KERNEL std::uint32_t store_compressed(std::uint32_t* to, Words<N> const& v, Words<N> const& mask) noexcept
+{
+#if defined(__AVX512F__) && defined(__AVX512DQ__)
+    if constexpr (N == 16) {
+        auto const lanes = __builtin_ia32_cvtd2mask512(mask);
+        store(to, __builtin_ia32_compresssi512_mask(v, Words<N>{}, lanes));
+        return static_cast<std::uint32_t>(__builtin_popcount(lanes));
+    }
+#endif
+    std::uint32_t n = 0;
+    for (std::uint32_t i = 0; i < N; ++i) { // no branch: a predictor cannot know the lanes
+        to[n] = static_cast<std::uint32_t>(v[i]);
+        n -= static_cast<std::uint32_t>(mask[i]);
+    }
+    return n;
+}
+
+/// Stores four rows of four floats as four columns.
+TILEMESH_KERNEL void store_transposed(Floats<4> const& a, Floats<4> const& b, Floats<4> const& c, Floats<4> const& d, float* x, float* y,
+                                      float* z, float* w) noexcept
+{
+    Floats<4> const ab = __builtin_shufflevector(a, b, 0, 4, 1, 5), cd = __builtin_shufflevector(c, d, 0, 4, 1, 5);
+    Floats<4> const ef = __builtin_shufflevector(a, b, 2, 6, 3, 7), gh = __builtin_shufflevector(c, d, 2, 6, 3, 7);
+    store(x, Floats<4>(__builtin_shufflevector(ab, cd, 0, 1, 4, 5)));
+    store(y, Floats<4>(__builtin_shufflevector(ab, cd, 2, 3, 6, 7)));
+    store(z, Floats<4>(__builtin_shufflevector(ef, gh, 0, 1, 4, 5)));
+    store(w, Floats<4>(__builtin_shufflevector(ef, gh, 2, 3, 6, 7)));
 }
 
 #if defined(__clang__)
@@ -114,6 +154,39 @@ TILEMESH_KERNEL Floats<N> multiply_add_lanes(Floats<N> const& a, Floats<N> const
     return a * b + c;
 #endif
 }
+
+/// While an object of this class lives, its thread takes denormal numbers for 0. Then the thread has the caller's mode again, and in addition
+/// the exception flags that the work raised. It does nothing on a target that it does not know. Do not copy it.
+class DenormalsAreZero {
+public:
+    DenormalsAreZero() noexcept : before_(read()) { write(before_ | to_zero); }
+    ~DenormalsAreZero() { write(before_ | (read() & exception_flags)); }
+
+private:
+#if defined(__SSE__)
+    static constexpr std::uint32_t to_zero = 0x8040u, exception_flags = 0x003fu; // MXCSR: results and operands
+    static std::uint32_t read() noexcept { return __builtin_ia32_stmxcsr(); }
+    static void write(std::uint32_t mode) noexcept { __builtin_ia32_ldmxcsr(mode); }
+#elif defined(__aarch64__)
+    static constexpr std::uint32_t to_zero = 1u << 24, exception_flags = 0; // FPCR: results and operands; the flags are elsewhere
+#    if defined(__clang__)
+    static std::uint32_t read() noexcept { return __builtin_arm_rsr("fpcr"); }
+    static void write(std::uint32_t mode) noexcept { __builtin_arm_wsr("fpcr", mode); }
+#    else
+    static std::uint32_t read() noexcept { return __builtin_aarch64_get_fpcr(); }
+    static void write(std::uint32_t mode) noexcept { __builtin_aarch64_set_fpcr(mode); }
+#    endif
+#else
+    static constexpr std::uint32_t to_zero = 0, exception_flags = 0;
+    static std::uint32_t read() noexcept { return 0; }
+    static void write(std::uint32_t) noexcept {}
+#endif
+    std::uint32_t before_;
+};
+/// In its place, where arithmetic stays normal.
+struct DenormalsAsTheyAre {
+    DenormalsAsTheyAre() noexcept {}
+};
 
 }}} // namespace tilemesh::splat::detail
 #pragma GCC diagnostic pop

@@ -358,13 +358,13 @@ inline std::uint32_t depth_bits(Gaussian const& g, View const& view) noexcept
 }
 
 /// The share of a splat's light that a pixel centre gets if nothing is in front of it: opacity e^power, in [0, 1]. `x` and `y` are relative
-/// to the principal point. Kernels and the naive picture share this function.
-inline float alpha_at(Splat const& s, float x, float y) noexcept
+/// to the principal point. Kernels and the naive picture share this function. `lowest`: the power that stands for all lower ones.
+inline float alpha_at(Splat const& s, float x, float y, float lowest = detail::lowest_power) noexcept
 {
     float const dx = x - s.mean_px[0], dy = y - s.mean_px[1];
     float const off = multiply_add(-s.slope, dx, dy);
     float const power = multiply_add(s.along * dx, dx, s.across * off * off);
-    return s.opacity * exponential(power);
+    return s.opacity * exponential(power, lowest);
 }
 
 }}} // namespace tilemesh::splat

@@ -59,7 +59,7 @@ TILEMESH_KERNEL std::uint32_t strips_of(Worker worker, std::uint32_t number) noe
     return strips;
 }
 
-/// Blends the splats of `hits` into those columns of a block that have one of `strips`, all by one rule. Adds the pairs that contributed to
+/// Blends the splats of `hits`, a run (`run_length`), into those columns of a block that have one of `strips`. Adds the pairs that contributed to
 /// `contributing`, strip by strip. Each rule has its own function, so that each can use all registers.
 template <class Rule, std::uint32_t N, class Kept, std::uint32_t Size>
 [[gnu::noinline]] void blend_strips(Kept& kept, Chunk<Size> const& c, std::uint32_t const* hits, std::uint32_t n, BlockPlace const& at,
@@ -89,10 +89,11 @@ void blend_kept_by(Kept* blocks, Fold const& fold, TileId tile, Camera const& ca
         Kept* kept;
         std::uint32_t number, going, blended;
     };
+    typename Rule::Denormals const denormals;
     RowLimits const limits{model.alpha_min};
     Open group[Group];
     Chunk<Size> chunk;
-    std::uint32_t hits[Size + 1]; // a refused splat is written after the last hit
+    std::uint32_t hits[Size + N]; // one is read ahead
     std::uint32_t const all = fold.tile_blocks();
     for (std::uint32_t next = 0; next < all;) {
         std::uint32_t open = 0;
@@ -109,10 +110,12 @@ void blend_kept_by(Kept* blocks, Fold const& fold, TileId tile, Camera const& ca
             ++open;
         }
         std::uint32_t going = open;
+        if (open != 0) fetch_ahead(0, n < Size ? n : Size, at);
         for (std::uint32_t begin = 0; begin < n && going != 0; begin += Size) {
             std::uint32_t const most = fill<Rule, N>(chunk, begin, n, at);
             for (std::uint32_t g = 0; g < open; ++g) {
                 auto& b = group[g];
+                fetch_part_ahead<Size>(begin + Size, n, g, open, at);
                 if (b.going == 0) continue;
                 std::uint32_t const count = list_hits<Rule, N>(chunk, most, b.at, model.alpha_max, hits);
                 std::uint32_t contributing[strips_a_block] = {};
@@ -120,11 +123,8 @@ void blend_kept_by(Kept* blocks, Fold const& fold, TileId tile, Camera const& ca
                     std::uint32_t part = blended_between_looks - b.blended % blended_between_looks;
                     if (part > count - done) part = count - done;
                     std::uint32_t const* const run = hits + done;
-                    if constexpr (Rule::recurs) part = same_rule(run, part);
-                    if (Rule::recurs && (run[0] & Hit::recurs) != 0)
-                        blend_strips<Rule, N>(*b.kept, chunk, run, part, b.at, b.going, model, limits, contributing);
-                    else
-                        blend_strips<EachPair, N>(*b.kept, chunk, run, part, b.at, b.going, model, limits, contributing);
+                    part = run_length<Rule>(run, part);
+                    blend_strips<Rule, N>(*b.kept, chunk, run, part, b.at, b.going, model, limits, contributing);
                     for (std::uint32_t s = 0; s < strips_a_block; ++s)
                         if ((b.going >> s & 1u) != 0) work.strips[(b.number * strips_a_block + s) % workers] += part;
                     done += part;
