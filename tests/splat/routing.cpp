@@ -1,8 +1,11 @@
 // test: unoptimised asan, without tsan
 #include "support.hpp"
+#include <algorithm>
 #include <doctest/doctest.h>
 #include <map>
 #include <tilemesh/engine/checked_mesh.hpp>
+#include <tilemesh/render/host_form.hpp>
+#include <vector>
 
 using namespace tilemesh;
 using namespace tilemesh::splat;
@@ -200,6 +203,28 @@ TEST_CASE("credits: at capacity 1 a sender never sends more than the next FIFO c
     CHECK(no_credit > 0); // the credits held the senders back
 }
 
+TEST_CASE("counters: leaving records that wait count once a pass, by the cause on their own side")
+{
+    // Five records leave to the east and five to the south, through channels of three. A FIFO of one gives credit for one record in every
+    // second pass: 4 + 4 + 3 + 3 + 2 + 2 + 1 + 1 refusals.
+    auto sizes = sized<S>(3, 20);
+    sizes.waiting = 1;
+    Job<S> job({2, 2}, sizes);
+    auto const from = TileId::at(0, 0);
+    for (std::uint32_t id = 1; id <= 10; ++id) {
+        job.ids.push_back(id);
+        REQUIRE(support::put<S>(job.mesh, from, at_tile(id, id % 2 == 0 ? TileId::at(1, 0) : TileId::at(0, 1))));
+    }
+    job.mesh.run();
+    CHECK(job.bad_supersteps == 0);
+    auto const& counts = job.mesh.state<Counts>(from);
+    CHECK(counts.no_credit == 20);
+    CHECK(counts.channel_full == 2);
+    CHECK(job.mesh.state<Storage<S>>(TileId::at(1, 0)).size() == 5);
+    CHECK(job.mesh.state<Storage<S>>(TileId::at(0, 1)).size() == 5);
+    CHECK(job.mesh.state<FlowControl>(from).leaving == 0);
+}
+
 TEST_CASE("drop: a record that meets a full channel takes a slot where it is; only a full storage loses it")
 {
     Grid const grid{5, 5};
@@ -261,4 +286,30 @@ TEST_CASE("parked: a record with nothing on screen stays where it is; an off-scr
     auto const edge = job.mesh.state<Storage<S>>(TileId::at(3, 1));
     REQUIRE(edge.size() == 1);
     CHECK(edge[0].id == GaussianId{4});
+}
+
+TEST_CASE("lookup: rows of a table are found among any number of records, before and after a set of them answers")
+{
+    struct Marks {
+        std::uint32_t n;
+        std::uint32_t size() const { return n; }
+    };
+    for (std::uint32_t n : {0u, 1u, 127u, 128u, 1000u}) {
+        CAPTURE(n);
+        std::vector<SplatRow> rows;
+        for (std::uint32_t i = 0; i < n; ++i) rows.push_back({7 * i});
+        Access<TableParameters>::Lookup lookup;
+        bool right = true;
+        for (std::uint32_t k = 0; k < 60; ++k) {
+            auto const have = static_cast<std::uint32_t>(rows.size());
+            std::uint32_t const row = 7 * (k * 37 % 1100); // now and then one of the table
+            auto const at = lookup.slot_of(Marks{have}, rows.data(), Reference{GaussianId{k}, row});
+            auto const is = std::find_if(rows.begin(), rows.end(), [&](SplatRow s) { return s.row == row; });
+            right = right && at == (is == rows.end() ? no_slot : static_cast<std::uint32_t>(is - rows.begin()));
+            lookup.add({7 * k + 1}); // a record that comes in the same pass
+            rows.push_back({7 * k + 1});
+            right = right && lookup.slot_of(Marks{have + 1}, rows.data(), Reference{GaussianId{k}, 7 * k + 1}) == have;
+        }
+        CHECK(right);
+    }
 }

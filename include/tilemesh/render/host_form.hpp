@@ -112,12 +112,47 @@ struct TableAccess {
     {
         return reach(here, frame, s).here;
     }
-    /// It compares rows, not ids: it reads four bytes per slot instead of eight.
-    template <class MarkList>
-    static std::uint32_t slot_of(MarkList const& marks, SplatRow const* splats, Reference const& message) noexcept
-    {
-        return first_of(splats, marks.size(), [row = message.row](SplatRow s) noexcept { return s.row == row; });
-    }
+    /// Compares rows, not ids: it reads four bytes per slot instead of eight. Most messages bring a record that the tile does not have. From
+    /// the search on that makes it worth while, a set of hashed rows answers for these: a row whose bit is not set is not on the tile.
+    class Lookup {
+    public:
+        template <class MarkList>
+        std::uint32_t slot_of(MarkList const& marks, SplatRow const* splats, Reference const& message) noexcept
+        {
+            std::uint32_t const n = marks.size();
+            if (searches_ == searches_before_a_set && n >= fewest_rows) {
+                for (auto& word : set_) word = 0;
+                for (std::uint32_t i = 0; i < n; ++i) insert(splats[i].row);
+                ++searches_;
+            }
+            if (searches_ > searches_before_a_set) {
+                std::uint32_t const h = hash(message.row);
+                if ((set_[h / 64] >> (h % 64) & 1u) == 0) return no_slot;
+            } else if (searches_ < searches_before_a_set) {
+                ++searches_;
+            }
+            return first_of(splats, n, [row = message.row](SplatRow s) noexcept { return s.row == row; });
+        }
+        void add(SplatRow s) noexcept
+        {
+            if (searches_ > searches_before_a_set) insert(s.row);
+        }
+
+    private:
+        // To search n rows takes n / 8 cycles, and to insert them takes 3 n.
+        static constexpr std::uint32_t searches_before_a_set = 16, fewest_rows = 128;
+        static constexpr std::uint32_t hash_bits = 16;
+
+        static std::uint32_t hash(std::uint32_t row) noexcept { return row * 0x9e3779b9u >> (32 - hash_bits); } // Knuth: 2^32 / golden ratio
+        void insert(std::uint32_t row) noexcept
+        {
+            std::uint32_t const h = hash(row);
+            set_[h / 64] |= std::uint64_t{1} << (h % 64);
+        }
+
+        std::uint32_t searches_ = 0;
+        std::uint64_t set_[(1u << hash_bits) / 64]; ///< valid if searches_ > searches_before_a_set
+    };
     TILEMESH_KERNEL static bool is_settled(Parameters const& frame, SplatRow s, std::uint32_t bits, std::uint32_t& row_state) noexcept
     {
         row_state = frame.row_states.get()[s.row];

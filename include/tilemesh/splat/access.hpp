@@ -41,12 +41,18 @@ struct Access {
     {
         return covers(s, frame.tiling, here.tile);
     }
-    /// Returns the slot of the record that a message brings, or `no_slot`.
-    template <class MarkList, class Message>
-    TILEMESH_KERNEL static std::uint32_t slot_of(MarkList const& marks, Splat const*, Message const& message) noexcept
-    {
-        return find(marks, message.id);
-    }
+    /// Finds the records that messages bring among those of the tile, in one pass of a kernel.
+    class Lookup {
+    public:
+        /// Returns the slot of the message's record, or `no_slot`.
+        template <class MarkList, class Message>
+        TILEMESH_KERNEL std::uint32_t slot_of(MarkList const& marks, Splat const*, Message const& message) noexcept
+        {
+            return find(marks, message.id);
+        }
+        /// The kernel adds this entry to the tile's records.
+        TILEMESH_KERNEL void add(Splat const&) noexcept {}
+    };
     /// Is there nothing to do for a slot with these mark bits, because its record touches the same tiles as in the last view? If yes,
     /// `row_state` is 1 for a visible record. A tile that holds values would have to project the record to know this, so it answers no.
     TILEMESH_KERNEL static bool is_settled(Parameters const&, Splat const&, std::uint32_t, std::uint32_t&) noexcept { return false; }

@@ -43,10 +43,11 @@ struct Bloom {
         bool const in_turn = owed_copies.open != 0 || owed_copies.first != 0;
         bool waiting = owed_copies.open != 0 || (owed_copies.first != 0 && counts.changes != 0);
         std::uint32_t open = 0;
+        typename Access::Lookup lookup;
         for (Direction d : news)
             for (auto const& message : in[d]) {
                 if (stale) break;
-                auto i = Access::slot_of(marks, splats.begin(), message);
+                auto i = lookup.slot_of(marks, splats.begin(), message);
                 if (i == no_slot) {
                     auto const entry = Copies::splat(message, *frame);
                     counts.projected += reusable ? 1 : 0;
@@ -58,6 +59,7 @@ struct Bloom {
                     }
                     marks.unchecked_push({message.id, Mark::copy});
                     splats.unchecked_push(entry);
+                    lookup.add(entry);
                     ++counts.changes;
                 }
                 Reach const r = Access::reach(here, *frame, splats[i]);

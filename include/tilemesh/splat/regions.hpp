@@ -41,6 +41,14 @@ struct Mark {
     static constexpr std::uint32_t leaving = 1u << 9; ///< its anchor is now another tile; it leaves as soon as there is room
     static constexpr std::uint32_t owes = 1u << 10;   ///< a neighbour may need a copy; bloom must check
     static constexpr std::uint32_t listed = 1u << 11; ///< used by the depth sort while it runs: the order has this slot
+    /// A leaving record leaves on side d. Only leaving records have one of these bits, and they have exactly one.
+    static constexpr std::uint32_t leaves(Direction d) noexcept { return 1u << (12 + index(d)); }
+    static constexpr std::uint32_t leaves_any = 0xf000u;
+    Direction leaves_on() const noexcept
+    {
+        std::uint32_t const side = (bits & leaves_any) >> 12; // 1, 2, 4 or 8
+        return news[(side >> 1) - (side >> 3)];
+    }
     /// The neighbour on side d holds this record too: it was sent there or came from there.
     static constexpr std::uint32_t shared(Direction d) noexcept { return 1u << index(d); }
     /// The neighbour on side d should have a copy, but the channel was full (`drop`).
@@ -250,6 +258,20 @@ std::uint32_t first_of(Item const* items, std::uint32_t n, IsIt const& is_it) no
     }
     for (; i < n; ++i)
         if (is_it(items[i])) return i;
+    return no_slot;
+}
+/// The number of the last of the first n marks that has one of these bits, or `no_slot`. It looks at 16 marks at once.
+template <class MarkList>
+std::uint32_t last_with(MarkList const& marks, std::uint32_t n, std::uint32_t bits) noexcept
+{
+    constexpr std::uint32_t at_once = 16;
+    for (; n >= at_once; n -= at_once) {
+        std::uint32_t all = 0;
+        for (std::uint32_t k = 0; k < at_once; ++k) all |= marks[n - at_once + k].bits;
+        if ((all & bits) != 0) break;
+    }
+    while (n-- > 0)
+        if ((marks[n].bits & bits) != 0) return n;
     return no_slot;
 }
 /// Returns the slot of record `id`, or `no_slot`.

@@ -30,6 +30,12 @@
 namespace tilemesh { inline namespace v0_2 { namespace splat {
 
 namespace detail {
+/// How many records each side may take in a superstep, and whether that is less than a channel's slots for want of credit.
+struct Room {
+    std::uint32_t limit[4];
+    bool short_of_credit[4];
+};
+
 /// The handling of one record by routing, for any saturation policy.
 template <class S>
 struct RouteStep {
@@ -47,6 +53,7 @@ struct RouteStep {
     Marks<S>& marks;
     Splats<S>& splats;
     Counts& counts;
+    typename Access::Lookup& lookup;
 
     /// Is this tile the anchor of the message's record? Sets `anchor`. It projects the record if the message has no anchor or an outdated
     /// one.
@@ -67,7 +74,7 @@ struct RouteStep {
     {
         auto const entry = Access::project(g, frame);
         ++counts.projected;
-        auto const i = S::blooms ? Access::slot_of(marks, splats.begin(), g) : no_slot; // without bloom there are no copies
+        auto const i = S::blooms ? lookup.slot_of(marks, splats.begin(), g) : no_slot; // without bloom there are no copies
         if (i != no_slot) {
             storage[i] = g;
             splats[i] = entry;
@@ -81,6 +88,7 @@ struct RouteStep {
         }
         marks.unchecked_push({g.id, S::blooms ? Mark::owes : 0});
         splats.unchecked_push(entry);
+        lookup.add(entry);
         ++counts.changes;
         return true;
     }
@@ -89,8 +97,8 @@ struct RouteStep {
     {
         auto const before = storage.size();
         if (!settle(g)) return false;
-        auto const i = storage.size() > before ? before : Access::slot_of(marks, splats.begin(), g);
-        marks[i].bits |= Mark::leaving;
+        auto const i = storage.size() > before ? before : lookup.slot_of(marks, splats.begin(), g);
+        marks[i].bits |= Mark::leaving | Mark::leaves(Rule::towards(here.tile, Access::splat_of(frame, splats[i]).anchor));
         ++flow.leaving;
         return true;
     }
@@ -103,24 +111,31 @@ struct RouteStep {
         ++counts.hops;
         ++counts.changes;
         if (S::blooms && covers(s, frame.tiling, here.tile))
-            marks[i].bits = (marks[i].bits | Mark::copy) & ~Mark::leaving;
+            marks[i].bits = (marks[i].bits | Mark::copy) & ~(Mark::leaving | Mark::leaves_any);
         else
             remove_slot(storage, marks, splats, i);
     }
-    /// Sends all leaving records for which `room(side)` is true. Returns the number of records that stay.
-    template <class Outs, class Room>
-    std::uint32_t depart_all(Outs& out, Room const& room) const noexcept
+    /// Sends the leaving records for which there is room, and counts the others as refused. It looks at marks only, 16 at once, and at the
+    /// records that it sends.
+    template <class Outs>
+    void depart_all(Outs& out, Room const& room, FlowControl& flow) const noexcept
     {
-        std::uint32_t left = 0;
-        for (std::uint32_t i = storage.size(); i-- > 0;) {
-            if (!marks[i].is(Mark::leaving)) continue;
-            auto const d = Rule::towards(here.tile, Access::splat_of(frame, splats[i]).anchor);
-            if (room(d))
-                depart(i, out[d]);
-            else
-                ++left;
+        std::uint32_t open = 0, short_of_credit = 0; // sides, as bits of marks
+        for (Direction d : news) {
+            if (out[d].size() < room.limit[index(d)]) open |= Mark::leaves(d);
+            if (room.short_of_credit[index(d)]) short_of_credit |= Mark::leaves(d);
         }
-        return left;
+        for (std::uint32_t i = storage.size(); open != 0 && (i = last_with(marks, i, open)) != no_slot;) {
+            Direction const d = marks[i].leaves_on();
+            depart(i, out[d]);
+            --flow.leaving;
+            if (out[d].size() == room.limit[index(d)]) open &= ~Mark::leaves(d);
+        }
+        if (flow.leaving == 0) return;
+        std::uint32_t no_credit = 0;
+        for (std::uint32_t i = 0, n = marks.size(); i < n; ++i) no_credit += (marks[i].bits & short_of_credit) != 0 ? 1u : 0u;
+        counts.no_credit += no_credit;
+        counts.channel_full += flow.leaving - no_credit;
     }
 };
 
@@ -176,22 +191,21 @@ struct HoldingRoute {
 
         // The number of records that each side may take: the free slots, and on the first leg also the credit of the FIFO behind the
         // channel.
-        std::uint32_t limit[4];
-        bool short_of_credit[4] = {};
-        for (Direction d : news) limit[index(d)] = out[d].capacity();
+        Room most{};
+        for (Direction d : news) most.limit[index(d)] = out[d].capacity();
         for (std::uint32_t leg = 0; leg < 2; ++leg) {
             Direction const d = Rule::first_leg[leg];
             std::uint32_t const used = in[d].note() + flow.sent[leg];
             std::uint32_t const behind = leg == 0 ? waiting1.capacity() : waiting0.capacity(); // of the FIFO there
             std::uint32_t const credit = used < behind ? behind - used : 0;
-            if (credit < limit[index(d)]) {
-                limit[index(d)] = credit;
-                short_of_credit[index(d)] = true;
+            if (credit < most.limit[index(d)]) {
+                most.limit[index(d)] = credit;
+                most.short_of_credit[index(d)] = true;
             }
         }
         auto const room = [&](Direction d) noexcept {
-            if (out[d].size() < limit[index(d)]) return true;
-            ++(short_of_credit[index(d)] ? counts.no_credit : counts.channel_full);
+            if (out[d].size() < most.limit[index(d)]) return true;
+            ++(most.short_of_credit[index(d)] ? counts.no_credit : counts.channel_full);
             return false;
         };
         auto const go = [&](Message const& m) noexcept {
@@ -243,7 +257,7 @@ struct HoldingRoute {
                     if (!go(m)) (void)step.keep(S::Addressing::record(m), flow);
         empty_fifo(waiting0, in[Rule::first_leg[0]], Rule::first_leg[0]);
         empty_fifo(waiting1, in[Rule::first_leg[1]], Rule::first_leg[1]);
-        if (flow.leaving != 0) flow.leaving = step.depart_all(out, room);
+        if (flow.leaving != 0) step.depart_all(out, most, flow);
 
         out[Rule::first_leg[0]].set_note(waiting0.size());
         out[Rule::first_leg[1]].set_note(waiting1.size());
@@ -285,7 +299,11 @@ struct DroppingRoute {
                     (void)step.keep(S::Addressing::record(m), flow);
                 }
             }
-        if (flow.leaving != 0) flow.leaving = step.depart_all(out, room);
+        if (flow.leaving != 0) {
+            Room most{};
+            for (Direction d : news) most.limit[index(d)] = out[d].capacity();
+            step.depart_all(out, most, flow);
+        }
         return flow.leaving == 0 ? Vote::quiet : Vote::busy;
     }
 };
@@ -301,7 +319,8 @@ struct Route : detail::RouteOperations<P> {
                     OnlyIf<may_hold, Waiting<P, 0>&> waiting0, OnlyIf<may_hold, Waiting<P, 1>&> waiting1, FlowControl& flow, Counts& counts,
                     In<Road<P>> in, Out<Road<P>> out) const noexcept
     {
-        detail::RouteStep<P> const step{here, *frame, storage, marks, splats, counts};
+        typename AccessOf<P>::Lookup lookup;
+        detail::RouteStep<P> const step{here, *frame, storage, marks, splats, counts, lookup};
         if constexpr (may_hold)
             if (P::Saturation::holds_in(*frame)) return detail::HoldingRoute<P>::run(step, frame, waiting0, waiting1, flow, in, out);
         return detail::DroppingRoute<P>::run(step, flow, in, out);
