@@ -397,6 +397,16 @@ private:
             if (split.south != 0 && room(Direction::south)) send(m, Direction::south, split.south << (8 * c)), split.south = 0;
             return (split.north | split.south) << (8 * c);
         }
+        /// Do all tiles of this column's `to` lie behind full channels? If so, the parcel waits, and the refusals are counted.
+        TILEMESH_KERNEL bool column_is_full(TileId parcel_first, std::uint32_t c, std::uint32_t to) noexcept
+        {
+            auto const split = detail::split_column(to, c, static_cast<std::int32_t>(here.tile.y()) - static_cast<std::int32_t>(parcel_first.y()));
+            auto const full = [&](Direction d) noexcept { return way[index(d)].n >= way[index(d)].limit; };
+            if (split.here != 0 || (split.north != 0 && !full(Direction::north)) || (split.south != 0 && !full(Direction::south))) return false;
+            if (split.north != 0) (void)room(Direction::north);
+            if (split.south != 0) (void)room(Direction::south);
+            return true;
+        }
         /// Serves a parcel that goes along the row towards d. Returns the tiles that are still owed.
         TILEMESH_KERNEL std::uint32_t serve_row(Message const& m, Direction d) noexcept
         {
@@ -448,6 +458,12 @@ private:
         std::uint32_t const x = tile.here.tile.x(), n = offers.size();
         std::uint32_t const first = way == 0 ? 0 : way == 1 ? x + 1 : x, end = way == 0 ? x : way == 1 ? 0xffffffffu : x + 1; // its columns
         std::uint32_t record = sending.record[way], part = sending.part[way];
+        // The parcel at which the pass before ended on this way still waits for room. Most passes need not look at it.
+        if (way == own_column && sending.rest != 0 && offers[record].parts == 1) {
+            TileId const parcel_first = offers[record].first;
+            if (tile.column_is_full(parcel_first, x - parcel_first.x(), sending.rest)) return true;
+        }
+        if (way != own_column && (record | part) != 0 && record < n && !tile.room(row[way])) return true;
         for (; record < n; ++record, part = 0) {
             Offered const& offer = offers[record];
             if (offer.parts == 0) continue;
