@@ -48,6 +48,41 @@ TEST_CASE("heap sort: at most 2 n log2 n compares, sorted or equal input include
     }
 }
 
+TEST_CASE("repair: every kind of list is sorted, with any room behind it, and nothing is written beyond the room")
+{
+    support::Random random(8);
+    constexpr auto fewest = tilemesh::splat::detail::fewest_by_digits;
+    for (std::uint32_t n : {0u, 1u, 2u, 5u, 100u, fewest - 1, fewest, fewest + 1, 3200u})
+        for (std::uint32_t listed : {0u, n / 4, n - n / 4, n - std::min(n, 4u), n - std::min(n, 5u), n})
+            for (std::uint32_t room : {n, 2 * n - listed, 2 * n - std::min(n, 1u), 2 * n})
+                for (int kind = 0; kind < 8; ++kind) {
+                    std::vector<SortKey> keys;
+                    for (std::uint32_t i = 0; i < n; ++i) {
+                        std::uint32_t const any = random.bits();
+                        std::uint32_t const depth = kind == 0   ? any              // any depths
+                                                    : kind == 1 ? 0x40000000u + any % 300000 // depths that are close
+                                                    : kind == 2 ? n - i            // the reverse order
+                                                    : kind == 3 ? any % 3          // few depths, ids in order
+                                                    : kind == 4 ? 7                // one depth, ids in the reverse order
+                                                    : kind == 5 ? 16 * i + any % 32 // a few places off
+                                                    : kind == 6 ? (i % 2 == 0 ? 0u : ~0u)
+                                                                : i;               // in order, ids too
+                        keys.push_back({depth, GaussianId{kind == 4 ? n - i : i + 1}, i});
+                    }
+                    if (kind != 2 && kind != 4 && kind != 6) std::sort(keys.begin(), keys.begin() + listed);
+                    auto expected = keys;
+                    std::sort(expected.begin(), expected.end());
+                    SortKey const guard{12345, GaussianId{67}, 89};
+                    keys.resize(room + 1, guard);
+                    keys[room] = guard;
+                    tilemesh::splat::detail::repair(keys.data(), listed, n, room);
+                    std::uint32_t wrong = keys[room].slot != guard.slot ? 1 : 0;
+                    for (std::uint32_t i = 0; i < n; ++i) wrong += keys[i].slot != expected[i].slot ? 1 : 0;
+                    INFO(n, " keys, ", listed, " listed, room ", room, ", kind ", kind);
+                    CHECK(wrong == 0);
+                }
+}
+
 TEST_CASE("sort keys: depth first, then id; bits of positive floats order as the floats do")
 {
     CHECK(SortKey{1, GaussianId{9}, 0} < SortKey{2, GaussianId{1}, 0});

@@ -92,6 +92,10 @@ struct TableAccess {
         constexpr std::uint32_t items_a_line = 64 / sizeof(typename List::value_type);
         for (std::uint32_t i = 0, n = list.size(); i < n; i += items_a_line) __builtin_prefetch(list.begin() + i);
     }
+    TILEMESH_KERNEL static void about_to_reach(Parameters const& frame, SplatRow s) noexcept
+    {
+        __builtin_prefetch(frame.touched.get() + s.row);
+    }
     TILEMESH_KERNEL static Splat const& splat_of(Parameters const& frame, SplatRow s) noexcept { return frame.splats.get()[s.row]; }
     TILEMESH_KERNEL static std::uint32_t depth_bits(Parameters const& frame, SplatRow s) noexcept { return frame.depths.get()[s.row]; }
     TILEMESH_KERNEL static Reach reach(Here const& here, Parameters const& frame, SplatRow s) noexcept
@@ -158,10 +162,10 @@ struct TableAccess {
         row_state = frame.row_states.get()[s.row];
         return ((bits & (Mark::refused_any | Mark::leaving | Mark::owes)) | (row_state & RowState::moved)) == 0;
     }
-    TILEMESH_KERNEL static bool coverage_changed(Here const&, Parameters const&, SplatRow, bool covered, std::uint32_t bits,
-                                                 std::uint32_t row_state) noexcept
+    TILEMESH_KERNEL static bool coverage_changed(Here const&, Parameters const& frame, SplatRow s, bool covered,
+                                                 std::uint32_t bits) noexcept
     {
-        return !covered || (bits & Mark::leaving) != 0 || (row_state & RowState::appeared) != 0;
+        return !covered || (bits & Mark::leaving) != 0 || (frame.row_states.get()[s.row] & RowState::appeared) != 0;
     }
     /// Changes n splats that the host has projected. The library's version changes nothing; a program may specialise it. The list of
     /// missing records (render/losses.hpp) assumes the library's footprint, so keep that footprint if records may be lost.

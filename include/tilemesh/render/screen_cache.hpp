@@ -27,7 +27,6 @@ public:
     void project(RecordTable const& records, std::uint32_t first, std::uint32_t last, splat::View const& view,
                  splat::Tiling const& tiling, bool first_view, Parameters const& parameters) noexcept
     {
-        constexpr std::uint32_t at_once = 256; // so that the splats are still in the nearest cache when `compare` reads them
         for (std::uint32_t from = first; from < last; from += at_once) {
             auto const to = std::min(from + at_once, last);
             records.project(from, to - from, view, tiling, splats_.data() + from);
@@ -48,41 +47,45 @@ public:
     }
 
 private:
+    static constexpr std::uint32_t at_once = 256; // so that the splats are still in the nearest cache when `compare` reads them
+
+    /// At most `at_once` rows.
     void compare(std::uint32_t from, std::uint32_t to, splat::Tiling const& tiling, bool first_view) noexcept
     {
+        // Without a branch that depends on a row: it notes the states of all rows, and collects the rows that moved.
+        std::uint32_t moved[at_once], n = 0;
         for (auto row = from; row < to; ++row) {
             auto const& s = splats_[row];
             std::uint32_t depth;
             __builtin_memcpy(&depth, &s.depth, sizeof depth);
-            depths_[row] = depth;
-            bool const shows = s.visible();
-            auto& old = touched_[row];
-            bool const same = !first_view && shows == (old.visible != 0) && (!shows || stays(old, s, tiling));
-            if (same) {
-                row_states_[row] = shows ? splat::RowState::visible : 0;
+            std::uint32_t const shows = s.visible() ? 1u : 0u, other = first_view ? 1u : shows ^ touched_[row].visible;
+            std::uint32_t const same = (other ^ 1u) & ((shows ^ 1u) | stays(touched_[row], s, tiling));
+            depths_[row] = shows != 0 ? depth : 0;
+            row_states_[row] = static_cast<std::uint8_t>(shows * splat::RowState::visible + (same ^ 1u) * splat::RowState::moved +
+                                                         other * splat::RowState::appeared);
+            moved[n] = row;
+            n += same ^ 1u;
+        }
+        for (std::uint32_t k = 0; k < n; ++k) {
+            auto const& s = splats_[moved[k]];
+            if (!s.visible()) {
+                touched_[moved[k]] = {};
                 continue;
             }
-            row_states_[row] =
-                static_cast<std::uint8_t>(splat::RowState::moved | (shows ? splat::RowState::visible : 0) |
-                                          (first_view || shows != (old.visible != 0) ? splat::RowState::appeared : 0));
-            if (shows) {
-                auto const range = splat::tiles_of(s, tiling);
-                old = {range.first, range.last, s.anchor, 1};
-            } else {
-                old = {};
-            }
+            auto const range = splat::tiles_of(s, tiling);
+            touched_[moved[k]] = {range.first, range.last, s.anchor, 1};
         }
     }
-    /// Does a visible splat touch the same tiles as before, with the same anchor? The test needs no division.
-    static bool stays(splat::TouchedTiles const& old, splat::Splat const& s, splat::Tiling const& tiling) noexcept
+    /// 1 if a visible splat touches the same tiles as before, with the same anchor; otherwise 0. The test needs no division.
+    static std::uint32_t stays(splat::TouchedTiles const& old, splat::Splat const& s, splat::Tiling const& tiling) noexcept
     {
         auto const r = s.rect();
         auto const within = [](std::uint32_t px, std::uint32_t tile, std::uint32_t size) {
             return px - tile * size < size ? 1u : 0u;
         };
-        return (within(r.x0, old.first.x(), tiling.tile_width) & within(r.x1 - 1, old.last.x(), tiling.tile_width) &
-                within(r.y0, old.first.y(), tiling.tile_height) & within(r.y1 - 1, old.last.y(), tiling.tile_height) &
-                (s.anchor == old.anchor ? 1u : 0u)) != 0;
+        return within(r.x0, old.first.x(), tiling.tile_width) & within(r.x1 - 1, old.last.x(), tiling.tile_width) &
+               within(r.y0, old.first.y(), tiling.tile_height) & within(r.y1 - 1, old.last.y(), tiling.tile_height) &
+               (s.anchor == old.anchor ? 1u : 0u);
     }
 
     std::vector<splat::Splat> splats_;

@@ -22,6 +22,8 @@ struct Access {
     TILEMESH_KERNEL static void about_to_read(List const&) noexcept
     {
     }
+    /// Tells the memory that a kernel will ask for an entry's reach soon.
+    TILEMESH_KERNEL static void about_to_reach(Parameters const&, Splat const&) noexcept {}
     /// Returns the splat of an entry of `Splats`. `depth_bits` returns the bits of its depth.
     TILEMESH_KERNEL static Splat const& splat_of(Parameters const&, Splat const& s) noexcept { return s; }
     TILEMESH_KERNEL static std::uint32_t depth_bits(Parameters const&, Splat const& s) noexcept
@@ -58,7 +60,7 @@ struct Access {
     TILEMESH_KERNEL static bool is_settled(Parameters const&, Splat const&, std::uint32_t, std::uint32_t&) noexcept { return false; }
     /// Did an anchored record begin or cease to touch this tile? `covered`: it touches the tile now.
     TILEMESH_KERNEL static bool coverage_changed(Here const& here, Parameters const& frame, Splat const& before, bool covered,
-                                                 std::uint32_t, std::uint32_t) noexcept
+                                                 std::uint32_t) noexcept
     {
         return covers(before, frame.tiling, here.tile) != covered;
     }

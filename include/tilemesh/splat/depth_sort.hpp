@@ -128,6 +128,49 @@ inline constexpr std::uint32_t moves_a_key = 8;
 /// A tail of at most this length is inserted. Sorting and merging it would go through all keys once more.
 inline constexpr std::uint32_t short_tail = 4;
 
+/// Fewer keys are sorted by comparisons: a pass over the digits costs as much as a few hundred keys.
+inline constexpr std::uint32_t fewest_by_digits = 256;
+
+/// Sorts n keys by digits of their depths, the lowest digit first (LSD radix sort), then by id where depths are equal. `spare`: room for n
+/// keys, outside the keys. It takes only the digits in which the depths differ: two or three, because the depths of a tile are close.
+template <class Key>
+void sort_by_digits(Key* keys, std::uint32_t n, Key* spare) noexcept
+{
+    constexpr std::uint32_t bits = 8, digits = 1u << bits;
+    std::uint32_t lowest = 0xffffffffu, highest = 0;
+    for (std::uint32_t i = 0; i < n; ++i) {
+        std::uint32_t const depth = keys[i].depth_bits;
+        lowest = depth < lowest ? depth : lowest;
+        highest = depth > highest ? depth : highest;
+    }
+    Key *from = keys, *to = spare;
+    for (std::uint32_t shift = 0; shift < 32 && n != 0 && (highest - lowest) >> shift != 0; shift += bits) {
+        auto const digit = [=](Key const& key) noexcept { return (key.depth_bits - lowest) >> shift & (digits - 1); };
+        std::uint32_t places[digits] = {}, next = 0;
+        for (std::uint32_t i = 0; i < n; ++i) ++places[digit(from[i])];
+        for (std::uint32_t& place : places) {
+            std::uint32_t const count = place;
+            place = next;
+            next += count;
+        }
+        for (std::uint32_t i = 0; i < n; ++i) to[places[digit(from[i])]++] = from[i];
+        Key* const sorted = to;
+        to = from;
+        from = sorted;
+    }
+    for (std::uint32_t i = 0; i < n && from != keys; ++i) keys[i] = from[i];
+    if (!insertion_sort(keys, n, moves_a_key)) intro_sort(keys, n); // many equal depths, and ids out of order
+}
+/// Sorts n keys in any order, in a buffer of `room` keys. At most O(n log n).
+template <class Key>
+void sort_all(Key* keys, std::uint32_t n, std::uint32_t room) noexcept
+{
+    if (n >= fewest_by_digits && n <= room - n)
+        sort_by_digits(keys, n, keys + n);
+    else
+        intro_sort(keys, n);
+}
+
 /// Sorts n keys of which the first `listed` are nearly in order, in a buffer of `room` keys. At most O(n log n) for any keys.
 template <class Key>
 void repair(Key* keys, std::uint32_t listed, std::uint32_t n, std::uint32_t room) noexcept
@@ -136,11 +179,11 @@ void repair(Key* keys, std::uint32_t listed, std::uint32_t n, std::uint32_t room
     bool const insert = tail <= short_tail;
     bool const fits = insert || (tail <= room - n && tail < listed);
     if (!fits || !insertion_sort(keys, insert ? n : listed, moves_a_key + (insert ? tail : 0))) {
-        heap_sort(keys, n);
+        sort_all(keys, n, room);
         return;
     }
     if (insert) return;
-    heap_sort(keys + listed, tail);
+    intro_sort(keys + listed, tail);
     merge(keys, listed, tail, keys + n);
 }
 } // namespace detail
@@ -168,31 +211,37 @@ struct DepthSort {
         Access::about_to_read(order);
         Access::about_to_read(marks);
         Access::about_to_read(splats);
+        // A record is here if it is a copy, because Project drops the copies that touch no pixel of the tile; or if it is anchored here and
+        // visible. A visible record has a depth that is not 0. Only a record that still waits to leave must be asked.
+        auto const depth_here = [&](std::uint32_t slot, std::uint32_t bits) noexcept {
+            std::uint32_t const depth = Access::depth_bits(frame, splats[slot]);
+            if ((bits & (Mark::leaving | Mark::copy)) == Mark::leaving) return Access::is_here(here, frame, splats[slot]) ? depth : 0u;
+            return depth;
+        };
         std::uint32_t kept = 0, copies = 0;
         if constexpr (S::routes || S::blooms) {
             for (SortKey const& key : order) {
-                if (key.slot >= n || marks[key.slot].id != key.id) continue;
-                std::uint32_t const bits = marks[key.slot].bits;
-                if ((bits & Mark::copy) == 0 && !Access::is_here(here, frame, splats[key.slot])) continue; // an anchored record that left
-                copies += (bits & Mark::copy) != 0 ? 1 : 0;
-                order[kept++] = {Access::depth_bits(frame, splats[key.slot]), key.id, key.slot};
+                std::uint32_t const slot = key.slot;
+                if (slot >= n) continue;
+                std::uint32_t const bits = marks[slot].bits, depth = depth_here(slot, bits);
+                std::uint32_t const stays = marks[slot].id == key.id && depth != 0 ? 1u : 0u;
+                copies += stays & ((bits & Mark::copy) != 0 ? 1u : 0u);
+                marks[slot].bits = bits | (stays != 0 ? Mark::listed : 0u);
+                order[kept] = {depth, key.id, slot}; // the next key overwrites one that does not stay
+                kept += stays;
             }
         }
         order.truncate(kept);
-        if (kept + counts.parked != n) { // parked records touch no tile: if listed and parked slots are not all slots, some are new
-            if constexpr (S::routes || S::blooms)
-                for (SortKey const& key : order) marks[key.slot].bits |= Mark::listed;
-            for (std::uint32_t i = 0; i < n; ++i) {
-                if constexpr (S::routes || S::blooms) {
-                    std::uint32_t const bits = marks[i].bits;
-                    if ((bits & Mark::listed) != 0) {
-                        marks[i].bits = bits & ~Mark::listed;
-                        continue;
-                    }
-                    copies += (bits & Mark::copy) != 0 ? 1 : 0;
+        for (std::uint32_t i = 0; i < n; ++i) {
+            std::uint32_t const bits = marks[i].bits;
+            if constexpr (S::routes || S::blooms) {
+                if ((bits & Mark::listed) != 0) {
+                    marks[i].bits = bits & ~Mark::listed;
+                    continue;
                 }
-                if (Access::is_here(here, frame, splats[i])) order.unchecked_push({Access::depth_bits(frame, splats[i]), marks[i].id, i});
+                copies += (bits & Mark::copy) != 0 ? 1 : 0;
             }
+            if (std::uint32_t const depth = depth_here(i, bits); depth != 0) order.unchecked_push({depth, marks[i].id, i});
         }
         counts.copies = copies;
         detail::repair(order.begin(), kept, order.size(), order.capacity());

@@ -35,56 +35,74 @@ Pending begin_view(Here const& here, typename S::Parameters const& parameters, S
     std::uint32_t visible = 0, parked = 0, kept = 0;
     [[maybe_unused]] std::uint32_t moved = 0, removed = 0, changes = 0;
     std::uint32_t const held = storage.size();
-    for (std::uint32_t i = held; i-- > 0;) {
-        bool const copy = S::blooms && marks[i].is(Mark::copy);
-        if (copy && !reusable) { // the tile has only the copy's splat, which is valid for one view
-            if (forget) {
+    // From the last slot to the first, a few at a time: first collect the slots that have something to do, without a branch that depends on
+    // a record; then do it. Removing a slot moves the last slot to its place, and that one has been updated.
+    constexpr std::uint32_t at_once = 64;
+    std::uint32_t slots[at_once];
+    for (std::uint32_t end = held; end != 0;) {
+        std::uint32_t const begin = end > at_once ? end - at_once : 0;
+        std::uint32_t n = 0;
+        if (S::routes && !forget) {
+            for (std::uint32_t i = end; i-- > begin;) {
+                std::uint32_t const bits = marks[i].bits;
+                std::uint32_t row_state = 0;
+                std::uint32_t const settled = Access::is_settled(frame, splats[i], bits, row_state) ? 1u : 0u;
+                std::uint32_t const own = settled & ((bits & Mark::copy) != 0 ? 0u : 1u), shows = row_state & 1u;
+                visible += own & shows;
+                parked += own & ~shows;
+                slots[n] = i;
+                n += 1 - settled;
+            }
+        } else {
+            for (std::uint32_t i = end; i-- > begin;) slots[n++] = i;
+        }
+        end = begin;
+        for (std::uint32_t k = 0; k < n; ++k) Access::about_to_reach(frame, splats[slots[k]]);
+        for (std::uint32_t k = 0; k < n; ++k) {
+            std::uint32_t const i = slots[k];
+            bool const copy = S::blooms && marks[i].is(Mark::copy);
+            if (copy && !reusable) { // the tile has only the copy's splat, which is valid for one view
+                if (forget) {
+                    remove_slot(storage, marks, splats, i);
+                    ++removed;
+                }
+                ++kept;
+                continue;
+            }
+            [[maybe_unused]] std::uint32_t bits = marks[i].bits;
+            auto const entry = Access::project(storage[i], frame);
+            Reach const r = Access::reach(here, frame, entry);
+            if (copy && !r.here) {
                 remove_slot(storage, marks, splats, i);
                 ++removed;
+                continue;
             }
-            ++kept;
-            continue;
-        }
-        [[maybe_unused]] std::uint32_t bits = marks[i].bits;
-        [[maybe_unused]] std::uint32_t row_state = 0;
-        if (Access::is_settled(frame, splats[i], bits, row_state) && S::routes && !forget) {
-            std::uint32_t const own = copy ? 0u : 1u, shows = row_state & 1u;
-            visible += own & shows;
-            parked += own & ~shows;
-            continue;
-        }
-        auto const entry = Access::project(storage[i], frame);
-        Reach const r = Access::reach(here, frame, entry);
-        if (copy && !r.here) {
-            remove_slot(storage, marks, splats, i);
-            ++removed;
-            continue;
-        }
-        if constexpr (S::routes) // without routing, the host places the records and counts the changes
-            if (!copy && Access::coverage_changed(here, frame, splats[i], r.here, bits, row_state)) ++changes;
-        splats[i] = entry;
-        if constexpr (S::blooms) {
-            std::uint32_t const wrong = (forget ? Mark::all_sides : ~r.sides & Mark::all_sides) |
-                                        (frame.view_changed != 0 ? (bits & Mark::refused_any) >> 4 : 0u);
-            bits &= ~(wrong | wrong << 4 | Mark::owes);
-            if ((r.sides & child_sides(r.anchor, here.tile) & ~bits) != 0) {
-                bits |= Mark::owes;
-                ++pending.owing;
+            if constexpr (S::routes) // without routing, the host places the records and counts the changes
+                if (!copy && Access::coverage_changed(here, frame, splats[i], r.here, bits)) ++changes;
+            splats[i] = entry;
+            if constexpr (S::blooms) {
+                std::uint32_t const wrong = (forget ? Mark::all_sides : ~r.sides & Mark::all_sides) |
+                                            (frame.view_changed != 0 ? (bits & Mark::refused_any) >> 4 : 0u);
+                bits &= ~(wrong | wrong << 4 | Mark::owes);
+                if ((r.sides & ~bits) != 0 && (r.sides & child_sides(r.anchor, here.tile) & ~bits) != 0) {
+                    bits |= Mark::owes;
+                    ++pending.owing;
+                }
             }
-        }
-        if (!copy) {
-            if constexpr (S::routes) {
-                bool const goes = r.visible && !(r.anchor == here.tile);
-                if (goes && (bits & Mark::leaving) == 0) ++moved;
-                bits &= ~(Mark::leaving | Mark::leaves_any);
-                if (goes) bits |= Mark::leaving | Mark::leaves(S::Routing::towards(here.tile, r.anchor));
-                pending.leaving += goes ? 1 : 0;
+            if (!copy) {
+                if constexpr (S::routes) {
+                    bool const goes = r.visible && !(r.anchor == here.tile);
+                    if (goes && (bits & Mark::leaving) == 0) ++moved;
+                    bits &= ~(Mark::leaving | Mark::leaves_any);
+                    if (goes) bits |= Mark::leaving | Mark::leaves(S::Routing::towards(here.tile, r.anchor));
+                    pending.leaving += goes ? 1 : 0;
+                }
+                std::uint32_t const shows = r.visible ? 1u : 0u;
+                visible += shows;
+                parked += 1u - shows;
             }
-            std::uint32_t const shows = r.visible ? 1u : 0u;
-            visible += shows;
-            parked += 1u - shows;
+            if constexpr (S::routes || S::blooms) marks[i].bits = bits;
         }
-        if constexpr (S::routes || S::blooms) marks[i].bits = bits;
     }
     counts.visible = visible;
     counts.parked = parked;
