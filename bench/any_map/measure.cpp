@@ -219,18 +219,11 @@ double milliseconds(std::uint64_t cycles)
 
 bool has(std::string const& name, Options const& options)
 {
-    return name == "built_in_1m" || name == "built_in_5m" || bench::has_scene(name, options.data);
+    return bench::has_scene(name, options.data);
 }
 bench::Scene load(std::string const& name, Options const& options)
 {
-    scene::Size const size = options.quick ? scene::Size{320, 180} : scene::Size{1280, 720};
-    if (name == "built_in_1m" || name == "built_in_5m") {
-        auto s = bench::load_scene("built_in", options.data, size);
-        s.map = bench::densified(s.map, name == "built_in_1m" ? 1'000'000 : 5'000'000);
-        s.map.name = name;
-        return s;
-    }
-    return bench::load_scene(name, options.data, size);
+    return bench::load_scene(name, options.data, options.quick ? scene::Size{320, 180} : scene::Size{1280, 720});
 }
 
 void measure(bench::Scene const& s, Options const& options, bool sweeps, std::vector<Row>& rows, std::vector<std::string>& broken)

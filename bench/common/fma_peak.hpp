@@ -39,6 +39,25 @@ struct FmaPeak {
         return double{times} * chains * lanes * operations * team.size() / (ms * 1e6);
     }
 
+    /// Returns the clock of the team's threads in GHz, over about half a millisecond; 0 if it is not measured. Each multiplication of
+    /// integers waits for the one before, which takes three cycles on x86-64 processors since 2008.
+    static double clock_ghz([[maybe_unused]] Team& team)
+    {
+#if defined(__x86_64__)
+        constexpr std::uint32_t times = 20'000, in_a_row = 32, cycles = 3;
+        auto const chain = [](std::uint32_t) {
+            std::uint64_t v = 3;
+            for (std::uint32_t i = 0; i < times; ++i)
+                asm volatile(".rept %c[n]\n imulq %[v], %[v]\n .endr\n" : [v] "+r"(v) : [n] "i"(in_a_row) : "cc");
+        };
+        Stopwatch watch;
+        team.run(chain);
+        return double{times} * in_a_row * cycles / (watch.lap() * 1e6);
+#else
+        return 0;
+#endif
+    }
+
 private:
     /// x = 1 - x in every lane of every chain: values change and stay normal.
     static void multiply_add([[maybe_unused]] std::uint64_t times) noexcept

@@ -9,6 +9,7 @@
 #include <tilemesh/scene/frame_whole.hpp>
 #include <tilemesh/scene/orbit.hpp>
 #include <tilemesh/scene/ply.hpp>
+#include <tilemesh/scene/records.hpp>
 #include <tilemesh/scene/trajectory.hpp>
 
 namespace bench {
@@ -30,12 +31,17 @@ bool is_authors(std::string const& name)
 {
     return name == "sloth" || name == "salad";
 }
+/// The millions of Gaussians of a densified built-in map; 0 for another name.
+std::uint32_t millions(std::string const& name)
+{
+    return name == "built_in_1m" ? 1 : name == "built_in_5m" ? 5 : 0;
+}
 
 } // namespace
 
 bool has_scene(std::string const& name, fs::path const& data)
 {
-    if (name == "built_in") return true;
+    if (name == "built_in" || millions(name) != 0) return true;
     return !data.empty() && fs::exists(map_file(name, data)) && (!is_authors(name) || fs::exists(data / "cameras.json"));
 }
 
@@ -47,13 +53,22 @@ bool has_motion(std::string const& motion, fs::path const& data)
 Scene load_scene(std::string const& name, fs::path const& data, scene::Size size)
 {
     if (name == "built_in") return {scene::built_in_map(), scene::built_in_camera(size)};
-    auto map = scene::load_ply(map_file(name, data));
-    if (!is_authors(name)) {
-        auto const camera = scene::frame_whole(map, size);
-        return {std::move(map), camera};
+    if (auto const n = millions(name); n != 0) {
+        auto map = densified(scene::built_in_map(), n * 1'000'000);
+        map.name = name;
+        return {std::move(map), scene::built_in_camera(size)};
     }
+    if (!is_authors(name)) return load_file(map_file(name, data), size);
+    auto map = scene::load_ply(map_file(name, data));
     auto const chosen = scene::select_cameras(scene::load_cameras(data / "cameras.json"), name + "/benchmark", name);
     return {std::move(map), scene::resized(chosen.front().camera, size.width, size.height)};
+}
+
+Scene load_file(fs::path const& file, scene::Size size)
+{
+    auto map = scene::at_degree(scene::load_ply(file), 0);
+    auto const camera = scene::frame_whole(map, size);
+    return {std::move(map), camera};
 }
 
 std::vector<tilemesh::splat::Camera> cameras_of(std::string const& motion, Scene const& scene_, std::uint32_t frames, fs::path const& data)
@@ -65,8 +80,9 @@ std::vector<tilemesh::splat::Camera> cameras_of(std::string const& motion, Scene
     } else if (motion.rfind("orbit", 0) == 0) {
         double const degrees = std::strtod(motion.c_str() + 5, nullptr);
         cameras = scene::orbit(start, scene::robust_centre(scene_.map), degrees, frames + 1);
-    } else if (motion == "teleport" && is_authors(scene_.map.name)) {
-        auto const poses = scene::load_tum(trajectory_file(scene_.map.name + "_teleport", data));
+    } else if (auto const jumps = trajectory_file(scene_.map.name + "_teleport", data);
+               motion == "teleport" && is_authors(scene_.map.name) && fs::exists(jumps)) {
+        auto const poses = scene::load_tum(jumps);
         for (std::uint32_t i = 0; i < frames; ++i)
             cameras.push_back(scene::make_camera(poses[i % poses.size()].pose, scene::lens_of(start)));
     } else if (motion == "teleport") {

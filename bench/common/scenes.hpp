@@ -19,10 +19,13 @@ inline char const* const scene_names[] = {"sloth", "salad", "playbot_250k", "bui
 inline char const* const motion_names[] = {"static", "orbit0.1", "orbit0.5", "orbit2", "teleport", "fr1_xyz", "fr2_desk"};
 
 /// Loads the scene of that name at this size. The camera is the authors' benchmark camera for their two maps, and `frame_whole` for another
-/// file. `data` holds maps/ and cameras.json. Throws Error for a bad file.
+/// file. `data` holds maps/ and cameras.json. `built_in_1m` and `built_in_5m` are the built-in map, densified to one or five million
+/// Gaussians. Throws Error for a bad file.
 Scene load_scene(std::string const& name, std::filesystem::path const& data, tilemesh::scene::Size size);
+/// Loads any map, without its harmonics, which the rasteriser does not draw. Its name is the file's, and its camera is `frame_whole`.
+Scene load_file(std::filesystem::path const& map, tilemesh::scene::Size size);
 
-/// Do the files of this scene exist? `has_motion`: the files of this motion. The built-in map and the orbits need no file.
+/// Do the files of this scene exist? `has_motion`: the files of this motion. The built-in maps and the orbits need no file.
 bool has_scene(std::string const& name, std::filesystem::path const& data);
 bool has_motion(std::string const& motion, std::filesystem::path const& data);
 

@@ -1,4 +1,5 @@
 #include "machine.hpp"
+#include <algorithm>
 #include <tilemesh/render/frame_renderer.hpp>
 
 std::unique_ptr<frame::Machine> frame::make_machine(Kind kind, tilemesh::scene::Map const& map, tilemesh::splat::Arithmetic arithmetic,
@@ -10,7 +11,8 @@ std::unique_ptr<frame::Machine> frame::make_machine(Kind kind, tilemesh::scene::
     tilemesh::RendererOptions options{.threads = threads};
     if (kind == Kind::large) {
         setup.machine = tilemesh::size_of_machine<tilemesh::splat::RoomyMachine>();
-        setup.sizes.storage = 20'000; // for an object capture of 250,000 records, with their copies
+        // An object capture has most of its records, and their copies, on a few tiles.
+        setup.sizes.storage = std::max(20'000u, static_cast<std::uint32_t>(map.gaussians.size() / 12));
     }
     if (kind == Kind::wide) {
         auto const part = [](std::uint32_t size, std::uint32_t tiles) { return (size + tiles - 1) / tiles; };

@@ -17,7 +17,7 @@ inline constexpr float stop_of_3dgs = 1e-4f;
 /// The preset lossless with that stop.
 enum class Kind {
     paper, ///< on Mk2, 40 x 36 tiles
-    large, ///< a test machine with storage for 250,000 records on a few tiles, 40 x 36 tiles
+    large, ///< on a test machine with storage for a twelfth of the map on each of 40 x 36 tiles
     wide   ///< on 400 x 250 tiles, of which the frame occupies 40 x 36
 };
 

@@ -19,12 +19,12 @@ using namespace frame;
 using bench::fixed;
 using bench::median;
 
-/// The scenes that the options name and whose files exist.
+/// The scenes that the options name and whose files exist, and the maps that the options name.
 std::vector<bench::Scene> scenes_of(Options const& options, tilemesh::scene::Size size)
 {
     std::vector<bench::Scene> scenes;
-    for (std::string const name : bench::scene_names) {
-        if (!bench::chosen(options.scenes, name)) continue;
+    for (std::string const name : scene_names) {
+        if (!bench::chosen(options.scenes, name) || (options.scenes.empty() && !options.maps.empty())) continue;
         if (options.scenes.empty() && options.quick && name != "built_in") continue;
         if (options.scenes.empty() && options.arithmetics && !options.quick && name != "sloth" && name != "salad") continue;
         if (!bench::has_scene(name, options.data)) {
@@ -33,6 +33,7 @@ std::vector<bench::Scene> scenes_of(Options const& options, tilemesh::scene::Siz
         }
         scenes.push_back(bench::load_scene(name, options.data, size));
     }
+    for (auto const& map : options.maps) scenes.push_back(bench::load_file(map, size));
     return scenes;
 }
 
@@ -92,13 +93,13 @@ int run(Options const& options)
         }
 
     tilemesh::report::Table times{{"scene", "motion", "grid", "threads", "GFLOP/s", "direct ms", "mesh ms", "mesh / direct",
-                                   "direct / roofline", "evaluated / contributing", "direct speedup", "mesh speedup"}};
+                                   "direct / roofline", "cycles a block-splat", "evaluated / contributing", "direct speedup", "mesh speedup"}};
     tilemesh::report::Table stages{{"scene", "motion", "grid", "threads", "direct: project", "sort", "bin", "blend",
                                     "mesh: project", "route", "bloom", "composite", "picture", "messages", "exchanges"}};
     for (auto const& r : rows) {
         auto const threads = std::to_string(r.threads);
         times.add_row({r.scene, r.motion, r.grid, threads, number(r.gflops, 0), band(r.direct, 2), band(r.mesh, 2),
-                       band(r.mesh_over_direct, 2), number(r.direct_over_roofline, 3),
+                       band(r.mesh_over_direct, 2), number(r.direct_over_roofline, 3), number(r.cycles_per_block_splat, 1),
                        fixed(median(r.pairs) / std::max(median(r.contributing), 1.0), 2), number(r.direct_speedup, 2),
                        number(r.mesh_speedup, 2)});
         stages.add_row({r.scene, r.motion, r.grid, threads, number(r.direct_project, 3), number(r.direct_sort, 3),

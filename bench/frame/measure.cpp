@@ -23,6 +23,7 @@ using tilemesh::report::Image;
 
 /// The operations of one evaluated pair: additions, compares, minima and roundings count 1, an FMA counts 2.
 constexpr double operations_per_pair = 18.4;
+constexpr double pairs_a_block = splat::block_width * splat::block_height;
 
 /// One number of threads: a team for the rasteriser, and the meshes that render in turn with it.
 struct Contest {
@@ -52,9 +53,15 @@ splat::Model model_of(Options const& options)
     return model;
 }
 
-std::uint32_t rounds_of(Options const& options)
+/// A map that is larger than this does not fit the preset's own machine.
+constexpr std::size_t most_on_mk2 = 100'000;
+/// Larger maps are measured in fewer rounds: after a jump of the camera, a frame of a million Gaussians takes seconds.
+constexpr std::size_t most_in_many_rounds = 500'000;
+
+std::uint32_t rounds_of(Options const& options, tilemesh::scene::Map const& map)
 {
-    return options.rounds != 0 ? options.rounds : options.quick ? 3 : 25;
+    if (options.rounds != 0) return options.rounds;
+    return options.quick ? 3 : map.gaussians.size() > most_in_many_rounds ? 7 : 25;
 }
 
 /// One round of one contest. `measured`: false while the machine warms up.
@@ -63,6 +70,7 @@ void run_round(Contest& contest, splat::Camera const& camera, splat::Model const
 {
     auto& direct = *contest.direct;
     auto const gflops = bench::FmaPeak::gflops(*contest.team);
+    auto const ghz = bench::FmaPeak::clock_ghz(*contest.team);
     direct.render(camera, model, *contest.team);
     contest.team->rest();
     auto const stages = direct.stages();
@@ -83,6 +91,10 @@ void run_round(Contest& contest, splat::Camera const& camera, splat::Model const
         if (gflops > 0) {
             row.gflops.push_back(gflops);
             row.direct_over_roofline.push_back(pairs * operations_per_pair / (gflops * 1e6) / stages.total);
+        }
+        if (ghz > 0 && pairs > 0) {
+            row.clock_ghz.push_back(ghz);
+            row.cycles_per_block_splat.push_back(stages.blend * 1e6 * ghz * contest.threads * pairs_a_block / pairs);
         }
         row.direct_project.push_back(stages.project);
         row.direct_sort.push_back(stages.sort);
@@ -126,7 +138,7 @@ double mean(Samples const& s)
 std::vector<Row> measure(bench::Scene const& scene, std::string const& motion, Options const& options,
                          std::vector<std::string>& broken)
 {
-    auto const rounds = rounds_of(options);
+    auto const rounds = rounds_of(options, scene.map);
     std::uint32_t const warm_up = options.quick ? 1 : 3;
     auto cameras = bench::cameras_of(motion, scene, warm_up + rounds, options.data);
     auto const model = model_of(options);
@@ -142,7 +154,7 @@ std::vector<Row> measure(bench::Scene const& scene, std::string const& motion, O
             row.threads = threads;
             c.entries.push_back({make_machine(kind, scene.map, options.arithmetic, threads, scene.camera), std::move(row)});
         };
-        bool const large = scene.map.name == "playbot_250k";
+        bool const large = scene.map.gaussians.size() > most_on_mk2;
         add(large ? Kind::large : Kind::paper, "40x36");
         if (options.wide && !large) add(Kind::wide, "400x250");
         contests.push_back(std::move(c));
@@ -191,7 +203,7 @@ std::vector<ErrorRow> measure_arithmetics(bench::Scene const& scene, Options con
                                         std::max(1u, std::thread::hardware_concurrency()));
     bench::Direct direct(scene.map.gaussians);
     bench::Team team(threads);
-    std::uint32_t const warm_up = options.quick ? 1 : 3, rounds = rounds_of(options);
+    std::uint32_t const warm_up = options.quick ? 1 : 3, rounds = rounds_of(options, scene.map);
     for (std::uint32_t round = 1; round <= warm_up + rounds; ++round)
         for (std::size_t i = 0; i < ways.size(); ++i) {
             direct.render(scene.camera, model, team, ways[i].blend_tile);
@@ -241,6 +253,8 @@ std::string csv(std::vector<Row> const& rows, tilemesh::splat::Arithmetic arithm
         {"direct_speedup", &Row::direct_speedup, 3},
         {"mesh_speedup", &Row::mesh_speedup, 3},
         {"mesh_over_narrow", &Row::over_narrow, 3},
+        {"clock_ghz", &Row::clock_ghz, 3},
+        {"cycles_per_block_splat", &Row::cycles_per_block_splat, 1},
     };
     auto const middle = [](Samples const& s, int places) {
         return s.empty() ? std::string{} : bench::fixed(bench::median(s), places);

@@ -14,7 +14,8 @@ using Samples = std::vector<double>;
 struct Row {
     std::string scene, motion, grid;
     std::uint32_t threads = 0;
-    Samples gflops, direct, mesh, mesh_over_direct, direct_over_roofline;
+    Samples gflops, clock_ghz, cycles_per_block_splat; ///< empty where they are not measured
+    Samples direct, mesh, mesh_over_direct, direct_over_roofline;
     Samples direct_project, direct_sort, direct_bin, direct_blend;
     Samples mesh_project, mesh_route, mesh_bloom, mesh_composite, picture;
     Samples direct_speedup, mesh_speedup; ///< relative to one thread, in the same round; empty if one thread is not measured

@@ -9,7 +9,8 @@ Options parse(std::vector<std::string> const& all)
     for (bench::Words words(all); words.next();) {
         auto const& option = words.option();
         if (options.take(words, true)) continue;
-        if (option == "--scene") options.scenes.push_back(words.one_of(bench::scene_names));
+        if (option == "--scene") options.scenes.push_back(words.one_of(scene_names));
+        else if (option == "--map") options.maps.push_back(words.path());
         else if (option == "--motion") options.motions.push_back(words.one_of(bench::motion_names));
         else if (option == "--threads") options.threads.push_back(words.number(1, 64));
         else if (option == "--rounds") options.rounds = words.number(1, 10'000);
@@ -35,15 +36,19 @@ std::string help()
                "have equal pictures, bit for bit.\n"
                "\n"
                "mesh_ms ends when the framebuffers are complete in the tiles. picture_ms is the time to assemble one picture on the host.\n"
-               "direct_over_roofline is the time of the evaluated pairs at FMA peak, 18.4 operations each, over direct_ms. The columns\n"
-               "_low and _high are the 20 % and 80 % quantiles. Counters are means over the measured frames.\n"
+               "direct_over_roofline is the time of the evaluated pairs at FMA peak, 18.4 operations each, over direct_ms.\n"
+               "cycles_per_block_splat is the rasteriser's blending, over all threads, in cycles of the measured clock per block of 16 x 5\n"
+               "pixels and splat. The columns _low and _high are the 20 % and 80 % quantiles. Counters are means over the measured frames.\n"
                "\n"
                "  --csv FILE       write a row per scene, motion, grid and number of threads\n") +
            bench::help_of_data +
-           "  --scene NAME     sloth, salad, playbot_250k (on a test machine with storage for it) or built_in; may be repeated\n"
+           "  --scene NAME     sloth, salad, playbot_250k, built_in or built_in_1m (the built-in map, densified to a million Gaussians);\n"
+           "                   may be repeated. Default: all, unless there is a --map\n"
+           "  --map FILE       any map, seen whole and without its harmonics; may be repeated. A map of more than 100,000 Gaussians runs\n"
+           "                   on a test machine with storage for it\n"
            "  --motion NAME    static, orbit0.1, orbit0.5, orbit2, teleport, fr1_xyz or fr2_desk; may be repeated\n"
            "  --threads N      threads of rasteriser and mesh; may be repeated; all are measured in turn. Default: 1 and 2\n"
-           "  --rounds N       measured rounds per motion, after 3 warm-up rounds. Default: 25\n"
+           "  --rounds N       measured rounds per motion, after 3 warm-up rounds. Default: 25, and 7 for maps of half a million\n"
            "  --arithmetic A   precise or fast. Default: " +
            to_string(tilemesh::splat::Lossless::arithmetic) +
            "\n"

@@ -7,10 +7,14 @@
 
 namespace frame {
 
+/// The scenes that are measured by default: two SLAM maps, an object capture, the built-in map, and that map with a million Gaussians.
+inline char const* const scene_names[] = {"sloth", "salad", "playbot_250k", "built_in", "built_in_1m"};
+
 struct Options : bench::Options {
-    std::vector<std::string> scenes, motions; ///< empty: all
+    std::vector<std::string> scenes, motions; ///< empty: all; no scene if there are maps
+    std::vector<std::filesystem::path> maps;  ///< files, besides the scenes
     std::vector<std::uint32_t> threads;       ///< measured side by side
-    std::uint32_t rounds = 0;                 ///< measured rounds per motion; 0: as --quick says
+    std::uint32_t rounds = 0;                 ///< measured rounds per motion; 0: as --quick and the size of the map say
     tilemesh::splat::Arithmetic arithmetic = tilemesh::splat::Lossless::arithmetic;
     bool wide = false;        ///< also on a grid of which the frame occupies a small part
     bool arithmetics = false; ///< only time and error of the ways to blend
