@@ -1,5 +1,6 @@
 // render_map: a 3D Gaussian map in, pictures and a report out. `render_map --help` lists the options.
 #include "choice.hpp"
+#include "codecs.hpp"
 #include "explain.hpp"
 #include "instruments.hpp"
 #include "journal.hpp"
@@ -33,7 +34,7 @@
 #include <tilemesh/report/string_stream.hpp>
 #include <tilemesh/report/table.hpp>
 #include <tilemesh/scene/built_in.hpp>
-#include <tilemesh/scene/ply.hpp>
+#include <tilemesh/scene/map_file.hpp>
 #include <tilemesh/scene/records.hpp>
 #include <unistd.h>
 #include <utility>
@@ -123,6 +124,15 @@ void require_gaussians(scene::Map const& map)
     auto const why = (map.rejected == 0 ? std::string("it has no rows") : "all of its " + thousands(map.rejected) + " rows are rejected") +
                      first_rejected(map);
     throw tilemesh::Error(map.path + " has no Gaussian to render (" + why + "); name another map, or export it again");
+}
+
+/// The map of the command line: all of its files, or the built-in one.
+scene::Map load_maps(Options const& options)
+{
+    std::vector<scene::Map> maps;
+    for (auto const& path : options.maps) maps.push_back(scene::load_map(path, render_map::codecs()));
+    auto map = maps.empty() ? scene::built_in_map() : scene::join_maps(std::move(maps));
+    return options.turn ? scene::turned(std::move(map), *options.turn) : map;
 }
 
 // --- the run -----------------------------------------------------------------------------------
@@ -260,7 +270,7 @@ int run(Options const& options)
     std::optional<render_map::TraceOutput> trace;
     if (options.trace) trace.emplace(options);
     progress.say("loading the map");
-    auto map = options.map.empty() ? scene::built_in_map() : scene::load_ply(options.map);
+    auto map = load_maps(options);
     require_gaussians(map);
     require_followed(options, map);
     std::vector<std::string> notes;

@@ -145,6 +145,21 @@ constexpr Option options[] = {
          o.size = tilemesh::scene::Size{width, height};
      }},
 
+    {"--turn", "NAME", "turn the map about an axis by degrees: x90, x180, ... z270 (x180: up is down)",
+     [](Options& o, auto name, auto text) {
+         using tilemesh::scene::Turn;
+         o.turn = one_of<Turn>(name, text,
+                               {{"x90", Turn::x90},
+                                {"x180", Turn::x180},
+                                {"x270", Turn::x270},
+                                {"y90", Turn::y90},
+                                {"y180", Turn::y180},
+                                {"y270", Turn::y270},
+                                {"z90", Turn::z90},
+                                {"z180", Turn::z180},
+                                {"z270", Turn::z270}});
+     }},
+
     {"--preset", "NAME", "lossless | paper | prototype [lossless]",
      [](Options& o, auto name, auto text) {
          o.choice.preset = one_of<Preset>(name, text, presets);
@@ -399,10 +414,7 @@ Options parse_options(std::span<char const* const> words)
     for (std::size_t i = 0; i < words.size(); ++i) {
         std::string_view const word = words[i];
         if (options_end || !word.starts_with('-')) {
-            if (!result.map.empty())
-                throw Error("two maps, " + in_quotes(result.map.string()) + " and " + in_quotes(word) +
-                            " (one run renders one map); name one");
-            result.map = input(result, "the map's name", word);
+            result.maps.push_back(input(result, "the map's name", word));
             continue;
         }
         if (word == "--") {
@@ -448,6 +460,9 @@ Options parse_options(std::span<char const* const> words)
                                       ? 1
                                       : std::clamp(std::thread::hardware_concurrency(), 1u,
                                                    most_threads);
+    // The order of maps gives the ids.
+    if (result.maps.size() > 1)
+        for (auto const& map : result.maps) result.shaping.push_back("map " + map.filename().string());
     check_together(result, given);
     result.choice.stays_anchored = result.renderer.program == tilemesh::report::Program::anchored || !only_anchored(result).option.empty();
     return result;
@@ -461,7 +476,7 @@ std::string version_text()
 
 std::string help_text()
 {
-    std::string text = "render_map [MAP.ply] [options]\n"
+    std::string text = "render_map [MAP ...] [options]\n"
                        "Renders a 3D Gaussian map on a simulated mesh of tiles, each with its own SRAM and four\n"
                        "neighbours, and counts messages, memory and work. Without a map, it renders a built-in desk.\n"
                        "\n"
@@ -489,10 +504,12 @@ std::string help_text()
         text.append(line).append(option.help).append("\n");
     }
     return text + "\n"
-                  "Write a value as the next word or behind '='. After --, the next word is a map.\n"
+                  "Write a value as the next word or behind '='. After --, every word is a map.\n"
                   "\n"
                   "Files that are read\n"
-                  "  Maps are 3DGS PLY files. Cameras: tilemesh's own JSON (cameras[] with world_to_camera), the\n"
+                  "  Maps: 3DGS PLY, compressed PLY, .splat, SPZ (versions 1 to 4) and SOG (an archive, or a folder with\n"
+                  "  meta.json). Several maps are one; the ids count on. An SPZ has y up and z back: y and z change sign.\n"
+                  "  Cameras: tilemesh's own JSON (cameras[] with world_to_camera), the\n"
                   "  cameras.json of 3DGS training, or COLMAP's cameras.txt and images.txt (one of them, or their\n"
                   "  folder). Trajectories: TUM, one pose per line: timestamp tx ty tz qx qy qz qw, camera to world.\n"
                   "  Energy models: a line `energy NAME`, then one event per line, `EVENT VALUE fJ SOURCE`. No event\n"

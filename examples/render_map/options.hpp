@@ -6,6 +6,7 @@
 #include <span>
 #include <string>
 #include <tilemesh/render/renderer_options.hpp>
+#include <tilemesh/scene/map_file.hpp>
 #include <tilemesh/scene/pose.hpp>
 #include <vector>
 
@@ -16,7 +17,8 @@ inline constexpr std::uint32_t most_frames = 1'000'000;
 
 /// The command line, checked as far as possible without looking at a file.
 struct Options {
-    std::filesystem::path map;                        ///< empty: the built-in map
+    std::vector<std::filesystem::path> maps;          ///< joined in this order; empty: the built-in map
+    std::optional<tilemesh::scene::Turn> turn;        ///< of the map, about the origin
     std::optional<std::filesystem::path> cameras;
     std::optional<std::string> camera;                ///< SCENE/NAME, or NAME if it is unique
     std::optional<double> orbit_degrees;              ///< per frame

@@ -166,6 +166,17 @@ std::vector<fs::path> files_read(Options const& options)
         auto const [cameras, images] = tilemesh::scene::colmap_files(*options.cameras);
         files.insert(files.end(), {cameras, images});
     }
+    // The pictures of an SOG map that is a folder are beside its meta.json.
+    std::error_code none;
+    for (auto const& map : options.maps) {
+        bool const is_folder = fs::is_directory(map, none);
+        if (!is_folder && map.extension() != ".json") continue;
+        auto const folder = is_folder ? map : map.parent_path().empty() ? fs::path(".") : map.parent_path();
+        auto const first = static_cast<std::ptrdiff_t>(files.size());
+        for (auto const& entry : fs::directory_iterator(folder, none))
+            if (entry.path().extension() == ".webp" || (is_folder && entry.path().filename() == "meta.json")) files.push_back(entry.path());
+        std::sort(files.begin() + first, files.end());
+    }
     // A folder stands for the files in it. A file that a model may lack need not be there. A file that cannot be examined stays in the
     // list.
     std::erase_if(files, [](fs::path const& file) {

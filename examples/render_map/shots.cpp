@@ -20,7 +20,7 @@ std::vector<Shot> still_shots(Options const& options, scene::Map const& map, std
 {
     if (!options.cameras) {
         auto const size = options.size.value_or(scene::Size{1280, 720});
-        if (options.map.empty()) return {{"built_in", scene::built_in_camera(size)}};
+        if (options.maps.empty()) return {{"built_in", scene::built_in_camera(size)}};
         if (!options.trajectory)
             notes.push_back("no camera is named: this one is a guess, along +z at the middle of the map; look around with --orbit 90 "
                             "--frames 4, or name yours with --cameras");

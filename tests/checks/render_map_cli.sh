@@ -375,7 +375,7 @@ refuses "write --trajectory, or see" --traj walk.tum
 refuses "^[^;]*; see render_map --help" --nonsense
 refuses "no option -x" -x
 refuses "given twice" --size 1x1 --size=2x2
-refuses "two maps" a.ply b.ply
+refuses "absent.ply cannot be opened" map.ply absent.ply
 refuses "absent.ply" absent.ply
 refuses "directory" .
 printf 'not a map\n' >bad.ply

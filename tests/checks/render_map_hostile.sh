@@ -164,7 +164,6 @@ refuses "." $small map.ply --out "$long"
 refuses "." $small map.ply --report "$long"
 refuses "." "$long"
 refuses "no option" "--$long"
-refuses "two maps" "$long" "$long"
 refuses "." $small map.ply --out "$(echo "$long" | cut -c 1-256)"
 refuses "." $small map.ply --report "$(echo "$long" | cut -c 1-256)"
 refuses "there is no option -" -

@@ -80,9 +80,10 @@ inside="namespace tilemesh \\{ inline namespace v$((version / 10000))_$((version
 refuse "every header opens the inline namespace of its version, but for the vertices that a graph finds by name" "$(
     { grep -HE '^ *(inline )?namespace tilemesh' $all compiled/*.cpp | grep -vE ":$inside( namespace [a-z_:]+ \\{)?(\\}\\})?\$"
       grep -LE "^$inside" $all | grep -vxF tilemesh.hpp; } | grep -vxE 'poplar/control_vertices\.hpp(:namespace tilemesh::vertices \{)?' || true)"
+codecs='scene/codec_[a-z]+\.hpp' # each needs the library of a decoder
 umbrella=$(sed -nE 's/^#include <tilemesh\/(.*)>$/\1/p' tilemesh.hpp)
 refuse "missing in tilemesh.hpp" "$(printf '%s\n' $all | grep -E '^(machine|model|report|scene)/[a-z_]+\.hpp$' |
-    grep -vxE "$json" | grep -vxF "$umbrella" || true)"
+    grep -vxE "$json|$codecs" | grep -vxF "$umbrella" || true)"
 
 # The list of public headers in README.md: each is there, and is of the umbrella header, directly or not, unless it needs another library.
 # A header of a folder for users is on the list or inside; so are the headers that examples and consumers include.
@@ -103,7 +104,7 @@ done
 refuse "README.md: public headers twice" "$(printf '%s\n' "$public" | sort | uniq -d)"
 refuse "README.md: public headers that are not there" "$(printf '%s\n' "$public" | grep -vxF "$all" || true)"
 refuse "README.md: public headers that tilemesh.hpp does not include" \
-    "$(printf '%s\n' "$public" | grep -vxE "$json|poplar/.*" | grep -vxF "$reached" || true)"
+    "$(printf '%s\n' "$public" | grep -vxE "$json|$codecs|poplar/.*" | grep -vxF "$reached" || true)"
 refuse "README.md: not among the public headers" "$({
     printf '%s\n' "$all" | grep -E '^[a-z_]+\.hpp$|^(machine|model|report|scene)/[a-z_]+\.hpp$' | grep -vxE "(joined_threads|number_text|$inside)\.hpp"
     find ../../examples ../../tests/consumers -path ../../examples/render_map -prune -o -name '*.?pp' -exec sed -nE 's/^ *#include <tilemesh\/(.*)>$/\1/p' {} +

@@ -98,6 +98,8 @@ extern "C" int LLVMFuzzerTestOneInput(std::uint8_t const* data, std::size_t size
     try {
         auto const map = tilemesh::scene::read_ply(stream, "fuzz.ply");
         check(map, bytes);
+        // The plain reader knows no compressed PLY.
+        if (!map.notes.empty() && map.notes[0].starts_with("read as a compressed PLY")) return 0;
         require(expected.has_value(), "what the plain reader refuses is refused");
         require_same(map, *expected);
     } catch (tilemesh::Error const& error) {

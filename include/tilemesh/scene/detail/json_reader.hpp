@@ -10,6 +10,7 @@
 #include <tilemesh/error.hpp>
 #include <tilemesh/number_text.hpp>
 #include <tilemesh/scene/detail/text_input.hpp>
+#include <utility>
 
 namespace tilemesh { inline namespace v0_2 { namespace scene::detail {
 
@@ -26,8 +27,9 @@ public:
     /// A camera file needs five levels.
     static constexpr std::uint32_t deepest = 64;
 
-    /// Errors call the file `name`.
-    JsonReader(std::istream& stream, std::string const& name) : stream_(stream), name_(name), buffer_(65536, '\0')
+    /// Errors call the file `name` and end with `advice`.
+    JsonReader(std::istream& stream, std::string const& name, std::string advice = "name a JSON camera file or a COLMAP text model")
+        : stream_(stream), name_(name), advice_(std::move(advice)), buffer_(65536, '\0')
     {
         if (peek() != 0xef) return;
         for (int const byte : {0xef, 0xbb, 0xbf})
@@ -81,7 +83,7 @@ private:
     {
         throw Error(name_ + " is not JSON (parse error at line " + std::to_string(line_) + ", column " +
                     std::to_string(passed_ + at_ + 1 - line_begin_) + ": " + (peek() < 0 ? "the text ends, " : "") + why +
-                    "); name a JSON camera file or a COLMAP text model");
+                    "); " + advice_);
     }
 
     /// The next byte, or -1 at the end; `get` takes it.
@@ -259,6 +261,7 @@ private:
 
     std::istream& stream_;
     std::string const& name_;
+    std::string advice_;
     std::string buffer_;
     std::size_t at_ = 0, size_ = 0;
     std::uint64_t passed_ = 0, line_ = 1, line_begin_ = 0; ///< bytes before the buffer; the line, and where it begins

@@ -1,14 +1,14 @@
 #pragma once
 #include <algorithm>
 #include <bit>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <istream>
 #include <limits>
 #include <string>
-#include <tilemesh/error.hpp>
+#include <tilemesh/scene/detail/map_sink.hpp>
+#include <tilemesh/scene/detail/ply_compressed.hpp>
 #include <tilemesh/scene/detail/ply_gaussian.hpp>
 #include <tilemesh/scene/detail/ply_header.hpp>
 #include <tilemesh/scene/detail/ply_kind.hpp>
@@ -22,9 +22,6 @@
 namespace tilemesh { inline namespace v0_2 { namespace scene {
 
 namespace detail {
-
-/// A note names the first five items of a kind (rows, columns, elements): enough to find the cause, and short enough to print.
-inline constexpr std::uint64_t named_in_notes = 5;
 
 inline std::string note_on_rest(PlyHarmonics const& found)
 {
@@ -72,37 +69,19 @@ TILEMESH_HOST Map read_ply(std::istream& stream, std::string const& name)
     detail::require_ply(source, file);
     detail::PlyHeader const header = detail::read_ply_header(source, file);
     detail::PlyElement const& vertex = detail::require_vertex(header, file);
+    if (vertex.find("packed_position")) return detail::read_compressed_ply(source, header, vertex, name);
     detail::PlyColumns columns = detail::find_columns(vertex, file);
     detail::PlyHarmonics const harmonics = detail::find_harmonics(vertex, columns);
     detail::require_rows(header, source.left(), file);
-    // Ids are 32 bits wide and 0 is none.
-    if (vertex.count > std::numeric_limits<std::uint32_t>::max())
-        throw Error(file + " has " + std::to_string(vertex.count) + " rows (an id has 32 bits); split the map");
+    detail::require_ids(vertex.count, file);
 
     Map map;
     map.name = std::filesystem::path(name).stem().string();
     map.path = name;
     map.sh_degree = harmonics.degree;
     detail::note_skipped(header, vertex, columns, harmonics, map);
-    map.gaussians.reserve(static_cast<std::size_t>(vertex.count));
-    std::size_t const first = detail::needed_properties.size();
-    map.harmonics.reserve(static_cast<std::size_t>(vertex.count) * (columns.size() - first));
-    auto const keep = [&](std::uint64_t number, detail::GaussianRow const& row) {
-        splat::Gaussian g{};
-        char const* const wrong = detail::make_gaussian(row, g, map.sh_degree == 0);
-        std::string why = wrong ? wrong : "";
-        for (std::size_t i = first; i < columns.size() && why.empty(); ++i)
-            if (!(std::fabs(row[i]) <= static_cast<double>(std::numeric_limits<float>::max())))
-                why = columns[i]->name + " is not finite";
-        if (!why.empty()) {
-            if (++map.rejected <= detail::named_in_notes)
-                map.notes.push_back("row " + std::to_string(number) + " rejected: " + why);
-            return;
-        }
-        g.id = splat::GaussianId{static_cast<std::uint32_t>(number)};
-        map.gaussians.push_back(g);
-        for (std::size_t i = first; i < columns.size(); ++i) map.harmonics.push_back(static_cast<float>(row[i]));
-    };
+    detail::MapSink sink(map, vertex.count, splat::harmonics_per_channel(harmonics.file_degree));
+    auto const keep = [&](std::uint64_t number, detail::GaussianRow const& row) { sink.add(number, row); };
     auto const read = [&](auto&& rows) {
         for (auto const& element : header.elements)
             if (&element == &vertex) rows.read(element, columns, keep);
@@ -124,8 +103,7 @@ TILEMESH_HOST Map read_ply(std::istream& stream, std::string const& name)
         break;
     }
 
-    if (map.rejected > detail::named_in_notes)
-        map.notes.push_back("and " + std::to_string(map.rejected - detail::named_in_notes) + " more rows rejected");
+    sink.finish();
     if (open_end) map.notes.push_back("the last line has no end: its last number may be cut off");
     if (source.left() != 0) map.notes.push_back(std::to_string(source.left()) + " bytes after the last row skipped");
     return map;

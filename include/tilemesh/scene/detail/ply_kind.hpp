@@ -53,10 +53,6 @@ inline PlyElement const& require_vertex(PlyHeader const& header, std::string con
         if (element.name == "vertex") vertex = &element;
     if (!vertex) throw Error(file + " has no element vertex (a 3DGS map keeps its Gaussians there); name a 3DGS map");
     auto const has = [&](auto... names) { return (vertex->find(names) && ...); };
-    if (has("packed_position"))
-        throw Error(file +
-                    " is a compressed PLY (property packed_position, as PlayCanvas and SuperSplat write it); export the "
-                    "map as uncompressed PLY, from the training or with SuperSplat or splat-transform");
     if (has("x", "y", "z", "red", "green", "blue") && !has("f_dc_0") && !has("scale_0"))
         throw Error(file +
                     " is a point cloud (x y z and red green blue, but no f_dc_0..2 and scale_0..2: the points that a "

@@ -1,0 +1,290 @@
+// test: unoptimised test asan tsan
+#include "map_writers.hpp"
+#include "real_packing.hpp"
+#include "support.hpp"
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <doctest/doctest.h>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+#include <tilemesh/scene/map_file.hpp>
+#include <tilemesh/scene/ply.hpp>
+#include <utility>
+#include <vector>
+
+using namespace scene_test;
+using tilemesh::scene::Codecs;
+using tilemesh::scene::Map;
+using tilemesh::scene::Turn;
+
+namespace {
+
+Map read(Bytes const& bytes, Codecs const& codecs = plain_codecs(), std::string const& name = "test.splat")
+{
+    std::istringstream stream(bytes);
+    return tilemesh::scene::read_map(stream, name, codecs);
+}
+
+/// The map that `read_ply` makes of what a reference reader returns. Opacities and colours that the format has after their functions are exact.
+Map expected_map(PlainMap const& plain)
+{
+    Map map = read(write_plain_ply(plain));
+    for (auto& g : map.gaussians) {
+        auto const& row = plain.rows[static_cast<std::size_t>(g.id) - 1];
+        if (row.opacity) g.opacity = static_cast<float>(*row.opacity);
+        for (std::size_t i = 0; row.colour && i < 3; ++i) g.colour[i] = static_cast<float>((*row.colour)[i]);
+    }
+    return map;
+}
+
+/// Bit for bit, with ids and rejected rows.
+bool same(Map const& a, Map const& b)
+{
+    bool const sizes = a.gaussians.size() == b.gaussians.size() && a.rejected == b.rejected && a.sh_degree == b.sh_degree && a.harmonics.size() == b.harmonics.size();
+    if (!sizes) return false;
+    // -0 and 0 are the same number.
+    for (std::size_t i = 0; i < a.gaussians.size(); ++i) {
+        auto const &g = a.gaussians[i], &h = b.gaussians[i];
+        if (g.id != h.id || !(g.opacity == h.opacity)) return false;
+        for (int k = 0; k < 3; ++k)
+            if (!(g.mean_world[k] == h.mean_world[k] && g.colour[k] == h.colour[k] && g.log_scale[k] == h.log_scale[k])) return false;
+        for (int k = 0; k < 4; ++k)
+            if (!(g.rotation[k] == h.rotation[k])) return false;
+    }
+    return a.harmonics == b.harmonics;
+}
+
+constexpr std::size_t sizes[] = {1, 255, 256, 257};
+
+bool notes_have(Map const& map, std::string const& part)
+{
+    for (auto const& note : map.notes)
+        if (note.find(part) != note.npos) return true;
+    return false;
+}
+
+} // namespace
+
+TEST_CASE("compressed PLY: bit for bit what its reference reader gives, with and without harmonics and colours of chunks")
+{
+    Numbers numbers(1);
+    for (std::uint32_t degree = 0; degree <= 3; ++degree)
+        for (std::size_t n : sizes)
+            for (int form = 0; form < 4; ++form) {
+                auto packed = PackedPly::random(n, degree, form % 2 == 0, numbers);
+                packed.big = form >= 2;
+                Map const map = read(packed.bytes());
+                CAPTURE(degree);
+                CAPTURE(n);
+                CHECK(map.gaussians.size() == n);
+                CHECK(same(map, expected_map(packed.expected())));
+                CHECK(notes_have(map, "read as a compressed PLY of degree " + std::to_string(degree)));
+            }
+    CHECK(read(PackedPly{}.bytes()).gaussians.empty());
+    // A chunk that is not finite: its rows are named, the harmonics of the others stay with them.
+    auto packed = PackedPly::random(600, 2, true, numbers);
+    packed.chunks[1][3] = std::numeric_limits<float>::infinity();
+    Map const map = read(packed.bytes());
+    CHECK(map.rejected == 256);
+    CHECK(notes_have(map, "row 257 rejected: x is not finite"));
+    CHECK(notes_have(map, "and 251 more rows rejected"));
+    CHECK(same(map, expected_map(packed.expected())));
+}
+
+TEST_CASE(".splat: bit for bit what its reference reader gives")
+{
+    Numbers numbers(2);
+    for (std::size_t n : sizes) {
+        auto packed = PackedSplat::random(n, numbers);
+        Map const map = read(packed.bytes());
+        CHECK(map.gaussians.size() == n);
+        CHECK(same(map, expected_map(packed.expected())));
+    }
+    auto packed = PackedSplat::random(4, numbers);
+    packed.rows[0].scale[1] = 0.0f;
+    packed.rows[1].scale[1] = -1.0f;
+    packed.rows[2].mean[2] = std::numeric_limits<float>::quiet_NaN();
+    packed.rows[3].rotation = {128, 128, 128, 128};
+    Map const map = read(packed.bytes());
+    REQUIRE(map.gaussians.size() == 1);
+    CHECK(map.gaussians[0].log_scale[1] == -87.0f);
+    CHECK(notes_have(map, "row 2 rejected: scale_1 is not finite"));
+    CHECK(notes_have(map, "row 3 rejected: z is not finite"));
+    CHECK(notes_have(map, "row 4 rejected: rot_0..3 is zero"));
+    CHECK(has(error_of([&] { read(packed.bytes().substr(0, 127)); }), "ends inside row 4 (a row of a .splat map has 32 bytes, and 31 are there)"));
+    CHECK(has(error_of([&] { read(packed.bytes(), {}, "test.bin"); }), "does not begin with \"ply\"")); // a .splat has no magic: its name counts
+    CHECK(read(write_plain_ply({0, {PlainRow{}}})).gaussians.size() == 1); // a PLY of that name is a PLY
+}
+
+TEST_CASE("SPZ: bit for bit what its reference reader gives, in all versions, with the axes of a PLY")
+{
+    Numbers numbers(3);
+    for (Packing const& packing : {Packing{}, real_packing()})
+        for (std::uint32_t version = 1; version <= 4; ++version)
+            for (std::uint32_t degree = 0; degree <= 4; ++degree)
+                for (std::size_t n : {0u, 1u, 255u, 256u, 257u}) {
+                    CAPTURE(version);
+                    CAPTURE(degree);
+                    CAPTURE(n);
+                    auto packed = PackedSpz::random(n, version, degree, numbers);
+                    packed.fractional_bits = n == 255 ? 24 : n == 256 ? 0 : 12;
+                    Map const map = read(packed.bytes(packing), packing.codecs);
+                    Map const expected = expected_map(packed.expected());
+                    CHECK(map.gaussians.size() + map.rejected == n);
+                    CHECK(same(map, expected));
+                    CHECK(notes_have(map, "read as SPZ version " + std::to_string(version) + " of degree " + std::to_string(degree)));
+                    CHECK(notes_have(map, "y and z changed sign"));
+                    if (version < 4) CHECK(same(read(packed.plain(), {}), expected)); // not compressed: no decoder
+                }
+    auto packed = PackedSpz::random(2, 3, 1, numbers);
+    packed.flags = 3;
+    packed.after = Bytes(12, 'e');
+    Map const map = read(packed.bytes({}));
+    CHECK(notes_have(map, "trained with anti-aliasing"));
+    CHECK(notes_have(map, "extensions skipped"));
+    packed.version = 4;
+    CHECK(same(read(packed.bytes({})), map));
+    packed.version = 2;
+    packed.flags = 0;
+    CHECK(notes_have(read(packed.plain()), "bytes after the last row skipped"));
+}
+
+TEST_CASE("SOG: bit for bit what its reference reader gives, in both versions, as an archive and as a folder")
+{
+    Numbers numbers(4);
+    for (bool real : {false, true}) {
+        Packing const packing = real ? real_packing() : Packing{};
+        for (std::uint32_t version = 1; version <= 2; ++version)
+            for (std::uint32_t degree = 0; degree <= 3; ++degree)
+                for (std::size_t n : {0u, 1u, 255u, 256u, 257u}) {
+                    CAPTURE(version);
+                    CAPTURE(degree);
+                    CAPTURE(n);
+                    auto const packed = PackedSog::random(n, version, degree, numbers);
+                    auto const files = packed.files(packing);
+                    Map const map = read(write_zip(files, packing, n == 256), packing.codecs);
+                    CHECK(map.gaussians.size() == n);
+                    CHECK(same(map, expected_map(packed.expected())));
+                    CHECK(notes_have(map, "read as SOG version " + std::to_string(version) + " of degree " + std::to_string(degree)));
+                    if (n != 255) continue;
+                    TempFile const place("", ".d");
+                    std::filesystem::path const folder = place.path().string() + "older.sog";
+                    std::filesystem::create_directory(folder);
+                    for (auto const& [name, content] : files) std::ofstream(folder / name, std::ios::binary) << content;
+                    Map const unpacked = tilemesh::scene::load_map(folder, packing.codecs);
+                    CHECK(same(unpacked, map));
+                    CHECK(unpacked.name == folder.stem().string());
+                    CHECK(same(tilemesh::scene::load_map(folder / "meta.json", packing.codecs), map));
+                    std::filesystem::remove(folder / "quats.webp");
+                    CHECK(has(error_of([&] { tilemesh::scene::load_map(folder, packing.codecs); }), "quats.webp cannot be opened"));
+                    std::filesystem::remove(folder / "meta.json");
+                    CHECK(has(error_of([&] { tilemesh::scene::load_map(folder, packing.codecs); }), "is a folder without meta.json"));
+                    std::filesystem::remove_all(folder);
+                }
+    }
+    auto packed = PackedSog::random(3, 2, 1, numbers);
+    packed.rows[1].rotation[3] = 251;
+    Map const map = read(write_zip(packed.files({}), {}, false));
+    CHECK(map.rejected == 1);
+    CHECK(notes_have(map, "row 2 rejected: its rotation has no largest component"));
+    packed.rows[2].label = 100;
+    CHECK(has(error_of([&] { read(write_zip(packed.files({}), {}, false)); }), "row 3 names entry 100 of 100"));
+}
+
+TEST_CASE("a format without its decoder is refused in a line that names the package")
+{
+    Numbers numbers(5);
+    Packing const packing;
+    auto const refused = [&](Bytes const& bytes, Codecs codecs = {}) { return error_of([&] { read(bytes, codecs); }); };
+    CHECK(has(refused(PackedSpz::random(1, 3, 0, numbers).bytes(packing)), "built without zlib); install zlib1g-dev"));
+    CHECK(has(refused(PackedSpz::random(1, 4, 0, numbers).bytes(packing)), "built without libzstd); install libzstd-dev"));
+    auto const sog = write_zip(PackedSog::random(1, 2, 0, numbers).files(packing), packing, true);
+    CHECK(has(refused(sog), "built without zlib); install zlib1g-dev"));
+    Codecs only_zip = packing.codecs;
+    only_zip.webp_read = nullptr;
+    CHECK(has(refused(sog, only_zip), "built without libwebp); install libwebp-dev"));
+}
+
+TEST_CASE("several maps are one: ids count on behind all rows, degrees and notes are kept")
+{
+    Numbers numbers(6);
+    auto a = PackedSplat::random(3, numbers);
+    a.rows[1].mean[0] = std::numeric_limits<float>::infinity();
+    auto const b = PackedPly::random(2, 2, true, numbers);
+    auto const c = PackedSpz::random(2, 2, 1, numbers);
+    Map const first = read(a.bytes(), {}, "a.splat"), second = read(b.bytes(), {}, "b.ply"), third = read(c.plain(), {}, "c.spz");
+    Map const joined = tilemesh::scene::join_maps({first, second, third});
+    REQUIRE(joined.gaussians.size() == 6);
+    std::uint32_t const ids[6] = {1, 3, 4, 5, 6, 7};
+    for (std::size_t i = 0; i < 6; ++i) {
+        CHECK(static_cast<std::uint32_t>(joined.gaussians[i].id) == ids[i]);
+        auto g = i < 2 ? first.gaussians[i] : i < 4 ? second.gaussians[i - 2] : third.gaussians[i - 4];
+        g.id = joined.gaussians[i].id;
+        CHECK(std::memcmp(&g, &joined.gaussians[i], sizeof g) == 0);
+    }
+    CHECK(joined.sh_degree == 2);
+    REQUIRE(joined.harmonics.size() == 6 * 24);
+    for (std::size_t i = 0; i < 6 * 24; ++i) {
+        float const own = i < 48 ? 0.0f : i < 96 ? second.harmonics[i - 48] : i % 24 < 9 ? third.harmonics[(i - 96) / 24 * 9 + i % 24] : 0.0f;
+        CHECK(joined.harmonics[i] == own);
+    }
+    CHECK(joined.rejected == 1);
+    CHECK(joined.name == "a");
+    CHECK(joined.path == "a.splat + b.ply + c.spz");
+    CHECK(notes_have(joined, "a.splat: row 2 rejected: x is not finite"));
+    CHECK(same(tilemesh::scene::join_maps({second}), second));
+    CHECK(tilemesh::scene::join_maps({}).gaussians.empty());
+}
+
+TEST_CASE("a map and its SOG are the same map")
+{
+    auto const ply = data_file("maps/playbot_31k_sh2.ply"), sog = data_file("formats/playbot_31k.sog");
+    if (ply.empty() || sog.empty()) return;
+#if defined(TILEMESH_HAS_WEBP)
+    Codecs const codecs = real_packing().codecs;
+    Map const a = tilemesh::scene::load_map(ply), b = tilemesh::scene::load_map(sog, codecs);
+    REQUIRE(b.gaussians.size() == 31000);
+    CHECK(b.name == "playbot_31k");
+    // The PLY was made from the SOG by its reference reader. Its opacities are logits, each rounded to float32.
+    Map opaque = a;
+    bool near = true;
+    for (std::size_t i = 0; i < a.gaussians.size(); ++i) {
+        near = near && std::fabs(a.gaussians[i].opacity - b.gaussians[i].opacity) <= 1.1e-6f;
+        opaque.gaussians[i].opacity = b.gaussians[i].opacity;
+    }
+    CHECK(near);
+    CHECK(same(opaque, b));
+#else
+    CHECK(has(error_of([&] { tilemesh::scene::load_map(sog); }), "libwebp-dev"));
+#endif
+}
+
+TEST_CASE("the smallest files of other writers")
+{
+    Codecs const codecs = real_packing().codecs;
+    for (char const* name : {"minimal-raw.spz", "minimal-v2.spz", "minimal-v3.spz", "minimal-v4.spz", "minimal.splat"}) {
+        auto const path = data_file(std::string("formats/minimal/") + name);
+        if (path.empty()) continue;
+        bool const packed = std::string(name).find("-v") != std::string::npos;
+#if !defined(TILEMESH_HAS_ZLIB) || !defined(TILEMESH_HAS_ZSTD)
+        if (packed) continue;
+#endif
+        (void)packed;
+        Map const map = tilemesh::scene::load_map(path, codecs);
+        CAPTURE(name);
+        REQUIRE(map.gaussians.size() == 4);
+        for (std::size_t i = 0; i < 4; ++i) {
+            auto const& g = map.gaussians[i];
+            CHECK(g.mean_world[0] == (i % 2 == 0 ? -1.0f : 0.0f));
+            CHECK(g.mean_world[1] == 0.0f);
+            CHECK(std::fabs(g.mean_world[2]) == (i < 2 ? 1.0f : 0.0f));
+            CHECK(g.opacity == static_cast<float>(230 / 255.0));
+            CHECK(g.log_scale[1] == doctest::Approx(-2.3).epsilon(0.02));
+        }
+    }
+}
