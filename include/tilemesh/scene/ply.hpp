@@ -18,6 +18,10 @@ namespace tilemesh { inline namespace v0_2 { namespace scene {
 /// - `rot_0..3` = w, x, y, z, normalised;
 /// - harmonics of degree 1 to 3 (`f_rest_*`: 9, 24 or 45 columns).
 ///
+/// PlayCanvas' compressed PLY (properties `packed_*` in chunks of 256 rows; not in ASCII) has the values of splat-transform's reader, in
+/// double and rounded to float32 as it rounds them; the opacity is byte / 255, without that reader's way through a logarithm and back. A note
+/// says so.
+///
 /// Other properties and other elements, including lists, are skipped, with a note. A file without rows gives an empty map, with a note.
 ///
 /// A row that is not finite or has a zero quaternion is left out and counted. The notes name the first five such rows, numbered from 1 as
