@@ -102,7 +102,7 @@ PlainMap make_map(std::size_t n, std::uint32_t degree)
 }
 
 /// A palette has at most 65,536 entries.
-PackedSog sog_of(PlainMap const& map)
+[[maybe_unused]] PackedSog sog_of(PlainMap const& map)
 {
     auto packed = PackedSog::of(map);
     if (packed.palette.size() > 65536) packed.palette.resize(65536);
@@ -150,7 +150,7 @@ int run(bench::Options const& options)
     bool good = true;
     std::printf("%-16s %6s %12s %9s %9s %15s\n", "format", "degree", "file, bytes", "load, s", "bytes, s", "peak / records");
     try {
-        Packing const packing = real_packing();
+        [[maybe_unused]] Packing const packing = real_packing();
         auto const measure = [&](std::string const& format, std::uint32_t degree, Bytes const& bytes, char const* extension) {
             fs::path const path = folder / (std::string("map") + extension);
             std::ofstream(path, std::ios::binary) << bytes;

@@ -303,8 +303,8 @@ struct PackedSplat {
 struct Packing {
     tilemesh::scene::Codecs codecs = plain_codecs();
     Bytes (*gzip)(Bytes const&) = +[](Bytes const& in) { return plain_pack(in); };
-    Bytes (*deflate)(Bytes const&) = +[](Bytes const& in) { return plain_pack(in, "DE"); };
-    Bytes (*zstd)(Bytes const&) = +[](Bytes const& in) { return plain_pack(in, "ZS"); };
+    Bytes (*deflate)(Bytes const&) = +[](Bytes const& in) { return plain_pack(in, "DEF"); };
+    Bytes (*zstd)(Bytes const&) = +[](Bytes const& in) { return plain_pack(in, "ZST"); };
     Bytes (*webp)(std::uint32_t, std::uint32_t, Bytes const&) = plain_picture;
 };
 

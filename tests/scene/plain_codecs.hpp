@@ -7,7 +7,7 @@
 #include <string>
 #include <tilemesh/scene/codecs.hpp>
 
-// Decoders that decompress nothing, so that tests and fuzzers reach the readers behind them on every machine. A stream is: its first two
+// Decoders that decompress nothing, so that tests and fuzzers reach the readers behind them on every machine. A stream is: its first three
 // bytes (of the format that it stands for), the length in 4 bytes, a sum in 4 bytes, then the content. A picture is: "WP", width and height
 // in 2 bytes each, then its pixels.
 namespace scene_test {
@@ -35,9 +35,9 @@ inline std::span<unsigned char const> view(Bytes const& bytes)
     return {reinterpret_cast<unsigned char const*>(bytes.data()), bytes.size()};
 }
 
-inline Bytes plain_pack(Bytes const& content, char const* magic = "\x1f\x8b")
+inline Bytes plain_pack(Bytes const& content, char const* magic = "\x1f\x8b\x08")
 {
-    Bytes out(magic, 2);
+    Bytes out(magic, 3);
     put_little(out, content.size(), 4);
     put_little(out, plain_sum(view(content)), 4);
     return out + content;
@@ -47,13 +47,13 @@ template <bool checked>
 tilemesh::scene::Codecs::Result plain_unpack(std::span<unsigned char const> in, std::span<unsigned char> out)
 {
     tilemesh::scene::Codecs::Result result;
-    if (in.size() < 10) return result;
-    std::size_t const length = get_little(in, 2, 4), there = std::min(length, in.size() - 10);
+    if (in.size() < 11) return result;
+    std::size_t const length = get_little(in, 3, 4), there = std::min(length, in.size() - 11);
     result.bytes = std::min(there, out.size());
-    std::copy_n(in.begin() + 10, result.bytes, out.begin());
+    std::copy_n(in.begin() + 11, result.bytes, out.begin());
     result.more = there > out.size();
     bool const whole = result.bytes == length;
-    result.damaged = checked && whole && get_little(in, 6, 4) != plain_sum(in.subspan(10, length));
+    result.damaged = checked && whole && get_little(in, 7, 4) != plain_sum(in.subspan(11, length));
     result.ended = whole && !result.damaged;
     return result;
 }

@@ -118,7 +118,9 @@ TILEMESH_HOST Map read_map(std::istream& stream, std::string const& name, Codecs
     std::string_view const magic(begin.data(), static_cast<std::size_t>(std::max<std::streamsize>(stream.gcount(), 0)));
     stream.clear(stream.rdstate() & ~(std::ios::eofbit | std::ios::failbit));
     stream.seekg(first);
-    if (magic.starts_with("NGSP") || magic.starts_with("\x1f\x8b")) return read_spz(stream, name, codecs);
+    // The third byte of a gzip file is its method, always 8. The first number of a .splat is a mean, with any bits.
+    bool const gzipped = magic.starts_with("\x1f\x8b\x08") || (magic.starts_with("\x1f\x8b") && !detail::has_extension(name, ".splat"));
+    if (magic.starts_with("NGSP") || gzipped) return read_spz(stream, name, codecs);
     if (magic.starts_with("PK\x03\x04")) return read_sog(stream, name, codecs);
     if (!magic.starts_with("ply") && !magic.empty() && detail::has_extension(name, ".splat")) return read_splat(stream, name);
     return read_ply(stream, name);
