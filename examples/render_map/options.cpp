@@ -145,7 +145,7 @@ constexpr Option options[] = {
          o.size = tilemesh::scene::Size{width, height};
      }},
 
-    {"--turn", "NAME", "turn the map about an axis by degrees: x90, x180, ... z270 (x180: up is down)",
+    {"--turn", "NAME", "turn the map about an axis by 90, 180 or 270 degrees: x90, x180 ... z270",
      [](Options& o, auto name, auto text) {
          using tilemesh::scene::Turn;
          o.turn = one_of<Turn>(name, text,
@@ -507,9 +507,9 @@ std::string help_text()
                   "Write a value as the next word or behind '='. After --, every word is a map.\n"
                   "\n"
                   "Files that are read\n"
-                  "  Maps: 3DGS PLY, compressed PLY, .splat, SPZ (versions 1 to 4) and SOG (an archive, or a folder with\n"
-                  "  meta.json). Several maps are one; the ids count on. An SPZ has y up and z back: y and z change sign.\n"
-                  "  Cameras: tilemesh's own JSON (cameras[] with world_to_camera), the\n"
+                  "  Maps: 3DGS PLY, compressed PLY, .splat, SPZ (versions 1 to 4) and SOG (an archive, or a folder\n"
+                  "  with meta.json). Several maps are one; the ids count on. An SPZ has y up and z back: its y and z\n"
+                  "  change sign. Cameras: tilemesh's own JSON (cameras[] with world_to_camera), the\n"
                   "  cameras.json of 3DGS training, or COLMAP's cameras.txt and images.txt (one of them, or their\n"
                   "  folder). Trajectories: TUM, one pose per line: timestamp tx ty tz qx qy qz qw, camera to world.\n"
                   "  Energy models: a line `energy NAME`, then one event per line, `EVENT VALUE fJ SOURCE`. No event\n"
