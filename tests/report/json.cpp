@@ -23,6 +23,11 @@ report::ErrorMeasures measures(double psnr_db)
     return {.rmse = 0.25, .max_levels = 3, .p999_levels = 2, .psnr_db = psnr_db, .ssim = 0.5, .mae = 0, .share_over_one_level = 0};
 }
 
+report::Comparison comparison()
+{
+    return {"photos/b.png", "", {.psnr_db = 31.5, .ssim = 0.875, .l1 = 0.015625, .largest = 0.5, .largest_at = {17, 4}}, "frame_0000.error.png"};
+}
+
 /// A frame in which all numbers of the report differ.
 report::RunFrame frame()
 {
@@ -146,17 +151,19 @@ TEST_CASE("report.schema.json describes every member of report.json, and notices
     f.report.full_tiles = {2, 17, 3105, 2000};
     f.report.unfinished = {{3, 0.5f}};
     f.error = f.error_same_cuts = measures(std::numeric_limits<double>::infinity());
+    f.photograph = f.compared = comparison();
     auto const json = report::json_of(all);
     CHECK(validator.errors(json) == std::vector<std::string>{});
     CHECK(validator.unseen() == std::vector<std::string>{});
     CHECK(validator.errors(report::json_of(report::RunReport{})) == std::vector<std::string>{});
 
-    std::set<std::string> const optional = {"image", "depth", "alpha", "timestamp_s", "modelled", "full_tiles", "unfinished", "error", "error_same_cuts"};
+    std::set<std::string> const optional = {"image", "depth", "alpha", "timestamp_s", "modelled", "full_tiles", "unfinished", "error", "error_same_cuts",
+                                            "photograph", "compared"};
     for (auto const& [how, spoiled] : json_schema::spoiled(json)) {
         CAPTURE(how);
         auto const name = how.starts_with("without ") ? how.substr(8, how.find(':') - 8) : "";
         bool const of_frame = how.ends_with(": /frames/0") && optional.contains(name);
-        bool const may_lack = of_frame || how == "without made_from: " || how == "without note: /machine";
+        bool const may_lack = of_frame || how == "without made_from: " || how == "without note: /machine" || how == "without photographs: ";
         CHECK(validator.errors(spoiled).empty() == may_lack);
     }
 
@@ -267,6 +274,34 @@ TEST_CASE("errors are in report.json where a reference was rendered; an infinite
     CHECK_FALSE(report::json_of(run())["frames"][0].contains("error"));
 }
 
+TEST_CASE("photographs and their means are in report.json; a photograph that cannot be compared has its reason and no measures")
+{
+    auto all = run();
+    CHECK_FALSE(report::json_of(all).contains("photographs"));
+    CHECK_FALSE(report::json_of(all)["frames"][0].contains("photograph"));
+    all.frames.push_back(all.frames[0]);
+    all.frames.push_back(all.frames[0]);
+    all.frames[0].photograph = comparison();
+    all.frames[1].photograph = report::Comparison{"photos/c.png", "photos/c.png cannot be opened (no such file); check the path", {}, ""};
+    auto json = report::json_of(all);
+    CHECK(json["frames"][0]["photograph"] == Json{{"file", "photos/b.png"}, {"problem", nullptr}, {"psnr_db", 31.5}, {"ssim", 0.875},
+                                                  {"l1", 0.015625}, {"largest", 0.5}, {"largest_at", {17, 4}}, {"error", "frame_0000.error.png"}});
+    CHECK(json["frames"][1]["photograph"]["problem"] == "photos/c.png cannot be opened (no such file); check the path");
+    for (auto const* member : {"psnr_db", "ssim", "l1", "largest", "largest_at", "error"}) CHECK(json["frames"][1]["photograph"][member].is_null());
+    CHECK_FALSE(json["frames"][2].contains("photograph"));
+    CHECK(json["photographs"] == Json{{"compared", 1}, {"not_compared", 1}, {"psnr_db", 31.5}, {"ssim", 0.875}, {"l1", 0.015625}});
+    all.frames[2].photograph = comparison();
+    all.frames[2].photograph->measures = {.psnr_db = 32.5, .ssim = 0.625, .l1 = 0.046875, .largest = 0.75, .largest_at = {0, 0}};
+    json = report::json_of(all);
+    CHECK(json["photographs"] == Json{{"compared", 2}, {"not_compared", 1}, {"psnr_db", 32.0}, {"ssim", 0.75}, {"l1", 0.03125}});
+    all.frames[0].photograph->measures.psnr_db = std::numeric_limits<double>::infinity();
+    CHECK(report::json_of(all)["photographs"]["psnr_db"].is_null());
+    CHECK(report::json_of(all)["photographs"]["ssim"] == 0.75);
+    all.frames.resize(2);
+    all.frames[0].photograph.reset();
+    CHECK(report::json_of(all)["photographs"] == Json{{"compared", 0}, {"not_compared", 1}, {"psnr_db", nullptr}, {"ssim", nullptr}, {"l1", nullptr}});
+}
+
 TEST_CASE("a frame of report.json is read back as it was written")
 {
     auto const json_of = [](report::RunFrame const& f) {
@@ -288,6 +323,14 @@ TEST_CASE("a frame of report.json is read back as it was written")
     f.alpha = "frame_0000.alpha.pfm";
     f.error = measures(12.5);
     f.error_same_cuts = measures(std::numeric_limits<double>::infinity());
+    f.photograph = report::Comparison{"photos/c.png", "photos/c.png cannot be opened (no such file); check the path", {}, ""};
+    f.compared = comparison();
+    CHECK(same(f));
+    CHECK(report::frame_of(json_of(f)).photograph->problem == f.photograph->problem);
+    CHECK(report::frame_of(json_of(f)).compared->measures.largest_at == std::array<std::uint32_t, 2>{17, 4});
+    f.photograph = comparison();
+    f.photograph->measures.psnr_db = std::numeric_limits<double>::infinity();
+    CHECK(report::frame_of(json_of(f)).photograph->measures.psnr_db == std::numeric_limits<double>::infinity());
     f.report.host_ms.total = 0.1;
     f.timestamp_s = 1305031102.175304;
     f.modelled = {"my machine", 7, 0.1};
@@ -333,7 +376,7 @@ TEST_CASE("a frame of report.json is read back as it was written")
         auto lacks = json_of(f);
         lacks.erase(key);
         if (key == "image" || key == "depth" || key == "alpha" || key == "error" || key == "error_same_cuts" || key == "timestamp_s" ||
-            key == "modelled" || key == "full_tiles" || key == "unfinished")
+            key == "modelled" || key == "full_tiles" || key == "unfinished" || key == "photograph" || key == "compared")
             CHECK_NOTHROW(report::frame_of(lacks));
         else CHECK_THROWS_AS(report::frame_of(lacks), tilemesh::Error);
         auto other = json_of(f);

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <iterator>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
@@ -34,6 +35,30 @@ inline void write(JsonText& json, ErrorMeasures const& e)
             json.key(name);
             json.finite(value);
         }
+    });
+}
+
+/// The measures are null if the pictures were not compared.
+inline void write(JsonText& json, Comparison const& other)
+{
+    auto const text = [&](std::string_view name, std::string const& value) {
+        json.key(name);
+        if (value.empty()) json.value(nullptr);
+        else json.value(value);
+    };
+    json.object([&] {
+        json.member("file", other.file);
+        text("problem", other.problem);
+        bool const compared = other.problem.empty();
+        auto const& m = other.measures;
+        for (auto const& [name, value] :
+             {std::pair("psnr_db", m.psnr_db), std::pair("ssim", m.ssim), std::pair("l1", m.l1), std::pair("largest", m.largest)}) {
+            json.key(name);
+            json.finite(compared ? value : std::numeric_limits<double>::quiet_NaN());
+        }
+        if (compared) json.list("largest_at", m.largest_at);
+        else json.member("largest_at", nullptr);
+        text("error", other.error);
     });
 }
 
@@ -115,6 +140,14 @@ inline std::string text_of(RunFrame const& frame)
         if (frame.error_same_cuts) {
             json.key("error_same_cuts");
             write(json, *frame.error_same_cuts);
+        }
+        if (frame.photograph) {
+            json.key("photograph");
+            write(json, *frame.photograph);
+        }
+        if (frame.compared) {
+            json.key("compared");
+            write(json, *frame.compared);
         }
         if (!r.unfinished.empty()) {
             json.key("unfinished");
@@ -260,6 +293,17 @@ inline std::string text_of_head(RunReport const& run)
                 });
             });
         }
+        if (auto const means = photograph_means(run); means.compared + means.not_compared != 0) {
+            json.key("photographs");
+            json.object([&] {
+                json.member("compared", means.compared);
+                json.member("not_compared", means.not_compared);
+                for (auto const& [name, value] : {std::pair("psnr_db", means.psnr_db), std::pair("ssim", means.ssim), std::pair("l1", means.l1)}) {
+                    json.key(name);
+                    json.finite(value);
+                }
+            });
+        }
         json.list("notes", run.notes);
         json.key("advice");
         if (run.advice.empty()) json.value(nullptr);
@@ -286,7 +330,7 @@ void put_json(RunReport const& run, Put const& put)
 } // namespace detail
 
 /// report.json of a run, keys in a fixed order; report.schema.json beside this header describes it. Null stands for the PSNR of two
-/// equal pictures (it is infinite), for the path of a map without a file, for no advice, and for the tile of a lost record that is on no
+/// equal pictures (it is infinite), for the measures of pictures that were not compared, for the path of a map without a file, for no advice, and for the tile of a lost record that is on no
 /// tile. The tile of an unplaced record is its anchor tile, which is full. The tile of a copy is the tile that lacks it.
 ///
 /// `machine.grid` and `machine.tile_px` are those of the first frame; each frame has its own, since cameras may differ in

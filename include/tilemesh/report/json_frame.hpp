@@ -24,6 +24,16 @@ inline RunFrame frame_of(nlohmann::ordered_json const& json)
         e.psnr_db = number("psnr_db"), e.ssim = number("ssim");
         return e;
     };
+    auto const comparison = [](Json const& from) {
+        auto const text = [&](char const* key) { return from.at(key).is_null() ? std::string() : from.at(key).get<std::string>(); };
+        Comparison other{from.at("file").get<std::string>(), text("problem"), {}, text("error")};
+        if (!other.problem.empty()) return other;
+        auto& m = other.measures;
+        m.psnr_db = from.at("psnr_db").is_null() ? std::numeric_limits<double>::infinity() : from.at("psnr_db").get<double>();
+        m.ssim = from.at("ssim").get<double>(), m.l1 = from.at("l1").get<double>(), m.largest = from.at("largest").get<double>();
+        from.at("largest_at").get_to(m.largest_at);
+        return other;
+    };
     RunFrame frame;
     auto& r = frame.report;
     try {
@@ -84,6 +94,8 @@ inline RunFrame frame_of(nlohmann::ordered_json const& json)
         }
         if (json.contains("error")) frame.error = error(json.at("error"));
         if (json.contains("error_same_cuts")) frame.error_same_cuts = error(json.at("error_same_cuts"));
+        if (json.contains("photograph")) frame.photograph = comparison(json.at("photograph"));
+        if (json.contains("compared")) frame.compared = comparison(json.at("compared"));
     } catch (nlohmann::json::exception const& why) {
         throw Error(std::string("a frame of a report cannot be read (") + why.what() + "); write the report again");
     }

@@ -17,6 +17,14 @@ struct Modelled {
     double ms = 0;                                 ///< the cycles at the model's clock
 };
 
+/// Another picture of a frame's view, a photograph or another renderer's picture, and how far the frame is from it.
+struct Comparison {
+    std::string file;                              ///< of the other picture, as it was looked for
+    std::string problem;                           ///< why the frame was not compared, "<problem> (<why>); <what to do>"; empty: it was
+    PictureMeasures measures{};                    ///< if it was
+    std::string error;                             ///< the file of the error picture; empty: none
+};
+
 /// One frame of a run: its report, its tiling and, if a reference was rendered, its error.
 struct RunFrame {
     FrameReport report;
@@ -28,6 +36,8 @@ struct RunFrame {
     std::optional<Modelled> modelled;              ///< if the machine kept a trace
     std::optional<ErrorMeasures> error;            ///< against the double reference without cut-offs
     std::optional<ErrorMeasures> error_same_cuts;  ///< against the double reference with the model's cut-offs
+    std::optional<Comparison> photograph;          ///< if photographs were asked for
+    std::optional<Comparison> compared;            ///< with the picture of another renderer, if one was named
 };
 
 /// The inputs that determine the frames of a run. Two runs with equal inputs have equal frames.
@@ -80,5 +90,29 @@ struct RunReport {
     std::string advice;             ///< what would help if pictures lack something; empty: no picture does
     std::vector<RunFrame> frames;
 };
+
+/// The frames of a run that have a photograph, and the means of their measures over the frames that were compared. The mean of no frame is
+/// NaN, and a mean PSNR is infinite if a frame equals its photograph.
+struct PhotographMeans {
+    std::uint64_t compared = 0, not_compared = 0;
+    double psnr_db = 0, ssim = 0, l1 = 0;
+};
+inline PhotographMeans photograph_means(RunReport const& run)
+{
+    PhotographMeans means;
+    for (auto const& frame : run.frames) {
+        if (!frame.photograph) continue;
+        if (!frame.photograph->problem.empty()) {
+            ++means.not_compared;
+            continue;
+        }
+        ++means.compared;
+        means.psnr_db += frame.photograph->measures.psnr_db;
+        means.ssim += frame.photograph->measures.ssim;
+        means.l1 += frame.photograph->measures.l1;
+    }
+    for (auto* const sum : {&means.psnr_db, &means.ssim, &means.l1}) *sum /= static_cast<double>(means.compared);
+    return means;
+}
 
 }}} // namespace tilemesh::report
