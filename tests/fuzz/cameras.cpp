@@ -20,7 +20,7 @@ namespace {
 
 using namespace tilemesh;
 
-// One camera in each form of JSON. The text between two '~' is a number that may be replaced.
+// One camera in two forms of JSON. The text between two '~' is a number that may be replaced.
 constexpr std::string_view own_form =
     R"({"cameras":[{"name":"a","width":~9~,"height":~9~,"fx":~9~,"fy":~9~,"cx":~4~,"cy":~4~,"near":~1~,"world_to_camera":)"
     R"([[~1~,~0~,~0~,~1~],[~0~,~1~,~0~,~2~],[~0~,~0~,~1~,~3~],[~0~,~0~,~0~,~1~]]}]})";
@@ -49,10 +49,17 @@ std::string edited(std::string_view form, std::string_view edits)
 }
 
 /// The meaning of an input, and the plain reader's result for it. The first byte chooses. 'C': COLMAP, the rest is cameras.txt, a NUL or
-/// '|', images.txt. 'O', 'T': edits of the library's form and of the form of a training. Any other byte: JSON.
+/// '|', images.txt. 'B': COLMAP, the rest is a byte of the length of cameras.bin, cameras.bin, images.bin. 'O', 'T': edits of the library's form and of the form of a training. Any other byte: JSON.
 struct Input {
-    explicit Input(std::string const& text) : is_colmap(text.starts_with('C'))
+    explicit Input(std::string const& text) : is_colmap(text.starts_with('C')), is_binary(text.starts_with('B'))
     {
+        if (is_binary) {
+            std::size_t const length = text.size() < 2 ? 0 : static_cast<unsigned char>(text[1]);
+            first = text.substr(std::min<std::size_t>(2, text.size()), length);
+            images_txt = text.substr(std::min(2 + length, text.size()));
+            expected = plain::colmap_binary(first, images_txt, close);
+            return;
+        }
         if (is_colmap) {
             std::size_t const middle = std::min(text.find_first_of(std::string_view("\0|", 2), 1), text.size());
             first = text.substr(1, middle - 1);
@@ -71,10 +78,11 @@ struct Input {
     std::vector<scene::NamedCamera> read(std::vector<std::string>& notes) const
     {
         std::istringstream stream(first), images(images_txt);
+        if (is_binary) return scene::read_colmap_binary(stream, images);
         return is_colmap ? scene::read_colmap(stream, images) : scene::read_cameras_json(stream, "file", &notes);
     }
 
-    bool is_colmap, is_json = true;
+    bool is_colmap, is_binary, is_json = true;
     bool close = false; ///< near a limit, so that rounding decides
     std::string first, images_txt;
     plain::Cameras expected;

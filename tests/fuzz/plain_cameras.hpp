@@ -4,6 +4,8 @@
 #include <array>
 #include <cctype>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -86,6 +88,7 @@ public:
         // nlohmann takes a byte 0 for the end of the text.
         is_json = !file.is_discarded() && text.find('\0') == text.npos && depth_of(file) <= 64;
         if (!is_json) return {};
+        if (file.is_object() && !file.contains("cameras") && file.contains("frames")) return transforms(file);
         bool const own = file.is_object() && file.contains("cameras") && file["cameras"].is_array();
         if (!own && !file.is_array()) return {};
         if (own && is_distorted(file)) return {};
@@ -140,6 +143,76 @@ public:
     }
 
 private:
+    /// As `means_pinhole`, but the models whose coefficients have keys of their own name a pinhole too.
+    static bool means_pinhole_or_model(nlohmann::json const& value)
+    {
+        if (value.is_string()) {
+            std::string text = value.get<std::string>();
+            std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return c < 0x80 ? std::tolower(c) : c; });
+            if (std::set<std::string>{"opencv", "full_opencv", "radial", "simple_radial"}.count(text) != 0) return true;
+        }
+        if (value.is_structured()) return std::all_of(value.begin(), value.end(), means_pinhole_or_model);
+        return means_pinhole(value);
+    }
+    Cameras transforms(nlohmann::json const& file)
+    {
+        if (!file["frames"].is_array()) return {};
+        std::vector<Camera> cameras;
+        std::set<std::string> names;
+        static std::set<std::string> const read_keys{"file_path", "transform_matrix", "w", "h", "fl_x", "fl_y", "cx", "cy", "camera_angle_x", "camera_angle_y",
+                                                     "is_fisheye", "colmap_im_id", "depth_file_path", "mask_path", "sharpness"};
+        for (auto const& frame : file["frames"]) {
+            if (!frame.is_object() || !text_of(frame, "file_path") || !is_matrix(frame, "transform_matrix", 4)) return {};
+            for (auto const& item : frame.items())
+                if (read_keys.count(item.key()) == 0 && !is_distortion_key(item.key())) ++unread[item.key()];
+            auto const value = [&](std::string const& key) -> nlohmann::json const* {
+                return frame.contains(key) ? &frame[key] : file.contains(key) ? &file[key] : nullptr;
+            };
+            for (auto const* object : {&frame, &file})
+                for (auto const& item : object->items())
+                    if ((is_distortion_key(item.key()) || item.key() == "is_fisheye") && !means_pinhole_or_model(*value(item.key()))) return {};
+            Camera c{};
+            c.name = *text_of(frame, "file_path");
+            if (c.name.size() > 2 && c.name.substr(0, 2) == "./") c.name = c.name.substr(2);
+            if (c.name.empty() || !names.insert(c.name).second) return {};
+            bool refused = false;
+            auto const number = [&](char const* key) -> std::optional<double> {
+                if (value(key) == nullptr) return {};
+                refused = refused || !moderate_in(*value(key));
+                return refused ? 0.0 : value(key)->get<double>();
+            };
+            auto const width = number("w"), height = number("h");
+            if (refused || !width || !height) return {};
+            c.width = *width, c.height = *height, c.near = 0.2f;
+            for (double const side : {c.width, c.height})
+                if (side < 1 || side > 65535 || side != std::floor(side)) return {};
+            auto fx = number("fl_x"), fy = number("fl_y");
+            if (!fx) {
+                auto const angle_x = number("camera_angle_x");
+                auto const angle_y = fy ? std::nullopt : number("camera_angle_y");
+                for (auto const& angle : {angle_x, angle_y})
+                    if (angle && !(*angle > 0.0 && *angle < std::acos(-1.0))) return {};
+                if (!angle_x) return {};
+                fx = 0.5 * c.width / std::tan(0.5 * *angle_x);
+                if (angle_y) fy = 0.5 * c.height / std::tan(0.5 * *angle_y);
+            }
+            c.fx = *fx, c.fy = fy.value_or(*fx);
+            c.cx = number("cx").value_or(c.width / 2), c.cy = number("cy").value_or(c.height / 2);
+            if (refused) return {};
+            auto const& m = frame["transform_matrix"];
+            auto const at = [&](std::size_t i, std::size_t j) { return m[i][j].get<double>(); };
+            double const off = std::fabs(at(3, 0)) + std::fabs(at(3, 1)) + std::fabs(at(3, 2)) + std::fabs(at(3, 3) - 1.0);
+            close = close || std::fabs(off - 1e-6) < 1e-12;
+            if (off > 1e-6) return {};
+            for (std::size_t i = 0; i < 3; ++i) {
+                c.centre[i] = at(i, 3);
+                for (std::size_t j = 0; j < 3; ++j) c.rotation[i][j] = i == 0 ? at(j, i) : -at(j, i);
+            }
+            if (!usable(c, close)) return {};
+            cameras.push_back(c);
+        }
+        return cameras;
+    }
     static std::optional<std::string> text_of(nlohmann::json const& entry, char const* key)
     {
         if (!entry.contains(key) || !entry[key].is_string() || !printable(entry[key].get<std::string>())) return {};
@@ -207,25 +280,115 @@ inline std::optional<std::array<std::array<double, 3>, 3>> rotation_of(double w,
                                                  {2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z}}};
 }
 
+/// The models of COLMAP whose picture is a pinhole's if their coefficients are 0: focal lengths, coefficients, MODEL_ID.
+struct Model {
+    unsigned focals, coefficients;
+    std::uint64_t id;
+};
+inline std::map<std::string, Model> const straight_models{{"SIMPLE_PINHOLE", {1, 0, 0}}, {"PINHOLE", {2, 0, 1}}, {"SIMPLE_RADIAL", {1, 1, 2}}, {"RADIAL", {1, 2, 3}},
+                                                          {"OPENCV", {2, 4, 4}}, {"FULL_OPENCV", {2, 8, 6}}, {"FOV", {2, 1, 7}}};
+
+/// The lens of these parameters, if it is a pinhole.
+inline std::optional<Camera> lens_of(Model const& model, double width, double height, std::vector<double> values, bool& close)
+{
+    if (model.focals == 1) values.insert(values.begin(), values[0]);
+    for (std::size_t i = 4; i < values.size(); ++i)
+        if (values[i] != 0.0) return {};
+    Camera lens{"", "", "", width, height, values[0], values[1], values[2], values[3], 0.2f, {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}, {}};
+    if (!usable(lens, close)) return {};
+    return lens;
+}
+
+/// The camera of an image.
+inline std::optional<Camera> image_of(Camera camera, std::array<double, 7> const& v, std::string const& name)
+{
+    auto const rotation = rotation_of(v[0], v[1], v[2], v[3]);
+    if (!rotation || name.empty() || !printable(name)) return {};
+    camera.rotation = *rotation;
+    for (std::size_t k = 0; k < 3; ++k) camera.centre[k] = -((*rotation)[0][k] * v[4] + (*rotation)[1][k] * v[5] + (*rotation)[2][k] * v[6]);
+    camera.name = name;
+    return camera;
+}
+
+/// Reads both files of a binary model.
+inline Cameras colmap_binary(std::string const& cameras_bin, std::string const& images_bin, bool& close)
+{
+    std::size_t at = 0;
+    bool ended = false;
+    std::string const* bytes = &cameras_bin;
+    auto const whole_number = [&](std::size_t size) {
+        std::uint64_t value = 0;
+        ended = ended || bytes->size() - at < size;
+        for (std::size_t i = 0; i < size && !ended; ++i) value |= std::uint64_t{static_cast<unsigned char>((*bytes)[at + i])} << (8 * i);
+        at += ended ? 0 : size;
+        return value;
+    };
+    auto const real = [&] {
+        std::uint64_t const bits = whole_number(8);
+        double value;
+        static_assert(sizeof value == sizeof bits);
+        std::memcpy(&value, &bits, sizeof value);
+        return std::fabs(value) <= 1e37 ? value : std::nan("");
+    };
+    std::map<std::uint64_t, Camera> lenses;
+    std::uint64_t count = whole_number(8);
+    if (ended || count > 1u << 20) return {};
+    for (; count > 0; --count) {
+        auto const id = whole_number(4), model_id = whole_number(4), width = whole_number(8), height = whole_number(8);
+        auto const model = std::find_if(straight_models.begin(), straight_models.end(), [&](auto const& each) { return each.second.id == model_id; });
+        if (ended || model == straight_models.end() || width < 1 || width > 65535 || height < 1 || height > 65535) return {};
+        std::vector<double> values;
+        for (unsigned i = 0; i < model->second.focals + 2 + model->second.coefficients; ++i) values.push_back(real());
+        for (double const value : values)
+            if (ended || std::isnan(value)) return {};
+        auto const lens = lens_of(model->second, static_cast<double>(width), static_cast<double>(height), values, close);
+        if (!lens || !lenses.emplace(id, *lens).second) return {};
+    }
+    if (at != bytes->size()) return {};
+    bytes = &images_bin;
+    at = 0;
+    count = whole_number(8);
+    if (ended || count > 1u << 20) return {};
+    std::vector<Camera> cameras;
+    std::set<std::string> names;
+    for (; count > 0; --count) {
+        whole_number(4);
+        std::array<double, 7> v{};
+        for (double& value : v) value = real();
+        auto const id = whole_number(4);
+        std::size_t const end = bytes->find('\0', at);
+        if (ended || end == std::string::npos || end - at > 65536 || lenses.count(id) == 0) return {};
+        for (double const value : v)
+            if (std::isnan(value)) return {};
+        auto const camera = image_of(lenses.at(id), v, bytes->substr(at, end - at));
+        at = end + 1;
+        auto const points = whole_number(8);
+        if (!camera || ended || points > (bytes->size() - at) / 24 || !names.insert(camera->name).second) return {};
+        at += points * 24;
+        cameras.push_back(*camera);
+    }
+    if (at != bytes->size()) return {};
+    return cameras;
+}
+
 inline Cameras colmap(std::string const& cameras_txt, std::string const& images_txt, bool& close)
 {
     std::map<std::uint64_t, Camera> lenses;
     for (auto const& line : lines(without_mark(cameras_txt))) {
         auto const w = words(line);
         if (w.empty() || w[0][0] == '#') continue;
-        bool const simple = w.size() > 1 && w[1] == "SIMPLE_PINHOLE";
-        if (w.size() != (simple ? 7u : 8u) || (!simple && w[1] != "PINHOLE")) return {};
+        if (w.size() < 2 || straight_models.count(w[1]) == 0) return {};
+        auto const& model = straight_models.at(w[1]);
+        if (w.size() != 6 + model.focals + model.coefficients) return {};
         auto const id = whole_with_plus(w[0], 32), width = whole_with_plus(w[2], 32), height = whole_with_plus(w[3], 32);
         if (!id || !width || !height || *width < 1 || *width > 65535 || *height < 1 || *height > 65535) return {};
         std::vector<double> values;
         for (std::size_t i = 4; i < w.size(); ++i) {
             if (!moderate(w[i])) return {};
             values.push_back(*moderate(w[i]));
-            if (simple && i == 4) values.push_back(values[0]);
         }
-        Camera lens{"", "", "", static_cast<double>(*width), static_cast<double>(*height), values[0], values[1], values[2], values[3], 0.2f,
-                    {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}, {}};
-        if (!usable(lens, close) || !lenses.emplace(*id, lens).second) return {};
+        auto const lens = lens_of(model, static_cast<double>(*width), static_cast<double>(*height), values, close);
+        if (!lens || !lenses.emplace(*id, *lens).second) return {};
     }
 
     std::vector<Camera> cameras;
@@ -240,20 +403,15 @@ inline Cameras colmap(std::string const& cameras_txt, std::string const& images_
             if (!moderate(w[k + 1])) return {};
             v[k] = *moderate(w[k + 1]);
         }
-        auto const rotation = rotation_of(v[0], v[1], v[2], v[3]);
         auto const id = whole_with_plus(w[8], 32);
-        if (!rotation || !id || lenses.count(*id) == 0) return {};
-        Camera c = lenses.at(*id);
-        c.rotation = *rotation;
-        for (std::size_t k = 0; k < 3; ++k)
-            c.centre[k] = -((*rotation)[0][k] * v[4] + (*rotation)[1][k] * v[5] + (*rotation)[2][k] * v[6]);
+        if (!id || lenses.count(*id) == 0) return {};
         // The name is the rest of the line after nine words.
         std::string rest = all[i];
         for (std::size_t k = 0; k < 9; ++k) rest = rest.substr(rest.find(w[k], rest.find_first_not_of(" \t\r\v\f")) + w[k].size());
         rest = rest.substr(rest.find_first_not_of(" \t\r\v\f"));
-        c.name = rest.substr(0, rest.find_last_not_of(" \t\r\v\f") + 1);
-        if (!printable(c.name) || !names.insert(c.name).second) return {};
-        cameras.push_back(c);
+        auto const camera = image_of(lenses.at(*id), v, rest.substr(0, rest.find_last_not_of(" \t\r\v\f") + 1));
+        if (!camera || !names.insert(camera->name).second) return {};
+        cameras.push_back(*camera);
 
         if (++i >= all.size()) break;
         auto const points = words(all[i]);

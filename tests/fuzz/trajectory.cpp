@@ -47,12 +47,40 @@ void require_same(scene::Trajectory const& read, std::vector<plain::Pose> const&
     }
 }
 
+/// Any form: poses are finite and rotations, or there is an error of one line. A file of TUM is read as TUM.
+void try_any_form(std::string const& text, bool is_tum)
+{
+    try {
+        std::istringstream stream(text);
+        auto const trajectory = scene::read_trajectory(stream, "file", 100);
+        require(!trajectory.empty() && trajectory.size() <= 100, "there are poses, and no more than asked for");
+        require(!is_tum || trajectory.format == scene::TrajectoryFormat::tum, "a TUM file is one of TUM");
+        require(is_tum || trajectory.format != scene::TrajectoryFormat::tum, "a file that is none of TUM is read in another form");
+        for (auto const& [seconds, pose] : trajectory) {
+            require(std::isfinite(seconds), "stamps are finite");
+            glm::dmat3 const square = glm::transpose(pose.rotation) * pose.rotation;
+            for (int i = 0; i < 3; ++i) {
+                require(std::isfinite(pose.position[i]), "places are finite");
+                for (int j = 0; j < 3; ++j)
+                    require(std::fabs(square[i][j] - (i == j ? 1.0 : 0.0)) <= 1.001e-3, "the rotation is orthonormal");
+            }
+            require(glm::determinant(pose.rotation) > 0.0, "the rotation is not mirrored");
+        }
+        auto const notes = scene::trajectory_notes(trajectory);
+        require(notes.size() <= 5 && std::all_of(notes.begin(), notes.end(), is_one_line), "notes are a handful of lines");
+    } catch (Error const& error) {
+        require(!is_tum, "a TUM file is read");
+        require_error(error.what());
+    }
+}
+
 } // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(std::uint8_t const* data, std::size_t size)
 {
     std::string const text(reinterpret_cast<char const*>(data), size);
     auto const expected = plain::tum(text, 100);
+    try_any_form(text, expected.has_value());
     try {
         std::istringstream stream(text);
         auto const trajectory = scene::read_tum(stream, "file", 100);

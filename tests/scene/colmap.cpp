@@ -176,14 +176,63 @@ TEST_CASE("one camera in the three forms is one camera")
     }
 }
 
-TEST_CASE("a lens that is not a pinhole is refused by name")
+namespace {
+
+/// A camera model of COLMAP as its documentation lists it: number of focal lengths, number of coefficients.
+struct Model {
+    std::string name;
+    std::uint32_t id, focals, coefficients;
+    bool fisheye;
+};
+std::vector<Model> const models{{"SIMPLE_PINHOLE", 0, 1, 0, false},      {"PINHOLE", 1, 2, 0, false},
+                                {"SIMPLE_RADIAL", 2, 1, 1, false},       {"RADIAL", 3, 1, 2, false},
+                                {"OPENCV", 4, 2, 4, false},              {"OPENCV_FISHEYE", 5, 2, 4, true},
+                                {"FULL_OPENCV", 6, 2, 8, false},         {"FOV", 7, 2, 1, false},
+                                {"SIMPLE_RADIAL_FISHEYE", 8, 1, 1, true}, {"RADIAL_FISHEYE", 9, 1, 2, true},
+                                {"THIN_PRISM_FISHEYE", 10, 2, 8, true},  {"RAD_TAN_THIN_PRISM_FISHEYE", 11, 2, 12, true}};
+
+/// The numbers of a line of cameras.txt after the size. `bent`: which coefficient is not 0; none if it is too large.
+std::string parameters(Model const& model, std::uint32_t bent)
 {
-    for (std::string const model : {"SIMPLE_RADIAL", "RADIAL", "OPENCV", "OPENCV_FISHEYE", "FULL_OPENCV", "FOV",
-                                    "SIMPLE_RADIAL_FISHEYE", "RADIAL_FISHEYE", "THIN_PRISM_FISHEYE"}) {
-        std::string const text = refusal(lenses + "9 " + model + " 640 480 500 320 240 0.1\n", "");
-        CHECK(has(text, "c.txt line 5 has a lens with distortion (" + model));
-        CHECK(has(text, "run colmap image_undistorter"));
+    std::string text = model.focals == 1 ? " 500 320 240" : " 500 510 320 240";
+    for (std::uint32_t i = 0; i < model.coefficients; ++i) text += i == bent ? " -1e-9" : i % 2 == 0 ? " 0" : " -0.0";
+    return text;
+}
+
+} // namespace
+
+TEST_CASE("a lens whose coefficients are all 0 is a pinhole; another is refused by name, or ignored and counted")
+{
+    std::string const image = "1 1 0 0 0 0 0 0 9 a\n\n2 1 0 0 0 0 0 0 1 b\n\n3 1 0 0 0 0 0 0 9 c\n";
+    for (auto const& model : models) {
+        CAPTURE(model.name);
+        auto const line = [&](std::uint32_t bent) { return lenses + "9 " + model.name + " 640 480" + parameters(model, bent) + "\n"; };
+        auto const pinhole = lenses + (model.focals == 1 ? "9 SIMPLE_PINHOLE 640 480 500 320 240\n" : "9 PINHOLE 640 480 500 510 320 240\n");
+        for (std::uint32_t bent = model.fisheye ? 0 : model.coefficients; bent <= model.coefficients; ++bent) {
+            auto const text = refusal(line(bent), image);
+            if (!model.fisheye && bent == model.coefficients) CHECK(text.empty());
+            else {
+                CHECK(has(text, "c.txt line 5 has a lens with distortion (" + model.name));
+                CHECK(has(text, "run colmap image_undistorter"));
+            }
+        }
+        for (std::uint32_t bent = 0; bent < model.coefficients; ++bent) {
+            CHECK(has(refusal(line(bent), image), model.fisheye ? ", a fisheye projection;" : ", with a coefficient that is not 0;"));
+            std::istringstream cameras_txt(line(bent)), images_txt(image);
+            std::vector<std::string> notes;
+            auto const cameras = scene::read_colmap(cameras_txt, images_txt, "c", "i", scene::DistortedLens::ignored, &notes);
+            REQUIRE(cameras.size() == 3);
+            CHECK(splat::same_view(cameras[0].camera, read(pinhole, image)[0].camera));
+            CHECK(notes == std::vector<std::string>{"2 cameras have a lens with distortion, which is ignored: the picture is a pinhole's"});
+        }
+        if (!model.fisheye) CHECK(splat::same_view(read(line(99), image)[0].camera, read(pinhole, image)[0].camera));
+        // One number less, and one more.
+        auto const whole = line(99);
+        CHECK(has(refusal(whole.substr(0, whole.find_last_of(' ')) + "\n", ""), model.name + " takes f"));
+        CHECK(has(refusal(whole.substr(0, whole.size() - 1) + " 0\n", ""), ", finite numbers"));
     }
+    CHECK(has(refusal("9 RADIAL 640 480 500 320 240 0\n", ""), "RADIAL takes f cx cy and 2 coefficients, finite numbers"));
+    CHECK(has(refusal("9 FOV 640 480 500 500 320 240\n", ""), "FOV takes fx fy cx cy and a coefficient, finite numbers"));
     CHECK(has(refusal("9 EQUI\x01\xff 640 480 500\n", ""), "not known (\"EQUI??\""));
     CHECK(has(refusal("9\n", ""), "not known (\"\""));
 }
@@ -263,7 +312,7 @@ TEST_CASE("a model is named by its folder or by one of its files")
     // The content counts, not the name.
     TempFolder const other;
     CHECK(scene::load_cameras(other.write("images.txt", " \n[]")).empty());
-    CHECK(has(error_of([&] { scene::load_cameras(other.write("cameras.txt", "1 FOV 1 1 1 1")); }), "distortion (FOV"));
+    CHECK(has(error_of([&] { scene::load_cameras(other.write("cameras.txt", "1 FOV 9 9 9 9 4 4 1")); }), "distortion (FOV"));
     CHECK(has(error_of([&] { scene::load_cameras(other.write("points.txt", "1 2 3")); }), "points.txt is not"));
 
     std::filesystem::remove(folder.path() / "images.txt");
@@ -271,16 +320,167 @@ TEST_CASE("a model is named by its folder or by one of its files")
     CHECK(has(error_of([&] { scene::load_cameras(folder.path()); }), "images.txt cannot be read (it is a directory)"));
 }
 
-TEST_CASE("a binary model is refused with the command that converts it")
+namespace {
+
+/// Writes the binary form of a model, from its public description.
+class Bytes {
+public:
+    template <class T>
+    Bytes& add(T value)
+    {
+        for (std::size_t i = 0; i < sizeof(T); ++i) text += static_cast<char>(value >> (8 * i) & 0xff);
+        return *this;
+    }
+    Bytes& number(double value)
+    {
+        std::uint64_t bits;
+        std::memcpy(&bits, &value, sizeof bits);
+        return add(bits);
+    }
+    Bytes& lens(std::uint32_t id, std::uint32_t model, std::uint64_t width, std::uint64_t height, std::vector<double> const& parameters)
+    {
+        add(id).add(model).add(width).add(height);
+        for (double const value : parameters) number(value);
+        return *this;
+    }
+    Bytes& image(std::uint32_t id, std::vector<double> const& pose, std::uint32_t lens_id, std::string const& name, std::uint64_t points = 0)
+    {
+        add(id);
+        for (double const value : pose) number(value);
+        add(lens_id);
+        (text += name) += '\0';
+        add(points);
+        for (std::uint64_t i = 0; i < points; ++i) number(1.5).number(-2.5).add(~std::uint64_t{0});
+        return *this;
+    }
+    std::string text;
+};
+
+std::vector<scene::NamedCamera> read_binary(std::string const& cameras, std::string const& images)
+{
+    std::istringstream cameras_bin(cameras), images_bin(images);
+    return scene::read_colmap_binary(cameras_bin, images_bin, "c.bin", "i.bin");
+}
+std::string binary_refusal(std::string const& cameras, std::string const& images)
+{
+    return error_of([&] { read_binary(cameras, images); });
+}
+
+/// The lenses and images of the first test case.
+Bytes some_lenses()
+{
+    return Bytes().add(std::uint64_t{2}).lens(1, 1, 640, 480, {500, 510, 320.5, 239.5}).lens(7, 0, 1280, 720, {900, 640, 360});
+}
+Bytes some_images()
+{
+    return Bytes().add(std::uint64_t{3}).image(3, {1, 0, 1, 0, 1, 2, 3}, 1, "folder/a picture.png", 2).image(4, {2, 0, 0, 0, 0, 0, 0}, 7, "b.png")
+        .image(5, {-1, 0, 0, 0, 0, 0, 0}, 7, "c.png", 50000);
+}
+
+} // namespace
+
+TEST_CASE("a binary COLMAP model is the text model")
+{
+    auto const text = read(lenses, "3 1 0 1 0 1 2 3 1 folder/a picture.png\n\n4 2 0 0 0 0 0 0 7 b.png\n\n5 -1 0 0 0 0 0 0 7 c.png\n\n");
+    auto const binary = read_binary(some_lenses().text, some_images().text);
+    REQUIRE(binary.size() == 3);
+    for (std::size_t i = 0; i < 3; ++i) {
+        CHECK(binary[i].name == text[i].name);
+        CHECK(splat::same_view(binary[i].camera, text[i].camera));
+    }
+    CHECK(read_binary(some_lenses().text, Bytes().add(std::uint64_t{0}).text).empty());
+
+    // Every model, with coefficients of 0 and others.
+    for (auto const& model : models) {
+        CAPTURE(model.name);
+        std::vector<double> values = model.focals == 1 ? std::vector<double>{500, 320, 240} : std::vector<double>{500, 510, 320, 240};
+        values.resize(values.size() + model.coefficients, 0.0);
+        auto const cameras = [&] { return Bytes().add(std::uint64_t{1}).lens(9, model.id, 640, 480, values).text; };
+        auto const image = Bytes().add(std::uint64_t{1}).image(1, {1, 0, 0, 0, 0, 0, 0}, 9, "a").text;
+        if (model.fisheye)
+            CHECK(has(binary_refusal(cameras(), image), "c.bin camera 1 has a lens with distortion (" + model.name + ", a fisheye"));
+        else
+            CHECK(splat::same_view(read_binary(cameras(), image).at(0).camera,
+                                   read("9 " + model.name + " 640 480" + parameters(model, 99) + "\n", "1 1 0 0 0 0 0 0 9 a\n").at(0).camera));
+        if (model.coefficients == 0) continue;
+        values.back() = 1e-9;
+        CHECK(has(binary_refusal(cameras(), image), "has a lens with distortion (" + model.name));
+        std::istringstream cameras_bin(cameras()), images_bin(image);
+        std::vector<std::string> notes;
+        CHECK(scene::read_colmap_binary(cameras_bin, images_bin, "c", "i", scene::DistortedLens::ignored, &notes).size() == 1);
+        CHECK(notes.size() == 1);
+    }
+}
+
+TEST_CASE("a binary COLMAP model that is cut short or lies is refused in one line")
+{
+    auto const cameras = some_lenses().text, images = some_images().text;
+    for (std::size_t bytes = 0; bytes < cameras.size(); ++bytes) CHECK(has(binary_refusal(cameras.substr(0, bytes), images), "c.bin ends too early (in "));
+    for (std::size_t bytes = 0; bytes < images.size(); bytes += bytes < 400 ? 1 : 4001)
+        CHECK(has(binary_refusal(cameras, images.substr(0, bytes)), "i.bin ends too early (in "));
+    CHECK(has(binary_refusal(cameras, images.substr(0, images.size() - 1)), "i.bin ends too early (in image 3 of 3); copy it again"));
+    CHECK(has(binary_refusal(cameras + "x", images), "c.bin is damaged (1 bytes follow the last of its 2 cameras); export"));
+    CHECK(has(binary_refusal(cameras, images + cameras), "i.bin is damaged ("));
+
+    auto const with = [](std::string text, std::size_t at, std::uint64_t value) {
+        for (std::size_t i = 0; i < 8; ++i) text[at + i] = static_cast<char>(value >> (8 * i) & 0xff);
+        return text;
+    };
+    for (std::uint64_t const count : {~std::uint64_t{0}, std::uint64_t{1} << 63, (std::uint64_t{1} << 20) + 1})
+        CHECK(has(binary_refusal(with(cameras, 0, count), images), "c.bin is not read (it says that it has " + std::to_string(count) + " cameras"));
+    CHECK(has(binary_refusal(with(cameras, 0, 3), images), "ends too early (in camera 3 of 3)"));
+    for (std::uint64_t const side : {std::uint64_t{0}, std::uint64_t{65536}, std::uint64_t{640} << 32}) {
+        CHECK(has(binary_refusal(with(cameras, 16, side), images), "c.bin camera 1 is not usable (WIDTH is not from 1 to 65535)"));
+        CHECK(has(binary_refusal(with(cameras, 24, side), images), "HEIGHT is not from 1 to 65535"));
+    }
+    // The count of 2-D points stands 21 bytes behind the first image's CAMERA_ID, which is at 8 + 4 + 56.
+    std::size_t const points = 8 + 4 + 56 + 4 + 21;
+    for (std::uint64_t const count : {~std::uint64_t{0}, ~std::uint64_t{0} / 24 + 1, std::uint64_t{1} << 61, std::uint64_t{60000}})
+        CHECK(has(binary_refusal(cameras, with(images, points, count)), "i.bin ends too early (in image 1 of 3)"));
+
+    auto const lens = [&](std::uint32_t model, double fx) {
+        return binary_refusal(Bytes().add(std::uint64_t{1}).lens(1, model, 640, 480, {fx, 510, 320, 240}).text, images);
+    };
+    CHECK(has(lens(12, 500), "c.bin camera 1 has a camera model that is not known (MODEL_ID 12; 0 to 11 are)"));
+    CHECK(has(lens(0xffffffffu, 500), "MODEL_ID 4294967295"));
+    for (double const bad : {std::nan(""), 1e38, double{-INFINITY}}) CHECK(has(lens(1, bad), "c.bin camera 1 is not usable (a parameter is not a finite number)"));
+    CHECK(has(lens(1, 0.0), "c.bin camera 1 is no camera (fx is not positive)"));
+    CHECK(has(binary_refusal(Bytes().add(std::uint64_t{2}).lens(1, 0, 9, 9, {9, 4, 4}).lens(1, 0, 9, 9, {9, 4, 4}).text, images),
+              "c.bin camera 2 is no camera (another camera has CAMERA_ID 1)"));
+    auto const image = [&](std::vector<double> const& pose, std::uint32_t id, std::string const& name) {
+        return binary_refusal(cameras, Bytes().add(std::uint64_t{2}).image(1, {1, 0, 0, 0, 0, 0, 0}, 1, "a").image(2, pose, id, name).text);
+    };
+    CHECK(image({1, 0, 0, 0, 0, 0, 0}, 1, "b").empty());
+    CHECK(has(image({0, 0, 0, 0, 0, 0, 0}, 1, "b"), "i.bin image 2 is no image (its quaternion is zero)"));
+    CHECK(has(image({1, 0, 0, 0, 0, INFINITY, 0}, 1, "b"), "i.bin image 2 is not usable (its pose is not of finite numbers)"));
+    CHECK(has(image({1, 0, 0, 0, 0, 0, 0}, 2, "b"), "there is no camera 2 in c.bin"));
+    CHECK(has(image({1, 0, 0, 0, 0, 0, 0}, 1, "a"), "another image is called \"a\""));
+    CHECK(has(image({1, 0, 0, 0, 0, 0, 0}, 1, ""), "it has no NAME"));
+    CHECK(has(image({1, 0, 0, 0, 0, 0, 0}, 1, "b\n"), "NAME is not UTF-8 text"));
+    CHECK(image({1, 0, 0, 0, 0, 0, 0}, 1, std::string(65536, 'b')).empty());
+    CHECK(has(image({1, 0, 0, 0, 0, 0, 0}, 1, std::string(65537, 'b')), "its name is too long"));
+}
+
+TEST_CASE("a folder with both forms stands for its text model; a file stands for its own form")
 {
     TempFolder const folder;
-    std::string const bytes("\1\0\0\0\0\0\0\0", 8);
-    folder.write("images.bin", bytes);
-    for (auto const& path : {folder.path(), folder.write("cameras.bin", bytes), folder.path() / "images.bin"})
-        CHECK(has(error_of([&] { scene::load_cameras(path); }), "run colmap model_converter --output_type TXT"));
-    // Next to a text model they do not matter.
+    folder.write("images.bin", some_images().text);
+    CHECK(has(error_of([&] { scene::load_cameras(folder.path()); }), "cameras.bin cannot be opened (no such file)"));
+    folder.write("cameras.bin", some_lenses().text);
+    for (auto const& path : {folder.path(), folder.path() / "cameras.bin", folder.path() / "images.bin"}) CHECK(scene::load_cameras(path).size() == 3);
     folder.write("cameras.txt", lenses);
-    CHECK(has(error_of([&] { scene::load_cameras(folder.path()); }), "binary COLMAP model"));
+    CHECK(scene::load_cameras(folder.path()).size() == 3);
+    CHECK(has(error_of([&] { scene::load_cameras(folder.path() / "cameras.txt"); }), "images.txt cannot be opened"));
     folder.write("images.txt", "");
     CHECK(scene::load_cameras(folder.path()).empty());
+    CHECK(scene::load_cameras(folder.path() / "cameras.txt").empty());
+    CHECK(scene::load_cameras(folder.path() / "cameras.bin").size() == 3);
+    // A binary model of 123 cameras begins with a bracket.
+    auto many = Bytes().add(std::uint64_t{123});
+    for (std::uint32_t i = 0; i < 123; ++i) many.lens(i, 0, 9, 9, {9, 4, 4});
+    CHECK(many.text[0] == '{');
+    folder.write("cameras.bin", many.text);
+    CHECK(scene::load_cameras(folder.path() / "cameras.bin").size() == 3);
+    TempFolder const none;
+    CHECK(has(error_of([&] { scene::load_cameras(none.path()); }), "a directory without cameras.txt and images.txt, or cameras.bin and images.bin"));
 }

@@ -198,3 +198,62 @@ TEST_CASE("an orbit of any finite step stays finite")
                 CHECK(std::abs(camera.rotation[i][0]) <= 1.0f);
             }
 }
+
+TEST_CASE("a camera stands upright in a map with any direction up")
+{
+    // The map of a wall, and the same map turned so that another axis is up. The pictures of both are one picture.
+    scene::Map map;
+    for (int i = 0; i < 100; ++i) map.gaussians.push_back(at(0.01f * static_cast<float>(i % 10), 0.03f * static_cast<float>(i / 10), 5.0f + 0.001f * static_cast<float>(i)));
+    scene::Size const size{640, 360};
+    auto const plain = scene::frame_whole(map, size);
+    auto const start = scene::look_at({0.3, -0.2, 1.0}, {0, 0, 5});
+    auto const lens = scene::lens_from_field_of_view(60.0, size);
+    auto const orbit = scene::orbit(scene::make_camera(start, lens), {0, 0, 5}, 30.0, 4);
+    for (auto const up : {glm::dvec3{0, -1, 0}, glm::dvec3{0, 3, 0}, glm::dvec3{0, 0, 2}, glm::dvec3{0, 0, -1}, glm::dvec3{1, 0, 0}, glm::dvec3{0.3, 0.4, -0.1}}) {
+        glm::dmat3 const to_upright = scene::upright(up), to_world = glm::transpose(to_upright);
+        CHECK(glm::determinant(to_upright) == doctest::Approx(1.0));
+        CHECK((to_upright * up).y == doctest::Approx(-glm::length(up)));
+        CHECK(std::fabs((to_upright * up).x) < 1e-12);
+        auto turned = map;
+        for (auto& g : turned.gaussians) {
+            glm::dvec3 const world = to_world * glm::dvec3{g.mean_world[0], g.mean_world[1], g.mean_world[2]};
+            for (int axis = 0; axis < 3; ++axis) g.mean_world[axis] = static_cast<float>(world[axis]);
+        }
+        auto const same_view = [&](splat::Camera const& a, splat::Camera const& b) { // of the map, and of the turned map
+            for (auto const& point : {glm::dvec3{0, 0, 5}, glm::dvec3{0.09, 0.27, 5.1}}) {
+                CHECK(to_pixel(a, point).x == doctest::Approx(to_pixel(b, to_world * point).x).epsilon(1e-4));
+                CHECK(to_pixel(a, point).y == doctest::Approx(to_pixel(b, to_world * point).y).epsilon(1e-4));
+            }
+        };
+        same_view(plain, scene::frame_whole(turned, size, up));
+        auto const turned_start = scene::make_camera({start.rotation * to_upright, to_world * start.position}, lens);
+        auto const turned_orbit = scene::orbit(turned_start, to_world * glm::dvec3{0, 0, 5}, 30.0, 4, up);
+        for (std::size_t i = 0; i < orbit.size(); ++i) same_view(orbit[i], turned_orbit[i]);
+    }
+    CHECK(splat::same_view(plain, scene::frame_whole(map, size, {0, -2, 0})));
+    CHECK(scene::frame_whole(map, size, {0, -1, 0}, 90.0).fx == doctest::Approx(320.0));
+    CHECK(has(error_of([&] { scene::frame_whole(map, size, {0, 0, 0}); }), "a direction of length 0 is no up"));
+    CHECK(has(error_of([&] { scene::orbit(plain, {0, 0, 0}, 1.0, 2, {0, 0, 0}); }), "a direction of length 0 is no up"));
+    CHECK(has(error_of([&] { scene::frame_whole(map, size, {0, -1, 0}, 180.0); }), "between 0 and 180"));
+}
+
+TEST_CASE("the camera of a reduced photograph sees the whole view in other pixels")
+{
+    auto const camera = scene::make_camera({}, {500, 510, 321, 239, 0.2f, 641, 479});
+    auto const half = scene::stretched(camera, {320, 240});
+    CHECK(half.width == 320);
+    CHECK(half.height == 240);
+    CHECK(half.fx == static_cast<float>(500.0 * 320 / 641));
+    CHECK(half.fy == static_cast<float>(510.0 * 240 / 479));
+    CHECK(half.cx == static_cast<float>(321.0 * 320 / 641));
+    CHECK(half.cy == static_cast<float>(239.0 * 240 / 479));
+    CHECK(splat::same_view(camera, scene::stretched(camera, {641, 479})));
+    CHECK(has(error_of([&] { scene::stretched(camera, {0, 4}); }), "0 x 4"));
+
+    // As Python's round(): a half goes to the even number.
+    std::uint32_t const sides[][3] = {{641, 2, 320}, {643, 2, 322}, {642, 2, 321}, {4946, 4, 1236}, {3286, 4, 822}, {5, 3, 2}, {4, 3, 1}, {1, 64, 1}, {65535, 1, 65535}, {32, 64, 1}, {96, 64, 2}};
+    for (auto const& [side, factor, expected] : sides) {
+        CHECK(scene::reduced({side, 7}, factor).width == expected);
+        CHECK(scene::reduced({7, side}, factor).height == expected);
+    }
+}

@@ -95,6 +95,74 @@ TEST_CASE("files of other formats are refused by name")
     CHECK(has(refusal("1 0 0 0 0 1 0 0 0 0 1 0\n"), "12 fields where 8 are needed; this looks like the poses of KITTI"));
 }
 
+namespace {
+
+scene::Trajectory read_any(std::string const& text)
+{
+    std::istringstream stream(text);
+    return scene::read_trajectory(stream, "here");
+}
+std::string refusal_of_any(std::string const& text)
+{
+    return error_of([&] { read_any(text); });
+}
+
+} // namespace
+
+TEST_CASE("the first pose tells the form of a trajectory; one pose in the four forms is one pose")
+{
+    // A quarter turn about z: the camera's x is the world's y.
+    auto const tum = read_any("# stamp\n1403636579.5 1 2 3 0 0 1 1\n1403636580 0 0 0 0 0 0 2\n");
+    auto const euroc = read_any("#timestamp [ns],p_RS_R_x [m],p_RS_R_y [m]\n1403636579500000000,1,2,3, 1 ,0,0,1,-0.2,x\r\n1403636580000000000,0,0,0,2,0,0,0\n");
+    auto const kitti = read_any("0 -1 0 1 1 0 0 2 0 0 1 3\n\n1e0 0 0 0 0 +1 0 0 0 0 1 0 # end\n");
+    auto const replica = read_any("0 -1 0 1 1 0 0 2 0 0 1 3 0 0 0 1\n1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1\n");
+    CHECK(tum.format == scene::TrajectoryFormat::tum);
+    CHECK(euroc.format == scene::TrajectoryFormat::euroc);
+    CHECK(kitti.format == scene::TrajectoryFormat::kitti);
+    CHECK(replica.format == scene::TrajectoryFormat::replica);
+    for (auto const* each : {&tum, &euroc, &kitti, &replica}) {
+        REQUIRE(each->size() == 2);
+        auto const& pose = (*each)[0].pose;
+        CHECK(pose.position.x == 1.0);
+        CHECK(pose.position.y == 2.0);
+        CHECK(pose.position.z == 3.0);
+        // World to camera: GLM's first column is the camera's view of the world's x, which is its -y.
+        double const turned[3][3] = {{0, -1, 0}, {1, 0, 0}, {0, 0, 1}};
+        for (int column = 0; column < 3; ++column)
+            for (int row = 0; row < 3; ++row) {
+                CHECK(pose.rotation[column][row] == doctest::Approx(turned[column][row]).epsilon(1e-15));
+                CHECK((*each)[1].pose.rotation[column][row] == (row == column ? 1.0 : 0.0));
+            }
+        bool const stamped = each == &tum || each == &euroc;
+        CHECK(each->has_stamps() == stamped);
+        CHECK((*each)[0].seconds == doctest::Approx(stamped ? 1403636579.5 : 0.0).epsilon(1e-15));
+        CHECK((*each)[1].seconds == doctest::Approx(stamped ? 1403636580.0 : 1.0).epsilon(1e-15));
+        CHECK(scene::trajectory_notes(*each).size() == (each == &euroc ? 2u : each == &tum ? 1u : 0u)); // quaternions of length 1.4 and 2
+    }
+    CHECK(has(scene::trajectory_notes(euroc)[0], "the poses of the IMU"));
+    CHECK(tum.far_from_unit == 2);
+    CHECK(euroc.far_from_unit == 2);
+}
+
+TEST_CASE("the fault of a pose of any form is named")
+{
+    std::string const kitti = "1 0 0 0 0 1 0 0 0 0 1 0\n", replica = kitti.substr(0, kitti.size() - 1) + " 0 0 0 1\n", euroc = "1,0,0,0,1,0,0,0\n";
+    CHECK(refusal_of_any(kitti + kitti).empty());
+    CHECK(has(refusal_of_any(kitti + replica), "here line 2 is not a pose (more than 12 fields where 12 are needed, as in the first line); write the 12 numbers"));
+    CHECK(has(refusal_of_any(replica + kitti), "line 2 is not a pose (12 fields where 16 are needed, as in the first line); write the 16 numbers"));
+    CHECK(has(refusal_of_any(euroc + kitti), "line 2 is not a pose (field 1 is not a finite number"));
+    CHECK(has(refusal_of_any(euroc + "1,2,3,4\n"), "4 fields where 8 are needed, as in the first line); write timestamp,px"));
+    CHECK(has(refusal_of_any(euroc + "1,2,3 3,4,5,6,7,8\n"), "field 3 is not a finite number"));
+    CHECK(has(refusal_of_any(euroc + "1,2,,4,5,6,7,8\n"), "field 3 is not a finite number"));
+    CHECK(has(refusal_of_any(euroc + "1,2,3,4,0,-0,0,0\n"), "its quaternion is zero"));
+    CHECK(has(refusal_of_any(kitti + "1 0 0 0 0 1 0 0 0 0 nan 0\n"), "field 11 is not a finite number"));
+    CHECK(has(refusal_of_any(kitti + "1 0 0 0 0 1 0 0 0 0 1.01 0\n"), "its rotation is not orthonormal within 1e-3"));
+    CHECK(has(refusal_of_any("1 0 0 0 0 1 0 0 0 0 -1 0\n"), "line 1 is not a pose (its rotation is mirrored"));
+    CHECK(has(refusal_of_any("1 0 0 0 0 1 0 0 0 0 1 0 0 0 1 1\n"), "its last four numbers are not 0 0 0 1"));
+    CHECK(has(refusal_of_any("1 2 3\n"), "3 fields where 8 are needed"));
+    CHECK(has(refusal_of_any("# nothing\n"), "name a trajectory file"));
+}
+
 TEST_CASE("the memory of a trajectory is bounded")
 {
     std::string const pose = "0 0 0 0 0 0 0 1\n";

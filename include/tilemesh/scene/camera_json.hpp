@@ -28,46 +28,56 @@ inline bool begins_as_json(std::istream& stream)
 } // namespace detail
 
 /// Reads cameras in JSON. They follow the OpenCV convention; pixel (i, j) has its centre at (i + 0.5, j + 0.5). The content tells which of
-/// two forms a file has:
+/// three forms a file has:
 /// - the form of this library: `cameras[]` with name, width, height, fx, fy, cx, cy, `world_to_camera` (4x4, row-major), and optionally
 ///   scene,
 /// file and near (default 0.2);
 /// - the cameras.json that 3DGS training writes: a list of img_name, width, height, fx, fy, `position`, `rotation` (3x3, camera to world)
 ///   and
 /// id. The principal point is the middle of the picture, there is no scene, and near is 0.2. The camera's name is img_name, or
-/// "img_name#id" if several cameras share an img_name.
+/// "img_name#id" if several cameras share an img_name;
+/// - the transforms.json of nerfstudio, instant-ngp and Blender's NeRF scenes: `frames[]`, each with file_path and `transform_matrix` (4x4,
+///   row-major, camera to world; the camera looks along -z, with y up). The lens stands in the frame or beside `frames`: w, h, fl_x, fl_y
+///   (default fl_x), cx, cy (default the middle), or the fields of view camera_angle_x and camera_angle_y, in radians. The camera's name is
+///   file_path without a leading "./", there is no scene, and near is 0.2. The world is that of the file; `applied_transform` is not
+///   undone.
 ///
 /// If `notes` is not null, it gets one line for each key that the reader does not read, with the number of cameras that have the key. If
 /// there are more than eight such keys, it gets the first eight.
 ///
 /// Throws `Error`, one line that names file and camera, for a lens with distortion (k1 to k6, p1, p2, `distortion` or a list of
-/// coefficients that is not 0; a `camera_model` other than a pinhole) and for a camera that cannot be used: a number that is missing or not finite, a side
-/// outside 1..65535, a focal length below a thousandth of the side or above 2^24 pixels, a near plane that is not positive, a rotation that
+/// coefficients that is not 0; a `camera_model` other than a pinhole; in transforms.json, OPENCV with coefficients of 0 is a pinhole) and
+/// for a camera that cannot be used: a number that is missing or not finite, a side outside 1..65535, a focal length below a thousandth of the side or above 2^24 pixels, a near plane that is not positive, a rotation that
 /// is mirrored or not orthonormal within 1e-3, two cameras with one label, more than 2^20 cameras. An empty list is valid and gives no
 /// camera.
 ///
 /// Cost: one pass over the text, and n log n in the number of cameras. It builds no JSON document. Memory: 64 KiB, and at most 24 bytes per
 /// byte of the text.
-inline std::vector<NamedCamera> read_cameras_json(std::istream& stream, std::string const& name, std::vector<std::string>* notes = nullptr)
+inline std::vector<NamedCamera> read_cameras_json(std::istream& stream, std::string const& name, std::vector<std::string>* notes = nullptr,
+                                                  DistortedLens distorted = DistortedLens::refused)
 {
-    return detail::CameraJson(stream, name).read(notes);
+    return detail::CameraJson(stream, name, distorted).read(notes);
 }
 
-/// Reads a camera file. The content tells its kind: JSON as for `read_cameras_json`, or a COLMAP text model as for `load_colmap`. For a
-/// COLMAP model, `path` is the folder of cameras.txt and images.txt, or one of these files. Throws `Error` as these functions do, and also
-/// for a path that is not a regular file and for JSON of more than 256 MiB. `notes`: as for `read_cameras_json`.
-inline std::vector<NamedCamera> load_cameras(std::filesystem::path const& path, std::vector<std::string>* notes = nullptr)
+/// Reads a camera file. The content tells its kind: JSON as for `read_cameras_json`, or a COLMAP model, text or binary, as for
+/// `load_colmap`. For a COLMAP model, `path` is its folder, or one of its files. Throws `Error` as these functions do, and also for a path
+/// that is not a regular file and for JSON of more than 256 MiB. `notes`: as for `read_cameras_json`.
+///
+/// With `DistortedLens::ignored`, a lens with distortion is no error: it is taken for a pinhole, and a note counts such cameras.
+inline std::vector<NamedCamera> load_cameras(std::filesystem::path const& path, std::vector<std::string>* notes = nullptr,
+                                             DistortedLens distorted = DistortedLens::refused)
 {
     std::error_code ignored;
-    if (std::filesystem::is_directory(path, ignored)) return load_colmap(path);
+    bool const binary = names_colmap(path) && path.extension() == ".bin"; // its first byte may be any, also a bracket
+    if (binary || std::filesystem::is_directory(path, ignored)) return load_colmap(path, distorted, notes);
 
     if (names_colmap(path)) {
         auto stream = detail::open_file(path, std::numeric_limits<std::uint64_t>::max(), "a camera file");
-        if (!detail::begins_as_json(stream)) return load_colmap(path);
+        if (!detail::begins_as_json(stream)) return load_colmap(path, distorted, notes);
     }
     // 256 MiB: a camera takes about 500 bytes, so this is half a million cameras.
     auto stream = detail::open_file(path, std::uint64_t{256} << 20, "a camera file");
-    return read_cameras_json(stream, detail::shown_path(path), notes);
+    return read_cameras_json(stream, detail::shown_path(path), notes, distorted);
 }
 
 }}} // namespace tilemesh::scene

@@ -3,6 +3,9 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
 #include <glm/vec3.hpp>
 #include <tilemesh/scene/map.hpp>
 #include <tilemesh/scene/pose.hpp>
@@ -12,15 +15,17 @@
 namespace tilemesh { inline namespace v0_2 { namespace scene {
 
 /// Returns a camera that shows a map without known cameras. It looks along the world's +z (OpenCV: y down) from the front, with a
-/// horizontal field of view of 60 degrees. It sees the box that holds the middle 90 % of the means along each axis, so far outliers do not
+/// horizontal field of view of `degrees`. With another `up`, it looks along the z axis of `upright(up)`. It sees the box that holds the middle 90 % of the means along each axis, so far outliers do not
 /// count. The near plane is 0.2, or a tenth of the distance to the box if that is less.
 ///
 /// It accepts any map. For an empty map the camera stands one unit before the origin. If all means are one point, the box is three median
-/// standard deviations wide. Throws `Error` for a side outside 1..65535. Cost: one pass over the map per axis.
-inline splat::Camera frame_whole(Map const& map, Size size)
+/// standard deviations wide. Throws `Error` for a side outside 1..65535, a field of view outside (0, 180) and an `up` of length 0. Cost: one
+/// pass over the map per axis.
+inline splat::Camera frame_whole(Map const& map, Size size, glm::dvec3 up = {0.0, -1.0, 0.0}, double degrees = 60.0)
 {
-    Intrinsics lens = lens_from_field_of_view(60.0, size);
-    if (map.gaussians.empty()) return make_camera({glm::dmat3{1.0}, {0.0, 0.0, -1.0}}, lens);
+    Intrinsics lens = lens_from_field_of_view(degrees, size);
+    glm::dmat3 const to_upright = upright(up), to_world = glm::transpose(to_upright);
+    if (map.gaussians.empty()) return make_camera({to_upright, to_world * glm::dvec3{0.0, 0.0, -1.0}}, lens);
 
     // The middle 90 % of the means along each axis, clamped so that a float has digits left for the distance from there.
     constexpr double far_away = 1e30;
@@ -35,7 +40,10 @@ inline splat::Camera frame_whole(Map const& map, Size size)
     for (int axis = 0; axis < 3; ++axis) {
         std::transform(
             map.gaussians.begin(), map.gaussians.end(), values.begin(),
-            [&](splat::Gaussian const& g) { return static_cast<double>(g.mean_world[axis]); });
+            [&](splat::Gaussian const& g) {
+                glm::dvec3 const mean{g.mean_world[0], g.mean_world[1], g.mean_world[2]};
+                return glm::dot(to_world[axis], mean);
+            });
         low[axis] = quantile(0.05);
         high[axis] = quantile(0.95);
     }
@@ -61,7 +69,7 @@ inline splat::Camera frame_whole(Map const& map, Size size)
                                            half_height * lens.fy / (0.5 * size.height));
     double const front = low.z - std::min(around, distance);
     lens.near_depth = static_cast<float>(std::min(0.2, 0.1 * distance));
-    return make_camera({glm::dmat3{1.0}, {centre.x, centre.y, front - distance}}, lens);
+    return make_camera({to_upright, to_world * glm::dvec3{centre.x, centre.y, front - distance}}, lens);
 }
 
 }}} // namespace tilemesh::scene

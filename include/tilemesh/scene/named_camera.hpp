@@ -23,6 +23,10 @@ struct NamedCamera {
 /// The near plane of cameras whose file names none, in world units. It is the near plane of the 3DGS rasteriser.
 inline constexpr float default_near = 0.2f;
 
+/// What a reader does with a camera whose lens bends the picture: it throws `Error`, or it takes the lens for a pinhole of the same focal
+/// lengths and notes how many cameras it did that to.
+enum class DistortedLens { refused, ignored };
+
 /// The name by which a camera is shown and selected: "SCENE/NAME", or NAME if there is no scene.
 inline std::string label(NamedCamera const& camera)
 {
@@ -31,17 +35,31 @@ inline std::string label(NamedCamera const& camera)
 
 namespace detail {
 
-/// Says why no camera with this pose and lens can be rendered; empty if it can be rendered. Requires finite numbers and sides from 1 to
-/// 65535.
-inline std::string fault_of(Pose const& pose, Intrinsics const& lens)
+/// Notes that the distortion of `cameras` lenses is ignored, if there are any. `notes` may be null.
+inline void note_ignored_distortion(std::size_t cameras, std::vector<std::string>* notes)
 {
-    glm::dmat3 const square = glm::transpose(pose.rotation) * pose.rotation;
+    if (cameras != 0 && notes != nullptr)
+        notes->push_back(std::to_string(cameras) + (cameras == 1 ? " camera has" : " cameras have") +
+                         " a lens with distortion, which is ignored: the picture is a pinhole's");
+}
+
+/// Says why a matrix of finite numbers is no rotation; empty if it is one.
+inline std::string fault_of_rotation(glm::dmat3 const& rotation)
+{
+    glm::dmat3 const square = glm::transpose(rotation) * rotation;
     for (int row = 0; row < 3; ++row)
         for (int column = 0; column < 3; ++column)
             if (!(std::fabs(square[column][row] - (row == column ? 1.0 : 0.0)) <= 1e-3))
                 return "its rotation is not orthonormal within 1e-3";
-    if (!(glm::determinant(pose.rotation) > 0.0)) return "its rotation is mirrored, the determinant is -1";
+    if (!(glm::determinant(rotation) > 0.0)) return "its rotation is mirrored, the determinant is -1";
+    return "";
+}
 
+/// Says why no camera with this pose and lens can be rendered; empty if it can be rendered. Requires finite numbers and sides from 1 to
+/// 65535.
+inline std::string fault_of(Pose const& pose, Intrinsics const& lens)
+{
+    if (auto why = fault_of_rotation(pose.rotation); !why.empty()) return why;
     // 2^24 pixels: there one step of a direction in float, 2^-24, is as wide as a pixel, and neighbouring pixel coordinates begin to
     // coincide. A thousandth of a side: the picture spans 179.8 degrees.
     constexpr double most_px = 16777216.0, least_share = 1e-3;

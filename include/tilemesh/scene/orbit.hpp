@@ -30,12 +30,13 @@ inline glm::dvec3 robust_centre(Map const& map)
     return centre;
 }
 
-/// Returns `frames` cameras on a circle about the vertical axis (the world's y) through `target_world`. Frame 0 is `start`, bit for bit.
+/// Returns `frames` cameras on a circle about the vertical axis through `target_world`, which is along `up`. Frame 0 is `start`, bit for bit.
 /// Frame k is `start` rotated about the axis by k * `degrees_per_frame`, computed from k alone, so that no error accumulates. A positive
 /// angle moves a camera that faces the axis to its own left, as in the recorded orbits of the paper's maps.
 inline std::vector<splat::Camera> orbit(splat::Camera const& start, glm::dvec3 target_world,
-                                        double degrees_per_frame, std::uint32_t frames)
+                                        double degrees_per_frame, std::uint32_t frames, glm::dvec3 up = {0.0, -1.0, 0.0})
 {
+    glm::dmat3 const to_upright = upright(up);
     std::vector<splat::Camera> cameras;
     cameras.reserve(frames);
     Pose const pose = pose_of(start);
@@ -50,8 +51,9 @@ inline std::vector<splat::Camera> orbit(splat::Camera const& start, glm::dvec3 t
         double const angle = std::fmod(k * std::fmod(degrees_per_frame, 360.0), 360.0) * radians;
         double const c = std::cos(angle), s = std::sin(angle);
         glm::dmat3 const turn{c, 0.0, -s, 0.0, 1.0, 0.0, s, 0.0, c};
-        cameras.push_back(make_camera({pose.rotation * glm::transpose(turn),
-                                       target_world + turn * (pose.position - target_world)},
+        glm::dmat3 const turn_world = glm::transpose(to_upright) * turn * to_upright;
+        cameras.push_back(make_camera({pose.rotation * glm::transpose(turn_world),
+                                       target_world + turn_world * (pose.position - target_world)},
                                       lens));
     }
     return cameras;

@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <glm/geometric.hpp>
@@ -107,6 +108,18 @@ inline Pose look_at(glm::dvec3 eye, glm::dvec3 target, glm::dvec3 down = {0.0, 1
     return {glm::transpose(glm::dmat3{right, glm::cross(forward, right), forward}), eye};
 }
 
+/// The rotation from the world to axes of which y points down, against `up`. The z axis is as close to the world's z as possible, or to its y
+/// if `up` is along z. The identity for the default of this library, an `up` of (0, -1, 0). Throws `Error` for an `up` of length 0.
+inline glm::dmat3 upright(glm::dvec3 up)
+{
+    double const length = glm::length(up);
+    if (!(length > 0.0) || !std::isfinite(length)) throw Error("a direction of length 0 is no up (it points nowhere); write for example 0,1,0");
+    glm::dvec3 const down = -up / length;
+    glm::dvec3 const hint = std::fabs(down.z) > 0.99 ? glm::dvec3{0.0, 1.0, 0.0} : glm::dvec3{0.0, 0.0, 1.0};
+    glm::dvec3 const forward = glm::normalize(hint - glm::dot(hint, down) * down);
+    return glm::transpose(glm::dmat3{glm::cross(down, forward), down, forward});
+}
+
 namespace detail {
 inline void require_pixels(std::uint32_t width, std::uint32_t height)
 {
@@ -147,6 +160,33 @@ inline splat::Camera resized(splat::Camera camera, std::uint32_t width, std::uin
     camera.width = width;
     camera.height = height;
     return camera;
+}
+
+/// The camera of a photograph after the photograph is resized: the whole view in other pixels. fx and cx scale by the ratio of the widths,
+/// fy and cy by that of the heights, so that both fields of view stay. If the size does not change, the camera keeps its bits. Throws
+/// `Error` for a side outside 1..65535.
+inline splat::Camera stretched(splat::Camera camera, Size size)
+{
+    detail::require_pixels(size.width, size.height);
+    detail::require_pixels(camera.width, camera.height);
+    double const across = static_cast<double>(size.width) / camera.width, down = static_cast<double>(size.height) / camera.height;
+    for (auto* const value : {&camera.fx, &camera.cx}) *value = static_cast<float>(across * static_cast<double>(*value));
+    for (auto* const value : {&camera.fy, &camera.cy}) *value = static_cast<float>(down * static_cast<double>(*value));
+    camera.width = size.width;
+    camera.height = size.height;
+    return camera;
+}
+
+/// The size that trainers give a photograph that they reduce: each side divided by `factor` and rounded, a half to the even number; at
+/// least 1.
+inline Size reduced(Size size, std::uint32_t factor)
+{
+    auto const side = [&](std::uint32_t pixels) {
+        std::uint64_t const whole = pixels / factor, twice_rest = 2 * std::uint64_t{pixels % factor};
+        bool const up = twice_rest > factor || (twice_rest == factor && whole % 2 != 0);
+        return std::max(static_cast<std::uint32_t>(whole + (up ? 1 : 0)), 1u);
+    };
+    return {side(size.width), side(size.height)};
 }
 
 }}} // namespace tilemesh::scene

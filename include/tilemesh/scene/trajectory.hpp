@@ -15,10 +15,19 @@
 #include <string_view>
 #include <tilemesh/error.hpp>
 #include <tilemesh/scene/detail/text_input.hpp>
+#include <tilemesh/scene/named_camera.hpp>
 #include <tilemesh/scene/pose.hpp>
 #include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace scene {
+
+/// The form of a trajectory's file; each line is a pose, camera to world.
+enum class TrajectoryFormat {
+    tum,    ///< of the TUM RGB-D benchmark: `timestamp tx ty tz qx qy qz qw`, in seconds
+    euroc,  ///< of the EuRoC MAV data set: `timestamp, px, py, pz, qw, qx, qy, qz` and further fields, in nanoseconds
+    kitti,  ///< of the KITTI odometry benchmark: the 12 numbers of a 3x4 matrix, row by row; no time stamp
+    replica ///< traj.txt of the Replica renderings: the 16 numbers of a 4x4 matrix, row by row; no time stamp
+};
 
 /// A pose and its time stamp.
 struct StampedPose {
@@ -29,6 +38,9 @@ struct StampedPose {
 /// Poses in the order of their file. A trajectory from a file is never empty.
 struct Trajectory : std::vector<StampedPose> {
     using std::vector<StampedPose>::vector;
+    TrajectoryFormat format = TrajectoryFormat::tum; ///< of the file
+    /// Does the file have time stamps? If not, `seconds` is the number of the pose, from 0.
+    bool has_stamps() const noexcept { return format == TrajectoryFormat::tum || format == TrajectoryFormat::euroc; }
     /// The number of quaternions in the file whose length differs from 1 by more than 1e-2. Rounding to two decimals does not cause this.
     std::uint64_t far_from_unit = 0;
 };
@@ -81,6 +93,117 @@ inline TumLine parse_tum_line(std::string_view text)
     return line;
 }
 
+/// The pose of a line, and what is wrong with the line; `why` is empty for a valid line.
+struct PoseLine {
+    StampedPose pose{};
+    bool far_from_unit = false;
+    std::string why, advice;
+};
+
+inline void set_quaternion(PoseLine& line, double qx, double qy, double qz, double qw)
+{
+    line.pose.pose.rotation = glm::transpose(rotation_matrix(qw, qx, qy, qz));
+    line.far_from_unit = !(std::fabs(std::hypot(std::hypot(qx, qy), std::hypot(qz, qw)) - 1.0) <= 1e-2);
+}
+
+/// The number of words in a line.
+inline std::size_t number_of_words(std::string_view text)
+{
+    std::size_t count = 0;
+    while (!take_word(text).empty()) ++count;
+    return count;
+}
+
+/// The form of a line. A line of none of these forms is refused as a TUM line.
+inline TrajectoryFormat format_of(std::string_view line)
+{
+    if (std::count(line.begin(), line.end(), ',') >= 7) return TrajectoryFormat::euroc;
+    std::size_t const words = number_of_words(line);
+    return words == 12 ? TrajectoryFormat::kitti : words == 16 ? TrajectoryFormat::replica : TrajectoryFormat::tum;
+}
+
+inline PoseLine parse_pose(std::string_view text, TrajectoryFormat format, std::size_t number)
+{
+    PoseLine line;
+    if (format == TrajectoryFormat::tum) {
+        TumLine const tum = parse_tum_line(text);
+        line.why = tum.why;
+        line.advice = tum.advice;
+        auto const [seconds, tx, ty, tz, qx, qy, qz, qw] = tum.fields;
+        line.pose = {seconds, {glm::dmat3{1.0}, {tx, ty, tz}}};
+        if (line.why.empty()) set_quaternion(line, qx, qy, qz, qw);
+        return line;
+    }
+    bool const euroc = format == TrajectoryFormat::euroc;
+    std::size_t const needed = euroc ? 8 : format == TrajectoryFormat::kitti ? 12 : 16;
+    line.advice = euroc   ? "write timestamp,px,py,pz,qw,qx,qy,qz, nanoseconds first, or # before a comment"
+                  : needed == 12 ? "write the 12 numbers of a 3x4 camera-to-world matrix, or # before a comment"
+                          : "write the 16 numbers of a 4x4 camera-to-world matrix, or # before a comment";
+    std::array<double, 16> fields{};
+    std::size_t count = 0;
+    for (bool more = true; more && count < (euroc ? needed : needed + 1); ++count) {
+        std::string_view word;
+        if (euroc) { // a comma ends each field
+            std::size_t const end = std::min(text.find(','), text.size());
+            std::string_view field = text.substr(0, end);
+            word = take_word(field);
+            if (!take_word(field).empty()) word = {};
+            text.remove_prefix(std::min(end + 1, text.size()));
+            more = !text.empty();
+        } else if (word = take_word(text); word.empty()) {
+            break;
+        }
+        if (count == needed) continue; // one too many
+        if (!parse_number(word, fields[count]) || !(std::fabs(fields[count]) <= largest_number)) {
+            line.why = "field " + std::to_string(count + 1) + " is not a finite number, or above 1e37";
+            return line;
+        }
+    }
+    if (count != needed) {
+        line.why = (count > needed ? "more than " + std::to_string(needed) : std::to_string(count)) + " fields where " + std::to_string(needed) +
+                   " are needed, as in the first line";
+        return line;
+    }
+    if (euroc) {
+        auto const* const f = fields.data();
+        line.pose = {f[0] * 1e-9, {glm::dmat3{1.0}, {f[1], f[2], f[3]}}};
+        if (f[4] == 0.0 && f[5] == 0.0 && f[6] == 0.0 && f[7] == 0.0) line.why = "its quaternion is zero";
+        set_quaternion(line, f[5], f[6], f[7], f[4]);
+        return line;
+    }
+    if (needed == 16 && std::fabs(fields[12]) + std::fabs(fields[13]) + std::fabs(fields[14]) + std::fabs(fields[15] - 1.0) > 1e-6)
+        line.why = "its last four numbers are not 0 0 0 1";
+    Pose& pose = line.pose.pose;
+    line.pose.seconds = static_cast<double>(number);
+    for (int row = 0; row < 3; ++row) {
+        for (int column = 0; column < 3; ++column) pose.rotation[row][column] = fields[static_cast<std::size_t>(4 * row + column)];
+        pose.position[row] = fields[static_cast<std::size_t>(4 * row + 3)];
+    }
+    if (line.why.empty()) line.why = fault_of_rotation(pose.rotation);
+    return line;
+}
+
+/// Reads the lines of a trajectory. Without a format, the first pose tells it.
+inline Trajectory read_poses(std::istream& stream, std::string const& name, std::size_t most, TrajectoryFormat const* format)
+{
+    Trajectory trajectory;
+    LineReader lines(stream, name);
+    while (lines.next()) {
+        std::string_view const text = lines.text().substr(0, lines.text().find('#'));
+        if (text.find_first_not_of(blanks) == std::string_view::npos) continue;
+        if (trajectory.empty()) trajectory.format = format != nullptr ? *format : format_of(text);
+        PoseLine const line = parse_pose(text, trajectory.format, trajectory.size());
+        if (!line.why.empty()) throw Error(lines.place() + " is not a pose (" + line.why + "); " + line.advice);
+        if (trajectory.size() == most)
+            throw Error(name + " is too long (more than " + std::to_string(most) + " poses); split it");
+        trajectory.push_back(line.pose);
+        if (line.far_from_unit) ++trajectory.far_from_unit;
+    }
+    if (trajectory.empty())
+        throw Error(name + " holds no pose (every line is blank or a comment); name a " + (format != nullptr ? "TUM " : "") + "trajectory file");
+    return trajectory;
+}
+
 } // namespace detail
 
 /// Reads a trajectory in the format of the TUM RGB-D benchmark. A line is a pose: `timestamp tx ty tz qx qy qz qw`, in seconds and world
@@ -92,24 +215,8 @@ inline TumLine parse_tum_line(std::string_view text)
 /// name in errors. Cost: 104 bytes a pose, up to three times that while the list grows.
 inline Trajectory read_tum(std::istream& stream, std::string const& name, std::size_t most = most_poses)
 {
-    Trajectory trajectory;
-    detail::LineReader lines(stream, name);
-    while (lines.next()) {
-        std::string_view const text = lines.text().substr(0, lines.text().find('#'));
-        if (text.find_first_not_of(detail::blanks) == std::string_view::npos) continue;
-        detail::TumLine const line = detail::parse_tum_line(text);
-        if (!line.why.empty()) throw Error(lines.place() + " is not a pose (" + line.why + "); " + line.advice);
-        if (trajectory.size() == most)
-            throw Error(name + " is too long (more than " + std::to_string(most) + " poses); split it");
-        auto const [seconds, tx, ty, tz, qx, qy, qz, qw] = line.fields;
-        Pose const pose{glm::transpose(rotation_matrix(qw, qx, qy, qz)), {tx, ty, tz}};
-        trajectory.push_back({seconds, pose});
-        double const length = std::hypot(std::hypot(qx, qy), std::hypot(qz, qw));
-        if (!(std::fabs(length - 1.0) <= 1e-2)) ++trajectory.far_from_unit;
-    }
-    if (trajectory.empty())
-        throw Error(name + " holds no pose (every line is blank or a comment); name a TUM trajectory file");
-    return trajectory;
+    constexpr auto tum = TrajectoryFormat::tum;
+    return detail::read_poses(stream, name, most, &tum);
 }
 
 /// Reads a TUM trajectory from a file, as `read_tum` does. Throws `Error` also if the file cannot be read or is not a regular file.
@@ -120,12 +227,31 @@ inline Trajectory load_tum(std::filesystem::path const& path, std::size_t most =
     return read_tum(stream, detail::shown_path(path), most);
 }
 
-/// Notes on unusual stamps and quaternions of a trajectory, at most four lines: stamps that go back in time; stamps that occur twice; gaps
+/// Reads a trajectory in any `TrajectoryFormat`; its first pose tells which. A line with seven commas or more is of EuRoC, 12 words are of
+/// KITTI, 16 of Replica, all others of TUM; all poses of a file have the form of the first. `#` starts a comment, and blank lines are
+/// skipped. All poses take a camera as OpenCV's (x right, y down, z forward) to the world; the poses of EuRoC's own ground truth are those of
+/// the IMU, and nothing in the file says how the camera stands on it (`trajectory_notes` says so). A rotation matrix must be orthonormal
+/// within 1e-3, and is kept as it is. Throws `Error` and costs as `read_tum`.
+inline Trajectory read_trajectory(std::istream& stream, std::string const& name, std::size_t most = most_poses)
+{
+    return detail::read_poses(stream, name, most, nullptr);
+}
+
+/// Reads a trajectory from a file, as `read_trajectory` does. Throws `Error` also if the file cannot be read or is not a regular file.
+inline Trajectory load_trajectory(std::filesystem::path const& path, std::size_t most = most_poses)
+{
+    auto stream = detail::open_file(path, std::numeric_limits<std::uint64_t>::max(), "a trajectory file");
+    return read_trajectory(stream, detail::shown_path(path), most);
+}
+
+/// Notes on a trajectory, at most five lines: poses that are not a camera's (EuRoC); stamps that go back in time; stamps that occur twice; gaps
 /// above 5 times the median of the forward steps; quaternions far from unit length. Empty if nothing is unusual. Poses are numbered from 1
 /// in the file's order. Cost: one sort of the stamps.
 inline std::vector<std::string> trajectory_notes(Trajectory const& trajectory)
 {
     std::vector<std::string> notes;
+    if (trajectory.format == TrajectoryFormat::euroc)
+        notes.push_back("poses of EuRoC are taken as a camera's; the data set's own ground truth has the poses of the IMU");
     auto const seconds = [&](std::size_t i) { return trajectory[i].seconds; };
     auto const at = [&](std::size_t i) { return "pose " + std::to_string(i + 1) + " at " + detail::text_of(seconds(i)); };
 

@@ -16,7 +16,9 @@
 #include <string_view>
 #include <tilemesh/error.hpp>
 #include <tilemesh/scene/detail/json_reader.hpp>
+#include <tilemesh/scene/detail/json_values.hpp>
 #include <tilemesh/scene/detail/text_input.hpp>
+#include <tilemesh/scene/detail/transforms_json.hpp>
 #include <tilemesh/scene/named_camera.hpp>
 #include <tilemesh/scene/pose.hpp>
 #include <tilemesh/splat/camera.hpp>
@@ -25,14 +27,6 @@
 
 namespace tilemesh { inline namespace v0_2 { namespace scene::detail {
 
-/// A field of a camera: whether the file has it, its fault (null: no fault) and its value.
-template <class T>
-struct CameraField {
-    bool there = false;
-    char const* fault = nullptr;
-    T value{};
-};
-
 /// The keys under which camera files describe a lens with distortion (OpenCV's and COLMAP's coefficients).
 inline constexpr std::string_view distortion_keys[] = {
     "k1", "k2", "k3", "k4", "k5", "k6", "p1", "p2", "distortion", "distortion_coefficients", "distortion_params", "dist_coeffs", "camera_model"};
@@ -40,6 +34,9 @@ inline constexpr std::string_view distortion_keys[] = {
 /// The keys that are read from a camera of our own form, and of that which 3DGS training writes.
 inline constexpr std::string_view own_keys[] = {"scene", "file", "name", "id", "width", "height", "fx", "fy", "cx", "cy", "near", "world_to_camera"};
 inline constexpr std::string_view training_keys[] = {"id", "img_name", "width", "height", "position", "rotation", "fx", "fy"};
+
+/// The keys of a frame of transforms.json that say nothing about its camera.
+inline constexpr std::string_view beside_camera_keys[] = {"colmap_im_id", "depth_file_path", "mask_path", "sharpness"};
 
 /// Where a key is in a list of keys; the list's size if it is not there.
 template <std::size_t N>
@@ -117,7 +114,9 @@ struct CameraFields {
 /// One entry, and its name in errors.
 class CameraEntry {
 public:
-    CameraEntry(std::string const& file, std::size_t number) : file_(file), name_(std::to_string(number)) {}
+    CameraEntry(std::string const& file, std::size_t number, DistortedLens distorted = DistortedLens::refused)
+        : file_(file), name_(std::to_string(number)), distorted_(distorted)
+    {}
 
     /// From here on, errors call the camera `name` instead of its number.
     void rename(std::string const& name) { name_ = shown(name); }
@@ -127,7 +126,10 @@ public:
         throw Error(file_ + " camera " + name_ + " is not usable (" + why + "); correct the camera file");
     }
 
-    void refuse_distortion(Distortion const& distortion) const { detail::refuse_distortion(distortion, file_ + " camera " + name_); }
+    void refuse_distortion(Distortion const& distortion) const
+    {
+        if (distorted_ == DistortedLens::refused) detail::refuse_distortion(distortion, file_ + " camera " + name_);
+    }
 
     template <class T>
     T const& value(CameraField<T> const& field, char const* key) const
@@ -162,6 +164,7 @@ private:
 
     std::string const& file_;
     std::string name_;
+    DistortedLens distorted_;
 };
 
 /// Makes a camera from this library's form. The centre is -R^-1 t, so that R (p - c) = R p + t for this R.
@@ -207,13 +210,15 @@ inline splat::Camera training_camera(CameraFields const& fields, CameraEntry con
 /// reports the unusable camera only after the whole text is known to be JSON.
 class CameraJson {
 public:
-    CameraJson(std::istream& stream, std::string const& name) : json_(stream, name), file_(name) {}
+    CameraJson(std::istream& stream, std::string const& name, DistortedLens distorted = DistortedLens::refused)
+        : json_(stream, name), file_(name), distorted_(distorted), transforms_(name)
+    {}
 
     /// `notes` gets a line for each key that is not read; null: no notes.
     std::vector<NamedCamera> read(std::vector<std::string>* notes)
     {
         Distortion distortion{}; // beside cameras[]: of all of them
-        bool list = false, cameras_key = false, transforms_key = false;
+        bool list = false, cameras_key = false;
         JsonPart const root = json_.next();
         if (root == JsonPart::begin_list) {
             list = training_ = true;
@@ -222,12 +227,14 @@ public:
         while (root == JsonPart::begin_object && json_.next() == JsonPart::key) {
             bool const cameras = json_.text() == "cameras";
             cameras_key = cameras_key || cameras;
-            transforms_key = transforms_key || json_.text() == "frames" || json_.text() == "camera_angle_x";
-            auto const bent = place_of(json_.text(), distortion_keys);
-            if (bent < distortion.size()) {
-                distortion[bent] = read_distortion();
+            if (json_.text() == "frames") {
+                JsonPart const value = json_.next();
+                transforms_.clear();
+                if (value == JsonPart::begin_list) read_frames();
+                else json_.skip(value), transforms_.add_no_object();
                 continue;
             }
+            if (read_lens(transforms_.common, &distortion)) continue;
             JsonPart const value = json_.next();
             if (cameras) list = value == JsonPart::begin_list;
             if (cameras && list) read_list();
@@ -235,15 +242,17 @@ public:
         }
         json_.next(); // the end
 
-        if (!cameras_key && transforms_key)
-            throw Error(file_ + " is a transforms.json of nerfstudio or Blender (its cameras look along -z, with y up); write "
-                                "cameras[] with world_to_camera = inverse(transform_matrix * diag(1, -1, -1, 1)), or name the "
-                                "COLMAP model it was made from");
+        if (!cameras_key && transforms_.there()) {
+            auto cameras = transforms_.take(distorted_, notes);
+            if (notes != nullptr) unread_of_frames_.add_to(*notes);
+            return cameras;
+        }
         if (!list)
             throw Error(file_ +
-                        " is not a camera file (it has no list \"cameras\", and is no list itself); name a JSON file with "
-                        "cameras[], the cameras.json of a 3DGS training, or a COLMAP model");
-        refuse_distortion(distortion, file_);
+                        " is not a camera file (it has no list \"cameras\" or \"frames\", and is no list itself); name a JSON file with "
+                        "cameras[], a transforms.json, the cameras.json of a 3DGS training, or a COLMAP model");
+        bool const all_bent = std::find(distortion.begin(), distortion.end(), true) != distortion.end();
+        if (distorted_ == DistortedLens::refused) refuse_distortion(distortion, file_);
         if (training_) finish_names();
         std::set<std::string> labels;
         for (std::size_t i = 0; i < cameras_.size(); ++i) {
@@ -253,6 +262,7 @@ public:
             entry.refuse("another camera has the same scene and name");
         }
         if (unusable_) convert(*unusable_); // throws
+        note_ignored_distortion(all_bent ? cameras_.size() : bent_, notes);
         if (notes != nullptr) unread_.add_to(*notes);
         return std::move(cameras_);
     }
@@ -267,6 +277,7 @@ private:
     void read_list()
     {
         cameras_.clear();
+        bent_ = 0;
         unusable_.reset();
         unread_ = {};
         std::size_t number = 0;
@@ -292,6 +303,7 @@ private:
             if (unusable_) continue;
             try {
                 cameras_.push_back(convert(fields));
+                if (std::find(fields.distortion.begin(), fields.distortion.end(), true) != fields.distortion.end()) ++bent_;
             } catch (Error const&) {
                 unusable_ = std::move(fields);
             }
@@ -301,7 +313,7 @@ private:
     /// Converts the entry after the last camera that is kept.
     NamedCamera convert(CameraFields const& fields) const
     {
-        CameraEntry entry(file_, cameras_.size() + 1);
+        CameraEntry entry(file_, cameras_.size() + 1, distorted_);
         if (!fields.object) entry.refuse("it is not an object");
         if (!training_) return own_camera(fields, entry);
         entry.rename(names_[cameras_.size()].name);
@@ -331,135 +343,90 @@ private:
         }
     }
 
+    /// Reads a value of a lens of transforms.json, if the key that was read names one. `whole` gets what the key means for cameras[].
+    bool read_lens(TransformsLens& lens, Distortion* whole = nullptr)
+    {
+        auto const key = json_.text();
+        if (auto* const field = lens.field(key)) {
+            json_.read(*field);
+            return true;
+        }
+        constexpr std::size_t fisheye = std::size(distortion_keys); // instant-ngp: true or false
+        auto const at = key == "is_fisheye" ? fisheye : place_of(key, distortion_keys);
+        if (at == fisheye && key != "is_fisheye") return false;
+        bool named = false;
+        bool const bends = json_.read_distortion(&named);
+        lens.set_distortion(at, named);
+        if (whole != nullptr && at < whole->size()) (*whole)[at] = bends;
+        return true;
+    }
+
+    /// Reads the list "frames" of a transforms.json after its opening bracket.
+    void read_frames()
+    {
+        unread_of_frames_ = {};
+        std::size_t number = 0;
+        for (JsonPart part; (part = json_.next()) != JsonPart::end_list;) {
+            if (number++ == most_cameras)
+                throw Error(file_ + " has too many frames (more than " + std::to_string(most_cameras) + "); split it");
+            if (transforms_.ended() || part != JsonPart::begin_object) {
+                if (!transforms_.ended()) transforms_.add_no_object();
+                json_.skip(part);
+                continue;
+            }
+            CameraField<std::string> path;
+            CameraField<std::array<double, 16>> matrix;
+            TransformsLens lens;
+            while (json_.next() == JsonPart::key) {
+                auto const key = json_.text();
+                if (key == "file_path") json_.read(path);
+                else if (key == "transform_matrix") json_.read_matrix<4>(matrix, "not a 4x4 matrix");
+                else if (!read_lens(lens)) {
+                    if (place_of(key, beside_camera_keys) == std::size(beside_camera_keys)) unread_of_frames_.see(key, number);
+                    json_.skip(json_.next());
+                }
+            }
+            transforms_.add(path, matrix, std::move(lens));
+        }
+    }
+
     void read_fields(CameraFields& fields, std::size_t number)
     {
         while (json_.next() == JsonPart::key) {
             std::string_view const key = json_.text();
             if (auto const bent = place_of(key, distortion_keys); bent < fields.distortion.size()) {
-                fields.distortion[bent] = read_distortion();
+                fields.distortion[bent] = json_.read_distortion();
                 continue;
             }
             if (training_ ? place_of(key, training_keys) == std::size(training_keys) : place_of(key, own_keys) == std::size(own_keys))
                 unread_.see(json_.text(), number);
-            if (key == "fx") read(fields.fx);
-            else if (key == "fy") read(fields.fy);
-            else if (key == "cx") read(fields.cx);
-            else if (key == "cy") read(fields.cy);
-            else if (key == "near") read(fields.near);
-            else if (key == "width") read(fields.width);
-            else if (key == "height") read(fields.height);
-            else if (key == "scene") read(fields.scene);
-            else if (key == "file") read(fields.file);
-            else if (key == (training_ ? "img_name" : "name")) read(fields.name);
-            else if (key == "id") read_id(fields.id);
-            else if (key == "position") read_vector(fields.position, "not 3 numbers");
-            else if (key == "rotation") read_matrix<3>(fields.rotation, "not a 3x3 matrix");
-            else if (key == "world_to_camera") read_matrix<4>(fields.world_to_camera, "not a 4x4 matrix");
+            if (key == "fx") json_.read(fields.fx);
+            else if (key == "fy") json_.read(fields.fy);
+            else if (key == "cx") json_.read(fields.cx);
+            else if (key == "cy") json_.read(fields.cy);
+            else if (key == "near") json_.read(fields.near);
+            else if (key == "width") json_.read(fields.width);
+            else if (key == "height") json_.read(fields.height);
+            else if (key == "scene") json_.read(fields.scene);
+            else if (key == "file") json_.read(fields.file);
+            else if (key == (training_ ? "img_name" : "name")) json_.read(fields.name);
+            else if (key == "id") json_.read_id(fields.id);
+            else if (key == "position") json_.read_vector(fields.position, "not 3 numbers");
+            else if (key == "rotation") json_.read_matrix<3>(fields.rotation, "not a 3x3 matrix");
+            else if (key == "world_to_camera") json_.read_matrix<4>(fields.world_to_camera, "not a 4x4 matrix");
             else json_.skip(json_.next());
         }
     }
-    /// Reads a value under a distortion key. Returns whether it means a lens with distortion: it is, or holds, a number other than 0, true,
-    /// or a text that names no pinhole camera.
-    bool read_distortion()
-    {
-        bool bends = false;
-        std::size_t open = 0;
-        do {
-            JsonPart const part = json_.next();
-            if (part == JsonPart::begin_object || part == JsonPart::begin_list) ++open;
-            if (part == JsonPart::end_object || part == JsonPart::end_list) --open;
-            bends = bends || (part == JsonPart::number && json_.number() != 0.0) || (part == JsonPart::other && json_.text() == "true") ||
-                    (part == JsonPart::text && !names_pinhole(json_.text()));
-        } while (open != 0);
-        return bends;
-    }
-    static bool names_pinhole(std::string text)
-    {
-        for (auto& c : text) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-        return text.empty() || text == "none" || text == "pinhole" || text == "simple_pinhole" || text == "perspective";
-    }
-    void read(CameraField<double>& field)
-    {
-        field.there = true;
-        field.fault = read_number(json_.next(), field.value);
-    }
-    void read(CameraField<std::string>& field)
-    {
-        JsonPart const part = json_.next();
-        field.there = true;
-        field.fault = part != JsonPart::text ? "not a string" : !is_plain(json_.text()) ? "not one line of text" : nullptr;
-        if (field.fault == nullptr) field.value = json_.text();
-        else json_.skip(part);
-    }
-    /// Reads an id: an integer of 64 bits, with or without a sign. A name shows it as the file does.
-    void read_id(CameraField<std::string>& id)
-    {
-        JsonPart const part = json_.next();
-        id.there = true;
-        id.fault = "not a whole number";
-        std::uint64_t natural = 0;
-        std::int64_t whole = 0;
-        if (part != JsonPart::number) return json_.skip(part);
-        if (!parse_number(json_.text(), natural) && !parse_number(json_.text(), whole)) return;
-        id.fault = nullptr;
-        id.value = json_.text() == "-0" ? "0" : json_.text();
-    }
-    template <std::size_t N>
-    void read_vector(CameraField<std::array<double, N>>& field, char const* fault)
-    {
-        JsonPart const part = json_.next();
-        field.there = true;
-        field.fault = fault;
-        if (part == JsonPart::begin_list) field.fault = read_numbers<N>(field.value.data(), fault);
-        else json_.skip(part);
-    }
-    template <std::size_t N>
-    void read_matrix(CameraField<std::array<double, N * N>>& field, char const* fault)
-    {
-        JsonPart const part = json_.next();
-        field.there = true;
-        field.fault = fault;
-        if (part != JsonPart::begin_list) return json_.skip(part);
-        char const* wrong = nullptr;
-        std::array<double, N> none{};
-        std::size_t rows = 0;
-        for (JsonPart row; (row = json_.next()) != JsonPart::end_list; ++rows) {
-            char const* why = fault;
-            if (row == JsonPart::begin_list) why = read_numbers<N>(rows < N ? &field.value[N * rows] : none.data(), fault);
-            else json_.skip(row);
-            if (wrong == nullptr) wrong = why;
-        }
-        if (rows == N) field.fault = wrong;
-    }
-    /// Reads a list of `N` numbers after its opening bracket. Returns its fault: `fault` if it does not have `N` items.
-    template <std::size_t N>
-    char const* read_numbers(double* numbers, char const* fault)
-    {
-        char const* wrong = nullptr;
-        std::size_t count = 0;
-        for (JsonPart part; (part = json_.next()) != JsonPart::end_list; ++count) {
-            double value = 0.0;
-            char const* const why = read_number(part, value);
-            if (wrong == nullptr) wrong = why;
-            if (count < N) numbers[count] = value;
-        }
-        return count == N ? wrong : fault;
-    }
-    /// Reads the rest of a value that starts with `part`, as a number. Returns its fault; null: no fault.
-    char const* read_number(JsonPart part, double& value)
-    {
-        json_.skip(part);
-        if (part != JsonPart::number) return "not a number";
-        value = json_.number();
-        return std::fabs(value) <= largest_number ? nullptr : "not a number within 1e37";
-    }
 
-    JsonReader json_;
+    JsonValues json_;
     std::string const& file_;
     bool training_ = false;
+    DistortedLens distorted_;
+    TransformsFrames transforms_;
     std::vector<NamedCamera> cameras_;
+    std::size_t bent_ = 0; ///< of `cameras_`
     std::vector<TrainingName> names_;
-    UnreadKeys unread_;
+    UnreadKeys unread_, unread_of_frames_;
     std::optional<CameraFields> unusable_, nameless_;
 };
 

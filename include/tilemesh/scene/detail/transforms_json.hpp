@@ -1,0 +1,182 @@
+#pragma once
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <tilemesh/error.hpp>
+#include <tilemesh/scene/detail/json_values.hpp>
+#include <tilemesh/scene/detail/text_input.hpp>
+#include <tilemesh/scene/named_camera.hpp>
+#include <tilemesh/scene/pose.hpp>
+#include <utility>
+#include <vector>
+
+namespace tilemesh { inline namespace v0_2 { namespace scene::detail {
+
+/// The lens that a transforms.json gives, for all frames or for one; each field may be missing.
+struct TransformsLens {
+    CameraField<double> w, h, fl_x, fl_y, cx, cy, camera_angle_x, camera_angle_y;
+    std::uint32_t given = 0, bent = 0; ///< bit i: distortion key i is there; its value bends the picture
+
+    CameraField<double>* field(std::string_view key)
+    {
+        for (auto const& [name, value] : {std::pair<std::string_view, CameraField<double>*>{"w", &w}, {"h", &h}, {"fl_x", &fl_x}, {"fl_y", &fl_y},
+                                          {"cx", &cx}, {"cy", &cy}, {"camera_angle_x", &camera_angle_x}, {"camera_angle_y", &camera_angle_y}})
+            if (name == key) return value;
+        return nullptr;
+    }
+    void set_distortion(std::size_t key, bool bends)
+    {
+        given |= 1u << key;
+        bent = bends ? bent | 1u << key : bent & ~(1u << key);
+    }
+    bool any() const
+    {
+        bool there = given != 0;
+        for (auto const* field : {&w, &h, &fl_x, &fl_y, &cx, &cy, &camera_angle_x, &camera_angle_y}) there = there || field->there;
+        return there;
+    }
+};
+
+/// The frames of a transforms.json, until the whole file is read: the lens of all frames may stand behind them. It keeps the frames before
+/// the first that has no name or no pose, and the reason for that one.
+class TransformsFrames {
+public:
+    explicit TransformsFrames(std::string const& file) : file_(file) {}
+
+    TransformsLens common; ///< of all frames
+
+    /// Forgets the frames that were read.
+    void clear()
+    {
+        frames_.clear();
+        unusable_.clear();
+        there_ = true;
+    }
+    bool there() const { return there_; }
+    std::size_t size() const { return frames_.size(); }
+    /// Nothing more is needed from further frames.
+    bool ended() const { return !unusable_.empty(); }
+
+    void add(CameraField<std::string> const& path, CameraField<std::array<double, 16>> const& matrix, TransformsLens&& lens)
+    {
+        auto const name = std::to_string(frames_.size() + 1);
+        auto const is = [&](auto const& field, char const* key) {
+            if (!field.there) unusable_ = refusal(name, std::string("it has no \"") + key + "\"");
+            else if (field.fault != nullptr) unusable_ = refusal(name, std::string("\"") + key + "\" is " + field.fault);
+        };
+        is(path, "file_path");
+        if (!ended() && path.value.empty()) unusable_ = refusal(name, "\"file_path\" is empty");
+        if (!ended()) is(matrix, "transform_matrix");
+        if (ended()) return;
+        std::string_view file = path.value;
+        if (file.starts_with("./") && file.size() > 2) file.remove_prefix(2);
+        frames_.push_back({std::string(file), {}, lens.any() ? std::make_unique<TransformsLens>(std::move(lens)) : nullptr});
+        std::copy(matrix.value.begin(), matrix.value.end(), frames_.back().to_world.begin());
+    }
+    void add_no_object() { unusable_ = refusal(std::to_string(frames_.size() + 1), "it is not an object"); }
+
+    /// The cameras; throws `Error` for the first that cannot be used.
+    std::vector<NamedCamera> take(DistortedLens distorted, std::vector<std::string>* notes) const
+    {
+        std::vector<NamedCamera> cameras;
+        std::set<std::string> names;
+        std::size_t ignored = 0;
+        for (auto const& frame : frames_) {
+            if (!names.insert(frame.name).second) refuse(frame.name, "another frame has the same file_path");
+            bool const bends = bends_picture(frame);
+            if (bends && distorted == DistortedLens::refused)
+                throw Error(file_ + " frame " + shown(frame.name) +
+                            " has a lens with distortion (a coefficient is not 0, or its camera_model is a fisheye; a pinhole camera has none); "
+                            "undistort the pictures, for example with colmap image_undistorter, and name the cameras that it writes");
+            ignored += bends ? 1 : 0;
+            cameras.push_back({"", "", frame.name, camera_of(frame)});
+        }
+        if (!unusable_.empty()) throw Error(unusable_);
+        note_ignored_distortion(ignored, notes);
+        return cameras;
+    }
+
+private:
+    struct Frame {
+        std::string name;
+        std::array<double, 16> to_world; ///< row-major
+        std::unique_ptr<TransformsLens> lens; ///< what the frame itself says; null: nothing
+    };
+
+    std::string refusal(std::string const& frame, std::string const& why) const
+    {
+        return file_ + " frame " + shown(frame) + " is not usable (" + why + "); correct the camera file";
+    }
+    [[noreturn]] void refuse(std::string const& frame, std::string const& why) const { throw Error(refusal(frame, why)); }
+
+    bool bends_picture(Frame const& frame) const
+    {
+        auto const given = frame.lens ? frame.lens->given : 0, bent = frame.lens ? frame.lens->bent : 0;
+        return (bent | (common.bent & ~given)) != 0;
+    }
+
+    /// A number of the frame, or else of the file; empty if neither has it.
+    std::optional<double> number(Frame const& frame, CameraField<double> TransformsLens::*field, char const* key) const
+    {
+        auto const& found = frame.lens && (frame.lens.get()->*field).there ? frame.lens.get()->*field : common.*field;
+        if (!found.there) return {};
+        if (found.fault != nullptr) refuse(frame.name, std::string("\"") + key + "\" is " + found.fault);
+        return found.value;
+    }
+    std::uint32_t side(Frame const& frame, CameraField<double> TransformsLens::*field, char const* key) const
+    {
+        auto const pixels = number(frame, field, key);
+        if (!pixels)
+            refuse(frame.name, std::string("neither it nor the file has \"") + key + "\", the size of its picture in pixels");
+        if (!(*pixels >= 1.0 && *pixels <= 65535.0) || *pixels != std::floor(*pixels))
+            refuse(frame.name, std::string("\"") + key + "\" is not a whole number from 1 to 65535");
+        return static_cast<std::uint32_t>(*pixels);
+    }
+    /// The focal length, in pixels, of a field of view; empty for no field of view.
+    std::optional<double> focal(Frame const& frame, CameraField<double> TransformsLens::*field, char const* key, std::uint32_t side) const
+    {
+        auto const angle = number(frame, field, key);
+        if (!angle) return {};
+        constexpr double pi = 3.14159265358979323846;
+        if (!(*angle > 0.0 && *angle < pi)) refuse(frame.name, std::string("\"") + key + "\" is not between 0 and pi");
+        return 0.5 * side / std::tan(0.5 * *angle);
+    }
+
+    splat::Camera camera_of(Frame const& frame) const
+    {
+        using L = TransformsLens;
+        auto const& m = frame.to_world;
+        if (std::fabs(m[12]) + std::fabs(m[13]) + std::fabs(m[14]) + std::fabs(m[15] - 1.0) > 1e-6)
+            refuse(frame.name, "the last row of \"transform_matrix\" is not 0 0 0 1");
+        // The matrix takes a camera that looks along -z, with y up, to the world; ours looks along z, with y down.
+        Pose pose{glm::dmat3{1.0}, {m[3], m[7], m[11]}};
+        for (int row = 0; row < 3; ++row)
+            for (int column = 0; column < 3; ++column)
+                pose.rotation[row][column] = (column == 0 ? 1.0 : -1.0) * m[static_cast<std::size_t>(4 * row + column)];
+
+        std::uint32_t const width = side(frame, &L::w, "w"), height = side(frame, &L::h, "h");
+        auto fx = number(frame, &L::fl_x, "fl_x"), fy = number(frame, &L::fl_y, "fl_y");
+        if (!fx) {
+            fx = focal(frame, &L::camera_angle_x, "camera_angle_x", width);
+            if (!fy) fy = focal(frame, &L::camera_angle_y, "camera_angle_y", height);
+        }
+        if (!fx) refuse(frame.name, "neither it nor the file has \"fl_x\" or \"camera_angle_x\"");
+        Intrinsics const lens{*fx, fy.value_or(*fx), number(frame, &L::cx, "cx").value_or(0.5 * width),
+                              number(frame, &L::cy, "cy").value_or(0.5 * height), default_near, width, height};
+        if (auto const why = fault_of(pose, lens); !why.empty()) refuse(frame.name, why);
+        return make_camera(pose, lens);
+    }
+
+    std::string const& file_;
+    bool there_ = false;
+    std::vector<Frame> frames_;
+    std::string unusable_; ///< the error of the first frame that has no name or pose; empty: there is none
+};
+
+}}} // namespace tilemesh::scene::detail
