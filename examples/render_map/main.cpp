@@ -7,6 +7,7 @@
 #include "limits.hpp"
 #include "options.hpp"
 #include "outputs.hpp"
+#include "photographs.hpp"
 #include "png.hpp"
 #include "process.hpp"
 #include "progress.hpp"
@@ -165,7 +166,7 @@ std::string written_files(Options const& options, report::RunReport const& run)
     if (run.frames.size() > 1) text += " to " + run.frames.back().image;
     std::string separator = run.frames.size() > 1 ? ", and each as " : ", and as ";
     for (auto const& [wanted, extension] : {std::pair(options.pfm, ".pfm"), std::pair(options.choice.depth, ".depth.pfm"),
-                                            std::pair(options.choice.alpha, ".alpha.pfm")})
+                                            std::pair(options.choice.alpha, ".alpha.pfm"), std::pair(options.error_picture, ".error.png")})
         if (wanted) {
             text.append(separator).append(extension);
             separator = " and ";
@@ -200,10 +201,10 @@ tilemesh::RenderedFrame render(render_map::AnyRenderer& renderer, splat::Camera 
     }
 }
 
-/// Renders and writes every frame until an interrupt, and adds it to `result`. It takes over the frames that the journal has.
+/// Renders and writes every frame until an interrupt, compares it with its photograph or with the picture `other`, and adds it to `result`. It takes over the frames that the journal has.
 void render_frames(Options const& options, scene::Map const& map, std::vector<render_map::Shot> const& shots,
-                   render_map::AnyRenderer& renderer, render_map::TraceOutput* trace, render_map::Journal* journal, Progress& progress,
-                   report::RunReport& result)
+                   std::optional<render_map::OtherPicture> const& other, render_map::AnyRenderer& renderer, render_map::TraceOutput* trace,
+                   render_map::Journal* journal, Progress& progress, report::RunReport& result)
 {
     auto* const instruments = dynamic_cast<render_map::Instruments*>(&renderer);
     if (instruments && options.follow) instruments->follow(splat::GaussianId{*options.follow});
@@ -229,7 +230,12 @@ void render_frames(Options const& options, scene::Map const& map, std::vector<re
         frame.tile_px = {renderer.tile().width, renderer.tile().height};
 
         progress.say_frame("writing");
-        auto const files = write_frame(options, i, rendered, frame);
+        auto files = write_frame(options, i, rendered, frame);
+        if (other || shots[i].photograph) {
+            progress.say_frame("comparing");
+            auto const error = options.error_picture ? render_map::frame_path(options, i, ".error.png") : std::filesystem::path();
+            if (render_map::compare_frame(options, shots[i], other, rendered.image, error, frame)) files.push_back(error);
+        }
         if (trace && instruments) frame.modelled = trace->add_frame(i, frame, rendered.image, *instruments);
         // Two references take longer than the rest of the frame, so an interrupted frame gets none.
         bool const compared = options.reference && render_map::interrupt() == 0;
@@ -280,7 +286,8 @@ int run(Options const& options)
                         " left out (--sh-degree); the map has degree " + std::to_string(map.sh_degree));
         map = scene::at_degree(std::move(map), options.sh_degree);
     }
-    auto const shots = render_map::make_shots(options, map, notes);
+    auto shots = render_map::make_shots(options, map, notes);
+    render_map::find_photographs(options, shots);
     render_map::check_sizes(options, shots);
     std::vector<splat::Camera> path;
     for (auto const& shot : shots) path.push_back(shot.camera);
@@ -294,18 +301,19 @@ int run(Options const& options)
     auto result = describe_run(options, map, *renderer);
     result.notes = notes;
     result.features = render_map::features(options, needs, map, file_degree, *renderer);
-    auto const out = render_map::prepare_outputs(options, shots.size());
+    auto const out = render_map::prepare_outputs(options, shots);
+    auto const other = render_map::read_other(options, shots);
 
     std::optional<render_map::Journal> journal;
     if (options.resume) {
         progress.say("looking for finished frames");
-        result.made_from = render_map::made_from(options, render_map::files_read(options));
+        result.made_from = render_map::made_from(options, render_map::files_read(options, shots));
         journal.emplace(out, result.made_from, shots.size(), [&](std::size_t frame) { return render_map::picture_files(options, frame); });
     }
 
     auto* const tracing = trace ? &*trace : nullptr;
     try {
-        render_frames(options, map, shots, *renderer, tracing, journal ? &*journal : nullptr, progress, result);
+        render_frames(options, map, shots, other, *renderer, tracing, journal ? &*journal : nullptr, progress, result);
     } catch (std::exception const& error) {
         // The finished frames are written; their report must not be lost because another frame failed.
         if ((options.report || trace) && !result.frames.empty()) {
@@ -340,11 +348,13 @@ int run(Options const& options)
                                           thousands(map.gaussians.size() + map.rejected) + " rows, which are rejected" + first_rejected(map))
                   << std::endl;
     if (!missing.empty()) std::cerr << render_map::one_line(missing) << std::endl;
+    auto const not_compared = render_map::photograph_problems(result);
+    for (auto const& problem : not_compared) std::cerr << problem << std::endl;
     if (!stopped.empty()) {
         std::cerr << stopped << std::endl;
         return 128 + render_map::interrupt();
     }
-    int const status = options.strict && !missing.empty() ? 1 : 0;
+    int const status = (options.strict && !missing.empty()) || !not_compared.empty() ? 1 : 0;
     report::StringStream summary;
     if (options.explain) render_map::explain(summary, result);
     if (options.quiet) {
@@ -378,6 +388,10 @@ int run_arguments(int argc, char** argv)
         if (options.help || options.version) {
             render_map::print(options.help ? render_map::help_text() : render_map::version_text(),
                               "send it to a file or a terminal with room");
+            return 0;
+        }
+        if (options.list) {
+            render_map::print(render_map::camera_names(options), "send it to a file or a terminal with room");
             return 0;
         }
         render_map::note_interrupts(!options.quiet && isatty(STDERR_FILENO) == 1);

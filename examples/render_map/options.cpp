@@ -69,8 +69,27 @@ double degrees(std::string_view option, std::string_view text)
     auto const [end, error] = tilemesh::read_number(digits.data(), digits.data() + digits.size(), value);
     if (error != std::errc{} || end != digits.data() + digits.size() || !std::isfinite(value))
         throw Error(std::string(option) + " cannot be " + in_quotes(text) +
-                    " (it takes degrees a frame, a number); write for example " + std::string(option) + " 0.5");
+                    " (it takes degrees, a number); write for example " + std::string(option) + " 0.5");
     return value;
+}
+
+/// Three numbers, separated by commas.
+std::array<double, 3> point(std::string_view option, std::string_view text)
+{
+    std::array<double, 3> result{};
+    auto const* at = text.data();
+    auto const* const end = at + text.size();
+    bool good = true;
+    for (std::size_t i = 0; i < 3 && good; ++i) {
+        if (at != end && *at == '+') ++at;
+        auto const [stop, error] = tilemesh::read_number(at, end, result[i]);
+        good = error == std::errc{} && std::abs(result[i]) <= 1e30 && (i < 2 ? stop != end && *stop == ',' : stop == end);
+        at = stop + (i < 2 && good ? 1 : 0);
+    }
+    if (!good)
+        throw Error(std::string(option) + " cannot be " + in_quotes(text) + " (it takes X,Y,Z, three numbers within 1e30 in world units); write for example " +
+                    std::string(option) + " 0,-1,0");
+    return result;
 }
 
 std::filesystem::path file(std::string_view option, std::string_view text)
@@ -129,13 +148,27 @@ constexpr Option options[] = {
                          " (it takes SCENE/NAME, 1 to 255 bytes); name a camera or leave the option out");
          o.camera = text;
      }},
+    {"--list", "", "print the names of that file's cameras, one per line, and render nothing",
+     [](Options& o, auto, auto) { o.list = true; }},
+    {"--from", "X,Y,Z", "stand at this point of the world, without a camera file",
+     [](Options& o, auto name, auto text) { o.from = point(name, text); }},
+    {"--look", "X,Y,Z", "look from there at this point [the map's middle]",
+     [](Options& o, auto name, auto text) { o.look = point(name, text); }},
+    {"--up", "X,Y,Z", "the direction that is up in the map, as 0,1,0 [0,-1,0: y points down]",
+     [](Options& o, auto name, auto text) { o.up = point(name, text); }},
+    {"--fov", "DEGREES", "field of view from the left to the right border [60]",
+     [](Options& o, auto name, auto text) {
+         o.fov = degrees(name, text);
+         if (!(*o.fov > 0 && *o.fov < 180))
+             throw Error(std::string(name) + " cannot be " + in_quotes(text) + " (a field of view is between 0 and 180 degrees); write for example --fov 60");
+     }},
     {"--orbit", "DEGREES", "turn the camera around the map's middle, by DEGREES per frame",
      [](Options& o, auto name, auto text) { o.orbit_degrees = degrees(name, text); }},
     {"--frames", "N", "render N frames of the orbit, or the first N poses (see --every)",
      [](Options& o, auto name, auto text) { o.frames = whole_number(name, text, most_frames); }},
-    {"--trajectory", "FILE", "render a frame per pose of a TUM file (camera to world), lens of --camera",
+    {"--trajectory", "FILE", "render a frame per pose of a file (see below), with the lens of --camera",
      [](Options& o, auto name, auto text) { o.trajectory = input(o, name, text); }},
-    {"--every", "N", "render every Nth pose of the trajectory, from the first [1]",
+    {"--every", "N", "render every Nth pose of the trajectory, or camera by its name, from the first",
      [](Options& o, auto name, auto text) { o.every = whole_number(name, text, any_number); }},
     {"--relative", "", "move the camera as the trajectory moves from its first pose",
      [](Options& o, auto, auto) { o.relative = true; }},
@@ -159,6 +192,10 @@ constexpr Option options[] = {
                                 {"z180", Turn::z180},
                                 {"z270", Turn::z270}});
      }},
+    {"--ignore-distortion", "", "take a lens with distortion for a pinhole, although its pictures are bent",
+     [](Options& o, auto, auto) { o.distorted = tilemesh::scene::DistortedLens::ignored; }},
+    {"--scale", "N", "divide the sides of the cameras' pictures by N, as trainers do [1]",
+     [](Options& o, auto name, auto text) { o.scale = whole_number(name, text, 64); }},
 
     {"--preset", "NAME", "lossless | paper | prototype [lossless]",
      [](Options& o, auto name, auto text) {
@@ -261,6 +298,12 @@ constexpr Option options[] = {
      [](Options& o, auto, auto) { o.choice.alpha = true; }},
     {"--reference", "", "compare with double precision, with and without cut-offs (slow)",
      [](Options& o, auto, auto) { o.reference = true; }},
+    {"--photos", "DIR", "compare with the cameras' photographs: PSNR, SSIM, L1 (see below)",
+     [](Options& o, auto name, auto text) { o.photos = input(o, name, text); }},
+    {"--compare", "FILE", "compare with another renderer's picture, PFM or PNG",
+     [](Options& o, auto name, auto text) { o.compare = input(o, name, text); }},
+    {"--error-picture", "", "also write frame_0000.error.png: where --photos or --compare differ",
+     [](Options& o, auto, auto) { o.error_picture = true; }},
     {"--report", "FILE", "write all counters as JSON",
      [](Options& o, auto name, auto text) { o.report = file(name, text); }},
     {"--trace", "DIR", "write what each tile did, and modelled cycles: HTML, CSV, JSON",
@@ -327,7 +370,25 @@ void check_together(Options const& o, std::vector<std::string_view> const& given
     needs("--camera", "--cameras", "a camera is looked up in a camera file");
     if (!o.trajectory) needs("--frames", "--orbit", "it counts the frames of an orbit or of a --trajectory");
     needs("--orbit", "--frames", "an orbit has as many frames as you ask for");
-    needs("--every", "--trajectory", "it counts the poses of a trajectory");
+    if (!o.cameras || o.orbit_degrees) needs("--every", "--trajectory", "it counts the poses of a trajectory, or the cameras of a file");
+    needs("--list", "--cameras", "it prints the names of a camera file");
+    needs("--look", "--from", "a camera looks from a point");
+    for (auto const option : {"--from", "--up", "--fov"})
+        if (is_given(option) && o.cameras)
+            throw Error(std::string(option) + " and --cameras are both given (each places the camera); leave one of them out");
+    needs("--ignore-distortion", "--cameras", "a camera file says how a lens bends the picture");
+    needs("--scale", "--cameras", "it divides the sizes that a camera file has");
+    needs("--photos", "--cameras", "a camera file names the photographs");
+    if (o.photos && (o.orbit_degrees || o.trajectory))
+        throw Error(std::string("--photos and ") + (o.trajectory ? "--trajectory" : "--orbit") +
+                    " are both given (nobody photographed the views of a moved camera); leave one of them out");
+    if (o.photos && o.compare)
+        throw Error("--photos and --compare are both given (a frame is compared with one picture); leave one of them out");
+    if (o.size && (o.photos || is_given("--scale")))
+        throw Error(std::string(o.photos ? "--photos" : "--scale") +
+                    " and --size are both given (a photograph has the size of its camera, divided by --scale); leave --size out");
+    if (o.error_picture && !o.photos && !o.compare)
+        throw Error("--error-picture is given without --photos or --compare (it shows how two pictures differ); add one of them or leave it out");
     needs("--relative", "--trajectory", "it says how to read a trajectory");
     if (o.orbit_degrees && o.trajectory)
         throw Error("--orbit and --trajectory are both given (each moves the camera); choose one");
@@ -493,6 +554,8 @@ std::string help_text()
                        "  render_map room.ply --preset prototype --channel-slots 10 --report report.json\n"
                        "The error against double precision:\n"
                        "  render_map room.ply --reference\n"
+                       "PSNR and SSIM of the held-out views of a map that was trained at half size:\n"
+                       "  render_map room.ply --cameras sparse/0 --photos images --every 8 --scale 2\n"
                        "The tiles, steps and channels that the machine waits for, and the path of one Gaussian:\n"
                        "  render_map room.ply --trace where --follow 4711\n";
     for (auto const& option : options) {
@@ -509,11 +572,29 @@ std::string help_text()
                   "Files that are read\n"
                   "  Maps: 3DGS PLY, compressed PLY, .splat, SPZ (versions 1 to 4) and SOG (an archive, or a folder\n"
                   "  with meta.json). Several maps are one; the ids count on. An SPZ has y up and z back: its y and z\n"
-                  "  change sign. Cameras: tilemesh's own JSON (cameras[] with world_to_camera), the\n"
-                  "  cameras.json of 3DGS training, or COLMAP's cameras.txt and images.txt (one of them, or their\n"
-                  "  folder). Trajectories: TUM, one pose per line: timestamp tx ty tz qx qy qz qw, camera to world.\n"
+                  "  change sign.\n"
+                  "  Cameras: tilemesh's own JSON (cameras[] with world_to_camera), the\n"
+                  "  cameras.json of 3DGS training, the transforms.json of nerfstudio and instant-ngp, or a COLMAP model,\n"
+                  "  text or binary (cameras.txt, images.txt, cameras.bin, images.bin, or their folder).\n"
+                  "  Trajectories, one pose per line, camera to world; the first pose tells the form:\n"
+                  "    TUM      timestamp tx ty tz qx qy qz qw, in seconds\n"
+                  "    EuRoC    timestamp,px,py,pz,qw,qx,qy,qz, in nanoseconds\n"
+                  "    KITTI    the 12 numbers of a 3x4 matrix, row by row\n"
+                  "    Replica  the 16 numbers of a 4x4 matrix, row by row\n"
                   "  Energy models: a line `energy NAME`, then one event per line, `EVENT VALUE fJ SOURCE`. No event\n"
                   "  has a built-in value; include/tilemesh/model/energy.hpp lists the events.\n"
+                  "\n"
+                  "Photographs\n"
+                  "  --photos DIR looks below DIR for a PNG or JPEG of each camera's name, with that or another\n"
+                  "  extension, with or without the name's folders. PSNR and L1 are over the three channels, peak 1.\n"
+                  "  SSIM is that of 3DGS' own evaluation: a Gaussian window of 11 x 11 and sigma 1.5, each channel\n"
+                  "  alone, data range 1, zeros outside the picture. The frame is clamped to [0, 1], not rounded;\n"
+                  "  transparency shows the black background. --every 8 takes the field's held-out views: every\n"
+                  "  eighth of the sorted names. --scale 2 halves the cameras, and the photographs that are not\n"
+                  "  halved yet (Pillow's bicubic filter). A photograph that is missing, damaged or of another size\n"
+                  "  gets one line on standard error; the others are compared, and the exit status is 1.\n"
+                  "  --compare measures a PFM as it is, without clamping. An error picture shows the difference of\n"
+                  "  each channel, divided by the largest one.\n"
                   "\n"
                   "Qualities\n"
                   "  A quality sets two cut-offs: the faintest term that is blended, and the transmittance at which\n"
@@ -554,7 +635,8 @@ std::string help_text()
                   "\n"
                   "Exit status\n"
                   "  0: all files are written. 1: with --strict, a picture lacks something: records, copies, or what a\n"
-                  "  bound on rounds cuts off; standard error always says so. 2: an error; one line on standard error\n"
+                  "  bound on rounds cuts off; standard error always says so. Also 1: a frame could not be compared\n"
+                  "  with its photograph. 2: an error; one line on standard error\n"
                   "  names the problem, the reason and a remedy. 130: SIGINT (Ctrl-C). 143: SIGTERM.\n";
 }
 

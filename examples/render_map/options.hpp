@@ -1,5 +1,6 @@
 #pragma once
 #include "choice.hpp"
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -7,6 +8,7 @@
 #include <string>
 #include <tilemesh/render/renderer_options.hpp>
 #include <tilemesh/scene/map_file.hpp>
+#include <tilemesh/scene/named_camera.hpp>
 #include <tilemesh/scene/pose.hpp>
 #include <vector>
 
@@ -24,8 +26,17 @@ struct Options {
     std::optional<double> orbit_degrees;              ///< per frame
     std::uint32_t frames = 0;                          ///< frames of the orbit, or at most these of the trajectory; 0: all
     std::optional<std::filesystem::path> trajectory;
-    std::uint32_t every = 1;                           ///< of the trajectory, every so many-th pose, from the first
+    std::optional<std::uint32_t> every;               ///< every so many-th pose of the trajectory, or camera by name, from the first; empty: all
+    tilemesh::scene::DistortedLens distorted = tilemesh::scene::DistortedLens::refused;
+    std::uint32_t scale = 1;                           ///< divides the sides of the camera file's pictures
+    std::optional<std::filesystem::path> photos;      ///< the folder of the photographs
+    std::optional<std::filesystem::path> compare;     ///< another renderer's picture
+    bool error_picture = false;
     bool relative = false;
+    /// A camera without a file. Empty: the middle of the map, guessed positions, y down, 60 degrees.
+    std::optional<std::array<double, 3>> from, look, up;
+    std::optional<double> fov;
+    bool list = false;                                ///< print the names of the camera file, and render nothing
     std::optional<tilemesh::scene::Size> size;
     Choice choice;
     tilemesh::RendererOptions renderer;

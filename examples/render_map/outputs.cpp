@@ -42,7 +42,8 @@ struct Picture {
 constexpr Picture pictures[] = {{".png", [](Options const&) { return true; }},
                                 {".pfm", [](Options const& o) { return o.pfm; }},
                                 {".depth.pfm", [](Options const& o) { return o.choice.depth; }},
-                                {".alpha.pfm", [](Options const& o) { return o.choice.alpha; }}};
+                                {".alpha.pfm", [](Options const& o) { return o.choice.alpha; }},
+                                {".error.png", [](Options const& o) { return o.error_picture; }}};
 
 /// The part of `name` after the number, if `name` is a `frame_file` of one of the first `frames` frames; otherwise empty.
 std::string_view after_number(std::string_view name, std::size_t frames)
@@ -80,10 +81,11 @@ void check_report(fs::path const& report)
 }
 
 /// Refuses a run that would overwrite a file that it reads, or write two files with one name. The folders must exist.
-void check_distinct(Options const& options, fs::path const& out, std::size_t frames)
+void check_distinct(Options const& options, fs::path const& out, std::vector<Shot> const& shots)
 {
+    auto const frames = shots.size();
     tilemesh::report::DistinctFiles files;
-    for (auto const& file : files_read(options)) files.read(file);
+    for (auto const& file : files_read(options, shots)) files.read(file);
     if (!options.quiet || options.explain) files.write_stream(STDOUT_FILENO, "standard output", "send it to another file, or use --quiet");
     files.write_stream(STDERR_FILENO, "standard error", "send it to another file");
     using Devices = tilemesh::report::DistinctFiles::Devices;
@@ -149,19 +151,21 @@ std::string follow_file(std::uint32_t id)
     return "follow_" + std::to_string(id) + ".csv";
 }
 
-fs::path prepare_outputs(Options const& options, std::size_t frames)
+fs::path prepare_outputs(Options const& options, std::vector<Shot> const& shots)
 {
     auto const out = out_folder(options);
     make_folder(out, "--out");
     if (options.trace) make_folder(*options.trace, "--trace");
     if (options.report) check_report(*options.report);
-    check_distinct(options, out, frames);
+    check_distinct(options, out, shots);
     return out;
 }
 
-std::vector<fs::path> files_read(Options const& options)
+std::vector<fs::path> files_read(Options const& options, std::vector<Shot> const& shots)
 {
     auto files = options.inputs;
+    for (auto const& shot : shots)
+        if (shot.photograph) files.push_back(shot.photograph->path);
     if (options.cameras && tilemesh::scene::names_colmap(*options.cameras)) {
         auto const [cameras, images] = tilemesh::scene::colmap_files(*options.cameras);
         files.insert(files.end(), {cameras, images});

@@ -1,11 +1,16 @@
 #include "shots.hpp"
+#include "text.hpp"
+#include <algorithm>
+#include <array>
 #include <cstddef>
+#include <glm/vec3.hpp>
 #include <optional>
 #include <tilemesh/error.hpp>
 #include <tilemesh/scene/built_in.hpp>
 #include <tilemesh/scene/camera_json.hpp>
 #include <tilemesh/scene/frame_whole.hpp>
 #include <tilemesh/scene/orbit.hpp>
+#include <tilemesh/scene/pose.hpp>
 #include <tilemesh/scene/trajectory.hpp>
 #include <utility>
 
@@ -20,26 +25,50 @@ std::vector<Shot> still_shots(Options const& options, scene::Map const& map, std
 {
     if (!options.cameras) {
         auto const size = options.size.value_or(scene::Size{1280, 720});
-        if (options.maps.empty()) return {{"built_in", scene::built_in_camera(size)}};
+        auto const vector = [](std::array<double, 3> const& v) { return glm::dvec3{v[0], v[1], v[2]}; };
+        auto const up = vector(options.up.value_or(std::array{0.0, -1.0, 0.0}));
+        auto const fov = options.fov.value_or(60.0);
+        if (options.from) {
+            scene::upright(up); // refuses a direction of length 0
+            auto const target = options.look ? vector(*options.look) : scene::robust_centre(map);
+            return {{"from", scene::make_camera(scene::look_at(vector(*options.from), target, -up), scene::lens_from_field_of_view(fov, size))}};
+        }
+        if (options.maps.empty() && !options.up && !options.fov) return {{"built_in", scene::built_in_camera(size)}};
         if (!options.trajectory)
             notes.push_back("no camera is named: this one is a guess, along +z at the middle of the map; look around with --orbit 90 "
-                            "--frames 4, or name yours with --cameras");
-        return {{"frame_whole", scene::frame_whole(map, size)}};
+                            "--frames 4, add --up 0,1,0 if the map is upside down, or name yours with --cameras");
+        return {{"frame_whole", scene::frame_whole(map, size, up, fov)}};
     }
     std::vector<Shot> shots;
     std::vector<std::string> of_file;
-    auto const cameras = scene::load_cameras(*options.cameras, &of_file);
+    auto const cameras = scene::load_cameras(*options.cameras, &of_file, options.distorted);
     for (auto const& note : of_file) notes.push_back(options.cameras->filename().string().append(": ").append(note));
-    for (auto const& chosen : scene::select_cameras(cameras, options.camera.value_or(""), map.name)) {
-        auto const camera =
-            options.size ? scene::resized(chosen.camera, options.size->width, options.size->height)
-                         : chosen.camera;
-        shots.push_back({scene::label(chosen), camera});
+    auto chosen = scene::select_cameras(cameras, options.camera.value_or(""), map.name);
+    if (options.every && !options.trajectory) {
+        auto const all = chosen.size();
+        std::stable_sort(chosen.begin(), chosen.end(), [](auto const& a, auto const& b) { return a.name < b.name; });
+        std::size_t kept = 0;
+        for (std::size_t i = 0; i < all; i += *options.every) std::swap(chosen[kept++], chosen[i]);
+        chosen.resize(kept);
+        notes.push_back(std::to_string(kept) + " of " + std::to_string(all) + " cameras: one in " + std::to_string(*options.every) +
+                        " of the sorted names, from the first (--every)");
+    }
+    for (auto const& each : chosen) {
+        auto const camera = options.size ? scene::resized(each.camera, options.size->width, options.size->height)
+                                         : scene::stretched(each.camera, scene::reduced({each.camera.width, each.camera.height}, options.scale));
+        shots.push_back({scene::label(each), camera, {}, each.name, each.camera});
     }
     return shots;
 }
 
 } // namespace
+
+std::string camera_names(Options const& options)
+{
+    std::string text;
+    for (auto const& camera : scene::load_cameras(*options.cameras, nullptr, options.distorted)) text += one_line(scene::label(camera)) + "\n";
+    return text;
+}
 
 std::vector<Shot> make_shots(Options const& options, scene::Map const& map, std::vector<std::string>& notes)
 {
@@ -56,25 +85,27 @@ std::vector<Shot> make_shots(Options const& options, scene::Map const& map, std:
         shots.push_back({motion + "[" + std::to_string(shots.size()) + "]", camera, timestamp_s});
     };
     if (options.orbit_degrees) {
+        auto const [x, y, z] = options.up.value_or(std::array{0.0, -1.0, 0.0});
+        glm::dvec3 const up{x, y, z};
         for (auto const& camera : scene::orbit(start.camera, scene::robust_centre(map),
-                                               *options.orbit_degrees, options.frames))
+                                               *options.orbit_degrees, options.frames, up))
             add(start.name + " orbit", camera);
         return shots;
     }
-    auto trajectory = scene::load_tum(*options.trajectory, most_frames);
+    auto trajectory = scene::load_trajectory(*options.trajectory, most_frames);
     for (auto const& note : scene::trajectory_notes(trajectory))
         notes.push_back(options.trajectory->filename().string().append(": ").append(note));
     if (!options.cameras)
         notes.push_back("the lens is a guess (a trajectory says none): name yours with --cameras FILE --camera NAME");
     std::size_t kept = 0;
-    for (std::size_t i = 0; i < trajectory.size(); i += options.every) trajectory[kept++] = trajectory[i];
+    for (std::size_t i = 0; i < trajectory.size(); i += options.every.value_or(1)) trajectory[kept++] = trajectory[i];
     trajectory.resize(kept);
     if (options.frames != 0 && options.frames < trajectory.size()) trajectory.resize(options.frames);
     if (options.relative)
         trajectory = scene::relative_to_first(std::move(trajectory), scene::pose_of(start.camera));
     for (auto const& [seconds, pose] : trajectory)
-        add(options.trajectory->stem().string(),
-            scene::make_camera(pose, scene::lens_of(start.camera)), seconds);
+        add(options.trajectory->stem().string(), scene::make_camera(pose, scene::lens_of(start.camera)),
+            trajectory.has_stamps() ? std::optional(seconds) : std::nullopt);
     return shots;
 }
 

@@ -1,19 +1,34 @@
 #pragma once
 #include "options.hpp"
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <tilemesh/scene/map.hpp>
+#include <tilemesh/scene/pose.hpp>
 #include <tilemesh/splat/camera.hpp>
 #include <vector>
 
 namespace render_map {
+
+/// The photograph of a camera.
+struct Photograph {
+    std::filesystem::path path;
+    std::string problem; ///< why no frame can be compared with it; empty: a frame can
+    tilemesh::scene::Size size{};
+};
 
 /// A camera and its name in reports.
 struct Shot {
     std::string name;
     tilemesh::splat::Camera camera;
     std::optional<double> timestamp_s{}; ///< of its pose; empty if no trajectory moves the camera
+    std::string picture{};               ///< the camera's name in its file, which names its photograph; empty if it has no file
+    tilemesh::splat::Camera full{};      ///< the camera before --scale, if it is from a file
+    std::optional<Photograph> photograph{};
 };
+
+/// The names of the camera file, one per line, in its order. Throws `tilemesh::Error` for a file that cannot be used.
+std::string camera_names(Options const& options);
 
 /// The cameras that the options select, in rendering order; at least one. A reader's notes about its file are added to `notes`, one line
 /// each. Throws `tilemesh::Error` for a file that cannot be used, and for a selection without a camera.

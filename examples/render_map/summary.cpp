@@ -58,6 +58,14 @@ void print_frame(std::ostream& out, report::RunReport const& run, report::RunFra
                   << decimals(e.max_levels, 3) << " levels off (99.9 % below "
                   << decimals(e.p999_levels, 3) << "), SSIM " << decimals(e.ssim, 6) << '\n';
     };
+    auto const print_compared = [&out](report::Comparison const& other) {
+        if (!other.problem.empty()) return; // standard error says so
+        auto const& m = other.measures;
+        out << "against " << one_line(other.file, 200) << ": PSNR " << decimals(m.psnr_db, 2) << " dB, SSIM " << decimals(m.ssim, 4) << ", L1 "
+            << decimals(m.l1, 4) << ", largest difference " << decimals(m.largest, 4) << " at pixel " << m.largest_at[0] << ", " << m.largest_at[1] << '\n';
+    };
+    if (frame.photograph) print_compared(*frame.photograph);
+    if (frame.compared) print_compared(*frame.compared);
     if (frame.error) print_error("against double precision, no cut-offs", *frame.error);
     if (frame.error_same_cuts)
         print_error("against double precision, same cut-offs", *frame.error_same_cuts);
@@ -116,6 +124,27 @@ void print_sequence(std::ostream& out, report::RunReport const& run)
     totals.push_back(decimals(ms, 1));
     if (reference) totals.push_back("worst " + decimals(worst_db, 2));
     table.add_row(totals);
+    out << table << '\n';
+}
+
+/// Prints one line per photograph, then the means.
+void print_photographs(std::ostream& out, report::RunReport const& run)
+{
+    report::Table table{{"frame", "camera", "PSNR, dB", "SSIM", "L1"}};
+    for (std::size_t i = 0; i < run.frames.size(); ++i) {
+        if (!run.frames[i].photograph) continue;
+        auto const& photograph = *run.frames[i].photograph;
+        std::vector<std::string> row{std::to_string(i), one_line(run.frames[i].report.camera, 60)};
+        auto const& m = photograph.measures;
+        if (photograph.problem.empty()) row.insert(row.end(), {decimals(m.psnr_db, 3), decimals(m.ssim, 5), decimals(m.l1, 5)});
+        else row.insert(row.end(), {"not compared", "", ""});
+        table.add_row(row);
+    }
+    auto const means = report::photograph_means(run);
+    std::vector<std::string> last{"mean", thousands(means.compared) + (means.compared == 1 ? " frame" : " frames")};
+    if (means.compared != 0) last.insert(last.end(), {decimals(means.psnr_db, 3), decimals(means.ssim, 5), decimals(means.l1, 5)});
+    else last.insert(last.end(), {"", "", ""});
+    table.add_row(last);
     out << table << '\n';
 }
 
@@ -204,7 +233,11 @@ std::string advice(Options const& options, Needs const& needs, report::RunReport
 void print_summary(std::ostream& out, report::RunReport const& run)
 {
     print_header(out, run);
-    if (run.frames.size() > 1) print_sequence(out, run);
+    if (run.frames.size() > 1) {
+        print_sequence(out, run);
+        if (std::any_of(run.frames.begin(), run.frames.end(), [](auto const& frame) { return frame.photograph.has_value(); }))
+            print_photographs(out, run);
+    }
     print_frame(out, run, run.frames.back());
 }
 

@@ -8,9 +8,9 @@ small="--size 320x180 --quiet"
 
 # --- a picture ---------------------------------------------------------------------------------
 runs --help
-for option in --cameras --camera --orbit --frames --trajectory --every --relative --size --preset --program --grid --tile --machine \
+for option in --cameras --camera --list --from --look --up --fov --orbit --frames --trajectory --every --ignore-distortion --scale --relative --size --preset --program --grid --tile --machine \
     --channel-slots --storage-slots --held --rounds --fold --saturation --footprint --copies --hops --pixels --arithmetic --quality --sh-degree --fit --engine \
-    --threads --out --float --depth --alpha --reference --report --explain --quiet --strict --resume --version --help; do
+    --threads --out --float --depth --alpha --reference --photos --compare --error-picture --report --explain --quiet --strict --resume --version --help; do
     has stdout "^  $option "
 done
 [ "$(awk '{ if (length($0) > most) most = length($0) } END { print most }' stdout)" -le 100 ] || fail "the help is too wide"

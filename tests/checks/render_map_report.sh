@@ -34,6 +34,9 @@ runs $spot $small --out traced --trace trace --machine test --report traced.json
 runs $spot $small --out homes --program homes --held 40 --report homes.json
 runs $spot $small --out cut --program homes --held 40 --rounds 2 --report cut.json
 runs $spot $small --out auto --storage-slots 150 --report auto.json
+mkdir photos && cp plain/frame_0000.png photos/a.png
+runs spot.ply --cameras lens --quiet --out photographed --photos photos --error-picture --report photographed.json
+runs spot.ply --cameras lens --quiet --out compared --compare photos/a.png --report compared.json
 "$validate" "$schema" ./*.json || fail "a report is not as its schema says"
 
 # --- what they say -----------------------------------------------------------------------------

@@ -1,0 +1,155 @@
+#include "photographs.hpp"
+#include "outputs.hpp"
+#include "picture_input.hpp"
+#include "png.hpp"
+#include "text.hpp"
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <fstream>
+#include <string_view>
+#include <system_error>
+#include <tilemesh/error.hpp>
+#include <tilemesh/report/error_measures.hpp>
+#include <tilemesh/report/image_file.hpp>
+#include <tilemesh/report/resample.hpp>
+#include <tilemesh/scene/pose.hpp>
+
+namespace render_map {
+
+namespace {
+
+namespace fs = std::filesystem;
+namespace report = tilemesh::report;
+using tilemesh::Error;
+using tilemesh::scene::Size;
+
+std::string by(Size size)
+{
+    return std::to_string(size.width) + " x " + std::to_string(size.height);
+}
+
+bool same(Size a, Size b)
+{
+    return a.width == b.width && a.height == b.height;
+}
+
+/// The photograph of a camera of this name; empty if there is none.
+fs::path photograph_of(fs::path const& folder, fs::path const& name)
+{
+    static constexpr std::array<char const*, 6> extensions{".png", ".jpg", ".jpeg", ".PNG", ".JPG", ".JPEG"};
+    std::error_code ignored;
+    auto const is_file = [&](fs::path const& path) { return fs::exists(path, ignored) && !fs::is_directory(path, ignored); };
+    auto const beside = name.relative_path().lexically_normal(); // "./train/r_0" is "train/r_0"
+    for (auto const& each : {beside, beside.filename()}) {
+        if (each.empty() || *each.begin() == "..") continue;
+        if (auto const path = folder / each; is_file(path)) return path;
+        for (auto const* extension : extensions) {
+            if (auto const path = folder / fs::path(each).concat(extension); is_file(path)) return path;
+            if (auto const path = folder / fs::path(each).replace_extension(extension); is_file(path)) return path;
+        }
+    }
+    return {};
+}
+
+report::Comparison compare_with(fs::path const& file, report::Image const& rendered, OtherPicture const& other)
+{
+    return {file.string(), "", report::compare_pictures(other.ends_at_1 ? report::clamped(rendered) : rendered, other.image), ""};
+}
+
+} // namespace
+
+void find_photographs(Options const& options, std::vector<Shot>& shots)
+{
+    if (!options.photos) return;
+    std::error_code refused;
+    auto const folder = one_line(options.photos->string());
+    if (!fs::is_directory(*options.photos, refused))
+        throw Error("--photos cannot be " + folder + " (it is no directory" + (refused ? ": " + refused.message() : std::string()) +
+                    "); name the folder of the photographs");
+    bool any = false;
+    for (auto& shot : shots) {
+        Photograph photo{photograph_of(*options.photos, shot.picture), ""};
+        if (photo.path.empty()) {
+            photo.path = *options.photos / fs::path(shot.picture).relative_path();
+            photo.problem = one_line(photo.path.string()) + " is not compared (there is no such photograph, nor one of that name with .png or .jpg); "
+                            "name the folder that has it with --photos";
+            shot.photograph = photo;
+            continue;
+        }
+        any = true;
+        try {
+            Size const whole{shot.full.width, shot.full.height}, wanted{shot.camera.width, shot.camera.height}, own = picture_size(photo.path);
+            auto const fits = [&](std::uint32_t side, std::uint32_t of) { return side == of / options.scale || side == (of + options.scale - 1) / options.scale; };
+            if (fits(own.width, whole.width) && fits(own.height, whole.height)) shot.camera = tilemesh::scene::stretched(shot.full, own);
+            else if (!same(own, whole))
+                throw Error(one_line(photo.path.string()) + " is not compared (it has " + by(own) + " pixels, its camera " + by(whole) +
+                            (options.scale == 1 ? std::string() : ", or reduced " + by(wanted)) +
+                            "); name the photographs of these cameras, or choose another --scale");
+            photo.size = own;
+        } catch (Error const& error) {
+            photo.problem = error.what();
+        }
+        shot.photograph = photo;
+    }
+    if (!any)
+        throw Error("--photos " + folder + " has no photograph of these cameras (the first is \"" + one_line(shots.front().picture, 200) +
+                    "\"); name the folder that has it");
+}
+
+std::optional<OtherPicture> read_other(Options const& options, std::vector<Shot> const& shots)
+{
+    if (!options.compare) return {};
+    auto const& path = *options.compare;
+    if (shots.size() != 1)
+        throw Error("--compare " + one_line(path.string()) + " is one picture, and this run has " + std::to_string(shots.size()) +
+                    " (which one it shows is not said); name one camera with --camera");
+    Size const size{shots.front().camera.width, shots.front().camera.height};
+    std::array<char, 2> magic{};
+    if (std::error_code ignored; fs::is_regular_file(path, ignored)) std::ifstream(path, std::ios::binary).read(magic.data(), 2);
+    bool const pfm = magic[0] == 'P' && (magic[1] == 'F' || magic[1] == 'f');
+    OtherPicture other{{}, !pfm};
+    if (pfm) other.image = report::read_pfm(path);
+    Size const own = pfm ? Size{other.image.width, other.image.height} : picture_size(path);
+    if (!same(own, size))
+        throw Error("--compare cannot be " + one_line(path.string()) + " (it has " + by(own) + " pixels, the frame " + by(size) + "); add --size " +
+                    std::to_string(own.width) + "x" + std::to_string(own.height) + " if it shows the same view");
+    if (!pfm) other.image = read_picture(path, size);
+    return other;
+}
+
+bool compare_frame(Options const& options, Shot const& shot, std::optional<OtherPicture> const& other, report::Image const& rendered,
+                   fs::path const& error_path, report::RunFrame& frame)
+{
+    std::optional<OtherPicture> photograph;
+    if (shot.photograph) {
+        auto const& photo = *shot.photograph;
+        frame.photograph = report::Comparison{photo.path.string(), photo.problem, {}, ""};
+        if (!photo.problem.empty()) return false;
+        try {
+            photograph = OtherPicture{read_picture(photo.path, photo.size), true};
+        } catch (Error const& error) {
+            frame.photograph->problem = error.what();
+            return false;
+        }
+        auto& image = photograph->image;
+        if (!same(photo.size, {rendered.width, rendered.height})) image = report::resized_as_photograph(image, rendered.width, rendered.height);
+        frame.photograph = compare_with(photo.path, rendered, *photograph);
+    }
+    if (other) frame.compared = compare_with(*options.compare, rendered, *other);
+    auto const& shown = photograph ? photograph : other;
+    if (!options.error_picture || !shown) return false;
+    write_png(error_path, report::error_picture(shown->ends_at_1 ? report::clamped(rendered) : rendered, shown->image), outlasts(options));
+    (photograph ? frame.photograph : frame.compared)->error = error_path.filename().string();
+    return true;
+}
+
+std::vector<std::string> photograph_problems(report::RunReport const& run)
+{
+    std::vector<std::string> problems;
+    for (auto const& frame : run.frames)
+        if (frame.photograph && !frame.photograph->problem.empty()) problems.push_back(one_line(frame.photograph->problem));
+    return problems;
+}
+
+} // namespace render_map

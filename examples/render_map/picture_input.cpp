@@ -1,0 +1,142 @@
+#include "picture_input.hpp"
+#include <algorithm>
+#include <cerrno>
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <limits>
+#include <memory>
+#include <new>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <tilemesh/error.hpp>
+#include <type_traits>
+#include <vector>
+
+namespace {
+/// What the decoder may allocate at once, and whether the system refused an allocation. A picture can claim to unpack to any size.
+thread_local std::size_t most_bytes = 0;
+thread_local bool out_of_memory = false;
+
+void* allocate(void* old, std::size_t bytes)
+{
+    if (bytes > most_bytes) return nullptr;
+    auto* const memory = std::realloc(old, bytes);
+    out_of_memory = out_of_memory || memory == nullptr;
+    return memory;
+}
+} // namespace
+
+// The only translation unit that contains this decoder. Debian and others keep stb's headers in their own folder.
+#define STBI_MALLOC(bytes) allocate(nullptr, static_cast<std::size_t>(bytes))
+#define STBI_REALLOC(old, bytes) allocate(old, static_cast<std::size_t>(bytes))
+#define STBI_FREE(memory) std::free(memory)
+#define STBI_ONLY_PNG
+#define STBI_ONLY_JPEG
+#define STBI_MAX_DIMENSIONS 65535
+#define STBI_FAILURE_USERMSG
+#define STB_IMAGE_STATIC
+#define STB_IMAGE_IMPLEMENTATION
+#if __has_include(<stb/stb_image.h>)
+#include <stb/stb_image.h>
+#else
+#include <stb_image.h>
+#endif
+
+namespace render_map {
+
+namespace {
+
+namespace fs = std::filesystem;
+using tilemesh::Error;
+
+using File = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
+
+/// Opens a regular file. A pipe could block.
+File open_picture(fs::path const& path)
+{
+    std::error_code refused;
+    auto const type = fs::status(path, refused).type();
+    auto const fail = [&](std::string const& why) { throw Error(path.string() + " cannot be opened (" + why + "); name a PNG or JPEG file"); };
+    if (type == fs::file_type::not_found) fail("no such file");
+    if (type == fs::file_type::none) fail(refused.message());
+    if (type != fs::file_type::regular) fail("it is no regular file");
+    errno = 0;
+    File file(std::fopen(path.c_str(), "rb"), std::fclose);
+    if (!file && errno == ENOMEM) throw std::bad_alloc();
+    if (!file) fail(std::generic_category().message(errno));
+    return file;
+}
+
+/// Does a JPEG file have its end marker? The decoder itself fills what is missing with grey. A segment's length is in its first two bytes;
+/// in the data of a scan, FF stands before 00 or a restart marker (ITU T.81, annex B).
+bool is_whole_jpeg(std::vector<unsigned char> const& bytes)
+{
+    for (std::size_t at = 2; at + 1 < bytes.size();) {
+        unsigned const marker = bytes[at + 1];
+        if (bytes[at] != 0xff || marker == 0x00 || (marker >= 0xd0 && marker <= 0xd7)) ++at; // data of a scan
+        else if (marker == 0xff) ++at;                                                       // a fill byte
+        else if (marker == 0xd9) return true;
+        else if (at + 3 >= bytes.size()) return false;
+        else at += 2 + (std::size_t{bytes[at + 2]} << 8 | bytes[at + 3]);
+    }
+    return false;
+}
+
+} // namespace
+
+tilemesh::scene::Size picture_size(fs::path const& path)
+{
+    auto const file = open_picture(path);
+    most_bytes = std::size_t{1} << 20;
+    int width = 0, height = 0, channels = 0;
+    if (stbi_info_from_file(file.get(), &width, &height, &channels) == 0 || width < 1 || height < 1)
+        throw Error(path.string() + " is not a picture that is read (it is neither PNG nor JPEG); convert it to one of them");
+    return {static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height)};
+}
+
+tilemesh::report::Image read_picture(fs::path const& path, tilemesh::scene::Size size)
+{
+    auto const fail = [&](std::string const& why) {
+        throw Error(path.string() + " cannot be decoded (" + why + "); write it again as PNG or JPEG");
+    };
+    if (auto const own = picture_size(path); own.width != size.width || own.height != size.height) fail("its size has changed");
+    auto const file = open_picture(path);
+    auto const pixels = std::size_t{size.width} * size.height;
+    // The largest useful file is a PNG of four 16-bit channels that does not shrink. 64 MiB: for what is not pixels.
+    std::error_code refused;
+    auto const length = fs::file_size(path, refused);
+    if (refused || length > std::min<std::uintmax_t>(9 * pixels + (std::size_t{64} << 20), std::numeric_limits<int>::max())) fail("the file is too long for its " + std::to_string(pixels) + " pixels");
+    std::vector<unsigned char> bytes(static_cast<std::size_t>(length));
+    if (std::fread(bytes.data(), 1, bytes.size(), file.get()) != bytes.size()) fail("it cannot be read to its end");
+    if (bytes.size() > 1 && bytes[0] == 0xff && bytes[1] == 0xd8 && !is_whole_jpeg(bytes)) fail("the file is cut short");
+
+    // A progressive JPEG of three channels keeps two bytes a coefficient in whole blocks of 16 x 16 pixels, a PNG eight bytes a pixel.
+    most_bytes = 16 * std::size_t{size.width + 16} * (size.height + 16) + (std::size_t{1} << 20);
+    out_of_memory = false;
+    auto const* const data = bytes.data();
+    auto const count = static_cast<int>(bytes.size());
+    int width = 0, height = 0, channels = 0;
+    stbi_info_from_memory(data, count, &width, &height, &channels);
+    bool const transparent = channels == 2 || channels == 4, deep = stbi_is_16_bit_from_memory(data, count) != 0;
+    std::size_t const kept = transparent ? 4 : 3;
+    auto const decode = [&](auto* levels, auto highest) {
+        std::unique_ptr<std::remove_pointer_t<decltype(levels)>, void (*)(void*)> const owned(levels, std::free);
+        if (!owned && out_of_memory) throw std::bad_alloc();
+        if (!owned) fail(stbi_failure_reason());
+        if (width != static_cast<int>(size.width) || height != static_cast<int>(size.height)) fail("its size has changed");
+        tilemesh::report::Image image{size.width, size.height};
+        for (std::size_t i = 0; i < pixels; ++i)
+            for (std::size_t c = 0; c < 3; ++c) {
+                float const cover = transparent ? static_cast<float>(levels[kept * i + 3]) / highest : 1.0f;
+                image.rgb[3 * i + c] = static_cast<float>(levels[kept * i + c]) / highest * cover;
+            }
+        return image;
+    };
+    if (deep) return decode(stbi_load_16_from_memory(data, count, &width, &height, &channels, static_cast<int>(kept)), 65535.0f);
+    return decode(stbi_load_from_memory(data, count, &width, &height, &channels, static_cast<int>(kept)), 255.0f);
+}
+
+} // namespace render_map

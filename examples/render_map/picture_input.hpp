@@ -1,0 +1,19 @@
+#pragma once
+#include <filesystem>
+#include <tilemesh/report/image.hpp>
+#include <tilemesh/scene/pose.hpp>
+
+namespace render_map {
+
+/// The size of a PNG or JPEG picture, from its header. Throws `tilemesh::Error` for a file that cannot be read, that is no regular file, or
+/// that is no such picture.
+tilemesh::scene::Size picture_size(std::filesystem::path const& path);
+
+/// Decodes a PNG or JPEG picture of this size. Its levels become values from 0 to 1; grey becomes three equal channels; transparency shows
+/// the black background. Throws `tilemesh::Error` as `picture_size` does, and for a picture that has another size, is cut short or cannot
+/// be decoded.
+///
+/// Memory: the file and a few pictures of this size. A file that needs more is refused, whatever its header says.
+tilemesh::report::Image read_picture(std::filesystem::path const& path, tilemesh::scene::Size size);
+
+} // namespace render_map
