@@ -179,6 +179,8 @@ inline std::vector<Field> fields_of(Row const& r, std::vector<Noise> const& nois
     text("build", from.build);
     text("command", from.command);
     text("tile", "32x20");
+    text("program", limits.homes ? "homes" : "anchored");
+    counter("homes_rounds", c.homes.rounds); // `rounds` are those of the bench's timing
     return out;
 }
 

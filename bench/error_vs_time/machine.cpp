@@ -1,5 +1,7 @@
 #include "machine.hpp"
 #include "with_knobs.hpp"
+#include <common/homes_machine.hpp>
+#include <algorithm>
 #include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/render/setup_choice.hpp>
@@ -74,10 +76,48 @@ private:
     tilemesh::RenderedFrame frame_;
 };
 
+/// The program of homes, with homes for all records. It has no limit to lift while it settles: records do not move.
+class Homes final : public Machine {
+public:
+    Homes(scene::Map const& map, Setting const& setting, std::uint32_t threads) : map_(map), setting_(setting), threads_(threads) {}
+    void settle(splat::Camera const& first, splat::Camera const& second) override
+    {
+        tilemesh::Grid const grid{(first.width + tile_width - 1) / tile_width, (first.height + tile_height - 1) / tile_height};
+        auto const homes = static_cast<std::uint32_t>((map_.gaussians.size() + grid.size() - 1) / grid.size());
+        machine_ = bench::make_homes_machine(map_, {.held = setting_.limits.storage_slots != 0 ? setting_.limits.storage_slots : 100'000, // as above
+                                                    .homes = std::max(homes, 1u),
+                                                    .slots = setting_.limits.channel_slots,
+                                                    .model = setting_.model,
+                                                    .threads = threads_,
+                                                    .grid = grid});
+        for (auto const* camera : {&first, &second, &first}) render(*camera);
+    }
+    void render(splat::Camera const& camera) override { machine_->render(camera); }
+    report::Image const& image() const override { return machine_->image(); }
+    report::FrameReport const& counters() const override { return machine_->report(); }
+    double modelled_ms() override
+    {
+        static tilemesh::CostModel const model = tilemesh::mk2();
+        return tilemesh::milliseconds(model, tilemesh::model_cost(model, machine_->trace(), machine_->setting().grid).cycles);
+    }
+    double host_ms() const override
+    {
+        auto const& ms = counters().host_ms;
+        return ms.project + ms.route + ms.composite + ms.picture;
+    }
+
+private:
+    scene::Map const& map_;
+    Setting setting_;
+    std::uint32_t threads_;
+    std::unique_ptr<bench::HomesMachine> machine_;
+};
+
 } // namespace
 
 std::unique_ptr<Machine> make_machine(scene::Map const& map, Setting const& setting, std::uint32_t threads)
 {
+    if (setting.limits.homes) return std::make_unique<Homes>(map, setting, threads);
     return std::make_unique<RoomyMachine>(map, setting, threads);
 }
 

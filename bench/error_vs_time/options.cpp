@@ -65,7 +65,7 @@ std::string help()
 {
     return std::string(
                "Usage: error_vs_time [options]\n"
-               "Measures the cost and the error of some 160 settings per map. The error is against the picture in double precision\n"
+               "Measures the cost and the error of some 170 settings per map. The error is against the picture in double precision\n"
                "without cut-offs, split into the parts of the cut-offs, of rounding and of the mesh. Costs are pairs, modelled time and\n"
                "host time. Prints the Pareto-optimal settings.\n"
                "\n"

@@ -33,7 +33,8 @@ constexpr Drawn drawn[] = {{"alpha and stop", "alpha and stop", 4},
                            {"sort key", "record, sort key", 2},
                            {"channels", "channels, hops, storage", 7},
                            {"hops", "channels, hops, storage", 7},
-                           {"storage", "channels, hops, storage", 7}};
+                           {"storage", "channels, hops, storage", 7},
+                           {"program", "homes", 5}};
 constexpr std::uint32_t named_colours[] = {3, 5, 1, 6}; // for `named_settings`
 
 using Cost = double (*)(Row const&);

@@ -19,6 +19,7 @@ struct Limits {
     std::uint32_t channel_slots = 200;
     std::uint32_t hops = 0;          ///< for routing, and for bloom, per frame; 0: until quiet
     std::uint32_t storage_slots = 0; ///< per tile; 0: room for all
+    bool homes = false;              ///< the program of homes: storage is the splats that a tile holds, and full lists cost rounds and passes
     friend bool operator==(Limits const&, Limits const&) = default;
 };
 
@@ -26,7 +27,7 @@ struct Limits {
 struct Setting {
     std::string name;                ///< unique; the library has `default`, `evaluation`, `viewing` and `on_sensor`
     std::string knob;                ///< the knob that differs: "named", "alpha and stop", "sigma", "clamp", "crossing", "arithmetic",
-                                     ///< "shape", "sort key", "channels", "hops", "storage"
+                                     ///< "shape", "sort key", "channels", "hops", "storage", "program"
     splat::Model model;              ///< alpha_min, alpha_max, transmittance_min, footprint, arithmetic
     Knobs knobs;
     Limits limits;

@@ -143,6 +143,17 @@ void add_limits(std::vector<Setting>& all, bool few)
         all.push_back(make("storage " + std::to_string(slots), "storage"));
         all.back().limits.storage_slots = slots;
     }
+    auto const homes = [&](std::string const& name, std::uint32_t held, std::uint32_t slots) {
+        all.push_back(make("homes" + name, "program"));
+        all.back().limits.homes = true;
+        all.back().limits.storage_slots = held;
+        all.back().limits.channel_slots = slots;
+    };
+    homes("", 0, 200);
+    for (std::uint32_t const held : {1000u, 300u, 100u})
+        if (!few || held == 300) homes(" " + std::to_string(held) + " held", held, 200);
+    for (std::uint32_t const slots : {20u, 2u})
+        if (!few || slots == 20) homes(" " + std::to_string(slots) + " slots", 0, slots);
 }
 
 } // namespace

@@ -390,7 +390,7 @@ TEST_CASE("error against time: the file begins with the columns that scripts rel
                                "pairs_contributing", "projected_bytes", "host_rounds", "host_ms_min", "host_ms_p20",
                                "host_ms_p80", "host_over_default", "host_over_default_low", "host_over_default_high", "claim",
                                "aa_noise", "on_front_modelled", "front_pairs", "status", "compiler", "native", "cpu",
-                               "threads", "rounds", "seed", "git"})
+                               "threads", "rounds", "seed", "git", "program", "homes_rounds"})
         CHECK_MESSAGE(seen.count(column) == 1, column);
 }
 
