@@ -5,6 +5,9 @@
 #include <string>
 #include <tilemesh/report/image_file.hpp>
 #include <tilemesh/report/whole_file.hpp>
+#ifdef TILEMESH_HAS_ZLIB
+#    include <zlib.h>
+#endif
 
 namespace {
 /// realloc for stb. Out of memory, stb itself would end the process or write through the null pointer. This function loses the encoder's
@@ -14,6 +17,19 @@ void* reallocate(void* old, std::size_t bytes)
     if (auto* const memory = std::realloc(old, bytes)) return memory;
     throw std::bad_alloc();
 }
+#ifdef TILEMESH_HAS_ZLIB
+/// Deflates for stb, with zlib's fastest level: a fourth of the time of stb's own encoder, and a smaller file.
+unsigned char* deflated(unsigned char* data, int size, int* deflated_size, int)
+{
+    auto const bytes = static_cast<uLong>(size);
+    uLongf room = compressBound(bytes);
+    auto* const to = static_cast<unsigned char*>(reallocate(nullptr, room));
+    if (compress2(to, &room, data, bytes, Z_BEST_SPEED) != Z_OK) throw std::bad_alloc(); // there is room, so memory was short
+    *deflated_size = static_cast<int>(room);
+    return to;
+}
+#    define STBIW_ZLIB_COMPRESS deflated
+#endif
 } // namespace
 
 // The only translation unit that contains stb. Debian and others keep its headers in their own folder.
@@ -32,6 +48,7 @@ std::string render_map::png_bytes(tilemesh::report::Image const& image)
 {
     auto const rgb = tilemesh::report::rgb8(image);
     std::string png;
+    stbi_write_force_png_filter = 4; // Paeth: to try all filters takes half as long again, and saves less than 1 %
     auto const append = [](void* to, void* data, int size) {
         static_cast<std::string*>(to)->append(static_cast<char const*>(data),
                                               static_cast<std::size_t>(size));
