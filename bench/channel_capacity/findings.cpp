@@ -62,6 +62,7 @@ std::vector<bool> pareto_front(std::vector<Row> const& rows)
     for (auto const& r : rows)
         out.push_back(std::none_of(rows.begin(), rows.end(), [&](Row const& other) {
             auto const mine = r.cycles_most(), its = other.cycles_most();
+            if ((other.saturation == Saturation::homes) != (r.saturation == Saturation::homes)) return false;
             return other.worst.psnr_db >= r.worst.psnr_db && its <= mine && (other.worst.psnr_db > r.worst.psnr_db || its < mine);
         }));
     return out;
@@ -182,6 +183,27 @@ std::vector<std::string> paper_sentences(std::vector<Row> const& rows, std::stri
     return out;
 }
 
+std::vector<std::string> homes_sentences(std::vector<Row> const& rows, std::string const& scene)
+{
+    std::vector<std::string> out;
+    for (auto const* motion : motion_names) {
+        auto const all = select(rows, scene, motion, Saturation::homes);
+        if (all.empty()) continue;
+        auto const faster = [](Row const& a, Row const& b) { return a.cycles_most() < b.cycles_most(); };
+        auto const& best = *std::min_element(all.begin(), all.end(), faster);
+        auto const near = std::find_if(all.begin(), all.end(), [&](Row const& r) { return 20 * r.cycles_most() <= 21 * best.cycles_most(); });
+        auto const text = [](Row const& r) {
+            auto const rounds = (r.rounds + r.frames / 2) / r.frames;
+            return slots(r.capacity) + " a channel and " + thousands(r.storage) + " for splats: " + thousands(rounds) +
+                   (rounds == 1 ? " round, " : " rounds, ") + thousands((r.exchanges + r.frames / 2) / r.frames) + " exchanges, " +
+                   milliseconds(r.cycles_most(), 2) + " ms";
+        };
+        out.push_back(scene + ", homes, " + called(motion) + ": nothing is ever missing. With " + text(all.front()) + "; the least time with " + text(best) +
+                      "; within 5 % of it from " + slots(near->capacity) + " on; with " + text(all.back()) + ".");
+    }
+    return out;
+}
+
 std::vector<std::string> latency_sentences(std::vector<LatencyRow> const& rows)
 {
     std::vector<std::string> out;
@@ -208,7 +230,7 @@ namespace {
 void add_row(std::string& out, Row const& r, bool on_front)
 {
     out += r.scene + "," + r.motion + "," + std::to_string(r.capacity) + "," + std::to_string(r.storage) + "," +
-           to_string(r.saturation) + "," + fixed(r.worst.psnr_db, 3) + "," + std::to_string(r.exchanges_most) + "," +
+           (r.saturation == Saturation::drop ? "drop" : "hold") + "," + fixed(r.worst.psnr_db, 3) + "," + std::to_string(r.exchanges_most) + "," +
            milliseconds(r.cycles_most(), 4) + "," + std::to_string(r.held) + "," + std::to_string(r.dropped) + "," +
            std::to_string(r.peak_channel) + "," +
            std::to_string(r.peak_storage) + "," + fixed(r.psnr_last_db, 3) + "," + fixed(r.worst.max_levels, 3) + "," +
@@ -218,7 +240,8 @@ void add_row(std::string& out, Row const& r, bool on_front)
                          r.refused_storage, r.wanted, r.missing, r.missing_first, r.wanted_dense, r.missing_dense})
         out += "," + std::to_string(n);
     out += r.ran ? ",1," : ",0,";
-    out += milliseconds(r.cycles_mean(), 4) + "," + milliseconds(r.exchange_mean(), 4) + (on_front ? ",1\n" : ",0\n");
+    out += milliseconds(r.cycles_mean(), 4) + "," + milliseconds(r.exchange_mean(), 4) + (on_front ? ",1" : ",0") +
+           (r.saturation == Saturation::homes ? ",homes," : ",anchored,") + std::to_string(r.rounds) + "\n";
 }
 } // namespace
 
@@ -228,7 +251,7 @@ std::string csv(std::vector<Row> const& rows)
         "scene,motion,capacity,storage,saturation,psnr_db,exchanges,modelled_ms,held,dropped,peak_channel,peak_storage,"
         "psnr_last_db,max_levels,ssim,share_over_one_level,frames,exchanges_mean,hops,messages,moved,unplaced,not_loaded,lost_copies,"
         "late,refused_channel,refused_storage,wanted,missing,missing_first,wanted_dense,missing_dense,ran,modelled_ms_mean,"
-        "modelled_exchange_ms_mean,pareto\n";
+        "modelled_exchange_ms_mean,pareto,program,rounds\n";
     for (std::size_t begin = 0; begin < rows.size();) { // a motion of a scene after the other
         auto const& first = rows[begin];
         auto end = begin;

@@ -26,10 +26,10 @@ struct Knee {
 std::vector<Row> select(std::vector<Row> const& rows, std::string const& scene, std::string const& motion, Saturation saturation);
 Knee knee_of(std::vector<Row> const& of_one_motion);
 
-/// For each of a scene's rows of one motion: is it Pareto-optimal? It is if no other split, of either policy, has a worst frame with a
+/// For each of a scene's rows of one motion: is it Pareto-optimal in its program? It is if no other split, of either policy, has a worst frame with a
 /// higher PSNR that is not slower, or a faster worst frame that is not worse (by the modelled time of the slowest frame).
 std::vector<bool> pareto_front(std::vector<Row> const& of_one_motion);
-/// The rows of one scene and motion, of both policies, by modelled time.
+/// The rows of the anchored program of one scene and motion, of both policies, by modelled time.
 std::vector<Row> by_time(std::vector<Row> const& rows, std::string const& scene, std::string const& motion);
 /// Modelled milliseconds, with `decimals` digits after the point.
 std::string milliseconds(std::uint64_t cycles, int decimals);
@@ -39,6 +39,8 @@ using bench::fixed; // "inf" where pictures are equal
 std::vector<std::string> knee_sentences(std::vector<Row> const& rows, std::string const& scene);
 /// Sentences about the paper's findings: where losses lie, and that continuous motion loses far less than a teleport.
 std::vector<std::string> paper_sentences(std::vector<Row> const& rows, std::string const& scene);
+/// Sentences about the program of homes: what few slots cost, and how many are enough.
+std::vector<std::string> homes_sentences(std::vector<Row> const& rows, std::string const& scene);
 std::vector<std::string> latency_sentences(std::vector<LatencyRow> const& rows);
 
 std::string csv(std::vector<Row> const& rows);

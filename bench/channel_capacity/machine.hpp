@@ -10,10 +10,12 @@ namespace report = tilemesh::report;
 namespace scene = tilemesh::scene;
 namespace splat = tilemesh::splat;
 
-enum class Saturation { hold, drop };
+/// What happens at a full list. `hold` and `drop` are policies of the anchored program. `homes` is the program of homes, which holds, and
+/// for which storage is the splats that a tile holds in a round.
+enum class Saturation { hold, drop, homes };
 inline char const* to_string(Saturation s)
 {
-    return s == Saturation::hold ? "hold" : "drop";
+    return s == Saturation::hold ? "hold" : s == Saturation::drop ? "drop" : "homes";
 }
 
 /// The grid of every machine of this bench: the paper's, 40 x 36 tiles.

@@ -168,7 +168,7 @@ int run(Options const& options)
         tilemesh::report::Table table{
             {"motion", "policy", "channel knee", "its storage", "exchanges there", "storage is missing from", "best lacks"}};
         for (auto const* motion : motion_names)
-            for (auto const saturation : {Saturation::hold, Saturation::drop}) {
+            for (auto const saturation : {Saturation::hold, Saturation::drop, Saturation::homes}) {
                 auto const one = select(rows, name, motion, saturation);
                 if (one.empty()) continue;
                 auto const knee = knee_of(one);
@@ -196,6 +196,7 @@ int run(Options const& options)
         }
         std::cout << best;
         for (auto const& sentence : knee_sentences(rows, name)) std::cout << sentence << "\n";
+        for (auto const& sentence : homes_sentences(rows, name)) std::cout << sentence << "\n";
         for (auto const& sentence : paper_sentences(rows, name)) std::cout << sentence << "\n";
     }
     std::cout << "\n";

@@ -41,7 +41,7 @@ tilemesh::CostModel const& cost_model()
 
 std::uint64_t Modelled::exchange(std::uint32_t slots) const
 {
-    return road * exchange_cycles(road_bytes(slots)) + beam * exchange_cycles(beam_bytes(slots));
+    return road * exchange_cycles(road_bytes(slots)) + beam * exchange_cycles(beam_bytes(slots)) + homes;
 }
 
 Modelled modelled(tilemesh::Trace const& trace, std::uint32_t slots, std::uint64_t exchanges, std::string& broken)
@@ -63,6 +63,16 @@ Modelled modelled(tilemesh::Trace const& trace, std::uint32_t slots, std::uint64
     else if (m.cycles(slots) != cost.cycles) broken = "the modelled cycles are not the sum of their parts";
     else if (sent != exchanges)
         broken = "the trace has " + std::to_string(sent) + " exchanges that sent something, the report " + std::to_string(exchanges);
+    return m;
+}
+
+Modelled modelled_homes(tilemesh::Trace const& trace)
+{
+    Modelled m;
+    for (auto const& c : tilemesh::model_cost(cost_model(), trace, grid).supersteps) {
+        m.rest += c.compute + c.sync + c.vote;
+        m.homes += c.exchange;
+    }
     return m;
 }
 

@@ -97,6 +97,20 @@ void write_plots(std::filesystem::path const& folder, std::vector<Row> const& ro
             psnr.series.push_back(series_of(held, "hold, teleport", drawn[0].colour, [](Row const& r) { return r.worst.psnr_db; }));
             psnr.series.back().dashed = true;
         }
+        Plot programs;
+        programs.title = std::string(scene) + ": a slot costs losses, or time";
+        programs.x = psnr.x;
+        programs.y = {.label = "modelled ms of the slowest frame (Mk2)", .scale = PlotScale::logarithmic};
+        for (auto const& d : drawn) {
+            auto const homes = select(rows, scene, d.motion, Saturation::homes), anchored = select(rows, scene, d.motion, Saturation::hold);
+            if (homes.empty() || (std::string(d.motion) != "teleport" && std::string(d.motion) != "static" && std::string(d.motion) != "orbit0.5")) continue;
+            programs.series.push_back(series_of(homes, std::string("homes, ") + d.name, d.colour, modelled_ms));
+            programs.series.push_back(series_of(anchored, std::string("anchored where complete, ") + d.name, d.colour, [](Row const& r) {
+                return r.complete() ? modelled_ms(r) : std::numeric_limits<double>::quiet_NaN();
+            }));
+            programs.series.back().dashed = true;
+        }
+        if (!programs.series.empty()) tilemesh::report::write_svg(folder / (std::string(scene) + "_programs.svg"), programs);
         if (psnr.series.empty()) continue;
         tilemesh::report::write_svg(folder / (std::string(scene) + "_pareto.svg"), pareto_plot(rows, scene));
         tilemesh::report::write_svg(folder / (std::string(scene) + "_psnr.svg"), psnr);

@@ -2,6 +2,7 @@
 #include "setups.hpp"
 #include <algorithm>
 #include <cmath>
+#include <common/homes_machine.hpp>
 #include <cstring>
 #include <limits>
 #include <numeric>
@@ -165,7 +166,65 @@ public:
         }
     }
 
+    /// The program of homes: each channel end and each FIFO has c slots, and the splats that a tile holds get the remaining bytes.
+    void run_homes(std::vector<Row>& rows)
+    {
+        auto const records = scene_.map.gaussians.size();
+        auto const held = [&](std::uint32_t c) { return bench::most_held(records, c, {grid_columns, grid_rows}, scene_.camera.width, scene_.camera.height); };
+        auto all = plan_.channel_slots;
+        constexpr std::uint32_t fewest = 16; // with one, a frame has thousands of rounds
+        for (auto const s : plan_.storage_slots) { // the largest capacity that leaves so many
+            std::uint32_t low = 1, high = 4096;
+            while (low + 1 < high) (held((low + high) / 2) >= std::max(s, fewest) ? low : high) = (low + high) / 2;
+            all.push_back(low);
+        }
+        std::sort(all.begin(), all.end());
+        all.erase(std::unique(all.begin(), all.end()), all.end());
+        for (auto const c : all)
+            if (held(c) != 0) rows.push_back(run_one_of_homes(c, held(c)));
+    }
+
 private:
+    Row run_one_of_homes(std::uint32_t c, std::uint32_t held)
+    {
+        Row row;
+        row.scene = scene_.map.name;
+        row.motion = motion_;
+        row.capacity = c;
+        row.storage = held;
+        row.saturation = Saturation::homes;
+        row.worst = equal_pictures();
+        row.psnr_last_db = row.worst.psnr_db;
+        auto const machine = bench::make_homes_machine(scene_.map, {.held = held, .homes = static_cast<std::uint32_t>((scene_.map.gaussians.size() + tiles - 1) / tiles),
+                                                                    .slots = c, .grid = {grid_columns, grid_rows}});
+        for (std::size_t i = 0; i < cameras_.size(); ++i) {
+            machine->render(cameras_[i]);
+            auto const& r = machine->report();
+            if (!same_bits(machine->image(), references_[i].image)) complain(row, "the picture is not the naive one");
+            if (r.homes.unfinished_tiles != 0) complain(row, "a tile is not finished");
+            if (machine->sram_bytes() > Budget<Held>::machine.sram_bytes) complain(row, "a tile has more bytes than Mk2");
+            if (i == 0 && !cold_) continue;
+            if (i == 1 && cold_) {
+                if (r.exchanges.total() != 0 || r.messages != 0) complain(row, "the view is the same and something moves");
+                continue;
+            }
+            ++row.frames;
+            row.modelled.push_back(modelled_homes(machine->trace()));
+            row.exchanges += r.exchanges.total();
+            row.exchanges_most = std::max(row.exchanges_most, r.exchanges.total());
+            row.rounds += r.homes.rounds;
+            row.hops += r.hops;
+            row.messages += r.messages;
+            row.held += r.refused.channel_full + r.refused.no_credit;
+            row.refused_channel += r.refused.channel_full + r.refused.no_credit;
+            row.refused_storage += r.homes.refused;
+            row.peak_channel = std::max(row.peak_channel, r.peak_channel);
+            row.peak_storage = std::max(row.peak_storage, r.peak_storage);
+            row.wanted += references_[i].sum;
+            row.wanted_dense += references_[i].dense_sum;
+        }
+        return row;
+    }
     void complain(Row const& row, std::string const& what)
     {
         broken_.push_back(row.scene + " " + row.motion + " " + to_string(row.saturation) + ", " + std::to_string(row.capacity) +
@@ -335,6 +394,7 @@ std::vector<Row> sweep(Scene const& scene, std::string const& motion, SweepPlan 
     MotionSweep sweeper(scene, motion, plan, data, broken);
     std::vector<Row> rows;
     for (auto saturation : {Saturation::hold, Saturation::drop}) sweeper.run(saturation, rows);
+    sweeper.run_homes(rows);
     return rows;
 }
 

@@ -23,6 +23,7 @@ struct Row {
     double psnr_last_db = 0;
     std::uint32_t frames = 0;
     std::uint64_t exchanges_most = 0, exchanges = 0; ///< of the slowest frame; of all frames
+    std::uint64_t rounds = 0; ///< of the program of homes, in all frames
     std::uint64_t hops = 0, messages = 0, moved = 0, held = 0;
     std::uint64_t dropped = 0;    ///< records lost after the last frame
     std::uint64_t unplaced = 0;   ///< the most in one frame
@@ -55,9 +56,9 @@ std::vector<std::uint32_t> capacities(SweepPlan const& plan, Saturation saturati
 /// Storage slots that channels of `capacity` slots leave on Mk2; 0: none.
 std::uint32_t storage_left(Saturation saturation, std::uint32_t capacity);
 
-/// Runs all capacities and both policies for one motion of one scene. `broken` gets a line for every invariant that does not hold: a
+/// Runs all capacities for one motion of one scene: both policies of the anchored program, and the program of homes. `broken` gets a line for every invariant that does not hold: a
 /// picture that lacks nothing has the naive picture's bits; a static view moves nothing; `hold` loses records and copies only to full
-/// storage, and none if storage was never full; every record is on a tile or in the list of losses; no peak is above its limit; a larger
+/// storage, and none if storage was never full; homes lack nothing; every record is on a tile or in the list of losses; no peak is above its limit; a larger
 /// capacity whose limits do not bind gives the same numbers.
 std::vector<Row> sweep(Scene const& scene, std::string const& motion, SweepPlan const& plan, std::filesystem::path const& data,
                        std::vector<std::string>& broken);
