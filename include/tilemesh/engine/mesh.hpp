@@ -200,8 +200,9 @@ public:
         });
     }
 
-private:
+protected: // for an engine that runs a part of the grid's rows
     static constexpr bool traced = is_traced<Machine>;
+    using Failure = engine::detail::Failure;
 
     std::vector<engine::Peak> peaks() const
     {
@@ -552,6 +553,32 @@ private:
             source.next[l][index(d)] = ends.out_items + (std::size_t{index(d)} * this->grid_.size() + first_tile) * ends.stride;
     }
 
+    // --- a part of the grid's rows --------------------------------------------------------------------------------------
+    /// What a tile sent towards d in a superstep whose exchange has not flipped the banks yet.
+    template <class C>
+    machine::Place sent(std::uint32_t tile, Direction d) const noexcept
+    {
+        auto const now = ends<C>();
+        auto* const head = now.out_head(slot<C>(tile, d));
+        std::uint32_t* items;
+        std::memcpy(&items, head + 2, sizeof items);
+        return {head, items, now.capacity};
+    }
+    /// Puts what a tile that runs elsewhere sent towards d where it is read, before the exchange flips the banks. `head`: size and note. No
+    /// stream of this mesh reaches the messages' place, because it is that of the other tile.
+    template <class C>
+    void deliver(std::uint32_t from, Direction d, std::uint32_t const* head, std::uint32_t const* items) noexcept
+    {
+        auto const now = ends<C>();
+        auto* const place = now.out_items + (std::size_t{index(d)} * this->grid_.size() + from) * now.stride;
+        auto* const to = now.out_head(slot<C>(from, d));
+        std::memcpy(place, items, std::size_t{head[0]} * C::Receiver::item_words * 4);
+        std::memcpy(to + 2, &place, sizeof place);
+        to[0] = head[0];
+        to[1] = head[1];
+        workers_[0].mail[Base::template index_of_link<C>()].insert(slot<C>(from, d) / 4);
+    }
+
     // --- one superstep --------------------------------------------------------------------------------------------------
     template <class C>
     bool has_mail() const noexcept
@@ -565,6 +592,8 @@ private:
     {
         return ((KernelTraits<K>::template reads<C> && has_mail<C>()) || ...);
     }
+    static constexpr char const* over_unread = "a kernel sends on a channel with unread mail (a bound cut the step that reads it); raise "
+                                               "the bound, or let the sending kernel read the channel";
     template <class K, class... C>
     bool sends_over_unread(machine::Types<C...>) const noexcept
     {
@@ -619,6 +648,44 @@ private:
         engine::detail::tilemesh_broken_contracts = nullptr; // the next function on this thread may not be a kernel
     }
 
+    /// Runs n tiles: the calling thread alone if they are at most `most_alone`, otherwise the team.
+    template <class Kernel>
+    void run_on_team(std::uint32_t const* tiles, std::uint32_t n, std::uint32_t most_alone) noexcept
+    {
+        if (team_.size() > 1 && n > most_alone) {
+            shares_.set(n);
+            team_.share([&](std::uint32_t w) noexcept { run_tiles<Kernel>(w, tiles, n, true); });
+        } else {
+            run_tiles<Kernel>(0, tiles, n, false);
+        }
+    }
+    /// Adds up what the threads counted in a superstep, and appends to the trace. Returns the broken contracts. Throws the exception of a
+    /// sample, and std::bad_alloc.
+    template <class Kernel>
+    Failure collect(engine::Passed& passed)
+    {
+        Failure failure;
+        for (auto& w : workers_) {
+            passed.messages += std::exchange(w.messages, 0);
+            passed.tile_runs += std::exchange(w.runs, 0);
+            passed.live_bytes += std::exchange(w.live_bytes, 0);
+            failure.add(w.failure);
+        }
+        if constexpr (traced) {
+            using KernelLinks = typename KernelTraits<Kernel>::Links;
+            rethrow();
+            SuperstepSample s{run_.step(), votes_after<Program>(run_.step()), this->template capacity_a_side<Kernel>(KernelLinks{}),
+                              passed.sent, {}, engine::edge_of<Kernel>(KernelLinks{})};
+            for (auto& w : workers_) {
+                s.tiles.insert(s.tiles.end(), w.samples.begin(), w.samples.end());
+                w.samples.clear();
+            }
+            std::sort(s.tiles.begin(), s.tiles.end(), [](auto const& a, auto const& b) { return a.tile < b.tile; });
+            run_.trace.supersteps.push_back(std::move(s));
+        }
+        return failure;
+    }
+
     bool any_busy() const noexcept
     {
         return std::any_of(workers_.begin(), workers_.end(), [](auto const& w) { return !w.busy.empty(); });
@@ -641,50 +708,27 @@ private:
             n = active_.list(tiles_.data());
         }
         auto const* const tiles = all ? nullptr : tiles_.data();
-        if (sends_over_unread<Kernel>(KernelLinks{}))
-            throw run_.failed(this->grid_, 0, "a kernel sends on a channel with unread mail (a bound cut the step that reads it); raise "
-                                              "the bound, or let the sending kernel read the channel");
-        bool const together = team_.size() > 1 && n > (All ? 1 : most_tiles_of_one_thread);
-        if (together) {
-            shares_.set(n);
-            team_.share([&](std::uint32_t w) noexcept { run_tiles<Kernel>(w, tiles, n, true); });
-        } else {
-            run_tiles<Kernel>(0, tiles, n, false);
-        }
+        if (sends_over_unread<Kernel>(KernelLinks{})) throw run_.failed(this->grid_, 0, over_unread);
+        run_on_team<Kernel>(tiles, n, All ? 1 : most_tiles_of_one_thread);
 
         engine::Passed passed;
         passed.ran = true;
         passed.sent = sent_anything<Kernel>(KernelLinks{});
         flip(KernelLinks{});
-        engine::detail::Failure failure;
-        for (auto& w : workers_) {
-            passed.messages += std::exchange(w.messages, 0);
-            passed.tile_runs += std::exchange(w.runs, 0);
-            passed.live_bytes += std::exchange(w.live_bytes, 0);
-            failure.add(w.failure);
-        }
-        if constexpr (traced) {
-            rethrow();
-            SuperstepSample s{run_.step(), votes_after<Program>(run_.step()), this->template capacity_a_side<Kernel>(KernelLinks{}),
-                              passed.sent, {}, engine::edge_of<Kernel>(KernelLinks{})};
-            for (auto& w : workers_) {
-                s.tiles.insert(s.tiles.end(), w.samples.begin(), w.samples.end());
-                w.samples.clear();
-            }
-            std::sort(s.tiles.begin(), s.tiles.end(), [](auto const& a, auto const& b) { return a.tile < b.tile; });
-            run_.trace.supersteps.push_back(std::move(s));
-        }
+        auto const failure = collect<Kernel>(passed);
         if (failure.count != 0) throw run_.failed(this->grid_, failure.tile, failure.text, failure.count);
         return passed;
     }
 
-    std::uint64_t digest_now() noexcept
+    std::uint64_t digest_now() noexcept { return digest_of(0, this->grid_.size()); }
+    /// The sum of the digests of tiles begin..end-1.
+    std::uint64_t digest_of(std::uint32_t begin, std::uint32_t end) noexcept
     {
         auto const all = all_ends(*this, Links{});
-        shares_.set(this->grid_.size());
+        shares_.set(end - begin);
         team_.share([&](std::uint32_t w) noexcept {
             for (std::uint32_t first = 0, last = 0; shares_.take(w, first, last);)
-                for (auto t = first; t < last; ++t)
+                for (auto t = begin + first; t < begin + last; ++t)
                     workers_[w].digest += engine::mix(digest_mail(all, t, Links{}), this->digest_states(t));
         });
         std::uint64_t digest = 0;

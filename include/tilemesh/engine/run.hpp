@@ -71,6 +71,8 @@ public:
     [[no_unique_address]] std::conditional_t<Traced, Trace, NoTrace> trace;
 
     std::uint32_t step() const noexcept { return step_; }
+    /// The supersteps of this run before the present one.
+    std::uint64_t pass() const noexcept { return pass_; }
     std::string const& kernel() const noexcept { return counters_.steps[step_].kernel; }
     /// The Error for the first of `count` mistakes of kernels. It names the tile and the superstep.
     Error failed(Grid grid, std::uint32_t tile, std::string const& what, std::uint64_t count = 1) const

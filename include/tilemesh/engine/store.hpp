@@ -59,12 +59,15 @@ public:
         Store* store_ = nullptr;
         std::uint32_t i_ = 0;
     };
-    explicit StateRange(Store& store) noexcept : store_(&store) {}
-    Iterator begin() const noexcept { return {store_, 0}; }
-    Iterator end() const noexcept { return {store_, store_->grid().size()}; }
+    explicit StateRange(Store& store) noexcept : StateRange(store, 0, store.grid().size()) {}
+    /// The states of tiles first..last-1.
+    StateRange(Store& store, std::uint32_t first, std::uint32_t last) noexcept : store_(&store), first_(first), last_(last) {}
+    Iterator begin() const noexcept { return {store_, first_}; }
+    Iterator end() const noexcept { return {store_, last_}; }
 
 private:
     Store* store_;
+    std::uint32_t first_, last_;
 };
 
 /// The words of all tiles' states and broadcasts. All engines derive from this class. `Guarded` puts guard words around every region.
