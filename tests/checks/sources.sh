@@ -42,6 +42,8 @@ refuse "poplar/ includes poplar/, engine/, machine/, config.hpp and error.hpp" \
     "$(ours poplar/ 'poplar/|engine/|machine/|config\.hpp|error\.hpp')"
 refuse "examples of codelets include codelets, splat/, machine/ and config.hpp" \
     "$(ours '\.\./\.\./examples/' "$codelet_code|splat/|machine/|config\.hpp")"
+refuse "mpi/ includes mpi/, engine/, machine/, config.hpp and error.hpp" "$(ours mpi/ 'mpi/|engine/|machine/|config\.hpp|error\.hpp')"
+refuse "mpi/ and MPI are for mpi/ alone" "$(printf '%s\n' "$includes" | grep -v '^mpi/' | grep -E '<(tilemesh/mpi/|mpi\.h>)' || true)"
 refuse "poplar/ and the SDK are for poplar/ alone" "$(printf '%s\n' "$includes" | grep -vE '^(poplar/|\.\./)' | grep -E '<(tilemesh/)?poplar/' || true)"
 refuse "of libraries poplar/ includes the standard's and the SDK's" \
     "$(printf '%s\n' "$includes" | grep '^poplar/' | grep -vE ': <([a-z_]+|poplar/[A-Za-z]+\.hpp|tilemesh/.*)>$' || true)"
@@ -55,7 +57,7 @@ refuse "machine/ and engine/ know no splatting, in comments either" "$(grep -niE
 # shellcheck disable=SC2086
 detail=$(grep -HoE '(([a-z_]+::)*|\b)(model_)?detail::[A-Za-z_]+' $all |
     sed -E 's/:(::)?tilemesh::/:tilemesh::/' | sort -u)
-owners='engine|splat|scene|render|report'
+owners='engine|mpi|splat|scene|render|report'
 refuse "a part's detail is its own" "$(printf '%s\n' "$detail" | grep -E "^[^:]*:(tilemesh::)?($owners|on_poplar|model_detail|tilemesh::model_detail)::" |
     grep -vE '^([a-z]+)/[^:]*:(tilemesh::)?\1::detail::|^poplar/[^:]*:(tilemesh::)?on_poplar::detail::|^model/[^:]*:(tilemesh::)?model_detail::' || true)"
 refuse "tilemesh::detail is for machine/ and the headers beside the folders" \
@@ -104,7 +106,7 @@ done
 refuse "README.md: public headers twice" "$(printf '%s\n' "$public" | sort | uniq -d)"
 refuse "README.md: public headers that are not there" "$(printf '%s\n' "$public" | grep -vxF "$all" || true)"
 refuse "README.md: public headers that tilemesh.hpp does not include" \
-    "$(printf '%s\n' "$public" | grep -vxE "$json|$codecs|poplar/.*" | grep -vxF "$reached" || true)"
+    "$(printf '%s\n' "$public" | grep -vxE "$json|$codecs|(mpi|poplar)/.*" | grep -vxF "$reached" || true)"
 refuse "README.md: not among the public headers" "$({
     printf '%s\n' "$all" | grep -E '^[a-z_]+\.hpp$|^(machine|model|report|scene)/[a-z_]+\.hpp$' | grep -vxE "(joined_threads|number_text|$inside)\.hpp"
     find ../../examples ../../tests/consumers -path ../../examples/render_map -prune -o -name '*.?pp' -exec sed -nE 's/^ *#include <tilemesh\/(.*)>$/\1/p' {} +

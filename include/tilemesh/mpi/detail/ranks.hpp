@@ -1,0 +1,125 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <exception>
+#include <mpi.h>
+#include <new>
+#include <string>
+#include <tilemesh/error.hpp>
+
+namespace tilemesh { inline namespace v0_2 { namespace mpi::detail {
+
+/// An exception as a text of fixed length: to describe it to other ranks takes no memory.
+struct Mistake {
+    static constexpr std::size_t most_bytes = 2048;
+    char text[most_bytes] = {};
+    bool made = false;
+
+    void set(char const* what) noexcept
+    {
+        made = true;
+        std::strncpy(text, what, most_bytes - 1);
+    }
+    /// Runs f and keeps the text of its exception.
+    template <class F>
+    void watch(F const& f) noexcept
+    {
+        try {
+            f();
+        } catch (std::bad_alloc const&) {
+            set("out of memory (a rank has not enough for its tiles); use more ranks, or smaller lists and channels");
+        } catch (std::exception const& e) {
+            set(e.what());
+        } catch (...) {
+            set("an exception that is no std::exception");
+        }
+    }
+};
+
+/// The ranks of a communicator, with a copy of the communicator, so that no message is mixed up with the user's. An error of MPI itself
+/// ends the job. All functions but rank() and size() are collective: every rank calls them in the same order.
+class Ranks {
+public:
+    explicit Ranks(MPI_Comm comm)
+    {
+        int initialized = 0, finalized = 0;
+        MPI_Initialized(&initialized);
+        MPI_Finalized(&finalized);
+        if (initialized == 0 || finalized != 0)
+            throw Error("an MpiMesh outside of MPI (MPI_Init_thread was not called, or MPI_Finalize was); build it between the two");
+        MPI_Comm_dup(comm, &comm_);
+        MPI_Comm_set_errhandler(comm_, MPI_ERRORS_ARE_FATAL);
+        int n = 0;
+        MPI_Comm_rank(comm_, &n);
+        rank_ = static_cast<std::uint32_t>(n);
+        MPI_Comm_size(comm_, &n);
+        size_ = static_cast<std::uint32_t>(n);
+    }
+    ~Ranks()
+    {
+        int finalized = 0;
+        MPI_Finalized(&finalized);
+        if (finalized == 0) MPI_Comm_free(&comm_);
+    }
+    Ranks(Ranks const&) = delete;
+    Ranks& operator=(Ranks const&) = delete;
+
+    MPI_Comm comm() const noexcept { return comm_; }
+    std::uint32_t rank() const noexcept { return rank_; }
+    std::uint32_t size() const noexcept { return size_; }
+
+    /// Replaces n words, each below 2^63, by their least, largest, or sum over all ranks. Sums wrap around, of any words.
+    void least(std::uint64_t* words, std::size_t n) const { reduce(words, n, MPI_MIN); }
+    void most(std::uint64_t* words, std::size_t n) const { reduce(words, n, MPI_MAX); }
+    void sum(std::uint64_t* words, std::size_t n) const { reduce(words, n, MPI_SUM); }
+
+    /// Do all ranks give the same word? The least word is the complement of the least complement only then, in signed order too.
+    bool same(std::uint64_t word) const
+    {
+        std::uint64_t words[] = {word, ~word};
+        least(words, 2);
+        return words[0] == ~words[1];
+    }
+    /// Runs f, which does not communicate. If it throws on some ranks, every rank throws the Error of the lowest of them.
+    template <class F>
+    void together(F const& f) const
+    {
+        Mistake mistake;
+        mistake.watch(f);
+        agree(mistake, "");
+    }
+    /// If some ranks have a mistake, every rank throws the Error of the lowest of them: its text, `where`, and the rank. If all ranks have
+    /// one, they have done the same, and the Error names no rank.
+    void agree(Mistake& mistake, std::string const& where) const
+    {
+        std::uint64_t ranks[] = {mistake.made ? rank_ : none, mistake.made ? none : rank_};
+        least(ranks, 2);
+        if (ranks[0] == none) return;
+        MPI_Bcast(mistake.text, static_cast<int>(Mistake::most_bytes), MPI_CHAR, static_cast<int>(ranks[0]), comm_);
+        throw Error(mistake.text + where + (ranks[1] == none ? "" : of_rank(ranks[0])));
+    }
+    /// Every rank gets the text of rank `of`.
+    std::string text_of(std::uint32_t of, char const* text) const
+    {
+        Mistake carrier;
+        if (of == rank_) carrier.set(text);
+        MPI_Bcast(carrier.text, static_cast<int>(Mistake::most_bytes), MPI_CHAR, static_cast<int>(of), comm_);
+        return carrier.text;
+    }
+    static std::string of_rank(std::uint64_t rank) { return " [rank " + std::to_string(rank) + "]"; }
+
+private:
+    /// More than any rank. It is positive as a signed number too, because MPICH 4.0 takes the least MPI_UINT64_T of signed numbers.
+    static constexpr std::uint64_t none = ~std::uint64_t{0} >> 1;
+
+    void reduce(std::uint64_t* words, std::size_t n, MPI_Op op) const
+    {
+        MPI_Allreduce(MPI_IN_PLACE, words, static_cast<int>(n), MPI_UINT64_T, op, comm_);
+    }
+
+    MPI_Comm comm_ = MPI_COMM_NULL;
+    std::uint32_t rank_ = 0, size_ = 1;
+};
+
+}}} // namespace tilemesh::mpi::detail
