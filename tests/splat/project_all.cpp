@@ -258,15 +258,16 @@ TEST_CASE("lanes: square root, logarithm and exponential have the bits of one fl
 {
     auto const values = all_kinds_of_floats();
     auto const root = [](float v) { return std::sqrt(v); };
+    auto const power = [](float v) { return exponential(v); };
     CHECK(unlike<4>(values, roots<4>, root) == 0);
     CHECK(unlike<8>(values, roots<8>, root) == 0);
     CHECK(unlike<16>(values, roots<16>, root) == 0);
     CHECK(unlike<4>(values, logarithms<4>, logarithm) == 0);
     CHECK(unlike<8>(values, logarithms<8>, logarithm) == 0);
     CHECK(unlike<16>(values, logarithms<16>, logarithm) == 0);
-    CHECK(unlike<4>(values, exponentials<4>, exponential) == 0);
-    CHECK(unlike<8>(values, exponentials<8>, exponential) == 0);
-    CHECK(unlike<16>(values, exponentials<16>, exponential) == 0);
+    CHECK(unlike<4>(values, exponentials<4>, power) == 0);
+    CHECK(unlike<8>(values, exponentials<8>, power) == 0);
+    CHECK(unlike<16>(values, exponentials<16>, power) == 0);
     double worst = 0;
     for (float const v : values)
         if (v > 0 && v < infinity) worst = std::max(worst, ulps_off(OneFloat::square_root(v), std::sqrt(double{v})));
