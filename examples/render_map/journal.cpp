@@ -120,14 +120,17 @@ report::MadeFrom made_from(Options const& options, std::vector<fs::path> const& 
     auto const version = version_text();
     result.version = version.substr(0, version.find('\n'));
     result.options = options.shaping;
-    std::sort(result.options.begin(), result.options.end());
     for (auto const& file : read) {
         auto const contents = contents_of(file);
         if (!contents)
             throw Error("cannot take the digest of " + file.string() +
                         " (--resume reads every file twice, and that one is no regular file); leave out --resume");
         result.files.push_back({file.string(), contents->bytes, contents->digest});
+        // The order of maps gives the ids, and two maps may have one name.
+        for (std::size_t k = 0; options.maps.size() > 1 && k < options.maps.size(); ++k)
+            if (options.maps[k] == file) result.options.push_back("map " + std::to_string(k + 1) + ": " + contents->digest);
     }
+    std::sort(result.options.begin(), result.options.end());
     auto const key = [](auto const& file) { return std::tuple(fs::path(file.path).filename(), file.bytes, file.digest); };
     std::sort(result.files.begin(), result.files.end(), [&](auto const& a, auto const& b) { return key(a) < key(b); });
     result.files.erase(std::unique(result.files.begin(), result.files.end(), [&](auto const& a, auto const& b) { return key(a) == key(b); }),

@@ -159,8 +159,8 @@ constexpr Option options[] = {
     {"--fov", "DEGREES", "field of view from the left to the right border [60]",
      [](Options& o, auto name, auto text) {
          o.fov = degrees(name, text);
-         if (!(*o.fov > 0 && *o.fov < 180))
-             throw Error(std::string(name) + " cannot be " + in_quotes(text) + " (a field of view is between 0 and 180 degrees); write for example --fov 60");
+         if (!(*o.fov >= 1 && *o.fov <= 179))
+             throw Error(std::string(name) + " cannot be " + in_quotes(text) + " (a field of view is 1 to 179 degrees); write for example --fov 60");
      }},
     {"--orbit", "DEGREES", "turn the camera around the map's middle, by DEGREES per frame",
      [](Options& o, auto name, auto text) { o.orbit_degrees = degrees(name, text); }},
@@ -521,9 +521,8 @@ Options parse_options(std::span<char const* const> words)
                                       ? 1
                                       : std::clamp(std::thread::hardware_concurrency(), 1u,
                                                    most_threads);
-    // The order of maps gives the ids.
-    if (result.maps.size() > 1)
-        for (auto const& map : result.maps) result.shaping.push_back("map " + map.filename().string());
+    for (std::size_t k = 0; result.maps.size() > 1 && k < result.maps.size(); ++k)
+        result.shaping.push_back("map " + std::to_string(k + 1) + " " + result.maps[k].lexically_normal().filename().string());
     check_together(result, given);
     result.choice.stays_anchored = result.renderer.program == tilemesh::report::Program::anchored || !only_anchored(result).option.empty();
     return result;

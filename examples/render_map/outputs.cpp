@@ -165,7 +165,7 @@ std::vector<fs::path> files_read(Options const& options, std::vector<Shot> const
 {
     auto files = options.inputs;
     for (auto const& shot : shots)
-        if (shot.photograph) files.push_back(shot.photograph->path);
+        if (shot.photograph && shot.photograph->found) files.push_back(shot.photograph->path);
     if (options.cameras && tilemesh::scene::names_colmap(*options.cameras)) {
         auto const [cameras, images] = tilemesh::scene::colmap_files(*options.cameras);
         files.insert(files.end(), {cameras, images});

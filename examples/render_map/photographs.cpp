@@ -7,6 +7,8 @@
 #include <array>
 #include <cstdint>
 #include <fstream>
+#include <map>
+#include <string>
 #include <string_view>
 #include <system_error>
 #include <tilemesh/error.hpp>
@@ -44,10 +46,10 @@ fs::path photograph_of(fs::path const& folder, fs::path const& name)
     for (auto const& each : {beside, beside.filename()}) {
         if (each.empty() || *each.begin() == "..") continue;
         if (auto const path = folder / each; is_file(path)) return path;
-        for (auto const* extension : extensions) {
+        for (auto const* extension : extensions)
             if (auto const path = folder / fs::path(each).concat(extension); is_file(path)) return path;
+        for (auto const* extension : extensions)
             if (auto const path = folder / fs::path(each).replace_extension(extension); is_file(path)) return path;
-        }
     }
     return {};
 }
@@ -67,9 +69,9 @@ void find_photographs(Options const& options, std::vector<Shot>& shots)
     if (!fs::is_directory(*options.photos, refused))
         throw Error("--photos cannot be " + folder + " (it is no directory" + (refused ? ": " + refused.message() : std::string()) +
                     "); name the folder of the photographs");
-    bool any = false;
+    std::map<fs::path, std::string> taken; // photographs, and the cameras that have them
     for (auto& shot : shots) {
-        Photograph photo{photograph_of(*options.photos, shot.picture), ""};
+        Photograph photo{photograph_of(*options.photos, shot.picture), "", {}, false};
         if (photo.path.empty()) {
             photo.path = *options.photos / fs::path(shot.picture).relative_path();
             photo.problem = one_line(photo.path.string()) + " is not compared (there is no such photograph, nor one of that name with .png or .jpg); "
@@ -77,8 +79,12 @@ void find_photographs(Options const& options, std::vector<Shot>& shots)
             shot.photograph = photo;
             continue;
         }
-        any = true;
+        photo.found = true;
+        auto const [camera, first] = taken.emplace(photo.path, shot.picture);
         try {
+            if (!first && camera->second != shot.picture)
+                throw Error(one_line(photo.path.string()) + " is not compared (it may be that of \"" + one_line(camera->second, 200) + "\" or of \"" +
+                            one_line(shot.picture, 200) + "\"); name the folder above with --photos");
             Size const whole{shot.full.width, shot.full.height}, wanted{shot.camera.width, shot.camera.height}, own = picture_size(photo.path);
             auto const fits = [&](std::uint32_t side, std::uint32_t of) { return side == of / options.scale || side == (of + options.scale - 1) / options.scale; };
             if (fits(own.width, whole.width) && fits(own.height, whole.height)) shot.camera = tilemesh::scene::stretched(shot.full, own);
@@ -92,7 +98,7 @@ void find_photographs(Options const& options, std::vector<Shot>& shots)
         }
         shot.photograph = photo;
     }
-    if (!any)
+    if (taken.empty())
         throw Error("--photos " + folder + " has no photograph of these cameras (the first is \"" + one_line(shots.front().picture, 200) +
                     "\"); name the folder that has it");
 }

@@ -15,6 +15,7 @@ struct Photograph {
     std::filesystem::path path;
     std::string problem; ///< why no frame can be compared with it; empty: a frame can
     tilemesh::scene::Size size{};
+    bool found = false;  ///< there is such a file
 };
 
 /// A camera and its name in reports.

@@ -133,8 +133,7 @@ private:
         int const c = peek();
         if (c == '{' || c == '[') {
             if (depth_ == deepest)
-                throw Error(name_ + " is no camera file (it is nested deeper than " + std::to_string(deepest) +
-                            " levels); name a camera file");
+                throw Error(name_ + " is not read (it is nested deeper than " + std::to_string(deepest) + " levels); " + advice_);
             ++at_;
             std::uint64_t const bit = std::uint64_t{1} << depth_++;
             objects_ = c == '{' ? objects_ | bit : objects_ & ~bit;
