@@ -168,7 +168,7 @@ constexpr Option options[] = {
      [](Options& o, auto name, auto text) { o.frames = whole_number(name, text, most_frames); }},
     {"--trajectory", "FILE", "render a frame per pose of a file (see below), with the lens of --camera",
      [](Options& o, auto name, auto text) { o.trajectory = input(o, name, text); }},
-    {"--every", "N", "render every Nth pose of the trajectory, or camera by its name, from the first",
+    {"--every", "N", "render every Nth pose of the trajectory, or camera by name, from the first",
      [](Options& o, auto name, auto text) { o.every = whole_number(name, text, any_number); }},
     {"--relative", "", "move the camera as the trajectory moves from its first pose",
      [](Options& o, auto, auto) { o.relative = true; }},
@@ -572,9 +572,9 @@ std::string help_text()
                   "  Maps: 3DGS PLY, compressed PLY, .splat, SPZ (versions 1 to 4) and SOG (an archive, or a folder\n"
                   "  with meta.json). Several maps are one; the ids count on. An SPZ has y up and z back: its y and z\n"
                   "  change sign.\n"
-                  "  Cameras: tilemesh's own JSON (cameras[] with world_to_camera), the\n"
-                  "  cameras.json of 3DGS training, the transforms.json of nerfstudio and instant-ngp, or a COLMAP model,\n"
-                  "  text or binary (cameras.txt, images.txt, cameras.bin, images.bin, or their folder).\n"
+                  "  Cameras: tilemesh's own JSON (cameras[] with world_to_camera), the cameras.json of 3DGS\n"
+                  "  training, the transforms.json of nerfstudio and instant-ngp, or a COLMAP model, text or binary\n"
+                  "  (cameras.txt, images.txt, cameras.bin, images.bin, or their folder).\n"
                   "  Trajectories, one pose per line, camera to world; the first pose tells the form:\n"
                   "    TUM      timestamp tx ty tz qx qy qz qw, in seconds\n"
                   "    EuRoC    timestamp,px,py,pz,qw,qx,qy,qz, in nanoseconds\n"

@@ -375,9 +375,9 @@ refuses "write --trajectory, or see" --traj walk.tum
 refuses "^[^;]*; see render_map --help" --nonsense
 refuses "no option -x" -x
 refuses "given twice" --size 1x1 --size=2x2
-refuses "absent.ply cannot be opened" map.ply absent.ply
+refuses "absent.ply cannot be opened" absent.ply other.ply
 refuses "absent.ply" absent.ply
-refuses "directory" .
+refuses "is a folder without meta.json" .
 printf 'not a map\n' >bad.ply
 refuses "bad.ply" bad.ply
 printf 'a\nb' >"$(printf 'two\nlines.ply')"
