@@ -584,7 +584,7 @@ std::string help_text()
                   "  has a built-in value; include/tilemesh/model/energy.hpp lists the events.\n"
                   "\n"
                   "Photographs\n"
-                  "  --photos DIR looks below DIR for a PNG or JPEG of each camera's name, with that or another\n"
+                  "  The photograph of a camera is a PNG or JPEG below DIR. It has the camera's name, with that or another\n"
                   "  extension, with or without the name's folders. PSNR and L1 are over the three channels, peak 1.\n"
                   "  SSIM is that of 3DGS' own evaluation: a Gaussian window of 11 x 11 and sigma 1.5, each channel\n"
                   "  alone, data range 1, zeros outside the picture. The frame is clamped to [0, 1], not rounded;\n"

@@ -37,7 +37,7 @@ has good.json '"notes": \[\]'
 
 refuses "absent.ply" absent.ply
 mkdir folder
-refuses "directory" folder
+refuses "is a folder without meta.json" folder
 : >empty.ply
 refuses "empty.ply" empty.ply
 for length in 3 40 $((start - 5)) "$start" $((start + 1)) $((start + 56)) $((start + 100)) $((bytes - 1)); do

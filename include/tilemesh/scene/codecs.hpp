@@ -2,6 +2,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <tilemesh/config.hpp>
 
 namespace tilemesh { inline namespace v0_2 { namespace scene {
 
