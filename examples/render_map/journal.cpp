@@ -195,7 +195,11 @@ void Journal::read_line(std::string const& line, Names const& names)
         if (number >= found_.size()) return;
         std::vector<std::string> named;
         for (auto const& file : json.at("files")) named.push_back(file.at("name").get<std::string>());
-        if (named != names(number)) return;
+        auto frame = report::frame_of(json.at("report"));
+        auto expected = names(number);
+        if (frame.photograph && !frame.photograph->problem.empty()) // then there is no picture of its error
+            std::erase_if(expected, [](auto const& name) { return name.ends_with(".error.png"); });
+        if (named != expected) return;
         for (auto const& file : json.at("files")) {
             auto const path = folder_ / file.at("name").get<std::string>();
             std::error_code refused;
@@ -203,7 +207,7 @@ void Journal::read_line(std::string const& line, Names const& names)
             auto const contents = contents_of(path);
             if (!contents || contents->digest != file.at("digest").get<std::string>()) return;
         }
-        found_[number] = report::frame_of(json.at("report"));
+        found_[number] = std::move(frame);
     } catch (nlohmann::json::exception const&) {
     } catch (Error const&) {
     }

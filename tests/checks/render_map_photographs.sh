@@ -242,6 +242,10 @@ cp resumed.json uninterrupted.json
 sed -i '4d' resumed/resume.jsonl # the third frame
 runs $colmap --quiet --resume --out resumed --report resumed.json
 for n in 1 2 3 4 5 6; do [ "$(number resumed.json ssim $n)" = "$(number uninterrupted.json ssim $n)" ] || fail "a resumed run has another SSIM"; done
+# Without its photograph a frame has no error picture, and is taken over all the same.
+cp -r colmap/images lacking && rm lacking/c.png
+for _ in 1 2; do ends 1 room.ply --cameras colmap/sparse/0 --photos lacking --error-picture --resume --out again; done
+has stdout '^\([0-9]*\) of \1 frames were there from an earlier run$'
 cp colmap/images/c.png colmap/images/a.png
 refuses 'a.png has changed since' $colmap --quiet --resume --out resumed
 refuses 'a camera file names the photographs' room.ply --photos colmap/images
