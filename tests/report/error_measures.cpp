@@ -1,3 +1,4 @@
+#include "picture_of_formula.hpp"
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -203,17 +204,6 @@ TEST_CASE("SSIM is that of its definition")
 
 namespace {
 
-/// A picture of 8-bit levels by a formula, so that another program can make it too.
-Image of_formula(std::uint32_t width, std::uint32_t height)
-{
-    Image image{width, height};
-    for (std::uint32_t y = 0; y < height; ++y)
-        for (std::uint32_t x = 0; x < width; ++x)
-            for (std::uint32_t c = 0; c < 3; ++c)
-                image.pixel(x, y)[c] = static_cast<float>((x * x * 31 + y * y * 17 + x * y * 7 + c * 91 + 13 * x) % 256) / 255.0f;
-    return image;
-}
-
 /// PSNR, SSIM and L1 by their formulas: the pictures stand in a frame of zeros five pixels wide, and each window is a plain double loop.
 struct Plain {
     double psnr_db, ssim, l1;
@@ -271,7 +261,7 @@ TEST_CASE("pictures with known PSNR, SSIM and L1")
 {
     using tilemesh::report::compare_pictures;
     // By a third program (NumPy, float64): the evaluation script's formula on these pictures.
-    auto const a = of_formula(24, 17);
+    auto const a = picture_of_formula(24, 17);
     Image turned{24, 17}, faded{24, 17};
     for (std::uint32_t y = 0; y < 17; ++y)
         for (std::uint32_t x = 0; x < 24; ++x)

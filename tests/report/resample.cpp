@@ -1,3 +1,4 @@
+#include "picture_of_formula.hpp"
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -11,16 +12,6 @@ namespace {
 
 using tilemesh::report::Image;
 using tilemesh::report::resized_as_photograph;
-
-Image of_formula(std::uint32_t width, std::uint32_t height)
-{
-    Image image{width, height};
-    for (std::uint32_t y = 0; y < height; ++y)
-        for (std::uint32_t x = 0; x < width; ++x)
-            for (std::uint32_t c = 0; c < 3; ++c)
-                image.pixel(x, y)[c] = static_cast<float>((x * x * 31 + y * y * 17 + x * y * 7 + c * 91 + 13 * x) % 256) / 255.0f;
-    return image;
-}
 
 std::vector<int> levels(Image const& image)
 {
@@ -40,17 +31,17 @@ TEST_SUITE_BEGIN("report");
 TEST_CASE("a photograph is resized to the levels of Pillow's bicubic filter")
 {
     // The levels were computed with Pillow 9.4: Image.resize(size, Image.BICUBIC).
-    CHECK(levels(resized_as_photograph(of_formula(7, 5), 3, 2)) ==
+    CHECK(levels(resized_as_photograph(picture_of_formula(7, 5), 3, 2)) ==
           std::vector<int>{80, 134, 184, 117, 142, 113, 130, 126, 139, 133, 144, 113, 129, 142, 117, 137, 127, 104});
-    CHECK(levels(resized_as_photograph(of_formula(8, 8), 4, 4)) ==
+    CHECK(levels(resized_as_photograph(picture_of_formula(8, 8), 4, 4)) ==
           std::vector<int>{49,  128, 203, 124, 144, 122, 98,  154, 135, 153, 120, 101, 129, 163, 133, 140, 108, 115, 121, 137, 106, 153, 123, 131,
                            145, 95,  107, 133, 175, 76,  129, 185, 91,  112, 123, 143, 136, 146, 116, 59,  139, 156, 66,  172, 145, 124, 93,  159});
     // Only the rows shrink: their pass alone, 9 x 6 to 9 x 2.
-    CHECK(levels(resized_as_photograph(of_formula(9, 6), 9, 2)) ==
+    CHECK(levels(resized_as_photograph(picture_of_formula(9, 6), 9, 2)) ==
           std::vector<int>{39,  136, 197, 90,  158, 178, 181, 110, 107, 101, 121, 128, 83,  174, 110, 127, 147, 123, 168, 67,  158, 144, 171, 70,  118, 145, 115,
                            103, 123, 143, 174, 123, 93,  165, 135, 91,  104, 165, 94,  106, 197, 96,  169, 138, 88,  102, 129, 129, 134, 124, 151, 127, 117, 137});
     // It may grow, and overshoots are clamped: 5 x 3 to 8 x 7, the first and the last row.
-    auto const grown = levels(resized_as_photograph(of_formula(5, 3), 8, 7));
+    auto const grown = levels(resized_as_photograph(picture_of_formula(5, 3), 8, 7));
     REQUIRE(grown.size() == 168);
     CHECK(std::vector<int>(grown.begin(), grown.begin() + 24) ==
           std::vector<int>{0, 86, 177, 10, 100, 205, 47, 139, 219, 126, 237, 101, 132, 243, 116, 62, 154, 255, 38, 128, 255, 30, 121, 236});
@@ -61,13 +52,13 @@ TEST_CASE("a photograph is resized to the levels of Pillow's bicubic filter")
 TEST_CASE("a photograph of 640 x 479 pixels is resized to the levels of Pillow's bicubic filter")
 {
     std::uint32_t digest = 0;
-    for (int const level : levels(resized_as_photograph(of_formula(640, 479), 213, 160))) digest = 31 * digest + static_cast<std::uint32_t>(level);
+    for (int const level : levels(resized_as_photograph(picture_of_formula(640, 479), 213, 160))) digest = 31 * digest + static_cast<std::uint32_t>(level);
     CHECK(digest == 2353991629u);
 }
 
 TEST_CASE("a photograph keeps its pixels in its own size; one pixel is the mean of a flat picture")
 {
-    auto const photograph = of_formula(13, 9);
+    auto const photograph = picture_of_formula(13, 9);
     CHECK(resized_as_photograph(photograph, 13, 9).rgb == photograph.rgb);
     Image flat{6, 4};
     for (auto& value : flat.rgb) value = 0.4f;
