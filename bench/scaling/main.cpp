@@ -1,5 +1,8 @@
 // The growth of a frame's time and memory with Gaussians, pixels and tiles.
+#include "on_ranks.hpp"
 #include "options.hpp"
+#include "predict.hpp"
+#include "roomy.hpp"
 #include "synthetic.hpp"
 #include <common/direct.hpp>
 #include <common/machine.hpp>
@@ -35,17 +38,6 @@ double resident_bytes()
     double all = 0, resident = 0;
     file >> all >> resident;
     return resident * static_cast<double>(::sysconf(_SC_PAGESIZE));
-}
-
-/// `lossless` with more slots and pixels per tile: room for every value of every axis. Capacity is address space, and costs no memory until
-/// it is used.
-tilemesh::render::SetupChoice roomy_setup()
-{
-    auto setup = tilemesh::render::choice_of<tilemesh::splat::Lossless>();
-    setup.machine = tilemesh::size_of_machine<tilemesh::splat::RoomyMachine>();
-    setup.sizes.storage = 40'000;         // Sloth on 10 x 9 tiles, a million Gaussians on 1,440
-    setup.sizes.tile_pixels = 128 * 80;   // 1280 x 720 on 10 x 9 tiles; 3840 x 2160 on 40 x 36 has 96 x 60
-    return setup;
 }
 
 /// One value of an axis.
@@ -127,7 +119,7 @@ std::vector<Row> measure(Point const& point, Options const& options, std::vector
         contest->row.threads = threads;
         auto const bytes_of = [&](std::unique_ptr<bench::Machine>& machine, tilemesh::scene::Map const& map) {
             auto const before = resident_bytes();
-            machine = bench::make_machine(map, roomy_setup(), {.threads = threads, .grid = point.grid, .tile = point.tile});
+            machine = bench::make_machine(map, roomy_setup(), {.threads = threads, .grid = point.grid, .tile = point.tile, .keep_pixels = false});
             machine->render(scene.camera);
             return resident_bytes() - before;
         };
@@ -207,6 +199,8 @@ std::string csv(std::vector<Row> const& rows)
 
 int run(Options const& options)
 {
+    if (options.ranks) return run_on_ranks(options);
+    if (options.predict) return predict(options);
     bench::expect_folder_of(options.csv);
     // Large blocks go back to the system when they are freed, so that the process grows by the memory of each machine.
     ::mallopt(M_MMAP_THRESHOLD, 1 << 18);
@@ -238,6 +232,7 @@ int run(Options const& options)
 
 int main(int argc, char** argv)
 {
+    OnRanks const on_ranks(argc, argv); // with --ranks, MPI runs until the end of main
     return bench::program(argc, argv, parse, help, run,
                           "not enough memory (a million Gaussians take gigabytes); name other axes, one --threads or --quick");
 }

@@ -1,7 +1,27 @@
 #include "options.hpp"
+#include <charconv>
 #include <common/scenes.hpp>
+#include <tilemesh/error.hpp>
 
 namespace scaling {
+
+namespace {
+/// "LATENCY,OVERHEAD,BANDWIDTH" in microseconds, microseconds and GB/s.
+tilemesh::HostNetwork network_of(std::string const& text)
+{
+    double figures[3] = {};
+    auto const* at = text.data();
+    auto const* const end = at + text.size();
+    for (int i = 0; i < 3; ++i) {
+        auto const [next, error] = std::from_chars(at, end, figures[i]);
+        if (error != std::errc{} || !(figures[i] >= 0) || (i < 2 ? next == end || *next != ',' : next != end || figures[i] == 0))
+            throw tilemesh::Error("option --network " + text +
+                                  " (not LATENCY,OVERHEAD,BANDWIDTH in microseconds, microseconds and GB/s); write for example 1.5,0.5,12");
+        at = next + 1;
+    }
+    return {"your network", figures[0], figures[1], 1000 * figures[2], "Option --network"};
+}
+} // namespace
 
 Options parse(std::vector<std::string> const& all)
 {
@@ -13,8 +33,17 @@ Options parse(std::vector<std::string> const& all)
         else if (option == "--motion")
             options.motion = words.one_of({"static", "orbit0.1", "orbit0.5", "orbit2", "teleport"});
         else if (option == "--threads") options.threads.push_back(words.number(1, 64));
+        else if (option == "--ranks" || option == "--predict") {
+            words.flag();
+            (option == "--ranks" ? options.ranks : options.predict) = true;
+        } else if (option == "--network")
+            options.network = network_of(words.value());
         else words.refuse();
     }
+    if (options.ranks && options.predict)
+        throw tilemesh::Error("options --ranks and --predict (one measures, the other predicts); give one of them");
+    if (options.network && !options.predict)
+        throw tilemesh::Error("option --network without --predict (only a prediction needs a network); add --predict");
     options.finish();
     if (options.threads.empty()) options.threads = {1, 2};
     return options;
@@ -38,6 +67,9 @@ std::string help()
            "  --axis NAME      gaussians, pixels, tiles or idle_tiles; may be repeated. Default: all\n"
            "  --motion NAME    static, orbit0.1, orbit0.5, orbit2 or teleport. Default: orbit0.5\n"
            "  --threads N      threads of rasteriser and mesh; may be repeated. Default: 1 and 2\n"
+           "  --ranks          measure the engine over the ranks of MPI instead: mpirun -n N scaling --ranks. Only rank 0 prints\n"
+           "  --predict        predict a frame over 1 to 1,024 hosts instead\n"
+           "  --network L,O,B  with --predict: one more network, of L us latency, O us overhead a message, B GB/s\n"
            "  --quick          measure few and small values, 2 rounds; write no file\n" +
            bench::help_of_spoil +
            "  --help           this text\n"

@@ -1,7 +1,9 @@
 #pragma once
 #include <common/options.hpp>
 #include <cstdint>
+#include <optional>
 #include <string>
+#include <tilemesh/model/hosts.hpp>
 #include <vector>
 
 namespace scaling {
@@ -12,6 +14,8 @@ struct Options : bench::Options {
     std::vector<std::string> axes; ///< empty: all
     std::string motion = "orbit0.5";
     std::vector<std::uint32_t> threads; ///< measured side by side
+    bool ranks = false, predict = false;
+    std::optional<tilemesh::HostNetwork> network; ///< one more network for the prediction
 };
 
 /// Throws tilemesh::Error for an unknown option or an invalid value.

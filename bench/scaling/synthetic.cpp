@@ -5,16 +5,16 @@
 
 namespace scaling {
 
-bench::Scene synthetic(std::uint32_t gaussians, tilemesh::scene::Size size)
+bench::Scene synthetic(std::uint32_t gaussians, tilemesh::scene::Size size, std::uint32_t pixels_wide)
 {
     namespace scene = tilemesh::scene;
     bench::Scene out;
     out.camera = scene::make_camera(scene::look_at({0, 0, 0}, {0, 0, 1}), scene::lens_from_field_of_view(60.0, size));
     out.map.name = "synthetic";
     out.map.gaussians.reserve(gaussians);
-    // Half the view at depth 1, along both axes, and the size of a pixel of a 1280-wide frame at that depth.
-    double const half_x = std::tan(30.0 * 3.14159265358979323846 / 180.0), half_y = half_x * 720.0 / 1280.0;
-    double const pixel = 2 * half_x / 1280.0;
+    // Half the view at depth 1, along both axes, and the size of a pixel at that depth.
+    double const half_x = std::tan(30.0 * 3.14159265358979323846 / 180.0), half_y = half_x * size.height / size.width;
+    double const pixel = 2 * half_x / pixels_wide;
     for (std::uint32_t i = 0; i < gaussians; ++i) {
         std::uint32_t which = 0;
         auto const next = [&] { return bench::even(i, which++); };

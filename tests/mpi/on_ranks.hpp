@@ -7,12 +7,13 @@
 #include <vector>
 
 /// Runs one program on all ranks, and checks that every rank has the results of a Mesh. The watch between the engine and MPI (watch.cpp)
-/// counts messages, and delays them at random.
+/// counts messages, and holds them back at random.
 namespace mpi_test {
 using namespace engine_test;
 using Roomy = TestMachine<64u << 20>;
 
-/// From now on this rank waits up to this time before it calls MPI. 0: never.
+/// From now on each message, receipt and agreement of this rank begins up to this time late, and its end is seen up to this time late. The
+/// times are random, so the order changes, too. 0: never. Not while requests are open.
 void delay(std::uint32_t most_us);
 /// The messages and their words that this rank has sent since the last call, and the agreements of all ranks that it took part in.
 struct Traffic {

@@ -30,7 +30,7 @@ struct MpiMeshOptions {
 /// initialised, with at least MPI_THREAD_FUNNELED if a rank has several threads; then MPI's main thread owns the mesh. Destroy the mesh
 /// before MPI_Finalize, because the destructor frees the copy.
 ///
-/// Cost of a superstep: one message to each of at most two neighbours if the kernel sends, and one agreement (MPI_Iallreduce of 6 words and
+/// Cost of a superstep: one message to each of at most two neighbours if the kernel sends, and one agreement (MPI_Iallreduce of 7 words and
 /// one for each channel). A message holds the live items of the row at the edge of the band, and 3 words for each channel end that is not
 /// empty. It travels while the rank runs its other rows. A step that no tile needs costs nothing. Memory of a rank follows the live words
 /// of its rows, plus 20 to 52 bytes for each tile of the grid; address space is that of the whole grid.

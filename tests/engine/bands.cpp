@@ -1,4 +1,4 @@
-#include "../engine/everywhere.hpp"
+#include "everywhere.hpp"
 #include <doctest/doctest.h>
 #include <tilemesh/mpi/bands.hpp>
 
