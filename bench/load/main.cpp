@@ -102,9 +102,9 @@ PlainMap make_map(std::size_t n, std::uint32_t degree)
 }
 
 /// A palette has at most 65,536 entries.
-[[maybe_unused]] PackedSog sog_of(PlainMap const& map)
+[[maybe_unused]] PackedSog sog_of(PlainMap const& map, std::uint32_t version)
 {
-    auto packed = PackedSog::of(map);
+    auto packed = PackedSog::of(map, version);
     if (packed.palette.size() > 65536) packed.palette.resize(65536);
     for (std::size_t i = 0; i < packed.rows.size(); ++i) packed.rows[i].label = static_cast<std::uint16_t>(i * 7919 % 65536 % std::max<std::size_t>(packed.palette.size(), 1));
     return packed;
@@ -178,7 +178,8 @@ int run(bench::Options const& options)
             measure("SPZ 4 (zstd)", degree, PackedSpz::of(map, 4).bytes(packing), ".spz");
 #endif
 #if defined(TILEMESH_HAS_WEBP) && defined(TILEMESH_HAS_ZLIB)
-            measure("SOG 2 (archive)", degree, write_zip(sog_of(map).files(packing), packing, false), ".sog");
+            for (std::uint32_t version : {1u, 2u})
+                measure("SOG " + std::to_string(version) + " (archive)", degree, write_zip(sog_of(map, version).files(packing), packing, false), ".sog");
 #endif
         }
     } catch (...) {

@@ -62,6 +62,7 @@ void operator delete(void* p) noexcept
 void operator delete(void* p, std::size_t) noexcept { operator delete(p); }
 
 #else
+#include "../scene/map_writers.hpp"
 #include <algorithm>
 #include <cstdio>
 #include <functional>
@@ -74,6 +75,7 @@ void operator delete(void* p, std::size_t) noexcept { operator delete(p); }
 #include <tilemesh/model/energy.hpp>
 #include <tilemesh/scene/camera_json.hpp>
 #include <tilemesh/scene/colmap.hpp>
+#include <tilemesh/scene/map_file.hpp>
 #include <tilemesh/scene/ply.hpp>
 #include <tilemesh/scene/trajectory.hpp>
 #include <unordered_map>
@@ -227,6 +229,27 @@ void camera_json()
                    return R"({"img_name":")" + number(i) + "\"," + short_lens + R"(,"position":[0,0,0],)" + short_matrix + "},";
                }) + "]";
     });
+    std::string const short_pose = R"("transform_matrix":[[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]])";
+    auto const frame = [&](std::size_t i, std::string const& more) { return R"({"file_path":")" + number(i) + "\"," + short_pose + more + "},"; };
+    auto const transforms = [](std::string const& lens, std::string const& frames, std::string const& end = "") {
+        return "{" + lens + R"("frames":[)" + frames + "]" + end + "}";
+    };
+    std::string const short_transforms_lens = R"("w":1,"h":1,"fl_x":1,)";
+    expect_linear("transforms.json: the shortest frames", Ends::well, read,
+                  [&](std::size_t n) { return transforms(short_transforms_lens, listed(n, [&](std::size_t i) { return frame(i, ""); })); });
+    expect_linear("transforms.json: the lens behind the frames", Ends::well, read, [&](std::size_t n) {
+        return transforms("", listed(n, [&](std::size_t i) { return frame(i, ""); }), R"(,"w":640,"h":480,"camera_angle_x":0.75)");
+    });
+    expect_linear("transforms.json: a lens for each frame", Ends::well, read,
+                  [&](std::size_t n) { return transforms(short_transforms_lens, listed(n, [&](std::size_t i) { return frame(i, R"(,"w":2)"); })); });
+    expect_linear("transforms.json: frames of one name", Ends::refused, read,
+                  [&](std::size_t n) { return transforms(short_transforms_lens, listed(n, [&](std::size_t) { return frame(0, ""); })); });
+    expect_linear("transforms.json: keys of a frame that nobody reads", Ends::well, read, [&](std::size_t n) {
+        return transforms(short_transforms_lens, listed(n, [&](std::size_t i) { return frame(i, ",\"k" + number(i) + "\":0"); }));
+    });
+    expect_linear("transforms.json: {} in frames[]", Ends::refused, read, [&](std::size_t n) { return transforms("", listed(n, "{},")); });
+    expect_linear("transforms.json: frames[] again and again", Ends::refused, read,
+                  [&](std::size_t n) { return "{" + listed(n, [&](std::size_t i) { auto const one = frame(i, ""); return R"("frames":[)" + one.substr(0, one.size() - 1) + "],"; }) + "}"; });
     expect_linear("JSON: names and nothing else", Ends::refused, read, [&](std::size_t n) {
         return "[" + listed(n, [&](std::size_t i) { return R"({"img_name":")" + number(i) + "\"},"; }) + "]";
     });
@@ -296,6 +319,52 @@ void colmap()
     expect_linear("COLMAP: a line that is too long", Ends::refused, images, [](std::size_t n) { return std::string(100 * n, '1'); });
 }
 
+std::string bits_of(double value)
+{
+    std::string bytes;
+    scene_test::put_little(bytes, std::bit_cast<std::uint64_t>(value), 8);
+    return bytes;
+}
+std::string word(std::uint64_t value, std::size_t bytes = 4)
+{
+    std::string out;
+    scene_test::put_little(out, value, bytes);
+    return out;
+}
+
+void colmap_binary()
+{
+    most_a_byte = 16, most_beside = 3 << 20;
+    // SIMPLE_PINHOLE, 640 x 480
+    static auto const lens = [](std::size_t id) { return word(id) + word(0) + word(640, 8) + word(480, 8) + bits_of(500) + bits_of(320) + bits_of(240); };
+    auto const image = [](std::size_t i, std::size_t points) {
+        std::string pose;
+        for (double v : {1.0, 0.0, 0.0, 0.0, 0.5, 1e-3, 2.0}) pose += bits_of(v);
+        return word(i) + pose + word(1) + number(i) + std::string(1, '\0') + word(points, 8) + std::string(24 * points, '\1');
+    };
+    auto const images = [](std::istream& in) {
+        CountedText one(word(1, 8) + lens(1));
+        std::istream cameras_bin(&one);
+        scene::read_colmap_binary(cameras_bin, in);
+    };
+    auto const lenses = [](std::istream& in) {
+        CountedText none(word(0, 8));
+        std::istream images_bin(&none);
+        scene::read_colmap_binary(in, images_bin);
+    };
+    expect_linear("COLMAP, binary: cameras", Ends::well, lenses, [](std::size_t n) { return word(n, 8) + repeated(n, lens); });
+    expect_linear("COLMAP, binary: cameras, the last first", Ends::well, lenses,
+                  [](std::size_t n) { return word(n, 8) + repeated(n, [&](std::size_t i) { return lens(n - i); }); });
+    expect_linear("COLMAP, binary: images", Ends::well, images,
+                  [&](std::size_t n) { return word(n, 8) + repeated(n, [&](std::size_t i) { return image(i, 0); }); });
+    expect_linear("COLMAP, binary: images with points", Ends::well, images,
+                  [&](std::size_t n) { return word(n, 8) + repeated(n, [&](std::size_t i) { return image(i, 5); }); });
+    expect_linear("COLMAP, binary: an image without an end of its name", Ends::refused, images,
+                  [&](std::size_t n) { return word(1, 8) + image(1, 0).substr(0, 65) + std::string(64 * n, 'x'); });
+    expect_linear("COLMAP, binary: fewer images than promised", Ends::refused, images,
+                  [&](std::size_t n) { return word(n + 1, 8) + repeated(n, [&](std::size_t i) { return image(i, 0); }); });
+}
+
 void trajectories()
 {
     most_a_byte = 24, most_beside = 1 << 18;
@@ -308,6 +377,15 @@ void trajectories()
     expect_linear("TUM: the shortest poses", Ends::well, read, [](std::size_t n) { return repeated(n, "0 0 0 0 0 0 0 1\n"); }, 5000);
     expect_linear("TUM: comments", Ends::refused, read, [](std::size_t n) { return repeated(n, "# comment\n\n"); });
     expect_linear("TUM: many fields", Ends::refused, read, [](std::size_t n) { return repeated(n, "1 1 2\n1 "); });
+    auto const read_any = [](std::istream& in) { scene::trajectory_notes(scene::read_trajectory(in, "walk")); };
+    expect_linear("EuRoC: poses", Ends::well, read_any,
+                  [](std::size_t n) { return repeated(n, [](std::size_t i) { return number(i) + "000000000,1,2,3,1,0,0,0,0.5,0.5\n"; }); });
+    expect_linear("EuRoC: the shortest poses", Ends::well, read_any, [](std::size_t n) { return repeated(n, "0,0,0,0,1,0,0,0\n"); }, 5000);
+    expect_linear("EuRoC: a line of many fields", Ends::refused, read_any, [](std::size_t n) { return "0,0,0,0,1,0,0,0" + repeated(100 * n, ",0") + "\n"; });
+    expect_linear("KITTI: the shortest poses", Ends::well, read_any, [](std::size_t n) { return repeated(n, "1 0 0 0 0 1 0 0 0 0 1 0\n"); }, 5000);
+    expect_linear("KITTI: the last pose is short", Ends::refused, read_any,
+                  [](std::size_t n) { return repeated(n, "1 0 0 0 0 1 0 0 0 0 1 0\n") + "1 0 0\n"; });
+    expect_linear("Replica: the shortest poses", Ends::well, read_any, [](std::size_t n) { return repeated(n, "1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1\n"); }, 5000);
 }
 
 std::string header(std::string const& format, std::string const& before, std::size_t rows, std::string const& more = "")
@@ -379,6 +457,109 @@ void maps()
                   [](std::size_t n) { return "ply\nelement " + repeated(8 * n, "a ") + "\n"; });
 }
 
+void compressed_maps()
+{
+    using namespace scene_test;
+    using scene::Codecs;
+    auto const read_with = [](Codecs const& codecs) { return [codecs](std::istream& in) { scene::read_map(in, "map.splat", codecs); }; };
+    auto const read = read_with(plain_codecs());
+    Numbers numbers(9);
+    // As PLY.
+    most_a_byte = 5, most_beside = 8 << 20;
+    for (std::uint32_t degree : {0u, 3u})
+        for (bool big : {false, true})
+            expect_linear("compressed PLY of degree " + number(degree) + (big ? ", big-endian" : ""), Ends::well, read, [&](std::size_t n) {
+                auto packed = PackedPly::random(n, degree, true, numbers);
+                packed.big = big;
+                return packed.bytes();
+            });
+    expect_linear("compressed PLY: rejected rows", Ends::well, read, [&](std::size_t n) {
+        auto packed = PackedPly::random(n, 1, true, numbers);
+        for (auto& chunk : packed.chunks) chunk[0] = std::numeric_limits<float>::infinity();
+        return packed.bytes();
+    });
+    expect_linear(".splat", Ends::well, read, [&](std::size_t n) { return PackedSplat::random(n, numbers).bytes(); });
+    expect_linear(".splat: rejected rows", Ends::well, read, [](std::size_t n) { return std::string(32 * n, '\xff'); });
+
+    most_a_byte = 400, most_beside = 48 << 20;
+    for (std::uint32_t version = 1; version <= 4; ++version)
+        for (std::uint32_t degree : {0u, 4u})
+            expect_linear("SPZ " + number(version) + " of degree " + number(degree), Ends::well, read,
+                          [&](std::size_t n) { return PackedSpz::random(n, version, degree, numbers).bytes({}); });
+    expect_linear("SPZ 3, not compressed", Ends::well, read, [&](std::size_t n) { return PackedSpz::random(n, 3, 3, numbers).plain(); });
+    expect_linear("SPZ 2: bytes after the last row", Ends::well, read,
+                  [&](std::size_t n) { return PackedSpz::random(1, 2, 0, numbers).plain() + std::string(64 * n, 'x'); });
+    expect_linear("SPZ 4: bytes between header and table", Ends::well, read, [&](std::size_t n) {
+        auto packed = PackedSpz::random(1, 4, 0, numbers);
+        packed.after = std::string(64 * n, 'x');
+        return packed.bytes({});
+    });
+    for (std::uint32_t version = 1; version <= 2; ++version)
+        for (std::uint32_t degree : {0u, 3u})
+            for (bool deflate : {false, true})
+                expect_linear("SOG " + number(version) + " of degree " + number(degree) + (deflate ? ", deflated" : ""), Ends::well, read,
+                              [&](std::size_t n) { return write_zip(PackedSog::random(n, version, degree, numbers).files({}), {}, deflate); });
+    auto const few = PackedSog::random(4, 2, 1, numbers);
+    auto const with_entries = [&](std::size_t n, std::string const& before) {
+        auto files = few.files({});
+        for (std::size_t i = 0; i < n; ++i) files[before + number(i)] = "x";
+        return write_zip(files, {}, false);
+    };
+    expect_linear("SOG: an archive of many files", Ends::well, read, [&](std::size_t n) { return with_entries(n, "a"); });
+    expect_linear("SOG: no file of an archive is meta.json", Ends::refused, read, [&](std::size_t n) {
+        std::map<std::string, Bytes> files;
+        for (std::size_t i = 0; i < n; ++i) files["file" + number(i)] = "x";
+        return write_zip(files, {}, false);
+    });
+    expect_linear("SOG: keys of meta.json that nobody reads", Ends::well, read, [&](std::size_t n) {
+        auto files = few.files({});
+        auto& meta = files["meta.json"];
+        meta.insert(1, repeated(n, [](std::size_t i) { return "\"k" + number(i) + "\":[0],"; }));
+        return write_zip(files, {}, false);
+    });
+    expect_linear("SOG: a long list in meta.json", Ends::refused, read, [&](std::size_t n) {
+        auto files = few.files({});
+        files["meta.json"] = "{\"means\":{\"mins\":[" + listed(64 * n, "0,") + "]}}";
+        return write_zip(files, {}, false);
+    });
+
+    // Streams and pictures that compress as no map does: the reader refuses more than 65,536 rows beside one a byte, and has to hold those.
+    Codecs bombs = plain_codecs();
+    bombs.gzip = bombs.zstd = +[](std::span<unsigned char const> in, std::span<unsigned char> out) {
+        std::size_t const given = std::min<std::size_t>(16, out.size()); // the header; then zeros without an end
+        std::copy_n(in.begin() + 3, given, out.begin());
+        std::fill(out.begin() + static_cast<std::ptrdiff_t>(given), out.end(), static_cast<unsigned char>(0));
+        Codecs::Result result;
+        result.bytes = out.size();
+        result.ended = true;
+        return result;
+    };
+    bombs.webp_read = +[](std::span<unsigned char const>, std::span<unsigned char> rgba) {
+        for (std::size_t i = 0; i < rgba.size(); ++i) rgba[i] = i % 4 == 3 ? 252 : 0;
+        return true;
+    };
+    expect_linear("SPZ: as many rows as the file may promise", Ends::well, read_with(bombs), [&](std::size_t n) {
+        PackedSpz packed{3, 4, 12, 0, {}, {}};
+        return "\x1f\x8b\x08" + packed.header(0, n + 65536) + std::string(n - 19, 'x');
+    }, 20000);
+    expect_linear("SPZ: one row more", Ends::refused, read_with(bombs), [&](std::size_t n) {
+        PackedSpz packed{3, 4, 12, 0, {}, {}};
+        return "\x1f\x8b\x08" + packed.header(0, n + 65537) + std::string(n - 19, 'x');
+    }, 20000);
+    expect_linear("SOG: as many rows, and pixels, as the files may promise", Ends::well, read_with(bombs), [&](std::size_t n) {
+        auto packed = PackedSog::random(1, 2, 3, numbers);
+        packed.palette.resize(65536);
+        auto files = packed.files({});
+        std::size_t const rows = n + 65536, height = (65536 + 4 * rows) / 4096;
+        for (auto& [name, content] : files)
+            if (name != "meta.json") content = name == "shN_centroids.webp" ? plain_picture(960, 1024, "") : plain_picture(4096, static_cast<std::uint32_t>(height), "");
+        files["means_l.webp"] += std::string(n, 'x');
+        auto& meta = files["meta.json"];
+        meta.replace(meta.find("\"count\":1,"), 10, "\"count\":" + number(rows) + ",");
+        return write_zip(files, {}, false);
+    }, 20000);
+}
+
 void parameters()
 {
     most_a_byte = 64, most_beside = 1 << 18;
@@ -408,7 +589,7 @@ void parameters()
 
 int main()
 {
-    for (auto const read : {camera_json, colmap, trajectories, maps, parameters}) read();
+    for (auto const read : {camera_json, colmap, colmap_binary, trajectories, maps, compressed_maps, parameters}) read();
     std::printf("%d files of n and 8 n entries, %d failures\n", cases, failures);
     return failures == 0 ? 0 : 1;
 }

@@ -1,5 +1,7 @@
 #include "../scene/plain_codecs.hpp"
+#include "plain_maps.hpp"
 #include "require.hpp"
+#include "same_map.hpp"
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -43,6 +45,9 @@ extern "C" int LLVMFuzzerTestOneInput(std::uint8_t const* data, std::size_t size
         }
         require(finite, "numbers are finite");
         require(last <= map.gaussians.size() + map.rejected, "ids are rows");
+        if (map.notes.empty()) return 0;
+        if (auto const expected = plain::compressed(bytes, map.notes[0])) require_same(map, *expected);
+        else require(map.notes[0].find("read as ") != 0 || map.notes[0].find("read as SOG") == 0, "every format but SOG has a plain reader");
     } catch (tilemesh::Error const& error) {
         require_error(error.what());
         require(std::string(error.what()).size() < 2000, "errors are short");

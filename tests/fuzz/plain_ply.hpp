@@ -46,6 +46,26 @@ public:
         return map_;
     }
 
+    /// All numbers of a binary file, by element and property; nothing for any other file. The name of a list has "[]" behind it.
+    using Table = std::map<std::string, std::vector<double>>;
+    std::optional<std::map<std::string, Table>> read_tables()
+    {
+        if (bytes_.substr(0, 3) != "ply" || !read_header() || format_ == "ascii") return {};
+        std::map<std::string, Table> tables;
+        for (auto const& element : elements_) {
+            // Harmonics belong to the rows before them.
+            Table& table = tables[element.name == "sh" && tables.count("vertex") == 0 ? "sh before vertex" : element.name];
+            auto const key = [](Property const& p) { return p.name + (p.count_type.empty() ? "" : "[]"); };
+            for (auto const& p : element.properties) table[key(p)];
+            for (std::uint64_t row = 1; row <= (element.properties.empty() ? 0 : element.count); ++row) {
+                std::vector<double> fields;
+                if (!binary_row(element, fields)) return {};
+                for (std::size_t i = 0; i < fields.size(); ++i) table[key(element.properties[i])].push_back(fields[i]);
+            }
+        }
+        return tables;
+    }
+
 private:
     struct Property {
         std::string type, name, count_type; ///< count_type empty: not a list

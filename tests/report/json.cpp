@@ -73,6 +73,7 @@ report::RunReport run()
     r.policies = {"row_first", "recomputed", "drop", "three_sigma_square", "world", "rgbx8", "precise", 0};
     r.quality = "viewing";
     r.cut_offs = {0.0078125f, 0.25f, 0.75f};
+    r.background = {0.25f, 0.5f, 1.0f};
     r.frames = {frame()};
     return r;
 }
@@ -104,6 +105,7 @@ TEST_CASE("report.json says what ran")
     CHECK(json["program"] == "anchored");
     CHECK(json["quality"] == "viewing");
     CHECK(json["cut_offs"] == Json{{"alpha_min", 0.0078125}, {"transmittance_min", 0.25}, {"alpha_max", 0.75}});
+    CHECK(json["background"] == Json{0.25, 0.5, 1.0});
     CHECK(report::json_of(report::RunReport{})["quality"] == "default");
     CHECK(json["frames"].size() == 1);
 
@@ -435,7 +437,7 @@ TEST_CASE("report.json is written whole, or what was there stays")
     CHECK(read["frames"] == report::json_of(all)["frames"]);
     auto keys = std::string();
     for (auto const& [key, value] : read.items()) keys += key + " ";
-    CHECK(keys == "schema version map machine preset program policies quality cut_offs features engine threads notes advice frames ");
+    CHECK(keys == "schema version map machine preset program policies quality cut_offs background features engine threads notes advice frames ");
 
     CHECK_THROWS_AS(report::write_json(folder / "absent" / "report.json", all), tilemesh::Error);
     std::filesystem::remove_all(folder);

@@ -2,8 +2,10 @@
 #include "map_writers.hpp"
 #include "real_packing.hpp"
 #include "support.hpp"
+#include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -59,7 +61,7 @@ bool same(Map const& a, Map const& b)
     return a.harmonics == b.harmonics;
 }
 
-constexpr std::size_t sizes[] = {1, 255, 256, 257};
+constexpr std::size_t sizes[] = {0, 1, 255, 256, 257};
 
 bool notes_have(Map const& map, std::string const& part)
 {
@@ -69,6 +71,44 @@ bool notes_have(Map const& map, std::string const& part)
 }
 
 } // namespace
+
+TEST_CASE("PLY: every number of every row, for all degrees")
+{
+    Numbers numbers(7);
+    for (std::uint32_t degree = 0; degree <= 3; ++degree)
+        for (std::size_t n : sizes) {
+            CAPTURE(degree);
+            CAPTURE(n);
+            PlainMap plain{degree, std::vector<PlainRow>(n)};
+            for (PlainRow& row : plain.rows) {
+                row.logit = numbers.between(-6, 6);
+                for (std::size_t i = 0; i < 3; ++i) row.mean[i] = numbers.between(-9, 9), row.f_dc[i] = numbers.between(-1, 3), row.scale[i] = numbers.between(-9, 2);
+                for (double& v : row.rotation) v = numbers.between(-1, 1);
+                for (double& v : row.rest) v = numbers.between(-1, 1);
+            }
+            Map const map = read(write_plain_ply(plain));
+            REQUIRE(map.gaussians.size() == n);
+            CHECK(map.sh_degree == degree);
+            REQUIRE(map.harmonics.size() == n * coefficients_of(degree));
+            bool good = true;
+            auto const near_to = [](float a, double b) { return std::fabs(a - b) <= 3e-7 * std::max(1.0, std::fabs(b)); };
+            for (std::size_t i = 0; i < n; ++i) {
+                auto const& g = map.gaussians[i];
+                PlainRow const& row = plain.rows[i];
+                auto const q = unit(row.rotation);
+                good = good && static_cast<std::size_t>(g.id) == i + 1 && near_to(g.opacity, sigmoid(row.logit));
+                for (std::size_t k = 0; k < 3; ++k) {
+                    double const colour = row.f_dc[k] * sh_c0 + 0.5;
+                    good = good && g.mean_world[k] == static_cast<float>(row.mean[k]) && g.log_scale[k] == static_cast<float>(row.scale[k]) &&
+                           near_to(g.colour[k], degree == 0 ? std::max(0.0, colour) : colour);
+                }
+                for (std::size_t k = 0; k < 4; ++k) good = good && near_to(g.rotation[k], q[k]);
+                for (std::size_t k = 0; k < coefficients_of(degree); ++k)
+                    good = good && map.harmonics[i * coefficients_of(degree) + k] == static_cast<float>(row.rest[k]);
+            }
+            CHECK(good);
+        }
+}
 
 TEST_CASE("compressed PLY: bit for bit what its reference reader gives, with and without harmonics and colours of chunks")
 {
@@ -85,7 +125,6 @@ TEST_CASE("compressed PLY: bit for bit what its reference reader gives, with and
                 CHECK(same(map, expected_map(packed.expected())));
                 CHECK(notes_have(map, "read as a compressed PLY of degree " + std::to_string(degree)));
             }
-    CHECK(read(PackedPly{}.bytes()).gaussians.empty());
     // A chunk that is not finite: its rows are named, the harmonics of the others stay with them.
     auto packed = PackedPly::random(600, 2, true, numbers);
     packed.chunks[1][3] = std::numeric_limits<float>::infinity();
@@ -99,7 +138,8 @@ TEST_CASE("compressed PLY: bit for bit what its reference reader gives, with and
 TEST_CASE(".splat: bit for bit what its reference reader gives")
 {
     Numbers numbers(2);
-    for (std::size_t n : sizes) {
+    CHECK(has(error_of([&] { read(PackedSplat{}.bytes()); }), "is empty")); // a file without bytes has no format
+    for (std::size_t n : {1u, 255u, 256u, 257u}) {
         auto packed = PackedSplat::random(n, numbers);
         Map const map = read(packed.bytes());
         CHECK(map.gaussians.size() == n);
@@ -130,7 +170,7 @@ TEST_CASE("SPZ: bit for bit what its reference reader gives, in all versions, wi
     for (Packing const& packing : {Packing{}, real_packing()})
         for (std::uint32_t version = 1; version <= 4; ++version)
             for (std::uint32_t degree = 0; degree <= 4; ++degree)
-                for (std::size_t n : {0u, 1u, 255u, 256u, 257u}) {
+                for (std::size_t n : sizes) {
                     CAPTURE(version);
                     CAPTURE(degree);
                     CAPTURE(n);
@@ -164,7 +204,7 @@ TEST_CASE("SOG: bit for bit what its reference reader gives, in both versions, a
         Packing const packing = real ? real_packing() : Packing{};
         for (std::uint32_t version = 1; version <= 2; ++version)
             for (std::uint32_t degree = 0; degree <= 3; ++degree)
-                for (std::size_t n : {0u, 1u, 255u, 256u, 257u}) {
+                for (std::size_t n : sizes) {
                     CAPTURE(version);
                     CAPTURE(degree);
                     CAPTURE(n);
@@ -178,13 +218,27 @@ TEST_CASE("SOG: bit for bit what its reference reader gives, in both versions, a
                     TempFile const place("", ".d");
                     std::filesystem::path const folder = place.path().string() + "older.sog";
                     std::filesystem::create_directory(folder);
-                    for (auto const& [name, content] : files) std::ofstream(folder / name, std::ios::binary) << content;
+                    std::vector<std::filesystem::path> written;
+                    auto const renamed = [](Bytes text) { // meta.json names the pictures; .webp is a habit
+                        for (std::size_t at; (at = text.find(".webp")) != text.npos;) text.replace(at, 5, ".data");
+                        return text;
+                    };
+                    for (auto const& [name, content] : files) {
+                        written.push_back(folder / renamed(name));
+                        std::ofstream(written.back(), std::ios::binary) << (name == "meta.json" ? renamed(content) : content);
+                    }
+                    std::ofstream(folder / "other.webp") << "not of the map";
+                    auto of_map = tilemesh::scene::map_files(folder);
+                    CHECK(of_map == tilemesh::scene::map_files(folder / "meta.json"));
+                    std::sort(of_map.begin(), of_map.end());
+                    CHECK(of_map == written);
+                    CHECK(tilemesh::scene::map_files(folder / "quats.data") == std::vector{folder / "quats.data"});
                     Map const unpacked = tilemesh::scene::load_map(folder, packing.codecs);
                     CHECK(same(unpacked, map));
                     CHECK(unpacked.name == folder.stem().string());
                     CHECK(same(tilemesh::scene::load_map(folder / "meta.json", packing.codecs), map));
-                    std::filesystem::remove(folder / "quats.webp");
-                    CHECK(has(error_of([&] { tilemesh::scene::load_map(folder, packing.codecs); }), "quats.webp cannot be opened"));
+                    std::filesystem::remove(folder / "quats.data");
+                    CHECK(has(error_of([&] { tilemesh::scene::load_map(folder, packing.codecs); }), "quats.data cannot be opened"));
                     std::filesystem::remove(folder / "meta.json");
                     CHECK(has(error_of([&] { tilemesh::scene::load_map(folder, packing.codecs); }), "is a folder without meta.json"));
                     std::filesystem::remove_all(folder);

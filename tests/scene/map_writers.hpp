@@ -535,15 +535,16 @@ struct PackedSog {
         out.set_size();
         return out;
     }
-    /// Version 2. The codebooks are even steps, and the palette has each Gaussian's own harmonics.
-    static PackedSog of(PlainMap const& map)
+    /// The values of version 2 are even steps, as those of version 1 always are. The palette has each Gaussian's own harmonics.
+    static PackedSog of(PlainMap const& map, std::uint32_t version = 2)
     {
         PackedSog out;
+        out.version = version;
         out.degree = map.degree;
         auto const logs = [](double v) { return (v < 0 ? -1 : 1) * std::log(std::fabs(v) + 1); };
         out.mins.fill(std::numeric_limits<double>::max());
         out.maxs.fill(-std::numeric_limits<double>::max());
-        std::array<std::array<double, 2>, 3> book_range{};
+        std::array<std::array<double, 2>, 4> book_range{}; // of scales, f_dc, harmonics and, for version 1, logits
         for (auto& range : book_range) range = {std::numeric_limits<double>::max(), -std::numeric_limits<double>::max()};
         auto const widen = [&](std::size_t book, double v) { book_range[book] = {std::min(book_range[book][0], v), std::max(book_range[book][1], v)}; };
         for (PlainRow const& row : map.rows) {
@@ -554,9 +555,14 @@ struct PackedSog {
                 widen(1, row.f_dc[i]);
             }
             for (std::size_t i = 0; i < coefficients_of(map.degree); ++i) widen(2, row.rest[i]);
+            widen(3, row.logit);
         }
         for (std::size_t book = 0; book < 3; ++book)
             for (int i = 0; i < 256; ++i) out.books[book].push_back(book_range[book][0] + (book_range[book][1] - book_range[book][0]) * i / 255);
+        for (std::size_t book = 0; book < 2; ++book)
+            for (std::size_t i = 0; i < 4; ++i)
+                for (std::size_t side = 0; side < 2; ++side) out.ranges[book][4 * side + i] = book_range[i == 3 ? 3 : book][side];
+        out.range_rest = book_range[2];
         auto const nearest = [&](std::size_t book, double v) {
             return static_cast<std::uint8_t>(quantised((v - book_range[book][0]) / (book_range[book][1] - book_range[book][0]), 255));
         };
@@ -567,7 +573,7 @@ struct PackedSog {
                 row.scale[i] = nearest(0, from.scale[i]);
                 row.colour[i] = nearest(1, from.f_dc[i]);
             }
-            row.colour[3] = static_cast<std::uint8_t>(quantised(sigmoid(from.logit), 255));
+            row.colour[3] = version == 1 ? nearest(3, from.logit) : static_cast<std::uint8_t>(quantised(sigmoid(from.logit), 255));
             auto const q = unit(from.rotation);
             std::size_t const largest = largest_of(q);
             for (std::size_t i = 0, k = 0; i < 4; ++i)

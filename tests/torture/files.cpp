@@ -1,4 +1,5 @@
 // Readers and writers that run out of memory.
+#include "../scene/map_writers.hpp"
 #include "cloud.hpp"
 #include "failing.hpp"
 #include <algorithm>
@@ -174,6 +175,22 @@ TEST_CASE("a map without memory")
     torture::torture(seeds("ply", ".ply", [](fs::path const& path) { return text_of(scene::load_ply(path)); }));
 }
 
+TEST_CASE("a compressed map without memory")
+{
+    torture::torture(seeds("maps", "", [](fs::path const& path) { return text_of(scene::load_map(path, scene_test::plain_codecs<false>())); }));
+
+    fs::path const folder = fs::temp_directory_path() / ("tilemesh_torture_sog_" + std::to_string(::getpid()));
+    fs::create_directory(folder);
+    scene_test::Numbers numbers(1);
+    for (auto const& [name, content] : scene_test::PackedSog::random(3, 2, 1, numbers).files({})) std::ofstream(folder / name, std::ios::binary) << content;
+    torture::torture({value("load a folder of SOG", [&] { return text_of(scene::load_map(folder, scene_test::plain_codecs())); }),
+                      value("two maps, turned", [&] {
+                          auto const map = scene::load_map(folder, scene_test::plain_codecs());
+                          return text_of(scene::turned(scene::join_maps({map, map}), scene::Turn::y90));
+                      })});
+    fs::remove_all(folder);
+}
+
 TEST_CASE("a camera file without memory")
 {
     torture::torture(seeds("cameras", ".json", [](fs::path const& path) { return text_of(scene::load_cameras(path)); }));
@@ -181,7 +198,7 @@ TEST_CASE("a camera file without memory")
 
 TEST_CASE("a trajectory without memory")
 {
-    torture::torture(seeds("trajectory", "", [](fs::path const& path) { return text_of(scene::load_tum(path)); }));
+    torture::torture(seeds("trajectory", "", [](fs::path const& path) { return text_of(scene::load_trajectory(path)); }));
 }
 
 TEST_CASE("a COLMAP model without memory")
@@ -190,6 +207,13 @@ TEST_CASE("a COLMAP model without memory")
         std::istringstream cameras("1 PINHOLE 64 48 50 50 32 24\n"), images("1 1 0 0 0 0 0 0 1 a picture with a longer name.png\n\n");
         return text_of(scene::read_colmap(cameras, images));
     })});
+    // A seed of a binary model is: B, the length of cameras.bin in a byte, cameras.bin, images.bin.
+    torture::torture(seeds("cameras", ".bin", [](fs::path const& path) {
+        auto const bytes = contents(path);
+        std::size_t const length = static_cast<unsigned char>(bytes.at(1));
+        std::istringstream cameras(bytes.substr(2, length)), images(bytes.substr(std::min(2 + length, bytes.size())));
+        return text_of(scene::read_colmap_binary(cameras, images));
+    }));
 }
 
 TEST_CASE("a text without memory is not cut short")

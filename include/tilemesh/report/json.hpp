@@ -262,6 +262,13 @@ inline std::string text_of_head(RunReport const& run)
                 json.finite(double{value});
             }
         });
+        json.key("background");
+        json.array([&] {
+            for (float const channel : run.background) {
+                json.item();
+                json.finite(double{channel});
+            }
+        });
         json.key("features");
         json.array([&] {
             for (auto const& feature : run.features) {
@@ -350,7 +357,9 @@ inline nlohmann::ordered_json json_of(RunReport const& run)
 /// has 15 MB of it.
 inline void write_json(std::filesystem::path const& path, RunReport const& run, Outlasts outlasts = Outlasts::process)
 {
-    detail::write_in_pieces(path, "the report", outlasts, [&](auto const& put) { detail::put_json(run, put); });
+    WholeFile file(path, "the report", outlasts);
+    detail::put_json(run, [&](std::string_view piece) { file.put(piece); });
+    file.finish();
 }
 
 }}} // namespace tilemesh::report

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <glm/matrix.hpp>
@@ -17,6 +16,7 @@
 #include <string_view>
 #include <system_error>
 #include <tilemesh/error.hpp>
+#include <tilemesh/scene/detail/bytes.hpp>
 #include <tilemesh/scene/detail/ply_source.hpp>
 #include <tilemesh/scene/detail/text_input.hpp>
 #include <tilemesh/scene/named_camera.hpp>
@@ -211,16 +211,12 @@ public:
     template <class T>
     T number()
     {
-        T value = 0;
-        auto const* const bytes = take(sizeof(T));
-        for (std::size_t i = sizeof(T); i-- > 0;) value = static_cast<T>(value << 8 | bytes[i]);
-        return value;
+        return number_at<T>(take(sizeof(T)));
     }
     /// False if the number is not finite, or too large.
     bool take_double(double& value)
     {
-        auto const bits = number<std::uint64_t>();
-        std::memcpy(&value, &bits, sizeof value);
+        value = number<double>();
         return std::fabs(value) <= largest_number;
     }
     /// A text that a byte 0 ends, at most 64 KiB.

@@ -33,8 +33,10 @@ struct Demand {
 
     static std::uint64_t key_of(splat::View view) noexcept // FNV-1a hash (Fowler, Noll, Vo) of the view's bytes
     {
-        view.model.arithmetic = {}; // these three do not change the demand
+        view.model.arithmetic = {}; // these do not change the demand
+        view.model.stop = {};
         view.model.alpha_max = view.model.transmittance_min = 0;
+        for (float& channel : view.model.background) channel = 0;
         unsigned char bytes[sizeof view];
         std::memcpy(bytes, &view, sizeof view);
         std::uint64_t key = 0xcbf29ce484222325u;

@@ -20,6 +20,10 @@ TILEMESH_HOST Map read_map(std::istream& stream, std::string const& name, Codecs
 /// pipe or a device could block. Throws `Error` for any other path, and if the file cannot be opened.
 TILEMESH_HOST Map load_map(std::filesystem::path const& path, Codecs const& codecs = {});
 
+/// The files that `load_map` reads: `path`, or of a folder of SOG its meta.json and the pictures that it names. Throws `Error` if `path` or
+/// meta.json cannot be read.
+TILEMESH_HOST std::vector<std::filesystem::path> map_files(std::filesystem::path const& path);
+
 /// Joins maps into one, in their order. The ids of a map count on behind the rows of the map before, with rejected rows. The degree is the
 /// highest of all; harmonics that a map does not have are zero. The joined map has the name of the first. With several maps, the notes begin
 /// with the path that they are about. Throws `Error` if the rows of all maps do not fit 32 bits. Cost: a copy of all records.

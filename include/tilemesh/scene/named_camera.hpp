@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <filesystem>
@@ -41,6 +42,13 @@ inline void note_ignored_distortion(std::size_t cameras, std::vector<std::string
     if (cameras != 0 && notes != nullptr)
         notes->push_back(std::to_string(cameras) + (cameras == 1 ? " camera has" : " cameras have") +
                          " a lens with distortion, which is ignored: the picture is a pinhole's");
+}
+
+/// Is the last row of a 4x4 pose, of which `m` has the 16 numbers row by row, 0 0 0 1? A millionth off in all: numbers in a text of six
+/// decimals.
+inline bool ends_in_0_0_0_1(std::array<double, 16> const& m)
+{
+    return std::fabs(m[12]) + std::fabs(m[13]) + std::fabs(m[14]) + std::fabs(m[15] - 1.0) <= 1e-6;
 }
 
 /// Says why a matrix of finite numbers is no rotation; empty if it is one.

@@ -5,6 +5,7 @@
 #include <tilemesh/config.hpp>
 #include <tilemesh/scene/codecs.hpp>
 #include <tilemesh/scene/map.hpp>
+#include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace scene {
 
@@ -29,6 +30,10 @@ TILEMESH_HOST Map read_sog(std::istream& stream, std::string const& name, Codecs
 
 /// `read_sog` for a folder with meta.json and its pictures. `path` is the folder or its meta.json, of any name.
 TILEMESH_HOST Map load_sog_folder(std::filesystem::path const& path, Codecs const& codecs);
+
+/// The files that `load_sog_folder` reads: meta.json, and the pictures that it names. Reads only meta.json; throws `Error` if that cannot be
+/// read.
+TILEMESH_HOST std::vector<std::filesystem::path> sog_folder_files(std::filesystem::path const& path);
 
 }}} // namespace tilemesh::scene
 

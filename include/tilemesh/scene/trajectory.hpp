@@ -171,7 +171,7 @@ inline PoseLine parse_pose(std::string_view text, TrajectoryFormat format, std::
         set_quaternion(line, f[5], f[6], f[7], f[4]);
         return line;
     }
-    if (needed == 16 && std::fabs(fields[12]) + std::fabs(fields[13]) + std::fabs(fields[14]) + std::fabs(fields[15] - 1.0) > 1e-6)
+    if (needed == 16 && !ends_in_0_0_0_1(fields))
         line.why = "its last four numbers are not 0 0 0 1";
     Pose& pose = line.pose.pose;
     line.pose.seconds = static_cast<double>(number);

@@ -177,6 +177,8 @@ std::vector<Command> commands()
                     "--float", "--depth", "--alpha", "--orbit", "20", "--frames", "2"}},
         {"trace", {"in/map.ply", "--cameras", "in/own.json", "--camera", "desk/front", "--size", "40x30", "--grid", "3x2", "--threads", "1", "--out", "files/out",
                    "--trace", "files/trace", "--cost-model", "in/costs.txt", "--energy", "in/energy.txt", "--follow", "1", "--explain"}},
+        {"video", {"in/map.ply", "--size", "40x30", "--grid", "3x2", "--threads", "1", "--orbit", "20", "--frames", "2", "--out", "files/out",
+                   "--video", "files/walk.y4m"}},
         {"resume", {"in/map.ply", "--size", "40x30", "--grid", "3x2", "--threads", "1", "--orbit", "20", "--frames", "2", "--out", "files/out",
                     "--report", "files/out/report.json", "--resume", "--quiet"}},
         {"checked", {"in/map.ply", "--cameras", "in/training.json", "--size", "40x30", "--grid", "3x2", "--engine", "sequential", "--out",

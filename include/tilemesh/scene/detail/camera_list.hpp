@@ -175,7 +175,7 @@ inline NamedCamera own_camera(CameraFields const& fields, CameraEntry& entry)
     entry.rename(label(named));
     entry.refuse_distortion(fields.distortion);
     auto const& m = entry.value(fields.world_to_camera, "world_to_camera");
-    if (std::fabs(m[12]) + std::fabs(m[13]) + std::fabs(m[14]) + std::fabs(m[15] - 1.0) > 1e-6)
+    if (!ends_in_0_0_0_1(m))
         entry.refuse("the last row of \"world_to_camera\" is not 0 0 0 1");
     Pose pose;
     for (int row = 0; row < 3; ++row)

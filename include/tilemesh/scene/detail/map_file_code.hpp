@@ -41,6 +41,12 @@ inline bool has_extension(std::string const& name, char const* extension)
     return found == extension;
 }
 
+/// Is a file the meta.json of a folder of SOG, and no map itself?
+inline bool begins_meta_json(std::filesystem::path const& path, std::istream& stream)
+{
+    return has_extension(path.string(), ".json") && stream.peek() == '{';
+}
+
 using Matrix3 = std::array<std::array<double, 3>, 3>;
 
 /// The matrix of a turn, of -1, 0 and 1.
@@ -135,8 +141,16 @@ TILEMESH_HOST Map load_map(std::filesystem::path const& path, Codecs const& code
         return load_sog_folder(path, codecs);
     }
     auto stream = detail::open_file(path, std::numeric_limits<std::uint64_t>::max(), "a 3DGS map");
-    if (detail::has_extension(path.string(), ".json") && stream.peek() == '{') return load_sog_folder(path, codecs);
+    if (detail::begins_meta_json(path, stream)) return load_sog_folder(path, codecs);
     return read_map(stream, path.string(), codecs);
+}
+
+TILEMESH_HOST std::vector<std::filesystem::path> map_files(std::filesystem::path const& path)
+{
+    std::error_code ignored;
+    if (std::filesystem::is_directory(path, ignored)) return sog_folder_files(path);
+    auto stream = detail::open_file(path, std::numeric_limits<std::uint64_t>::max(), "a 3DGS map");
+    return detail::begins_meta_json(path, stream) ? sog_folder_files(path) : std::vector{path};
 }
 
 TILEMESH_HOST Map join_maps(std::vector<Map> maps)

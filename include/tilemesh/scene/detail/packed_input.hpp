@@ -28,14 +28,6 @@ inline Bytes read_rest(ByteSource& source)
     return out;
 }
 
-/// The little-endian number of `n` bytes, at most 8, that begins at `at`. The caller has checked that they are there.
-inline std::uint64_t read_little(ByteView bytes, std::size_t at, std::size_t n)
-{
-    std::uint64_t value = 0;
-    for (std::size_t i = n; i > 0; --i) value = value << 8 | bytes[at + i - 1];
-    return value;
-}
-
 /// Refuses a file that needs a decoder which the program does not have.
 [[noreturn]] inline void refuse_without(std::string const& file, char const* is, char const* library, char const* package)
 {

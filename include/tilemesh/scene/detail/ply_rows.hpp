@@ -1,5 +1,4 @@
 #pragma once
-#include <algorithm>
 #include <array>
 #include <bit>
 #include <charconv>
@@ -12,6 +11,7 @@
 #include <system_error>
 #include <tilemesh/error.hpp>
 #include <tilemesh/number_text.hpp>
+#include <tilemesh/scene/detail/bytes.hpp>
 #include <tilemesh/scene/detail/ply_gaussian.hpp>
 #include <tilemesh/scene/detail/ply_header.hpp>
 #include <tilemesh/scene/detail/ply_source.hpp>
@@ -54,38 +54,28 @@ inline std::vector<int> slots_of(PlyElement const& element, PlyColumns const& co
     return slots;
 }
 
-/// The `T` at `bytes`, as a number, on a host of any byte order.
-template <class T, std::endian order>
-double read_as(unsigned char const* bytes)
-{
-    std::array<unsigned char, sizeof(T)> raw;
-    std::copy_n(bytes, sizeof(T), raw.begin());
-    if constexpr (order != std::endian::native) std::reverse(raw.begin(), raw.end());
-    return static_cast<double>(std::bit_cast<T>(raw));
-}
-
 template <std::endian order>
 double read_scalar(unsigned char const* bytes, PlyType type)
 {
     switch (type) {
     case PlyType::int8:
-        return read_as<std::int8_t, order>(bytes);
+        return number_at<std::int8_t, order>(bytes);
     case PlyType::uint8:
-        return read_as<std::uint8_t, order>(bytes);
+        return number_at<std::uint8_t, order>(bytes);
     case PlyType::int16:
-        return read_as<std::int16_t, order>(bytes);
+        return number_at<std::int16_t, order>(bytes);
     case PlyType::uint16:
-        return read_as<std::uint16_t, order>(bytes);
+        return number_at<std::uint16_t, order>(bytes);
     case PlyType::int32:
-        return read_as<std::int32_t, order>(bytes);
+        return number_at<std::int32_t, order>(bytes);
     case PlyType::uint32:
-        return read_as<std::uint32_t, order>(bytes);
+        return number_at<std::uint32_t, order>(bytes);
     case PlyType::float32:
-        return read_as<float, order>(bytes);
+        return static_cast<double>(number_at<float, order>(bytes));
     case PlyType::float64:
         break;
     }
-    return read_as<double, order>(bytes);
+    return number_at<double, order>(bytes);
 }
 
 /// Reads the rows of a binary body, one element after the other. Throws `Error` if a row is cut off or a list has a count below 0.

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <fstream>
 #include <functional>
 #include <istream>
 #include <sstream>
@@ -108,7 +109,7 @@ inline Map read_sog_files(std::function<Bytes(std::string const&)> const& read, 
     auto const& [low, high, scales, quats, sh0] = pictures;
 
     SogHarmonics harmonics;
-    if (meta.harmonics.there && (meta.version == 1 || meta.harmonics.bands > 0)) {
+    if (meta.has_harmonics()) {
         auto const& part = meta.harmonics;
         // 64 entries a row, a pixel for each coefficient; at most 65,536 entries, because a label has 16 bits.
         constexpr std::uint64_t most_palette = 65536 * 15;
@@ -196,23 +197,46 @@ TILEMESH_HOST Map read_sog(std::istream& stream, std::string const& name, Codecs
     return detail::read_sog_files([&](std::string const& entry) { return zip.read(entry); }, name, file, codecs);
 }
 
+namespace detail {
+/// The folder of an SOG map, and its meta.json; a path names either.
+struct SogFolder {
+    explicit SogFolder(std::filesystem::path const& path)
+        : folder(std::filesystem::is_directory(path) ? path : path.parent_path()), meta(std::filesystem::is_directory(path) ? path / "meta.json" : path)
+    {}
+    std::filesystem::path folder, meta;
+
+    std::ifstream open(std::filesystem::path const& file) const
+    {
+        // A picture of the largest size, 16,383 x 16,383, that does not compress.
+        return open_file(file, std::uint64_t{1} << 30, "an SOG map");
+    }
+};
+} // namespace detail
+
 TILEMESH_HOST Map load_sog_folder(std::filesystem::path const& path, Codecs const& codecs)
 {
-    bool const is_folder = std::filesystem::is_directory(path);
-    std::filesystem::path const folder = is_folder ? path : path.parent_path();
+    detail::SogFolder const place(path);
     auto const read = [&](std::string const& name) {
-        std::filesystem::path const at = name == "meta.json" && !is_folder ? path : folder / name;
-        // A picture of the largest size, 16,383 x 16,383, that does not compress.
-        auto stream = detail::open_file(at, std::uint64_t{1} << 30, "an SOG map");
+        std::filesystem::path const at = name == "meta.json" ? place.meta : place.folder / name;
+        auto stream = place.open(at);
         detail::ByteSource source(stream, detail::shown_path(at));
         return detail::read_rest(source);
     };
     Map map = detail::read_sog_files(read, path.string(), detail::shown_path(path), codecs);
     // "room.sog/meta.json" and "room.sog/" are the map "room".
-    std::filesystem::path named = is_folder || path.filename() == "meta.json" ? folder.lexically_normal() : path;
+    std::filesystem::path named = place.meta != path || path.filename() == "meta.json" ? place.folder.lexically_normal() : path;
     if (!named.has_filename()) named = named.parent_path();
     if (named.has_stem()) map.name = named.stem().string();
     return map;
+}
+
+TILEMESH_HOST std::vector<std::filesystem::path> sog_folder_files(std::filesystem::path const& path)
+{
+    detail::SogFolder const place(path);
+    auto stream = place.open(place.meta);
+    std::vector<std::filesystem::path> files{place.meta};
+    for (auto const& name : detail::SogMetaReader(stream, detail::shown_path(path)).read().pictures()) files.push_back(place.folder / name);
+    return files;
 }
 
 }}} // namespace tilemesh::scene

@@ -26,6 +26,16 @@ struct SogMeta {
     std::uint32_t version = 1; ///< version 1 has no number
     std::uint64_t count = 0;
     SogPart means, scales, quats, sh0, harmonics;
+
+    bool has_harmonics() const { return harmonics.there && (version == 1 || harmonics.bands > 0); }
+    /// The names of the pictures that are read.
+    std::vector<std::string> pictures() const
+    {
+        std::vector<std::string> names;
+        for (auto const* part : {&means, &scales, &quats, &sh0, &harmonics})
+            if (part != &harmonics || has_harmonics()) names.insert(names.end(), part->files.begin(), part->files.end());
+        return names;
+    }
 };
 
 /// Reads meta.json. Throws `Error` for JSON that is not the meta.json of a version that is read, for lists of more than 256 numbers or 2

@@ -1,5 +1,4 @@
 #pragma once
-#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -7,9 +6,9 @@
 #include <istream>
 #include <string>
 #include <tilemesh/error.hpp>
+#include <tilemesh/scene/detail/bytes.hpp>
 #include <tilemesh/scene/detail/map_sink.hpp>
 #include <tilemesh/scene/detail/ply_gaussian.hpp>
-#include <tilemesh/scene/detail/ply_rows.hpp>
 #include <tilemesh/scene/detail/ply_source.hpp>
 #include <tilemesh/scene/detail/text_input.hpp>
 #include <tilemesh/scene/map.hpp>
@@ -42,8 +41,8 @@ TILEMESH_HOST Map read_splat(std::istream& stream, std::string const& name)
     for (std::uint64_t number = 1; number <= rows; ++number) {
         auto const* const bytes = source.take(detail::splat_row_bytes);
         for (std::size_t i = 0; i < 3; ++i) {
-            row[i] = detail::read_as<float, std::endian::little>(bytes + 4 * i);
-            row[7 + i] = detail::rounded_to_float(std::log(detail::read_as<float, std::endian::little>(bytes + 12 + 4 * i)));
+            row[i] = static_cast<double>(detail::number_at<float>(bytes + 4 * i));
+            row[7 + i] = detail::rounded_to_float(std::log(static_cast<double>(detail::number_at<float>(bytes + 12 + 4 * i))));
         }
         for (std::size_t i = 0; i < 4; ++i) row[10 + i] = (static_cast<double>(bytes[28 + i]) - 128.0) / 128.0;
         auto* const g = sink.add(number, row);

@@ -12,6 +12,7 @@
 #include <tilemesh/config.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/scene/codecs.hpp>
+#include <tilemesh/scene/detail/bytes.hpp>
 #include <tilemesh/scene/detail/map_sink.hpp>
 #include <tilemesh/scene/detail/packed_input.hpp>
 #include <tilemesh/scene/detail/ply_gaussian.hpp>
@@ -43,7 +44,7 @@ struct SpzHeader {
 /// Throws `Error` for what is not a header. `in` has at least 16 bytes.
 inline SpzHeader read_spz_header(ByteView in, std::string const& file)
 {
-    auto const word = [&](std::size_t at) { return static_cast<std::uint32_t>(read_little(in, at, 4)); };
+    auto const word = [&](std::size_t at) { return number_at<std::uint32_t>(in.data() + at); };
     SpzHeader header{word(4), word(8), in[12], in[13], in[14], in[15], 0};
     auto const refuse = [&](std::string const& what, char const* why) {
         throw Error(file + " is an SPZ map " + what + " (" + why + "); export the map again");
@@ -82,9 +83,10 @@ inline void unpack_spz(SpzHeader const& header, std::array<ByteView, 6> const& p
         for (std::size_t i = 0; i < 3; ++i) {
             float mean = 0.0f;
             if (header.version == 1) {
-                mean = half_to_float(static_cast<std::uint32_t>(read_little(means, 6 * r + 2 * i, 2)));
+                mean = half_to_float(number_at<std::uint16_t>(means.data() + 6 * r + 2 * i));
             } else {
-                auto const bits = static_cast<std::uint32_t>(read_little(means, 9 * r + 3 * i, 3));
+                auto const* const bytes = means.data() + 9 * r + 3 * i;
+                std::uint32_t const bits = number_at<std::uint16_t>(bytes) | std::uint32_t{bytes[2]} << 16;
                 mean = static_cast<float>(static_cast<std::int32_t>(bits ^ 0x800000u) - 0x800000) * unit;
             }
             row[i] = turn[i] * static_cast<double>(mean);
@@ -96,7 +98,7 @@ inline void unpack_spz(SpzHeader const& header, std::array<ByteView, 6> const& p
         std::array<float, 4> q{};
         float squares = 0.0f;
         if (header.version >= 3) {
-            auto word = static_cast<std::uint32_t>(read_little(rotations, 4 * r, 4));
+            auto word = number_at<std::uint32_t>(rotations.data() + 4 * r);
             std::uint32_t const largest = word >> 30;
             for (std::uint32_t i = 4; i-- > 0;) {
                 if (i == largest) continue;
@@ -154,7 +156,8 @@ inline void decompress_spz_v4(SpzHeader const& header, ByteView in, Codecs const
         refuse("its table of streams is not inside the file");
     std::size_t from = table + 16 * std::size_t{streams}, to = 0;
     for (std::size_t i = 0; i < streams; ++i) {
-        std::uint64_t const packed = read_little(in, table + 16 * i, 8), bytes = read_little(in, table + 16 * i + 8, 8);
+        auto const* const entry = in.data() + table + 16 * i;
+        auto const packed = number_at<std::uint64_t>(entry), bytes = number_at<std::uint64_t>(entry + 8);
         std::uint64_t const wanted = std::uint64_t{row_bytes[i]} * header.rows;
         auto const which = "stream " + std::to_string(i + 1);
         if (bytes != wanted) refuse(which + " has " + std::to_string(bytes) + " bytes, and its Gaussians have " + std::to_string(wanted));
@@ -202,7 +205,7 @@ TILEMESH_HOST Map read_spz(std::istream& stream, std::string const& name, Codecs
         if (in.size() < SpzHeader::bytes_v4) refuse("it ends inside its header");
         if (!codecs.zstd) refuse_without(file, "is an SPZ map of version 4, compressed by zstd", "libzstd", "libzstd-dev");
         require_plausible_rows(header.rows, file_bytes, file);
-        header.table_at = static_cast<std::uint32_t>(read_little(in, 16, 4));
+        header.table_at = number_at<std::uint32_t>(in.data() + 16);
         body.resize(static_cast<std::size_t>(row_bytes * header.rows));
         decompress_spz_v4(header, in, codecs, body, file);
         rows = body;

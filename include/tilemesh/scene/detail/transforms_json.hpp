@@ -152,7 +152,7 @@ private:
     {
         using L = TransformsLens;
         auto const& m = frame.to_world;
-        if (std::fabs(m[12]) + std::fabs(m[13]) + std::fabs(m[14]) + std::fabs(m[15] - 1.0) > 1e-6)
+        if (!ends_in_0_0_0_1(m))
             refuse(frame.name, "the last row of \"transform_matrix\" is not 0 0 0 1");
         // The matrix takes a camera that looks along -z, with y up, to the world; ours looks along z, with y down.
         Pose pose{glm::dmat3{1.0}, {m[3], m[7], m[11]}};

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <tilemesh/error.hpp>
 #include <tilemesh/scene/codecs.hpp>
+#include <tilemesh/scene/detail/bytes.hpp>
 #include <tilemesh/scene/detail/packed_input.hpp>
 #include <tilemesh/scene/detail/ply_source.hpp>
 
@@ -54,8 +55,8 @@ private:
     {
         throw Error(file_ + " cannot be read as a ZIP archive (" + why + "); copy or export the map again");
     }
-    std::uint32_t half(std::uint64_t at) const { return static_cast<std::uint32_t>(read_little(bytes_, static_cast<std::size_t>(at), 2)); }
-    std::uint32_t word(std::uint64_t at) const { return static_cast<std::uint32_t>(read_little(bytes_, static_cast<std::size_t>(at), 4)); }
+    std::uint32_t half(std::uint64_t at) const { return number_at<std::uint16_t>(bytes_.data() + at); }
+    std::uint32_t word(std::uint64_t at) const { return number_at<std::uint32_t>(bytes_.data() + at); }
 
     /// `at`: of the entry in the directory.
     Bytes extract(std::uint64_t at, std::string const& name) const

@@ -1,0 +1,138 @@
+#pragma once
+#include "../scene/map_writers.hpp"
+#include "plain_ply.hpp"
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <cstring>
+#include <optional>
+#include <string>
+#include <utility>
+
+// Slow readers of compressed maps: from the bytes to the quantised numbers of tests/scene/map_writers.hpp, which gives their values, and from
+// there through an uncompressed PLY. They are for files that the library reads: they check nothing.
+namespace plain {
+
+using scene_test::Bytes;
+
+inline std::uint64_t little(Bytes const& bytes, std::size_t at, std::size_t n)
+{
+    return scene_test::get_little(scene_test::view(bytes), at, n);
+}
+inline float little_float(Bytes const& bytes, std::size_t at)
+{
+    return std::bit_cast<float>(static_cast<std::uint32_t>(little(bytes, at, 4)));
+}
+
+/// The map that has these rows.
+inline std::optional<Map> map_of(scene_test::PlainMap const& rows)
+{
+    Bytes const bytes = write_plain_ply(rows);
+    auto map = Ply(bytes).read();
+    if (!map) return {};
+    for (Gaussian& g : map->gaussians) {
+        auto const& row = rows.rows[static_cast<std::size_t>(g.id) - 1];
+        if (row.opacity) g.values[6] = *row.opacity;
+        for (std::size_t i = 0; row.colour && i < 3; ++i) g.values[3 + i] = (*row.colour)[i];
+    }
+    return map;
+}
+
+inline std::optional<Map> splat(Bytes const& bytes)
+{
+    scene_test::PackedSplat packed;
+    for (std::size_t at = 0; at + 32 <= bytes.size(); at += 32) {
+        auto& row = packed.rows.emplace_back();
+        for (std::size_t i = 0; i < 3; ++i) row.mean[i] = little_float(bytes, at + 4 * i), row.scale[i] = little_float(bytes, at + 12 + 4 * i);
+        for (std::size_t i = 0; i < 4; ++i)
+            row.rgba[i] = static_cast<std::uint8_t>(bytes[at + 24 + i]), row.rotation[i] = static_cast<std::uint8_t>(bytes[at + 28 + i]);
+    }
+    return map_of(packed.expected());
+}
+
+/// What the stand-in decoders of tests/scene/plain_codecs.hpp make of the stream at `at`.
+inline Bytes unpacked(Bytes const& bytes, std::size_t at)
+{
+    return bytes.substr(at + 11, static_cast<std::size_t>(little(bytes, at + 3, 4)));
+}
+
+inline std::optional<Map> spz(Bytes const& file)
+{
+    Bytes const bytes = file[0] == '\x1f' ? unpacked(file, 0) : file;
+    auto const byte = [&](std::size_t at) { return static_cast<std::uint32_t>(little(bytes, at, 1)); };
+    auto const rows = static_cast<std::size_t>(little(bytes, 8, 4));
+    scene_test::PackedSpz packed{static_cast<std::uint32_t>(little(bytes, 4, 4)), byte(12), byte(13), 0, {}, {}};
+    bool const first = packed.version == 1, turned = packed.version >= 3;
+    std::size_t const coefficients = packed.degree == 4 ? 72 : scene_test::coefficients_of(packed.degree);
+    std::array<std::size_t, 6> const sizes{first ? 6u : 9u, 1, 3, 3, turned ? 4u : 3u, coefficients};
+    Bytes body = bytes.substr(16);
+    if (packed.version == 4) {
+        body.clear();
+        std::size_t const streams = byte(15), table = static_cast<std::size_t>(little(bytes, 16, 4));
+        for (std::size_t i = 0, at = table + 16 * streams; i < streams; at += static_cast<std::size_t>(little(bytes, table + 16 * i, 8)), ++i) body += unpacked(bytes, at);
+    }
+    packed.rows.resize(rows);
+    std::size_t at = 0;
+    auto const next = [&](std::size_t n) { return little(body, std::exchange(at, at + n), n); };
+    for (std::size_t part = 0; part < 6; ++part)
+        for (auto& row : packed.rows) {
+            if (part == 0)
+                for (auto& v : row.mean) v = static_cast<std::uint32_t>(next(sizes[0] / 3));
+            else if (part == 1) row.opacity = static_cast<std::uint8_t>(next(1));
+            else if (part == 4) row.rotation = static_cast<std::uint32_t>(next(sizes[4]));
+            else if (part == 5)
+                for (std::size_t i = 0; i < coefficients; ++i) row.sh[i] = static_cast<std::uint8_t>(next(1));
+            else
+                for (auto& v : part == 2 ? row.colour : row.scale) v = static_cast<std::uint8_t>(next(1));
+        }
+    return map_of(packed.expected());
+}
+
+inline std::optional<Map> compressed_ply(Bytes const& bytes)
+{
+    Ply ply(bytes);
+    auto const elements = ply.read_tables();
+    if (!elements) return {};
+    scene_test::PackedPly packed;
+    auto const& tables = *elements;
+    auto const chunk = tables.find("chunk"), vertex = tables.find("vertex"), sh = tables.find("sh");
+    if (chunk == tables.end() || vertex == tables.end()) return {};
+    packed.coloured = chunk->second.count("min_r") != 0;
+    char const* const box[18] = {"min_x", "min_y", "min_z", "max_x", "max_y", "max_z", "min_scale_x", "min_scale_y", "min_scale_z", "max_scale_x", "max_scale_y", "max_scale_z",
+                                 "min_r", "min_g", "min_b", "max_r", "max_g", "max_b"};
+    auto const field = [](auto const& table, std::string const& name, std::size_t row) { return table.at(name).at(row); };
+    for (std::size_t row = 0; row < chunk->second.at("min_x").size(); ++row) {
+        auto& out = packed.chunks.emplace_back();
+        for (std::size_t i = 0; i < (packed.coloured ? 18u : 12u); ++i) out[i] = static_cast<float>(field(chunk->second, box[i], row));
+    }
+    std::size_t columns = 0;
+    for (auto const& [name, values] : sh == tables.end() ? Ply::Table{} : sh->second) columns += name.substr(0, 7) == "f_rest_" ? 1 : 0;
+    std::uint32_t file_degree = 0;
+    while (file_degree < 100 && scene_test::coefficients_of(file_degree) < columns) ++file_degree;
+    packed.degree = scene_test::coefficients_of(file_degree) == columns ? std::min(file_degree, 3u) : 0;
+    std::size_t const in_file = columns / 3, read = scene_test::coefficients_of(packed.degree) / 3;
+    auto const column = [&](std::size_t i) { return "f_rest_" + std::to_string(i / read * in_file + i % read); };
+    for (std::size_t i = 0; i < 3 * read; ++i)
+        if (sh->second.count(column(i)) == 0) packed.degree = 0; // an unknown numbering
+    for (std::size_t row = 0; row < vertex->second.at("packed_position").size(); ++row) {
+        auto& words = packed.words.emplace_back();
+        for (std::size_t i = 0; i < 4; ++i)
+            words[i] = static_cast<std::uint32_t>(field(vertex->second, std::string("packed_") + std::array{"position", "rotation", "scale", "color"}[i], row));
+        auto& bytes_of_row = packed.sh.emplace_back();
+        for (std::size_t i = 0; i < scene_test::coefficients_of(packed.degree); ++i) bytes_of_row[i] = static_cast<std::uint8_t>(field(sh->second, column(i), row));
+    }
+    return map_of(packed.expected());
+}
+
+/// The map of a file that the library reads, if there is a slow reader for it; `note` is the library's note of the format.
+inline std::optional<Map> compressed(Bytes const& bytes, std::string const& note)
+{
+    auto const is = [&](char const* format) { return note.find(format) != note.npos; };
+    if (is("read as .splat")) return splat(bytes);
+    if (is("read as SPZ")) return spz(bytes);
+    if (is("read as a compressed PLY")) return compressed_ply(bytes);
+    return {};
+}
+
+} // namespace plain
