@@ -73,8 +73,7 @@ Needs needs_of(Options const& options, scene::Map const& map, std::vector<splat:
     Needs needs;
     splat::Model model;
     if (options.choice.preset != Preset::lossless) model.footprint = splat::Paper::footprint;
-    if (options.renderer.footprint) model.footprint = *options.renderer.footprint;
-    if (options.renderer.quality) model = splat::with_quality(model, *options.renderer.quality);
+    model = tilemesh::with_options(model, options.renderer);
     needs.seen = scene::demand_of(map, std::span(path), model, [&](splat::Camera const& camera) {
         return tilemesh::tiling_for(options.renderer, camera.width, camera.height);
     });
@@ -138,11 +137,11 @@ std::vector<tilemesh::report::RunReport::Feature> features(Options const& option
                        : of_all(seen.culled, seen.gaussians) + " have nothing on screen in any view: not loaded" +
                              (seen.too_faint == 0 ? "" : " (" + thousands(seen.too_faint) + " are too faint for any)")});
 
-    bool const clamps = options.choice.preset != Preset::lossless;
+    bool const clamps = options.choice.preset != Preset::lossless || options.renderer.quality == splat::Quality::training;
     out.push_back({"clamp at 0.99", clamps,
                    of_all(seen.nearly_opaque, seen.gaussians) + " are more opaque than that (opacity is " +
                        short_number(seen.least_opacity) + " to " + short_number(seen.greatest_opacity) + ")" +
-                       (clamps ? ", and the preset clamps" : "; preset lossless never clamps")});
+                       (clamps ? ", and the preset or the quality clamps" : "; preset lossless never clamps")});
     out.push_back({"order by id", true,
                    seen.ties == 0 ? "no two records have one depth in the first view, but they may in another"
                                   : of_all(seen.ties, seen.gaussians) + " have the depth of another in the first view"});

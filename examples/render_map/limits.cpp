@@ -1,4 +1,5 @@
 #include "limits.hpp"
+#include "text.hpp"
 #include "choice.hpp"
 #include <algorithm>
 #include <cstdint>
@@ -39,13 +40,14 @@ std::uint32_t parts(std::uint32_t size, std::uint32_t tile)
 
 // --- the host's memory -------------------------------------------------------------------------
 
-/// The bytes of a frame per pixel: framebuffers and picture take 12 each, and 4 more for each plane. Then, one after the other, come the
-/// PNG encoder (3 of bytes, 3 filtered, 6 of a buffer that doubles, 3 of its result), a PFM (12), or the reference (error_measures.hpp: 12
-/// and 40).
-std::uint64_t bytes_a_pixel(Options const& options)
+/// The bytes of a frame per pixel: framebuffers and picture take 12 each, and 4 more for each plane; of several frames, one picture is
+/// written while the next is rendered. Then, one after the other, come the PNG encoder (3 of bytes, 3 filtered, 6 of a buffer that doubles,
+/// 3 of its result), a PFM (12), a frame of the video (3), or the reference (error_measures.hpp: 12 and 40).
+std::uint64_t bytes_a_pixel(Options const& options, std::size_t frames)
 {
     std::uint64_t const planes = (options.choice.depth ? 4u : 0u) + (options.choice.alpha ? 4u : 0u);
-    return 2 * (12 + planes) + (options.reference ? 52 : 15);
+    bool const waits = options.reference || options.trace || frames == 1;
+    return (waits ? 2 : 3) * (12 + planes) + (options.reference ? 52 : 15);
 }
 
 /// The limits for a frame: the memory of a small host. A tile in use takes some pages, about 18 KB, so 2^18 tiles take 5 GB.
@@ -57,9 +59,9 @@ std::string gibibytes(std::uint64_t bytes)
     return std::to_string(tenths / 10) + "." + std::to_string(tenths % 10) + " GiB";
 }
 
-void check_memory(Options const& options, Extent2 frame)
+void check_memory(Options const& options, Extent2 frame, std::size_t frames)
 {
-    auto const bytes = bytes_a_pixel(options) * frame.width * frame.height;
+    auto const bytes = bytes_a_pixel(options, frames) * frame.width * frame.height;
     if (bytes > most_bytes)
         throw Error("a frame of " + by(frame.width, frame.height) + " pixels is too large (" +
                     (options.reference ? "picture, framebuffers and the reference in double need "
@@ -251,9 +253,14 @@ std::string roomier(Options const& options, Needs const& needs, std::uint64_t sl
 
 void check_sizes(Options const& options, std::vector<Shot> const& shots)
 {
+    auto const& first = shots.front();
     for (auto const& shot : shots) {
+        auto const name = [](Shot const& s) { return one_line(s.name, 100) + " has " + by(s.camera.width, s.camera.height); };
+        if (options.video && (shot.camera.width != first.camera.width || shot.camera.height != first.camera.height))
+            throw Error("--video needs frames of one size (" + name(first) + " pixels, " + name(shot) + "); " +
+                        (options.photos ? "leave out --photos" : "add --size") + ", or name one camera with --camera");
         Extent2 const frame{shot.camera.width, shot.camera.height};
-        check_memory(options, frame);
+        check_memory(options, frame, shots.size());
         if (options.renderer.program != tilemesh::report::Program::homes) check_framebuffers(options, frame);
     }
 }

@@ -9,7 +9,7 @@
 namespace render_map {
 
 /// Refuses frames that would fill the host's memory, and frames for which the default grid of the chosen machine has no framebuffers,
-/// before a tile is built. Throws `tilemesh::Error`, which says what to type instead.
+/// before a tile is built; and with --video, frames of different sizes. Throws `tilemesh::Error`, which says what to type instead.
 void check_sizes(Options const& options, std::vector<Shot> const& shots);
 
 /// Refuses --channel-slots and --storage-slots outside the range of this run's machine. The error explains the range and names options with

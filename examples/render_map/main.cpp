@@ -2,13 +2,13 @@
 #include "choice.hpp"
 #include "codecs.hpp"
 #include "explain.hpp"
+#include "frame_writer.hpp"
 #include "instruments.hpp"
 #include "journal.hpp"
 #include "limits.hpp"
 #include "options.hpp"
 #include "outputs.hpp"
 #include "photographs.hpp"
-#include "png.hpp"
 #include "process.hpp"
 #include "progress.hpp"
 #include "reference.hpp"
@@ -30,7 +30,6 @@
 #include <tilemesh/render/auto_renderer.hpp>
 #include <tilemesh/report/error_measures.hpp>
 #include <tilemesh/report/frame_report.hpp>
-#include <tilemesh/report/image_file.hpp>
 #include <tilemesh/report/json.hpp>
 #include <tilemesh/report/string_stream.hpp>
 #include <tilemesh/report/table.hpp>
@@ -52,7 +51,9 @@ using report::thousands;
 
 char const* to_string(splat::Footprint footprint)
 {
-    return footprint == splat::Footprint::opacity_box ? "opacity_box" : "three_sigma_square";
+    return footprint == splat::Footprint::opacity_box          ? "opacity_box"
+           : footprint == splat::Footprint::three_sigma_square ? "three_sigma_square"
+                                                                : "three_sigma_tiles";
 }
 char const* to_string(splat::Arithmetic arithmetic)
 {
@@ -66,6 +67,7 @@ void describe_machine(Options const& options, tilemesh::render::SetupFacts const
     run.machine = {setup.machine.name, setup.machine.sram_bytes, storage_slots, channel_slots, setup.ledger};
     run.preset = setup.name;
     run.cut_offs = {model.alpha_min, model.transmittance_min, model.alpha_max};
+    run.background = {model.background[0], model.background[1], model.background[2]};
     run.policies = {splat::RowFirst::name,
                     setup.rules.carried != 0 ? splat::Carried::name : splat::Recomputed::name,
                     setup.rules.holds != 0 ? splat::Hold::name : splat::Drop::name,
@@ -138,27 +140,6 @@ scene::Map load_maps(Options const& options)
 
 // --- the run -----------------------------------------------------------------------------------
 
-/// Writes the pictures of a frame, puts their names into `frame`, and returns all files.
-std::vector<std::filesystem::path> write_frame(Options const& options, std::size_t index, tilemesh::RenderedFrame const& rendered,
-                                               report::RunFrame& frame)
-{
-    std::vector<std::filesystem::path> files;
-    auto const path = [&](char const* extension) { return files.emplace_back(render_map::frame_path(options, index, extension)); };
-    auto const outlasts = render_map::outlasts(options);
-    frame.image = render_map::frame_file(index, ".png");
-    render_map::write_png(path(".png"), rendered.image, outlasts);
-    if (options.pfm) report::write_pfm(path(".pfm"), rendered.image, outlasts);
-    if (options.choice.depth) {
-        frame.depth = render_map::frame_file(index, ".depth.pfm");
-        report::write_pfm(path(".depth.pfm"), rendered.depth, outlasts);
-    }
-    if (options.choice.alpha) {
-        frame.alpha = render_map::frame_file(index, ".alpha.pfm");
-        report::write_pfm(path(".alpha.pfm"), rendered.alpha, outlasts);
-    }
-    return files;
-}
-
 /// "frame_0000.png", or "frame_0000.png to frame_0059.png, and each as .pfm and .depth.pfm".
 std::string written_files(Options const& options, report::RunReport const& run)
 {
@@ -201,13 +182,43 @@ tilemesh::RenderedFrame render(render_map::AnyRenderer& renderer, splat::Camera 
     }
 }
 
-/// Renders and writes every frame until an interrupt, compares it with its photograph or with the picture `other`, and adds it to `result`. It takes over the frames that the journal has.
-void render_frames(Options const& options, scene::Map const& map, std::vector<render_map::Shot> const& shots,
-                   std::optional<render_map::OtherPicture> const& other, render_map::AnyRenderer& renderer, render_map::TraceOutput* trace,
-                   render_map::Journal* journal, Progress& progress, report::RunReport& result)
+/// Compares a frame with the double reference, without cut-offs and with those of the renderer.
+void compare_with_references(Options const& options, scene::Map const& map, splat::Camera const& camera, splat::Model const& model,
+                             Progress const& progress, render_map::Frame& frame)
+{
+    auto const error = [&](report::Cuts cuts) {
+        return report::compare(frame.rendered.image, render_map::reference_of(map, camera, model, cuts, options.renderer.threads));
+    };
+    progress.say_frame("reference 1 of 2");
+    frame.entry.error = error(report::Cuts::none);
+    progress.say_frame("reference 2 of 2");
+    frame.entry.error_same_cuts = error(report::Cuts::same);
+}
+
+/// Renders and writes every frame until an interrupt, and adds it to `result`. It takes over the frames that the journal has. While a frame
+/// is rendered, `writer` writes the frame before; an error of that frame comes first.
+void render_frames(Options const& options, scene::Map const& map, std::vector<render_map::Shot> const& shots, render_map::FrameWriter& writer,
+                   render_map::AnyRenderer& renderer, render_map::TraceOutput* trace, render_map::Journal* journal, Progress& progress,
+                   report::RunReport& result)
 {
     auto* const instruments = dynamic_cast<render_map::Instruments*>(&renderer);
     if (instruments && options.follow) instruments->follow(splat::GaussianId{*options.follow});
+    auto const add = [&](render_map::Frame frame) {
+        if (journal) journal->add(frame.index, frame.entry, frame.files);
+        result.frames.push_back(std::move(frame.entry));
+    };
+    auto const finish_writing = [&] {
+        if (writer.is_writing()) progress.say_frame("writing");
+        if (auto frame = writer.finish()) add(std::move(*frame));
+    };
+    auto const before_its_error = [&](auto const& step) {
+        try {
+            return step();
+        } catch (...) {
+            finish_writing();
+            throw;
+        }
+    };
     using Way = render_map::Journal::Way;
     auto const with_pixels = journal ? render_map::needs_pixels(shots, renderer.model(), *journal) : std::vector<bool>();
     for (std::size_t i = 0; i < shots.size() && render_map::interrupt() == 0; ++i) {
@@ -216,42 +227,34 @@ void render_frames(Options const& options, scene::Map const& map, std::vector<re
         if (auto const way = journal ? journal->way(i) : Way::render; way != Way::render) {
             progress.say_frame("replaying");
             if (way == Way::replay)
-                render_map::replay(renderer, camera, with_pixels[i] || journal->program(i) == report::Program::homes);
+                before_its_error([&] { render_map::replay(renderer, camera, with_pixels[i] || journal->program(i) == report::Program::homes); });
+            finish_writing();
             result.frames.push_back(journal->take(i));
             continue;
         }
         progress.say_frame("rendering");
-        auto rendered = render(renderer, camera, trace);
-        report::RunFrame frame;
-        frame.report = std::move(rendered.report);
-        frame.report.camera = shots[i].name;
-        frame.timestamp_s = shots[i].timestamp_s;
-        frame.grid = {renderer.grid().width, renderer.grid().height};
-        frame.tile_px = {renderer.tile().width, renderer.tile().height};
+        render_map::Frame frame{i, before_its_error([&] { return render(renderer, camera, trace); }), {}};
+        frame.entry.report = std::move(frame.rendered.report);
+        frame.entry.report.camera = shots[i].name;
+        frame.entry.timestamp_s = shots[i].timestamp_s;
+        frame.entry.grid = {renderer.grid().width, renderer.grid().height};
+        frame.entry.tile_px = {renderer.tile().width, renderer.tile().height};
+        finish_writing();
+        writer.start(std::move(frame), shots[i]);
+        if (!trace && !options.reference) continue;
 
+        // A trace describes the mesh as this frame left it, and a reference takes all threads: the next frame waits for both.
         progress.say_frame("writing");
-        auto files = write_frame(options, i, rendered, frame);
-        if (other || shots[i].photograph) {
-            progress.say_frame("comparing");
-            auto const error = options.error_picture ? render_map::frame_path(options, i, ".error.png") : std::filesystem::path();
-            if (render_map::compare_frame(options, shots[i], other, rendered.image, error, frame)) files.push_back(error);
+        frame = writer.finish().value();
+        if (trace && instruments) frame.entry.modelled = trace->add_frame(i, frame.entry, frame.rendered.image, *instruments);
+        if (options.reference && render_map::interrupt() != 0) { // two references take longer than the rest of the frame
+            result.frames.push_back(std::move(frame.entry));    // and the journal has no frame without them
+            break;
         }
-        if (trace && instruments) frame.modelled = trace->add_frame(i, frame, rendered.image, *instruments);
-        // Two references take longer than the rest of the frame, so an interrupted frame gets none.
-        bool const compared = options.reference && render_map::interrupt() == 0;
-        if (compared) {
-            auto const error = [&](report::Cuts cuts) {
-                return report::compare(rendered.image,
-                                       render_map::reference_of(map, camera, renderer.model(), cuts, options.renderer.threads));
-            };
-            progress.say_frame("reference 1 of 2");
-            frame.error = error(report::Cuts::none);
-            progress.say_frame("reference 2 of 2");
-            frame.error_same_cuts = error(report::Cuts::same);
-        }
-        if (journal && compared == options.reference) journal->add(i, frame, files);
-        result.frames.push_back(std::move(frame));
+        if (options.reference) compare_with_references(options, map, camera, renderer.model(), progress, frame);
+        add(std::move(frame));
     }
+    finish_writing();
 }
 
 /// Adds to the report what its pictures lack, and what would help. Returns both in one line; empty if nothing is missing. First describes
@@ -303,6 +306,7 @@ int run(Options const& options)
     result.features = render_map::features(options, needs, map, file_degree, *renderer);
     auto const out = render_map::prepare_outputs(options, shots);
     auto const other = render_map::read_other(options, shots);
+    auto video = render_map::open_video(options, shots);
 
     std::optional<render_map::Journal> journal;
     if (options.resume) {
@@ -313,8 +317,11 @@ int run(Options const& options)
 
     auto* const tracing = trace ? &*trace : nullptr;
     try {
-        render_frames(options, map, shots, other, *renderer, tracing, journal ? &*journal : nullptr, progress, result);
+        render_map::FrameWriter writer(options, other, video.get());
+        render_frames(options, map, shots, writer, *renderer, tracing, journal ? &*journal : nullptr, progress, result);
+        if (video && !result.frames.empty()) video->finish();
     } catch (std::exception const& error) {
+        video.reset(); // it is not complete, so its file goes
         // The finished frames are written; their report must not be lost because another frame failed.
         if ((options.report || trace) && !result.frames.empty()) {
             try {
@@ -358,7 +365,7 @@ int run(Options const& options)
     report::StringStream summary;
     if (options.explain) render_map::explain(summary, result);
     if (options.quiet) {
-        render_map::print(summary.str(), "the pictures are written; leave out --explain");
+        render_map::print(summary.str(), "the pictures are written; leave out --explain", render_map::text_stream(options));
         return status;
     }
     render_map::print_summary(summary, result);
@@ -368,7 +375,8 @@ int run(Options const& options)
         summary << thousands(journal->taken_over()) << " of " << thousands(shots.size()) << " frames were there from an earlier run\n";
     if (trace)
         summary << "wrote " << render_map::one_line((*options.trace / "report.html").string()) << ", and the trace beside it\n";
-    render_map::print(summary.str(), "the pictures are written; --quiet leaves the summary out");
+    if (options.video) summary << "wrote " << render_map::video_text(options, result.frames.size()) << '\n';
+    render_map::print(summary.str(), "the pictures are written; --quiet leaves the summary out", render_map::text_stream(options));
     return status;
 }
 
@@ -387,11 +395,11 @@ int run_arguments(int argc, char** argv)
             {argv + std::min(argc, 1), static_cast<std::size_t>(std::max(argc - 1, 0))});
         if (options.help || options.version) {
             render_map::print(options.help ? render_map::help_text() : render_map::version_text(),
-                              "send it to a file or a terminal with room");
+                              "send it to a file or a terminal with room", std::cout);
             return 0;
         }
         if (options.list) {
-            render_map::print(render_map::camera_names(options), "send it to a file or a terminal with room");
+            render_map::print(render_map::camera_names(options), "send it to a file or a terminal with room", std::cout);
             return 0;
         }
         render_map::note_interrupts(!options.quiet && isatty(STDERR_FILENO) == 1);

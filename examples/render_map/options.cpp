@@ -41,6 +41,23 @@ std::uint32_t whole_number(std::string_view option, std::string_view text, std::
     return value;
 }
 
+/// "30", or "30000/1001".
+tilemesh::report::FrameRate frame_rate(std::string_view option, std::string_view text)
+{
+    constexpr std::uint32_t most = 1'000'000; // the rate of any camera; players read both numbers into 32 bits
+    auto const slash = std::min(text.find('/'), text.size());
+    auto const number = [&](std::string_view digits) -> std::uint32_t {
+        std::uint32_t value = 0;
+        auto const [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+        return error == std::errc{} && end == digits.data() + digits.size() && value <= most ? value : 0;
+    };
+    tilemesh::report::FrameRate const rate{number(text.substr(0, slash)), slash == text.size() ? 1 : number(text.substr(slash + 1))};
+    if (rate.frames == 0 || rate.seconds == 0)
+        throw Error(std::string(option) + " cannot be " + in_quotes(text) +
+                    " (it takes N or N/D, whole numbers from 1 to 1000000); write for example " + std::string(option) + " 30000/1001");
+    return rate;
+}
+
 tilemesh::Extent2 extent(std::string_view option, std::string_view text, char const* example)
 {
     auto const number = [&](std::string_view digits) -> std::uint32_t {
@@ -73,8 +90,8 @@ double degrees(std::string_view option, std::string_view text)
     return value;
 }
 
-/// Three numbers, separated by commas.
-std::array<double, 3> point(std::string_view option, std::string_view text)
+/// Three numbers from `least` to `most`, separated by commas; nothing if the text is something else.
+std::optional<std::array<double, 3>> three_numbers(std::string_view text, double least, double most)
 {
     std::array<double, 3> result{};
     auto const* at = text.data();
@@ -83,13 +100,25 @@ std::array<double, 3> point(std::string_view option, std::string_view text)
     for (std::size_t i = 0; i < 3 && good; ++i) {
         if (at != end && *at == '+') ++at;
         auto const [stop, error] = tilemesh::read_number(at, end, result[i]);
-        good = error == std::errc{} && std::abs(result[i]) <= 1e30 && (i < 2 ? stop != end && *stop == ',' : stop == end);
+        good = error == std::errc{} && result[i] >= least && result[i] <= most && (i < 2 ? stop != end && *stop == ',' : stop == end);
         at = stop + (i < 2 && good ? 1 : 0);
     }
-    if (!good)
-        throw Error(std::string(option) + " cannot be " + in_quotes(text) + " (it takes X,Y,Z, three numbers within 1e30 in world units); write for example " +
-                    std::string(option) + " 0,-1,0");
+    if (!good) return {};
     return result;
+}
+std::array<double, 3> point(std::string_view option, std::string_view text)
+{
+    if (auto const result = three_numbers(text, -1e30, 1e30)) return *result;
+    throw Error(std::string(option) + " cannot be " + in_quotes(text) + " (it takes X,Y,Z, three numbers within 1e30 in world units); write for example " +
+                std::string(option) + " 0,-1,0");
+}
+std::array<float, 3> colour(std::string_view option, std::string_view text)
+{
+    auto const result = three_numbers(text, 0, 1);
+    if (!result)
+        throw Error(std::string(option) + " cannot be " + in_quotes(text) + " (it takes R,G,B, three numbers from 0 to 1); write for example " +
+                    std::string(option) + " 1,1,1");
+    return {static_cast<float>((*result)[0]), static_cast<float>((*result)[1]), static_cast<float>((*result)[2])};
 }
 
 std::filesystem::path file(std::string_view option, std::string_view text)
@@ -233,13 +262,14 @@ constexpr Option options[] = {
          o.choice.saturation = one_of<SaturationKind>(
              name, text, {{"hold", SaturationKind::hold}, {"drop", SaturationKind::drop}});
      }},
-    {"--footprint", "NAME", "pixels of a Gaussian: opacity_box | three_sigma_square [the preset's]",
+    {"--footprint", "NAME", "opacity_box | three_sigma_square | three_sigma_tiles [the preset's]",
      [](Options& o, auto name, auto text) {
          using tilemesh::splat::Footprint;
          o.renderer.footprint =
              one_of<Footprint>(name, text,
                                {{"opacity_box", Footprint::opacity_box},
-                                {"three_sigma_square", Footprint::three_sigma_square}});
+                                {"three_sigma_square", Footprint::three_sigma_square},
+                                {"three_sigma_tiles", Footprint::three_sigma_tiles}});
      }},
     {"--copies", "NAME", "bloom sends copies in world | screen coordinates [the preset's]",
      [](Options& o, auto name, auto text) {
@@ -264,14 +294,17 @@ constexpr Option options[] = {
              one_of<Arithmetic>(name, text, {{"precise", Arithmetic::precise}, {"fast", Arithmetic::fast}});
      }},
 
-    {"--quality", "NAME", "cut-offs (see below): evaluation | viewing | on_sensor [the preset's]",
+    {"--quality", "NAME", "see below: evaluation | viewing | on_sensor | training [the preset's]",
      [](Options& o, auto name, auto text) {
          using tilemesh::splat::Quality;
          o.renderer.quality = one_of<Quality>(name, text,
                                               {{"evaluation", Quality::evaluation},
                                                {"viewing", Quality::viewing},
-                                               {"on_sensor", Quality::on_sensor}});
+                                               {"on_sensor", Quality::on_sensor},
+                                               {"training", Quality::training}});
      }},
+    {"--background", "R,G,B", "the colour behind the Gaussians, 0 to 1 [0,0,0: black]",
+     [](Options& o, auto name, auto text) { o.renderer.background = colour(name, text); }},
     {"--sh-degree", "N", "highest degree of view-dependent colour, 0 to 3 [the map's]",
      [](Options& o, auto name, auto text) {
          o.sh_degree = one_of<std::uint32_t>(name, text, {{"0", 0}, {"1", 1}, {"2", 2}, {"3", 3}});
@@ -290,12 +323,16 @@ constexpr Option options[] = {
 
     {"--out", "DIR", "folder for frame_0000.png, frame_0001.png, ... [tilemesh_out]",
      [](Options& o, auto name, auto text) { o.out = file(name, text); }},
-    {"--float", "", "also write frame_0000.pfm: linear float32, unclamped, on black",
+    {"--float", "", "also write frame_0000.pfm: linear float32, unclamped",
      [](Options& o, auto, auto) { o.pfm = true; }},
     {"--depth", "", "also write frame_0000.depth.pfm: depth along z in world units; 0: nothing",
      [](Options& o, auto, auto) { o.choice.depth = true; }},
     {"--alpha", "", "also write frame_0000.alpha.pfm: covered share of each pixel, 0 to 1",
      [](Options& o, auto, auto) { o.choice.alpha = true; }},
+    {"--video", "FILE", "also write a raw video, which players and encoders read; -: standard output",
+     [](Options& o, auto name, auto text) { o.video = file(name, text); }},
+    {"--fps", "N", "frames per second of the video, as 30 or 30000/1001 [30]",
+     [](Options& o, auto name, auto text) { o.fps = frame_rate(name, text); }},
     {"--reference", "", "compare with double precision, with and without cut-offs (slow)",
      [](Options& o, auto, auto) { o.reference = true; }},
     {"--photos", "DIR", "compare with the cameras' photographs: PSNR, SSIM, L1 (see below)",
@@ -398,12 +435,16 @@ void check_together(Options const& o, std::vector<std::string_view> const& given
                     " and --engine sequential are both given (that engine has one thread); leave "
                     "one of them out");
 
+    needs("--fps", "--video", "it is the rate of a video");
     needs("--cost-model", "--trace", "cycles are modelled from a trace");
     needs("--energy", "--trace", "energy is counted from a trace");
     needs("--follow", "--trace", "what is followed is written beside a trace");
 
     if (o.resume && o.trace)
         throw Error("--resume and --trace are both given (the report of a trace needs every tile of every frame); leave one of them out");
+
+    if (o.resume && o.video)
+        throw Error("--resume and --video are both given (the video would lack the frames that an earlier run wrote); leave one of them out");
 
     using tilemesh::report::Program;
     if (auto const only = only_anchored(o); o.renderer.program == Program::homes && !only.option.empty())
@@ -588,7 +629,7 @@ std::string help_text()
                   "  another extension, with or without its folders. PSNR and L1 are over the three channels, peak 1.\n"
                   "  SSIM is that of 3DGS' own evaluation: a Gaussian window of 11 x 11 and sigma 1.5, each channel\n"
                   "  alone, data range 1, zeros outside the picture. The frame is clamped to [0, 1], not rounded;\n"
-                  "  transparency shows the black background. --every 8 takes the field's held-out views: every\n"
+                  "  transparency shows the --background. --every 8 takes the field's held-out views: every\n"
                   "  eighth of the sorted names. --scale 2 halves the cameras, and the photographs that are not\n"
                   "  halved yet (Pillow's bicubic filter). A photograph that is missing, damaged or of another size\n"
                   "  gets one line on standard error; the others are compared, and the exit status is 1.\n"
@@ -603,6 +644,9 @@ std::string help_text()
                   "    evaluation  1/8160, 1e-4  1.4 times  RMSE 3e-5 to 7e-5, PSNR above 83 dB\n"
                   "    viewing     1/128, 5e-3   0.9 times  RMSE 1.8e-3 to 3e-3, PSNR 50 to 55 dB\n"
                   "    on_sensor   1/64, 1e-2    0.8 times  RMSE 3.3e-3 to 5.7e-3, PSNR 44 to 50 dB\n"
+                  "  training has all rules of the rasteriser that 3D Gaussian Splatting trains with: 1/255; alpha at\n"
+                  "  most 0.99; a stop before the term that would leave less than 1e-4; the 16x16 tiles that a\n"
+                  "  3-sigma square touches (three_sigma_tiles); a near plane at 0.2, whatever the camera says.\n"
                   "\n"
                   "Programs\n"
                   "  anchored: a record lives on the tile of its centre, and the tiles that it touches store copies.\n"
@@ -624,13 +668,15 @@ std::string help_text()
                   "  counters of all frames. For each frame it writes .tiles.csv, .supersteps.csv, .heat.csv,\n"
                   "  .heat_*.png and .trace.json (ui.perfetto.dev), and with --energy .energy.csv. If --most-passes\n"
                   "  ends the run, it writes no_progress.txt, which names the steps that the tiles repeat.\n"
+                  "  --video writes YUV4MPEG2: 3 bytes per pixel and frame, in the colours of BT.601, 16 to 235. With\n"
+                  "  --video -, the summary goes to standard error. All frames must have one size.\n"
                   "  A run never writes over a file that it reads, even through a link, and writes no file twice.\n"
                   "  With --resume, resume.jsonl lists the finished frames. After a kill or a crash, start the same\n"
                   "  command again: it keeps every frame of that list whose files are complete, and ends with the\n"
                   "  pictures and counters of an uninterrupted run. It refuses another map, option or version.\n"
                   "  A file gets its name only when it is complete; with --report, after the disk has its bytes.\n"
-                  "  Ctrl-C finishes the current frame, writes the report of the finished frames, and ends the run. A\n"
-                  "  second Ctrl-C ends it at once.\n"
+                  "  Ctrl-C finishes the current frame, writes the report and the video of the finished frames, and\n"
+                  "  ends the run. A second Ctrl-C ends it at once. After an error there is no video.\n"
                   "\n"
                   "Exit status\n"
                   "  0: all files are written. 1: with --strict, a picture lacks something: records, copies, or what a\n"

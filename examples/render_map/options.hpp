@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 #include <tilemesh/render/renderer_options.hpp>
+#include <tilemesh/report/y4m.hpp>
 #include <tilemesh/scene/map_file.hpp>
 #include <tilemesh/scene/named_camera.hpp>
 #include <tilemesh/scene/pose.hpp>
@@ -42,6 +43,8 @@ struct Options {
     tilemesh::RendererOptions renderer;
     std::optional<std::uint32_t> channel_slots, storage_slots; ///< as given, also 0; `renderer` has them too
     std::optional<std::filesystem::path> out;         ///< empty: ./tilemesh_out
+    std::optional<std::filesystem::path> video;       ///< "-": standard output
+    tilemesh::report::FrameRate fps;                  ///< of the video
     std::optional<std::filesystem::path> report;
     std::optional<std::filesystem::path> trace;       ///< the folder; with it `choice.trace`
     std::optional<std::filesystem::path> cost_model;  ///< empty: mk2()

@@ -1,17 +1,21 @@
 #include "outputs.hpp"
 #include "journal.hpp"
+#include "text.hpp"
 #include <algorithm>
 #include <cerrno>
 #include <charconv>
+#include <cstdio>
 #include <iostream>
 #include <iterator>
 #include <stdexcept>
 #include <string_view>
+#include <sys/stat.h>
 #include <system_error>
 #include <tilemesh/error.hpp>
 #include <tilemesh/report/distinct_files.hpp>
 #include <tilemesh/report/whole_file.hpp>
 #include <tilemesh/scene/colmap.hpp>
+#include <tilemesh/scene/map_file.hpp>
 #include <unistd.h>
 #include <vector>
 
@@ -27,7 +31,13 @@ fs::path out_folder(Options const& options)
     return options.out.value_or("tilemesh_out");
 }
 
-constexpr char const* report_remedy = "name another file with --report";
+constexpr char const *report_remedy = "name another file with --report", *video_remedy = "name another file with --video";
+
+/// Is the video to go to standard output?
+bool is_to_stream(std::optional<fs::path> const& video)
+{
+    return video && *video == "-";
+}
 
 std::string last_error()
 {
@@ -64,20 +74,33 @@ bool is_picture(std::string_view name, Options const& options, std::size_t frame
                        [&](Picture const& p) { return rest == p.extension && p.is_wanted(options); });
 }
 
-void check_report(fs::path const& report)
+/// Checks that a file can get the name `path`. `what` names the file: "the report".
+void check_file(fs::path const& path, std::string const& what, std::string const& remedy)
 {
     auto const refuse = [&](std::string const& why) {
-        throw Error("cannot write the report to " + report.string() + " (" + why + "); " + report_remedy);
+        throw Error("cannot write " + what + " to " + path.string() + " (" + why + "); " + remedy);
     };
     std::error_code refused;
-    auto const status = fs::status(report, refused);
-    auto const folder = fs::absolute(fs::is_other(status) ? report : tilemesh::report::link_target(report)).parent_path();
-    if (fs::is_directory(status) || !report.has_filename()) refuse("it is a directory");
+    auto const status = fs::status(path, refused);
+    auto const folder = fs::absolute(fs::is_other(status) ? path : tilemesh::report::link_target(path)).parent_path();
+    if (fs::is_directory(status) || !path.has_filename()) refuse("it is a directory");
     if (refused && fs::exists(status)) refuse(refused.message());
     if (!fs::is_directory(folder, refused)) refuse("there is no directory " + folder.string());
-    // A report replaces a regular file; this needs only the right to write into the folder.
-    auto const& written = fs::is_other(status) ? report : folder;
+    // A regular file is replaced; this needs only the right to write into the folder.
+    auto const& written = fs::is_other(status) ? path : folder;
     if (access(written.c_str(), W_OK) != 0) refuse(last_error());
+}
+
+/// Refuses a video to a terminal, and to a place where the text of standard error goes too.
+void check_video_stream()
+{
+    struct stat out {}, text {};
+    auto const refuse = [](char const* why) {
+        throw Error(std::string("cannot write the video to standard output (") + why + "); send it to a program or a file, or name a file with --video");
+    };
+    if (isatty(STDOUT_FILENO) == 1) refuse("it is a terminal");
+    bool const known = fstat(STDOUT_FILENO, &out) == 0 && fstat(STDERR_FILENO, &text) == 0;
+    if (known && !S_ISCHR(out.st_mode) && out.st_dev == text.st_dev && out.st_ino == text.st_ino) refuse("standard error goes there too");
 }
 
 /// Refuses a run that would overwrite a file that it reads, or write two files with one name. The folders must exist.
@@ -86,7 +109,14 @@ void check_distinct(Options const& options, fs::path const& out, std::vector<Sho
     auto const frames = shots.size();
     tilemesh::report::DistinctFiles files;
     for (auto const& file : files_read(options, shots)) files.read(file);
-    if (!options.quiet || options.explain) files.write_stream(STDOUT_FILENO, "standard output", "send it to another file, or use --quiet");
+    if (options.photos) { // also the photographs of cameras that this run leaves out
+        std::error_code refused;
+        fs::recursive_directory_iterator photo(*options.photos, fs::directory_options::skip_permission_denied, refused);
+        for (; photo != fs::recursive_directory_iterator(); photo.increment(refused)) files.read(photo->path());
+    }
+    bool const streams = is_to_stream(options.video);
+    if (streams) files.write_stream(STDOUT_FILENO, "standard output", "send it to another file");
+    else if (!options.quiet || options.explain) files.write_stream(STDOUT_FILENO, "standard output", "send it to another file, or use --quiet");
     files.write_stream(STDERR_FILENO, "standard error", "send it to another file");
     using Devices = tilemesh::report::DistinctFiles::Devices;
     files.write_into(
@@ -98,6 +128,7 @@ void check_distinct(Options const& options, fs::path const& out, std::vector<Sho
             "name another directory with --trace");
     if (options.resume) files.write(out / journal_file, "the list of finished frames", "name another directory with --out");
     if (options.report) files.write(*options.report, "the report", report_remedy);
+    if (options.video && !streams) files.write(*options.video, "the video", video_remedy);
 }
 
 void make_folder(fs::path const& folder, std::string const& option)
@@ -155,8 +186,12 @@ fs::path prepare_outputs(Options const& options, std::vector<Shot> const& shots)
 {
     auto const out = out_folder(options);
     make_folder(out, "--out");
+    if (std::error_code none; options.photos && fs::equivalent(out, *options.photos, none))
+        throw Error("cannot write pictures to " + out.string() + " (it is the folder of the photographs); name another directory with --out");
     if (options.trace) make_folder(*options.trace, "--trace");
-    if (options.report) check_report(*options.report);
+    if (options.report) check_file(*options.report, "the report", report_remedy);
+    if (is_to_stream(options.video)) check_video_stream();
+    else if (options.video) check_file(*options.video, "the video", video_remedy);
     check_distinct(options, out, shots);
     return out;
 }
@@ -170,17 +205,9 @@ std::vector<fs::path> files_read(Options const& options, std::vector<Shot> const
         auto const [cameras, images] = tilemesh::scene::colmap_files(*options.cameras);
         files.insert(files.end(), {cameras, images});
     }
-    // The pictures of an SOG map that is a folder are beside its meta.json.
-    std::error_code none;
-    for (auto const& map : options.maps) {
-        bool const is_folder = fs::is_directory(map, none);
-        if (!is_folder && map.extension() != ".json") continue;
-        auto const folder = is_folder ? map : map.parent_path().empty() ? fs::path(".") : map.parent_path();
-        auto const first = static_cast<std::ptrdiff_t>(files.size());
-        for (auto const& entry : fs::directory_iterator(folder, none))
-            if (entry.path().extension() == ".webp" || (is_folder && entry.path().filename() == "meta.json")) files.push_back(entry.path());
-        std::sort(files.begin() + first, files.end());
-    }
+    for (auto const& map : options.maps)
+        for (auto const& file : tilemesh::scene::map_files(map))
+            if (file != map) files.push_back(file); // of a folder of SOG
     // A folder stands for the files in it. A file that a model may lack need not be there. A file that cannot be examined stays in the
     // list.
     std::erase_if(files, [](fs::path const& file) {
@@ -203,13 +230,36 @@ fs::path frame_path(Options const& options, std::size_t frame, std::string const
     return out_folder(options) / name;
 }
 
-void print(std::string const& text, char const* remedy)
+std::unique_ptr<tilemesh::report::Y4mVideo> open_video(Options const& options, std::vector<Shot> const& shots)
+{
+    using tilemesh::report::Y4mVideo;
+    if (!options.video) return {};
+    auto const& camera = shots.front().camera;
+    if (is_to_stream(options.video))
+        return std::make_unique<Y4mVideo>(stdout, "the video to standard output", camera.width, camera.height, options.fps);
+    return std::make_unique<Y4mVideo>(*options.video, camera.width, camera.height, options.fps, outlasts(options));
+}
+
+std::string video_text(Options const& options, std::size_t frames)
+{
+    auto const& [count, seconds] = options.fps;
+    return (is_to_stream(options.video) ? "the video to standard output" : one_line(options.video.value().string())) + ", " +
+           std::to_string(frames) + (frames == 1 ? " frame" : " frames") + " at " + std::to_string(count) +
+           (seconds == 1 ? "" : "/" + std::to_string(seconds)) + " per second";
+}
+
+std::ostream& text_stream(Options const& options)
+{
+    return is_to_stream(options.video) ? std::cerr : std::cout;
+}
+
+void print(std::string const& text, char const* remedy, std::ostream& to)
 {
     errno = 0;
-    std::cout << text << std::flush;
-    if (!std::cout)
-        throw Error("cannot write to standard output (" + (errno != 0 ? last_error() : std::string("the stream failed")) +
-                    "); " + remedy);
+    to << text << std::flush;
+    if (!to)
+        throw Error(std::string("cannot write to standard ") + (&to == &std::cerr ? "error" : "output") + " (" +
+                    (errno != 0 ? last_error() : std::string("the stream failed")) + "); " + remedy);
 }
 
 } // namespace render_map

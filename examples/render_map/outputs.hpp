@@ -4,9 +4,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
+#include <ostream>
 #include <string>
 #include <string_view>
 #include <tilemesh/report/whole_file.hpp>
+#include <tilemesh/report/y4m.hpp>
 #include <vector>
 
 namespace render_map {
@@ -51,7 +54,17 @@ bool is_of_trace(std::string_view name, Options const& options, std::size_t fram
 /// (`report::DistinctFiles`). It writes nothing except the folders.
 std::filesystem::path prepare_outputs(Options const& options, std::vector<Shot> const& shots);
 
-/// Prints to standard output. If the text cannot be written, it throws `tilemesh::Error`, which ends with `remedy`.
-void print(std::string const& text, char const* remedy);
+/// Opens the video of --video; null without the option. All shots have one size (`check_sizes`). Throws `tilemesh::Error` if it cannot be
+/// written.
+std::unique_ptr<tilemesh::report::Y4mVideo> open_video(Options const& options, std::vector<Shot> const& shots);
+
+/// "walk.y4m, 60 frames at 30 per second", for the summary.
+std::string video_text(Options const& options, std::size_t frames);
+
+/// The stream of the summary: standard output, or standard error if standard output has the video.
+std::ostream& text_stream(Options const& options);
+
+/// Prints to a standard stream. If the text cannot be written, it throws `tilemesh::Error`, which ends with `remedy`.
+void print(std::string const& text, char const* remedy, std::ostream& to);
 
 } // namespace render_map

@@ -54,6 +54,11 @@ fs::path photograph_of(fs::path const& folder, fs::path const& name)
     return {};
 }
 
+std::array<float, 3> background_of(Options const& options)
+{
+    return options.renderer.background.value_or(std::array<float, 3>{});
+}
+
 report::Comparison compare_with(fs::path const& file, report::Image const& rendered, OtherPicture const& other)
 {
     return {file.string(), "", report::compare_pictures(other.ends_at_1 ? report::clamped(rendered) : rendered, other.image), ""};
@@ -120,7 +125,7 @@ std::optional<OtherPicture> read_other(Options const& options, std::vector<Shot>
     if (!same(own, size))
         throw Error("--compare cannot be " + one_line(path.string()) + " (it has " + by(own) + " pixels, the frame " + by(size) + "); add --size " +
                     std::to_string(own.width) + "x" + std::to_string(own.height) + " if it shows the same view");
-    if (!pfm) other.image = read_picture(path, size);
+    if (!pfm) other.image = read_picture(path, size, background_of(options));
     return other;
 }
 
@@ -133,7 +138,7 @@ bool compare_frame(Options const& options, Shot const& shot, std::optional<Other
         frame.photograph = report::Comparison{photo.path.string(), photo.problem, {}, ""};
         if (!photo.problem.empty()) return false;
         try {
-            photograph = OtherPicture{read_picture(photo.path, photo.size), true};
+            photograph = OtherPicture{read_picture(photo.path, photo.size, background_of(options)), true};
         } catch (Error const& error) {
             frame.photograph->problem = error.what();
             return false;

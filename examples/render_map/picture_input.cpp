@@ -85,6 +85,22 @@ bool is_whole_jpeg(std::vector<unsigned char> const& bytes)
     return false;
 }
 
+/// Has a PNG without an alpha channel a transparent colour? Its tRNS chunk stands before the first IDAT. The decoder's own question about
+/// channels does not look for it. A chunk: its length, 4 letters, its bytes, a checksum (PNG specification, sections 5.3 and 11.3.2.1).
+bool has_colour_key(std::vector<unsigned char> const& bytes)
+{
+    auto const is = [&](std::size_t at, std::string_view name) {
+        return std::equal(name.begin(), name.end(), bytes.begin() + static_cast<std::ptrdiff_t>(at));
+    };
+    if (bytes.size() < 8 || !is(1, "PNG")) return false;
+    for (std::size_t at = 8; at + 8 <= bytes.size();) {
+        if (is(at + 4, "tRNS")) return true;
+        if (is(at + 4, "IDAT")) return false;
+        at += 12 + (std::size_t{bytes[at]} << 24 | std::size_t{bytes[at + 1]} << 16 | std::size_t{bytes[at + 2]} << 8 | bytes[at + 3]);
+    }
+    return false;
+}
+
 } // namespace
 
 tilemesh::scene::Size picture_size(fs::path const& path)
@@ -97,7 +113,7 @@ tilemesh::scene::Size picture_size(fs::path const& path)
     return {static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height)};
 }
 
-tilemesh::report::Image read_picture(fs::path const& path, tilemesh::scene::Size size)
+tilemesh::report::Image read_picture(fs::path const& path, tilemesh::scene::Size size, std::array<float, 3> const& background)
 {
     auto const fail = [&](std::string const& why) {
         throw Error(path.string() + " cannot be decoded (" + why + "); write it again as PNG or JPEG");
@@ -120,7 +136,7 @@ tilemesh::report::Image read_picture(fs::path const& path, tilemesh::scene::Size
     auto const count = static_cast<int>(bytes.size());
     int width = 0, height = 0, channels = 0;
     stbi_info_from_memory(data, count, &width, &height, &channels);
-    bool const transparent = channels == 2 || channels == 4, deep = stbi_is_16_bit_from_memory(data, count) != 0;
+    bool const transparent = channels == 2 || channels == 4 || has_colour_key(bytes), deep = stbi_is_16_bit_from_memory(data, count) != 0;
     std::size_t const kept = transparent ? 4 : 3;
     auto const decode = [&](auto* levels, auto highest) {
         std::unique_ptr<std::remove_pointer_t<decltype(levels)>, void (*)(void*)> const owned(levels, std::free);
@@ -131,7 +147,7 @@ tilemesh::report::Image read_picture(fs::path const& path, tilemesh::scene::Size
         for (std::size_t i = 0; i < pixels; ++i)
             for (std::size_t c = 0; c < 3; ++c) {
                 float const cover = transparent ? static_cast<float>(levels[kept * i + 3]) / highest : 1.0f;
-                image.rgb[3 * i + c] = static_cast<float>(levels[kept * i + c]) / highest * cover;
+                image.rgb[3 * i + c] = static_cast<float>(levels[kept * i + c]) / highest * cover + (1.0f - cover) * background[c];
             }
         return image;
     };

@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <filesystem>
 #include <tilemesh/report/image.hpp>
 #include <tilemesh/scene/pose.hpp>
@@ -10,10 +11,10 @@ namespace render_map {
 tilemesh::scene::Size picture_size(std::filesystem::path const& path);
 
 /// Decodes a PNG or JPEG picture of this size. Its levels become values from 0 to 1; grey becomes three equal channels; transparency shows
-/// the black background. Throws `tilemesh::Error` as `picture_size` does, and for a picture that has another size, is cut short or cannot
+/// the background. Throws `tilemesh::Error` as `picture_size` does, and for a picture that has another size, is cut short or cannot
 /// be decoded.
 ///
 /// Memory: the file and a few pictures of this size. A file that needs more is refused, whatever its header says.
-tilemesh::report::Image read_picture(std::filesystem::path const& path, tilemesh::scene::Size size);
+tilemesh::report::Image read_picture(std::filesystem::path const& path, tilemesh::scene::Size size, std::array<float, 3> const& background);
 
 } // namespace render_map

@@ -9,8 +9,8 @@ small="--size 320x180 --quiet"
 # --- a picture ---------------------------------------------------------------------------------
 runs --help
 for option in --cameras --camera --list --from --look --up --fov --orbit --frames --trajectory --every --ignore-distortion --scale --relative --size --preset --program --grid --tile --machine \
-    --channel-slots --storage-slots --held --rounds --fold --saturation --footprint --copies --hops --pixels --arithmetic --quality --sh-degree --fit --engine \
-    --threads --out --float --depth --alpha --reference --photos --compare --error-picture --report --explain --quiet --strict --resume --version --help; do
+    --channel-slots --storage-slots --held --rounds --fold --saturation --footprint --copies --hops --pixels --arithmetic --quality --background --sh-degree --fit --engine \
+    --threads --out --float --depth --alpha --video --fps --reference --photos --compare --error-picture --report --explain --quiet --strict --resume --version --help; do
     has stdout "^  $option "
 done
 [ "$(awk '{ if (length($0) > most) most = length($0) } END { print most }' stdout)" -le 100 ] || fail "the help is too wide"
@@ -249,6 +249,25 @@ for preset in paper prototype; do
 done
 rm -r of_quality
 
+# --- the rules of training, and the background ---------------------------------------------------
+runs $small --out trained --float --quality training --background 1,0.5,0.25 --reference --report trained.json
+has trained.json '"quality": "training"'
+has trained.json '"footprint": "three_sigma_tiles"'
+is_about "$(cut_off trained.json alpha_min)" 0.00392156863 "training: alpha_min"
+is_about "$(cut_off trained.json transmittance_min)" 1e-4 "training: transmittance_min"
+is_about "$(cut_off trained.json alpha_max)" 0.99 "training: alpha_max"
+[ "$(sed -n '/"background"/,/]/p' trained.json | tr -d ' \n')" = '"background":[1.0,0.5,0.25],' ] || fail "the report has another background"
+awk -v e="$(error trained.json error_same_cuts)" 'BEGIN { exit !(e != "" && e < 1e-4) }' ||
+    fail "--quality training is $(error trained.json error_same_cuts) off the reference with its own rules"
+runs $small --out trained_unfitted --float --quality training --background 1,0.5,0.25 --fit off --program homes
+same trained/frame_0000.pfm trained_unfitted/frame_0000.pfm
+runs $small --out black --float --background 0,0,0
+same first/frame_0000.pfm black/frame_0000.pfm
+# Where nothing is, the frame is the background.
+runs --from 0,0,-1e6 --look 0,0,-2e6 --size 2x1 --quiet --out away --float --background 1,0.5,0.25
+[ "$(tail -c 24 away/frame_0000.pfm | od -An -tx1 | tr -d ' \n')" = 0000803f0000003f0000803e0000803f0000003f0000803e ] || fail "an empty frame is not the background"
+rm -r trained trained_unfitted black away
+
 # --- view-dependent colour ---------------------------------------------------------------------
 shaded() { # COLUMNS VALUE: a map of three balls with that many columns of harmonics
     printf 'ply\nformat ascii 1.0\nelement vertex 3\n'
@@ -383,7 +402,7 @@ refuses "bad.ply" bad.ply
 printf 'a\nb' >"$(printf 'two\nlines.ply')"
 refuses "two?lines.ply" "$(printf 'two\nlines.ply')"
 for option in --cameras --camera --orbit --frames --trajectory --size --preset --grid --tile --machine --channel-slots \
-    --storage-slots --saturation --footprint --copies --hops --pixels --arithmetic --quality --engine --threads --out --report; do
+    --storage-slots --saturation --footprint --copies --hops --pixels --arithmetic --quality --background --engine --threads --out --report; do
     refuses "^$option has no value" $option
     refuses "^$option has no value" $option --quiet
 done
@@ -398,6 +417,9 @@ for option in --frames --every --channel-slots --storage-slots --threads --hops;
     case $option in --*-slots) ;; *) refuses "whole number" $option 0 ;; esac
 done
 for value in x nan inf "" 1x; do refuses "degrees" --orbit "$value"; done
+for value in x "" 1 1,1 1,1,1,1 1,1,1x nan,0,0 -0.1,0,0 0,0,1.01 0,inf,0 "1, 1,1"; do
+    refuses "^--background cannot be .*three numbers from 0 to 1" --background "$value"
+done
 refuses "takes no value" --quiet=yes
 for option in --cameras --trajectory --out --report; do refuses "empty" $option ""; done
 refuses "without --cameras" --camera a

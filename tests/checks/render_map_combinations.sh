@@ -1,5 +1,5 @@
 #!/bin/sh
-# render_map runs every combination of preset, machine, engine, saturation, copies, pixels, planes, harmonics and trace, or refuses it because
+# render_map runs every combination of preset, machine, engine, saturation, copies, pixels, planes, harmonics, rules and trace, or refuses it because
 # it does not fit, with the region and its bytes. This check tries a pairwise cover of them: every pair of values is in some run.
 # Usage: sh render_map_combinations.sh PATH_TO_render_map
 # shellcheck source=render_map_common.sh
@@ -48,6 +48,7 @@ cat >factors <<'END'
 .|--pixels float|--pixels rgbx8
 .|--depth|--alpha|--depth --alpha
 degree_0.ply|degree_1.ply|degree_2.ply|degree_3.ply|degree_3.ply --sh-degree 0
+.|--background 0,1,0.5|--quality training --background 0,1,0.5
 END
 # Greedy: a run begins with the first pair that no run has, and takes of each other factor the value with most new pairs.
 awk -F'|' '
@@ -97,17 +98,26 @@ words_of() { echo "$1" | tr '|' '\n' | grep -v '^\.$' | tr '\n' ' '; }
 value_of() { echo "$1" | tr '|' '\n' | sed -n "s/^$2 \([a-z0-9]*\).*/\1/p"; }
 
 # --- every run ---------------------------------------------------------------------------------
-# The picture depends on the map and on the preset's rules alone; `paper` and `prototype` have the same.
+# The picture depends on the map, on the preset's rules, and on the rules and the background that are asked for; `paper` and `prototype`
+# have the same.
+# picture_of PRESET MAP RULES: the folder of that picture.
+picture_of() { if [ "$3" = . ]; then echo "$1 $2"; else echo "$1 $2 $3"; fi; }
+sed -n 9p factors | tr '|' '\n' >rules
 while IFS= read -r map; do
     for preset in lossless paper; do
-        # shellcheck disable=SC2086
-        runs $map $small --preset $preset --machine test --fit off --out "$preset $map"
+        while IFS= read -r rule; do
+            # shellcheck disable=SC2086
+            runs $map $small --preset $preset --machine test --fit off --out "$(picture_of $preset "$map" "$rule")" $(words_of "$rule")
+        done <rules
     done
 done <<END
 $(sed -n 8p factors | tr '|' '\n')
 END
 differ() { if cmp -s "$1/frame_0000.png" "$2/frame_0000.png"; then fail "$1 and $2 have one picture"; fi; }
 differ "lossless degree_3.ply" "paper degree_3.ply"
+differ "lossless degree_3.ply" "lossless degree_3.ply --background 0,1,0.5"
+differ "lossless degree_3.ply --background 0,1,0.5" "lossless degree_3.ply --quality training --background 0,1,0.5"
+same "lossless degree_3.ply --quality training --background 0,1,0.5/frame_0000.png" "paper degree_3.ply --quality training --background 0,1,0.5/frame_0000.png"
 for preset in lossless paper; do
     differ "$preset degree_3.ply" "$preset degree_3.ply --sh-degree 0"
     for degree in 1 2 3; do differ "$preset degree_$degree.ply" "$preset degree_$((degree - 1)).ply"; done
@@ -149,7 +159,7 @@ is_combination() {
     has_no_parts out
     has_whole_pictures out
     [ "$preset" = lossless ] || preset=paper
-    same "$preset $(echo "$1" | cut -d'|' -f8)/frame_0000.png" out/frame_0000.png
+    same "$(picture_of $preset "$(echo "$1" | cut -d'|' -f8)" "$(echo "$1" | cut -d'|' -f9)")/frame_0000.png" out/frame_0000.png
 }
 refused=0
 while IFS= read -r line; do is_combination "$line"; done <cover
@@ -203,6 +213,8 @@ degree_2.ply --engine sequential --quality on_sensor
 degree_3.ply --alpha --pixels rgbx8 --engine sequential
 degree_3.ply --sh-degree 0 --threads 2
 degree_3.ply --arithmetic precise --trace traced
+degree_2.ply --quality training --background 1,0.5,0.25 --depth --alpha
+degree_1.ply --quality training --background 1,0.5,0.25 --engine sequential
 degree_1.ply --depth --engine sequential --trace traced
 END
 # The engines and any number of threads count the same.

@@ -127,7 +127,7 @@ std::map<std::string, std::string> snapshot(fs::path const& folder)
 /// The options besides names. Runs with equal features have equal pictures.
 struct Features {
     bool cameras = false, colmap = false, trajectory = false, trace = false, energy = false, model = false, pfm = false, alpha = false,
-         report = false, resume = false;
+         report = false, video = false, resume = false;
     auto operator<=>(Features const&) const = default;
 };
 Words words_of(Features const& f)
@@ -174,7 +174,7 @@ private:
                                  "Report.HTML",          "model.txt",            "frames.csv",     "follow_1.csv",   "frame_0000.tiles.csv",
                                  "frame_0001.heat.csv",  "frame_0000.heat_load.png", "frame_0001.trace.json", "no_progress.txt", "resume.jsonl",
                                  "cameras.txt",          "images.txt",           "a map.ply",      "two\nlines",     "\033[31mred",
-                                 "latin\xe9",            "percent%s%n",          "frame_0000.png.part"};
+                                 "latin\xe9",            "percent%s%n",          "frame_0000.png.part",  "walk.y4m",             "walk.y4m.part"};
         return any_of(names);
     }
     fs::path any_folder() { return any_of(std::vector<fs::path>{"in", "in", "pictures", "pictures", "trace", "model"}); }
@@ -299,6 +299,7 @@ std::string Scenario::check(std::map<Features, Outputs>& known)
     f.alpha = one_in(3);
     f.resume = !f.trace && one_in(4);
     f.report = one_in(2);
+    f.video = !f.resume && one_in(3);
 
     // The files that are read, each in some folder, under some name.
     std::vector<fs::path> read;
@@ -333,19 +334,20 @@ std::string Scenario::check(std::map<Features, Outputs>& known)
     for (auto const& word : words_of(f)) words.push_back(word);
 
     // The files that are written.
-    auto const plain = f.report ? Features{f.cameras, f.colmap, f.trajectory, f.trace, f.energy, f.model, f.pfm, f.alpha, false, f.resume} : f;
+    auto plain = f;
+    plain.report = plain.video = false;
     if (!known.contains(plain)) known[plain] = reference(plain);
     auto const& expected = known[plain];
     auto const folder_name = [&](char const* own) { return one_in(6) ? fs::path("in") : one_in(3) ? fs::path(std::string(own) + "_link") : fs::path(own); };
     auto const pictures = folder_name("pictures"), trace = folder_name("trace");
     words.insert(words.end(), {"--out", pictures.string()});
     if (f.trace) words.insert(words.end(), {"--trace", trace.string()});
-    fs::path report;
-    if (f.report) {
-        report = one_in(4) ? any_of(things_) : any_folder() / any_name();
-        report = spelled(report);
-        words.insert(words.end(), {"--report", report.string()});
-    }
+    auto const single = [&](char const* option) {
+        auto const path = spelled(one_in(4) ? any_of(things_) : any_folder() / any_name());
+        words.insert(words.end(), {option, path.string()});
+        return path;
+    };
+    auto const report = f.report ? single("--report") : fs::path(), video = f.video ? single("--video") : fs::path();
     add_links();
     fs::path out = folder_.parent_path() / "stdout";
     bool const appends = one_in(20);
@@ -385,9 +387,10 @@ std::string Scenario::check(std::map<Features, Outputs>& known)
     if (f.trace) add(trace / "no_progress.txt", false); // an old one is removed
     std::error_code ring;
     if (f.resume && fs::exists(folder_ / pictures / "resume.jsonl", ring)) clash = "there is a list of frames already";
-    if (f.report) {
-        if (fs::is_fifo(fs::status(folder_ / report, ring))) return {}; // waits for its reader, as it should
-        add(report, true);
+    for (auto const& path : {report, video}) {
+        if (path.empty()) continue;
+        if (fs::is_fifo(fs::status(folder_ / path, ring))) return {}; // waits for its reader, as it should
+        add(path, true);
     }
     if (appends && fs::is_fifo(fs::status(out, ring))) return {};
 
@@ -434,6 +437,10 @@ std::string Scenario::check(std::map<Features, Outputs>& known)
         auto const text = contents(folder_ / report);
         if (!text.starts_with("{\n \"schema\"") || !text.ends_with("}\n")) return said.str() + "the report is not whole";
     }
+    if (f.video && !fs::is_character_file(folder_ / video)) {
+        auto const text = contents(folder_ / video);
+        if (!text.starts_with("YUV4MPEG2 W16 H12 ") || text.size() != text.find('\n') + 1 + 2 * (6 + 3 * 16 * 12)) return said.str() + "the video is not whole";
+    }
     for (auto const& [path, text] : after)
         if (!before.contains(path) && !written.contains(place(path))) return said.str() + "left " + path;
     return {};
@@ -463,7 +470,7 @@ int main(int argc, char** argv)
             if (line.starts_with("  --") && (value == "FILE" || value == "DIR")) named.push_back(option);
         }
         // Scenarios have all of them but --photos and --compare, which render_map_photographs.sh tries.
-        if (named != Words{"--cameras", "--trajectory", "--out", "--photos", "--compare", "--report", "--trace", "--cost-model", "--energy"}) {
+        if (named != Words{"--cameras", "--trajectory", "--out", "--video", "--photos", "--compare", "--report", "--trace", "--cost-model", "--energy"}) {
             std::cerr << "FAILED: render_map has other options with files than this test knows\n";
             ++failures;
         }

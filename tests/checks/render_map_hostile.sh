@@ -155,7 +155,7 @@ done
 refuses "the frame is" map.ply --grid 2x2 --tile 16x20
 long=$(head -c 10000 /dev/zero | tr '\0' a)
 for option in --camera --orbit --frames --size --preset --grid --tile --machine --channel-slots --storage-slots \
-    --saturation --footprint --copies --hops --pixels --arithmetic --quality --engine --threads; do
+    --saturation --footprint --copies --hops --pixels --arithmetic --quality --background --engine --threads; do
     refuses "^$option cannot be \"aaa" map.ply $option "$long"
 done
 refuses "." $small map.ply --cameras "$long"

@@ -60,6 +60,13 @@ near "$(number first.json ssim)" "$(awk -v a="$sum" 'BEGIN { printf "%.15g", a /
 runs $colmap --camera c.png --quiet --out one --report one.json
 near "$(number one.json psnr_db 2)" "$(number first.json psnr_db 3)" 1e-12 "the PSNR of one camera"
 
+# A transparent pixel of a photograph shows the background, as the frame does. The picture has a transparent red pixel and a white one.
+printf '\211\120\116\107\015\012\032\012\000\000\000\015\111\110\104\122\000\000\000\002\000\000\000\001\010\006\000\000\000\364\042\177\212\000\000\000\017\111\104\101\124\170\234\143\370\317\300\300\360\037\010\000\021\367\004\374\061\171\316\231\000\000\000\000\111\105\116\104\256\102\140\202' >transparent.png
+runs room.ply --from 0,0,-1e6 --look 0,0,-2e6 --size 2x1 --quiet --out away --compare transparent.png --background 1,1,1 --report away.json
+near "$(number away.json largest)" 0 0 "the difference of a transparent pixel on white"
+runs room.ply --from 0,0,-1e6 --look 0,0,-2e6 --size 2x1 --quiet --out away --compare transparent.png --report away.json
+near "$(number away.json largest)" 1 0 "the difference of a white pixel and black"
+
 # Held-out views: every second of the sorted names (a, b, c, e, left/d).
 runs $colmap --every 2 --quiet --out held --report held.json
 [ "$(grep -o '"camera": "[^"]*"' held.json | tr -d '\n')" = '"camera": "a.png""camera": "c.png""camera": "left/d.png"' ] || fail "other views are held out"
@@ -135,6 +142,10 @@ kind jpg 0.44456699346405226 0.002 "$jpeg"
 kind JPEG 0.44474400871459696 0.002 /9j/4AAQSkZJRgABAQAAAQABAAD/2wBDAAMCAgMCAgMDAwMEAwMEBQgFBQQEBQoHBwYIDAoMDAsKCwsNDhIQDQ4RDgsLEBYQERMUFRUVDA8XGBYUGBIUFRT/2wBDAQMEBAUEBQkFBQkUDQsNFBQUFBQUFBQUFBQUFBQUFBQUFBQUFBQUFBQUFBQUFBQUFBQUFBQUFBQUFBQUFBQUFBT/wgARCAAMABADASIAAhEBAxEB/8QAFQABAQAAAAAAAAAAAAAAAAAABgf/xAAVAQEBAAAAAAAAAAAAAAAAAAABBP/aAAwDAQACEAMQAAABnS1QuYf/xAAXEAEBAQEAAAAAAAAAAAAAAAAEAAIF/9oACAEBAAEFAjcqNyox8Rj4v//EABcRAAMBAAAAAAAAAAAAAAAAAAADBSH/2gAIAQMBAT8BjWGYf//EABYRAQEBAAAAAAAAAAAAAAAAAAMAAf/aAAgBAgEBPwE32//EABUQAQEAAAAAAAAAAAAAAAAAAAAx/9oACAEBAAY/AoiI/8QAFhABAQEAAAAAAAAAAAAAAAAAACEx/9oACAEBAAE/Ic3NnJz/2gAMAwEAAgADAAAAEGf/xAAVEQEBAAAAAAAAAAAAAAAAAAAAUf/aAAgBAwEBPxCk/8QAFREBAQAAAAAAAAAAAAAAAAAAACH/2gAIAQIBAT8Qkf/EABYQAQEBAAAAAAAAAAAAAAAAAPEAEP/aAAgBAQABPxAqO1O//9k=
 kind png 0.4587167162584878 1e-6 iVBORw0KGgoAAAANSUhEUgAAABAAAAAMEAAAAAAeHL4eAAAAMElEQVR42mNkYOdfILCAf4EAColgMTFw4YfEKmBEE2Yk2QQiFWCziCpW4PYBdXwBADLaEU+bU34lAAAAAElFTkSuQmCC
 kind png 0.24083044982698965 1e-6 iVBORw0KGgoAAAANSUhEUgAAABAAAAAMCAYAAABr5z2BAAAAI0lEQVR42mMUkdNg4GFgEyAXszDwszEwMJCPRw0YNWBwGAAA4q0HS5UcOgkAAAAASUVORK5CYII=
+# A colour key (tRNS) makes its pixels transparent, so black: RGB and grey of 8 bits, RGB of 16.
+kind png 0.2 1e-6 iVBORw0KGgoAAAANSUhEUgAAABAAAAAMCAIAAADkharWAAAABnRSTlMAyABkADIwypb3AAAAGklEQVR42mM4kWKEFRmnzcSKGEY1jGrArgEAbuH2AYy9DzkAAAAASUVORK5CYII=
+kind png 0.1 1e-6 iVBORw0KGgoAAAANSUhEUgAAABAAAAAMCAAAAABOjGJdAAAAAnRSTlMA/1uRIrUAAAARSURBVHjaY/gPBcZQwDB0BQDt/nLByh90BAAAAABJRU5ErkJggg==
+kind png 0.2 1e-6 iVBORw0KGgoAAAANSUhEUgAAABAAAAAMEAIAAAC0FXaVAAAABnRSTlPqYAADADKK2qfhAAAAJUlEQVR42mN4lcDAzGBEPGlsnJY2cybxJMOoBaMWjFowagFhEgC4dHUwGNsxQQAAAABJRU5ErkJggg==
 # A JPEG that is cut short is refused at every length that has its header. The decoder alone would fill it with grey.
 printf '%s' "$jpeg" | base64 -d >whole.jpg
 for bytes in 160 200 300 353 354; do
@@ -234,7 +245,11 @@ cd .. || exit 1
 cp own/frame_0001.png b.png && mkdir over && cp own/frame_0002.png over/frame_0000.png
 sed 's/a.png/frame_0000.png/' colmap/sparse/0/images.txt >images.txt
 cp colmap/sparse/0/cameras.txt .
-refuses 'this run reads that file' room.ply --cameras cameras.txt --photos over --out over
+refuses 'cannot write pictures to ./over (it is the folder of the photographs); ' room.ply --cameras cameras.txt --photos over --out ./over
+# Nor is one of a camera that --every leaves out.
+mkdir -p spare/below && cp b.png spare/a.png && cp own/frame_0002.png spare/below/frame_0000.png
+refuses 'this run reads that file' room.ply --cameras colmap/sparse/0 --photos spare --every 5 --out spare/below
+same own/frame_0002.png spare/below/frame_0000.png
 cmp -s own/frame_0002.png over/frame_0000.png || fail "a photograph is written over"
 # A run that is resumed has the measures of the frames that it takes over.
 runs $colmap --quiet --resume --out resumed --report resumed.json

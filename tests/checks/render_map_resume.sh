@@ -51,7 +51,7 @@ sets="--channel-slots=2 --copies=screen
 --program=anchored --preset=paper --saturation=hold --storage-slots=25 --float
 --program=anchored --storage-slots=20 --depth --alpha
 --hops=2
---quality=viewing
+--quality=training --background=1,0.5,0.25
 --program=anchored --engine=sequential --storage-slots=30 --channel-slots=1
 --storage-slots=20
 --program=homes --held=15 --rounds=4 --channel-slots=2"

@@ -2,6 +2,7 @@
 #include <array>
 #include <chrono>
 #include <cstddef>
+#include <cstdio>
 #include <doctest/doctest.h>
 #include <filesystem>
 #include <fstream>
@@ -86,6 +87,63 @@ TEST_CASE("a file that cannot be written leaves nothing, and what was there")
     CHECK_THROWS_WITH_AS(write_whole(folder.path, "x"), doctest::Contains("directory"), tilemesh::Error);
     CHECK_THROWS_AS(write_whole(folder.path / std::string(300, 'n'), "x"), tilemesh::Error);
     CHECK(folder.files() == 0);
+}
+
+TEST_CASE("a file of several pieces has its name when it is finished, and never if it is not")
+{
+    using tilemesh::report::WholeFile;
+    Folder const folder;
+    auto const path = folder.path / "a";
+    write_whole(path, "the old file");
+    {
+        WholeFile file(path, "a test");
+        file.put("one ");
+        file.put("");
+        file.flush();
+        CHECK(contents(path) == "the old file");
+        CHECK(contents(path.string() + ".part") == "one ");
+        file.put("two");
+        file.finish();
+        CHECK(contents(path) == "one two");
+    }
+    CHECK(contents(path) == "one two");
+    {
+        WholeFile file(path, "a test");
+        file.put("half of a");
+    }
+    CHECK(contents(path) == "one two");
+    CHECK(folder.files() == 1);
+    CHECK_THROWS_WITH_AS(WholeFile(folder.path / "absent" / "a", "a test"), doctest::Contains("room for a test"), tilemesh::Error);
+    if (!fs::is_character_file("/dev/full")) return;
+    WholeFile file("/dev/full", "a test");
+    file.put("a word");
+    CHECK_THROWS_WITH_AS(file.flush(), doctest::Contains("No space"), tilemesh::Error);
+}
+
+TEST_CASE("pieces for an open stream leave it open, and its error has the caller's words")
+{
+    using tilemesh::report::WholeFile;
+    struct Closed {
+        std::FILE* file;
+        ~Closed() { std::fclose(file); }
+    };
+    Folder const folder;
+    auto const path = folder.path / "a";
+    {
+        Closed const stream{std::fopen(path.c_str(), "wb")};
+        {
+            WholeFile file(stream.file, "the words", "buy a disk");
+            file.put("one ");
+            file.finish();
+            CHECK(contents(path) == "one ");
+        }
+        std::fputs("two", stream.file);
+    }
+    CHECK(contents(path) == "one two");
+    Closed const stream{std::fopen(path.c_str(), "rb")}; // no write goes there
+    WholeFile file(stream.file, "the words", "buy a disk");
+    CHECK_THROWS_WITH_AS(file.put("x"), "cannot write the words (Bad file descriptor); buy a disk", tilemesh::Error);
+    CHECK(folder.files() == 1);
 }
 
 #if defined(__linux__)

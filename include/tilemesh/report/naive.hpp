@@ -1,5 +1,7 @@
 #pragma once
 #include <algorithm>
+#include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <tilemesh/report/image.hpp>
@@ -52,11 +54,18 @@ Image render_naive(Records const& gaussians, splat::Camera const& camera, splat:
                                              model.alpha_max);
                 if (alpha < model.alpha_min || missing(id, x, y)) continue;
                 float const weight = alpha * t;
+                if (model.stop == splat::Stop::before_crossing && t - weight < model.transmittance_min) {
+                    t = -t; // below any limit
+                    continue;
+                }
                 float* const pixel = image.pixel(x, y);
                 for (int c = 0; c < 3; ++c) pixel[c] = multiply_add(weight, s.colour[c], pixel[c]);
                 t = t - weight;
             }
     }
+    for (std::size_t i = 0; i < transmittance.size() && !splat::is_black(model.background); ++i)
+        for (std::size_t c = 0; c < 3; ++c)
+            image.rgb[3 * i + c] = multiply_add(std::fabs(transmittance[i]), model.background[c], image.rgb[3 * i + c]);
     return image;
 }
 

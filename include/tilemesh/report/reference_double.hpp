@@ -20,8 +20,7 @@ namespace tilemesh { inline namespace v0_2 { namespace report {
 /// the model's cut-offs. R1 - R0 is the error of the cut-offs, and a kernel's picture - R1 is the error of its rounding.
 enum class Cuts {
     none, ///< no alpha_min, no alpha_max, no stop, no footprint
-    same  ///< alpha_min, alpha_max, the stop at transmittance_min (blend, then stop) and the
-          ///< footprint
+    same  ///< alpha_min, alpha_max, the stop at transmittance_min and the footprint
 };
 
 /// The cut-offs of a reference, in double. `cut_offs` returns those of a model, `no_cut_offs` returns none. To measure the cost of one
@@ -32,7 +31,7 @@ struct CutOffs {
     double alpha_min;           ///< a term with a smaller alpha is skipped; 0: no term is skipped
     double alpha_max;           ///< alpha is clamped to this value; 1: no clamp
     double transmittance_min;   ///< a pixel is finished once its transmittance is below; 0: never
-    splat::Footprint footprint; ///< three_sigma_square; any other value: the box around alpha = alpha_min
+    splat::Footprint footprint; ///< `three_sigma_tiles`: the 16 x 16 pixel tiles whole, without the box
     /// A limit in standard deviations along each axis of the screen, for any footprint: a pixel is not touched outside the box with the
     /// half-widths sigmas * sqrt(xx) and sigmas * sqrt(yy) of the dilated covariance. 0: no limit.
     double sigmas = 0.0;
@@ -46,7 +45,7 @@ struct CutOffs {
 inline CutOffs cut_offs(splat::Model const& model) noexcept
 {
     return {double{model.alpha_min}, double{model.alpha_max}, double{model.transmittance_min},
-            model.footprint};
+            model.footprint, 0.0, model.stop == splat::Stop::after_crossing};
 }
 
 /// Only terms with an alpha below `skip_below` are skipped: `Cuts::none`. A negative value or NaN counts as 0.
@@ -147,7 +146,28 @@ struct ReferenceSplat {
     std::uint32_t first_x, last_x, first_y, last_y;
 };
 
-/// Projects a Gaussian onto the screen; empty if it cannot be seen. Of the model it uses the dilation and the Jacobian's limit.
+/// The pixels that a splat may touch along one axis, before the frame cuts them: the first and the last one.
+struct ReferenceSpan {
+    double first, last;
+};
+/// The pixels of the 16-pixel tiles that 3D Gaussian Splatting's rasteriser gives a splat to. It puts the middle of the first pixel at 0,
+/// divides by 16 with 15 added at the end, and cuts off the fraction.
+inline ReferenceSpan span_of_tiles(double mean, double radius)
+{
+    double const middle = mean - 0.5;
+    return {16.0 * std::floor((middle - radius) / 16.0), 16.0 * std::floor((middle + radius + 15.0) / 16.0) - 1.0};
+}
+inline ReferenceSpan span_of_box(double mean, double half)
+{
+    return {std::floor(mean - half), std::floor(mean + half)};
+}
+inline ReferenceSpan common(ReferenceSpan const& a, ReferenceSpan const& b)
+{
+    return {std::max(a.first, b.first), std::min(a.last, b.last)};
+}
+
+/// Projects a Gaussian onto the screen; empty if it cannot be seen. Of the model it uses the dilation, the Jacobian's limit and the near
+/// plane.
 template <class Record>
 std::optional<ReferenceSplat> project_reference(Record const& gaussian, splat::Camera const& camera,
                                                 splat::Model const& model, CutOffs const& cuts)
@@ -161,7 +181,7 @@ std::optional<ReferenceSplat> project_reference(Record const& gaussian, splat::C
             view[i] += world_to_view[i][j] * (double{gaussian.mean_world[j]} - camera.position[j]);
         }
     double const z = view[2];
-    if (!(z > camera.near_depth)) return std::nullopt;
+    if (!(z > (model.near_plane == splat::NearPlane::fixed ? 0.2f : camera.near_depth))) return std::nullopt;
 
     // Covariance in world space: R S S^T R^T.
     Matrix3 scale{};
@@ -207,26 +227,34 @@ std::optional<ReferenceSplat> project_reference(Record const& gaussian, splat::C
     }
     if (!finite || !(splat.opacity > cuts.alpha_min)) return std::nullopt;
 
-    // The pixels that it may touch: the box around the ellipse alpha = alpha_min, or the paper's square, limited to `sigmas` standard
-    // deviations.
-    double half_x = 0.0;
-    double half_y = 0.0;
+    // The pixels that it may touch: the box around the ellipse alpha = alpha_min, the paper's square, or the rasteriser's tiles, limited to
+    // `sigmas` standard deviations.
+    ReferenceSpan columns{};
+    ReferenceSpan rows{};
     if (cuts.footprint == splat::Footprint::three_sigma_square) {
         double const largest = (xx + yy) / 2.0 + std::hypot((xx - yy) / 2.0, xy);
-        half_x = half_y = std::ceil(3.0 * std::sqrt(largest));
+        double const half = std::ceil(3.0 * std::sqrt(largest));
+        columns = span_of_box(splat.mean_x, half);
+        rows = span_of_box(splat.mean_y, half);
+    } else if (cuts.footprint == splat::Footprint::three_sigma_tiles) {
+        double const middle = (xx + yy) / 2.0;
+        double const largest = middle + std::sqrt(std::max(0.1, middle * middle - determinant));
+        double const radius = std::ceil(3.0 * std::sqrt(largest));
+        columns = span_of_tiles(splat.mean_x, radius);
+        rows = span_of_tiles(splat.mean_y, radius);
     } else {
         double const sigmas = std::sqrt(2.0 * std::log(splat.opacity / cuts.alpha_min));
-        half_x = sigmas * std::sqrt(xx);
-        half_y = sigmas * std::sqrt(yy);
+        columns = span_of_box(splat.mean_x, sigmas * std::sqrt(xx));
+        rows = span_of_box(splat.mean_y, sigmas * std::sqrt(yy));
     }
     if (cuts.sigmas > 0.0) {
-        half_x = std::min(half_x, cuts.sigmas * std::sqrt(xx));
-        half_y = std::min(half_y, cuts.sigmas * std::sqrt(yy));
+        columns = common(columns, span_of_box(splat.mean_x, cuts.sigmas * std::sqrt(xx)));
+        rows = common(rows, span_of_box(splat.mean_y, cuts.sigmas * std::sqrt(yy)));
     }
-    double const left = std::max(0.0, std::floor(splat.mean_x - half_x));
-    double const right = std::min(camera.width - 1.0, std::floor(splat.mean_x + half_x));
-    double const top = std::max(0.0, std::floor(splat.mean_y - half_y));
-    double const bottom = std::min(camera.height - 1.0, std::floor(splat.mean_y + half_y));
+    double const left = std::max(0.0, columns.first);
+    double const right = std::min(camera.width - 1.0, columns.last);
+    double const top = std::max(0.0, rows.first);
+    double const bottom = std::min(camera.height - 1.0, rows.last);
     if (!(left <= right && top <= bottom)) return std::nullopt;
     splat.first_x = static_cast<std::uint32_t>(left);
     splat.last_x = static_cast<std::uint32_t>(right);
@@ -240,8 +268,6 @@ inline void blend_reference_rows(std::span<ReferenceSplat const> nearest_first, 
                                  std::uint32_t end, std::uint32_t width, CutOffs const& cuts,
                                  std::span<double> rgb, std::span<double> transmittance) noexcept
 {
-    // The transmittance of a pixel that is finished without its last term. It is below any limit.
-    constexpr double finished = -1.0;
     for (auto const& splat : nearest_first)
         for (auto y = std::max(begin, splat.first_y); y < end && y <= splat.last_y; ++y)
             for (auto x = splat.first_x; x <= splat.last_x; ++x) {
@@ -258,7 +284,7 @@ inline void blend_reference_rows(std::span<ReferenceSplat const> nearest_first, 
                 alpha = std::min(alpha, cuts.alpha_max);
                 double const behind = through * (1.0 - alpha);
                 if (!cuts.blends_crossing && behind < cuts.transmittance_min) {
-                    through = finished;
+                    through = -through; // below any limit
                     continue;
                 }
                 for (std::size_t i = 0; i < 3; ++i)
@@ -299,6 +325,7 @@ std::vector<double> render_double_unrounded(Records const& gaussians,
         for (unsigned band = 1; band < bands; ++band) workers.start(blend, band);
         blend(0);
     }
+    for (std::size_t i = 0; i < rgb.size(); ++i) rgb[i] += std::abs(transmittance[i / 3]) * model.background[i % 3];
     return rgb;
 }
 
@@ -322,7 +349,7 @@ std::vector<double> render_double_unrounded(Records const& gaussians,
 /// A Gaussian contributes nothing if its depth is not greater than `near_depth`, if its projection or colour is not finite, or if its
 /// screen covariance is not positive definite. Ids must be unique.
 ///
-/// Only `cuts` says what is left out. Of the model, only the dilation and the Jacobian's limit count here. So a caller can measure the cost
+/// Only `cuts` says what is left out. Of the model, the dilation, the Jacobian's limit, the near plane and the background count here. So a caller can measure the cost
 /// of a cut-off that no model has. With `alpha_min` 0 no term is skipped; this costs splats x pixels unless `sigmas` or the square bounds
 /// them. The result does not depend on `threads`, which divide the frame into horizontal bands.
 ///

@@ -79,6 +79,7 @@ struct RunReport {
     struct {
         float alpha_min = 0, transmittance_min = 0, alpha_max = 0;
     } cut_offs;                                    ///< of splat::Model
+    std::array<float, 3> background{};             ///< linear RGB, 0 to 1
     struct Feature {
         std::string name;                          ///< "routing"
         bool kept = true;                          ///< false: not compiled into the program that ran, or not loaded

@@ -11,6 +11,7 @@
 #include <system_error>
 #include <tilemesh/error.hpp>
 #include <unistd.h>
+#include <utility>
 
 namespace tilemesh { inline namespace v0_2 { namespace report {
 
@@ -46,81 +47,109 @@ inline std::error_code sync_folder(std::filesystem::path const& folder)
     close(descriptor);
     return why;
 }
-
-/// `write_whole` for bytes that are made piece by piece. It calls `produce(put)`, which calls `put(text)` for each piece.
-/// `room` is the disk space that the error asks for, in words.
-template <class Produce>
-void write_in_pieces(std::filesystem::path const& path, std::string const& room, Outlasts outlasts, Produce produce)
-{
-    namespace fs = std::filesystem;
-    std::error_code ignored;
-    auto const type = fs::status(path, ignored).type();
-    bool const straight = type == fs::file_type::character || type == fs::file_type::block || type == fs::file_type::fifo ||
-                          type == fs::file_type::socket;
-    auto const fail = [&](std::error_code why) {
-        if (why == std::errc::not_enough_memory) throw std::bad_alloc();
-        throw Error("cannot write " + path.string() + " (" + why.message() + "); name a writable place with room for " + room);
-    };
-    auto const system_error = [] { return std::error_code(errno != 0 ? errno : EIO, std::generic_category()); };
-    if (type == fs::file_type::directory) fail(std::make_error_code(std::errc::is_a_directory));
-
-    // Mode x: the part did not exist before, so no other writer has it.
-    auto const name = straight ? path : link_target(path);
-    auto part = name;
-    std::FILE* file = nullptr;
-    errno = 0;
-    if (straight) file = std::fopen(name.string().c_str(), "wb");
-    for (unsigned number = 1; !straight && !file; ++number) {
-        part = name;
-        if (number > 1) part.concat(".").concat(std::to_string(number));
-        part += ".part";
-        errno = 0;
-        file = std::fopen(part.string().c_str(), "wbx");
-        if (!file && errno != EEXIST) break;
-    }
-    if (!file) fail(system_error());
-
-    std::error_code why;
-    errno = 0;
-    auto const put = [&](std::string_view bytes) {
-        if (!why && !bytes.empty() && std::fwrite(bytes.data(), 1, bytes.size(), file) != bytes.size()) why = system_error();
-    };
-    try {
-        produce(put);
-    } catch (...) {
-        std::fclose(file);
-        if (!straight) fs::remove(part, ignored);
-        throw;
-    }
-    if (!why && std::fflush(file) != 0) why = system_error();
-    bool const synced = outlasts == Outlasts::power_loss && !straight;
-    if (!why && synced) why = sync_to_disk(fileno(file));
-    if (std::fclose(file) != 0 && !why) why = system_error();
-    if (!why && !straight) fs::rename(part, name, why);
-    if (why && !straight) fs::remove(part, ignored);
-    if (!why && synced) why = sync_folder(name.parent_path());
-    if (why) fail(why);
-}
 } // namespace detail
 
-/// Writes `header`, then `body`, as the file `path`: whole or not at all.
+/// A file that is written piece by piece: whole or not at all.
 ///
-/// It writes the bytes to a new file beside `path`, "<name>.part", or if that exists "<name>.2.part" and so on. It checks every write and
-/// the close, then renames the file to `path`. So a file at `path` is always whole. Of two writers at the same time, the one that ends last
-/// wins. On failure it removes the part, and the old file is unchanged; a process that is killed leaves its part. A replaced file gets the
-/// permissions of a new file. A symbolic link is followed. Bytes for a device or a pipe are written directly; the call waits until somebody
-/// reads the pipe. With `Outlasts::power_loss`, the file and its name are on the disk when the call returns.
+/// It writes the bytes to a new file beside `path`, "<name>.part", or if that exists "<name>.2.part" and so on. `finish` checks the close,
+/// then renames the file to `path`. So a file at `path` is always whole. Of two writers at the same time, the one that ends last wins. An
+/// object that is destroyed without `finish` removes the part, and the old file is unchanged; a process that is killed leaves its part. A
+/// replaced file gets the permissions of a new file. A symbolic link is followed. Bytes for a device or a pipe are written directly; the
+/// constructor waits until somebody reads the pipe. With `Outlasts::power_loss`, the file and its name are on the disk when `finish` returns.
 ///
-/// Throws `tilemesh::Error` with the system's reason if the bytes cannot be written, and `std::bad_alloc` if it is out of memory. Cost: the
-/// bytes on disk, in addition to the old file until the rename; no copy in memory. With `Outlasts::power_loss` the call waits for the disk
-/// twice.
+/// Each call throws `tilemesh::Error` with the system's reason if the bytes cannot be written, and `std::bad_alloc` if it is out of memory.
+/// Cost: the bytes on disk, in addition to the old file until the rename; no copy in memory. With `Outlasts::power_loss`, `finish` waits for
+/// the disk twice.
+class WholeFile {
+public:
+    /// `room` is the disk space that an error asks for, in words.
+    WholeFile(std::filesystem::path const& path, std::string const& room, Outlasts outlasts = Outlasts::process)
+        : what_(path.string()), remedy_("name a writable place with room for " + room)
+    {
+        namespace fs = std::filesystem;
+        std::error_code ignored;
+        auto const type = fs::status(path, ignored).type();
+        bool const straight = type == fs::file_type::character || type == fs::file_type::block || type == fs::file_type::fifo ||
+                              type == fs::file_type::socket;
+        if (type == fs::file_type::directory) fail(std::make_error_code(std::errc::is_a_directory));
+        errno = 0;
+        if (straight) {
+            file_ = std::fopen(path.c_str(), "wb");
+        } else {
+            name_ = link_target(path);
+            synced_ = outlasts == Outlasts::power_loss;
+            for (unsigned number = 1; !file_; ++number) {
+                part_ = name_;
+                if (number > 1) part_.concat(".").concat(std::to_string(number));
+                part_ += ".part";
+                errno = 0;
+                file_ = std::fopen(part_.c_str(), "wbx"); // x: the part did not exist before, so no other writer has it
+                if (!file_ && errno != EEXIST) break;
+            }
+        }
+        if (!file_) fail(system_error());
+    }
+    /// An open stream, which the caller closes. `what` and `remedy` begin and end an error: "cannot write `what` (why); `remedy`".
+    WholeFile(std::FILE* stream, std::string what, std::string remedy)
+        : what_(std::move(what)), remedy_(std::move(remedy)), file_(stream), owned_(false)
+    {
+    }
+    ~WholeFile()
+    {
+        if (file_ && owned_) std::fclose(file_);
+        std::error_code ignored;
+        if (!part_.empty()) std::filesystem::remove(part_, ignored);
+    }
+    WholeFile(WholeFile const&) = delete;
+    WholeFile& operator=(WholeFile const&) = delete;
+
+    void put(std::string_view bytes)
+    {
+        errno = 0;
+        if (!bytes.empty() && std::fwrite(bytes.data(), 1, bytes.size(), file_) != bytes.size()) fail(system_error());
+    }
+    /// Hands all bytes to the system, so that the reader of a pipe gets them.
+    void flush()
+    {
+        errno = 0;
+        if (std::fflush(file_) != 0) fail(system_error());
+    }
+    /// Call it once, after the last piece.
+    void finish()
+    {
+        flush();
+        if (!owned_) return;
+        std::error_code why;
+        if (synced_) why = detail::sync_to_disk(fileno(file_));
+        if (std::fclose(std::exchange(file_, nullptr)) != 0 && !why) why = system_error();
+        if (!why && !part_.empty()) std::filesystem::rename(part_, name_, why);
+        if (why) fail(why);
+        part_.clear();
+        if (synced_ && (why = detail::sync_folder(name_.parent_path()))) fail(why);
+    }
+
+private:
+    static std::error_code system_error() { return {errno != 0 ? errno : EIO, std::generic_category()}; }
+    [[noreturn]] void fail(std::error_code why) const
+    {
+        if (why == std::errc::not_enough_memory) throw std::bad_alloc();
+        throw Error("cannot write " + what_ + " (" + why.message() + "); " + remedy_);
+    }
+
+    std::string what_, remedy_;
+    std::filesystem::path name_, part_; ///< empty if there is no part to rename: a device, a pipe, a stream
+    std::FILE* file_ = nullptr;
+    bool owned_ = true, synced_ = false;
+};
+
+/// Writes `header`, then `body`, as a `WholeFile`, with its errors and its cost.
 inline void write_whole(std::filesystem::path const& path, std::string_view header, std::span<std::byte const> body = {},
                         Outlasts outlasts = Outlasts::process)
 {
-    detail::write_in_pieces(path, std::to_string(header.size() + body.size()) + " bytes", outlasts, [&](auto const& put) {
-        put(header);
-        put({reinterpret_cast<char const*>(body.data()), body.size()});
-    });
+    WholeFile file(path, std::to_string(header.size() + body.size()) + " bytes", outlasts);
+    file.put(header);
+    file.put({reinterpret_cast<char const*>(body.data()), body.size()});
+    file.finish();
 }
 
 }}} // namespace tilemesh::report
