@@ -90,6 +90,8 @@ inline void check_model(splat::Model const& model)
     if (!(model.alpha_min >= 0) || !(model.alpha_max >= 0) || !(model.transmittance_min >= 0) || !(model.dilation >= 0))
         throw Error("a model whose alpha_min, alpha_max, transmittance_min or dilation is negative or not a number (it would "
                     "blend what is not light); correct the model");
+    for (float const v : model.background)
+        if (!(v >= 0 && v <= 1)) throw Error("a background with a channel of " + std::to_string(v) + " (each is 0 to 1); correct the model");
 }
 
 } // namespace render

@@ -11,6 +11,7 @@
 #include <tilemesh/render/accounting.hpp>
 #include <tilemesh/render/engine_options.hpp>
 #include <tilemesh/render/frame_layout.hpp>
+#include <tilemesh/render/kept_pixels.hpp>
 #include <tilemesh/render/losses.hpp>
 #include <tilemesh/render/picture.hpp>
 #include <tilemesh/render/record_keeper.hpp>
@@ -19,7 +20,6 @@
 #include <tilemesh/render/screen_cache.hpp>
 #include <tilemesh/render/setup_choice.hpp>
 #include <tilemesh/render/setup_facts.hpp>
-#include <tilemesh/splat/quality.hpp>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -33,15 +33,6 @@ template <class S>
 SetupFacts facts_of(RendererOptions const& options)
 {
     return options.sizes ? facts_of<S>(*options.sizes) : facts_of<S>();
-}
-/// The model with which a renderer begins: the setup's model, changed by the options.
-inline splat::Model resolved_model(SetupFacts const& facts, RendererOptions const& options)
-{
-    auto model = facts.model;
-    if (options.quality) model = splat::with_quality(model, *options.quality);
-    if (options.footprint) model.footprint = *options.footprint;
-    if (options.arithmetic) model.arithmetic = *options.arithmetic;
-    return model;
 }
 /// Throws Error if a renderer of policies P cannot serve a setup: its pixels lack a plane, or (by value) its records or rules differ.
 template <class P>
@@ -68,6 +59,8 @@ public:
     using MeshType = Engine<Program, Machine>;
     using EngineOptions = typename MeshType::Options;
     static constexpr bool by_reference = std::is_same_v<typename P::Record, splat::Reference>;
+    /// May tiles keep their pixels? With parameters of the user's own, the host cannot know what compositing reads.
+    static constexpr bool may_keep_pixels = std::is_same_v<Parameters, splat::TableParameters>;
 
     FrameRenderer(scene::Map const& map, SetupFacts facts, RendererOptions const& options, EngineOptions engine);
     ~FrameRenderer();
@@ -81,9 +74,14 @@ public:
     /// The machine, the sizes and the ledger of the setup.
     SetupFacts const& facts() const noexcept { return facts_; }
 
-    /// The mesh. It exists after the first `render` or `prepare`.
+    /// The mesh. It exists after the first `render` or `prepare`. Tiles that keep their pixels rely on two rules for its user: add 1 to
+    /// `splat::Counts::changes` of a tile whose words you change, and do not run the mesh with parameters of your own.
     MeshType& mesh() noexcept { return *mesh_; }
     splat::Tiling const& tiling() const noexcept { return tiling_; }
+
+    /// The tiles of the picture that composited in the last frame; the others kept their pixels (render/kept_pixels.hpp). A tile counts twice
+    /// if it composited in both runs of a frame that ran twice. It is a fact about the host, so it is not in the report.
+    std::uint32_t composited_tiles() const noexcept { return composited_; }
 
     /// The trace of the last frame, superstep by superstep; only on a Traced machine. If the host recalled copies, the program ran twice,
     /// and the trace holds both runs in order. The mesh's own trace holds the second run only. Neither trace contains the host's work.
@@ -130,10 +128,15 @@ private:
             }
         if (options_.storage_slots != 0) mesh_->template limit<splat::Storage<P>>(options_.storage_slots);
         if (observer_) mesh_->observe(observer_);
-        size_framebuffers<P>(*mesh_, tiling_, size_);
+        blacken();
         last_.reset();
         copies_lost_ = copies_refused_ = cut_ = ran_twice_ = false;
         keeper_.begin(*mesh_, tiling_, storage_slots());
+    }
+    void blacken()
+    {
+        size_framebuffers<P>(*mesh_, tiling_, size_);
+        kept_.forget();
     }
     std::uint32_t storage_slots() const noexcept { return options_.storage_slots != 0 ? options_.storage_slots : facts_.sizes.storage; }
 
@@ -164,8 +167,8 @@ private:
     void tell(splat::View const& view, bool changed)
     {
         auto& frame = mesh_->template broadcast<Parameters>();
-        static_cast<splat::FrameParameters&>(frame) = {view, tiling_, changed ? 1u : 0u, changed && copies_lost_ ? 1u : 0u,
-                                                       cut_ ? 1u : 0u};
+        auto const flag = [](bool set) { return static_cast<std::uint8_t>(set ? 1 : 0); };
+        static_cast<splat::FrameParameters&>(frame) = {view, tiling_, flag(changed), flag(changed && copies_lost_), flag(cut_)};
         if constexpr (by_reference) {
             frame.rules = facts_.rules;
             cache_.point(frame);
@@ -174,8 +177,14 @@ private:
 
     /// Does the host keep the missing records? If not, they are lost for good.
     bool host_keeps() const noexcept { return !P::routes || facts_.rules.holds != 0; }
-    report::FrameReport run() { return finish(mesh_->run()); }
-    /// Runs the frame again. No record moves, and every tile sorts and composites again.
+    report::FrameReport run()
+    {
+        if constexpr (may_keep_pixels) kept_.begin_run(mesh_->template broadcast<Parameters>(), mesh_->grid());
+        auto const counters = mesh_->run();
+        composited_ += kept_.composited(tiling_, mesh_->grid());
+        return finish(counters);
+    }
+    /// Runs the frame again. No record moves, and tiles whose copies were recalled sort and composite again.
     void run_again(report::FrameReport& report)
     {
         if constexpr (traced) trace_ = mesh_->trace();
@@ -240,12 +249,14 @@ private:
     RecordTable records_;
     ScreenCache cache_;                              ///< the table that the tiles' references point to
     RecordKeeper<P> keeper_;
+    KeptPixels kept_;
     splat::Model model_;
     Extent2 size_{};                                 ///< of the frame, pixels
     splat::Tiling tiling_{};
     std::unique_ptr<MeshType> mesh_;
     Observer observer_;
     std::optional<splat::View> last_;
+    std::uint32_t composited_ = 0;                   ///< tiles, in the last frame
     bool copies_lost_ = false;                       ///< copies found no storage; tiles do not send these again by themselves
     bool copies_refused_ = false;                    ///< copies met a full channel; tiles owe them again in a new view
     bool cut_ = false;                               ///< a bound may have left records under way
@@ -260,7 +271,8 @@ template <class P, template <class, class> class Engine, class Machine>
 FrameRenderer<P, Engine, Machine>::FrameRenderer(scene::Map const& map, SetupFacts facts, RendererOptions const& options,
                                                  EngineOptions engine)
     : options_(options), engine_(std::move(engine)), facts_(std::move(facts)), records_(map, facts_.sh_degree),
-      cache_(by_reference ? records_.rows() : 0), keeper_(records_, &cache_), model_(resolved_model(facts_, options))
+      cache_(by_reference ? records_.rows() : 0), keeper_(records_, &cache_),
+      kept_(may_keep_pixels && options.keep_pixels), model_(with_options(facts_.model, options))
 {
     check_facts<P>(facts_);
     if (facts_.sizes.one_channel_memory && options.hops != 0)
@@ -281,7 +293,7 @@ void FrameRenderer<P, Engine, Machine>::prepare(std::uint32_t width, std::uint32
     size_ = {width, height};
     tiling_ = layout.tiling;
     if (mesh_ && layout.grid.width == mesh_->grid().width && layout.grid.height == mesh_->grid().height) {
-        size_framebuffers<P>(*mesh_, tiling_, size_);
+        blacken();
         keeper_.occupy(*mesh_, tiling_.columns, tiling_.rows);
         return;
     }
@@ -321,6 +333,7 @@ void FrameRenderer<P, Engine, Machine>::render_into(splat::Camera const& camera,
     bool const changed = put_records(view);
     tell(view, changed);
     std::size_t const gone = host_keeps() ? 0 : keeper_.missing().size();
+    composited_ = 0;
     auto const prepared_ms = since(start);
 
     auto report = run();

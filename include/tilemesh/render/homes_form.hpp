@@ -27,7 +27,7 @@ struct Parcel<SplatRow> {
 /// The frame's parameters, and the addresses of the host's table of this view, by rows.
 struct TableParameters : Parameters {
     static constexpr char const* name = "frame parameters and tables";
-    HostPointer<Splat> splats;
+    HostPointer<Splat const> splats;
 };
 /// The policies of all machines by reference, for records of any degree.
 template <class Pixel = FloatPixel>

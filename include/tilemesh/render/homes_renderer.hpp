@@ -46,9 +46,7 @@ public:
           records_(dealt(map, grid_.size()), choice.sh_degree)
     {
         require_policies(choice);
-        choice_.model.footprint = options.footprint.value_or(choice_.model.footprint);
-        choice_.model.arithmetic = options.arithmetic.value_or(choice_.model.arithmetic);
-        if (options.quality) choice_.model = splat::with_quality(choice_.model, *options.quality);
+        choice_.model = with_options(choice_.model, options);
         facts_ = facts_of(choice_, choice_.sizes, HomesLedger(choice_, choice_.sizes)); // until the first frame
     }
 
@@ -320,7 +318,7 @@ private:
         auto const tiling = splat::make_tiling(size_.width, size_.height, splat::block_width, splat::block_height);
         static_cast<splat::homes::Parameters&>(frame) = {view, tiling, fold_, chapter_depth};
         if constexpr (by_reference) {
-            frame.splats = splat::HostPointer<splat::Splat>(table_.data());
+            frame.splats = splat::HostPointer<splat::Splat const>(table_.data());
             mesh_->on_threads([&](std::uint32_t thread, std::uint32_t threads) {
                 std::uint64_t const n = chapter_.size();
                 auto const first = static_cast<std::uint32_t>(n * thread / threads), last = static_cast<std::uint32_t>(n * (thread + 1) / threads);

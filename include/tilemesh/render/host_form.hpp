@@ -30,16 +30,16 @@ template <class T>
 class HostPointer {
 public:
     HostPointer() noexcept = default;
-    explicit HostPointer(T const* p) noexcept { __builtin_memcpy(words_, &p, sizeof p); }
-    TILEMESH_KERNEL T const* get() const noexcept
+    explicit HostPointer(T* p) noexcept { __builtin_memcpy(words_, &p, sizeof p); }
+    TILEMESH_KERNEL T* get() const noexcept
     {
-        T const* p;
+        T* p;
         __builtin_memcpy(&p, words_, sizeof words_);
         return p;
     }
 
 private:
-    std::uint32_t words_[sizeof(T const*) / 4] = {};
+    std::uint32_t words_[sizeof(T*) / 4] = {};
 };
 
 /// The changes to a record in a new view, as far as tiles need them. It is one byte, so that the table of a whole map stays in the caches
@@ -73,10 +73,12 @@ constexpr FrameRules rules_of() noexcept
 struct TableParameters : FrameParameters {
     static constexpr char const* name = "frame parameters and tables";
     FrameRules rules;
-    HostPointer<Splat> splats;
-    HostPointer<TouchedTiles> touched;
-    HostPointer<std::uint8_t> row_states;
-    HostPointer<std::uint32_t> depths;     ///< bits of the depth as a float
+    HostPointer<Splat const> splats;
+    HostPointer<TouchedTiles const> touched;
+    HostPointer<std::uint8_t const> row_states;
+    HostPointer<std::uint32_t const> depths; ///< bits of the depth as a float
+    /// By tiles: 0 if the tile's pixels show its splats in this frame (render/kept_pixels.hpp). A null pointer: every tile composites.
+    HostPointer<std::uint8_t> stale;
 };
 
 /// The way in which kernels read records if tiles hold rows of a table.
@@ -170,6 +172,17 @@ struct TableAccess {
     /// Changes n splats that the host has projected. The library's version changes nothing; a program may specialise it. The list of
     /// missing records (render/losses.hpp) assumes the library's footprint, so keep that footprint if records may be lost.
     static void adjust(Parameters const&, View const&, Tiling const&, Splat*, std::uint32_t) noexcept {}
+    /// The list of the tile's splats changed in this run.
+    TILEMESH_KERNEL static void list_changed(Here const& here, Parameters const& frame) noexcept
+    {
+        if (std::uint8_t* const stale = frame.stale.get(); stale != nullptr) stale[here.grid.index_of(here.tile)] = 1;
+    }
+    /// The tile's pixels, and its counters of pairs, are those that compositing it would give.
+    TILEMESH_KERNEL static bool keeps_pixels(Here const& here, Parameters const& frame) noexcept
+    {
+        std::uint8_t const* const stale = frame.stale.get();
+        return stale != nullptr && stale[here.grid.index_of(here.tile)] == 0;
+    }
     template <class>
     static std::uint32_t road_bytes(Parameters const& frame) noexcept
     {

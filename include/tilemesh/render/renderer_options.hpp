@@ -1,4 +1,6 @@
 #pragma once
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <tilemesh/render/frame_layout.hpp>
@@ -21,7 +23,8 @@ struct RendererOptions {
     std::uint32_t storage_slots = 0;         ///< a limit, at most the setup's
     std::optional<splat::Footprint> footprint{};
     std::optional<splat::Arithmetic> arithmetic{};
-    std::optional<splat::Quality> quality{};  ///< `model()` begins with the two cut-offs of this quality instead of the setup's
+    std::optional<splat::Quality> quality{};  ///< `model()` begins with the rules of this quality instead of the setup's
+    std::optional<std::array<float, 3>> background{}; ///< linear RGB, 0 to 1, behind every picture; black if it is not given
     bool digest = false;
     /// A limit for the passes of routing, and for those of bloom, in a run. A frame that needs more passes throws Error
     /// (MeshOptions::most_passes). 0: the limit in the engine's own options. Engines without such a limit (PoplarMesh) ignore it.
@@ -34,7 +37,22 @@ struct RendererOptions {
     std::uint32_t held_slots = 0;            ///< only for homes: a limit for the splats that a tile holds; 0: `storage_slots`
     /// Sizes that replace the setup's. The renderer throws Error if they do not fit into a tile's SRAM.
     std::optional<splat::Sizes> sizes{};
+    /// A tile whose splats and view did not change keeps its pixels (render/kept_pixels.hpp). false: every tile composites in every frame.
+    /// Pictures, counters, digests and traces do not depend on it. Renderers by value and engines other than Mesh and CheckedMesh ignore
+    /// it and composite.
+    bool keep_pixels = true;
 };
+
+/// The model with which a renderer begins: the setup's model, changed by the options. A footprint that the options name replaces that of
+/// their quality.
+inline splat::Model with_options(splat::Model model, RendererOptions const& options) noexcept
+{
+    if (options.quality) model = splat::with_quality(model, *options.quality);
+    if (options.footprint) model.footprint = *options.footprint;
+    if (options.arithmetic) model.arithmetic = *options.arithmetic;
+    for (std::size_t c = 0; options.background && c < 3; ++c) model.background[c] = (*options.background)[c];
+    return model;
+}
 
 /// The division of a frame into tiles: by `tile` if it is given, otherwise evenly over `grid`, or over 40 x 36 tiles if both are zero.
 inline splat::Tiling tiling_for(RendererOptions const& options, std::uint32_t width, std::uint32_t height) noexcept

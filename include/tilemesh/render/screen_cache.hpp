@@ -40,10 +40,10 @@ public:
     /// Writes the address of the table into the tiles' parameters.
     void point(splat::TableParameters& p) const noexcept
     {
-        p.splats = splat::HostPointer<splat::Splat>(splats_.data());
-        p.touched = splat::HostPointer<splat::TouchedTiles>(touched_.data());
-        p.row_states = splat::HostPointer<std::uint8_t>(row_states_.data());
-        p.depths = splat::HostPointer<std::uint32_t>(depths_.data());
+        p.splats = splat::HostPointer<splat::Splat const>(splats_.data());
+        p.touched = splat::HostPointer<splat::TouchedTiles const>(touched_.data());
+        p.row_states = splat::HostPointer<std::uint8_t const>(row_states_.data());
+        p.depths = splat::HostPointer<std::uint32_t const>(depths_.data());
     }
 
 private:
