@@ -1,8 +1,9 @@
 #pragma once
 /// Version, and every compiler switch of the library. Kernel code: valid as C++17 and C++20.
 ///
-/// Macros: TILEMESH_VERSION, TILEMESH_KERNEL, TILEMESH_HOST, TILEMESH_EXPECT, TILEMESH_EXACT_BEGIN, TILEMESH_EXACT_END. The target
-/// tilemesh::compiled defines TILEMESH_COMPILED. Codelet files also have TILEMESH_VERTEX and TILEMESH_MULTI_VERTEX (poplar/codelet.hpp).
+/// Macros: TILEMESH_VERSION, TILEMESH_KERNEL, TILEMESH_HOST, TILEMESH_EXPECT, TILEMESH_EXACT_BEGIN, TILEMESH_EXACT_END,
+/// TILEMESH_INSTRUCTION_SETS. The target tilemesh::compiled defines TILEMESH_COMPILED. Codelet files also have TILEMESH_VERTEX and
+/// TILEMESH_MULTI_VERTEX (poplar/codelet.hpp).
 
 #define TILEMESH_VERSION 200 // major * 10000 + minor * 100 + patch
 
@@ -45,6 +46,15 @@
 #else
 #    define TILEMESH_EXACT_BEGIN
 #    define TILEMESH_EXACT_END
+#endif
+
+/// 1 if the hot functions are compiled for several instruction sets (splat/instruction_sets.hpp), otherwise 0. A user may define it as 0. It
+/// is 0 for codelets, for processors other than x86-64, and if the compiler may use AVX, because then the user has chosen a processor.
+#if !defined(__x86_64__) || defined(__AVX__) || defined(__POPC__) || defined(__IPU__)
+#    undef TILEMESH_INSTRUCTION_SETS
+#    define TILEMESH_INSTRUCTION_SETS 0
+#elif !defined(TILEMESH_INSTRUCTION_SETS)
+#    define TILEMESH_INSTRUCTION_SETS 1
 #endif
 
 /// Every name of the library is in `tilemesh::v0_2`: programs write `tilemesh::Mesh`, and two versions in one program do not collide.

@@ -32,6 +32,7 @@
 #include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/model/cost_table.hpp>
 #include <tilemesh/model/energy.hpp>
+#include <tilemesh/model/hosts.hpp>
 #include <tilemesh/model/no_progress.hpp>
 #include <tilemesh/model/parameter_file.hpp>
 #include <tilemesh/model/prototype_parameters.hpp>
@@ -62,6 +63,7 @@
 #include <tilemesh/report/string_stream.hpp>
 #include <tilemesh/report/table.hpp>
 #include <tilemesh/report/whole_file.hpp>
+#include <tilemesh/report/y4m.hpp>
 #include <tilemesh/scene/built_in.hpp>
 #include <tilemesh/scene/camera_json.hpp>
 #include <tilemesh/scene/codecs.hpp>

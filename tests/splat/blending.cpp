@@ -21,7 +21,7 @@ using Scene = support::SortedSplats;
 using Picture = support::Blended;
 
 /// The frame in tiles of this size: one thread for all workers, or each of `workers` in turn.
-template <std::uint32_t Lanes = inner::native_lanes>
+template <std::uint32_t Lanes = inner::lanes_in_use>
 Picture blend(Scene const& scene, Arithmetic arithmetic, std::uint32_t tile_width, std::uint32_t tile_height, std::uint32_t workers = 0)
 {
     Model model = scene.model;

@@ -63,7 +63,7 @@ Result compare(std::vector<Record> const& records, Camera const& camera, Model c
     }
     result.wrong = wrong_in_lanes<1>(records, expected, view, tiling) + wrong_in_lanes<4>(records, expected, view, tiling) +
                    wrong_in_lanes<8>(records, expected, view, tiling) + wrong_in_lanes<16>(records, expected, view, tiling) +
-                   wrong_in_lanes<splat::detail::native_lanes>(records, expected, view, tiling);
+                   wrong_in_lanes<splat::detail::lanes_in_use>(records, expected, view, tiling);
     return result;
 }
 

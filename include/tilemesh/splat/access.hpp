@@ -64,6 +64,10 @@ struct Access {
     {
         return covers(before, frame.tiling, here.tile) != covered;
     }
+    /// Tells the host that the list of the tile's splats changed. `keeps_pixels`: is the tile's slice of the picture the one that it would
+    /// composite? The machine does not remember this: it composites every tile in every frame.
+    TILEMESH_KERNEL static void list_changed(Here const&, Parameters const&) noexcept {}
+    TILEMESH_KERNEL static bool keeps_pixels(Here const&, Parameters const&) noexcept { return false; }
     /// The bytes of one message of routing on the machine. `beam_bytes`: those of one message of bloom.
     template <class Message>
     static std::uint32_t road_bytes(Parameters const&) noexcept

@@ -36,13 +36,13 @@ template <class Rule, class Stop, std::uint32_t N, std::uint32_t Group, std::uin
 void blend_tile_by(PixelRect const& tile, Camera const& camera, Model const& model, std::uint32_t n, SplatAt const& at,
                    Pixel* pixels, std::uint32_t stride_px, Worker worker, PairCount* counts, std::uint32_t workers) noexcept
 {
-    static_assert(!Stop::drops_crossing || !Pixel::has_alpha, "StopBeforeCrossing turns the sign of what a pixel keeps (an alpha would be "
-                                                              "above 1); blend pixels without alpha");
     typename Rule::Denormals const denormals;
     RowLimits const limits{model.alpha_min};
+    SetOf<N> const set{};
+    bool const has_background = !is_black(model.background);
     OpenBlock<Pixel::has_depth> group[Group];
     Chunk<Size> chunk;
-    std::uint32_t hits[Size + N]; // one is read ahead
+    std::uint32_t hits[Size + SetOf<N>::most_lanes]; // one is read ahead
     std::uint32_t const left = tile.x0 / block_width * block_width;
     std::uint32_t const across = (tile.x1 - left + block_width - 1) / block_width;
     std::uint32_t const top = tile.y0 / block_height * block_height;
@@ -58,19 +58,19 @@ void blend_tile_by(PixelRect const& tile, Camera const& camera, Model const& mod
                 fetch_row_ahead(pixels + (y - tile.y0) * stride_px, group[b].live.x0 - tile.x0, group[b].live.x1 - tile.x0);
         std::uint32_t going = open;
         for (std::uint32_t begin = 0; begin < n && going != 0; begin += Size) {
-            std::uint32_t const most = fill<Rule, N>(chunk, begin, n, at);
+            std::uint32_t const most = fill<Rule>(set, chunk, begin, n, at);
             for (std::uint32_t b = 0; b < open; ++b) {
                 auto& block = group[b];
                 fetch_part_ahead<Size>(begin + Size, n, b, open, at);
                 if (block.done) continue;
-                std::uint32_t const count = list_hits<Rule, N>(chunk, most, block.at, model.alpha_max, hits);
+                std::uint32_t const count = set.template call<ListHits<Rule>>(chunk, most, block.at, model.alpha_max, &hits[0]);
                 auto& pairs = counts[block.number % workers];
                 for (std::uint32_t done = 0; done < count && !block.done;) {
                     std::uint32_t part = blended_between_looks - block.blended % blended_between_looks;
                     if (part > count - done) part = count - done;
                     std::uint32_t const* const run = hits + done;
                     part = run_length<Rule>(run, part);
-                    pairs.contributing += blend_block<Rule, Stop, N>(block.state, chunk, run, part, block.at, model, limits);
+                    pairs.contributing += set.template call<BlendBlock<Rule, Stop>>(block.state, chunk, run, part, block.at, model, limits);
                     pairs.blocks += part;
                     done += part;
                     block.blended += part;
@@ -80,8 +80,9 @@ void blend_tile_by(PixelRect const& tile, Camera const& camera, Model const& mod
             }
         }
         for (std::uint32_t b = 0; b < open; ++b) {
-            auto const& block = group[b];
+            auto& block = group[b];
             auto const& live = block.live;
+            if (has_background) add_background(block.state, model.background);
             std::uint32_t const skip = live.x0 - static_cast<std::uint32_t>(block.at.column);
             for (std::uint32_t y = live.y0; y < live.y1; ++y) {
                 std::uint32_t const row = y - static_cast<std::uint32_t>(block.at.row);
@@ -97,22 +98,28 @@ void blend_tile_by(PixelRect const& tile, Camera const& camera, Model const& mod
     }
 }
 
-/// `blend_tile_by` with the arithmetic that the model asks for.
+/// `blend_tile_by` with the arithmetic and the stop rule that the model asks for.
 template <std::uint32_t N, std::uint32_t Group, std::uint32_t Size, class Pixel, class SplatAt>
 void blend_tile_as_asked(PixelRect const& tile, Camera const& camera, Model const& model, std::uint32_t n, SplatAt const& at,
                          Pixel* pixels, std::uint32_t stride_px, Worker worker, PairCount* counts, std::uint32_t workers) noexcept
 {
     if (tile.empty()) return;
-    if (model.arithmetic == Arithmetic::precise || !(model.alpha_min >= faintest_cut))
+    bool const each = model.arithmetic == Arithmetic::precise || !(model.alpha_min >= faintest_cut);
+    if (model.stop == Stop::after_crossing && each)
         blend_tile_by<EachPair, StopEachPixel, N, Group, Size>(tile, camera, model, n, at, pixels, stride_px, worker, counts, workers);
-    else
+    else if (model.stop == Stop::after_crossing)
         blend_tile_by<FastRule, StopEachPixel, N, Group, Size>(tile, camera, model, n, at, pixels, stride_px, worker, counts, workers);
+    else if (each)
+        blend_tile_by<EachPair, StopBeforeCrossing, N, Group, Size>(tile, camera, model, n, at, pixels, stride_px, worker, counts, workers);
+    else
+        blend_tile_by<FastRule, StopBeforeCrossing, N, Group, Size>(tile, camera, model, n, at, pixels, stride_px, worker, counts, workers);
 }
 } // namespace detail
 
 /// Blends n splats, `at(0)` to `at(n - 1)` from front to back, into the pixels of `tile`.
 /// Pixel (x, y) is `pixels[(y - tile.y0) * stride_px + x - tile.x0]`. A pixel blends, then tests: C += w c and T -= w with w = alpha T,
-/// until T < transmittance_min.
+/// until T < transmittance_min. With Stop::before_crossing it tests first: the term that would leave less than the limit ends the pixel.
+/// The pixel is C + T background.
 ///
 /// `precise` arithmetic is bit-identical to the naive per-pixel loop over the whole frame, for any tiling and any `Lanes`. `fast` differs
 /// from it by at most 2e-5 of alpha (tests/splat/blending.cpp), and its bits do not depend on tiling or lanes. `worker` takes every
@@ -130,7 +137,7 @@ PairCount blend_tile(PixelRect const& tile, Camera const& camera, Model const& m
 
 /// `blend_tile` for all workers of a tile, by one host thread. `counts[w]` gets the counts of worker w of `workers`. It goes through the
 /// splats once for 8 blocks, a whole tile of the paper's. Cost: 22 KiB of stack.
-template <std::uint32_t Lanes = detail::native_lanes, class Pixel, class SplatAt>
+template <std::uint32_t Lanes = detail::lanes_in_use, class Pixel, class SplatAt>
 void blend_whole_tile(PixelRect const& tile, Camera const& camera, Model const& model, std::uint32_t n, SplatAt const& at,
                       Pixel* pixels, std::uint32_t stride_px, PairCount* counts, std::uint32_t workers) noexcept
 {

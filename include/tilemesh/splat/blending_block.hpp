@@ -1,4 +1,5 @@
 #pragma once
+#include <cmath>
 #include <tilemesh/splat/blending_hits.hpp>
 #include <tilemesh/splat/exponential.hpp>
 #include <type_traits>
@@ -123,20 +124,23 @@ struct AllRows {
 /// The most splats of one run that do not recur.
 inline constexpr std::uint32_t most_apart = 8;
 
-/// alpha of one splat in N columns, pair by pair. It has its own function, so that the loop over the splats has all registers.
-template <std::uint32_t N, std::uint32_t Size>
-[[gnu::noinline]] void evaluate_apart(AllRows<N>& rows, Chunk<Size> const& c, std::uint32_t i, BlockPlace const& at, std::uint32_t column,
-                                      Model const& m) noexcept
-{
-    Floats<N> const dx = load<N>(at.xs + column) - c.mean_x[i];
-    auto const opacity = opacity_of<N>(c, i, counted_lanes<N>() + (at.column + static_cast<std::int32_t>(column)));
-    float const lowest = lowest_power_for(m.alpha_min);
-    rows.alpha[0] = alpha_of_row<0, N>(c, i, at, dx, opacity, m.alpha_max, lowest);
-    rows.alpha[1] = alpha_of_row<1, N>(c, i, at, dx, opacity, m.alpha_max, lowest);
-    rows.alpha[2] = alpha_of_row<2, N>(c, i, at, dx, opacity, m.alpha_max, lowest);
-    rows.alpha[3] = alpha_of_row<3, N>(c, i, at, dx, opacity, m.alpha_max, lowest);
-    rows.alpha[4] = alpha_of_row<4, N>(c, i, at, dx, opacity, m.alpha_max, lowest);
-}
+/// alpha of one splat in the columns of a vector, pair by pair. It is called, not inlined, so that the loop over the splats has all
+/// registers.
+struct EvaluateApart {
+    template <class Set, std::uint32_t N, std::uint32_t Size>
+    TILEMESH_KERNEL static void run(AllRows<N>& rows, Chunk<Size> const& c, std::uint32_t i, BlockPlace const& at, std::uint32_t column,
+                                    Model const& m) noexcept
+    {
+        Floats<N> const dx = load<N>(at.xs + column) - c.mean_x[i];
+        auto const opacity = opacity_of<N>(c, i, counted_lanes<N>() + (at.column + static_cast<std::int32_t>(column)));
+        float const lowest = lowest_power_for(m.alpha_min);
+        rows.alpha[0] = alpha_of_row<0, N>(c, i, at, dx, opacity, m.alpha_max, lowest);
+        rows.alpha[1] = alpha_of_row<1, N>(c, i, at, dx, opacity, m.alpha_max, lowest);
+        rows.alpha[2] = alpha_of_row<2, N>(c, i, at, dx, opacity, m.alpha_max, lowest);
+        rows.alpha[3] = alpha_of_row<3, N>(c, i, at, dx, opacity, m.alpha_max, lowest);
+        rows.alpha[4] = alpha_of_row<4, N>(c, i, at, dx, opacity, m.alpha_max, lowest);
+    }
+};
 
 /// Blends the splats of `hits` into N columns. `apart`: alpha of those that do not recur, in their order.
 template <class Rule, class Stop, std::uint32_t N, bool HasDepth, std::uint32_t Size>
@@ -194,7 +198,7 @@ TILEMESH_KERNEL void blend_hits(Strip<N, HasDepth>& s, Chunk<Size> const& c, std
 }
 
 /// Blends the splats of `hits` into N columns of a block. `contributing[i]`: the pairs of column i that contributed.
-template <class Rule, class Stop, std::uint32_t N, class AnyBlock, std::uint32_t Size>
+template <class Rule, class Stop, class Set, std::uint32_t N, class AnyBlock, std::uint32_t Size>
 TILEMESH_KERNEL void blend_columns(AnyBlock& block, Chunk<Size> const& c, std::uint32_t const* hits, std::uint32_t n, BlockPlace const& at,
                                    std::uint32_t column, Model const& m, RowLimits const& limits, std::uint32_t (&contributing)[N]) noexcept
 {
@@ -202,7 +206,7 @@ TILEMESH_KERNEL void blend_columns(AnyBlock& block, Chunk<Size> const& c, std::u
     if constexpr (Rule::recurs) {
         std::uint32_t count = 0;
         for (std::uint32_t h = 0; h < n; ++h)
-            if ((hits[h] & Hit::recurs) == 0) evaluate_apart<N>(apart[count++], c, hits[h] & Hit::number, at, column, m);
+            if ((hits[h] & Hit::recurs) == 0) Set::template call<EvaluateApart>(apart[count++], c, hits[h] & Hit::number, at, column, m);
     }
     Strip<N, AnyBlock::has_depth> s;
     s.contributing = Words<N>{};
@@ -224,26 +228,56 @@ TILEMESH_KERNEL void blend_columns(AnyBlock& block, Chunk<Size> const& c, std::u
     store(contributing, s.contributing);
 }
 
-/// Blends the splats of `hits`, a run (`run_length`), into a block. Returns the number of pairs that contributed. Each rule has its own
-/// function, so that each can use all registers.
-template <class Rule, class Stop, std::uint32_t N, class AnyBlock, std::uint32_t Size>
-[[gnu::noinline]] std::uint32_t blend_block(AnyBlock& block, Chunk<Size> const& c, std::uint32_t const* hits, std::uint32_t n,
-                                            BlockPlace const& at, Model const& m, RowLimits const& limits) noexcept
-{
-    // Keeps the stack frame on vector bounds. Otherwise Clang may let the vectors that it spills straddle two cache lines.
-    [[maybe_unused]] alignas(vector_bytes) volatile std::uint32_t const on_bounds = 0;
-    std::uint32_t contributing = 0;
-    for (std::uint32_t column = 0; column < block_width; column += N) {
-        std::uint32_t counts[N];
-        blend_columns<Rule, Stop, N>(block, c, hits, n, at, column, m, limits, counts);
-        for (std::uint32_t count : counts) contributing += count;
-    }
-    return contributing;
-}
-
 /// The number of splats that a block blends before it checks whether all its pixels have stopped. 64 is early enough for walls of opaque
 /// splats (tests/stability/opacity.cpp, row 55), and the check is rare enough to cost nothing.
 inline constexpr std::uint32_t blended_between_looks = 64;
+/// The hits of a run that touch a strip, N columns of a block. A splat adds nothing to columns outside its rectangle, so leaving it out there
+/// changes no bit. One word more is read ahead.
+template <std::uint32_t N>
+struct StripHits {
+    std::uint32_t count;
+    std::uint32_t hits[blended_between_looks + 1];
+    StripHits(std::uint32_t const* run, std::uint32_t n, std::uint32_t column) noexcept
+    {
+        std::uint32_t listed = 0;
+        for (std::uint32_t h = 0; h < n; ++h) { // no branch: a predictor cannot know the splats
+            hits[listed] = run[h];
+            listed += run[h] >> (Hit::strips_at + column / N) & 1u;
+        }
+        hits[listed] = 0;
+        count = listed;
+    }
+};
+template <>
+struct StripHits<block_width> {
+    std::uint32_t count;
+    std::uint32_t const* hits;
+    StripHits(std::uint32_t const* run, std::uint32_t n, std::uint32_t) noexcept : count(n), hits(run) {}
+};
+
+/// Blends the splats of `hits`, a run (`run_length`), into a block. Returns the number of pairs that contributed. Each rule has its own
+/// function, so that each can use all registers.
+template <class Rule, class Stop>
+struct BlendBlock {
+    template <class Set, class AnyBlock, std::uint32_t Size>
+    TILEMESH_KERNEL static std::uint32_t run(AnyBlock& block, Chunk<Size> const& c, std::uint32_t const* hits, std::uint32_t n,
+                                             BlockPlace const& at, Model const& m, RowLimits const& limits) noexcept
+    {
+        // Keeps the stack frame on vector bounds. Otherwise Clang may let the vectors that it spills straddle two cache lines.
+        [[maybe_unused]] alignas(vector_bytes) volatile std::uint32_t const on_bounds = 0;
+        constexpr std::uint32_t N = Set::most_lanes;
+        std::uint32_t contributing = 0;
+        for (std::uint32_t column = 0; column < block_width; column += N) {
+            StripHits<N> const strip(hits, n, column);
+            if (strip.count == 0) continue;
+            std::uint32_t counts[N];
+            blend_columns<Rule, Stop, Set, N>(block, c, strip.hits, strip.count, at, column, m, limits, counts);
+            for (std::uint32_t one : counts) contributing += one;
+        }
+        return contributing;
+    }
+};
+
 /// Tells the host's caches that splats [first, last) are read soon. Called for a chunk while the chunk before it is blended: waiting for
 /// scattered records would take up to a tenth of a frame.
 template <class SplatAt>
@@ -263,15 +297,15 @@ TILEMESH_KERNEL void fetch_part_ahead(std::uint32_t begin, std::uint32_t n, std:
     fetch_ahead(first, last < n ? last : n, at);
 }
 /// Fills a chunk with the splats from `begin` on, at most `Size` of n, and returns their number.
-template <class Rule, std::uint32_t N, std::uint32_t Size, class SplatAt>
-TILEMESH_KERNEL std::uint32_t fill(Chunk<Size>& chunk, std::uint32_t begin, std::uint32_t n, SplatAt const& at) noexcept
+template <class Rule, class Set, std::uint32_t Size, class SplatAt>
+TILEMESH_KERNEL std::uint32_t fill(Set const& set, Chunk<Size>& chunk, std::uint32_t begin, std::uint32_t n, SplatAt const& at) noexcept
 {
-    std::uint32_t const most = n - begin < Size ? n - begin : Size;
+    std::uint32_t const most = n - begin < Size ? n - begin : Size, N = set.lanes();
     std::uint32_t i = 0;
-    for (; N >= 4 && i + 4 <= most; i += 4) chunk.take_four(i, at(begin + i), at(begin + i + 1), at(begin + i + 2), at(begin + i + 3));
+    for (; Set::most_lanes >= 4 && i + 4 <= most; i += 4) chunk.take_four(i, at(begin + i), at(begin + i + 1), at(begin + i + 2), at(begin + i + 3));
     for (; i < most; ++i) chunk.take(i, at(begin + i));
     for (i = most; i < (most + N - 1) / N * N; ++i) chunk.take(i, at(begin)); // fills the lanes; not listed
-    chunk.template complete<Rule, N>(most);
+    set.template call<CompleteChunk<Rule>>(chunk, most);
     return most;
 }
 
@@ -295,10 +329,21 @@ inline bool finished(BlockFields const& block, float transmittance_min) noexcept
         for (float t : row) going |= t >= transmittance_min ? 1u : 0u;
     return going == 0;
 }
+/// Adds the background that shows through the pixels of a block.
+inline void add_background(BlockFields& block, float const (&background)[3]) noexcept
+{
+    for (std::uint32_t j = 0; j < block_height; ++j)
+        for (std::uint32_t i = 0; i < block_width; ++i) {
+            float const through = std::fabs(block.transmittance[j][i]);
+            block.red[j][i] = multiply_add(through, background[0], block.red[j][i]);
+            block.green[j][i] = multiply_add(through, background[1], block.green[j][i]);
+            block.blue[j][i] = multiply_add(through, background[2], block.blue[j][i]);
+        }
+}
 template <class AnyBlock>
 Blended blended(AnyBlock const& block, std::uint32_t row, std::uint32_t column) noexcept
 {
-    Blended b{{block.red[row][column], block.green[row][column], block.blue[row][column]}, block.transmittance[row][column], 0, 0};
+    Blended b{{block.red[row][column], block.green[row][column], block.blue[row][column]}, std::fabs(block.transmittance[row][column]), 0, 0};
     if constexpr (AnyBlock::has_depth) {
         b.weight = block.weight[row][column];
         b.depth = block.depth[row][column];

@@ -64,7 +64,7 @@ struct alignas(vector_bytes) Chunk {
     }
     /// Computes the fields that follow from others, for the first n splats and for the splats that fill their last lanes.
     template <class Rule, std::uint32_t N>
-    void complete(std::uint32_t n) noexcept
+    TILEMESH_KERNEL void complete(std::uint32_t n) noexcept
     {
         constexpr float log2_e = 1.44269504088896341f, two_log2_e = 2 * log2_e;
         for (std::uint32_t i = 0; i < n; i += N) {
@@ -185,35 +185,73 @@ struct alignas(vector_bytes) BlockPlace {
     std::int32_t column, row;           ///< position of the block's first pixel
 };
 
-/// A splat that a block blends, as one word: its number in the chunk, a bit that allows the recurrence, and the number of its RowLimits.
+/// A splat that a block blends, as one word: its number in the chunk, a bit that allows the recurrence, a bit for each strip of columns
+/// that its rectangle touches, and the number of its RowLimits.
 struct Hit {
-    static constexpr std::uint32_t number = 0xffu, recurs = 0x100u, limits_at = 16;
+    static constexpr std::uint32_t number = 0xffu, recurs = 0x100u, strips_at = 9, limits_at = 26;
+};
+static_assert(Hit::strips_at + block_width <= Hit::limits_at && CoveredRows::patterns <= 1u << (32 - Hit::limits_at), "a hit is one word");
+
+/// The bits of the strips, N columns each, that the columns [x0, x1) of splats touch.
+template <std::uint32_t N>
+TILEMESH_KERNEL Words<N> touched_strips(Words<N> const& x0, Words<N> const& x1) noexcept
+{
+    Words<N> bits{};
+    for (std::uint32_t strip = 0; strip < block_width / N; ++strip) {
+        auto const begin = static_cast<std::int32_t>(strip * N), end = begin + static_cast<std::int32_t>(N);
+        bits |= (x0 < end) & (x1 > begin) & static_cast<std::int32_t>(1u << (Hit::strips_at + strip));
+    }
+    return bits;
+}
+
+/// Completes a chunk (`Chunk::complete`) with a set of instructions.
+template <class Rule>
+struct CompleteChunk {
+    template <class Set, std::uint32_t Size>
+    TILEMESH_KERNEL static void run(Chunk<Size>& chunk, std::uint32_t n) noexcept
+    {
+        chunk.template complete<Rule, Set::most_lanes>(n);
+    }
 };
 
-/// Lists the splats of a chunk that a pixel of the block may see, and returns their number. `hits` must have room for N more than n.
-template <class Rule, std::uint32_t N, std::uint32_t Size>
-std::uint32_t list_hits(Chunk<Size> const& c, std::uint32_t n, BlockPlace const& at, float alpha_max, std::uint32_t* hits) noexcept
-{
-    constexpr std::int32_t rows = static_cast<std::int32_t>(block_height);
-    Words<N> number = counted_lanes<N>();
-    std::uint32_t count = 0;
-    for (std::uint32_t i = 0; i < n; i += N, number += static_cast<std::int32_t>(N)) {
-        auto const mean_x = load<N>(c.mean_x + i), mean_y = load<N>(c.mean_y + i);
-        Floats<N> const x0 = at.xs[0] - mean_x, x1 = at.xs[block_width - 1] - mean_x;
-        Floats<N> const y0 = at.ys[0] - mean_y, y1 = at.ys[block_height - 1] - mean_y;
-        Words<N> first = load_words<N>(c.y0 + i) - at.row, last = load_words<N>(c.y1 + i) - at.row;
-        Words<N> const seen = reaches<N>(c, i, x0, x1, y0, y1) & (first < rows) & (last > 0) &
-                              (load_words<N>(c.x0 + i) < at.column + static_cast<std::int32_t>(block_width)) &
-                              (load_words<N>(c.x1 + i) > at.column) & (number < static_cast<std::int32_t>(n));
-        first = first > 0 ? first : Words<N>{};
-        last = last < rows ? last : broadcast_word<N>(rows);
-        Words<N> entry = number | (first * (rows + 1) + last) << static_cast<std::int32_t>(Hit::limits_at);
-        if constexpr (Rule::recurs) entry |= is_tame<N>(c, i, x0, x1, y0, alpha_max) & static_cast<std::int32_t>(Hit::recurs);
-        count += store_compressed<N>(hits + count, entry, seen);
+/// Lists the splats of a chunk that a pixel of the block may see, and returns their number. `hits` must have room for Set::most_lanes more
+/// than n.
+template <class Rule>
+struct ListHits {
+    template <class Set, std::uint32_t Size>
+    TILEMESH_KERNEL static std::uint32_t run(Chunk<Size> const& c, std::uint32_t n, BlockPlace const& at, float alpha_max,
+                                             std::uint32_t* hits) noexcept
+    {
+        constexpr std::uint32_t N = Set::most_lanes;
+        constexpr std::int32_t rows = static_cast<std::int32_t>(block_height);
+        [[maybe_unused]] std::int32_t entries[Set::compresses ? Size : 1], listed[Set::compresses ? Size : 1];
+        Words<N> number = counted_lanes<N>();
+        std::uint32_t count = 0;
+        for (std::uint32_t i = 0; i < n; i += N, number += static_cast<std::int32_t>(N)) {
+            auto const mean_x = load<N>(c.mean_x + i), mean_y = load<N>(c.mean_y + i);
+            Floats<N> const x0 = at.xs[0] - mean_x, x1 = at.xs[block_width - 1] - mean_x;
+            Floats<N> const y0 = at.ys[0] - mean_y, y1 = at.ys[block_height - 1] - mean_y;
+            Words<N> first = load_words<N>(c.y0 + i) - at.row, last = load_words<N>(c.y1 + i) - at.row;
+            Words<N> const from = load_words<N>(c.x0 + i) - at.column, to = load_words<N>(c.x1 + i) - at.column;
+            Words<N> const seen = reaches<N>(c, i, x0, x1, y0, y1) & (first < rows) & (last > 0) &
+                                  (from < static_cast<std::int32_t>(block_width)) & (to > 0) & (number < static_cast<std::int32_t>(n));
+            first = first > 0 ? first : Words<N>{};
+            last = last < rows ? last : broadcast_word<N>(rows);
+            Words<N> entry = number | (first * (rows + 1) + last) << static_cast<std::int32_t>(Hit::limits_at);
+            if constexpr (N < block_width) entry |= touched_strips<N>(from, to);
+            if constexpr (Rule::recurs) entry |= is_tame<N>(c, i, x0, x1, y0, alpha_max) & static_cast<std::int32_t>(Hit::recurs);
+            if constexpr (Set::compresses) {
+                store(entries + i, entry);
+                store(listed + i, seen);
+            } else {
+                count += store_compressed<N>(hits + count, entry, seen);
+            }
+        }
+        if constexpr (Set::compresses) count = Set::compress(hits, entries, listed, n);
+        hits[count] = 0; // read ahead by the recurrence, never blended
+        return count;
     }
-    hits[count] = 0; // read ahead by the recurrence, never blended
-    return count;
-}
+};
 
 }}} // namespace tilemesh::splat::detail
 #pragma GCC diagnostic pop

@@ -1,5 +1,6 @@
 #pragma once
 #include <tilemesh/splat/exponential.hpp>
+#include <tilemesh/splat/instruction_sets.hpp>
 #include <tilemesh/splat/lanes.hpp>
 
 /// The rules that the block loop (blending_block.hpp) takes as types: how it evaluates a pair of a splat and a pixel, and when a pixel
@@ -14,7 +15,7 @@ inline constexpr std::uint32_t block_width = 16, block_height = 5;
 
 namespace detail {
 /// The alignment of data that is read and written as vectors: a vector that straddles two cache lines costs two accesses.
-inline constexpr std::uint32_t vector_bytes = native_lanes * sizeof(float);
+inline constexpr std::uint32_t vector_bytes = most_native_lanes * sizeof(float);
 
 /// Evaluates every pair on its own, as the naive loop does. The bits are those of the naive loop.
 struct EachPair {
@@ -44,7 +45,7 @@ inline constexpr float farthest_px = 512.0f;
 inline constexpr float below_the_clamp = 1.0f - 0x1p-16f;
 using FastRule = Recurrence<5>;
 
-/// A pixel stops when its own transmittance is below the limit, as the model says.
+/// A pixel stops when its own transmittance is below the limit: Stop::after_crossing.
 struct StopEachPixel {
     static constexpr bool each_pixel = true, drops_crossing = false;
 };
@@ -53,15 +54,24 @@ struct StopEachPixel {
 struct StopWholeBlock {
     static constexpr bool each_pixel = false, drops_crossing = false;
 };
-/// A pixel stops before the splat that would take its transmittance below the limit, and does not blend that splat. This is the rule of 3D
-/// Gaussian Splatting, not the model's. It loses up to the limit at once, and one rounding decides whether (tests/stability/opacity.cpp,
-/// rows 45 and 46). bench/error_vs_time measures it for comparison. A stopped pixel keeps its transmittance with the sign turned.
+/// A pixel stops before the splat that would take its transmittance below the limit, and does not blend that splat: Stop::before_crossing,
+/// the rule of 3D Gaussian Splatting. One rounding decides whether (tests/stability/opacity.cpp, rows 45 and 46). A stopped pixel keeps its
+/// transmittance with the sign turned.
 struct StopBeforeCrossing {
     static constexpr bool each_pixel = true, drops_crossing = true;
 };
 
-/// 2^x for |x| <= 126. The polynomials have the least relative error on [-1/2, 1/2] (Remez): 7.5e-5 at degree 3, 2.6e-6 at degree 4, 7.5e-8
-/// at degree 5, before rounding.
+/// Coefficient k of the polynomial for 2^x. The polynomials have the least relative error on [-1/2, 1/2] (Remez): 7.5e-5 at degree 3, 2.6e-6
+/// at degree 4, 7.5e-8 at degree 5, before rounding.
+template <int Degree, std::uint32_t N>
+TILEMESH_KERNEL Floats<N> coefficient(int k) noexcept
+{
+    constexpr float c[3][6] = {{0.999928057f, 0.693260968f, 0.242611125f, 0.0551716685f, 0, 0},
+                               {0.999999285f, 0.693121791f, 0.240247443f, 0.0559178591f, 0.00957010221f, 0},
+                               {1.00000012f, 0.693146944f, 0.240221202f, 0.0555071309f, 0.00967554096f, 0.00132764725f}};
+    return broadcast<N>(c[Degree - 3][k]);
+}
+/// 2^x for |x| <= 126.
 template <int Degree, std::uint32_t N>
 TILEMESH_KERNEL Floats<N> power_of_two(Floats<N> const& x) noexcept
 {
@@ -69,19 +79,15 @@ TILEMESH_KERNEL Floats<N> power_of_two(Floats<N> const& x) noexcept
     constexpr float to_integer = 12582912.0f; // 1.5 * 2^23: adding it rounds to the nearest integer
     Floats<N> const shifted = x + to_integer;
     Floats<N> const r = x - (shifted - to_integer);
-    constexpr float c[3][6] = {{0.999928057f, 0.693260968f, 0.242611125f, 0.0551716685f, 0, 0},
-                               {0.999999285f, 0.693121791f, 0.240247443f, 0.0559178591f, 0.00957010221f, 0},
-                               {1.00000012f, 0.693146944f, 0.240221202f, 0.0555071309f, 0.00967554096f, 0.00132764725f}};
-    auto const k = [&](int i) noexcept { return broadcast<N>(c[Degree - 3][i]); };
-    Floats<N> p = k(Degree);
+    Floats<N> p = coefficient<Degree, N>(Degree);
 #if defined(__clang__)
-    for (int i = Degree; i-- > 0;) p = multiply_add_lanes<N>(p, r, k(i)); // written out, Clang 16 would spill more registers
+    for (int i = Degree; i-- > 0;) p = multiply_add_lanes<N>(p, r, coefficient<Degree, N>(i)); // written out, Clang 16 would spill more registers
 #else
-    if constexpr (Degree > 4) p = multiply_add_lanes<N>(p, r, k(4)); // a loop, GCC 12 would keep it, with the coefficients on the stack
-    if constexpr (Degree > 3) p = multiply_add_lanes<N>(p, r, k(3));
-    p = multiply_add_lanes<N>(p, r, k(2));
-    p = multiply_add_lanes<N>(p, r, k(1));
-    p = multiply_add_lanes<N>(p, r, k(0));
+    if constexpr (Degree > 4) p = multiply_add_lanes<N>(p, r, coefficient<Degree, N>(4)); // a loop, GCC 12 would keep it, with the coefficients on the stack
+    if constexpr (Degree > 3) p = multiply_add_lanes<N>(p, r, coefficient<Degree, N>(3));
+    p = multiply_add_lanes<N>(p, r, coefficient<Degree, N>(2));
+    p = multiply_add_lanes<N>(p, r, coefficient<Degree, N>(1));
+    p = multiply_add_lanes<N>(p, r, coefficient<Degree, N>(0));
 #endif
     return floats_of<N>(bits_of<N>(p) + (bits_of<N>(shifted) << 23));
 }

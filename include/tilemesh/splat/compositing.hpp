@@ -12,6 +12,7 @@ struct Composite {
     void operator()(Here here, Broadcast<typename S::Parameters> frame, Splats<S> const& splats, Order<S> const& order,
                     Framebuffer<S>& framebuffer, Work& work, Worker worker) const noexcept
     {
+        if (AccessOf<S>::keeps_pixels(here, *frame)) return;
         auto const tile = pixels_of(frame->tiling, frame->view.camera, here.tile);
         auto const at = [&](std::uint32_t i) noexcept -> Splat const& { return AccessOf<S>::splat_of(*frame, splats[order[i].slot]); };
         auto const pairs = S::Blending::tile(tile, *frame, order.size(), at, framebuffer.begin(), tile.x1 - tile.x0, worker);
@@ -36,6 +37,7 @@ struct Composite {
         void operator()(Here here, Broadcast<typename S::Parameters> frame, Splats<S> const& splats, Order<S> const& order,
                         Framebuffer<S>& framebuffer, Work& work, Worker worker) const noexcept
         {
+            if (AccessOf<S>::keeps_pixels(here, *frame)) return;
             auto const tile = pixels_of(frame->tiling, frame->view.camera, here.tile);
             auto const at = [&](std::uint32_t i) noexcept -> Splat const& { return AccessOf<S>::splat_of(*frame, splats[order[i].slot]); };
             PairCount pairs[Work::max_workers] = {};
@@ -54,6 +56,9 @@ struct Composite {
 /// Requires a framebuffer with the tile's pixels; the host sizes it when it sets the tiling. The kernel runs on all workers. Each worker
 /// takes whole blocks, so the workers write disjoint pixels. Cost: no exchange; 80 pairs for each splat that may be visible in a block,
 /// until all pixels of the block have stopped.
+///
+/// A host that moves references may let a tile keep its pixels and its counters of pairs, if both are known to be those of the last frame
+/// (render/kept_pixels.hpp). No word of the tile shows that it did.
 template <class S>
 using Composite = kernel::Composite<PoliciesOf<S>>;
 

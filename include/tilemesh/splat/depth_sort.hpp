@@ -208,6 +208,7 @@ struct DepthSort {
             return;
         }
         counts.changes = 0;
+        Access::list_changed(here, frame);
         Access::about_to_read(order);
         Access::about_to_read(marks);
         Access::about_to_read(splats);

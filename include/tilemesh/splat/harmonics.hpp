@@ -77,9 +77,9 @@ bool shade(ShadedGaussian<Degree> const& g, View const& view, Splat& s) noexcept
 /// Cost in addition to the projection: a square root, a division, and 3 multiply-adds a coefficient. A record that is not visible costs
 /// nothing more.
 template <std::uint32_t Degree>
-Splat project(ShadedGaussian<Degree> const& g, View const& view, Tiling const& tiling) noexcept
+Splat project(ShadedGaussian<Degree> const& g, View const& view, TileSize const& tile) noexcept
 {
-    Splat s = project(static_cast<Gaussian const&>(g), view, tiling);
+    Splat s = project(static_cast<Gaussian const&>(g), view, tile);
     if (!s.visible() || shade(g, view, s)) return s;
     return {};
 }

@@ -24,6 +24,8 @@ inline constexpr std::uint32_t native_lanes = 2;
 #else
 inline constexpr std::uint32_t native_lanes = 4;
 #endif
+/// The most that a core may compute at once in this program: its hot functions may have wider vectors (instruction_sets.hpp).
+inline constexpr std::uint32_t most_native_lanes = TILEMESH_INSTRUCTION_SETS ? 16 : native_lanes;
 
 template <class T, std::uint32_t N>
 struct VectorOf {

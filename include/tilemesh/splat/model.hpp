@@ -5,16 +5,33 @@
 namespace tilemesh { inline namespace v0_2 { namespace splat {
 
 /// The rule that bounds the pixels a splat may touch. A pixel outside the footprint gets nothing from the splat, on every tile.
-enum class Footprint : std::uint32_t {
-    opacity_box,       ///< half-widths t sqrt(a), t sqrt(c) with t = sqrt(2 ln(opacity / alpha_min)); every visible pixel is inside
-    three_sigma_square ///< half-width ceil(3 sqrt(lambda_max)) in x and y, the paper's rule; it cuts at alpha = 0.011 opacity
+enum class Footprint : std::uint8_t {
+    opacity_box,        ///< half-widths t sqrt(a), t sqrt(c) with t = sqrt(2 ln(opacity / alpha_min)); every visible pixel is inside
+    three_sigma_square, ///< half-width ceil(3 sqrt(lambda_max)) in x and y, the paper's rule; it cuts at alpha = 0.011 opacity
+    /// The part of the opacity box in those 16 x 16 pixel tiles that 3D Gaussian Splatting's rasteriser gives the splat to: the tiles that
+    /// its three-sigma square touches. These tiles lie on the frame's pixel grid; they are not the mesh's tiles.
+    three_sigma_tiles
 };
 
 /// The way in which alpha is computed.
-enum class Arithmetic : std::uint32_t {
+enum class Arithmetic : std::uint8_t {
     precise, ///< each Gaussian-pixel pair on its own: bit-identical to the naive loop
     fast     ///< by recurrence down a column of 5 pixels: within 2e-5 of alpha, bit-identical over tilings, engines and threads
 };
+
+/// The term at which a pixel is finished.
+enum class Stop : std::uint8_t {
+    after_crossing, ///< the term that takes the transmittance below the limit is the last one that is blended
+    before_crossing ///< that term is left out, the rule of 3D Gaussian Splatting; one rounding decides about up to alpha_max of what is left
+};
+
+/// The depth from which on a mean is visible.
+enum class NearPlane : std::uint8_t {
+    of_camera, ///< the camera's `near_depth`
+    fixed      ///< `fixed_near_depth`, whatever the camera says
+};
+/// A mean at this depth or nearer is culled by 3D Gaussian Splatting's rasteriser, in world units.
+inline constexpr float fixed_near_depth = 0.2f;
 
 /// The rules of the picture, apart from the camera. The kernels and all references use the same model proper (EWA, dilation, near plane,
 /// Jacobian clamp). The cut-offs differ: `error` in a report measures their effect.
@@ -23,14 +40,25 @@ enum class Arithmetic : std::uint32_t {
 struct Model {
     float alpha_min = 1.0f / 255.0f;    ///< a term with a smaller alpha is skipped
     float alpha_max = 1.0f;             ///< 0.99 in the paper's presets; there it costs 2.5 levels where opaque layers overlap
-    /// A pixel is finished once its transmittance is below this limit; the term that crosses the limit is blended. 3D Gaussian Splatting
-    /// uses 1e-4 and does not blend that term. In this library 1e-4 costs 0.5 to 15 % more pairs, for an RMSE that is 1 to 20 % smaller
+    /// A pixel is finished once its transmittance is below this limit; `stop` says whether the term that crosses the limit is blended. 3D
+    /// Gaussian Splatting uses 1e-4. With `after_crossing` 1e-4 costs 0.5 to 15 % more pairs, for an RMSE that is 1 to 20 % smaller
     /// (bench/error_vs_time).
     float transmittance_min = 5e-3f;
     float dilation = 0.3f;              ///< pixels squared; added to both variances of the projected Gaussian
     float jacobian_limit = 1.3f;        ///< the Jacobian clamps x/z and y/z to this many half fields of view; 0: no clamp
     Footprint footprint = Footprint::opacity_box;
     Arithmetic arithmetic = Arithmetic::precise;
+    Stop stop = Stop::after_crossing;
+    NearPlane near_plane = NearPlane::of_camera;
+    /// Linear RGB, 0 to 1. A pixel is C + T background, with the colour C that its splats give it and the transmittance T behind them.
+    float background[3] = {0, 0, 0};
 };
+static_assert(sizeof(Model) == 36, "a model is plain words without padding: two of them are compared as bytes");
+
+/// Is the background black? Then no pixel is touched for it.
+constexpr bool is_black(float const (&background)[3]) noexcept
+{
+    return background[0] == 0 && background[1] == 0 && background[2] == 0;
+}
 
 }}} // namespace tilemesh::splat

@@ -2,6 +2,7 @@
 #include <cstdint>
 #include <cstring>
 #include <tilemesh/splat/harmonics.hpp>
+#include <tilemesh/splat/instruction_sets.hpp>
 
 TILEMESH_EXACT_BEGIN
 #pragma GCC diagnostic push
@@ -81,37 +82,49 @@ TILEMESH_KERNEL void store_columns(unsigned char* p, std::uint32_t stride, FourW
     store_pieces<N>(p + 3 * stride, stride, v.d);
 }
 
-/// Projects N records at once. All N must exist.
-template <std::uint32_t N, class Record>
-void project_lanes(Record const* records, View const& view, Tiling const& tiling, Splat* out) noexcept
-{
-    using A = FloatLanes<N>;
-    using Real = typename A::Real;
-    static_assert(sizeof(Gaussian) == 15 * 4 && sizeof(Splat) == 14 * 4, "the words below are all words");
+/// Projects as many records at once as the set has lanes; all must exist. Returns the stiff ones as bits: their splats have no meaning.
+struct ProjectLanes {
+    template <class Set, class Record>
+    TILEMESH_KERNEL static std::uint32_t run(Record const* records, View const& view, Tiling const& tiling, Splat* out) noexcept
+    {
+        constexpr std::uint32_t N = Set::most_lanes;
+        using A = FloatLanes<N>;
+        using Real = typename A::Real;
+        static_assert(sizeof(Gaussian) == 15 * 4 && sizeof(Splat) == 14 * 4, "the words below are all words");
 
-    // Load records into lanes. The last group of four words begins one word early, so that it does not read beyond the record.
-    auto const* const from = reinterpret_cast<unsigned char const*>(records);
-    auto const w0 = load_columns<N>(from, sizeof(Record)), w4 = load_columns<N>(from + 4 * 4, sizeof(Record));
-    auto const w8 = load_columns<N>(from + 4 * 8, sizeof(Record)), w11 = load_columns<N>(from + 4 * 11, sizeof(Record));
-    GaussianWords<A> const g{{w0.a, w0.b, w0.c}, {w0.d, w4.a, w4.b}, w4.c, {w4.d, w8.a, w8.b, w8.c}, {w11.a, w11.b, w11.c}};
-    SplatWords<A> s;
-    auto const [visible, stiff] = project_words<A>(g, view, tiling, s);
+        // Load records into lanes. The last group of four words begins one word early, so that it does not read beyond the record.
+        auto const* const from = reinterpret_cast<unsigned char const*>(records);
+        auto const w0 = load_columns<N>(from, sizeof(Record)), w4 = load_columns<N>(from + 4 * 4, sizeof(Record));
+        auto const w8 = load_columns<N>(from + 4 * 8, sizeof(Record)), w11 = load_columns<N>(from + 4 * 11, sizeof(Record));
+        GaussianWords<A> const g{{w0.a, w0.b, w0.c}, {w0.d, w4.a, w4.b}, w4.c, {w4.d, w8.a, w8.b, w8.c}, {w11.a, w11.b, w11.c}};
+        SplatWords<A> s;
+        auto const [visible, stiff] = project_words<A>(g, view, tiling, s);
 
-    // Store lanes as splats; the last groups overlap by two words. An invisible splat is all zeros.
-    auto* const to = reinterpret_cast<unsigned char*>(out);
-    Real const columns = A::floats(s.columns), rows = A::floats(s.rows), anchor = A::floats(s.anchor);
-    store_columns<N>(to, sizeof(Splat), {s.mean_px[0], s.mean_px[1], s.along, s.slope}, visible);
-    store_columns<N>(to + 4 * 4, sizeof(Splat), {s.across, s.opacity, g.colour[0], g.colour[1]}, visible);
-    store_columns<N>(to + 4 * 8, sizeof(Splat), {g.colour[2], s.depth, s.faintest, columns}, visible);
-    store_columns<N>(to + 4 * 10, sizeof(Splat), {s.faintest, columns, rows, anchor}, visible);
-
-    // One by one: stiff records, which lanes cannot compute, and the colours that depend on the direction.
-    if (A::any(stiff)) {
-        for (std::uint32_t i = 0; i < N; ++i)
-            if (stiff[i] != 0) out[i] = project(static_cast<Gaussian const&>(records[i]), view, tiling);
+        // Store lanes as splats; the last groups overlap by two words. An invisible splat is all zeros.
+        auto* const to = reinterpret_cast<unsigned char*>(out);
+        Real const columns = A::floats(s.columns), rows = A::floats(s.rows), anchor = A::floats(s.anchor);
+        store_columns<N>(to, sizeof(Splat), {s.mean_px[0], s.mean_px[1], s.along, s.slope}, visible);
+        store_columns<N>(to + 4 * 4, sizeof(Splat), {s.across, s.opacity, g.colour[0], g.colour[1]}, visible);
+        store_columns<N>(to + 4 * 8, sizeof(Splat), {g.colour[2], s.depth, s.faintest, columns}, visible);
+        store_columns<N>(to + 4 * 10, sizeof(Splat), {s.faintest, columns, rows, anchor}, visible);
+        std::uint32_t bits = 0;
+        if (A::any(stiff)) {
+            for (std::uint32_t i = 0; i < N; ++i) bits |= (stiff[i] != 0 ? 1u : 0u) << i;
+        }
+        return bits;
     }
+};
+
+/// Projects as many records at once as the set has lanes. All must exist.
+template <class Set, class Record>
+void project_group(Set const& set, Record const* records, View const& view, Tiling const& tiling, Splat* out) noexcept
+{
+    // One by one: stiff records, which lanes cannot compute, and the colours that depend on the direction.
+    auto const stiff = set.template call<ProjectLanes>(records, view, tiling, out);
+    for (std::uint32_t i = 0; stiff >> i != 0; ++i)
+        if ((stiff >> i & 1u) != 0) out[i] = project(static_cast<Gaussian const&>(records[i]), view, tiling);
     if constexpr (Record::sh_degree > 0) {
-        for (std::uint32_t i = 0; i < N; ++i)
+        for (std::uint32_t i = 0; i < set.lanes(); ++i)
             if (out[i].visible() && !shade(records[i], view, out[i])) out[i] = {};
     }
 }
@@ -124,22 +137,25 @@ void project_lanes(Record const* records, View const& view, Tiling const& tiling
 /// Cost: about 110 instructions a record with AVX2 (one by one 670), 270 with SSE2 (one by one 870). A stiff record costs an additional
 /// `project`; it has a quaternion whose square is not between 1e-30 and 1e30, or an axis longer than 1e9 pixels. If n is not a multiple of
 /// `Lanes`, the cost is that of the next multiple. Harmonics are added one by one, for visible records only.
-template <std::uint32_t Lanes = detail::native_lanes, class Record>
+template <std::uint32_t Lanes = detail::lanes_in_use, class Record>
 void project_all(Record const* records, std::uint32_t n, View const& view, Tiling const& tiling, Splat* out) noexcept
 {
-    if constexpr (Lanes >= 4) {
+    using Set = detail::SetOf<Lanes>;
+    if constexpr (Set::most_lanes >= 4) {
+        Set const set{};
+        std::uint32_t const lanes = set.lanes();
         if (n == 0) return;
-        if (n < Lanes) { // fill the lanes with the last record
-            Record some[Lanes];
-            Splat splats[Lanes];
-            for (std::uint32_t i = 0; i < Lanes; ++i) some[i] = records[i < n ? i : n - 1];
-            detail::project_lanes<Lanes>(some, view, tiling, splats);
+        if (n < lanes) { // fill the lanes with the last record
+            Record some[Set::most_lanes];
+            Splat splats[Set::most_lanes];
+            for (std::uint32_t i = 0; i < lanes; ++i) some[i] = records[i < n ? i : n - 1];
+            detail::project_group(set, some, view, tiling, splats);
             std::memcpy(static_cast<void*>(out), splats, n * sizeof(Splat));
             return;
         }
-        for (std::uint32_t i = 0; i < n; i += Lanes) { // the last step takes the last `Lanes` records, some of them a second time
-            std::uint32_t const first = i < n - Lanes ? i : n - Lanes;
-            detail::project_lanes<Lanes>(records + first, view, tiling, out + first);
+        for (std::uint32_t i = 0; i < n; i += lanes) { // the last step takes the last `lanes` records, some of them a second time
+            std::uint32_t const first = i < n - lanes ? i : n - lanes;
+            detail::project_group(set, records + first, view, tiling, out + first);
         }
     } else {
         for (std::uint32_t i = 0; i < n; ++i) out[i] = project(records[i], view, tiling);

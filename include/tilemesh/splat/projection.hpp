@@ -152,6 +152,22 @@ TILEMESH_KERNEL typename A::Word pixel_span(typename A::Real const& centre, type
     auto const first = A::truncate(clamp<A>(low, zero, limit)), last = A::truncate(clamp<A>(high, zero, limit - 1.0f)) + 1;
     return A::keep(A::every(low < limit, high >= zero), first | last << 16); // 0 if either is NaN
 }
+/// The pixels of `span` that lie in the 16-pixel tiles of 3D Gaussian Splatting's rasteriser which [centre - radius, centre + radius]
+/// touches; 0 if there are none. The rasteriser counts from the middle of the first pixel, and adds 15 before it rounds down, so a square
+/// that reaches less than a pixel into a tile does not touch that tile. `size`: of the frame, in pixels.
+template <class A>
+TILEMESH_KERNEL typename A::Word span_in_tiles(typename A::Word const& span, typename A::Real const& centre,
+                                               typename A::Real const& radius, std::uint32_t size) noexcept
+{
+    constexpr std::uint32_t tile = 16; // BLOCK_X and BLOCK_Y of the rasteriser
+    auto const zero = A::all(0.0f), limit = A::all(static_cast<float>((size + tile - 1) / tile * tile));
+    auto const middle = centre - 0.5f;
+    auto const first = A::truncate(clamp<A>(middle - radius, zero, limit)) & -static_cast<std::int32_t>(tile);
+    auto const last = A::truncate(clamp<A>(middle + radius + static_cast<float>(tile - 1), zero, limit)) & -static_cast<std::int32_t>(tile);
+    auto const x0 = span & 0xffff, x1 = span >> 16 & 0xffff;
+    auto const begin = x0 + A::keep(first > x0, first - x0), end = x1 - A::keep(last < x1, x1 - last);
+    return A::keep(begin < end, begin | end << 16);
+}
 /// The pixel of `centre`, clamped into a span, as a float. It has no meaning if the span is empty.
 template <class A>
 TILEMESH_KERNEL typename A::Real pixel_clamped(typename A::Real const& centre, typename A::Word const& span) noexcept
@@ -205,7 +221,7 @@ TILEMESH_KERNEL Outcome<A> nowhere(SplatWords<A>& s) noexcept
 /// The work of `project`, for one Gaussian or for lanes of them. `s` has a meaning where it is visible and not stiff. Lanes select between
 /// results; one float may return early instead, because nobody uses what it would have computed.
 template <class A>
-TILEMESH_KERNEL Outcome<A> project_words(GaussianWords<A> const& g, View const& view, Tiling const& tiling,
+TILEMESH_KERNEL Outcome<A> project_words(GaussianWords<A> const& g, View const& view, TileSize const& tile,
                                          SplatWords<A>& s) noexcept
 {
     using Real = typename A::Real;
@@ -286,7 +302,7 @@ TILEMESH_KERNEL Outcome<A> project_words(GaussianWords<A> const& g, View const& 
     // The footprint, rounded outward to whole pixels.
     Real const ratio = 2.0f * logarithm<A>(g.opacity / m.alpha_min);
     Real reach_x, reach_y;
-    if (m.footprint == Footprint::opacity_box) {
+    if (m.footprint != Footprint::three_sigma_square) {
         Real const t = A::square_root(ratio) * 1.00001f; // log and square root are rounded; the factor makes the box a superset
         reach_x = t * A::square_root(a) * unit;
         reach_y = t * A::square_root(cc) * unit;
@@ -299,6 +315,15 @@ TILEMESH_KERNEL Outcome<A> project_words(GaussianWords<A> const& g, View const& 
     Real const u = mean_x + c.cx, v = mean_y + c.cy;
     s.columns = pixel_span<A>(u, reach_x, c.width);
     s.rows = pixel_span<A>(v, reach_y, c.height);
+    if (m.footprint == Footprint::three_sigma_tiles) {
+        // The rasteriser's radius: the difference of the eigenvalues is at least 2 sqrt(0.1) pixels squared.
+        Real const half = 0.5f * (a - cc), squared = A::multiply_add(half, half, b * b);
+        Real const least = 0.1f * (per_unit * per_unit) * (per_unit * per_unit);
+        Real const largest = 0.5f * (a + cc) + A::square_root(A::select(squared > least, squared, least));
+        Real const radius = round_up<A>(3.0f * A::square_root(largest) * unit);
+        s.columns = span_in_tiles<A>(s.columns, u, radius, c.width);
+        s.rows = span_in_tiles<A>(s.rows, v, radius, c.height);
+    }
     visible = A::every(visible, s.columns != 0, s.rows != 0);
 
     s.mean_px[0] = mean_x;
@@ -310,8 +335,8 @@ TILEMESH_KERNEL Outcome<A> project_words(GaussianWords<A> const& g, View const& 
     s.depth = z;
     // If alpha_min is about e^-87 (the lower bound of `exponential`) or subnormal, no power is too faint.
     s.faintest = m.alpha_min > 1e-36f ? -0.5f * ratio - 0.01f : A::all(-std::numeric_limits<float>::infinity());
-    auto const x = tile_at<A>(pixel_clamped<A>(u, s.columns), tiling.tile_width);
-    auto const y = tile_at<A>(pixel_clamped<A>(v, s.rows), tiling.tile_height);
+    auto const x = tile_at<A>(pixel_clamped<A>(u, s.columns), tile.tile_width);
+    auto const y = tile_at<A>(pixel_clamped<A>(v, s.rows), tile.tile_height);
     s.anchor = x | y << 16;
     return {visible, stiff};
 }
@@ -321,9 +346,9 @@ TILEMESH_KERNEL Outcome<A> project_words(GaussianWords<A> const& g, View const& 
 /// covariance is V V^T with V = J W R S (2 x 3), and its determinant is the squared length of the cross product of V's rows.
 ///
 /// A Gaussian that cannot be drawn gives an invisible splat, not an error: it is behind the near plane, its opacity is under alpha_min, it
-/// is outside the screen, or its projection is not finite. Cost: about 150 flops, three square roots, nine divisions, four exponentials or
+/// is outside the screen, or its projection is not finite. The size of a tile sets `Splat::anchor` alone. Cost: about 150 flops, three square roots, nine divisions, four exponentials or
 /// logarithms.
-inline Splat project(Gaussian const& g, View const& view, Tiling const& tiling) noexcept
+inline Splat project(Gaussian const& g, View const& view, TileSize const& tile) noexcept
 {
     using detail::OneFloat;
     detail::GaussianWords<OneFloat> const words{{g.mean_world[0], g.mean_world[1], g.mean_world[2]},
@@ -332,7 +357,7 @@ inline Splat project(Gaussian const& g, View const& view, Tiling const& tiling) 
                                                 {g.rotation[0], g.rotation[1], g.rotation[2], g.rotation[3]},
                                                 {g.log_scale[0], g.log_scale[1], g.log_scale[2]}};
     detail::SplatWords<OneFloat> s;
-    if (!detail::project_words<OneFloat>(words, view, tiling, s).visible) return {};
+    if (!detail::project_words<OneFloat>(words, view, tile, s).visible) return {};
     return {{s.mean_px[0], s.mean_px[1]},
             s.along,
             s.slope,

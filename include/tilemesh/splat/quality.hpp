@@ -4,8 +4,9 @@
 
 namespace tilemesh { inline namespace v0_2 { namespace splat {
 
-/// The purpose of a picture: a named pair of the two cut-offs, alpha_min and transmittance_min. The cut-offs trade the picture's error
-/// against its pairs. The rest of the model does not change.
+/// The purpose of a picture. The first three are pairs of the two cut-offs, alpha_min and transmittance_min, which trade the picture's error
+/// against its pairs; the rest of the model does not change. `training` names all rules of the model, and only the arithmetic and the
+/// background stay.
 ///
 /// The figures below are from `bench/error_vs_time --quick`: Sloth, Salad and the built-in map at 640 x 360. Pairs are Gaussian-pixel
 /// pairs, relative to the default's. The error is measured against a double-precision picture without cut-offs; colours are 0 to 1, a level
@@ -16,19 +17,41 @@ namespace tilemesh { inline namespace v0_2 { namespace splat {
 /// Gaussians. The rounding of float32 comes on top. It shows in the few pixels where two depths are closer than a float can tell: up to 4
 /// levels in these views, 51 levels in one frame of recorded motion. The footprint three_sigma_square cuts at 0.011 of the opacity anyway,
 /// so with it a smaller alpha_min gains little.
+///
+/// `training` has the rules of the rasteriser that 3D Gaussian Splatting trains with (Kerbl et al. 2023, diff-gaussian-rasterization):
+/// - alpha is at most 0.99. A term whose alpha is below 1/255 is left out.
+/// - A pixel stops before the term that would leave less than 1e-4.
+/// - A splat is drawn in the tiles of 16 x 16 pixels that its three-sigma square touches, and nowhere else.
+/// - Means at a depth of 0.2 or nearer are culled, whatever `Camera::near_depth` says.
+/// - The slopes x/z and y/z are clamped at 1.3 tan(fov / 2). The dilation is 0.3.
+/// - Colours are clamped at 0 from below only.
+/// - Splats are in order of depth, then of id.
+///
+/// These differences remain:
+/// - The rounding of float32: the covariance is kept in factors, so its determinant is never 0 or negative, and no power is positive. The
+///   rasteriser culls a splat with determinant 0 and skips a positive power; in exact arithmetic neither occurs. A pixel where rounding
+///   decides about a term, a stop, a tile or an order may differ by that term. With `fast`, alpha differs by up to 2e-5.
+/// - The principal point is the camera's; the rasteriser knows only the middle of the picture. The field of view of the slopes' clamp is
+///   width / fx, as there.
+/// - A quaternion may have any length; the rasteriser expects length 1, which its training code gives it.
+/// - A record that is not finite, or has a colour above 1e6, is not drawn. A radius may exceed an integer's range.
 enum class Quality : std::uint32_t {
     evaluation, ///< for comparing pictures: 1.4 times the pairs (1.5 times at 1280 x 720); RMSE 3e-5 to 7e-5, PSNR above 83 dB
     viewing,    ///< for looking at pictures: 0.9 times the pairs; RMSE 1.8e-3 to 3e-3, PSNR 50 to 55 dB
-    on_sensor   ///< for machines where each pair counts: 0.8 times the pairs; RMSE 3.3e-3 to 5.7e-3, PSNR 44 to 50 dB
+    on_sensor,  ///< for machines where each pair counts: 0.8 times the pairs; RMSE 3.3e-3 to 5.7e-3, PSNR 44 to 50 dB
+    training    ///< for comparing with the rasteriser that trained the map
 };
 
-/// Returns "evaluation", "viewing" or "on_sensor".
+/// Returns "evaluation", "viewing", "on_sensor" or "training".
 constexpr char const* name(Quality quality) noexcept
 {
-    return quality == Quality::evaluation ? "evaluation" : quality == Quality::viewing ? "viewing" : "on_sensor";
+    return quality == Quality::evaluation  ? "evaluation"
+           : quality == Quality::viewing   ? "viewing"
+           : quality == Quality::on_sensor ? "on_sensor"
+                                           : "training";
 }
 
-/// Returns `model` with the cut-offs of `quality`, for colours of 0 to 1. Compute a scene's demand with the returned model, because the
+/// Returns `model` with the rules of `quality`, for colours of 0 to 1. Compute a scene's demand with the returned model, because the
 /// demand depends on the model that renders.
 constexpr Model with_quality(Model model, Quality quality) noexcept
 {
@@ -49,6 +72,16 @@ constexpr Model with_quality(Model model, Quality quality) noexcept
         // limit of 3e-2 saves another 0.1 to 5 % of the pairs and costs 2.5 to 5 dB. On Sloth at 1280 x 720 it is 2 % behind the front.
         model.alpha_min = 1.0f / 64.0f;
         model.transmittance_min = 1e-2f;
+        break;
+    case Quality::training: // the constants of forward.cu and auxiliary.h
+        model.alpha_min = 1.0f / 255.0f;
+        model.alpha_max = 0.99f;
+        model.transmittance_min = 1e-4f;
+        model.stop = Stop::before_crossing;
+        model.footprint = Footprint::three_sigma_tiles;
+        model.near_plane = NearPlane::fixed;
+        model.dilation = 0.3f;
+        model.jacobian_limit = 1.3f;
         break;
     }
     return model;

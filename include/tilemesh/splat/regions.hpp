@@ -11,10 +11,12 @@ struct FrameParameters {
     static constexpr char const* name = "frame parameters";
     View view;
     Tiling tiling;
-    std::uint32_t view_changed;  ///< 0: the view is that of the last frame, and its splats are still valid
-    std::uint32_t resend_copies; ///< 1: send all copies again, because a full storage lost some; all Mark::shared bits are cleared
-    std::uint32_t readdress;     ///< 1: records under way were addressed in another view, because a bound cut the last frame
+    std::uint8_t view_changed;  ///< 0: the view is that of the last frame, and its splats are still valid
+    std::uint8_t resend_copies; ///< 1: send all copies again, because a full storage lost some; all Mark::shared bits are cleared
+    std::uint8_t readdress;     ///< 1: records under way were addressed in another view, because a bound cut the last frame
+    std::uint8_t unused = 0;    ///< fills the word
 };
+static_assert(sizeof(FrameParameters) == sizeof(View) + sizeof(Tiling) + 4, "parameters are whole words");
 
 // --- state of a tile ------------------------------------------------------------------------------------------------------------
 // The type of a region depends on a set of policies. Its number of slots is a member of `Sizes`. `Storage<S>`, for a setup or a set of

@@ -9,32 +9,38 @@ TILEMESH_EXACT_BEGIN
 namespace tilemesh { inline namespace v0_2 { namespace splat {
 
 /// The camera and the rules of the picture, and the bounds that follow from both: the Jacobian's limits on x/z and y/z. `make_view` makes
-/// it.
+/// it. If the model fixes the near plane, the view's camera has that plane.
 struct View {
     Camera camera;
     Model model;
     float slope_limit[2]; ///< jacobian_limit * tan(half field of view); a huge number if the clamp is off
 };
-static_assert(std::is_trivially_copyable_v<View> && sizeof(View) == 76 + 28 + 8, "a view is plain words");
+static_assert(std::is_trivially_copyable_v<View> && sizeof(View) == 76 + 36 + 8, "a view is plain words");
 
 inline View make_view(Camera const& camera, Model const& model) noexcept
 {
     float const limit = model.jacobian_limit > 0 ? model.jacobian_limit * 0.5f : 1e30f;
-    return {camera,
-            model,
-            {limit * static_cast<float>(camera.width) / camera.fx, limit * static_cast<float>(camera.height) / camera.fy}};
+    View view{camera,
+              model,
+              {limit * static_cast<float>(camera.width) / camera.fx, limit * static_cast<float>(camera.height) / camera.fy}};
+    if (model.near_plane == NearPlane::fixed) view.camera.near_depth = fixed_near_depth;
+    return view;
 }
+
+/// The size of a tile, in pixels.
+struct TileSize {
+    std::uint32_t tile_width, tile_height;
+};
 
 /// The division of a frame into tiles. Tile (x, y) owns the pixels [x w, (x + 1) w) by [y h, (y + 1) h) of the frame. A tile beyond columns
 /// x rows owns no pixel.
-struct Tiling {
-    std::uint32_t tile_width, tile_height; ///< pixels
-    std::uint32_t columns, rows;           ///< tiles that hold pixels
+struct Tiling : TileSize {
+    std::uint32_t columns, rows; ///< tiles that hold pixels
 };
 
 inline Tiling make_tiling(std::uint32_t width, std::uint32_t height, std::uint32_t tile_width, std::uint32_t tile_height) noexcept
 {
-    return {tile_width, tile_height, (width + tile_width - 1) / tile_width, (height + tile_height - 1) / tile_height};
+    return {{tile_width, tile_height}, (width + tile_width - 1) / tile_width, (height + tile_height - 1) / tile_height};
 }
 
 /// A half-open rectangle of pixels. It is empty if x1 <= x0 or y1 <= y0.

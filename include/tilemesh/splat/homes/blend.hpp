@@ -61,26 +61,32 @@ TILEMESH_KERNEL std::uint32_t strips_of(Worker worker, std::uint32_t number) noe
 
 /// Blends the splats of `hits`, a run (`run_length`), into those columns of a block that have one of `strips`. Adds the pairs that contributed to
 /// `contributing`, strip by strip. Each rule has its own function, so that each can use all registers.
-template <class Rule, std::uint32_t N, class Kept, std::uint32_t Size>
-[[gnu::noinline]] void blend_strips(Kept& kept, Chunk<Size> const& c, std::uint32_t const* hits, std::uint32_t n, BlockPlace const& at,
+template <class Rule, class Stop>
+struct BlendStrips {
+    template <class Set, class Kept, std::uint32_t Size>
+    TILEMESH_KERNEL static void run(Kept& kept, Chunk<Size> const& c, std::uint32_t const* hits, std::uint32_t n, BlockPlace const& at,
                                     std::uint32_t strips, Model const& m, RowLimits const& limits,
                                     std::uint32_t (&contributing)[strips_a_block]) noexcept
-{
-    static_assert(N % strip_width == 0, "lanes are whole strips");
-    [[maybe_unused]] alignas(vector_bytes) volatile std::uint32_t const on_bounds = 0; // as in blend_block
-    constexpr std::uint32_t strips_at_once = (1u << N / strip_width) - 1;
-    for (std::uint32_t column = 0; column < block_width; column += N) {
-        if ((strips >> column / strip_width & strips_at_once) == 0) continue;
-        std::uint32_t counts[N];
-        blend_columns<Rule, StopEachPixel, N>(kept, c, hits, n, at, column, m, limits, counts);
-        for (std::uint32_t i = 0; i < N; ++i) contributing[(column + i) / strip_width] += counts[i];
+    {
+        constexpr std::uint32_t N = Set::most_lanes;
+        static_assert(N % strip_width == 0, "lanes are whole strips");
+        [[maybe_unused]] alignas(vector_bytes) volatile std::uint32_t const on_bounds = 0; // as in BlendBlock
+        constexpr std::uint32_t strips_at_once = (1u << N / strip_width) - 1;
+        for (std::uint32_t column = 0; column < block_width; column += N) {
+            if ((strips >> column / strip_width & strips_at_once) == 0) continue;
+            StripHits<N> const strip(hits, n, column);
+            if (strip.count == 0) continue;
+            std::uint32_t counts[N];
+            blend_columns<Rule, Stop, Set, N>(kept, c, strip.hits, strip.count, at, column, m, limits, counts);
+            for (std::uint32_t i = 0; i < N; ++i) contributing[(column + i) / strip_width] += counts[i];
+        }
     }
-}
+};
 
 /// Blends n splats, front to back, into the strips that are the share of `worker`, N columns at a time. With more than one worker, N is the
 /// width of a strip, so that a worker writes only its own strips. With one worker, a stopped strip may be blended beside one that goes on; it
 /// changes no bit.
-template <class Rule, std::uint32_t N, std::uint32_t Size, std::uint32_t Group, class Kept, class SplatAt>
+template <class Rule, class Stop, std::uint32_t N, std::uint32_t Size, std::uint32_t Group, class Kept, class SplatAt>
 void blend_kept_by(Kept* blocks, Fold const& fold, TileId tile, Camera const& camera, Model const& model, std::uint32_t finished,
                    std::uint32_t n, SplatAt const& at, Worker worker, std::uint32_t workers, Work& work) noexcept
 {
@@ -91,9 +97,10 @@ void blend_kept_by(Kept* blocks, Fold const& fold, TileId tile, Camera const& ca
     };
     typename Rule::Denormals const denormals;
     RowLimits const limits{model.alpha_min};
+    SetOf<N> const set{};
     Open group[Group];
     Chunk<Size> chunk;
-    std::uint32_t hits[Size + N]; // one is read ahead
+    std::uint32_t hits[Size + SetOf<N>::most_lanes]; // one is read ahead
     std::uint32_t const all = fold.tile_blocks();
     for (std::uint32_t next = 0; next < all;) {
         std::uint32_t open = 0;
@@ -112,19 +119,19 @@ void blend_kept_by(Kept* blocks, Fold const& fold, TileId tile, Camera const& ca
         std::uint32_t going = open;
         if (open != 0) fetch_ahead(0, n < Size ? n : Size, at);
         for (std::uint32_t begin = 0; begin < n && going != 0; begin += Size) {
-            std::uint32_t const most = fill<Rule, N>(chunk, begin, n, at);
+            std::uint32_t const most = fill<Rule>(set, chunk, begin, n, at);
             for (std::uint32_t g = 0; g < open; ++g) {
                 auto& b = group[g];
                 fetch_part_ahead<Size>(begin + Size, n, g, open, at);
                 if (b.going == 0) continue;
-                std::uint32_t const count = list_hits<Rule, N>(chunk, most, b.at, model.alpha_max, hits);
+                std::uint32_t const count = set.template call<ListHits<Rule>>(chunk, most, b.at, model.alpha_max, &hits[0]);
                 std::uint32_t contributing[strips_a_block] = {};
                 for (std::uint32_t done = 0; done < count && b.going != 0;) {
                     std::uint32_t part = blended_between_looks - b.blended % blended_between_looks;
                     if (part > count - done) part = count - done;
                     std::uint32_t const* const run = hits + done;
                     part = run_length<Rule>(run, part);
-                    blend_strips<Rule, N>(*b.kept, chunk, run, part, b.at, b.going, model, limits, contributing);
+                    set.template call<BlendStrips<Rule, Stop>>(*b.kept, chunk, run, part, b.at, b.going, model, limits, contributing);
                     for (std::uint32_t s = 0; s < strips_a_block; ++s)
                         if ((b.going >> s & 1u) != 0) work.strips[(b.number * strips_a_block + s) % workers] += part;
                     done += part;
@@ -145,10 +152,18 @@ void blend_kept(Kept* blocks, Fold const& fold, TileId tile, View const& view, s
                 Worker worker, std::uint32_t workers, Work& work) noexcept
 {
     Model const& model = view.model;
-    if (model.arithmetic == Arithmetic::precise || !(model.alpha_min >= faintest_cut))
-        blend_kept_by<EachPair, N, Size, Group>(blocks, fold, tile, view.camera, model, finished, n, at, worker, workers, work);
+    auto const blend = [&](auto rule, auto stop) noexcept {
+        blend_kept_by<decltype(rule), decltype(stop), N, Size, Group>(blocks, fold, tile, view.camera, model, finished, n, at, worker, workers, work);
+    };
+    bool const each = model.arithmetic == Arithmetic::precise || !(model.alpha_min >= faintest_cut);
+    if (model.stop == Stop::after_crossing && each)
+        blend(EachPair{}, StopEachPixel{});
+    else if (model.stop == Stop::after_crossing)
+        blend(FastRule{}, StopEachPixel{});
+    else if (each)
+        blend(EachPair{}, StopBeforeCrossing{});
     else
-        blend_kept_by<FastRule, N, Size, Group>(blocks, fold, tile, view.camera, model, finished, n, at, worker, workers, work);
+        blend(FastRule{}, StopBeforeCrossing{});
 }
 } // namespace detail
 
@@ -251,7 +266,7 @@ struct Blend {
             for (std::uint32_t w = 0; w < worker.count; ++w) work.before[w] = work.strips[w];
             if (window.done()) return;
             auto const at = [&](std::uint32_t i) noexcept -> Splat const& { return Access::splat_of(*frame, held[keys[order[i]].slot]); };
-            detail::blend_kept<splat::detail::native_lanes, 128, 8>(blocks.begin(), frame->fold, here.tile, frame->view, window.finished,
+            detail::blend_kept<splat::detail::lanes_in_use, 128, 8>(blocks.begin(), frame->fold, here.tile, frame->view, window.finished,
                                                                    keys.size(), at, Worker{0, 1}, worker.count, work);
         }
     };

@@ -162,22 +162,40 @@ private:
     }
 };
 
-/// Makes the pixels that the host reads. All workers share the blocks.
+/// Makes the pixels that the host reads, on the background. All workers share the blocks. The blocks stay as they are, because a later
+/// chapter goes on with them.
 template <class P>
 struct Finish {
     static constexpr char const* name = "finish";
-    void operator()(BlocksOf<P> const& blocks, Framebuffer<typename P::Pixel>& framebuffer, Worker worker) const noexcept
+    using FrameParameters = typename P::Parameters;
+    void operator()(Broadcast<FrameParameters> frame, BlocksOf<P> const& blocks, Framebuffer<typename P::Pixel>& framebuffer,
+                    Worker worker) const noexcept
     {
-        for (std::uint32_t b = worker.index; b < blocks.size(); b += worker.count)
-            for (std::uint32_t j = 0; j < block_height; ++j)
-                for (std::uint32_t i = 0; i < block_width; ++i)
-                    framebuffer[(b * block_height + j) * block_width + i] = P::Pixel::make(detail::blended(blocks[b], j, i));
+        auto const& background = frame->view.model.background;
+        for (std::uint32_t b = worker.index; b < blocks.size(); b += worker.count) {
+            auto* const pixels = framebuffer.begin() + b * block_height * block_width;
+            if (is_black(background)) {
+                make_pixels(blocks[b], pixels);
+            } else {
+                auto shown = blocks[b];
+                detail::add_background(shown, background);
+                make_pixels(shown, pixels);
+            }
+        }
     }
     static Operations operations(Framebuffer<typename P::Pixel> const& framebuffer) noexcept
     {
         Operations o;
         o[Operation::pixel] = framebuffer.size();
         return o;
+    }
+
+private:
+    template <class Block>
+    TILEMESH_KERNEL static void make_pixels(Block const& block, typename P::Pixel* pixels) noexcept
+    {
+        for (std::uint32_t j = 0; j < block_height; ++j)
+            for (std::uint32_t i = 0; i < block_width; ++i) pixels[j * block_width + i] = P::Pixel::make(detail::blended(block, j, i));
     }
 };
 

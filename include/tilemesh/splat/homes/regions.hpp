@@ -33,7 +33,7 @@ struct Sizes {
 struct Parameters {
     static constexpr char const* name = "frame parameters";
     View view;
-    Tiling tiling; ///< of the projection; it only sets `Splat::anchor`, which this program does not read
+    TileSize tiling; ///< of the projection; it only sets `Splat::anchor`, which this program does not read
     Fold fold;
     /// A map with more records than homes comes in chapters, front to back: the host refills the homes and runs the program again. 0 for
     /// the first chapter; otherwise the bits of the nearest depth of this one. The picture goes on where the last chapter ended.
