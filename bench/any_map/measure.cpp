@@ -168,7 +168,8 @@ private:
         auto& row = add(view, program);
         auto setup = program == Program::paper ? tilemesh::render::choice_of<splat::Paper>() : tilemesh::render::choice_of<splat::Lossless>();
         setup.model.arithmetic = splat::Arithmetic::precise;
-        auto const machine = bench::make_traced_machine(scene_.map, setup, {.threads = options_.threads, .grid = {grid_.width, grid_.height}});
+        auto const machine = bench::make_traced_machine(
+            scene_.map, setup, {.threads = options_.threads, .grid = {grid_.width, grid_.height}, .keep_pixels = false});
         for (auto const& camera : views_[view].cameras) machine->render(camera);
         auto const& r = machine->report();
         row.held = setup.sizes.storage;

@@ -2,13 +2,14 @@
 #include <algorithm>
 #include <tilemesh/render/frame_renderer.hpp>
 
-std::unique_ptr<frame::Machine> frame::make_machine(Kind kind, tilemesh::scene::Map const& map, tilemesh::splat::Arithmetic arithmetic,
-                                                    std::uint32_t threads, tilemesh::splat::Camera const& camera)
+std::unique_ptr<frame::Machine> frame::make_machine(Kind kind, Pixels pixels, tilemesh::scene::Map const& map,
+                                                    tilemesh::splat::Arithmetic arithmetic, std::uint32_t threads,
+                                                    tilemesh::splat::Camera const& camera)
 {
     auto setup = tilemesh::render::choice_of<tilemesh::splat::Lossless>();
     setup.model.transmittance_min = stop_of_3dgs;
     setup.model.arithmetic = arithmetic;
-    tilemesh::RendererOptions options{.threads = threads};
+    tilemesh::RendererOptions options{.threads = threads, .keep_pixels = pixels == Pixels::kept};
     if (kind == Kind::large) {
         setup.machine = tilemesh::size_of_machine<tilemesh::splat::RoomyMachine>();
         // An object capture has most of its records, and their copies, on a few tiles.

@@ -21,7 +21,10 @@ enum class Kind {
     wide   ///< on 400 x 250 tiles, of which the frame occupies 40 x 36
 };
 
-std::unique_ptr<Machine> make_machine(Kind, tilemesh::scene::Map const&, tilemesh::splat::Arithmetic, std::uint32_t threads,
+/// Do tiles whose splats and view did not change keep their pixels?
+enum class Pixels { composited, kept };
+
+std::unique_ptr<Machine> make_machine(Kind, Pixels, tilemesh::scene::Map const&, tilemesh::splat::Arithmetic, std::uint32_t threads,
                                       tilemesh::splat::Camera const&);
 
 } // namespace frame

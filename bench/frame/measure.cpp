@@ -35,6 +35,7 @@ struct Contest {
         Row row;
     };
     std::vector<Entry> entries;
+    std::unique_ptr<Machine> kept; ///< in a static view: the first entry's machine, whose tiles keep their pixels
 };
 
 /// The default model with the stop of 3D Gaussian Splatting.
@@ -114,6 +115,13 @@ void run_round(Contest& contest, splat::Camera const& camera, splat::Model const
         row.entries = direct.entries();
         row.over_narrow.push_back(mesh / contest.entries.front().row.mesh.back());
     }
+    if (contest.kept == nullptr) return;
+    contest.kept->wake(camera);
+    contest.kept->render(camera);
+    auto const& r = contest.kept->report();
+    if (!direct.equals(contest.kept->image()) || r.pairs != contest.entries.front().machine->report().pairs)
+        broken.push_back("pictures or pairs differ if tiles keep their pixels");
+    if (measured) contest.entries.front().row.kept.push_back(r.host_ms.total - r.host_ms.picture);
 }
 
 Samples ratios(Samples const& of, Samples const& over)
@@ -145,17 +153,22 @@ std::vector<Row> measure(bench::Scene const& scene, std::string const& motion, O
     std::vector<Contest> contests;
     for (auto const threads : options.threads) {
         Contest c{
-            threads, std::make_unique<bench::Team>(threads), std::make_unique<bench::Direct>(scene.map.gaussians), {}};
+            threads, std::make_unique<bench::Team>(threads), std::make_unique<bench::Direct>(scene.map.gaussians), {}, {}};
+        auto const machine = [&](Kind kind, Pixels pixels) {
+            return make_machine(kind, pixels, scene.map, options.arithmetic, threads, scene.camera);
+        };
         auto const add = [&](Kind kind, char const* grid) {
             Row row;
             row.scene = scene.map.name;
             row.motion = motion;
             row.grid = grid;
             row.threads = threads;
-            c.entries.push_back({make_machine(kind, scene.map, options.arithmetic, threads, scene.camera), std::move(row)});
+            c.entries.push_back({machine(kind, Pixels::composited), std::move(row)});
         };
         bool const large = scene.map.gaussians.size() > most_on_mk2;
-        add(large ? Kind::large : Kind::paper, "40x36");
+        auto const kind = large ? Kind::large : Kind::paper;
+        add(kind, "40x36");
+        if (motion == "static") c.kept = machine(kind, Pixels::kept);
         if (options.wide && !large) add(Kind::wide, "400x250");
         contests.push_back(std::move(c));
     }
@@ -255,6 +268,7 @@ std::string csv(std::vector<Row> const& rows, tilemesh::splat::Arithmetic arithm
         {"mesh_over_narrow", &Row::over_narrow, 3},
         {"clock_ghz", &Row::clock_ghz, 3},
         {"cycles_per_block_splat", &Row::cycles_per_block_splat, 1},
+        {"mesh_kept_ms", &Row::kept, 4},
     };
     auto const middle = [](Samples const& s, int places) {
         return s.empty() ? std::string{} : bench::fixed(bench::median(s), places);

@@ -24,7 +24,7 @@ group() { # a name, then one string of flags a build
 
 # Compilers fuse by default as much as they are allowed here, or less.
 group "this machine" "-O3 -march=native -ffp-contract=off" "-O3 -march=native -ffp-contract=fast" "-O0 -march=native"
-group "any machine" "-O3" "-O0"
+group "any machine" "-O3" "-O0" "-O3 -DTILEMESH_INSTRUCTION_SETS=0" # the first two use the widest set that this processor has
 
 # Clang marks what it may fuse: nothing in kernel code. (Its pictures alone would hardly show it.)
 if "$compiler" --version | grep -q clang; then

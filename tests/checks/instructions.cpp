@@ -1,6 +1,6 @@
 // usage: instructions PART
 // One small fixed frame of the built-in map on one thread, for callgrind, which counts the instructions of `measured_frame`. Exit status 1
-// if the frame is wrong, so that no count is of a broken frame. With -DTRACED the machine keeps a trace.
+// if the frame is wrong, so that no count is of a broken frame. All tiles composite, also in a static view. With -DTRACED the machine keeps a trace.
 #include <common/direct.hpp>
 #include <cstdint>
 #include <cstdio>
@@ -59,7 +59,7 @@ int main(int argc, char** argv)
     auto const turned = scene::orbit(start, scene::robust_centre(map), 2.0, 2).back();
 
     bench::Direct rasteriser(map.gaussians);
-    Renderer renderer(map, {.tile = {32, 20}});
+    Renderer renderer(map, {.tile = {32, 20}, .keep_pixels = false});
     renderer.model().arithmetic = model.arithmetic;
     renderer.prepare(start.width, start.height);
     camera = start;

@@ -34,6 +34,7 @@
 #include <tilemesh/splat/homes/program.hpp>
 #include <tilemesh/splat/homes/regions.hpp>
 #include <tilemesh/splat/homes/tell.hpp>
+#include <tilemesh/splat/instruction_sets.hpp>
 #include <tilemesh/splat/lanes.hpp>
 #include <tilemesh/splat/logarithm.hpp>
 #include <tilemesh/splat/model.hpp>

@@ -147,10 +147,14 @@ struct Counting {
         std::int32_t v;
         friend Word operator+(Word a, std::int32_t b) { return other(Word{a.v + b}); }
         friend Word operator-(Word a, std::int32_t b) { return other(Word{a.v - b}); }
+        friend Word operator+(Word a, Word b) { return other(Word{a.v + b.v}); }
+        friend Word operator-(Word a, Word b) { return other(Word{a.v - b.v}); }
         friend Word operator&(Word a, std::int32_t b) { return other(Word{a.v & b}); }
         friend Word operator|(Word a, Word b) { return other(Word{a.v | b.v}); }
         friend Word operator>>(Word a, int by) { return other(Word{a.v >> by}); }
         friend Word operator<<(Word a, int by) { return other(Word{a.v << by}); }
+        friend bool operator<(Word a, Word b) { return other(a.v < b.v); }
+        friend bool operator>(Word a, Word b) { return other(a.v > b.v); }
         friend bool operator!=(Word a, std::int32_t b) { return other(a.v != b); }
     };
     using Mask = bool;

@@ -1,6 +1,7 @@
 // test: unoptimised asan, without tsan, needs data, cost 25
 #include "../splat/scenes.hpp"
 #include "on_poplar.hpp"
+#include <array>
 #include <standin_vertex.hpp>
 #include <tilemesh/poplar/ledger.hpp>
 #include <tilemesh/renderer.hpp>
@@ -186,6 +187,13 @@ TEST_CASE("poplar: worker order and count change nothing; starved channels, drop
     poplar_test::use(executions[0]);
     compare<Held<6>>(map, "held6", options, cameras);
     options.sizes.reset();
+    // The rules of training on a background, floats and 8-bit pixels.
+    options.quality = splat::Quality::training;
+    options.background = std::array<float, 3>{0.75f, 0.25f, 0.5f};
+    compare<Held<6>>(map, "held6", options, cameras);
+    compare<Dropped>(map, "dropped4", options, cameras);
+    options.quality.reset();
+    options.background.reset();
     // Limits below the slots of the layout.
     options.channel_slots = 2;
     options.storage_slots = 200;

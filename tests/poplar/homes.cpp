@@ -1,6 +1,7 @@
 // test: unoptimised test asan, without tsan
 #include "../splat/support.hpp"
 #include "on_poplar.hpp"
+#include <array>
 #include <standin_vertex.hpp>
 #include <tilemesh/poplar/ledger.hpp>
 #include <tilemesh/render/homes_renderer.hpp>
@@ -58,6 +59,7 @@ TEST_CASE("poplar: the program of homes has the pictures, counters and words of 
     poplar_test::use(executions[2]);
     compare(map, {3, 2}, true, {});
     compare(map, {1, 5}, false, {});
+    compare(map, {3, 2}, true, {.quality = splat::Quality::training, .background = std::array<float, 3>{0.75f, 0.25f, 0.5f}});
     RendererOptions options;
     options.fold = false;
     options.channel_slots = options.waiting_slots = 1;

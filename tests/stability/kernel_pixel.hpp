@@ -19,10 +19,10 @@ public:
         splat_.opacity = alpha;
         for (float& c : splat_.colour) c = grey;
         chunk_.take(0, splat_);
-        std::uint32_t const first_row = 1u << detail::Hit::limits_at; // rows [0, 1)
+        std::uint32_t const first_row = 1u << detail::Hit::limits_at | 1u << detail::Hit::strips_at; // rows [0, 1), first strip
         std::uint32_t const hits[2] = {first_row, 0};
-        detail::blend_block<detail::EachPair, detail::StopEachPixel, detail::native_lanes>(block_, chunk_, hits, 1, place_, model_,
-                                                                                          limits_);
+        using Blend = detail::BlendBlock<detail::EachPair, detail::StopEachPixel>;
+        detail::SetOf<detail::lanes_in_use>{}.template call<Blend>(block_, chunk_, &hits[0], 1u, place_, model_, limits_);
     }
     float transmittance() const { return block_.transmittance[0][0]; }
     float colour() const { return block_.red[0][0]; }
