@@ -268,19 +268,19 @@ TEST_CASE("kept pixels: two renderers of different maps do not share them")
     }
 }
 
-TEST_CASE("kept pixels: each word of the parameters counts, except the flags that compositing does not read")
+TEST_CASE("kept pixels: each byte of the parameters counts, except the flags that compositing does not read")
 {
     Grid const grid{3, 2};
     auto const tiling = make_tiling(30, 20, 10, 10);
     TableParameters frame{};
     frame.view = make_view(support::lens(30, 20), Model{});
     frame.tiling = tiling;
-    auto const words = reinterpret_cast<unsigned char*>(&frame);
+    auto const bytes = reinterpret_cast<unsigned char*>(&frame);
     auto const is_flag = [&](std::size_t at) {
-        auto const offset = [&](std::uint32_t const& member) { return static_cast<std::size_t>(reinterpret_cast<unsigned char const*>(&member) - words); };
+        auto const offset = [&](std::uint8_t const& member) { return static_cast<std::size_t>(reinterpret_cast<unsigned char const*>(&member) - bytes); };
         return at == offset(frame.view_changed) || at == offset(frame.resend_copies) || at == offset(frame.readdress);
     };
-    auto const stale_at = static_cast<std::size_t>(reinterpret_cast<unsigned char*>(&frame.stale) - words);
+    auto const stale_at = static_cast<std::size_t>(reinterpret_cast<unsigned char*>(&frame.stale) - bytes);
     render::KeptPixels kept(true);
     auto const composited = [&] {
         kept.begin_run(frame, grid);
@@ -289,10 +289,10 @@ TEST_CASE("kept pixels: each word of the parameters counts, except the flags tha
     CHECK(composited() == 6);
     CHECK(composited() == 0);
     std::uint32_t flags = 0;
-    for (std::size_t at = 0; at < sizeof frame; at += 4) {
+    for (std::size_t at = 0; at < sizeof frame; ++at) {
         if (at >= stale_at && at < stale_at + sizeof frame.stale) continue; // the address of the tiles' bytes, which begin_run writes
-        for (int bit : {0, 31}) {
-            auto const flip = [&] { words[at + static_cast<std::size_t>(bit / 8)] ^= static_cast<unsigned char>(1u << bit % 8); };
+        for (int bit : {0, 7}) {
+            auto const flip = [&] { bytes[at] ^= static_cast<unsigned char>(1u << bit); };
             flip();
             INFO("byte ", at, ", bit ", bit);
             CHECK(composited() == (is_flag(at) ? 0 : 6));

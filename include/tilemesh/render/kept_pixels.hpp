@@ -13,8 +13,8 @@ namespace tilemesh { inline namespace v0_2 { namespace render {
 /// Knows which tiles show their splats already, so that the host need not composite them again.
 ///
 /// A tile's pixels and its counters of pairs follow from the tile's list of splats and from the frame's parameters. A tile keeps both if
-/// - every word of the parameters (view with camera and rules of the picture, tiling, rules of the setup, addresses of the table) is that of
-///   the last run. The parameters are compared word by word, except the three flags that only projection, routing and bloom read; and
+/// - every byte of the parameters (view with camera and rules of the picture, tiling, rules of the setup, addresses of the table) is that of
+///   the last run. The parameters are compared byte by byte, except the three flags that only projection, routing and bloom read; and
 /// - the tile's list did not change since: `Counts::changes` was 0 when DepthSort looked. Whoever changes the slots of a tile counts that, so
 ///   DepthSort already relies on it.
 /// Nothing is hashed. In an unchanged view, a tile composites if a record came or left, also if the record that left did not touch the tile.
