@@ -6,6 +6,7 @@
 #if TILEMESH_INSTRUCTION_SETS && !defined(__clang__)
 // GCC says where a template is instantiated, often at the end of the user's file, that the result of a function is a wider vector than the
 // compiler was called for. These functions are always inlined (lanes.hpp). So the warning stays off, also after this header.
+// GCC forgets that in a program that precompiles this header; such a program needs -Wno-psabi.
 #    pragma GCC diagnostic ignored "-Wpsabi"
 #endif
 
