@@ -71,4 +71,6 @@ TEST_CASE("with weights, no cut has a smaller largest sum")
     CHECK(none.last(1) == 4);
     std::vector<std::uint32_t> const most(65535, 0xffffffffu); // sums beyond 32 bits
     CHECK(mpi::Bands{65535, 3, most}.last(0) == 21845);
+    std::vector<std::uint32_t> const halves{0x80000000u, 0x80000000u, 0, 0, 0, 0}; // a sum of 2^32 is not a sum of 0
+    CHECK(largest(mpi::Bands{6, 2, halves}, halves) == 0x80000000u);
 }
