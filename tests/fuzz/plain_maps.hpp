@@ -6,9 +6,13 @@
 #include <bit>
 #include <cstdint>
 #include <cstring>
+#include <limits>
+#include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
+#include <vector>
 
 // Slow readers of compressed maps: from the bytes to the quantised numbers of tests/scene/map_writers.hpp, which gives their values, and from
 // there through an uncompressed PLY. They are for files that the library reads: they check nothing.
@@ -125,6 +129,112 @@ inline std::optional<Map> compressed_ply(Bytes const& bytes)
     return map_of(packed.expected());
 }
 
+/// A file of a ZIP archive. Nothing if the archive has no file of this name.
+inline std::optional<Bytes> unzipped(Bytes const& archive, std::string const& name)
+{
+    auto const half = [&](std::size_t at) { return static_cast<std::size_t>(little(archive, at, 2)); };
+    auto const word = [&](std::size_t at) { return static_cast<std::size_t>(little(archive, at, 4)); };
+    std::size_t end = archive.size() - 22; // of the directory, whose comment ends the archive
+    while (archive.substr(end, 4) != "PK\5\6" || end + 22 + half(end + 20) != archive.size()) --end;
+    for (std::size_t at = word(end + 16), i = half(end + 10); i > 0; at += 46 + half(at + 28) + half(at + 30) + half(at + 32), --i) {
+        if (archive.substr(at + 46, half(at + 28)) != name) continue;
+        std::size_t const local = word(at + 42), from = local + 30 + half(local + 26) + half(local + 28);
+        return half(at + 10) == 8 ? unpacked(archive, from) : archive.substr(from, word(at + 20));
+    }
+    return {};
+}
+
+/// A text of JSON. `twice`: an object has a key twice, and parsers differ in which value they take.
+struct Json {
+    explicit Json(std::string const& text)
+    {
+        std::vector<std::set<std::string>> keys; // of the objects around
+        auto const look = [&](int, nlohmann::json::parse_event_t event, nlohmann::json& part) {
+            using Event = nlohmann::json::parse_event_t;
+            if (event == Event::object_start) keys.emplace_back();
+            if (event == Event::key) twice = !keys.back().insert(part.get<std::string>()).second || twice;
+            if (event == Event::object_end) keys.pop_back();
+            return true;
+        };
+        value = nlohmann::json::parse(text, look, false);
+    }
+    nlohmann::json value;
+    bool twice = false;
+};
+/// Is a map in the SOG format that no slow reader judges?
+inline bool has_a_key_twice(Bytes const& archive)
+{
+    return Json(unzipped(archive, "meta.json").value_or("")).twice;
+}
+
+/// A number or a list of numbers, as a list.
+inline std::vector<double> numbers_of(nlohmann::json const& part, char const* key)
+{
+    if (!part.contains(key)) return {};
+    auto const& value = part[key];
+    if (value.is_number()) return {value.get<double>()};
+    return value.is_array() ? value.get<std::vector<double>>() : std::vector<double>{};
+}
+
+inline std::optional<Map> sog(Bytes const& archive)
+{
+    Json const json(unzipped(archive, "meta.json").value_or(""));
+    if (json.value.is_discarded() || json.twice) return {};
+    auto const& meta = json.value;
+    auto const number = [](nlohmann::json const& part, char const* key, double otherwise) {
+        return part.contains(key) && part[key].is_number() ? part[key].get<double>() : otherwise;
+    };
+    auto const picture = [&](char const* part, std::size_t i) { return *unzipped(archive, meta[part]["files"].at(i).get<std::string>()); };
+    auto const byte = [](Bytes const& of, std::size_t pixel, std::size_t channel) { return static_cast<std::uint8_t>(of.at(6 + 4 * pixel + channel)); };
+
+    scene_test::PackedSog packed;
+    packed.version = number(meta, "version", 1) == 2 ? 2 : 1;
+    auto const lows = numbers_of(meta["means"], "mins"), highs = numbers_of(meta["means"], "maxs");
+    for (std::size_t i = 0; i < 3; ++i) packed.mins[i] = lows[i], packed.maxs[i] = highs[i] == lows[i] ? lows[i] + 1 : highs[i];
+    char const* const parts[3] = {"scales", "sh0", "shN"};
+    for (std::size_t book = 0; book < 3; ++book) {
+        if (!meta.contains(parts[book]) || !meta[parts[book]].is_object()) continue;
+        packed.books[book] = numbers_of(meta[parts[book]], "codebook");
+        auto const mins = numbers_of(meta[parts[book]], "mins"), maxs = numbers_of(meta[parts[book]], "maxs");
+        for (std::size_t i = 0; packed.version == 1 && i < mins.size(); ++i) {
+            if (book == 2) packed.range_rest = {mins[i], maxs[i]};
+            else packed.ranges[book][i] = mins[i], packed.ranges[book][4 + i] = maxs[i];
+        }
+    }
+
+    Bytes labels;
+    if (meta.contains("shN") && meta["shN"].is_object() && (packed.version == 1 || number(meta["shN"], "bands", 0) > 0)) {
+        Bytes const palette = picture("shN", 0);
+        labels = picture("shN", 1);
+        auto const per_entry = static_cast<std::size_t>(little(palette, 2, 2) / 64); // pixels; 64 entries a line
+        packed.degree = per_entry == 3 ? 1 : per_entry == 8 ? 2 : 3;
+        for (std::size_t at = 0; at < 64 * little(palette, 4, 2); ++at) {
+            auto& entry = packed.palette.emplace_back();
+            for (std::size_t i = 0; i < 3 * per_entry; ++i) entry[i] = byte(palette, at * per_entry + i / 3, i % 3);
+        }
+    }
+
+    Bytes const low = picture("means", 0), high = picture("means", 1), scales = picture("scales", 0), quats = picture("quats", 0), sh0 = picture("sh0", 0);
+    auto const rows = static_cast<std::size_t>(packed.version == 2 ? number(meta, "count", 0) : numbers_of(meta["means"], "shape")[0]);
+    std::vector<std::size_t> without_rotation;
+    for (std::size_t r = 0; r < rows; ++r) {
+        auto& row = packed.rows.emplace_back();
+        for (std::size_t i = 0; i < 3; ++i) {
+            row.mean[i] = static_cast<std::uint16_t>(byte(low, r, i) + 256 * byte(high, r, i));
+            row.scale[i] = byte(scales, r, i);
+        }
+        for (std::size_t i = 0; i < 4; ++i) row.rotation[i] = byte(quats, r, i), row.colour[i] = byte(sh0, r, i);
+        row.label = static_cast<std::uint16_t>(packed.degree == 0 ? 0 : byte(labels, r, 0) + 256 * byte(labels, r, 1));
+        if (row.rotation[3] >= 252) continue;
+        without_rotation.push_back(r); // the library rejects the row before it looks at the label
+        row.rotation[3] = 252;
+        row.label = 0;
+    }
+    auto expected = packed.expected();
+    for (auto const r : without_rotation) expected.rows[r].mean[0] = std::numeric_limits<double>::quiet_NaN();
+    return map_of(expected);
+}
+
 /// The map of a file that the library reads, if there is a slow reader for it; `note` is the library's note of the format.
 inline std::optional<Map> compressed(Bytes const& bytes, std::string const& note)
 {
@@ -132,6 +242,7 @@ inline std::optional<Map> compressed(Bytes const& bytes, std::string const& note
     if (is("read as .splat")) return splat(bytes);
     if (is("read as SPZ")) return spz(bytes);
     if (is("read as a compressed PLY")) return compressed_ply(bytes);
+    if (is("read as SOG")) return sog(bytes);
     return {};
 }
 

@@ -47,12 +47,24 @@ void require_same(scene::Trajectory const& read, std::vector<plain::Pose> const&
     }
 }
 
-/// Any form: poses are finite and rotations, or there is an error of one line. A file of TUM is read as TUM.
+std::string form_of(scene::TrajectoryFormat format)
+{
+    using Format = scene::TrajectoryFormat;
+    return format == Format::tum ? "tum" : format == Format::euroc ? "euroc" : format == Format::kitti ? "kitti" : "replica";
+}
+
+/// Any form: the form and the poses are those of the plain reader, or there is an error of one line. A file of TUM is read as TUM.
 void try_any_form(std::string const& text, bool is_tum)
 {
+    bool close = false;
+    auto const expected = plain::any_trajectory(text, 100, close);
+    require(!is_tum || (expected && expected->form == "tum"), "the plain reader knows a TUM file");
     try {
         std::istringstream stream(text);
         auto const trajectory = scene::read_trajectory(stream, "file", 100);
+        require(close || expected.has_value(), "what the plain reader refuses is refused");
+        if (expected) require(form_of(trajectory.format) == expected->form, "the form is that of the plain reader");
+        if (expected) require_same(trajectory, expected->poses);
         require(!trajectory.empty() && trajectory.size() <= 100, "there are poses, and no more than asked for");
         require(!is_tum || trajectory.format == scene::TrajectoryFormat::tum, "a TUM file is one of TUM");
         require(is_tum || trajectory.format != scene::TrajectoryFormat::tum, "a file that is none of TUM is read in another form");
@@ -70,6 +82,7 @@ void try_any_form(std::string const& text, bool is_tum)
         require(notes.size() <= 5 && std::all_of(notes.begin(), notes.end(), is_one_line), "notes are a handful of lines");
     } catch (Error const& error) {
         require(!is_tum, "a TUM file is read");
+        require(close || !expected, "what the plain reader reads is read");
         require_error(error.what());
     }
 }
