@@ -14,7 +14,7 @@ if [ "$1" = --record ]; then record=yes && shift; fi
 if [ "$1" = --traced ]; then traced=yes && shift; fi
 compiler=$1 include=$2 bench=$3 folder=$4
 figures=instructions.txt
-parts="direct_precise direct_fast cold_precise static_precise static_fast moved_precise"
+parts="direct_precise direct_fast cold_precise static_precise static_fast kept_fast moved_precise"
 traced_parts="cold_precise static_precise moved_precise"
 
 skip() { echo "skipped: $*" && exit 0; }
