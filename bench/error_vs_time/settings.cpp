@@ -106,6 +106,10 @@ void add_rules(std::vector<Setting>& all)
     all.back().model.alpha_max = 0.99f;
     all.back().model.transmittance_min = 1e-4f;
     all.back().model.arithmetic = splat::Arithmetic::precise;
+    // The same rules on the rasteriser's own tiles: `render_map --quality training`.
+    all.push_back(make(splat::name(splat::Quality::training), "crossing"));
+    all.back().knobs.crossing = Crossing::drop;
+    all.back().model = splat::with_quality(default_model(), splat::Quality::training);
 }
 void add_numbers(std::vector<Setting>& all)
 {
