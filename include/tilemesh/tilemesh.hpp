@@ -43,6 +43,7 @@
 #include <tilemesh/model/trace_page.hpp>
 #include <tilemesh/model/trace_section.hpp>
 #include <tilemesh/render/host_form.hpp>
+#include <tilemesh/render/value_form.hpp>
 #include <tilemesh/renderer.hpp>
 #include <tilemesh/report/compare_reports.hpp>
 #include <tilemesh/report/distinct_files.hpp>

@@ -1,5 +1,6 @@
 #pragma once
 #include <concepts>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <mpi.h>
@@ -20,6 +21,8 @@ struct MpiMeshOptions {
     std::uint32_t most_passes = 0; ///< see MeshOptions
     /// The work of each row of the grid, in any unit. Ranks then have bands of equal work; without weights, bands of equal height.
     std::vector<std::uint32_t> row_weights = {};
+    /// The ranks of a mesh whose constructor gets no communicator, as that of a renderer.
+    MPI_Comm comm = MPI_COMM_WORLD;
 };
 
 /// Runs a program on the ranks of an MPI communicator. Each rank has a band of the grid's rows, and its threads share the band's tiles as in
@@ -76,6 +79,11 @@ public:
                                                               "MPI_THREAD_FUNNELED");
             band_ = std::make_unique<Band>(ranks_, mpi::Bands{grid.height, ranks_.size(), options.row_weights}, program, grid, sizes, own);
         });
+    }
+    /// The constructor above, on the ranks of `options.comm`. Renderers build their meshes with it.
+    template <std::same_as<Sizes> S>
+    MpiMesh(Program program, Grid grid, S const& sizes, Options const& options) : MpiMesh(options.comm, program, grid, sizes, options)
+    {
     }
     MpiMesh(MpiMesh const&) = delete;
     MpiMesh& operator=(MpiMesh const&) = delete;
@@ -167,7 +175,41 @@ public:
     /// The trace of the last run, of this rank's tiles. Only on a Traced machine.
     Trace const& trace() const noexcept { return band_->trace(); }
     /// The trace of the last run, of all tiles, on rank 0; an empty one on the other ranks. Collective. Only on a Traced machine.
-    Trace gather_trace() { return band_->gather_trace(); }
+    Trace gather_trace() { return band_->gather_trace(trace()); }
+    /// The same for a trace of this rank's tiles that the caller has made, as of several runs. Every rank gives the same supersteps.
+    Trace gather_trace(Trace const& mine) { return band_->gather_trace(mine); }
+
+    // Host work between runs. All functions are collective.
+    /// Runs f, which does not communicate. If it throws on some ranks, every rank throws the Error of the lowest of them, with its rank.
+    template <class F>
+    void together(F const& f)
+    {
+        ranks_.together(f);
+    }
+    /// Do all ranks give the same word?
+    bool same(std::uint64_t word) { return ranks_.same(word); }
+    /// Replaces n words by their sums over all ranks. `most`: words below 2^63 by their maxima.
+    void sum(std::uint64_t* words, std::size_t n) { ranks_.sum(words, n); }
+    void most(std::uint64_t* words, std::size_t n) { ranks_.most(words, n); }
+    /// Every rank, from the lowest to the highest, calls word = f(word), with the result of the rank before. All ranks return the last
+    /// result. Cost: one broadcast for each rank.
+    template <class F>
+    std::uint64_t in_turn(std::uint64_t word, F const& f)
+    {
+        return ranks_.in_turn(word, f);
+    }
+    /// Rank 0 gets the items of all ranks, in their order; the other ranks then have none. T is trivially copyable.
+    template <class T>
+    void join(std::vector<T>& items)
+    {
+        ranks_.join(items);
+    }
+    /// Every rank gets the items of rank 0. T is trivially copyable.
+    template <class T>
+    void share(std::vector<T>& items)
+    {
+        ranks_.share(items);
+    }
 
 private:
     mpi::detail::Ranks ranks_;

@@ -1,5 +1,6 @@
 #pragma once
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <tilemesh/engine/counters.hpp>
@@ -15,6 +16,7 @@ struct TileSums {
     std::uint64_t visible = 0, parked = 0, moved = 0, hops = 0, copies = 0;
     std::uint64_t channel_full = 0, no_credit = 0, storage_full = 0, copies_full = 0, copies_refused = 0;
     std::uint64_t blocks = 0, contributing = 0;
+    static constexpr std::size_t words = 12; ///< all members are words of 8 bytes
 
     void add(splat::Counts const& c, splat::Work const& w) noexcept
     {
@@ -34,6 +36,8 @@ struct TileSums {
         }
     }
 };
+
+static_assert(sizeof(TileSums) == 8 * TileSums::words, "processes add up all words of the sums");
 
 /// The report of one run of the frame program `Frame<P>`, without the list of losses. `holds`: full channels held records back (`Hold`).
 template <class P>

@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <tilemesh/engine/digest.hpp>
 #include <tilemesh/engine/mesh.hpp>
 #include <tilemesh/engine/trace.hpp>
 #include <tilemesh/error.hpp>
@@ -13,6 +14,7 @@
 #include <tilemesh/render/frame_layout.hpp>
 #include <tilemesh/render/kept_pixels.hpp>
 #include <tilemesh/render/losses.hpp>
+#include <tilemesh/render/over_ranks.hpp>
 #include <tilemesh/render/picture.hpp>
 #include <tilemesh/render/record_keeper.hpp>
 #include <tilemesh/render/record_table.hpp>
@@ -39,9 +41,12 @@ template <class P>
 void check_facts(SetupFacts const& facts)
 {
     bool serves = (P::Pixel::has_depth || !facts.has_depth) && (P::Pixel::has_alpha || !facts.has_alpha);
-    if constexpr (!std::is_same_v<typename P::Record, splat::Reference>)
+    if constexpr (splat::has_rules<typename P::Parameters>) {
+        if constexpr (!std::is_same_v<typename P::Record, splat::Reference>) serves = serves && facts.sh_degree <= P::Record::sh_degree;
+    } else {
         serves = serves && facts.sh_degree == P::Record::sh_degree && (facts.rules.holds != 0) == P::Saturation::holds &&
                  (facts.rules.carried != 0) == P::Addressing::carried && (facts.rules.reusable != 0) == P::Copies::reusable;
+    }
     if (!serves)
         throw Error(std::string("setup ") + facts.name + " on a renderer of other policies (its pixels lack a plane, or by value its records or " +
                     "rules are others); choose the renderer with the setup's policies");
@@ -49,6 +54,11 @@ void check_facts(SetupFacts const& facts)
 
 /// A renderer of policies P: BasicRenderer without the setup, which it takes as a value (SetupFacts). `Machine` is AnyMachine or
 /// Traced<AnyMachine>.
+///
+/// If the engine runs on several processes (MpiMesh), every process has such a renderer of the same map, setup and options, and calls the
+/// same functions with the same cameras and models. Records start on the tiles of every process and route themselves. Every process returns
+/// the same report; `host_ms` is its own. The first process returns the picture, the others an empty one. What fails in one process is an
+/// Error in all of them. Cost: every process holds the map; a frame gathers the picture, and adds up 12 words.
 template <class P, template <class, class> class Engine, class Machine>
 class FrameRenderer {
 public:
@@ -61,6 +71,9 @@ public:
     static constexpr bool by_reference = std::is_same_v<typename P::Record, splat::Reference>;
     /// May tiles keep their pixels? With parameters of the user's own, the host cannot know what compositing reads.
     static constexpr bool may_keep_pixels = std::is_same_v<Parameters, splat::TableParameters>;
+
+    static_assert(!over_ranks<MeshType> || !by_reference, "references to a table of the host on an engine over several processes (a tile "
+                                                          "of another process cannot read that table); choose a setup by value");
 
     FrameRenderer(scene::Map const& map, SetupFacts facts, RendererOptions const& options, EngineOptions engine);
     ~FrameRenderer();
@@ -84,12 +97,21 @@ public:
     std::uint32_t composited_tiles() const noexcept { return composited_; }
 
     /// The trace of the last frame, superstep by superstep; only on a Traced machine. If the host recalled copies, the program ran twice,
-    /// and the trace holds both runs in order. The mesh's own trace holds the second run only. Neither trace contains the host's work.
+    /// and the trace holds both runs in order. The mesh's own trace holds the second run only. Neither trace contains the host's work. On
+    /// several processes, it is the trace of this process's tiles.
     template <class M = Machine> // a template, because Clang 14 instantiates members of an `extern template` whatever they require
     Trace const& trace() const noexcept
         requires(is_traced<M>)
     {
         return ran_twice_ ? trace_ : mesh_->trace();
+    }
+
+    /// The trace of all tiles, in the first of several processes; an empty one in the others. Every process calls it.
+    template <class M = Machine>
+    Trace gather_trace()
+        requires(is_traced<M>)
+    {
+        return render::gather_trace(*mesh_, trace());
     }
 
     /// Builds the mesh for frames of this size and loads the map. Does nothing if this mesh exists already.
@@ -169,10 +191,8 @@ private:
         auto& frame = mesh_->template broadcast<Parameters>();
         auto const flag = [](bool set) { return static_cast<std::uint8_t>(set ? 1 : 0); };
         static_cast<splat::FrameParameters&>(frame) = {view, tiling_, flag(changed), flag(changed && copies_lost_), flag(cut_)};
-        if constexpr (by_reference) {
-            frame.rules = facts_.rules;
-            cache_.point(frame);
-        }
+        if constexpr (splat::has_rules<Parameters>) frame.rules = facts_.rules;
+        if constexpr (by_reference) cache_.point(frame);
     }
 
     /// Does the host keep the missing records? If not, they are lost for good.
@@ -200,10 +220,16 @@ private:
     report::FrameReport finish(RunCounters const& counters)
     {
         TileSums sums;
-        keeper_.for_each_tile([&](TileId tile) {
+        keeper_.for_each_tile(*mesh_, [&](TileId tile) {
             auto const& mesh = std::as_const(*mesh_);
             sums.add(mesh.template state<splat::Counts>(tile), mesh.template state<splat::Work>(tile));
         });
+        if constexpr (over_ranks<MeshType>) {
+            std::uint64_t words[TileSums::words];
+            __builtin_memcpy(words, &sums, sizeof words);
+            sum(*mesh_, words, TileSums::words);
+            __builtin_memcpy(&sums, words, sizeof words);
+        }
         auto r = account<P>(counters, sums, facts_.rules.holds != 0);
         auto const& frame = mesh_->template broadcast<Parameters>();
         auto const off = keeper_.off_tiles(frame.view, tiling_, host_keeps());
@@ -225,7 +251,11 @@ private:
         auto const facts = facts_on<P>(*mesh_);
         LossQuestion const question{mesh_->grid(), frame.view,  frame.tiling, P::routes, P::blooms, facts_.rules.holds != 0,
                                     options_.hops != 0, storage_slots()};
-        auto off = LossFinder(question, records_, facts).list(r);
+        NotOnTiles off;
+        together(*mesh_, [&] {
+            if (is_first(*mesh_)) off = LossFinder(question, records_, facts).list(r);
+        });
+        share_losses(*mesh_, r, off);
         keeper_.set_missing(std::move(off.missing));
         keeper_.set_under_way(std::move(off.under_way));
     }
@@ -234,19 +264,43 @@ private:
     {
         auto const& frame = mesh_->template broadcast<Parameters>();
         bool any = false;
-        keeper_.for_each_tile([&](TileId tile) {
+        keeper_.for_each_tile(*mesh_, [&](TileId tile) {
             for (auto const& entry : std::as_const(*mesh_).template state<splat::Splats<P>>(tile)) {
                 auto const& s = splat::AccessOf<P>::splat_of(frame, entry);
                 any = any || (s.visible() && splat::tiles_of(s, tiling_).count() > 1);
             }
         });
-        return any;
+        return in_any(*mesh_, any);
+    }
+    /// On several processes: throws Error if they render different frames.
+    void require_same([[maybe_unused]] splat::View const& view)
+    {
+        if constexpr (over_ranks<MeshType>) {
+            static_assert(sizeof view % 4 == 0 && alignof(splat::View) == 4);
+            std::uint32_t words[sizeof view / 4];
+            __builtin_memcpy(words, &view, sizeof view);
+            auto digest = engine::mix_words(renderer_digest_, words, sizeof view / 4);
+            if (!mesh_->same(digest))
+                throw Error("ranks with different frames (the map, the camera, the model or the options of a rank differ from those of another); "
+                            "give the same to every rank");
+        }
+    }
+
+    /// A digest of what must be the same on all ranks in all frames: map, rules, and those options that are not in the mesh.
+    std::uint64_t digest_of_renderer() const noexcept
+    {
+        auto digest = over_ranks<MeshType> ? records_.digest() : 0;
+        for (auto const word : {facts_.rules.holds, facts_.rules.carried, facts_.rules.reusable, facts_.rules.road_bytes,
+                                facts_.rules.beam_bytes, static_cast<std::uint32_t>(facts_.colour), options_.hops, options_.storage_slots})
+            digest = engine::mix(digest, word);
+        return digest;
     }
 
     RendererOptions options_;
     EngineOptions engine_;
     SetupFacts facts_;
     RecordTable records_;
+    std::uint64_t renderer_digest_;
     ScreenCache cache_;                              ///< the table that the tiles' references point to
     RecordKeeper<P> keeper_;
     KeptPixels kept_;
@@ -271,7 +325,7 @@ template <class P, template <class, class> class Engine, class Machine>
 FrameRenderer<P, Engine, Machine>::FrameRenderer(scene::Map const& map, SetupFacts facts, RendererOptions const& options,
                                                  EngineOptions engine)
     : options_(options), engine_(std::move(engine)), facts_(std::move(facts)), records_(map, facts_.sh_degree),
-      cache_(by_reference ? records_.rows() : 0), keeper_(records_, &cache_),
+      renderer_digest_(digest_of_renderer()), cache_(by_reference ? records_.rows() : 0), keeper_(records_, &cache_),
       kept_(may_keep_pixels && options.keep_pixels), model_(with_options(facts_.model, options))
 {
     check_facts<P>(facts_);
@@ -326,8 +380,11 @@ void FrameRenderer<P, Engine, Machine>::render_into(splat::Camera const& camera,
     auto const begin = Clock::now();
     check_camera(camera);
     check_model(model_);
-    prepare(camera.width, camera.height);
     auto const view = splat::make_view(camera, model_);
+    bool const known = mesh_ && !halfway_; // otherwise the ranks meet first when they build the mesh
+    if (known) require_same(view);
+    prepare(camera.width, camera.height);
+    if (!known) require_same(view);
     auto const start = Clock::now();
     halfway_ = true;
     bool const changed = put_records(view);

@@ -197,15 +197,29 @@ struct TableAccess {
 template <>
 struct Access<TableParameters> : TableAccess<TableParameters> {};
 
+/// Do the frame's parameters have the setup's rules, as TableParameters and RuleParameters do?
+template <class Parameters, class = void>
+inline constexpr bool has_rules = false;
+template <class Parameters>
+inline constexpr bool has_rules<Parameters, std::void_t<decltype(Parameters::rules)>> = true;
+
 /// Policies whose rule is a word in the frame's parameters.
 struct RunTimeSaturation {
     static constexpr char const* name = "at run time";
     static constexpr bool may_hold = true;
-    TILEMESH_KERNEL static bool holds_in(TableParameters const& frame) noexcept { return frame.rules.holds != 0; }
+    template <class Parameters>
+    TILEMESH_KERNEL static bool holds_in(Parameters const& frame) noexcept
+    {
+        return frame.rules.holds != 0;
+    }
 };
 struct RunTimeAddressing : Carried {
     static constexpr char const* name = "at run time";
-    TILEMESH_KERNEL static bool carried_in(TableParameters const& frame) noexcept { return frame.rules.carried != 0; }
+    template <class Parameters>
+    TILEMESH_KERNEL static bool carried_in(Parameters const& frame) noexcept
+    {
+        return frame.rules.carried != 0;
+    }
 };
 struct RunTimeCopies {
     static constexpr char const* name = "at run time";
@@ -271,7 +285,7 @@ struct Referenced : S {
     using Pixel = HostPixel<typename S::Pixel>;
 };
 
-/// The setup whose machine S simulates: T if S is Referenced<T>, otherwise S.
+/// The setup whose machine S simulates: T if S is Referenced<T> or Valued<T>, otherwise S.
 template <class S, class = void>
 struct ValueOf {
     using type = S;

@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <optional>
+#include <tilemesh/render/over_ranks.hpp>
 #include <tilemesh/render/record_table.hpp>
 #include <tilemesh/render/setup_facts.hpp>
 #include <tilemesh/render/sorted_table.hpp>
@@ -27,39 +28,81 @@ struct MeshFacts {
         return std::uint64_t{static_cast<std::uint32_t>(id)} << 32 | tile;
     }
 };
+/// The facts as lists of plain words, which processes can send.
+struct FactLists {
+    struct Held {
+        splat::GaussianId id;
+        std::uint32_t tile, bits;
+    };
+    struct Owned {
+        splat::GaussianId id;
+        splat::Splat splat;
+    };
+    std::vector<Held> held;
+    std::vector<Owned> owned;
+    std::vector<splat::GaussianId> under_way;
+    std::vector<Held> copies_under_way;
+    std::vector<std::uint32_t> parked;
+};
+/// The lists of the tiles of this process.
 template <class P, class M>
-MeshFacts facts_on(M& mesh)
+FactLists fact_lists(M& mesh)
 {
-    MeshFacts facts;
+    FactLists lists;
     auto const& frame = mesh.template broadcast<typename P::Parameters>();
     auto const grid = mesh.grid();
-    facts.parked.resize(grid.size(), 0);
     for (std::uint32_t t = 0; t < grid.size(); ++t) {
+        if (!owns(mesh, grid.tile(t))) continue;
         auto const marks = std::as_const(mesh).template state<splat::Marks<P>>(grid.tile(t));
         auto const splats = std::as_const(mesh).template state<splat::Splats<P>>(grid.tile(t));
+        std::uint32_t parked = 0;
         for (std::uint32_t i = 0; i < marks.size(); ++i) {
-            facts.held.add(MeshFacts::key(marks[i].id, t), marks[i].bits);
+            lists.held.push_back({marks[i].id, t, marks[i].bits});
             if (marks[i].is(splat::Mark::copy)) continue;
-            facts.owners.add(MeshFacts::key(marks[i].id), static_cast<std::uint32_t>(facts.splats.size()));
-            facts.splats.push_back(splat::AccessOf<P>::splat_of(frame, splats[i]));
-            facts.parked[t] += facts.splats.back().visible() ? 0u : 1u;
+            lists.owned.push_back({marks[i].id, splat::AccessOf<P>::splat_of(frame, splats[i])});
+            parked += lists.owned.back().splat.visible() ? 0u : 1u;
         }
+        lists.parked.push_back(parked);
         if constexpr (P::routes)
             for (Direction d : news)
                 for (auto const& m : mesh.template incoming<splat::Road<P>>(grid.tile(t), d))
-                    facts.under_way.push_back(P::Addressing::record(m).id);
+                    lists.under_way.push_back(P::Addressing::record(m).id);
         if constexpr (P::routes && P::Saturation::may_hold) {
             for (auto const& m : std::as_const(mesh).template state<splat::Waiting<P, 0>>(grid.tile(t)))
-                facts.under_way.push_back(P::Addressing::record(m).id);
+                lists.under_way.push_back(P::Addressing::record(m).id);
             for (auto const& m : std::as_const(mesh).template state<splat::Waiting<P, 1>>(grid.tile(t)))
-                facts.under_way.push_back(P::Addressing::record(m).id);
+                lists.under_way.push_back(P::Addressing::record(m).id);
         }
         if constexpr (P::blooms)
             for (Direction d : news)
                 for (auto const& m : mesh.template incoming<splat::Beam<P>>(grid.tile(t), d))
-                    facts.copies_under_way.add(MeshFacts::key(m.id, t), 0);
+                    lists.copies_under_way.push_back({m.id, t, 0});
     }
-    for (auto* const table : {&facts.held, &facts.owners, &facts.copies_under_way}) (void)table->sort();
+    return lists;
+}
+/// The facts of all tiles. If several processes have them, the first gets the facts, and the others get none.
+template <class P, class M>
+MeshFacts facts_on(M& mesh)
+{
+    FactLists lists;
+    together(mesh, [&] { lists = fact_lists<P>(mesh); });
+    join(mesh, lists.held);
+    join(mesh, lists.owned);
+    join(mesh, lists.under_way);
+    join(mesh, lists.copies_under_way);
+    join(mesh, lists.parked);
+    MeshFacts facts;
+    together(mesh, [&] {
+        facts.under_way = std::move(lists.under_way);
+        facts.parked = std::move(lists.parked);
+        for (auto const& h : lists.held) facts.held.add(MeshFacts::key(h.id, h.tile), h.bits);
+        for (auto const& o : lists.owned) {
+            facts.owners.add(MeshFacts::key(o.id), static_cast<std::uint32_t>(facts.splats.size()));
+            facts.splats.push_back(o.splat);
+        }
+        for (auto const& c : lists.copies_under_way) facts.copies_under_way.add(MeshFacts::key(c.id, c.tile), 0);
+        for (auto* const table : {&facts.held, &facts.owners, &facts.copies_under_way}) (void)table->sort();
+    });
     return facts;
 }
 
@@ -78,6 +121,31 @@ struct NotOnTiles {
     std::vector<std::uint32_t> missing;   ///< nowhere on the mesh, in order
     std::vector<std::uint32_t> under_way; ///< in channels and FIFOs, in the order of tiles
 };
+
+/// Gives every process the losses in the first one's report, and the counts that follow from them.
+template <class M>
+void share_losses(M& mesh, report::FrameReport& r, NotOnTiles& off)
+{
+    if constexpr (over_ranks<M>) {
+        share(mesh, r.lost);
+        share(mesh, off.missing);
+        share(mesh, off.under_way);
+        auto const full = r.full_tiles.value_or(report::FullTiles{});
+        std::vector<std::uint64_t> words;
+        together(mesh, [&] {
+            words = {r.gaussians.under_way, r.gaussians.unplaced, r.gaussians.dropped, r.lost_copies, r.late_copies, r.full_tiles ? 1u : 0u,
+                     full.count, full.fullest, full.slots_needed, full.slots_available};
+        });
+        share(mesh, words);
+        r.gaussians.under_way = words[0];
+        r.gaussians.unplaced = words[1];
+        r.gaussians.dropped = words[2];
+        r.lost_copies = words[3];
+        r.late_copies = words[4];
+        if (words[5] != 0)
+            r.full_tiles = {static_cast<std::uint32_t>(words[6]), static_cast<std::uint32_t>(words[7]), words[8], words[9]};
+    }
+}
 
 /// Lists what the picture lacks.
 class LossFinder {

@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <tilemesh/render/frame_layout.hpp>
+#include <tilemesh/render/over_ranks.hpp>
 #include <tilemesh/render/setup_facts.hpp>
 #include <tilemesh/report/frame_report.hpp>
 #include <tilemesh/report/image.hpp>
@@ -19,7 +20,7 @@ struct RenderedFrame {
 
 namespace render {
 
-/// Gives every tile a framebuffer with the pixels that it owns, all black.
+/// Gives every tile of this process a framebuffer with the pixels that it owns, all black.
 template <class P, class M>
 void size_framebuffers(M& mesh, splat::Tiling const& tiling, Extent2 size)
 {
@@ -28,6 +29,7 @@ void size_framebuffers(M& mesh, splat::Tiling const& tiling, Extent2 size)
     frame.height = size.height;
     auto const grid = mesh.grid();
     for (std::uint32_t t = 0; t < grid.size(); ++t) {
+        if (!owns(mesh, grid.tile(t))) continue;
         auto const rect = splat::pixels_of(tiling, frame, grid.tile(t));
         auto framebuffer = mesh.template state<splat::Framebuffer<P>>(grid.tile(t));
         framebuffer.truncate(0);
@@ -78,9 +80,9 @@ inline void size_planes(splat::Camera const& camera, bool depth, bool alpha, Ren
     size(to.alpha, alpha);
 }
 
-/// Copies the tiles' framebuffers into one picture, with the planes that the setup has. It runs on all threads of the mesh.
+namespace detail {
 template <class P, class M>
-void collect_picture(M& mesh, SetupFacts const& facts, splat::Tiling const& tiling, splat::Camera const& camera, RenderedFrame& to)
+void copy_picture(M& mesh, SetupFacts const& facts, splat::Tiling const& tiling, splat::Camera const& camera, RenderedFrame& to)
 {
     size_planes(camera, facts.has_depth, facts.has_alpha, to);
     // The host may blend floats for a machine that stores levels; the result is then rounded to levels.
@@ -101,6 +103,20 @@ void collect_picture(M& mesh, SetupFacts const& facts, splat::Tiling const& tili
                 if (round) detail::round_to_levels(to.image.pixel(rect.x0, y), 3 * width);
             }
         }
+    });
+}
+} // namespace detail
+
+/// Copies the tiles' framebuffers into one picture, with the planes that the setup has. It runs on all threads of the mesh. If several
+/// processes have the tiles, the first one gets the picture, and the others get an empty one.
+template <class P, class M>
+void collect_picture(M& mesh, SetupFacts const& facts, splat::Tiling const& tiling, splat::Camera const& camera, RenderedFrame& to)
+{
+    gather<splat::Framebuffer<P>>(mesh);
+    together(mesh, [&] {
+        if (is_first(mesh)) return detail::copy_picture<P>(mesh, facts, tiling, camera, to);
+        to.image = {};
+        to.depth = to.alpha = {};
     });
 }
 

@@ -6,6 +6,7 @@
 #include <tilemesh/error.hpp>
 #include <tilemesh/render/frame_layout.hpp>
 #include <tilemesh/render/host_form.hpp>
+#include <tilemesh/render/over_ranks.hpp>
 #include <tilemesh/render/record_table.hpp>
 #include <tilemesh/render/screen_cache.hpp>
 #include <tilemesh/render/sorted_table.hpp>
@@ -22,7 +23,8 @@ namespace tilemesh { inline namespace v0_2 { namespace render {
 /// handed back. Without routing, call `place` in each new view. After a frame, call `set_missing` and `set_under_way` with the rows that
 /// the list of losses found, then `recall_copies`. Every row is on the mesh once, or in `missing()`, or (without routing) parked.
 ///
-/// `P` is a set of policies. Every member function takes the mesh, which must be between two runs.
+/// `P` is a set of policies. Every member function takes the mesh, which must be between two runs. If the mesh runs on several processes,
+/// each has a keeper of the same records: every process calls the same functions, puts records on its own tiles, and has the same lists.
 template <class P>
 class RecordKeeper {
 public:
@@ -54,12 +56,13 @@ public:
     /// The rectangle of tiles from (0, 0) that hold pixels or may hold records.
     Extent2 occupied() const noexcept { return occupied_; }
 
-    /// Calls f(tile) for every tile that may hold pixels or records.
-    template <class F>
-    void for_each_tile(F const& f) const
+    /// Calls f(tile) for every tile of this process that may hold pixels or records.
+    template <class M, class F>
+    void for_each_tile(M const& mesh, F const& f) const
     {
         for (std::uint32_t y = 0; y < occupied_.height; ++y)
-            for (std::uint32_t x = 0; x < occupied_.width; ++x) f(TileId::at(x, y));
+            for (std::uint32_t x = 0; x < occupied_.width; ++x)
+                if (auto const tile = TileId::at(x, y); owns(mesh, tile)) f(tile);
     }
     /// From now on the mesh runs these tiles and the tiles that were occupied before. The other tiles are idle.
     template <class M>
@@ -92,7 +95,7 @@ public:
         auto const grid = mesh.grid();
         auto const in_picture = tiling.columns * tiling.rows;
         auto const share = (missing_.size() + in_picture - 1) / in_picture;
-        std::size_t next = 0;
+        std::uint64_t next = 0, reached[] = {0, 0}; // columns and rows with a new record
         auto const fill = [&](TileId tile, std::size_t most) {
             auto storage = mesh.template state<splat::Storage<P>>(tile);
             auto marks = mesh.template state<splat::Marks<P>>(tile);
@@ -109,14 +112,25 @@ public:
                     continue;
                 }
                 if (!storage.try_push(g)) return;
-                occupy(mesh, tile.x() + 1, tile.y() + 1);
+                reached[0] = std::max<std::uint64_t>(reached[0], tile.x() + 1);
+                reached[1] = std::max<std::uint64_t>(reached[1], tile.y() + 1);
                 marks.unchecked_push({g.id, 0});
                 splats.unchecked_push(entry_of(row, {}));
             }
         };
-        for (std::uint32_t i = 0; i < in_picture && next < missing_.size(); ++i)
-            fill(TileId::at(i % tiling.columns, i / tiling.columns), share);
-        for (std::uint32_t t = 0; t < grid.size() && next < missing_.size(); ++t) fill(grid.tile(t), missing_.size());
+        // The tiles of a process follow those of the process before, so it goes on where that one stopped.
+        auto const fill_tiles = [&](std::uint32_t tiles, std::size_t most, auto const& tile_of) {
+            next = in_turn(mesh, next, [&](std::uint64_t first) {
+                next = first;
+                for (std::uint32_t i = 0; i < tiles && next < missing_.size(); ++i)
+                    if (auto const tile = tile_of(i); owns(mesh, tile)) fill(tile, most);
+                return next;
+            });
+        };
+        fill_tiles(in_picture, share, [&](std::uint32_t i) { return TileId::at(i % tiling.columns, i / tiling.columns); });
+        if (next < missing_.size()) fill_tiles(grid.size(), missing_.size(), [&](std::uint32_t t) { return grid.tile(t); });
+        most(mesh, reached, 2);
+        occupy(mesh, static_cast<std::uint32_t>(reached[0]), static_cast<std::uint32_t>(reached[1]));
         missing_.erase(missing_.begin(), missing_.begin() + static_cast<std::ptrdiff_t>(next));
     }
 
@@ -125,7 +139,7 @@ public:
     template <class M>
     void place(M& mesh, splat::View const& view, splat::Tiling const& tiling)
     {
-        for_each_tile([&](TileId tile) {
+        for_each_tile(mesh, [&](TileId tile) {
             mesh.template state<splat::Storage<P>>(tile).truncate(0);
             mesh.template state<splat::Marks<P>>(tile).truncate(0);
             mesh.template state<splat::Splats<P>>(tile).truncate(0);
@@ -133,12 +147,35 @@ public:
         });
         missing_.clear();
         parked_ = 0;
+        together(mesh, [&] { place_own(mesh, view, tiling); });
+        if constexpr (over_ranks<M>) { // each process found the records that its own tiles have no room for
+            join(mesh, missing_);
+            together(mesh, [&] { std::sort(missing_.begin(), missing_.end()); });
+            share(mesh, missing_);
+        }
+    }
+
+    /// Removes the copies of missing records from the tiles. Returns whether there were any.
+    template <class M>
+    bool recall_copies(M& mesh)
+    {
+        if (missing_.empty()) return false;
+        bool any_here = false;
+        together(mesh, [&] { any_here = recall_own_copies(mesh); });
+        return in_any(mesh, any_here);
+    }
+
+private:
+    template <class M>
+    void place_own(M& mesh, splat::View const& view, splat::Tiling const& tiling)
+    {
         for (std::uint32_t row = 0; row < records_.rows(); ++row) {
             auto const s = splat_of(row, view, tiling);
             if (!s.visible()) {
                 ++parked_;
                 continue;
             }
+            if (!owns(mesh, s.anchor)) continue;
             auto const g = record_of(row);
             if (!mesh.template state<splat::Storage<P>>(s.anchor).try_push(g)) {
                 missing_.push_back(row);
@@ -151,11 +188,9 @@ public:
         }
     }
 
-    /// Removes the copies of missing records from the tiles. Returns whether there were any.
     template <class M>
-    bool recall_copies(M& mesh)
+    bool recall_own_copies(M& mesh)
     {
-        if (missing_.empty()) return false;
         SortedTable ids;
         for (auto row : missing_) ids.add(static_cast<std::uint32_t>(records_.id(row)), row);
         (void)ids.sort();
@@ -163,7 +198,7 @@ public:
         auto const is_orphan = [&](auto const& mark) {
             return mark.is(splat::Mark::copy) && ids.has(static_cast<std::uint32_t>(mark.id));
         };
-        for_each_tile([&](TileId tile) {
+        for_each_tile(mesh, [&](TileId tile) {
             auto const seen = std::as_const(mesh).template state<splat::Marks<P>>(tile);
             if (std::none_of(seen.begin(), seen.end(), is_orphan)) return;
             auto storage = mesh.template state<splat::Storage<P>>(tile);
@@ -178,13 +213,13 @@ public:
         });
         return any;
     }
-
-private:
     template <class M>
     void load_all(M& mesh, splat::Tiling const& tiling, std::uint32_t slots)
     {
-        missing_.resize(records_.rows());
-        for (std::uint32_t i = 0; i < records_.rows(); ++i) missing_[i] = i;
+        together(mesh, [&] {
+            missing_.resize(records_.rows());
+            for (std::uint32_t i = 0; i < records_.rows(); ++i) missing_[i] = i;
+        });
         load(mesh, tiling, false);
         auto const tiles = mesh.grid().size();
         if (!missing_.empty())

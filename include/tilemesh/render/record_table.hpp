@@ -2,6 +2,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <tilemesh/engine/digest.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/render/sorted_table.hpp>
 #include <tilemesh/scene/map.hpp>
@@ -87,6 +88,20 @@ public:
     std::uint32_t depth_bits(std::uint32_t row, splat::View const& view) const noexcept
     {
         return splat::depth_bits(gaussians_[row], view);
+    }
+
+    /// A digest of all rows. Cost: a pass over the table.
+    std::uint64_t digest() const noexcept
+    {
+        auto const mixed = [](std::uint64_t h, auto const& items) {
+            for (auto const& item : items) {
+                std::uint32_t words[sizeof item / 4];
+                __builtin_memcpy(words, &item, sizeof item);
+                h = engine::mix_words(h, words, sizeof item / 4);
+            }
+            return h;
+        };
+        return mixed(mixed(degree_, gaussians_), harmonics_);
     }
 
 private:

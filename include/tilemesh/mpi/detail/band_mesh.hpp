@@ -167,13 +167,12 @@ public:
             for (std::uint32_t x = 0; x < this->grid_.width; ++x) from = copy_state<X, false>(y * this->grid_.width + x, from);
         }
     }
-    /// The trace of all tiles on rank 0, an empty one on the others.
-    Trace gather_trace()
+    /// The trace of all tiles on rank 0, an empty one on the others, from each rank's trace of its own tiles.
+    Trace gather_trace(Trace const& mine)
     {
         static_assert(Base::traced, "a mesh without a trace (its machine is not Traced); build it for Traced<Machine>");
         static_assert(sizeof(TileSample) % 4 == 0 && std::is_trivially_copyable_v<TileSample>);
         constexpr std::size_t words = sizeof(TileSample) / 4;
-        auto const& mine = this->run_.trace;
         Trace all;
         std::vector<std::uint64_t> tiles;
         ranks_.together([&] {

@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -7,6 +8,8 @@
 #include <new>
 #include <string>
 #include <tilemesh/error.hpp>
+#include <type_traits>
+#include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace mpi::detail {
 
@@ -107,12 +110,72 @@ public:
         MPI_Bcast(carrier.text, static_cast<int>(Mistake::most_bytes), MPI_CHAR, static_cast<int>(of), comm_);
         return carrier.text;
     }
+    /// Every rank, from the lowest to the highest, calls word = f(word), with the result of the rank before. All ranks return the last
+    /// result. If f throws on some ranks, the others have run, too, and every rank throws as `together`.
+    template <class F>
+    std::uint64_t in_turn(std::uint64_t word, F const& f) const
+    {
+        Mistake mistake;
+        for (std::uint32_t r = 0; r < size_; ++r) {
+            if (r == rank_) mistake.watch([&] { word = f(word); });
+            MPI_Bcast(&word, 1, MPI_UINT64_T, static_cast<int>(r), comm_);
+        }
+        agree(mistake, "");
+        return word;
+    }
+    /// Rank 0 gets the items of all ranks, in their order; the other ranks then have none.
+    template <class T>
+    void join(std::vector<T>& items) const
+    {
+        static_assert(std::is_trivially_copyable_v<T>);
+        std::vector<std::uint64_t> sizes;
+        together([&] {
+            sizes.resize(size_);
+            sizes[rank_] = items.size();
+        });
+        sum(sizes.data(), sizes.size());
+        together([&] {
+            std::uint64_t all = 0;
+            for (auto n : sizes) all += n;
+            if (rank_ == 0) items.resize(all);
+        });
+        if (rank_ != 0) {
+            in_pieces(items.data(), items.size(), [&](unsigned char* at, int n) { MPI_Send(at, n, MPI_BYTE, 0, tag_of_items, comm_); });
+            items.clear();
+            return;
+        }
+        auto at = sizes[0];
+        for (std::uint32_t r = 1; r < size_; at += sizes[r++])
+            in_pieces(items.data() + at, sizes[r], [&](unsigned char* to, int n) {
+                MPI_Recv(to, n, MPI_BYTE, static_cast<int>(r), tag_of_items, comm_, MPI_STATUS_IGNORE);
+            });
+    }
+    /// Every rank gets the items of rank 0.
+    template <class T>
+    void share(std::vector<T>& items) const
+    {
+        static_assert(std::is_trivially_copyable_v<T>);
+        std::uint64_t n = items.size();
+        MPI_Bcast(&n, 1, MPI_UINT64_T, 0, comm_);
+        together([&] { items.resize(n); });
+        in_pieces(items.data(), n, [&](unsigned char* at, int bytes) { MPI_Bcast(at, bytes, MPI_BYTE, 0, comm_); });
+    }
     static std::string of_rank(std::uint64_t rank) { return " [rank " + std::to_string(rank) + "]"; }
 
 private:
     /// More than any rank. It is positive as a signed number too, because MPICH 4.0 takes the least MPI_UINT64_T of signed numbers.
     static constexpr std::uint64_t none = ~std::uint64_t{0} >> 1;
 
+    static constexpr int tag_of_items = 4;
+
+    /// Calls f(bytes, number) for pieces of the items that MPI can count.
+    template <class T, class F>
+    static void in_pieces(T* items, std::uint64_t n, F const& f)
+    {
+        constexpr std::uint64_t most = std::uint64_t{1} << 30;
+        auto* const bytes = reinterpret_cast<unsigned char*>(items);
+        for (std::uint64_t at = 0, end = n * sizeof(T); at < end; at += most) f(bytes + at, static_cast<int>(std::min(most, end - at)));
+    }
     void reduce(std::uint64_t* words, std::size_t n, MPI_Op op) const
     {
         MPI_Allreduce(MPI_IN_PLACE, words, static_cast<int>(n), MPI_UINT64_T, op, comm_);

@@ -1,0 +1,101 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <tilemesh/engine/trace.hpp>
+#include <tilemesh/machine/types.hpp>
+#include <utility>
+#include <vector>
+
+/// The words of a renderer with an engine that runs on several processes (mpi/mpi_mesh.hpp). Such an engine has one part of the tiles in
+/// each process, and every process runs the same renderer. On any other engine a process has all tiles, and these functions do nothing
+/// else. So the renderer does not know MPI.
+namespace tilemesh { inline namespace v0_2 { namespace render {
+
+/// Does each process have only a part of the mesh's tiles?
+template <class M>
+inline constexpr bool over_ranks = requires(M const& mesh) { mesh.owns(TileId{}); };
+
+/// Is tile t one of this process?
+template <class M>
+bool owns([[maybe_unused]] M const& mesh, [[maybe_unused]] TileId t) noexcept
+{
+    if constexpr (over_ranks<M>)
+        return mesh.owns(t);
+    else
+        return true;
+}
+/// Is this the process that gets pictures and lists?
+template <class M>
+bool is_first(M const& mesh) noexcept
+{
+    if constexpr (over_ranks<M>)
+        return mesh.rank() == 0;
+    else
+        return true;
+}
+/// Runs f, which does not communicate. An exception in one process is an Error in all of them.
+template <class M, class F>
+void together([[maybe_unused]] M& mesh, F const& f)
+{
+    if constexpr (over_ranks<M>)
+        mesh.together(f);
+    else
+        f();
+}
+/// Each process in turn, in the order of its tiles, calls word = f(word) with the result of the process before. Returns the last result.
+template <class M, class F>
+std::uint64_t in_turn([[maybe_unused]] M& mesh, std::uint64_t word, F const& f)
+{
+    if constexpr (over_ranks<M>)
+        return mesh.in_turn(word, f);
+    else
+        return f(word);
+}
+/// Adds up n words over the processes. `most`: their maxima.
+template <class M>
+void sum([[maybe_unused]] M& mesh, [[maybe_unused]] std::uint64_t* words, [[maybe_unused]] std::size_t n)
+{
+    if constexpr (over_ranks<M>) mesh.sum(words, n);
+}
+template <class M>
+void most([[maybe_unused]] M& mesh, [[maybe_unused]] std::uint64_t* words, [[maybe_unused]] std::size_t n)
+{
+    if constexpr (over_ranks<M>) mesh.most(words, n);
+}
+/// Is this true in any process?
+template <class M>
+bool in_any(M& mesh, bool here)
+{
+    std::uint64_t processes = here ? 1 : 0;
+    sum(mesh, &processes, 1);
+    return processes != 0;
+}
+/// The first process gets the items of all, in the order of the processes; the others then have none.
+template <class M, class T>
+void join([[maybe_unused]] M& mesh, [[maybe_unused]] std::vector<T>& items)
+{
+    if constexpr (over_ranks<M>) mesh.join(items);
+}
+/// Every process gets the items of the first.
+template <class M, class T>
+void share([[maybe_unused]] M& mesh, [[maybe_unused]] std::vector<T>& items)
+{
+    if constexpr (over_ranks<M>) mesh.share(items);
+}
+/// Copies the states X of all tiles to the first process.
+template <class X, class M>
+void gather([[maybe_unused]] M& mesh)
+{
+    if constexpr (over_ranks<M>) mesh.template gather<X>();
+}
+/// The trace of all tiles, in the first process, from each process's trace of its own tiles.
+template <class M>
+Trace gather_trace([[maybe_unused]] M& mesh, Trace const& mine)
+{
+    if constexpr (over_ranks<M>)
+        return mesh.gather_trace(mine);
+    else
+        return mine;
+}
+
+}}} // namespace tilemesh::render
