@@ -28,6 +28,7 @@
 #include <tilemesh/model/any_to_any.hpp>
 #include <tilemesh/model/assumed_parameters.hpp>
 #include <tilemesh/model/bottleneck.hpp>
+#include <tilemesh/model/chips.hpp>
 #include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/model/cost_table.hpp>

@@ -10,6 +10,7 @@
 #include <tilemesh/error.hpp>
 #include <tilemesh/machine/grid.hpp>
 #include <tilemesh/machine/operations.hpp>
+#include <tilemesh/model/chips.hpp>
 #include <tilemesh/model/detail/trace_reading.hpp>
 #include <vector>
 
@@ -47,7 +48,7 @@ inline constexpr std::uint64_t most_millicycles = 100'000'000, most_cycles = 1'0
 ///   compute   run + sum over operations of count * price / 1,000, rounded up; of the slowest tile. An operation that occurs must have a
 ///             price; for an operation that costs nothing, the price is 0
 ///   exchange  exchange + bytes that the busiest tile receives * exchange_byte / 1,000, rounded up; 0 if the superstep has no channel,
-///             or (`live`) if nothing was sent
+///             or (`live`) if nothing was sent. If bytes cross a border between chips, at least exchange + the border's cycles (Chips)
 ///   sync      sync
 ///   vote      vote, in each pass of an UntilQuiet (also of that in a Reduce), and in each pass of the last step of a Loop
 struct CostModel {
@@ -58,6 +59,7 @@ struct CostModel {
     std::uint64_t run_cycles = 0;                             ///< to enter and leave a vertex
     std::uint64_t exchange_cycles = 0, sync_cycles = 0, vote_cycles = 0;
     std::uint64_t exchange_millicycles_a_byte = 0;
+    Chips chips = {};                                         ///< the grid is one chip, or several; not part of a model's file
     std::vector<ModelParameter> parameters;                        ///< where the numbers are from, for reports
     friend bool operator==(CostModel const&, CostModel const&) = default;
 };
@@ -67,6 +69,8 @@ struct SuperstepCost {
     std::uint32_t step;
     std::uint64_t compute = 0, exchange = 0, sync = 0, vote = 0;
     std::uint32_t slowest = 0; ///< the tile
+    std::uint64_t crossing = 0;       ///< of `exchange`: the cycles by which borders between chips prolong it
+    std::uint64_t crossing_bytes = 0; ///< over the busiest border between chips, in one direction
     std::uint64_t total() const noexcept { return compute + exchange + sync + vote; }
 };
 
@@ -167,6 +171,7 @@ inline RunCost model_cost(CostModel const& m, Trace const& trace, Grid grid)
     out.busy.assign(trace.kernels.size(), std::vector<std::uint64_t>(grid.size(), 0));
     std::vector<std::uint64_t> received(grid.size());
     model_detail::StepPrices const prices(m, trace);
+    model_detail::Crossings crossings(m.chips, grid);
     for (std::size_t i = 0; i < trace.supersteps.size(); ++i) {
         auto const& s = trace.supersteps[i];
         SuperstepCost c{s.step};
@@ -178,15 +183,25 @@ inline RunCost model_cost(CostModel const& m, Trace const& trace, Grid grid)
                 c.slowest = t.tile;
             }
         }
+        std::uint64_t bytes = 0; // that the busiest tile receives
+        bool exchanges = false;
         if (m.exchange_cost == ExchangeCost::capacity) {
-            if (s.capacity_bytes != 0)
-                c.exchange = m.exchange_cycles + model_detail::per_thousand(std::uint64_t{4} * s.capacity_bytes, m.exchange_millicycles_a_byte);
+            exchanges = s.capacity_bytes != 0;
+            bytes = std::uint64_t{4} * s.capacity_bytes;
+            c.crossing_bytes = crossings.of_capacity(s.capacity_bytes);
         } else if (s.sent) {
+            exchanges = true;
             std::fill(received.begin(), received.end(), 0);
             for (auto const& t : s.tiles)
                 for (Direction d : news) received[grid.index_of(grid.neighbour(grid.tile(t.tile), d, s.edge))] += t.sent_bytes[index(d)];
-            c.exchange = m.exchange_cycles +
-                         model_detail::per_thousand(*std::max_element(received.begin(), received.end()), m.exchange_millicycles_a_byte);
+            bytes = *std::max_element(received.begin(), received.end());
+            c.crossing_bytes = crossings.of_messages(s);
+        }
+        if (exchanges) {
+            auto const on_chip = model_detail::per_thousand(bytes, m.exchange_millicycles_a_byte);
+            auto const at_border = crossings.cycles(c.crossing_bytes);
+            c.crossing = at_border > on_chip ? at_border - on_chip : 0;
+            c.exchange = m.exchange_cycles + on_chip + c.crossing;
         }
         c.sync = m.sync_cycles;
         c.vote = s.votes ? m.vote_cycles : 0;

@@ -269,6 +269,9 @@ inline void write_cost_model(std::ostream& out, CostModel const& model)
     if (!d::fits_a_line(model.name))
         throw Error("a cost model cannot be written (its name is not one line of 1 to " +
                     std::to_string(d::most_text_bytes) + " bytes, without blanks around it); name it");
+    if (model.chips != Chips{})
+        throw Error("cost model \"" + d::shown(model.name) + "\" cannot be written (a file has no line for its chips); write it without chips, "
+                    "and set CostModel::chips after reading");
     std::string text = "# name value unit source; exchange_cost is capacity or live\nmodel " + model.name + '\n';
     auto const rules = d::parameter_rules(model.prices);
     for (std::size_t i = 0; i < rules.size(); ++i) {

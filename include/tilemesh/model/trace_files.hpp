@@ -154,7 +154,8 @@ inline void write_trace_csv(std::ostream& out, Trace const& trace, Grid grid)
 }
 
 /// Writes a line of names, and one line per superstep: superstep (from 0), step of the program, kernel, tiles that ran, cycles of
-/// each phase, and the slowest tile, which is empty if no tile computed for a cycle.
+/// each phase, and the slowest tile, which is empty if no tile computed for a cycle. A model of several chips adds the bytes over the busiest
+/// border between chips, and the cycles by which the borders prolong the exchange.
 inline void write_step_csv(std::ostream& out, Trace const& trace, CostModel const& model, Grid grid)
 {
     using namespace model_detail;
@@ -162,13 +163,17 @@ inline void write_step_csv(std::ostream& out, Trace const& trace, CostModel cons
     auto const kernels = quoted_kernels(trace, csv_field);
     auto const cost = model_cost(model, trace, grid);
     TextStream text(out);
-    text << "superstep,step,kernel,tiles_run,compute_cycles,exchange_cycles,sync_cycles,vote_cycles,slowest_x,slowest_y\n";
+    text << "superstep,step,kernel,tiles_run,compute_cycles,exchange_cycles,sync_cycles,vote_cycles,slowest_x,slowest_y";
+    bool const chips = model.chips.columns != 0;
+    text << (chips ? ",crossing_bytes,crossing_cycles\n" : "\n");
     for (std::size_t i = 0; i < cost.supersteps.size(); ++i) {
         auto const& c = cost.supersteps[i];
         text << i << "," << c.step << "," << kernels[c.step] << "," << trace.supersteps[i].tiles.size() << "," << c.compute << ","
              << c.exchange << "," << c.sync << "," << c.vote << ",";
-        if (c.compute != 0) text << grid.tile(c.slowest).x() << "," << grid.tile(c.slowest).y() << "\n";
-        else text << ",\n";
+        if (c.compute != 0) text << grid.tile(c.slowest).x() << "," << grid.tile(c.slowest).y();
+        else text << ",";
+        if (chips) text << "," << c.crossing_bytes << "," << c.crossing;
+        text << "\n";
     }
     text.flush();
 }
@@ -298,6 +303,8 @@ inline void write_chrome_trace(std::ostream& out, Trace const& trace, CostModel 
             begin_span(machine, name, i, now, cycles);
             text << ",\"step\":" << c.step << ",\"kernel\":" << kernels[c.step] << ",\"tiles_run\":" << s.tiles.size();
             if (c.compute != 0) text << ",\"slowest\":" << tile_name(c.slowest);
+            if (c.crossing_bytes != 0 && name == "\"exchange\"")
+                text << ",\"crossing_bytes\":" << c.crossing_bytes << ",\"crossing_cycles\":" << c.crossing;
             text << "}}";
             now += cycles;
         };
