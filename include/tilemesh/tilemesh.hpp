@@ -88,3 +88,5 @@
 #include <tilemesh/splat/quality.hpp>
 #include <tilemesh/splat/setup.hpp>
 #include <tilemesh/splat/sizes.hpp>
+#include <tilemesh/track/normal_equations.hpp>
+#include <tilemesh/track/pose_update.hpp>

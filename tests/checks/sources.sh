@@ -37,6 +37,8 @@ refuse "scene/ includes scene/, splat/ and below, error.hpp and number_text.hpp"
     "$(ours scene/ 'scene/|splat/|machine/|config\.hpp|error\.hpp|number_text\.hpp')"
 refuse "report/ includes report/, splat/ and below, error.hpp and joined_threads.hpp" \
     "$(ours report/ 'report/|splat/|machine/|config\.hpp|error\.hpp|joined_threads\.hpp')"
+refuse "track/ includes track/, scene/, report/, splat/ and below, error.hpp and joined_threads.hpp" \
+    "$(ours track/ 'track/|scene/|report/|splat/|machine/|config\.hpp|error\.hpp|joined_threads\.hpp')"
 refuse "codelets include machine/, config.hpp and codelets" "$(ours "$codelet_code" "$codelet_code|machine/|config\.hpp")"
 refuse "poplar/ includes poplar/, engine/, machine/, config.hpp and error.hpp" \
     "$(ours poplar/ 'poplar/|engine/|machine/|config\.hpp|error\.hpp')"
@@ -57,7 +59,7 @@ refuse "machine/ and engine/ know no splatting, in comments either" "$(grep -niE
 # shellcheck disable=SC2086
 detail=$(grep -HoE '(([a-z_]+::)*|\b)(model_)?detail::[A-Za-z_]+' $all |
     sed -E 's/:(::)?tilemesh::/:tilemesh::/' | sort -u)
-owners='engine|mpi|splat|scene|render|report'
+owners='engine|mpi|splat|scene|render|report|track'
 refuse "a part's detail is its own" "$(printf '%s\n' "$detail" | grep -E "^[^:]*:(tilemesh::)?($owners|on_poplar|model_detail|tilemesh::model_detail)::" |
     grep -vE '^([a-z]+)/[^:]*:(tilemesh::)?\1::detail::|^poplar/[^:]*:(tilemesh::)?on_poplar::detail::|^model/[^:]*:(tilemesh::)?model_detail::' || true)"
 refuse "tilemesh::detail is for machine/ and the headers beside the folders" \
@@ -84,7 +86,7 @@ refuse "every header opens the inline namespace of its version, but for the vert
       grep -LE "^$inside" $all | grep -vxF tilemesh.hpp; } | grep -vxE 'poplar/control_vertices\.hpp(:namespace tilemesh::vertices \{)?' || true)"
 codecs='scene/codec_[a-z]+\.hpp' # each needs the library of a decoder
 umbrella=$(sed -nE 's/^#include <tilemesh\/(.*)>$/\1/p' tilemesh.hpp)
-refuse "missing in tilemesh.hpp" "$(printf '%s\n' $all | grep -E '^(machine|model|report|scene)/[a-z_]+\.hpp$' |
+refuse "missing in tilemesh.hpp" "$(printf '%s\n' $all | grep -E '^(machine|model|report|scene|track)/[a-z_]+\.hpp$' |
     grep -vxE "$json|$codecs" | grep -vxF "$umbrella" || true)"
 
 # The list of public headers in README.md: each is there, and is of the umbrella header, directly or not, unless it needs another library.
@@ -108,7 +110,7 @@ refuse "README.md: public headers that are not there" "$(printf '%s\n' "$public"
 refuse "README.md: public headers that tilemesh.hpp does not include" \
     "$(printf '%s\n' "$public" | grep -vxE "$json|$codecs|(mpi|poplar)/.*" | grep -vxF "$reached" || true)"
 refuse "README.md: not among the public headers" "$({
-    printf '%s\n' "$all" | grep -E '^[a-z_]+\.hpp$|^(machine|model|report|scene)/[a-z_]+\.hpp$' | grep -vxE "(joined_threads|number_text|$inside)\.hpp"
+    printf '%s\n' "$all" | grep -E '^[a-z_]+\.hpp$|^(machine|model|report|scene|track)/[a-z_]+\.hpp$' | grep -vxE "(joined_threads|number_text|$inside)\.hpp"
     find ../../examples ../../tests/consumers -path ../../examples/render_map -prune -o -name '*.?pp' -exec sed -nE 's/^ *#include <tilemesh\/(.*)>$/\1/p' {} +
     } | sort -u | grep -vxF "$public" || true)"
 

@@ -1,6 +1,8 @@
 #pragma once
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
@@ -45,6 +47,24 @@ inline glm::dmat3 rotation_matrix(double w, double x, double y, double z)
     return {1.0 - s * (y * y + z * z), s * (x * y + w * z),       s * (x * z - w * y),
             s * (x * y - w * z),       1.0 - s * (x * x + z * z), s * (y * z + w * x),
             s * (x * z + w * y),       s * (y * z - w * x),       1.0 - s * (x * x + y * y)};
+}
+
+/// The quaternion w, x, y, z of a rotation matrix, of length 1 and with w >= 0. It takes the root of the largest of the four squares
+/// (Shepperd 1978), so that no component is a quotient of rounding errors. The matrix must be orthonormal.
+inline std::array<double, 4> quaternion_of(glm::dmat3 const& r)
+{
+    // Four times the squares; GLM's first index is the column.
+    std::array<double, 4> const squares{1.0 + r[0][0] + r[1][1] + r[2][2], 1.0 + r[0][0] - r[1][1] - r[2][2],
+                                        1.0 - r[0][0] + r[1][1] - r[2][2], 1.0 - r[0][0] - r[1][1] + r[2][2]};
+    auto const largest = static_cast<std::size_t>(std::max_element(squares.begin(), squares.end()) - squares.begin());
+    double const wx = r[1][2] - r[2][1], wy = r[2][0] - r[0][2], wz = r[0][1] - r[1][0];
+    double const xy = r[0][1] + r[1][0], xz = r[0][2] + r[2][0], yz = r[1][2] + r[2][1];
+    std::array<std::array<double, 4>, 4> const products{{{squares[0], wx, wy, wz}, {wx, squares[1], xy, xz}, {wy, xy, squares[2], yz}, {wz, xz, yz, squares[3]}}};
+    std::array<double, 4> q = products[largest];
+    double const length = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+    double const divisor = q[0] < 0.0 ? -length : length;
+    for (double& component : q) component /= divisor;
+    return q;
 }
 
 /// Makes the camera that every tile holds. Each number is rounded to float once, here.
