@@ -1,0 +1,163 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <tilemesh/scene/pose.hpp>
+#include <tilemesh/track/normal_equations.hpp>
+#include <tilemesh/track/pose_update.hpp>
+#include <tilemesh/track/small_system.hpp>
+#include <vector>
+
+namespace tilemesh { inline namespace v0_2 { namespace track {
+
+/// Which derivative each level of a pyramid takes. `hybrid` converges from far away with `esm` on coarse cells, and ends with `forward`,
+/// which is best on noise.
+enum class Method { hybrid, forward, gradient, esm };
+
+/// A level of the pyramid, with its bounds. `stop_px` is in cells: a level ends with a step below it.
+struct Stage {
+    std::uint32_t cell;
+    Jacobian jacobian;
+    double stop_px;
+    std::uint32_t most_evaluations;
+};
+
+/// Cells of `coarsest` pixels, then half as wide until 1: 8, 4, 2, 1. `coarsest` is a power of two. All are means over cells of the full
+/// picture; the last level is always the full picture, because a smaller rendering would be biased. From 8 a start may be off by 5 to 10
+/// degrees, from 4 by 2 to 5, at 1 by half a pixel.
+///
+/// A coarse level ends below 0.05 of its cells, or after 12 evaluations. The last level ends below 0.01 pixels, or after 30.
+inline std::vector<Stage> stages_of(Method method, std::uint32_t coarsest)
+{
+    std::vector<Stage> stages;
+    for (std::uint32_t cell = std::max(coarsest, 1u); cell >= 1; cell /= 2) {
+        bool const coarse = cell > 1;
+        auto const jacobian = method == Method::forward || (method == Method::hybrid && !coarse) ? Jacobian::forward
+                              : method == Method::gradient                                      ? Jacobian::gradient
+                                                                                                : Jacobian::esm;
+        stages.push_back({cell, jacobian, coarse ? 0.05 : 0.01, coarse ? 12u : 30u});
+    }
+    return stages;
+}
+
+/// Why the solver ended its last level.
+enum class Ending {
+    small_step,  ///< the step was below the level's limit
+    rejections,  ///< several small steps in a row did not lower the cost, which has steps of its own at the cuts of blending: convergence
+    stalled,     ///< no step of any length lowered the cost, far from a minimum
+    spent,       ///< the level's evaluations were used up
+    unusable     ///< the first sums of the last level were not finite, empty or all zero
+};
+
+/// The pose that the solver found, and the evaluation there.
+struct Solution {
+    scene::Pose pose;
+    Exposure exposure{};
+    NormalEquations at{};            ///< on the last level, at this pose; only if `ending` is not `unusable`
+    Ending ending = Ending::unusable; ///< of the last level
+    double last_step_px = 0.0;       ///< the last step that the last level tried, in pixels
+    std::uint32_t evaluations = 0;   ///< of all levels
+    std::uint32_t steps = 0;         ///< accepted, of all levels
+
+    bool converged() const noexcept { return ending == Ending::small_step || ending == Ending::rejections; }
+};
+
+namespace detail {
+
+/// Levenberg-Marquardt's constants. The damping starts small, because a prediction is near; after a bad step it grows faster than it shrinks.
+inline constexpr double first_lambda = 1e-4;
+inline constexpr double better_factor = 0.2;
+inline constexpr double worse_factor = 10.0;
+inline constexpr double least_lambda = 1e-9;
+inline constexpr double most_lambda = 1e8;
+/// With at most this damping, a step is at most a tenth shorter than Gauss and Newton's along each axis.
+inline constexpr double free_lambda = 0.1;
+/// A step below one cell is near the end: there the picture is close to linear.
+inline constexpr double near_cells = 1.0;
+/// So many rejected steps in a row near the end are convergence. Each shortens the next tenfold, so the fourth is below a thousandth of a cell.
+inline constexpr std::uint32_t most_rejections = 4;
+/// No step turns the camera, or moves it in units of the median depth, by more: half a radian is the picture's half width.
+inline constexpr double longest_step = 0.5;
+
+inline double mean_cost(NormalEquations const& e) noexcept
+{
+    return e.cost / e.pixels;
+}
+
+} // namespace detail
+
+/// Finds the pose with the least mean cost from `start`, level by level (Levenberg-Marquardt). `scale` is S, the map's median depth in the
+/// view. A step counts only if the sums are finite, the mean cost falls, and the pixels that count are more than half of the most that
+/// counted on this level: leaving the map wins nothing.
+///
+/// The pose of the result is always finite. If no level is usable, it is `start`. Cost: `Solution::evaluations` calls of `evaluate`.
+template <Evaluator Evaluate>
+Solution solve_pose(Evaluate&& evaluate, scene::Pose const& start, scene::Intrinsics const& lens, double scale,
+                    std::vector<Stage> const& stages, Exposure const& exposure = {})
+{
+    Solution out{start, exposure};
+    for (auto const& stage : stages) {
+        auto const ask = [&](scene::Pose const& pose, Exposure const& light) {
+            ++out.evaluations;
+            return static_cast<NormalEquations>(evaluate(scene::make_camera(pose, lens), Level{stage.cell, stage.jacobian, light}));
+        };
+        NormalEquations now = ask(out.pose, out.exposure);
+        out.ending = Ending::unusable;
+        if (!is_usable(now)) continue;
+        out.ending = Ending::spent;
+        std::uint32_t most_pixels = now.pixels, rejected = 0;
+        double lambda = detail::first_lambda, first_rejected_px = 0.0;
+        for (std::uint32_t used = 1; used < stage.most_evaluations;) {
+            if (lambda > detail::most_lambda) {
+                out.ending = Ending::stalled;
+                break;
+            }
+            auto const solved = solve_damped(now, lambda);
+            if (!solved) {
+                lambda *= detail::worse_factor;
+                continue;
+            }
+            auto x = *solved;
+            double const turn = std::hypot(x[3], x[4], x[5]), shift = std::hypot(x[0], x[1], x[2]);
+            double const longest = std::max(turn, shift);
+            for (double& each : x) each *= longest > detail::longest_step ? detail::longest_step / longest : 1.0;
+            double const step_px = std::max(lens.fx, lens.fy) / stage.cell * std::min(turn + shift, 2.0 * detail::longest_step);
+            out.last_step_px = step_px * stage.cell;
+
+            scene::Pose const pose = moved(out.pose, {scale * glm::dvec3{x[0], x[1], x[2]}, {x[3], x[4], x[5]}});
+            Exposure const light{out.exposure.log_gain + x[6], out.exposure.offset + x[7]};
+            NormalEquations const trial = ask(pose, light);
+            ++used;
+            double const damping = lambda;
+            bool const better = is_usable(trial) && 2 * std::uint64_t{trial.pixels} > most_pixels &&
+                                detail::mean_cost(trial) < detail::mean_cost(now);
+            if (better) {
+                out.pose = pose;
+                out.exposure = light;
+                now = trial;
+                most_pixels = std::max(most_pixels, trial.pixels);
+                lambda = std::max(lambda * detail::better_factor, detail::least_lambda);
+                ++out.steps;
+                rejected = 0;
+            } else {
+                if (rejected++ == 0) first_rejected_px = step_px;
+                lambda *= detail::worse_factor;
+            }
+            // A step that only the damping makes short is no convergence.
+            if (step_px < stage.stop_px && (rejected == 0 ? damping <= detail::free_lambda : first_rejected_px < detail::near_cells)) {
+                out.ending = Ending::small_step;
+                break;
+            }
+            if (rejected >= detail::most_rejections && first_rejected_px < detail::near_cells) {
+                out.ending = Ending::rejections;
+                break;
+            }
+        }
+        out.at = now;
+    }
+    return out;
+}
+
+}}} // namespace tilemesh::track

@@ -1,0 +1,111 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <tilemesh/track/normal_equations.hpp>
+
+namespace tilemesh { inline namespace v0_2 { namespace track {
+
+/// Are all sums of an evaluation finite, and is there anything to solve? Sums with a negative cost or diagonal are of no evaluation.
+inline bool is_usable(NormalEquations const& e) noexcept
+{
+    if ((e.unknowns != 6 && e.unknowns != 8) || e.pixels == 0 || !std::isfinite(e.cost) || e.cost < 0.0) return false;
+    double largest = 0.0;
+    for (std::uint32_t i = 0; i < e.unknowns; ++i) {
+        if (!std::isfinite(e.g[i]) || !(e.h[i][i] >= 0.0)) return false;
+        for (std::uint32_t j = 0; j < e.unknowns; ++j)
+            if (!std::isfinite(e.h[i][j])) return false;
+        largest = std::max(largest, e.h[i][i]);
+    }
+    return largest > 0.0;
+}
+
+/// Solves (H + lambda diag H) x = -g by Cholesky's decomposition: a step of Levenberg-Marquardt with Marquardt's diagonal (1963). Empty if
+/// the sums are not usable, if the damped matrix is not positive definite, or if the step is not finite. An unknown that no row depends on
+/// (a zero column) does not move.
+///
+/// These are 30 lines rather than a dependency on Eigen. The system has 6 or 8 unknowns, and it is solved about ten times a frame, so speed
+/// does not matter. The order of all operations stands here, so that two builds take the same steps. Eigen vectorises by instruction set,
+/// which changes the order of sums, and every user of these headers would have to install it.
+inline std::optional<std::array<double, 8>> solve_damped(NormalEquations const& e, double lambda)
+{
+    if (!is_usable(e)) return {};
+    std::size_t const n = e.unknowns;
+    // Scaled to a diagonal of 1, rotations and translations are alike, and Marquardt's term is lambda.
+    double scale[8]{}, a[8][8]{}, y[8]{};
+    for (std::size_t i = 0; i < n; ++i) scale[i] = e.h[i][i] > 0.0 ? 1.0 / std::sqrt(e.h[i][i]) : 0.0;
+    for (std::size_t i = 0; i < n; ++i)
+        for (std::size_t j = 0; j <= i; ++j) {
+            double value = i == j ? 1.0 + lambda : e.h[i][j] * scale[i] * scale[j];
+            for (std::size_t k = 0; k < j; ++k) value -= a[i][k] * a[j][k];
+            // A pivot at the level of rounding, 64 steps of double, says nothing about the direction.
+            if (i == j && !(value > 64 * 2.2e-16)) return {};
+            a[i][j] = i == j ? std::sqrt(value) : value / a[j][j];
+        }
+    for (std::size_t i = 0; i < n; ++i) {
+        y[i] = -e.g[i] * scale[i];
+        for (std::size_t k = 0; k < i; ++k) y[i] -= a[i][k] * y[k];
+        y[i] /= a[i][i];
+    }
+    std::array<double, 8> x{};
+    for (std::size_t i = n; i-- > 0;) {
+        x[i] = y[i];
+        for (std::size_t k = i + 1; k < n; ++k) x[i] -= a[k][i] * x[k];
+        x[i] /= a[i][i];
+    }
+    for (std::size_t i = 0; i < n; ++i)
+        if (!std::isfinite(x[i] *= scale[i])) return {};
+    return x;
+}
+
+using Matrix6 = std::array<std::array<double, 6>, 6>;
+
+/// The eigenvalues of a symmetric matrix, ascending; `vectors[k]` is the unit eigenvector of `values[k]`.
+struct Eigen6 {
+    std::array<double, 6> values{};
+    Matrix6 vectors{};
+};
+
+/// Jacobi's method (Golub and Van Loan, section 8.5): rotations that zero one entry after the other. It keeps the relative digits of small
+/// eigenvalues, and ends after at most 30 sweeps; 6 to 8 are usual.
+inline Eigen6 eigen_of(Matrix6 a)
+{
+    Matrix6 v{};
+    for (std::size_t i = 0; i < 6; ++i) v[i][i] = 1.0;
+    for (int sweep = 0; sweep < 30; ++sweep) {
+        double off = 0.0, all = 0.0;
+        for (std::size_t i = 0; i < 6; ++i)
+            for (std::size_t j = 0; j < 6; ++j) (i == j ? all : off) += a[i][j] * a[i][j];
+        if (!(off > 1e-34 * all)) break;
+        for (std::size_t p = 0; p < 5; ++p)
+            for (std::size_t q = p + 1; q < 6; ++q) {
+                if (a[p][q] == 0.0) continue;
+                double const theta = (a[q][q] - a[p][p]) / (2.0 * a[p][q]);
+                double const t = (theta < 0.0 ? -1.0 : 1.0) / (std::fabs(theta) + std::hypot(theta, 1.0));
+                double const c = 1.0 / std::hypot(t, 1.0), s = t * c;
+                for (std::size_t k = 0; k < 6; ++k) { // columns
+                    double const kp = a[k][p], kq = a[k][q];
+                    a[k][p] = c * kp - s * kq, a[k][q] = s * kp + c * kq;
+                }
+                for (std::size_t k = 0; k < 6; ++k) { // rows
+                    double const pk = a[p][k], qk = a[q][k];
+                    a[p][k] = c * pk - s * qk, a[q][k] = s * pk + c * qk;
+                    double const vp = v[p][k], vq = v[q][k];
+                    v[p][k] = c * vp - s * vq, v[q][k] = s * vp + c * vq;
+                }
+            }
+    }
+    std::array<std::size_t, 6> order{0, 1, 2, 3, 4, 5};
+    std::sort(order.begin(), order.end(), [&](std::size_t i, std::size_t j) { return a[i][i] != a[j][j] ? a[i][i] < a[j][j] : i < j; });
+    Eigen6 out;
+    for (std::size_t k = 0; k < 6; ++k) {
+        out.values[k] = a[order[k]][order[k]];
+        out.vectors[k] = v[order[k]];
+    }
+    return out;
+}
+
+}}} // namespace tilemesh::track

@@ -1,0 +1,259 @@
+#include "points.hpp"
+#include <cmath>
+#include <doctest/doctest.h>
+#include <limits>
+#include <string>
+#include <tilemesh/error.hpp>
+#include <tilemesh/track/tracker.hpp>
+#include <vector>
+
+using namespace track_test;
+
+namespace {
+
+/// Points around the room, so that each camera sees some, and a camera that walks: pose k, rounded as an evaluator sees it.
+struct Walk {
+    std::vector<glm::dvec3> points;
+    Random random;
+    double noise_px = 0.0;
+
+    Walk()
+    {
+        for (int i = 0; i < 2000; ++i) points.push_back(6.0 * random.direction());
+    }
+    static splat::Camera camera(double k)
+    {
+        return scene::make_camera({track::rotation_by({0.02 * k, 0.05 * k, -0.01 * k}), {0.02 * k, 0.01 * k, 0.03 * k}}, lens());
+    }
+    /// What a camera at pose k sees, and nothing else.
+    Points frame(double k)
+    {
+        Points out;
+        for (auto const& p : points)
+            if (in_view(camera(k), p).z > 1.0) out.see(camera(k), p, noise_px * random.normal(), noise_px * random.normal());
+        return out;
+    }
+};
+
+double error_degrees(scene::Pose const& pose, double k)
+{
+    return degrees_between(pose.rotation, scene::pose_of(Walk::camera(k)).rotation);
+}
+
+track::TrackerOptions options()
+{
+    track::TrackerOptions o;
+    o.rows_per_pixel = 2.0;
+    o.harmless_cost = 0.1; // rows in pixels
+    return o;
+}
+
+} // namespace
+
+TEST_CASE("a walk is tracked, and a prediction at constant velocity begins nearer than the last pose")
+{
+    for (double const noise : {0.0, 0.2}) {
+        Walk walk;
+        walk.noise_px = noise;
+        track::Tracker tracker(lens(), scale_of_points, scene::pose_of(Walk::camera(0)), options());
+        std::uint32_t evaluations = 0;
+        for (int k = 0; k < 20; ++k) {
+            auto points = walk.frame(k);
+            auto const f = tracker.track(points);
+            CHECK(f.verdict == track::Verdict::converged);
+            CHECK(f.why == "");
+            CHECK(error_degrees(f.pose, k) < (noise > 0.0 ? 0.1 : 1e-5));
+            if (k > 1) CHECK(error_degrees(f.start, k) < 0.3);
+            if (k > 1) evaluations += f.solution.evaluations;
+            CHECK(f.mean_cost == f.solution.at.cost / f.solution.at.pixels);
+        }
+        CHECK(evaluations <= 18 * 8); // three levels, all ask at least twice
+    }
+    Walk walk;
+    auto o = options();
+    o.constant_velocity = false;
+    track::Tracker tracker(lens(), scale_of_points, scene::pose_of(Walk::camera(0)), o);
+    for (int k = 0; k < 5; ++k) {
+        auto points = walk.frame(k);
+        auto const f = tracker.track(points);
+        CHECK(f.verdict == track::Verdict::converged);
+        if (k > 0) CHECK(error_degrees(f.start, k) > 2.0); // a step of the walk
+    }
+}
+
+TEST_CASE("frames that are missing are steps of their own")
+{
+    Walk walk;
+    track::Tracker tracker(lens(), scale_of_points, scene::pose_of(Walk::camera(0)), options());
+    for (int const k : {0, 1, 2}) {
+        auto points = walk.frame(k);
+        tracker.track(points);
+    }
+    auto points = walk.frame(5);
+    auto const f = tracker.track(points, 3.0);
+    CHECK(error_degrees(f.start, 5) < 0.5);
+    CHECK(f.verdict == track::Verdict::converged);
+}
+
+TEST_CASE("a frame of another place, of nothing, of NaN or of little is lost; the next good one is found again")
+{
+    for (std::string const what : {"other place", "nothing", "not a number", "little"}) {
+        Walk walk;
+        track::Tracker tracker(lens(), scale_of_points, scene::pose_of(Walk::camera(0)), options());
+        for (int k = 0; k < 3; ++k) {
+            auto points = walk.frame(k);
+            REQUIRE(tracker.track(points).verdict == track::Verdict::converged);
+        }
+        Points bad = walk.frame(3);
+        if (what == "other place")
+            for (auto& p : bad.points) p.u = 640.0 * std::fabs(walk.random.number()), p.v = 480.0 * std::fabs(walk.random.number());
+        if (what == "nothing") bad.points.clear();
+        if (what == "little") bad.points.resize(bad.points.size() / 10);
+        auto const broken = [&](splat::Camera const& camera, track::Level const& level) {
+            auto e = bad(camera, level);
+            if (what == "not a number") e.g[2] = std::numeric_limits<double>::quiet_NaN();
+            return e;
+        };
+        auto const f = tracker.track(broken);
+        INFO(what, ": ", f.why);
+        CHECK(f.verdict == track::Verdict::lost);
+        CHECK(f.why == (what == "other place" ? "the picture does not match the map at any pose nearby" : what == "little" ? "most of the view has left the map" : "no pixel could be compared, or the sums are not finite"));
+        CHECK(f.pose.position == f.start.position);
+        CHECK(error_degrees(f.pose, 3) < 0.3); // the prediction
+        // Two more frames are gone. Then the wide pyramid begins at the last tracked pose.
+        auto points = walk.frame(6);
+        std::vector<std::uint32_t> cells;
+        auto const ask = [&](splat::Camera const& camera, track::Level const& level) {
+            if (cells.empty() || cells.back() != level.cell) cells.push_back(level.cell);
+            return points(camera, level);
+        };
+        auto const again = tracker.track(ask);
+        CHECK(again.verdict == track::Verdict::converged);
+        CHECK(error_degrees(again.start, 2) < 1e-4);
+        CHECK(error_degrees(again.pose, 6) < 1e-4);
+        CHECK(cells == std::vector<std::uint32_t>{8, 4, 2, 1});
+        // At rest after the gap, then at constant velocity.
+        auto next = walk.frame(7), after = walk.frame(8);
+        CHECK(error_degrees(tracker.track(next).start, 6) < 1e-4);
+        CHECK(error_degrees(tracker.track(after).start, 8) < 0.3);
+    }
+}
+
+TEST_CASE("a view that leaves a motion open is weak and says which; what is known is right, and tracking goes on")
+{
+    // A vertical line of points, then a cloud.
+    Walk walk;
+    track::Tracker tracker(lens(), scale_of_points, scene::pose_of(Walk::camera(0)), options());
+    auto first = walk.frame(0);
+    REQUIRE(tracker.track(first).verdict == track::Verdict::converged);
+    auto const truth = scene::pose_of(Walk::camera(1));
+    Points line;
+    for (int i = -100; i <= 100; ++i) line.see(Walk::camera(1), truth.position + glm::transpose(truth.rotation) * glm::dvec3{0.0, 0.018 * i, scale_of_points});
+    while (line.points.size() < first(Walk::camera(0), {}).pixels) line.points.push_back(line.points[line.points.size() % 201]);
+    auto const f = tracker.track(line);
+    CHECK(f.verdict == track::Verdict::weak);
+    CHECK(f.why == "sideways and in yaw");
+    CHECK(f.accuracy.is_weak());
+    auto second = walk.frame(2);
+    auto const next = tracker.track(second);
+    INFO(next.why, " ", error_degrees(next.start, 2), " ", next.solution.evaluations);
+    CHECK(next.verdict == track::Verdict::converged);
+    CHECK(error_degrees(next.pose, 2) < 1e-4);
+}
+
+TEST_CASE("a solver that does not converge loses the frame, unless its last steps were short")
+{
+    Walk walk;
+    auto const at = scene::pose_of(Walk::camera(0));
+    track::Tracker tracker(lens(), scale_of_points, track::moved(at, {{}, {0.05, 0.0, 0.0}}), options());
+    auto points = walk.frame(0);
+    auto const uphill = [&](splat::Camera const& camera, track::Level const& level) {
+        auto e = points(camera, level);
+        for (double& g : e.g) g = -g;
+        return e;
+    };
+    auto const f = tracker.track(uphill);
+    CHECK(f.verdict == track::Verdict::lost);
+    CHECK(f.why == "no step lowers the cost");
+
+    double cost = 1.0;
+    for (double const step_px : {0.02, 5.0}) {
+        auto const endless = [&](splat::Camera const& camera, track::Level const& level) {
+            auto e = points(camera, level);
+            e.cost = cost *= 0.9;
+            for (double& g : e.g) g = 0.0;
+            e.g[5] = step_px / 500.0 * e.h[5][5]; // about as much roll
+            return e;
+        };
+        track::Tracker endlessly(lens(), scale_of_points, at, options());
+        auto const end = endlessly.track(endless);
+        INFO(end.why, " ", end.solution.last_step_px);
+        CHECK(end.solution.ending == track::Ending::spent);
+        CHECK(end.verdict == (step_px < 1.0 ? track::Verdict::converged : track::Verdict::lost));
+    }
+}
+
+TEST_CASE("forward mode takes wide steps where the start is unknown")
+{
+    Walk walk;
+    auto o = options();
+    o.method = track::Method::forward;
+    track::Tracker tracker(lens(), scale_of_points, scene::pose_of(Walk::camera(0)), o);
+    for (int k = 0; k < 2; ++k) {
+        auto points = walk.frame(k);
+        bool any_esm = false;
+        auto const ask = [&](splat::Camera const& camera, track::Level const& level) {
+            any_esm = any_esm || level.jacobian == track::Jacobian::esm;
+            return points(camera, level);
+        };
+        tracker.track(ask);
+        CHECK(any_esm == (k == 0));
+    }
+}
+
+TEST_CASE("exposure carries over to the next frame")
+{
+    track::Tracker tracker(lens(), scale_of_points, scene::pose_of(Walk::camera(0)), options());
+    Walk walk;
+    std::vector<double> asked;
+    for (int k = 0; k < 3; ++k) {
+        auto points = walk.frame(k);
+        // The target is e^0.1k as bright; the two unknowns are apart from the pose.
+        auto const ask = [&](splat::Camera const& camera, track::Level const& level) {
+            asked.push_back(level.exposure.log_gain);
+            auto e = points(camera, level);
+            e.unknowns = 8;
+            double const gain[8] = {0, 0, 0, 0, 0, 0, 1, 0}, offset[8] = {0, 0, 0, 0, 0, 0, 0, 1};
+            add_row(e, gain, level.exposure.log_gain - 0.1 * k, 1e9);
+            add_row(e, offset, level.exposure.offset + 0.02 * k, 1e9);
+            return e;
+        };
+        asked.clear();
+        auto const f = tracker.track(ask);
+        CHECK(asked.front() == doctest::Approx(k == 0 ? 0.0 : 0.1 * (k - 1)).epsilon(1e-3));
+        CHECK(f.exposure.log_gain == doctest::Approx(0.1 * k).epsilon(1e-3));
+        CHECK(f.exposure.offset == doctest::Approx(-0.02 * k).epsilon(1e-3));
+    }
+}
+
+TEST_CASE("a start that is no pose, a depth that is none and odd cells are refused")
+{
+    auto const refusal = [](double scale, scene::Pose const& pose, std::uint32_t cell) {
+        auto o = options();
+        o.coarsest = cell;
+        try {
+            track::Tracker{lens(), scale, pose, o};
+        } catch (Error const& error) {
+            return std::string(error.what());
+        }
+        return std::string();
+    };
+    CHECK(refusal(1.0, {}, 4) == "");
+    double const bad = std::numeric_limits<double>::quiet_NaN();
+    for (double const scale : {0.0, -1.0, bad, std::numeric_limits<double>::infinity()}) CHECK(refusal(scale, {}, 4).find("cannot be tracked from here (") != std::string::npos);
+    scene::Pose nowhere;
+    nowhere.position.y = bad;
+    CHECK(refusal(1.0, nowhere, 4) != "");
+    for (std::uint32_t const cell : {0u, 3u, 128u}) CHECK(refusal(1.0, {}, cell).find("cells of " + std::to_string(cell)) == 0);
+    CHECK(std::string(track::name_of(track::Verdict::weak)) == "weak");
+}
