@@ -94,3 +94,4 @@
 #include <tilemesh/track/pose_update.hpp>
 #include <tilemesh/track/small_system.hpp>
 #include <tilemesh/track/tracker.hpp>
+#include <tilemesh/track/trajectory_error.hpp>

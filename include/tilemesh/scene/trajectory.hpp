@@ -244,6 +244,25 @@ inline Trajectory load_trajectory(std::filesystem::path const& path, std::size_t
     return read_trajectory(stream, detail::shown_path(path), most);
 }
 
+/// The poses as the text of a TUM file, camera to world; `read_tum` gives the same poses within a few roundings of double. Throws `Error` if
+/// a number is not finite or above 1e37, and for no pose at all, because `read_tum` would refuse them.
+inline std::string tum_text(std::vector<StampedPose> const& poses)
+{
+    if (poses.empty()) throw Error("an empty trajectory cannot be written (no reader accepts it); write at least one pose");
+    std::string text = "# timestamp tx ty tz qx qy qz qw\n";
+    for (auto const& [seconds, pose] : poses) {
+        auto const q = quaternion_of(glm::transpose(pose.rotation));
+        for (double const value : {seconds, pose.position.x, pose.position.y, pose.position.z, q[1], q[2], q[3], q[0]}) {
+            if (!(std::fabs(value) <= detail::largest_number))
+                throw Error("a trajectory cannot be written (the pose at " + detail::text_of(seconds) + " s has a number that is not finite, or above 1e37); write finite poses");
+            text += detail::text_of(value);
+            text += ' ';
+        }
+        text.back() = '\n';
+    }
+    return text;
+}
+
 /// Notes on a trajectory, at most five lines: poses that are not a camera's (EuRoC); stamps that go back in time; stamps that occur twice; gaps
 /// above 5 times the median of the forward steps; quaternions far from unit length. Empty if nothing is unusual. Poses are numbered from 1
 /// in the file's order. Cost: one sort of the stamps.

@@ -61,36 +61,40 @@ inline std::optional<std::array<double, 8>> solve_damped(NormalEquations const& 
     return x;
 }
 
-using Matrix6 = std::array<std::array<double, 6>, 6>;
+template <std::size_t N>
+using SquareMatrix = std::array<std::array<double, N>, N>;
+using Matrix6 = SquareMatrix<6>;
 
 /// The eigenvalues of a symmetric matrix, ascending; `vectors[k]` is the unit eigenvector of `values[k]`.
-struct Eigen6 {
-    std::array<double, 6> values{};
-    Matrix6 vectors{};
+template <std::size_t N>
+struct Eigen {
+    std::array<double, N> values{};
+    SquareMatrix<N> vectors{};
 };
 
 /// Jacobi's method (Golub and Van Loan, section 8.5): rotations that zero one entry after the other. It keeps the relative digits of small
 /// eigenvalues, and ends after at most 30 sweeps; 6 to 8 are usual.
-inline Eigen6 eigen_of(Matrix6 a)
+template <std::size_t N>
+Eigen<N> eigen_of(SquareMatrix<N> a)
 {
-    Matrix6 v{};
-    for (std::size_t i = 0; i < 6; ++i) v[i][i] = 1.0;
+    SquareMatrix<N> v{};
+    for (std::size_t i = 0; i < N; ++i) v[i][i] = 1.0;
     for (int sweep = 0; sweep < 30; ++sweep) {
         double off = 0.0, all = 0.0;
-        for (std::size_t i = 0; i < 6; ++i)
-            for (std::size_t j = 0; j < 6; ++j) (i == j ? all : off) += a[i][j] * a[i][j];
+        for (std::size_t i = 0; i < N; ++i)
+            for (std::size_t j = 0; j < N; ++j) (i == j ? all : off) += a[i][j] * a[i][j];
         if (!(off > 1e-34 * all)) break;
-        for (std::size_t p = 0; p < 5; ++p)
-            for (std::size_t q = p + 1; q < 6; ++q) {
+        for (std::size_t p = 0; p + 1 < N; ++p)
+            for (std::size_t q = p + 1; q < N; ++q) {
                 if (a[p][q] == 0.0) continue;
                 double const theta = (a[q][q] - a[p][p]) / (2.0 * a[p][q]);
                 double const t = (theta < 0.0 ? -1.0 : 1.0) / (std::fabs(theta) + std::hypot(theta, 1.0));
                 double const c = 1.0 / std::hypot(t, 1.0), s = t * c;
-                for (std::size_t k = 0; k < 6; ++k) { // columns
+                for (std::size_t k = 0; k < N; ++k) { // columns
                     double const kp = a[k][p], kq = a[k][q];
                     a[k][p] = c * kp - s * kq, a[k][q] = s * kp + c * kq;
                 }
-                for (std::size_t k = 0; k < 6; ++k) { // rows
+                for (std::size_t k = 0; k < N; ++k) { // rows
                     double const pk = a[p][k], qk = a[q][k];
                     a[p][k] = c * pk - s * qk, a[q][k] = s * pk + c * qk;
                     double const vp = v[p][k], vq = v[q][k];
@@ -98,10 +102,11 @@ inline Eigen6 eigen_of(Matrix6 a)
                 }
             }
     }
-    std::array<std::size_t, 6> order{0, 1, 2, 3, 4, 5};
+    std::array<std::size_t, N> order{};
+    for (std::size_t i = 0; i < N; ++i) order[i] = i;
     std::sort(order.begin(), order.end(), [&](std::size_t i, std::size_t j) { return a[i][i] != a[j][j] ? a[i][i] < a[j][j] : i < j; });
-    Eigen6 out;
-    for (std::size_t k = 0; k < 6; ++k) {
+    Eigen<N> out;
+    for (std::size_t k = 0; k < N; ++k) {
         out.values[k] = a[order[k]][order[k]];
         out.vectors[k] = v[order[k]];
     }
