@@ -31,7 +31,9 @@ inline char const* to_string(Crossing crossing)
 }
 inline char const* to_string(splat::Footprint footprint)
 {
-    return footprint == splat::Footprint::opacity_box ? "opacity_box" : "three_sigma_square";
+    return footprint == splat::Footprint::opacity_box         ? "opacity_box"
+           : footprint == splat::Footprint::three_sigma_tiles ? "three_sigma_tiles"
+                                                              : "three_sigma_square";
 }
 inline char const* to_string(splat::Arithmetic arithmetic)
 {
