@@ -694,7 +694,8 @@ struct PackedSog {
 inline Bytes write_zip(std::map<std::string, Bytes> const& files, Packing const& packing, bool deflate)
 {
     Bytes out, directory;
-    for (auto const& [name, content] : files) {
+    for (auto const& file : files) {
+        auto const &name = file.first, &content = file.second; // Clang 14 captures no structured binding
         Bytes const packed = deflate ? packing.deflate(content) : content;
         auto const common = [&](Bytes& to) {
             put_little(to, 20, 2); // version needed
