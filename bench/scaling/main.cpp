@@ -1,4 +1,5 @@
 // The growth of a frame's time and memory with Gaussians, pixels and tiles.
+#include "chips.hpp"
 #include "on_ranks.hpp"
 #include "options.hpp"
 #include "predict.hpp"
@@ -201,6 +202,7 @@ int run(Options const& options)
 {
     if (options.ranks) return run_on_ranks(options);
     if (options.predict) return predict(options);
+    if (options.chips) return chips(options);
     bench::expect_folder_of(options.csv);
     // Large blocks go back to the system when they are freed, so that the process grows by the memory of each machine.
     ::mallopt(M_MMAP_THRESHOLD, 1 << 18);

@@ -33,15 +33,17 @@ Options parse(std::vector<std::string> const& all)
         else if (option == "--motion")
             options.motion = words.one_of({"static", "orbit0.1", "orbit0.5", "orbit2", "teleport"});
         else if (option == "--threads") options.threads.push_back(words.number(1, 64));
-        else if (option == "--ranks" || option == "--predict") {
+        else if (option == "--ranks" || option == "--predict" || option == "--chips") {
             words.flag();
-            (option == "--ranks" ? options.ranks : options.predict) = true;
+            (option == "--ranks" ? options.ranks : option == "--predict" ? options.predict : options.chips) = true;
         } else if (option == "--network")
             options.network = network_of(words.value());
         else words.refuse();
     }
     if (options.ranks && options.predict)
         throw tilemesh::Error("options --ranks and --predict (one measures, the other predicts); give one of them");
+    if (options.chips && (options.ranks || options.predict))
+        throw tilemesh::Error("option --chips and another table (each prints its own); give one of them");
     if (options.network && !options.predict)
         throw tilemesh::Error("option --network without --predict (only a prediction needs a network); add --predict");
     options.finish();
@@ -69,6 +71,7 @@ std::string help()
            "  --threads N      threads of rasteriser and mesh; may be repeated. Default: 1 and 2\n"
            "  --ranks          measure the engine over the ranks of MPI instead: mpirun -n N scaling --ranks. Only rank 0 prints\n"
            "  --predict        predict a frame over 1 to 1,024 hosts instead\n"
+           "  --chips          model arrays of Mk2 chips against one chip of as many tiles instead\n"
            "  --network L,O,B  with --predict: one more network, of L us latency, O us overhead a message, B GB/s\n"
            "  --quick          measure few and small values, 2 rounds; write no file\n" +
            bench::help_of_spoil +

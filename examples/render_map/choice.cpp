@@ -1,5 +1,6 @@
 #include "choice.hpp"
 #include "instruments.hpp"
+#include "ranks.hpp"
 #include "renderers.hpp"
 #include <algorithm>
 #include <tilemesh/render/auto_renderer.hpp>
@@ -127,6 +128,7 @@ std::unique_ptr<AnyRenderer> make_renderer(Choice const& choice, tilemesh::scene
                                            tilemesh::scene::Demand const& demand, tilemesh::RendererOptions options)
 {
     auto const with_homes = [&choice, &map, &demand, options] { return make_homes(choice, map, demand, options); };
+    if (ranks::number() > 1) return ranks::make(choice, tilemesh::scene::needed(map, demand), demand, options);
     std::unique_ptr<AnyRenderer> renderer;
     if (options.program == tilemesh::report::Program::homes) {
         renderer = with_homes();

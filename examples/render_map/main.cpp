@@ -11,6 +11,7 @@
 #include "photographs.hpp"
 #include "process.hpp"
 #include "progress.hpp"
+#include "ranks.hpp"
 #include "reference.hpp"
 #include "shots.hpp"
 #include "summary.hpp"
@@ -86,7 +87,10 @@ report::RunReport describe_run(Options const& options, scene::Map const& map, re
     run.map = {map.name, map.path, map.gaussians.size(), map.rejected, map.notes};
     run.program = options.renderer.program;
     run.engine =
-        options.choice.engine == render_map::EngineKind::threads ? "threads" : "sequential";
+        render_map::ranks::number() > 1                            ? "mpi"
+        : options.choice.engine == render_map::EngineKind::threads ? "threads"
+                                                                   : "sequential";
+    run.ranks = render_map::ranks::number();
     run.threads = options.renderer.threads;
     run.quality = options.renderer.quality ? splat::name(*options.renderer.quality) : "default";
     describe_machine(options, renderer.facts(), limited(options.renderer.storage_slots, renderer.storage_slots()),
@@ -426,9 +430,12 @@ int main(int argc, char** argv)
 {
     render_map::make_outputs_fail_softly();
     render_map::end_softly_without_memory();
+    if (auto const status = render_map::ranks::begin(argc, argv)) return *status;
+    int status = 2;
     try {
-        return run_arguments(argc, argv);
+        status = run_arguments(argc, argv);
     } catch (...) { // out of memory for the run, or for the text of another error
-        return render_map::refuse_for_memory();
+        status = render_map::refuse_for_memory();
     }
+    return render_map::ranks::end(status);
 }

@@ -1,4 +1,5 @@
 #include "options.hpp"
+#include "ranks.hpp"
 #include "text.hpp"
 #include <algorithm>
 #include <charconv>
@@ -393,6 +394,19 @@ OnlyAnchored only_anchored(Options const& o)
     return {};
 }
 
+/// Checks that several processes can do what the options ask for.
+void check_ranks(Options const& o)
+{
+    auto const n = ranks::number();
+    if (n == 1) return;
+    auto const refuse = [n](char const* option, char const* why, char const* remedy) {
+        throw Error(std::string(option) + " with " + std::to_string(n) + " processes (" + why + "); " + remedy);
+    };
+    if (o.choice.engine == EngineKind::sequential) refuse("--engine sequential", "that engine checks the memory of one process", "leave it out, or start one process");
+    if (o.choice.trace) refuse("--trace", "each process has the trace of its own tiles", "start one process");
+    if (o.renderer.program == tilemesh::report::Program::homes) refuse("--program homes", "the program of homes runs in one process", "leave it out, or start one process");
+}
+
 /// Checks that the options fit together, which no single option can know.
 void check_together(Options const& o, std::vector<std::string_view> const& given)
 {
@@ -560,11 +574,12 @@ Options parse_options(std::span<char const* const> words)
         std::find(given.begin(), given.end(), "--threads") == given.end())
         result.renderer.threads = result.choice.engine == EngineKind::sequential
                                       ? 1
-                                      : std::clamp(std::thread::hardware_concurrency(), 1u,
+                                      : std::clamp(std::thread::hardware_concurrency() / ranks::on_this_host(), 1u,
                                                    most_threads);
     for (std::size_t k = 0; result.maps.size() > 1 && k < result.maps.size(); ++k)
         result.shaping.push_back("map " + std::to_string(k + 1) + " " + result.maps[k].lexically_normal().filename().string());
     check_together(result, given);
+    check_ranks(result);
     result.choice.stays_anchored = result.renderer.program == tilemesh::report::Program::anchored || !only_anchored(result).option.empty();
     return result;
 }

@@ -52,7 +52,7 @@ void print_frame(std::ostream& out, report::RunReport const& run, report::RunFra
     out << "camera " << one_line(r.camera) << ", " << r.width << " x " << r.height << " pixels on " << by(frame.grid)
         << " tiles of " << by(frame.tile_px) << " (" << run.machine.name << ", preset " << run.preset
         << (r.program == report::Program::homes ? ", program homes, " : ", ") << run.engine
-        << ", " << run.threads << (run.threads == 1 ? " thread)\n\n" : " threads)\n\n") << r;
+        << (run.ranks > 1 ? ", " + std::to_string(run.ranks) + " ranks" : "") << ", " << run.threads << (run.threads == 1 ? " thread)\n\n" : " threads)\n\n") << r;
     auto const print_error = [&out](char const* name, report::ErrorMeasures const& e) {
         out << name << ": PSNR " << decimals(e.psnr_db, 2) << " dB, at most "
                   << decimals(e.max_levels, 3) << " levels off (99.9 % below "
@@ -217,7 +217,7 @@ std::string advice(Options const& options, Needs const& needs, report::RunReport
     std::string text;
     auto const add = [&](std::string const& words) { text += (text.empty() ? "" : "; ") + words; };
     if (lost_for(report::Cause::unplaced) || lost_for(report::Cause::storage_full)) {
-        if (run.program == report::Program::anchored && setup_of(options.choice, 0).holds) add("with --program auto nothing is missing");
+        if (run.program == report::Program::anchored && run.ranks == 1 && setup_of(options.choice, 0).holds) add("with --program auto nothing is missing");
         auto const room = roomier(options, needs, slots);
         if (room.empty())
             add("no machine has " + thousands(slots) + " slots a tile, which " + fullest + " needs: smaller tiles need fewer (--tile)");

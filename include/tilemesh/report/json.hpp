@@ -282,6 +282,7 @@ inline std::string text_of_head(RunReport const& run)
         });
         json.member("engine", run.engine);
         json.member("threads", run.threads);
+        if (run.ranks > 1) json.member("ranks", run.ranks);
         if (!run.made_from.version.empty()) {
             json.key("made_from");
             json.object([&] {

@@ -69,7 +69,8 @@ struct RunReport {
     } machine;
     std::string preset, engine;
     Program program = Program::anchored;           ///< as the user chose it; each frame says which program rendered it
-    std::uint32_t threads = 1;
+    std::uint32_t threads = 1;                     ///< of each process
+    std::uint32_t ranks = 1;                       ///< processes
     struct {
         std::string routing, addressing, saturation, footprint, copies, pixels, arithmetic;
         std::uint32_t hops = 0;                    ///< limit for the exchanges of routing, and for those of bloom, per frame; 0: until quiet

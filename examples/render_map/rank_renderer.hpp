@@ -1,0 +1,36 @@
+#pragma once
+#include "choice.hpp"
+#include <memory>
+#include <tilemesh/fit_renderer.hpp>
+#include <tilemesh/mpi/mpi_mesh.hpp>
+#include <tilemesh/render/value_form.hpp>
+#include <type_traits>
+#include <utility>
+
+namespace render_map {
+
+/// The policies of the library's setups by value, with rules at run time: records of degree 0 or 3, which also holds 1 and 2.
+template <bool Planes, std::uint32_t Degree, bool Routes = true, bool Blooms = true>
+struct RankSetup : tilemesh::splat::Fitted<tilemesh::splat::Lossless, Degree, Routes, Blooms> {
+    using Pixel = std::conditional_t<Planes, tilemesh::splat::WithAlpha<tilemesh::splat::WithDepth<tilemesh::splat::FloatPixel>>,
+                                     tilemesh::splat::FloatPixel>;
+};
+using MakeRankRenderer = std::unique_ptr<AnyRenderer>(tilemesh::scene::Map const&, tilemesh::render::SetupFacts,
+                                                      tilemesh::RendererOptions const&, MPI_Comm);
+template <bool Planes, std::uint32_t Degree, bool Routes = true, bool Blooms = true>
+std::unique_ptr<AnyRenderer> make_on_ranks(tilemesh::scene::Map const& map, tilemesh::render::SetupFacts facts,
+                                           tilemesh::RendererOptions const& options, MPI_Comm comm)
+{
+    using Setup = tilemesh::splat::Valued<RankSetup<Planes, Degree, Routes, Blooms>>;
+    using Core = tilemesh::render::FrameRenderer<tilemesh::splat::PoliciesOf<Setup>, tilemesh::MpiMesh, tilemesh::AnyMachine>;
+    tilemesh::MpiMeshOptions engine;
+    engine.comm = comm;
+    return std::make_unique<tilemesh::RendererOver<Core>>(map, std::move(facts), options, std::move(engine));
+}
+
+/// One function for each compiled renderer: by degree 0 or 3, and by planes.
+extern MakeRankRenderer &on_ranks_plain, &on_ranks_planes, &on_ranks_shaded, &on_ranks_shaded_planes;
+extern MakeRankRenderer &on_ranks_placed, &on_ranks_placed_shaded; ///< without routing
+extern MakeRankRenderer& on_ranks_placed_unspread;                 ///< without routing and bloom
+
+} // namespace render_map
