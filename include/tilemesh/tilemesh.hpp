@@ -93,5 +93,6 @@
 #include <tilemesh/track/pose_solver.hpp>
 #include <tilemesh/track/pose_update.hpp>
 #include <tilemesh/track/small_system.hpp>
+#include <tilemesh/track/spoil.hpp>
 #include <tilemesh/track/tracker.hpp>
 #include <tilemesh/track/trajectory_error.hpp>
