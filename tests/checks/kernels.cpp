@@ -42,6 +42,8 @@
 #include <tilemesh/splat/operations.hpp>
 #include <tilemesh/splat/policies.hpp>
 #include <tilemesh/splat/policy_set.hpp>
+#include <tilemesh/splat/pose/blend.hpp>
+#include <tilemesh/splat/pose/motion.hpp>
 #include <tilemesh/splat/project_all.hpp>
 #include <tilemesh/splat/projection.hpp>
 #include <tilemesh/splat/quality.hpp>

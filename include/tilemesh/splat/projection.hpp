@@ -8,6 +8,7 @@
 #include <tilemesh/splat/logarithm.hpp>
 #include <tilemesh/splat/number.hpp>
 #include <tilemesh/splat/view.hpp>
+#include <type_traits>
 
 TILEMESH_EXACT_BEGIN
 #pragma GCC diagnostic push
@@ -55,6 +56,12 @@ TILEMESH_KERNEL typename A::Real dot(Vector3<A> const& a, Vector3<A> const& b) n
 }
 
 template <class A>
+TILEMESH_KERNEL Vector3<A> cross(Vector3<A> const& a, Vector3<A> const& b) noexcept
+{
+    return {A::multiply_add(a.y, b.z, -(a.z * b.y)), A::multiply_add(a.z, b.x, -(a.x * b.z)), A::multiply_add(a.x, b.y, -(a.y * b.x))};
+}
+
+template <class A>
 TILEMESH_KERNEL typename A::Real squared_length(typename A::Real const& w, typename A::Real const& x, typename A::Real const& y,
                                                 typename A::Real const& z) noexcept
 {
@@ -95,9 +102,7 @@ struct Factor {
         b = dot(row1, row2);
         // v1 x v2|^2, computed from the rounded rows. So an error of a row is in a, in c and in the determinant alike, and alpha depends on
         // their ratio. For a disc seen along its plane, a determinant with its own rounding has rho 56, this one 1.8.
-        Vector3<A> const minor{A::multiply_add(row1.y, row2.z, -(row1.z * row2.y)),
-                               A::multiply_add(row1.z, row2.x, -(row1.x * row2.z)),
-                               A::multiply_add(row1.x, row2.y, -(row1.y * row2.x))};
+        Vector3<A> const minor = cross(row1, row2);
         determinant = dot(minor, minor);
     }
 
@@ -210,6 +215,19 @@ struct Outcome {
     typename A::Mask visible, stiff;
 };
 
+/// The words by which a projection's derivative by the camera's pose differs from the splat's own words (pose/motion.hpp). u3 is the third
+/// row of W R S: how far each axis of the Gaussian reaches along the ray. v1, v2 are the rows of V, and n = v2 - slope v1.
+template <class A>
+struct PoseWords {
+    static constexpr bool wanted = true;
+    typename A::Real along_depth;  ///< v1 . u3 / a
+    typename A::Real across_depth; ///< n . u3 / a
+};
+/// In their place, where nobody asks for a derivative. It costs nothing.
+struct NoPoseWords {
+    static constexpr bool wanted = false;
+};
+
 /// Nothing is visible in any lane. All words are defined.
 template <class A>
 TILEMESH_KERNEL Outcome<A> nowhere(SplatWords<A>& s) noexcept
@@ -219,10 +237,10 @@ TILEMESH_KERNEL Outcome<A> nowhere(SplatWords<A>& s) noexcept
 }
 
 /// The work of `project`, for one Gaussian or for lanes of them. `s` has a meaning where it is visible and not stiff. Lanes select between
-/// results; one float may return early instead, because nobody uses what it would have computed.
-template <class A>
+/// results; one float may return early instead, because nobody uses what it would have computed. `pose` has a meaning where `s` has one.
+template <class A, class Pose = NoPoseWords>
 TILEMESH_KERNEL Outcome<A> project_words(GaussianWords<A> const& g, View const& view, TileSize const& tile,
-                                         SplatWords<A>& s) noexcept
+                                         SplatWords<A>& s, [[maybe_unused]] Pose&& pose = {}) noexcept
 {
     using Real = typename A::Real;
     Camera const& c = view.camera;
@@ -338,6 +356,14 @@ TILEMESH_KERNEL Outcome<A> project_words(GaussianWords<A> const& g, View const& 
     auto const x = tile_at<A>(pixel_clamped<A>(u, s.columns), tile.tile_width);
     auto const y = tile_at<A>(pixel_clamped<A>(v, s.rows), tile.tile_height);
     s.anchor = x | y << 16;
+
+    // n . u3 by two cross products: v2 . u3 - slope v1 . u3 would cancel for a needle.
+    if constexpr (std::decay_t<Pose>::wanted) {
+        Vector3<A> const u3{f.axis[0].z * scale.x, f.axis[1].z * scale.y, f.axis[2].z * scale.z};
+        Real const per_a = one / a;
+        pose.along_depth = dot(f.row1, u3) * per_a;
+        pose.across_depth = A::multiply_add(h, dot(f.row2, u3), dot(cross(f.row1, f.row2), cross(f.row1, u3))) * per_a * per_a;
+    }
     return {visible, stiff};
 }
 } // namespace detail

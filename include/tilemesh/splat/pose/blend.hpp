@@ -1,0 +1,226 @@
+#pragma once
+#include <tilemesh/splat/blending_hits.hpp>
+#include <tilemesh/splat/exponential.hpp>
+#include <tilemesh/splat/pose/motion.hpp>
+#include <utility>
+
+/// Blends splats front to back into a row of pixels, and carries the derivatives by the six motions beside it (forward mode).
+TILEMESH_EXACT_BEGIN
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wpsabi" // the functions are always inlined, so it does not matter how a wide vector is passed
+namespace tilemesh { inline namespace v0_2 { namespace splat { namespace pose {
+
+/// A pixel (or lanes of pixels) and its derivative by the six motions, front to back.
+template <class A>
+struct MovingPixel {
+    using Real = typename A::Real;
+    Real t, colour[3];                       ///< transmittance, the sum of w c
+    Real dt[motions], dcolour[3][motions];
+    Real z, x, y;                            ///< the sums of w times the means in view space
+    Real dz[motions];                        ///< the sum of dw times the depth; the means' own motion follows from x, y and t
+};
+/// The words of a splat that a pair of a splat and a pixel needs, besides its power.
+template <class A>
+struct MovingPaint {
+    typename A::Real colour[3], z, x, y;
+};
+
+/// One pair: C += w c, T -= w with w = alpha T, and dw = alpha (T dP + dT), dC += dw c, dT -= dw. The sets of pairs (cut-offs, stop, depth
+/// order) are those of the blending and count as constant. `takes_part`: the lanes that blend. `moves`: those of them in which alpha follows
+/// the power; alpha_max clamps the others. It selects alpha and dP and never multiplies by a mask: outside its reach a splat's power may
+/// move by infinity. `motion(J)` is the PowerMotion of column J.
+template <bool Depth, class A, class MotionOf, std::uint32_t... J>
+TILEMESH_KERNEL void blend_moving_pair(MovingPixel<A>& p, typename A::Real const& of_power, typename A::Mask const& takes_part,
+                                       typename A::Mask const& moves, typename A::Real const& dx, typename A::Real const& off,
+                                       MovingPaint<A> const& paint, MotionOf const& motion,
+                                       std::integer_sequence<std::uint32_t, J...>) noexcept
+{
+    using Real = typename A::Real;
+    Real const zero = A::all(0.0f);
+    Real const alpha = A::select(takes_part, of_power, zero), w = alpha * p.t;
+    Real const dx_dx = dx * dx, dx_off = dx * off, off_off = off * off;
+    auto const column = [&](auto number) noexcept {
+        constexpr std::uint32_t j = decltype(number)::value;
+        PowerMotion<A> const m = motion(number);
+        Real dp = m.dx_1 * dx;
+        dp = A::multiply_add(m.off_1, off, dp);
+        dp = A::multiply_add(m.dx_2, dx_dx, dp);
+        dp = A::multiply_add(m.mixed, dx_off, dp);
+        dp = A::multiply_add(m.off_2, off_off, dp);
+        dp = A::select(moves, dp, zero);
+        Real const dw = alpha * A::multiply_add(p.t, dp, p.dt[j]);
+        p.dcolour[0][j] = A::multiply_add(dw, paint.colour[0], p.dcolour[0][j]);
+        p.dcolour[1][j] = A::multiply_add(dw, paint.colour[1], p.dcolour[1][j]);
+        p.dcolour[2][j] = A::multiply_add(dw, paint.colour[2], p.dcolour[2][j]);
+        p.dt[j] = p.dt[j] - dw;
+        if constexpr (Depth) p.dz[j] = A::multiply_add(dw, paint.z, p.dz[j]);
+    };
+    (column(std::integral_constant<std::uint32_t, J>{}), ...);
+    p.colour[0] = A::multiply_add(w, paint.colour[0], p.colour[0]);
+    p.colour[1] = A::multiply_add(w, paint.colour[1], p.colour[1]);
+    p.colour[2] = A::multiply_add(w, paint.colour[2], p.colour[2]);
+    if constexpr (Depth) {
+        p.z = A::multiply_add(w, paint.z, p.z);
+        p.x = A::multiply_add(w, paint.x, p.x);
+        p.y = A::multiply_add(w, paint.y, p.y);
+    }
+    p.t = p.t - w;
+}
+
+/// The derivative of a pixel's depth D = z / W by motion J, with W = 1 - T: (dz + (0, 0, W, y, -x, 0) + D dT) / W.
+template <std::uint32_t J, class A>
+TILEMESH_KERNEL typename A::Real depth_motion(MovingPixel<A> const& p, typename A::Real const& weight, typename A::Real const& depth) noexcept
+{
+    typename A::Real sum = A::multiply_add(depth, p.dt[J], p.dz[J]);
+    if constexpr (J == 2) sum = sum + weight;
+    if constexpr (J == 3) sum = sum + p.y;
+    if constexpr (J == 4) sum = sum - p.x;
+    return sum / weight;
+}
+
+using AllMotions = std::make_integer_sequence<std::uint32_t, motions>;
+
+/// A row of pixels in memory, field by field: T, three colours, dT, three times dC, z, x, y, dz.
+struct MovingRow {
+    static constexpr std::uint32_t fields = 4 + 4 * motions + 3 + motions;
+    float field[fields][block_width];
+};
+
+namespace detail {
+template <class A, class F>
+TILEMESH_KERNEL void each_field(MovingPixel<A>& p, bool depth, F const& f) noexcept
+{
+    f(0, p.t);
+    for (std::uint32_t c = 0; c < 3; ++c) f(1 + c, p.colour[c]);
+    for (std::uint32_t j = 0; j < motions; ++j) f(4 + j, p.dt[j]);
+    for (std::uint32_t c = 0; c < 3; ++c)
+        for (std::uint32_t j = 0; j < motions; ++j) f(10 + 6 * c + j, p.dcolour[c][j]);
+    if (!depth) return;
+    f(28, p.z), f(29, p.x), f(30, p.y);
+    for (std::uint32_t j = 0; j < motions; ++j) f(31 + j, p.dz[j]);
+}
+/// Loads N columns of a row, or stores them.
+template <std::uint32_t N>
+TILEMESH_KERNEL MovingPixel<splat::detail::FloatLanes<N>> load_pixels(MovingRow const& row, std::uint32_t column, bool depth) noexcept
+{
+    MovingPixel<splat::detail::FloatLanes<N>> p;
+    p.z = p.x = p.y = splat::detail::Floats<N>{};
+    for (auto& dz : p.dz) dz = splat::detail::Floats<N>{};
+    each_field(p, depth, [&](std::uint32_t i, auto& v) noexcept { v = splat::detail::load<N>(row.field[i] + column); });
+    return p;
+}
+template <std::uint32_t N>
+TILEMESH_KERNEL void store_pixels(MovingRow& row, std::uint32_t column, bool depth,
+                                  MovingPixel<splat::detail::FloatLanes<N>>& p) noexcept
+{
+    each_field(p, depth, [&](std::uint32_t i, auto& v) noexcept { splat::detail::store(row.field[i] + column, v); });
+}
+
+/// A chunk of splats with the motions of their powers: one array per field.
+template <std::uint32_t Size>
+struct alignas(splat::detail::vector_bytes) MovingChunk : splat::detail::Chunk<Size> {
+    static constexpr std::uint32_t coefficients = 5;
+    float along_depth[Size], across_depth[Size];
+    float view_x[Size], view_y[Size];                ///< the mean in view space
+    float motion[motions][coefficients][Size];
+
+    template <std::uint32_t N, Column J>
+    TILEMESH_KERNEL void complete_column(std::uint32_t i, MotionBasis<splat::detail::FloatLanes<N>> const& basis) noexcept
+    {
+        auto const m = power_motion<J>(basis);
+        auto& to = motion[static_cast<std::uint32_t>(J)];
+        splat::detail::store(to[0] + i, m.dx_1);
+        splat::detail::store(to[1] + i, m.off_1);
+        splat::detail::store(to[2] + i, m.dx_2);
+        splat::detail::store(to[3] + i, m.mixed);
+        splat::detail::store(to[4] + i, m.off_2);
+    }
+    /// Computes the motions of the first n splats, and of those that fill their last lanes.
+    template <std::uint32_t N>
+    TILEMESH_KERNEL void complete_motions(std::uint32_t n, View const& view) noexcept
+    {
+        using A = splat::detail::FloatLanes<N>;
+        using splat::detail::load;
+        for (std::uint32_t i = 0; i < n; i += N) {
+            MovingSplat<A> const s{load<N>(this->mean_x + i), load<N>(this->mean_y + i), load<N>(this->depth + i),
+                                   load<N>(this->along + i),  load<N>(this->slope + i),  load<N>(this->across + i),
+                                   load<N>(along_depth + i),  load<N>(across_depth + i)};
+            MotionBasis<A> const basis(s, view);
+            splat::detail::store(view_x + i, splat::detail::Floats<N>(basis.sx * s.depth));
+            splat::detail::store(view_y + i, splat::detail::Floats<N>(basis.sy * s.depth));
+            complete_column<N, Column::rho_x>(i, basis);
+            complete_column<N, Column::rho_y>(i, basis);
+            complete_column<N, Column::rho_z>(i, basis);
+            complete_column<N, Column::phi_x>(i, basis);
+            complete_column<N, Column::phi_y>(i, basis);
+            complete_column<N, Column::phi_z>(i, basis);
+        }
+    }
+};
+struct CompleteMotions {
+    template <class Set, std::uint32_t Size>
+    TILEMESH_KERNEL static void run(MovingChunk<Size>& chunk, std::uint32_t n, View const& view) noexcept
+    {
+        chunk.template complete_motions<Set::most_lanes>(n, view);
+    }
+};
+
+/// Blends the splats of `hits` that cover row `k` of a block into the row. The alpha of a pair and the set of pairs are those of `precise`
+/// blending, bit for bit. Returns the number of pairs that contributed.
+template <bool Depth, class Stop>
+struct BlendMovingRow {
+    template <class Set, std::uint32_t Size>
+    TILEMESH_KERNEL static std::uint32_t run(MovingRow& row, MovingChunk<Size> const& c, std::uint32_t const* hits, std::uint32_t n,
+                                             splat::detail::BlockPlace const& at, std::uint32_t k, Model const& m) noexcept
+    {
+        using namespace splat::detail;
+        constexpr std::uint32_t N = Set::most_lanes;
+        using A = FloatLanes<N>;
+        float const lowest = lowest_power_for(m.alpha_min);
+        std::uint32_t contributing = 0;
+        for (std::uint32_t column = 0; column < block_width; column += N) {
+            auto p = load_pixels<N>(row, column, Depth);
+            Words<N> const columns = counted_lanes<N>() + (at.column + static_cast<std::int32_t>(column));
+            Floats<N> const xs = load<N>(at.xs + column);
+            Words<N> counted{};
+            for (std::uint32_t h = 0; h < n; ++h) {
+                std::uint32_t const i = hits[h] & Hit::number;
+                if (covered_rows.bits[(hits[h] >> Hit::limits_at) * block_height + k] == 0) continue;
+                auto const offset = __builtin_bit_cast(UnsignedWords<N>, Words<N>(columns - c.x0[i]));
+                Words<N> const covered = offset < static_cast<std::uint32_t>(c.x1[i] - c.x0[i]);
+                Floats<N> const dx = xs - c.mean_x[i], dy = broadcast<N>(at.ys[k] - c.mean_y[i]);
+                Floats<N> const off = multiply_add_lanes<N>(broadcast<N>(-c.slope[i]), dx, dy);
+                Floats<N> const power = multiply_add_lanes<N>(c.along[i] * dx, dx, c.across[i] * off * off);
+                Floats<N> alpha = c.opacity[i] * exponential_lanes<N>(power, lowest);
+                Words<N> const follows = ~(alpha > m.alpha_max);
+                alpha = alpha < m.alpha_max ? alpha : broadcast<N>(m.alpha_max);
+                Words<N> takes_part = covered & (alpha >= m.alpha_min) & (p.t >= m.transmittance_min);
+                if constexpr (Stop::drops_crossing) {
+                    Words<N> const crosses = takes_part & (p.t - alpha * p.t < m.transmittance_min);
+                    p.t = crosses ? -p.t : p.t;
+                    takes_part &= ~crosses;
+                }
+                if (!A::any(takes_part)) continue;
+                counted = takes_part ? counted + 1 : counted;
+                MovingPaint<A> paint{{broadcast<N>(c.red[i]), broadcast<N>(c.green[i]), broadcast<N>(c.blue[i])}, Floats<N>{}, Floats<N>{}, Floats<N>{}};
+                if constexpr (Depth) paint.z = broadcast<N>(c.depth[i]), paint.x = broadcast<N>(c.view_x[i]), paint.y = broadcast<N>(c.view_y[i]);
+                auto const motion = [&c, i](auto number) noexcept {
+                    auto const& of = c.motion[decltype(number)::value];
+                    return PowerMotion<A>{broadcast<N>(of[0][i]), broadcast<N>(of[1][i]), broadcast<N>(of[2][i]), broadcast<N>(of[3][i]),
+                                          broadcast<N>(of[4][i])};
+                };
+                blend_moving_pair<Depth, A>(p, alpha, takes_part, Words<N>(takes_part & follows), dx, off, paint, motion, AllMotions{});
+            }
+            store_pixels<N>(row, column, Depth, p);
+            std::uint32_t counts[N];
+            store(counts, counted);
+            for (std::uint32_t one : counts) contributing += one;
+        }
+        return contributing;
+    }
+};
+} // namespace detail
+
+}}}} // namespace tilemesh::splat::pose
+#pragma GCC diagnostic pop
+TILEMESH_EXACT_END

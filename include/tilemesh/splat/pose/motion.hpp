@@ -1,0 +1,161 @@
+#pragma once
+#include <tilemesh/splat/projection.hpp>
+#include <tilemesh/splat/view.hpp>
+
+TILEMESH_EXACT_BEGIN
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wpsabi" // the functions are always inlined, so it does not matter how a wide vector is passed
+namespace tilemesh { inline namespace v0_2 { namespace splat { namespace pose {
+
+/// The six motions by which a frame is differentiated. A point p of view space moves by dp = rho + phi x p: rho is a translation in world
+/// units, phi a rotation in radians about the camera centre.
+inline constexpr std::uint32_t motions = 6;
+enum class Column : std::uint32_t { rho_x, rho_y, rho_z, phi_x, phi_y, phi_z };
+
+/// The two words that a splat needs for its derivative, besides its own. v1, v2 are the rows of V = J W R S, u3 is the third row of W R S,
+/// a the first entry of the dilated covariance, and n = v2 - slope v1. Only programs that track carry them.
+struct Terms {
+    float along_depth;  ///< v1 . u3 / a, world units per pixel
+    float across_depth; ///< n . u3 / a
+};
+/// A splat of a program that tracks: 64 bytes.
+struct PoseSplat : Splat {
+    Terms terms;
+};
+static_assert(sizeof(PoseSplat) == 64 && std::is_trivially_copyable_v<PoseSplat>, "a splat that tracks is 16 words");
+
+/// `project`, with the two words of the derivative.
+inline PoseSplat project(Gaussian const& g, View const& view, TileSize const& tile) noexcept
+{
+    using splat::detail::OneFloat;
+    PoseSplat s;
+    static_cast<Splat&>(s) = splat::project(g, view, tile);
+    splat::detail::GaussianWords<OneFloat> const words{{g.mean_world[0], g.mean_world[1], g.mean_world[2]},
+                                                       {g.colour[0], g.colour[1], g.colour[2]},
+                                                       g.opacity,
+                                                       {g.rotation[0], g.rotation[1], g.rotation[2], g.rotation[3]},
+                                                       {g.log_scale[0], g.log_scale[1], g.log_scale[2]}};
+    splat::detail::SplatWords<OneFloat> same;
+    splat::detail::PoseWords<OneFloat> pose{};
+    s.terms = {};
+    if (splat::detail::project_words<OneFloat>(words, view, tile, same, pose).visible) s.terms = {pose.along_depth, pose.across_depth};
+    return s;
+}
+
+/// The derivative of a splat's power by one motion. With dx, dy from the mean to a pixel and off = dy - slope dx:
+/// dP = dx dx_1 + off off_1 + dx^2 dx_2 + dx off mixed + off^2 off_2.
+template <class A>
+struct PowerMotion {
+    typename A::Real dx_1, off_1, dx_2, mixed, off_2;
+};
+
+/// The words of a splat on which its motion depends.
+template <class A>
+struct MovingSplat {
+    typename A::Real mean_x, mean_y, depth, along, slope, across, along_depth, across_depth;
+};
+
+namespace detail {
+/// What all columns share.
+template <class A>
+struct MotionBasis {
+    using Real = typename A::Real;
+    Real along, across, k;
+    Real along_depth, across_depth;
+    Real per_z, sx, sy;       ///< 1 / depth, slopes of the mean
+    Real jx, jy;              ///< slopes of the Jacobian: clamped
+    Real free_x, free_y;      ///< 1; 0 where that slope is clamped, so that the Jacobian does not move with the mean
+    Real px, py;              ///< pixels per world unit
+    Real fx, fy, ratio, per_ratio;
+    Real h_a, nn_a, a_s;      ///< dilation / a, n . n / a, a / (the variance across)
+
+    TILEMESH_KERNEL MotionBasis(MovingSplat<A> const& s, View const& view) noexcept
+    {
+        Real const one = A::all(1.0f), zero = A::all(0.0f);
+        along = s.along, across = s.across, k = s.slope;
+        along_depth = s.along_depth, across_depth = s.across_depth;
+        fx = A::all(view.camera.fx), fy = A::all(view.camera.fy);
+        ratio = fx / fy, per_ratio = fy / fx;
+        per_z = one / s.depth;
+        sx = s.mean_x / fx, sy = s.mean_y / fy;
+        jx = splat::detail::limited<A>(sx, view.slope_limit[0]);
+        jy = splat::detail::limited<A>(sy, view.slope_limit[1]);
+        free_x = A::select(A::magnitude(sx) <= A::all(view.slope_limit[0]), one, zero);
+        free_y = A::select(A::magnitude(sy) <= A::all(view.slope_limit[1]), one, zero);
+        px = fx * per_z, py = fy * per_z;
+        h_a = A::all(-2.0f * view.model.dilation) * along;
+        a_s = across / along;
+        nn_a = along / across - h_a * A::multiply_add(k, k, one);
+    }
+};
+/// How one motion moves the mean's slopes, and the rows of V: dv1 = p1 v1 + q1 v2 + kx u3 and dv2 = q2 v1 + (p1 + dp) v2 + ky u3.
+template <class A>
+struct RowMotion {
+    typename A::Real dsx, dsy, kx, ky, p1, dp, q1, q2;
+};
+template <Column J, class A>
+TILEMESH_KERNEL RowMotion<A> row_motion(MotionBasis<A> const& b) noexcept
+{
+    using Real = typename A::Real;
+    Real const zero = A::all(0.0f), one = A::all(1.0f);
+    RowMotion<A> m{zero, zero, zero, zero, zero, zero, zero, zero};
+    Real kx = zero, ky = zero; // the rotation's part of kx, ky
+    if constexpr (J == Column::rho_x) {
+        m.dsx = b.per_z;
+    } else if constexpr (J == Column::rho_y) {
+        m.dsy = b.per_z;
+    } else if constexpr (J == Column::rho_z) {
+        m.dsx = -(b.sx * b.per_z), m.dsy = -(b.sy * b.per_z), m.p1 = -b.per_z;
+    } else if constexpr (J == Column::phi_x) {
+        m.dsx = -(b.sx * b.sy), m.dsy = -A::multiply_add(b.sy, b.sy, one);
+        kx = -(b.jx * b.jy), ky = -A::multiply_add(b.jy, b.jy, one);
+        m.p1 = -b.sy, m.dp = -b.jy, m.q1 = -(b.jx * b.ratio);
+    } else if constexpr (J == Column::phi_y) {
+        m.dsx = A::multiply_add(b.sx, b.sx, one), m.dsy = b.sx * b.sy;
+        kx = A::multiply_add(b.jx, b.jx, one), ky = b.jx * b.jy;
+        m.p1 = b.jx + b.sx, m.dp = -b.jx, m.q2 = b.jy * b.per_ratio;
+    } else {
+        m.dsx = -b.sy, m.dsy = b.sx;
+        kx = -b.jy, ky = b.jx;
+        m.q1 = -b.ratio, m.q2 = b.per_ratio;
+    }
+    m.kx = b.px * (kx - b.free_x * m.dsx);
+    m.ky = b.py * (ky - b.free_y * m.dsy);
+    return m;
+}
+} // namespace detail
+
+/// The derivative of a splat's power by motion J. Each entry is 0 in lanes where an entry is not finite or beyond 1e30: a splat that is not
+/// a number in float has no derivative.
+///
+/// The covariance is V V^T plus the dilation. Its forms along = -1/(2a), slope = b/a, across = -1/(2s) move by da/a = 2 v1 . dv1 / a,
+/// dslope = (v1 . m + n . dv1) / a and ds = 2 n . m with m = dv2 - slope dv1. All products of v1 and n follow from the splat: v1 . v1 = a - h,
+/// n . v1 = slope h, n . n = s - h - slope^2 h. So nothing cancels for a needle. The opacity does not move. `J` includes the move of the
+/// Jacobian with the mean, except where its slope is clamped.
+template <Column J, class A>
+TILEMESH_KERNEL PowerMotion<A> power_motion(detail::MotionBasis<A> const& b) noexcept
+{
+    using Real = typename A::Real;
+    auto const m = detail::row_motion<J, A>(b);
+    Real const k = b.k, one = A::all(1.0f), two = A::all(2.0f);
+    Real const turn = m.q2 + k * m.dp - k * k * m.q1, beta = m.p1 + m.dp - k * m.q1, gamma = m.ky - k * m.kx;
+    Real const kh_a = k * b.h_a, v1_a = one - b.h_a;
+    Real const da_a = two * (m.p1 * v1_a + m.q1 * k + m.kx * b.along_depth);
+    Real const dslope = turn * v1_a + gamma * b.along_depth + (beta + m.p1 + m.q1 * k) * kh_a + m.q1 * b.nn_a + m.kx * b.across_depth;
+    Real const nm_s = (turn * kh_a + beta * b.nn_a + gamma * b.across_depth) * b.a_s;
+    Real const du = b.fx * m.dsx, dv = b.fy * m.dsy;
+    PowerMotion<A> p{-two * b.along * du, two * b.across * (k * du - dv), -(b.along * da_a), -two * b.across * dslope, -two * b.across * nm_s};
+    Real const most = A::all(1e30f), zero = A::all(0.0f);
+    auto const sound = A::every(A::magnitude(p.dx_1) < most, A::magnitude(p.off_1) < most, A::magnitude(p.dx_2) < most,
+                                A::magnitude(p.mixed) < most, A::magnitude(p.off_2) < most);
+    p.dx_1 = A::select(sound, p.dx_1, zero);
+    p.off_1 = A::select(sound, p.off_1, zero);
+    p.dx_2 = A::select(sound, p.dx_2, zero);
+    p.mixed = A::select(sound, p.mixed, zero);
+    p.off_2 = A::select(sound, p.off_2, zero);
+    return p;
+}
+
+}}}} // namespace tilemesh::splat::pose
+#pragma GCC diagnostic pop
+TILEMESH_EXACT_END

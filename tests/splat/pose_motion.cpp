@@ -1,0 +1,270 @@
+#include "pose_reference.hpp"
+#include "support.hpp"
+#include <algorithm>
+#include <cmath>
+#include <doctest/doctest.h>
+#include <limits>
+#include <tilemesh/splat/pose/blend.hpp>
+#include <vector>
+
+using namespace tilemesh;
+using namespace tilemesh::splat;
+namespace reference = support::pose;
+
+namespace {
+using D = reference::OneDouble;
+using F = splat::detail::OneFloat;
+using reference::Pixel;
+
+/// All pairs blend: nothing is cut off and nothing stops.
+Model without_cuts()
+{
+    Model m;
+    m.alpha_min = 0;
+    m.transmittance_min = 0;
+    m.arithmetic = Arithmetic::precise;
+    return m;
+}
+double value(Pixel const& p, std::uint32_t i)
+{
+    return p.value(i);
+}
+/// The words of a splat that the templates read, in arithmetic A.
+template <class A>
+struct Words {
+    pose::MovingSplat<A> moving;
+    typename A::Real opacity, colour[3];
+};
+/// Of splats that the reference projected, by the definitions of the words.
+std::vector<Words<D>> words_of(std::vector<reference::Splat> const& splats, Model const& m)
+{
+    std::vector<Words<D>> out;
+    for (auto const& s : splats) {
+        double const h = m.dilation, k = s.b / s.a;
+        double along = 0, across = 0, minor = 0;
+        for (int i = 0; i < 3; ++i) {
+            int const u = (i + 1) % 3, v = (i + 2) % 3;
+            double const n = s.v1[u] * s.v2[v] - s.v1[v] * s.v2[u];
+            minor += n * n;
+            along += s.v1[i] * s.u3[i], across += (s.v2[i] - k * s.v1[i]) * s.u3[i];
+        }
+        double const determinant = minor + h * (s.a + s.c - h);
+        out.push_back({{s.u, s.v, s.z, -0.5 / s.a, k, -0.5 * s.a / determinant, along / s.a, across / s.a},
+                       s.opacity, {s.colour[0], s.colour[1], s.colour[2]}});
+    }
+    return out;
+}
+/// Of splats that the kernel projects in float.
+std::vector<Words<F>> words_of(std::vector<Gaussian> const& order, View const& view)
+{
+    std::vector<Words<F>> out;
+    for (auto const& g : order) {
+        auto const s = pose::project(g, view, TileSize{view.camera.width, view.camera.height});
+        if (!s.visible()) continue;
+        out.push_back({{s.mean_px[0], s.mean_px[1], s.depth, s.along, s.slope, s.across, s.terms.along_depth, s.terms.across_depth},
+                       s.opacity, {s.colour[0], s.colour[1], s.colour[2]}});
+    }
+    return out;
+}
+/// The derivative by all motions with the kernels' templates.
+template <class A>
+reference::Derivative by_templates(std::vector<Words<A>> const& splats, View const& view)
+{
+    using Real = typename A::Real;
+    auto const& c = view.camera;
+    auto const& m = view.model;
+    std::vector<std::array<pose::PowerMotion<A>, 6>> motions;
+    for (auto const& s : splats) {
+        pose::detail::MotionBasis<A> const basis(s.moving, view);
+        motions.push_back({pose::power_motion<pose::Column::rho_x>(basis), pose::power_motion<pose::Column::rho_y>(basis),
+                           pose::power_motion<pose::Column::rho_z>(basis), pose::power_motion<pose::Column::phi_x>(basis),
+                           pose::power_motion<pose::Column::phi_y>(basis), pose::power_motion<pose::Column::phi_z>(basis)});
+    }
+    reference::Derivative d;
+    for (std::uint32_t y = 0; y < c.height; ++y)
+        for (std::uint32_t x = 0; x < c.width; ++x) {
+            pose::MovingPixel<A> p{};
+            p.t = 1;
+            for (std::size_t i = 0; i < splats.size(); ++i) {
+                auto const& s = splats[i].moving;
+                Real const dx = Real(x) + Real(0.5) - Real(c.cx) - s.mean_x, off = Real(y) + Real(0.5) - Real(c.cy) - s.mean_y - s.slope * dx;
+                Real const raw = splats[i].opacity * std::exp(s.along * dx * dx + s.across * off * off);
+                auto const& colour = splats[i].colour;
+                pose::MovingPaint<A> const paint{{colour[0], colour[1], colour[2]}, s.depth, s.mean_x / Real(c.fx) * s.depth, s.mean_y / Real(c.fy) * s.depth};
+                auto const motion = [&](auto j) { return motions[i][decltype(j)::value]; };
+                pose::blend_moving_pair<true, A>(p, std::min(raw, Real(m.alpha_max)), true, !(raw > Real(m.alpha_max)), dx, off, paint, motion, pose::AllMotions{});
+            }
+            Real const weight = 1 - p.t, depth = weight > 0 ? p.z / weight : 0;
+            Real const of_depth[6] = {pose::depth_motion<0>(p, weight, depth), pose::depth_motion<1>(p, weight, depth), pose::depth_motion<2>(p, weight, depth),
+                                      pose::depth_motion<3>(p, weight, depth), pose::depth_motion<4>(p, weight, depth), pose::depth_motion<5>(p, weight, depth)};
+            for (std::uint32_t j = 0; j < 6; ++j)
+                d[j].push_back({{p.dcolour[0][j], p.dcolour[1][j], p.dcolour[2][j]}, p.dt[j], weight > 0 ? of_depth[j] : 0});
+        }
+    return d;
+}
+/// The errors of a derivative, relative to its rms over the frame, by column and value.
+struct Errors {
+    std::vector<double> all;
+    double most = 0;
+    std::uint64_t not_numbers = 0;
+    /// `picture`: depth counts only where something is seen, because it is a quotient.
+    void add(reference::Derivative const& mine, reference::Derivative const& truth, std::vector<Pixel> const& picture)
+    {
+        auto const seen = [&](std::uint32_t i, std::size_t k) { return i != 4 || picture[k].transmittance < 0.999; };
+        for (std::uint32_t j = 0; j < 6; ++j)
+            for (std::uint32_t i = 0; i < Pixel::values; ++i) {
+                double squares = 0;
+                for (std::size_t k = 0; k < truth[j].size(); ++k) squares += seen(i, k) ? value(truth[j][k], i) * value(truth[j][k], i) : 0;
+                double const rms = std::sqrt(squares / double(truth[j].size()));
+                if (!(rms > 1e-6)) continue; // rounding of the differences is larger
+                for (std::size_t k = 0; k < truth[j].size(); ++k) {
+                    if (!seen(i, k)) continue;
+                    double const error = std::fabs(value(mine[j][k], i) - value(truth[j][k], i)) / rms;
+                    if (std::isnan(error)) ++not_numbers;
+                    all.push_back(error);
+                    most = std::max(most, error);
+                }
+            }
+    }
+    double quantile(double q)
+    {
+        std::sort(all.begin(), all.end());
+        return all.at(std::min(all.size() - 1, std::size_t(q * double(all.size()))));
+    }
+};
+/// A few Gaussians that are hard to differentiate: needles, discs, splats smaller than the dilation, opaque ones, means far off the axis,
+/// close to the near plane, and behind the camera.
+std::vector<Gaussian> hard_scene(std::uint64_t seed)
+{
+    support::Random random(seed);
+    std::vector<Gaussian> out;
+    for (std::uint32_t i = 0; i < 10; ++i) {
+        Gaussian g{};
+        std::uint32_t const kind = random.below(8);
+        float const z = kind == 0 ? random.uniform(0.21f, 0.3f) : kind == 1 ? -random.uniform(0.1f, 2.0f) : random.uniform(0.5f, 4.0f);
+        float const wide = kind == 2 ? 2.5f : 0.7f; // beyond the limit of the Jacobian's slopes
+        g.mean_world[0] = random.uniform(-wide, wide) * std::fabs(z);
+        g.mean_world[1] = random.uniform(-wide, wide) * std::fabs(z);
+        g.mean_world[2] = z;
+        for (float& c : g.colour) c = random.uniform(0, 1.5f);
+        g.opacity = kind == 3 ? 1.0f : random.uniform(0.05f, 0.99f);
+        for (float& q : g.rotation) q = random.uniform(-1, 1);
+        for (float& s : g.log_scale) s = std::log(std::fabs(z)) + random.uniform(-3.0f, -0.5f);
+        if (kind == 2) for (float& s : g.log_scale) s += 1; // reaches into the frame
+        if (kind == 4) g.log_scale[0] += 1.0f, g.log_scale[1] -= 5, g.log_scale[2] -= 5;
+        if (kind == 5) g.log_scale[0] -= 6;
+        if (kind == 6) for (float& s : g.log_scale) s -= 4;
+        if (kind == 7) g.log_scale[0] = -std::numeric_limits<float>::infinity();
+        g.id = GaussianId{i + 1};
+        out.push_back(g);
+    }
+    return out;
+}
+/// Without those whose Jacobian a step of the differences begins or ceases to clamp, or which such a step takes through the near plane.
+std::vector<Gaussian> away_from_limits(std::vector<Gaussian> order, reference::Camera const& c, Model const& m)
+{
+    order.erase(std::remove_if(order.begin(), order.end(),
+                               [&](Gaussian const& g) {
+                                   reference::Splat s;
+                                   reference::project(g, c, m, s);
+                                   double const sx = std::fabs(s.u / c.fx), sy = std::fabs(s.v / c.fy);
+                                   return std::fabs(sx - c.limit_x) < 1e-3 || std::fabs(sy - c.limit_y) < 1e-3 || s.z < c.near_depth + 1e-4;
+                               }),
+                order.end());
+    return order;
+}
+Camera small_lens()
+{
+    auto c = support::lens(16, 12, 0.1f);
+    c.fy *= 1.1f; // so that a swap of fx and fy shows
+    return c;
+}
+} // namespace
+
+TEST_CASE("pose motion: colour, transmittance and depth agree with central differences in double on 200 hard scenes")
+{
+    Errors errors;
+    auto const camera = small_lens();
+    for (auto limit : {1.3f, 0.5f, 0.0f}) {
+        auto model = without_cuts();
+        model.jacobian_limit = limit;
+        auto const view = make_view(camera, model);
+        auto const c = reference::camera_of(camera, model);
+        for (std::uint64_t seed = 1; seed <= (support::fast() ? 20u : 67u); ++seed) {
+            auto const order = away_from_limits(reference::sorted(hard_scene(seed + std::uint64_t(limit * 1000)), c, model), c, model);
+            if (order.empty()) continue;
+            errors.add(by_templates(words_of(reference::projected(order, c, model), model), view), reference::central_differences(order, c, model, 1e-5),
+                       reference::render(reference::projected(order, c, model), c, model));
+        }
+    }
+    MESSAGE("p50 " << errors.quantile(0.5) << ", p99 " << errors.quantile(0.99) << ", largest " << errors.most << " of " << errors.all.size());
+    CHECK(errors.not_numbers == 0);
+    CHECK(errors.quantile(0.99) < 1e-5);
+    CHECK(errors.most < 1e-3);
+}
+
+TEST_CASE("pose motion: float is within 1e-5 of double in the L2 norm of a frame, and alpha_max stops the motion of a splat")
+{
+    auto const camera = small_lens();
+    double most = 0;
+    for (float clamp : {1.0f, 0.5f}) {
+        auto model = without_cuts();
+        model.alpha_max = clamp;
+        auto const view = make_view(camera, model);
+        auto const c = reference::camera_of(camera, model);
+        for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+            auto order = support::cloud(30, seed);
+            for (auto& g : order) g.colour[0] = std::min(g.colour[0], 1.0f);
+            order = away_from_limits(reference::sorted(order, c, model), c, model);
+            auto const exact = by_templates(words_of(reference::projected(order, c, model), model), view);
+            auto const mine = by_templates(words_of(order, view), view);
+            for (std::uint32_t i = 0; i < 4; ++i) {
+                double error = 0, all = 0;
+                for (std::uint32_t j = 0; j < 6; ++j)
+                    for (std::size_t k = 0; k < exact[j].size(); ++k) {
+                        double const e = value(mine[j][k], i) - value(exact[j][k], i);
+                        error += e * e, all += value(exact[j][k], i) * value(exact[j][k], i);
+                    }
+                most = std::max(most, std::sqrt(error / all));
+            }
+            if (clamp < 1 && seed == 1) {
+                Errors errors;
+                errors.add(exact, reference::central_differences(order, c, model, 1e-5), reference::render(reference::projected(order, c, model), c, model));
+                CHECK(errors.quantile(0.98) < 1e-5); // the others lie where a step crosses the clamp
+            }
+        }
+    }
+    MESSAGE("largest relative L2 error " << most);
+    CHECK(most < 1e-5);
+}
+
+TEST_CASE("pose motion: no splat gives NaN or infinity")
+{
+    auto const camera = small_lens();
+    support::Random random(5);
+    float const infinity = std::numeric_limits<float>::infinity(), nan = std::numeric_limits<float>::quiet_NaN();
+    float const odd[] = {0, -0.0f, 1, -1, 1e-38f, 1e-20f, -1e-3f, 0.2f, 0.21f, 3, 1e5f, 1e18f, -1e30f, 3e38f, infinity, -infinity, nan};
+    std::uint32_t visible = 0;
+    for (float dilation : {0.3f, 0.0f}) {
+        Model model = without_cuts();
+        model.dilation = dilation;
+        auto const view = make_view(camera, model);
+        for (std::uint32_t i = 0; i < 20000; ++i) {
+            auto g = hard_scene(i / 10 + 1)[i % 10];
+            auto const spoil = [&](float& v) {
+                if (random.below(6) == 0) v = odd[random.below(sizeof odd / sizeof odd[0])];
+            };
+            for (float& v : g.mean_world) spoil(v);
+            for (float& v : g.rotation) spoil(v);
+            for (float& v : g.log_scale) spoil(v);
+            for (auto const& s : words_of(std::vector<Gaussian>{g}, view)) {
+                ++visible;
+                pose::detail::MotionBasis<F> const basis(s.moving, view);
+                for (auto const& m : {pose::power_motion<pose::Column::rho_x>(basis), pose::power_motion<pose::Column::rho_z>(basis),
+                                      pose::power_motion<pose::Column::phi_x>(basis), pose::power_motion<pose::Column::phi_y>(basis)})
+                    for (float const v : {m.dx_1, m.off_1, m.dx_2, m.mixed, m.off_2}) REQUIRE(std::isfinite(v));
+            }
+        }
+    }
+    CHECK(visible > 1000);
+}
