@@ -8,7 +8,7 @@
 TILEMESH_EXACT_BEGIN
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wpsabi" // the functions are always inlined, so it does not matter how a wide vector is passed
-namespace tilemesh { inline namespace v0_2 { namespace splat { namespace pose {
+namespace tilemesh { inline namespace v0_2 { namespace splat::pose {
 
 /// A pixel (or lanes of pixels) and its derivative by the six motions, front to back.
 template <class A>
@@ -221,6 +221,6 @@ struct BlendMovingRow {
 };
 } // namespace detail
 
-}}}} // namespace tilemesh::splat::pose
+}}} // namespace tilemesh::splat::pose
 #pragma GCC diagnostic pop
 TILEMESH_EXACT_END

@@ -5,7 +5,7 @@
 TILEMESH_EXACT_BEGIN
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wpsabi" // the functions are always inlined, so it does not matter how a wide vector is passed
-namespace tilemesh { inline namespace v0_2 { namespace splat { namespace pose {
+namespace tilemesh { inline namespace v0_2 { namespace splat::pose {
 
 /// The six motions by which a frame is differentiated. A point p of view space moves by dp = rho + phi x p: rho is a translation in world
 /// units, phi a rotation in radians about the camera centre.
@@ -156,6 +156,6 @@ TILEMESH_KERNEL PowerMotion<A> power_motion(detail::MotionBasis<A> const& b) noe
     return p;
 }
 
-}}}} // namespace tilemesh::splat::pose
+}}} // namespace tilemesh::splat::pose
 #pragma GCC diagnostic pop
 TILEMESH_EXACT_END
