@@ -137,7 +137,7 @@ struct TableAccess {
             } else if (searches_ < searches_before_a_set) {
                 ++searches_;
             }
-            return first_of(splats, n, [row = message.row](SplatRow s) noexcept { return s.row == row; });
+            return first_with_word(splats, n, message.row);
         }
         void add(SplatRow s) noexcept
         {

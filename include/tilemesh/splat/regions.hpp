@@ -2,6 +2,7 @@
 #include <tilemesh/splat/footprint.hpp>
 #include <tilemesh/splat/operations.hpp>
 #include <tilemesh/splat/policy_set.hpp>
+#include <tilemesh/splat/search.hpp>
 #include <tilemesh/splat/sizes.hpp>
 
 namespace tilemesh { inline namespace v0_2 { namespace splat {
@@ -244,43 +245,11 @@ TILEMESH_KERNEL std::uint32_t child_sides(TileId anchor, TileId t) noexcept
     return sides;
 }
 
-inline constexpr std::uint32_t no_slot = 0xffffffffu;
-
-/// The number of the first of n items for which `is_it` is true, or `no_slot`. It looks at 16 items at once, so that a compiler can use
-/// vector compares.
-template <class Item, class IsIt>
-std::uint32_t first_of(Item const* items, std::uint32_t n, IsIt const& is_it) noexcept
-{
-    constexpr std::uint32_t at_once = 16;
-    std::uint32_t i = 0;
-    for (; i + at_once <= n; i += at_once) {
-        std::uint32_t hits = 0;
-        for (std::uint32_t k = 0; k < at_once; ++k) hits += is_it(items[i + k]) ? 1u : 0u;
-        if (hits != 0) break;
-    }
-    for (; i < n; ++i)
-        if (is_it(items[i])) return i;
-    return no_slot;
-}
-/// The number of the last of the first n marks that has one of these bits, or `no_slot`. It looks at 16 marks at once.
-template <class MarkList>
-std::uint32_t last_with(MarkList const& marks, std::uint32_t n, std::uint32_t bits) noexcept
-{
-    constexpr std::uint32_t at_once = 16;
-    for (; n >= at_once; n -= at_once) {
-        std::uint32_t all = 0;
-        for (std::uint32_t k = 0; k < at_once; ++k) all |= marks[n - at_once + k].bits;
-        if ((all & bits) != 0) break;
-    }
-    while (n-- > 0)
-        if ((marks[n].bits & bits) != 0) return n;
-    return no_slot;
-}
 /// Returns the slot of record `id`, or `no_slot`.
 template <class MarkList>
 std::uint32_t find(MarkList const& marks, GaussianId id) noexcept
 {
-    return first_of(marks.begin(), marks.size(), [id](auto const& mark) noexcept { return mark.id == id; });
+    return first_with_word(marks.begin(), marks.size(), static_cast<std::uint32_t>(id));
 }
 /// Removes slot i from storage, marks and projected records.
 template <class A, class B, class C>

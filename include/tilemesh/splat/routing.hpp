@@ -125,7 +125,7 @@ struct RouteStep {
             if (out[d].size() < room.limit[index(d)]) open |= Mark::leaves(d);
             if (room.short_of_credit[index(d)]) short_of_credit |= Mark::leaves(d);
         }
-        for (std::uint32_t i = storage.size(); open != 0 && (i = last_with(marks, i, open)) != no_slot;) {
+        for (std::uint32_t i = storage.size(); open != 0 && (i = last_with_bits(marks.begin(), i, open)) != no_slot;) {
             Direction const d = marks[i].leaves_on();
             depart(i, out[d]);
             --flow.leaving;

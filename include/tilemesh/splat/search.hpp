@@ -1,0 +1,79 @@
+#pragma once
+#include <cstdint>
+#include <cstring>
+#include <tilemesh/splat/number.hpp>
+
+/// Searches in lists of items of one or two 32-bit words. A tile looks for a record in all its marks, so these loops take a large part of
+/// routing and bloom. They test 16 items at once, with the compiler's vectors: GCC 12 makes no vectors of a loop that ends early.
+TILEMESH_EXACT_BEGIN
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wpsabi" // see lanes.hpp
+namespace tilemesh { inline namespace v0_2 { namespace splat {
+
+inline constexpr std::uint32_t no_slot = 0xffffffffu;
+
+namespace detail {
+inline constexpr std::uint32_t searched_at_once = 16;
+
+/// Is `test` true for word `Word` of one of 16 items? `test` takes words, and gives words that are not 0 where it is true.
+template <std::uint32_t Word, class Item, class Test>
+TILEMESH_KERNEL bool any_of_16(Item const* items, Test const& test) noexcept
+{
+    constexpr std::uint32_t words = sizeof(Item) / 4;
+    static_assert(sizeof(Item) == 4 * words && (words == 1 || words == 2) && Word < words, "an item is one or two words");
+    if constexpr (native_lanes >= 4) {
+        Words<native_lanes> hits{};
+        for (std::uint32_t at = 0; at < searched_at_once * words; at += native_lanes) {
+            Words<native_lanes> v;
+            std::memcpy(&v, reinterpret_cast<unsigned char const*>(items) + 4 * at, sizeof v);
+            hits |= test(v);
+        }
+        if constexpr (words == 2) hits &= (counted_lanes<native_lanes>() & 1) == static_cast<std::int32_t>(Word);
+        return FloatLanes<native_lanes>::any(hits);
+    } else { // an IPU's worker computes one word at a time
+        Words<1> hits{};
+        for (std::uint32_t i = 0; i < searched_at_once; ++i) {
+            Words<1> v;
+            std::memcpy(&v, reinterpret_cast<unsigned char const*>(items + i) + 4 * Word, sizeof v);
+            hits |= test(v);
+        }
+        return hits[0] != 0;
+    }
+}
+template <std::uint32_t Word, class Item>
+TILEMESH_KERNEL std::uint32_t word_of(Item const& item) noexcept
+{
+    std::uint32_t v;
+    std::memcpy(&v, reinterpret_cast<unsigned char const*>(&item) + 4 * Word, sizeof v);
+    return v;
+}
+} // namespace detail
+
+/// The number of the first of n items whose first word is `word`, or `no_slot`.
+template <class Item>
+std::uint32_t first_with_word(Item const* items, std::uint32_t n, std::uint32_t word) noexcept
+{
+    auto const wanted = static_cast<std::int32_t>(word);
+    std::uint32_t i = 0;
+    while (i + detail::searched_at_once <= n && !detail::any_of_16<0>(items + i, [wanted](auto const& v) noexcept { return v == wanted; }))
+        i += detail::searched_at_once;
+    for (; i < n; ++i)
+        if (detail::word_of<0>(items[i]) == word) return i;
+    return no_slot;
+}
+/// The number of the last of n items that has one of these bits in its second word, or `no_slot`.
+template <class Item>
+std::uint32_t last_with_bits(Item const* items, std::uint32_t n, std::uint32_t bits) noexcept
+{
+    auto const wanted = static_cast<std::int32_t>(bits);
+    while (n >= detail::searched_at_once &&
+           !detail::any_of_16<1>(items + n - detail::searched_at_once, [wanted](auto const& v) noexcept { return v & wanted; }))
+        n -= detail::searched_at_once;
+    while (n-- > 0)
+        if ((detail::word_of<1>(items[n]) & bits) != 0) return n;
+    return no_slot;
+}
+
+}}} // namespace tilemesh::splat
+#pragma GCC diagnostic pop
+TILEMESH_EXACT_END
