@@ -26,7 +26,7 @@ int chips(Options const& options)
         auto const machine = bench::make_traced_machine(scene.map, roomy_setup(), {.threads = options.threads.back(), .grid = {grid.width, grid.height}});
         for (std::size_t frame = 0; frame < cameras.size(); ++frame) {
             machine->render(cameras[frame]);
-            if (frame == 1) continue;
+            if (frame != 0 && frame + 1 != cameras.size()) continue;
             for (auto const cost : {tilemesh::ExchangeCost::capacity, tilemesh::ExchangeCost::live}) {
                 auto model = tilemesh::mk2();
                 model.exchange_cost = cost;
