@@ -2,6 +2,7 @@
 #include "roomy.hpp"
 #include <algorithm>
 #include <common/machine.hpp>
+#include <common/scenes.hpp>
 #include <common/statistics.hpp>
 #include <iostream>
 #include <tilemesh/model/cost_parameters.hpp>
@@ -19,7 +20,7 @@ int chips(Options const& options)
     auto const cameras = bench::cameras_of("orbit0.5", scene, 3, options.data);
     auto const borders = tilemesh::mk2_chips();
     std::string csv = "chips,frame,exchange,supersteps,one_chip_ms,array_ms,crossing_ms,busiest_border_bytes\n";
-    tilemesh::report::Table table{"chips", "frame", "exchange", "supersteps", "one big chip, ms", "array, ms", "array / chip", "longest border, bytes"};
+    tilemesh::report::Table table{{"chips", "frame", "exchange", "supersteps", "one big chip, ms", "array, ms", "array / chip", "longest border, bytes"}};
     for (std::uint32_t const side : {1u, 2u, 8u}) {
         if (options.quick && side == 8) continue;
         tilemesh::Grid const grid{side * borders.columns, side * borders.rows};

@@ -208,18 +208,12 @@ struct RunTimeSaturation {
     static constexpr char const* name = "at run time";
     static constexpr bool may_hold = true;
     template <class Parameters>
-    TILEMESH_KERNEL static bool holds_in(Parameters const& frame) noexcept
-    {
-        return frame.rules.holds != 0;
-    }
+    TILEMESH_KERNEL static bool holds_in(Parameters const& frame) noexcept { return frame.rules.holds != 0; }
 };
 struct RunTimeAddressing : Carried {
     static constexpr char const* name = "at run time";
     template <class Parameters>
-    TILEMESH_KERNEL static bool carried_in(Parameters const& frame) noexcept
-    {
-        return frame.rules.carried != 0;
-    }
+    TILEMESH_KERNEL static bool carried_in(Parameters const& frame) noexcept { return frame.rules.carried != 0; }
 };
 struct RunTimeCopies {
     static constexpr char const* name = "at run time";
