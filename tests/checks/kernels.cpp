@@ -43,7 +43,13 @@
 #include <tilemesh/splat/policies.hpp>
 #include <tilemesh/splat/policy_set.hpp>
 #include <tilemesh/splat/pose/blend.hpp>
+#include <tilemesh/splat/pose/gradients.hpp>
 #include <tilemesh/splat/pose/motion.hpp>
+#include <tilemesh/splat/pose/program.hpp>
+#include <tilemesh/splat/pose/regions.hpp>
+#include <tilemesh/splat/pose/rows.hpp>
+#include <tilemesh/splat/pose/sums.hpp>
+#include <tilemesh/splat/pose/tile.hpp>
 #include <tilemesh/splat/project_all.hpp>
 #include <tilemesh/splat/projection.hpp>
 #include <tilemesh/splat/quality.hpp>
@@ -59,7 +65,7 @@ using namespace tilemesh;
 /// A tile's memory: its states as one piece, and the eight ends of each channel.
 struct Sram {
     std::uint32_t* states;
-    std::uint32_t* links[2];
+    std::uint32_t* links[4];
     void const* frame;
     Here here;
     Worker worker;
@@ -172,6 +178,20 @@ ALL_KERNELS(planes, Planes)
 ALL_KERNELS(shaded, Shaded)
 ALL_HOMES_KERNELS(homes, Homes)
 ALL_HOMES_KERNELS(shaded_homes, ShadedHomes)
+
+// The kernels of a program that tracks.
+using Tracked = splat::pose::Tracked<splat::Lossless>;
+#define POSE_KERNEL(kernel, Kernel)                                                                                               \
+    extern "C" std::uint32_t tracked_##kernel(Sram const& s) noexcept                                                             \
+    {                                                                                                                             \
+        return run<splat::pose::PoseFrame<Tracked>, Tracked, Kernel>(s);                                                          \
+    }
+POSE_KERNEL(project, splat::Project<Tracked>)
+POSE_KERNEL(route, splat::Route<Tracked>)
+POSE_KERNEL(bloom, splat::Bloom<Tracked>)
+POSE_KERNEL(composite_with_pose, splat::pose::CompositeWithPose<Tracked>)
+POSE_KERNEL(send_cells, splat::pose::SendCells<Tracked>)
+POSE_KERNEL(add_gradients, splat::pose::AddGradients<Tracked>)
 
 // The kernels of a setup without routing (Still), and of one without routing and bloom (Alone).
 KERNEL(still, project, Still, Project)

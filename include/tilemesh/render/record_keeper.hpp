@@ -244,7 +244,7 @@ private:
         if constexpr (by_reference)
             return {row};
         else
-            return s;
+            return typename P::Projected(s);
     }
 
     RecordTable const& records_;

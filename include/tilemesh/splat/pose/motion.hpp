@@ -21,15 +21,15 @@ struct Terms {
 /// A splat of a program that tracks: 64 bytes.
 struct PoseSplat : Splat {
     Terms terms;
+    PoseSplat() noexcept = default;
+    explicit PoseSplat(Splat const& s, Terms const& t = {}) noexcept : Splat(s), terms(t) {}
 };
 static_assert(sizeof(PoseSplat) == 64 && std::is_trivially_copyable_v<PoseSplat>, "a splat that tracks is 16 words");
 
-/// `project`, with the two words of the derivative.
-inline PoseSplat project(Gaussian const& g, View const& view, TileSize const& tile) noexcept
+/// The two words of a Gaussian that is visible; 0 for others.
+inline Terms terms_of(Gaussian const& g, View const& view, TileSize const& tile) noexcept
 {
     using splat::detail::OneFloat;
-    PoseSplat s;
-    static_cast<Splat&>(s) = splat::project(g, view, tile);
     splat::detail::GaussianWords<OneFloat> const words{{g.mean_world[0], g.mean_world[1], g.mean_world[2]},
                                                        {g.colour[0], g.colour[1], g.colour[2]},
                                                        g.opacity,
@@ -37,9 +37,13 @@ inline PoseSplat project(Gaussian const& g, View const& view, TileSize const& ti
                                                        {g.log_scale[0], g.log_scale[1], g.log_scale[2]}};
     splat::detail::SplatWords<OneFloat> same;
     splat::detail::PoseWords<OneFloat> pose{};
-    s.terms = {};
-    if (splat::detail::project_words<OneFloat>(words, view, tile, same, pose).visible) s.terms = {pose.along_depth, pose.across_depth};
-    return s;
+    if (!splat::detail::project_words<OneFloat>(words, view, tile, same, pose).visible) return {};
+    return {pose.along_depth, pose.across_depth};
+}
+/// `project`, with the two words of the derivative.
+inline PoseSplat project(Gaussian const& g, View const& view, TileSize const& tile) noexcept
+{
+    return PoseSplat(splat::project(g, view, tile), terms_of(g, view, tile));
 }
 
 /// The derivative of a splat's power by one motion. With dx, dy from the mean to a pixel and off = dy - slope dx:

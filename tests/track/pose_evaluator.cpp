@@ -1,0 +1,300 @@
+#include "../splat/pose_reference.hpp"
+#include "../splat/support.hpp"
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <doctest/doctest.h>
+#include <limits>
+#include <string>
+#include <tilemesh/engine/checked_mesh.hpp>
+#include <tilemesh/scene/pose.hpp>
+#include <tilemesh/track/pose_evaluator.hpp>
+#include <vector>
+
+using namespace tilemesh;
+using namespace tilemesh::track;
+
+namespace {
+/// A target that the map does not explain: the picture of another pose, brighter, with holes in its depth.
+struct Case {
+    scene::Map map;
+    splat::Camera camera;
+    TrackTarget target;
+};
+Case made_case(std::uint32_t width, std::uint32_t height, std::uint32_t n, std::uint64_t seed)
+{
+    auto gaussians = support::cloud(n, seed);
+    for (auto& g : gaussians) {
+        for (float& s : g.log_scale) s = std::min(s + 2.0f, -1.2f); // so that most pixels are covered
+        g.opacity = std::max(g.opacity, 0.3f);
+    }
+    Case c{support::map_of(std::move(gaussians)), support::lens(width, height), {}};
+    BasicRenderer<splat::Referenced<splat::WithPixel<splat::Lossless, splat::WithAlpha<splat::WithDepth<splat::FloatPixel>>>>> renderer(c.map);
+    auto frame = renderer.render(support::lens(width, height, 0.01f));
+    for (std::uint32_t y = 0; y < height; ++y)
+        for (std::uint32_t x = 0; x < width; ++x) {
+            for (int k = 0; k < 3; ++k) frame.image.pixel(x, y)[k] = frame.image.pixel(x, y)[k] * 1.1f + 0.02f * float((x * 7 + y * 13) % 5);
+            if ((x + y) % 11 == 0) frame.depth.at(x, y) = 0;
+            if ((3 * x + y) % 97 == 0) frame.image.pixel(x, y)[1] = std::numeric_limits<float>::quiet_NaN();
+        }
+    c.target = {std::move(frame.image), std::move(frame.depth)};
+    return c;
+}
+bool same(NormalEquations const& a, NormalEquations const& b)
+{
+    return a.unknowns == b.unknowns && a.pixels == b.pixels && a.cost == b.cost && std::memcmp(a.h, b.h, sizeof a.h) == 0 && std::memcmp(a.g, b.g, sizeof a.g) == 0;
+}
+template <class E>
+NormalEquations evaluate(Case const& c, TrackOptions const& o, EvaluatorOptions const& e = {})
+{
+    E evaluator(c.map, {c.camera.width, c.camera.height}, e);
+    return evaluator.evaluate(c.camera, c.target, o);
+}
+} // namespace
+
+TEST_CASE("pose evaluator: sums have equal bits over tilings, threads, engines and forms")
+{
+    auto const c = made_case(112, 80, 500, 3);
+    using ByValue = BasicPoseEvaluator<splat::pose::Tracked<splat::Lossless>>;
+    using Checked = BasicPoseEvaluator<TrackedByReference<splat::Lossless>, CheckedMesh>;
+    using CheckedByValue = BasicPoseEvaluator<splat::pose::Tracked<splat::Lossless>, CheckedMesh>;
+    for (auto jacobian : {Jacobian::forward, Jacobian::gradient, Jacobian::esm})
+        for (std::uint32_t cell : {1u, 2u, 4u, 8u})
+            for (bool exposure : {false, true}) {
+                std::uint32_t const one_in = exposure == (cell != 4) ? 1 : 3;
+                TrackOptions o;
+                o.level = {cell, jacobian, {0.1, 0.01}};
+                o.with_exposure = exposure;
+                o.one_in = one_in;
+                o.scene_depth = 2.5f;
+                o.with_depth = cell != 2;
+                auto const first = evaluate<PoseEvaluator>(c, o);
+                CHECK(first.pixels > 0);
+                CHECK(first.h[0][0] > 0);
+                CHECK(same(first, evaluate<PoseEvaluator>(c, o, {2, {16, 40}})));
+                CHECK(same(first, evaluate<PoseEvaluator>(c, o, {3, {8, 8}})));
+                CHECK(same(first, evaluate<PoseEvaluator>(c, o, {1, {24, 24}})));
+                CHECK(same(first, evaluate<PoseEvaluator>(c, o, {1, {56, 8}})));
+                CHECK(same(first, evaluate<ByValue>(c, o, {2, {16, 16}})));
+                CHECK(same(first, evaluate<Checked>(c, o, {1, {16, 40}})));
+                CHECK(same(first, evaluate<CheckedByValue>(c, o, {1, {40, 16}})));
+                if (cell == 1) CHECK(same(first, evaluate<PoseEvaluator>(c, o, {1, {17, 13}})));
+            }
+}
+
+TEST_CASE("pose evaluator: pairs are those of precise blending, and a view that comes back has the same sums")
+{
+    auto const c = made_case(96, 80, 400, 5);
+    PoseEvaluator evaluator(c.map, {96, 80});
+    evaluator.set_target(c.target);
+    auto const first = evaluator(c.camera, {});
+    std::uint64_t pairs = 0, expected = 0;
+    for (std::uint32_t i = 0; i < evaluator.mesh().grid().size(); ++i)
+        for (auto n : evaluator.mesh().state<splat::Work>(evaluator.mesh().grid().tile(i)).contributing) pairs += n;
+    RendererOptions precise;
+    precise.arithmetic = splat::Arithmetic::precise;
+    Renderer renderer(c.map, precise);
+    (void)renderer.render(c.camera);
+    for (std::uint32_t i = 0; i < renderer.mesh().grid().size(); ++i)
+        for (auto n : renderer.mesh().state<splat::Work>(renderer.mesh().grid().tile(i)).contributing) expected += n;
+    CHECK(pairs == expected);
+    auto const other = evaluator(support::lens(96, 80, 0.05f), {});
+    CHECK(!same(first, other));
+    CHECK(same(first, evaluator(c.camera, {})));
+    CHECK(same(first, evaluator(c.camera, {})));
+}
+
+TEST_CASE("pose evaluator: sums agree with residuals and central differences in double")
+{
+    namespace reference = support::pose;
+    for (std::uint32_t cell : {1u, 4u}) {
+        auto const c = made_case(48, 40, 150, 7 + cell);
+        PoseEvaluator evaluator(c.map, {48, 40});
+        auto& model = evaluator.model();
+        model.alpha_min = 0;
+        model.transmittance_min = 0;
+        TrackOptions o;
+        o.level = {cell, Jacobian::forward, {0.05, -0.02}};
+        o.with_exposure = true;
+        o.scene_depth = 1.7f;
+        auto const mine = evaluator.evaluate(c.camera, c.target, o);
+
+        auto const camera = reference::camera_of(c.camera, model);
+        auto const order = reference::sorted(c.map.gaussians, camera, model);
+        auto const picture = reference::render(reference::projected(order, camera, model), camera, model);
+        auto const motion = reference::central_differences(order, camera, model, 1e-5);
+        NormalEquations e;
+        double const gain = std::exp(0.05);
+        for (std::uint32_t cy = 0; cy < 40; cy += cell)
+            for (std::uint32_t cx = 0; cx < 48; cx += cell) {
+                double j[4][8] = {}, r[4] = {}, n = 0, deep = 0;
+                for (std::uint32_t y = cy; y < cy + cell; ++y)
+                    for (std::uint32_t x = cx; x < cx + cell; ++x) {
+                        std::size_t const i = y * 48 + x;
+                        float const* const seen = c.target.colour.pixel(x, y);
+                        if (!(picture[i].transmittance < 0.5) || std::isnan(seen[1])) continue;
+                        ++n;
+                        for (std::uint32_t k = 0; k < 3; ++k) {
+                            r[k] += gain * picture[i].colour[k] - 0.02 - double{seen[k]};
+                            for (std::uint32_t m = 0; m < 6; ++m) j[k][m] += gain * motion[m][i].colour[k] * (m < 3 ? double{o.scene_depth} : 1.0);
+                            j[k][6] += gain * picture[i].colour[k], j[k][7] += 1;
+                        }
+                        double const z = c.target.depth.at(x, y);
+                        if (!(z > 0)) continue;
+                        ++deep;
+                        r[3] += (picture[i].depth - z) / z;
+                        for (std::uint32_t m = 0; m < 6; ++m) j[3][m] += motion[m][i].depth / z * (m < 3 ? double{o.scene_depth} : 1.0);
+                    }
+                if (n == 0) continue;
+                ++e.pixels;
+                for (std::uint32_t k = 0; k < 4; ++k) {
+                    double const count = k < 3 ? n : deep, width = k < 3 ? 0.1 : 0.05;
+                    if (k == 3 && !(2 * deep > n)) continue;
+                    double const residual = r[k] / count, size = std::fabs(residual), w = size <= width ? 1 : width / size;
+                    e.cost += size <= width ? 0.5 * size * size : width * (size - 0.5 * width);
+                    for (std::uint32_t a = 0; a < 8; ++a) {
+                        e.g[a] += w * j[k][a] / count * residual;
+                        for (std::uint32_t b = 0; b < 8; ++b) e.h[a][b] += w * j[k][a] / count * j[k][b] / count;
+                    }
+                }
+            }
+        CHECK(mine.unknowns == 8);
+        CHECK(e.pixels > 50);
+        CHECK(mine.pixels == e.pixels);
+        CHECK(mine.cost == doctest::Approx(e.cost).epsilon(1e-4));
+        for (std::uint32_t a = 0; a < 8; ++a) {
+            CHECK(std::fabs(mine.g[a] - e.g[a]) < 1e-3 * std::sqrt(e.h[a][a] * e.cost));
+            for (std::uint32_t b = 0; b < 8; ++b) CHECK(std::fabs(mine.h[a][b] - e.h[a][b]) < 1e-3 * std::sqrt(e.h[a][a] * e.h[b][b]));
+        }
+    }
+}
+
+TEST_CASE("pose evaluator: bad requests are one line")
+{
+    auto const c = made_case(48, 40, 60, 2);
+    PoseEvaluator evaluator(c.map, {48, 40}, {1, {12, 40}});
+    auto const refused = [&](auto const& ask) {
+        try {
+            ask();
+        } catch (Error const& e) {
+            std::string const text = e.what();
+            return text.find(" (") != std::string::npos && text.find("); ") != std::string::npos && text.find('\n') == std::string::npos;
+        }
+        return false;
+    };
+    TrackOptions o;
+    CHECK(refused([&] { (void)evaluator.evaluate(c.camera, o); })); // no target
+    evaluator.set_target(c.target);
+    (void)evaluator.evaluate(c.camera, o);
+    for (std::uint32_t cell : {0u, 3u, 8u, 16u}) {
+        o.level.cell = cell;
+        CHECK(refused([&] { (void)evaluator.evaluate(c.camera, o); }));
+    }
+    o = {};
+    o.one_in = 0;
+    CHECK(refused([&] { (void)evaluator.evaluate(c.camera, o); }));
+    o = {};
+    for (float bad : {0.0f, -1.0f, std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
+        o.scene_depth = bad;
+        CHECK(refused([&] { (void)evaluator.evaluate(c.camera, o); }));
+    }
+    o = {};
+    CHECK(refused([&] { (void)evaluator.evaluate(support::lens(40, 40), o); }));
+    CHECK(refused([&] { evaluator.set_target({report::Image(47, 40), {}}); }));
+    CHECK(refused([&] { evaluator.set_target({report::Image(48, 40), report::Plane(48, 39)}); }));
+    std::vector<splat::Gaussian> crowd;
+    for (std::uint32_t i = 1; i <= 3000; ++i) {
+        auto g = support::ball(i, 0, 0, 30.0f);
+        g.mean_world[2] = 3;
+        for (float& s : g.log_scale) s = -1;
+        crowd.push_back(g);
+    }
+    PoseEvaluator full(support::map_of(crowd), {48, 40}, {1, {16, 40}});
+    full.set_target(c.target);
+    CHECK(refused([&] { (void)full.evaluate(c.camera, TrackOptions{}); }));
+    // Black pictures and pictures of nothing give sums, not errors.
+    auto const nothing = evaluator.evaluate(support::lens(48, 40, 3.14f), TrackOptions{});
+    CHECK(nothing.pixels == 0);
+    CHECK(nothing.cost == 0);
+}
+
+TEST_CASE("pose evaluator: gradients of the picture agree with a loop in double")
+{
+    struct Cell {
+        double rgb[3], depth, seen[3], seen_depth;
+        bool covered;
+    };
+    for (auto jacobian : {Jacobian::gradient, Jacobian::esm})
+        for (std::uint32_t cell : {1u, 4u}) {
+            auto const c = made_case(58, 40, 300, 11 + cell); // cells of 4 do not divide the frame
+            PoseEvaluator evaluator(c.map, {58, 40}, {1, {16, 8}});
+            TrackOptions o;
+            o.level = {cell, jacobian, {0.05, -0.02}};
+            o.with_exposure = true;
+            o.scene_depth = 1.7f;
+            auto const mine = evaluator.evaluate(c.camera, c.target, o);
+
+            auto const frame = BasicRenderer<splat::Referenced<splat::WithPixel<splat::Lossless, splat::WithAlpha<splat::WithDepth<splat::FloatPixel>>>>>(c.map).render(c.camera);
+            std::uint32_t const width = 58 / cell, height = 40 / cell;
+            std::vector<Cell> cells;
+            for (std::uint32_t y = 0; y < height; ++y)
+                for (std::uint32_t x = 0; x < width; ++x) {
+                    Cell m{};
+                    double alpha = 0, known = 0, n = double(cell) * cell;
+                    for (std::uint32_t v = y * cell; v < (y + 1) * cell; ++v)
+                        for (std::uint32_t u = x * cell; u < (x + 1) * cell; ++u) {
+                            for (int k = 0; k < 3; ++k) m.rgb[k] += double{frame.image.pixel(u, v)[k]} / n, m.seen[k] += double{c.target.colour.pixel(u, v)[k]} / n;
+                            alpha += double{frame.alpha.at(u, v)};
+                            m.depth += double{frame.alpha.at(u, v)} * double{frame.depth.at(u, v)};
+                            if (c.target.depth.at(u, v) > 0) m.seen_depth += double{c.target.depth.at(u, v)}, ++known;
+                        }
+                    m.covered = alpha > 0.5 * n;
+                    m.depth /= alpha;
+                    m.seen_depth = 2 * known > n ? m.seen_depth / known : 0;
+                    cells.push_back(m);
+                }
+            NormalEquations e;
+            double const gain = std::exp(0.05), fx = double{c.camera.fx} / cell, fy = double{c.camera.fy} / cell;
+            for (std::uint32_t y = 1; y + 1 < height; ++y)
+                for (std::uint32_t x = 1; x + 1 < width; ++x) {
+                    auto const at = [&](std::uint32_t u, std::uint32_t v) -> Cell const& { return cells[v * width + u]; };
+                    Cell const &m = at(x, y), &l = at(x - 1, y), &r = at(x + 1, y), &a = at(x, y - 1), &b = at(x, y + 1);
+                    double const sx = (x + 0.5 - double{c.camera.cx} / cell) / fx, sy = (y + 0.5 - double{c.camera.cy} / cell) / fy, z = m.depth, s = double{o.scene_depth};
+                    double const du[6] = {fx / z * s, 0, -fx * sx / z * s, -fx * sx * sy, fx * (1 + sx * sx), -fx * sy};
+                    double const dv[6] = {0, fy / z * s, -fy * sy / z * s, -fy * (1 + sy * sy), fy * sx * sy, fy * sx};
+                    double const dz[6] = {0, 0, s, sy * z, -sx * z, 0};
+                    double j[4][8] = {}, res[4];
+                    bool counts = m.covered;
+                    for (int k = 0; k < 3; ++k) {
+                        double gx = 0.5 * gain * (r.rgb[k] - l.rgb[k]), gy = 0.5 * gain * (b.rgb[k] - a.rgb[k]);
+                        if (jacobian == Jacobian::esm) gx = 0.5 * gx + 0.25 * (r.seen[k] - l.seen[k]), gy = 0.5 * gy + 0.25 * (b.seen[k] - a.seen[k]);
+                        res[k] = gain * m.rgb[k] - 0.02 - m.seen[k];
+                        for (int i = 0; i < 6; ++i) j[k][i] = -(gx * du[i] + gy * dv[i]);
+                        j[k][6] = gain * m.rgb[k], j[k][7] = 1;
+                        counts = counts && std::isfinite(res[k]) && std::isfinite(gx) && std::isfinite(gy);
+                    }
+                    if (!counts) continue;
+                    ++e.pixels;
+                    bool const deep = m.seen_depth > 0 && l.covered && r.covered && a.covered && b.covered;
+                    if (deep) {
+                        res[3] = (z - m.seen_depth) / m.seen_depth;
+                        for (int i = 0; i < 6; ++i) j[3][i] = (dz[i] - 0.5 * (r.depth - l.depth) * du[i] - 0.5 * (b.depth - a.depth) * dv[i]) / m.seen_depth;
+                    }
+                    for (int k = 0; k < (deep ? 4 : 3); ++k) {
+                        double const wide = k < 3 ? 0.1 : 0.05, size = std::fabs(res[k]), w = size <= wide ? 1 : wide / size;
+                        e.cost += size <= wide ? 0.5 * size * size : wide * (size - 0.5 * wide);
+                        for (int p = 0; p < 8; ++p) {
+                            e.g[p] += w * j[k][p] * res[k];
+                            for (int q = 0; q < 8; ++q) e.h[p][q] += w * j[k][p] * j[k][q];
+                        }
+                    }
+                }
+            CHECK(e.pixels > 30);
+            CHECK(mine.pixels == e.pixels);
+            CHECK(mine.cost == doctest::Approx(e.cost).epsilon(1e-4));
+            for (int p = 0; p < 8; ++p) {
+                CHECK(std::fabs(mine.g[p] - e.g[p]) < 1e-3 * std::sqrt(e.h[p][p] * e.cost));
+                for (int q = 0; q < 8; ++q) CHECK(std::fabs(mine.h[p][q] - e.h[p][q]) < 1e-3 * std::sqrt(e.h[p][p] * e.h[q][q]));
+            }
+        }
+}
