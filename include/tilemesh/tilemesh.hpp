@@ -90,6 +90,7 @@
 #include <tilemesh/splat/sizes.hpp>
 #include <tilemesh/track/normal_equations.hpp>
 #include <tilemesh/track/pose_accuracy.hpp>
+#include <tilemesh/track/pose_evaluator.hpp>
 #include <tilemesh/track/pose_solver.hpp>
 #include <tilemesh/track/pose_update.hpp>
 #include <tilemesh/track/small_system.hpp>

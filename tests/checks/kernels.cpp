@@ -49,6 +49,7 @@
 #include <tilemesh/splat/pose/regions.hpp>
 #include <tilemesh/splat/pose/rows.hpp>
 #include <tilemesh/splat/pose/sums.hpp>
+#include <tilemesh/splat/pose/terms.hpp>
 #include <tilemesh/splat/pose/tile.hpp>
 #include <tilemesh/splat/project_all.hpp>
 #include <tilemesh/splat/projection.hpp>

@@ -2,9 +2,11 @@
 #include "support.hpp"
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <doctest/doctest.h>
 #include <limits>
 #include <tilemesh/splat/pose/blend.hpp>
+#include <tilemesh/splat/pose/terms.hpp>
 #include <vector>
 
 using namespace tilemesh;
@@ -245,6 +247,7 @@ TEST_CASE("pose motion: no splat gives NaN or infinity")
     float const infinity = std::numeric_limits<float>::infinity(), nan = std::numeric_limits<float>::quiet_NaN();
     float const odd[] = {0, -0.0f, 1, -1, 1e-38f, 1e-20f, -1e-3f, 0.2f, 0.21f, 3, 1e5f, 1e18f, -1e30f, 3e38f, infinity, -infinity, nan};
     std::uint32_t visible = 0;
+    std::vector<Gaussian> all;
     for (float dilation : {0.3f, 0.0f}) {
         Model model = without_cuts();
         model.dilation = dilation;
@@ -257,6 +260,7 @@ TEST_CASE("pose motion: no splat gives NaN or infinity")
             for (float& v : g.mean_world) spoil(v);
             for (float& v : g.rotation) spoil(v);
             for (float& v : g.log_scale) spoil(v);
+            all.push_back(g);
             for (auto const& s : words_of(std::vector<Gaussian>{g}, view)) {
                 ++visible;
                 pose::detail::MotionBasis<F> const basis(s.moving, view);
@@ -267,4 +271,16 @@ TEST_CASE("pose motion: no splat gives NaN or infinity")
         }
     }
     CHECK(visible > 1000);
+    auto const view = make_view(camera, Model{});
+    for (std::uint32_t n : {0u, 1u, 15u, 16u, 17u, 40000u}) {
+        std::vector<pose::Terms> terms(n + 1, pose::Terms{7, 7});
+        pose::terms_of_all(all.data(), n, view, TileSize{16, 12}, terms.data());
+        std::uint32_t different = 0;
+        for (std::uint32_t i = 0; i < n; ++i) {
+            auto const one = pose::terms_of(all[i], view, TileSize{16, 12});
+            different += std::memcmp(&one, &terms[i], sizeof one) != 0 ? 1 : 0;
+        }
+        CHECK(different == 0);
+        CHECK(terms[n].along_depth == 7);
+    }
 }

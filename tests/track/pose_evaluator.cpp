@@ -14,6 +14,10 @@
 using namespace tilemesh;
 using namespace tilemesh::track;
 
+// A tile of Mk2 holds the program and its memory.
+using TrackedLossless = splat::pose::Tracked<splat::Lossless>;
+static_assert(Tile<Mk2, splat::pose::PoseFrame<TrackedLossless>, TrackedLossless>::bytes <= Mk2::sram_bytes);
+
 namespace {
 /// A target that the map does not explain: the picture of another pose, brighter, with holes in its depth.
 struct Case {

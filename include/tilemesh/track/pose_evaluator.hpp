@@ -18,6 +18,7 @@
 #include <tilemesh/render/setup_facts.hpp>
 #include <tilemesh/report/image.hpp>
 #include <tilemesh/splat/pose/program.hpp>
+#include <tilemesh/splat/pose/terms.hpp>
 #include <tilemesh/track/normal_equations.hpp>
 #include <utility>
 #include <vector>
@@ -250,8 +251,7 @@ private:
                     std::uint64_t const n = records_.rows();
                     auto const first = static_cast<std::uint32_t>(n * thread / threads), last = static_cast<std::uint32_t>(n * (thread + 1) / threads);
                     cache_.project(records_, first, last, view, layout_.tiling, !last_, frame);
-                    for (auto row = first; row < last; ++row)
-                        if (cache_[row].visible()) terms_[row] = splat::pose::terms_of(gaussians_[row], view, layout_.tiling);
+                    splat::pose::terms_of_all(gaussians_.data() + first, last - first, view, layout_.tiling, terms_.data() + first);
                 });
         static_cast<splat::FrameParameters&>(frame) = {view, layout_.tiling, static_cast<std::uint8_t>(changed ? 1 : 0), 0, 0};
         if constexpr (by_reference) {

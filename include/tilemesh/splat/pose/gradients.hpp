@@ -219,7 +219,7 @@ private:
         EdgeCell const none{{nan, nan, nan}, 0, {nan, nan, nan}};
         auto const ring = [&](Direction d, std::uint32_t i) noexcept { return i < in[d].size() ? in[d][i] : none; };
         auto const at = [&](std::uint32_t x, std::uint32_t y) noexcept { return detail::edge_of(cells[y * grid.width + x]); };
-        splat::detail::SetOf<splat::detail::lanes_in_use> const set{};
+        splat::detail::SetOf<has_region ? splat::detail::native_lanes : splat::detail::lanes_in_use> const set{};
         rows = {};
         sums = {};
         detail::Neighbourhood around{};
