@@ -79,6 +79,7 @@
 #include <tilemesh/scene/ply.hpp>
 #include <tilemesh/scene/pose.hpp>
 #include <tilemesh/scene/records.hpp>
+#include <tilemesh/scene/rgbd_list.hpp>
 #include <tilemesh/scene/sog.hpp>
 #include <tilemesh/scene/splat_file.hpp>
 #include <tilemesh/scene/spz.hpp>

@@ -37,8 +37,8 @@ refuse "scene/ includes scene/, splat/ and below, error.hpp and number_text.hpp"
     "$(ours scene/ 'scene/|splat/|machine/|config\.hpp|error\.hpp|number_text\.hpp')"
 refuse "report/ includes report/, splat/ and below, error.hpp and joined_threads.hpp" \
     "$(ours report/ 'report/|splat/|machine/|config\.hpp|error\.hpp|joined_threads\.hpp')"
-refuse "track/ includes track/, scene/, report/, splat/ and below, error.hpp and joined_threads.hpp" \
-    "$(ours track/ 'track/|scene/|report/|splat/|machine/|config\.hpp|error\.hpp|joined_threads\.hpp')"
+refuse "track/ includes track/, render/, engine/, scene/, report/, splat/ and below, error.hpp and joined_threads.hpp" \
+    "$(ours track/ 'track/|render/|engine/|scene/|report/|splat/|machine/|config\.hpp|error\.hpp|joined_threads\.hpp')"
 refuse "codelets include machine/, config.hpp and codelets" "$(ours "$codelet_code" "$codelet_code|machine/|config\.hpp")"
 refuse "poplar/ includes poplar/, engine/, machine/, config.hpp and error.hpp" \
     "$(ours poplar/ 'poplar/|engine/|machine/|config\.hpp|error\.hpp')"

@@ -1,0 +1,135 @@
+#include "support.hpp"
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <doctest/doctest.h>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+#include <tilemesh/scene/rgbd_list.hpp>
+#include <utility>
+#include <vector>
+
+using namespace scene_test;
+using namespace tilemesh;
+
+namespace {
+
+std::vector<scene::RgbdFrame> frames(std::string const& text)
+{
+    std::istringstream stream(text);
+    return scene::read_rgbd_list(stream, "list");
+}
+std::string refusal(std::string const& text)
+{
+    return error_of([&] { frames(text); });
+}
+std::vector<scene::StampedFile> at(std::vector<double> const& times)
+{
+    std::vector<scene::StampedFile> out;
+    for (double const t : times) out.push_back({t, std::to_string(t)});
+    return out;
+}
+
+} // namespace
+
+TEST_CASE("lists of the TUM RGB-D benchmark are read in the order of time")
+{
+    auto const two = frames("# color and depth\n\n1305031102.2 rgb/b.png 1305031102.21 depth/b.png\r\n 1305031102.1\trgb/a.png 1305031102.08 depth/a.png  \n  # end");
+    REQUIRE(two.size() == 2);
+    CHECK(two[0].colour.seconds == 1305031102.1);
+    CHECK(two[0].colour.file == "rgb/a.png");
+    CHECK(two[0].depth.seconds == 1305031102.08);
+    CHECK(two[1].depth.file == "depth/b.png");
+    auto const one = frames("2 b.png\n1 a.png\n");
+    CHECK(one[0].colour.file == "a.png");
+    CHECK(one[0].depth.file.empty());
+    std::istringstream stream("3 c\n1 a\n1 b\n");
+    auto const list = scene::read_file_list(stream, "rgb.txt");
+    CHECK(list[0].file == "a");
+    CHECK(list[1].file == "b");
+    CHECK(list[2].file == "c");
+}
+
+TEST_CASE("a bad line is named, and a list without a picture is refused")
+{
+    CHECK(has(refusal("1 a\nx b\n"), "list line 2 is not a picture of a sequence (\"x\" is not a time in seconds); write timestamp rgb_file"));
+    CHECK(has(refusal("1 a\nnan b\n"), "is not a time"));
+    CHECK(has(refusal("1 a\n1e38 b\n"), "is not a time"));
+    CHECK(has(refusal("1\n"), "its last time has no file"));
+    CHECK(has(refusal("1 a 2\n"), "its last time has no file"));
+    CHECK(has(refusal("1 a 2 b\n1 a\n"), "2 words where 4 are needed"));
+    CHECK(has(refusal("1 a\n1 a 2 b\n"), "4 words where 2 are needed"));
+    CHECK(has(refusal("1 a 2 b c\n"), "more than 4 words"));
+    CHECK(has(refusal("1 a\x01" "b\n"), "\"a?b\" is not a file name that can be printed"));
+    CHECK(has(refusal(""), "lists no picture"));
+    CHECK(has(refusal("# 1 a\n\n"), "lists no picture"));
+    CHECK(has(refusal("1 " + std::string(70000, 'a')), "too long"));
+    std::istringstream stream("1 a 2 b\n");
+    CHECK(has(error_of([&] { scene::read_file_list(stream, "rgb.txt"); }), "more than 2 words"));
+}
+
+TEST_CASE("each picture has the nearest depth, no depth is used twice, and none is further than 20 ms: as all pairs say")
+{
+    auto const simple = scene::associate(at({1.0, 2.0, 3.0}), at({0.985, 1.01, 2.05, 3.015}));
+    CHECK(simple[0].depth.seconds == 1.01);
+    CHECK(simple[1].depth.file.empty());
+    CHECK(simple[2].depth.seconds == 3.015);
+    CHECK(scene::associate(at({1.0}), {})[0].depth.file.empty());
+    CHECK(scene::associate({}, at({1.0})).empty());
+    // One depth between two pictures: the nearer one has it.
+    auto const shared = scene::associate(at({1.0, 1.01}), at({1.006}));
+    CHECK(shared[0].depth.file.empty());
+    CHECK(shared[1].depth.seconds == 1.006);
+
+    unsigned state = 1;
+    auto const random = [&] { return (state = state * 1664525u + 1013904223u) >> 8; };
+    for (int trial = 0; trial < 200; ++trial) {
+        auto const times = [&] {
+            std::vector<double> t;
+            for (unsigned n = random() % 20; n-- > 0;) t.push_back(random() % 64 / 256.0); // many ties
+            std::sort(t.begin(), t.end());
+            return t;
+        };
+        auto const colour = times(), depth = times();
+        auto const out = scene::associate(at(colour), at(depth));
+        REQUIRE(out.size() == colour.size());
+        for (std::size_t i = 0; i < colour.size(); ++i) {
+            double least = 1e9;
+            for (double const z : depth) least = std::fmin(least, std::fabs(z - colour[i]));
+            auto const& d = out[i].depth;
+            if (least > 0.02) CHECK(d.file.empty());
+            if (!d.file.empty()) CHECK(std::fabs(d.seconds - colour[i]) == least);
+            // Without a depth, some other picture is at least as near to the one that it wanted.
+            bool rival = false;
+            for (std::size_t j = 0; j < colour.size(); ++j)
+                rival = rival || (j != i && !out[j].depth.file.empty() && std::fabs(out[j].depth.seconds - colour[i]) == least && std::fabs(out[j].depth.seconds - colour[j]) <= least);
+            if (least <= 0.02 && d.file.empty()) CHECK(rival);
+        }
+    }
+}
+
+TEST_CASE("a folder has associations.txt, or rgb.txt with or without depth.txt; names start there")
+{
+    namespace fs = std::filesystem;
+    TempFile const mark("", ".folder");
+    fs::path const folder = fs::path(mark.path()).concat("_d");
+    fs::create_directory(folder);
+    auto const write = [&](char const* name, std::string const& text) { std::ofstream(folder / name) << text; };
+    CHECK(has(error_of([&] { scene::load_rgbd(folder); }), "is no sequence (it has neither associations.txt nor rgb.txt)"));
+    write("rgb.txt", "1 rgb/1.png\n2 rgb/2.png\n");
+    CHECK(scene::load_rgbd(folder)[1].colour.file == folder / "rgb/2.png");
+    CHECK(scene::load_rgbd(folder)[1].depth.file.empty());
+    write("depth.txt", "2.01 depth/2.png\n");
+    CHECK(scene::load_rgbd(folder)[1].depth.file == folder / "depth/2.png");
+    CHECK(scene::load_rgbd(folder)[0].depth.file.empty());
+    write("associations.txt", "5 rgb/5.png 5 depth/5.png\n");
+    CHECK(scene::load_rgbd(folder).size() == 1);
+    CHECK(scene::load_rgbd(folder / "rgb.txt").size() == 2);
+    CHECK(has(error_of([&] { scene::load_rgbd(folder / "none.txt"); }), "no such file"));
+    write("depth.txt", "");
+    fs::remove(folder / "associations.txt");
+    CHECK(has(error_of([&] { scene::load_rgbd(folder); }), "depth.txt lists no picture"));
+    fs::remove_all(folder);
+}
