@@ -56,6 +56,7 @@
 #include <tilemesh/splat/quality.hpp>
 #include <tilemesh/splat/regions.hpp>
 #include <tilemesh/splat/routing.hpp>
+#include <tilemesh/splat/search.hpp>
 #include <tilemesh/splat/setup.hpp>
 #include <tilemesh/splat/sizes.hpp>
 #include <tilemesh/splat/view.hpp>

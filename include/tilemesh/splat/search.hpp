@@ -17,7 +17,7 @@ inline constexpr std::uint32_t searched_at_once = 16;
 
 /// Is `test` true for word `Word` of one of 16 items? `test` takes words, and gives words that are not 0 where it is true.
 template <std::uint32_t Word, class Item, class Test>
-TILEMESH_KERNEL bool any_of_16(Item const* items, Test const& test) noexcept
+TILEMESH_KERNEL bool any_at_once(Item const* items, Test const& test) noexcept
 {
     constexpr std::uint32_t words = sizeof(Item) / 4;
     static_assert(sizeof(Item) == 4 * words && (words == 1 || words == 2) && Word < words, "an item is one or two words");
@@ -55,7 +55,7 @@ std::uint32_t first_with_word(Item const* items, std::uint32_t n, std::uint32_t 
 {
     auto const wanted = static_cast<std::int32_t>(word);
     std::uint32_t i = 0;
-    while (i + detail::searched_at_once <= n && !detail::any_of_16<0>(items + i, [wanted](auto const& v) noexcept { return v == wanted; }))
+    while (i + detail::searched_at_once <= n && !detail::any_at_once<0>(items + i, [wanted](auto const& v) noexcept { return v == wanted; }))
         i += detail::searched_at_once;
     for (; i < n; ++i)
         if (detail::word_of<0>(items[i]) == word) return i;
@@ -67,7 +67,7 @@ std::uint32_t last_with_bits(Item const* items, std::uint32_t n, std::uint32_t b
 {
     auto const wanted = static_cast<std::int32_t>(bits);
     while (n >= detail::searched_at_once &&
-           !detail::any_of_16<1>(items + n - detail::searched_at_once, [wanted](auto const& v) noexcept { return v & wanted; }))
+           !detail::any_at_once<1>(items + n - detail::searched_at_once, [wanted](auto const& v) noexcept { return v & wanted; }))
         n -= detail::searched_at_once;
     while (n-- > 0)
         if ((detail::word_of<1>(items[n]) & bits) != 0) return n;

@@ -282,7 +282,7 @@ private:
     void require_all()
     {
         std::uint64_t lost = 0;
-        keeper_.for_each_tile([&](TileId tile) {
+        keeper_.for_each_tile(*mesh_, [&](TileId tile) {
             auto const& counts = std::as_const(*mesh_).template state<splat::Counts>(tile);
             lost += counts.storage_full + counts.copies_full + counts.copies_refused;
         });
