@@ -122,7 +122,7 @@ for signal in KILL:137 INT:130; do
         continue
     fi
     # shellcheck disable=SC2086
-    env --default-signal=INT "$program" $small --quiet --out "SIG$name" --orbit 0.001 --frames 100000 --video "$name.y4m" </dev/null >stdout 2>stderr &
+    env --default-signal=INT "$program" $small --quiet --out "SIG$name" --orbit 0.001 --frames 5000 --video "$name.y4m" </dev/null >stdout 2>stderr &
     pid=$!
     tries=0
     until [ -e "SIG$name/frame_0001.png" ] || [ $tries -eq 600 ]; do

@@ -32,7 +32,8 @@ int main(int argc, char** argv)
             if (errors.size() > 10) errors.resize(10);
             for (auto const& error : errors) fail(std::string(argv[i]) + ": " + error);
         }
-        for (auto const& member : validator.unseen()) fail("no report has " + member);
+        for (auto const& member : validator.unseen())
+            if (member != "#/ranks") fail("no report has " + member); // runs over the ranks of MPI have a check of their own
 
         std::size_t noticed = 0, allowed = 0;
         for (auto& report : reports) {

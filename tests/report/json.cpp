@@ -144,6 +144,7 @@ TEST_CASE("report.schema.json describes every member of report.json, and notices
     auto all = run();
     all.made_from = {"0.1.0", {"--size=8x6"}, {{"map.ply", 12, "ff"}}};
     all.features = {{"routing", false, "one view"}};
+    all.ranks = 3;
     all.machine.ledger.push_back({{"sort keys", 9}, "state", 38408, false});
     auto& f = all.frames[0];
     f.timestamp_s = 0.5;
@@ -165,7 +166,7 @@ TEST_CASE("report.schema.json describes every member of report.json, and notices
         CAPTURE(how);
         auto const name = how.starts_with("without ") ? how.substr(8, how.find(':') - 8) : "";
         bool const of_frame = how.ends_with(": /frames/0") && optional.contains(name);
-        bool const may_lack = of_frame || how == "without made_from: " || how == "without note: /machine" || how == "without photographs: ";
+        bool const may_lack = of_frame || how == "without made_from: " || how == "without ranks: " || how == "without note: /machine" || how == "without photographs: ";
         CHECK(validator.errors(spoiled).empty() == may_lack);
     }
 
