@@ -40,7 +40,7 @@ struct RunTimeWorldCopies : WorldCopies {
     }
 };
 
-/// The policies of setup S by value. Its renderer is BasicRenderer<Valued<S>, MpiMesh>; that of S itself has the same pictures and reports,
+/// The policies of setup S by value. Its renderer is `BasicRenderer<Valued<S>, MpiMesh>`; that of S itself has the same pictures and reports,
 /// and shares its code with fewer setups. The ledger is that of S.
 template <class S>
 struct Valued : S {
