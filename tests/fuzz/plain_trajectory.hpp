@@ -45,10 +45,11 @@ inline std::optional<Pose> matrix_pose(std::vector<std::string> const& w, bool& 
     return pose;
 }
 
-inline std::optional<std::vector<Pose>> tum(std::string const& text, std::size_t most)
+/// The poses of a text, in which a byte order mark is an error.
+inline std::optional<std::vector<Pose>> tum_lines(std::string const& text, std::size_t most)
 {
     std::vector<Pose> poses;
-    for (auto const& line : lines(without_mark(text))) {
+    for (auto const& line : lines(text)) {
         std::string const before = line.substr(0, line.find('#'));
         auto const w = words(before);
         if (w.empty()) continue;
@@ -64,6 +65,11 @@ inline std::optional<std::vector<Pose>> tum(std::string const& text, std::size_t
     }
     if (poses.empty()) return {};
     return poses;
+}
+/// The poses of a file, which may begin with a mark.
+inline std::optional<std::vector<Pose>> tum(std::string const& text, std::size_t most)
+{
+    return tum_lines(without_mark(text), most);
 }
 
 /// A trajectory in the form of its first pose: "tum", "euroc", "kitti" or "replica". Sets `close` if a value is so near to a limit that rounding
@@ -83,7 +89,7 @@ inline std::optional<Trajectory> any_trajectory(std::string const& text, std::si
             all.form = std::count(before.begin(), before.end(), ',') >= 7 ? "euroc" : w.size() == 12 ? "kitti" : w.size() == 16 ? "replica" : "tum";
         std::optional<Pose> pose;
         if (all.form == "tum") {
-            auto const found = tum(before, 1);
+            auto const found = tum_lines(before, 1);
             if (found) pose = found->front();
         } else if (all.form == "euroc") {
             auto const v = euroc_fields(before);
