@@ -1,0 +1,1055 @@
+// The C interface of tilemesh.h over the renderer that serves all presets. It is one translation unit with the library's headers.
+#define TILEMESH_C_EXPORT
+#include "tilemesh.h"
+#include "../render_map/followed_facts.hpp"
+#include "../render_map/instruments.hpp"
+#include "../render_map/missing.hpp"
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <glm/vec3.hpp>
+#include <istream>
+#include <iterator>
+#include <limits>
+#include <memory>
+#include <new>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <stdexcept>
+#include <streambuf>
+#include <string>
+#include <string_view>
+#include <tilemesh/engine/digest.hpp>
+#include <tilemesh/error.hpp>
+#include <tilemesh/model/cost_model.hpp>
+#include <tilemesh/model/cost_parameters.hpp>
+#include <tilemesh/number_text.hpp>
+#include <tilemesh/render/setup_choice.hpp>
+#include <tilemesh/renderer.hpp>
+#include <tilemesh/report/json.hpp>
+#include <tilemesh/report/table.hpp>
+#include <tilemesh/scene/built_in.hpp>
+#include <tilemesh/scene/frame_whole.hpp>
+#include <tilemesh/scene/map_file.hpp>
+#include <tilemesh/scene/orbit.hpp>
+#include <tilemesh/scene/trajectory.hpp>
+#include <tilemesh/splat/setup.hpp>
+#include <utility>
+#include <vector>
+#if defined(__EMSCRIPTEN__)
+#    include <emscripten/heap.h>
+#endif
+
+namespace {
+
+namespace render = tilemesh::render;
+namespace report = tilemesh::report;
+namespace scene = tilemesh::scene;
+namespace splat = tilemesh::splat;
+using Json = nlohmann::ordered_json;
+using tilemesh::Error;
+
+/// All presets on all machines, with a trace: the modelled time and most of the heat maps come from it.
+using Core = render::FrameRenderer<render::HostPolicies, tilemesh::Mesh, tilemesh::Traced<tilemesh::AnyMachine>>;
+using Policies = Core::Policies;
+
+std::string dumped(Json const& json)
+{
+    return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+// --- settings --------------------------------------------------------------------------------------------------------------
+
+/// A setting that is a whole number. `reads` and `writes` name the member of Settings.
+struct Settings {
+    std::uint32_t width = 640, height = 360, tile_width = 0, tile_height = 0;
+    std::uint32_t channel_slots = 0, storage_slots = 0, waiting_slots = 0, hops = 0;
+    std::string preset = "lossless", machine = "mk2", saturation = "preset";
+    std::array<double, 3> background{};
+    bool difference = false, digest = false;
+    std::int64_t follow = -1;
+
+    /// Do both need the same mesh?
+    bool same_mesh(Settings const& o) const
+    {
+        return width == o.width && height == o.height && tile_width == o.tile_width && tile_height == o.tile_height &&
+               channel_slots == o.channel_slots && storage_slots == o.storage_slots && waiting_slots == o.waiting_slots && hops == o.hops &&
+               preset == o.preset && machine == o.machine && saturation == o.saturation && digest == o.digest;
+    }
+};
+
+struct NumberSetting {
+    char const* name;
+    std::uint32_t Settings::*member;
+    std::uint32_t least, most;
+    char const *unit, *words;
+};
+constexpr NumberSetting number_settings[] = {
+    {"width", &Settings::width, 16, 4096, "pixels", "Width of the picture"},
+    {"height", &Settings::height, 16, 4096, "pixels", "Height of the picture"},
+    {"tile_width", &Settings::tile_width, 0, 4096, "pixels", "Width of a tile; 0: the picture is spread over 40 x 36 tiles"},
+    {"tile_height", &Settings::tile_height, 0, 4096, "pixels", "Height of a tile; 0: the picture is spread over 40 x 36 tiles"},
+    {"channel_slots", &Settings::channel_slots, 0, 0, "slots", "Messages that a channel to a neighbour holds; 0: the preset's number"},
+    {"storage_slots", &Settings::storage_slots, 0, 0, "slots", "Records and copies that a tile stores; 0: the preset's number"},
+    {"waiting_slots", &Settings::waiting_slots, 0, 0, "slots", "Records that wait in each FIFO of routing; 0: the preset's number"},
+    {"hops", &Settings::hops, 0, 4096, "exchanges", "Most exchanges of routing, and of bloom, in a frame; 0: until all tiles are quiet"}};
+
+struct ChoiceSetting {
+    char const* name;
+    std::string Settings::*member;
+    std::vector<std::string> choices;
+};
+std::vector<ChoiceSetting> const& choice_settings()
+{
+    static std::vector<ChoiceSetting> const all = {{"preset", &Settings::preset, {"lossless", "paper", "prototype"}},
+                                                   {"machine", &Settings::machine, {"mk2", "test"}},
+                                                   {"saturation", &Settings::saturation, {"preset", "hold", "drop"}}};
+    return all;
+}
+
+/// The slots of a tile on the machine `test`. render_map's has 40,000, which is more memory than a browser gives a page.
+constexpr std::uint32_t test_slots = 8000;
+
+splat::Tiling tiling_of(Settings const& settings)
+{
+    tilemesh::RendererOptions options;
+    options.tile = {settings.tile_width, settings.tile_height};
+    return tilemesh::tiling_for(options, settings.width, settings.height);
+}
+/// The setup on a machine with room for so many records on a tile, and for its pixels.
+render::SetupChoice roomy(render::SetupChoice setup, splat::Tiling const& tiling, std::uint32_t slots)
+{
+    setup.machine = tilemesh::size_of_machine<splat::RoomyMachine>();
+    setup.sizes.storage = slots;
+    setup.sizes.tile_pixels = std::max(setup.sizes.tile_pixels, tiling.tile_width * tiling.tile_height);
+    setup.sizes.lists_fit = true;
+    return setup;
+}
+
+/// The setup that the settings name, as render_map makes it of the same options.
+render::SetupChoice setup_of(Settings const& settings, std::uint32_t sh_degree)
+{
+    auto setup = settings.preset == "lossless" ? render::choice_of<splat::Lossless>()
+                 : settings.preset == "paper"  ? render::choice_of<splat::Paper>()
+                                               : render::choice_of<splat::Prototype>();
+    if (settings.saturation != "preset") setup.holds = settings.saturation == "hold";
+    if (setup.holds && setup.sizes.waiting == 0) setup.sizes.waiting = splat::Lossless::sizes.waiting;
+    setup = render::fitted(setup, sh_degree, true, true);
+    return settings.machine == "test" ? roomy(setup, tiling_of(settings), test_slots) : setup;
+}
+std::uint32_t preset_slots(splat::Sizes const& sizes, std::string_view name)
+{
+    return name == "channel_slots" ? std::min(sizes.road, sizes.beam) : name == "storage_slots" ? sizes.storage : name == "waiting_slots" ? sizes.waiting : 0;
+}
+tilemesh::RendererOptions options_of(Settings const& settings)
+{
+    tilemesh::RendererOptions options;
+    options.tile = {settings.tile_width, settings.tile_height};
+    options.hops = settings.hops;
+    options.channel_slots = settings.channel_slots;
+    options.storage_slots = settings.storage_slots;
+    options.waiting_slots = settings.waiting_slots;
+    options.digest = settings.digest;
+    return options;
+}
+
+/// Throws Error unless a renderer with these settings can be made for a map of this degree.
+void check(Settings const& settings, std::uint32_t sh_degree)
+{
+    auto const setup = setup_of(settings, sh_degree);
+    auto const facts = render::facts_of(setup);
+    for (auto const& s : number_settings) {
+        auto const most = preset_slots(setup.sizes, s.name);
+        if (s.most == 0 && settings.*s.member > most)
+            throw Error(std::string("the setting ") + s.name + " of " + std::to_string(settings.*s.member) + " (preset " + setup.name +
+                        " has " + std::to_string(most) + "); give it a smaller number, or 0 for the preset's");
+    }
+    if ((settings.tile_width == 0) != (settings.tile_height == 0))
+        throw Error("a tile with one side of 0 pixels (0 means that the picture is spread over the grid); give both sides, or none");
+    if (setup.sizes.one_channel_memory && settings.hops != 0)
+        throw Error(std::string("bounded hops with preset ") + setup.name +
+                    " (its routing and bloom take turns in one set of channels, which a bound would leave full); use preset lossless");
+    (void)render::layout_frame({{}, {settings.tile_width, settings.tile_height}}, settings.width, settings.height, facts.machine,
+                               facts.sizes.tile_pixels, facts.name);
+}
+
+/// The settings after a JSON object changed some of them.
+Settings changed(Settings settings, std::string_view text)
+{
+    Json json;
+    try {
+        json = Json::parse(text);
+    } catch (Json::exception const& why) {
+        throw Error(std::string("settings that are not JSON (") + why.what() + "); give an object such as {\"channel_slots\": 8}");
+    }
+    if (!json.is_object())
+        throw Error(std::string("settings that are no object (they are a JSON ") + json.type_name() + "); give an object such as {\"channel_slots\": 8}");
+    for (auto const& [name, value] : json.items()) {
+        auto const shown = dumped(value).substr(0, 60);
+        auto const refuse = [&name = name, &shown](std::string const& why) {
+            throw Error("the setting " + dumped(name).substr(0, 60) + " of " + shown + " (" + why + "); see tilemesh_set in tilemesh.h");
+        };
+        auto const whole = [&value = value] { return value.is_number() && value.get<double>() == std::floor(value.get<double>()); };
+        bool known = false;
+        for (auto const& s : number_settings) {
+            if (name != s.name) continue;
+            known = true;
+            auto const most = s.most != 0 ? s.most : 1'000'000u;
+            if (!whole() || value.get<double>() < s.least || value.get<double>() > most)
+                refuse("it is a whole number from " + std::to_string(s.least) + " to " + std::to_string(most));
+            settings.*s.member = static_cast<std::uint32_t>(value.get<double>());
+        }
+        for (auto const& s : choice_settings()) {
+            if (name != s.name) continue;
+            known = true;
+            std::string all;
+            for (auto const& choice : s.choices) all += (all.empty() ? "" : ", ") + choice;
+            if (!value.is_string() || std::find(s.choices.begin(), s.choices.end(), value.get_ref<std::string const&>()) == s.choices.end())
+                refuse("it is one of " + all);
+            settings.*s.member = value.get<std::string>();
+        }
+        if (name == "background") {
+            known = true;
+            if (!value.is_array() || value.size() != 3) refuse("it is three numbers from 0 to 1");
+            for (std::size_t c = 0; c < 3; ++c) {
+                if (!value[c].is_number() || !(value[c].get<double>() >= 0 && value[c].get<double>() <= 1)) refuse("it is three numbers from 0 to 1");
+                settings.background[c] = value[c].get<double>();
+            }
+        }
+        for (auto const& [flag, member] : {std::pair("difference", &Settings::difference), std::pair("digest", &Settings::digest)}) {
+            if (name != flag) continue;
+            known = true;
+            if (!value.is_boolean()) refuse("it is true or false");
+            settings.*member = value.get<bool>();
+        }
+        if (name == "follow") {
+            known = true;
+            if (!whole() || value.get<double>() < -1 || value.get<double>() > 4294967295.0) refuse("it is the id of a Gaussian, or -1");
+            settings.follow = static_cast<std::int64_t>(value.get<double>());
+        }
+        if (!known) refuse("there is no such setting");
+    }
+    return settings;
+}
+
+// --- input -----------------------------------------------------------------------------------------------------------------
+
+/// A stream over bytes that somebody else owns.
+class Bytes : public std::streambuf {
+public:
+    Bytes(void const* bytes, std::size_t length)
+    {
+        auto* const first = static_cast<char*>(const_cast<void*>(bytes));
+        setg(first, first, first + length);
+    }
+
+protected:
+    pos_type seekoff(off_type by, std::ios_base::seekdir from, std::ios_base::openmode) override
+    {
+        auto const base = from == std::ios_base::beg ? eback() : from == std::ios_base::cur ? gptr() : egptr();
+        off_type const to = (base - eback()) + by;
+        if (to < 0 || to > egptr() - eback()) return pos_type(off_type(-1));
+        setg(eback(), eback() + to, egptr());
+        return pos_type(to);
+    }
+    pos_type seekpos(pos_type to, std::ios_base::openmode mode) override { return seekoff(off_type(to), std::ios_base::beg, mode); }
+};
+
+splat::Camera camera_of(double const* numbers, Settings const& settings)
+{
+    if (numbers == nullptr) throw Error("no camera (its address is null); give 17 numbers");
+    std::array<float, 17> f{};
+    for (std::size_t i = 0; i < f.size(); ++i) {
+        f[i] = static_cast<float>(numbers[i]);
+        if (!std::isfinite(numbers[i]) || !std::isfinite(f[i]))
+            throw Error("number " + std::to_string(i) + " of a camera is not finite (a float must hold it); correct the camera");
+    }
+    splat::Camera camera{};
+    for (std::size_t i = 0; i < 9; ++i) camera.rotation[i / 3][i % 3] = f[i];
+    for (std::size_t i = 0; i < 3; ++i) camera.position[i] = f[9 + i];
+    camera.fx = f[12], camera.fy = f[13], camera.cx = f[14], camera.cy = f[15];
+    camera.near_depth = f[16];
+    camera.width = settings.width, camera.height = settings.height;
+    render::check_camera(camera);
+    return camera;
+}
+Json numbers_of(splat::Camera const& camera)
+{
+    auto json = Json::array();
+    for (auto const& row : camera.rotation)
+        for (float const v : row) json.push_back(double{v});
+    for (float const v : camera.position) json.push_back(double{v});
+    for (float const v : {camera.fx, camera.fy, camera.cx, camera.cy, camera.near_depth}) json.push_back(double{v});
+    return json;
+}
+
+// --- the machine, superstep by superstep -------------------------------------------------------------------------------------
+
+/// A tile after a superstep in which it ran. The refusals, losses and pairs are those of the superstep.
+struct TileAfter {
+    std::uint32_t tile, records, copies, refused, dropped;
+    std::uint64_t pairs;
+};
+
+/// The state of every tile through a frame, as changes. A tile that does not run does not change, so only the tiles that ran are read.
+class Watch {
+public:
+    std::vector<std::vector<TileAfter>> supersteps; ///< of the last frame
+
+    void begin_frame(std::uint32_t tiles)
+    {
+        supersteps.clear();
+        refused_.assign(tiles, 0);
+        dropped_.assign(tiles, 0);
+    }
+    void look(Core& core, tilemesh::SuperstepEvent const& event)
+    {
+        auto const& mesh = std::as_const(core.mesh());
+        auto const grid = mesh.grid();
+        if (refused_.size() != grid.size()) {
+            refused_.assign(grid.size(), 0);
+            dropped_.assign(grid.size(), 0);
+        }
+        auto& after = supersteps.emplace_back();
+        auto const& ran = mesh.trace().supersteps.back().tiles;
+        after.reserve(ran.size());
+        for (auto const& sample : ran) {
+            auto const tile = grid.tile(sample.tile);
+            auto const& counts = mesh.template state<splat::Counts>(tile);
+            if (event.step == Core::Steps::project) refused_[sample.tile] = dropped_[sample.tile] = 0; // it resets the tile's counters
+            auto const refused = counts.channel_full + counts.no_credit + counts.copies_refused;
+            auto const dropped = counts.storage_full + counts.copies_full;
+            TileAfter now{sample.tile, 0, 0, refused - refused_[sample.tile], dropped - dropped_[sample.tile], 0};
+            refused_[sample.tile] = refused;
+            dropped_[sample.tile] = dropped;
+            for (auto const& mark : mesh.template state<splat::Marks<Policies>>(tile)) {
+                ++now.records;
+                now.copies += mark.is(splat::Mark::copy) ? 1u : 0u;
+            }
+            if (event.step == Core::Steps::composite)
+                for (auto const blocks : mesh.template state<splat::Work>(tile).blocks)
+                    now.pairs += std::uint64_t{blocks} * splat::block_width * splat::block_height;
+            after.push_back(now);
+        }
+    }
+
+private:
+    std::vector<std::uint32_t> refused_, dropped_; ///< what a tile has counted up to now
+};
+
+std::string hexadecimal(std::uint64_t value)
+{
+    std::string text(16, '0');
+    for (std::size_t i = 0; i < 16; ++i) text[15 - i] = "0123456789abcdef"[value >> (4 * i) & 15u];
+    return text;
+}
+std::uint64_t digest_of(report::Image const& image)
+{
+    std::uint64_t digest = tilemesh::engine::mix(image.width, image.height);
+    for (float const v : image.rgb) {
+        std::uint32_t word;
+        std::memcpy(&word, &v, sizeof word);
+        digest = (digest ^ word) * 0x100000001b3u; // as engine::mix_words
+    }
+    return tilemesh::engine::mix(digest, image.rgb.size());
+}
+/// Of all exact numbers of the report, its losses and its digests.
+std::uint64_t digest_of(report::FrameReport const& r)
+{
+    std::uint64_t digest = 0;
+    for (auto const& field : report::report_fields)
+        if (field.exact()) digest = tilemesh::engine::mix(digest, field.count(r));
+    for (auto const& loss : r.lost) {
+        digest = tilemesh::engine::mix(digest, std::uint64_t{static_cast<std::uint32_t>(loss.id)} << 32 | loss.tile);
+        digest = tilemesh::engine::mix(digest, std::uint64_t{static_cast<std::uint32_t>(loss.cause)} << 32 | loss.full_tile);
+    }
+    for (auto const words : r.digests) digest = tilemesh::engine::mix(digest, words);
+    return digest;
+}
+std::uint64_t memory_bytes()
+{
+#if defined(__EMSCRIPTEN__)
+    return emscripten_get_heap_size();
+#else
+    return 0;
+#endif
+}
+
+} // namespace
+
+// --- the handle ------------------------------------------------------------------------------------------------------------
+
+struct tilemesh_handle {
+    tilemesh_handle() : model_(tilemesh::mk2()) {}
+
+    void load(char const* name, void const* bytes, std::size_t length)
+    {
+        auto map = bytes == nullptr ? scene::built_in_map() : read_map(name, bytes, length);
+        if (map.gaussians.empty())
+            throw Error((map.path.empty() ? map.name : map.path) + " has no Gaussians that can be drawn (" + std::to_string(map.rejected) +
+                        " rows are rejected); choose another map");
+        check(settings_, map.sh_degree);
+        map_ = std::move(map);
+        forget();
+    }
+    void set(char const* json)
+    {
+        if (json == nullptr) return;
+        ensure_map();
+        auto settings = changed(settings_, json);
+        check(settings, map_->sh_degree);
+        settings_ = std::move(settings);
+    }
+    void render_frame(double const* numbers)
+    {
+        auto const camera = camera_of(numbers, settings_);
+        ensure_map();
+        if (!core_ || !settings_.same_mesh(used_)) {
+            has_frame_ = false;
+            core_.reset(); // first, because two machines may not fit into memory
+            watch_ = {};
+            facts_ = {};
+            core_ = std::make_unique<Core>(*map_, tilemesh::render::facts_of(setup_of(settings_, map_->sh_degree)), options_of(settings_), Core::EngineOptions{});
+            core_->observe([this](tilemesh::SuperstepEvent const& event) {
+                watch_.look(*core_, event);
+                if (settings_.follow > 0)
+                    facts_.read(*core_, event, watch_.supersteps.size() - 1, splat::GaussianId{static_cast<std::uint32_t>(settings_.follow)}, follower_);
+            });
+        }
+        has_frame_ = false;
+        for (std::size_t c = 0; c < 3; ++c) core_->model().background[c] = static_cast<float>(settings_.background[c]);
+        watch_.begin_frame(0);
+        follower_.begin_frame();
+        core_->render_into(camera, frame_);
+        cost_ = model_cost(model_, core_->trace(), core_->mesh().grid());
+        used_ = settings_;
+        camera_ = camera;
+        complete_ = nullptr;
+        if (settings_.difference) render_complete();
+        describe();
+        has_frame_ = true;
+    }
+
+    void const* pixels(std::string_view what)
+    {
+        need_frame();
+        if (what == "rgb_float") return frame_.image.rgb.data();
+        if (what == "rgba") return painted(frame_.image);
+        if (what != "difference" && what != "complete")
+            throw Error("no picture \"" + std::string(what.substr(0, 40)) + "\" (there are rgba, rgb_float, difference and complete); name one of these");
+        if (complete_ == nullptr)
+            throw Error("no picture \"" + std::string(what) + "\" of this frame (the setting difference was false); set it to true and render again");
+        return what == "complete" ? painted(*complete_) : painted_difference();
+    }
+
+    char const* report_text(std::string_view what)
+    {
+        if (what == "map") return answer(dumped(map_json()));
+        if (what == "settings") return answer(dumped(settings_json()));
+        if (what != "frame" && what != "run" && what != "supersteps")
+            throw Error("no report \"" + std::string(what.substr(0, 40)) + "\" (there are map, settings, frame, run and supersteps); name one of these");
+        need_frame();
+        if (what == "run") return answer(report::json_of(run_).dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
+        return answer(dumped(what == "frame" ? frame_json() : supersteps_json()));
+    }
+
+    float const* heat(std::string_view what, int superstep);
+    char const* tile(std::uint32_t index);
+    char const* gaussian(std::uint32_t id);
+    char const* trajectory(char const* name, void const* bytes, std::size_t length);
+
+    /// Calls `act`, keeps its error, and returns its result, or `failed`.
+    template <class T, class Act>
+    T guarded(T failed, Act const& act) noexcept
+    {
+        try {
+            error_.clear();
+            return act();
+        } catch (std::bad_alloc const&) {
+            tell("memory is short (the picture, the map or the machine is too large); use a smaller one");
+        } catch (std::exception const& why) {
+            tell(why.what());
+        } catch (...) {
+            tell("an error without a text (the program is at fault); report it");
+        }
+        return failed;
+    }
+    char const* error() const noexcept { return error_.c_str(); }
+
+private:
+    void tell(char const* text) noexcept
+    {
+        try {
+            error_ = text;
+            std::replace_if(error_.begin(), error_.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20; }, ' ');
+        } catch (...) {
+            error_.clear();
+            for (char const* c = "memory is short"; *c != 0; ++c) error_ += *c; // fits without an allocation
+        }
+    }
+    static scene::Map read_map(char const* name, void const* bytes, std::size_t length)
+    {
+        Bytes buffer(bytes, length);
+        std::istream stream(&buffer);
+        return scene::read_map(stream, name != nullptr ? name : "a file");
+    }
+    void ensure_map()
+    {
+        if (!map_) map_ = scene::built_in_map();
+    }
+    void forget()
+    {
+        core_.reset();
+        roomy_.reset();
+        has_frame_ = false;
+    }
+    void need_frame() const
+    {
+        if (!has_frame_ || !core_) throw Error("no frame (none was rendered of this map); call tilemesh_render first");
+    }
+    char const* answer(std::string text)
+    {
+        text_ = std::move(text);
+        return text_.c_str();
+    }
+    tilemesh::Grid grid() const { return core_->mesh().grid(); }
+    bool is_built_in() const { return map_->path.empty() && map_->name == "built_in"; }
+
+    /// The same view, rules and tiles, on a machine with room for everything.
+    void render_complete()
+    {
+        if (frame_.report.lost.empty()) { // nothing is missing: it is the complete picture
+            complete_ = &frame_.image;
+            return;
+        }
+        auto all = settings_;
+        all.machine = "mk2";
+        all.saturation = "hold";
+        all.channel_slots = all.storage_slots = all.waiting_slots = all.hops = 0;
+        all.digest = false;
+        for (std::uint32_t attempt = 0; attempt < 4; ++attempt) {
+            if (!roomy_ || !all.same_mesh(roomy_settings_) || attempt != 0) {
+                roomy_.reset();
+                auto setup = roomy(setup_of(all, map_->sh_degree), core_->tiling(), most_on_a_tile() << attempt);
+                setup.sizes.one_channel_memory = false;
+                auto options = options_of(all);
+                options.tile = {core_->tiling().tile_width, core_->tiling().tile_height};
+                roomy_ = std::make_unique<Core>(*map_, tilemesh::render::facts_of(setup), options, Core::EngineOptions{});
+                roomy_settings_ = all;
+            }
+            roomy_->model() = core_->model();
+            roomy_->render_into(camera_, roomy_frame_);
+            if (roomy_frame_.report.lost.empty()) break;
+        }
+        if (!roomy_frame_.report.lost.empty())
+            throw Error("no complete picture (it needs more than " + std::to_string(roomy_->facts().sizes.storage) +
+                        " slots on a tile); use smaller tiles, or set difference to false");
+        complete_ = &roomy_frame_.image;
+    }
+    /// The slots that a tile needs in the last view, and as many again for records on their way.
+    std::uint32_t most_on_a_tile() const
+    {
+        auto const view = splat::make_view(camera_, core_->model());
+        auto const& tiling = core_->tiling();
+        std::vector<std::uint32_t> of(std::size_t{tiling.columns} * tiling.rows, 0);
+        for (auto const& g : map_->gaussians) {
+            auto const s = splat::project(g, view, tiling);
+            if (!s.visible()) continue;
+            auto const range = splat::tiles_of(s, tiling);
+            for (auto y = range.first.y(); y <= range.last.y(); ++y)
+                for (auto x = range.first.x(); x <= range.last.x(); ++x) ++of[std::size_t{y} * tiling.columns + x];
+        }
+        auto const parked = static_cast<std::uint32_t>(map_->gaussians.size() / of.size());
+        return 500 + 2 * (*std::max_element(of.begin(), of.end()) + parked);
+    }
+
+    void const* painted(report::Image const& image)
+    {
+        bytes_.resize(std::size_t{4} * image.width * image.height);
+        auto* to = bytes_.data();
+        for (std::size_t i = 0; i < image.rgb.size(); i += 3, to += 4) {
+            for (std::size_t c = 0; c < 3; ++c) to[c] = static_cast<unsigned char>(splat::Rgbx8Pixel::level(image.rgb[i + c]));
+            to[3] = 255;
+        }
+        return bytes_.data();
+    }
+    /// The largest difference of the three channels paints a pixel: from yellow at half a level to red at a quarter of the range.
+    void const* painted_difference()
+    {
+        auto const &a = frame_.image.rgb, &b = complete_->rgb;
+        bytes_.resize(a.size() / 3 * 4);
+        auto* to = bytes_.data();
+        for (std::size_t i = 0; i < a.size(); i += 3, to += 4) {
+            float most = 0;
+            for (std::size_t c = 0; c < 3; ++c) most = std::max(most, std::fabs(a[i + c] - b[i + c]));
+            auto const grey = 0.5f * (0.299f * a[i] + 0.587f * a[i + 1] + 0.114f * a[i + 2]) + 0.1f; // ITU-R BT.601, darkened
+            bool const differs = most * 255.0f >= 0.5f;
+            float const share = std::min(most * 4.0f, 1.0f);
+            float const rgb[3] = {differs ? 1.0f : grey, differs ? 0.85f * (1.0f - share) : grey, differs ? 0.0f : grey};
+            for (std::size_t c = 0; c < 3; ++c) to[c] = static_cast<unsigned char>(splat::Rgbx8Pixel::level(rgb[c]));
+            to[3] = 255;
+        }
+        return bytes_.data();
+    }
+
+    Json map_json()
+    {
+        ensure_map();
+        scene::Size const size{settings_.width, settings_.height};
+        auto const centre = scene::robust_centre(*map_);
+        Json json;
+        json["name"] = map_->name;
+        json["gaussians"] = map_->gaussians.size();
+        json["rejected"] = map_->rejected;
+        json["sh_degree"] = map_->sh_degree;
+        json["notes"] = map_->notes;
+        json["start"] = numbers_of(is_built_in() ? scene::built_in_camera(size) : scene::frame_whole(*map_, size));
+        json["target"] = {centre.x, centre.y, centre.z};
+        json["up"] = {0, -1, 0};
+        return json;
+    }
+    Json settings_json()
+    {
+        ensure_map();
+        auto const setup = setup_of(settings_, map_->sh_degree);
+        Json json, limits, choices;
+        for (auto const& s : number_settings) {
+            json[s.name] = settings_.*s.member;
+            auto const most = s.most != 0 ? s.most : preset_slots(setup.sizes, s.name);
+            limits[s.name] = {{"least", s.least}, {"most", most}, {"unit", s.unit}, {"words", s.words}};
+            if (s.most == 0) limits[s.name]["used"] = settings_.*s.member != 0 ? settings_.*s.member : most;
+        }
+        for (auto const& s : choice_settings()) {
+            json[s.name] = settings_.*s.member;
+            choices[s.name] = s.choices;
+        }
+        auto const tiling = tilemesh::tiling_for(options_of(settings_), settings_.width, settings_.height);
+        limits["tile_width"]["used"] = tiling.tile_width;
+        limits["tile_height"]["used"] = tiling.tile_height;
+        json["background"] = settings_.background;
+        json["difference"] = settings_.difference;
+        json["follow"] = settings_.follow;
+        json["digest"] = settings_.digest;
+        json["limits"] = std::move(limits);
+        json["choices"] = std::move(choices);
+        return json;
+    }
+    /// Describes the last frame as a run of one frame.
+    void describe()
+    {
+        auto const& facts = core_->facts();
+        auto const& model = core_->model();
+        auto const limited = [](std::uint32_t asked, std::uint32_t own) { return asked != 0 ? asked : own; };
+        run_ = {};
+        run_.map = {map_->name, map_->path, map_->gaussians.size(), map_->rejected, map_->notes};
+        run_.machine = {facts.machine.name, facts.machine.sram_bytes, limited(used_.storage_slots, facts.sizes.storage),
+                        limited(used_.channel_slots, facts.sizes.beam), facts.ledger};
+        run_.preset = facts.name;
+        run_.engine = "threads";
+        run_.cut_offs = {model.alpha_min, model.transmittance_min, model.alpha_max};
+        run_.background = {model.background[0], model.background[1], model.background[2]};
+        run_.policies = {splat::RowFirst::name,
+                         facts.rules.carried != 0 ? splat::Carried::name : splat::Recomputed::name,
+                         facts.rules.holds != 0 ? splat::Hold::name : splat::Drop::name,
+                         model.footprint == splat::Footprint::opacity_box ? "opacity_box" : "three_sigma_square",
+                         facts.rules.reusable != 0 ? splat::WorldCopies::name : splat::ScreenCopies::name,
+                         facts.colour == tilemesh::render::ColourFormat::rgbx8 ? splat::Rgbx8Pixel::name : splat::FloatPixel::name,
+                         model.arithmetic == splat::Arithmetic::precise ? "precise" : "fast",
+                         used_.hops,
+                         0};
+        auto const& tiling = core_->tiling();
+        report::RunFrame frame;
+        frame.report = frame_.report;
+        frame.image = "the picture";
+        frame.grid = {grid().width, grid().height};
+        frame.tile_px = {tiling.tile_width, tiling.tile_height};
+        frame.modelled = report::Modelled{model_.name, cost_.cycles, milliseconds(model_, cost_.cycles)};
+        run_.frames.push_back(std::move(frame));
+        run_.advice = advice();
+    }
+    /// What would help if the picture lacks something.
+    std::string advice() const
+    {
+        auto const& r = frame_.report;
+        std::string text;
+        auto const add = [&text](std::string const& words) { text += (text.empty() ? "" : "; ") + words; };
+        if (r.losses(report::Cause::unplaced) + r.losses(report::Cause::storage_full) != 0) {
+            if (!r.full_tiles) add("tiles were full only while records were on their way; more storage slots give room");
+            else add("the fullest tile needs " + report::thousands(r.full_tiles->slots_needed) + " storage slots and has " + report::thousands(r.full_tiles->slots_available) +
+                     (core_->facts().machine.sram_bytes > tilemesh::Mk2::sram_bytes ? "" : "; the machine \"test\" has more"));
+        }
+        if (r.losses(report::Cause::channel_full) != 0) add("with saturation \"hold\", records wait for a free slot in a channel");
+        if (r.losses(report::Cause::late) != 0) add("with hops 0 a frame ends when all records have arrived");
+        return text;
+    }
+    Json frame_json() const
+    {
+        auto const& r = frame_.report;
+        auto const& tiling = core_->tiling();
+        auto const whole = static_cast<std::uint64_t>(
+            std::count_if(r.lost.begin(), r.lost.end(), [](report::Loss const& loss) { return loss.tile == report::Loss::whole; }));
+        Json json = {{"width", r.width}, {"height", r.height}, {"columns", grid().width}, {"rows", grid().height},
+                     {"tile_width", tiling.tile_width}, {"tile_height", tiling.tile_height}, {"host_ms", r.host_ms.total},
+                     {"modelled_ms", milliseconds(model_, cost_.cycles)}, {"modelled_cycles", cost_.cycles}, {"cost_model", model_.name},
+                     {"supersteps", core_->trace().supersteps.size()}, {"visible", r.gaussians.visible}, {"moved", r.gaussians.moved},
+                     {"held", r.gaussians.held}, {"copies", r.copies}, {"lost_records", whole}, {"lost_copies", r.lost_copies},
+                     {"late_copies", r.late_copies},
+                     {"refused", r.refused.channel_full + r.refused.no_credit + r.refused.storage_full + r.refused.copies_full + r.refused.copies_refused},
+                     {"messages", r.messages}, {"pairs", r.pairs}, {"records_bytes", core_->facts().record_bytes}};
+        json["missing"] = render_map::missing_text(run_);
+        json["advice"] = run_.advice;
+        json["digest"] = {{"picture", hexadecimal(digest_of(frame_.image))}, {"counters", hexadecimal(digest_of(r))}};
+        json["difference"] = nullptr;
+        if (complete_ != nullptr) {
+            double sum = 0, largest = 0;
+            std::uint64_t pixels = 0;
+            auto const &a = frame_.image.rgb, &b = complete_->rgb;
+            for (std::size_t i = 0; i < a.size(); i += 3) {
+                double most = 0;
+                for (std::size_t c = 0; c < 3; ++c) {
+                    double const d = std::fabs(double{a[i + c]} - double{b[i + c]});
+                    sum += d * d;
+                    most = std::max(most, d);
+                }
+                largest = std::max(largest, most);
+                pixels += most * 255.0 >= 0.5 ? 1u : 0u;
+            }
+            Json psnr = nullptr;
+            if (sum > 0) psnr = 10.0 * std::log10(static_cast<double>(a.size()) / sum);
+            json["difference"] = {{"psnr_db", psnr}, {"largest", largest}, {"pixels", pixels}};
+        }
+        json["memory_bytes"] = memory_bytes();
+        return json;
+    }
+    static std::uint64_t sent_bytes(tilemesh::TileSample const& t)
+    {
+        return std::uint64_t{t.sent_bytes[0]} + t.sent_bytes[1] + t.sent_bytes[2] + t.sent_bytes[3];
+    }
+    Json supersteps_json() const
+    {
+        auto const& trace = core_->trace();
+        auto json = Json::array();
+        for (std::size_t i = 0; i < trace.supersteps.size(); ++i) {
+            auto const& s = trace.supersteps[i];
+            auto const& c = cost_.supersteps[i];
+            std::uint64_t bytes = 0;
+            for (auto const& t : s.tiles) bytes += sent_bytes(t);
+            json.push_back({{"index", i}, {"kernel", trace.kernels[s.step]}, {"tiles", s.tiles.size()}, {"messages_bytes", bytes}, {"sent", s.sent},
+                            {"cycles", c.total()}, {"compute", c.compute}, {"exchange", c.exchange}, {"sync", c.sync}, {"vote", c.vote}, {"slowest", c.slowest}});
+        }
+        return json;
+    }
+
+    /// The messages and the slots of a channel end on which a superstep sent so many bytes.
+    struct ChannelFill {
+        std::uint64_t messages, slots;
+    };
+    ChannelFill fill(std::uint32_t step, std::uint64_t bytes) const
+    {
+        auto const& facts = core_->facts();
+        bool const road = step == Core::Steps::route, beam = step == Core::Steps::bloom_first || step == Core::Steps::bloom;
+        if (!road && !beam) return {0, 1};
+        auto const slots = used_.channel_slots != 0 ? used_.channel_slots : road ? facts.sizes.road : facts.sizes.beam;
+        auto const message = road ? facts.rules.road_bytes : facts.rules.beam_bytes;
+        return {bytes > 8 ? (bytes - 8) / message : 0, slots}; // the head of a channel end has 8 bytes
+    }
+    std::uint32_t tile_of(report::Loss const& loss) const
+    {
+        if (loss.tile != report::Loss::whole) return loss.tile;
+        if (loss.full_tile != report::Loss::whole) return loss.full_tile;
+        auto const* const g = find(static_cast<std::uint32_t>(loss.id));
+        if (g == nullptr) return report::Loss::whole;
+        auto const s = splat::project(*g, splat::make_view(camera_, core_->model()), core_->tiling());
+        return s.visible() ? grid().index_of(s.anchor) : report::Loss::whole;
+    }
+    splat::Gaussian const* find(std::uint32_t id) const
+    {
+        auto const& all = map_->gaussians;
+        auto const at = std::lower_bound(all.begin(), all.end(), id, [](splat::Gaussian const& g, std::uint32_t wanted) { return static_cast<std::uint32_t>(g.id) < wanted; });
+        return at != all.end() && static_cast<std::uint32_t>(at->id) == id ? &*at : nullptr;
+    }
+    std::vector<std::uint64_t> busy_cycles(std::size_t first, std::size_t last) const
+    {
+        auto const& trace = core_->trace();
+        tilemesh::Trace part{trace.kernels, trace.operations, {}};
+        part.supersteps.assign(trace.supersteps.begin() + static_cast<std::ptrdiff_t>(first), trace.supersteps.begin() + static_cast<std::ptrdiff_t>(last));
+        std::vector<std::uint64_t> sums(grid().size(), 0);
+        for (auto const& step : model_cost(model_, part, grid()).busy)
+            for (std::size_t t = 0; t < sums.size(); ++t) sums[t] += step[t];
+        return sums;
+    }
+
+    tilemesh::CostModel model_;
+    std::optional<scene::Map> map_; ///< empty: the built-in map, until it is needed
+    Settings settings_, used_, roomy_settings_; ///< now; of the last frame; of the complete picture
+    std::unique_ptr<Core> core_, roomy_;
+    Watch watch_;
+    render_map::FollowedFacts<Core> facts_;
+    render_map::Follower follower_;
+    tilemesh::RenderedFrame frame_, roomy_frame_;
+    report::Image const* complete_ = nullptr;
+    tilemesh::RunCost cost_;
+    splat::Camera camera_{};
+    report::RunReport run_;
+    bool has_frame_ = false;
+    std::string text_, error_;
+    std::vector<unsigned char> bytes_;
+    std::vector<float> heat_;
+};
+
+float const* tilemesh_handle::heat(std::string_view what, int superstep)
+{
+    need_frame();
+    auto const& trace = core_->trace();
+    auto const count = trace.supersteps.size();
+    if (superstep < -1 || superstep >= static_cast<int>(count))
+        throw Error("superstep " + std::to_string(superstep) + " (the frame has " + std::to_string(count) + ", from 0; -1 is the whole frame); name one of these");
+    bool const whole = superstep == -1;
+    std::size_t const first = whole ? 0 : static_cast<std::size_t>(superstep), last = whole ? count : first + 1;
+    std::vector<float> out(grid().size(), 0.0f);
+    if (what == "load" || what == "copies") {
+        for (std::size_t i = 0; i < last && i < watch_.supersteps.size(); ++i)
+            for (auto const& t : watch_.supersteps[i]) out[t.tile] = static_cast<float>(what == "load" ? t.records : t.copies);
+    } else if (what == "refused" || what == "pairs" || (what == "lost" && !whole)) {
+        std::vector<std::uint64_t> sums(out.size(), 0);
+        for (std::size_t i = first; i < last && i < watch_.supersteps.size(); ++i)
+            for (auto const& t : watch_.supersteps[i]) sums[t.tile] += what == "refused" ? t.refused + t.dropped : what == "pairs" ? t.pairs : t.dropped;
+        std::transform(sums.begin(), sums.end(), out.begin(), [](std::uint64_t n) { return static_cast<float>(n); });
+    } else if (what == "lost") {
+        for (auto const& loss : frame_.report.lost)
+            if (auto const t = tile_of(loss); t < out.size()) out[t] += 1.0f;
+    } else if (what == "channel") {
+        for (std::size_t i = first; i < last; ++i)
+            for (auto const& t : trace.supersteps[i].tiles)
+                for (auto const bytes : t.sent_bytes) {
+                    auto const f = fill(trace.supersteps[i].step, bytes);
+                    out[t.tile] = std::max(out[t.tile], static_cast<float>(f.messages) / static_cast<float>(f.slots));
+                }
+    } else if (what == "busy") {
+        auto const sums = busy_cycles(first, last);
+        std::transform(sums.begin(), sums.end(), out.begin(), [](std::uint64_t n) { return static_cast<float>(n); });
+    } else {
+        throw Error("no heat map \"" + std::string(what.substr(0, 40)) + "\" (there are load, copies, channel, refused, lost, pairs and busy); name one of these");
+    }
+    heat_ = std::move(out);
+    return heat_.data();
+}
+
+char const* tilemesh_handle::tile(std::uint32_t index)
+{
+    need_frame();
+    if (index >= grid().size())
+        throw Error("tile " + std::to_string(index) + " (the grid has " + std::to_string(grid().size()) + " tiles, from 0); name one of these");
+    auto const& mesh = std::as_const(core_->mesh());
+    auto const& facts = core_->facts();
+    auto const at = grid().tile(index);
+    auto const rect = splat::pixels_of(core_->tiling(), camera_, at);
+    auto const& frame = core_->mesh().template broadcast<Core::Parameters>();
+    Json json = {{"tile", index}, {"column", at.x()}, {"row", at.y()}, {"rect", {rect.x0, rect.y0, rect.x1, rect.y1}}};
+
+    auto const marks = mesh.template state<splat::Marks<Policies>>(at);
+    auto const entries = mesh.template state<splat::Splats<Policies>>(at);
+    std::uint32_t copies = 0, leaving = 0;
+    std::vector<std::pair<splat::Splat, splat::Mark>> shown;
+    for (std::uint32_t i = 0; i < marks.size(); ++i) {
+        copies += marks[i].is(splat::Mark::copy) ? 1u : 0u;
+        leaving += !marks[i].is(splat::Mark::copy) && marks[i].is(splat::Mark::leaving) ? 1u : 0u;
+        auto const& s = splat::AccessOf<Policies>::splat_of(frame, entries[i]);
+        if (s.visible()) shown.emplace_back(s, marks[i]);
+    }
+    std::sort(shown.begin(), shown.end(), [](auto const& a, auto const& b) { return std::pair(a.first.depth, a.second.id) < std::pair(b.first.depth, b.second.id); });
+    json["records"] = marks.size();
+    json["anchored"] = marks.size() - copies - leaving;
+    json["copies"] = copies;
+    json["leaving"] = leaving;
+    json["slots"] = used_.storage_slots != 0 ? used_.storage_slots : facts.sizes.storage;
+    auto ledger = Json::array();
+    for (auto const& region : facts.ledger)
+        ledger.push_back({{"name", std::string(region.name.text, region.name.size)}, {"what", region.what}, {"bytes", region.bytes}, {"budgeted", region.budgeted}});
+    json["ledger"] = std::move(ledger);
+    json["ledger_bytes"] = facts.sram_bytes;
+    json["sram_bytes"] = facts.machine.sram_bytes;
+
+    auto const& c = mesh.template state<splat::Counts>(at);
+    std::uint64_t pairs = 0;
+    for (auto const& step : watch_.supersteps)
+        for (auto const& t : step) pairs += t.tile == index ? t.pairs : 0;
+    auto const& trace = core_->trace();
+    json["counts"] = {{"channel_full", c.channel_full}, {"no_credit", c.no_credit}, {"storage_full", c.storage_full}, {"copies_full", c.copies_full},
+                      {"copies_refused", c.copies_refused}, {"pairs", pairs}, {"busy_cycles", busy_cycles(0, trace.supersteps.size())[index]}};
+
+    auto channels = Json::array();
+    for (tilemesh::Direction d : tilemesh::news) {
+        bool const has = grid().has_neighbour(at, d);
+        auto const from = has ? grid().index_of(grid().neighbour(at, d)) : index;
+        std::uint64_t sent = 0, received = 0;
+        ChannelFill most{0, used_.channel_slots != 0 ? used_.channel_slots : facts.sizes.beam};
+        for (auto const& s : trace.supersteps)
+            for (auto const& t : s.tiles) {
+                if (has && t.tile == from) received += t.sent_bytes[tilemesh::index(tilemesh::opposite(d))];
+                if (t.tile != index || t.sent_bytes[tilemesh::index(d)] == 0) continue;
+                sent += t.sent_bytes[tilemesh::index(d)];
+                auto const f = fill(s.step, t.sent_bytes[tilemesh::index(d)]);
+                if (f.messages > most.messages) most = f;
+            }
+        channels.push_back({{"side", render_map::name_of(d)}, {"sent_bytes", sent}, {"most_messages", most.messages}, {"slots", most.slots}, {"received_bytes", received}});
+    }
+    json["channels"] = std::move(channels);
+
+    auto list = Json::array();
+    for (std::size_t i = 0; i < shown.size() && i < 500; ++i) {
+        auto const& [s, mark] = shown[i];
+        auto const r = s.rect();
+        list.push_back({{"id", static_cast<std::uint32_t>(mark.id)},
+                        {"kind", mark.is(splat::Mark::copy) ? "copy" : mark.is(splat::Mark::leaving) ? "leaving" : "anchored"},
+                        {"x", s.mean_px[0]}, {"y", s.mean_px[1]}, {"radius", std::max(r.x1 - r.x0, r.y1 - r.y0) / 2.0}, {"depth", s.depth},
+                        {"opacity", s.opacity}, {"colour", {s.colour[0], s.colour[1], s.colour[2]}}});
+    }
+    json["list"] = std::move(list);
+    return answer(dumped(json));
+}
+
+char const* tilemesh_handle::gaussian(std::uint32_t id)
+{
+    need_frame();
+    auto const* const g = find(id);
+    Json json = {{"id", id}, {"state", "not in the map"}, {"anchor", nullptr}, {"copies", Json::array()}};
+    if (g != nullptr) {
+        auto const& mesh = std::as_const(core_->mesh());
+        std::string state = "with the host";
+        for (std::uint32_t t = 0; t < grid().size(); ++t) {
+            auto const marks = mesh.template state<splat::Marks<Policies>>(grid().tile(t));
+            auto const slot = splat::find(marks, g->id);
+            if (slot == splat::no_slot) continue;
+            if (marks[slot].is(splat::Mark::copy)) {
+                json["copies"].push_back(t);
+                continue;
+            }
+            state = "on a tile";
+            json["anchor"] = t;
+        }
+        auto missing = Json::array();
+        for (auto const& loss : frame_.report.lost) {
+            if (loss.id != g->id) continue;
+            if (loss.cause == report::Cause::late && json["anchor"].is_null()) state = "under way";
+            if (loss.cause == report::Cause::storage_full && json["anchor"].is_null()) state = "lost";
+            if (auto const t = tile_of(loss); t < grid().size()) missing.push_back(t);
+        }
+        if (state == "with the host" && core_->facts().rules.holds == 0) state = "lost";
+        json["state"] = state;
+        json["mean"] = {g->mean_world[0], g->mean_world[1], g->mean_world[2]};
+        json["opacity"] = g->opacity;
+        json["missing"] = std::move(missing);
+    }
+    json["path"] = nullptr;
+    if (used_.follow == std::int64_t{id} && id != 0) {
+        auto path = Json::array();
+        for (auto const& s : follower_.life().sightings) {
+            Json side = nullptr;
+            if (s.side) side = render_map::name_of(*s.side);
+            path.push_back({{"superstep", s.superstep}, {"kernel", s.kernel}, {"tile", grid().index_of(s.tile)}, {"what", render_map::name_of(s.what)},
+                            {"side", side}, {"refusal", s.refusal}});
+        }
+        json["path"] = std::move(path);
+    }
+    return answer(dumped(json));
+}
+
+char const* tilemesh_handle::trajectory(char const* name, void const* bytes, std::size_t length)
+{
+    if (bytes == nullptr) throw Error("no trajectory (its address is null); give the content of a file");
+    constexpr std::size_t most_poses = 200'000; // 80 MB of text
+    Bytes buffer(bytes, length);
+    std::istream stream(&buffer);
+    std::string const shown = name != nullptr ? name : "a file";
+    auto const poses = scene::read_trajectory(stream, shown, most_poses);
+    char const* const formats[] = {"tum", "euroc", "kitti", "replica"};
+    std::string text = std::string("{\"format\":\"") + formats[static_cast<std::size_t>(poses.format)] + "\",\"stamps\":" + (poses.has_stamps() ? "true" : "false") + ",\"notes\":" +
+                       dumped(Json(scene::trajectory_notes(poses))) + ",\"poses\":[";
+    auto const put = [&text](double value) {
+        std::array<char, 32> digits{};
+        text.append(digits.data(), tilemesh::write_number(digits.data(), digits.data() + digits.size(), value).ptr);
+    };
+    for (auto const& [seconds, pose] : poses) {
+        text += &seconds == &poses.front().seconds ? "{\"seconds\":" : ",{\"seconds\":";
+        put(seconds);
+        for (int row = 0; row < 3; ++row)
+            for (int column = 0; column < 3; ++column) {
+                text += row + column == 0 ? ",\"rotation\":[" : ",";
+                put(pose.rotation[column][row]);
+            }
+        for (int axis = 0; axis < 3; ++axis) {
+            text += axis == 0 ? "],\"position\":[" : ",";
+            put(pose.position[axis]);
+        }
+        text += "]}";
+    }
+    return answer(text + "]}");
+}
+
+// --- the functions -----------------------------------------------------------------------------------------------------------
+
+namespace {
+std::string_view word(char const* text) noexcept
+{
+    return text != nullptr ? text : "";
+}
+} // namespace
+
+extern "C" {
+
+tilemesh_handle* tilemesh_create(void)
+{
+    try {
+        return new tilemesh_handle;
+    } catch (...) {
+        return nullptr;
+    }
+}
+void tilemesh_destroy(tilemesh_handle* handle)
+{
+    delete handle;
+}
+char const* tilemesh_error(tilemesh_handle const* handle)
+{
+    return handle != nullptr ? handle->error() : "no handle (its address is null); make one with tilemesh_create";
+}
+int tilemesh_load(tilemesh_handle* handle, char const* name, void const* bytes, size_t length)
+{
+    return handle == nullptr ? 0 : handle->guarded(0, [&] { return handle->load(name, bytes, length), 1; });
+}
+char const* tilemesh_trajectory(tilemesh_handle* handle, char const* name, void const* bytes, size_t length)
+{
+    return handle == nullptr ? nullptr : handle->guarded<char const*>(nullptr, [&] { return handle->trajectory(name, bytes, length); });
+}
+int tilemesh_set(tilemesh_handle* handle, char const* json)
+{
+    return handle == nullptr ? 0 : handle->guarded(0, [&] { return handle->set(json), 1; });
+}
+int tilemesh_render(tilemesh_handle* handle, double const* camera)
+{
+    return handle == nullptr ? 0 : handle->guarded(0, [&] { return handle->render_frame(camera), 1; });
+}
+void const* tilemesh_pixels(tilemesh_handle* handle, char const* what)
+{
+    return handle == nullptr ? nullptr : handle->guarded<void const*>(nullptr, [&] { return handle->pixels(word(what)); });
+}
+char const* tilemesh_report(tilemesh_handle* handle, char const* what)
+{
+    return handle == nullptr ? nullptr : handle->guarded<char const*>(nullptr, [&] { return handle->report_text(word(what)); });
+}
+float const* tilemesh_heat(tilemesh_handle* handle, char const* what, int superstep)
+{
+    return handle == nullptr ? nullptr : handle->guarded<float const*>(nullptr, [&] { return handle->heat(word(what), superstep); });
+}
+char const* tilemesh_tile(tilemesh_handle* handle, uint32_t tile)
+{
+    return handle == nullptr ? nullptr : handle->guarded<char const*>(nullptr, [&] { return handle->tile(tile); });
+}
+char const* tilemesh_gaussian(tilemesh_handle* handle, uint32_t id)
+{
+    return handle == nullptr ? nullptr : handle->guarded<char const*>(nullptr, [&] { return handle->gaussian(id); });
+}
+
+} // extern "C"

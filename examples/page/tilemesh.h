@@ -1,0 +1,139 @@
+#ifndef TILEMESH_C_H
+#define TILEMESH_C_H
+/* The chip as twelve C functions, for a web page, Python's ctypes, or any language that can call C.
+ *
+ * A handle holds a map, the settings of a machine, a renderer, and the last frame with its trace. Handles share nothing. One thread
+ * at a time may use a handle.
+ *
+ * Errors: a function that fails returns 0 or NULL, and `tilemesh_error` then returns one line, "<problem> (<why>); <what to do>".
+ * The handle stays as it was before the call and can be used; only a frame that fails while it runs (memory is short) forgets the last
+ * frame. No input ends the process.
+ *
+ * Memory: every pointer that a function returns belongs to the handle. It is valid until the next call with the same handle, except
+ * that `tilemesh_error` leaves it valid. In WebAssembly the memory may move when it grows: make a new view of it after every call.
+ * What the caller passes in is copied; the caller keeps it and frees it. All texts are UTF-8 and end with a zero byte.
+ *
+ * Axes: x right, y down, z forward, as in OpenCV. Pictures have their first row at the top. Tiles are numbered row by row from the
+ * top left: tile t is in column t % columns and row t / columns. Lengths are in units of the map.
+ */
+#include <stddef.h>
+#include <stdint.h>
+
+#if defined(TILEMESH_C_EXPORT)
+#define TILEMESH_C __attribute__((visibility("default"), used))
+#else
+#define TILEMESH_C
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct tilemesh_handle tilemesh_handle;
+
+/* Returns a new handle with the built-in map and the default settings, or NULL if memory is short. Nothing is rendered yet. */
+TILEMESH_C tilemesh_handle* tilemesh_create(void);
+
+/* Frees a handle and everything that it owns. NULL is allowed. */
+TILEMESH_C void tilemesh_destroy(tilemesh_handle* handle);
+
+/* The error of the last call with this handle, one line; an empty text if the call succeeded. Never NULL. */
+TILEMESH_C char const* tilemesh_error(tilemesh_handle const* handle);
+
+/* Replaces the map by the content of a file: `length` bytes at `bytes`. `bytes` NULL: the built-in map. The first bytes choose the
+ * reader: PLY (also compressed), or SPLAT if `name` ends in ".splat". `name` appears in messages; NULL is "a file". The last frame is
+ * forgotten; the settings stay. Returns 1, or 0 with an error; then the old map stays. Cost: about 62 bytes for each Gaussian. */
+TILEMESH_C int tilemesh_load(tilemesh_handle* handle, char const* name, void const* bytes, size_t length);
+
+/* Reads a file of poses: TUM, EuRoC, KITTI or Replica. The handle does not change. Returns JSON, or NULL with an error:
+ *   {"format": "tum", "stamps": true, "notes": [text...], "poses": [{"seconds": 1.5, "rotation": [9 numbers], "position": [3 numbers]}, ...]}
+ * `rotation` and `position` are numbers 0 to 11 of a camera for `tilemesh_render`. Without stamps `seconds` is the pose's number. */
+TILEMESH_C char const* tilemesh_trajectory(tilemesh_handle* handle, char const* name, void const* bytes, size_t length);
+
+/* Changes settings: a JSON object with some of the names below, such as {"width": 320, "channel_slots": 8}. Settings that it does not
+ * name stay. NULL or "{}" changes nothing. Returns 1, or 0 with an error; then no setting changes. The next frame uses the settings. A
+ * change of anything but `difference`, `background` and `follow` begins a new mesh in the next frame, which loads the map.
+ *
+ *   width, height      pixels of the picture, 16 to 4096; default 640, 360
+ *   preset             "lossless" (default), "paper" or "prototype": machine, sizes and rules of a published setup
+ *   machine            "mk2" (default) or "test": 8,000 slots of storage and tiles of any size, on a machine with more SRAM
+ *   tile_width, tile_height  pixels of a tile; 0 (default): the picture is spread over the grid of 40 x 36 tiles
+ *   channel_slots      slots of a channel; 0 (default): the preset's number, which is also the most
+ *   storage_slots      slots of a tile's storage; 0 (default): the preset's number, which is also the most
+ *   waiting_slots      slots of each FIFO of routing; 0 (default): the preset's number, which is also the most
+ *   hops               most exchanges of routing, and of bloom, in a frame; 0 (default): until all tiles are quiet
+ *   saturation         "hold", "drop" or "preset" (default): what a record does that meets a full channel
+ *   background         [red, green, blue], each 0 to 1; default black
+ *   difference         true: each frame is compared with the complete picture, see `tilemesh_pixels`; default false. The complete
+ *                      picture is of the same view, rules and tiles, on a machine with room for everything
+ *   follow             id of a Gaussian whose path the next frames record, or -1 (default): none
+ *   digest             true: the report has a digest of all words of the machine for each compute phase; default false */
+TILEMESH_C int tilemesh_set(tilemesh_handle* handle, char const* json);
+
+/* Renders a frame. `camera`: 17 finite numbers,
+ *   0 to 8    rows of the rotation from world to camera (x axis, y axis, z axis of the camera in world space),
+ *   9 to 11   the centre of the camera in world space,
+ *   12 to 15  fx, fy, cx, cy in pixels of the settings' width and height; the centre of the first pixel is at (0.5, 0.5),
+ *   16        the near plane, above 0.
+ * They are rounded to float. Records start on the tiles where the last frame left them. A record or copy that finds no room is no
+ * error: the report counts it. Returns 1, or 0 with an error. */
+TILEMESH_C int tilemesh_render(tilemesh_handle* handle, double const* camera);
+
+/* The picture of the last frame, width x height of `tilemesh_report(handle, "frame")`, or NULL with an error. `what`:
+ *   "rgba"        4 bytes a pixel, red, green, blue and 255: levels as in a PNG of render_map
+ *   "rgb_float"   3 floats a pixel, red, green and blue as they were composited: the numbers of a PFM
+ *   "difference"  4 bytes a pixel, painted: the grey picture, and in it what differs from the complete picture, from yellow (a little) to
+ *                 red. Only if the setting `difference` was true when the frame was rendered
+ *   "complete"    4 bytes a pixel, the complete picture itself; under the same condition */
+TILEMESH_C void const* tilemesh_pixels(tilemesh_handle* handle, char const* what);
+
+/* JSON about the handle, or NULL with an error. `what`:
+ *   "map"         {"name", "gaussians", "rejected", "sh_degree", "notes": [text...], "start": [17 numbers: a camera that shows the map, for
+ *                 the settings' width and height], "target": [x, y, z] (its robust centre), "up": [x, y, z]}
+ *   "settings"    {"NAME": value, ..., "limits": {"NAME": {"least", "most", "unit", "words"}, ...}, "choices": {"NAME": [text...]}}: every
+ *                 setting of `tilemesh_set`. For a setting of 0 `limits` also has "used", the number that 0 stands for
+ *   "frame"       numbers of the last frame: {"width", "height", "columns", "rows" (tiles), "tile_width", "tile_height", "host_ms",
+ *                 "modelled_ms", "modelled_cycles", "cost_model", "supersteps", "visible", "moved", "held", "copies", "lost_records",
+ *                 "lost_copies", "late_copies", "refused", "messages", "pairs", "records_bytes", "missing": one sentence about what the
+ *                 picture lacks or "", "advice": what would help or "", "digest": {"picture", "counters": 16 hexadecimal digits},
+ *                 "difference": {"psnr_db" (null: equal), "largest", "pixels"} or null, "memory_bytes" (of the process; 0: not known)}
+ *                 `digest` tells builds apart: equal digests mean equal bits of the picture, and equal exact numbers and losses of the report.
+ *                 A build without fused operations has the digests of the page, on any processor
+ *   "run"         report.json of render_map for the last frame
+ *   "supersteps"  [{"index", "kernel", "tiles" (that ran), "messages_bytes", "sent", "cycles", "compute", "exchange", "sync", "vote",
+ *                 "slowest" (tile)}...] of the last frame, in order; cycles are modelled
+ * "frame", "run" and "supersteps" need a frame. */
+TILEMESH_C char const* tilemesh_report(tilemesh_handle* handle, char const* what);
+
+/* One number for each tile, columns x rows floats, row by row, or NULL with an error. `superstep`: index in the last frame, or -1: the
+ * whole frame. `what`:
+ *   "load"      records and copies in the tile's storage after the superstep (or the frame)
+ *   "copies"    copies among them
+ *   "channel"   bytes that the fullest of its four outgoing channels carried, as a share of the channel's slots, 0 to 1 (of the frame: the most)
+ *   "refused"   records and copies that a full channel or storage refused in the superstep (or the frame)
+ *   "lost"      whole frame: records and copies that the picture lacks on this tile. Superstep: those that met a full storage in it
+ *   "pairs"     pairs of a Gaussian and a pixel that the tile evaluated
+ *   "busy"      modelled cycles in which the tile computes */
+TILEMESH_C float const* tilemesh_heat(tilemesh_handle* handle, char const* what, int superstep);
+
+/* JSON about a tile in the last frame, or NULL with an error:
+ *   {"tile", "column", "row", "rect": [x0, y0, x1, y1] (pixels), "records": number, "anchored", "copies", "leaving", "slots",
+ *    "ledger": [{"name", "what", "bytes", "budgeted"}...] (of any tile), "ledger_bytes", "sram_bytes",
+ *    "counts": {"channel_full", "no_credit", "storage_full", "copies_full", "copies_refused", "pairs", "busy_cycles"},
+ *    "channels": [{"side": "north" | "east" | "west" | "south", "sent_bytes", "most_messages", "slots", "received_bytes"}... 4],
+ *    "list": [{"id", "kind": "anchored" | "copy" | "leaving", "x", "y" (centre, pixels), "radius", "depth", "opacity", "colour": [r, g, b]}
+ *             ...] (at most 500 visible ones, nearest first)} */
+TILEMESH_C char const* tilemesh_tile(tilemesh_handle* handle, uint32_t tile);
+
+/* JSON about a Gaussian in the last frame, or NULL with an error:
+ *   {"id", "state": "on a tile" | "under way" | "with the host" | "lost" | "not in the map", "anchor": tile or null, "copies": [tile...],
+ *    "mean": [x, y, z], "opacity", "missing": [tile...] (tiles that lack it),
+ *    "path": null, or if the setting `follow` was `id` when the frame was rendered:
+ *            [{"superstep", "kernel", "tile", "what", "side": text or null, "refusal"}...]}
+ * `what` is one of anchored, copy, leaving, waiting, road, beam, owed, refused, dropped, left. A path lists changes and refusals. */
+TILEMESH_C char const* tilemesh_gaussian(tilemesh_handle* handle, uint32_t id);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
