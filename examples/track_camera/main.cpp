@@ -1,5 +1,6 @@
-// Renders a map along a trajectory, spoils the pictures as a camera would, and finds each pose again on the mesh.
+// Finds the poses of a camera on the mesh, from real pictures or from rendered ones that it spoils as a camera would.
 #include "options.hpp"
+#include "pictures.hpp"
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -11,6 +12,7 @@
 #include <glm/geometric.hpp>
 #include <iostream>
 #include <new>
+#include <optional>
 #include <string>
 #include <tilemesh/tilemesh.hpp>
 #include <tilemesh/track/pose_evaluator.hpp>
@@ -35,21 +37,114 @@ std::string number(double value)
     return {text.data(), end.ptr};
 }
 
-/// The poses that are rendered.
+/// The poses of the camera, as the command line says: a file's, or a hand-held motion of about 1 degree and 1 cm a frame.
 scene::Trajectory poses_of(Options const& o, scene::Pose const& first)
 {
     scene::Trajectory poses;
     if (o.trajectory) {
         poses = scene::load_trajectory(*o.trajectory);
         if (o.relative) poses = scene::relative_to_first(std::move(poses), first);
-    } else
-        for (std::uint32_t k = 0; k < o.frames; ++k) { // about 1 degree and 1 cm a frame, as a hand moves
-            double const t = k / 31.0;
+    } else if (!o.photos)
+        for (std::uint64_t k = 0; k < std::uint64_t{o.frames} * o.every; ++k) {
+            double const t = static_cast<double>(k) / 31.0;
             poses.push_back({t, track::moved(first, {{0.1 * std::sin(2.0 * t), 0.06 * std::sin(3.1 * t), 0.08 * (1.0 - std::cos(1.7 * t))}, {0.05 * std::sin(2.3 * t), 0.12 * std::sin(1.9 * t), 0.03 * std::sin(2.9 * t)}})});
         }
-    if (poses.size() > o.frames) poses.resize(o.frames);
     return poses;
 }
+
+/// A picture to track, and the pose that it was taken from, if that is known.
+struct Seen {
+    double seconds = 0.0;
+    report::Image colour;
+    report::Plane depth;
+    std::optional<scene::Pose> truth;
+};
+
+/// Real pictures, with the poses of a trajectory that are at most 20 ms away as the truth.
+class Photos {
+public:
+    Photos(Options const& o, std::vector<scene::RgbdFrame> list, scene::Trajectory poses, scene::Size size)
+        : options_(o), list_(std::move(list)), poses_(std::move(poses)), size_(size)
+    {
+    }
+    std::size_t count() const { return (list_.size() + options_.every - 1) / options_.every; }
+    std::optional<scene::Pose> truth(std::size_t k) const
+    {
+        double const t = list_[k * options_.every].colour.seconds;
+        auto const away = [t](auto const& pose) { return std::fabs(pose.seconds - t); };
+        auto const nearest = std::min_element(poses_.begin(), poses_.end(), [&](auto const& a, auto const& b) { return away(a) < away(b); });
+        return nearest != poses_.end() && away(*nearest) <= scene::most_seconds_apart ? std::optional(nearest->pose) : std::nullopt;
+    }
+    Seen take(std::size_t k) const
+    {
+        auto frame = list_[k * options_.every];
+        if (!options_.depth) frame.depth.file.clear();
+        auto photo = track_camera::read_photo(frame, size_, options_.depth_levels);
+        return {frame.colour.seconds, std::move(photo.colour), std::move(photo.depth), truth(k)};
+    }
+
+private:
+    Options const& options_;
+    std::vector<scene::RgbdFrame> list_;
+    scene::Trajectory poses_;
+    scene::Size size_;
+};
+
+/// Pictures that are rendered from the map and spoilt. With an open shutter, a picture is the mean of three poses.
+template <class Renderer>
+class Renderings {
+public:
+    Renderings(Options const& o, Renderer& renderer, scene::Trajectory poses, scene::Intrinsics const& lens)
+        : options_(o), renderer_(renderer), poses_(std::move(poses)), lens_(lens)
+    {
+        spoiling_.noise = o.noise;
+        spoiling_.shutter = o.shutter;
+        if (!(o.noise > 0.0)) spoiling_ = {0.0, false, 0.0, 0.0, 0.0, 0.0, 1};
+    }
+    std::size_t count() const { return (poses_.size() + options_.every - 1) / options_.every; }
+    scene::Pose truth(std::size_t k) const { return scene::pose_of(scene::make_camera(poses_[k * options_.every].pose, lens_)); }
+    Seen take(std::size_t k) const
+    {
+        auto const at = k * options_.every;
+        auto target = renderer_.render(scene::make_camera(poses_[at].pose, lens_));
+        for (std::size_t i = 0; i < target.depth.values.size(); ++i) // no sensor measures what is half covered
+            if (target.alpha.values[i] < 0.5f) target.depth.values[i] = 0.0f;
+        if (spoiling_.shutter > 0.0) {
+            auto const& pose = poses_[at].pose;
+            auto const step = velocity(at);
+            auto const three = track::shutter_poses(track::moved(pose, {-step.rho, -step.phi}), pose, track::moved(pose, step), spoiling_.shutter);
+            std::vector<report::Image> pictures{renderer_.render(scene::make_camera(three[0], lens_)).image, std::move(target.image), renderer_.render(scene::make_camera(three[2], lens_)).image};
+            target.image = track::mean_of(pictures);
+        }
+        track::spoil(target.image, target.depth, k, spoiling_, options_.threads);
+        return {poses_[at].seconds, std::move(target.image), std::move(target.depth), truth(k)};
+    }
+
+private:
+    /// The camera's motion in a frame's time: the mean of the steps to pose i and from it. So the middle of the exposure is the pose itself,
+    /// also where the steps jitter.
+    track::Twist velocity(std::size_t i) const
+    {
+        track::Twist sum;
+        double steps = 0.0;
+        auto const add = [&](scene::Pose const& to, double sign) {
+            auto const way = track::twist_between(poses_[i].pose, to);
+            sum.rho += sign * way.rho;
+            sum.phi += sign * way.phi;
+            steps += 1.0;
+        };
+        if (i > 0) add(poses_[i - 1].pose, -1.0);
+        if (i + 1 < poses_.size()) add(poses_[i + 1].pose, 1.0);
+        if (steps > 0.0) sum.rho /= steps, sum.phi /= steps;
+        return sum;
+    }
+
+    Options const& options_;
+    Renderer& renderer_;
+    scene::Trajectory poses_;
+    scene::Intrinsics lens_;
+    track::Spoiling spoiling_;
+};
 
 /// The median depth of what the picture shows. Throws `Error` if it shows nothing.
 double median_depth(tilemesh::RenderedFrame const& frame)
@@ -67,6 +162,7 @@ std::string paths(std::vector<scene::StampedPose> const& estimated, std::vector<
 {
     report::Plot plot{"camera path, seen from above", {"x (world units)"}, {"z (world units)"}, {}};
     for (auto const& [name, poses] : {std::pair{"truth", &truth}, std::pair{"estimated", &estimated}}) {
+        if (poses->empty()) continue;
         report::PlotSeries series{name, {}};
         series.colour = static_cast<std::uint32_t>(plot.series.size());
         for (auto const& p : *poses) series.points.emplace_back(p.pose.position.x, p.pose.position.z);
@@ -75,75 +171,106 @@ std::string paths(std::vector<scene::StampedPose> const& estimated, std::vector<
     return report::svg(plot);
 }
 
+/// Tracks the frames of `source`, from `start`, and writes what the command line asks for.
+template <class Source, class Renderer>
+int track_all(Options const& o, Source const& source, Renderer& renderer, scene::Map const& map, scene::Intrinsics const& lens, scene::Size size, scene::Pose const& start)
+{
+    track::PoseEvaluator evaluate{map, {size.width, size.height}, {.threads = o.threads, .tile = {o.tile.width, o.tile.height}}};
+    double const scale = median_depth(renderer.render(scene::make_camera(start, lens)));
+    auto& settings = evaluate.options();
+    settings.with_depth = o.depth;
+    settings.with_exposure = o.photos || o.noise > 0.0;
+    settings.scene_depth = static_cast<float>(scale);
+    settings.one_in = o.one_in;
+    track::TrackerOptions how;
+    how.method = o.method;
+    how.rows_per_pixel = o.depth ? 4.0 : 3.0;
+    track::Tracker tracker{lens, scale, start, how};
+    std::optional<track_camera::PhotoWriter> writer;
+    if (o.save_photos) writer.emplace(*o.save_photos, o.depth_levels);
+
+    std::vector<scene::StampedPose> estimated, truth;
+    std::vector<scene::Pose> estimates, truths; // of the frames with a known truth
+    std::string frames;
+    double all_ms = 0.0;
+    std::uint64_t evaluations = 0;
+    std::size_t lost = 0;
+    auto const count = std::min<std::size_t>(source.count(), o.frames);
+    for (std::size_t k = 0; k < count; ++k) {
+        auto seen = source.take(k);
+        if (writer) writer->write(seen.seconds, seen.colour, seen.depth);
+        auto const last = k + 1 == count ? seen.colour : report::Image{};
+        auto const begin = std::chrono::steady_clock::now();
+        settings.seed = static_cast<std::uint32_t>(k);
+        evaluate.set_target({std::move(seen.colour), o.depth ? std::move(seen.depth) : report::Plane{}});
+        auto const f = tracker.track(evaluate);
+        double const ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+        all_ms += ms;
+        evaluations += f.solution.evaluations;
+        lost += f.verdict == track::Verdict::lost;
+        estimated.push_back({seen.seconds, f.pose});
+        std::string errors = "null, \"translation_error\": null", off_by;
+        if (seen.truth) {
+            truths.push_back(*seen.truth);
+            estimates.push_back(f.pose);
+            truth.push_back({seen.seconds, *seen.truth});
+            double const degrees = glm::length(track::twist_between(*seen.truth, f.pose).phi) * 180.0 / 3.14159265358979323846, off = glm::length(f.pose.position - seen.truth->position);
+            errors = number(degrees) + ", \"translation_error\": " + number(off);
+            off_by = ", off by " + number(degrees) + " degrees and " + number(off);
+        }
+        if (!o.quiet)
+            std::cout << "frame " << k << ": " << track::name_of(f.verdict) << (f.why.empty() ? "" : ", ") << f.why << ", " << f.solution.evaluations << " evaluations, " << ms << " ms" << off_by << std::endl;
+        frames += std::string(k == 0 ? "" : ",\n") + "    {\"status\": \"" + track::name_of(f.verdict) + "\", \"iterations\": " + std::to_string(f.solution.evaluations) + ", \"host_ms\": " + number(ms) +
+                  ", \"rotation_error_deg\": " + errors + "}";
+        if (k + 1 == count) report::write_ppm(o.out / "residual.ppm", report::error_picture(renderer.render(scene::make_camera(f.pose, lens)).image, last));
+    }
+    report::write_whole(o.out / "estimated.tum", scene::tum_text(estimated));
+    if (!truth.empty()) report::write_whole(o.out / "truth.tum", scene::tum_text(truth));
+    report::write_whole(o.out / "paths.svg", paths(estimated, truth));
+    if (writer) writer->finish(scene::tum_text(truth));
+    double const each_ms = all_ms / static_cast<double>(count);
+    std::string summary;
+    if (!truths.empty()) {
+        auto const e = track::trajectory_errors(estimates, truths);
+        summary = "\"ate_rmse\": " + number(e.ate.rmse) + ", \"ate_aligned_rmse\": " + number(e.ate_aligned.rmse) + ", \"rpe_rmse\": " + number(e.rpe.rmse) + ", \"rpe_deg_rmse\": " + number(e.rpe_deg.rmse) +
+                  ", \"rotation_rmse_deg\": " + number(e.rotation_deg.rmse) + ", ";
+        if (!o.quiet)
+            std::cout << "ATE " << e.ate.rmse << " (aligned " << e.ate_aligned.rmse << "; " << e.ate.rmse / scale << " of the median depth), " << e.rotation_deg.rmse << " degrees; RPE " << e.rpe.rmse << " and " << e.rpe_deg.rmse << " degrees a frame\n";
+    }
+    if (o.report)
+        report::write_whole(*o.report, "{\n  \"frames\": [\n" + frames + "\n  ],\n  \"summary\": {" + summary + "\"median_depth\": " + number(scale) + ", \"frames_lost\": " + std::to_string(lost) +
+                                           ", \"evaluations\": " + std::to_string(evaluations) + ", \"host_ms_per_frame\": " + number(each_ms) + "}\n}\n");
+    if (!o.quiet)
+        std::cout << count << " frames, " << lost << " lost; median depth " << scale << "; " << static_cast<double>(evaluations) / static_cast<double>(count) << " evaluations and " << each_ms << " ms a frame\n";
+    return 0;
+}
+
 int run(Options const& o)
 {
+    std::vector<scene::RgbdFrame> list;
+    if (o.photos) list = scene::load_rgbd(*o.photos);
+    auto const size = o.photos ? track_camera::size_of(list.front()) : o.size.value_or(scene::Size{640, 480});
     auto const map = o.map ? scene::load_map(*o.map) : scene::built_in_map();
-    auto camera = o.map ? scene::frame_whole(map, o.size) : scene::built_in_camera(o.size);
-    if (o.cameras) camera = scene::resized(scene::select_cameras(scene::load_cameras(*o.cameras), o.camera, o.map ? o.map->stem().string() : "built-in").front().camera, o.size.width, o.size.height);
+    auto camera = o.map ? scene::frame_whole(map, size) : scene::built_in_camera(size);
+    if (o.cameras) camera = scene::resized(scene::select_cameras(scene::load_cameras(*o.cameras), o.camera, o.map ? o.map->stem().string() : "built-in").front().camera, size.width, size.height);
     auto const lens = scene::lens_of(camera);
-    auto const poses = poses_of(o, scene::pose_of(camera));
+    auto poses = poses_of(o, scene::pose_of(camera));
     std::error_code refused;
     std::filesystem::create_directories(o.out, refused);
     if (refused) throw Error("--out cannot be " + o.out.string() + " (" + refused.message() + "); name a folder");
 
     tilemesh::BasicRenderer<splat::Referenced<WithPlanes>> renderer{map, {.threads = o.threads}};
-    track::PoseEvaluator evaluate{map, {o.size.width, o.size.height}, {.threads = o.threads}};
-    evaluate.options().with_depth = o.depth;
-    evaluate.options().with_exposure = o.noise > 0.0;
-    track::Spoiling spoiling;
-    spoiling.noise = o.noise;
-    if (!(o.noise > 0.0)) spoiling = {0.0, false, 0.0, 0.0, 0.0, 0.0, 1};
-
-    std::vector<track::Tracker> tracker;
-    std::vector<scene::StampedPose> estimated, truth;
-    std::vector<scene::Pose> estimates, truths;
-    std::string frames;
-    double scale = 1.0, all_ms = 0.0;
-    std::size_t lost = 0;
-    for (std::size_t k = 0; k < poses.size(); ++k) {
-        auto const seen = scene::make_camera(poses[k].pose, lens);
-        auto target = renderer.render(seen);
-        if (k == 0) {
-            scale = median_depth(target);
-            evaluate.options().scene_depth = static_cast<float>(scale);
-            track::TrackerOptions options;
-            options.method = o.method;
-            options.rows_per_pixel = o.depth ? 4.0 : 3.0;
-            tracker.emplace_back(lens, scale, scene::pose_of(seen), options);
-        }
-        for (std::size_t i = 0; i < target.depth.values.size(); ++i) // no sensor measures what is half covered
-            if (target.alpha.values[i] < 0.5f) target.depth.values[i] = 0.0f;
-        track::spoil(target.image, target.depth, k, spoiling, o.threads);
-        auto const picture = target.image;
-        auto const begin = std::chrono::steady_clock::now();
-        evaluate.set_target({std::move(target.image), o.depth ? std::move(target.depth) : report::Plane{}});
-        auto const f = tracker.front().track(evaluate);
-        double const ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
-        all_ms += ms;
-        lost += f.verdict == track::Verdict::lost;
-        truths.push_back(scene::pose_of(seen));
-        estimates.push_back(f.pose);
-        truth.push_back({poses[k].seconds, truths.back()});
-        estimated.push_back({poses[k].seconds, f.pose});
-        double const degrees = glm::length(track::twist_between(truths.back(), f.pose).phi) * 180.0 / 3.14159265358979323846, off = glm::length(f.pose.position - truths.back().position);
-        if (!o.quiet)
-            std::cout << "frame " << k << ": " << track::name_of(f.verdict) << (f.why.empty() ? "" : ", ") << f.why << ", " << f.solution.evaluations << " evaluations, " << ms << " ms, off by " << degrees << " degrees and " << off << "\n";
-        frames += std::string(k == 0 ? "" : ",\n") + "    {\"status\": \"" + track::name_of(f.verdict) + "\", \"iterations\": " + std::to_string(f.solution.evaluations) + ", \"host_ms\": " + number(ms) +
-                  ", \"rotation_error_deg\": " + number(degrees) + ", \"translation_error\": " + number(off) + "}";
-        if (k + 1 == poses.size()) report::write_ppm(o.out / "residual.ppm", report::error_picture(renderer.render(scene::make_camera(f.pose, lens)).image, picture));
+    if (o.photos) {
+        bool const has_truth = !poses.empty();
+        Photos const source{o, std::move(list), std::move(poses), size};
+        std::size_t known = 0;
+        for (std::size_t k = 0; k < source.count(); ++k) known += source.truth(k) ? 1 : 0;
+        if (has_truth && known == 0)
+            throw Error(o.trajectory->string() + " is not the path of these pictures (no pose is within 20 ms of a picture); name another trajectory, or none");
+        return track_all(o, source, renderer, map, lens, size, source.truth(0).value_or(scene::pose_of(camera)));
     }
-    auto const e = track::trajectory_errors(estimates, truths);
-    report::write_whole(o.out / "estimated.tum", scene::tum_text(estimated));
-    report::write_whole(o.out / "truth.tum", scene::tum_text(truth));
-    report::write_whole(o.out / "paths.svg", paths(estimated, truth));
-    double const each_ms = all_ms / static_cast<double>(poses.size());
-    if (o.report)
-        report::write_whole(*o.report, "{\n  \"frames\": [\n" + frames + "\n  ],\n  \"summary\": {\"ate_rmse\": " + number(e.ate.rmse) + ", \"ate_aligned_rmse\": " + number(e.ate_aligned.rmse) +
-                                           ", \"rpe_rmse\": " + number(e.rpe.rmse) + ", \"rpe_deg_rmse\": " + number(e.rpe_deg.rmse) + ", \"median_depth\": " + number(scale) +
-                                           ", \"frames_lost\": " + std::to_string(lost) + ", \"host_ms_per_frame\": " + number(each_ms) + "}\n}\n");
-    if (!o.quiet)
-        std::cout << poses.size() << " frames, " << lost << " lost; ATE " << e.ate.rmse << " (aligned " << e.ate_aligned.rmse << "), RPE " << e.rpe.rmse << " and " << e.rpe_deg.rmse << " degrees a frame; median depth " << scale << "; " << each_ms << " ms a frame\n";
-    return 0;
+    Renderings const source{o, renderer, std::move(poses), lens};
+    return track_all(o, source, renderer, map, lens, size, source.truth(0));
 }
 
 } // namespace

@@ -1,5 +1,4 @@
 #include "options.hpp"
-#include <algorithm>
 #include <charconv>
 #include <cstdlib>
 #include <iostream>
@@ -14,19 +13,27 @@ namespace {
 using tilemesh::Error;
 
 constexpr char const* help = R"(usage: track_camera [MAP] [OPTION VALUE]...
-Renders a map along a trajectory, spoils the pictures as a camera would, and finds each pose again.
+Finds the pose of each picture of a sequence from the last one. The pictures are real ones, or are rendered from the map along a
+trajectory and spoilt as a camera would.
   MAP                        a map that render_map reads [the built-in map]
   --trajectory FILE          poses, camera to world: TUM, EuRoC, KITTI or Replica [a hand-held motion]
   --relative                 apply the trajectory's motion from its first pose to the camera
   --cameras FILE             a camera file, for the lens and the first pose
   --camera [SCENE/]NAME      the camera of that file
+  --photos DIR               real pictures: a folder of the TUM RGB-D benchmark, or an association file; --trajectory is then the truth
+  --depth-scale LEVELS       levels of the depth pictures a world unit [5000]
   --frames N                 at most so many frames [60]
-  --size WxH                 size in pixels [1280x720]
-  --noise SIGMA              0 to 1: noise; other than 0 also 8 bits, depth errors with holes, a drifting gain [0.02]
+  --every N                  every N-th pose or picture [1]
+  --size WxH                 size in pixels of rendered pictures [640x480]
+  --noise SIGMA              0 to 1: noise; other than 0 also 8 bits, depth errors with holes, a drifting gain, motion blur [0.02]
+  --shutter SHARE            0 to 1: the share of a frame's time in which the shutter is open [0.5]
   --method NAME              hybrid | forward | gradient | esm [hybrid]
+  --one-in N                 evaluates one in N blocks of pixels [1]
   --no-depth                 colour alone
+  --tile WxH                 pixels of a tile [follows from the size]
   --threads N                [1]
   --report FILE              a report as JSON
+  --save-photos DIR          also writes the pictures that are tracked, as --photos reads them
   --out DIR                  folder for estimated.tum, truth.tum, paths.svg and residual.ppm [.]
   --quiet                    print errors only
 )";
@@ -45,6 +52,22 @@ std::uint32_t whole(std::string_view option, std::string_view text, std::uint32_
     auto const [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (error != std::errc{} || end != text.data() + text.size() || value < 1 || value > most) refuse(option, text, "it takes a whole number from 1 to " + std::to_string(most));
     return value;
+}
+
+double number(std::string_view option, std::string_view value, double least, double most, std::string const& range)
+{
+    std::string const text(value);
+    char* end = nullptr;
+    double const out = std::strtod(text.c_str(), &end);
+    if (end != text.c_str() + text.size() || !(out >= least && out <= most)) refuse(option, text, "it takes a number " + range);
+    return out;
+}
+
+tilemesh::scene::Size size(std::string_view option, std::string_view text)
+{
+    auto const x = text.find('x');
+    if (x == std::string_view::npos) refuse(option, text, "it takes a width and a height, as in 640x480");
+    return {whole(option, text.substr(0, x), 65535), whole(option, text.substr(x + 1), 65535)};
 }
 
 } // namespace
@@ -72,16 +95,16 @@ std::optional<Options> options_of(int argc, char** argv)
         else if (name == "--out") o.out = value();
         else if (name == "--frames") o.frames = whole(name, value(), 1'000'000);
         else if (name == "--threads") o.threads = whole(name, value(), 1024);
-        else if (name == "--size") {
-            auto const text = value();
-            auto const x = std::min(text.find('x'), text.size() - 1);
-            o.size = {whole(name, text.substr(0, x), 65535), whole(name, text.substr(x + 1), 65535)};
-        } else if (name == "--noise") {
-            auto const text = std::string(value());
-            char* end = nullptr;
-            o.noise = std::strtod(text.c_str(), &end);
-            if (end != text.c_str() + text.size() || !(o.noise >= 0.0 && o.noise <= 1.0)) refuse(name, text, "it takes a number from 0 to 1");
-        } else if (name == "--method") {
+        else if (name == "--every") o.every = whole(name, value(), 1'000'000);
+        else if (name == "--one-in") o.one_in = whole(name, value(), 1'000'000);
+        else if (name == "--photos") o.photos = value();
+        else if (name == "--save-photos") o.save_photos = value();
+        else if (name == "--size") o.size = size(name, value());
+        else if (name == "--tile") o.tile = size(name, value());
+        else if (name == "--noise") o.noise = number(name, value(), 0.0, 1.0, "from 0 to 1");
+        else if (name == "--shutter") o.shutter = number(name, value(), 0.0, 1.0, "from 0 to 1");
+        else if (name == "--depth-scale") o.depth_levels = number(name, value(), 1e-6, 1e9, "from 1e-6 to 1e9");
+        else if (name == "--method") {
             using tilemesh::track::Method;
             auto const text = value();
             if (text == "hybrid") o.method = Method::hybrid;
@@ -93,6 +116,8 @@ std::optional<Options> options_of(int argc, char** argv)
         else o.map = name;
     }
     if (!o.camera.empty() && !o.cameras) throw Error("--camera needs a file (no --cameras is given); add --cameras FILE");
+    if (o.photos && o.map && !o.cameras) throw Error("--photos needs the camera's lens and first pose (no --cameras is given); add --cameras FILE");
+    if (o.photos && (o.size || o.save_photos)) throw Error("--size and --save-photos are for rendered pictures (--photos has its own); leave them out");
     if (o.relative && !o.trajectory) throw Error("--relative needs a trajectory (no --trajectory is given); add --trajectory FILE");
     return o;
 }

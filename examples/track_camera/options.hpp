@@ -11,12 +11,13 @@ namespace track_camera {
 /// What the command line says.
 struct Options {
     std::optional<std::filesystem::path> map; ///< none: the built-in map
-    std::optional<std::filesystem::path> cameras, trajectory;
+    std::optional<std::filesystem::path> cameras, trajectory, photos, save_photos;
     std::string camera;
     bool relative = false, quiet = false, depth = true;
-    tilemesh::scene::Size size{1280, 720};
-    std::uint32_t frames = 60, threads = 1;
-    double noise = 0.02;
+    std::optional<tilemesh::scene::Size> size; ///< none: that of the pictures, or 640 x 480
+    tilemesh::scene::Size tile{0, 0};          ///< 0: follows from the size
+    std::uint32_t frames = 60, every = 1, one_in = 1, threads = 1;
+    double noise = 0.02, shutter = 0.5, depth_levels = 5000.0;
     tilemesh::track::Method method = tilemesh::track::Method::hybrid;
     std::optional<std::filesystem::path> report;
     std::filesystem::path out = ".";

@@ -5,6 +5,7 @@
 #include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/splat/homes/regions.hpp>
 #include <tilemesh/splat/operations.hpp>
+#include <tilemesh/splat/pose/operations.hpp>
 #include <tilemesh/splat/projection.hpp>
 
 // The numbers of cost models: their sources, and their text form.
@@ -49,7 +50,8 @@ std::string with_line(std::string const& name, std::string const& line)
 }
 constexpr char const* parameters[] = {"clock",    "exchange_cost", "slot", "projection", "routed",
                                       "copied",   "comparison",    "pair", "pixel",      "left",
-                                      "passed",   "settled",       "host_byte", "run",   "exchange",
+                                      "passed",   "settled",       "moving_pair", "moving_depth", "splat_motions",
+                                      "row",      "mean",          "gradient",  "host_byte", "run", "exchange",
                                       "exchange_byte", "sync",     "vote"};
 constexpr std::uint32_t most_count = 0xffffffffu;
 
@@ -82,14 +84,15 @@ TEST_CASE("cost parameters: mk2 has every number, with unit and source")
     std::size_t const frame = std::size(splat::Operation::names);
     for (auto const* name : splat::Operation::names) CHECK(price_of(m, name) != 0); // every operation that splatting counts
     for (auto const* name : splat::homes::Operation::names) CHECK(price_of(m, name) != 0);
+    for (auto const* name : splat::pose::Operation::names) CHECK(price_of(m, name) != 0);
     for (std::size_t i = 0; i < m.prices.size(); ++i) {
         if (i < frame) CHECK(m.prices[i].operation == splat::Operation::names[i]);
         CHECK(m.parameters[2 + i].name == m.prices[i].operation);
         CHECK(m.parameters[2 + i].value == m.prices[i].millicycles);
     }
     // A number that no document has is marked as a guess.
-    CHECK(m.parameters[16].source.starts_with("guess"));
-    CHECK(m.parameters[17].source.starts_with("guess"));
+    CHECK(m.parameters[22].source.starts_with("guess"));
+    CHECK(m.parameters[23].source.starts_with("guess"));
 }
 
 TEST_CASE("cost parameters: mk2's numbers by hand")
@@ -108,6 +111,12 @@ TEST_CASE("cost parameters: mk2's numbers by hand")
     CHECK(price_of(m, "left") == 175 * 6000);
     CHECK(price_of(m, "passed") == 66 * 6000);
     CHECK(price_of(m, "settled") == 107 * 6000);
+    CHECK(price_of(m, "moving_pair") == 206'118); // (18.4 + 117) / 0.68 + 7 = 206.118
+    CHECK(price_of(m, "moving_depth") == 26'471);  // 18 / 0.68
+    CHECK(price_of(m, "splat_motions") == 715'000); // 576 + 35 + 104
+    CHECK(price_of(m, "row") == 254'000);           // 159 + 10 + 85
+    CHECK(price_of(m, "mean") == 30 * 6000);        // 16 + 14
+    CHECK(price_of(m, "gradient") == 308 * 6000);   // 188 + 15 + 105
     CHECK(price_of(m, "host_byte") == 42); // 1.325 GHz over 32 GB/s is 0.0414
     CHECK(host_link_milliseconds(m, 32'000'000'000) == doctest::Approx(1000).epsilon(0.02));
     CHECK(host_link_milliseconds(m, 0) == 0);
@@ -236,6 +245,50 @@ TEST_CASE("cost parameters: a projection does what mk2 counts")
     CHECK(Counting::others == KernelWork::projection_others);
 }
 
+TEST_CASE("cost parameters: forward mode and its sums do what mk2 counts")
+{
+    using Real = Counting::Real;
+    using Work = KernelWork;
+    auto const counted = [](std::uint32_t flops, std::uint32_t roots, std::uint32_t others) {
+        CHECK(Counting::flops == flops);
+        CHECK(Counting::roots == roots);
+        CHECK(Counting::others == others);
+        Counting::flops = Counting::roots = Counting::others = 0;
+    };
+    Counting::flops = Counting::roots = Counting::others = 0;
+    splat::pose::MovingPixel<Counting> pixel{};
+    splat::pose::MovingPaint<Counting> const paint{};
+    auto const motion = [](auto) { return splat::pose::PowerMotion<Counting>{}; };
+    constexpr std::uint32_t blending = 8; // w, three colours, the transmittance: those are among the 18.4 of a pair
+    splat::pose::blend_moving_pair<false, Counting>(pixel, Real{0.5f}, true, true, Real{1}, Real{1}, paint, motion, splat::pose::AllMotions{});
+    counted(blending + Work::moving_flops, 0, Work::moving_others);
+    splat::pose::blend_moving_pair<true, Counting>(pixel, Real{0.5f}, true, true, Real{1}, Real{1}, paint, motion, splat::pose::AllMotions{});
+    counted(blending + Work::moving_flops + Work::moving_depth_flops, 0, Work::moving_others);
+
+    splat::Camera camera{};
+    for (int i = 0; i < 3; ++i) camera.rotation[i][i] = 1;
+    camera.fx = camera.fy = 1000;
+    camera.width = 1280;
+    camera.height = 720;
+    auto const view = splat::make_view(camera, splat::Model{});
+    splat::pose::detail::MotionBasis<Counting> const basis({{1}, {1}, {1}, {-0.5f}, {0.1f}, {-0.5f}, {0.1f}, {0.1f}}, view);
+    using splat::pose::Column;
+    (void)splat::pose::power_motion<Column::rho_x>(basis);
+    (void)splat::pose::power_motion<Column::rho_y>(basis);
+    (void)splat::pose::power_motion<Column::rho_z>(basis);
+    (void)splat::pose::power_motion<Column::phi_x>(basis);
+    (void)splat::pose::power_motion<Column::phi_y>(basis);
+    (void)splat::pose::power_motion<Column::phi_z>(basis);
+    counted(Work::motion_flops, Work::motion_roots, Work::motion_others);
+
+    splat::pose::detail::LaneRows<Counting, 6> rows;
+    Real const j[6] = {};
+    rows.add(j, Real{0.1f}, 0.1f, 1, true);
+    counted(Work::adding_flops, Work::adding_roots, Work::adding_others);
+    for (std::uint32_t i = 0; i < 28; ++i) (void)splat::pose::detail::rounded<Counting>(Real{1}, 2.0f);
+    counted(4 * Work::rounding_flops, 0, 4 * Work::rounding_others - 28); // and 28 additions of words
+}
+
 TEST_CASE("cost parameters: a model that is written and read back is equal, and is written equally")
 {
     auto const m = mk2();
@@ -274,10 +327,10 @@ TEST_CASE("cost parameters: any order, comments, empty lines, blanks, line ends"
     }
     auto reversed = m; // operations are listed in the order of the file
     std::reverse(reversed.prices.begin(), reversed.prices.end());
-    std::reverse(reversed.parameters.begin() + 2, reversed.parameters.begin() + 13);
+    std::reverse(reversed.parameters.begin() + 2, reversed.parameters.begin() + 19);
     CHECK(read(text) == reversed);
     CHECK(read(with_line("sync", "sync 007 cycles x")).sync_cycles == 7);
-    CHECK(read(with_line("sync", "sync 7 cycles a\tb")).parameters[16].source == "a b");
+    CHECK(read(with_line("sync", "sync 7 cycles a\tb")).parameters[22].source == "a b");
 }
 
 TEST_CASE("cost parameters: every refusal names the file and the line")
@@ -290,27 +343,27 @@ TEST_CASE("cost parameters: every refusal names the file and the line")
         CHECK(said.find(" (") != std::string::npos);
         CHECK(said.find("); ") != std::string::npos);
     };
-    // Lines: 1 comment, 2 model, 3 clock, 4 exchange_cost, 5 slot, ..., 20 vote.
+    // Lines: 1 comment, 2 model, 3 clock, 4 exchange_cost, 5 slot, ..., 26 vote.
     begins("", "0 ends the file (it holds no cost model)");
     begins("# only this\n", "1 ends the file (it holds no cost model)");
     begins("clock 1 kHz x\n", "1 begins no cost model");
     begins("model\n", "1 names no model");
     begins("model " + std::string(2049, 'm') + "\n", "1 names no model");
     begins(changed("clock", "model b\nclock"), "3 names a second model");
-    begins(with_line("sync", "synch 1 cycles x"), "19 has an unknown parameter (\"synch\")");
+    begins(with_line("sync", "synch 1 cycles x"), "25 has an unknown parameter (\"synch\")");
     begins(changed("slot", "clock 1 kHz x\nslot"), "5 repeats a parameter (clock is in line 3)");
     for (auto const* name : parameters) {
         if (model_detail::find_price(mk2(), name) != nullptr) continue;
         auto const missing = with_line(name, "");
         CHECK(
-            refusal(missing).starts_with("set.txt line 20 ends the file (parameter " + std::string(name) + " is missing)"));
+            refusal(missing).starts_with("set.txt line 26 ends the file (parameter " + std::string(name) + " is missing)"));
     }
     begins("model m", "1 ends the file (parameter clock is missing)");
     for (auto const* word : {"-1", "+1", "1.5", "1e6", "0x10", "many", "1,000", "capacity", "99999999999999999999x"})
         begins(with_line("slot", std::string("slot ") + word + " millicycles x"),
                "5 has no whole number (slot is \"" + std::string(word) + "\")");
-    std::string most = written(mk2()); // it has 11 operations
-    for (int i = 0; i < 16384 - 11; ++i) most += "operation_" + std::to_string(i) + " 1 millicycles x\n";
+    std::string most = written(mk2()); // it has 17 operations
+    for (int i = 0; i < 16384 - 17; ++i) most += "operation_" + std::to_string(i) + " 1 millicycles x\n";
     CHECK(read(most).prices.size() == 16384);
     begins(most + "last 1 millicycles x\n", "16394 has one operation more than 16384 (\"last\")");
     begins(with_line("slot", "slot"), "5 has an unknown parameter (\"slot\")");
@@ -321,28 +374,28 @@ TEST_CASE("cost parameters: every refusal names the file and the line")
     begins(with_line("slot", "slot 18446744073709551616 millicycles x"), "5 is out of range");
     begins(with_line("clock", "clock 0 kHz x"), "3 is out of range");
     begins(with_line("clock", "clock 1000000001 kHz x"), "3 is out of range");
-    begins(with_line("sync", "sync 1000000000001 cycles x"), "19 is out of range");
+    begins(with_line("sync", "sync 1000000000001 cycles x"), "25 is out of range");
     begins(with_line("exchange_cost", "exchange_cost any_to_any kind x"),
            "4 has no kind of exchange (exchange_cost is \"any_to_any\")");
     begins(with_line("exchange_cost", "exchange_cost 0 kind x"), "4 has no kind of exchange");
     begins(with_line("exchange_cost", "exchange_cost"), "4 has no kind of exchange");
-    begins(with_line("sync", "sync 1"), "19 has no unit (sync is in cycles)");
-    begins(with_line("sync", "sync 1 ms x"), "19 has another unit (sync is in cycles, not in \"ms\")");
-    begins(with_line("sync", "sync 1 cycles"), "19 has no source");
-    begins(with_line("sync", "sync 1 cycles \t "), "19 has no source");
-    begins(with_line("sync", "sync 1 cycles " + std::string(2049, 'x')), "19 has too long a source");
+    begins(with_line("sync", "sync 1"), "25 has no unit (sync is in cycles)");
+    begins(with_line("sync", "sync 1 ms x"), "25 has another unit (sync is in cycles, not in \"ms\")");
+    begins(with_line("sync", "sync 1 cycles"), "25 has no source");
+    begins(with_line("sync", "sync 1 cycles \t "), "25 has no source");
+    begins(with_line("sync", "sync 1 cycles " + std::string(2049, 'x')), "25 has too long a source");
     begins(with_line("sync", "sync 1 cycles a\x01"
                              "b"),
-           "19 cannot be read (it holds a control character)");
-    begins(with_line("sync", std::string("sync 1 cycles a\0b", 17)), "19 cannot be read");
-    begins(with_line("sync", std::string("\x1b[1m\xff", 5) + " 1 cycles x"), "19 cannot be read");
-    begins(with_line("sync", "s\xff 1 cycles x"), "19 has an unknown parameter (\"s?\")");
+           "25 cannot be read (it holds a control character)");
+    begins(with_line("sync", std::string("sync 1 cycles a\0b", 17)), "25 cannot be read");
+    begins(with_line("sync", std::string("\x1b[1m\xff", 5) + " 1 cycles x"), "25 cannot be read");
+    begins(with_line("sync", "s\xff 1 cycles x"), "25 has an unknown parameter (\"s?\")");
     begins(with_line("sync", std::string(300, 's') + " 1 cycles x"),
-           "19 has an unknown parameter (\"" + std::string(200, 's') + "...\")");
+           "25 has an unknown parameter (\"" + std::string(200, 's') + "...\")");
 
     // Lines of 4,096 bytes, and one more.
     CHECK(read(with_line("sync", "sync 1 cycles x\n#" + std::string(4095, '.'))).sync_cycles == 1);
-    begins(with_line("sync", "sync 1 cycles x\n#" + std::string(4096, '.')), "20 is too long (more than 4096 bytes)");
+    begins(with_line("sync", "sync 1 cycles x\n#" + std::string(4096, '.')), "26 is too long (more than 4096 bytes)");
     begins("#" + std::string(4096, '.'), "1 is too long");
 
     // A file name that would break the line.
@@ -372,7 +425,7 @@ TEST_CASE("cost parameters: values that cannot be written or set are refused")
     CHECK_THROWS_AS(write_cost_model(out, m), Error);
     m = mk2();
     m.parameters.push_back({"warp", 1, "c", "fiction"}); // an entry without a price
-    CHECK_THROWS_WITH_AS(write_cost_model(out, m), doctest::Contains("19 parameters of 18"), Error);
+    CHECK_THROWS_WITH_AS(write_cost_model(out, m), doctest::Contains("25 parameters of 24"), Error);
     m = mk2();
     m.parameters.pop_back();
     CHECK_THROWS_WITH_AS(write_cost_model(out, m), doctest::Contains("parameter vote has no source"), Error);

@@ -148,7 +148,7 @@ TEST_CASE("own operations: prices as a file, and names that a file cannot hold")
     auto const again = read_cost_model(file, "file");
     CHECK(again == m);
     CHECK(price_of(again, "swap") == 2500);
-    CHECK(again.parameters[13].name == "swap"); // after the eleven prices that it had
+    CHECK(again.parameters[19].name == "swap"); // after the seventeen prices that it had
     set_parameter(m, "swap", 7, "another test");
     CHECK(price_of(m, "swap") == 7);
     auto const before = m;

@@ -86,6 +86,32 @@ TEST_CASE("pose evaluator: sums have equal bits over tilings, threads, engines a
             }
 }
 
+TEST_CASE("pose evaluator: tiles follow from the picture, and storage gets the memory that they leave")
+{
+    auto const mk2 = size_of_machine<Mk2>();
+    auto const is = [](Extent2 a, std::uint32_t w, std::uint32_t h) { return a.width == w && a.height == h; };
+    CHECK(is(tracking_tile({1280, 720}, mk2), 16, 40));
+    CHECK(is(tracking_tile({640, 480}, mk2), 16, 16));
+    CHECK(is(tracking_tile({320, 240}, mk2), 8, 8));
+    CHECK(is(tracking_tile({160, 90}, mk2), 8, 8));
+    CHECK(is(tracking_tile({1, 1}, mk2), 8, 8));
+    auto const bytes = [&](splat::Sizes const& sizes) { return SramLedger<splat::pose::PoseFrame<TrackedLossless>>::bytes(mk2, sizes); };
+    for (std::uint32_t pixels : {1u, 64u, 256u, 640u, 1024u, 2500u}) {
+        auto sizes = splat::pose::sizes_on<TrackedLossless>(mk2, pixels);
+        CHECK(sizes.tile_pixels == pixels);
+        CHECK(sizes.storage > 0);
+        CHECK(bytes(sizes) <= mk2.sram_bytes);
+        ++sizes.storage;
+        CHECK(bytes(sizes) > mk2.sram_bytes);
+        CHECK(splat::pose::sizes_on<TrackedLossless>(mk2, pixels, 3).storage < sizes.storage);
+    }
+    CHECK(splat::pose::sizes_on<TrackedLossless>(mk2, 256).storage > 2000);
+    CHECK(splat::pose::sizes_on<TrackedLossless>(mk2, 100'000).storage == 0);
+    auto const c = made_case(48, 40, 60, 2);
+    CHECK(PoseEvaluator(c.map, {640, 480}).sizes() == splat::pose::sizes_on<TrackedLossless>(mk2, 256));
+    CHECK_THROWS_AS(PoseEvaluator(c.map, {4000, 4000}), Error); // no tile has memory for so many pixels
+}
+
 TEST_CASE("pose evaluator: pairs are those of precise blending, and a view that comes back has the same sums")
 {
     auto const c = made_case(96, 80, 400, 5);

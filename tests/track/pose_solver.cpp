@@ -383,3 +383,26 @@ TEST_CASE("leaving the map wins nothing: a step that keeps half of the pixels or
     };
     CHECK(track::solve_pose(slowly, truth, lens(), scale_of_points, track::stages_of(track::Method::forward, 1)).steps == 1);
 }
+
+TEST_CASE("the last short step counts although the cost is rounded too coarsely to show its gain")
+{
+    Random random;
+    auto const camera = true_camera();
+    auto const truth = scene::pose_of(camera);
+    auto points = cloud(camera, 100, random);
+    // Residuals of a picture: a ten-thousandth for each pixel. The cost of a point is rounded as on the mesh.
+    auto const rounded = [&](splat::Camera const& at, track::Level const& level) {
+        auto e = points(at, level);
+        for (auto& row : e.h)
+            for (double& v : row) v *= 1e-8;
+        for (double& v : e.g) v *= 1e-8;
+        double const mean = e.pixels == 0 ? 0.0 : e.cost * 1e-8 / e.pixels;
+        e.cost = std::floor(mean * 0x1p21 + 0.5) * 0x1p-21 * e.pixels;
+        return e;
+    };
+    auto const start = disturbed(truth, 5e-4, 0.0, random); // 0.004 pixels
+    auto const s = track::solve_pose(rounded, start, lens(), scale_of_points, track::stages_of(track::Method::forward, 1));
+    CHECK(s.converged());
+    CHECK(s.steps >= 1);
+    CHECK(degrees_between(s.pose.rotation, truth.rotation) < 5e-5);
+}

@@ -1,6 +1,7 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <new>
 #include <sys/mman.h>
 #include <utility>
@@ -12,8 +13,10 @@ namespace tilemesh { inline namespace v0_2 { namespace engine {
 class Arena {
 public:
     Arena() = default;
-    explicit Arena(std::size_t words) : bytes_(words * 4)
+    /// Throws std::bad_alloc if there is no memory; also if the bytes do not fit into a std::size_t (a host of 32 bits).
+    explicit Arena(std::uint64_t words) : bytes_(static_cast<std::size_t>(words * 4))
     {
+        if (words > std::numeric_limits<std::size_t>::max() / 4) throw std::bad_alloc{};
         if (bytes_ == 0) return;
         void* const p = ::mmap(nullptr, bytes_, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
         if (p == MAP_FAILED) throw std::bad_alloc{};

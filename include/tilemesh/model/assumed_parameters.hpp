@@ -18,7 +18,7 @@ CostModel assumed_model(std::uint64_t bytes_a_cycle, std::uint64_t barrier_cycle
     auto model = mk2();
     model.name = Machine::name;
     set_parameter(model, "clock", Machine::clock_khz, "assumed");
-    for (auto const* operation : {"slot", "projection", "routed", "copied", "comparison", "left", "passed", "settled"})
+    for (auto const* operation : {"slot", "projection", "routed", "copied", "comparison", "left", "passed", "settled", "mean", "gradient"})
         set_price(model, operation, price_of(model, operation) * Machine::workers / Mk2::workers,
                   "assumed: mk2's instructions, of which a worker issues one in " + std::to_string(Machine::workers) + " cycles");
     set_parameter(model, "exchange_byte", (1000 + bytes_a_cycle / 2) / bytes_a_cycle,

@@ -149,6 +149,16 @@ struct KernelWork {
     static constexpr std::uint32_t tenth_flops_a_pair = 184;
     /// RGBX8: 81 instructions to clamp, round and pack, 4 stores to begin, 4 loads, 4 for the loop.
     static constexpr std::uint32_t pixel = 93;
+    /// Tracking (splat/pose/). Flops and selects of a pair in forward mode, besides those of blending; flops that its depth adds; flops,
+    /// roots and others of a splat's six motions. All are exact, as those of a projection.
+    static constexpr std::uint32_t moving_flops = 117, moving_others = 7, moving_depth_flops = 18;
+    static constexpr std::uint32_t motion_flops = 392, motion_roots = 7, motion_others = 104;
+    /// A row of six unknowns. Adding: 68 flops, 2 roots and 26 others, which are exact, and a quarter of 28 roundings for a cell of four
+    /// rows. Making it from derivatives: 26 flops, and 31 compares, selects, loads and stores. From gradients: 46 flops, a root, 51 others.
+    static constexpr std::uint32_t adding_flops = 68, adding_roots = 2, adding_others = 26, rounding_flops = 14, rounding_others = 28;
+    static constexpr std::uint32_t row_flops = 26, row_others = 31, gradient_flops = 46, gradient_roots = 1, gradient_others = 51;
+    /// A pixel and its target: 11 flops, 14 others.
+    static constexpr std::uint32_t mean_flops = 11, mean_others = 14;
 };
 
 namespace model_detail {
@@ -165,9 +175,18 @@ constexpr std::uint64_t projection_slots() noexcept
            slots_a_root * KernelWork::projection_roots + KernelWork::projection_others + KernelWork::reach;
 }
 /// 1,000 (milli) * flops / 10 * 100 slots / 68, rounded to the nearest integer.
+constexpr std::uint64_t millicycles_of(std::uint64_t tenth_flops) noexcept
+{
+    return (tenth_flops * (six_workers / 10) * 100 + flops_in_100_slots / 2) / flops_in_100_slots;
+}
 constexpr std::uint64_t pair_millicycles() noexcept
 {
-    return (KernelWork::tenth_flops_a_pair * (six_workers / 10) * 100 + flops_in_100_slots / 2) / flops_in_100_slots;
+    return millicycles_of(KernelWork::tenth_flops_a_pair);
+}
+/// Issue slots of so many flops, roots and others, to the nearest.
+constexpr std::uint64_t slots_of(std::uint64_t flops, std::uint64_t roots, std::uint64_t others) noexcept
+{
+    return (100 * flops + flops_in_100_slots / 2) / flops_in_100_slots + slots_a_root * roots + others;
 }
 
 /// Bytes a microsecond that the host sends to the chip: half of PCIe Gen4's 64 GB/s both ways.
@@ -234,6 +253,23 @@ inline CostModel mk2()
     counted("left", Work::leaves, "a 64-byte message leaves its tile, as a record in `route`");
     counted("passed", Work::passes, "a 64-byte message passes a tile, as a record in `route`");
     counted("settled", Work::settles, "a 64-byte message settles, as a record in `route`");
+    auto const work = [&](std::uint64_t flops, std::uint64_t roots, std::uint64_t others) {
+        return text(flops) + " flops at " + scalar + ", " + text(roots) + " divisions of 5 slots (poplibs), " + text(others) + " other operations";
+    };
+    set_price(m, "moving_pair", d::millicycles_of(Work::tenth_flops_a_pair + 10 * Work::moving_flops) + Work::moving_others * d::six_workers,
+              "arithmetic: a pair, and " + work(Work::moving_flops, 0, Work::moving_others) + " for its derivatives, on 6 workers");
+    set_price(m, "moving_depth", d::millicycles_of(10 * Work::moving_depth_flops),
+              "arithmetic: " + text(Work::moving_depth_flops) + " flops at " + scalar);
+    set_price(m, "splat_motions", d::slots_of(Work::motion_flops, Work::motion_roots, Work::motion_others) * d::six_workers,
+              "arithmetic: " + work(Work::motion_flops, Work::motion_roots, Work::motion_others) + ", on 6 workers");
+    constexpr std::uint64_t adding_flops = Work::adding_flops + Work::rounding_flops, adding_others = Work::adding_others + Work::rounding_others;
+    set_price(m, "row", d::slots_of(adding_flops + Work::row_flops, Work::adding_roots, adding_others + Work::row_others) * d::six_workers,
+              "arithmetic: " + work(adding_flops + Work::row_flops, Work::adding_roots, adding_others + Work::row_others) + ", on 6 workers");
+    set_price(m, "mean", d::slots_of(Work::mean_flops, 0, Work::mean_others) * d::one_worker,
+              "arithmetic: " + work(Work::mean_flops, 0, Work::mean_others) + ", on one worker");
+    set_price(m, "gradient",
+              d::slots_of(adding_flops + Work::gradient_flops, Work::adding_roots + Work::gradient_roots, adding_others + Work::gradient_others) * d::one_worker,
+              "arithmetic: " + work(adding_flops + Work::gradient_flops, Work::adding_roots + Work::gradient_roots, adding_others + Work::gradient_others) + ", on one worker");
     set_price(m, host_byte, (m.clock_khz + d::host_link_bytes_a_us - 1) / d::host_link_bytes_a_us,
               "document: PCIe Gen4 x16 has 64 GB/s both ways (C600 product brief), so 32 GB/s to the chip; no kernel counts it");
     set_parameter(m, "run", d::vertex_cycles,

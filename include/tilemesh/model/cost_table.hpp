@@ -1,10 +1,10 @@
 #pragma once
 #include <array>
-#include <charconv>
 #include <span>
 #include <string>
 #include <tilemesh/machine/tile.hpp>
 #include <tilemesh/model/step_costs.hpp>
+#include <tilemesh/number_text.hpp>
 #include <tilemesh/report/table.hpp>
 #include <vector>
 
@@ -14,7 +14,7 @@ namespace tilemesh { inline namespace v0_2 {
 inline std::string milliseconds_text(CostModel const& model, std::uint64_t cycles)
 {
     std::array<char, 64> text{}; // 2^64 cycles at 1 kHz have 20 digits before the point
-    auto const end = std::to_chars(text.data(), text.data() + text.size(), milliseconds(model, cycles), std::chars_format::fixed, 4);
+    auto const end = write_fixed(text.data(), text.data() + text.size(), milliseconds(model, cycles), 4);
     return {text.data(), end.ptr};
 }
 

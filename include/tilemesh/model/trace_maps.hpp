@@ -1,7 +1,6 @@
 #pragma once
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <numeric>
@@ -12,6 +11,7 @@
 #include <tilemesh/model/detail/trace_reading.hpp>
 #include <tilemesh/model/energy.hpp>
 #include <tilemesh/model/trace_files.hpp>
+#include <tilemesh/number_text.hpp>
 #include <tilemesh/report/heat_image.hpp>
 #include <tilemesh/report/image.hpp>
 #include <tilemesh/report/number_text.hpp>
@@ -103,7 +103,7 @@ inline std::string energy_csv(Energy const& energy, Grid grid)
     std::string text = "tile_x,tile_y,joules\n";
     std::array<char, 32> digits{}; // room for the shortest text that reads back as the same double: at most 24 characters
     for (std::uint32_t t = 0; t < grid.size(); ++t) {
-        auto const end = std::to_chars(digits.data(), digits.data() + digits.size(), energy.joules_of_tile[t]);
+        auto const end = write_number(digits.data(), digits.data() + digits.size(), energy.joules_of_tile[t]);
         text += std::to_string(grid.tile(t).x()) + "," + std::to_string(grid.tile(t).y()) + ",";
         text.append(digits.data(), end.ptr) += '\n';
     }

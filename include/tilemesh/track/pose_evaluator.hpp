@@ -36,6 +36,22 @@ template <class S>
 struct TrackedByReference : splat::Referenced<splat::pose::Tracked<S>> {
     using Parameters = PoseTableParameters;
 };
+
+/// The tile for tracking with pictures of this size: the smallest whose sides are multiples of 8 pixels, so that cells of 2, 4 and 8 pixels
+/// divide it, and of which the machine has enough. Of equally small ones the one with the shortest edge, and then the narrowest. Mk2 has
+/// 1,440 tiles of 16 x 40 pixels for 1280 x 720, 1,200 of 16 x 16 for 640 x 480, 1,200 of 8 x 8 for 320 x 240, and 240 for 160 x 90.
+inline Extent2 tracking_tile(Extent2 frame, MachineSize const& machine) noexcept
+{
+    Extent2 best{8, 8};
+    std::uint64_t least = ~std::uint64_t{0};
+    constexpr std::uint32_t most = 8 * splat::pose::most_cells_a_side; // sides that gradients of cells of 8 pixels have room for
+    for (std::uint32_t w = 8; w <= most; w += 8)
+        for (std::uint32_t h = 8; h <= most; h += 8) {
+            if (std::uint64_t{render::parts(frame.width, w)} * render::parts(frame.height, h) > machine.tiles) continue;
+            if (std::uint64_t const size = std::uint64_t{w} * h << 32 | (w + h); size < least) least = size, best = {w, h};
+        }
+    return best;
+}
 } // namespace track
 
 namespace splat {
@@ -69,15 +85,16 @@ struct TrackOptions {
     float scene_depth = 1.0f;    ///< S: the unit of translations; take the map's median depth in the first view
 };
 
-/// How a mesh evaluates. The default tile is 16 x 40 pixels: cells of 2, 4 and 8 pixels divide it, it holds whole blocks, and 1,440 of them
-/// hold a frame of 1280 x 720.
+/// How a mesh evaluates.
 struct EvaluatorOptions {
     std::uint32_t threads = 1;
-    Extent2 tile{16, 40};
+    Extent2 tile{}; ///< pixels; both 0: `tracking_tile`
 };
 
 /// Evaluates poses of a camera on a mesh of tiles: the least-squares sums of a picture against a map, by forward mode or by gradients of
 /// the picture. It loads the map's records onto the tiles once; records and copies stay there between evaluations, so that a small step moves few records.
+///
+/// A tile's storage has as many slots as the machine's SRAM leaves for tiles of this size (`splat::pose::sizes_on`).
 ///
 /// The sums are integers on the mesh. So they have the same bits for any tiling, number of threads and engine, as long as no record is
 /// lost. View-dependent colour is evaluated, but counts as constant in the derivative. `S` is a setup: TrackedByReference<Lossless>, or
@@ -97,12 +114,18 @@ public:
 
     /// `frame`: the size of the pictures, in pixels.
     BasicPoseEvaluator(scene::Map const& map, Extent2 frame, EvaluatorOptions options = {}, EngineOptions engine = {})
-        : options_(options), engine_(std::move(engine)), size_(frame), sizes_(sizes_for(map.sh_degree)), records_(map, degree_of(map)),
+        : options_(options), engine_(std::move(engine)), size_(frame), records_(map, degree_of(map)),
           cache_(by_reference ? records_.rows() : 0), keeper_(records_, &cache_), gaussians_(map.gaussians), terms_(by_reference ? records_.rows() : 0),
           model_(render::model_of<splat::Lossless>())
     {
-        layout_ = render::layout_frame({{}, options.tile}, frame.width, frame.height, size_of_machine<typename S::Machine>(),
-                                       sizes_.tile_pixels, "tracking");
+        constexpr auto machine = size_of_machine<typename S::Machine>();
+        bool const follows = options.tile.width == 0 && options.tile.height == 0;
+        layout_ = render::layout_frame({{}, follows ? tracking_tile(frame, machine) : options.tile}, frame.width, frame.height, machine,
+                                       machine.sram_bytes / sizeof(splat::pose::TargetPixel), "tracking");
+        sizes_ = splat::pose::sizes_on<typename splat::ValueOf<S>::type>(machine, std::uint32_t{layout_.tiling.tile_width} * layout_.tiling.tile_height, degree_of(map));
+        if (sizes_.storage == 0)
+            throw Error("tiles of " + std::to_string(layout_.tiling.tile_width) + " x " + std::to_string(layout_.tiling.tile_height) + " pixels (machine " + machine.name +
+                        " has no memory for splats beside them); choose smaller tiles, a smaller frame or another machine");
         RendererOptions plain;
         plain.threads = options.threads;
         render::set_engine_options<false>(plain, engine_);
@@ -113,6 +136,8 @@ public:
     /// The rules of the picture. Change them between evaluations. Forward mode always has `precise` arithmetic.
     splat::Model& model() noexcept { return model_; }
     splat::Tiling const& tiling() const noexcept { return layout_.tiling; }
+    /// The slots of a tile's lists, in the machine's memory.
+    splat::Sizes const& sizes() const noexcept { return sizes_; }
     /// The mesh. It exists after the first evaluation.
     MeshType& mesh() noexcept { return *mesh_; }
     /// The counters of the last evaluation.
@@ -168,15 +193,6 @@ private:
             return map.sh_degree;
         else
             return Policies::Record::sh_degree;
-    }
-    /// The setup's sizes, in the same bytes if records carry harmonics.
-    static splat::Sizes sizes_for(std::uint32_t degree) noexcept
-    {
-        auto const of = [](std::uint32_t d) {
-            std::uint32_t const record = sizeof(splat::Gaussian) + 12 * splat::harmonics_per_channel(d);
-            return splat::FrameWords{record, record + 4, record, 0, 84};
-        };
-        return by_reference ? splat::refitted(S::sizes, of(0), of(degree)) : S::sizes;
     }
     void check(splat::Camera const& camera, TrackOptions const& o) const
     {
@@ -288,7 +304,7 @@ private:
         });
         if (lost != 0)
             throw Error(std::to_string(lost) + " splats without room on a tile (each tile has " + std::to_string(sizes_.storage) +
-                        " slots); choose smaller tiles or a map with fewer Gaussians");
+                        " slots); choose larger pictures, other tiles or a map with fewer Gaussians");
     }
     static NormalEquations equations(splat::pose::Tracking const& t, splat::pose::Totals const& totals)
     {
@@ -308,7 +324,7 @@ private:
     EvaluatorOptions options_;
     EngineOptions engine_;
     Extent2 size_;
-    splat::Sizes sizes_;
+    splat::Sizes sizes_{};
     render::RecordTable records_;
     render::ScreenCache cache_;
     render::RecordKeeper<Policies> keeper_;

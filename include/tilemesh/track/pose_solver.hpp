@@ -78,6 +78,8 @@ inline constexpr double free_lambda = 0.1;
 inline constexpr double near_cells = 1.0;
 /// So many rejected steps in a row near the end are convergence. Each shortens the next tenfold, so the fourth is below a thousandth of a cell.
 inline constexpr std::uint32_t most_rejections = 4;
+/// An evaluator on the mesh rounds the cost of a cell to 2^-21, so costs this close are equal.
+inline constexpr double cost_rounding = 0x1p-22;
 /// No step turns the camera, or moves it in units of the median depth, by more: half a radian is the picture's half width.
 inline constexpr double longest_step = 0.5;
 
@@ -131,8 +133,10 @@ Solution solve_pose(Evaluate&& evaluate, scene::Pose const& start, scene::Intrin
             NormalEquations const trial = ask(pose, light);
             ++used;
             double const damping = lambda;
+            // The last step of a level is so short that its gain may be less than the cost's rounding.
+            double const tolerance = step_px < stage.stop_px && lambda <= detail::free_lambda ? detail::cost_rounding : 0.0;
             bool const better = is_usable(trial) && 2 * std::uint64_t{trial.pixels} > most_pixels &&
-                                detail::mean_cost(trial) < detail::mean_cost(now);
+                                detail::mean_cost(trial) < detail::mean_cost(now) + tolerance;
             if (better) {
                 out.pose = pose;
                 out.exposure = light;

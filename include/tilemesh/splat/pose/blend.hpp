@@ -25,6 +25,33 @@ struct MovingPaint {
     typename A::Real colour[3], z, x, y;
 };
 
+namespace detail {
+/// A pair's products of the offsets, for the motions of its power.
+template <class A>
+struct PairOffsets {
+    typename A::Real dx, off, dx_dx, dx_off, off_off;
+};
+/// Column J of one pair. It is a function because a compiler need not inline a lambda.
+template <std::uint32_t J, bool Depth, class A>
+TILEMESH_KERNEL void blend_column(MovingPixel<A>& p, typename A::Real const& alpha, typename A::Mask const& moves, PairOffsets<A> const& at,
+                                  MovingPaint<A> const& paint, PowerMotion<A> const& m) noexcept
+{
+    using Real = typename A::Real;
+    Real dp = m.dx_1 * at.dx;
+    dp = A::multiply_add(m.off_1, at.off, dp);
+    dp = A::multiply_add(m.dx_2, at.dx_dx, dp);
+    dp = A::multiply_add(m.mixed, at.dx_off, dp);
+    dp = A::multiply_add(m.off_2, at.off_off, dp);
+    dp = A::select(moves, dp, A::all(0.0f));
+    Real const dw = alpha * A::multiply_add(p.t, dp, p.dt[J]);
+    p.dcolour[0][J] = A::multiply_add(dw, paint.colour[0], p.dcolour[0][J]);
+    p.dcolour[1][J] = A::multiply_add(dw, paint.colour[1], p.dcolour[1][J]);
+    p.dcolour[2][J] = A::multiply_add(dw, paint.colour[2], p.dcolour[2][J]);
+    p.dt[J] = p.dt[J] - dw;
+    if constexpr (Depth) p.dz[J] = A::multiply_add(dw, paint.z, p.dz[J]);
+}
+} // namespace detail
+
 /// One pair: C += w c, T -= w with w = alpha T, and dw = alpha (T dP + dT), dC += dw c, dT -= dw. The sets of pairs (cut-offs, stop, depth
 /// order) are those of the blending and count as constant. `takes_part`: the lanes that blend. `moves`: those of them in which alpha follows
 /// the power; alpha_max clamps the others. It selects alpha and dP and never multiplies by a mask: outside its reach a splat's power may
@@ -36,26 +63,9 @@ TILEMESH_KERNEL void blend_moving_pair(MovingPixel<A>& p, typename A::Real const
                                        std::integer_sequence<std::uint32_t, J...>) noexcept
 {
     using Real = typename A::Real;
-    Real const zero = A::all(0.0f);
-    Real const alpha = A::select(takes_part, of_power, zero), w = alpha * p.t;
-    Real const dx_dx = dx * dx, dx_off = dx * off, off_off = off * off;
-    auto const column = [&](auto number) noexcept {
-        constexpr std::uint32_t j = decltype(number)::value;
-        PowerMotion<A> const m = motion(number);
-        Real dp = m.dx_1 * dx;
-        dp = A::multiply_add(m.off_1, off, dp);
-        dp = A::multiply_add(m.dx_2, dx_dx, dp);
-        dp = A::multiply_add(m.mixed, dx_off, dp);
-        dp = A::multiply_add(m.off_2, off_off, dp);
-        dp = A::select(moves, dp, zero);
-        Real const dw = alpha * A::multiply_add(p.t, dp, p.dt[j]);
-        p.dcolour[0][j] = A::multiply_add(dw, paint.colour[0], p.dcolour[0][j]);
-        p.dcolour[1][j] = A::multiply_add(dw, paint.colour[1], p.dcolour[1][j]);
-        p.dcolour[2][j] = A::multiply_add(dw, paint.colour[2], p.dcolour[2][j]);
-        p.dt[j] = p.dt[j] - dw;
-        if constexpr (Depth) p.dz[j] = A::multiply_add(dw, paint.z, p.dz[j]);
-    };
-    (column(std::integral_constant<std::uint32_t, J>{}), ...);
+    Real const alpha = A::select(takes_part, of_power, A::all(0.0f)), w = alpha * p.t;
+    detail::PairOffsets<A> const at{dx, off, dx * dx, dx * off, off * off};
+    (detail::blend_column<J, Depth, A>(p, alpha, moves, at, paint, motion(std::integral_constant<std::uint32_t, J>{})), ...);
     p.colour[0] = A::multiply_add(w, paint.colour[0], p.colour[0]);
     p.colour[1] = A::multiply_add(w, paint.colour[1], p.colour[1]);
     p.colour[2] = A::multiply_add(w, paint.colour[2], p.colour[2]);
@@ -165,6 +175,20 @@ struct CompleteMotions {
     }
 };
 
+/// The motions of a chunk's splat i, as `blend_moving_pair` asks for them.
+template <class A, std::uint32_t Size>
+struct MotionIn {
+    MovingChunk<Size> const& chunk;
+    std::uint32_t i;
+
+    template <std::uint32_t J>
+    TILEMESH_KERNEL PowerMotion<A> operator()(std::integral_constant<std::uint32_t, J>) const noexcept
+    {
+        auto const& of = chunk.motion[J];
+        return {A::all(of[0][i]), A::all(of[1][i]), A::all(of[2][i]), A::all(of[3][i]), A::all(of[4][i])};
+    }
+};
+
 /// Blends the splats of `hits` that cover row `k` of a block into the row. The alpha of a pair and the set of pairs are those of `precise`
 /// blending, bit for bit. Returns the number of pairs that contributed.
 template <bool Depth, class Stop>
@@ -179,12 +203,15 @@ struct BlendMovingRow {
         float const lowest = lowest_power_for(m.alpha_min);
         std::uint32_t contributing = 0;
         for (std::uint32_t column = 0; column < block_width; column += N) {
+            if (!A::any(load<N>(row.field[0] + column) >= m.transmittance_min)) continue; // all have stopped
             auto p = load_pixels<N>(row, column, Depth);
             Words<N> const columns = counted_lanes<N>() + (at.column + static_cast<std::int32_t>(column));
             Floats<N> const xs = load<N>(at.xs + column);
             Words<N> counted{};
+            std::int32_t const first = at.column + static_cast<std::int32_t>(column), end = first + static_cast<std::int32_t>(N);
             for (std::uint32_t h = 0; h < n; ++h) {
                 std::uint32_t const i = hits[h] & Hit::number;
+                if (c.x0[i] >= end || c.x1[i] <= first) continue;
                 if (covered_rows.bits[(hits[h] >> Hit::limits_at) * block_height + k] == 0) continue;
                 auto const offset = __builtin_bit_cast(UnsignedWords<N>, Words<N>(columns - c.x0[i]));
                 Words<N> const covered = offset < static_cast<std::uint32_t>(c.x1[i] - c.x0[i]);
@@ -204,12 +231,7 @@ struct BlendMovingRow {
                 counted = takes_part ? counted + 1 : counted;
                 MovingPaint<A> paint{{broadcast<N>(c.red[i]), broadcast<N>(c.green[i]), broadcast<N>(c.blue[i])}, Floats<N>{}, Floats<N>{}, Floats<N>{}};
                 if constexpr (Depth) paint.z = broadcast<N>(c.depth[i]), paint.x = broadcast<N>(c.view_x[i]), paint.y = broadcast<N>(c.view_y[i]);
-                auto const motion = [&c, i](auto number) noexcept {
-                    auto const& of = c.motion[decltype(number)::value];
-                    return PowerMotion<A>{broadcast<N>(of[0][i]), broadcast<N>(of[1][i]), broadcast<N>(of[2][i]), broadcast<N>(of[3][i]),
-                                          broadcast<N>(of[4][i])};
-                };
-                blend_moving_pair<Depth, A>(p, alpha, takes_part, Words<N>(takes_part & follows), dx, off, paint, motion, AllMotions{});
+                blend_moving_pair<Depth, A>(p, alpha, takes_part, Words<N>(takes_part & follows), dx, off, paint, MotionIn<A, Size>{c, i}, AllMotions{});
             }
             store_pixels<N>(row, column, Depth, p);
             std::uint32_t counts[N];

@@ -1,6 +1,7 @@
 #pragma once
 #include <limits>
 #include <tilemesh/splat/compositing.hpp>
+#include <tilemesh/splat/pose/operations.hpp>
 #include <tilemesh/splat/pose/regions.hpp>
 #include <tilemesh/splat/pose/tile.hpp>
 
@@ -65,6 +66,15 @@ CellPixel mean_cell(Pixel const* pixels, TargetPixel const* target, PixelRect co
         for (float& v : c.rgb) v = std::numeric_limits<float>::quiet_NaN();
         return c;
     }
+    if (cell == 1) {
+        Pixel const& p = pixels[y0 * width + x0];
+        TargetPixel const& t = target[y0 * width + x0];
+        for (std::uint32_t k = 0; k < 3; ++k) c.rgb[k] = p.colour.colour.rgb[k], c.seen[k] = t.rgb[k];
+        c.weight = p.alpha;
+        c.depth = p.alpha > least_coverage ? p.colour.depth : 0.0f;
+        c.seen_depth = t.depth > 0 ? t.depth : 0.0f;
+        return c;
+    }
     float depth = 0, known = 0;
     for (std::uint32_t y = y0; y < y0 + cell; ++y)
         for (std::uint32_t x = x0; x < x0 + cell; ++x) {
@@ -84,27 +94,37 @@ CellPixel mean_cell(Pixel const* pixels, TargetPixel const* target, PixelRect co
     return c;
 }
 
-/// Up to 16 cells in a row and their neighbours, field by field.
-struct Neighbourhood {
-    enum Side : std::uint32_t { left, right, above, below };
-    float rgb[3][block_width], depth[block_width], seen[3][block_width], weight[block_width], seen_depth[block_width];
-    float side_rgb[4][3][block_width], side_depth[4][block_width], side_seen[4][3][block_width];
-    float x[block_width]; ///< the cell's column in the frame
+/// Up to 16 cells in a row, one more on each side, field by field: cell i has index i + 1.
+struct CellLine {
+    float rgb[3][block_width + 2], depth[block_width + 2], seen[3][block_width + 2];
+    float weight[block_width + 2], seen_depth[block_width + 2]; ///< the weight of a cell that is not evaluated is 0
 
-    void set_side(std::uint32_t i, Side s, EdgeCell const& c) noexcept
+    void set(std::uint32_t i, EdgeCell const& c) noexcept
     {
-        for (std::uint32_t k = 0; k < 3; ++k) side_rgb[s][k][i] = c.rgb[k], side_seen[s][k][i] = c.seen[k];
-        side_depth[s][i] = c.depth;
+        for (std::uint32_t k = 0; k < 3; ++k) rgb[k][i] = c.rgb[k], seen[k][i] = c.seen[k];
+        depth[i] = c.depth;
+        weight[i] = 0;
+    }
+    void set(std::uint32_t i, CellPixel const& c) noexcept
+    {
+        for (std::uint32_t k = 0; k < 3; ++k) rgb[k][i] = c.rgb[k], seen[k][i] = c.seen[k];
+        depth[i] = c.depth, weight[i] = c.weight, seen_depth[i] = c.seen_depth;
     }
 };
+/// A row of cells between its neighbours.
+struct Neighbourhood {
+    CellLine lines[3];     ///< a ring: row y of the tile's cells is line (y + 1) % 3
+    float x[block_width]; ///< the cell's column in the frame
+    CellLine const& line(std::uint32_t y, std::uint32_t below) const noexcept { return lines[(y + below) % 3]; } ///< 0: the row above
+};
 
-/// The rows of a Neighbourhood in row `y` of the frame's cells.
+/// The rows of a Neighbourhood in row `row` of the tile's cells, which is row `y` of the frame's.
 struct MakeGradientRows {
     template <class Set>
-    TILEMESH_KERNEL static void run(Neighbourhood const& from, float y, Camera const& camera, Tracking const& t, CellRows& rows) noexcept
+    TILEMESH_KERNEL static void run(Neighbourhood const& from, std::uint32_t row, float y, Camera const& camera, Tracking const& t, CellRows& rows) noexcept
     {
         using namespace splat::detail;
-        using Side = Neighbourhood::Side;
+        CellLine const &above = from.line(row, 0), &own = from.line(row, 1), &below = from.line(row, 2);
         constexpr std::uint32_t N = Set::most_lanes;
         using A = FloatLanes<N>;
         auto const& rules = t.sums;
@@ -113,20 +133,21 @@ struct MakeGradientRows {
         Floats<N> const fx = broadcast<N>(camera.fx * per_cell), fy = broadcast<N>(camera.fy * per_cell);
         for (std::uint32_t column = 0; column < block_width; column += N) {
             // How the point in the middle of the cell moves in the picture, in cells.
-            Floats<N> const depth = load<N>(from.depth + column), per_z = one / depth;
+            Floats<N> const depth = load<N>(own.depth + column + 1), per_z = one / depth;
             Floats<N> const sx = (load<N>(from.x + column) + 0.5f - camera.cx * per_cell) / fx;
             Floats<N> const sy = broadcast<N>(y + 0.5f - camera.cy * per_cell) / fy;
             Floats<N> const du[motions] = {fx * per_z, zero, -(fx * sx * per_z), -(fx * sx * sy), fx * multiply_add_lanes<N>(sx, sx, one), -(fx * sy)};
             Floats<N> const dv[motions] = {zero, fy * per_z, -(fy * sy * per_z), -(fy * multiply_add_lanes<N>(sy, sy, one)), fy * sx * sy, fy * sx};
-            Words<N> counts = (load<N>(from.weight + column) > least_coverage) & (depth > 0.0f);
+            Words<N> counts = (load<N>(own.weight + column + 1) > least_coverage) & (depth > 0.0f);
             Floats<N> residual[3], gained[3], motion[3][motions];
             for (std::uint32_t c = 0; c < 3; ++c) {
-                gained[c] = rules.gain * load<N>(from.rgb[c] + column);
-                residual[c] = gained[c] + rules.offset - load<N>(from.seen[c] + column);
-                Floats<N> gx = 0.5f * rules.gain * (load<N>(from.side_rgb[Side::right][c] + column) - load<N>(from.side_rgb[Side::left][c] + column)), gy = 0.5f * rules.gain * (load<N>(from.side_rgb[Side::below][c] + column) - load<N>(from.side_rgb[Side::above][c] + column));
+                gained[c] = rules.gain * load<N>(own.rgb[c] + column + 1);
+                residual[c] = gained[c] + rules.offset - load<N>(own.seen[c] + column + 1);
+                Floats<N> gx = 0.5f * rules.gain * (load<N>(own.rgb[c] + column + 2) - load<N>(own.rgb[c] + column));
+                Floats<N> gy = 0.5f * rules.gain * (load<N>(below.rgb[c] + column + 1) - load<N>(above.rgb[c] + column + 1));
                 if (t.gradients == 2) {
-                    gx = 0.5f * gx + 0.25f * (load<N>(from.side_seen[Side::right][c] + column) - load<N>(from.side_seen[Side::left][c] + column));
-                    gy = 0.5f * gy + 0.25f * (load<N>(from.side_seen[Side::below][c] + column) - load<N>(from.side_seen[Side::above][c] + column));
+                    gx = 0.5f * gx + 0.25f * (load<N>(own.seen[c] + column + 2) - load<N>(own.seen[c] + column));
+                    gy = 0.5f * gy + 0.25f * (load<N>(below.seen[c] + column + 1) - load<N>(above.seen[c] + column + 1));
                 }
                 counts &= A::magnitude(residual[c]) < most;
                 for (std::uint32_t j = 0; j < motions; ++j) {
@@ -144,9 +165,9 @@ struct MakeGradientRows {
             if (t.with_depth == 0) continue;
 
             // The depth's gradients are those of the rendered depth alone: a target's depth has holes.
-            Floats<N> const seen = load<N>(from.seen_depth + column), off = (depth - seen) / seen;
-            Floats<N> const east = load<N>(from.side_depth[Side::right] + column), west = load<N>(from.side_depth[Side::left] + column);
-            Floats<N> const south = load<N>(from.side_depth[Side::below] + column), north = load<N>(from.side_depth[Side::above] + column);
+            Floats<N> const seen = load<N>(own.seen_depth + column + 1), off = (depth - seen) / seen;
+            Floats<N> const east = load<N>(own.depth + column + 2), west = load<N>(own.depth + column);
+            Floats<N> const south = load<N>(below.depth + column + 1), north = load<N>(above.depth + column + 1);
             Words<N> deep = counts & (seen > 0.0f) & (east > 0.0f) & (west > 0.0f) & (south > 0.0f) & (north > 0.0f) & (A::magnitude(off) < most);
             Floats<N> const gx = 0.5f * (east - west), gy = 0.5f * (south - north);
             Floats<N> const dz[motions] = {zero, zero, one, sy * depth, -(sx * depth), zero};
@@ -187,6 +208,13 @@ struct SendCells {
             out[Direction::east].push(detail::edge_of(cells[y * grid.width + grid.width - 1]));
         }
     }
+    /// For a cost model.
+    static Operations operations(Target<S> const& target) noexcept
+    {
+        Operations o;
+        o[Operation::mean] = target.size();
+        return o;
+    }
 };
 template <class S>
 struct AddGradients {
@@ -204,12 +232,20 @@ struct AddGradients {
             add(here, *frame, *tracking, cells, rows, sums, totals, in);
         }
     }
+    /// For a cost model. Cells of blocks that are not chosen make no rows.
+    static Operations operations(Broadcast<Tracking> tracking, TileTotals const& totals) noexcept
+    {
+        std::uint32_t counted = 0;
+        for (auto const& one : totals.of) counted += one.cells;
+        Operations o;
+        o[Operation::gradient] = rows_of(counted, *tracking);
+        return o;
+    }
 
 private:
     static void add(Here const& here, typename S::Parameters const& frame, Tracking const& tracking, Cells<S> const& cells, CellRows& rows, LaneSums& sums,
                     TileTotals& totals, In<Ring> const& in) noexcept
     {
-        using Side = detail::Neighbourhood::Side;
         auto const tile = pixels_of(frame.tiling, frame.view.camera, here.tile);
         for (auto& one : totals.of) one = {};
         if (tile.empty()) return;
@@ -218,33 +254,36 @@ private:
         float const nan = std::numeric_limits<float>::quiet_NaN();
         EdgeCell const none{{nan, nan, nan}, 0, {nan, nan, nan}};
         auto const ring = [&](Direction d, std::uint32_t i) noexcept { return i < in[d].size() ? in[d][i] : none; };
-        auto const at = [&](std::uint32_t x, std::uint32_t y) noexcept { return detail::edge_of(cells[y * grid.width + x]); };
         splat::detail::SetOf<has_region ? splat::detail::native_lanes : splat::detail::lanes_in_use> const set{};
         rows = {};
         sums = {};
         detail::Neighbourhood around{};
-        for (std::uint32_t y = 0; y < grid.height; ++y)
-            for (std::uint32_t x0 = 0; x0 < grid.width; x0 += block_width) {
-                for (std::uint32_t i = 0; i < block_width; ++i) {
-                    std::uint32_t const x = x0 + i;
-                    around.weight[i] = 0;
-                    if (x >= grid.width || !is_chosen(tracking, tile.x0 + x * cell, tile.y0 + y * cell)) continue;
-                    CellPixel const& c = cells[y * grid.width + x];
-                    for (std::uint32_t k = 0; k < 3; ++k) around.rgb[k][i] = c.rgb[k], around.seen[k][i] = c.seen[k];
-                    around.depth[i] = c.depth, around.weight[i] = c.weight, around.seen_depth[i] = c.seen_depth;
-                    around.x[i] = static_cast<float>(tile.x0 / cell + x);
-                    around.set_side(i, Side::left, x > 0 ? at(x - 1, y) : ring(Direction::west, y));
-                    around.set_side(i, Side::right, x + 1 < grid.width ? at(x + 1, y) : ring(Direction::east, y));
-                    around.set_side(i, Side::above, y > 0 ? at(x, y - 1) : ring(Direction::north, x));
-                    around.set_side(i, Side::below, y + 1 < grid.height ? at(x, y + 1) : ring(Direction::south, x));
-                }
-                set.template call<detail::MakeGradientRows>(around, static_cast<float>(tile.y0 / cell + y), frame.view.camera, tracking, rows);
+        // Row y of the tile's cells from column x0 - 1 on, or a neighbour's; `y` may be one outside.
+        auto const fill = [&](std::uint32_t x0, std::uint32_t y) noexcept {
+            auto& line = around.lines[(y + 1) % 3];
+            bool const inside = y < grid.height;
+            for (std::uint32_t i = 0; i < block_width + 2; ++i) {
+                std::uint32_t const x = x0 + i - 1; // x0 - 1 wraps to a number that is no column
+                if (inside && x < grid.width) line.set(i, cells[y * grid.width + x]);
+                else if (inside) line.set(i, i == 0 ? ring(Direction::west, y) : x == grid.width ? ring(Direction::east, y) : none);
+                else line.set(i, x < grid.width ? ring(y == grid.height ? Direction::south : Direction::north, x) : none);
+                if (tracking.one_in > 1 && inside && x < grid.width && !is_chosen(tracking, tile.x0 + x * cell, tile.y0 + y * cell)) line.weight[i] = 0;
+            }
+        };
+        for (std::uint32_t x0 = 0; x0 < grid.width; x0 += block_width) {
+            for (std::uint32_t i = 0; i < block_width; ++i) around.x[i] = static_cast<float>(tile.x0 / cell + x0 + i);
+            fill(x0, ~0u); // the row above
+            fill(x0, 0);
+            for (std::uint32_t y = 0; y < grid.height; ++y) {
+                fill(x0, y + 1);
+                set.template call<detail::MakeGradientRows>(around, y, static_cast<float>(tile.y0 / cell + y), frame.view.camera, tracking, rows);
                 if (tracking.unknowns > motions)
                     set.template call<detail::AddRows<most_unknowns>>(rows, tracking.sums, sums);
                 else
                     set.template call<detail::AddRows<motions>>(rows, tracking.sums, sums);
-                take_sums(sums, tracking.unknowns, totals.of[0]);
+                if (y % block_height == block_height - 1 || y + 1 == grid.height) take_sums(sums, tracking.unknowns, totals.of[0]);
             }
+        }
     }
 };
 } // namespace kernel

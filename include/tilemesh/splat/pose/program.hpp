@@ -1,8 +1,11 @@
 #pragma once
 #include <tilemesh/machine/reduce.hpp>
 #include <tilemesh/machine/superstep.hpp>
+#include <tilemesh/splat/fitted.hpp>
 #include <tilemesh/splat/frame_program.hpp>
+#include <tilemesh/splat/gaussian.hpp>
 #include <tilemesh/splat/pose/gradients.hpp>
+#include <tilemesh/splat/pose/operations.hpp>
 #include <tilemesh/splat/pose/regions.hpp>
 #include <tilemesh/splat/pose/tile.hpp>
 
@@ -28,14 +31,15 @@ struct Access<pose::PoseParameters> : Access<FrameParameters> {
 
 namespace pose {
 
-/// A setup that tracks: splats of 64 bytes, and room for the targets and the workers' memory instead of some records.
+/// A setup that tracks: splats of 64 bytes, and room for the targets and the workers' memory instead of some records. Its sizes are those of
+/// a tile of 640 pixels. Channels have half the slots of `Lossless`: a full one costs a pass, and no record. `sizes_on` gives other tiles.
 template <class S>
 struct Tracked : S {
     static constexpr char const* name = "tracking";
     using Projected = PoseSplat;
     using Parameters = PoseParameters;
     using Pixel = WithAlpha<WithDepth<FloatPixel>>; ///< for gradients; forward mode keeps no picture
-    static constexpr Sizes sizes{/*storage*/ 1000, S::sizes.road, S::sizes.beam, S::sizes.waiting, S::sizes.tile_pixels};
+    static constexpr Sizes sizes{/*storage*/ 1800, S::sizes.road / 2, S::sizes.beam / 2, S::sizes.waiting / 2, S::sizes.tile_pixels};
 };
 
 /// The value that a tile contributes to the reduction.
@@ -68,15 +72,11 @@ struct CompositeWithPose {
         }
     }
 
-    /// For a cost model. All workers wait for the worker with the most pairs.
-    static Operations operations(Target<S> const& target, Work const& work, Worker worker) noexcept
+    /// For a cost model.
+    static Operations operations(Here here, Broadcast<typename S::Parameters> frame, Broadcast<Tracking> tracking, Order<S> const& order,
+                                 Work const& work, Worker worker) noexcept
     {
-        std::uint32_t most = 0;
-        for (std::uint32_t w = 0; w < worker.count; ++w) most = work.blocks[w] > most ? work.blocks[w] : most;
-        Operations o;
-        o[Operation::pair] = times(most, worker.count * block_width * block_height * motions);
-        o[Operation::pixel] = target.size();
-        return o;
+        return forward_operations(pixels_of(frame->tiling, frame->view.camera, here.tile), *tracking, order.size(), work.contributing, worker.count);
     }
 
     /// Computes the shares of all workers at once, for a host thread.
@@ -132,6 +132,23 @@ using PoseFrame =
     Sequence<Superstep<Project<S>>, StepIf<S::routes, UntilQuiet<Route<S>>>, StepIf<S::blooms, Superstep<Bloom<S>>>,
              StepIf<S::blooms, UntilQuiet<Bloom<S>>>, Superstep<DepthSort<S>>, If<&Tracking::forward, Superstep<CompositeWithPose<S>>>,
              If<&Tracking::gradients, Superstep<Composite<S>>, Superstep<SendCells<S>>, Superstep<AddGradients<S>>>, Reduce<TileTotal, Sum>>;
+
+/// The sizes of a program that tracks, for tiles of `tile_pixels` pixels: storage gets all SRAM that the other regions leave, 0 slots if
+/// they leave none. `S` is a setup by value. Records have harmonics up to `degree`, at least those of the setup; channels keep their bytes.
+template <class S>
+constexpr Sizes sizes_on(MachineSize const& machine, std::uint32_t tile_pixels, std::uint32_t degree = S::Record::sh_degree) noexcept
+{
+    constexpr std::uint32_t lists = sizeof(MarkOf<PoliciesOf<S>>) + sizeof(typename S::Projected) + sizeof(SortKey);
+    std::uint32_t const more = 12 * (harmonics_per_channel(degree) - harmonics_per_channel(S::Record::sh_degree));
+    Sizes sizes = S::sizes;
+    sizes.tile_pixels = tile_pixels;
+    sizes.storage = 0;
+    auto const used = SramLedger<PoseFrame<S>>::bytes(machine, sizes);
+    FrameWords const plain{sizeof(typename S::Record), wire_bytes<RoadMessage<PoliciesOf<S>>>, wire_bytes<BeamMessage<PoliciesOf<S>>>, 0, lists};
+    sizes = refitted(sizes, plain, {plain.record + more, plain.road_message + more, plain.beam_message + more, 0, lists});
+    sizes.storage = slots_in(used < machine.sram_bytes ? machine.sram_bytes - used : 0, plain.record + more + lists);
+    return sizes;
+}
 
 } // namespace pose
 }}} // namespace tilemesh::splat

@@ -83,13 +83,9 @@ struct OpenCells {
     /// Adds a row of pixels: each cell adds its pixels from left to right.
     void add(CellRows const& rows, std::uint32_t cell) noexcept
     {
-        static_assert(sizeof(CellRows) % (block_width * sizeof(float)) == 0, "fields of one lane a pixel");
-        auto const* const from = rows.counted;
-        float* const to = sum.counted;
-        constexpr std::uint32_t fields = sizeof(CellRows) / (block_width * sizeof(float));
-        for (std::uint32_t f = 0; f < fields; ++f)
-            for (std::uint32_t i = 0; i < block_width / cell; ++i)
-                for (std::uint32_t k = 0; k < cell; ++k) to[f * block_width + i] += from[f * block_width + i * cell + k];
+        if (cell == 2) add_by<2>(rows);
+        else if (cell == 4) add_by<4>(rows);
+        else add_by<8>(rows);
     }
     /// Makes means of the sums: over the pixels that count, and for the depth over those with a depth. A cell has a depth if more than half
     /// of its pixels that count have one.
@@ -109,6 +105,23 @@ struct OpenCells {
         }
     }
     void clear() noexcept { sum = {}; }
+
+private:
+    template <std::uint32_t Cell>
+    void add_by(CellRows const& rows) noexcept
+    {
+        static_assert(sizeof(CellRows) % (block_width * sizeof(float)) == 0, "fields of one lane a pixel");
+        auto const* const from = rows.counted;
+        float* const to = sum.counted;
+        constexpr std::uint32_t fields = sizeof(CellRows) / (block_width * sizeof(float)), cells = block_width / Cell;
+        for (std::uint32_t f = 0; f < fields; ++f) {
+            float sums[cells];
+            for (std::uint32_t i = 0; i < cells; ++i) sums[i] = to[f * block_width + i];
+            for (std::uint32_t k = 0; k < Cell; ++k)
+                for (std::uint32_t i = 0; i < cells; ++i) sums[i] += from[f * block_width + i * Cell + k];
+            for (std::uint32_t i = 0; i < cells; ++i) to[f * block_width + i] = sums[i];
+        }
+    }
 };
 
 }}} // namespace tilemesh::splat::pose

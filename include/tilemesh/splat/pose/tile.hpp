@@ -130,7 +130,8 @@ void evaluate_by(PixelRect const& tile, View const& view, Tracking const& tracki
                 auto& part = parts[b];
                 if (part.done) continue;
                 std::uint32_t const count = set.template call<ListHits<EachPair>>(chunk, taken, part.at, model.alpha_max, &hits[0]);
-                for (std::uint32_t k = 0; k < Rows; ++k)
+                std::uint32_t const first_row = static_cast<std::uint32_t>(part.at.row) + part.first; // rows outside the tile have no pixel that blends
+                for (std::uint32_t k = part.live.y0 - first_row; k < part.live.y1 - first_row; ++k)
                     shares.contributing[part.share] += set.template call<BlendMovingRow<Depth, Stop>>(work.rows[b][k], chunk, &hits[0], count, part.at, part.first + k, model);
                 if (all_stopped(work.rows[b], model.transmittance_min)) part.done = true, --going;
             }
