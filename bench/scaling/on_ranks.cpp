@@ -1,8 +1,8 @@
 // The engine over the ranks of MPI: scaling, supersteps with and without records at the edges of bands, traffic, waiting, memory.
 #include "on_ranks.hpp"
+#include "ranks.hpp"
 #include <algorithm>
 #include <bit>
-#include <chrono>
 #include <common/statistics.hpp>
 #include <cstring>
 #include <fstream>
@@ -18,36 +18,6 @@
 #include <tilemesh/report/whole_file.hpp>
 #include <utility>
 #include <vector>
-
-namespace {
-/// What this rank did in MPI since the last look, counted between the engine and MPI (the profiling interface, PMPI).
-struct Calls {
-    double messages = 0, bytes = 0, agreements = 0, waiting_ms = 0;
-} calls;
-} // namespace
-
-extern "C" {
-int MPI_Isend(void const* buffer, int n, MPI_Datatype type, int to, int tag, MPI_Comm comm, MPI_Request* request)
-{
-    int size = 0;
-    PMPI_Type_size(type, &size);
-    ++calls.messages;
-    calls.bytes += double{1} * n * size;
-    return PMPI_Isend(buffer, n, type, to, tag, comm, request);
-}
-int MPI_Iallreduce(void const* in, void* out, int n, MPI_Datatype type, MPI_Op op, MPI_Comm comm, MPI_Request* request)
-{
-    ++calls.agreements;
-    return PMPI_Iallreduce(in, out, n, type, op, comm, request);
-}
-int MPI_Wait(MPI_Request* request, MPI_Status* status)
-{
-    bench::Stopwatch watch;
-    auto const error = PMPI_Wait(request, status);
-    calls.waiting_ms += watch.lap();
-    return error;
-}
-}
 
 namespace scaling {
 
@@ -131,56 +101,6 @@ struct Tick {
 };
 using Ticking = Sequence<Superstep<Tick>, UntilQuiet<Tick>>;
 using Roomy = TestMachine<64u << 20>; // room for both programs, and any number of tiles
-
-// --- ranks -------------------------------------------------------------------------------------------------------------
-int world_rank()
-{
-    int rank = 0;
-    MPI_Comm_rank(MPI_COMM_WORLD, &rank);
-    return rank;
-}
-std::uint32_t world_size()
-{
-    int size = 0;
-    MPI_Comm_size(MPI_COMM_WORLD, &size);
-    return static_cast<std::uint32_t>(size);
-}
-/// Waits for all ranks, asleep: a rank that takes no part in a measurement leaves its core to the others.
-void meet()
-{
-    MPI_Request request;
-    PMPI_Ibarrier(MPI_COMM_WORLD, &request);
-    for (int done = 0; PMPI_Test(&request, &done, MPI_STATUS_IGNORE), done == 0;) std::this_thread::sleep_for(std::chrono::microseconds(200));
-}
-/// 1, 2, 4 ... ranks, and all.
-std::vector<std::uint32_t> numbers_of_ranks()
-{
-    std::vector<std::uint32_t> numbers;
-    for (std::uint32_t n = 1; n < world_size(); n *= 2) numbers.push_back(n);
-    numbers.push_back(world_size());
-    return numbers;
-}
-/// The first `ranks` ranks of the world. Collective over the world.
-class Team {
-public:
-    explicit Team(std::uint32_t ranks) : ranks_(ranks)
-    {
-        MPI_Comm_split(MPI_COMM_WORLD, contains_me() ? 0 : MPI_UNDEFINED, world_rank(), &comm_);
-    }
-    ~Team()
-    {
-        if (contains_me()) MPI_Comm_free(&comm_);
-    }
-    Team(Team const&) = delete;
-    Team& operator=(Team const&) = delete;
-    bool contains_me() const { return static_cast<std::uint32_t>(world_rank()) < ranks_; }
-    std::uint32_t ranks() const { return ranks_; }
-    MPI_Comm comm() const { return comm_; }
-
-private:
-    std::uint32_t ranks_;
-    MPI_Comm comm_ = MPI_COMM_NULL;
-};
 
 // --- one line of the table ---------------------------------------------------------------------------------------------
 struct Line {
@@ -398,11 +318,6 @@ std::vector<Peak> measure_memory(std::vector<std::shared_ptr<Team>> const& teams
 }
 
 // --- all of it ---------------------------------------------------------------------------------------------------------
-std::string spread(std::vector<double> const& samples)
-{
-    return bench::fixed(bench::median(samples), 2) + " (" + bench::fixed(bench::quantile(samples, 0.2), 2) + " to " +
-           bench::fixed(bench::quantile(samples, 0.8), 2) + ")";
-}
 std::string text_of(Grid grid)
 {
     return std::to_string(grid.width) + " x " + std::to_string(grid.height);
@@ -434,6 +349,7 @@ OnRanks::~OnRanks()
 
 int run_on_ranks(Options const& options)
 {
+    if (options.frames) return frames_on_ranks(options);
     bench::expect_folder_of(options.csv);
     auto threads = options.threads;
     if (std::find(threads.begin(), threads.end(), 1u) == threads.end()) threads.insert(threads.begin(), 1); // speed-ups are over one thread

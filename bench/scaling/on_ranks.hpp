@@ -17,5 +17,7 @@ private:
 
 /// Measures MpiMesh over ranks and threads. Collective. Returns the exit status. Throws Error in a build without MPI.
 int run_on_ranks(Options const& options);
+/// Measures whole frames over ranks and threads. Collective. Returns the exit status. Only in a build with MPI.
+int frames_on_ranks(Options const& options);
 
 } // namespace scaling

@@ -33,9 +33,12 @@ Options parse(std::vector<std::string> const& all)
         else if (option == "--motion")
             options.motion = words.one_of({"static", "orbit0.1", "orbit0.5", "orbit2", "teleport"});
         else if (option == "--threads") options.threads.push_back(words.number(1, 64));
-        else if (option == "--ranks" || option == "--predict" || option == "--chips") {
+        else if (option == "--ranks" || option == "--frames" || option == "--predict" || option == "--chips") {
             words.flag();
-            (option == "--ranks" ? options.ranks : option == "--predict" ? options.predict : options.chips) = true;
+            (option == "--ranks"     ? options.ranks
+             : option == "--frames"  ? options.frames
+             : option == "--predict" ? options.predict
+                                     : options.chips) = true;
         } else if (option == "--network")
             options.network = network_of(words.value());
         else words.refuse();
@@ -46,6 +49,8 @@ Options parse(std::vector<std::string> const& all)
         throw tilemesh::Error("option --chips and another table (each prints its own); give one of them");
     if (options.network && !options.predict)
         throw tilemesh::Error("option --network without --predict (only a prediction needs a network); add --predict");
+    if (options.frames && !options.ranks)
+        throw tilemesh::Error("option --frames without --ranks (frames are measured over the ranks of MPI); add --ranks");
     options.finish();
     if (options.threads.empty()) options.threads = {1, 2};
     return options;
@@ -70,6 +75,7 @@ std::string help()
            "  --motion NAME    static, orbit0.1, orbit0.5, orbit2 or teleport. Default: orbit0.5\n"
            "  --threads N      threads of rasteriser and mesh; may be repeated. Default: 1 and 2\n"
            "  --ranks          measure the engine over the ranks of MPI instead: mpirun -n N scaling --ranks. Only rank 0 prints\n"
+           "  --frames         with --ranks: measure whole frames instead, one rank's threads against as many ranks\n"
            "  --predict        predict a frame over 1 to 1,024 hosts instead\n"
            "  --chips          model arrays of Mk2 chips against one chip of as many tiles instead\n"
            "  --network L,O,B  with --predict: one more network, of L us latency, O us overhead a message, B GB/s\n"

@@ -14,7 +14,7 @@ struct Options : bench::Options {
     std::vector<std::string> axes; ///< empty: all
     std::string motion = "orbit0.5";
     std::vector<std::uint32_t> threads; ///< measured side by side
-    bool ranks = false, predict = false, chips = false;
+    bool ranks = false, frames = false, predict = false, chips = false;
     std::optional<tilemesh::HostNetwork> network; ///< one more network for the prediction
 };
 

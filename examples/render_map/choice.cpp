@@ -127,11 +127,17 @@ private:
 std::unique_ptr<AnyRenderer> make_renderer(Choice const& choice, tilemesh::scene::Map const& map,
                                            tilemesh::scene::Demand const& demand, tilemesh::RendererOptions options)
 {
-    auto const with_homes = [&choice, &map, &demand, options] { return make_homes(choice, map, demand, options); };
-    if (ranks::number() > 1) return ranks::make(choice, tilemesh::scene::needed(map, demand), demand, options);
+    bool const over_ranks = ranks::number() > 1;
+    auto const with_homes = [&choice, &map, &demand, options, over_ranks] {
+        return over_ranks ? ranks::make_homes(choice, demand, options) : make_homes(choice, map, demand, options);
+    };
     std::unique_ptr<AnyRenderer> renderer;
     if (options.program == tilemesh::report::Program::homes) {
         renderer = with_homes();
+    } else if (over_ranks) {
+        renderer = ranks::make(choice, demand, options);
+        bool const may_fit = render::may_fit_anchored(demand.gaussians - demand.culled, renderer->facts(), options);
+        if (!choice.stays_anchored) renderer = std::make_unique<render::AutoRenderer>(std::move(renderer), with_homes, may_fit);
     } else {
         auto const setup = setup_for(choice, demand);
         auto const needed = tilemesh::scene::needed(map, demand);

@@ -45,7 +45,7 @@ tilemesh::render::HomesChoice homes_of(Choice const& choice, std::uint32_t sh_de
 
 using tilemesh::AnyRenderer;
 
-/// Makes the renderer of `setup_for`, of homes, or of both (`options.program`). Map and demand must outlive it. With `trace`, it is also an `Instruments`. Throws `tilemesh::Error` if the machine has no room for
+/// Makes the renderer of `setup_for`, of homes, or of both (`options.program`). Map and demand must outlive it. Over several processes it does not look at `map`: each has its part (ranks.hpp). With `trace`, it is also an `Instruments`. Throws `tilemesh::Error` if the machine has no room for
 /// the choice or the map. The caller must have checked the limits in the options (`check_slots`).
 std::unique_ptr<AnyRenderer> make_renderer(Choice const& choice, tilemesh::scene::Map const& map,
                                            tilemesh::scene::Demand const& demand, tilemesh::RendererOptions options);

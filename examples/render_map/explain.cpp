@@ -1,4 +1,5 @@
 #include "explain.hpp"
+#include "ranks.hpp"
 #include "text.hpp"
 #include <cstdint>
 #include <span>
@@ -74,9 +75,12 @@ Needs needs_of(Options const& options, scene::Map const& map, std::vector<splat:
     splat::Model model;
     if (options.choice.preset != Preset::lossless) model.footprint = splat::Paper::footprint;
     model = tilemesh::with_options(model, options.renderer);
-    needs.seen = scene::demand_of(map, std::span(path), model, [&](splat::Camera const& camera) {
-        return tilemesh::tiling_for(options.renderer, camera.width, camera.height);
-    });
+    if (ranks::number() > 1)
+        needs.seen = ranks::demand_of(path, model, options.renderer);
+    else
+        needs.seen = scene::demand_of(map, std::span(path), model, [&](splat::Camera const& camera) {
+            return tilemesh::tiling_for(options.renderer, camera.width, camera.height);
+        });
     needs.used = needs.seen;
     needs.kept_because = exploring_option(options);
     if (!needs.kept_because.empty()) {

@@ -80,11 +80,11 @@ void describe_machine(Options const& options, tilemesh::render::SetupFacts const
                     options.renderer.rounds};
 }
 
-report::RunReport describe_run(Options const& options, scene::Map const& map, render_map::AnyRenderer& renderer)
+report::RunReport describe_run(Options const& options, scene::Map const& map, std::uint64_t gaussians, render_map::AnyRenderer& renderer)
 {
     auto const limited = [](std::uint32_t asked, std::uint32_t own) { return asked != 0 ? asked : own; };
     report::RunReport run;
-    run.map = {map.name, map.path, map.gaussians.size(), map.rejected, map.notes};
+    run.map = {map.name, map.path, gaussians, map.rejected, map.notes};
     run.program = options.renderer.program;
     run.engine =
         render_map::ranks::number() > 1                            ? "mpi"
@@ -125,20 +125,24 @@ std::string first_rejected(scene::Map const& map)
 }
 
 /// Refuses an empty map, because it has no picture. Its header does not matter.
-void require_gaussians(scene::Map const& map)
+void require_gaussians(scene::Map const& map, std::uint64_t gaussians)
 {
-    if (!map.gaussians.empty()) return;
+    if (gaussians != 0) return;
     auto const why = (map.rejected == 0 ? std::string("it has no rows") : "all of its " + thousands(map.rejected) + " rows are rejected") +
                      first_rejected(map);
     throw tilemesh::Error(map.path + " has no Gaussian to render (" + why + "); name another map, or export it again");
 }
 
-/// The map of the command line: all of its files, or the built-in one.
+/// The map of the command line: all of its files, or the built-in one. `turned`: as --turn says.
 scene::Map load_maps(Options const& options)
 {
+    if (options.maps.empty()) return scene::built_in_map();
     std::vector<scene::Map> maps;
     for (auto const& path : options.maps) maps.push_back(scene::load_map(path, render_map::codecs()));
-    auto map = maps.empty() ? scene::built_in_map() : scene::join_maps(std::move(maps));
+    return scene::join_maps(std::move(maps));
+}
+scene::Map turned(Options const& options, scene::Map map)
+{
     return options.turn ? scene::turned(std::move(map), *options.turn) : map;
 }
 
@@ -283,29 +287,33 @@ int run(Options const& options)
     std::optional<render_map::TraceOutput> trace;
     if (options.trace) trace.emplace(options);
     progress.say("loading the map");
-    auto map = load_maps(options);
-    require_gaussians(map);
+    // Over several processes, each has its part of the rows, and `map` has none.
+    bool const in_parts = render_map::ranks::number() > 1;
+    auto map = in_parts ? render_map::ranks::load(options, [&] { return load_maps(options); }) : turned(options, load_maps(options));
+    auto const gaussians = in_parts ? render_map::ranks::gaussians() : map.gaussians.size();
+    require_gaussians(map, gaussians);
     require_followed(options, map);
     std::vector<std::string> notes;
     auto const file_degree = map.sh_degree;
     if (options.sh_degree < map.sh_degree) {
         notes.push_back("view-dependent colour above degree " + std::to_string(options.sh_degree) +
                         " left out (--sh-degree); the map has degree " + std::to_string(map.sh_degree));
+        if (in_parts) render_map::ranks::at_degree(options.sh_degree);
         map = scene::at_degree(std::move(map), options.sh_degree);
     }
-    auto shots = render_map::make_shots(options, map, notes);
+    auto shots = render_map::make_shots(options, in_parts ? render_map::ranks::shape_of(map.name) : render_map::shape_of(map), notes);
     render_map::find_photographs(options, shots);
     render_map::check_sizes(options, shots);
     std::vector<splat::Camera> path;
     for (auto const& shot : shots) path.push_back(shot.camera);
     progress.say("looking what the scene needs");
     auto const needs = render_map::needs_of(options, map, path);
-    if (needs.seen.culled == map.gaussians.size())
+    if (needs.seen.culled == gaussians)
         notes.push_back("nothing of the map is on screen in any view: check the camera, or the trajectory's frame (--relative)");
     render_map::check_slots(options, needs);
     render_map::check_homes(options, needs, shots);
     auto const renderer = render_map::make_renderer(options.choice, map, needs.used, options.renderer);
-    auto result = describe_run(options, map, *renderer);
+    auto result = describe_run(options, map, gaussians, *renderer);
     result.notes = notes;
     result.features = render_map::features(options, needs, map, file_degree, *renderer);
     auto const out = render_map::prepare_outputs(options, shots);
@@ -319,6 +327,10 @@ int run(Options const& options)
         journal.emplace(out, result.made_from, shots.size(), [&](std::size_t frame) { return render_map::picture_files(options, frame); });
     }
 
+    if (in_parts && options.reference) { // the reference reads the whole map
+        map = turned(options, load_maps(options));
+        if (options.sh_degree < map.sh_degree) map = scene::at_degree(std::move(map), options.sh_degree);
+    }
     auto* const tracing = trace ? &*trace : nullptr;
     try {
         render_map::FrameWriter writer(options, other, video.get());
@@ -356,7 +368,7 @@ int run(Options const& options)
     if (trace && !result.frames.empty()) trace->finish(result);
     if (options.quiet && map.rejected != 0) // otherwise the summary says it
         std::cerr << render_map::one_line("map " + map.name + " lacks " + thousands(map.rejected) + " of its " +
-                                          thousands(map.gaussians.size() + map.rejected) + " rows, which are rejected" + first_rejected(map))
+                                          thousands(gaussians + map.rejected) + " rows, which are rejected" + first_rejected(map))
                   << std::endl;
     if (!missing.empty()) std::cerr << render_map::one_line(missing) << std::endl;
     auto const not_compared = render_map::photograph_problems(result);

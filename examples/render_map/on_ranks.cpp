@@ -1,10 +1,21 @@
 #include "process.hpp"
 #include "rank_renderer.hpp"
 #include "ranks.hpp"
+#include <algorithm>
 #include <cstddef>
 #include <exception>
+#include <filesystem>
 #include <mpi.h>
+#include <span>
+#include <string>
+#include <system_error>
 #include <tilemesh/error.hpp>
+#include <tilemesh/render/row_shares.hpp>
+#include <tilemesh/scene/frame_whole.hpp>
+#include <tilemesh/scene/map_file.hpp>
+#include <tilemesh/scene/orbit.hpp>
+#include <tilemesh/scene/ply.hpp>
+#include <tilemesh/scene/records.hpp>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -20,24 +31,41 @@ using tilemesh::mpi::detail::Ranks;
 std::unique_ptr<Ranks> all; ///< between `begin` and `end`
 std::uint32_t here = 1;     ///< processes on this host
 
+/// What this process has of the map, and what of it the views show.
+scene::Map part;
+scene::Demand seen;
+std::uint64_t rows_of_all = 0;
+/// The renderers of the processes that serve, by number: `auto` makes a second one.
+std::unique_ptr<AnyRenderer> renderers[2];
+
 /// What the first process tells the others to do.
-enum class Order : std::uint32_t { end, make, render, drop };
+enum class Order : std::uint32_t { end, load, send_outline, cut, scan, make, render, drop };
 struct Command {
     Order order = Order::end;
-    int status = 0;        ///< end
-    splat::Camera camera{}; ///< render
-    splat::Model model{};
+    std::uint32_t number = 0; ///< of the renderer; cut: the degree
+    int status = 0;           ///< end
+    splat::Camera camera{};   ///< render
+    splat::Model model{};     ///< render, scan
+    tilemesh::RendererOptions options{}; ///< scan
+};
+/// What all processes need to load a map.
+struct Load {
+    bool in_parts = false; ///< each reads its share of one PLY; otherwise the first process has all rows
+    std::optional<scene::Turn> turn;
+    std::uint32_t sh_degree = 0;
 };
 /// What all processes need to make the same renderer, besides the map.
 struct Plan {
     Choice choice;
     tilemesh::RendererOptions options;
+    bool homes = false;
+    bool all_visible = false; ///< of the demand: every row may be visible
     std::uint64_t culled = 0;
-    std::uint32_t sh_degree = 0; ///< of the demand
-    std::uint32_t map_degree = 0;
+    std::uint32_t sh_degree = 0;
     bool moves = true, spans = true;
 };
-static_assert(std::is_trivially_copyable_v<Command> && std::is_trivially_copyable_v<Plan>, "processes send them as bytes");
+static_assert(std::is_trivially_copyable_v<Command> && std::is_trivially_copyable_v<Plan> && std::is_trivially_copyable_v<Load>,
+              "processes send them as bytes");
 
 /// Every process gets the object of the first one.
 template <class T>
@@ -54,24 +82,122 @@ MakeRankRenderer& maker_of(Choice const& choice, tilemesh::render::SetupChoice c
     return setup.sh_degree == 0 ? on_ranks_plain : on_ranks_shaded;
 }
 
-/// Makes the renderer of a plan in all processes. The first one has the map and the views.
-std::unique_ptr<AnyRenderer> make_in_all(Plan plan, scene::Map map, std::vector<std::uint64_t> views)
+/// The first process gets the lines of all.
+std::vector<std::string> join_lines(std::vector<std::string> const& lines)
+{
+    std::vector<char> text;
+    all->together([&] {
+        for (auto const& line : lines) {
+            text.insert(text.end(), line.begin(), line.end());
+            text.push_back('\n');
+        }
+    });
+    all->join(text);
+    std::vector<std::string> joined;
+    for (auto from = text.begin(); from != text.end();) {
+        auto const end = std::find(from, text.end(), '\n');
+        joined.emplace_back(from, end);
+        from = end + 1;
+    }
+    return joined;
+}
+
+/// Gives every process an equal share of the rows of the first one's map.
+void scatter(scene::Map& map)
+{
+    auto const floats = 3 * std::size_t{splat::harmonics_per_channel(map.sh_degree)};
+    std::vector<std::uint64_t> counts, coefficients;
+    all->together([&] {
+        auto const rows = map.gaussians.size();
+        for (std::uint64_t p = 0; p < all->size(); ++p) {
+            using Shares = tilemesh::render::RowShares;
+            counts.push_back(Shares::part_of(rows, p + 1, all->size()) - Shares::part_of(rows, p, all->size()));
+            coefficients.push_back(counts.back() * floats);
+        }
+    });
+    map.gaussians = all->deal(std::move(map.gaussians), counts);
+    map.harmonics = all->deal(std::move(map.harmonics), coefficients);
+}
+
+/// Loads the map into all processes. The first has the path, and its own part or, if the map is not read in parts, all rows.
+scene::MapPart load_in_all(Load load, std::vector<char> path, scene::MapPart mine)
+{
+    share(load);
+    all->share(path);
+    auto& map = mine.map;
+    map.sh_degree = load.sh_degree;
+    if (load.in_parts) {
+        all->together([&] {
+            if (all->rank() == 0) return;
+            auto read = scene::load_ply_part(std::string(path.begin(), path.end()), all->rank(), all->size());
+            if (!read || read->map.sh_degree != load.sh_degree)
+                throw tilemesh::Error(std::string(path.begin(), path.end()) + " is another file on another host (its header differs); copy it to "
+                                                                              "all hosts");
+            mine = std::move(*read);
+        });
+    } else {
+        scatter(map);
+    }
+    all->together([&] {
+        if (load.turn) map = scene::turned(std::move(map), *load.turn);
+    });
+    mine.rejected = join_lines(mine.rejected);
+    std::uint64_t words[] = {map.gaussians.size(), map.rejected};
+    all->sum(words, 2);
+    rows_of_all = words[0];
+    map.rejected = words[1];
+    return mine;
+}
+
+/// The outline of all parts, in the first process.
+Outline send_outline()
+{
+    Outline outline;
+    all->together([&] {
+        for (auto const& g : part.gaussians) {
+            outline.gaussians.push_back({});
+            std::copy_n(g.mean_world, 3, outline.gaussians.back().mean_world);
+            std::copy_n(g.log_scale, 3, outline.gaussians.back().log_scale);
+        }
+    });
+    all->join(outline.gaussians);
+    return outline;
+}
+
+void scan(std::vector<splat::Camera> path, splat::Model const& model, tilemesh::RendererOptions const& options)
+{
+    all->share(path);
+    seen = scene::demand_of(
+        part, std::span<splat::Camera const>(path), model,
+        [&](splat::Camera const& camera) { return tilemesh::tiling_for(options, camera.width, camera.height); }, *all);
+}
+
+/// Makes the renderer of a plan in all processes. The first one has the views.
+std::unique_ptr<AnyRenderer> make_in_all(Plan plan, std::vector<std::uint64_t> views)
 {
     share(plan);
-    all->share(map.gaussians);
-    all->share(map.harmonics);
     all->share(views);
-    map.sh_degree = plan.map_degree;
     std::unique_ptr<AnyRenderer> renderer;
     all->together([&] {
         scene::Demand demand;
+        demand.gaussians = part.gaussians.size(); // for `needed`, which looks at one part
         demand.sh_degree = plan.sh_degree;
         demand.moves = plan.moves;
         demand.spans = plan.spans;
         demand.culled = plan.culled;
+        if (!plan.all_visible) demand.visible = seen.visible;
+        auto const map = scene::needed(part, demand);
+        demand.gaussians = rows_of_all;
         demand.scanned = std::move(views);
-        auto const setup = setup_for(plan.choice, demand);
-        renderer = maker_of(plan.choice, setup)(map, tilemesh::render::facts_of(setup), plan.options, all->comm());
+        plan.options.rows_of_all_parts = static_cast<std::uint32_t>(rows_of_all - plan.culled);
+        if (plan.homes) {
+            auto const choice = homes_of(plan.choice, std::min(plan.sh_degree, part.sh_degree));
+            auto& make = choice.sh_degree == 0 && !plan.choice.planes() ? homes_on_ranks_plain : homes_on_ranks_any;
+            renderer = make(map, choice, plan.options, all->comm());
+        } else {
+            auto const setup = setup_for(plan.choice, demand);
+            renderer = maker_of(plan.choice, setup)(map, tilemesh::render::facts_of(setup), plan.options, all->comm());
+        }
         renderer->hold_to(demand);
     });
     return renderer;
@@ -80,10 +206,10 @@ std::unique_ptr<AnyRenderer> make_in_all(Plan plan, scene::Map map, std::vector<
 /// The renderer of the first process. For each frame it gives the others an order first.
 class RanksRenderer final : public AnyRenderer {
 public:
-    explicit RanksRenderer(std::unique_ptr<AnyRenderer> own) : own_(std::move(own)) {}
+    RanksRenderer(std::unique_ptr<AnyRenderer> own, std::uint32_t number) : own_(std::move(own)), number_(number) {}
     ~RanksRenderer() override
     {
-        Command command{Order::drop};
+        Command command{.order = Order::drop, .number = number_};
         share(command);
         own_.reset();
     }
@@ -92,7 +218,7 @@ public:
 
     tilemesh::RenderedFrame render(splat::Camera const& camera) override
     {
-        Command command{Order::render, 0, camera, own_->model()};
+        Command command{.order = Order::render, .number = number_, .camera = camera, .model = own_->model()};
         share(command);
         return own_->render(camera);
     }
@@ -106,21 +232,46 @@ public:
 
 private:
     std::unique_ptr<AnyRenderer> own_;
+    std::uint32_t number_;
 };
+
+std::unique_ptr<AnyRenderer> make_numbered(Choice const& choice, scene::Demand const& demand, tilemesh::RendererOptions const& options, bool homes)
+{
+    std::uint32_t const number = homes ? 1 : 0;
+    Command command{.order = Order::make, .number = number};
+    share(command);
+    return std::make_unique<RanksRenderer>(make_in_all({choice, options, homes, demand.visible.empty(), demand.culled, demand.sh_degree,
+                                                        demand.moves, demand.spans},
+                                                       demand.scanned),
+                                           number);
+}
 
 /// Obeys the first process until its end. An Error of a frame is the first process's Error, too, which reports it.
 int serve()
 {
-    std::unique_ptr<AnyRenderer> renderer;
     for (;;) {
         Command command;
         share(command);
+        auto& renderer = renderers[command.number % 2];
         try {
             switch (command.order) {
             case Order::end:
+                for (auto& each : renderers) each.reset();
                 return command.status;
+            case Order::load:
+                part = load_in_all({}, {}, {}).map;
+                break;
+            case Order::send_outline:
+                send_outline();
+                break;
+            case Order::cut:
+                part = scene::at_degree(std::move(part), command.number);
+                break;
+            case Order::scan:
+                scan({}, command.model, command.options);
+                break;
             case Order::make:
-                renderer = make_in_all({}, {}, {});
+                renderer = make_in_all({}, {});
                 break;
             case Order::render:
                 renderer->model() = command.model;
@@ -161,7 +312,7 @@ std::optional<int> ranks::begin(int& argc, char**& argv)
 
 int ranks::end(int status)
 {
-    Command command{Order::end, status};
+    Command command{.order = Order::end, .status = status};
     share(command);
     all.reset();
     MPI_Finalize();
@@ -177,14 +328,63 @@ std::uint32_t ranks::on_this_host() noexcept
     return here;
 }
 
-std::unique_ptr<AnyRenderer> ranks::make(Choice const& choice, scene::Map needed, scene::Demand const& demand,
-                                         tilemesh::RendererOptions const& options)
+scene::Map ranks::load(Options const& options, std::function<scene::Map()> const& load_all)
 {
-    Command command{Order::make};
+    // An error of the first process comes before the others begin: it is that of one process.
+    std::optional<scene::MapPart> mine;
+    std::vector<char> path;
+    std::error_code unknown; // then `load_all` says what is wrong
+    if (options.maps.size() == 1 && std::filesystem::is_regular_file(options.maps[0], unknown)) {
+        auto const text = options.maps[0].string();
+        path.assign(text.begin(), text.end());
+        mine = scene::load_ply_part(options.maps[0], 0, all->size());
+    }
+    bool const in_parts = mine.has_value();
+    if (!in_parts) mine.emplace().map = load_all();
+    Command command{.order = Order::load};
     share(command);
-    auto const degree = needed.sh_degree;
-    return std::make_unique<RanksRenderer>(
-        make_in_all({choice, options, demand.culled, demand.sh_degree, degree, demand.moves, demand.spans}, std::move(needed), demand.scanned));
+    auto const degree = mine->map.sh_degree;
+    auto joined = load_in_all({in_parts, options.turn, degree}, std::move(path), std::move(*mine));
+    auto map = in_parts ? scene::with_all_notes(std::move(joined)) : std::move(joined.map); // `load_all` has written all notes
+    scene::Map described{map.name, map.path, {}, map.sh_degree, {}, map.rejected, map.notes};
+    part = std::move(map);
+    part.notes.clear();
+    return described;
+}
+std::uint64_t ranks::gaussians()
+{
+    return rows_of_all;
+}
+MapShape ranks::shape_of(std::string name)
+{
+    auto const outline = [] {
+        Command command{.order = Order::send_outline};
+        share(command);
+        return send_outline();
+    };
+    return {std::move(name), [outline] { return scene::robust_centre(outline()); },
+            [outline](scene::Size size, glm::dvec3 up, double degrees) { return scene::frame_whole(outline(), size, up, degrees); }};
+}
+void ranks::at_degree(std::uint32_t degree)
+{
+    Command command{.order = Order::cut, .number = degree};
+    share(command);
+    part = scene::at_degree(std::move(part), degree);
+}
+scene::Demand ranks::demand_of(std::vector<splat::Camera> const& path, splat::Model const& model, tilemesh::RendererOptions const& options)
+{
+    Command command{.order = Order::scan, .model = model, .options = options};
+    share(command);
+    scan(path, model, options);
+    return seen;
+}
+std::unique_ptr<AnyRenderer> ranks::make(Choice const& choice, scene::Demand const& demand, tilemesh::RendererOptions const& options)
+{
+    return make_numbered(choice, demand, options, false);
+}
+std::unique_ptr<AnyRenderer> ranks::make_homes(Choice const& choice, scene::Demand const& demand, tilemesh::RendererOptions const& options)
+{
+    return make_numbered(choice, demand, options, true);
 }
 
 } // namespace render_map

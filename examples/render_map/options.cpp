@@ -404,7 +404,6 @@ void check_ranks(Options const& o)
     };
     if (o.choice.engine == EngineKind::sequential) refuse("--engine sequential", "that engine checks the memory of one process", "leave it out, or start one process");
     if (o.choice.trace) refuse("--trace", "each process has the trace of its own tiles", "start one process");
-    if (o.renderer.program == tilemesh::report::Program::homes) refuse("--program homes", "the program of homes runs in one process", "leave it out, or start one process");
 }
 
 /// Checks that the options fit together, which no single option can know.

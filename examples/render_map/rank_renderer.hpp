@@ -3,6 +3,7 @@
 #include <memory>
 #include <tilemesh/fit_renderer.hpp>
 #include <tilemesh/mpi/mpi_mesh.hpp>
+#include <tilemesh/render/homes_renderer.hpp>
 #include <tilemesh/render/value_form.hpp>
 #include <type_traits>
 #include <utility>
@@ -28,9 +29,23 @@ std::unique_ptr<AnyRenderer> make_on_ranks(tilemesh::scene::Map const& map, tile
     return std::make_unique<tilemesh::RendererOver<Core>>(map, std::move(facts), options, std::move(engine));
 }
 
+using MakeRankHomes = std::unique_ptr<AnyRenderer>(tilemesh::scene::Map const&, tilemesh::render::HomesChoice const&,
+                                                   tilemesh::RendererOptions const&, MPI_Comm);
+/// The program of homes by value: records of any degree up to `Degree`, and colours in either format.
+template <std::uint32_t Degree, class Pixel>
+std::unique_ptr<AnyRenderer> make_homes_on_ranks(tilemesh::scene::Map const& map, tilemesh::render::HomesChoice const& choice,
+                                                 tilemesh::RendererOptions const& options, MPI_Comm comm)
+{
+    using Policies = tilemesh::splat::homes::ValuePolicies<Degree, Pixel>;
+    tilemesh::MpiMeshOptions engine;
+    engine.comm = comm;
+    return std::make_unique<tilemesh::render::HomesRenderer<Policies, tilemesh::MpiMesh>>(map, choice, options, std::move(engine));
+}
+
 /// One function for each compiled renderer: by degree 0 or 3, and by planes.
 extern MakeRankRenderer &on_ranks_plain, &on_ranks_planes, &on_ranks_shaded, &on_ranks_shaded_planes;
 extern MakeRankRenderer &on_ranks_placed, &on_ranks_placed_shaded; ///< without routing
 extern MakeRankRenderer& on_ranks_placed_unspread;                 ///< without routing and bloom
+extern MakeRankHomes &homes_on_ranks_plain, &homes_on_ranks_any;   ///< degree 0 without planes; degree 3 with both planes
 
 } // namespace render_map

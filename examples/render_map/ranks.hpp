@@ -1,14 +1,20 @@
 #pragma once
 #include "choice.hpp"
+#include "options.hpp"
+#include "shots.hpp"
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
+#include <string>
 #include <tilemesh/render/renderer_options.hpp>
 #include <tilemesh/scene/demand.hpp>
 #include <tilemesh/scene/map.hpp>
+#include <vector>
 
-/// The processes of a run, `mpirun -n 4 render_map ...`. The first process reads the arguments and the map, and writes everything. The
-/// others wait for its orders and render their share of the tiles. In a build without MPI there is one process (without_ranks.cpp).
+/// The processes of a run, `mpirun -n 4 render_map ...`. The first process reads the arguments, and writes everything. Each process reads its
+/// part of the map. The others wait for the first one's orders and render their share of the tiles. In a build without MPI there is one
+/// process (without_ranks.cpp).
 namespace render_map::ranks {
 
 /// Begins MPI. In the first process it returns nothing. In any other process it serves the first one until the end of the run, and returns
@@ -22,8 +28,27 @@ int end(int status);
 std::uint32_t number() noexcept;
 std::uint32_t on_this_host() noexcept;
 
-/// Makes a renderer on all processes: `make_renderer` for the program of anchored tiles. Only with several processes.
-std::unique_ptr<AnyRenderer> make(Choice const& choice, tilemesh::scene::Map needed, tilemesh::scene::Demand const& demand,
+// The first of several processes calls the functions below; the others do their part. What fails in any of them is an Error here.
+
+/// Loads the map of the options into all processes, with --turn. Each reads its share of the rows of one PLY file. Of several files, or of
+/// another format, this process reads all rows with `load_all` and sends the others their shares. Returns the map without
+/// its rows: the name, the degree, the notes and the number of rejected rows.
+tilemesh::scene::Map load(Options const& options, std::function<tilemesh::scene::Map()> const& load_all);
+
+/// The Gaussians of the whole map, and its shape. `shape_of` sends 24 bytes for each Gaussian to this process, once it is asked.
+std::uint64_t gaussians();
+MapShape shape_of(std::string name);
+
+/// Cuts the harmonics of all parts (scene::at_degree).
+void at_degree(std::uint32_t degree);
+
+/// scene::demand_of the whole map. `visible` is of this process's part.
+tilemesh::scene::Demand demand_of(std::vector<tilemesh::splat::Camera> const& path, tilemesh::splat::Model const& model,
                                   tilemesh::RendererOptions const& options);
+
+/// Makes a renderer on all processes for a demand: that of anchored tiles, or that of homes. The demand is that of the last `demand_of`, or
+/// that one with all rows visible.
+std::unique_ptr<AnyRenderer> make(Choice const& choice, tilemesh::scene::Demand const& demand, tilemesh::RendererOptions const& options);
+std::unique_ptr<AnyRenderer> make_homes(Choice const& choice, tilemesh::scene::Demand const& demand, tilemesh::RendererOptions const& options);
 
 } // namespace render_map::ranks

@@ -21,7 +21,7 @@ namespace {
 namespace scene = tilemesh::scene;
 
 /// The cameras before an option moves them.
-std::vector<Shot> still_shots(Options const& options, scene::Map const& map, std::vector<std::string>& notes)
+std::vector<Shot> still_shots(Options const& options, MapShape const& map, std::vector<std::string>& notes)
 {
     if (!options.cameras) {
         auto const size = options.size.value_or(scene::Size{1280, 720});
@@ -30,14 +30,14 @@ std::vector<Shot> still_shots(Options const& options, scene::Map const& map, std
         auto const fov = options.fov.value_or(60.0);
         if (options.from) {
             scene::upright(up); // refuses a direction of length 0
-            auto const target = options.look ? vector(*options.look) : scene::robust_centre(map);
+            auto const target = options.look ? vector(*options.look) : map.centre();
             return {{"from", scene::make_camera(scene::look_at(vector(*options.from), target, -up), scene::lens_from_field_of_view(fov, size))}};
         }
         if (options.maps.empty() && !options.up && !options.fov) return {{"built_in", scene::built_in_camera(size)}};
         if (!options.trajectory)
             notes.push_back("no camera is named: this one is a guess, along +z at the middle of the map; look around with --orbit 90 "
                             "--frames 4, add --up 0,1,0 if the map is upside down, or name yours with --cameras");
-        return {{"frame_whole", scene::frame_whole(map, size, up, fov)}};
+        return {{"frame_whole", map.whole(size, up, fov)}};
     }
     std::vector<Shot> shots;
     std::vector<std::string> of_file;
@@ -70,7 +70,13 @@ std::string camera_names(Options const& options)
     return text;
 }
 
-std::vector<Shot> make_shots(Options const& options, scene::Map const& map, std::vector<std::string>& notes)
+MapShape shape_of(scene::Map const& map)
+{
+    return {map.name, [&map] { return scene::robust_centre(map); },
+            [&map](scene::Size size, glm::dvec3 up, double degrees) { return scene::frame_whole(map, size, up, degrees); }};
+}
+
+std::vector<Shot> make_shots(Options const& options, MapShape const& map, std::vector<std::string>& notes)
 {
     auto const still = still_shots(options, map, notes);
     if (!options.orbit_degrees && !options.trajectory) return still;
@@ -87,7 +93,7 @@ std::vector<Shot> make_shots(Options const& options, scene::Map const& map, std:
     if (options.orbit_degrees) {
         auto const [x, y, z] = options.up.value_or(std::array{0.0, -1.0, 0.0});
         glm::dvec3 const up{x, y, z};
-        for (auto const& camera : scene::orbit(start.camera, scene::robust_centre(map),
+        for (auto const& camera : scene::orbit(start.camera, map.centre(),
                                                *options.orbit_degrees, options.frames, up))
             add(start.name + " orbit", camera);
         return shots;

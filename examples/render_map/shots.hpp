@@ -1,6 +1,8 @@
 #pragma once
 #include "options.hpp"
 #include <filesystem>
+#include <functional>
+#include <glm/vec3.hpp>
 #include <optional>
 #include <string>
 #include <tilemesh/scene/map.hpp>
@@ -31,8 +33,25 @@ struct Shot {
 /// The names of the camera file, one per line, in its order. Throws `tilemesh::Error` for a file that cannot be used.
 std::string camera_names(Options const& options);
 
+/// The means and the sizes of a map's Gaussians, as far as a camera without a file depends on them.
+struct Outline {
+    struct Point {
+        float mean_world[3];
+        float log_scale[3];
+    };
+    std::vector<Point> gaussians;
+};
+/// The middle of a map, and the camera that shows all of it (scene/frame_whole.hpp).
+struct MapShape {
+    std::string name;
+    std::function<glm::dvec3()> centre;
+    std::function<tilemesh::splat::Camera(tilemesh::scene::Size, glm::dvec3 up, double degrees)> whole;
+};
+/// The shape of a map in this process. The map must outlive it.
+MapShape shape_of(tilemesh::scene::Map const& map);
+
 /// The cameras that the options select, in rendering order; at least one. A reader's notes about its file are added to `notes`, one line
 /// each. Throws `tilemesh::Error` for a file that cannot be used, and for a selection without a camera.
-std::vector<Shot> make_shots(Options const& options, tilemesh::scene::Map const& map, std::vector<std::string>& notes);
+std::vector<Shot> make_shots(Options const& options, MapShape const& map, std::vector<std::string>& notes);
 
 } // namespace render_map

@@ -1,5 +1,6 @@
 #pragma once
 #include "explain.hpp"
+#include "missing.hpp"
 #include "options.hpp"
 #include <ostream>
 #include <string>
@@ -10,10 +11,6 @@ namespace render_map {
 /// Prints the summary of a run with at least one frame for a terminal: the map; for several frames one line each and the totals; then the
 /// last frame in full.
 void print_summary(std::ostream& out, tilemesh::report::RunReport const& run);
-
-/// Says how many pictures lack records or copies, and for the worst picture how many and why: "<problem> (<why>)". The worst picture
-/// lacks the most whole records; among equals, the most records and copies. Empty if no picture lacks records or copies.
-std::string missing_text(tilemesh::report::RunReport const& run);
 
 /// Advice if pictures lack something: options that give room, hold, wait or bloom. The fullest tile is that of all pictures, and the
 /// text names its picture. Empty if no picture lacks anything.

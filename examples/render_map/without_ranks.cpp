@@ -20,9 +20,41 @@ std::uint32_t ranks::on_this_host() noexcept
 {
     return 1;
 }
-std::unique_ptr<AnyRenderer> ranks::make(Choice const&, tilemesh::scene::Map, tilemesh::scene::Demand const&, tilemesh::RendererOptions const&)
+
+namespace {
+[[noreturn]] void refuse()
 {
     throw tilemesh::Error("a renderer on several processes (this build has no MPI); build with -DTILEMESH_MPI=ON");
+}
+} // namespace
+
+tilemesh::scene::Map ranks::load(Options const&, std::function<tilemesh::scene::Map()> const&)
+{
+    refuse();
+}
+std::uint64_t ranks::gaussians()
+{
+    refuse();
+}
+MapShape ranks::shape_of(std::string)
+{
+    refuse();
+}
+void ranks::at_degree(std::uint32_t)
+{
+    refuse();
+}
+tilemesh::scene::Demand ranks::demand_of(std::vector<tilemesh::splat::Camera> const&, tilemesh::splat::Model const&, tilemesh::RendererOptions const&)
+{
+    refuse();
+}
+std::unique_ptr<AnyRenderer> ranks::make(Choice const&, tilemesh::scene::Demand const&, tilemesh::RendererOptions const&)
+{
+    refuse();
+}
+std::unique_ptr<AnyRenderer> ranks::make_homes(Choice const&, tilemesh::scene::Demand const&, tilemesh::RendererOptions const&)
+{
+    refuse();
 }
 
 } // namespace render_map

@@ -6,7 +6,9 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <limits>
 #include <string_view>
 #include <system_error>
@@ -117,6 +119,99 @@ std::from_chars_result read_floating(char const* const first, char const* const 
     return {at, std::errc{}};
 }
 
+/// Writes a finite number as std::snprintf with `form` ("%.*f" or "%.*g") and `digits` does in the C locale. The locale of the program
+/// changes nothing: whatever stands between the digits before and after the point is replaced by a point. Fails with `value_too_large` if
+/// the text has more than 1,100 characters or does not fit.
+inline std::to_chars_result write_as_printf(char* first, char* last, char const* form, int digits, double value) noexcept
+{
+    std::array<char, 1200> text{}; // a double has at most 309 digits before the point
+    auto const written = std::snprintf(text.data(), text.size(), form, digits, value);
+    std::size_t size = 0;
+    bool between = false;
+    for (int i = 0; i < written && written < static_cast<int>(text.size()); ++i) {
+        char const c = text[static_cast<std::size_t>(i)];
+        if (is_digit(c) || c == '-' || c == '+' || c == 'e') {
+            between = false;
+            text[size++] = c;
+        } else if (!between) { // a decimal point of any locale, which may have several bytes
+            between = true;
+            text[size++] = '.';
+        }
+    }
+    if (size == 0 || size > static_cast<std::size_t>(last - first)) return {last, std::errc::value_too_large};
+    std::memcpy(first, text.data(), size);
+    return {first + size, std::errc{}};
+}
+
+/// std::to_chars(first, last, value), implemented with std::snprintf: the shortest text from which `read_floating` reads the same double.
+/// Of the form with an exponent and the form without, it takes the shorter one, and without an exponent if both have one length.
+inline std::to_chars_result write_shortest(char* first, char* last, double value) noexcept
+{
+    std::array<char, 64> text{};
+    auto const put = [&](char const* from, std::size_t size) -> std::to_chars_result {
+        if (size > static_cast<std::size_t>(last - first)) return {last, std::errc::value_too_large};
+        std::memcpy(first, from, size);
+        return {first + size, std::errc{}};
+    };
+    if (!std::isfinite(value)) {
+        char const* const word = std::isnan(value) ? (std::signbit(value) ? "-nan" : "nan") : value < 0 ? "-inf" : "inf";
+        return put(word, std::strlen(word));
+    }
+    // The digits and the exponent of the first digit: "-1.2345e+06" without its sign and its point. The last digit of the shortest text is not
+    // 0, unless it is the only one.
+    bool const negative = std::signbit(value);
+    std::array<char, 24> digits{};
+    std::size_t count = 0;
+    int exponent = 0;
+    for (int precision = 0; precision < 17; ++precision) {
+        auto const size = std::snprintf(text.data(), text.size(), "%.*e", precision, std::fabs(value));
+        char const* const end = text.data() + size;
+        char const* const e = std::find(static_cast<char const*>(text.data()), end, 'e');
+        count = 0;
+        for (char const* c = text.data(); c != e; ++c)
+            if (is_digit(*c)) digits[count++] = *c;
+        exponent = 0;
+        for (char const* c = e + 2; c != end; ++c) exponent = exponent * 10 + (*c - '0');
+        if (e[1] == '-') exponent = -exponent;
+        std::array<char, 48> plain{}; // digits and an exponent, which `read_floating` reads in any locale
+        std::memcpy(plain.data(), digits.data(), count);
+        plain[count] = 'e';
+        auto const plain_end = std::to_chars(plain.data() + count + 1, plain.data() + plain.size(), exponent - precision).ptr;
+        double read = 0;
+        read_floating(plain.data(), plain_end, read);
+        if (read == std::fabs(value)) break;
+    }
+
+    auto const magnitude = static_cast<std::size_t>(exponent < 0 ? -exponent : exponent);
+    std::size_t const with_exponent = count + (count > 1 ? 1u : 0u) + 2 + (magnitude >= 100 ? 3u : 2u);
+    std::size_t const plainly = exponent < 0                  ? magnitude + 1 + count
+                                : magnitude + 1 >= count ? magnitude + 1
+                                                         : count + 1;
+    std::size_t size = 0;
+    if (negative) text[size++] = '-';
+    if (plainly > with_exponent) {
+        text[size++] = digits[0];
+        if (count > 1) text[size++] = '.';
+        for (std::size_t i = 1; i < count; ++i) text[size++] = digits[i];
+        text[size++] = 'e';
+        text[size++] = exponent < 0 ? '-' : '+';
+        if (magnitude < 10) text[size++] = '0';
+        size = static_cast<std::size_t>(std::to_chars(text.data() + size, text.data() + text.size(), magnitude).ptr - text.data());
+        return put(text.data(), size);
+    }
+    if (exponent >= 0 && magnitude + 1 >= count) return write_as_printf(first, last, "%.*f", 0, value); // an integer, with all its digits
+    if (exponent < 0) {
+        text[size++] = '0';
+        text[size++] = '.';
+        for (std::size_t i = 1; i < magnitude; ++i) text[size++] = '0';
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+        text[size++] = digits[i];
+        if (exponent >= 0 && i == magnitude) text[size++] = '.';
+    }
+    return put(text.data(), size);
+}
+
 } // namespace detail
 
 /// std::from_chars(first, last, value) for any integer type, float and double. It also works with a standard library whose std::from_chars
@@ -131,6 +226,35 @@ std::from_chars_result read_number(char const* first, char const* last, T& value
         return detail::read_floating(first, last, value);
     else
         return std::from_chars(first, last, value);
+#endif
+}
+
+/// std::to_chars(first, last, value): the shortest text that reads back as this number. It also works with a standard library whose
+/// std::to_chars takes integers only.
+inline std::to_chars_result write_number(char* first, char* last, double value) noexcept
+{
+#if defined(__cpp_lib_to_chars) && __cpp_lib_to_chars >= 201611L
+    return std::to_chars(first, last, value);
+#else
+    return detail::write_shortest(first, last, value);
+#endif
+}
+/// std::to_chars(first, last, value, std::chars_format::fixed, digits) for a finite number: with `digits` digits after the point.
+inline std::to_chars_result write_fixed(char* first, char* last, double value, int digits) noexcept
+{
+#if defined(__cpp_lib_to_chars) && __cpp_lib_to_chars >= 201611L
+    return std::to_chars(first, last, value, std::chars_format::fixed, digits);
+#else
+    return detail::write_as_printf(first, last, "%.*f", digits, value);
+#endif
+}
+/// std::to_chars(first, last, value, std::chars_format::general, digits) for a finite number: with `digits` significant digits.
+inline std::to_chars_result write_general(char* first, char* last, double value, int digits) noexcept
+{
+#if defined(__cpp_lib_to_chars) && __cpp_lib_to_chars >= 201611L
+    return std::to_chars(first, last, value, std::chars_format::general, digits);
+#else
+    return detail::write_as_printf(first, last, "%.*g", digits, value);
 #endif
 }
 

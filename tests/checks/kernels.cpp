@@ -45,6 +45,7 @@
 #include <tilemesh/splat/pose/blend.hpp>
 #include <tilemesh/splat/pose/gradients.hpp>
 #include <tilemesh/splat/pose/motion.hpp>
+#include <tilemesh/splat/pose/operations.hpp>
 #include <tilemesh/splat/pose/program.hpp>
 #include <tilemesh/splat/pose/regions.hpp>
 #include <tilemesh/splat/pose/rows.hpp>

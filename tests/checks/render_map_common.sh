@@ -91,5 +91,5 @@ has_whole_pictures() {
 
 finish() {
     [ $failures -eq 0 ] || { echo "$failures failures"; exit 1; }
-    echo "render_map: all good"
+    echo "$(basename "$program"): all good"
 }

@@ -1,10 +1,9 @@
 #!/bin/sh
 # render_map over the ranks of MPI: the output of one process, errors once, and whole files when a rank dies.
-# Usage: sh render_map_ranks.sh PATH_TO_render_map MPIRUN NUMBER_FLAG
+# Usage: sh render_map_ranks.sh PATH_TO_render_map MPIRUN NUMBER_FLAG LIBRARY_OF_tests/mpi/die
 # shellcheck source=render_map_common.sh
 . "$(dirname "$0")/render_map_common.sh"
-mpirun=$2 flag=$3
-name=$(basename "$1" | cut -c 1-15) # as the system names its processes
+mpirun=$2 flag=$3 die=$4
 
 # on RANKS ARGUMENTS...: as `run`, over ranks. What the launcher itself adds to standard error is left out.
 on() {
@@ -22,13 +21,13 @@ exact() { sed -e '/"host_ms"/,/}/d' -e '/"threads"/d' -e '/"engine"/d' -e '/"ran
 
 # --- the output of one process --------------------------------------------------------------------
 compare() {
-    what=$1
-    shift
-    run "$@" --float --program anchored --out one --report one.json >one.txt 2>one.err || [ $? -eq 1 ] || fail "one process: $*: $(cat one.err)"
+    what=$1 of=$2
+    shift 2
+    run "$@" --float --program "$of" --out one --report one.json >one.txt 2>one.err || [ $? -eq 1 ] || fail "one process: $*: $(cat one.err)"
     for ranks in 2 3; do
-        on $ranks "$@" --float --out many --report many.json || fail "$what over $ranks ranks: status $?: $(cat stderr_all)"
+        on $ranks "$@" --float --program "$of" --out many --report many.json || [ $? -eq 1 ] || fail "$what over $ranks ranks: status $?: $(cat stderr_all)"
         for file in one/*; do same "$file" "many/${file#one/}"; done
-        exact many.json | sed 's/"program": "auto"/"program": "anchored"/' >many.exact
+        exact many.json >many.exact
         exact one.json >one.exact
         same one.exact many.exact
         summary one.txt | grep -v -i -e 'built\|ms' >one.summary
@@ -40,9 +39,46 @@ compare() {
     done
     rm -rf one one.json
 }
-compare still --size 160x90 --threads 1
-compare orbit --size 160x90 --threads 1 --orbit 3 --frames 3 --storage-slots 500 --grid 12x9
-compare paper --size 160x90 --threads 2 --orbit 3 --frames 2 --preset paper --channel-slots 20 --copies screen --depth
+compare still anchored --size 160x90 --threads 1
+compare orbit anchored --size 160x90 --threads 1 --orbit 3 --frames 3 --storage-slots 500 --grid 12x9
+compare paper anchored --size 160x90 --threads 2 --orbit 3 --frames 2 --preset paper --channel-slots 20 --copies screen --depth
+compare homes homes --size 160x90 --threads 1 --orbit 3 --frames 2 --held 300 --grid 12x9
+compare planes homes --size 96x64 --threads 1 --depth --alpha --pixels rgbx8 --grid 12x9
+# The anchored tiles of this map are full, so homes take over in the first frame.
+compare auto auto --size 160x90 --threads 1 --orbit 3 --frames 2 --storage-slots 420 --grid 12x9
+
+# --- maps in parts: each rank reads its rows --------------------------------------------------------
+# ply ROWS [FIRST BAD ROW]: a 3DGS map in ASCII with ROWS rows. From the bad row on, every third row has a colour that is not finite.
+ply() {
+    echo "ply
+format ascii 1.0
+element vertex $1"
+    for property in x y z f_dc_0 f_dc_1 f_dc_2 opacity scale_0 scale_1 scale_2 rot_0 rot_1 rot_2 rot_3 ${3:-}; do echo "property float $property"; done
+    echo end_header
+    awk -v n="$1" -v bad="${2:-0}" 'BEGIN { for (i = 1; i <= n; ++i) {
+        g = (bad && i >= bad && (i - bad) % 3 == 0) ? "nan" : sin(i)
+        printf "%.3f %.3f %.3f %s %.3f %.3f 2 -3 -3.2 -3.4 1 %.2f 0 0.1\n", 2 * sin(i * 12.9), 2 * sin(i * 78.2), 4 + sin(i * 3.7), g, sin(i * 2), sin(i * 3), sin(i) } }'
+}
+# binary FILE: the same rows as little-endian PLY.
+binary() {
+    python3 -c '
+import struct, sys
+text = open(sys.argv[1]).read().split("end_header\n")
+sys.stdout.buffer.write((text[0].replace("ascii", "binary_little_endian") + "end_header\n").encode())
+for line in text[1].splitlines(): sys.stdout.buffer.write(struct.pack("<14f", *map(float, line.split())))' "$1"
+}
+ply 500 >text.ply
+ply 500 401 >bad.ply # the rejected rows are those of the last rank
+compare ascii anchored text.ply --size 96x64 --threads 1 --orbit 3 --frames 2 --grid 8x6
+compare rejected anchored bad.ply --size 96x64 --threads 1 --grid 8x6
+compare joined auto text.ply bad.ply --turn x90 --size 96x64 --threads 1 --grid 8x6
+if have_python; then
+    binary bad.ply >binary.ply
+    compare binary anchored binary.ply --size 96x64 --threads 1 --orbit 3 --frames 2 --grid 8x6
+    compare homes_of_parts homes binary.ply --size 96x64 --threads 1 --grid 8x6
+else
+    skip "python3 is absent, so no binary map is read in parts"
+fi
 
 # --- errors once ----------------------------------------------------------------------------------
 refused() {
@@ -54,40 +90,51 @@ refused() {
 }
 refused 'unknown option\|--nonsense' --nonsense
 refused 'no.ply' no.ply
+sed '/end_header/q' text.ply >cut.ply
+refused 'cut.ply is too short' cut.ply
+awk '{ print } /end_header/ { body = NR } body && NR == body + 450 { print "1 2 3" }' text.ply >short.ply
+refused 'short.ply cannot be read' short.ply
 refused '3 processes' --trace t
 refused '3 processes' --engine sequential
-refused '3 processes' --program homes
-refused 'Gaussians' --storage-slots 1 --grid 4x4 --size 64x64
+refused 'Gaussians' --program anchored --storage-slots 1 --grid 4x4 --size 64x64
 : >file
 refused 'file' --out file/below --size 64x48
 on 2 --version || fail "--version over ranks: $?"
 [ "$(wc -l <stdout)" -eq 1 ] || fail "--version is written more than once"
 
 # --- a rank dies: the job ends with a status, and files with their final names are whole ----------------
-for victim in load first later; do
-    "$mpirun" "$flag" 3 "$program" --size 640x360 --threads 1 --orbit 1 --frames 400 --quiet --out "$victim" --report "$victim.json" </dev/null >/dev/null 2>&1 &
-    job=$!
-    waits=0
-    case $victim in
-    load) until [ "$(pgrep -P $job | wc -l)" -ge 3 ] || [ $waits -ge 300 ]; do sleep 0.1; waits=$((waits + 1)); done ;;
-    first) until [ -e $victim/frame_0000.png ] || [ $waits -ge 600 ]; do sleep 0.1; waits=$((waits + 1)); done ;;
-    later) until [ -e $victim/frame_0003.png ] || [ $waits -ge 900 ]; do sleep 0.1; waits=$((waits + 1)); done ;;
-    esac
-    # The launcher's children are the ranks, or MPICH's proxy, whose children they are.
-    ranks=$(pgrep -P $job -x "$name" || for child in $(pgrep -P $job); do pgrep -P "$child" -x "$name"; done)
-    last=$(echo "$ranks" | tail -n 1)
-    if [ -z "$last" ]; then
-        fail "there is no rank to kill"
-    else
-        kill -KILL "$last"
-    fi
-    waits=0
-    while kill -0 $job 2>/dev/null && [ $waits -lt 600 ]; do sleep 0.1; waits=$((waits + 1)); done
-    kill -0 $job 2>/dev/null && { fail "a rank died ($victim), and the job goes on"; kill -KILL $job; }
-    wait $job
-    [ $? -ne 0 ] || fail "a rank died ($victim), and the job's status is 0"
-    [ ! -e $victim.json ] || fail "a rank died ($victim), and there is a report"
-    [ $victim = load ] || has_whole_pictures $victim
-done
+# dies PHASE RANK PLACE N: rank RANK gets SIGKILL when it comes to this place the N-th time (tests/mpi/die).
+dies() {
+    phase=$1
+    shift
+    timeout -k 5 120 "$mpirun" "$flag" 3 env LD_PRELOAD="$die" TILEMESH_DIE="$*" "$program" text.ply --size 160x90 --threads 1 --orbit 1 --frames 4 \
+        --grid 8x6 --quiet --float --out "$phase" --report "$phase.json" </dev/null >/dev/null 2>stderr_all
+    status=$?
+    [ $status -ne 0 ] || fail "a rank died ($phase), and the job's status is 0"
+    [ $status -ne 124 ] || fail "a rank died ($phase), and the job goes on"
+    [ ! -e "$phase.json" ] || fail "a rank died ($phase), and there is a report"
+    pictures=$(find "$phase" -name '*.png' 2>/dev/null | wc -l)
+    for file in "$phase"/*.p??; do # PNG and PFM
+        [ ! -e "$file" ] || same "$file" "whole/${file##*/}"
+    done
+}
+# pictures PHASE LEAST MOST: how many are whole when the job ends.
+pictures() {
+    if [ "$pictures" -lt "$2" ] || [ "$pictures" -gt "$3" ]; then fail "a rank died ($1), and there are $pictures pictures, not $2 to $3"; fi
+}
+run text.ply --size 160x90 --threads 1 --orbit 1 --frames 4 --grid 8x6 --quiet --float --out whole 2>/dev/null
+dies load 2 MPI_Bcast 3
+pictures load 0 0
+dies load_of_first 0 MPI_Bcast 3
+pictures load_of_first 0 0
+dies route 1 MPI_Isend 3
+pictures route 0 0
+dies gather 2 states 7 # the rank has 2 of 6 rows of tiles, so this is frame 3
+pictures gather 2 3
+dies write 0 write 3
+pictures write 0 3
+find write -name '*.part' | grep -q . || fail "no file was being written when the rank died"
+dies rename 0 rename 3
+pictures rename 1 3
 
 finish

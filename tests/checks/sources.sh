@@ -31,12 +31,12 @@ for file in error joined_threads; do refuse "$file.hpp includes nothing of ours"
 refuse "number_text.hpp includes config.hpp" "$(ours 'number_text\.hpp' 'config\.hpp')"
 refuse "engine/ includes engine/, machine/, config.hpp and error.hpp" "$(ours engine/ 'engine/|machine/|config\.hpp|error\.hpp')"
 refuse "model/ includes model/, engine/ and below, error.hpp, and of report/ what knows no splatting" \
-    "$(ours model/ "model/|engine/|machine/|config\\.hpp|error\\.hpp|$plain_reports")"
-refuse "tables, plots and pages know no splatting" "$(ours "$plain_reports" "$plain_reports|report/detail/image_file_code\\.hpp|error\\.hpp|config\\.hpp")"
+    "$(ours model/ "model/|engine/|machine/|config\\.hpp|error\\.hpp|number_text\\.hpp|$plain_reports")"
+refuse "tables, plots and pages know no splatting" "$(ours "$plain_reports" "$plain_reports|report/detail/image_file_code\\.hpp|error\\.hpp|number_text\\.hpp|config\\.hpp")"
 refuse "scene/ includes scene/, splat/ and below, error.hpp and number_text.hpp" \
     "$(ours scene/ 'scene/|splat/|machine/|config\.hpp|error\.hpp|number_text\.hpp')"
-refuse "report/ includes report/, splat/ and below, error.hpp and joined_threads.hpp" \
-    "$(ours report/ 'report/|splat/|machine/|config\.hpp|error\.hpp|joined_threads\.hpp')"
+refuse "report/ includes report/, splat/ and below, error.hpp, joined_threads.hpp and number_text.hpp" \
+    "$(ours report/ 'report/|splat/|machine/|config\.hpp|error\.hpp|joined_threads\.hpp|number_text\.hpp')"
 refuse "track/ includes track/, render/, engine/, scene/, report/, splat/ and below, error.hpp and joined_threads.hpp" \
     "$(ours track/ 'track/|render/|engine/|scene/|report/|splat/|machine/|config\.hpp|error\.hpp|joined_threads\.hpp')"
 refuse "codelets include machine/, config.hpp and codelets" "$(ours "$codelet_code" "$codelet_code|machine/|config\.hpp")"
@@ -111,7 +111,7 @@ refuse "README.md: public headers that tilemesh.hpp does not include" \
     "$(printf '%s\n' "$public" | grep -vxE "$json|$codecs|(mpi|poplar)/.*" | grep -vxF "$reached" || true)"
 refuse "README.md: not among the public headers" "$({
     printf '%s\n' "$all" | grep -E '^[a-z_]+\.hpp$|^(machine|model|report|scene|track)/[a-z_]+\.hpp$' | grep -vxE "(joined_threads|number_text|$inside)\.hpp"
-    find ../../examples ../../tests/consumers -path ../../examples/render_map -prune -o -name '*.?pp' -exec sed -nE 's/^ *#include <tilemesh\/(.*)>$/\1/p' {} +
+    find ../../examples ../../tests/consumers -path ../../examples/render_map -prune -o -path ../../examples/page -prune -o -name '*.?pp' -exec sed -nE 's/^ *#include <tilemesh\/(.*)>$/\1/p' {} +
     } | sort -u | grep -vxF "$public" || true)"
 
 # Kernel code: what it includes.

@@ -13,6 +13,19 @@ void load_heat(M& mesh)
     mesh.template broadcast<Conductivity>().per_step = 0.2f;
     for (auto [tile, cell] : mesh.template states<Cell>()) cell.kelvin = static_cast<float>(300 + tile.x() * tile.y() % 17);
 }
+template <class M>
+void load_life(M& mesh)
+{
+    for (auto [tile, patch] : mesh.template states<Patch>()) {
+        Random random{tile.packed};
+        for (auto& row : patch.row) row = random.bits() & 0xffu;
+    }
+}
+template <class M>
+void load_keys(M& mesh)
+{
+    for (auto [tile, key] : mesh.template states<Key>()) key.value = Random{tile.packed}.bits();
+}
 /// Parcels from every tile to tiles of its choice, the same on every mesh.
 template <class M>
 void load_post(M& mesh)
@@ -43,17 +56,8 @@ TEST_CASE("heat, life and sorting: words, counters and digests of every superste
         CAPTURE(grid.height);
         on_ranks<Heat>(grid, [](auto& mesh) { load_heat(mesh); }, 2, Heat{{12}});
     }
-    auto const random_rows = [](auto& mesh) {
-        for (auto [tile, patch] : mesh.template states<Patch>()) {
-            Random random{tile.packed};
-            for (auto& row : patch.row) row = random.bits() & 0xffu;
-        }
-    };
-    on_ranks<Generation>({3, 8}, random_rows, 5);
-    auto const keys = [](auto& mesh) {
-        for (auto [tile, key] : mesh.template states<Key>()) key.value = Random{tile.packed}.bits();
-    };
-    on_ranks<SortRows>({6, 5}, keys, 1, SortRows{{6}, {}});
+    on_ranks<Generation>({3, 8}, [](auto& mesh) { load_life(mesh); }, 5);
+    on_ranks<SortRows>({6, 5}, [](auto& mesh) { load_keys(mesh); }, 1, SortRows{{6}, {}});
 }
 
 TEST_CASE("messages to far tiles, and mail that a bound leaves for the next run")
@@ -101,6 +105,7 @@ TEST_CASE("channels of one slot, exactly full, and one more: back-pressure cross
     REQUIRE(full > 1);
     auto const narrow = run(1, 1);
     CHECK(narrow.exchanges() > wide.exchanges());
+    for (std::uint32_t const slots : {2u, 3u, 17u, 199u}) CHECK(run(slots, 400).exchanges() <= narrow.exchanges());
     CHECK(run(full, 400).messages() == wide.messages());
     CHECK(run(full + 1, 400).messages() == wide.messages());
 }
@@ -159,6 +164,9 @@ TEST_CASE("a rectangle that lies in a part of the ranks, and limits")
 TEST_CASE("the gathered trace is that of Mesh")
 {
     check_trace(Post{}, Grid{5, 8}, [](auto& mesh) { load_post(mesh); });
+    check_trace(Heat{{12}}, Grid{5, 9}, [](auto& mesh) { load_heat(mesh); });
+    check_trace(Generation{}, Grid{3, 8}, [](auto& mesh) { load_life(mesh); });
+    check_trace(SortRows{{6}, {}}, Grid{6, 5}, [](auto& mesh) { load_keys(mesh); });
     check_trace(Warming{}, Grid{3, 2}, [](auto& mesh) {
         mesh.template broadcast<Settling>() = {0.2f, 10, 0};
         for (auto [tile, plate] : mesh.template states<Plate>()) plate.kelvin = static_cast<float>(40 * (tile.x() + tile.y()));

@@ -2,8 +2,10 @@
 #define DOCTEST_CONFIG_IMPLEMENT
 #include "../engine/programs.hpp"
 #include "on_ranks.hpp"
+#include <algorithm>
 #include <cstring>
 #include <doctest/doctest.h>
+#include <iostream>
 #include <mpi.h>
 #include <unistd.h>
 
@@ -30,6 +32,12 @@ int main(int argc, char** argv)
     MPI_Comm_rank(MPI_COMM_WORLD, &rank);
     if (rank != 0) context.setOption("minimal", true); // only what fails, and the summary of rank 0
     int failed = context.run();
+    // A rank that stops at its first failure ends the job, because the other ranks would wait for its messages.
+    bool const stops = std::any_of(argv, argv + argc, [](char const* word) { return std::strncmp(word, "-aa=", 4) == 0; });
+    if (stops && failed != 0) {
+        std::cout.flush();
+        MPI_Abort(MPI_COMM_WORLD, failed);
+    }
     failed += mpi_test::requests_left();
     if (mpi_test::requests_left() != 0) std::fprintf(stderr, "rank %d leaves %d requests\n", rank, mpi_test::requests_left());
     MPI_Finalize();

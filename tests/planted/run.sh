@@ -7,6 +7,7 @@
 #
 # A test is compiled alone, without optimisation, against a copy of the project that holds the fault, and runs up to its first failure.
 # First every test in question must pass without a fault. The real maps are not used. Scratch space: some 300 MB in TMPDIR.
+# Tests of mpi/ need Open MPI and run on three ranks.
 set -u
 export LC_ALL=C
 here=$(cd "$(dirname "$0")" && pwd)
@@ -57,6 +58,10 @@ work=$(mktemp -d "${TMPDIR:-/tmp}/tilemesh_planted.XXXXXX") || exit 2
 trap 'rm -rf "$work"' EXIT
 trap 'kill $(jobs -p) 2>/dev/null; wait; exit 130' INT TERM
 export TILEMESH_FAST=1 TILEMESH_DATA=/nonexistent
+export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 OMPI_MCA_rmaps_base_oversubscribe=1
+export OMPI_MCA_mpi_yield_when_idle=1 OMPI_MCA_hwloc_base_binding_policy=none
+mpi_flags=$(mpicxx.openmpi --showme:compile 2>/dev/null) && mpi_flags="-DOMPI_SKIP_MPICXX $mpi_flags" || mpi_flags=
+mpi_libraries=$(mpicxx.openmpi --showme:link 2>/dev/null)
 
 # ---- which faults
 is_wanted() { # NUMBER TESTS FILES
@@ -135,7 +140,9 @@ make_kit() { # FLAGS
 compile() { # TEST-FILE TREE FLAGS ARGUMENTS...
     local kit front=()
     kit=$(kit_of "$3")
-    if grep -qE '(make_runner|fit_shared)<' "$2/tests/$1.cpp"; then front=(-include "$2/tests/splat/shared/runner_of.hpp"); fi
+    # shellcheck disable=SC2206
+    if [[ $1 == mpi/* ]]; then front=($mpi_flags); fi
+    if grep -qE '(make_runner|fit_shared)<' "$2/tests/$1.cpp"; then front+=(-include "$2/tests/splat/shared/runner_of.hpp"); fi
     # shellcheck disable=SC2086
     "$(cat "$kit/compiler")" -std=c++20 -O0 -pthread -UNDEBUG -w $3 -include "$kit/common.hpp" ${front[@]+"${front[@]}"} -I"$2/include" \
         -I"$2/bench" -I"$2/examples" -I"$2/tests/poplar/standin" "$2/tests/$1.cpp" "${@:4}"
@@ -143,9 +150,12 @@ compile() { # TEST-FILE TREE FLAGS ARGUMENTS...
 # Builds a test into OUT, with what its part links beside it (sources without a test case). Objects that CHANGED files are no part of
 # are those of the test without a fault.
 build() { # TEST TREE FLAGS OUT CHANGED...
-    local test=$1 tree=$2 flags=$3 out=$4 kit source object own objects=() file
+    local test=$1 tree=$2 flags=$3 out=$4 kit source object own objects=() file ends
     shift 4
     kit=$(kit_of "$flags")
+    ends=("$kit/main.o")
+    # shellcheck disable=SC2206
+    if [[ $test == mpi/* ]]; then ends=($mpi_libraries); fi # their main is one of their sources
     while read -r source; do
         source=${test%/*}/$(basename "$source" .cpp)
         object=$kit/${source//\//_}.o
@@ -161,13 +171,16 @@ build() { # TEST TREE FLAGS OUT CHANGED...
         fi
         objects+=("$object")
     done < <(grep -L TEST_CASE "$tree/tests/${test%/*}"/*.cpp)
-    compile "$test" "$tree" "$flags" ${objects[@]+"${objects[@]}"} "$kit/main.o" -o "$out"
+    compile "$test" "$tree" "$flags" ${objects[@]+"${objects[@]}"} "${ends[@]}" -o "$out"
 }
-run() { # PROGRAM SECONDS
-    (cd "$(dirname "$1")" && timeout -k 5 "$2" "$1" -aa=1 -tce='slow:*' --no-colors=true >"$1.log" 2>&1; exit $?) 2>/dev/null
+run() { # TEST PROGRAM SECONDS
+    local front=()
+    if [[ $1 == mpi/* ]]; then front=(mpirun.openmpi -n 3); fi
+    shift
+    (cd "$(dirname "$1")" && timeout -k 5 "$2" ${front[@]+"${front[@]}"} "$1" -aa=1 -tce='slow:*' --no-colors=true </dev/null >"$1.log" 2>&1; exit $?) 2>/dev/null
 }
-failed_cases() { # LOG
-    sed -n 's/^\[doctest\] test cases:.*| *\([0-9]*\) failed.*/\1/p' "$1"
+failed_cases() { # LOG: of the rank that has most
+    sed -n 's/^\[doctest\] test cases:.*| *\([0-9]*\) failed.*/\1/p' "$1" | sort -n | tail -n 1
 }
 first_failed() { # LOG: the name of the test case (a message prints its name too)
     awk '/^TEST CASE: / { sub(/^TEST CASE: */, ""); name = $0 } /: (FATAL )?ERROR: / { print name; exit }' "$1"
@@ -201,10 +214,12 @@ try_control() { # JOB TEST|FLAGS|REFUSAL
         check "${test#*/}" "$tree" "$out" || ok=1
     elif [ ! -e "$(kit_of "$flags")/compiler" ]; then
         echo "skipped: no compiler here links $flags" >"$out.log"
+    elif [[ $test == mpi/* && -z $mpi_flags ]]; then
+        echo "skipped: Open MPI is not here (libopenmpi-dev, openmpi-bin)" >"$out.log"
     elif [ -n "$refusal" ]; then
         compile "$test" "$tree" "$flags" -fsyntax-only >"$out.log" 2>&1 || ok=1
     else
-        build "$test" "$tree" "$flags" "$out" >"$out.log" 2>&1 && built=$(now) && run "$out" 600 || ok=1
+        build "$test" "$tree" "$flags" "$out" >"$out.log" 2>&1 && built=$(now) && run "$test" "$out" 600 || ok=1
         [ "$(failed_cases "$out.log")" = 0 ] && ! grep -q 'test cases: *0 ' "$out.log" || ok=1
     fi
     echo "$(($(now) - begin)) $(($(now) - built))" >"$work/ms_$name"
@@ -242,13 +257,17 @@ try_test() { # TEST TREE FLAGS REFUSAL OUT FILES...
         echo "NOT CAUGHT: $test does not compile: $(grep -m 1 'error:' "$out.log")"
     else
         read -r _ ms <"$work/ms_$name"
-        run "$out" $((20 + ms / 100)) # ten times as long as without the fault is a hang, which counts as caught
+        run "$test" "$out" $((20 + ms / 100)) # ten times as long as without the fault is a hang, which counts as caught
         status=$?
         n=$(failed_cases "$out.log")
         if [ $status -eq 124 ]; then
             echo "$test (hangs)"
         elif [ $status -ne 0 ] && [ "${n:-0}" -gt 0 ]; then
             echo "$test (\"$(first_failed "$out.log")\"$([ $status -lt 128 ] || echo ' crashes'))"
+        elif [ $status -ne 0 ] && [[ $test == mpi/* ]] && grep -q '^rank [0-9]* leaves' "$out.log"; then
+            echo "$test ($(grep -m 1 '^rank [0-9]* leaves' "$out.log"))"
+        elif [ $status -ne 0 ] && [ -z "$n" ] && [[ $test == mpi/* ]]; then
+            echo "$test (MPI ends the job, status $status)"
         elif [ $status -ne 0 ] && [ -n "$flags" ] && [ -n "$(reported "$out.log")" ]; then
             echo "$test ($(reported "$out.log"))"
         else

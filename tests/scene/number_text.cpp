@@ -234,6 +234,59 @@ int differences(std::vector<std::string> const& texts)
     return different;
 }
 
+TEST_CASE("numbers are written as by std::to_chars")
+{
+    std::mt19937_64 random(3);
+    std::vector<double> values = {0.0, -0.0, 1.0, 0.1, 1e5, 123456.0, 1e-5, 1e-4, 0.00012, 1e16, 1e22, 1e23, 0x1p70, 5e-324, 1e100, 1e-100,
+                                  std::numeric_limits<double>::max(), std::numeric_limits<double>::min(), 9007199254740993.0};
+    for (int i = 0; i < 20000; ++i) {
+        std::uint64_t const bits = random();
+        double value = 0;
+        std::memcpy(&value, &bits, sizeof value);
+        if (std::isfinite(value)) values.push_back(value);
+        values.push_back(static_cast<double>(static_cast<float>(bits >> 40) / 1024.0f));
+        values.push_back(static_cast<double>(bits % 1'000'000) / 1000.0);
+        values.push_back(static_cast<double>(bits >> (i % 60)));
+    }
+    int different = 0;
+    std::array<char, 1200> ours{}, theirs{};
+    auto const check = [&](std::to_chars_result const& a, std::to_chars_result const& b) {
+        std::string const x(ours.data(), a.ptr), y(theirs.data(), b.ptr);
+        if (x != y && different++ == 0) MESSAGE("\"" << x << "\"; std::to_chars: \"" << y << "\"");
+    };
+    auto* const first = ours.data();
+    auto* const last = ours.data() + ours.size();
+    for (double const value : values) {
+        check(detail::write_shortest(first, last, value), std::to_chars(theirs.data(), theirs.data() + theirs.size(), value));
+        for (int const digits : {0, 1, 4}) {
+            check(detail::write_as_printf(first, last, "%.*f", digits, value),
+                  std::to_chars(theirs.data(), theirs.data() + theirs.size(), value, std::chars_format::fixed, digits));
+            check(detail::write_as_printf(first, last, "%.*g", digits + 2, value),
+                  std::to_chars(theirs.data(), theirs.data() + theirs.size(), value, std::chars_format::general, digits + 2));
+        }
+    }
+    CHECK(different == 0);
+}
+
+TEST_CASE("a text that does not fit is not written, and a decimal comma of the locale becomes a point")
+{
+    std::array<char, 4> room{'x', 'x', 'x', 'x'};
+    CHECK(detail::write_shortest(room.data(), room.data() + 3, 1.25).ec == std::errc::value_too_large);
+    CHECK(detail::write_as_printf(room.data(), room.data() + 3, "%.*f", 2, 1.25).ec == std::errc::value_too_large);
+    CHECK(detail::write_shortest(room.data(), room.data() + 4, 1.25).ec == good);
+    CHECK(std::string(room.data(), 4) == "1.25");
+    std::string const before = std::setlocale(LC_NUMERIC, nullptr);
+    for (auto const* name : {"de_DE.UTF-8", "de_DE", "fr_FR.UTF-8", "fr_FR", "nl_NL.UTF-8", "ps_AF.UTF-8"}) {
+        if (std::setlocale(LC_NUMERIC, name) == nullptr) continue;
+        room.fill('x');
+        CHECK(detail::write_shortest(room.data(), room.data() + 4, 1.25).ec == good);
+        CHECK(std::string(room.data(), 4) == "1.25");
+        CHECK(detail::write_as_printf(room.data(), room.data() + 4, "%.*f", 2, 1.25).ec == good);
+        CHECK(std::string(room.data(), 4) == "1.25");
+    }
+    std::setlocale(LC_NUMERIC, before.c_str());
+}
+
 TEST_CASE("std::from_chars reads the same in texts of any kind")
 {
     std::mt19937_64 random(2);

@@ -373,7 +373,7 @@ protected: // for an engine that runs a part of the grid's rows
         for (auto& heads : b.heads)
             if (heads.data() == nullptr) heads = engine::Arena((n + bins) * Bank::head_words);
         if (stride != b.stride) {
-            engine::Arena items[2] = {engine::Arena(n * stride), engine::Arena(n * stride)};
+            engine::Arena items[2] = {engine::Arena(std::uint64_t{n} * stride), engine::Arena(std::uint64_t{n} * stride)};
             for (int i : {0, 1}) b.items[i] = std::move(items[i]);
         }
         b.capacity = capacity;

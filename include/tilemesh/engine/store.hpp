@@ -425,7 +425,7 @@ private:
         auto slack = std::size_t{0}; // a guarded store has room for one item past the last region
         if constexpr (Guarded && is_list<X>) slack = X::item_words;
         stride_[i] = stride<X>();
-        if constexpr (!is_small<X>) items_[i] = Arena(std::size_t{grid_.size()} * stride_[i] + slack);
+        if constexpr (!is_small<X>) items_[i] = Arena(std::uint64_t{grid_.size()} * stride_[i] + slack);
     }
     template <class... C>
     void set_capacities(machine::Types<C...>)

@@ -188,8 +188,9 @@ public:
     }
     /// Do all ranks give the same word?
     bool same(std::uint64_t word) { return ranks_.same(word); }
-    /// Replaces n words by their sums over all ranks. `most`: words below 2^63 by their maxima.
+    /// Replaces n words by their sums over all ranks. `least`, `most`: words below 2^63 by their minima or maxima.
     void sum(std::uint64_t* words, std::size_t n) { ranks_.sum(words, n); }
+    void least(std::uint64_t* words, std::size_t n) { ranks_.least(words, n); }
     void most(std::uint64_t* words, std::size_t n) { ranks_.most(words, n); }
     /// Every rank, from the lowest to the highest, calls word = f(word), with the result of the rank before. All ranks return the last
     /// result. Cost: one broadcast for each rank.
@@ -203,6 +204,19 @@ public:
     void join(std::vector<T>& items)
     {
         ranks_.join(items);
+    }
+    /// The same for a number of items that every rank can tell: n(r) of rank r. On rank 0, room for the items of the others follows its own.
+    template <class T, class N>
+    void join(T* items, N const& n)
+    {
+        ranks_.join(items, n);
+    }
+    /// Sends `counts[r]` items to rank r, one rank after another. Returns the items that this rank gets, in the order of the ranks that sent
+    /// them; `counts[r]` is then the number of those from rank r. T is trivially copyable.
+    template <class T>
+    std::vector<T> deal(std::vector<T> items, std::vector<std::uint64_t>& counts)
+    {
+        return ranks_.deal(std::move(items), counts);
     }
     /// Every rank gets the items of rank 0. T is trivially copyable.
     template <class T>

@@ -58,7 +58,9 @@ void check_facts(SetupFacts const& facts)
 /// If the engine runs on several processes (MpiMesh), every process has such a renderer of the same map, setup and options, and calls the
 /// same functions with the same cameras and models. Records start on the tiles of every process and route themselves. Every process returns
 /// the same report; `host_ms` is its own. The first process returns the picture, the others an empty one. What fails in one process is an
-/// Error in all of them. Cost: every process holds the map; a frame gathers the picture, and adds up 12 words.
+/// Error in all of them. A process keeps its share of the map (RendererOptions::rows_of_all_parts), and a record that starts on a tile of another
+/// process is sent to it. Cost: a frame gathers the picture, and adds up 12 words; a frame that lists losses collects a splat of each record
+/// in the first process.
 template <class P, template <class, class> class Engine, class Machine>
 class FrameRenderer {
 public:
@@ -150,6 +152,11 @@ private:
             }
         if (options_.storage_slots != 0) mesh_->template limit<splat::Storage<P>>(options_.storage_slots);
         if (observer_) mesh_->observe(observer_);
+        if (over_ranks<MeshType> && !shared_) {
+            require_same_frames(*mesh_, renderer_digest_);
+            records_.share(*mesh_, options_.rows_of_all_parts);
+            shared_ = true;
+        }
         blacken();
         last_.reset();
         copies_lost_ = copies_refused_ = cut_ = ran_twice_ = false;
@@ -224,6 +231,10 @@ private:
             auto const& mesh = std::as_const(*mesh_);
             sums.add(mesh.template state<splat::Counts>(tile), mesh.template state<splat::Work>(tile));
         });
+        auto const& frame = mesh_->template broadcast<Parameters>();
+        auto const off = keeper_.off_tiles(frame.view, tiling_, host_keeps());
+        sums.visible += off.visible;
+        sums.parked += off.parked;
         if constexpr (over_ranks<MeshType>) {
             std::uint64_t words[TileSums::words];
             __builtin_memcpy(words, &sums, sizeof words);
@@ -231,10 +242,6 @@ private:
             __builtin_memcpy(&sums, words, sizeof words);
         }
         auto r = account<P>(counters, sums, facts_.rules.holds != 0);
-        auto const& frame = mesh_->template broadcast<Parameters>();
-        auto const off = keeper_.off_tiles(frame.view, tiling_, host_keeps());
-        r.gaussians.visible += off.visible;
-        r.gaussians.parked += off.parked;
 
         // A loss lasts until the records are sent again: a frame that refused no record may still lack records that an earlier frame lost.
         copies_lost_ = r.refused.copies_full != 0 || (copies_lost_ && frame.resend_copies == 0);
@@ -251,12 +258,14 @@ private:
         auto const facts = facts_on<P>(*mesh_);
         LossQuestion const question{mesh_->grid(), frame.view,  frame.tiling, P::routes, P::blooms, facts_.rules.holds != 0,
                                     options_.hops != 0, storage_slots()};
+        ScreenRows const rows(*mesh_, question, records_);
         NotOnTiles off;
         together(*mesh_, [&] {
-            if (is_first(*mesh_)) off = LossFinder(question, records_, facts).list(r);
+            if (is_first(*mesh_)) off = LossFinder(question, rows, facts).list(r);
         });
         share_losses(*mesh_, r, off);
-        keeper_.set_missing(std::move(off.missing));
+        if constexpr (!over_ranks<MeshType>) off.missing_ids.clear();
+        keeper_.set_missing(std::move(off.missing), std::move(off.missing_ids));
         keeper_.set_under_way(std::move(off.under_way));
     }
     /// Only without bloom: does any footprint leave its anchor tile?
@@ -280,16 +289,14 @@ private:
             std::uint32_t words[sizeof view / 4];
             __builtin_memcpy(words, &view, sizeof view);
             auto digest = engine::mix_words(renderer_digest_, words, sizeof view / 4);
-            if (!mesh_->same(digest))
-                throw Error("ranks with different frames (the map, the camera, the model or the options of a rank differ from those of another); "
-                            "give the same to every rank");
+            require_same_frames(*mesh_, digest);
         }
     }
 
     /// A digest of what must be the same on all ranks in all frames: map, rules, and those options that are not in the mesh.
     std::uint64_t digest_of_renderer() const noexcept
     {
-        auto digest = over_ranks<MeshType> ? records_.digest() : 0;
+        auto digest = over_ranks<MeshType> && options_.rows_of_all_parts == 0 ? records_.digest() : 0;
         for (auto const word : {facts_.rules.holds, facts_.rules.carried, facts_.rules.reusable, facts_.rules.road_bytes,
                                 facts_.rules.beam_bytes, static_cast<std::uint32_t>(facts_.colour), options_.hops, options_.storage_slots})
             digest = engine::mix(digest, word);
@@ -315,6 +322,7 @@ private:
     bool copies_refused_ = false;                    ///< copies met a full channel; tiles owe them again in a new view
     bool cut_ = false;                               ///< a bound may have left records under way
     bool ran_twice_ = false;                         ///< the host recalled copies in the last frame
+    bool shared_ = false;                            ///< over several processes: this one has its share of the records
     bool halfway_ = false;                           ///< a frame started and did not end, so the host and the tiles may have different views
     [[no_unique_address]] std::conditional_t<traced, Trace, engine::NoTrace> trace_; ///< of both runs, if it ran twice
 };
@@ -329,6 +337,7 @@ FrameRenderer<P, Engine, Machine>::FrameRenderer(scene::Map const& map, SetupFac
       kept_(may_keep_pixels && options.keep_pixels), model_(with_options(facts_.model, options))
 {
     check_facts<P>(facts_);
+    if (options.rows_of_all_parts != 0 && !over_ranks<MeshType>) refuse_part();
     if (facts_.sizes.one_channel_memory && options.hops != 0)
         throw Error(std::string("setup ") + facts_.name + " with bounded hops (its routing and bloom take turns in one set of " +
                     "channels, which a bound would leave full); choose a setup with channels of their own");
@@ -399,7 +408,7 @@ void FrameRenderer<P, Engine, Machine>::render_into(splat::Camera const& camera,
     bool const may_recall = facts_.rules.holds != 0 && options_.hops == 0;
     ran_twice_ = may_recall && keeper_.recall_copies(*mesh_);
     if (ran_twice_) run_again(report);
-    check_sums(report, records_.rows(), gone);
+    check_sums(report, records_.all_rows(), gone);
 
     auto const tiles_done = Clock::now();
     collect_picture<P>(*mesh_, facts_, tiling_, camera, result);

@@ -3,19 +3,23 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <initializer_list>
 #include <memory>
 #include <optional>
 #include <string>
 #include <tilemesh/any_renderer.hpp>
+#include <tilemesh/engine/digest.hpp>
 #include <tilemesh/engine/mesh.hpp>
 #include <tilemesh/engine/trace.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/render/engine_options.hpp>
 #include <tilemesh/render/homes_choice.hpp>
 #include <tilemesh/render/homes_form.hpp>
+#include <tilemesh/render/over_ranks.hpp>
 #include <tilemesh/render/picture.hpp>
 #include <tilemesh/render/record_table.hpp>
 #include <tilemesh/render/renderer_options.hpp>
+#include <tilemesh/render/row_shares.hpp>
 #include <tilemesh/render/setup_facts.hpp>
 #include <tilemesh/splat/homes/program.hpp>
 #include <type_traits>
@@ -28,8 +32,12 @@ namespace tilemesh { inline namespace v0_2 { namespace render {
 /// bit-identical to that of one depth-ordered list for the whole frame, for any capacities. More splats than a tile holds cost rounds, not
 /// records.
 ///
-/// `P`: policies of splat/homes (by reference or by value). `Engine`: Mesh, CheckedMesh or PoplarMesh. Records never move, so a new view
-/// sends every visible splat again; an unchanged view runs nothing.
+/// `P`: policies of splat/homes (by reference or by value). `Engine`: Mesh, CheckedMesh or PoplarMesh; by value also MpiMesh. Records never
+/// move, so a new view sends every visible splat again; an unchanged view runs nothing.
+///
+/// On an engine over several processes, each has such a renderer and calls the same functions, as with FrameRenderer: each process has its
+/// share of the map, the first gets the picture, and all get the same report. Records and pixels may then have more than the choice asks
+/// for, which changes no result: the ledger is that of the choice.
 template <class P, template <class, class> class Engine = Mesh, class Machine = AnyMachine>
 class HomesRenderer : public AnyRenderer {
 public:
@@ -39,12 +47,18 @@ public:
     static constexpr bool by_reference = std::is_same_v<typename P::Record, splat::Reference>;
     static constexpr bool traced = is_traced<Machine>;
 
+    static_assert(!over_ranks<MeshType> || !by_reference, "references to a table of the host on an engine over several processes (a tile "
+                                                          "of another process cannot read that table); choose policies by value");
+
     /// A map with more records than homes comes in chapters; its records are sent anew for each view. Throws Error if the choice's records or
     /// pixels are not those of the policies.
     HomesRenderer(scene::Map const& map, HomesChoice const& choice, RendererOptions options = {}, EngineOptions engine = {})
         : options_(options), engine_(std::move(engine)), choice_(choice), grid_(homes_grid(options)),
-          records_(dealt(map, grid_.size()), choice.sh_degree)
+          records_(table_of(map, grid_.size(), choice.sh_degree))
     {
+        if (options.rows_of_all_parts != 0 && !over_ranks<MeshType>) refuse_part();
+        if (over_ranks<MeshType> && options.rows_of_all_parts == 0) renderer_digest_ = records_.digest();
+        renderer_digest_ = engine::mix(engine::mix(renderer_digest_, map.sh_degree), options.rounds);
         require_policies(choice);
         choice_.model = with_options(choice_.model, options);
         facts_ = facts_of(choice_, choice_.sizes, HomesLedger(choice_, choice_.sizes)); // until the first frame
@@ -65,6 +79,7 @@ public:
         if (halfway_) mesh_.reset();
         halfway_ = true;
         prepare(camera.width, camera.height);
+        require_same(splat::make_view(camera, choice_.model));
         auto const view = splat::make_view(camera, choice_.model);
         if (!demand_.holds_for(view))
             throw Error("a view that the demand was not made for (" + std::to_string(demand_.culled) +
@@ -83,7 +98,7 @@ public:
                 run(view, 0, report);
             visible_ = report.gaussians.visible;
             unfinished_ = report.unfinished;
-            report.gaussians.parked = records_.rows() - visible_;
+            report.gaussians.parked = records_.all_rows() - visible_;
         } else {
             report = unchanged();
         }
@@ -111,7 +126,8 @@ public:
     bool routes() const override { return true; }
     bool blooms() const override { return true; }
     MeshType& mesh() noexcept { return *mesh_; }
-    /// The trace of the last frame, chapter after chapter; only on a Traced machine. A frame whose view did not change has no superstep.
+    /// The trace of the last frame, chapter after chapter; only on a Traced machine. A frame whose view did not change has no superstep. On
+    /// several processes, it is the trace of this process's tiles.
     template <class M = Machine>
     Trace const& trace() const noexcept
         requires(is_traced<M>)
@@ -135,12 +151,21 @@ private:
         using Pixel = typename P::Pixel;
         bool const rgbx8 = std::is_same_v<splat::ColourOf<Pixel>, splat::Rgbx8Pixel>;
         bool fits = Pixel::has_depth >= c.depth && Pixel::has_alpha >= c.alpha && (c.colour == ColourFormat::rgbx8) >= rgbx8;
-        if constexpr (!by_reference) // what the tiles store is what the ledger counts
+        if constexpr (over_ranks<MeshType>)
+            fits = fits && c.sh_degree <= P::Record::sh_degree;
+        else if constexpr (!by_reference) // what the tiles store is what the ledger counts
             fits = c.sh_degree == P::Record::sh_degree && c.depth == Pixel::has_depth && c.alpha == Pixel::has_alpha &&
                    (c.colour == ColourFormat::rgbx8) == rgbx8;
         if (!fits)
             throw Error("a choice of records or pixels that the renderer's policies do not store (degree, colour format, depth or alpha "
                         "differ); give both the same");
+    }
+    static RecordTable table_of(scene::Map const& map, std::uint32_t tiles, std::uint32_t degree)
+    {
+        if constexpr (over_ranks<MeshType>)
+            return {map, degree}; // `take_share` deals it
+        else
+            return {dealt(map, tiles), degree};
     }
     /// The map with its rows dealt to n tiles, one by one, in the order of the tiles. Neighbours in a map are often neighbours in the scene;
     /// dealt, they load no tile more than others.
@@ -165,7 +190,8 @@ private:
         if (mesh_ && width == size_.width && height == size_.height) return;
         mesh_.reset();
         last_.reset();
-        auto layout = layout_homes(choice_, options_, {width, height}, records_.rows());
+        auto const rows = options_.rows_of_all_parts != 0 ? options_.rows_of_all_parts : records_.all_rows();
+        auto layout = layout_homes(choice_, options_, {width, height}, rows);
         fold_ = layout.fold;
         size_ = {width, height};
         auto const& sizes = layout.sizes;
@@ -178,8 +204,8 @@ private:
         engine::require_least_slots(sizes, typename machine::Needs<Program>::Links{});
         facts_ = facts_of(choice_, sizes, layout.ledger);
         std::uint64_t const homes = std::uint64_t{sizes.homes} * grid_.size();
-        streams_ = records_.rows() > homes;
-        residents_ = static_cast<std::uint32_t>(std::min<std::uint64_t>(homes, records_.rows()));
+        streams_ = rows > homes;
+        residents_ = static_cast<std::uint32_t>(std::min<std::uint64_t>(homes, rows));
         if constexpr (by_reference) table_.resize(residents_);
 
         set_engine_options<traced>(options_, engine_);
@@ -199,37 +225,101 @@ private:
             mesh_->template limit<splat::homes::Order>(std::min(held, sizes.held));
         }
         if (observer_) mesh_->observe(observer_);
-        for (TileId const tile : grid_.tiles()) {
-            auto table = mesh_->template state<splat::homes::Table>(tile);
-            for (auto n = sizes.tiles; n > 0; --n) table.push({splat::homes::infinite_depth, 0, 0});
-            auto framebuffer = mesh_->template state<splat::homes::Framebuffer<typename P::Pixel>>(tile);
-            if (tile.x() < fold_.x.tiles && tile.y() < fold_.y.tiles)
-                for (auto n = sizes.tile_pixels; n > 0; --n) framebuffer.push(P::Pixel::make(splat::nothing_blended));
-        }
-        if (!streams_) {
+        if constexpr (over_ranks<MeshType>) take_share();
+        together(*mesh_, [&] {
+            for (TileId const tile : grid_.tiles()) {
+                if (!owns(*mesh_, tile)) continue;
+                auto table = mesh_->template state<splat::homes::Table>(tile);
+                for (auto n = sizes.tiles; n > 0; --n) table.push({splat::homes::infinite_depth, 0, 0});
+                auto framebuffer = mesh_->template state<splat::homes::Framebuffer<typename P::Pixel>>(tile);
+                if (tile.x() < fold_.x.tiles && tile.y() < fold_.y.tiles)
+                    for (auto n = sizes.tile_pixels; n > 0; --n) framebuffer.push(P::Pixel::make(splat::nothing_blended));
+            }
+            if (streams_) return;
             chapter_.resize(records_.rows());
             for (std::uint32_t row = 0; row < records_.rows(); ++row) chapter_[row] = row;
-            load_chapter();
+        });
+        if (!streams_) load_chapter();
+    }
+    /// The first record of tile t's share, if n records are shared out among all tiles in even shares.
+    std::uint64_t first_of(std::uint64_t n, std::uint32_t tile) const noexcept
+    {
+        return n / grid_.size() * tile + std::min<std::uint64_t>(tile, n % grid_.size());
+    }
+    /// Over several processes: takes this process's share of the records, in the order of their homes. Once.
+    void take_share()
+    {
+        if (shared_) return;
+        require_same_frames(*mesh_, renderer_digest_);
+        records_.share(*mesh_, options_.rows_of_all_parts);
+        records_.template reorder<typename P::Record>(*mesh_, [&](std::uint32_t row) { // as `dealt`
+            return first_of(records_.all_rows(), row % grid_.size()) + row / grid_.size();
+        });
+        shared_ = true;
+    }
+    void require_same([[maybe_unused]] splat::View const& view)
+    {
+        if constexpr (over_ranks<MeshType>) {
+            static_assert(sizeof view % 4 == 0);
+            std::uint32_t words[sizeof view / 4];
+            __builtin_memcpy(words, &view, sizeof view);
+            require_same_frames(*mesh_, engine::mix_words(renderer_digest_, words, sizeof view / 4));
         }
     }
     /// Puts the rows of `chapter_` onto their homes, in even shares.
     void load_chapter()
     {
-        std::uint32_t at = 0;
-        auto const rows = static_cast<std::uint32_t>(chapter_.size()), tiles = grid_.size();
-        for (TileId const tile : grid_.tiles()) {
-            auto home = mesh_->template state<splat::homes::Home<P>>(tile);
-            auto seen = mesh_->template state<splat::homes::Seen<P>>(tile);
-            auto offers = mesh_->template state<splat::homes::Offers>(tile);
-            home.truncate(0), seen.truncate(0), offers.truncate(0);
-            for (auto n = rows / tiles + (grid_.index_of(tile) < rows % tiles ? 1 : 0); n > 0; --n, ++at) {
-                if constexpr (by_reference)
-                    home.push({records_.id(chapter_[at]), at});
-                else
-                    home.push(records_.template record<typename P::Record>(chapter_[at]));
-                seen.push({});
-                offers.push({});
+        if constexpr (over_ranks<MeshType>) {
+            load_chapter_of_all();
+        } else {
+            std::uint32_t at = 0;
+            for (TileId const tile : grid_.tiles())
+                fill(tile, chapter_.size(), [&] {
+                    auto const row = at++;
+                    if constexpr (by_reference)
+                        return splat::Reference{records_.id(chapter_[row]), row};
+                    else
+                        return records_.template record<typename P::Record>(chapter_[row]);
+                });
+        }
+    }
+    /// Over several processes: sends the records of the chapter to the processes of their homes.
+    void load_chapter_of_all()
+    {
+        auto const shares = RowShares::of_parts(*mesh_, chapter_.size());
+        std::vector<typename P::Record> records;
+        std::vector<std::uint64_t> counts;
+        together(*mesh_, [&] {
+            auto const& bands = mesh_->bands();
+            auto const own = this_process(*mesh_);
+            for (std::uint32_t p = 0; p < processes(*mesh_); ++p) {
+                auto const first = std::max(shares.first(own), first_of(shares.rows(), bands.first(p) * grid_.width));
+                auto const last = std::min(shares.last(own), first_of(shares.rows(), bands.last(p) * grid_.width));
+                counts.push_back(last > first ? last - first : 0);
             }
+            records.reserve(chapter_.size());
+            for (auto const row : chapter_) records.push_back(records_.template record<typename P::Record>(row));
+        });
+        records = deal(*mesh_, std::move(records), counts);
+        together(*mesh_, [&] {
+            std::size_t at = 0;
+            for (TileId const tile : grid_.tiles())
+                if (owns(*mesh_, tile)) fill(tile, shares.rows(), [&] { return records[at++]; });
+        });
+    }
+    /// Gives a tile its share of n records, which `next` returns one after another.
+    template <class F>
+    void fill(TileId tile, std::uint64_t n, F const& next)
+    {
+        auto home = mesh_->template state<splat::homes::Home<P>>(tile);
+        auto seen = mesh_->template state<splat::homes::Seen<P>>(tile);
+        auto offers = mesh_->template state<splat::homes::Offers>(tile);
+        home.truncate(0), seen.truncate(0), offers.truncate(0);
+        auto const index = grid_.index_of(tile);
+        for (auto i = first_of(n, index + 1) - first_of(n, index); i > 0; --i) {
+            home.push(next());
+            seen.push({});
+            offers.push({});
         }
     }
     /// Runs the program on the records that are on their homes.
@@ -256,60 +346,96 @@ private:
     {
         auto const start = Clock::now();
         auto const n = records_.rows();
-        depths_.resize(n);
+        together(*mesh_, [&] { depths_.resize(n); });
         mesh_->on_threads([&](std::uint32_t thread, std::uint32_t threads) {
             auto const first = static_cast<std::uint32_t>(std::uint64_t{n} * thread / threads);
             auto const last = static_cast<std::uint32_t>(std::uint64_t{n} * (thread + 1) / threads);
             for (auto row = first; row < last; ++row) depths_[row] = records_.depth_bits(row, view);
         });
         auto const key = [&](std::uint32_t row) { return std::uint64_t{depths_[row]} << 32 | static_cast<std::uint32_t>(records_.id(row)); };
-        std::vector<std::uint64_t> keys;
-        keys.reserve(n);
-        for (std::uint32_t row = 0; row < n; ++row)
-            if (depths_[row] != 0) keys.push_back(key(row));
+        std::vector<std::uint64_t> keys; // of this process
+        together(*mesh_, [&] {
+            keys.reserve(n);
+            for (std::uint32_t row = 0; row < n; ++row)
+                if (depths_[row] != 0) keys.push_back(key(row));
+            if constexpr (over_ranks<MeshType>) std::sort(keys.begin(), keys.end());
+        });
+        std::uint64_t all = keys.size();
+        sum(*mesh_, &all, 1);
         report.host_ms.project += since(start);
-        std::size_t done = 0;
+        std::uint64_t done = 0, from = 0, to = 0;
         std::uint32_t behind = 0; // bits of the nearest depth of the next chapter
         do {
             auto const begin = Clock::now();
-            auto const size = std::min<std::size_t>(residents_, keys.size() - done);
-            auto const first = keys.begin() + static_cast<std::ptrdiff_t>(done), last = first + static_cast<std::ptrdiff_t>(size);
-            if (last != keys.end()) std::nth_element(first, last, keys.end());
-            std::uint64_t const from = size == 0 ? 0 : *std::min_element(first, last), to = last != keys.end() ? *last : ~std::uint64_t{0};
-            chapter_.clear();
-            for (std::uint32_t row = 0; row < n; ++row) // in the order of rows, so that homes do not depend on the standard library
-                if (depths_[row] != 0 && key(row) >= from && key(row) < to) chapter_.push_back(row);
+            auto const size = std::min<std::uint64_t>(residents_, all - done);
+            if constexpr (over_ranks<MeshType>) {
+                from = nth_of_all(keys, done);
+                to = nth_of_all(keys, done + size);
+            } else {
+                auto const first = keys.begin() + static_cast<std::ptrdiff_t>(done), last = first + static_cast<std::ptrdiff_t>(size);
+                if (last != keys.end()) std::nth_element(first, last, keys.end());
+                from = size == 0 ? 0 : *std::min_element(first, last), to = last != keys.end() ? *last : no_key;
+            }
+            together(*mesh_, [&] {
+                chapter_.clear();
+                for (std::uint32_t row = 0; row < n; ++row) // in the order of rows, so that homes do not depend on the standard library
+                    if (depths_[row] != 0 && key(row) >= from && key(row) < to) chapter_.push_back(row);
+            });
             load_chapter();
-            report.homes.streamed_bytes += std::uint64_t{chapter_.size()} * facts_.record_bytes;
+            report.homes.streamed_bytes += size * facts_.record_bytes;
             ++report.homes.chapters;
             report.host_ms.project += since(begin);
             report.unfinished.clear();
             run(view, done == 0 ? 0 : static_cast<std::uint32_t>(from >> 32), report);
             done += size;
-            if (done == keys.size() || !goes_on()) return;
+            if (done == all || !goes_on()) return;
             behind = static_cast<std::uint32_t>(to >> 32);
         } while (report.homes.unfinished_tiles == 0 && (options_.rounds == 0 || report.homes.rounds < options_.rounds));
         // At the bound, a tile that is done with its chapter lacks the later ones.
         report.unfinished.clear();
-        for_each_window([&](TileId tile, splat::homes::Window const& window) {
-            if (window.finished != 0xffffffffu)
-                report.unfinished.push_back({grid_.index_of(tile), __builtin_bit_cast(float, window.done() ? behind : window.lo_depth)});
+        together(*mesh_, [&] {
+            for_each_window([&](TileId tile, splat::homes::Window const& window) {
+                if (window.finished != 0xffffffffu)
+                    report.unfinished.push_back({grid_.index_of(tile), __builtin_bit_cast(float, window.done() ? behind : window.lo_depth)});
+            });
         });
+        give_all(report.unfinished);
         report.homes.unfinished_tiles = report.unfinished.size();
     }
-    /// Calls f(tile, window) for each tile with blocks.
+    /// Every process gets the items of all, in the order of their tiles.
+    template <class T>
+    void give_all(std::vector<T>& items)
+    {
+        join(*mesh_, items);
+        share(*mesh_, items);
+    }
+    /// The n-th of the keys of all processes, counted from 0; `no_key` if there are fewer. A key's depth is finite and not negative, so a key
+    /// is below 2^63. `keys`: those of this process, sorted. Cost: 64 agreements of one word.
+    std::uint64_t nth_of_all(std::vector<std::uint64_t> const& keys, std::uint64_t n)
+    {
+        std::uint64_t least_key = 0, most_key = no_key; // at most n keys are below least_key, and more than n are up to most_key
+        while (least_key < most_key) {
+            auto const middle = least_key + (most_key - least_key) / 2;
+            auto upto = static_cast<std::uint64_t>(std::upper_bound(keys.begin(), keys.end(), middle) - keys.begin());
+            sum(*mesh_, &upto, 1);
+            if (upto > n) most_key = middle;
+            else least_key = middle + 1;
+        }
+        return least_key;
+    }
+    /// Calls f(tile, window) for each tile of this process with blocks.
     template <class F>
     void for_each_window(F const& f) const
     {
         for (TileId const tile : grid_.tiles())
-            if (tile.x() < fold_.x.tiles && tile.y() < fold_.y.tiles) f(tile, std::as_const(*mesh_).template state<splat::homes::Window>(tile));
+            if (tile.x() < fold_.x.tiles && tile.y() < fold_.y.tiles && owns(*mesh_, tile)) f(tile, std::as_const(*mesh_).template state<splat::homes::Window>(tile));
     }
     /// Has a tile a block that has not stopped?
-    bool goes_on() const
+    bool goes_on()
     {
         bool some = false;
         for_each_window([&](TileId, splat::homes::Window const& window) { some = some || window.finished != 0xffffffffu; });
-        return some;
+        return in_any(*mesh_, some);
     }
     /// Writes the parameters of a frame. By reference, projects the host's table on all threads.
     void tell(splat::View const& view, std::uint32_t chapter_depth)
@@ -329,29 +455,53 @@ private:
             });
         }
     }
+    /// Replaces each of these words by its sum over the processes.
+    void add_up(std::initializer_list<std::uint64_t*> words)
+    {
+        std::uint64_t sums[16];
+        std::size_t n = 0;
+        for (auto const* word : words) sums[n++] = *word;
+        sum(*mesh_, sums, n);
+        n = 0;
+        for (auto* word : words) *word = sums[n++];
+    }
     /// Adds a run to the report of its frame.
     void account(RunCounters const& run, report::FrameReport& r)
     {
-        std::uint64_t asked = 0, arrived = 0, strips = 0;
-        for (TileId const tile : grid_.tiles()) {
-            auto const& mesh = std::as_const(*mesh_);
-            auto const& c = mesh.template state<splat::homes::Counts>(tile);
-            auto const& w = mesh.template state<splat::homes::Work>(tile);
-            auto const& window = mesh.template state<splat::homes::Window>(tile);
-            r.gaussians.visible += c.visible;
-            r.hops += c.hops;
-            asked += c.asked;
-            arrived += c.arrived;
-            r.homes.parcels += c.sent;
-            r.homes.refused += c.refused;
-            if (!window.done()) r.unfinished.push_back({grid_.index_of(tile), __builtin_bit_cast(float, window.lo_depth)});
-            r.refused.channel_full += c.channel_full;
-            r.refused.no_credit += c.no_credit;
-            for (std::uint32_t i = 0; i < splat::homes::Work::max_workers; ++i) {
-                strips += w.strips[i];
-                r.pairs_contributing += w.contributing[i];
+        std::uint64_t visible = 0, hops = 0, asked = 0, arrived = 0, sent = 0, refused = 0, full = 0, no_credit = 0, strips = 0, contributing = 0;
+        std::vector<report::UnfinishedTile> unfinished;
+        together(*mesh_, [&] {
+            for (TileId const tile : grid_.tiles()) {
+                if (!owns(*mesh_, tile)) continue;
+                auto const& mesh = std::as_const(*mesh_);
+                auto const& c = mesh.template state<splat::homes::Counts>(tile);
+                auto const& w = mesh.template state<splat::homes::Work>(tile);
+                auto const& window = mesh.template state<splat::homes::Window>(tile);
+                visible += c.visible;
+                hops += c.hops;
+                asked += c.asked;
+                arrived += c.arrived;
+                sent += c.sent;
+                refused += c.refused;
+                if (!window.done()) unfinished.push_back({grid_.index_of(tile), __builtin_bit_cast(float, window.lo_depth)});
+                full += c.channel_full;
+                no_credit += c.no_credit;
+                for (std::uint32_t i = 0; i < splat::homes::Work::max_workers; ++i) {
+                    strips += w.strips[i];
+                    contributing += w.contributing[i];
+                }
             }
-        }
+        });
+        add_up({&visible, &hops, &asked, &arrived, &sent, &refused, &full, &no_credit, &strips, &contributing});
+        give_all(unfinished);
+        r.gaussians.visible += visible;
+        r.hops += hops;
+        r.homes.parcels += sent;
+        r.homes.refused += refused;
+        r.refused.channel_full += full;
+        r.refused.no_credit += no_credit;
+        r.pairs_contributing += contributing;
+        r.unfinished.insert(r.unfinished.end(), unfinished.begin(), unfinished.end());
         if (asked != arrived)
             throw Error("a frame in which homes sent " + std::to_string(asked) + " splats and tiles received " + std::to_string(arrived) +
                         " (the protocol of homes is broken); report this");
@@ -384,13 +534,22 @@ private:
         report::FrameReport r;
         r.program = report::Program::homes;
         r.gaussians.visible = visible_;
-        r.gaussians.parked = records_.rows() - visible_;
+        r.gaussians.parked = records_.all_rows() - visible_;
         r.unfinished = unfinished_;
         r.homes.unfinished_tiles = unfinished_.size();
         return r;
     }
-    /// Copies the tiles' blocks into one picture, with the planes that the choice has.
+    /// Copies the tiles' blocks into one picture, with the planes that the choice has. Of several processes, the first gets it.
     void collect(splat::Camera const& camera, RenderedFrame& to)
+    {
+        gather<splat::homes::Framebuffer<typename P::Pixel>>(*mesh_);
+        together(*mesh_, [&] {
+            if (is_first(*mesh_)) return copy_picture(camera, to);
+            to.image = {};
+            to.depth = to.alpha = {};
+        });
+    }
+    void copy_picture(splat::Camera const& camera, RenderedFrame& to)
     {
         size_planes(camera, choice_.depth, choice_.alpha, to);
         bool const round = choice_.colour == ColourFormat::rgbx8 && std::is_same_v<splat::ColourOf<typename P::Pixel>, splat::FloatPixel>;
@@ -419,10 +578,13 @@ private:
     EngineOptions engine_;
     HomesChoice choice_;
     Grid grid_;
-    RecordTable records_;             ///< in the order of their homes
+    RecordTable records_;             ///< in the order of their homes; of several processes, each has a share
     std::vector<std::uint32_t> chapter_; ///< the rows that are on their homes, tile by tile
     std::vector<splat::Splat> table_;    ///< by reference: their splats in this view
-    std::vector<std::uint32_t> depths_;  ///< of all records, if there are chapters
+    std::vector<std::uint32_t> depths_;  ///< of this process's records, if there are chapters
+    static constexpr std::uint64_t no_key = ~std::uint64_t{0} >> 1; ///< behind all keys
+    std::uint64_t renderer_digest_ = 0;  ///< over several processes: of what all of them have in common
+    bool shared_ = false;                ///< over several processes: this one has its share of the records
     std::uint32_t residents_ = 0;        ///< records that have homes at the same time
     bool streams_ = false;
     SetupFacts facts_{};

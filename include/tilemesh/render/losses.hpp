@@ -116,9 +116,43 @@ struct LossQuestion {
     std::uint32_t slots; ///< of a tile's storage
 };
 
+/// The rows of a map in a view: what the list of losses reads of them. One process reads its table. Of several, the first collects the ids
+/// and the splats of all rows.
+class ScreenRows {
+public:
+    struct Row {
+        splat::GaussianId id;
+        splat::Splat splat;
+    };
+    /// Every process calls it. The others than the first have no rows then. Cost over several processes: 48 bytes a row in the first one.
+    template <class M>
+    ScreenRows([[maybe_unused]] M& mesh, [[maybe_unused]] LossQuestion const& ask, RecordTable const& records) : records_(&records)
+    {
+        if constexpr (over_ranks<M>) {
+            together(mesh, [&] {
+                for (std::uint32_t row = 0; row < records.rows(); ++row)
+                    rows_.push_back({records.id(row), records.project(row, ask.view, ask.tiling)});
+            });
+            join(mesh, rows_);
+            records_ = nullptr;
+        }
+    }
+    std::uint32_t rows() const noexcept { return records_ != nullptr ? records_->rows() : static_cast<std::uint32_t>(rows_.size()); }
+    splat::GaussianId id(std::uint32_t row) const noexcept { return records_ != nullptr ? records_->id(row) : rows_[row].id; }
+    splat::Splat project(std::uint32_t row, splat::View const& view, splat::Tiling const& tiling) const noexcept
+    {
+        return records_ != nullptr ? records_->project(row, view, tiling) : rows_[row].splat;
+    }
+
+private:
+    RecordTable const* records_;
+    std::vector<Row> rows_;
+};
+
 /// Rows of records that no tile owns when a frame ends.
 struct NotOnTiles {
     std::vector<std::uint32_t> missing;   ///< nowhere on the mesh, in order
+    std::vector<splat::GaussianId> missing_ids; ///< of these rows; only over several processes
     std::vector<std::uint32_t> under_way; ///< in channels and FIFOs, in the order of tiles
 };
 
@@ -129,6 +163,7 @@ void share_losses(M& mesh, report::FrameReport& r, NotOnTiles& off)
     if constexpr (over_ranks<M>) {
         share(mesh, r.lost);
         share(mesh, off.missing);
+        share(mesh, off.missing_ids);
         share(mesh, off.under_way);
         auto const full = r.full_tiles.value_or(report::FullTiles{});
         std::vector<std::uint64_t> words;
@@ -150,7 +185,7 @@ void share_losses(M& mesh, report::FrameReport& r, NotOnTiles& off)
 /// Lists what the picture lacks.
 class LossFinder {
 public:
-    LossFinder(LossQuestion const& question, RecordTable const& records, MeshFacts const& facts)
+    LossFinder(LossQuestion const& question, ScreenRows const& records, MeshFacts const& facts)
         : ask_(question), records_(records), facts_(facts)
     {
     }
@@ -176,6 +211,7 @@ public:
             // A host that places the records keeps the records with nothing on screen.
             if (!ask_.routes && !project(row).visible()) continue;
             off.missing.push_back(row);
+            off.missing_ids.push_back(id);
             if (ask_.holds && !ask_.bounded) // the host recalls its copies
                 r.lost.push_back({id, report::Loss::whole, report::Cause::unplaced, anchor_of(project(row))});
             else
@@ -276,7 +312,7 @@ private:
     }
 
     LossQuestion ask_;
-    RecordTable const& records_;
+    ScreenRows const& records_;
     MeshFacts const& facts_;
 };
 

@@ -2,6 +2,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <tilemesh/engine/trace.hpp>
+#include <tilemesh/error.hpp>
 #include <tilemesh/machine/types.hpp>
 #include <utility>
 #include <vector>
@@ -33,6 +34,31 @@ bool is_first(M const& mesh) noexcept
     else
         return true;
 }
+/// The number of processes that have the mesh's tiles, this one's number, and that of the process that has tile t.
+template <class M>
+std::uint32_t processes([[maybe_unused]] M const& mesh) noexcept
+{
+    if constexpr (over_ranks<M>)
+        return mesh.ranks();
+    else
+        return 1;
+}
+template <class M>
+std::uint32_t this_process([[maybe_unused]] M const& mesh) noexcept
+{
+    if constexpr (over_ranks<M>)
+        return mesh.rank();
+    else
+        return 0;
+}
+template <class M>
+std::uint32_t process_of([[maybe_unused]] M const& mesh, [[maybe_unused]] TileId t) noexcept
+{
+    if constexpr (over_ranks<M>)
+        return mesh.bands().rank_of(t.y());
+    else
+        return 0;
+}
 /// Runs f, which does not communicate. An exception in one process is an Error in all of them.
 template <class M, class F>
 void together([[maybe_unused]] M& mesh, F const& f)
@@ -51,11 +77,30 @@ std::uint64_t in_turn([[maybe_unused]] M& mesh, std::uint64_t word, F const& f)
     else
         return f(word);
 }
-/// Adds up n words over the processes. `most`: their maxima.
+/// Throws Error for a part of a map on an engine of one process.
+[[noreturn]] inline void refuse_part()
+{
+    throw Error("a part of a map on an engine of one process (the other parts would be missing); load the whole map");
+}
+/// Throws Error in every process if their frames have different digests.
+template <class M>
+void require_same_frames([[maybe_unused]] M& mesh, [[maybe_unused]] std::uint64_t digest)
+{
+    if constexpr (over_ranks<M>)
+        if (!mesh.same(digest))
+            throw Error("ranks with different frames (the map, the camera, the model or the options of a rank differ from those of another); "
+                        "give the same to every rank");
+}
+/// Adds up n words over the processes. `least`, `most`: the minima or maxima of words below 2^63.
 template <class M>
 void sum([[maybe_unused]] M& mesh, [[maybe_unused]] std::uint64_t* words, [[maybe_unused]] std::size_t n)
 {
     if constexpr (over_ranks<M>) mesh.sum(words, n);
+}
+template <class M>
+void least([[maybe_unused]] M& mesh, [[maybe_unused]] std::uint64_t* words, [[maybe_unused]] std::size_t n)
+{
+    if constexpr (over_ranks<M>) mesh.least(words, n);
 }
 template <class M>
 void most([[maybe_unused]] M& mesh, [[maybe_unused]] std::uint64_t* words, [[maybe_unused]] std::size_t n)
@@ -75,6 +120,16 @@ template <class M, class T>
 void join([[maybe_unused]] M& mesh, [[maybe_unused]] std::vector<T>& items)
 {
     if constexpr (over_ranks<M>) mesh.join(items);
+}
+/// Sends `counts[p]` items to process p, one process after another. Returns the items that this process gets, in the order of the processes
+/// that sent them; `counts[p]` is then the number of those from process p.
+template <class M, class T>
+std::vector<T> deal([[maybe_unused]] M& mesh, std::vector<T> items, [[maybe_unused]] std::vector<std::uint64_t>& counts)
+{
+    if constexpr (over_ranks<M>)
+        return mesh.deal(std::move(items), counts);
+    else
+        return items;
 }
 /// Every process gets the items of the first.
 template <class M, class T>

@@ -1,4 +1,6 @@
 #pragma once
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <tilemesh/render/frame_layout.hpp>
 #include <tilemesh/render/over_ranks.hpp>
@@ -81,21 +83,23 @@ inline void size_planes(splat::Camera const& camera, bool depth, bool alpha, Ren
 }
 
 namespace detail {
+/// Copies the tiles of rows `first` to `last`-1 into a picture that begins with the pixels of row `first`.
 template <class P, class M>
-void copy_picture(M& mesh, SetupFacts const& facts, splat::Tiling const& tiling, splat::Camera const& camera, RenderedFrame& to)
+void copy_picture(M& mesh, SetupFacts const& facts, splat::Tiling const& tiling, splat::Camera const& camera, std::uint32_t first,
+                  std::uint32_t last, RenderedFrame& to)
 {
-    size_planes(camera, facts.has_depth, facts.has_alpha, to);
     // The host may blend floats for a machine that stores levels; the result is then rounded to levels.
     bool const round = facts.colour == ColourFormat::rgbx8 && std::is_same_v<splat::ColourOf<typename P::Pixel>, splat::FloatPixel>;
     mesh.on_threads([&](std::uint32_t thread, std::uint32_t threads) {
-        auto const tiles = std::uint64_t{tiling.rows} * tiling.columns;
-        for (auto t = tiles * thread / threads; t < tiles * (thread + 1) / threads; ++t) {
+        auto const top = first * tiling.tile_height; // of the picture
+        auto const begin = std::uint64_t{first} * tiling.columns, tiles = std::uint64_t{last - first} * tiling.columns;
+        for (auto t = begin + tiles * thread / threads; t < begin + tiles * (thread + 1) / threads; ++t) {
             auto const tile = TileId::at(static_cast<std::uint32_t>(t % tiling.columns), static_cast<std::uint32_t>(t / tiling.columns));
             auto const rect = splat::pixels_of(tiling, camera, tile);
             auto const framebuffer = std::as_const(mesh).template state<splat::Framebuffer<P>>(tile);
             auto const* row = framebuffer.begin();
             auto const width = rect.x1 - rect.x0;
-            for (auto y = rect.y0; y < rect.y1; ++y, row += width) {
+            for (auto y = rect.y0 - top; y < rect.y1 - top; ++y, row += width) {
                 if constexpr (std::is_same_v<typename P::Pixel, splat::FloatPixel>)
                     __builtin_memcpy(to.image.pixel(rect.x0, y), row, width * sizeof(splat::FloatPixel));
                 else
@@ -105,6 +109,36 @@ void copy_picture(M& mesh, SetupFacts const& facts, splat::Tiling const& tiling,
         }
     });
 }
+/// Each process copies the pixels of its own tiles. A process has whole rows of the picture, one process after the other, so the first
+/// receives the others' rows where they belong. The others then have a picture of no width, and keep its memory for the next frame.
+template <class P, class M>
+void join_picture(M& mesh, SetupFacts const& facts, splat::Tiling const& tiling, splat::Camera const& camera, RenderedFrame& to)
+{
+    auto const row_of = [&](std::uint32_t rank) { return rank == mesh.ranks() ? tiling.rows : std::min(mesh.bands().first(rank), tiling.rows); };
+    auto const y_of = [&](std::uint32_t rank) { return std::min(row_of(rank) * tiling.tile_height, camera.height); };
+    auto const pixels_of = [&](std::uint32_t rank) { return std::size_t{camera.width} * (y_of(rank + 1) - y_of(rank)); };
+    auto const me = mesh.rank();
+    together(mesh, [&] {
+        if (is_first(mesh)) {
+            size_planes(camera, facts.has_depth, facts.has_alpha, to);
+        } else {
+            to.image.rgb.resize(3 * pixels_of(me));
+            to.depth.values.resize(facts.has_depth ? pixels_of(me) : 0);
+            to.alpha.values.resize(facts.has_alpha ? pixels_of(me) : 0);
+            to.image.width = camera.width;
+            to.depth.width = facts.has_depth ? camera.width : 0;
+            to.alpha.width = facts.has_alpha ? camera.width : 0;
+        }
+        copy_picture<P>(mesh, facts, tiling, camera, row_of(me), row_of(me + 1), to);
+    });
+    mesh.join(to.image.rgb.data(), [&](std::uint32_t rank) { return 3 * pixels_of(rank); });
+    if (facts.has_depth) mesh.join(to.depth.values.data(), pixels_of);
+    if (facts.has_alpha) mesh.join(to.alpha.values.data(), pixels_of);
+    if (is_first(mesh)) return;
+    to.image.width = to.depth.width = to.alpha.width = 0; // the colours stay in memory: to fill them with zeros in each frame takes as long
+    to.depth.values.clear();                              // as to copy them
+    to.alpha.values.clear();
+}
 } // namespace detail
 
 /// Copies the tiles' framebuffers into one picture, with the planes that the setup has. It runs on all threads of the mesh. If several
@@ -112,12 +146,12 @@ void copy_picture(M& mesh, SetupFacts const& facts, splat::Tiling const& tiling,
 template <class P, class M>
 void collect_picture(M& mesh, SetupFacts const& facts, splat::Tiling const& tiling, splat::Camera const& camera, RenderedFrame& to)
 {
-    gather<splat::Framebuffer<P>>(mesh);
-    together(mesh, [&] {
-        if (is_first(mesh)) return detail::copy_picture<P>(mesh, facts, tiling, camera, to);
-        to.image = {};
-        to.depth = to.alpha = {};
-    });
+    if constexpr (over_ranks<M>) {
+        detail::join_picture<P>(mesh, facts, tiling, camera, to);
+    } else {
+        size_planes(camera, facts.has_depth, facts.has_alpha, to);
+        detail::copy_picture<P>(mesh, facts, tiling, camera, 0, tiling.rows, to);
+    }
 }
 
 } // namespace render

@@ -8,6 +8,7 @@
 #include <tilemesh/render/host_form.hpp>
 #include <tilemesh/render/over_ranks.hpp>
 #include <tilemesh/render/record_table.hpp>
+#include <tilemesh/render/row_shares.hpp>
 #include <tilemesh/render/screen_cache.hpp>
 #include <tilemesh/render/sorted_table.hpp>
 #include <type_traits>
@@ -24,7 +25,9 @@ namespace tilemesh { inline namespace v0_2 { namespace render {
 /// the list of losses found, then `recall_copies`. Every row is on the mesh once, or in `missing()`, or (without routing) parked.
 ///
 /// `P` is a set of policies. Every member function takes the mesh, which must be between two runs. If the mesh runs on several processes,
-/// each has a keeper of the same records: every process calls the same functions, puts records on its own tiles, and has the same lists.
+/// each has a keeper of its share of the rows: every process calls the same functions, puts records on its own tiles, and has the same
+/// lists of rows. A process does not need the rows of the others: the rule that gives a row its tile is the same for all numbers of
+/// processes, and a row that starts on a tile of another process is sent to it.
 template <class P>
 class RecordKeeper {
 public:
@@ -35,10 +38,15 @@ public:
 
     /// The rows that should be on the mesh but are not, in order.
     std::vector<std::uint32_t> const& missing() const noexcept { return missing_; }
-    void set_missing(std::vector<std::uint32_t> rows) { missing_ = std::move(rows); }
+    /// `ids`: the ids of these rows; only for several processes.
+    void set_missing(std::vector<std::uint32_t> rows, std::vector<splat::GaussianId> ids = {})
+    {
+        missing_ = std::move(rows);
+        missing_ids_ = std::move(ids);
+    }
     /// Takes the rows that are in channels and FIFOs. No tile counts them.
     void set_under_way(std::vector<std::uint32_t> rows) { under_way_ = std::move(rows); }
-    /// The number of rows that stay with the host because they have nothing on screen; only without routing.
+    /// The number of rows that stay with the host because they have nothing on screen; only without routing. Of this process.
     std::uint64_t parked() const noexcept { return parked_; }
     /// The visible and the parked rows that no tile counts when a frame starts.
     struct OffTiles {
@@ -46,11 +54,15 @@ public:
     };
     /// Counts the rows that the host keeps, and the rows under way. `host_keeps`: the host keeps the missing rows and counts them as
     /// visible until they are placed; otherwise they are lost. Call it with the frame's view, after `load` or `place` and before the `set_`
-    /// functions. Cost: one projection per row under way.
+    /// functions. On several processes, it counts the rows of this process. Cost: one projection per row under way.
     OffTiles off_tiles(splat::View const& view, splat::Tiling const& tiling, bool host_keeps) const
     {
-        OffTiles n{host_keeps ? missing_.size() : 0, parked_};
-        for (auto const row : under_way_) ++(splat_of(row, view, tiling).visible() ? n.visible : n.parked);
+        auto const& shares = records_.shares();
+        OffTiles n{0, parked_};
+        if (host_keeps)
+            n.visible = static_cast<std::uint64_t>(std::count_if(missing_.begin(), missing_.end(), [&](auto row) { return shares.is_own(row); }));
+        for (auto const row : under_way_)
+            if (shares.is_own(row)) ++(splat_of(row - shares.first(), view, tiling).visible() ? n.visible : n.parked);
         return n;
     }
     /// The rectangle of tiles from (0, 0) that hold pixels or may hold records.
@@ -81,6 +93,7 @@ public:
         occupied_ = {};
         occupy(mesh, tiling.columns, tiling.rows);
         missing_.clear();
+        missing_ids_.clear();
         under_way_.clear();
         parked_ = 0;
         if constexpr (P::routes) load_all(mesh, tiling, slots);
@@ -92,46 +105,9 @@ public:
     template <class M>
     void load(M& mesh, splat::Tiling const& tiling, bool rendered)
     {
-        auto const grid = mesh.grid();
-        auto const in_picture = tiling.columns * tiling.rows;
-        auto const share = (missing_.size() + in_picture - 1) / in_picture;
-        std::uint64_t next = 0, reached[] = {0, 0}; // columns and rows with a new record
-        auto const fill = [&](TileId tile, std::size_t most) {
-            auto storage = mesh.template state<splat::Storage<P>>(tile);
-            auto marks = mesh.template state<splat::Marks<P>>(tile);
-            auto splats = mesh.template state<splat::Splats<P>>(tile);
-            for (std::size_t n = 0; n < most && next < missing_.size(); ++n, ++next) {
-                auto const row = missing_[next];
-                auto const g = record_of(row);
-                if constexpr (by_reference) cache_->put(row);
-                ++mesh.template state<splat::Counts>(tile).changes;
-                auto const copy = rendered ? splat::find(marks, g.id) : splat::no_slot;
-                if (copy != splat::no_slot) { // the copy stayed when its record found no room
-                    storage[copy] = g;
-                    marks[copy].bits &= ~splat::Mark::copy;
-                    continue;
-                }
-                if (!storage.try_push(g)) return;
-                reached[0] = std::max<std::uint64_t>(reached[0], tile.x() + 1);
-                reached[1] = std::max<std::uint64_t>(reached[1], tile.y() + 1);
-                marks.unchecked_push({g.id, 0});
-                splats.unchecked_push(entry_of(row, {}));
-            }
-        };
-        // The tiles of a process follow those of the process before, so it goes on where that one stopped.
-        auto const fill_tiles = [&](std::uint32_t tiles, std::size_t most, auto const& tile_of) {
-            next = in_turn(mesh, next, [&](std::uint64_t first) {
-                next = first;
-                for (std::uint32_t i = 0; i < tiles && next < missing_.size(); ++i)
-                    if (auto const tile = tile_of(i); owns(mesh, tile)) fill(tile, most);
-                return next;
-            });
-        };
-        fill_tiles(in_picture, share, [&](std::uint32_t i) { return TileId::at(i % tiling.columns, i / tiling.columns); });
-        if (next < missing_.size()) fill_tiles(grid.size(), missing_.size(), [&](std::uint32_t t) { return grid.tile(t); });
-        most(mesh, reached, 2);
-        occupy(mesh, static_cast<std::uint32_t>(reached[0]), static_cast<std::uint32_t>(reached[1]));
+        auto const next = load_rows(mesh, tiling, rendered, missing_.size(), [&](std::uint64_t i) { return missing_[i]; });
         missing_.erase(missing_.begin(), missing_.begin() + static_cast<std::ptrdiff_t>(next));
+        if (!missing_ids_.empty()) missing_ids_.erase(missing_ids_.begin(), missing_ids_.begin() + static_cast<std::ptrdiff_t>(next));
     }
 
     /// Only without routing: puts the records with something on screen onto their anchor tiles, in order. A record whose tile is full
@@ -146,13 +122,12 @@ public:
             mesh.template state<splat::Counts>(tile).changes = 1;
         });
         missing_.clear();
+        missing_ids_.clear();
         parked_ = 0;
-        together(mesh, [&] { place_own(mesh, view, tiling); });
-        if constexpr (over_ranks<M>) { // each process found the records that its own tiles have no room for
-            join(mesh, missing_);
-            together(mesh, [&] { std::sort(missing_.begin(), missing_.end()); });
-            share(mesh, missing_);
-        }
+        if constexpr (over_ranks<M>)
+            place_from_all(mesh, view, tiling);
+        else
+            place_own(mesh, view, tiling);
     }
 
     /// Removes the copies of missing records from the tiles. Returns whether there were any.
@@ -166,6 +141,140 @@ public:
     }
 
 private:
+    /// A slot that a row of the map has taken.
+    struct Taken {
+        std::uint32_t row;
+        TileId tile;
+        std::uint32_t slot;
+    };
+    /// A record on its way to its anchor tile.
+    struct Placed {
+        std::uint32_t row;
+        typename P::Record record;
+        splat::Splat splat;
+    };
+    struct Missing {
+        std::uint32_t row;
+        splat::GaussianId id;
+    };
+
+    /// Puts n rows onto the mesh, in order, as `load`: `row_of(i)` is the i-th one. Returns how many found room. On several processes, a tile
+    /// first takes a slot for a row, and then gets the record from the process that has the row.
+    template <class M, class RowOf>
+    std::uint64_t load_rows(M& mesh, splat::Tiling const& tiling, bool rendered, std::uint64_t rows, RowOf const& row_of)
+    {
+        auto const grid = mesh.grid();
+        auto const in_picture = tiling.columns * tiling.rows;
+        auto const share = (rows + in_picture - 1) / in_picture;
+        std::uint64_t next = 0, reached[] = {0, 0}; // columns and rows with a new record
+        std::vector<Taken> taken;
+        auto const fill = [&](TileId tile, std::uint64_t most) {
+            auto storage = mesh.template state<splat::Storage<P>>(tile);
+            auto marks = mesh.template state<splat::Marks<P>>(tile);
+            auto splats = mesh.template state<splat::Splats<P>>(tile);
+            for (std::uint64_t n = 0; n < most && next < rows; ++n, ++next) {
+                auto const row = row_of(next);
+                typename P::Record g{};
+                if constexpr (!over_ranks<M>) g = record_of(row);
+                else if (!missing_ids_.empty()) g.id = missing_ids_[next];
+                if constexpr (by_reference) cache_->put(row);
+                ++mesh.template state<splat::Counts>(tile).changes;
+                auto const copy = rendered ? splat::find(marks, g.id) : splat::no_slot;
+                if constexpr (over_ranks<M>)
+                    if (copy != splat::no_slot || storage.room() != 0)
+                        taken.push_back({row, tile, copy != splat::no_slot ? copy : storage.size()});
+                if (copy != splat::no_slot) { // the copy stayed when its record found no room
+                    storage[copy] = g;
+                    marks[copy].bits &= ~splat::Mark::copy;
+                    continue;
+                }
+                if (!storage.try_push(g)) return;
+                reached[0] = std::max<std::uint64_t>(reached[0], tile.x() + 1);
+                reached[1] = std::max<std::uint64_t>(reached[1], tile.y() + 1);
+                marks.unchecked_push({g.id, 0});
+                splats.unchecked_push(entry_of(row, {}));
+            }
+        };
+        // The tiles of a process follow those of the process before, so it goes on where that one stopped.
+        auto const fill_tiles = [&](std::uint32_t tiles, std::uint64_t most, auto const& tile_of) {
+            next = in_turn(mesh, next, [&](std::uint64_t first) {
+                next = first;
+                for (std::uint32_t i = 0; i < tiles && next < rows; ++i)
+                    if (auto const tile = tile_of(i); owns(mesh, tile)) fill(tile, most);
+                return next;
+            });
+        };
+        fill_tiles(in_picture, share, [&](std::uint32_t i) { return TileId::at(i % tiling.columns, i / tiling.columns); });
+        if (next < rows) fill_tiles(grid.size(), rows, [&](std::uint32_t t) { return grid.tile(t); });
+        most(mesh, reached, 2);
+        occupy(mesh, static_cast<std::uint32_t>(reached[0]), static_cast<std::uint32_t>(reached[1]));
+        if constexpr (over_ranks<M>) fill_slots(mesh, taken);
+        return next;
+    }
+    /// Gets the records of the slots that rows of the map have taken.
+    template <class M>
+    void fill_slots(M& mesh, std::vector<Taken> const& taken)
+    {
+        std::vector<std::uint32_t> wanted;
+        together(mesh, [&] {
+            wanted.reserve(taken.size());
+            for (auto const& t : taken) wanted.push_back(t.row);
+        });
+        auto const records = fetch_rows<typename P::Record>(mesh, records_.shares(), std::move(wanted),
+                                                            [&](std::uint32_t row) { return record_of(row - records_.shares().first()); });
+        for (std::size_t i = 0; i < taken.size(); ++i) {
+            mesh.template state<splat::Storage<P>>(taken[i].tile)[taken[i].slot] = records[i];
+            mesh.template state<splat::Marks<P>>(taken[i].tile)[taken[i].slot].id = records[i].id;
+        }
+    }
+    /// `place` on several processes: each projects its rows and sends them to the processes of their anchor tiles.
+    template <class M>
+    void place_from_all(M& mesh, splat::View const& view, splat::Tiling const& tiling)
+    {
+        std::vector<Placed> placed;
+        std::vector<std::uint64_t> counts;
+        together(mesh, [&] {
+            counts.assign(processes(mesh), 0);
+            for (std::uint32_t row = 0; row < records_.rows(); ++row) {
+                auto const s = splat_of(row, view, tiling);
+                if (!s.visible()) {
+                    ++parked_;
+                    continue;
+                }
+                placed.push_back({records_.shares().first() + row, record_of(row), s});
+                ++counts[process_of(mesh, s.anchor)];
+            }
+            std::stable_sort(placed.begin(), placed.end(), [&](Placed const& a, Placed const& b) {
+                return process_of(mesh, a.splat.anchor) < process_of(mesh, b.splat.anchor);
+            });
+        });
+        placed = deal(mesh, std::move(placed), counts); // in the order of rows, because shares follow one another
+        std::vector<Missing> missing; // each process found the records that its own tiles have no room for
+        together(mesh, [&] {
+            for (auto const& p : placed)
+                if (!put(mesh, p.splat.anchor, p.record, typename P::Projected(p.splat))) missing.push_back({p.row, p.record.id});
+        });
+        join(mesh, missing);
+        together(mesh, [&] { std::sort(missing.begin(), missing.end(), [](Missing a, Missing b) { return a.row < b.row; }); });
+        render::share(mesh, missing);
+        together(mesh, [&] {
+            for (auto const& m : missing) {
+                missing_.push_back(m.row);
+                missing_ids_.push_back(m.id);
+            }
+        });
+    }
+    /// Puts a record onto its anchor tile. Returns false if the tile is full.
+    template <class M>
+    static bool put(M& mesh, TileId tile, typename P::Record const& g, typename P::Projected const& entry)
+    {
+        if (!mesh.template state<splat::Storage<P>>(tile).try_push(g)) return false;
+        splat::MarkOf<P> mark{};
+        mark.id = g.id;
+        mesh.template state<splat::Marks<P>>(tile).unchecked_push(mark);
+        mesh.template state<splat::Splats<P>>(tile).unchecked_push(entry);
+        return true;
+    }
     template <class M>
     void place_own(M& mesh, splat::View const& view, splat::Tiling const& tiling)
     {
@@ -175,16 +284,7 @@ private:
                 ++parked_;
                 continue;
             }
-            if (!owns(mesh, s.anchor)) continue;
-            auto const g = record_of(row);
-            if (!mesh.template state<splat::Storage<P>>(s.anchor).try_push(g)) {
-                missing_.push_back(row);
-                continue;
-            }
-            splat::MarkOf<P> mark{};
-            mark.id = g.id;
-            mesh.template state<splat::Marks<P>>(s.anchor).unchecked_push(mark);
-            mesh.template state<splat::Splats<P>>(s.anchor).unchecked_push(entry_of(row, s));
+            if (!put(mesh, s.anchor, record_of(row), entry_of(row, s))) missing_.push_back(row);
         }
     }
 
@@ -192,7 +292,8 @@ private:
     bool recall_own_copies(M& mesh)
     {
         SortedTable ids;
-        for (auto row : missing_) ids.add(static_cast<std::uint32_t>(records_.id(row)), row);
+        for (std::size_t i = 0; i < missing_.size(); ++i)
+            ids.add(static_cast<std::uint32_t>(missing_ids_.empty() ? records_.id(missing_[i]) : missing_ids_[i]), missing_[i]);
         (void)ids.sort();
         bool any = false;
         auto const is_orphan = [&](auto const& mark) {
@@ -216,14 +317,10 @@ private:
     template <class M>
     void load_all(M& mesh, splat::Tiling const& tiling, std::uint32_t slots)
     {
-        together(mesh, [&] {
-            missing_.resize(records_.rows());
-            for (std::uint32_t i = 0; i < records_.rows(); ++i) missing_[i] = i;
-        });
-        load(mesh, tiling, false);
+        auto const rows = records_.all_rows();
         auto const tiles = mesh.grid().size();
-        if (!missing_.empty())
-            throw Error("a map of " + std::to_string(records_.rows()) + " Gaussians (" + std::to_string(tiles) + " tiles of " +
+        if (load_rows(mesh, tiling, false, rows, [](std::uint64_t i) { return static_cast<std::uint32_t>(i); }) < rows)
+            throw Error("a map of " + std::to_string(rows) + " Gaussians (" + std::to_string(tiles) + " tiles of " +
                         std::to_string(slots) + " slots hold " + std::to_string(std::uint64_t{tiles} * slots) +
                         "); choose more slots or a larger machine");
     }
@@ -250,6 +347,7 @@ private:
     RecordTable const& records_;
     ScreenCache* cache_;
     std::vector<std::uint32_t> missing_, under_way_;
+    std::vector<splat::GaussianId> missing_ids_; ///< of several processes, because a row's id is with its process
     std::uint64_t parked_ = 0;
     Extent2 occupied_{};
 };

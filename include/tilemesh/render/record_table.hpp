@@ -1,9 +1,12 @@
 #pragma once
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <string>
 #include <tilemesh/engine/digest.hpp>
 #include <tilemesh/error.hpp>
+#include <tilemesh/render/over_ranks.hpp>
+#include <tilemesh/render/row_shares.hpp>
 #include <tilemesh/render/sorted_table.hpp>
 #include <tilemesh/scene/map.hpp>
 #include <tilemesh/scene/records.hpp>
@@ -16,11 +19,14 @@ namespace tilemesh { inline namespace v0_2 { namespace render {
 
 /// A map's records on the host, by rows: Gaussians and, if the map has them, harmonics of one degree. The degree is a value, not a type, so
 /// that maps of all degrees share their code.
+///
+/// On an engine over several processes, `share` leaves each process its share of the rows. Functions with a row then count rows from the
+/// first row of this process.
 class RecordTable {
 public:
     /// `degree`: the degree of the setup's records. Throws Error if the map has a higher degree, if coefficients are missing, if two
     /// Gaussians have the same id, or if a Gaussian has the id 0.
-    RecordTable(scene::Map const& map, std::uint32_t degree) : gaussians_(map.gaussians), degree_(map.sh_degree)
+    RecordTable(scene::Map const& map, std::uint32_t degree) : gaussians_(map.gaussians), shares_(map.gaussians.size()), degree_(map.sh_degree)
     {
         if (map.sh_degree > degree)
             throw Error("a map with view-dependent colour of degree " + std::to_string(map.sh_degree) +
@@ -34,11 +40,78 @@ public:
         for (std::uint32_t row = 0; row < rows(); ++row) ids.add(static_cast<std::uint32_t>(id(row)), row);
         bool const unique = ids.sort();
         for (std::uint32_t row = 0; row < rows(); ++row)
-            if (id(row) == splat::GaussianId::none || (!unique && *ids.find(static_cast<std::uint32_t>(id(row))) != row))
-                throw Error("two Gaussians with id " + std::to_string(static_cast<std::uint32_t>(id(row))) +
-                            ", or an id of 0 (a record is known by its id); number them from 1");
+            if (id(row) == splat::GaussianId::none || (!unique && *ids.find(static_cast<std::uint32_t>(id(row))) != row)) refuse_id(id(row));
     }
 
+    /// Over several processes: of a whole map, each process keeps an equal share. `in_parts` above 0: the processes have parts of one map of
+    /// so many rows. Every process calls it, once. Throws Error if the parts have another sum of rows, or two of them have the same id.
+    /// Cost: with parts, one exchange of 8 bytes a row.
+    template <class M>
+    void share([[maybe_unused]] M& mesh, [[maybe_unused]] std::uint32_t in_parts)
+    {
+        if constexpr (over_ranks<M>) {
+            if (in_parts != 0) {
+                shares_ = RowShares::of_parts(mesh, rows());
+                if (shares_.rows() != in_parts)
+                    throw Error("parts of a map with " + std::to_string(shares_.rows()) + " rows (the options say " + std::to_string(in_parts) +
+                                "); give each process its part, and the number of all rows");
+                require_other_ids(mesh);
+                return;
+            }
+            together(mesh, [&] {
+                RowShares const equal(rows(), processes(mesh), this_process(mesh));
+                auto const keep = [&](auto& items, std::size_t a_row) {
+                    auto const own = this_process(mesh);
+                    items = std::decay_t<decltype(items)>(items.begin() + static_cast<std::ptrdiff_t>(equal.first(own) * a_row),
+                                                          items.begin() + static_cast<std::ptrdiff_t>(equal.last(own) * a_row));
+                };
+                keep(harmonics_, floats_a_row());
+                keep(gaussians_, 1);
+                shares_ = equal;
+            });
+        }
+    }
+    /// Gives every process other rows, in another order: row r becomes row `place_of(r)` of all rows, and each process then has an equal
+    /// share. `Record`: a record that has room for a row. Every process calls it after `share`. Memory: twice this process's records.
+    template <class Record, class M, class PlaceOf>
+    void reorder(M& mesh, PlaceOf const& place_of)
+    {
+        struct Moved {
+            std::uint32_t row;
+            Record record;
+        };
+        std::vector<Moved> moved;
+        std::vector<std::uint64_t> counts;
+        RowShares equal;
+        auto const in_order = [&] { std::sort(moved.begin(), moved.end(), [](Moved const& a, Moved const& b) { return a.row < b.row; }); };
+        together(mesh, [&] {
+            equal = RowShares(all_rows(), processes(mesh), this_process(mesh));
+            counts.assign(processes(mesh), 0);
+            moved.reserve(rows());
+            for (std::uint32_t row = 0; row < rows(); ++row) {
+                moved.push_back({static_cast<std::uint32_t>(place_of(shares_.first() + row)), record<Record>(row)});
+                ++counts[equal.process_of(moved.back().row)];
+            }
+            in_order();
+        });
+        moved = deal(mesh, std::move(moved), counts);
+        together(mesh, [&] {
+            in_order();
+            gaussians_.clear();
+            harmonics_.clear();
+            for (auto const& m : moved) {
+                gaussians_.push_back(m.record);
+                if constexpr (Record::sh_degree > 0) harmonics_.insert(harmonics_.end(), m.record.harmonics, m.record.harmonics + floats_a_row());
+            }
+            shares_ = equal;
+        });
+    }
+    /// The shares of all processes.
+    RowShares const& shares() const noexcept { return shares_; }
+    /// The rows of all processes.
+    std::uint32_t all_rows() const noexcept { return static_cast<std::uint32_t>(shares_.rows()); }
+
+    /// The rows of this process.
     std::uint32_t rows() const noexcept { return static_cast<std::uint32_t>(gaussians_.size()); }
     splat::GaussianId id(std::uint32_t row) const noexcept { return gaussians_[row].id; }
 
@@ -105,6 +178,42 @@ public:
     }
 
 private:
+    [[noreturn]] static void refuse_id(splat::GaussianId id)
+    {
+        throw Error("two Gaussians with id " + std::to_string(static_cast<std::uint32_t>(id)) +
+                    ", or an id of 0 (a record is known by its id); number them from 1");
+    }
+    /// Throws Error if two processes have the same id. Each process compares some of the ids: those that leave its number as remainder.
+    template <class M>
+    void require_other_ids(M& mesh) const
+    {
+        struct Known {
+            std::uint32_t id, row;
+        };
+        std::vector<Known> ids;
+        std::vector<std::uint64_t> counts;
+        auto const process_of_id = [&](std::uint32_t id) { return id % processes(mesh); };
+        together(mesh, [&] {
+            counts.assign(processes(mesh), 0);
+            ids.reserve(rows());
+            for (std::uint32_t row = 0; row < rows(); ++row) {
+                ids.push_back({static_cast<std::uint32_t>(id(row)), shares_.first() + row});
+                ++counts[process_of_id(ids.back().id)];
+            }
+            std::stable_sort(ids.begin(), ids.end(), [&](Known a, Known b) { return process_of_id(a.id) < process_of_id(b.id); });
+        });
+        ids = deal(mesh, std::move(ids), counts);
+        constexpr std::uint64_t none = ~std::uint64_t{0} >> 1; // processes compare words below 2^63
+        std::uint64_t first = none, own = none, known_by = none;
+        std::sort(ids.begin(), ids.end(), [](Known a, Known b) { return a.id != b.id ? a.id < b.id : a.row < b.row; });
+        for (std::size_t i = 1; i < ids.size(); ++i)
+            if (ids[i].id == ids[i - 1].id && ids[i].row < own) own = ids[i].row, known_by = ids[i].id;
+        first = own;
+        least(mesh, &first, 1);
+        if (own != first) known_by = none;
+        least(mesh, &known_by, 1);
+        if (first != none) refuse_id(splat::GaussianId{static_cast<std::uint32_t>(known_by)});
+    }
     std::size_t floats_a_row() const noexcept { return 3 * std::size_t{splat::harmonics_per_channel(degree_)}; }
     float const* harmonics_of(std::uint32_t row) const noexcept { return harmonics_.data() + row * floats_a_row(); }
     bool shade(std::uint32_t row, splat::View const& view, splat::Splat& s) const noexcept
@@ -124,6 +233,7 @@ private:
 
     std::vector<splat::Gaussian> gaussians_;
     std::vector<float> harmonics_;
+    RowShares shares_;
     std::uint32_t degree_;
 };
 

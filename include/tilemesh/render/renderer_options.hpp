@@ -41,6 +41,10 @@ struct RendererOptions {
     /// Pictures, counters, digests and traces do not depend on it. Renderers by value and engines other than Mesh and CheckedMesh ignore
     /// it and composite.
     bool keep_pixels = true;
+    /// Only on an engine over several processes (MpiMesh). Above 0: the map that the renderer gets is this process's part of a map of so many
+    /// rows. Parts follow one another in the order of the processes, and may be empty. Results are those of the whole map. The constructor
+    /// checks this process's part only. 0: every process gives the whole map, and the renderer keeps an equal share of it.
+    std::uint32_t rows_of_all_parts = 0;
 };
 
 /// The model with which a renderer begins: the setup's model, changed by the options. A footprint that the options name replaces that of

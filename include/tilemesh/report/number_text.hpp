@@ -1,9 +1,9 @@
 #pragma once
 #include <array>
-#include <charconv>
 #include <cstdint>
 #include <string>
 #include <tilemesh/config.hpp>
+#include <tilemesh/number_text.hpp>
 #include <tilemesh/report/table.hpp>
 
 // Numbers for pages and tables: plain ASCII, independent of the locale, the same on every run.
@@ -13,7 +13,7 @@ namespace tilemesh { inline namespace v0_2 { namespace report {
 inline std::string decimals(double value, int digits)
 {
     std::array<char, 64> text{}; // 20 digits before the point
-    auto const end = std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::fixed, digits);
+    auto const end = write_fixed(text.data(), text.data() + text.size(), value, digits);
     return {text.data(), end.ptr};
 }
 /// An integer from 0 to below 2^64 without decimals; any other number with one decimal.
@@ -35,7 +35,7 @@ inline std::string share_text(double part, double whole)
 inline std::string joules_text(double joules)
 {
     std::array<char, 32> text{};
-    auto const end = std::to_chars(text.data(), text.data() + text.size(), joules, std::chars_format::general, 6);
+    auto const end = write_general(text.data(), text.data() + text.size(), joules, 6);
     return {text.data(), end.ptr};
 }
 

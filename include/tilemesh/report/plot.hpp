@@ -1,7 +1,6 @@
 #pragma once
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -12,6 +11,7 @@
 #include <string>
 #include <string_view>
 #include <tilemesh/error.hpp>
+#include <tilemesh/number_text.hpp>
 #include <tilemesh/report/whole_file.hpp>
 #include <utility>
 #include <vector>
@@ -63,7 +63,7 @@ inline constexpr std::array<char const*, 8> plot_colours = {"#000000", "#e69f00"
 inline std::string plot_number(double value, int decimals)
 {
     std::array<char, 400> text{};
-    auto const end = std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::fixed, decimals);
+    auto const end = write_fixed(text.data(), text.data() + text.size(), value, decimals);
     std::string const out(text.data(), end.ptr);
     return out.find_first_not_of("-0.") == std::string::npos && out[0] == '-' ? out.substr(1) : out; // no -0.0
 }

@@ -72,18 +72,52 @@ inline Demand demand_of(Map const& map, splat::Model const& model = {})
     return d;
 }
 
+/// One process that has all rows of a map. Other types for `demand_of` have these functions over several processes, each with a part of the
+/// rows: sums, and maxima of words below 2^63, over all processes; the first process gets the items of all.
+struct AllRows {
+    void sum(std::uint64_t*, std::size_t) const noexcept {}
+    void most(std::uint64_t*, std::size_t) const noexcept {}
+    template <class T>
+    void join(std::vector<T>&) const noexcept
+    {
+    }
+};
+/// The demand of a map in parts, without cameras, from that of this process's part.
+template <class Processes>
+Demand over_parts(Demand d, Processes const& all)
+{
+    constexpr std::uint64_t none = 0x7f800000; // above the bits of every opacity
+    auto const bits = [](float opacity) { return std::uint64_t{__builtin_bit_cast(std::uint32_t, opacity)}; };
+    std::uint64_t sums[] = {d.gaussians, d.shaded, d.nearly_opaque, d.too_faint};
+    std::uint64_t most[] = {d.sh_degree, none - bits(d.least_opacity), bits(d.greatest_opacity)};
+    all.sum(sums, 4);
+    all.most(most, 3);
+    d.gaussians = sums[0];
+    d.shaded = sums[1];
+    d.nearly_opaque = sums[2];
+    d.too_faint = sums[3];
+    d.sh_degree = static_cast<std::uint32_t>(most[0]);
+    d.least_opacity = __builtin_bit_cast(float, static_cast<std::uint32_t>(none - most[1]));
+    d.greatest_opacity = __builtin_bit_cast(float, static_cast<std::uint32_t>(most[2]));
+    return d;
+}
+
 /// The number of views of a path for which every record is projected.
 inline constexpr std::size_t views_scanned_whole = 16;
 
 /// The demand along a path, under a model. Other cameras and other models may need more (`Demand::holds_for`). `tiling_of(camera)` returns
 /// the tiling of that camera's frame. The scan stops after 200 million projections; records that it has not seen by then count as visible.
 ///
+/// If the map is this process's part of a map, `all` adds up (AllRows). Every process then calls it with the same path. `visible` is of this
+/// part, `ties` is right in the first process, and all other members are those of the whole map.
+///
 /// Cost: one projection for each record in each of the first 16 views. In later views, one projection for each record that no view has
 /// shown yet.
-template <std::invocable<splat::Camera const&> TilingOf>
-Demand demand_of(Map const& map, std::span<splat::Camera const> path, splat::Model const& model, TilingOf const& tiling_of)
+template <std::invocable<splat::Camera const&> TilingOf, class Processes = AllRows>
+Demand demand_of(Map const& map, std::span<splat::Camera const> path, splat::Model const& model, TilingOf const& tiling_of,
+                 Processes const& all = {})
 {
-    Demand d = demand_of(map, model);
+    Demand d = over_parts(demand_of(map, model), all);
     d.views = path.size();
     if (path.empty()) return d;
     d.moves = std::any_of(path.begin(), path.end(), [&](auto const& c) { return !splat::same_view(c, path.front()); });
@@ -117,13 +151,22 @@ Demand demand_of(Map const& map, std::span<splat::Camera const> path, splat::Mod
         else
             for (auto row : unseen) project_row(row);
         std::erase_if(unseen, [&](std::uint32_t row) { return d.visible[row]; });
-        if (projections > most_projections && i + 1 < path.size()) {
+        std::uint64_t words[] = {projections, d.spans ? 1u : 0u};
+        all.sum(words, 2);
+        d.spans = words[1] != 0;
+        if (words[0] > most_projections && i + 1 < path.size()) {
             for (auto row : unseen) d.visible[row] = map.gaussians[row].opacity >= model.alpha_min;
             d.spans = true;
             break;
         }
     }
     d.culled = static_cast<std::uint64_t>(std::count(d.visible.begin(), d.visible.end(), false));
+    all.sum(&d.culled, 1);
+    std::uint64_t most[] = {d.footprint_columns, d.footprint_rows};
+    all.most(most, 2);
+    d.footprint_columns = static_cast<std::uint32_t>(most[0]);
+    d.footprint_rows = static_cast<std::uint32_t>(most[1]);
+    all.join(depths);
     std::sort(depths.begin(), depths.end());
     for (std::size_t i = 0; i < depths.size(); ++i)
         d.ties += (i > 0 && depths[i] == depths[i - 1]) || (i + 1 < depths.size() && depths[i] == depths[i + 1]) ? 1 : 0;

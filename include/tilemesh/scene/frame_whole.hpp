@@ -20,8 +20,9 @@ namespace tilemesh { inline namespace v0_2 { namespace scene {
 ///
 /// It accepts any map. For an empty map the camera stands one unit before the origin. If all means are one point, the box is three median
 /// standard deviations wide. Throws `Error` for a side outside 1..65535, a field of view outside (0, 180) and an `up` of length 0. Cost: one
-/// pass over the map per axis.
-inline splat::Camera frame_whole(Map const& map, Size size, glm::dvec3 up = {0.0, -1.0, 0.0}, double degrees = 60.0)
+/// pass over the map per axis. `AnyMap` is Map, or another type whose `gaussians` have a `mean_world` and a `log_scale`.
+template <class AnyMap>
+splat::Camera frame_whole(AnyMap const& map, Size size, glm::dvec3 up = {0.0, -1.0, 0.0}, double degrees = 60.0)
 {
     Intrinsics lens = lens_from_field_of_view(degrees, size);
     glm::dmat3 const to_upright = upright(up), to_world = glm::transpose(to_upright);
@@ -40,7 +41,7 @@ inline splat::Camera frame_whole(Map const& map, Size size, glm::dvec3 up = {0.0
     for (int axis = 0; axis < 3; ++axis) {
         std::transform(
             map.gaussians.begin(), map.gaussians.end(), values.begin(),
-            [&](splat::Gaussian const& g) {
+            [&](auto const& g) {
                 glm::dvec3 const mean{g.mean_world[0], g.mean_world[1], g.mean_world[2]};
                 return glm::dot(to_world[axis], mean);
             });
@@ -50,7 +51,7 @@ inline splat::Camera frame_whole(Map const& map, Size size, glm::dvec3 up = {0.0
 
     // The size of the Gaussians themselves. It matters if the means are one point or a line.
     std::transform(map.gaussians.begin(), map.gaussians.end(), values.begin(),
-                   [](splat::Gaussian const& g) {
+                   [](auto const& g) {
                        float const* s = g.log_scale;
                        return std::exp(static_cast<double>(std::max({s[0], s[1], s[2]})));
                    });

@@ -14,15 +14,17 @@
 namespace tilemesh { inline namespace v0_2 { namespace scene {
 
 /// The median of the means along each axis; every Gaussian counts once. Far outliers do not move it unless they are half of the map. For an
-/// even number of Gaussians it is the upper of the two middle values; for an empty map it is the origin.
-inline glm::dvec3 robust_centre(Map const& map)
+/// even number of Gaussians it is the upper of the two middle values; for an empty map it is the origin. `AnyMap` is Map, or another type whose
+/// `gaussians` have a `mean_world`.
+template <class AnyMap = Map>
+glm::dvec3 robust_centre(AnyMap const& map)
 {
     glm::dvec3 centre{0.0};
     if (map.gaussians.empty()) return centre;
     std::vector<float> values(map.gaussians.size());
     for (int axis = 0; axis < 3; ++axis) {
         std::transform(map.gaussians.begin(), map.gaussians.end(), values.begin(),
-                       [&](splat::Gaussian const& g) { return g.mean_world[axis]; });
+                       [&](auto const& g) { return g.mean_world[axis]; });
         auto const middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
         std::nth_element(values.begin(), middle, values.end());
         centre[axis] = static_cast<double>(*middle);

@@ -1,9 +1,12 @@
 #pragma once
+#include <cstdint>
 #include <filesystem>
 #include <istream>
+#include <optional>
 #include <string>
 #include <tilemesh/config.hpp>
 #include <tilemesh/scene/map.hpp>
+#include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace scene {
 
@@ -36,6 +39,28 @@ TILEMESH_HOST Map read_ply(std::istream& stream, std::string const& name);
 /// `read_ply` for a file. It opens only regular files, because a pipe or a device could block. Throws `Error` for any other path, and if
 /// the file cannot be opened.
 TILEMESH_HOST Map load_ply(std::filesystem::path const& path);
+
+/// A part of the rows of a map, for one of several processes.
+struct MapPart {
+    Map map;                             ///< the rows of this part, with their ids in the whole map. Its notes are about the whole file
+    std::vector<std::string> rejected;   ///< a note on each of the first five rows of this part that are rejected
+    std::vector<std::string> last_notes; ///< on the end of the file; the last of a map's notes
+};
+
+/// Reads part `part` of `parts` equal parts of a PLY's rows, counted before rows are rejected. Parts differ by at most one row. Every part has
+/// the header; the parts together have the rows of `read_ply`. Returns nothing, and leaves the stream anywhere, for a file that cannot be read
+/// in parts: a compressed PLY, or another kind of file.
+///
+/// Throws `Error` as `read_ply`, but for the rows of other parts. Cost: it reads the header and the part. Of an ASCII file, or if an element
+/// up to the rows has lists, it reads all rows, and stores those of the part.
+TILEMESH_HOST std::optional<MapPart> read_ply_part(std::istream& stream, std::string const& name, std::uint64_t part, std::uint64_t parts);
+
+/// `read_ply_part` for a file, as `load_ply`.
+TILEMESH_HOST std::optional<MapPart> load_ply_part(std::filesystem::path const& path, std::uint64_t part, std::uint64_t parts);
+
+/// The map of a part, with all notes in the order of `read_ply`. To join the notes of several parts, add up `map.rejected`, and put
+/// `rejected` of all parts one behind the other. Only the first five are used.
+TILEMESH_HOST Map with_all_notes(MapPart part);
 
 }}} // namespace tilemesh::scene
 

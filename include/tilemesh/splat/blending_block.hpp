@@ -56,7 +56,12 @@ TILEMESH_KERNEL void blend_row(Strip<N, HasDepth>& s, Floats<N> const& alpha, Mo
         s.t[K] = crosses ? -s.t[K] : s.t[K];
         takes_part &= ~crosses;
     }
+#if defined(__wasm__) // a select takes three operations more there
+    Floats<N> const share_of_lane = alpha * s.t[K];
+    Floats<N> const weight = floats_of<N>(bits_of<N>(share_of_lane) & takes_part);
+#else
     Floats<N> const weight = takes_part ? alpha * s.t[K] : Floats<N>{};
+#endif
     s.r[K] = multiply_add_lanes<N>(weight, c.r, s.r[K]);
     s.g[K] = multiply_add_lanes<N>(weight, c.g, s.g[K]);
     s.b[K] = multiply_add_lanes<N>(weight, c.b, s.b[K]);
@@ -65,7 +70,11 @@ TILEMESH_KERNEL void blend_row(Strip<N, HasDepth>& s, Floats<N> const& alpha, Mo
         s.w[K] = s.w[K] + weight;
         s.z[K] = multiply_add_lanes<N>(weight, c.z, s.z[K]);
     }
+#if defined(__wasm__)
+    s.contributing -= takes_part; // all bits set are -1
+#else
     s.contributing = takes_part ? s.contributing + 1 : s.contributing;
+#endif
 }
 
 /// alpha of row K, computed as in the naive loop. `lowest`: lowest_power_for(alpha_min).

@@ -4,11 +4,13 @@
 #include <cstdint>
 #include <cstring>
 #include <exception>
+#include <limits>
 #include <mpi.h>
 #include <new>
 #include <string>
 #include <tilemesh/error.hpp>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace mpi::detail {
@@ -139,15 +141,22 @@ public:
             for (auto n : sizes) all += n;
             if (rank_ == 0) items.resize(all);
         });
+        join(items.data(), [&](std::uint32_t r) { return sizes[r]; });
+        if (rank_ != 0) items.clear();
+    }
+    /// The same for a number of items that every rank can tell: n(r) of rank r. On rank 0, room for the items of the others follows its own.
+    template <class T, class N>
+    void join(T* items, N const& n) const
+    {
+        static_assert(std::is_trivially_copyable_v<T>);
         if (rank_ != 0) {
-            in_pieces(items.data(), items.size(), [&](unsigned char* at, int n) { MPI_Send(at, n, MPI_BYTE, 0, tag_of_items, comm_); });
-            items.clear();
+            in_pieces(items, n(rank_), [&](unsigned char* at, int bytes) { MPI_Send(at, bytes, MPI_BYTE, 0, tag_of_items, comm_); });
             return;
         }
-        auto at = sizes[0];
-        for (std::uint32_t r = 1; r < size_; at += sizes[r++])
-            in_pieces(items.data() + at, sizes[r], [&](unsigned char* to, int n) {
-                MPI_Recv(to, n, MPI_BYTE, static_cast<int>(r), tag_of_items, comm_, MPI_STATUS_IGNORE);
+        auto at = items + n(0);
+        for (std::uint32_t r = 1; r < size_; at += n(r++))
+            in_pieces(at, n(r), [&](unsigned char* to, int bytes) {
+                MPI_Recv(to, bytes, MPI_BYTE, static_cast<int>(r), tag_of_items, comm_, MPI_STATUS_IGNORE);
             });
     }
     /// Every rank gets the items of rank 0.
@@ -159,6 +168,44 @@ public:
         MPI_Bcast(&n, 1, MPI_UINT64_T, 0, comm_);
         together([&] { items.resize(n); });
         in_pieces(items.data(), n, [&](unsigned char* at, int bytes) { MPI_Bcast(at, bytes, MPI_BYTE, 0, comm_); });
+    }
+    /// Sends the items, `counts[r]` of them to rank r, one rank after another. Returns the items that this rank gets, in the order of the
+    /// ranks that sent them; `counts[r]` is then the number of those from rank r. T is trivially copyable. Memory: both lists at once.
+    template <class T>
+    std::vector<T> deal(std::vector<T> items, std::vector<std::uint64_t>& counts) const
+    {
+        static_assert(std::is_trivially_copyable_v<T>);
+        std::vector<int> out, in;
+        std::vector<T> got;
+        std::vector<std::uint64_t> from;
+        together([&] {
+            out.resize(2 * std::size_t{size_});
+            in.resize(2 * std::size_t{size_});
+            from.resize(size_);
+        });
+        MPI_Alltoall(counts.data(), 1, MPI_UINT64_T, from.data(), 1, MPI_UINT64_T, comm_);
+        together([&] {
+            auto const place = [&](std::vector<std::uint64_t> const& n, std::vector<int>& at) {
+                std::uint64_t all = 0;
+                for (std::size_t r = 0; r < size_; all += n[r++]) {
+                    at[r] = static_cast<int>(n[r]);
+                    at[size_ + r] = static_cast<int>(all);
+                }
+                if (all > static_cast<std::uint64_t>(std::numeric_limits<int>::max()))
+                    throw Error("a rank with " + std::to_string(all) + " items for other ranks (MPI counts to " +
+                                std::to_string(std::numeric_limits<int>::max()) + "); use more ranks");
+                return all;
+            };
+            place(counts, out);
+            got.resize(place(from, in));
+        });
+        MPI_Datatype item;
+        MPI_Type_contiguous(static_cast<int>(sizeof(T)), MPI_BYTE, &item);
+        MPI_Type_commit(&item);
+        MPI_Alltoallv(items.data(), out.data(), out.data() + size_, item, got.data(), in.data(), in.data() + size_, item, comm_);
+        MPI_Type_free(&item);
+        counts = std::move(from);
+        return got;
     }
     static std::string of_rank(std::uint64_t rank) { return " [rank " + std::to_string(rank) + "]"; }
 

@@ -42,7 +42,7 @@ inline void expect_pixels(Image const& image, std::string const& action)
 
 inline void store_float(float value, std::byte* to) noexcept
 {
-    auto const bits = std::bit_cast<std::uint32_t>(value);
+    auto const bits = __builtin_bit_cast(std::uint32_t, value);
     for (unsigned i = 0; i < 4; ++i) to[i] = static_cast<std::byte>(bits >> (8 * i) & 0xffu);
 }
 
@@ -53,7 +53,7 @@ inline float load_float(std::byte const* from, std::endian order) noexcept
         auto const byte = from[order == std::endian::little ? i : 3 - i];
         bits |= std::to_integer<std::uint32_t>(byte) << (8 * i);
     }
-    return std::bit_cast<float>(bits);
+    return __builtin_bit_cast(float, bits);
 }
 
 } // namespace detail

@@ -13,7 +13,7 @@ T number_at(unsigned char const* bytes)
     std::array<unsigned char, sizeof(T)> raw;
     std::copy_n(bytes, sizeof(T), raw.begin());
     if constexpr (order != std::endian::native) std::reverse(raw.begin(), raw.end());
-    return std::bit_cast<T>(raw);
+    return __builtin_bit_cast(T, raw);
 }
 
 }}} // namespace tilemesh::scene::detail

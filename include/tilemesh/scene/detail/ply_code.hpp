@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <istream>
 #include <limits>
+#include <optional>
 #include <string>
 #include <tilemesh/scene/detail/map_sink.hpp>
 #include <tilemesh/scene/detail/ply_compressed.hpp>
@@ -18,6 +19,7 @@
 #include <tilemesh/scene/map.hpp>
 #include <tilemesh/scene/ply.hpp>
 #include <tilemesh/splat/gaussian.hpp>
+#include <utility>
 
 namespace tilemesh { inline namespace v0_2 { namespace scene {
 
@@ -62,6 +64,59 @@ inline void note_skipped(PlyHeader const& header, PlyElement const& vertex, PlyC
 
 } // namespace detail
 
+namespace detail {
+
+/// Reads one of `parts` parts of the rows of a PLY that is not compressed.
+inline MapPart read_rows_of_ply(ByteSource& source, PlyHeader const& header, PlyElement const& vertex, std::string const& name,
+                                std::string const& file, std::uint64_t part, std::uint64_t parts)
+{
+    PlyColumns columns = find_columns(vertex, file);
+    PlyHarmonics const harmonics = find_harmonics(vertex, columns);
+    require_rows(header, source.left(), file);
+    require_ids(vertex.count, file);
+
+    MapPart out;
+    Map& map = out.map;
+    map.name = std::filesystem::path(name).stem().string();
+    map.path = name;
+    map.sh_degree = harmonics.degree;
+    note_skipped(header, vertex, columns, harmonics, map);
+    auto const head = map.notes.size();
+    auto const start_of = [&](std::uint64_t p) { return vertex.count / parts * p + vertex.count % parts * p / parts; };
+    std::uint64_t const first = start_of(part), last = start_of(part + 1);
+    MapSink sink(map, last - first, splat::harmonics_per_channel(harmonics.file_degree));
+    auto const keep = [&](std::uint64_t number, GaussianRow const& row) {
+        if (number > first && number <= last) sink.add(number, row);
+    };
+    auto const read = [&](auto&& rows) {
+        for (auto const& element : header.elements)
+            if (&element == &vertex) rows.read(element, columns, keep, first, last);
+            else rows.skip(element);
+    };
+    bool open_end = false;
+    switch (header.format) {
+    case PlyFormat::little_endian:
+        read(BinaryRows<std::endian::little>(source, file));
+        break;
+    case PlyFormat::big_endian:
+        read(BinaryRows<std::endian::big>(source, file));
+        break;
+    case PlyFormat::ascii:
+        AsciiRows rows(source, file, header.lines);
+        read(rows);
+        open_end = rows.open_end();
+        rows.find_row(); // blank lines at the end
+        break;
+    }
+    out.rejected.assign(map.notes.begin() + static_cast<std::ptrdiff_t>(head), map.notes.end());
+    map.notes.resize(head);
+    if (open_end) out.last_notes.push_back("the last line has no end: its last number may be cut off");
+    if (source.left() != 0) out.last_notes.push_back(std::to_string(source.left()) + " bytes after the last row skipped");
+    return out;
+}
+
+} // namespace detail
+
 TILEMESH_HOST Map read_ply(std::istream& stream, std::string const& name)
 {
     std::string const file = detail::shown(name, name.size());
@@ -70,43 +125,35 @@ TILEMESH_HOST Map read_ply(std::istream& stream, std::string const& name)
     detail::PlyHeader const header = detail::read_ply_header(source, file);
     detail::PlyElement const& vertex = detail::require_vertex(header, file);
     if (vertex.find("packed_position")) return detail::read_compressed_ply(source, header, vertex, name);
-    detail::PlyColumns columns = detail::find_columns(vertex, file);
-    detail::PlyHarmonics const harmonics = detail::find_harmonics(vertex, columns);
-    detail::require_rows(header, source.left(), file);
-    detail::require_ids(vertex.count, file);
+    return with_all_notes(detail::read_rows_of_ply(source, header, vertex, name, file, 0, 1));
+}
 
-    Map map;
-    map.name = std::filesystem::path(name).stem().string();
-    map.path = name;
-    map.sh_degree = harmonics.degree;
-    detail::note_skipped(header, vertex, columns, harmonics, map);
-    detail::MapSink sink(map, vertex.count, splat::harmonics_per_channel(harmonics.file_degree));
-    auto const keep = [&](std::uint64_t number, detail::GaussianRow const& row) { sink.add(number, row); };
-    auto const read = [&](auto&& rows) {
-        for (auto const& element : header.elements)
-            if (&element == &vertex) rows.read(element, columns, keep);
-            else rows.skip(element);
-    };
-    bool open_end = false;
-    switch (header.format) {
-    case detail::PlyFormat::little_endian:
-        read(detail::BinaryRows<std::endian::little>(source, file));
-        break;
-    case detail::PlyFormat::big_endian:
-        read(detail::BinaryRows<std::endian::big>(source, file));
-        break;
-    case detail::PlyFormat::ascii:
-        detail::AsciiRows rows(source, file, header.lines);
-        read(rows);
-        open_end = rows.open_end();
-        rows.find_row(); // blank lines at the end
-        break;
-    }
+TILEMESH_HOST std::optional<MapPart> read_ply_part(std::istream& stream, std::string const& name, std::uint64_t part, std::uint64_t parts)
+{
+    std::string const file = detail::shown(name, name.size());
+    detail::ByteSource source(stream, file);
+    if (!source.begins_with("ply")) return {};
+    detail::require_ply(source, file);
+    detail::PlyHeader const header = detail::read_ply_header(source, file);
+    detail::PlyElement const& vertex = detail::require_vertex(header, file);
+    if (vertex.find("packed_position")) return {};
+    return detail::read_rows_of_ply(source, header, vertex, name, file, part, parts);
+}
 
-    sink.finish();
-    if (open_end) map.notes.push_back("the last line has no end: its last number may be cut off");
-    if (source.left() != 0) map.notes.push_back(std::to_string(source.left()) + " bytes after the last row skipped");
-    return map;
+TILEMESH_HOST std::optional<MapPart> load_ply_part(std::filesystem::path const& path, std::uint64_t part, std::uint64_t parts)
+{
+    auto stream = detail::open_file(path, std::numeric_limits<std::uint64_t>::max(), "a 3DGS map");
+    return read_ply_part(stream, path.string(), part, parts);
+}
+
+TILEMESH_HOST Map with_all_notes(MapPart part)
+{
+    auto& notes = part.map.notes;
+    auto const named = std::min<std::size_t>(part.rejected.size(), detail::named_in_notes);
+    notes.insert(notes.end(), part.rejected.begin(), part.rejected.begin() + static_cast<std::ptrdiff_t>(named));
+    if (part.map.rejected > named) notes.push_back("and " + std::to_string(part.map.rejected - named) + " more rows rejected");
+    notes.insert(notes.end(), part.last_notes.begin(), part.last_notes.end());
+    return std::move(part.map);
 }
 
 TILEMESH_HOST Map load_ply(std::filesystem::path const& path)

@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <charconv>
@@ -92,13 +93,18 @@ public:
             refuse_short_body(file_, element, source_.left() / element.row_bytes + 1);
     }
 
-    /// Calls `keep(number, row)` for every row; numbers count from 1.
+    /// Calls `keep(number, row)` for every row; numbers count from 1. It may leave out the rows up to `first` and after `last`; then it does
+    /// not read them.
     template <class Keep>
-    void read(PlyElement const& element, PlyColumns const& columns, Keep keep)
+    void read(PlyElement const& element, PlyColumns const& columns, Keep keep, std::uint64_t first = 0,
+              std::uint64_t last = std::numeric_limits<std::uint64_t>::max())
     {
         GaussianRow row{};
         auto const slots = slots_of(element, columns);
-        for (std::uint64_t number = 1; number <= element.count; ++number) {
+        if (element.has_lists) first = 0, last = element.count;
+        last = std::min(last, element.count);
+        skip_rows(element, 0, first);
+        for (std::uint64_t number = first + 1; number <= last; ++number) {
             if (element.has_lists) {
                 read_with_lists(element, slots, number, row);
             } else {
@@ -109,9 +115,16 @@ public:
             }
             keep(number, row);
         }
+        skip_rows(element, last, element.count - last);
     }
 
 private:
+    /// Skips rows of an element without lists, of which `before` are read.
+    void skip_rows(PlyElement const& element, std::uint64_t before, std::uint64_t rows)
+    {
+        if (rows != 0 && !source_.skip(rows * element.row_bytes))
+            refuse_short_body(file_, element, before + source_.left() / element.row_bytes + 1);
+    }
     void read_with_lists(PlyElement const& element, std::vector<int> const& slots, std::uint64_t number, GaussianRow& row)
     {
         for (std::size_t i = 0; i < slots.size(); ++i) {
@@ -154,9 +167,10 @@ public:
         read(element, {}, [](std::uint64_t, GaussianRow const&) {});
     }
 
-    /// Calls `keep(number, row)` for every row; numbers count from 1. An element without properties has no lines.
+    /// Calls `keep(number, row)` for every row; numbers count from 1. An element without properties has no lines. Every row is read: lines
+    /// have any length.
     template <class Keep>
-    void read(PlyElement const& element, PlyColumns const& columns, Keep keep)
+    void read(PlyElement const& element, PlyColumns const& columns, Keep keep, std::uint64_t = 0, std::uint64_t = 0)
     {
         if (element.properties.empty()) return;
         element_ = &element;

@@ -62,8 +62,8 @@ inline SpzHeader read_spz_header(ByteView in, std::string const& file)
 inline float half_to_float(std::uint32_t half)
 {
     std::uint32_t const sign = (half & 0x8000u) << 16, exponent = half >> 10 & 31u, fraction = half & 0x3ffu;
-    if (exponent == 31) return std::bit_cast<float>(sign | 0x7f800000u | fraction << 13);
-    if (exponent != 0) return std::bit_cast<float>(sign | (exponent + 112) << 23 | fraction << 13);
+    if (exponent == 31) return __builtin_bit_cast(float, sign | 0x7f800000u | fraction << 13);
+    if (exponent != 0) return __builtin_bit_cast(float, sign | (exponent + 112) << 23 | fraction << 13);
     float const tiny = static_cast<float>(fraction) * 0x1p-24f; // a subnormal number of 16 bits
     return sign != 0 ? -tiny : tiny;
 }

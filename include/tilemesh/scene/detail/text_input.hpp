@@ -118,7 +118,7 @@ inline bool is_tiny(std::string_view number)
 inline std::string text_of(double value)
 {
     std::array<char, 32> text{}; // 24 characters at most: "-1.7976931348623157e+308"
-    auto const [end, error] = std::to_chars(text.data(), text.data() + text.size(), value);
+    auto const [end, error] = write_number(text.data(), text.data() + text.size(), value);
     return {text.data(), end};
 }
 

@@ -1,0 +1,103 @@
+// The program of homes over ranks: pictures, planes, reports and digests are those of one process, also in chapters and in parts.
+#include "../splat/support.hpp"
+#include "on_ranks.hpp"
+#include <cstdint>
+#include <cstring>
+#include <doctest/doctest.h>
+#include <tilemesh/render/homes_renderer.hpp>
+#include <tilemesh/report/compare_reports.hpp>
+#include <tilemesh/scene/frame_whole.hpp>
+#include <tilemesh/scene/orbit.hpp>
+#include <vector>
+
+using namespace mpi_test;
+namespace homes = splat::homes;
+
+namespace {
+using Planes = render::HomesPlanes;
+using OnMesh = render::HomesRenderer<homes::ValuePolicies<1, Planes>>;
+using OnRanks = render::HomesRenderer<homes::ValuePolicies<1, Planes>, MpiMesh>;
+
+scene::Map shaded_cloud(std::uint32_t n)
+{
+    auto map = support::map_of(support::cloud(n, 17));
+    map.sh_degree = 1;
+    Random random{5};
+    map.harmonics.resize(std::size_t{9} * n);
+    for (float& v : map.harmonics) v = static_cast<float>(random.below(601)) * 0.001f - 0.3f;
+    return map;
+}
+bool same_words(std::vector<float> const& a, std::vector<float> const& b)
+{
+    return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0);
+}
+} // namespace
+
+TEST_CASE("homes over ranks: a whole map, chapters, one slot, a bound on rounds")
+{
+    auto const map = shaded_cloud(200);
+    std::vector<splat::Camera> path;
+    for (float turn : {0.0f, 0.0f, 0.3f}) path.push_back(support::lens(90, 53, turn));
+    struct Case {
+        std::uint32_t homes, storage_slots, channel_slots, rounds;
+        bool fold;
+    };
+    // 12 tiles: 17 homes hold the map; with 5, it comes in chapters.
+    for (auto const& some : {Case{17, 20, 0, 0, true}, Case{5, 20, 3, 0, true}, Case{17, 9, 1, 0, false}, Case{5, 10, 0, 3, true}}) {
+        CAPTURE(some.homes);
+        CAPTURE(some.rounds);
+        render::HomesChoice choice;
+        choice.machine = size_of_machine<TestMachine<64u << 20>>();
+        choice.sizes.homes = some.homes;
+        choice.sh_degree = 1;
+        choice.depth = choice.alpha = true;
+        RendererOptions options{.grid = {4, 3}, .channel_slots = some.channel_slots, .storage_slots = some.storage_slots, .digest = true};
+        options.rounds = some.rounds;
+        options.fold = some.fold;
+        OnMesh one{map, choice, options};
+        OnRanks whole{map, choice, options};
+        auto part = map;
+        auto const first = render::RowShares::part_of(200, rank(), ranks()), last = render::RowShares::part_of(200, rank() + 1, ranks());
+        part.gaussians.assign(map.gaussians.begin() + static_cast<std::ptrdiff_t>(first), map.gaussians.begin() + static_cast<std::ptrdiff_t>(last));
+        part.harmonics.assign(map.harmonics.begin() + static_cast<std::ptrdiff_t>(9 * first),
+                              map.harmonics.begin() + static_cast<std::ptrdiff_t>(9 * last));
+        options.rows_of_all_parts = 200;
+        options.threads = 2;
+        OnRanks parts{part, choice, options};
+        for (auto const& camera : path) {
+            auto const wanted = one.render(camera);
+            for (auto* renderer : {&whole, &parts}) {
+                auto const frame = renderer->render(camera);
+                CHECK(report::first_difference(frame.report, wanted.report) == "");
+                CHECK((frame.report.homes.chapters > 1) == (wanted.report.homes.chapters > 1));
+                if (rank() != 0) {
+                    CHECK(frame.image.width == 0);
+                    continue;
+                }
+                CHECK(support::differing_pixels(frame.image, wanted.image) == 0);
+                CHECK(same_words(frame.depth.values, wanted.depth.values));
+                CHECK(same_words(frame.alpha.values, wanted.alpha.values));
+            }
+            CHECK((some.rounds == 3) == !wanted.report.unfinished.empty());
+        }
+    }
+}
+
+TEST_CASE("homes over ranks: ranks with different views are refused; the next frame is whole")
+{
+    if (ranks() == 1) return;
+    auto const map = shaded_cloud(60);
+    render::HomesChoice choice;
+    choice.machine = size_of_machine<TestMachine<64u << 20>>();
+    choice.sizes.homes = 20;
+    choice.sh_degree = 1;
+    choice.depth = choice.alpha = true;
+    RendererOptions const options{.grid = {4, 3}};
+    OnRanks renderer{map, choice, options};
+    bool const other = rank() + 1 == ranks();
+    CHECK(has(error_of([&] { renderer.render(support::lens(90, 53, other ? 0.1f : 0)); }), "ranks with different frames ("));
+    auto const frame = renderer.render(support::lens(90, 53));
+    auto const wanted = OnMesh{map, choice, options}.render(support::lens(90, 53));
+    CHECK(report::first_difference(frame.report, wanted.report) == "");
+    if (rank() == 0) CHECK(support::differing_pixels(frame.image, wanted.image) == 0);
+}
