@@ -12,6 +12,12 @@ namespace mpi_test {
 using namespace engine_test;
 using Roomy = TestMachine<64u << 20>;
 
+/// Setup S on a machine that keeps a trace.
+template <class S>
+struct WithTrace : S {
+    using Machine = Traced<typename S::Machine>;
+};
+
 /// From now on each message, receipt and agreement of this rank begins up to this time late, and its end is seen up to this time late. The
 /// times are random, so the order changes, too. 0: never. Not while requests are open.
 void delay(std::uint32_t most_us);

@@ -20,11 +20,6 @@ using support::Whole;
 
 namespace {
 
-template <class S>
-struct WithTrace : S {
-    using Machine = Traced<typename S::Machine>;
-};
-
 bool same_words(std::vector<float> const& a, std::vector<float> const& b)
 {
     return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0);

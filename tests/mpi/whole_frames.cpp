@@ -19,10 +19,6 @@ using support::Whole;
 
 namespace {
 
-template <class S>
-struct WithTrace : S {
-    using Machine = Traced<typename S::Machine>;
-};
 /// All setups in this form share one renderer over ranks, and one on a Mesh.
 template <class S>
 using Form = splat::Valued<WithTrace<S>>;

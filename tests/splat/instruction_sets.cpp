@@ -1,3 +1,4 @@
+// test: without tsan
 // Every instruction set that the processor has gives the same bits. What has no lanes is the judge.
 #include "blended.hpp"
 #include "support.hpp"

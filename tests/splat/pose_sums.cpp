@@ -1,3 +1,4 @@
+// test: without tsan
 #include "support.hpp"
 #include <cmath>
 #include <cstdint>

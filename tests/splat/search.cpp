@@ -1,3 +1,4 @@
+// test: without tsan
 // Searches in lists of one or two words, against a loop.
 #include <doctest/doctest.h>
 #include <random>
