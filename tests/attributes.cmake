@@ -2,6 +2,7 @@
 #
 #   optimised              compiled at -O2 by GCC even where the preset says -O1: it renders whole maps many times
 #   unoptimised BUILD...   compiled at -O0 in these builds, where the others are at -O1: compiling takes longer than running
+#                          (in the build asan all files are)
 #   without BUILD...       not built in these builds: another file runs the same code there, or it has no threads to watch
 #   needs data             asks for real maps, and says "skipped" or takes another map where there are none: label `data`
 #   cost N                 runs for about N seconds; ctest begins with what takes longest
@@ -17,7 +18,7 @@ endif()
 # Sets PREFIX_options (compile options), PREFIX_left_out, PREFIX_needs_data and PREFIX_cost from the text of a test file.
 function(tilemesh_test_attributes source text prefix)
     set(options "")
-    if(TILEMESH_TEST_BUILD)
+    if(TILEMESH_TEST_BUILD MATCHES "^(test|tsan)$")
         set(options -O1)
     endif()
     set(left_out FALSE)

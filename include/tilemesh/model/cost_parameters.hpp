@@ -70,7 +70,7 @@ inline std::uint64_t parameter_value(CostModel const& m, std::size_t i)
 }
 inline std::string parameter_text(std::size_t i, std::uint64_t value)
 {
-    return i == 1 && value < exchange_cost_names.size() ? std::string(exchange_cost_names[value]) : std::to_string(value);
+    return i == 1 && value < exchange_cost_names.size() ? std::string(exchange_cost_names[static_cast<std::size_t>(value)]) : std::to_string(value);
 }
 } // namespace model_detail
 

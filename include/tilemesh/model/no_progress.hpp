@@ -77,11 +77,11 @@ inline std::uint64_t sample_hash(SuperstepSample const& s) noexcept
 inline std::uint32_t find_period(SuperstepSample const* begin, SuperstepSample const* end, std::uint64_t at_least,
                                  std::uint64_t& repeating)
 {
-    auto const n = static_cast<std::uint64_t>(end - begin);
+    auto const n = static_cast<std::size_t>(end - begin);
     std::vector<std::uint64_t> hashes;
     for (auto const* s = begin; s != end; ++s) hashes.push_back(sample_hash(*s));
-    for (std::uint64_t p = 1; p <= most_period && 2 * p <= n; ++p) {
-        std::uint64_t last = n; // from `last` on, each superstep equals the one a period before
+    for (std::size_t p = 1; p <= most_period && 2 * p <= n; ++p) {
+        std::size_t last = n; // from `last` on, each superstep equals the one a period before
         while (last > p && hashes[last - 1] == hashes[last - 1 - p]) --last;
         if (n - last < p || n - last + p < at_least) continue;
         if (!std::equal(begin + last, end, begin + (last - p))) continue; // different supersteps may have equal hashes
@@ -134,7 +134,7 @@ inline std::vector<TileSide> find_cycle(Grid grid, std::vector<std::uint8_t> liv
         walk.push_back({tile, side});
         tile = to(tile, side);
     }
-    walk.erase(walk.begin(), walk.begin() + seen[tile]);
+    walk.erase(walk.begin(), walk.begin() + static_cast<std::ptrdiff_t>(seen[tile]));
     auto const lowest = std::min_element(walk.begin(), walk.end(), [](TileSide a, TileSide b) { return a.tile < b.tile; });
     std::rotate(walk.begin(), lowest, walk.end());
     return walk;

@@ -60,7 +60,7 @@ inline std::vector<LoopRound> loop_rounds(Trace const& trace)
         auto const& own = trace.loops[l];
         // Does a Loop inside this one begin anew between these two steps?
         auto const inside = [&](std::uint32_t before, std::uint32_t step) {
-            return std::any_of(trace.loops.begin() + l + 1, trace.loops.end(),
+            return std::any_of(trace.loops.begin() + static_cast<std::ptrdiff_t>(l) + 1, trace.loops.end(),
                                [&](LoopCounters const& other) { return has(own, other.first) && has(other, before) && has(other, step); });
         };
         std::uint64_t passes = 0;

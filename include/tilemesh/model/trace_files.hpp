@@ -276,7 +276,8 @@ inline void write_chrome_trace(std::ostream& out, Trace const& trace, CostModel 
         text << ",\"passes\":" << round.last - round.first + 1 << "}}";
     }
     StepPrices const prices(model, trace);
-    std::uint64_t now = 0, cycles_of_step = 0, passes_of_step = 0;
+    std::uint64_t now = 0, cycles_of_step = 0;
+    std::size_t passes_of_step = 0;
     for (std::size_t i = 0; i < cost.supersteps.size(); ++i) {
         auto const& s = trace.supersteps[i];
         auto const& c = cost.supersteps[i];
@@ -286,7 +287,7 @@ inline void write_chrome_trace(std::ostream& out, Trace const& trace, CostModel 
                 begin_span(steps, names[c.step], i + 1 - passes_of_step, now + c.total() - cycles_of_step, cycles_of_step);
                 text << ",\"step\":" << c.step << ",\"passes\":" << passes_of_step << "}}";
             }
-            cycles_of_step = passes_of_step = 0;
+            cycles_of_step = 0, passes_of_step = 0;
         }
         for (auto const& t : s.tiles) {
             auto const cycles = prices.compute_cycles(i, t.operations);

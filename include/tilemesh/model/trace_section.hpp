@@ -283,7 +283,7 @@ inline void add_parameters(report::HtmlReport& html, CostModel const& model)
     for (auto const& p : model.parameters) {
         auto const& kinds = model_detail::exchange_cost_names; // the value of the kind of exchange is shown as a word
         bool const word = p.unit == "kind" && p.value < kinds.size();
-        rows.push_back({p.name, word ? std::string(kinds[p.value]) : report::thousands(p.value), word ? "" : p.unit, p.source});
+        rows.push_back({p.name, word ? std::string(kinds[static_cast<std::size_t>(p.value)]) : report::thousands(p.value), word ? "" : p.unit, p.source});
     }
     html.folded_section("Cost model " + model.name, report::HtmlFold::closed,
                         [&] { html.table({"parameter", "value", "unit", "source"}, rows); });
