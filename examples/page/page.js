@@ -4,6 +4,10 @@ const $ = id => document.getElementById(id);
 const number = new Intl.NumberFormat("en-US"), count = n => number.format(n);
 const ms = x => x < 9.995 ? x.toFixed(2) + " ms" : x < 99.95 ? x.toFixed(1) + " ms" : count(Math.round(x)) + " ms";
 const bytesText = n => n < 1e6 ? count(n) + " bytes" : (n / 1e6).toFixed(1) + " MB";
+function put(id, text) { // a text that stays costs no layout
+  const element = typeof id === "string" ? $(id) : id;
+  if (element.textContent !== text) element.textContent = text;
+}
 function make(name, properties = {}, ...children) {
   const element = Object.assign(document.createElement(name), properties);
   element.append(...children);
@@ -22,52 +26,77 @@ const plain = {preset: "lossless", machine: "mk2", saturation: "preset", channel
 
 const state = {view: null, size: [640, 360], chosen: {...plain}, heat: "load", step: -1, tile: null, gaussian: null, difference: false, file: ""};
 let map = null, settings = null, last = null; // what the worker said
-let poses = null, playing = false, pose = 0;
+let poses = null, playing = false, pose = 0; // poses: 13 numbers each, see worker.js
+let mesh = 0; // another number begins a new mesh: all records start from the host
 
 // ---- the worker ------------------------------------------------------------------------------------------------------------
-const worker = new Worker(URL.createObjectURL(new Blob([$("worker-source").textContent], {type: "text/javascript"})));
 const asked = new Map();
-let questions = 0;
+let questions = 0, worker = null;
 function ask(what, data = {}, buffers = []) {
   return new Promise((resolve, reject) => {
     asked.set(++questions, {resolve, reject});
     worker.postMessage({id: questions, ask: what, ...data}, buffers);
   });
 }
-worker.onmessage = ({data}) => {
-  const {resolve, reject} = asked.get(data.id);
-  asked.delete(data.id);
-  if (data.problem === undefined) resolve(data);
-  else reject(new Error(data.problem));
-};
-worker.onerror = event => say(`the chip stopped (${event.message}); load this page again`);
+function broken(problem) { // no question gets an answer any more
+  say(problem);
+  for (const {reject} of asked.values()) reject(new Error(problem));
+  asked.clear();
+}
+try {
+  worker = new Worker(URL.createObjectURL(new Blob([$("worker-source").textContent], {type: "text/javascript"})));
+  worker.onmessage = ({data}) => {
+    const {resolve, reject} = asked.get(data.id) ?? {};
+    asked.delete(data.id);
+    if (data.problem === undefined) resolve?.(data);
+    else reject?.(new Error(data.problem));
+  };
+  worker.onerror = event => broken(`the chip stopped (${event.message}); load this page again`);
+} catch (error) {
+  worker = {postMessage() { throw new Error(`the chip cannot start (${error.message}); use a newer browser`); }};
+}
 
-// What must be done before the page is up to date. One job at a time; a newer camera replaces one that waits.
-const due = {settings: false, frame: false, show: false};
-let working = null, cold = true, frames = 0;
-function want(what) {
-  due[what] = true;
+// What must be done before the page is up to date. One job at a time. A newer map replaces one that waits, and so does a newer camera.
+// `queue`: jobs about the frame that is shown; they come before the next frame.
+const due = {load: null, settings: false, frame: false, show: false}, queue = [];
+let working = null, cold = true, frames = 0, goodView = null;
+function want(what, value = true) {
+  due[what] = value;
   working ??= work().finally(() => { working = null; });
   remember();
 }
+function soon(job) {
+  queue.push(job);
+  working ??= work().finally(() => { working = null; });
+}
+const machineOf = settings => JSON.stringify({...settings, difference: 0, follow: 0, limits: 0});
 async function work() {
-  await begun;
-  while (due.settings || due.frame || due.show) {
+  if (!await begun) return;
+  while (queue.length || due.load || due.settings || due.frame || due.show) {
+    let doing = "";
     try {
-      if (due.settings) {
+      if (queue.length) {
+        await queue.shift()();
+      } else if (due.load) {
+        const file = due.load;
+        due.load = null;
+        loaded(file.name, await ask("load", file, file.bytes === null ? [] : [file.bytes])); // the bytes go to the worker without a copy
+      } else if (due.settings) {
+        doing = "settings";
         due.settings = false;
-        const before = JSON.stringify({...settings, difference: 0, follow: 0, limits: 0});
+        const before = machineOf(settings);
         ({settings} = await ask("set", {settings: wantedSettings()}));
-        cold ||= before !== JSON.stringify({...settings, difference: 0, follow: 0, limits: 0});
+        cold ||= before !== machineOf(settings);
         showControls();
         due.frame = true;
       } else if (due.frame) {
+        doing = "frame";
         due.frame = due.show = false;
-        const picture = state.difference ? "difference" : "rgba";
-        const first = cold;
-        const answer = await ask("render", {camera: cameraOf(state.view, state.size), picture, show: wantedDetails()});
+        const view = state.view, first = cold, picture = state.difference ? "difference" : "rgba";
+        const answer = await ask("render", {camera: cameraOf(view, state.size), picture, show: wantedDetails(!first)});
         if (first) compareStarts(answer.frame);
         cold = false;
+        goodView = view;
         ++frames;
         paintPicture(answer, first);
         paintDetails(answer);
@@ -77,13 +106,28 @@ async function work() {
       }
     } catch (error) {
       say(error.message);
-      if (!due.settings) restoreSettings();
+      showMap();
+      if (doing === "settings" && !due.settings) {
+        restoreSettings();
+        if (state.view !== goodView) due.frame = true;
+      }
+      if (doing === "frame" && !due.frame && state.view !== goodView) { // back to a camera that gave a picture
+        const usable = goodView ?? startView(map);
+        due.frame = goodView === null && viewText(state.view) !== viewText(usable);
+        state.view = usable;
+      }
     }
   }
 }
-const wantedDetails = () => ({heat: state.heat, superstep: state.step, tile: state.tile, gaussian: state.gaussian});
+// While the camera moves, the contents of a tile follow five times a second, and once more when it stands: nobody reads 120 records faster.
+const restMs = 200;
+let tileAt = 0, late = 0; // when the tile was painted; the timer for what is not painted yet
+function wantedDetails(moving = false) {
+  const waits = moving && state.tile !== null && shown?.tile?.tile === state.tile && performance.now() - tileAt < restMs;
+  return {heat: state.heat, superstep: state.step, tile: waits ? undefined : state.tile, gaussian: state.gaussian};
+}
 const wantedSettings = () => ({...state.chosen, width: state.size[0], height: state.size[1], difference: state.difference,
-                               follow: state.gaussian ?? -1});
+                               follow: state.gaussian ?? -1, mesh});
 // After a refused setting the chip keeps the old ones, and the controls say so.
 function restoreSettings() {
   for (const name of Object.keys(plain)) state.chosen[name] = settings[name];
@@ -119,25 +163,25 @@ function paintPicture({pixels, frame, ms: took}, first) {
     [canvas.width, canvas.height] = [frame.width, frame.height];
     $("frame").style.aspectRatio = `${frame.width} / ${frame.height}`;
   }
-  canvas.getContext("2d").putImageData(new ImageData(new Uint8ClampedArray(pixels.buffer), frame.width), 0, 0);
+  canvas.getContext("2d", {alpha: false}).putImageData(new ImageData(new Uint8ClampedArray(pixels.buffer), frame.width), 0, 0);
   last = {...frame, took};
-  $("n-host").textContent = ms(took);
-  $("n-host-what").textContent = first ? "this host, cold" : "this host";
-  $("n-chip").textContent = ms(frame.modelled_ms);
-  $("n-steps").textContent = count(frame.supersteps);
-  $("n-moved").textContent = count(frame.moved);
+  put("n-host", ms(took));
+  put("n-host-what", first ? "this host, cold" : "this host");
+  put("n-chip", ms(frame.modelled_ms));
+  put("n-steps", count(frame.supersteps));
+  put("n-moved", count(frame.moved));
   const lost = lostOf(frame);
-  $("n-lost").textContent = count(lost);
+  put("n-lost", count(lost));
   $("n-lost").parentElement.classList.toggle("bad", lost !== 0);
   const sentence = text => text[0].toUpperCase() + text.slice(1) + ".";
-  tell(frame.missing === "" ? "Nothing is missing in the picture." : sentence(frame.missing) + (frame.advice ? " " + sentence(frame.advice) : ""));
+  tell(frame.missing === "" ? (frame.visible === 0 ? "No Gaussian of the map is in this view." : "Nothing is missing in the picture.") : sentence(frame.missing) + (frame.advice ? " " + sentence(frame.advice) : ""));
   const slow = took > 100 && !first && frame.width > 320 ? " Frames are slow: fewer pixels are faster." : "";
   const d = frame.difference;
   const differs = !d ? "" : d.pixels === 0 ? " No pixel differs from the complete picture."
     : ` ${count(d.pixels)} pixels differ from the complete picture` +
       (d.psnr_db === null ? "." : `: PSNR ${d.psnr_db.toFixed(2)} dB, at most ${d.largest.toFixed(3)}.`);
-  $("resolution").textContent = `${frame.width} x ${frame.height} pixels, ${frame.columns} x ${frame.rows} tiles of ` +
-    `${frame.tile_width} x ${frame.tile_height} pixels.${differs}${slow}`;
+  put("resolution", `${frame.width} x ${frame.height} pixels, ${frame.columns} x ${frame.rows} tiles of ` +
+    `${frame.tile_width} x ${frame.tile_height} pixels.${differs}${slow}`);
 }
 const lostOf = frame => frame.lost_records + frame.lost_copies + frame.late_copies;
 
@@ -160,41 +204,48 @@ function heatColour(share) {
   const at = Math.min(Math.max(share, 0), 1) * 8, below = Math.min(Math.floor(at), 7);
   return viridis[below].map((c, i) => c + (at - below) * (viridis[below + 1][i] - c));
 }
-const ramp = Uint8ClampedArray.from({length: 256 * 4}, (_, i) => i % 4 === 3 ? 255 : heatColour((i >> 2) / 255)[i % 4]);
+// 256 colours, one word each.
+const ramp = new Uint32Array(Uint8ClampedArray.from({length: 256 * 4}, (_, i) => i % 4 === 3 ? 255 : heatColour((i >> 2) / 255)[i % 4]).buffer);
 
 let shown = null; // the last details
 function paintDetails(answer) {
+  const waits = answer.tile === undefined;
+  if (waits) {
+    answer.tile = shown.tile;
+    late ||= setTimeout(() => { late = 0; want("show"); }, restMs);
+  } else {
+    tileAt = performance.now();
+    clearTimeout(late);
+    late = 0;
+  }
   shown = answer;
-  const {frame, heat, supersteps, superstep} = answer;
+  const {frame, heat, superstep, step} = answer;
   const canvas = $("grid"), most = heat.reduce((a, b) => Math.max(a, b), 0);
   if (canvas.width !== frame.columns || canvas.height !== frame.rows) [canvas.width, canvas.height] = [frame.columns, frame.rows];
   $("grid-frame").style.aspectRatio = `${frame.columns * frame.tile_width} / ${frame.rows * frame.tile_height}`;
-  const image = new ImageData(frame.columns, frame.rows);
+  const image = new ImageData(frame.columns, frame.rows), colours = new Uint32Array(image.data.buffer);
   const full = state.heat === "channel" ? 1 : most || 1;
-  heat.forEach((value, i) => {
-    const colour = 4 * Math.round(255 * Math.min(1, value / full));
-    image.data.set(ramp.subarray(colour, colour + 4), 4 * i);
-  });
-  canvas.getContext("2d").putImageData(image, 0, 0);
-  $("least").textContent = "0";
-  $("most").textContent = state.heat === "channel" ? "100 %" : count(Math.round(most));
-  $("map-what").textContent = heats.find(([name]) => name === state.heat)[2] +
-    (state.heat === "channel" ? `, fullest ${(100 * most).toFixed(0)} %` : "");
+  for (let i = 0; i < colours.length; ++i) colours[i] = ramp[Math.round(255 * Math.min(1, heat[i] / full))];
+  canvas.getContext("2d", {alpha: false}).putImageData(image, 0, 0);
+  const percent = share => `${(100 * share).toFixed(0)} %`, value = state.heat === "channel" ? percent : n => count(Math.round(n));
+  put("least", "0");
+  put("most", state.heat === "channel" ? "100 %" : count(Math.round(most)));
+  const chosen = state.tile !== null && state.tile < heat.length ? `; tile ${state.tile}: ${value(heat[state.tile])}` : "";
+  put("map-what", heats.find(([name]) => name === state.heat)[2] + (state.heat === "channel" ? `, fullest ${percent(most)}` : "") + chosen);
 
   const slider = $("step");
-  slider.max = supersteps.length;
-  slider.value = state.step < 0 ? supersteps.length : superstep;
-  const s = supersteps[superstep];
-  const text = state.step < 0 || !s ? `whole frame, ${count(supersteps.length)} supersteps`
-    : `${superstep + 1} of ${count(supersteps.length)}: ${s.kernel}, ${count(s.tiles)} tiles ran, ` +
-      `${count(s.messages_bytes)} bytes sent, ${count(s.cycles)} modelled cycles`;
-  $("step-text").textContent = text;
+  slider.max = frame.supersteps;
+  slider.value = step === null ? frame.supersteps : superstep;
+  const text = step === null ? `whole frame, ${count(frame.supersteps)} supersteps`
+    : `${superstep + 1} of ${count(frame.supersteps)}: ${step.kernel}, ${count(step.tiles)} tiles ran, ` +
+      `${count(step.messages_bytes)} bytes sent, ${count(step.cycles)} modelled cycles`;
+  put("step-text", text);
   slider.setAttribute("aria-valuetext", text);
 
-  showTile(answer);
+  if (!waits) showTile(answer);
   showGaussian(answer);
   paintMarks(answer);
-  $("memory").textContent = `Memory of the library: ${bytesText(answer.memory)}.`;
+  put("memory", `Memory of the library: ${bytesText(answer.memory)}.`);
 }
 
 const svg = "http://www.w3.org/2000/svg";
@@ -203,7 +254,11 @@ function mark(parent, name, attributes) {
   for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, value);
 }
 // The chosen tile, and the path of the chosen Gaussian, over the grid and over the picture.
+let painted = "";
 function paintMarks({frame, gaussian}) {
+  const key = JSON.stringify([frame.width, frame.height, frame.columns, frame.rows, frame.tile_width, frame.tile_height, gaussian, state.tile]);
+  if (key === painted) return;
+  painted = key;
   const [w, h] = [frame.tile_width, frame.tile_height];
   for (const id of ["grid-marks", "picture-marks"]) {
     const marks = $(id);
@@ -231,53 +286,60 @@ function paintMarks({frame, gaussian}) {
   }
 }
 
-function rows(table, head, lines) {
-  table.replaceChildren(make("tr", {}, ...head.map(text => make("th", {textContent: text, scope: "col"}))),
-    ...lines.map(line => make("tr", {}, ...line.map(text => make("td", {textContent: text})))));
+function rows(table, lines) { // the first line is the head; cells that stay are not touched
+  while (table.rows.length > lines.length) table.deleteRow(-1);
+  lines.forEach((line, y) => {
+    const row = table.rows[y] ?? table.appendChild(make("tr"));
+    line.forEach((text, x) => put(row.cells[x] ?? row.appendChild(y === 0 ? make("th", {scope: "col"}) : make("td")), text));
+  });
 }
-const mostRecords = 120; // buttons that a browser makes anew in a few milliseconds
-let tileText = "";
 function showTile({tile}) {
   $("tile-body").hidden = tile === null;
-  const text = JSON.stringify(tile);
-  if (text === tileText) return; // keeps the focus in the list
-  tileText = text;
-  $("tile-title").textContent = tile === null ? "No tile is chosen" : `Tile ${tile.tile}: column ${tile.column}, row ${tile.row}`;
-  $("tile-hint").textContent = tile === null ? "Click a tile of the grid, or a pixel of the picture."
+  put("tile-title", tile === null ? "No tile is chosen" : `Tile ${tile.tile}: column ${tile.column}, row ${tile.row}`);
+  put("tile-hint", tile === null ? "Click a tile of the grid, or a pixel of the picture."
     : `${count(tile.records)} of ${count(tile.slots)} slots: ${count(tile.anchored)} anchored, ${count(tile.copies)} copies, ` +
       `${count(tile.leaving)} leaving. ${count(tile.counts.pairs)} pairs, ${count(tile.counts.busy_cycles)} modelled cycles. ` +
       `Refused: ${count(tile.counts.channel_full + tile.counts.no_credit)} by channels, ` +
-      `${count(tile.counts.storage_full + tile.counts.copies_full)} by storage, ${count(tile.counts.copies_refused)} copies given up.`;
+      `${count(tile.counts.storage_full + tile.counts.copies_full)} by storage, ${count(tile.counts.copies_refused)} copies given up.`);
   if (tile === null) return;
-  rows($("channels"), ["side", "sent, bytes", "received, bytes", "most messages", "slots"],
-    tile.channels.map(c => [c.side, count(c.sent_bytes), count(c.received_bytes), count(c.most_messages), count(c.slots)]));
-  rows($("ledger"), ["region", "kind", "bytes"], [...tile.ledger.map(r => [r.name, r.what, count(r.bytes)]),
+  rows($("channels"), [["side", "sent, bytes", "received, bytes", "most messages", "slots"],
+    ...tile.channels.map(c => [c.side, count(c.sent_bytes), count(c.received_bytes), count(c.most_messages), count(c.slots)])]);
+  rows($("ledger"), [["region", "kind", "bytes"], ...tile.ledger.map(r => [r.name, r.what, count(r.bytes)]),
     ["sum", "", count(tile.ledger_bytes)], ["SRAM of a tile", "", count(tile.sram_bytes)]]);
-  const list = tile.list.slice(0, mostRecords);
-  $("records-title").textContent = list.length === tile.records ? "Records" : `Records: the ${count(list.length)} nearest that are visible`;
+  const list = tile.list, records = $("records");
+  put("records-title", list.length === tile.records ? "Records" : `Records: the ${count(list.length)} nearest that are visible`);
   const focused = document.activeElement?.dataset?.gaussian;
-  $("records").replaceChildren(...list.map(r => {
+  while (records.children.length > list.length) records.lastChild.remove();
+  list.forEach((r, i) => { // buttons are used again: a new one costs more than a new text
+    const button = records.children[i] ?? records.appendChild(make("button", {}, make("i"), make("span")));
+    const [dot, text] = button.children, id = String(r.id);
+    button.title = `depth ${r.depth.toFixed(3)}, opacity ${r.opacity.toFixed(2)}`;
+    if (button.dataset.gaussian !== id) button.dataset.gaussian = id;
+    put(text, `${id} ${r.kind}`);
     const colour = `rgb(${r.colour.map(c => Math.round(255 * Math.min(1, Math.max(0, c)))).join()})`;
-    const button = make("button", {title: `depth ${r.depth.toFixed(3)}, opacity ${r.opacity.toFixed(2)}`}, make("i"), `${r.id} ${r.kind}`);
-    button.firstChild.style.background = colour;
-    button.dataset.gaussian = r.id;
-    button.setAttribute("aria-pressed", r.id === state.gaussian);
-    return button;
-  }));
-  if (focused !== undefined) $("records").querySelector(`[data-gaussian="${focused}"]`)?.focus();
+    if (dot.dataset.colour !== colour) dot.style.background = dot.dataset.colour = colour;
+  });
+  if (focused !== undefined) records.querySelector(`[data-gaussian="${focused}"]`)?.focus();
 }
 
+let listed = "";
 function showGaussian({gaussian, frame}) {
-  $("gaussian-title").textContent = gaussian === null ? "No Gaussian is chosen" : `Gaussian ${gaussian.id}`;
-  for (const button of $("records").children) button.setAttribute("aria-pressed", Number(button.dataset.gaussian) === state.gaussian);
+  put("gaussian-title", gaussian === null ? "No Gaussian is chosen" : `Gaussian ${gaussian.id}`);
+  for (const button of $("records").children) {
+    const pressed = String(Number(button.dataset.gaussian) === state.gaussian);
+    if (button.getAttribute("aria-pressed") !== pressed) button.setAttribute("aria-pressed", pressed);
+  }
   const place = tile => `tile ${tile} (${tile % frame.columns}, ${Math.floor(tile / frame.columns)})`;
-  $("gaussian-hint").textContent = gaussian === null ? "Choose a record of a tile, or click the picture. Its path is then drawn over the grid."
+  put("gaussian-hint", gaussian === null ? "Choose a record of a tile, or click the picture. Its path is then drawn over the grid."
+    : gaussian.mean === null ? "The map has no Gaussian of this number."
     : `It is ${gaussian.state}` + (gaussian.anchor !== null ? `, anchored on ${place(gaussian.anchor)}` : "") +
       `, with ${count(gaussian.copies.length)} ${gaussian.copies.length === 1 ? "copy" : "copies"}` +
       (gaussian.missing.length ? `; ${count(gaussian.missing.length)} ${gaussian.missing.length === 1 ? "tile lacks" : "tiles lack"} it` : "") +
       `. Opacity ${gaussian.opacity.toFixed(2)}.` +
-      (gaussian.path?.length ? " Its path in this frame:" : " It did not move in this frame.");
-  const events = gaussian?.path ?? [];
+      (gaussian.path?.length ? " Its path in this frame:" : " It did not move in this frame."));
+  const events = gaussian?.path ?? [], pathKey = JSON.stringify([events, frame.columns]);
+  if (pathKey === listed) return;
+  listed = pathKey;
   $("path").replaceChildren(...events.slice(0, 200).map(e =>
     make("li", {textContent: `superstep ${e.superstep + 1}, ${e.kernel}: ${e.what} on ${place(e.tile)}` +
       (e.side ? `, ${e.side} side` : "") + (e.refusal ? `, refused: ${e.refusal}` : "")})),
@@ -287,12 +349,13 @@ function showGaussian({gaussian, frame}) {
 // ---- controls --------------------------------------------------------------------------------------------------------------
 function slider(name, label, zero, most) {
   const id = "set-" + name;
-  const range = make("input", {type: "range", id, min: 0, max: most, step: 1});
-  const box = make("input", {type: "number", id: id + "-number", min: 0, max: most, step: 1});
+  const min = zero === "most" ? 1 : 0; // 0 slots would mean the preset's number
+  const range = make("input", {type: "range", id, min, max: most, step: 1});
+  const box = make("input", {type: "number", id: id + "-number", min, max: most, step: 1});
   box.setAttribute("aria-label", label + ", as a number");
   const read = input => {
     const value = Math.round(Number(input.value));
-    change({[name]: zero === "most" && value >= most ? 0 : Math.max(0, value)});
+    change({[name]: zero === "most" && value >= most ? 0 : Math.max(min, value)});
   };
   range.oninput = () => read(range);
   box.onchange = () => read(box);
@@ -344,16 +407,13 @@ function chooseTile(tile) {
   want("show");
 }
 // The path of a Gaussian begins where the host put it, so the machine starts again from cold.
-async function chooseGaussian(id) {
+function chooseGaussian(id) {
   state.gaussian = id;
-  if (id !== null) await startAgain();
+  if (id !== null) startAgain();
   else want("settings");
 }
-async function startAgain() {
-  await working;
-  const {map: same} = await ask("again");
-  map = same;
-  cold = true;
+function startAgain() {
+  mesh = (mesh + 1) % 1000000;
   want("settings");
 }
 
@@ -378,7 +438,7 @@ $("picture").addEventListener("keydown", event => {
   event.preventDefault();
 });
 document.addEventListener("keydown", event => {
-  if (!poses || /^(INPUT|SELECT|BUTTON|SUMMARY)$/.test(event.target.tagName)) return;
+  if (!poses || event.ctrlKey || event.metaKey || event.altKey || /^(INPUT|SELECT|BUTTON|SUMMARY)$/.test(event.target.tagName)) return;
   const act = {" ": () => play(!playing), ",": () => goTo(pose - 1), ".": () => goTo(pose + 1)}[event.key];
   if (act) act(), event.preventDefault();
 });
@@ -394,7 +454,7 @@ $("picture").addEventListener("pointerdown", event => {
 $("picture").addEventListener("pointermove", event => {
   const before = fingers.get(event.pointerId);
   if (!before || !state.view) return;
-  const dx = event.clientX - before[0], dy = event.clientY - before[1], width = $("picture").clientWidth;
+  const dx = event.clientX - before[0], dy = event.clientY - before[1], width = Math.max(1, $("picture").clientWidth);
   dragged += Math.abs(dx) + Math.abs(dy);
   const reach = () => { const [a, b] = [...fingers.values()]; return Math.hypot(a[0] - b[0], a[1] - b[1]); };
   const apart = fingers.size === 2 ? reach() : 0;
@@ -418,15 +478,14 @@ $("picture").addEventListener("wheel", event => {
   const pixels = event.deltaY * (event.deltaMode === 1 ? 16 : 1);
   if (state.view) look(closer(state.view, Math.exp(Math.max(-300, Math.min(300, pixels)) * 0.001)));
 }, {passive: false});
-async function pickAt(x, y) {
-  await working;
-  try {
-    const {tile, gaussian} = await ask("pick", {x: Math.max(0, Math.min(last.width - 1, x)), y: Math.max(0, Math.min(last.height - 1, y))});
+function pickAt(x, y) {
+  if (!last) return;
+  const inside = (value, size) => Math.max(0, Math.min(size - 1, value)); // in the last frame's pixels
+  soon(async () => {
+    const {tile, gaussian} = await ask("pick", {x: inside(x, last.width), y: inside(y, last.height)});
     state.tile = tile;
-    await chooseGaussian(gaussian);
-  } catch (error) {
-    say(error.message);
-  }
+    chooseGaussian(gaussian);
+  });
 }
 
 // ---- the grid and the supersteps ---------------------------------------------------------------------------------------------
@@ -452,12 +511,12 @@ $("records").addEventListener("click", event => {
 });
 function toStep(value) {
   if (!shown) return;
-  state.step = value >= shown.supersteps.length ? -1 : Math.max(0, value);
+  state.step = value >= shown.frame.supersteps ? -1 : Math.max(0, value);
   want("show");
 }
 $("step").oninput = () => toStep(Number($("step").value));
-$("step-back").onclick = () => toStep((state.step < 0 ? shown.supersteps.length : shown.superstep) - 1);
-$("step-on").onclick = () => toStep((state.step < 0 ? shown.supersteps.length : shown.superstep) + 1);
+$("step-back").onclick = () => toStep((state.step < 0 ? shown?.frame.supersteps : shown.superstep) - 1);
+$("step-on").onclick = () => toStep((state.step < 0 ? shown?.frame.supersteps : shown.superstep) + 1);
 
 for (const [name, label] of heats) {
   const input = make("input", {type: "radio", name: "heat", value: name, checked: name === state.heat});
@@ -474,34 +533,42 @@ $("upright").onclick = () => look(upsideDown(state.view));
 
 // ---- files -----------------------------------------------------------------------------------------------------------------
 const mostBytes = 2e9; // the chip has 4 GB of memory in a browser, and a map is in it twice while it is read
+let taking = 0;
 async function take(file) {
   say("");
+  const mine = ++taking; // a file that is dropped later wins, also if it is read sooner
   try {
     if (file.size > mostBytes)
       throw new Error(`${file.name} cannot be opened (it has ${count(file.size)} bytes, more than 2 GB); open a smaller map`);
+    put("map-name", `Opening ${file.name}, ${bytesText(file.size)}.`);
     const bytes = await file.arrayBuffer().catch(error => { throw new Error(`${file.name} cannot be read (${error.message}); drop a file`); });
-    await working;
+    if (mine !== taking) return;
     // The first bytes of a text of poses are digits, a sign or a comment; everything else is a map, and the library says what is wrong.
     const head = new TextDecoder("latin1").decode(bytes.slice(0, 200));
-    if (!/\.splat$/i.test(file.name) && /^[\uFEFF\s]*(#|[-+.\d])[\x20-\x7e\s]*$/.test(head)) await takePoses(file.name, bytes);
-    else await takeMap(file.name, bytes);
+    if (!/\.splat$/i.test(file.name) && /^[\uFEFF\s]*(#|[-+.\d])[\x20-\x7e\s]*$/.test(head)) {
+      const answer = await ask("poses", {name: file.name, bytes}, [bytes]);
+      if (mine === taking) showPoses(answer);
+    } else {
+      want("load", {name: file.name, bytes});
+    }
   } catch (error) {
+    if (mine !== taking) return;
     say(error.message);
+    showMap();
   }
 }
-async function takePoses(name, bytes) {
-  const {trajectory} = await ask("poses", {name, bytes});
-  poses = trajectory.poses;
-  $("pose-notes").textContent = trajectory.notes.map(note => `Note: ${note}.`).join(" ");
+function showPoses({numbers, notes}) {
+  poses = numbers;
+  showMap();
+  put("pose-notes", notes.map(note => `Note: ${note}.`).join(" "));
   $("timeline").hidden = false;
-  $("pose").max = poses.length - 1;
+  $("pose").max = poses.length / 13 - 1;
   goTo(0);
 }
-async function takeMap(name, bytes) {
-  const answer = await ask("load", {name, bytes}, bytes === null ? [] : [bytes]); // the bytes go to the worker, without a copy
+function loaded(name, answer) {
   ({map, settings} = answer);
   [state.file, state.tile, state.gaussian, state.step, state.view] = [name, null, null, -1, null];
-  [cold, start] = [true, null];
+  [cold, start, goodView] = [true, null, null];
   if (awaited?.name === name) readFragment(awaited.link);
   awaited = null;
   state.view ??= startView(map);
@@ -509,11 +576,16 @@ async function takeMap(name, bytes) {
   want("settings");
 }
 function showMap() {
+  if (!map) return;
   $("map-name").textContent = `Map: ${state.file || "built-in"}, ${count(map.gaussians)} Gaussians` +
     (map.rejected ? `, ${count(map.rejected)} rows rejected` : "") + "." + map.notes.map(note => ` Note: ${note}.`).join("");
 }
 $("file").onchange = () => { if ($("file").files[0]) take($("file").files[0]); $("file").value = ""; };
-$("built-in").onclick = () => takeMap("", null).catch(error => say(error.message));
+$("built-in").onclick = () => {
+  say("");
+  ++taking;
+  want("load", {name: "", bytes: null});
+};
 let inside = 0;
 document.addEventListener("dragenter", event => { event.preventDefault(); ++inside; $("drop").hidden = false; });
 document.addEventListener("dragleave", () => { if (--inside <= 0) $("drop").hidden = true; });
@@ -522,16 +594,21 @@ document.addEventListener("drop", event => {
   event.preventDefault();
   inside = 0;
   $("drop").hidden = true;
-  if (event.dataTransfer.files[0]) take(event.dataTransfer.files[0]);
+  const files = event.dataTransfer.files;
+  if (files.length === 1) take(files[0]);
+  else say(files.length === 0 ? "nothing to open (what was dropped is no file); drop a map or a trajectory"
+    : `${files.length} files at once (the page shows one map and one trajectory); drop them one after the other`);
 });
 
 // ---- poses -----------------------------------------------------------------------------------------------------------------
 function goTo(index) {
-  pose = (index + poses.length) % poses.length;
-  const {rotation, position, seconds} = poses[pose];
+  const many = poses.length / 13;
+  pose = (index + many) % many;
+  const numbers = [...poses.subarray(13 * pose, 13 * pose + 13)], text = `${pose + 1} of ${count(many)}, ${numbers[0].toFixed(2)} s`;
   $("pose").value = pose;
-  $("pose-text").textContent = `${pose + 1} of ${count(poses.length)}, ${seconds.toFixed(2)} s`;
-  look(viewOf([...rotation, ...position], state.view));
+  $("pose").setAttribute("aria-valuetext", text);
+  put("pose-text", text);
+  look(viewOf(numbers.slice(1), state.view));
 }
 async function play(on) {
   const was = playing;
@@ -550,18 +627,20 @@ $("after").onclick = () => goTo(pose + 1);
 $("pose").oninput = () => goTo(Number($("pose").value));
 
 // ---- saving and links ------------------------------------------------------------------------------------------------------
-async function save(what) {
-  await working;
-  try {
-    if (what === "png") $("picture").toBlob(blob => download("frame_0000.png", [blob], "image/png"));
+function save(what) { // the frame that is shown
+  soon(async () => {
+    if (!last) throw new Error("nothing to save (there is no picture yet); wait for the first one");
     if (what === "pfm") download("frame_0000.pfm", pfm(await ask("floats")), "application/octet-stream");
     if (what === "json") download("report.json", [(await ask("run")).text], "application/json");
-  } catch (error) {
-    say(error.message);
-  }
+    if (what !== "png") return;
+    const blob = await new Promise(done => $("picture").toBlob(done));
+    if (blob === null) throw new Error("the PNG cannot be written (memory is short); choose fewer pixels");
+    download("frame_0000.png", [blob], "image/png");
+  });
 }
 for (const button of document.querySelectorAll("[data-save]")) button.onclick = () => save(button.dataset.save);
 $("link").onclick = async () => {
+  awaited = null;
   writeFragment();
   try {
     await navigator.clipboard.writeText(location.href);
@@ -603,35 +682,49 @@ function remember() {
   remembering = setTimeout(writeFragment, 300);
 }
 function writeFragment() {
+  if (awaited || !state.view) return; // a link that waits for its file, or for the chip, stays
   written = "#" + fragment();
   history.replaceState(null, "", written);
 }
 addEventListener("hashchange", () => { // another link was pasted into the address bar
   if (location.hash === written || !map) return;
-  awaitFile(readFragment(location.hash), location.hash);
-  state.view ??= startView(map);
-  want("settings");
+  say("");
+  openLink(location.hash);
+  startAgain(); // as a link that is opened
 });
-// A link to a view of a file shows this view when the file is dropped.
+// A link to a view of a file shows this view when the file is dropped. Until then the map that is there is shown from its start.
 let awaited = null;
-function awaitFile(name, link) {
-  awaited = name && name !== state.file ? {name, link} : null;
-  if (awaited) say(`this link shows another map (${name}); drop that file onto the page`);
+function openLink(link) {
+  const name = readFragment(link) ?? "";
+  awaited = null;
+  if (name !== "" && name !== state.file) {
+    awaited = {name, link};
+    [state.tile, state.gaussian, state.step, state.view] = [null, null, -1, null];
+    say(`this link shows another map (${name}); drop that file onto the page`);
+  } else if (name === "" && state.file !== "") {
+    awaited = {name, link};
+    want("load", {name: "", bytes: null});
+  }
+  state.view ??= startView(map);
 }
 
 // ---- beginning -------------------------------------------------------------------------------------------------------------
 const begun = (async () => {
-  const link = location.hash, wanted = readFragment(link);
+  const link = location.hash;
   try {
-    ({settings} = await ask("set", {settings: wantedSettings()}));
-  } catch (error) { // the link asks for what no machine has
+    ({map, settings} = await ask("map"));
+    openLink(link);
+    ({settings} = await ask("set", {settings: wantedSettings()}).catch(error => { // the link asks for what no machine has
+      say(error.message);
+      Object.assign(state, {size: [640, 360], chosen: {...plain}, gaussian: null});
+      return ask("set", {settings: wantedSettings()});
+    }));
+    showMap();
+    return true;
+  } catch (error) {
     say(error.message);
-    Object.assign(state, {size: [640, 360], chosen: {...plain}, gaussian: null});
+    tell("There is no picture.");
+    return false;
   }
-  ({map, settings} = await ask("map"));
-  state.view ??= startView(map);
-  showMap();
-  awaitFile(wanted, link);
 })();
-begun.catch(error => say(error.message));
 want("settings");

@@ -1,4 +1,4 @@
-// The C interface of tilemesh.h over the renderer that serves all presets. It is one translation unit with the library's headers.
+// The C interface of tilemesh.h over the renderer that serves all presets.
 #define TILEMESH_C_EXPORT
 #include "tilemesh.h"
 #include "../render_map/followed_facts.hpp"
@@ -64,7 +64,7 @@ std::string dumped(Json const& json)
 /// A setting that is a whole number. `reads` and `writes` name the member of Settings.
 struct Settings {
     std::uint32_t width = 640, height = 360, tile_width = 0, tile_height = 0;
-    std::uint32_t channel_slots = 0, storage_slots = 0, waiting_slots = 0, hops = 0;
+    std::uint32_t channel_slots = 0, storage_slots = 0, waiting_slots = 0, hops = 0, mesh = 0;
     std::string preset = "lossless", machine = "mk2", saturation = "preset";
     std::array<double, 3> background{};
     bool difference = false, digest = false;
@@ -75,7 +75,7 @@ struct Settings {
     {
         return width == o.width && height == o.height && tile_width == o.tile_width && tile_height == o.tile_height &&
                channel_slots == o.channel_slots && storage_slots == o.storage_slots && waiting_slots == o.waiting_slots && hops == o.hops &&
-               preset == o.preset && machine == o.machine && saturation == o.saturation && digest == o.digest;
+               mesh == o.mesh && preset == o.preset && machine == o.machine && saturation == o.saturation && digest == o.digest;
     }
 };
 
@@ -93,7 +93,8 @@ constexpr NumberSetting number_settings[] = {
     {"channel_slots", &Settings::channel_slots, 0, 0, "slots", "Messages that a channel to a neighbour holds; 0: the preset's number"},
     {"storage_slots", &Settings::storage_slots, 0, 0, "slots", "Records and copies that a tile stores; 0: the preset's number"},
     {"waiting_slots", &Settings::waiting_slots, 0, 0, "slots", "Records that wait in each FIFO of routing; 0: the preset's number"},
-    {"hops", &Settings::hops, 0, 4096, "exchanges", "Most exchanges of routing, and of bloom, in a frame; 0: until all tiles are quiet"}};
+    {"hops", &Settings::hops, 0, 4096, "exchanges", "Most exchanges of routing, and of bloom, in a frame; 0: until all tiles are quiet"},
+    {"mesh", &Settings::mesh, 0, 1'000'000, "", "Number of the mesh; another number begins a new one"}};
 
 struct ChoiceSetting {
     char const* name;
@@ -186,7 +187,7 @@ Settings changed(Settings settings, std::string_view text)
     if (!json.is_object())
         throw Error(std::string("settings that are no object (they are a JSON ") + json.type_name() + "); give an object such as {\"channel_slots\": 8}");
     for (auto const& [name, value] : json.items()) {
-        auto const shown = dumped(value).substr(0, 60);
+        auto const shown = value.is_structured() ? std::string("a JSON ") + value.type_name() : dumped(value).substr(0, 60); // a dump recurses
         auto const refuse = [&name = name, &shown](std::string const& why) {
             throw Error("the setting " + dumped(name).substr(0, 60) + " of " + shown + " (" + why + "); see tilemesh_set in tilemesh.h");
         };
@@ -300,33 +301,34 @@ public:
     void begin_frame(std::uint32_t tiles)
     {
         supersteps.clear();
-        refused_.assign(tiles, 0);
-        dropped_.assign(tiles, 0);
+        seen_.assign(tiles, {});
     }
     void look(Core& core, tilemesh::SuperstepEvent const& event)
     {
         auto const& mesh = std::as_const(core.mesh());
         auto const grid = mesh.grid();
-        if (refused_.size() != grid.size()) {
-            refused_.assign(grid.size(), 0);
-            dropped_.assign(grid.size(), 0);
-        }
+        if (seen_.size() != grid.size()) seen_.assign(grid.size(), {});
+        // These steps neither add nor remove a slot.
+        bool const same_slots = event.step == Core::Steps::composite || event.step == Core::Steps::depth_sort;
         auto& after = supersteps.emplace_back();
         auto const& ran = mesh.trace().supersteps.back().tiles;
         after.reserve(ran.size());
         for (auto const& sample : ran) {
             auto const tile = grid.tile(sample.tile);
             auto const& counts = mesh.template state<splat::Counts>(tile);
-            if (event.step == Core::Steps::project) refused_[sample.tile] = dropped_[sample.tile] = 0; // it resets the tile's counters
+            auto& seen = seen_[sample.tile];
+            if (event.step == Core::Steps::project) seen.refused = seen.dropped = 0; // it resets the tile's counters
             auto const refused = counts.channel_full + counts.no_credit + counts.copies_refused;
             auto const dropped = counts.storage_full + counts.copies_full;
-            TileAfter now{sample.tile, 0, 0, refused - refused_[sample.tile], dropped - dropped_[sample.tile], 0};
-            refused_[sample.tile] = refused;
-            dropped_[sample.tile] = dropped;
-            for (auto const& mark : mesh.template state<splat::Marks<Policies>>(tile)) {
-                ++now.records;
-                now.copies += mark.is(splat::Mark::copy) ? 1u : 0u;
+            auto const marks = mesh.template state<splat::Marks<Policies>>(tile);
+            if (!same_slots) {
+                std::uint32_t copies = 0;
+                for (auto const& mark : marks) copies += mark.bits >> 8 & 1u; // Mark::copy, without a branch
+                seen.copies = copies;
             }
+            TileAfter now{sample.tile, marks.size(), seen.copies, refused - seen.refused, dropped - seen.dropped, 0};
+            seen.refused = refused;
+            seen.dropped = dropped;
             if (event.step == Core::Steps::composite)
                 for (auto const blocks : mesh.template state<splat::Work>(tile).blocks)
                     now.pairs += std::uint64_t{blocks} * splat::block_width * splat::block_height;
@@ -335,8 +337,12 @@ public:
     }
 
 private:
-    std::vector<std::uint32_t> refused_, dropped_; ///< what a tile has counted up to now
+    struct Seen {
+        std::uint32_t copies, refused, dropped;
+    };
+    std::vector<Seen> seen_; ///< by tiles: its copies, and what it has counted up to now
 };
+static_assert(splat::Mark::copy == 1u << 8, "Watch counts this bit");
 
 std::string hexadecimal(std::uint64_t value)
 {
@@ -447,10 +453,15 @@ struct tilemesh_handle {
     {
         if (what == "map") return answer(dumped(map_json()));
         if (what == "settings") return answer(dumped(settings_json()));
-        if (what != "frame" && what != "run" && what != "supersteps")
-            throw Error("no report \"" + std::string(what.substr(0, 40)) + "\" (there are map, settings, frame, run and supersteps); name one of these");
+        if (what != "frame" && what != "run" && what != "supersteps" && what != "digest")
+            throw Error("no report \"" + std::string(what.substr(0, 40)) + "\" (there are map, settings, frame, run, supersteps and digest); name one of these");
         need_frame();
-        if (what == "run") return answer(report::json_of(run_).dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
+        if (what == "digest") return answer(dumped({{"picture", hexadecimal(digest_of(frame_.image))}, {"counters", hexadecimal(digest_of(frame_.report))}}));
+        if (what == "run") {
+            auto run = run_;
+            run.frames.front().image = "frame_0000.png"; // the file that render_map would write
+            return answer(report::json_of(run).dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
+        }
         return answer(dumped(what == "frame" ? frame_json() : supersteps_json()));
     }
 
@@ -481,15 +492,22 @@ private:
     void tell(char const* text) noexcept
     {
         try {
-            error_ = text;
+            error_ = as_utf8(text);
             std::replace_if(error_.begin(), error_.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20; }, ' ');
         } catch (...) {
             error_.clear();
             for (char const* c = "memory is short"; *c != 0; ++c) error_ += *c; // fits without an allocation
         }
     }
+    /// The text with U+FFFD in place of each byte that is no UTF-8, such as those of a file name or of a word that was cut.
+    static std::string as_utf8(char const* text)
+    {
+        return Json::parse(dumped(Json(text))).get<std::string>();
+    }
     static scene::Map read_map(char const* name, void const* bytes, std::size_t length)
     {
+        if (length > static_cast<std::size_t>(std::numeric_limits<std::ptrdiff_t>::max()))
+            throw Error("a map of " + std::to_string(length) + " bytes (no memory holds it); give the length of the file");
         Bytes buffer(bytes, length);
         std::istream stream(&buffer);
         return scene::read_map(stream, name != nullptr ? name : "a file");
@@ -501,7 +519,6 @@ private:
     void forget()
     {
         core_.reset();
-        roomy_.reset();
         has_frame_ = false;
     }
     void need_frame() const
@@ -516,61 +533,60 @@ private:
     tilemesh::Grid grid() const { return core_->mesh().grid(); }
     bool is_built_in() const { return map_->path.empty() && map_->name == "built_in"; }
 
-    /// The same view, rules and tiles, on a machine with room for everything.
+    /// Blends the records of the view without a mesh: every tile gets each record that touches it.
     void render_complete()
     {
         if (frame_.report.lost.empty()) { // nothing is missing: it is the complete picture
             complete_ = &frame_.image;
             return;
         }
-        auto all = settings_;
-        all.machine = "mk2";
-        all.saturation = "hold";
-        all.channel_slots = all.storage_slots = all.waiting_slots = all.hops = 0;
-        all.digest = false;
-        for (std::uint32_t attempt = 0; attempt < 4; ++attempt) {
-            if (!roomy_ || !all.same_mesh(roomy_settings_) || attempt != 0) {
-                roomy_.reset();
-                auto setup = roomy(setup_of(all, map_->sh_degree), core_->tiling(), most_on_a_tile() << attempt);
-                setup.sizes.one_channel_memory = false;
-                auto options = options_of(all);
-                options.tile = {core_->tiling().tile_width, core_->tiling().tile_height};
-                roomy_ = std::make_unique<Core>(*map_, tilemesh::render::facts_of(setup), options, Core::EngineOptions{});
-                roomy_settings_ = all;
-            }
-            roomy_->model() = core_->model();
-            roomy_->render_into(camera_, roomy_frame_);
-            if (roomy_frame_.report.lost.empty()) break;
-        }
-        if (!roomy_frame_.report.lost.empty())
-            throw Error("no complete picture (it needs more than " + std::to_string(roomy_->facts().sizes.storage) +
-                        " slots on a tile); use smaller tiles, or set difference to false");
-        complete_ = &roomy_frame_.image;
-    }
-    /// The slots that a tile needs in the last view, and as many again for records on their way.
-    std::uint32_t most_on_a_tile() const
-    {
-        auto const view = splat::make_view(camera_, core_->model());
+        auto const& frame = core_->mesh().template broadcast<Core::Parameters>();
         auto const& tiling = core_->tiling();
-        std::vector<std::uint32_t> of(std::size_t{tiling.columns} * tiling.rows, 0);
-        for (auto const& g : map_->gaussians) {
-            auto const s = splat::project(g, view, tiling);
-            if (!s.visible()) continue;
-            auto const range = splat::tiles_of(s, tiling);
-            for (auto y = range.first.y(); y <= range.last.y(); ++y)
-                for (auto x = range.first.x(); x <= range.last.x(); ++x) ++of[std::size_t{y} * tiling.columns + x];
+        auto const* const splats = frame.splats.get();
+        std::vector<std::uint32_t> rows; // of visible records, nearest first, then by ids as the tiles sort them
+        for (std::uint32_t row = 0; row < map_->gaussians.size(); ++row)
+            if (splats[row].visible()) rows.push_back(row);
+        std::sort(rows.begin(), rows.end(), [&](std::uint32_t a, std::uint32_t b) {
+            return std::pair(splats[a].depth, map_->gaussians[a].id) < std::pair(splats[b].depth, map_->gaussians[b].id);
+        });
+        complete_picture_ = report::Image(camera_.width, camera_.height);
+        static_assert(sizeof(splat::FloatPixel) == 3 * sizeof(float), "a picture is an array of pixels");
+        std::vector<std::vector<std::uint32_t>> lists(tiling.columns);
+        for (std::uint32_t y = 0; y < tiling.rows; ++y) { // one row of tiles after the other, so that the lists stay short
+            for (auto& list : lists) list.clear();
+            for (auto const row : rows) {
+                auto const range = splat::tiles_of(splats[row], tiling);
+                if (y < range.first.y() || y > range.last.y()) continue;
+                for (auto x = range.first.x(); x <= range.last.x(); ++x) lists[x].push_back(row);
+            }
+            for (std::uint32_t x = 0; x < tiling.columns; ++x) {
+                auto const rect = splat::pixels_of(tiling, camera_, tilemesh::TileId::at(x, y));
+                if (rect.empty()) continue;
+                auto const& list = lists[x];
+                splat::PairCount pairs{};
+                splat::blend_whole_tile(rect, frame.view.camera, frame.view.model, static_cast<std::uint32_t>(list.size()),
+                                        [&](std::uint32_t i) noexcept -> splat::Splat const& { return splats[list[i]]; },
+                                        reinterpret_cast<splat::FloatPixel*>(complete_picture_.pixel(rect.x0, rect.y0)), camera_.width, &pairs, 1);
+            }
         }
-        auto const parked = static_cast<std::uint32_t>(map_->gaussians.size() / of.size());
-        return 500 + 2 * (*std::max_element(of.begin(), of.end()) + parked);
+        if (core_->facts().colour == render::ColourFormat::rgbx8)
+            for (auto& v : complete_picture_.rgb) v = static_cast<float>(splat::Rgbx8Pixel::level(v)) / 255.0f;
+        complete_ = &complete_picture_;
     }
 
     void const* painted(report::Image const& image)
     {
         bytes_.resize(std::size_t{4} * image.width * image.height);
         auto* to = bytes_.data();
-        for (std::size_t i = 0; i < image.rgb.size(); i += 3, to += 4) {
-            for (std::size_t c = 0; c < 3; ++c) to[c] = static_cast<unsigned char>(splat::Rgbx8Pixel::level(image.rgb[i + c]));
-            to[3] = 255;
+        constexpr std::size_t at_once = 192; // floats: levels first, in a loop without a branch, then their places
+        std::uint32_t levels[at_once];
+        for (std::size_t i = 0; i < image.rgb.size(); i += at_once) {
+            auto const n = std::min(at_once, image.rgb.size() - i);
+            for (std::size_t k = 0; k < n; ++k) levels[k] = splat::Rgbx8Pixel::level(image.rgb[i + k]);
+            for (std::size_t k = 0; k < n; k += 3, to += 4) {
+                std::uint32_t const pixel = levels[k] | levels[k + 1] << 8 | levels[k + 2] << 16 | 0xff000000u;
+                for (std::size_t c = 0; c < 4; ++c) to[c] = static_cast<unsigned char>(pixel >> (8 * c));
+            }
         }
         return bytes_.data();
     }
@@ -699,7 +715,6 @@ private:
                      {"messages", r.messages}, {"pairs", r.pairs}, {"records_bytes", core_->facts().record_bytes}};
         json["missing"] = render_map::missing_text(run_);
         json["advice"] = run_.advice;
-        json["digest"] = {{"picture", hexadecimal(digest_of(frame_.image))}, {"counters", hexadecimal(digest_of(r))}};
         json["difference"] = nullptr;
         if (complete_ != nullptr) {
             double sum = 0, largest = 0;
@@ -769,25 +784,28 @@ private:
         auto const at = std::lower_bound(all.begin(), all.end(), id, [](splat::Gaussian const& g, std::uint32_t wanted) { return static_cast<std::uint32_t>(g.id) < wanted; });
         return at != all.end() && static_cast<std::uint32_t>(at->id) == id ? &*at : nullptr;
     }
-    std::vector<std::uint64_t> busy_cycles(std::size_t first, std::size_t last) const
+    std::vector<std::uint64_t> busy_cycles(tilemesh::RunCost const& cost) const
     {
-        auto const& trace = core_->trace();
-        tilemesh::Trace part{trace.kernels, trace.operations, {}};
-        part.supersteps.assign(trace.supersteps.begin() + static_cast<std::ptrdiff_t>(first), trace.supersteps.begin() + static_cast<std::ptrdiff_t>(last));
         std::vector<std::uint64_t> sums(grid().size(), 0);
-        for (auto const& step : model_cost(model_, part, grid()).busy)
+        for (auto const& step : cost.busy)
             for (std::size_t t = 0; t < sums.size(); ++t) sums[t] += step[t];
         return sums;
+    }
+    std::vector<std::uint64_t> busy_cycles_of(std::size_t superstep) const
+    {
+        auto const& trace = core_->trace();
+        return busy_cycles(model_cost(model_, {trace.kernels, trace.operations, {trace.supersteps[superstep]}}, grid()));
     }
 
     tilemesh::CostModel model_;
     std::optional<scene::Map> map_; ///< empty: the built-in map, until it is needed
-    Settings settings_, used_, roomy_settings_; ///< now; of the last frame; of the complete picture
-    std::unique_ptr<Core> core_, roomy_;
+    Settings settings_, used_; ///< now; of the last frame
+    std::unique_ptr<Core> core_;
     Watch watch_;
     render_map::FollowedFacts<Core> facts_;
     render_map::Follower follower_;
-    tilemesh::RenderedFrame frame_, roomy_frame_;
+    tilemesh::RenderedFrame frame_;
+    report::Image complete_picture_; ///< unless the frame's own is complete
     report::Image const* complete_ = nullptr;
     tilemesh::RunCost cost_;
     splat::Camera camera_{};
@@ -827,7 +845,7 @@ float const* tilemesh_handle::heat(std::string_view what, int superstep)
                     out[t.tile] = std::max(out[t.tile], static_cast<float>(f.messages) / static_cast<float>(f.slots));
                 }
     } else if (what == "busy") {
-        auto const sums = busy_cycles(first, last);
+        auto const sums = whole ? busy_cycles(cost_) : busy_cycles_of(first);
         std::transform(sums.begin(), sums.end(), out.begin(), [](std::uint64_t n) { return static_cast<float>(n); });
     } else {
         throw Error("no heat map \"" + std::string(what.substr(0, 40)) + "\" (there are load, copies, channel, refused, lost, pairs and busy); name one of these");
@@ -877,7 +895,7 @@ char const* tilemesh_handle::tile(std::uint32_t index)
         for (auto const& t : step) pairs += t.tile == index ? t.pairs : 0;
     auto const& trace = core_->trace();
     json["counts"] = {{"channel_full", c.channel_full}, {"no_credit", c.no_credit}, {"storage_full", c.storage_full}, {"copies_full", c.copies_full},
-                      {"copies_refused", c.copies_refused}, {"pairs", pairs}, {"busy_cycles", busy_cycles(0, trace.supersteps.size())[index]}};
+                      {"copies_refused", c.copies_refused}, {"pairs", pairs}, {"busy_cycles", busy_cycles(cost_)[index]}};
 
     auto channels = Json::array();
     for (tilemesh::Direction d : tilemesh::news) {
@@ -914,7 +932,8 @@ char const* tilemesh_handle::gaussian(std::uint32_t id)
 {
     need_frame();
     auto const* const g = find(id);
-    Json json = {{"id", id}, {"state", "not in the map"}, {"anchor", nullptr}, {"copies", Json::array()}};
+    Json json = {{"id", id}, {"state", "not in the map"}, {"anchor", nullptr}, {"copies", Json::array()}, {"mean", nullptr},
+                 {"opacity", nullptr}, {"missing", Json::array()}};
     if (g != nullptr) {
         auto const& mesh = std::as_const(core_->mesh());
         std::string state = "with the host";

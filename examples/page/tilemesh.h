@@ -65,7 +65,8 @@ TILEMESH_C char const* tilemesh_trajectory(tilemesh_handle* handle, char const* 
  *   saturation         "hold", "drop" or "preset" (default): what a record does that meets a full channel
  *   background         [red, green, blue], each 0 to 1; default black
  *   difference         true: each frame is compared with the complete picture, see `tilemesh_pixels`; default false. The complete
- *                      picture is of the same view, rules and tiles, on a machine with room for everything
+ *                      picture has the same view, rules and tiles, and every tile has each Gaussian that touches it
+ *   mesh               a number, 0 by default. Another number begins a new mesh, as if this frame were the first
  *   follow             id of a Gaussian whose path the next frames record, or -1 (default): none
  *   digest             true: the report has a digest of all words of the machine for each compute phase; default false */
 TILEMESH_C int tilemesh_set(tilemesh_handle* handle, char const* json);
@@ -95,14 +96,14 @@ TILEMESH_C void const* tilemesh_pixels(tilemesh_handle* handle, char const* what
  *   "frame"       numbers of the last frame: {"width", "height", "columns", "rows" (tiles), "tile_width", "tile_height", "host_ms",
  *                 "modelled_ms", "modelled_cycles", "cost_model", "supersteps", "visible", "moved", "held", "copies", "lost_records",
  *                 "lost_copies", "late_copies", "refused", "messages", "pairs", "records_bytes", "missing": one sentence about what the
- *                 picture lacks or "", "advice": what would help or "", "digest": {"picture", "counters": 16 hexadecimal digits},
+ *                 picture lacks or "", "advice": what would help or "",
  *                 "difference": {"psnr_db" (null: equal), "largest", "pixels"} or null, "memory_bytes" (of the process; 0: not known)}
- *                 `digest` tells builds apart: equal digests mean equal bits of the picture, and equal exact numbers and losses of the report.
- *                 A build without fused operations has the digests of the page, on any processor
+ *   "digest"      {"picture", "counters": 16 hexadecimal digits} of the last frame. Equal digests mean equal bits of the picture, and equal
+ *                 exact numbers and losses of the report. A build without fused operations has the digests of the page, on any processor
  *   "run"         report.json of render_map for the last frame
  *   "supersteps"  [{"index", "kernel", "tiles" (that ran), "messages_bytes", "sent", "cycles", "compute", "exchange", "sync", "vote",
  *                 "slowest" (tile)}...] of the last frame, in order; cycles are modelled
- * "frame", "run" and "supersteps" need a frame. */
+ * "frame", "digest", "run" and "supersteps" need a frame. */
 TILEMESH_C char const* tilemesh_report(tilemesh_handle* handle, char const* what);
 
 /* One number for each tile, columns x rows floats, row by row, or NULL with an error. `superstep`: index in the last frame, or -1: the
@@ -127,7 +128,7 @@ TILEMESH_C char const* tilemesh_tile(tilemesh_handle* handle, uint32_t tile);
 
 /* JSON about a Gaussian in the last frame, or NULL with an error:
  *   {"id", "state": "on a tile" | "under way" | "with the host" | "lost" | "not in the map", "anchor": tile or null, "copies": [tile...],
- *    "mean": [x, y, z], "opacity", "missing": [tile...] (tiles that lack it),
+ *    "mean": [x, y, z], "opacity" (both null if it is not in the map), "missing": [tile...] (tiles that lack it),
  *    "path": null, or if the setting `follow` was `id` when the frame was rendered:
  *            [{"superstep", "kernel", "tile", "what", "side": text or null, "refusal"}...]}
  * `what` is one of anchored, copy, leaving, waiting, road, beam, owed, refused, dropped, left. A path lists changes and refusals. */

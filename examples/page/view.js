@@ -65,7 +65,7 @@ function moved(view, right, down, forward) {
 
 // Comes closer to the point that the camera turns about: 0.5 halves the distance.
 function closer(view, factor) {
-  const distance = Math.max(1e-4, view.distance * factor);
+  const distance = Math.min(1e6, Math.max(1e-4, view.distance * factor));
   return rounded({...view, distance, position: along(view.position, axes(view).forward, view.distance - distance)});
 }
 
@@ -78,7 +78,7 @@ function viewText(view) {
   return [...view.position, view.yaw, view.pitch, view.roll, view.distance, view.fov, view.near].join(",");
 }
 function viewFromText(text) {
-  const n = (text ?? "").split(",").map(Number);
-  if (n.length !== 9 || !n.every(Number.isFinite) || n[6] <= 0 || n[7] < 1 || n[7] > 170 || n[8] <= 0) return null;
+  const n = (text ?? "").split(",").map(word => word.trim() === "" ? NaN : Number(word));
+  if (n.length !== 9 || !n.every(x => Math.abs(x) < 1e9) || n[6] < 1e-9 || n[7] < 1 || n[7] > 170 || n[8] < 1e-9) return null;
   return rounded({position: n.slice(0, 3), yaw: n[3], pitch: n[4], roll: n[5], distance: n[6], fov: n[7], near: n[8]});
 }

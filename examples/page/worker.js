@@ -1,7 +1,7 @@
 // The worker: one chip behind the C interface of tilemesh.h. The page asks {id, ask, ...}, the worker answers {id, ...} or
-// {id, problem}. The page has at most one question open, so the newest camera always wins.
+// {id, problem}. The page asks for the next frame only when it has the last one, so the newest camera always wins.
 
-let chip = null, lastFile = null;
+let chip = null;
 
 const ready = createTilemesh().then(module => {
   const call = (name, result, types) => module.cwrap("tilemesh_" + name, result, types);
@@ -48,7 +48,6 @@ const ready = createTilemesh().then(module => {
 function load({name, bytes}) {
   if (bytes === null) chip.run("load", null, 0, 0);
   else chip.withBytes(new Uint8Array(bytes), at => chip.run("load", name, at, bytes.byteLength));
-  lastFile = {name, bytes};
   return facts();
 }
 function facts() { // the start camera of the map is one for the settings' width
@@ -56,14 +55,16 @@ function facts() { // the start camera of the map is one for the settings' width
   return {map: {...chip.json("report", "map"), width: settings.width}, settings};
 }
 
-// What the page shows of the last frame. `superstep` beyond the frame's last one is the last one.
+const mostRecords = 120; // buttons that a browser changes in a few milliseconds
+// What the page shows of the last frame. `superstep` -1: the whole frame. A number beyond the last superstep is the last one. `tile`
+// undefined: the page keeps what it shows of the tile.
 function details({heat, superstep, tile, gaussian}) {
-  const frame = chip.json("report", "frame"), supersteps = chip.json("report", "supersteps");
-  const tiles = frame.columns * frame.rows, step = Math.min(superstep, supersteps.length - 1);
+  const frame = chip.json("report", "frame"), tiles = frame.columns * frame.rows, at = Math.min(superstep, frame.supersteps - 1);
+  const shown = tile === undefined ? undefined : tile !== null && tile < tiles ? chip.json("tile", tile) : null;
   return {
-    frame, supersteps, superstep: step,
-    heat: chip.floats(chip.run("heat", heat, step), tiles),
-    tile: tile !== null && tile < tiles ? chip.json("tile", tile) : null,
+    frame, superstep: at, step: at < 0 ? null : chip.json("report", "supersteps")[at],
+    heat: chip.floats(chip.run("heat", heat, at), tiles),
+    tile: shown && {...shown, list: shown.list.slice(0, mostRecords)},
     gaussian: gaussian !== null ? chip.json("gaussian", gaussian) : null,
     memory: chip.memory(),
   };
@@ -93,12 +94,19 @@ function pick({x, y}) {
   return {tile, gaussian};
 }
 
+// Poses as numbers, 13 for each: seconds, rotation, position. The page gets them without a copy.
+function poses({name, bytes}) {
+  const {poses, ...rest} = chip.withBytes(new Uint8Array(bytes), at => chip.json("trajectory", name, at, bytes.byteLength));
+  const numbers = new Float64Array(13 * poses.length);
+  poses.forEach(({seconds, rotation, position}, i) => numbers.set([seconds, ...rotation, ...position], 13 * i));
+  return {...rest, numbers};
+}
+
 const answers = {
-  load, render, pick, map: facts,
-  again: () => load(lastFile ?? {name: null, bytes: null}),
-  poses: ({name, bytes}) => ({trajectory: chip.withBytes(new Uint8Array(bytes), at => chip.json("trajectory", name, at, bytes.byteLength))}),
+  load, render, pick, poses, map: facts,
   set: ({settings}) => (chip.run("set", JSON.stringify(settings)), {settings: chip.json("report", "settings")}),
   show: ({show}) => details(show),
+  digest: () => ({digest: chip.json("report", "digest")}),
   run: () => ({text: chip.run("report", "run")}),
   floats: () => {
     const {width, height} = chip.json("report", "frame");
@@ -108,9 +116,9 @@ const answers = {
 
 onmessage = async ({data}) => {
   try {
-    await ready;
+    await ready.catch(error => { throw new Error(`the chip cannot start (${error.message ?? error}); use Chromium 111, Firefox 113, Safari 16.4, or later`); });
     const answer = answers[data.ask](data);
-    const buffers = [answer.pixels, answer.rgb].filter(Boolean).map(array => array.buffer);
+    const buffers = Object.values(answer).filter(ArrayBuffer.isView).map(array => array.buffer); // the page gets them without a copy
     postMessage({id: data.id, ...answer}, buffers);
   } catch (error) {
     const stopped = error instanceof WebAssembly.RuntimeError; // a trap: nothing can be asked any more

@@ -1,10 +1,26 @@
 // Drives Chromium through the DevTools protocol over two pipes (--remote-debugging-pipe), without any package.
 import {spawn} from "node:child_process";
-import {mkdtempSync, rmSync} from "node:fs";
+import {mkdtempSync, readFileSync, readdirSync, rmSync} from "node:fs";
 import {tmpdir} from "node:os";
 import {join} from "node:path";
 
 export const sleep = ms => new Promise(done => setTimeout(done, ms));
+
+/// The milliseconds of processor time that a process and those that it started have used, or NaN where there is no /proc.
+export function processorMs(root) {
+  try {
+    const all = new Map();
+    for (const pid of readdirSync("/proc").filter(name => /^\d+$/.test(name)))
+      try {
+        const words = readFileSync(`/proc/${pid}/stat`, "utf8").split(") ").at(-1).split(" ");
+        all.set(Number(pid), {parent: Number(words[1]), ticks: Number(words[11]) + Number(words[12])});
+      } catch {} // it ended
+    const below = pid => { for (; pid > 1; pid = all.get(pid)?.parent ?? 0) if (pid === root) return true; return false; };
+    return [...all].filter(([pid]) => below(pid)).reduce((sum, [, {ticks}]) => sum + 10 * ticks, 0); // 100 ticks a second
+  } catch {
+    return NaN;
+  }
+}
 
 /// Starts a browser without a window. `session()` opens a page in it, `close()` ends it and removes its files.
 export async function browser(program) {
@@ -19,17 +35,25 @@ export async function browser(program) {
     for (let at; (at = chunk.indexOf(0)) >= 0; chunk = chunk.subarray(at + 1), rest = []) {
       const message = JSON.parse(Buffer.concat([...rest, chunk.subarray(0, at)]));
       if (message.id === undefined) { for (const listen of heard) listen(message); continue; }
-      const {resolve, reject, method} = asked.get(message.id);
+      const {resolve, reject, method} = asked.get(message.id) ?? {};
       asked.delete(message.id);
+      if (!resolve) continue; // it came too late
       if (message.error) reject(new Error(`${method}: ${message.error.message}`));
       else resolve(message.result);
     }
     rest.push(chunk);
   });
-  child.on("exit", code => { for (const {reject, method} of asked.values()) reject(new Error(`the browser ended (status ${code}) during ${method}`)); });
+  let ended = "";
+  const end = why => { ended = why; for (const {reject, method} of asked.values()) reject(new Error(`${why} during ${method}`)); };
+  child.on("exit", code => end(`the browser ended (status ${code})`));
+  child.on("error", error => end(`the browser does not start (${error.message})`));
+  child.stdio[3].on("error", () => {}); // it ended
   const send = (method, params = {}, sessionId) => new Promise((resolve, reject) => {
-    asked.set(++number, {resolve, reject, method});
-    child.stdio[3].write(JSON.stringify({id: number, method, params, sessionId}) + "\0");
+    if (ended) return reject(new Error(`${ended} before ${method}`));
+    const id = ++number, late = setTimeout(() => { asked.delete(id); reject(new Error(`the browser gave no answer to ${method} in 180 s`)); }, 180000);
+    const settle = act => value => { clearTimeout(late); act(value); };
+    asked.set(id, {resolve: settle(resolve), reject: settle(reject), method});
+    child.stdio[3].write(JSON.stringify({id, method, params, sessionId}) + "\0");
   });
 
   /// A page: a few verbs, and the lists `requests` and `faults` of what it asked a network for and of its uncaught exceptions.
@@ -67,8 +91,8 @@ export async function browser(program) {
         if (exceptionDetails) throw new Error(`${expression}: ${exceptionDetails.exception?.description ?? exceptionDetails.text}`);
         return result.value;
       },
-      /// Waits until an expression is true.
-      async until(expression, seconds = 60) {
+      /// Waits until an expression is true; long, because a machine may be busy.
+      async until(expression, seconds = 300) {
         for (const end = Date.now() + 1000 * seconds; Date.now() < end; await sleep(20)) if (await page.value(expression).catch(() => false)) return;
         throw new Error(`not true after ${seconds} s: ${expression}`);
       },
@@ -95,10 +119,10 @@ export async function browser(program) {
     return page;
   }
   async function close() {
-    const ended = new Promise(done => child.on("exit", done));
+    const gone = new Promise(done => ended ? done() : child.on("exit", done));
     await send("Browser.close").catch(() => {});
-    await Promise.race([ended, sleep(3000).then(() => child.kill("SIGKILL"))]);
+    await Promise.race([gone, sleep(3000).then(() => child.kill("SIGKILL"))]);
     rmSync(profile, {recursive: true, force: true, maxRetries: 5});
   }
-  return {session, close};
+  return {session, close, kill: () => child.kill("SIGKILL"), processorMs: () => processorMs(child.pid)};
 }

@@ -111,9 +111,10 @@ TEST_CASE("ten cameras have the picture and the counters of Renderer")
         auto const expected = renderer.render(camera);
         REQUIRE_MESSAGE(handle.render(numbers(camera)), handle.error());
         auto const frame = handle.report("frame");
-        CHECK(frame["digest"]["picture"] == hex(picture_digest(expected.image)));
+        auto const digest = handle.report("digest");
+        CHECK(digest["picture"] == hex(picture_digest(expected.image)));
         REQUIRE(expected.report.lost.empty());
-        CHECK(frame["digest"]["counters"] == hex(counter_digest(expected.report)));
+        CHECK(digest["counters"] == hex(counter_digest(expected.report)));
         CHECK(frame["moved"] == expected.report.gaussians.moved);
         CHECK(frame["missing"] == "");
         auto const* const rgb = static_cast<float const*>(tilemesh_pixels(handle.at, "rgb_float"));
@@ -284,7 +285,7 @@ TEST_CASE("a mistake is one line, and the handle lives")
     auto const start = handle.report("map")["start"].get<std::vector<double>>();
     REQUIRE(start.size() == 17);
     REQUIRE(handle.render(start));
-    auto const digest = handle.report("frame")["digest"]["picture"];
+    auto const digest = handle.report("digest")["picture"];
 
     for (char const* json : {"", "{", "7", "[]", "\"x\"", "{\"width\": 8}", "{\"width\": 1e9}", "{\"width\": 64.5}", "{\"width\": \"a\"}", "{\"wide\": 3}",
                              "{\"preset\": \"mk3\"}", "{\"channel_slots\": 201}", "{\"channel_slots\": -1}", "{\"tile_width\": 8}",
@@ -327,15 +328,89 @@ TEST_CASE("a mistake is one line, and the handle lives")
     CHECK(tilemesh_trajectory(handle.at, "t", nullptr, 0) == nullptr);
 
     // The frame is still there, and the next one is as it would have been.
-    CHECK(handle.report("frame")["digest"]["picture"] == digest);
+    CHECK(handle.report("digest")["picture"] == digest);
     REQUIRE(handle.render(start));
     CHECK(handle.error().empty());
-    CHECK(handle.report("frame")["digest"]["picture"] == digest);
+    CHECK(handle.report("digest")["picture"] == digest);
 
     CHECK(tilemesh_load(nullptr, nullptr, nullptr, 0) == 0);
     CHECK(tilemesh_report(nullptr, "map") == nullptr);
     CHECK(std::string(tilemesh_error(nullptr)).find("no handle") == 0);
     tilemesh_destroy(nullptr);
+}
+
+TEST_CASE("no text is too deep, and every error is UTF-8")
+{
+    Handle handle;
+    auto const deep = "{\"width\": " + std::string(100'000, '[') + std::string(100'000, ']') + "}";
+    CHECK(tilemesh_set(handle.at, deep.c_str()) == 0);
+    CHECK_MESSAGE(is_one_line(handle.error()), handle.error());
+    auto const is_utf8 = [&] { // a dump throws if it is not
+        CHECK(is_one_line(handle.error()));
+        CHECK_NOTHROW((void)Json(handle.error()).dump());
+    };
+    std::string const odd = "\xff\xfe\xc3";
+    CHECK(tilemesh_report(handle.at, odd.c_str()) == nullptr);
+    is_utf8();
+    CHECK(tilemesh_load(handle.at, odd.c_str(), "garbage", 7) == 0);
+    is_utf8();
+    CHECK(tilemesh_set(handle.at, ("{\"" + std::string(59, 'a') + "\xc3\xa9\": 1}").c_str()) == 0); // the cut falls into a letter
+    is_utf8();
+}
+
+TEST_CASE("another number of the mesh begins anew, as the first frame did")
+{
+    auto const map = scene::built_in_map();
+    Handle handle;
+    REQUIRE(handle.set({{"width", 160}, {"height", 96}}));
+    auto const cameras = turn(map, 3, {160, 96});
+    REQUIRE(handle.render(numbers(cameras[0])));
+    auto const first = handle.report("digest");
+    REQUIRE(handle.render(numbers(cameras[2])));
+    REQUIRE(handle.render(numbers(cameras[0])));
+    CHECK(handle.report("digest")["picture"] == first["picture"]);
+    CHECK(handle.report("digest")["counters"] != first["counters"]); // records started where they were
+    REQUIRE(handle.set({{"mesh", 1}}));
+    REQUIRE(handle.render(numbers(cameras[0])));
+    CHECK(handle.report("digest") == first);
+}
+
+TEST_CASE("the complete picture of each preset is that of a machine that lacks nothing")
+{
+    auto const map = scene::built_in_map();
+    auto const camera = numbers(turn(map, 1, {160, 96})[0]);
+    constexpr std::size_t bytes = std::size_t{4} * 160 * 96;
+    for (char const* preset : {"lossless", "paper", "prototype"}) {
+        CAPTURE(preset);
+        Handle handle;
+        REQUIRE(handle.set({{"width", 160}, {"height", 96}, {"preset", preset}, {"machine", "test"}, {"saturation", "hold"}}));
+        REQUIRE_MESSAGE(handle.render(camera), handle.error());
+        REQUIRE(handle.report("frame")["missing"] == "");
+        std::vector<unsigned char> expected(bytes);
+        std::memcpy(expected.data(), tilemesh_pixels(handle.at, "rgba"), bytes);
+        REQUIRE(handle.set({{"storage_slots", 60}, {"difference", true}}));
+        REQUIRE_MESSAGE(handle.render(camera), handle.error());
+        CHECK(handle.report("frame")["missing"] != "");
+        CHECK(std::memcmp(expected.data(), tilemesh_pixels(handle.at, "complete"), bytes) == 0);
+    }
+}
+
+TEST_CASE("a camera that sees nothing gives a picture and numbers")
+{
+    auto const map = scene::built_in_map();
+    Handle handle;
+    REQUIRE(handle.set({{"width", 64}, {"height", 48}, {"difference", true}}));
+    auto camera = handle.report("map")["start"].get<std::vector<double>>();
+    for (std::size_t i : {0u, 1u, 2u, 6u, 7u, 8u}) camera[i] = -camera[i]; // everything is behind it
+    REQUIRE_MESSAGE(handle.render(camera), handle.error());
+    CHECK(handle.report("frame")["visible"] == 0);
+    for (char const* what : {"load", "copies", "channel", "refused", "lost", "pairs", "busy"})
+        for (float const v : handle.heat(what)) CHECK(v >= 0.0f);
+    CHECK(handle.tile(0)["list"].empty());
+    auto const g = Json::parse(tilemesh_gaussian(handle.at, 0xfffffff0u));
+    CHECK(g["state"] == "not in the map");
+    CHECK(g["mean"].is_null());
+    CHECK(g["missing"].empty());
 }
 
 TEST_CASE("a map and a trajectory from bytes")

@@ -23,7 +23,7 @@ for (const line of readFileSync(file, "utf8").split("\n")) {
     if (render(handle, camera) !== 1) throw new Error(error(handle));
     const { user, system } = process.cpuUsage(begin);
     times.push((user + system) / 1000);
-    const { digest } = JSON.parse(report(handle, "frame"));
+    const digest = JSON.parse(report(handle, "digest"));
     const same = digest.picture === words[17] && digest.counters === words[18];
     if (!same) console.log(`camera ${cameras}: ${digest.picture} ${digest.counters}, native ${words[17]} ${words[18]}`);
     different += same ? 0 : 1;

@@ -34,5 +34,5 @@ print("# 17 numbers of a camera, digest of the picture, digest of the counters")
 for degrees in [0, 0.5, 1, 1.5, 2, 9, 16, 23, 30, 37]:
     camera = turned(degrees)
     assert chip.tilemesh_render(handle, (ctypes.c_double * 17)(*camera)) == 1
-    digest = json.loads(chip.tilemesh_report(handle, b"frame"))["digest"]
+    digest = json.loads(chip.tilemesh_report(handle, b"digest"))
     print(*(f"{number:.17g}" for number in camera), digest["picture"], digest["counters"])

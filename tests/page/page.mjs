@@ -1,4 +1,4 @@
-// usage: node page.mjs PAGE.html [--digests FILE] [--only WORD] [--time] [--shots FOLDER]
+// usage: node page.mjs PAGE.html [--digests FILE] [--only PATTERN] [--time] [--shots FOLDER]
 // Opens the page in Chromium, uses it as a person does, and prints a line for each case. Status 1 if one fails. Times are printed; they
 // are asserted only with --time, on a machine that does nothing else. --digests: what page_digests printed, one line for each camera.
 import {browser, sleep} from "./browser.mjs";
@@ -18,7 +18,7 @@ if (!program) {
 const folder = mkdtempSync(join(tmpdir(), "page-test-"));
 const b = await browser(program);
 const note = text => console.log(`      ${text}`);
-const idle = p => p.until("working === null && frames > 0 && !due.frame && !due.settings && !due.show");
+const idle = p => p.until("working === null && frames > 0 && !due.load && !due.frame && !due.settings && !due.show && !late");
 const frame = p => p.value("({...last})");
 const text = (p, id) => p.value(`document.getElementById("${id}").textContent`);
 // A sum over the levels of the picture, to tell pictures apart.
@@ -103,11 +103,11 @@ test("ten cameras have the digests of the native build", async () => {
   const p = await opened();
   const lines = readFileSync(option("--digests"), "utf8").split("\n").filter(line => line.trim() !== "" && !line.startsWith("#"));
   assert.ok(lines.length >= 10, `${lines.length} cameras`);
-  await p.value("ask('again')"); // the first camera begins from cold, as in the native program
+  await p.value("ask('set', {settings: {mesh: 77}})"); // the first camera begins from cold, as in the native program
   for (const line of lines) { // 17 numbers of the camera, digest of the picture, digest of the counters
     const words = line.trim().split(/\s+/), camera = words.slice(0, 17).map(Number);
-    const {frame} = await p.value(`ask("render", {camera: ${JSON.stringify(camera)}, picture: "rgba", show: wantedDetails()}).then(({frame}) => ({frame}))`);
-    assert.deepEqual([frame.digest.picture, frame.digest.counters], words.slice(17, 19));
+    const {digest} = await p.value(`ask("render", {camera: ${JSON.stringify(camera)}, picture: "rgba", show: wantedDetails()}).then(() => ask("digest"))`);
+    assert.deepEqual([digest.picture, digest.counters], words.slice(17, 19));
   }
   note(`${lines.length} cameras are equal`);
   await p.close();
@@ -188,8 +188,7 @@ test("a starved channel: lost copies are those of report.json, and are said in w
 test("scrubs through the supersteps", async () => {
   const p = await opened();
   const heat = () => p.value("shown.heat.join()");
-  const whole = await heat(), many = await p.value("shown.supersteps.length");
-  assert.equal(many, (await frame(p)).supersteps);
+  const whole = await heat(), many = (await frame(p)).supersteps;
   const [x, y, w, h] = await p.box("#step");
   await p.click(x + 0.3 * w, y + h / 2);
   await idle(p);
@@ -320,7 +319,7 @@ test("dropped files: a map, garbage, poses", async () => {
   assert.deepEqual(p.faults, []);
   writeFileSync(join(folder, "walk.txt"), "# walk\n" + Array.from({length: 8}, (_, i) => `${i / 10} ${i / 50} 0 0 0 0 0 1\n`).join(""));
   await drop(p, join(folder, "walk.txt"));
-  await p.until("poses?.length === 8");
+  await p.until("poses?.length === 8 * 13");
   await idle(p);
   assert.match(await text(p, "pose-text"), /^1 of 8/);
   await clickOn(p, "#after");
@@ -332,6 +331,94 @@ test("dropped files: a map, garbage, poses", async () => {
   assert.equal(await p.value("playing"), false);
   await clickOn(p, "#built-in");
   await p.until("map.gaussians !== 5000");
+  await p.close();
+});
+
+test("links of nonsense give a page that works", async () => {
+  const far = "view=1e8,0,0,0,0,0,1,60,0.1", line = /^$|^[^\n]+ \([^\n]+\); [^\n]+$/;
+  for (const link of ["#view=1e300,0,0,0,0,0,1,60,0.1", "#view=,,,,,,,,", "#view=0,0,0,0,0,0,1e-40,60,1e-40", "#gaussian=999999999&tile=999999999&superstep=999999999",
+                      "#size=9999x9999", "#%E0%A4%A&=&&=1", "#hops=999999999", "#tile_width=1&tile_height=0", "#" + far]) {
+    const p = await opened(1280, 900, {}, link);
+    assert.match(await text(p, "problem"), line, link);
+    assert.ok(await p.value("last.width > 0 && shown !== null"), link);
+    assert.ok(!/NaN|undefined|null|Infinity/.test(await p.value("document.body.innerText")), link);
+    const before = await levels(p);
+    if (link.endsWith(far)) assert.equal(await text(p, "missing"), "No Gaussian of the map is in this view.");
+    await p.value("document.getElementById('reset').click()");
+    await idle(p);
+    await drag(p, 30, 0);
+    assert.notEqual(await levels(p), before, link);
+    assert.deepEqual(p.faults, [], link);
+    await p.close();
+  }
+});
+
+test("a link that is pasted into the page shows what it shows in a new page", async () => {
+  const link = "#saturation=drop&channel_slots=8&size=320x180&heat=lost&superstep=4";
+  const p = await opened(1280, 900, {}, "#size=320x180&saturation=drop&channel_slots=8"), q = await opened(1280, 900, {}, link);
+  await drag(p, 60, 10); // with drop, a picture depends on the frames before it
+  await p.value(`location.hash = ${JSON.stringify(link)}`);
+  await p.until("state.heat === 'lost'");
+  await idle(p);
+  assert.equal(await levels(p), await levels(q));
+  assert.equal(await p.value("shown.heat.join()"), await q.value("shown.heat.join()"));
+  for (const page of [p, q]) await page.close();
+});
+
+test("maps that are dropped while others are read, and while the camera turns", async () => {
+  const p = await opened(1280, 900, {}, "#size=320x180");
+  const [first, second] = [writeMap(join(folder, "first.ply"), 60000), writeMap(join(folder, "second.ply"), 4000)];
+  await p.value("globalThis.turning = setInterval(() => state.view && look(turned(state.view, 1, 0)), 5)");
+  await drop(p, first);
+  await drop(p, second);
+  await p.value("save('json')"); // meanwhile: it is the report of a frame that is shown
+  await p.until("state.file === 'second.ply' && !cold");
+  await p.value("clearInterval(turning)");
+  await idle(p);
+  assert.equal(await p.value("map.gaussians"), 4000);
+  assert.match(await text(p, "map-name"), /second\.ply, 4,000 Gaussians/);
+  assert.match(await text(p, "problem"), /^(no frame \(none was rendered of this map\).*)?$/); // by when the report was asked for
+  await p.value("look(startView(map)), startAgain()");
+  await idle(p);
+  const {host_ms, took, memory_bytes, ...turnedMap} = await frame(p), picture = await levels(p);
+  const q = await opened(1280, 900, {}, "#size=320x180");
+  await drop(q, second);
+  await q.until("state.file === 'second.ply' && !cold");
+  await idle(q);
+  const {host_ms: a, took: b, memory_bytes: c, ...fresh} = await frame(q);
+  assert.deepEqual(turnedMap, fresh);
+  assert.equal(picture, await levels(q));
+  assert.deepEqual(p.faults, []);
+  for (const page of [p, q]) await page.close();
+});
+
+test("what is no file, and several files, are one line", async () => {
+  const p = await opened(1280, 900, {}, "#size=320x180&file=room.ply&heat=pairs");
+  assert.match(await text(p, "problem"), /^this link shows another map \(room\.ply\); drop/);
+  await sleep(500);
+  assert.match(await p.value("location.hash"), /file=room\.ply/); // the link still waits for its file
+  await p.value("document.dispatchEvent(new DragEvent('drop', {dataTransfer: new DataTransfer()}))");
+  assert.match(await text(p, "problem"), /^nothing to open \(.*\); drop/);
+  await p.value(`(() => { const data = new DataTransfer(); for (const name of ["a.ply", "b.ply"]) data.items.add(new File(["x"], name));
+    document.dispatchEvent(new DragEvent("drop", {dataTransfer: data})); })()`);
+  assert.match(await text(p, "problem"), /^2 files at once \(.*\); drop/);
+  await set(p, "set-channel_slots", 0); // the lowest number is 1: 0 would mean the preset's, which is the most
+  assert.equal(await p.value("settings.channel_slots"), 1);
+  assert.equal(await p.value("Number(document.getElementById('set-channel_slots').value)"), 1);
+  assert.deepEqual(p.faults, []);
+  await p.close();
+});
+
+test("a trajectory of 100,000 poses does not stop the page", async () => {
+  const p = await opened(1280, 900, {}, "#size=320x180");
+  await watchTasks(p);
+  writeFileSync(join(folder, "long.txt"), Array.from({length: 100000}, (_, i) => `${i / 30} ${Math.sin(i / 100) / 50} 0 0 0 0 0 1\n`).join(""));
+  await drop(p, join(folder, "long.txt"));
+  await p.until("poses?.length === 1300000");
+  await idle(p);
+  assert.match(await text(p, "pose-text"), /^1 of 100,000, 0\.00 s/);
+  note(await longTasks(p));
+  if (timed) assert.equal(await p.value("long.length"), 0);
   await p.close();
 });
 
@@ -357,6 +444,7 @@ test("saves PNG, PFM and report.json", async () => {
   const report = JSON.parse(json);
   assert.equal(report.frames.length, 1);
   assert.equal(report.frames[0].pairs, (await frame(p)).pairs);
+  assert.equal(report.frames[0].image, "frame_0000.png"); // as render_map names it
   await p.close();
 });
 
@@ -366,9 +454,9 @@ test("a map of 250,000 Gaussians", async () => {
   const path = writeMap(join(folder, "large.ply"), 250000);
   const begin = Date.now();
   await drop(p, path);
-  await p.until("map.gaussians === 250000 && last !== null", 120);
+  await p.until("map.gaussians === 250000 && last !== null");
   await idle(p);
-  await p.until("!cold", 120);
+  await p.until("!cold");
   await idle(p);
   note(`250,000 discs: shown after ${Date.now() - begin} ms, ${await text(p, "n-host")} a frame, ${await text(p, "memory")} ${await text(p, "missing")}`);
   await drag(p, 20, 0);
@@ -378,7 +466,7 @@ test("a map of 250,000 Gaussians", async () => {
   if (!real) note("skipped: TILEMESH_DATA names no real map of 250,000 Gaussians");
   else {
     await drop(p, join(data, "maps", real));
-    await p.until(`state.file === ${JSON.stringify(real)} && !cold`, 120);
+    await p.until(`state.file === ${JSON.stringify(real)} && !cold`);
     await idle(p);
     note(`${await text(p, "map-name")} ${await text(p, "n-host")} a frame, ${await text(p, "memory")} ${await text(p, "missing")}`);
   }
@@ -386,6 +474,11 @@ test("a map of 250,000 Gaussians", async () => {
 });
 
 test("a phone: nothing is cut off, touch turns and comes closer", async () => {
+  for (const [width, height] of [[320, 640], [740, 360]]) { // a small phone, and one that lies
+    const small = await opened(width, height, {mobile: true}, "#size=320x180&tile=700");
+    assert.ok(await small.value("document.documentElement.scrollWidth <= innerWidth"), `${width} pixels`);
+    await small.close();
+  }
   const p = await opened(400, 800, {mobile: true});
   assert.ok(await p.value("document.documentElement.scrollWidth <= innerWidth"));
   assert.deepEqual(await p.value(`[...document.querySelectorAll("button, select, summary, input[type=range]")].filter(e => e.offsetParent && e.id !== "file")
@@ -476,11 +569,14 @@ test("text has a contrast of at least 4.5 in light and in dark", async () => {
 test("turns 0.5 degrees a frame; the newest camera wins; no task of the page is long", async () => {
   const p = await opened(1280, 900, {}, "#tile=700");
   await watchTasks(p);
-  const took = await p.value(`(async () => { const times = [], many = 40; for (let i = 0; i < many + 5; ++i) { const begin = performance.now();
+  const turn = many => p.value(`(async () => { const times = [], many = ${many}; for (let i = 0; i < many + 5; ++i) { const begin = performance.now();
     look(turned(state.view, 0.5, 0)); await working; if (i >= 5) times.push(performance.now() - begin); } return times.sort((a, b) => a - b); })()`);
+  await turn(20); // the browser compiles what it calls often
+  const begin = b.processorMs(), took = await turn(60), used = (b.processorMs() - begin) / 65;
   const median = took[took.length >> 1], mean = took.reduce((a, b) => a + b) / took.length;
   note(`640 x 360, everything beside it drawn: ${(1000 / mean).toFixed(1)} frames a second (median ${median.toFixed(1)} ms); ` +
        `${await longTasks(p)}; ${await text(p, "memory")}`);
+  note(`all processes of the browser take ${used.toFixed(1)} ms of a core for a frame: ${(1000 / used).toFixed(1)} frames a second on a core of their own`);
   if (timed) assert.ok(1000 / mean >= 15 && await p.value("long.length") === 0);
   // 200 cameras in one go: few frames, and the last one is shown.
   const before = await p.value("frames");
@@ -489,6 +585,11 @@ test("turns 0.5 degrees a frame; the newest camera wins; no task of the page is 
   assert.ok(await p.value("frames") - before <= 3);
   assert.equal(await p.value("viewText(state.view)"), last);
   assert.deepEqual(p.faults, []);
+  // The tile beside the picture is that of the last frame, once the camera stands.
+  const records = await p.value("shown.tile.list.map(r => r.id).join()");
+  await p.value("want('show')");
+  await idle(p);
+  assert.equal(await p.value("shown.tile.list.map(r => r.id).join()"), records);
   await p.close();
 });
 
@@ -505,9 +606,10 @@ test("screenshots", async () => {
   for (const page of [wide, starved, phone]) await page.close();
 });
 
+setTimeout(() => { console.log("FAILED: the cases take more than 25 minutes"); b.kill(); process.exit(1); }, 1500000).unref();
 let failed = 0;
 for (const [name, run] of cases) {
-  if (option("--only") && !name.includes(option("--only"))) continue;
+  if (option("--only") && !new RegExp(option("--only")).test(name)) continue;
   try {
     await run();
     console.log(`ok    ${name}`);

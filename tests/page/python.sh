@@ -1,12 +1,16 @@
 #!/bin/sh
 # python.sh PYTHON LIBTILEMESH_C.so: examples/page/render.py renders a frame into numpy, and refuses a map that is none with one line.
+# Where render_map was built beside the library without fused operations, the picture has the bits of render_map's.
 set -eu
 python=$1 library=$2
 script=$(dirname "$0")/../../examples/page/render.py
+render_map=$(dirname "$library")/render_map
 if ! "$python" -c 'import numpy' 2>/dev/null; then
     echo "skipped: $python has no numpy (apt-get install python3-numpy)"
     exit 0
 fi
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
 text=$("$python" "$script" "$library")
 echo "$text"
 case $text in
@@ -23,3 +27,29 @@ case $refused in
 "render.py: "*"("*"); "*) ;;
 *) echo "that is not one line of the library"; exit 1 ;;
 esac
+
+# A map of four Gaussians, from the camera that shows all of it.
+{
+    printf 'ply\nformat ascii 1.0\nelement vertex 4\n'
+    for name in x y z f_dc_0 f_dc_1 f_dc_2 opacity scale_0 scale_1 scale_2 rot_0 rot_1 rot_2 rot_3; do echo "property float $name"; done
+    printf 'end_header\n0 0 0 1 0.5 0.2 4 -2 -1 -2 1 0 0 0\n1 0 0 -1 0.5 0.2 2 -2 -2 -1 1 0.2 0 0\n0 1 0.5 1 -0.5 1.2 1 -1 -2 -2 1 0 0.4 0\n-1 -1 0 0 1.5 0.2 3 -2 -1 -2 1 0 0 0.3\n'
+} >"$work/four.ply"
+"$python" "$script" "$library" "$work/four.ply" "$work/four.npy"
+if [ ! -x "$render_map" ]; then
+    echo "skipped: there is no $render_map, so the picture is not compared with render_map's"
+    exit 0
+fi
+"$render_map" "$work/four.ply" --size 640x360 --program anchored --float --out "$work" >"$work/log"
+"$python" - "$work/four.npy" "$work/frame_0000.pfm" <<'PYTHON'
+import sys
+import numpy
+ours = numpy.load(sys.argv[1])
+with open(sys.argv[2], "rb") as file:
+    head = [file.readline() for _ in range(3)]
+    theirs = numpy.frombuffer(file.read(), "<f4").reshape(360, 640, 3)[::-1]
+assert head[1] == b"640 360\n", head
+assert ours.max() > 0.1, "the picture is black"
+most = abs(ours - theirs).max()
+print("the picture has the bits of render_map's" if most == 0 else f"the picture differs from render_map's by at most {most:.3g}")
+assert most < 1e-4, "more than fused operations change"  # with fused operations: alpha within 2e-5, transmittance after four splats
+PYTHON
