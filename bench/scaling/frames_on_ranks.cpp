@@ -142,7 +142,7 @@ int frames_on_ranks(Options const& options)
             line->weighted = form.weighted;
             MpiMeshOptions engine;
             engine.comm = form.team->comm();
-            if (form.weighted) engine.row_weights = work;
+            engine.row_weights = form.weighted ? work : std::vector<std::uint32_t>(work.size(), 1); // without weights, the renderer chooses
             if (form.team->contains_me())
                 line->renderer = std::make_unique<OverRanks>(scene.map, RendererOptions{.threads = form.threads}, engine);
             lines.push_back(std::move(line));

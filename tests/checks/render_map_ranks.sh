@@ -4,12 +4,13 @@
 # shellcheck source=render_map_common.sh
 . "$(dirname "$0")/render_map_common.sh"
 mpirun=$2 flag=$3 die=$4
+fault= # TILEMESH_DIE of the next runs over ranks (tests/mpi/die); empty: none
 
 # on RANKS ARGUMENTS...: as `run`, over ranks. What the launcher itself adds to standard error is left out.
 on() {
     ranks=$1
     shift
-    timeout -k 5 180 "$mpirun" "$flag" "$ranks" "$program" "$@" </dev/null >stdout 2>stderr_all
+    timeout -k 5 180 "$mpirun" "$flag" "$ranks" ${fault:+env LD_PRELOAD="$die" TILEMESH_DIE="$fault"} "$program" "$@" </dev/null >stdout 2>stderr_all
     status=$?
     awk '/^-----/ { skip = !skip; next } /^=====/ { exit } !skip && NF' stderr_all | grep -v -e '^\[' -e '^Primary job' -e '^mpirun' >stderr
     return $status
@@ -43,6 +44,8 @@ compare still anchored --size 160x90 --threads 1
 compare orbit anchored --size 160x90 --threads 1 --orbit 3 --frames 3 --storage-slots 500 --grid 12x9
 compare paper anchored --size 160x90 --threads 2 --orbit 3 --frames 2 --preset paper --channel-slots 20 --copies screen --depth
 compare homes homes --size 160x90 --threads 1 --orbit 3 --frames 2 --held 300 --grid 12x9
+compare few_rows anchored --size 96x64 --threads 1 --orbit 3 --frames 2 --grid 30x2 # the third rank has no tile
+compare few_rows_of_homes homes --size 96x64 --threads 1 --grid 60x2
 compare planes homes --size 96x64 --threads 1 --depth --alpha --pixels rgbx8 --grid 12x9
 # The anchored tiles of this map are full, so homes take over in the first frame.
 compare auto auto --size 160x90 --threads 1 --orbit 3 --frames 2 --storage-slots 420 --grid 12x9
@@ -99,6 +102,29 @@ refused '3 processes' --engine sequential
 refused 'Gaussians' --program anchored --storage-slots 1 --grid 4x4 --size 64x64
 : >file
 refused 'file' --out file/below --size 64x48
+# One rank has no memory, or rank 0 no disk: one line, status 2, the file of the picture before, and no other.
+fails() {
+    fault=$1 pattern=$2 of=$3
+    rm -rf failing failing.json
+    mkdir failing
+    on 3 text.ply --program "$of" --size 160x90 --threads 1 --orbit 1 --frames 4 --grid 12x9 --quiet --float --out failing --report failing.json
+    is_refusal $? "$pattern"
+    fault=
+    [ ! -e failing.json ] || fail "$1, and there is a report"
+    for file in failing/*.p??; do
+        [ ! -e "$file" ] || same "$file" "whole_$of/${file##*/}"
+    done
+    has_no_parts failing
+}
+for of in anchored homes; do
+    run text.ply --program $of --size 160x90 --threads 1 --orbit 1 --frames 4 --grid 12x9 --quiet --float --out whole_$of 2>/dev/null
+    fails '0 disk 3' 'No space left on device' $of
+    [ "$(find failing -name '*.png' | wc -l)" -eq 1 ] || fail "$of, full disk: $(ls failing)"
+    for n in 1 2 4 8; do
+        fails "2 memory $n" 'out of memory' $of
+    done
+done
+
 on 2 --version || fail "--version over ranks: $?"
 [ "$(wc -l <stdout)" -eq 1 ] || fail "--version is written more than once"
 
@@ -107,34 +133,40 @@ on 2 --version || fail "--version over ranks: $?"
 dies() {
     phase=$1
     shift
-    timeout -k 5 120 "$mpirun" "$flag" 3 env LD_PRELOAD="$die" TILEMESH_DIE="$*" "$program" text.ply --size 160x90 --threads 1 --orbit 1 --frames 4 \
-        --grid 8x6 --quiet --float --out "$phase" --report "$phase.json" </dev/null >/dev/null 2>stderr_all
+    timeout -k 5 120 "$mpirun" "$flag" 3 env LD_PRELOAD="$die" TILEMESH_DIE="$*" "$program" text.ply --program "$of" --size 160x90 --threads 1 \
+        --orbit 1 --frames 4 --grid 12x9 --quiet --float --out "$phase" --report "$phase.json" </dev/null >/dev/null 2>stderr_all
     status=$?
     [ $status -ne 0 ] || fail "a rank died ($phase), and the job's status is 0"
     [ $status -ne 124 ] || fail "a rank died ($phase), and the job goes on"
     [ ! -e "$phase.json" ] || fail "a rank died ($phase), and there is a report"
     pictures=$(find "$phase" -name '*.png' 2>/dev/null | wc -l)
     for file in "$phase"/*.p??; do # PNG and PFM
-        [ ! -e "$file" ] || same "$file" "whole/${file##*/}"
+        [ ! -e "$file" ] || same "$file" "whole_$of/${file##*/}"
     done
 }
 # pictures PHASE LEAST MOST: how many are whole when the job ends.
 pictures() {
     if [ "$pictures" -lt "$2" ] || [ "$pictures" -gt "$3" ]; then fail "a rank died ($1), and there are $pictures pictures, not $2 to $3"; fi
 }
-run text.ply --size 160x90 --threads 1 --orbit 1 --frames 4 --grid 8x6 --quiet --float --out whole 2>/dev/null
-dies load 2 MPI_Bcast 3
-pictures load 0 0
-dies load_of_first 0 MPI_Bcast 3
-pictures load_of_first 0 0
-dies route 1 MPI_Isend 3
-pictures route 0 0
-dies gather 2 states 7 # the rank has 2 of 6 rows of tiles, so this is frame 3
-pictures gather 2 3
-dies write 0 write 3
-pictures write 0 3
-find write -name '*.part' | grep -q . || fail "no file was being written when the rank died"
-dies rename 0 rename 3
-pictures rename 1 3
+for of in anchored homes; do
+    dies load_$of 2 MPI_Bcast 3
+    pictures load_$of 0 0
+    dies load_of_first_$of 0 MPI_Bcast 3
+    pictures load_of_first_$of 0 0
+    dies deal_$of 1 MPI_Alltoallv 2 # the records go to the ranks of their tiles
+    pictures deal_$of 0 0
+    dies route_$of 1 MPI_Isend 3
+    pictures route_$of 0 0
+    case $of in
+    anchored) dies gather_$of 2 items 5 ;; # the outline of the map, then the rows of each picture
+    homes) dies gather_$of 2 states 7 ;;   # the rank has 3 of 9 rows of tiles, so this is frame 3
+    esac
+    pictures gather_$of 1 3
+    dies write_$of 0 write 3
+    pictures write_$of 0 3
+    find write_$of -name '*.part' | grep -q . || fail "no file was being written when the rank died"
+    dies rename_$of 0 rename 3
+    pictures rename_$of 1 3
+done
 
 finish

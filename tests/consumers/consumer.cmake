@@ -1,4 +1,5 @@
 # usage: cmake -DFORM=... -DSOURCE=REPOSITORY -DBUILD=ITS_BUILD -DWORK=SCRATCH -DCXX=COMPILER -DGENERATOR=... -P consumer.cmake
+# The form mpi also takes -DMPIEXEC=LAUNCHER, -DMPIEXEC_NUMBER=ITS_FLAG and -DMPI_SUFFIX=MPI_EXECUTABLE_SUFFIX.
 # One way to get the library, as a stranger would: from nothing, with the stranger's own flags, to the program's output.
 cmake_minimum_required(VERSION 3.25)
 set(flags -O1 -Wall -Wextra -Wconversion -Wshadow -Werror)
@@ -114,6 +115,18 @@ function(form_json)
     string(JSON camera GET "${report}" frames 1 camera)
     if(NOT camera STREQUAL "desk/side")
         message(FATAL_ERROR "the second frame of report.json is of camera ${camera}")
+    endif()
+endfunction()
+
+# Component mpi, with the MPI of the build: two ranks print what the program of `small` prints on one.
+function(form_mpi)
+    install_into("${WORK}/mpi_prefix")
+    configure(mpi "-DCMAKE_PREFIX_PATH=${WORK}/mpi_prefix" -DCMAKE_NO_SYSTEM_FROM_IMPORTED=ON "-DMPI_EXECUTABLE_SUFFIX=${MPI_SUFFIX}")
+    run(${CMAKE_COMMAND} --build "${work}")
+    execute_process(COMMAND ${MPIEXEC} ${MPIEXEC_NUMBER} 2 "${work}/app" OUTPUT_VARIABLE printed COMMAND_ECHO STDOUT COMMAND_ERROR_IS_FATAL ANY)
+    file(READ "${here}/small/expected.txt" text)
+    if(NOT printed STREQUAL text)
+        message(FATAL_ERROR "two ranks print\n${printed}but small/expected.txt says\n${text}")
     endif()
 endfunction()
 

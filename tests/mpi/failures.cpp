@@ -1,7 +1,10 @@
 #include "../engine/programs.hpp"
 #include "on_ranks.hpp"
+#include "short_of_memory.hpp"
 #include <doctest/doctest.h>
+#include <memory>
 #include <new>
+#include <optional>
 #include <stdexcept>
 #include <sys/resource.h>
 
@@ -179,6 +182,29 @@ TEST_CASE("an error that only one rank can see, because only its tiles hold item
     auto const error = error_of([&] { mesh.limit<Small>(1); });
     CHECK(has(error, "(tile (2, 7) holds 2); set limits before the mesh is loaded"));
     CHECK(has(error, of_rank(owner(7))) == (ranks() > 1));
+}
+
+TEST_CASE("one rank out of memory, at each allocation in turn: every rank gets an Error")
+{
+    struct Made {
+        std::optional<MpiMesh<Post, Traced<Roomy>>> mesh; // no memory for the mesh itself: that would be the program's own error
+        std::uint64_t hops = 0;
+    };
+    auto const run = [](Made& made) {
+        made.mesh.emplace(MPI_COMM_WORLD, Post{}, grid, MpiMeshOptions{.digest = true});
+        for (auto [tile, outbox] : made.mesh->states<Outbox>()) outbox.push({tile.packed, made.mesh->grid().tile(39 - grid.index_of(tile)), {}});
+        made.mesh->observe([](SuperstepEvent const&) {});
+        made.hops = made.mesh->run().messages();
+        made.mesh->gather<Inbox>();
+        (void)made.mesh->gather_trace();
+    };
+    Made right;
+    run(right);
+    CHECK(right.hops > 0);
+    each_allocation_fails([] { return std::make_unique<Made>(); }, run, [&](Made& made, bool) {
+        run(made);
+        CHECK(made.hops == right.hops);
+    });
 }
 
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) // they need the address space

@@ -1,9 +1,11 @@
 // The program of homes over ranks: pictures, planes, reports and digests are those of one process, also in chapters and in parts.
 #include "../splat/support.hpp"
 #include "on_ranks.hpp"
+#include "short_of_memory.hpp"
 #include <cstdint>
 #include <cstring>
 #include <doctest/doctest.h>
+#include <memory>
 #include <tilemesh/render/homes_renderer.hpp>
 #include <tilemesh/report/compare_reports.hpp>
 #include <tilemesh/scene/frame_whole.hpp>
@@ -100,4 +102,57 @@ TEST_CASE("homes over ranks: ranks with different views are refused; the next fr
     auto const wanted = OnMesh{map, choice, options}.render(support::lens(90, 53));
     CHECK(report::first_difference(frame.report, wanted.report) == "");
     if (rank() == 0) CHECK(support::differing_pixels(frame.image, wanted.image) == 0);
+}
+
+TEST_CASE("homes over ranks: ranks with frames of different sizes, and a camera that one rank refuses")
+{
+    if (ranks() == 1) return;
+    auto const map = shaded_cloud(60);
+    render::HomesChoice choice;
+    choice.machine = size_of_machine<TestMachine<64u << 20>>();
+    choice.sizes.homes = 20;
+    choice.sh_degree = 1;
+    choice.depth = choice.alpha = true;
+    RendererOptions const options{.grid = {4, 3}};
+    bool const other = rank() + 1 == ranks();
+    OnRanks renderer{map, choice, options};
+    OnMesh one{map, choice, options};
+    auto const wanted = one.render(support::lens(90, 53));
+    auto broken = support::lens(90, 53);
+    broken.fx = 0;
+    for (int again = 0; again < 2; ++again) { // without a mesh, and with one
+        CHECK(has(error_of([&] { renderer.render(support::lens(other ? 80 : 90, 53)); }), "ranks with different frames ("));
+        CHECK(has(error_of([&] { renderer.render(other ? broken : support::lens(90, 53)); }), of_rank(ranks() - 1)));
+        auto const frame = renderer.render(support::lens(90, 53));
+        if (again == 0) CHECK(report::first_difference(frame.report, wanted.report) == "");
+        if (rank() == 0) CHECK(support::differing_pixels(frame.image, wanted.image) == 0);
+    }
+    auto different = options;
+    different.channel_slots = other ? 3 : 0; // a limit is collective, so all ranks must know before that one has none
+    OnRanks limited{map, choice, different};
+    CHECK(has(error_of([&] { limited.render(support::lens(90, 53)); }), "ranks with different frames ("));
+}
+
+TEST_CASE("homes over ranks: one rank out of memory, at each allocation of a frame in turn")
+{
+    auto const map = shaded_cloud(60);
+    render::HomesChoice choice;
+    choice.machine = size_of_machine<TestMachine<64u << 20>>();
+    choice.sh_degree = 1;
+    choice.depth = choice.alpha = true;
+    for (std::uint32_t const homes : {20u, 3u}) { // 12 tiles: all of the map, and chapters
+        CAPTURE(homes);
+        choice.sizes.homes = homes;
+        RendererOptions const options{.grid = {4, 3}, .storage_slots = 20, .digest = true};
+        OnMesh one{map, choice, options};
+        auto const wanted = one.render(support::lens(60, 40));
+        each_allocation_fails([&] { return std::make_unique<OnRanks>(map, choice, options); },
+                              [&](OnRanks& renderer) { renderer.render(support::lens(60, 40)); },
+                              [&](OnRanks& renderer, bool failed) {
+                                  if (!failed) return;
+                                  auto const frame = renderer.render(support::lens(60, 40));
+                                  CHECK(report::first_difference(frame.report, wanted.report) == "");
+                                  if (rank() == 0) CHECK(support::differing_pixels(frame.image, wanted.image) == 0);
+                              });
+    }
 }

@@ -3,6 +3,7 @@
 #include "../engine/programs.hpp"
 #include "on_ranks.hpp"
 #include <algorithm>
+#include <cstdio>
 #include <cstring>
 #include <doctest/doctest.h>
 #include <iostream>
@@ -16,7 +17,9 @@ void die()
     using namespace engine_test;
     MpiMesh<Heat> mesh{MPI_COMM_WORLD, Heat{{1000}}, Grid{4, 8}};
     mesh.observe([&](SuperstepEvent const& e) {
+        if (e.pass == 4) std::fprintf(stderr, "rank %u is in superstep 4\n", mesh.rank());
         if (e.pass == 5 && mesh.rank() + 1 == mesh.ranks()) ::_exit(3);
+        if (e.pass == 100) std::fprintf(stderr, "rank %u goes on\n", mesh.rank());
     });
     mesh.run();
 }

@@ -1,14 +1,17 @@
 // Maps in parts: each rank has its part of the rows, and results are those of the whole map.
 #include "../splat/runner.hpp"
 #include "on_ranks.hpp"
+#include "short_of_memory.hpp"
 #include <cstdint>
 #include <cstring>
 #include <doctest/doctest.h>
 #include <limits>
+#include <memory>
 #include <span>
 #include <sstream>
 #include <string>
 #include <tilemesh/render/row_shares.hpp>
+#include <tilemesh/render/row_weights.hpp>
 #include <tilemesh/renderer.hpp>
 #include <tilemesh/report/compare_reports.hpp>
 #include <tilemesh/scene/demand.hpp>
@@ -83,6 +86,80 @@ TEST_CASE("a map in parts, also empty ones: pictures, reports and losses are tho
             CHECK((slots == 22) == !wanted.report.lost.empty());
         }
     }
+}
+
+TEST_CASE("a renderer chooses bands of equal work, of a whole map and of parts; the results are those of one process")
+{
+    auto gaussians = support::cloud(600, 12);
+    for (auto& g : gaussians) g.mean_world[1] = 0.45f * g.mean_world[2] + 0.1f * g.mean_world[1]; // below the middle of the picture
+    auto const map = support::map_of(std::move(gaussians));
+    auto const first = support::lens(96, 96), turned = support::lens(96, 96, 0.3f);
+    RendererOptions options{.grid = {6, 12}, .digest = true};
+    BasicRenderer<Whole, Mesh> one{map, options};
+    RenderedFrame const wanted[] = {one.render(first), one.render(turned)};
+    BasicRenderer<Whole, MpiMesh> whole{map, options};
+    options.rows_of_all_parts = 600;
+    BasicRenderer<Whole, MpiMesh> parts{part_of(map, {3, 1}), options};
+    for (auto* renderer : {&whole, &parts}) {
+        for (int i = 0; i < 2; ++i) {
+            auto const frame = renderer->render(i == 0 ? first : turned);
+            CHECK(report::first_difference(frame.report, wanted[i].report) == "");
+            if (rank() == 0) CHECK(support::differing_pixels(frame.image, wanted[i].image) == 0);
+        }
+        render::RowWeights work(renderer->tiling(), 12);
+        work.add_tiles();
+        for (auto const& g : map.gaussians) work.add(splat::project(g, splat::make_view(first, renderer->model()), renderer->tiling()));
+        auto const& bands = renderer->mesh().bands();
+        mpi::Bands const best(12, ranks(), work.weights()), equal(12, ranks());
+        bool other = false;
+        for (std::uint32_t r = 0; r < ranks(); ++r) {
+            CHECK(bands.first(r) == best.first(r));
+            CHECK(bands.last(r) == best.last(r));
+            other = other || bands.last(r) != equal.last(r);
+        }
+        CHECK(other == (ranks() > 1));
+    }
+    options.rows_of_all_parts = 0;
+    BasicRenderer<Whole, MpiMesh> own{map, options, MpiMeshOptions{.row_weights = std::vector<std::uint32_t>(12, 1)}}; // the user's weights
+    own.render(first);
+    CHECK(own.mesh().bands().last(0) == mpi::Bands(12, ranks(), std::vector<std::uint32_t>(12, 1)).last(0));
+}
+
+TEST_CASE("one rank out of memory, at each allocation of a frame in turn: every rank gets an Error, and the next frame is whole")
+{
+    auto const map = support::map_of(support::cloud(120, 31));
+    auto const first = support::lens(60, 40), second = support::lens(60, 40, 0.2f);
+    RendererOptions options{.grid = {3, 4}, .storage_slots = 17, .digest = true}; // full tiles: lists of losses, a second run of a frame
+    BasicRenderer<Whole, Mesh> one{map, options};
+    std::vector<RenderedFrame> wanted;
+    for (auto const& camera : {first, second, second}) wanted.push_back(one.render(camera));
+    CHECK_FALSE(wanted.front().report.lost.empty());
+    using OnRanks = BasicRenderer<Whole, MpiMesh>;
+    auto const same = [&](RenderedFrame const& frame, RenderedFrame const& want) {
+        CHECK(report::first_difference(frame.report, want.report) == "");
+        if (rank() == 0) CHECK(support::differing_pixels(frame.image, want.image) == 0);
+    };
+    for (bool const in_parts : {false, true}) {
+        CAPTURE(in_parts);
+        auto const mine = in_parts ? part_of(map, {1}) : map;
+        if (in_parts) options.rows_of_all_parts = 120;
+        each_allocation_fails([&] { return std::make_unique<OnRanks>(mine, options); }, [&](OnRanks& renderer) { renderer.render(first); },
+                              [&](OnRanks& renderer, bool failed) {
+                                  if (failed) same(renderer.render(first), wanted[0]);
+                                  same(renderer.render(second), wanted[1]);
+                              });
+    }
+    each_allocation_fails(
+        [&] {
+            auto renderer = std::make_unique<OnRanks>(part_of(map, {1}), options);
+            renderer->render(first);
+            return renderer;
+        },
+        [&](OnRanks& renderer) { renderer.render(second); },
+        [&](OnRanks& renderer, bool failed) {
+            if (failed) same(renderer.render(first), wanted[0]);
+            same(renderer.render(second), wanted[failed ? 1 : 2]);
+        });
 }
 
 TEST_CASE("parts that are not those of one map are refused on all ranks")

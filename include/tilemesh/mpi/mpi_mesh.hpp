@@ -19,7 +19,8 @@ struct MpiMeshOptions {
     std::uint32_t threads = 1; ///< of this rank; see MeshOptions
     bool digest = false;       ///< see MeshOptions; costs one more agreement in each superstep
     std::uint32_t most_passes = 0; ///< see MeshOptions
-    /// The work of each row of the grid, in any unit. Ranks then have bands of equal work; without weights, bands of equal height.
+    /// The work of each row of the grid, in any unit. Ranks then have bands of equal work; without weights, bands of equal height. A renderer
+    /// gives a mesh the weights of its first view (render/row_weights.hpp), unless there are weights here.
     std::vector<std::uint32_t> row_weights = {};
     /// The ranks of a mesh whose constructor gets no communicator, as that of a renderer.
     MPI_Comm comm = MPI_COMM_WORLD;
@@ -50,6 +51,25 @@ public:
     using Links = typename Band::Links;
     using Sizes = typename Band::Sizes;
     using Options = MpiMeshOptions;
+
+    /// The ranks of `options.comm`, for host work before there is a mesh. It makes its own copy of the communicator; every rank makes it, and
+    /// calls its members in the same order. The members are those of the mesh.
+    class Group {
+    public:
+        explicit Group(Options const& options) : ranks_(options.comm) {}
+        std::uint32_t rank() const noexcept { return ranks_.rank(); }
+        std::uint32_t ranks() const noexcept { return ranks_.size(); }
+        template <class F>
+        void together(F const& f)
+        {
+            ranks_.together(f);
+        }
+        bool same(std::uint64_t word) { return ranks_.same(word); }
+        void sum(std::uint64_t* words, std::size_t n) { ranks_.sum(words, n); }
+
+    private:
+        mpi::detail::Ranks ranks_;
+    };
 
     /// A mesh of `Machine`, for a program whose lists all have the capacity that their types name.
     MpiMesh(MPI_Comm comm, Program program, Grid grid, Options const& options = {})

@@ -2,7 +2,6 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <optional>
 #include <string>
 #include <tilemesh/engine/digest.hpp>
@@ -19,6 +18,8 @@
 #include <tilemesh/render/record_keeper.hpp>
 #include <tilemesh/render/record_table.hpp>
 #include <tilemesh/render/renderer_options.hpp>
+#include <tilemesh/render/row_shares.hpp>
+#include <tilemesh/render/row_weights.hpp>
 #include <tilemesh/render/screen_cache.hpp>
 #include <tilemesh/render/setup_choice.hpp>
 #include <tilemesh/render/setup_facts.hpp>
@@ -116,7 +117,8 @@ public:
         return render::gather_trace(*mesh_, trace());
     }
 
-    /// Builds the mesh for frames of this size and loads the map. Does nothing if this mesh exists already.
+    /// Builds the mesh for frames of this size and loads the map. Does nothing if this mesh exists already. On several processes, this mesh has
+    /// bands of equal height; the mesh that `render` builds has bands of equal work in its view.
     void prepare(std::uint32_t width, std::uint32_t height);
 
     /// Sets the function that the mesh calls after every superstep; see SuperstepEvent.
@@ -137,10 +139,27 @@ private:
         return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
     }
 
-    void build(Grid grid)
+    void prepare_for(std::uint32_t width, std::uint32_t height, splat::View const* view);
+    /// `view`: that of the first frame, if it is known.
+    void build(Grid grid, splat::View const* view)
     {
-        set_engine_options<traced>(options_, engine_);
-        mesh_ = std::make_unique<MeshType>(splat::frame_program<P>(options_.hops), grid, mesh_sizes_of<P>(facts_), engine_);
+        auto const make = [&](EngineOptions const& engine) {
+            mesh_.emplace(splat::frame_program<P>(options_.hops), grid, mesh_sizes_of<P>(facts_), engine);
+        };
+        if constexpr (over_ranks<MeshType>) {
+            GroupOf<MeshType> group(engine_);
+            require_same_frames(group, renderer_digest_);
+            EngineOptions engine;
+            together(group, [&] {
+                set_engine_options<traced>(options_, engine_);
+                engine = engine_;
+            });
+            if (view != nullptr && engine.row_weights.empty()) engine.row_weights = weights_of_rows(group, grid.height, *view);
+            make(engine);
+        } else {
+            set_engine_options<traced>(options_, engine_);
+            make(engine_);
+        }
         if (options_.channel_slots != 0) {
             if constexpr (P::routes) mesh_->template limit<splat::Road<P>>(options_.channel_slots);
             if constexpr (P::blooms) mesh_->template limit<splat::Beam<P>>(options_.channel_slots);
@@ -151,9 +170,10 @@ private:
                 mesh_->template limit<splat::Waiting<P, 1>>(options_.waiting_slots);
             }
         if (options_.storage_slots != 0) mesh_->template limit<splat::Storage<P>>(options_.storage_slots);
-        if (observer_) mesh_->observe(observer_);
+        together(*mesh_, [&] {
+            if (observer_) mesh_->observe(observer_);
+        });
         if (over_ranks<MeshType> && !shared_) {
-            require_same_frames(*mesh_, renderer_digest_);
             records_.share(*mesh_, options_.rows_of_all_parts);
             shared_ = true;
         }
@@ -161,6 +181,30 @@ private:
         last_.reset();
         copies_lost_ = copies_refused_ = cut_ = ran_twice_ = false;
         keeper_.begin(*mesh_, tiling_, storage_slots());
+    }
+    /// The work of each row of tiles in a view. Each process projects its share of the map.
+    template <class Group>
+    std::vector<std::uint32_t> weights_of_rows(Group& group, std::uint32_t height, splat::View const& view) const
+    {
+        std::optional<RowWeights> rows;
+        together(group, [&] {
+            rows.emplace(tiling_, height);
+            if (is_first(group)) rows->add_tiles();
+            RowShares mine(records_.rows());
+            if (!shared_ && options_.rows_of_all_parts == 0) mine = RowShares(records_.rows(), processes(group), this_process(group)); // of the whole map
+            constexpr std::uint32_t at_once = 256;
+            splat::Splat splats[at_once];
+            auto const last = static_cast<std::uint32_t>(mine.last());
+            for (auto row = mine.first(); row < last; row += at_once) {
+                auto const some = std::min(at_once, last - row);
+                records_.project(row, some, view, tiling_, splats);
+                for (std::uint32_t i = 0; i < some; ++i) rows->add(splats[i]);
+            }
+        });
+        sum(group, rows->work().data(), rows->work().size());
+        std::vector<std::uint32_t> weights;
+        together(group, [&] { weights = rows->weights(); });
+        return weights;
     }
     void blacken()
     {
@@ -214,19 +258,20 @@ private:
     /// Runs the frame again. No record moves, and tiles whose copies were recalled sort and composite again.
     void run_again(report::FrameReport& report)
     {
-        if constexpr (traced) trace_ = mesh_->trace();
+        if constexpr (traced) together(*mesh_, [&] { trace_ = mesh_->trace(); });
         auto& frame = mesh_->template broadcast<Parameters>();
         frame.view_changed = frame.resend_copies = 0;
-        add_second_run(report, run());
-        if constexpr (traced) {
-            auto const& second = mesh_->trace().supersteps;
-            trace_.supersteps.insert(trace_.supersteps.end(), second.begin(), second.end());
-        }
+        auto const second = run();
+        together(*mesh_, [&] {
+            add_second_run(report, second);
+            if constexpr (traced) trace_.supersteps.insert(trace_.supersteps.end(), mesh_->trace().supersteps.begin(), mesh_->trace().supersteps.end());
+        });
     }
 
     report::FrameReport finish(RunCounters const& counters)
     {
         TileSums sums;
+        report::FrameReport r;
         keeper_.for_each_tile(*mesh_, [&](TileId tile) {
             auto const& mesh = std::as_const(*mesh_);
             sums.add(mesh.template state<splat::Counts>(tile), mesh.template state<splat::Work>(tile));
@@ -241,7 +286,7 @@ private:
             sum(*mesh_, words, TileSums::words);
             __builtin_memcpy(&sums, words, sizeof words);
         }
-        auto r = account<P>(counters, sums, facts_.rules.holds != 0);
+        together(*mesh_, [&] { r = account<P>(counters, sums, facts_.rules.holds != 0); });
 
         // A loss lasts until the records are sent again: a frame that refused no record may still lack records that an earlier frame lost.
         copies_lost_ = r.refused.copies_full != 0 || (copies_lost_ && frame.resend_copies == 0);
@@ -281,23 +326,33 @@ private:
         });
         return in_any(*mesh_, any);
     }
-    /// On several processes: throws Error if they render different frames.
-    void require_same([[maybe_unused]] splat::View const& view)
+    /// The view of a camera, which this function checks. On several processes, throws Error in all of them if one refuses its camera or
+    /// model, or if they render different frames.
+    splat::View agreed_view(splat::Camera const& camera)
     {
-        if constexpr (over_ranks<MeshType>) {
-            static_assert(sizeof view % 4 == 0 && alignof(splat::View) == 4);
-            std::uint32_t words[sizeof view / 4];
-            __builtin_memcpy(words, &view, sizeof view);
-            auto digest = engine::mix_words(renderer_digest_, words, sizeof view / 4);
-            require_same_frames(*mesh_, digest);
+        splat::View view{};
+        auto const agree = [&]([[maybe_unused]] auto& all) {
+            together(all, [&] {
+                check_camera(camera);
+                check_model(model_);
+                view = splat::make_view(camera, model_);
+            });
+            if constexpr (over_ranks<MeshType>) require_same_frames(all, digest_of_view(renderer_digest_, view));
+        };
+        if (mesh_ && !halfway_) {
+            agree(*mesh_);
+        } else {
+            GroupOf<MeshType> group(engine_);
+            agree(group);
         }
+        return view;
     }
 
     /// A digest of what must be the same on all ranks in all frames: map, rules, and those options that are not in the mesh.
     std::uint64_t digest_of_renderer() const noexcept
     {
         auto digest = over_ranks<MeshType> && options_.rows_of_all_parts == 0 ? records_.digest() : 0;
-        for (auto const word : {facts_.rules.holds, facts_.rules.carried, facts_.rules.reusable, facts_.rules.road_bytes,
+        for (auto const word : {options_.rows_of_all_parts, options_.channel_slots, options_.waiting_slots, facts_.rules.holds, facts_.rules.carried, facts_.rules.reusable, facts_.rules.road_bytes,
                                 facts_.rules.beam_bytes, static_cast<std::uint32_t>(facts_.colour), options_.hops, options_.storage_slots})
             digest = engine::mix(digest, word);
         return digest;
@@ -314,7 +369,7 @@ private:
     splat::Model model_;
     Extent2 size_{};                                 ///< of the frame, pixels
     splat::Tiling tiling_{};
-    std::unique_ptr<MeshType> mesh_;
+    std::optional<MeshType> mesh_; ///< no memory of its own, which one of several processes may lack
     Observer observer_;
     std::optional<splat::View> last_;
     std::uint32_t composited_ = 0;                   ///< tiles, in the last frame
@@ -348,6 +403,11 @@ FrameRenderer<P, Engine, Machine>::~FrameRenderer() = default;
 template <class P, template <class, class> class Engine, class Machine>
 void FrameRenderer<P, Engine, Machine>::prepare(std::uint32_t width, std::uint32_t height)
 {
+    prepare_for(width, height, nullptr);
+}
+template <class P, template <class, class> class Engine, class Machine>
+void FrameRenderer<P, Engine, Machine>::prepare_for(std::uint32_t width, std::uint32_t height, splat::View const* view)
+{
     if (halfway_) mesh_.reset();
     halfway_ = false;
     if (mesh_ && width == size_.width && height == size_.height) return;
@@ -361,7 +421,7 @@ void FrameRenderer<P, Engine, Machine>::prepare(std::uint32_t width, std::uint32
         return;
     }
     try {
-        build(layout.grid);
+        build(layout.grid, view);
     } catch (...) {
         mesh_.reset();
         throw;
@@ -387,13 +447,8 @@ template <class P, template <class, class> class Engine, class Machine>
 void FrameRenderer<P, Engine, Machine>::render_into(splat::Camera const& camera, RenderedFrame& result)
 {
     auto const begin = Clock::now();
-    check_camera(camera);
-    check_model(model_);
-    auto const view = splat::make_view(camera, model_);
-    bool const known = mesh_ && !halfway_; // otherwise the ranks meet first when they build the mesh
-    if (known) require_same(view);
-    prepare(camera.width, camera.height);
-    if (!known) require_same(view);
+    auto const view = agreed_view(camera);
+    prepare_for(camera.width, camera.height, &view);
     auto const start = Clock::now();
     halfway_ = true;
     bool const changed = put_records(view);

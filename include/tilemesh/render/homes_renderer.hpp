@@ -58,7 +58,9 @@ public:
     {
         if (options.rows_of_all_parts != 0 && !over_ranks<MeshType>) refuse_part();
         if (over_ranks<MeshType> && options.rows_of_all_parts == 0) renderer_digest_ = records_.digest();
-        renderer_digest_ = engine::mix(engine::mix(renderer_digest_, map.sh_degree), options.rounds);
+        for (auto const word : {map.sh_degree, options.rounds, options.rows_of_all_parts, options.channel_slots, options.waiting_slots,
+                                options.held_slots, options.storage_slots, options.fold ? 1u : 0u})
+            renderer_digest_ = engine::mix(renderer_digest_, word);
         require_policies(choice);
         choice_.model = with_options(choice_.model, options);
         facts_ = facts_of(choice_, choice_.sizes, HomesLedger(choice_, choice_.sizes)); // until the first frame
@@ -74,16 +76,10 @@ public:
     void render_into(splat::Camera const& camera, RenderedFrame& result)
     {
         auto const begin = Clock::now();
-        check_camera(camera);
-        check_model(choice_.model);
         if (halfway_) mesh_.reset();
+        auto const view = agreed_view(camera);
         halfway_ = true;
         prepare(camera.width, camera.height);
-        require_same(splat::make_view(camera, choice_.model));
-        auto const view = splat::make_view(camera, choice_.model);
-        if (!demand_.holds_for(view))
-            throw Error("a view that the demand was not made for (" + std::to_string(demand_.culled) +
-                        " records that its path does not show are not loaded); make the demand of all views, with the model");
         bool const changed = !last_ || __builtin_memcmp(&*last_, &view, sizeof view) != 0;
         report::FrameReport report;
         report.program = report::Program::homes;
@@ -97,10 +93,10 @@ public:
             else
                 run(view, 0, report);
             visible_ = report.gaussians.visible;
-            unfinished_ = report.unfinished;
+            together(*mesh_, [&] { unfinished_ = report.unfinished; });
             report.gaussians.parked = records_.all_rows() - visible_;
         } else {
-            report = unchanged();
+            together(*mesh_, [&] { report = unchanged(); });
         }
         auto const done = Clock::now();
         collect(camera, result);
@@ -191,10 +187,38 @@ private:
         mesh_.reset();
         last_.reset();
         auto const rows = options_.rows_of_all_parts != 0 ? options_.rows_of_all_parts : records_.all_rows();
+        GroupOf<MeshType> group(engine_);
+        std::optional<MeshSizes<Program>> mesh_sizes;
+        splat::homes::Sizes sizes;
+        together(group, [&] { mesh_sizes = lay_out(width, height, rows, sizes); });
+        mesh_.emplace(splat::homes::frame_program<P>(grid_), grid_, *mesh_sizes, engine_); // bands of equal height, see README
+        limit_lists(sizes);
+        together(*mesh_, [&] {
+            if (observer_) mesh_->observe(observer_);
+        });
+        if constexpr (over_ranks<MeshType>) take_share();
+        together(*mesh_, [&] {
+            for (TileId const tile : grid_.tiles()) {
+                if (!owns(*mesh_, tile)) continue;
+                auto table = mesh_->template state<splat::homes::Table>(tile);
+                for (auto n = sizes.tiles; n > 0; --n) table.push({splat::homes::infinite_depth, 0, 0});
+                auto framebuffer = mesh_->template state<splat::homes::Framebuffer<typename P::Pixel>>(tile);
+                if (tile.x() < fold_.x.tiles && tile.y() < fold_.y.tiles)
+                    for (auto n = sizes.tile_pixels; n > 0; --n) framebuffer.push(P::Pixel::make(splat::nothing_blended));
+            }
+            if (streams_) return;
+            chapter_.resize(records_.rows());
+            for (std::uint32_t row = 0; row < records_.rows(); ++row) chapter_[row] = row;
+        });
+        if (!streams_) load_chapter();
+    }
+    /// Lays out a frame of this size, and sets what follows from it. `sizes`: what it sets a tile's lists to.
+    MeshSizes<Program> lay_out(std::uint32_t width, std::uint32_t height, std::uint32_t rows, splat::homes::Sizes& sizes)
+    {
         auto layout = layout_homes(choice_, options_, {width, height}, rows);
         fold_ = layout.fold;
         size_ = {width, height};
-        auto const& sizes = layout.sizes;
+        sizes = layout.sizes;
         if (!engine::has_words_for_workers(choice_.machine, StepsOf<Program>{}))
             throw Error("machine " + std::string(choice_.machine.name) + " with " + std::to_string(choice_.machine.workers) +
                         " workers (the program of homes has words for 1 to " + std::to_string(splat::homes::Work::max_workers) +
@@ -212,7 +236,10 @@ private:
         auto mesh_sizes = engine::plain_sizes<Program>(choice_.machine, sizes, typename machine::Needs<Program>::States{},
                                                        typename machine::Needs<Program>::Links{});
         mesh_sizes.sram_bytes = facts_.sram_bytes;
-        mesh_ = std::make_unique<MeshType>(splat::homes::frame_program<P>(grid_), grid_, mesh_sizes, engine_);
+        return mesh_sizes;
+    }
+    void limit_lists(splat::homes::Sizes const& sizes)
+    {
         // A limit above the slots that there are limits nothing: the anchored program may have more.
         if (options_.channel_slots != 0) mesh_->template limit<splat::homes::Parcels<P>>(std::min(options_.channel_slots, sizes.parcels));
         if (options_.waiting_slots != 0) {
@@ -224,22 +251,6 @@ private:
             mesh_->template limit<splat::homes::Keys>(std::min(held, sizes.held));
             mesh_->template limit<splat::homes::Order>(std::min(held, sizes.held));
         }
-        if (observer_) mesh_->observe(observer_);
-        if constexpr (over_ranks<MeshType>) take_share();
-        together(*mesh_, [&] {
-            for (TileId const tile : grid_.tiles()) {
-                if (!owns(*mesh_, tile)) continue;
-                auto table = mesh_->template state<splat::homes::Table>(tile);
-                for (auto n = sizes.tiles; n > 0; --n) table.push({splat::homes::infinite_depth, 0, 0});
-                auto framebuffer = mesh_->template state<splat::homes::Framebuffer<typename P::Pixel>>(tile);
-                if (tile.x() < fold_.x.tiles && tile.y() < fold_.y.tiles)
-                    for (auto n = sizes.tile_pixels; n > 0; --n) framebuffer.push(P::Pixel::make(splat::nothing_blended));
-            }
-            if (streams_) return;
-            chapter_.resize(records_.rows());
-            for (std::uint32_t row = 0; row < records_.rows(); ++row) chapter_[row] = row;
-        });
-        if (!streams_) load_chapter();
     }
     /// The first record of tile t's share, if n records are shared out among all tiles in even shares.
     std::uint64_t first_of(std::uint64_t n, std::uint32_t tile) const noexcept
@@ -249,22 +260,36 @@ private:
     /// Over several processes: takes this process's share of the records, in the order of their homes. Once.
     void take_share()
     {
-        if (shared_) return;
-        require_same_frames(*mesh_, renderer_digest_);
-        records_.share(*mesh_, options_.rows_of_all_parts);
+        if (in_order_) return;
+        if (!shared_) records_.share(*mesh_, options_.rows_of_all_parts);
+        shared_ = true; // if the next step throws, this one has been done
         records_.template reorder<typename P::Record>(*mesh_, [&](std::uint32_t row) { // as `dealt`
             return first_of(records_.all_rows(), row % grid_.size()) + row / grid_.size();
         });
-        shared_ = true;
+        in_order_ = true;
     }
-    void require_same([[maybe_unused]] splat::View const& view)
+    /// The view of a camera, as in FrameRenderer: what one of several processes refuses, or what differs, is an Error in all.
+    splat::View agreed_view(splat::Camera const& camera)
     {
-        if constexpr (over_ranks<MeshType>) {
-            static_assert(sizeof view % 4 == 0);
-            std::uint32_t words[sizeof view / 4];
-            __builtin_memcpy(words, &view, sizeof view);
-            require_same_frames(*mesh_, engine::mix_words(renderer_digest_, words, sizeof view / 4));
+        splat::View view{};
+        auto const agree = [&]([[maybe_unused]] auto& all) {
+            together(all, [&] {
+                check_camera(camera);
+                check_model(choice_.model);
+                view = splat::make_view(camera, choice_.model);
+                if (!demand_.holds_for(view))
+                    throw Error("a view that the demand was not made for (" + std::to_string(demand_.culled) +
+                                " records that its path does not show are not loaded); make the demand of all views, with the model");
+            });
+            if constexpr (over_ranks<MeshType>) require_same_frames(all, digest_of_view(renderer_digest_, view));
+        };
+        if (mesh_) {
+            agree(*mesh_);
+        } else {
+            GroupOf<MeshType> group(engine_);
+            agree(group);
         }
+        return view;
     }
     /// Puts the rows of `chapter_` onto their homes, in even shares.
     void load_chapter()
@@ -330,14 +355,15 @@ private:
         if (options_.rounds != 0) splat::homes::bound_rounds(mesh_->program(), static_cast<std::uint32_t>(options_.rounds - report.homes.rounds));
         report.host_ms.project += since(start);
         account(mesh_->run(), report);
-        if constexpr (traced) {
-            auto const& ran = mesh_->trace();
-            if (trace_.supersteps.empty()) trace_ = ran;
-            else {
-                trace_.supersteps.insert(trace_.supersteps.end(), ran.supersteps.begin(), ran.supersteps.end());
-                for (std::size_t i = 0; i < trace_.loops.size(); ++i) trace_.loops[i].rounds += ran.loops[i].rounds;
-            }
-        }
+        if constexpr (traced)
+            together(*mesh_, [&] {
+                auto const& ran = mesh_->trace();
+                if (trace_.supersteps.empty()) trace_ = ran;
+                else {
+                    trace_.supersteps.insert(trace_.supersteps.end(), ran.supersteps.begin(), ran.supersteps.end());
+                    for (std::size_t i = 0; i < trace_.loops.size(); ++i) trace_.loops[i].rounds += ran.loops[i].rounds;
+                }
+            });
     }
     /// A map with more records than homes: the records in front of the camera come in chapters, the nearest first. A chapter has the next
     /// keys (depth, id) in order, as many as there are homes, so no later chapter has a record in front of one of an earlier chapter.
@@ -501,7 +527,10 @@ private:
         r.refused.channel_full += full;
         r.refused.no_credit += no_credit;
         r.pairs_contributing += contributing;
-        r.unfinished.insert(r.unfinished.end(), unfinished.begin(), unfinished.end());
+        together(*mesh_, [&] {
+            r.unfinished.insert(r.unfinished.end(), unfinished.begin(), unfinished.end());
+            r.digests.insert(r.digests.end(), run.digests.begin(), run.digests.end());
+        });
         if (asked != arrived)
             throw Error("a frame in which homes sent " + std::to_string(asked) + " splats and tiles received " + std::to_string(arrived) +
                         " (the protocol of homes is broken); report this");
@@ -527,7 +556,6 @@ private:
             if (p.region == homes::Held<P>::name) r.peak_storage = std::max(r.peak_storage, p.items);
             if (p.region == homes::Parcels<P>::name) r.peak_channel = std::max(r.peak_channel, p.items);
         }
-        r.digests.insert(r.digests.end(), run.digests.begin(), run.digests.end());
     }
     report::FrameReport unchanged() const
     {
@@ -584,13 +612,13 @@ private:
     std::vector<std::uint32_t> depths_;  ///< of this process's records, if there are chapters
     static constexpr std::uint64_t no_key = ~std::uint64_t{0} >> 1; ///< behind all keys
     std::uint64_t renderer_digest_ = 0;  ///< over several processes: of what all of them have in common
-    bool shared_ = false;                ///< over several processes: this one has its share of the records
+    bool shared_ = false, in_order_ = false; ///< over several processes: this one has its share of the records; in the order of their homes
     std::uint32_t residents_ = 0;        ///< records that have homes at the same time
     bool streams_ = false;
     SetupFacts facts_{};
     splat::homes::Fold fold_{};
     Extent2 size_{};
-    std::unique_ptr<MeshType> mesh_;
+    std::optional<MeshType> mesh_; ///< no memory of its own, which one of several processes may lack
     Observer observer_;
     std::optional<splat::View> last_;
     bool halfway_ = false;

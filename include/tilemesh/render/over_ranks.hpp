@@ -1,9 +1,11 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <tilemesh/engine/digest.hpp>
 #include <tilemesh/engine/trace.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/machine/types.hpp>
+#include <tilemesh/splat/view.hpp>
 #include <utility>
 #include <vector>
 
@@ -12,9 +14,32 @@
 /// else. So the renderer does not know MPI.
 namespace tilemesh { inline namespace v0_2 { namespace render {
 
-/// Does each process have only a part of the mesh's tiles?
+/// Does each process have only a part of the mesh's tiles? It is true for a `GroupOf` these processes, too.
 template <class M>
-inline constexpr bool over_ranks = requires(M const& mesh) { mesh.owns(TileId{}); };
+inline constexpr bool over_ranks = requires(M const& mesh) { mesh.ranks(); };
+
+namespace detail {
+/// The one process of an engine that is not over ranks.
+struct OneProcess {
+    template <class Options>
+    explicit OneProcess(Options const&)
+    {
+    }
+};
+template <class M>
+struct GroupOf {
+    using Type = OneProcess;
+};
+template <class M>
+    requires over_ranks<M>
+struct GroupOf<M> {
+    using Type = typename M::Group;
+};
+} // namespace detail
+/// The processes of an engine before there is a mesh. Every process makes one with the engine's options. The functions below take it in the
+/// place of a mesh, except those that ask for a tile.
+template <class M>
+using GroupOf = typename detail::GroupOf<M>::Type;
 
 /// Is tile t one of this process?
 template <class M>
@@ -90,6 +115,14 @@ void require_same_frames([[maybe_unused]] M& mesh, [[maybe_unused]] std::uint64_
         if (!mesh.same(digest))
             throw Error("ranks with different frames (the map, the camera, the model or the options of a rank differ from those of another); "
                         "give the same to every rank");
+}
+/// A digest of a view, mixed into another digest.
+inline std::uint64_t digest_of_view(std::uint64_t digest, splat::View const& view) noexcept
+{
+    static_assert(sizeof view % 4 == 0 && alignof(splat::View) == 4);
+    std::uint32_t words[sizeof view / 4];
+    __builtin_memcpy(words, &view, sizeof view);
+    return engine::mix_words(digest, words, sizeof view / 4);
 }
 /// Adds up n words over the processes. `least`, `most`: the minima or maxima of words below 2^63.
 template <class M>

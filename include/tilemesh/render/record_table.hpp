@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <tilemesh/engine/digest.hpp>
 #include <tilemesh/error.hpp>
@@ -51,24 +52,28 @@ public:
     {
         if constexpr (over_ranks<M>) {
             if (in_parts != 0) {
-                shares_ = RowShares::of_parts(mesh, rows());
-                if (shares_.rows() != in_parts)
-                    throw Error("parts of a map with " + std::to_string(shares_.rows()) + " rows (the options say " + std::to_string(in_parts) +
+                auto parts = RowShares::of_parts(mesh, rows());
+                if (parts.rows() != in_parts)
+                    throw Error("parts of a map with " + std::to_string(parts.rows()) + " rows (the options say " + std::to_string(in_parts) +
                                 "); give each process its part, and the number of all rows");
-                require_other_ids(mesh);
+                require_other_ids(mesh, parts.first());
+                shares_ = std::move(parts);
                 return;
             }
+            std::optional<RowShares> equal; // an empty one takes no memory
+            auto harmonics = std::vector<float>();
+            auto gaussians = std::vector<splat::Gaussian>();
             together(mesh, [&] {
-                RowShares const equal(rows(), processes(mesh), this_process(mesh));
-                auto const keep = [&](auto& items, std::size_t a_row) {
+                equal.emplace(rows(), processes(mesh), this_process(mesh));
+                auto const keep = [&](auto const& items, auto& kept, std::size_t a_row) {
                     auto const own = this_process(mesh);
-                    items = std::decay_t<decltype(items)>(items.begin() + static_cast<std::ptrdiff_t>(equal.first(own) * a_row),
-                                                          items.begin() + static_cast<std::ptrdiff_t>(equal.last(own) * a_row));
+                    kept.assign(items.begin() + static_cast<std::ptrdiff_t>(equal->first(own) * a_row),
+                                items.begin() + static_cast<std::ptrdiff_t>(equal->last(own) * a_row));
                 };
-                keep(harmonics_, floats_a_row());
-                keep(gaussians_, 1);
-                shares_ = equal;
+                keep(harmonics_, harmonics, floats_a_row());
+                keep(gaussians_, gaussians, 1);
             });
+            take(std::move(gaussians), std::move(harmonics), std::move(*equal)); // all processes, or none
         }
     }
     /// Gives every process other rows, in another order: row r becomes row `place_of(r)` of all rows, and each process then has an equal
@@ -82,29 +87,31 @@ public:
         };
         std::vector<Moved> moved;
         std::vector<std::uint64_t> counts;
-        RowShares equal;
+        std::optional<RowShares> equal;
         auto const in_order = [&] { std::sort(moved.begin(), moved.end(), [](Moved const& a, Moved const& b) { return a.row < b.row; }); };
         together(mesh, [&] {
-            equal = RowShares(all_rows(), processes(mesh), this_process(mesh));
+            equal.emplace(all_rows(), processes(mesh), this_process(mesh));
             counts.assign(processes(mesh), 0);
             moved.reserve(rows());
             for (std::uint32_t row = 0; row < rows(); ++row) {
                 moved.push_back({static_cast<std::uint32_t>(place_of(shares_.first() + row)), record<Record>(row)});
-                ++counts[equal.process_of(moved.back().row)];
+                ++counts[equal->process_of(moved.back().row)];
             }
             in_order();
         });
         moved = deal(mesh, std::move(moved), counts);
+        auto harmonics = std::vector<float>();
+        auto gaussians = std::vector<splat::Gaussian>();
         together(mesh, [&] {
             in_order();
-            gaussians_.clear();
-            harmonics_.clear();
+            gaussians.reserve(moved.size());
+            harmonics.reserve(moved.size() * floats_a_row());
             for (auto const& m : moved) {
-                gaussians_.push_back(m.record);
-                if constexpr (Record::sh_degree > 0) harmonics_.insert(harmonics_.end(), m.record.harmonics, m.record.harmonics + floats_a_row());
+                gaussians.push_back(m.record);
+                if constexpr (Record::sh_degree > 0) harmonics.insert(harmonics.end(), m.record.harmonics, m.record.harmonics + floats_a_row());
             }
-            shares_ = equal;
         });
+        take(std::move(gaussians), std::move(harmonics), std::move(*equal));
     }
     /// The shares of all processes.
     RowShares const& shares() const noexcept { return shares_; }
@@ -178,14 +185,21 @@ public:
     }
 
 private:
+    void take(std::vector<splat::Gaussian>&& gaussians, std::vector<float>&& harmonics, RowShares&& shares) noexcept
+    {
+        gaussians_ = std::move(gaussians);
+        harmonics_ = std::move(harmonics);
+        shares_ = std::move(shares);
+    }
     [[noreturn]] static void refuse_id(splat::GaussianId id)
     {
         throw Error("two Gaussians with id " + std::to_string(static_cast<std::uint32_t>(id)) +
                     ", or an id of 0 (a record is known by its id); number them from 1");
     }
     /// Throws Error if two processes have the same id. Each process compares some of the ids: those that leave its number as remainder.
+    /// `first_row`: the first row of this process.
     template <class M>
-    void require_other_ids(M& mesh) const
+    void require_other_ids(M& mesh, std::uint32_t first_row) const
     {
         struct Known {
             std::uint32_t id, row;
@@ -197,7 +211,7 @@ private:
             counts.assign(processes(mesh), 0);
             ids.reserve(rows());
             for (std::uint32_t row = 0; row < rows(); ++row) {
-                ids.push_back({static_cast<std::uint32_t>(id(row)), shares_.first() + row});
+                ids.push_back({static_cast<std::uint32_t>(id(row)), first_row + row});
                 ++counts[process_of_id(ids.back().id)];
             }
             std::stable_sort(ids.begin(), ids.end(), [&](Known a, Known b) { return process_of_id(a.id) < process_of_id(b.id); });

@@ -24,17 +24,17 @@ public:
     template <class M>
     static RowShares of_parts(M& mesh, std::uint64_t rows)
     {
-        RowShares shares;
-        shares.own_ = this_process(mesh);
+        RowShares shares(this_process(mesh), {});
         together(mesh, [&] { shares.begin_.assign(std::size_t{processes(mesh)} + 1, 0); });
         for (std::size_t p = shares.own_ + std::size_t{1}; p < shares.begin_.size(); ++p) shares.begin_[p] = rows;
         sum(mesh, shares.begin_.data(), shares.begin_.size());
         return shares;
     }
 
-    /// The rows of all processes, and the first row of this one.
+    /// The rows of all processes, the first row of this one, and the row behind its last.
     std::uint64_t rows() const noexcept { return begin_.back(); }
     std::uint32_t first() const noexcept { return static_cast<std::uint32_t>(begin_[own_]); }
+    std::uint64_t last() const noexcept { return begin_[own_ + std::size_t{1}]; }
     std::uint64_t first(std::uint32_t process) const noexcept { return begin_[process]; }
     std::uint64_t last(std::uint32_t process) const noexcept { return begin_[process + std::size_t{1}]; }
     bool is_own(std::uint32_t row) const noexcept { return row >= begin_[own_] && row < begin_[own_ + std::size_t{1}]; }
@@ -50,6 +50,8 @@ public:
     }
 
 private:
+    RowShares(std::uint32_t own, std::vector<std::uint64_t>&& begin) noexcept : begin_(std::move(begin)), own_(own) {}
+
     std::vector<std::uint64_t> begin_{0, 0}; ///< the first row of each process; last, the number of all
     std::uint32_t own_ = 0;
 };

@@ -101,6 +101,8 @@ public:
     void prepare()
     {
         this->require_capacities(Links{});
+        for (auto& w : this->workers_) w.begin();
+        this->run_.begin();
         for (auto& side : sides_)
             if (side.remote) {
                 auto const words = most_words(side, StepsOf<Program>{});
@@ -117,17 +119,20 @@ public:
 
     RunCounters run_program()
     {
-        for (auto& w : this->workers_) w.begin();
         busy_ = false;
-        return this->run_.all(*this, this->program_, this->grid_,
-                              {this->options_.most_passes, this->options_.digest, Base::traced ? explain_elsewhere : nullptr}, [this] {
-                                  auto peaks = this->peaks();
-                                  std::vector<std::uint64_t> items;
-                                  for (auto const& p : peaks) items.push_back(p.items);
-                                  ranks_.most(items.data(), items.size());
-                                  for (std::size_t i = 0; i < peaks.size(); ++i) peaks[i].items = static_cast<std::uint32_t>(items[i]);
-                                  return peaks;
-                              });
+        auto const peaks_of_all = [this] {
+            std::vector<engine::Peak> peaks;
+            std::vector<std::uint64_t> items;
+            ranks_.together([&] {
+                peaks = this->peaks();
+                for (auto const& p : peaks) items.push_back(p.items);
+            });
+            ranks_.most(items.data(), items.size());
+            for (std::size_t i = 0; i < peaks.size(); ++i) peaks[i].items = static_cast<std::uint32_t>(items[i]);
+            return peaks;
+        };
+        return this->run_.go_on(*this, this->program_, this->grid_,
+                                {this->options_.most_passes, this->options_.digest, Base::traced ? explain_elsewhere : nullptr}, peaks_of_all);
     }
     /// An observer for every rank if some rank has one: `mine` may be empty. Its exception on one rank is an Error on all.
     void observe_together(Observer const* mine)
@@ -135,7 +140,7 @@ public:
         this->run_.observer = [this, mine](SuperstepEvent const& event) {
             Mistake mistake;
             if (*mine) mistake.watch([&] { (*mine)(event); });
-            ranks_.agree(mistake, this_superstep());
+            ranks_.agree(mistake, [this] { return this_superstep(); });
         };
     }
     void observe_nothing() { this->run_.observer = nullptr; }
@@ -402,7 +407,10 @@ private:
         engine::Passed passed;
         typename Base::Failure failure;
         Mistake mistake;
-        mistake.watch([&] { failure = this->template collect<Kernel>(passed); });
+        mistake.watch([&] {
+            failure = this->template collect<Kernel>(passed);
+            if (this->options_.digest) this->run_.make_room_for_digest();
+        });
         Sums sums;
         sums[Sums::messages] = passed.messages;
         sums[Sums::tile_runs] = passed.tile_runs;
@@ -420,7 +428,7 @@ private:
         MPI_Wait(&agreement, MPI_STATUS_IGNORE);
         this->flip(KernelLinks{});
 
-        if (sums[Sums::mistakes] != 0) ranks_.agree(mistake, this_superstep());
+        if (sums[Sums::mistakes] != 0) ranks_.agree(mistake, [this] { return this_superstep(); });
         if (sums[Sums::failures] != 0) {
             std::uint64_t tile = failure.tile;
             ranks_.least(&tile, 1);

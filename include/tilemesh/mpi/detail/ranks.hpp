@@ -92,17 +92,18 @@ public:
     {
         Mistake mistake;
         mistake.watch(f);
-        agree(mistake, "");
+        agree(mistake, [] { return std::string(); });
     }
-    /// If some ranks have a mistake, every rank throws the Error of the lowest of them: its text, `where`, and the rank. If all ranks have
-    /// one, they have done the same, and the Error names no rank.
-    void agree(Mistake& mistake, std::string const& where) const
+    /// If some ranks have a mistake, every rank throws the Error of the lowest of them: its text, `where()`, and the rank. If all ranks have
+    /// one, they have done the same, and the Error names no rank. Without a mistake it takes no memory.
+    template <class Where>
+    void agree(Mistake& mistake, Where const& where) const
     {
         std::uint64_t ranks[] = {mistake.made ? rank_ : none, mistake.made ? none : rank_};
         least(ranks, 2);
         if (ranks[0] == none) return;
         MPI_Bcast(mistake.text, static_cast<int>(Mistake::most_bytes), MPI_CHAR, static_cast<int>(ranks[0]), comm_);
-        throw Error(mistake.text + where + (ranks[1] == none ? "" : of_rank(ranks[0])));
+        throw Error(mistake.text + where() + (ranks[1] == none ? "" : of_rank(ranks[0])));
     }
     /// Every rank gets the text of rank `of`.
     std::string text_of(std::uint32_t of, char const* text) const
@@ -122,7 +123,7 @@ public:
             if (r == rank_) mistake.watch([&] { word = f(word); });
             MPI_Bcast(&word, 1, MPI_UINT64_T, static_cast<int>(r), comm_);
         }
-        agree(mistake, "");
+        agree(mistake, [] { return std::string(); });
         return word;
     }
     /// Rank 0 gets the items of all ranks, in their order; the other ranks then have none.

@@ -1,0 +1,57 @@
+#pragma once
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <tilemesh/splat/footprint.hpp>
+#include <tilemesh/splat/projection.hpp>
+#include <tilemesh/splat/view.hpp>
+#include <vector>
+
+namespace tilemesh { inline namespace v0_2 { namespace render {
+
+/// The work of each row of a grid's tiles in a view: 1 for each tile with pixels, and 1 for each tile that a splat touches. An engine over
+/// several processes cuts the grid into bands of equal work. Weights change the bands, but no result.
+///
+/// A tile stores, projects, sorts and blends each splat that touches it, so the number of these splats stands for its work. Blending that
+/// stops early, and the size of a footprint within a tile, are not counted.
+class RowWeights {
+public:
+    /// `height`: the rows of the grid; rows without pixels have no work.
+    RowWeights(splat::Tiling const& tiling, std::uint32_t height) : tiling_(tiling), work_(height) {}
+
+    /// Adds the tiles with pixels. Of several processes, one does it.
+    void add_tiles() noexcept
+    {
+        for (std::size_t y = 0; y < std::min<std::size_t>(tiling_.rows, work_.size()); ++y) work_[y] += tiling_.columns;
+    }
+    /// Adds the tiles that a splat touches. A splat with nothing on screen adds nothing.
+    void add(splat::Splat const& s) noexcept
+    {
+        if (!s.visible()) return;
+        auto const range = splat::tiles_of(s, tiling_);
+        for (auto y = range.first.y(); y <= range.last.y(); ++y) work_[y] += range.last.x() - range.first.x() + 1u;
+    }
+
+    /// The work of each row. Several processes add up what they have counted.
+    std::vector<std::uint64_t>& work() noexcept { return work_; }
+
+    /// The work in words of 32 bits, smaller by a power of two if it is too large. A row with work keeps at least 1.
+    std::vector<std::uint32_t> weights() const
+    {
+        std::uint64_t most = 0;
+        for (auto const w : work_) most = std::max(most, w);
+        unsigned shift = 0;
+        while (most >> shift > std::numeric_limits<std::uint32_t>::max()) ++shift;
+        std::vector<std::uint32_t> weights;
+        weights.reserve(work_.size());
+        for (auto const w : work_) weights.push_back(static_cast<std::uint32_t>(w == 0 ? 0 : std::max<std::uint64_t>(w >> shift, 1)));
+        return weights;
+    }
+
+private:
+    splat::Tiling tiling_;
+    std::vector<std::uint64_t> work_;
+};
+
+}}} // namespace tilemesh::render

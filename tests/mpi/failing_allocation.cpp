@@ -1,0 +1,55 @@
+#include "failing_allocation.hpp"
+#include <cstddef>
+#include <cstdlib>
+#include <new>
+#include <unistd.h>
+
+namespace {
+thread_local std::uint64_t counted = 0, failing = 0;
+
+void* allocate(std::size_t bytes, std::size_t alignment) noexcept
+{
+    if (++counted == failing) return nullptr;
+    bytes = (bytes + alignment - 1) / alignment * alignment;
+    return std::aligned_alloc(alignment, bytes == 0 ? alignment : bytes);
+}
+void* allocate_or_throw(std::size_t bytes, std::size_t alignment)
+{
+    if (void* const p = allocate(bytes, alignment)) return p;
+    throw std::bad_alloc();
+}
+constexpr std::size_t usual = alignof(std::max_align_t);
+} // namespace
+
+void* operator new(std::size_t n) { return allocate_or_throw(n, usual); }
+void* operator new[](std::size_t n) { return allocate_or_throw(n, usual); }
+void* operator new(std::size_t n, std::nothrow_t const&) noexcept { return allocate(n, usual); }
+void* operator new[](std::size_t n, std::nothrow_t const&) noexcept { return allocate(n, usual); }
+void* operator new(std::size_t n, std::align_val_t a) { return allocate_or_throw(n, static_cast<std::size_t>(a)); }
+void* operator new[](std::size_t n, std::align_val_t a) { return allocate_or_throw(n, static_cast<std::size_t>(a)); }
+void operator delete(void* p) noexcept { std::free(p); }
+void operator delete[](void* p) noexcept { std::free(p); }
+void operator delete(void* p, std::size_t) noexcept { std::free(p); }
+void operator delete[](void* p, std::size_t) noexcept { std::free(p); }
+void operator delete(void* p, std::nothrow_t const&) noexcept { std::free(p); }
+void operator delete[](void* p, std::nothrow_t const&) noexcept { std::free(p); }
+void operator delete(void* p, std::align_val_t) noexcept { std::free(p); }
+void operator delete[](void* p, std::align_val_t) noexcept { std::free(p); }
+void operator delete(void* p, std::size_t, std::align_val_t) noexcept { std::free(p); }
+void operator delete[](void* p, std::size_t, std::align_val_t) noexcept { std::free(p); }
+
+namespace mpi_test {
+void fail_allocation(std::uint64_t n) noexcept
+{
+    counted = 0;
+    failing = n;
+}
+std::uint64_t allocations() noexcept
+{
+    return counted;
+}
+void end_after(unsigned seconds) noexcept
+{
+    ::alarm(seconds);
+}
+} // namespace mpi_test
