@@ -171,9 +171,111 @@ std::string paths(std::vector<scene::StampedPose> const& estimated, std::vector<
     return report::svg(plot);
 }
 
-/// Tracks the frames of `source`, from `start`, and writes what the command line asks for.
+/// A text as JSON has it.
+std::string json_text(std::string const& text)
+{
+    std::string out = "\"";
+    for (char const c : text) {
+        if (c == '"' || c == '\\') out += '\\';
+        out += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
+    }
+    return out + '"';
+}
+
+/// What the program will write. Everything is opened before the first frame, so that a wrong name costs no frame.
+struct Outputs {
+    explicit Outputs(Options const& o)
+    {
+        std::error_code refused;
+        std::filesystem::create_directories(o.out, refused);
+        if (refused) throw Error("--out cannot be " + o.out.string() + " (" + refused.message() + "); name a folder");
+        for (char const* const name : {"estimated.tum", "truth.tum", "paths.svg", "residual.ppm"}) report::WholeFile{o.out / name, "trajectories and pictures"};
+        if (o.report) report_file.emplace(*o.report, "a report");
+        if (o.save_photos) photos.emplace(*o.save_photos, o.depth_levels);
+    }
+    std::optional<report::WholeFile> report_file;
+    std::optional<track_camera::PhotoWriter> photos;
+};
+
+/// The frames so far.
+struct Outcome {
+    std::vector<scene::StampedPose> estimated, truth;
+    std::vector<scene::Pose> estimates, truths; ///< of the frames with a known truth
+    std::string frames;                         ///< of the report
+    double all_ms = 0.0;
+    std::uint64_t evaluations = 0;
+    std::size_t lost = 0, retried = 0;
+};
+
+/// Tracks frame k. A frame that a part of the blocks lost is tracked again with all of them, from the same start.
+void track_one(Options const& o, std::size_t k, Seen seen, track::Tracker& tracker, track::PoseEvaluator& evaluate, Outcome& out)
+{
+    auto& settings = evaluate.options();
+    auto const begin = std::chrono::steady_clock::now();
+    settings.seed = static_cast<std::uint32_t>(k);
+    settings.one_in = o.one_in;
+    evaluate.set_target({std::move(seen.colour), o.depth ? std::move(seen.depth) : report::Plane{}});
+    auto const before = tracker;
+    auto f = tracker.track_at(evaluate, seen.seconds, 1.0 / o.one_in);
+    auto evaluations = f.solution.evaluations;
+    bool const again = f.verdict == track::Verdict::lost && o.one_in > 1;
+    if (again) {
+        tracker = before;
+        settings.one_in = 1;
+        f = tracker.track_at(evaluate, seen.seconds);
+        evaluations += f.solution.evaluations;
+    }
+    double const ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+    out.all_ms += ms;
+    out.evaluations += evaluations;
+    out.lost += f.verdict == track::Verdict::lost;
+    out.retried += again;
+    out.estimated.push_back({seen.seconds, f.pose});
+    std::string errors = "null, \"translation_error\": null", off_by;
+    if (seen.truth) {
+        out.truths.push_back(*seen.truth);
+        out.estimates.push_back(f.pose);
+        out.truth.push_back({seen.seconds, *seen.truth});
+        double const degrees = glm::length(track::twist_between(*seen.truth, f.pose).phi) * 180.0 / 3.14159265358979323846, off = glm::length(f.pose.position - seen.truth->position);
+        errors = number(degrees) + ", \"translation_error\": " + number(off);
+        off_by = ", off by " + number(degrees) + " degrees and " + number(off);
+    }
+    if (!o.quiet)
+        std::cout << "frame " << k << ": " << track::name_of(f.verdict) << (f.why.empty() ? "" : ", ") << f.why << (again ? ", tried again with all blocks" : "") << ", " << evaluations << " evaluations, " << ms << " ms" << off_by
+                  << std::endl;
+    out.frames += std::string(k == 0 ? "" : ",\n") + "    {\"status\": \"" + track::name_of(f.verdict) + "\", \"why\": " + json_text(f.why) + ", \"seconds\": " + number(seen.seconds) + ", \"iterations\": " + std::to_string(evaluations) +
+                  ", \"tried_again\": " + (again ? "true" : "false") + ", \"host_ms\": " + number(ms) + ", \"rotation_error_deg\": " + errors + "}";
+}
+
+/// Writes the trajectories, the plot and the report, and prints the summary.
+void write_all(Options const& o, Outputs& outputs, Outcome const& out, double scale)
+{
+    report::write_whole(o.out / "estimated.tum", scene::tum_text(out.estimated));
+    if (!out.truth.empty()) report::write_whole(o.out / "truth.tum", scene::tum_text(out.truth));
+    report::write_whole(o.out / "paths.svg", paths(out.estimated, out.truth));
+    if (outputs.photos) outputs.photos->finish(scene::tum_text(out.truth));
+    auto const count = static_cast<double>(out.estimated.size());
+    std::string summary;
+    if (!out.truths.empty()) {
+        auto const e = track::trajectory_errors(out.estimates, out.truths);
+        summary = "\"ate_rmse\": " + number(e.ate.rmse) + ", \"ate_aligned_rmse\": " + number(e.ate_aligned.rmse) + ", \"rpe_rmse\": " + number(e.rpe.rmse) + ", \"rpe_deg_rmse\": " + number(e.rpe_deg.rmse) +
+                  ", \"rotation_rmse_deg\": " + number(e.rotation_deg.rmse) + ", ";
+        if (!o.quiet)
+            std::cout << "ATE " << e.ate.rmse << " (aligned " << e.ate_aligned.rmse << "; " << e.ate.rmse / scale << " of the median depth), " << e.rotation_deg.rmse << " degrees; RPE " << e.rpe.rmse << " and " << e.rpe_deg.rmse << " degrees a frame\n";
+    }
+    if (outputs.report_file) {
+        outputs.report_file->put("{\n  \"frames\": [\n" + out.frames + "\n  ],\n  \"summary\": {" + summary + "\"median_depth\": " + number(scale) + ", \"frames_lost\": " + std::to_string(out.lost) +
+                            ", \"frames_tried_again\": " + std::to_string(out.retried) + ", \"evaluations\": " + std::to_string(out.evaluations) + ", \"host_ms_per_frame\": " + number(out.all_ms / count) + "}\n}\n");
+        outputs.report_file->finish();
+    }
+    if (!o.quiet)
+        std::cout << out.estimated.size() << " frames, " << out.lost << " lost, " << out.retried << " tried again; median depth " << scale << "; " << static_cast<double>(out.evaluations) / count << " evaluations and " << out.all_ms / count << " ms a frame\n";
+}
+
+/// Tracks the frames of `source`, from `start`, and writes what the command line asks for. If a picture cannot be read, everything about the
+/// frames before it is written, and then its error is thrown.
 template <class Source, class Renderer>
-int track_all(Options const& o, Source const& source, Renderer& renderer, scene::Map const& map, scene::Intrinsics const& lens, scene::Size size, scene::Pose const& start)
+int track_all(Options const& o, Source const& source, Renderer& renderer, scene::Map const& map, scene::Intrinsics const& lens, scene::Size size, scene::Pose const& start, Outputs& outputs)
 {
     track::PoseEvaluator evaluate{map, {size.width, size.height}, {.threads = o.threads, .tile = {o.tile.width, o.tile.height}}};
     double const scale = median_depth(renderer.render(scene::make_camera(start, lens)));
@@ -181,67 +283,30 @@ int track_all(Options const& o, Source const& source, Renderer& renderer, scene:
     settings.with_depth = o.depth;
     settings.with_exposure = o.photos || o.noise > 0.0;
     settings.scene_depth = static_cast<float>(scale);
-    settings.one_in = o.one_in;
     track::TrackerOptions how;
     how.method = o.method;
     how.rows_per_pixel = o.depth ? 4.0 : 3.0;
     track::Tracker tracker{lens, scale, start, how};
-    std::optional<track_camera::PhotoWriter> writer;
-    if (o.save_photos) writer.emplace(*o.save_photos, o.depth_levels);
 
-    std::vector<scene::StampedPose> estimated, truth;
-    std::vector<scene::Pose> estimates, truths; // of the frames with a known truth
-    std::string frames;
-    double all_ms = 0.0;
-    std::uint64_t evaluations = 0;
-    std::size_t lost = 0;
+    Outcome out;
+    std::string refusal;
+    report::Image last;
     auto const count = std::min<std::size_t>(source.count(), o.frames);
     for (std::size_t k = 0; k < count; ++k) {
-        auto seen = source.take(k);
-        if (writer) writer->write(seen.seconds, seen.colour, seen.depth);
-        auto const last = k + 1 == count ? seen.colour : report::Image{};
-        auto const begin = std::chrono::steady_clock::now();
-        settings.seed = static_cast<std::uint32_t>(k);
-        evaluate.set_target({std::move(seen.colour), o.depth ? std::move(seen.depth) : report::Plane{}});
-        auto const f = tracker.track(evaluate);
-        double const ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
-        all_ms += ms;
-        evaluations += f.solution.evaluations;
-        lost += f.verdict == track::Verdict::lost;
-        estimated.push_back({seen.seconds, f.pose});
-        std::string errors = "null, \"translation_error\": null", off_by;
-        if (seen.truth) {
-            truths.push_back(*seen.truth);
-            estimates.push_back(f.pose);
-            truth.push_back({seen.seconds, *seen.truth});
-            double const degrees = glm::length(track::twist_between(*seen.truth, f.pose).phi) * 180.0 / 3.14159265358979323846, off = glm::length(f.pose.position - seen.truth->position);
-            errors = number(degrees) + ", \"translation_error\": " + number(off);
-            off_by = ", off by " + number(degrees) + " degrees and " + number(off);
+        try {
+            auto seen = source.take(k); // whole, or not at all
+            if (outputs.photos) outputs.photos->write(seen.seconds, seen.colour, seen.depth);
+            last = seen.colour;
+            track_one(o, k, std::move(seen), tracker, evaluate, out);
+        } catch (Error const& error) {
+            if (k == 0) throw;
+            refusal = error.what();
+            break;
         }
-        if (!o.quiet)
-            std::cout << "frame " << k << ": " << track::name_of(f.verdict) << (f.why.empty() ? "" : ", ") << f.why << ", " << f.solution.evaluations << " evaluations, " << ms << " ms" << off_by << std::endl;
-        frames += std::string(k == 0 ? "" : ",\n") + "    {\"status\": \"" + track::name_of(f.verdict) + "\", \"iterations\": " + std::to_string(f.solution.evaluations) + ", \"host_ms\": " + number(ms) +
-                  ", \"rotation_error_deg\": " + errors + "}";
-        if (k + 1 == count) report::write_ppm(o.out / "residual.ppm", report::error_picture(renderer.render(scene::make_camera(f.pose, lens)).image, last));
     }
-    report::write_whole(o.out / "estimated.tum", scene::tum_text(estimated));
-    if (!truth.empty()) report::write_whole(o.out / "truth.tum", scene::tum_text(truth));
-    report::write_whole(o.out / "paths.svg", paths(estimated, truth));
-    if (writer) writer->finish(scene::tum_text(truth));
-    double const each_ms = all_ms / static_cast<double>(count);
-    std::string summary;
-    if (!truths.empty()) {
-        auto const e = track::trajectory_errors(estimates, truths);
-        summary = "\"ate_rmse\": " + number(e.ate.rmse) + ", \"ate_aligned_rmse\": " + number(e.ate_aligned.rmse) + ", \"rpe_rmse\": " + number(e.rpe.rmse) + ", \"rpe_deg_rmse\": " + number(e.rpe_deg.rmse) +
-                  ", \"rotation_rmse_deg\": " + number(e.rotation_deg.rmse) + ", ";
-        if (!o.quiet)
-            std::cout << "ATE " << e.ate.rmse << " (aligned " << e.ate_aligned.rmse << "; " << e.ate.rmse / scale << " of the median depth), " << e.rotation_deg.rmse << " degrees; RPE " << e.rpe.rmse << " and " << e.rpe_deg.rmse << " degrees a frame\n";
-    }
-    if (o.report)
-        report::write_whole(*o.report, "{\n  \"frames\": [\n" + frames + "\n  ],\n  \"summary\": {" + summary + "\"median_depth\": " + number(scale) + ", \"frames_lost\": " + std::to_string(lost) +
-                                           ", \"evaluations\": " + std::to_string(evaluations) + ", \"host_ms_per_frame\": " + number(each_ms) + "}\n}\n");
-    if (!o.quiet)
-        std::cout << count << " frames, " << lost << " lost; median depth " << scale << "; " << static_cast<double>(evaluations) / static_cast<double>(count) << " evaluations and " << each_ms << " ms a frame\n";
+    write_all(o, outputs, out, scale);
+    report::write_ppm(o.out / "residual.ppm", report::error_picture(renderer.render(scene::make_camera(out.estimated.back().pose, lens)).image, last));
+    if (!refusal.empty()) throw Error(refusal);
     return 0;
 }
 
@@ -255,9 +320,7 @@ int run(Options const& o)
     if (o.cameras) camera = scene::resized(scene::select_cameras(scene::load_cameras(*o.cameras), o.camera, o.map ? o.map->stem().string() : "built-in").front().camera, size.width, size.height);
     auto const lens = scene::lens_of(camera);
     auto poses = poses_of(o, scene::pose_of(camera));
-    std::error_code refused;
-    std::filesystem::create_directories(o.out, refused);
-    if (refused) throw Error("--out cannot be " + o.out.string() + " (" + refused.message() + "); name a folder");
+    Outputs outputs{o};
 
     tilemesh::BasicRenderer<splat::Referenced<WithPlanes>> renderer{map, {.threads = o.threads}};
     if (o.photos) {
@@ -267,10 +330,10 @@ int run(Options const& o)
         for (std::size_t k = 0; k < source.count(); ++k) known += source.truth(k) ? 1 : 0;
         if (has_truth && known == 0)
             throw Error(o.trajectory->string() + " is not the path of these pictures (no pose is within 20 ms of a picture); name another trajectory, or none");
-        return track_all(o, source, renderer, map, lens, size, source.truth(0).value_or(scene::pose_of(camera)));
+        return track_all(o, source, renderer, map, lens, size, source.truth(0).value_or(scene::pose_of(camera)), outputs);
     }
     Renderings const source{o, renderer, std::move(poses), lens};
-    return track_all(o, source, renderer, map, lens, size, source.truth(0));
+    return track_all(o, source, renderer, map, lens, size, source.truth(0), outputs);
 }
 
 } // namespace

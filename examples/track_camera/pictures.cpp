@@ -126,6 +126,7 @@ PhotoWriter::PhotoWriter(fs::path folder, double levels) : folder_(std::move(fol
         fs::create_directories(folder_ / part, refused);
         if (refused) throw Error("--save-photos cannot be " + folder_.string() + " (" + refused.message() + "); name a folder");
     }
+    for (char const* const name : {"associations.txt", "groundtruth.txt", "rgb/000000.png", "depth/000000.png"}) report::WholeFile{folder_ / name, "pictures"};
 }
 
 void PhotoWriter::write(double seconds, report::Image const& colour, report::Plane const& depth)

@@ -1,6 +1,6 @@
 #!/bin/sh
-# What track_camera promises: a short spoilt sequence on the built-in map is tracked, its report and its trajectories say so, and bad input
-# is one line and status 2.
+# What track_camera promises: a short spoilt sequence on the built-in map is tracked, its report and its trajectories say so; the same
+# pictures as PNG files are tracked as well; a bad picture costs no frame before it; and bad input is one line and status 2.
 # Usage: sh track_camera.sh PATH_TO_track_camera
 # shellcheck source=render_map_common.sh
 . "$(dirname "$0")/render_map_common.sh"
@@ -9,7 +9,7 @@ size=640x480
 
 # --- the command line --------------------------------------------------------------------------
 runs --help
-for option in --trajectory --relative --cameras --camera --frames --size --noise --method --threads --report --out --quiet; do
+for option in --trajectory --relative --cameras --camera --frames --size --noise --method --threads --report --out --quiet --photos --depth-scale --save-photos --one-in; do
     has stdout "^  $option "
 done
 
@@ -40,7 +40,8 @@ frames, summary = report["frames"], report["summary"]
 assert len(frames) == 3, frames
 for f in frames:
     assert f["status"] == "converged", f
-    assert f["iterations"] >= 2 and f["host_ms"] > 0, f
+    assert f["iterations"] >= 3 and f["host_ms"] > 0, f
+    assert f["why"] == "" and f["tried_again"] is False, f
     assert 0 <= f["rotation_error_deg"] < 0.02 and 0 <= f["translation_error"] < 0.01, f
 assert summary["frames_lost"] == 0 and summary["host_ms_per_frame"] > 0, summary
 rmse = float(open("rmse").read())
@@ -60,6 +61,63 @@ runs --size $size --trajectory walk.tum --relative --method gradient --noise 0 -
 runs --size $size --trajectory walk.tum --relative --method gradient --noise 0 --out two --threads 2 --quiet
 same one/estimated.tum two/estimated.tum
 [ "$(grep -c -v '^#' one/estimated.tum)" -eq 2 ] || fail "not two poses"
+
+# --- pictures from files -----------------------------------------------------------------------
+# distance A B: the largest distance between the poses of two trajectories.
+distance() {
+    paste "$1" "$2" | awk '/^#/ { next } { d = sqrt(($2 - $10) ^ 2 + ($3 - $11) ^ 2 + ($4 - $12) ^ 2); if (d > m) m = d; ++n }
+        END { printf "%.9f %d\n", m, n }'
+}
+runs --size 320x240 --frames 3 --method forward --out rendered --save-photos seen --quiet
+[ "$(find seen -name '*.png' | wc -l)" -eq 6 ] || fail "--save-photos did not write 3 pictures and 3 depths: $(find seen)"
+same seen/groundtruth.txt rendered/truth.tum
+runs --photos seen --trajectory seen/groundtruth.txt --method forward --out photos --report photos.json
+has stdout "^3 frames, 0 lost"
+distance photos/truth.tum rendered/truth.tum >apart
+awk '{ exit !($2 == 3 && $1 < 1e-6) }' apart || fail "the truth of pictures from files is another: $(cat apart)"
+# Colours are the same 8 bits; depths and time stamps are rounded. So the poses differ by far less than their errors.
+distance photos/estimated.tum rendered/estimated.tum >apart
+awk '{ exit !($2 == 3 && $1 < 2e-4) }' apart || fail "tracked from files, poses are elsewhere: $(cat apart)"
+# The two lists of the benchmark in place of its associations; without depths; without the truth, from the camera's own pose.
+cp -R seen lists
+awk '/^#/ { next } { print $1, $2 >"lists/rgb.txt"; print $3, $4 >"lists/depth.txt" }' lists/associations.txt
+rm lists/associations.txt
+runs --photos lists --trajectory lists/groundtruth.txt --method forward --out from_lists --quiet
+same from_lists/estimated.tum photos/estimated.tum
+runs --photos seen/associations.txt --frames 2 --no-depth --method forward --out blind
+has stdout "^2 frames, 0 lost"
+[ ! -e blind/truth.tum ] || fail "a truth of pictures without one"
+
+# A picture that cannot be read is one line; the frames before it are there.
+# spoilt NAME PATTERN: the folder NAME has a bad third frame.
+spoilt() {
+    run --photos "$1" --trajectory seen/groundtruth.txt --method forward --out "$1.out" --report "$1.json" >stdout 2>stderr
+    is_refusal $? "$2"
+    [ "$(grep -c '^frame [0-9]*: converged' stdout)" -eq 2 ] || fail "$1: the frames before were not tracked: $(cat stdout)"
+    [ "$(grep -c -v '^#' "$1.out/estimated.tum")" -eq 2 ] || fail "$1: the frames before are not in the trajectory"
+    is_json "$1.json"
+    [ "$(grep -c '"status": "converged"' "$1.json")" -eq 2 ] || fail "$1: the frames before are not in the report"
+    has_no_parts "$1.out"
+}
+for bad in cut cut_depth small gone grey; do cp -R seen $bad; done
+head -c 20000 seen/rgb/000002.png >cut/rgb/000002.png
+spoilt cut "000002.png"
+head -c 20000 seen/depth/000002.png >cut_depth/depth/000002.png
+spoilt cut_depth "depth/000002.png"
+runs --size 160x120 --frames 1 --save-photos half --out half.out --quiet
+cp half/rgb/000000.png small/rgb/000002.png
+spoilt small "rgb/000002.png"
+rm gone/rgb/000002.png
+spoilt gone "rgb/000002.png"
+cp seen/rgb/000002.png grey/depth/000002.png
+spoilt grey "depth/000002.png"
+
+# --- one block in many -------------------------------------------------------------------------
+# With no block at all every frame is lost; with all of them it is found.
+runs --size 320x240 --frames 2 --one-in 1000000 --method forward --out few --report few.json
+[ "$(grep -c 'converged, tried again with all blocks' stdout)" -eq 2 ] || fail "frames were not tried again: $(cat stdout)"
+has stdout "^2 frames, 0 lost, 2 tried again"
+has few.json '"tried_again": true'
 
 # --- bad input ---------------------------------------------------------------------------------
 : >empty.tum
@@ -84,5 +142,22 @@ refuses "empty.tum" --trajectory empty.tum
 refuses "words.tum" --trajectory words.tum
 refuses "nowhere.json" --cameras nowhere.json
 refuses "second map\|no such option" map.ply map.ply
-refuses "file" --size $size --frames 1 --out file/below --quiet
+# What cannot be written is refused before the first frame, and nothing of an older run is lost.
+refuses "file" --size $size --frames 1 --out file/below
+refuses "file" --size $size --frames 1 --out file
+refuses "nowhere" --size $size --frames 1 --out one --report nowhere/report.json
+refuses "one" --size $size --frames 1 --out one --report one
+mkdir taken taken/estimated.tum locked
+refuses "estimated.tum" --size $size --frames 1 --out taken
+refuses "file" --size $size --frames 1 --out one --save-photos file
+same one/estimated.tum two/estimated.tum
+has_no_parts one
+chmod 500 locked
+if [ -w locked ]; then
+    skip "this user may write everywhere, so no folder is locked"
+else
+    refuses "locked" --size $size --frames 1 --out locked
+    refuses "locked" --size $size --frames 1 --out one --report locked/report.json
+    refuses "locked" --size $size --frames 1 --out one --save-photos locked
+fi
 finish

@@ -144,6 +144,70 @@ TEST_CASE("blending: one thread for all workers counts what each of them counts"
         }
 }
 
+TILEMESH_EXACT_BEGIN
+namespace {
+/// Four lanes, as WebAssembly has them, whose blocks are blended rows by rows or all rows at once.
+template <bool RowsApart>
+struct FourLanes : inner::GivenSet<4> {
+    static constexpr bool blends_rows_apart = RowsApart;
+    template <class Work, class... Args>
+    static auto call(Args&&... args) noexcept
+    {
+        return Work::template run<FourLanes>(args...);
+    }
+};
+/// A block's state and its contributing pairs, after all splats of the scene.
+template <class Rule, class Stop, bool RowsApart, bool HasDepth>
+std::pair<inner::OpenBlock<HasDepth>, std::uint32_t> one_block(Scene const& scene, std::uint32_t bx, std::uint32_t by, PixelRect const& tile)
+{
+    using Set = FourLanes<RowsApart>;
+    constexpr std::uint32_t size = 128;
+    auto const n = static_cast<std::uint32_t>(scene.splats.size());
+    auto const at = [&](std::uint32_t i) noexcept -> Splat const& { return scene.splats[i]; };
+    std::pair<inner::OpenBlock<HasDepth>, std::uint32_t> result{};
+    auto& [block, contributing] = result;
+    block.begin(bx, by, 0, tile, scene.camera);
+    inner::RowLimits const limits{scene.model.alpha_min};
+    inner::Chunk<size> chunk{};
+    std::uint32_t hits[size + 4];
+    for (std::uint32_t begin = 0; begin < n; begin += size) {
+        auto const most = inner::fill<Rule>(inner::GivenSet<4>{}, chunk, begin, n, at);
+        auto const count = inner::GivenSet<4>::call<inner::ListHits<Rule>>(chunk, most, block.at, scene.model.alpha_max, &hits[0]);
+        for (std::uint32_t done = 0; done < count;) {
+            auto const part = inner::run_length<Rule>(hits + done, std::min(inner::blended_between_looks, count - done));
+            contributing += Set::template call<inner::BlendBlock<Rule, Stop>>(block.state, chunk, hits + done, part, block.at, scene.model, limits);
+            done += part;
+        }
+    }
+    return result;
+}
+template <class Rule, class Stop, bool HasDepth>
+void check_rows_apart(Scene const& scene)
+{
+    PixelRect const tile{3, 247, 2, 129}; // cuts blocks on all sides
+    std::uint32_t contributing = 0;
+    for (std::uint32_t by = 0; by < 130; by += block_height)
+        for (std::uint32_t bx = 0; bx < 250; bx += block_width) {
+            auto const [together, a] = one_block<Rule, Stop, false, HasDepth>(scene, bx, by, tile);
+            auto const [apart, b] = one_block<Rule, Stop, true, HasDepth>(scene, bx, by, tile);
+            REQUIRE(std::memcmp(&together.state, &apart.state, sizeof together.state) == 0);
+            REQUIRE(a == b);
+            contributing += a;
+        }
+    CHECK(contributing > 0);
+}
+} // namespace
+TILEMESH_EXACT_END
+
+TEST_CASE("blending: rows blended apart, as in WebAssembly, have the bits and the counts of rows blended together")
+{
+    auto const scene = varied(700, 83);
+    check_rows_apart<inner::FastRule, inner::StopEachPixel, false>(scene);
+    check_rows_apart<inner::FastRule, inner::StopBeforeCrossing, true>(scene);
+    check_rows_apart<inner::EachPair, inner::StopEachPixel, true>(scene);
+    check_rows_apart<inner::FastRule, inner::StopEachPixel, false>(varied(300, 84, with([](Model& m) { m.alpha_max = 0.99f; })));
+}
+
 TEST_CASE("blending: fast is within its bound of precise")
 {
     double most = 0;

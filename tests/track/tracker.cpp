@@ -1,10 +1,15 @@
 #include "points.hpp"
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <doctest/doctest.h>
 #include <limits>
 #include <string>
 #include <tilemesh/error.hpp>
 #include <tilemesh/track/tracker.hpp>
+#include <utility>
 #include <vector>
 
 using namespace track_test;
@@ -45,6 +50,7 @@ track::TrackerOptions options()
     track::TrackerOptions o;
     o.rows_per_pixel = 2.0;
     o.harmless_cost = 0.1; // rows in pixels
+    o.most_cost = 1e9;
     return o;
 }
 
@@ -161,6 +167,20 @@ TEST_CASE("a view that leaves a motion open is weak and says which; what is know
     CHECK(error_degrees(next.pose, 2) < 1e-4);
 }
 
+TEST_CASE("a frame that determines no motion is lost, also as the first frame")
+{
+    Random random;
+    track::Tracker tracker(lens(), scale_of_points, scene::pose_of(Walk::camera(0)), options());
+    auto rough = cloud(Walk::camera(0), 20, random, 100.0);
+    auto const f = tracker.track(rough);
+    CHECK(f.accuracy.weak_count() == 6);
+    CHECK(f.verdict == track::Verdict::lost);
+    CHECK(f.why == "the picture determines no motion");
+    Walk walk;
+    auto points = walk.frame(0);
+    CHECK(tracker.track(points).verdict == track::Verdict::converged);
+}
+
 TEST_CASE("a solver that does not converge loses the frame, unless its last steps were short")
 {
     Walk walk;
@@ -233,6 +253,131 @@ TEST_CASE("exposure carries over to the next frame")
         CHECK(asked.front() == doctest::Approx(k == 0 ? 0.0 : 0.1 * (k - 1)).epsilon(1e-3));
         CHECK(f.exposure.log_gain == doctest::Approx(0.1 * k).epsilon(1e-3));
         CHECK(f.exposure.offset == doctest::Approx(-0.02 * k).epsilon(1e-3));
+    }
+}
+
+TEST_CASE("time stamps scale the prediction; a stamp that comes again, goes back or is far away starts at the last pose")
+{
+    // Pose k at second 10 + 0.1 k, so a step of the walk is 0.1.
+    auto const at = [](double k) { return 10.0 + 0.1 * k; };
+    Walk walk;
+    track::Tracker tracker(lens(), scale_of_points, scene::pose_of(Walk::camera(0)), options());
+    auto const step = [&](double k, double seconds) {
+        auto points = walk.frame(k);
+        std::uint32_t coarsest = 0;
+        auto const f = tracker.track_at([&](splat::Camera const& camera, track::Level const& level) {
+            coarsest = std::max(coarsest, level.cell);
+            return points(camera, level);
+        }, seconds);
+        CHECK(f.verdict == track::Verdict::converged);
+        CHECK(error_degrees(f.pose, k) < 1e-4);
+        return std::pair{f.start, coarsest};
+    };
+    CHECK(step(0, at(0)).second == 8);            // the first frame, whenever it is
+    CHECK(error_degrees(step(1, at(1)).first, 0) < 1e-4); // no velocity yet
+    CHECK(error_degrees(step(2, at(2)).first, 2) < 0.3);
+    CHECK(error_degrees(step(4, at(4)).first, 4) < 0.5);     // one frame is missing
+    CHECK(error_degrees(step(4.5, at(4.5)).first, 4.5) < 0.3); // half a step
+    // The same stamp: from the last pose, and the velocity stays.
+    CHECK(error_degrees(step(4.5, at(4.5)).first, 4.5) < 1e-4);
+    CHECK(error_degrees(step(5.5, at(5.5)).first, 5.5) < 0.3);
+    // No number is the last stamp.
+    CHECK(error_degrees(step(5.5, std::numeric_limits<double>::quiet_NaN()).first, 5.5) < 1e-4);
+    CHECK(error_degrees(step(6.5, at(6.5)).first, 6.5) < 0.3);
+    // Back, and far ahead: from the last pose, on the wide pyramid, at rest afterwards.
+    auto const back = step(5.5, at(2)), rest = step(6.5, at(3)), goes = step(7.5, at(4));
+    CHECK(error_degrees(back.first, 6.5) < 1e-4);
+    CHECK(back.second == 8);
+    CHECK(error_degrees(rest.first, 5.5) < 1e-4);
+    CHECK(rest.second == 4);
+    CHECK(error_degrees(goes.first, 7.5) < 0.3);
+    CHECK(step(8.5, at(12.1)).second == 8);
+    CHECK(step(9.5, at(13.1)).second == 4);
+    CHECK(step(10.5, at(20.9)).second == 4); // 7.8 steps ahead is near enough; the prediction is far off, and the pyramid finds the way
+}
+
+TEST_CASE("a black, a white or a constant picture is lost once, with and without exposure, also as the first frame")
+{
+    // Residuals of brightness: 400 pixels of a known picture, whose brightness changes along each of the six motions.
+    Random random;
+    std::vector<std::array<double, 8>> pixels(1000);
+    for (auto& p : pixels) {
+        for (double& slope : p) slope = 2.0 * random.number();
+        p[6] = 0.5 + 0.4 * random.number();
+        p[7] = 0.01 * random.number(); // noise
+    }
+    auto const truth = scene::pose_of(Walk::camera(0));
+    for (bool const exposure : {true, false})
+        for (int const bad_frame : {0, 2})
+            for (double const brightness : {0.0, 1.0, 0.5}) {
+                auto o = track::TrackerOptions{};
+                o.rows_per_pixel = 3.0;
+                track::Tracker tracker(lens(), scale_of_points, truth, o);
+                for (int k = 0; k < 5; ++k) {
+                    bool const bad = k == bad_frame;
+                    auto const ask = [&](splat::Camera const& camera, track::Level const& level) {
+                        auto const off = track::twist_between(truth, scene::pose_of(camera));
+                        double const x[6] = {off.rho.x / scale_of_points, off.rho.y / scale_of_points, off.rho.z / scale_of_points, off.phi.x, off.phi.y, off.phi.z};
+                        double const gain = std::exp(level.exposure.log_gain);
+                        track::NormalEquations e;
+                        e.unknowns = exposure ? 8 : 6;
+                        for (auto const& p : pixels) {
+                            double colour = p[6], j[8]{};
+                            for (std::size_t i = 0; i < 6; ++i) colour += std::tanh(p[i] * x[i]) * 0.5, j[i] = gain * 0.5 * p[i] / std::pow(std::cosh(p[i] * x[i]), 2);
+                            j[6] = gain * colour, j[7] = 1.0;
+                            double const seen = bad ? brightness : p[6] + p[7];
+                            ++e.pixels;
+                            for (int channel = 0; channel < 3; ++channel) add_row(e, j, gain * colour + level.exposure.offset - seen, 0.1);
+                        }
+                        return e;
+                    };
+                    auto const f = tracker.track(ask);
+                    INFO("exposure ", exposure, ", brightness ", brightness, ", frame ", k, ": ", f.why, "; gain ", std::exp(f.solution.exposure.log_gain), ", offset ", f.solution.exposure.offset, ", cost ", f.mean_cost);
+                    // Without exposure, a grey first frame has small residuals: nothing tells it from a bad map.
+                    if (bad && (exposure || k > 0 || brightness != 0.5)) CHECK(f.verdict == track::Verdict::lost);
+                    if (!bad) {
+                        CHECK(f.verdict == track::Verdict::converged);
+                        CHECK(std::fabs(f.exposure.log_gain) < 0.05);
+                        CHECK(degrees_between(f.pose.rotation, truth.rotation) < 0.5);
+                    }
+                }
+            }
+}
+
+TEST_CASE("a view for which the evaluator has no room is lost with its reason, and tracking goes on")
+{
+    Walk walk;
+    track::Tracker tracker(lens(), scale_of_points, scene::pose_of(Walk::camera(0)), options());
+    for (int k = 0; k < 5; ++k) {
+        auto points = walk.frame(k);
+        auto const f = tracker.track([&](splat::Camera const& camera, track::Level const& level) {
+            if (k == 2) throw track::NoRoom("5 splats without room on a tile (each tile has 4 slots); choose other tiles");
+            return points(camera, level);
+        });
+        CHECK((f.verdict == track::Verdict::lost) == (k == 2));
+        CHECK((f.why.find("5 splats without room") == 0) == (k == 2));
+    }
+}
+
+TEST_CASE("a quarter of the pixels is compared with all of them, and a copy of a tracker tracks a lost frame again")
+{
+    Walk walk;
+    track::Tracker tracker(lens(), scale_of_points, scene::pose_of(Walk::camera(0)), options());
+    for (int k = 0; k < 8; ++k) {
+        auto all = walk.frame(k), part = all;
+        part.points.clear();
+        for (std::size_t i = static_cast<std::size_t>(k) % 4; i < all.points.size(); i += 4) part.points.push_back(all.points[i]);
+        if (k == 4) part.points.resize(part.points.size() / 4);
+        auto const before = tracker;
+        auto f = tracker.track_at(part, 0.1 * k, 0.25);
+        INFO(k, ": ", part.points.size(), " of ", all.points.size(), " ", f.why, ", ", f.solution.at.pixels);
+        CHECK((f.verdict == track::Verdict::lost) == (k == 4));
+        if (k == 4) {
+            tracker = before;
+            f = tracker.track_at(all, 0.1 * k);
+            CHECK(error_degrees(f.start, k) < 0.3); // at the old velocity
+        }
+        CHECK(f.verdict == track::Verdict::converged);
     }
 }
 

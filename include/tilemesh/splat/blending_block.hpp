@@ -206,6 +206,85 @@ TILEMESH_KERNEL void blend_hits(Strip<N, HasDepth>& s, Chunk<Size> const& c, std
     }
 }
 
+/// The number of splats that a block blends before it checks whether all its pixels have stopped. 64 is early enough for walls of opaque
+/// splats (tests/stability/opacity.cpp, row 55), and the check is rare enough to cost nothing.
+inline constexpr std::uint32_t blended_between_looks = 64;
+
+/// Rows [First, Last) of a strip: blends the splats `hits[listed[0]]` to `hits[listed[n - 1]]`, whose alphas are known.
+template <class Stop, std::uint32_t First, std::uint32_t Last, std::uint32_t N, class AnyBlock, std::uint32_t Size>
+TILEMESH_KERNEL void blend_known_rows(AnyBlock& block, Chunk<Size> const& c, std::uint32_t const* hits, AllRows<N> const* alphas,
+                                      std::uint32_t const* listed, std::uint32_t n, std::uint32_t column, Model const& m,
+                                      RowLimits const& limits, Words<N>& contributing) noexcept
+{
+    static_assert(Last - First == 1 || Last - First == 2, "the rows below are written out");
+    constexpr std::uint32_t A = First, B = Last - 1;
+    Strip<N, AnyBlock::has_depth> s;
+    s.contributing = contributing;
+    for (std::uint32_t k = A; k <= B; ++k) {
+        s.t[k] = load<N>(block.transmittance[k] + column);
+        s.r[k] = load<N>(block.red[k] + column);
+        s.g[k] = load<N>(block.green[k] + column);
+        s.b[k] = load<N>(block.blue[k] + column);
+        if constexpr (AnyBlock::has_depth) s.w[k] = load<N>(block.weight[k] + column), s.z[k] = load<N>(block.depth[k] + column);
+    }
+    for (std::uint32_t i = 0; i < n; ++i) {
+        std::uint32_t const h = listed[i];
+        auto const& alpha = alphas[h].alpha;
+        auto const l = colour_of<AnyBlock::has_depth, N>(c, hits[h] & Hit::number);
+        float const* const least = limits.of(hits[h] >> Hit::limits_at);
+        blend_row<Stop, A, N>(s, alpha[A], m, least, l);
+        if constexpr (A != B) blend_row<Stop, B, N>(s, alpha[B], m, least, l);
+    }
+    for (std::uint32_t k = A; k <= B; ++k) {
+        store(block.transmittance[k] + column, s.t[k]);
+        store(block.red[k] + column, s.r[k]);
+        store(block.green[k] + column, s.g[k]);
+        store(block.blue[k] + column, s.b[k]);
+        if constexpr (AnyBlock::has_depth) store(block.weight[k] + column, s.w[k]), store(block.depth[k] + column, s.z[k]);
+    }
+    contributing = s.contributing;
+}
+/// `blend_columns`, with the same bits, for a target with few registers: first the alphas of all splats, then the rows, two at a time. A
+/// splat whose alpha is below the cut in all pixels of the two rows adds nothing to them, so leaving it out there changes no bit.
+template <class Rule, class Stop, class Set, std::uint32_t N, class AnyBlock, std::uint32_t Size>
+TILEMESH_KERNEL void blend_columns_by_rows(AnyBlock& block, Chunk<Size> const& c, std::uint32_t const* hits, std::uint32_t n,
+                                           BlockPlace const& at, std::uint32_t column, Model const& m, RowLimits const& limits,
+                                           std::uint32_t (&contributing)[N]) noexcept
+{
+    static_assert(block_height == 5, "the groups of rows are written out");
+    auto const xs = load<N>(at.xs + column);
+    Words<N> const columns = counted_lanes<N>() + (at.column + static_cast<std::int32_t>(column));
+    AllRows<N> alphas[blended_between_looks];
+    std::uint32_t listed[3][blended_between_looks], counts[3] = {};
+    for (std::uint32_t h = 0; h < n; ++h) {
+        auto& alpha = alphas[h].alpha;
+        if (Rule::recurs && (hits[h] & Hit::recurs) != 0) {
+            if constexpr (Rule::recurs) {
+                auto const first = first_row<Rule, N>(c, hits[h], at, xs, columns);
+                Floats<N> const q = broadcast<N>(c.q[hits[h] & Hit::number]);
+                Floats<N> ratio = first.ratio;
+                alpha[0] = first.alpha;
+                alpha[1] = alpha[0] * ratio, ratio = ratio * q;
+                alpha[2] = alpha[1] * ratio, ratio = ratio * q;
+                alpha[3] = alpha[2] * ratio, ratio = ratio * q;
+                alpha[4] = alpha[3] * ratio;
+            }
+        } else {
+            Set::template call<EvaluateApart>(alphas[h], c, hits[h] & Hit::number, at, column, m);
+        }
+        float const* const least = limits.of(hits[h] >> Hit::limits_at);
+        for (std::uint32_t group = 0; group < 3; ++group) listed[group][counts[group]] = h; // no branch: a predictor cannot know the splats
+        counts[0] += any_lane<N>((alpha[0] >= least[0]) | (alpha[1] >= least[1]));
+        counts[1] += any_lane<N>((alpha[2] >= least[2]) | (alpha[3] >= least[3]));
+        counts[2] += any_lane<N>(alpha[4] >= least[4]);
+    }
+    Words<N> contributed{};
+    blend_known_rows<Stop, 0, 2, N>(block, c, hits, alphas, listed[0], counts[0], column, m, limits, contributed);
+    blend_known_rows<Stop, 2, 4, N>(block, c, hits, alphas, listed[1], counts[1], column, m, limits, contributed);
+    blend_known_rows<Stop, 4, 5, N>(block, c, hits, alphas, listed[2], counts[2], column, m, limits, contributed);
+    store(contributing, contributed);
+}
+
 /// Blends the splats of `hits` into N columns of a block. `contributing[i]`: the pairs of column i that contributed.
 template <class Rule, class Stop, class Set, std::uint32_t N, class AnyBlock, std::uint32_t Size>
 TILEMESH_KERNEL void blend_columns(AnyBlock& block, Chunk<Size> const& c, std::uint32_t const* hits, std::uint32_t n, BlockPlace const& at,
@@ -237,9 +316,6 @@ TILEMESH_KERNEL void blend_columns(AnyBlock& block, Chunk<Size> const& c, std::u
     store(contributing, s.contributing);
 }
 
-/// The number of splats that a block blends before it checks whether all its pixels have stopped. 64 is early enough for walls of opaque
-/// splats (tests/stability/opacity.cpp, row 55), and the check is rare enough to cost nothing.
-inline constexpr std::uint32_t blended_between_looks = 64;
 /// The hits of a run that touch a strip, N columns of a block. A splat adds nothing to columns outside its rectangle, so leaving it out there
 /// changes no bit. One word more is read ahead.
 template <std::uint32_t N>
@@ -280,7 +356,10 @@ struct BlendBlock {
             StripHits<N> const strip(hits, n, column);
             if (strip.count == 0) continue;
             std::uint32_t counts[N];
-            blend_columns<Rule, Stop, Set, N>(block, c, strip.hits, strip.count, at, column, m, limits, counts);
+            if constexpr (Set::blends_rows_apart)
+                blend_columns_by_rows<Rule, Stop, Set, N>(block, c, strip.hits, strip.count, at, column, m, limits, counts);
+            else
+                blend_columns<Rule, Stop, Set, N>(block, c, strip.hits, strip.count, at, column, m, limits, counts);
             for (std::uint32_t one : counts) contributing += one;
         }
         return contributing;

@@ -31,6 +31,11 @@ template <std::uint32_t N>
 struct GivenSet {
     static constexpr std::uint32_t most_lanes = N;
     static constexpr bool compresses = false; // store_compressed does
+#if defined(__wasm__)
+    static constexpr bool blends_rows_apart = true; // a browser on x86-64 has 16 registers of four lanes, and the rows of a strip take 20
+#else
+    static constexpr bool blends_rows_apart = false;
+#endif
 
     static constexpr std::uint32_t lanes() noexcept { return N; }
     template <class Work, class... Args>
@@ -43,7 +48,7 @@ struct GivenSet {
 #if TILEMESH_INSTRUCTION_SETS
 struct Avx2Set {
     static constexpr std::uint32_t most_lanes = 8;
-    static constexpr bool compresses = false;
+    static constexpr bool compresses = false, blends_rows_apart = false;
 
     template <class Work, class... Args>
     [[gnu::noinline, gnu::target("avx2")]] static auto call(Args&&... args) noexcept
@@ -56,7 +61,7 @@ struct Avx2Set {
 /// chooses there is computed one lane after the other with AVX-512.
 struct Avx512Set {
     static constexpr std::uint32_t most_lanes = 16;
-    static constexpr bool compresses = true;
+    static constexpr bool compresses = true, blends_rows_apart = false;
 
     template <class Work, class... Args>
     [[gnu::noinline, gnu::target("avx512f,avx512bw,avx512dq,avx512vl")]] static auto call(Args&&... args) noexcept

@@ -92,6 +92,19 @@ TILEMESH_KERNEL Floats<N> floats_of(Words<N> const& v) noexcept
     return __builtin_bit_cast(Floats<N>, v);
 }
 
+/// 1 if any lane of a mask is set, else 0.
+template <std::uint32_t N>
+TILEMESH_KERNEL std::uint32_t any_lane(Words<N> const& mask) noexcept
+{
+#if defined(__wasm_simd128__)
+    typedef signed char Bytes __attribute__((vector_size(16)));
+    if constexpr (N == 4) return static_cast<std::uint32_t>(__builtin_wasm_any_true_v128(__builtin_bit_cast(Bytes, mask)));
+#endif
+    std::int32_t any = 0;
+    for (std::uint32_t i = 0; i < N; ++i) any |= mask[i];
+    return any != 0 ? 1u : 0u;
+}
+
 /// Stores the words of `v` in the lanes of `mask` one after the other, and returns their number. It may write N words.
 template <std::uint32_t N>
 TILEMESH_KERNEL std::uint32_t store_compressed(std::uint32_t* to, Words<N> const& v, Words<N> const& mask) noexcept

@@ -77,7 +77,7 @@ TILEMESH_KERNEL void join(Half const& low, Half const& high, V& v) noexcept
 /// N floats. More lanes than the target has are correct but slow.
 template <std::uint32_t N>
 struct FloatLanes {
-    static_assert(N == 4 || N == 8 || N == 16, "4, 8 or 16 lanes; one is OneFloat");
+    static_assert(N == 2 || N == 4 || N == 8 || N == 16, "2, 4, 8 or 16 lanes; one is OneFloat");
     using Real = Floats<N>;
     using Word = Words<N>;
     using Mask = Words<N>;
@@ -96,6 +96,8 @@ struct FloatLanes {
             Words<N / 2> low, high;
             split(m, low, high);
             return FloatLanes<N / 2>::any(low | high);
+        } else if constexpr (N == 2) {
+            return (m[0] | m[1]) != 0;
         } else {
             return (m[0] | m[1] | m[2] | m[3]) != 0;
         }
@@ -120,6 +122,8 @@ struct FloatLanes {
 #    endif
         if constexpr (N == 4) {
             return __builtin_ia32_sqrtps(v);
+        } else if constexpr (N == 2) {
+            return Real{std::sqrt(v[0]), std::sqrt(v[1])};
         } else {
             Floats<N / 2> low, high;
             split(v, low, high);

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <tilemesh/error.hpp>
 #include <tilemesh/splat/camera.hpp>
 #include <type_traits>
 
@@ -34,8 +35,14 @@ struct NormalEquations {
     std::uint32_t pixels = 0;   ///< the rows that counted; with depth, a pixel has one row of colour and one of depth: it counts once
 };
 
+/// What an evaluator throws for a view that it has no room for. It can evaluate other views afterwards.
+class NoRoom : public Error {
+public:
+    using Error::Error;
+};
+
 /// An evaluator of poses: a callable with this form. It must be deterministic. A tracker calls it with poses that were rounded to the
-/// camera's floats; it may return sums that are not finite, which the tracker refuses as a step.
+/// camera's floats. It may return sums that are not finite, and it may throw `NoRoom`: then the tracker refuses the step.
 template <class F>
 concept Evaluator = std::is_invocable_r_v<NormalEquations, F&, splat::Camera const&, Level const&>;
 

@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <numeric>
 #include <string>
 #include <tilemesh/track/normal_equations.hpp>
 #include <tilemesh/track/small_system.hpp>
@@ -22,6 +23,8 @@ struct PoseAccuracy {
     /// motion is weak.
     std::array<double, 6> weak{};
 
+    /// How many of the six independent motions are weak.
+    int weak_count() const noexcept { return static_cast<int>(std::lround(std::accumulate(weak.begin(), weak.end(), 0.0))); }
     bool is_weak() const noexcept { return *std::max_element(weak.begin(), weak.end()) > 0.0; }
 };
 

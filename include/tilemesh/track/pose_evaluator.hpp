@@ -100,8 +100,8 @@ struct EvaluatorOptions {
 /// lost. View-dependent colour is evaluated, but counts as constant in the derivative. `S` is a setup: TrackedByReference<Lossless>, or
 /// splat::pose::Tracked<Lossless> by value.
 ///
-/// Errors: it throws Error if the frame, a cell, a target or an option does not fit, and if a record or a copy finds no room on its tile;
-/// after that it loads the map again.
+/// Errors: it throws Error if the frame, a cell, a target or an option does not fit, and NoRoom if a record or a copy finds no room on its
+/// tile; after that it loads the map again.
 template <class S = TrackedByReference<splat::Lossless>, template <class, class> class Engine = Mesh>
 class BasicPoseEvaluator {
 public:
@@ -303,7 +303,7 @@ private:
             lost += counts.storage_full + counts.copies_full + counts.copies_refused;
         });
         if (lost != 0)
-            throw Error(std::to_string(lost) + " splats without room on a tile (each tile has " + std::to_string(sizes_.storage) +
+            throw NoRoom(std::to_string(lost) + " splats without room on a tile (each tile has " + std::to_string(sizes_.storage) +
                         " slots); choose larger pictures, other tiles or a map with fewer Gaussians");
     }
     static NormalEquations equations(splat::pose::Tracking const& t, splat::pose::Totals const& totals)

@@ -12,7 +12,7 @@
 
 namespace tilemesh { inline namespace v0_2 { namespace track {
 
-/// What a tracker says of a frame. `weak`: it converged, or would have, but the picture leaves at least one motion open. `lost`: its pose is
+/// What a tracker says of a frame. `weak`: it converged, or would have, but the picture leaves one to five motions open. `lost`: its pose is
 /// a prediction, not a measurement.
 enum class Verdict { converged, weak, lost };
 
@@ -34,8 +34,15 @@ struct TrackerOptions {
     double lost_cost_ratio = 9.0;
     /// A mean cost up to this never makes a frame lost. It is that of three channels that are off by 0.01 each.
     double harmless_cost = 1.5e-4;
+    /// A mean cost above this makes any frame lost, also the first. It is Huber's cost of three channels that are off by a quarter of white
+    /// each, the width being 0.1.
+    double most_cost = 0.06;
     /// A frame is lost if less than this share of the last tracked frame's pixels counts.
     double least_pixels = 0.5;
+    /// A frame is lost if its exposure is at one of these limits: then a picture without the map's structure, such as a black one, fits best.
+    ExposureLimits exposure{};
+    /// A frame later than so many times the time between the last two tracked frames starts like one after a lost frame.
+    double most_ahead = 8.0;
     /// A solver that used up its evaluations has converged if its last step was below this many pixels.
     double harmless_step_px = 0.1;
 };
@@ -55,9 +62,12 @@ struct TrackedFrame {
 /// Follows one camera through frames, each from the last: no map update, no loop closure, no relocalisation over the whole map. It knows
 /// neither map nor mesh: for each frame it takes an evaluator of poses against that frame's target.
 ///
-/// The first frame has nothing to be compared with: it counts as tracked wherever the solver converges, so `start` must be good.
+/// The first frame has no frame before it to be compared with: it counts as tracked wherever the solver converges below `most_cost`, so
+/// `start` must be good.
 ///
-/// A lost frame changes nothing in the state: the next frame starts from the last tracked pose, at rest, on the wide pyramid.
+/// A lost frame changes nothing in the state: the next frame starts from the last tracked pose, at rest, on the wide pyramid. A frame
+/// whose start the evaluator has no room for (`NoRoom`) is lost, too. A copy of a tracker has its whole state, so a caller may keep one, and
+/// track a lost frame again from there.
 class Tracker {
 public:
     /// `scale` is S, the median depth of the map in the view, in world units; `start` is the guess for the first frame. Throws `Error` for a
@@ -76,16 +86,32 @@ public:
                 throw Error("cells of " + std::to_string(cell) + " pixels cannot be tracked with (a pyramid halves them down to 1); choose 1, 2, 4, 8, 16, 32 or 64");
     }
 
-    /// Tracks the next frame. `steps` is its distance in time from the last frame, in units of the distance between the two frames before.
+    /// Tracks the next frame. `steps` is its distance in time from the frame before, in units of the caller; the prediction grows with it.
     template <Evaluator Evaluate>
     TrackedFrame track(Evaluate&& evaluate, double steps = 1.0)
     {
+        return track_at(evaluate, now_ + steps);
+    }
+
+    /// Tracks the frame of this time stamp. The prediction goes on at the velocity between the last two tracked frames, for as long as the
+    /// stamps say. A frame with the stamp of the last one starts at its pose and leaves the velocity as it was. A frame that is earlier, or
+    /// much later (`most_ahead`), starts at the last pose, at rest, on the wide pyramid. A stamp that is not finite counts as the last one.
+    ///
+    /// `share` is the share of the pixels that the evaluator looks at: 0.1 for one block in 10.
+    template <Evaluator Evaluate>
+    TrackedFrame track_at(Evaluate&& evaluate, double seconds, double share = 1.0)
+    {
+        now_ = std::isfinite(seconds) ? seconds : now_;
+        double const gap = tracked_ > 0 ? now_ - time_ : 0.0;
+        bool const wide = wide_ || gap < 0.0 || (interval_ > 0.0 && gap > options_.most_ahead * interval_);
+        bool const moves = options_.constant_velocity && !wide && interval_ > 0.0;
+
         TrackedFrame frame;
-        frame.start = options_.constant_velocity && !wide_ ? predicted(before_, last_, steps) : last_;
-        auto const method = wide_ && options_.method == Method::forward ? Method::hybrid : options_.method;
-        auto const stages = stages_of(method, wide_ ? options_.coarsest_wide : options_.coarsest);
-        frame.solution = solve_pose(evaluate, frame.start, lens_, scale_, stages, exposure_);
-        judge(frame);
+        frame.start = moves ? predicted(before_, last_, gap / interval_) : last_;
+        auto const method = wide && options_.method == Method::forward ? Method::hybrid : options_.method;
+        auto const stages = stages_of(method, wide ? options_.coarsest_wide : options_.coarsest);
+        frame.solution = solve_pose(evaluate, frame.start, lens_, scale_, stages, exposure_, options_.exposure);
+        judge(frame, share);
         if (frame.verdict == Verdict::lost) {
             frame.pose = frame.start;
             frame.exposure = exposure_;
@@ -94,32 +120,38 @@ public:
         }
         frame.pose = frame.solution.pose;
         frame.exposure = exposure_ = frame.solution.exposure;
-        before_ = wide_ ? frame.pose : last_; // at rest after a gap: nobody knows how long it was
+        if (wide || tracked_ == 0) interval_ = 0.0; // at rest after a gap: the motion in it is unknown
+        else if (gap > 0.0) before_ = last_, interval_ = gap;
+        else if (interval_ > 0.0) before_ = moved(frame.pose, twist_between(last_, before_)); // the old velocity, at the new pose
         last_ = frame.pose;
+        time_ = now_;
         last_cost_ = frame.mean_cost;
-        last_pixels_ = frame.solution.at.pixels;
+        last_pixels_ = frame.solution.at.pixels / share;
         wide_ = false;
         ++tracked_;
         return frame;
     }
 
 private:
-    void judge(TrackedFrame& frame) const
+    void judge(TrackedFrame& frame, double share) const
     {
         auto const& s = frame.solution;
         if (s.ending == Ending::unusable) {
-            frame.why = "no pixel could be compared, or the sums are not finite";
+            frame.why = s.refusal.empty() ? "no pixel could be compared, or the sums are not finite" : s.refusal;
             return;
         }
         frame.mean_cost = detail::mean_cost(s.at);
         frame.accuracy = accuracy_of(s.at, std::max(lens_.fx, lens_.fy), options_.rows_per_pixel, options_.weak);
-        if (tracked_ > 0 && s.at.pixels < options_.least_pixels * last_pixels_) frame.why = "most of the view has left the map";
+        if (tracked_ > 0 && s.at.pixels < share * options_.least_pixels * last_pixels_) frame.why = "most of the view has left the map";
+        else if (s.at.unknowns == 8 && options_.exposure.reached(s.exposure)) frame.why = "only an exposure beyond its limits explains the picture";
+        else if (frame.mean_cost > options_.most_cost) frame.why = "the picture does not match the map at any pose nearby";
         else if (tracked_ > 0 && frame.mean_cost > options_.harmless_cost && frame.mean_cost > options_.lost_cost_ratio * last_cost_)
             frame.why = "the picture does not match the map at any pose nearby";
         else if (s.ending == Ending::stalled) frame.why = "no step lowers the cost";
         // Along a motion that nothing determines, steps may never become short; all other motions are found.
         else if (s.ending == Ending::spent && s.last_step_px > options_.harmless_step_px && frame.accuracy.conditioning > options_.weak.conditioning)
             frame.why = "the steps do not become short";
+        else if (frame.accuracy.weak_count() > 5) frame.why = "the picture determines no motion";
         else {
             frame.verdict = frame.accuracy.is_weak() ? Verdict::weak : Verdict::converged;
             frame.why = weak_motions(frame.accuracy);
@@ -131,8 +163,10 @@ private:
     double scale_;
     scene::Pose last_, before_;
     Exposure exposure_{};
+    double now_ = 0.0, time_ = 0.0; ///< of the last frame, and of the last tracked frame
+    double interval_ = 0.0;         ///< the time from `before_` to `last_`; 0: at rest
     double last_cost_ = 0.0;
-    std::uint32_t last_pixels_ = 0;
+    double last_pixels_ = 0.0;      ///< as if the evaluator had looked at all pixels
     std::uint64_t tracked_ = 0;
     bool wide_ = true; ///< before the first tracked frame, and after a lost one
 };

@@ -221,7 +221,7 @@ using Frame = Sequence<Superstep<Project<P>>, Superstep<Begin<P>>, Rounds<P>, Su
 template <class P>
 void bound_rounds(Frame<P>& frame, std::uint32_t rounds) noexcept
 {
-    std::get<2>(frame.steps).at_most = rounds;
+    get_loop<Blend<P>>(frame).at_most = rounds;
 }
 /// The frame program for a grid.
 template <class P>

@@ -31,10 +31,10 @@ template <class A>
 struct PairOffsets {
     typename A::Real dx, off, dx_dx, dx_off, off_off;
 };
-/// Column J of one pair. It is a function because a compiler need not inline a lambda.
+/// Column J of one pair, with the transmittance `t` in front of it. It is a function because a compiler need not inline a lambda.
 template <std::uint32_t J, bool Depth, class A>
-TILEMESH_KERNEL void blend_column(MovingPixel<A>& p, typename A::Real const& alpha, typename A::Mask const& moves, PairOffsets<A> const& at,
-                                  MovingPaint<A> const& paint, PowerMotion<A> const& m) noexcept
+TILEMESH_KERNEL void blend_column(MovingPixel<A>& p, typename A::Real const& t, typename A::Real const& alpha, typename A::Mask const& moves,
+                                  PairOffsets<A> const& at, MovingPaint<A> const& paint, PowerMotion<A> const& m) noexcept
 {
     using Real = typename A::Real;
     Real dp = m.dx_1 * at.dx;
@@ -43,12 +43,26 @@ TILEMESH_KERNEL void blend_column(MovingPixel<A>& p, typename A::Real const& alp
     dp = A::multiply_add(m.mixed, at.dx_off, dp);
     dp = A::multiply_add(m.off_2, at.off_off, dp);
     dp = A::select(moves, dp, A::all(0.0f));
-    Real const dw = alpha * A::multiply_add(p.t, dp, p.dt[J]);
+    Real const dw = alpha * A::multiply_add(t, dp, p.dt[J]);
     p.dcolour[0][J] = A::multiply_add(dw, paint.colour[0], p.dcolour[0][J]);
     p.dcolour[1][J] = A::multiply_add(dw, paint.colour[1], p.dcolour[1][J]);
     p.dcolour[2][J] = A::multiply_add(dw, paint.colour[2], p.dcolour[2][J]);
     p.dt[J] = p.dt[J] - dw;
     if constexpr (Depth) p.dz[J] = A::multiply_add(dw, paint.z, p.dz[J]);
+}
+/// The pair itself, with w = alpha T.
+template <bool Depth, class A>
+TILEMESH_KERNEL void blend_pair(MovingPixel<A>& p, typename A::Real const& w, MovingPaint<A> const& paint) noexcept
+{
+    p.colour[0] = A::multiply_add(w, paint.colour[0], p.colour[0]);
+    p.colour[1] = A::multiply_add(w, paint.colour[1], p.colour[1]);
+    p.colour[2] = A::multiply_add(w, paint.colour[2], p.colour[2]);
+    if constexpr (Depth) {
+        p.z = A::multiply_add(w, paint.z, p.z);
+        p.x = A::multiply_add(w, paint.x, p.x);
+        p.y = A::multiply_add(w, paint.y, p.y);
+    }
+    p.t = p.t - w;
 }
 } // namespace detail
 
@@ -65,16 +79,8 @@ TILEMESH_KERNEL void blend_moving_pair(MovingPixel<A>& p, typename A::Real const
     using Real = typename A::Real;
     Real const alpha = A::select(takes_part, of_power, A::all(0.0f)), w = alpha * p.t;
     detail::PairOffsets<A> const at{dx, off, dx * dx, dx * off, off * off};
-    (detail::blend_column<J, Depth, A>(p, alpha, moves, at, paint, motion(std::integral_constant<std::uint32_t, J>{})), ...);
-    p.colour[0] = A::multiply_add(w, paint.colour[0], p.colour[0]);
-    p.colour[1] = A::multiply_add(w, paint.colour[1], p.colour[1]);
-    p.colour[2] = A::multiply_add(w, paint.colour[2], p.colour[2]);
-    if constexpr (Depth) {
-        p.z = A::multiply_add(w, paint.z, p.z);
-        p.x = A::multiply_add(w, paint.x, p.x);
-        p.y = A::multiply_add(w, paint.y, p.y);
-    }
-    p.t = p.t - w;
+    (detail::blend_column<J, Depth, A>(p, p.t, alpha, moves, at, paint, motion(std::integral_constant<std::uint32_t, J>{})), ...);
+    detail::blend_pair<Depth, A>(p, w, paint);
 }
 
 /// The derivative of a pixel's depth D = z / W by motion J, with W = 1 - T: (dz + (0, 0, W, y, -x, 0) + D dT) / W.
@@ -97,33 +103,45 @@ struct MovingRow {
 };
 
 namespace detail {
+/// The fields that do not depend on a motion.
 template <class A, class F>
-TILEMESH_KERNEL void each_field(MovingPixel<A>& p, bool depth, F const& f) noexcept
+TILEMESH_KERNEL void each_plain_field(MovingPixel<A>& p, bool depth, F const& f) noexcept
 {
     f(0, p.t);
     for (std::uint32_t c = 0; c < 3; ++c) f(1 + c, p.colour[c]);
-    for (std::uint32_t j = 0; j < motions; ++j) f(4 + j, p.dt[j]);
-    for (std::uint32_t c = 0; c < 3; ++c)
-        for (std::uint32_t j = 0; j < motions; ++j) f(10 + 6 * c + j, p.dcolour[c][j]);
-    if (!depth) return;
-    f(28, p.z), f(29, p.x), f(30, p.y);
-    for (std::uint32_t j = 0; j < motions; ++j) f(31 + j, p.dz[j]);
+    if (depth) f(28, p.z), f(29, p.x), f(30, p.y);
 }
-/// Loads N columns of a row, or stores them.
+/// The fields of motion j.
+template <class A, class F>
+TILEMESH_KERNEL void each_field_of(std::uint32_t j, MovingPixel<A>& p, bool depth, F const& f) noexcept
+{
+    f(4 + j, p.dt[j]);
+    for (std::uint32_t c = 0; c < 3; ++c) f(10 + 6 * c + j, p.dcolour[c][j]);
+    if (depth) f(31 + j, p.dz[j]);
+}
+template <std::uint32_t N>
+struct LoadField {
+    MovingRow const& row;
+    std::uint32_t column;
+    TILEMESH_KERNEL void operator()(std::uint32_t i, splat::detail::Floats<N>& v) const noexcept { v = splat::detail::load<N>(row.field[i] + column); }
+};
+template <std::uint32_t N>
+struct StoreField {
+    MovingRow& row;
+    std::uint32_t column;
+    TILEMESH_KERNEL void operator()(std::uint32_t i, splat::detail::Floats<N> const& v) const noexcept { splat::detail::store(row.field[i] + column, v); }
+};
+/// Loads N columns of a row.
 template <std::uint32_t N>
 TILEMESH_KERNEL MovingPixel<splat::detail::FloatLanes<N>> load_pixels(MovingRow const& row, std::uint32_t column, bool depth) noexcept
 {
     MovingPixel<splat::detail::FloatLanes<N>> p;
     p.z = p.x = p.y = splat::detail::Floats<N>{};
     for (auto& dz : p.dz) dz = splat::detail::Floats<N>{};
-    each_field(p, depth, [&](std::uint32_t i, auto& v) noexcept { v = splat::detail::load<N>(row.field[i] + column); });
+    LoadField<N> const load{row, column};
+    each_plain_field(p, depth, load);
+    for (std::uint32_t j = 0; j < motions; ++j) each_field_of(j, p, depth, load);
     return p;
-}
-template <std::uint32_t N>
-TILEMESH_KERNEL void store_pixels(MovingRow& row, std::uint32_t column, bool depth,
-                                  MovingPixel<splat::detail::FloatLanes<N>>& p) noexcept
-{
-    each_field(p, depth, [&](std::uint32_t i, auto& v) noexcept { splat::detail::store(row.field[i] + column, v); });
 }
 
 /// A chunk of splats with the motions of their powers: one array per field.
@@ -175,7 +193,7 @@ struct CompleteMotions {
     }
 };
 
-/// The motions of a chunk's splat i, as `blend_moving_pair` asks for them.
+/// The motions of a chunk's splat i.
 template <class A, std::uint32_t Size>
 struct MotionIn {
     MovingChunk<Size> const& chunk;
@@ -188,6 +206,49 @@ struct MotionIn {
         return {A::all(of[0][i]), A::all(of[1][i]), A::all(of[2][i]), A::all(of[3][i]), A::all(of[4][i])};
     }
 };
+
+/// The pairs of up to 16 splats and N pixels that take part, in order: what the derivatives read of them.
+template <std::uint32_t N>
+struct MovingPairs {
+    static constexpr std::uint32_t most = 16;
+    std::uint32_t count;
+    std::uint32_t splat[most];
+    splat::detail::Floats<N> dx[most], off[most], alpha[most], t[most];
+    splat::detail::Words<N> moves[most];
+};
+/// Blends the pairs into motions J... of a row.
+template <bool Depth, std::uint32_t N, std::uint32_t Size, std::uint32_t... J>
+TILEMESH_KERNEL void blend_motions(MovingRow& row, std::uint32_t column, MovingChunk<Size> const& c, MovingPairs<N> const& pairs,
+                                   std::integer_sequence<std::uint32_t, J...>) noexcept
+{
+    using namespace splat::detail;
+    using A = FloatLanes<N>;
+    MovingPixel<A> p; // only the fields of these motions are used
+    (each_field_of(J, p, Depth, LoadField<N>{row, column}), ...);
+    for (std::uint32_t h = 0; h < pairs.count; ++h) {
+        std::uint32_t const i = pairs.splat[h];
+        Floats<N> const dx = pairs.dx[h], off = pairs.off[h];
+        PairOffsets<A> const at{dx, off, dx * dx, dx * off, off * off};
+        MovingPaint<A> const paint{{broadcast<N>(c.red[i]), broadcast<N>(c.green[i]), broadcast<N>(c.blue[i])}, broadcast<N>(c.depth[i]), Floats<N>{}, Floats<N>{}};
+        (blend_column<J, Depth, A>(p, pairs.t[h], pairs.alpha[h], pairs.moves[h], at, paint, MotionIn<A, Size>{c, i}(std::integral_constant<std::uint32_t, J>{})), ...);
+    }
+    (each_field_of(J, p, Depth, StoreField<N>{row, column}), ...);
+}
+/// Blends the pairs into all motions, three after three or two after two: their fields, 5 vectors a motion, stay in registers, and those of
+/// all six would not. Targets with 16 lanes have 32 registers, the others 16.
+template <bool Depth, std::uint32_t N, std::uint32_t Size>
+TILEMESH_KERNEL void blend_all_motions(MovingRow& row, std::uint32_t column, MovingChunk<Size> const& c, MovingPairs<N>& pairs) noexcept
+{
+    if constexpr (N == 16) {
+        blend_motions<Depth, N>(row, column, c, pairs, std::integer_sequence<std::uint32_t, 0, 1, 2>{});
+        blend_motions<Depth, N>(row, column, c, pairs, std::integer_sequence<std::uint32_t, 3, 4, 5>{});
+    } else {
+        blend_motions<Depth, N>(row, column, c, pairs, std::integer_sequence<std::uint32_t, 0, 1>{});
+        blend_motions<Depth, N>(row, column, c, pairs, std::integer_sequence<std::uint32_t, 2, 3>{});
+        blend_motions<Depth, N>(row, column, c, pairs, std::integer_sequence<std::uint32_t, 4, 5>{});
+    }
+    pairs.count = 0;
+}
 
 /// Blends the splats of `hits` that cover row `k` of a block into the row. The alpha of a pair and the set of pairs are those of `precise`
 /// blending, bit for bit. Returns the number of pairs that contributed.
@@ -204,36 +265,48 @@ struct BlendMovingRow {
         std::uint32_t contributing = 0;
         for (std::uint32_t column = 0; column < block_width; column += N) {
             if (!A::any(load<N>(row.field[0] + column) >= m.transmittance_min)) continue; // all have stopped
-            auto p = load_pixels<N>(row, column, Depth);
+            MovingPixel<A> p; // without its derivatives
+            each_plain_field(p, Depth, LoadField<N>{row, column});
+            MovingPairs<N> pairs;
+            pairs.count = 0;
             Words<N> const columns = counted_lanes<N>() + (at.column + static_cast<std::int32_t>(column));
             Floats<N> const xs = load<N>(at.xs + column);
             Words<N> counted{};
             std::int32_t const first = at.column + static_cast<std::int32_t>(column), end = first + static_cast<std::int32_t>(N);
-            for (std::uint32_t h = 0; h < n; ++h) {
-                std::uint32_t const i = hits[h] & Hit::number;
-                if (c.x0[i] >= end || c.x1[i] <= first) continue;
-                if (covered_rows.bits[(hits[h] >> Hit::limits_at) * block_height + k] == 0) continue;
-                auto const offset = __builtin_bit_cast(UnsignedWords<N>, Words<N>(columns - c.x0[i]));
-                Words<N> const covered = offset < static_cast<std::uint32_t>(c.x1[i] - c.x0[i]);
-                Floats<N> const dx = xs - c.mean_x[i], dy = broadcast<N>(at.ys[k] - c.mean_y[i]);
-                Floats<N> const off = multiply_add_lanes<N>(broadcast<N>(-c.slope[i]), dx, dy);
-                Floats<N> const power = multiply_add_lanes<N>(c.along[i] * dx, dx, c.across[i] * off * off);
-                Floats<N> alpha = c.opacity[i] * exponential_lanes<N>(power, lowest);
-                Words<N> const follows = ~(alpha > m.alpha_max);
-                alpha = alpha < m.alpha_max ? alpha : broadcast<N>(m.alpha_max);
-                Words<N> takes_part = covered & (alpha >= m.alpha_min) & (p.t >= m.transmittance_min);
-                if constexpr (Stop::drops_crossing) {
-                    Words<N> const crosses = takes_part & (p.t - alpha * p.t < m.transmittance_min);
-                    p.t = crosses ? -p.t : p.t;
-                    takes_part &= ~crosses;
+            for (std::uint32_t h = 0; h < n;) { // the derivatives follow once per so many pairs
+                for (; h < n && pairs.count < MovingPairs<N>::most; ++h) {
+                    std::uint32_t const i = hits[h] & Hit::number;
+                    if (c.x0[i] >= end || c.x1[i] <= first) continue;
+                    if (covered_rows.bits[(hits[h] >> Hit::limits_at) * block_height + k] == 0) continue;
+                    auto const offset = __builtin_bit_cast(UnsignedWords<N>, Words<N>(columns - c.x0[i]));
+                    Words<N> const covered = offset < static_cast<std::uint32_t>(c.x1[i] - c.x0[i]);
+                    Floats<N> const dx = xs - c.mean_x[i], dy = broadcast<N>(at.ys[k] - c.mean_y[i]);
+                    Floats<N> const off = multiply_add_lanes<N>(broadcast<N>(-c.slope[i]), dx, dy);
+                    Floats<N> const power = multiply_add_lanes<N>(c.along[i] * dx, dx, c.across[i] * off * off);
+                    Floats<N> alpha = c.opacity[i] * exponential_lanes<N>(power, lowest);
+                    Words<N> const follows = ~(alpha > m.alpha_max);
+                    alpha = alpha < m.alpha_max ? alpha : broadcast<N>(m.alpha_max);
+                    Words<N> takes_part = covered & (alpha >= m.alpha_min) & (p.t >= m.transmittance_min);
+                    if constexpr (Stop::drops_crossing) {
+                        Words<N> const crosses = takes_part & (p.t - alpha * p.t < m.transmittance_min);
+                        p.t = crosses ? -p.t : p.t;
+                        takes_part &= ~crosses;
+                    }
+                    if (!A::any(takes_part)) continue;
+                    counted = takes_part ? counted + 1 : counted;
+                    MovingPaint<A> paint{{broadcast<N>(c.red[i]), broadcast<N>(c.green[i]), broadcast<N>(c.blue[i])}, Floats<N>{}, Floats<N>{}, Floats<N>{}};
+                    if constexpr (Depth) paint.z = broadcast<N>(c.depth[i]), paint.x = broadcast<N>(c.view_x[i]), paint.y = broadcast<N>(c.view_y[i]);
+                    alpha = A::select(takes_part, alpha, Floats<N>{});
+                    std::uint32_t const at_pair = pairs.count++;
+                    pairs.splat[at_pair] = i;
+                    pairs.dx[at_pair] = dx, pairs.off[at_pair] = off;
+                    pairs.alpha[at_pair] = alpha, pairs.t[at_pair] = p.t;
+                    pairs.moves[at_pair] = takes_part & follows;
+                    blend_pair<Depth, A>(p, Floats<N>(alpha * p.t), paint);
                 }
-                if (!A::any(takes_part)) continue;
-                counted = takes_part ? counted + 1 : counted;
-                MovingPaint<A> paint{{broadcast<N>(c.red[i]), broadcast<N>(c.green[i]), broadcast<N>(c.blue[i])}, Floats<N>{}, Floats<N>{}, Floats<N>{}};
-                if constexpr (Depth) paint.z = broadcast<N>(c.depth[i]), paint.x = broadcast<N>(c.view_x[i]), paint.y = broadcast<N>(c.view_y[i]);
-                blend_moving_pair<Depth, A>(p, alpha, takes_part, Words<N>(takes_part & follows), dx, off, paint, MotionIn<A, Size>{c, i}, AllMotions{});
+                if (pairs.count != 0) blend_all_motions<Depth, N>(row, column, c, pairs);
             }
-            store_pixels<N>(row, column, Depth, p);
+            each_plain_field(p, Depth, StoreField<N>{row, column});
             std::uint32_t counts[N];
             store(counts, counted);
             for (std::uint32_t one : counts) contributing += one;

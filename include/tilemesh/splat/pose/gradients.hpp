@@ -4,6 +4,7 @@
 #include <tilemesh/splat/pose/operations.hpp>
 #include <tilemesh/splat/pose/regions.hpp>
 #include <tilemesh/splat/pose/tile.hpp>
+#include <utility>
 
 /// Rows from the gradients of the composited picture, instead of forward mode: a pixel moves as the point of the map that it shows.
 TILEMESH_EXACT_BEGIN
@@ -278,9 +279,9 @@ private:
                 fill(x0, y + 1);
                 set.template call<detail::MakeGradientRows>(around, y, static_cast<float>(tile.y0 / cell + y), frame.view.camera, tracking, rows);
                 if (tracking.unknowns > motions)
-                    set.template call<detail::AddRows<most_unknowns>>(rows, tracking.sums, sums);
+                    set.template call<detail::AddRows<most_unknowns>>(std::as_const(rows), tracking.sums, sums);
                 else
-                    set.template call<detail::AddRows<motions>>(rows, tracking.sums, sums);
+                    set.template call<detail::AddRows<motions>>(std::as_const(rows), tracking.sums, sums); // the code of forward mode
                 if (y % block_height == block_height - 1 || y + 1 == grid.height) take_sums(sums, tracking.unknowns, totals.of[0]);
             }
         }

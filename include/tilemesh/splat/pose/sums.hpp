@@ -2,6 +2,7 @@
 #include <tilemesh/splat/blending_rules.hpp>
 #include <tilemesh/splat/number.hpp>
 #include <tilemesh/splat/pose/motion.hpp>
+#include <utility>
 
 /// Rows of a least-squares problem to its sums J^T J, J^T r and cost, in integers: whatever the order of the additions, the sums have the
 /// same bits.
@@ -98,26 +99,40 @@ struct LaneRows {
     /// One row: Huber's weight, and the weight of a row beyond the clip. `counts`: the lanes that have this row.
     TILEMESH_KERNEL void add(Real const (&j)[Unknowns], Real const& residual, float huber, float clip, typename A::Mask const& counts) noexcept
     {
+        add_all(j, residual, huber, clip, counts, std::make_integer_sequence<std::uint32_t, Unknowns>{});
+    }
+
+private:
+    // The loops over unknowns are written out: GCC 12 keeps them as loops, whose sums are in memory.
+    TILEMESH_KERNEL static void take_larger(Real& largest, Real const& v) noexcept
+    {
+        Real const size = A::magnitude(v);
+        largest = A::select(size > largest, size, largest);
+    }
+    template <std::uint32_t I, std::uint32_t... K>
+    TILEMESH_KERNEL void add_entries(Real const (&j)[Unknowns], Real const& residual, Real const& weight,
+                                     std::integer_sequence<std::uint32_t, K...>) noexcept
+    {
+        Real const weighted = weight * j[I];
+        g[I] = A::multiply_add(weighted, residual, g[I]);
+        ((h[I * (I + 1) / 2 + K] = A::multiply_add(weighted, j[K], h[I * (I + 1) / 2 + K])), ...);
+    }
+    template <std::uint32_t... I>
+    TILEMESH_KERNEL void add_all(Real const (&j)[Unknowns], Real const& residual, float huber, float clip, typename A::Mask const& counts,
+                                 std::integer_sequence<std::uint32_t, I...>) noexcept
+    {
         Real const zero = A::all(0.0f), one = A::all(1.0f), width = A::all(huber);
         Real const error = A::magnitude(residual);
         auto const inside = error <= width;
         Real weight = A::select(inside, one, width / error);
         Real const loss = A::select(inside, 0.5f * error * error, width * (error - 0.5f * width));
         Real largest = zero;
-        for (std::uint32_t i = 0; i < Unknowns; ++i) {
-            Real const size = A::magnitude(j[i]);
-            largest = A::select(size > largest, size, largest);
-        }
+        (take_larger(largest, j[I]), ...);
         Real const share = A::all(clip) / largest;
         weight = A::select(largest > A::all(clip), weight * (share * share), weight);
         weight = A::select(counts, weight, zero);
         cost = cost + A::select(counts, loss, zero);
-        std::uint32_t at = 0;
-        for (std::uint32_t i = 0; i < Unknowns; ++i) {
-            Real const weighted = weight * j[i];
-            g[i] = A::multiply_add(weighted, residual, g[i]);
-            for (std::uint32_t k = 0; k <= i; ++k, ++at) h[at] = A::multiply_add(weighted, j[k], h[at]);
-        }
+        (add_entries<I>(j, residual, weight, std::make_integer_sequence<std::uint32_t, I + 1>{}), ...);
     }
 };
 template <std::uint32_t N>
