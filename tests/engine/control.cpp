@@ -74,7 +74,7 @@ TEST_CASE("Loop: loops in loops count all their rounds")
     CHECK(p.step(1).passes == 6);
     CHECK(p.mesh->state<Tank>(TileId::at(2, 1)).drained == 6);
     Program bounded;
-    std::get<0>(std::get<1>(bounded.steps).steps).at_most = 2;
+    get_loop<Drain>(bounded).at_most = 2;
     auto const b = everywhere<Program>(grid, load, 1, bounded);
     CHECK(b.last().loops == std::vector<LoopCounters>{{1, 2, 3}, {1, 1, 2 + 2 + 2}});
 }

@@ -98,6 +98,16 @@ static_assert([] {
     auto const& loop = std::get<1>(program.steps);
     return std::get<0>(std::get<0>(loop.steps).steps).at_most == 7 && std::get<0>(std::get<3>(program.steps).steps).times == 9;
 }());
+static_assert([] { // the innermost loop; a condition is none
+    Twisted program;
+    get_loop<Everything>(program).at_most = 7;
+    get_loop<Nothing>(program).at_most = 8;
+    get_loop<Nothing, 2>(program).at_most = 9;
+    auto const& loop = std::get<1>(program.steps);
+    Loop<Superstep<Nothing>> alone;
+    get_loop<Nothing>(alone).at_most = 5;
+    return loop.at_most == 7 && std::get<1>(loop.steps).at_most == 8 && std::get<3>(program.steps).at_most == 9 && alone.at_most == 5;
+}());
 static_assert(std::is_same_v<machine::Needs<Superstep<Nothing>>, RegionTypes<machine::Types<>, machine::Types<>, machine::Types<>>>);
 static_assert(std::is_same_v<machine::Needs<Sequence<>>, RegionTypes<machine::Types<>, machine::Types<>, machine::Types<>>>);
 static_assert(std::is_same_v<machine::Needs<Repeat<Everything>>, machine::Needs<UntilQuiet<Everything>>>);

@@ -1,7 +1,9 @@
 #!/usr/bin/env bash
-# usage: run.sh [-c COMPILER] [-j JOBS] [NN | NN-MM | PART/TEST | FILE]...
+# usage: run.sh [-c COMPILER] [-j JOBS] [-d DONE] [NN | NN-MM | PART/TEST | FILE]...
 #                   plants each fault of faults.txt (or those numbered, or those that this test catches, or that change this file):
 #                   every test that a fault names must fail. Default: Clang, which compiles fastest; else $CXX or c++. All cores.
+#                   The file DONE lists the faults that were caught: a run that was stopped goes on. A fault is planted again if
+#                   its text, the files that it changes or its tests have changed since, but not if another header has.
 #        run.sh --check    only: the text of every fault is in its file, once, and the tests that it names exist
 #        run.sh --move     rewrites faults.txt: a text that is in another file now names that file
 #
@@ -16,7 +18,7 @@ table() { # MODE [-v NAME=VALUE ...]
     awk -f "$here/faults.awk" -v mode="$1" -v root="$root" "${@:2}" "$here/faults.txt"
 }
 usage() {
-    sed -n '2,6s/^# //p' "$0" >&2
+    sed -n '2,8s/^# //p' "$0" >&2
     exit 2
 }
 
@@ -35,12 +37,14 @@ esac
 
 compiler=
 jobs=$(getconf _NPROCESSORS_ONLN 2>/dev/null || echo 2)
+done_file=
 wanted=()
 while [ $# -gt 0 ]; do
     case $1 in
     -c) compiler=${2-} && shift ;;
     -j) jobs=${2-} && shift ;;
     -j*) jobs=${1#-j} ;;
+    -d) done_file=${2-} && shift && [ -n "$done_file" ] || usage ;;
     -*) usage ;;
     *) wanted+=("$1") ;;
     esac
@@ -79,12 +83,36 @@ is_wanted() { # NUMBER TESTS FILES
 for one in ${wanted[@]+"${wanted[@]}"}; do
     [[ $one == */* || $one =~ ^[0-9]+(-[0-9]+)?$ ]] || usage
 done
+# The fault as it is now: its number and a sum of its text, the files that it changes, and its tests.
+key_of() { # NUMBER TESTS FILES
+    local one
+    {
+        awk -v n="$1" '/^== / { on = $2 == n } on' "$here/faults.txt"
+        for one in $2; do
+            if [[ $one == checks/* ]]; then cat "$root/tests/$one.sh"; else cat "$root/tests/$one.cpp"; fi
+        done
+        for one in $3; do cat "$root/$one"; done
+    } | cksum | sed "s/^/$1 /"
+}
+if [ -n "$done_file" ] && ! : >>"$done_file"; then
+    echo "run.sh: $done_file cannot be written (option -d); name another file" >&2 && exit 2
+fi
 table list >"$work/all" || exit 1
+before=0
 while IFS='|' read -r number name tests flags refusal files; do
-    if is_wanted "$number" "$tests" "$files"; then echo "$number|$name|$tests|$flags|$refusal|$files"; fi
-done <"$work/all" >"$work/faults"
-[ -s "$work/faults" ] || { echo "run.sh: no fault is ${wanted[*]}; faults.txt lists them" >&2 && exit 2; }
+    if ! is_wanted "$number" "$tests" "$files"; then continue; fi
+    if [ -n "$done_file" ] && grep -qxF "$(key_of "$number" "$tests" "$files")" "$done_file"; then
+        before=$((before + 1))
+    else
+        echo "$number|$name|$tests|$flags|$refusal|$files" >>"$work/faults"
+    fi
+done <"$work/all"
+if [ ! -e "$work/faults" ] && [ $before -gt 0 ]; then
+    echo "$before of $before caught before, by $done_file" && exit 0
+fi
+[ -e "$work/faults" ] || { echo "run.sh: no fault is ${wanted[*]}; faults.txt lists them" >&2 && exit 2; }
 total=$(wc -l <"$work/faults")
+[ -z "$done_file" ] || echo "$before faults were caught before, by $done_file; $total are left"
 
 # ---- trees: each job has a copy of the project of its own; `pristine` holds the files as they were
 mkdir "$work/pristine"
@@ -295,7 +323,10 @@ try_fault() { # JOB NUMBER|NAME|TESTS|FLAGS|REFUSAL|FILES: prints one line
     done
     for file in $files; do cp "$work/pristine/$file" "$tree/$file"; done
     case $line in
-    caught*) : >"$work/caught_$number" ;;
+    caught*)
+        : >"$work/caught_$number"
+        if [ -n "$done_file" ]; then key_of "$number" "$tests" "$files" >>"$done_file"; fi
+        ;;
     skipped*) : >"$work/skipped_$number" ;;
     esac
     echo "$number $name: $line in $((($(now) - begin + 500) / 1000)) s"

@@ -1,71 +1,17 @@
 // test: unoptimised tsan, without asan, needs data, cost 55
 // The host moves references instead of records. Pictures, counters, bytes and losses are those of the machine that moves values.
-#include "runner.hpp"
-#include "scenes.hpp"
-#include <tilemesh/report/compare_reports.hpp>
+#include "references.hpp"
 #include <type_traits>
 
 using namespace tilemesh;
 using namespace tilemesh::splat;
+using support::compare;
 using support::make_runner;
+using support::path;
 using support::Whole;
 
 namespace {
-std::uint64_t differing(report::Plane const& a, report::Plane const& b)
-{
-    if (a.values.size() != b.values.size()) return ~std::uint64_t{0};
-    return a.values.empty() ? 0 : std::memcmp(a.values.data(), b.values.data(), a.values.size() * sizeof(float)) != 0 ? 1 : 0;
-}
-
-/// Renders the cameras with values, and by reference on 1, 2 and 3 threads. Returns the losses of the last frame with values.
-template <class S>
-report::FrameReport compare(scene::Map const& map, RendererOptions options, std::vector<Camera> const& cameras)
-{
-    auto const values = make_runner<S>(map, options);
-    std::unique_ptr<support::Runner> references[3];
-    for (auto& runner : references) {
-        runner = make_runner<Referenced<S>>(map, options);
-        ++options.threads;
-    }
-    RenderedFrame frame, other;
-    for (std::size_t i = 0; i < cameras.size(); ++i) {
-        INFO("frame ", i);
-        values->render_into(cameras[i], frame);
-        auto const tiles = values->on_tiles();
-        for (auto const& runner : references) {
-            INFO("by ", &runner - references + 1, " threads");
-            runner->render_into(cameras[i], other);
-            CHECK(support::differing_pixels(other.image, frame.image) == 0);
-            CHECK(differing(other.depth, frame.depth) == 0);
-            CHECK(differing(other.alpha, frame.alpha) == 0);
-            CHECK(report::first_difference(other.report, frame.report) == "");
-            CHECK(runner->on_tiles() == tiles);
-        }
-    }
-    return frame.report;
-}
-
-/// A camera path: still, steps of 0.1 degrees, of 2 degrees and more, jumps, a look away and back.
-std::vector<Camera> path(std::uint32_t width = 120, std::uint32_t height = 80)
-{
-    std::vector<Camera> out;
-    for (float turn : {0.0f, 0.0f, 0.0017f, 0.0034f, 0.0051f, 0.0051f, 0.04f, 0.08f, -0.4f, -0.4f, 1.5f, 3.1f, 3.1f, 0.01f, 0.01f, 0.02f,
-                       -0.02f})
-        out.push_back(support::lens(width, height, turn));
-    return out;
-}
-
 scene::Map cloud(std::uint32_t n = 400, std::uint64_t seed = 21) { return support::map_of(support::cloud(n, seed)); }
-/// A cloud with harmonics up to `degree`.
-scene::Map shaded_cloud(std::uint32_t n, std::uint64_t seed, std::uint32_t degree)
-{
-    auto map = cloud(n, seed);
-    map.sh_degree = degree;
-    support::Random random(seed);
-    map.harmonics.resize(std::size_t{3} * harmonics_per_channel(degree) * n);
-    for (float& v : map.harmonics) v = random.uniform(-0.3f, 0.3f);
-    return map;
-}
 } // namespace
 
 // --- what the machine says of itself ------------------------------------------------------------------------------------------
@@ -99,36 +45,6 @@ TEST_CASE("references: hold, carried, world copies: from room for all to a chann
     CHECK(tight.gaussians.held > 0);
     compare<Whole>(cloud(), {.grid = {1, 1}}, path());
     compare<Whole>(cloud(), {.grid = {30, 20}, .tile = {20, 16}}, path()); // most tiles are beyond the picture
-}
-
-TEST_CASE("references: pairwise, hold or drop, world or screen, carried or recomputed, floats or bytes, planes, harmonics")
-{
-    using namespace support;
-    std::uint64_t lost = 0;
-    auto const check = [&]<class S>(S, scene::Map const& map) {
-        lost += compare<S>(map, {.grid = {7, 6}}, path()).lost.size();
-        lost += compare<S>(map, {.grid = {7, 6}, .channel_slots = 2}, path()).lost.size();
-        lost += compare<S>(map, {.grid = {7, 6}, .storage_slots = 22}, path()).lost.size();
-    };
-    check(Room<DropBase>{}, ::cloud(500, 31));
-    check(Screens{}, ::cloud(500, 31));
-    check(Planes{}, ::cloud(500, 31));
-    check(BytesAndPlanes{}, ::cloud(500, 31));
-    check(DropScreens{}, shaded_cloud(500, 78, 3));
-    check(ShadedScreens{}, shaded_cloud(500, 77, 3));
-    check(Shaded{}, shaded_cloud(500, 77, 3));
-    check(Shaded{}, shaded_cloud(500, 79, 1)); // coefficients that the map does not have are zero
-    CHECK(lost > 0);
-}
-
-TEST_CASE("references: without routing, without bloom, with neither")
-{
-    using namespace support;
-    compare<NoRouting>(cloud(), {.grid = {7, 6}}, path());
-    compare<NoRouting>(cloud(), {.grid = {7, 6}, .storage_slots = 20}, path());
-    compare<NoBloom>(cloud(), {.grid = {7, 6}}, path());
-    compare<Minimal>(cloud(), {.grid = {7, 6}}, path());
-    compare<Minimal>(cloud(), {.grid = {1, 1}}, path());
 }
 
 TEST_CASE("references: the paper's drops: full channels, full storage")
@@ -169,7 +85,6 @@ TEST_CASE("references: bounded hops, under way from view to view")
         compare<Whole>(map, {.grid = {6, 5}, .hops = hops, .channel_slots = 2, .waiting_slots = 2}, cameras);
         compare<Whole>(cloud(400, 47), {.grid = {6, 5}, .hops = hops, .channel_slots = 5, .storage_slots = 30}, cameras);
         compare<support::Screens>(map, {.grid = {6, 5}, .hops = hops}, cameras);
-        compare<support::NoRouting>(map, {.grid = {6, 5}, .hops = hops}, cameras);
     }
 }
 

@@ -91,6 +91,13 @@ public:
     template <class Engine, class Peaks>
     RunCounters all(Engine& engine, Program const& program, Grid grid, Limits const& limits, Peaks const& peaks)
     {
+        begin();
+        return go_on(engine, program, grid, limits, peaks);
+    }
+    /// `all` in two parts, for an engine that must know on all processes that a part did not throw: `begin` takes the memory that a run needs
+    /// before its first superstep, and `go_on` runs the program.
+    void begin()
+    {
         if (broken_) throw Error("a mesh that stopped on an error cannot run again (its state is half a superstep); build a new one");
         counters_ = {};
         counters_.steps = begin_steps(StepsOf<Program>{});
@@ -98,12 +105,22 @@ public:
         if constexpr (Traced) trace = begin_trace<Program>(counters_);
         step_ = 0;
         pass_ = 0;
+    }
+    template <class Engine, class Peaks>
+    RunCounters go_on(Engine& engine, Program const& program, Grid grid, Limits const& limits, Peaks const& peaks)
+    {
         broken_ = true;
         Interpreter<Engine> interpreter{*this, engine, grid, limits};
         walk(program, interpreter);
         counters_.peaks = peaks();
         broken_ = false;
         return std::move(counters_);
+    }
+    /// Takes the memory for the digest of the next superstep, so that it cannot be missing later.
+    void make_room_for_digest()
+    {
+        auto& digests = counters_.digests;
+        if (digests.size() == digests.capacity()) digests.reserve(2 * digests.size() + 64);
     }
 
 private:

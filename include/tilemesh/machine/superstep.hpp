@@ -98,7 +98,7 @@ struct StepTraits {
 namespace detail {
 template <class Step, class K, bool Everywhere>
 struct OneKernel {
-    static constexpr bool is_step = true;
+    static constexpr bool is_step = true, is_loop = false;
     static constexpr bool everywhere = Everywhere;
     static constexpr std::uint32_t loops = 0;
     using Kernel = K;
@@ -287,6 +287,36 @@ constexpr auto& step_at(Part& part) noexcept
             return step_at<Index - n, At + 1>(part);
     }
 }
+struct NoLoop {};
+/// The innermost Loop around step `Index` of `part`, from its part `At` on; `around` is the innermost one around `part`.
+template <std::uint32_t Index, std::uint32_t At, class Part, class Around>
+constexpr auto& loop_at(Part& part, Around& around) noexcept
+{
+    if constexpr (StepTraits<std::remove_const_t<Part>>::is_step) {
+        return around;
+    } else {
+        using Inner = std::tuple_element_t<At, decltype(part.steps)>;
+        constexpr auto n = StepsOf<Inner>::count;
+        if constexpr (Index >= n)
+            return loop_at<Index - n, At + 1>(part, around);
+        else if constexpr (StepTraits<Inner>::is_loop)
+            return loop_at<Index, 0>(std::get<At>(part.steps), std::get<At>(part.steps));
+        else
+            return loop_at<Index, 0>(std::get<At>(part.steps), around);
+    }
+}
+template <std::uint32_t Index, class Program>
+constexpr auto& loop_around(Program& program) noexcept
+{
+    if constexpr (StepTraits<std::remove_const_t<Program>>::is_loop) {
+        return loop_at<Index, 0>(program, program);
+    } else {
+        constexpr NoLoop none;
+        using Found = decltype(loop_at<Index, 0>(program, none));
+        static_assert(!std::is_same_v<Found, NoLoop const&>, "the program has no Loop around this step (its passes are its own); use get_step");
+        return loop_at<Index, 0>(program, none);
+    }
+}
 } // namespace detail
 
 /// The place of the Nth step (from 0) of kernel `Kernel` among a program's steps; `no_step` if the program has no such step.
@@ -302,6 +332,14 @@ constexpr auto& get_step(Program& program) noexcept
     constexpr auto i = step_of<std::remove_const_t<Program>, Kernel, Nth>();
     static_assert(i != no_step, "the program has no such step (no step, or fewer than asked for, of this kernel); name a kernel that it runs");
     return detail::step_at<i, 0>(program);
+}
+/// The innermost Loop around the Nth step (from 0) of kernel `Kernel` in a program value: `get_loop<Smooth>(program).at_most = 50`.
+template <class Kernel, std::uint32_t Nth = 0, class Program>
+constexpr auto& get_loop(Program& program) noexcept
+{
+    constexpr auto i = step_of<std::remove_const_t<Program>, Kernel, Nth>();
+    static_assert(i != no_step, "the program has no such step (no step, or fewer than asked for, of this kernel); name a kernel that it runs");
+    return detail::loop_around<i>(program);
 }
 
 }} // namespace tilemesh

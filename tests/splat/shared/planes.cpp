@@ -1,3 +1,4 @@
+// test: without tsan
 #include "runner_of.hpp"
 
 using namespace support;

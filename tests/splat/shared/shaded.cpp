@@ -1,3 +1,4 @@
+// test: without asan tsan
 #include "runner_of.hpp"
 
 using namespace support;
