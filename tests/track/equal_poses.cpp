@@ -1,3 +1,4 @@
+// test: without asan
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
