@@ -183,7 +183,7 @@ TEST_CASE("10,000 frames of slow orbit and of hand-held motion: every 500 the pi
 {
     if (support::data().empty()) MESSAGE("skipped: the authors' orbits and recorded motion; the built-in map stands in");
     bool const fast = support::fast();
-    for (auto const& s : sequences({80, 45}, 48)) play(s, Kind::roomy, small_tiles, fast ? 1000 : 10'000, fast ? 250 : 500);
+    for (auto const& s : sequences({80, 45}, 48)) play(s, Kind::roomy, small_tiles, fast ? 400 : 10'000, fast ? 200 : 500);
 }
 
 TEST_CASE("slow: 10,000 frames of whole maps at 640x360 on 40 x 36 tiles, cold starts every 500")

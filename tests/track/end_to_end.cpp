@@ -1,4 +1,4 @@
-// test: optimised, cost 10
+// test: optimised, without asan, cost 10
 #include "points.hpp"
 #include <algorithm>
 #include <cmath>
