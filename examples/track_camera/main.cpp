@@ -244,7 +244,7 @@ void track_one(Options const& o, std::size_t k, Seen seen, track::Tracker& track
         std::cout << "frame " << k << ": " << track::name_of(f.verdict) << (f.why.empty() ? "" : ", ") << f.why << (again ? ", tried again with all blocks" : "") << ", " << evaluations << " evaluations, " << ms << " ms" << off_by
                   << std::endl;
     out.frames += std::string(k == 0 ? "" : ",\n") + "    {\"status\": \"" + track::name_of(f.verdict) + "\", \"why\": " + json_text(f.why) + ", \"seconds\": " + number(seen.seconds) + ", \"iterations\": " + std::to_string(evaluations) +
-                  ", \"tried_again\": " + (again ? "true" : "false") + ", \"host_ms\": " + number(ms) + ", \"rotation_error_deg\": " + errors + "}";
+                  ", \"tried_again\": " + (again ? "true" : "false") + ", \"mean_cost\": " + number(f.mean_cost) + ", \"host_ms\": " + number(ms) + ", \"rotation_error_deg\": " + errors + "}";
 }
 
 /// Writes the trajectories, the plot and the report, and prints the summary.

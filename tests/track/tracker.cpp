@@ -145,6 +145,41 @@ TEST_CASE("a frame of another place, of nothing, of NaN or of little is lost; th
     }
 }
 
+TEST_CASE("a frame beyond a jump of the cost is found from another start, which counts; without one it is lost")
+{
+    // Past a plane between the prediction and the frame, another picture is seen, as where a splat comes through the near plane.
+    for (double const truth : {3.3, 2.7})
+        for (bool const found : {true, false}) {
+            CAPTURE(truth);
+            CAPTURE(found);
+            Walk walk;
+            walk.noise_px = 0.3;
+            auto o = options();
+            o.harmless_cost = 0.0;
+            if (!found) o.second_look_ratio = 1e9;
+            track::Tracker tracker(lens(), scale_of_points, scene::pose_of(Walk::camera(0)), o);
+            for (double const k : {0.0, 1.0, 2.0}) {
+                auto points = walk.frame(k);
+                REQUIRE(tracker.track(points).verdict == track::Verdict::converged);
+            }
+            auto here = walk.frame(truth);
+            walk.noise_px = 3.0;
+            auto beyond = walk.frame(3.0 - 3.0 * (truth - 3.0));
+            double const plane = 0.03 * (0.4 * 3.0 + 0.6 * truth);
+            std::uint32_t calls = 0;
+            auto const jumps = [&](splat::Camera const& camera, track::Level const& level) {
+                ++calls;
+                bool const past = (scene::pose_of(camera).position.z > plane) == (truth > 3.0);
+                return past ? here(camera, level) : beyond(camera, level);
+            };
+            auto const f = tracker.track(jumps);
+            INFO(f.why, " ", error_degrees(f.pose, truth), " ", f.mean_cost, " ", calls);
+            CHECK((f.verdict == track::Verdict::converged) == found);
+            if (found) CHECK(error_degrees(f.pose, truth) < 0.1); // the wrong picture is a degree away
+            CHECK(f.solution.evaluations == calls);
+        }
+}
+
 TEST_CASE("a view that leaves a motion open is weak and says which; what is known is right, and tracking goes on")
 {
     // A vertical line of points, then a cloud.
