@@ -29,6 +29,16 @@ scene::Map shaded_cloud(std::uint32_t n)
     for (float& v : map.harmonics) v = static_cast<float>(random.below(601)) * 0.001f - 0.3f;
     return map;
 }
+/// A test's machine, with degree 1 and both planes.
+render::HomesChoice choice_of(std::uint32_t homes)
+{
+    render::HomesChoice choice;
+    choice.machine = size_of_machine<TestMachine<64u << 20>>();
+    choice.sizes.homes = homes;
+    choice.sh_degree = 1;
+    choice.depth = choice.alpha = true;
+    return choice;
+}
 bool same_words(std::vector<float> const& a, std::vector<float> const& b)
 {
     return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0);
@@ -48,11 +58,7 @@ TEST_CASE("homes over ranks: a whole map, chapters, one slot, a bound on rounds"
     for (auto const& some : {Case{17, 20, 0, 0, true}, Case{5, 20, 3, 0, true}, Case{17, 9, 1, 0, false}, Case{5, 10, 0, 3, true}}) {
         CAPTURE(some.homes);
         CAPTURE(some.rounds);
-        render::HomesChoice choice;
-        choice.machine = size_of_machine<TestMachine<64u << 20>>();
-        choice.sizes.homes = some.homes;
-        choice.sh_degree = 1;
-        choice.depth = choice.alpha = true;
+        auto const choice = choice_of(some.homes);
         RendererOptions options{.grid = {4, 3}, .channel_slots = some.channel_slots, .storage_slots = some.storage_slots, .digest = true};
         options.rounds = some.rounds;
         options.fold = some.fold;
@@ -89,11 +95,7 @@ TEST_CASE("homes over ranks: ranks with different views are refused; the next fr
 {
     if (ranks() == 1) return;
     auto const map = shaded_cloud(60);
-    render::HomesChoice choice;
-    choice.machine = size_of_machine<TestMachine<64u << 20>>();
-    choice.sizes.homes = 20;
-    choice.sh_degree = 1;
-    choice.depth = choice.alpha = true;
+    auto const choice = choice_of(20);
     RendererOptions const options{.grid = {4, 3}};
     OnRanks renderer{map, choice, options};
     bool const other = rank() + 1 == ranks();
@@ -108,11 +110,7 @@ TEST_CASE("homes over ranks: ranks with frames of different sizes, and a camera 
 {
     if (ranks() == 1) return;
     auto const map = shaded_cloud(60);
-    render::HomesChoice choice;
-    choice.machine = size_of_machine<TestMachine<64u << 20>>();
-    choice.sizes.homes = 20;
-    choice.sh_degree = 1;
-    choice.depth = choice.alpha = true;
+    auto const choice = choice_of(20);
     RendererOptions const options{.grid = {4, 3}};
     bool const other = rank() + 1 == ranks();
     OnRanks renderer{map, choice, options};
@@ -136,13 +134,9 @@ TEST_CASE("homes over ranks: ranks with frames of different sizes, and a camera 
 TEST_CASE("homes over ranks: one rank out of memory, at each allocation of a frame in turn")
 {
     auto const map = shaded_cloud(60);
-    render::HomesChoice choice;
-    choice.machine = size_of_machine<TestMachine<64u << 20>>();
-    choice.sh_degree = 1;
-    choice.depth = choice.alpha = true;
     for (std::uint32_t const homes : {20u, 3u}) { // 12 tiles: all of the map, and chapters
         CAPTURE(homes);
-        choice.sizes.homes = homes;
+        auto const choice = choice_of(homes);
         RendererOptions const options{.grid = {4, 3}, .storage_slots = 20, .digest = true};
         OnMesh one{map, choice, options};
         auto const wanted = one.render(support::lens(60, 40));

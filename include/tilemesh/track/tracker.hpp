@@ -31,10 +31,10 @@ struct TrackerOptions {
     bool constant_velocity = true;   ///< start each frame where the last step leads; else from the last pose
     double rows_per_pixel = 3.0;     ///< residuals of a pixel: 3 for colour, 4 with depth
     WeakLimits weak{};
-    /// A frame whose mean cost is above this multiple of the last tracked frame's is solved again from up to four other starts, and the least
-    /// cost wins. A splat that comes through the near plane between the start and the frame makes a wrong minimum, and no derivative shows
-    /// it: on Salad along fr2_desk the cost there was 5.6 times that of the frame before, or more. All other frames cost at most 1.8 times as
-    /// much as the frame before; blurred ones of every third pose up to 3.4 times.
+    /// A frame whose mean cost is above this multiple of the last tracked frame's is solved again from up to four other starts. The least cost
+    /// wins. A splat that comes through the near plane between the start and the frame makes a wrong minimum, which no derivative shows. On
+    /// Salad along fr2_desk, the cost there was at least 5.6 times that of the frame before. Before the first such frame, 990 frames cost at
+    /// most 1.8 times as much as the one before; blurred ones of every third pose up to 3.4 times.
     double second_look_ratio = 3.0;
     /// A frame is lost if its mean cost is above this multiple of the last tracked frame's.
     double lost_cost_ratio = 5.0;
