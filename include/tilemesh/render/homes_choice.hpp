@@ -43,7 +43,7 @@ struct HomesLedger {
         std::uint64_t const record = sizeof(Gaussian) + 12 * std::uint64_t{harmonics_per_channel(c.sh_degree)};
         std::uint64_t const pixel = (c.colour == ColourFormat::rgbx8 ? 4u : 12u) + (c.depth ? 4u : 0u) + (c.alpha ? 4u : 0u);
         std::uint64_t const parcel = sizeof(homes::Parcel<Splat>);
-        add(homes::Tidings::name, "channel, 8 ends", 8 * list(sizes.columns, sizeof(homes::Told)));
+        add(homes::WindowNotices::name, "channel, 8 ends", 8 * list(sizes.columns, sizeof(homes::WindowNotice)));
         add(homes::Parcels<P>::name, "channel, 8 ends", 8 * list(sizes.parcels, parcel));
         add(homes::Home<P>::name, "state", list(sizes.homes, record));
         add(homes::Seen<P>::name, "state", list(sizes.homes, sizeof(Splat)));
@@ -57,7 +57,7 @@ struct HomesLedger {
         add(homes::Blocks<false>::name, "state", list(sizes.tile_blocks, c.depth ? sizeof(homes::Blocks<true>::value_type) : sizeof(homes::Blocks<false>::value_type)));
         add(homes::Counts::name, "state", sizeof(homes::Counts));
         add(homes::Work::name, "state", sizeof(homes::Work));
-        add(homes::Table::name, "state", list(sizes.tiles, sizeof(homes::Told)));
+        add(homes::Table::name, "state", list(sizes.tiles, sizeof(homes::WindowNotice)));
         add(homes::Sending::name, "state", sizeof(homes::Sending));
         add(homes::Offers::name, "state", list(sizes.homes, sizeof(homes::Offered)));
         add(homes::Waiting<P, 0>::name, "state", list(sizes.waiting, parcel));

@@ -112,11 +112,11 @@ public:
         auto y = fold_.y.cursor(j0_);
         for (std::uint32_t j = j0_; j <= j1_; ++j, y = fold_.y.next(y)) {
             std::uint32_t const ty = fold_.y.tile(y);
-            Told const* const told = table_.begin() + ty * fold_.x.tiles;
+            WindowNotice const* const notices = table_.begin() + ty * fold_.x.tiles;
             auto x = first_x;
             for (std::uint32_t i = i0_; i <= i1_; ++i, x = fold_.x.next(x)) {
                 std::uint32_t const tx = fold_.x.tile(x);
-                Told const& t = told[tx];
+                WindowNotice const& t = notices[tx];
                 if (depth_ < t.lo_depth || depth_ >= t.hi_depth) continue;
                 if ((t.finished & fold_.bit_of(fold_.y.number(y) * fold_.x.layers + fold_.x.number(x))) != 0) continue;
                 column[n] = static_cast<std::int32_t>(i * block_width);
@@ -133,14 +133,14 @@ private:
     std::uint32_t parts_x() const noexcept { return (x_.last - x_.first) / parcel_columns + 1; }
     bool wants(std::uint32_t x, std::uint32_t y) const noexcept
     {
-        Told const& told = table_[y * fold_.x.tiles + x];
-        if (depth_ < told.lo_depth || depth_ >= told.hi_depth) return false;
+        WindowNotice const& notice = table_[y * fold_.x.tiles + x];
+        if (depth_ < notice.lo_depth || depth_ >= notice.hi_depth) return false;
         for (std::uint32_t k = 0; k < fold_.x.layers; ++k) {
             std::uint32_t const i = fold_.x.block(x, k);
             if (i - i0_ > i1_ - i0_) continue; // also a block that does not exist
             for (std::uint32_t l = 0; l < fold_.y.layers; ++l) {
                 std::uint32_t const j = fold_.y.block(y, l);
-                if (j - j0_ > j1_ - j0_ || (told.finished & fold_.bit_of(l * fold_.x.layers + k)) != 0) continue;
+                if (j - j0_ > j1_ - j0_ || (notice.finished & fold_.bit_of(l * fold_.x.layers + k)) != 0) continue;
                 std::int32_t const column = static_cast<std::int32_t>(i * block_width), row = static_cast<std::int32_t>(j * block_height);
                 if (reach<1>(&column, &row)[0] != 0) return true;
             }

@@ -95,16 +95,16 @@ struct Parcel<Splat> {
 static_assert(sizeof(Parcel<Splat>) == 64);
 inline constexpr std::uint32_t parcel_columns = 4, parcel_rows = 8;
 
-/// What every tile knows of another tile's window.
-struct Told {
+/// What a tile says of its window; in the end every tile has those of all.
+struct WindowNotice {
     std::uint32_t lo_depth;  ///< bits of the nearest depth that it wants; 0xffffffff: it wants nothing more
     std::uint32_t hi_depth;  ///< bits of the first depth behind the window
     std::uint32_t finished;  ///< blocks whose pixels have all stopped (Fold::bit_of)
 };
 inline constexpr std::uint32_t infinite_depth = 0xffffffffu;
 
-struct Tidings : Channel<Told> {
-    static constexpr char const* name = "tidings";
+struct WindowNotices : Channel<WindowNotice> {
+    static constexpr char const* name = "window notices";
     static constexpr auto slots = &Sizes::columns;
 };
 template <class P>
@@ -170,7 +170,7 @@ struct Framebuffer : Buffer<Pixel> {
     static constexpr auto slots = &Sizes::tile_pixels;
 };
 /// The windows of all tiles with blocks, row by row.
-struct Table : Buffer<Told> {
+struct Table : Buffer<WindowNotice> {
     static constexpr char const* name = "windows of all tiles";
     static constexpr auto slots = &Sizes::tiles;
 };

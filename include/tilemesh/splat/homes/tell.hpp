@@ -18,16 +18,16 @@ struct Tell {
     using FrameParameters = typename P::Parameters;
 
     void operator()(Here here, Broadcast<FrameParameters> frame, Window& window, Table& table, Sending& sending, Counts& counts,
-                    In<Tidings> in, Out<Tidings> out) const noexcept
+                    In<WindowNotices> in, Out<WindowNotices> out) const noexcept
     {
         std::uint32_t const columns = frame->fold.x.tiles, rows = frame->fold.y.tiles;
         std::uint32_t const x = here.tile.x(), y = here.tile.y(), pass = window.pass;
         std::uint32_t const row_passes = here.grid.width - 1, last = row_passes + here.grid.height - 1;
-        auto const keep = [&](std::uint32_t tx, std::uint32_t ty, Told const& told) noexcept {
-            if (tx < columns && ty < rows) table[ty * columns + tx] = told;
+        auto const keep = [&](std::uint32_t tx, std::uint32_t ty, WindowNotice const& notice) noexcept {
+            if (tx < columns && ty < rows) table[ty * columns + tx] = notice;
         };
         if (pass == 0) {
-            Told const own{window.lo_depth, window.hi_depth, window.finished}; // a tile that is done wants no finite depth
+            WindowNotice const own{window.lo_depth, window.hi_depth, window.finished}; // a tile that is done wants no finite depth
             keep(x, y, own);
             if (row_passes != 0) {
                 send_along(here, out, Direction::east, &own, 1);
@@ -37,9 +37,9 @@ struct Tell {
         if (pass != 0 && pass <= row_passes) { // one window from each side; those that come from the west are of tile x - pass
             for (Direction from : {Direction::west, Direction::east}) {
                 if (in[from].empty()) continue;
-                Told const& told = in[from][0];
-                keep(from == Direction::west ? x - pass : x + pass, y, told);
-                if (pass < row_passes) send_along(here, out, opposite(from), &told, 1);
+                WindowNotice const& notice = in[from][0];
+                keep(from == Direction::west ? x - pass : x + pass, y, notice);
+                if (pass < row_passes) send_along(here, out, opposite(from), &notice, 1);
             }
         }
         if (pass > row_passes) { // a row of windows from each side
@@ -47,7 +47,7 @@ struct Tell {
             for (Direction from : {Direction::north, Direction::south}) {
                 if (in[from].empty()) continue;
                 std::uint32_t const ty = from == Direction::north ? y - distance : y + distance, n = in[from].size();
-                if (ty < rows) __builtin_memcpy(table.begin() + ty * columns, in[from].begin(), n * sizeof(Told));
+                if (ty < rows) __builtin_memcpy(table.begin() + ty * columns, in[from].begin(), n * sizeof(WindowNotice));
                 if (pass < last) send_along(here, out, opposite(from), in[from].begin(), n);
             }
         }
@@ -59,7 +59,7 @@ struct Tell {
     }
 
     /// For a cost model: a window that is taken or given is a slot.
-    static Operations operations(In<Tidings> in, Out<Tidings> out) noexcept
+    static Operations operations(In<WindowNotices> in, Out<WindowNotices> out) noexcept
     {
         Operations o;
         for (Direction d : news) o[Operation::slot] += in[d].size() + out[d].size();
@@ -67,10 +67,11 @@ struct Tell {
     }
 
 private:
-    TILEMESH_KERNEL static void send_along(Here const& here, Out<Tidings>& out, Direction d, Told const* told, std::uint32_t n) noexcept
+    TILEMESH_KERNEL static void send_along(Here const& here, Out<WindowNotices>& out, Direction d, WindowNotice const* notices,
+                                           std::uint32_t n) noexcept
     {
         if (!here.grid.has_neighbour(here.tile, d)) return;
-        __builtin_memcpy(out[d].begin(), told, n * sizeof(Told));
+        __builtin_memcpy(out[d].begin(), notices, n * sizeof(WindowNotice));
         out[d].resize(n);
     }
 };
