@@ -18,9 +18,11 @@ trap 'rm -rf --one-file-system "$root"' EXIT
 chmod 755 "$root" # apt reads in it as its own user
 trap 'exit 130' INT TERM
 
-# A command that ends with && goes on in the next line.
+# A command stands in a block, where one that ends with && goes on in the next line, or between backticks in a sentence.
 mapfile -t commands < <(awk '/^```/ { inside = /^```sh/; line = ""; next } inside { line = line $0 } /&&$/ { next }
-    inside && line ~ /cmake --workflow/ { gsub(/ +/, " ", line); print line } { line = "" }' "$repository/README.md")
+    inside && line ~ /cmake --workflow/ { gsub(/ +/, " ", line); print line }
+    !inside && match($0, /`cmake --workflow [^`]*`/) { print substr($0, RSTART + 1, RLENGTH - 2) }
+    { line = "" }' "$repository/README.md")
 if [ ${#commands[@]} -ne 2 ]; then
     echo "README.md has ${#commands[@]} commands with \`cmake --workflow\` (two are expected); correct one of us" >&2
     exit 2
@@ -61,7 +63,7 @@ inside() {
 
 inside 'apt-get update -q'
 for command in "${commands[@]}"; do
-    if [ $packages_only = yes ]; then command="${command%%&&*}&& cmake --version"; fi
+    if [ $packages_only = yes ]; then command="${command%%cmake --workflow*}cmake --version"; fi
     printf '\n== %s\n' "$command"
     begin=$SECONDS
     inside "$command" 2>&1 | tee "$root/log"
