@@ -246,7 +246,8 @@ Plain plain_measures(Image const& a, Image const& b)
 
 TEST_CASE("a picture and a photograph are compared as plain loops in double compare them")
 {
-    for (auto const [width, height] : {std::array{1u, 1u}, std::array{3u, 40u}, std::array{11u, 11u}, std::array{37u, 10u}}) {
+    for (auto const size : {std::array{1u, 1u}, std::array{3u, 40u}, std::array{11u, 11u}, std::array{37u, 10u}}) {
+        auto const width = size[0], height = size[1];
         CAPTURE(width);
         auto const a = noise(width, height, 3), b = noise(width, height, 4);
         auto const measures = tilemesh::report::compare_pictures(a, b);
