@@ -55,6 +55,7 @@ TEST_CASE("edges: a trace holds no dropped bytes, and says which edges the chann
     for (auto const& s : checked.supersteps) {
         auto const edge = s.step < 2 ? Edge::reflect : s.step < 4 ? Edge::drop : Edge::wrap;
         CHECK(s.edge == edge);
+        CHECK(s.capacity_bytes == 8 + 3 * 4);
         for (auto const& t : s.tiles)
             for (Direction d : news) {
                 auto const sends = s.sent && (edge != Edge::drop || grid.has_neighbour(grid.tile(t.tile), d));

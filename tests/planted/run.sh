@@ -298,6 +298,8 @@ try_test() { # TEST TREE FLAGS REFUSAL OUT FILES...
             echo "$test (MPI ends the job, status $status)"
         elif [ $status -ne 0 ] && [ -n "$flags" ] && [ -n "$(reported "$out.log")" ]; then
             echo "$test ($(reported "$out.log"))"
+        elif [ $status -gt 128 ] && [ $status -ne 137 ]; then # no summary: two threads died at once. 137: out of memory, or killed by hand
+            echo "$test (crashes, status $status)"
         else
             echo "NOT CAUGHT: $test passes (exit status $status: $(tail -n 1 "$out.log"))"
         fi

@@ -153,7 +153,7 @@ public:
         wrong_ = {};
     }
     struct Wrong {
-        std::uint32_t order, outside, missing, needless, moved, slots, late, bits;
+        std::uint32_t order, outside, missing, needless, moved, slots, late, bits, uncalled;
         friend bool operator==(Wrong const&, Wrong const&) = default;
     };
     Wrong const& wrong() const { return wrong_; }
@@ -173,6 +173,7 @@ private:
         ids_.clear();
         resident_.clear();
         frontiers_.clear();
+        arrived_.clear();
         auto const grid = renderer_.mesh().grid();
         for (std::uint32_t t = 0; t < grid.size(); ++t)
             for (auto const& r : state<homes::Home<Policies>>(grid.tile(t))) {
@@ -195,14 +196,18 @@ private:
         for (auto const i : order) keys.push_back(in_runs[i]);
         auto const held = state<homes::Held<Policies>>(t);
         wrong_.slots += keys.size() != held.size() || in_runs.size() != held.size();
+        auto const tile = renderer_.grid().width * t.y() + t.x();
+        auto const arrived_so_far = std::as_const(renderer_.mesh()).template state<homes::Counts>(t).arrived;
+        auto const arrived = arrived_so_far - std::exchange(arrived_[tile], arrived_so_far); // in this round
         if (w.done()) {
             wrong_.slots += !keys.empty();
+            wrong_.uncalled += arrived;
             return;
         }
         homes::Key const lo{w.lo_depth, w.lo_id}, frontier{w.frontier_depth, w.frontier_id};
         for (std::uint32_t b = 0; b < fold.tile_blocks(); ++b) partly_finished += homes::block_at(fold, t, b).exists && (w.finished & fold.bit_of(b)) != 0;
         // Windows follow each other without a gap, from the nearest depth on.
-        auto const before = frontiers_.emplace(renderer_.grid().width * t.y() + t.x(), homes::Key{renderer_.mesh().template broadcast<homes::TableParameters>().chapter_depth, 0}).first;
+        auto const before = frontiers_.emplace(tile, homes::Key{renderer_.mesh().template broadcast<homes::TableParameters>().chapter_depth, 0}).first;
         wrong_.moved += !same(before->second, lo);
         before->second = frontier;
 
@@ -226,16 +231,24 @@ private:
             while (fold.y.block(t.y(), l) != j) ++l;
             return (w.finished & fold.bit_of(l * fold.x.layers + k)) == 0;
         };
+        auto const touches = [&](Item const& splat) { // an unfinished block of the tile, with its rectangle
+            for (auto y = splat.blocks.y0; y < splat.blocks.y1; ++y)
+                for (auto x = splat.blocks.x0; x < splat.blocks.x1; ++x)
+                    if (unfinished_tiles_block(x, y)) return true;
+            return false;
+        };
+        // Homes know the two depths of a window, and send nothing from outside them.
+        auto const called = std::count_if(std::lower_bound(items_.begin(), items_.end(), homes::Key{w.lo_depth, 0}, less),
+                                          std::lower_bound(items_.begin(), items_.end(), homes::Key{w.hi_depth, 0}, less),
+                                          [&](Item const& splat) { return resident_.count(splat.key.id) != 0 && touches(splat); });
+        wrong_.uncalled += arrived > called ? 1u : 0u;
         std::uint32_t i = 0;
         for (; item != end; ++item) {
             if (resident_.count(item->key.id) == 0) continue;
             bool const is_held = i < keys.size() && keys[i].depth_bits == item->key.depth && static_cast<std::uint32_t>(keys[i].id) == item->key.id;
             if (is_held) {
                 wrong_.slots += ids_[held[keys[i++].slot].row] != item->key.id;
-                bool near = false;
-                for (auto y = item->blocks.y0; y < item->blocks.y1; ++y)
-                    for (auto x = item->blocks.x0; x < item->blocks.x1; ++x) near = near || unfinished_tiles_block(x, y);
-                wrong_.needless += !near;
+                wrong_.needless += !touches(*item);
             } else {
                 for (auto const& [x, y] : item->shown) wrong_.missing += unfinished_tiles_block(x, y);
             }
@@ -267,6 +280,7 @@ private:
     std::map<std::uint32_t, std::uint32_t> ids_; ///< of the renderer's rows
     std::set<std::uint32_t> resident_;
     std::map<std::uint32_t, homes::Key> frontiers_;
+    std::map<std::uint32_t, std::uint32_t> arrived_; ///< parcels that each tile has had in this chapter
     Wrong wrong_{};
 };
 std::ostream& operator<<(std::ostream& out, Watch::Wrong const& w)
