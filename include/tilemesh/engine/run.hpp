@@ -1,9 +1,9 @@
 #pragma once
-#include <chrono>
 #include <cstdint>
 #include <string>
 #include <tilemesh/engine/counters.hpp>
 #include <tilemesh/engine/not_quiet.hpp>
+#include <tilemesh/engine/stopwatch.hpp>
 #include <tilemesh/engine/store.hpp>
 #include <tilemesh/engine/trace.hpp>
 #include <tilemesh/error.hpp>
@@ -64,8 +64,6 @@ std::vector<engine::Peak> list_peaks(machine::Types<X...>, machine::Types<C...>,
 ///   std::uint64_t capacity_bytes<Kernel>()    of one exchange
 template <class Program, bool Traced>
 class Run {
-    using Clock = std::chrono::steady_clock;
-
 public:
     Observer observer;
     [[no_unique_address]] std::conditional_t<Traced, Trace, NoTrace> trace;
@@ -136,12 +134,12 @@ private:
         {
             constexpr bool everywhere = StepTraits<Step>::everywhere;
             run.step_ = i;
-            auto const begin = Clock::now();
+            Stopwatch const stopwatch;
             auto const most = StepTraits<Step>::most(step);
             for (std::uint32_t n = 0; n < most && superstep<KernelOf<Step>, everywhere>();)
                 if (++n > limits.most_passes && !everywhere && limits.most_passes != 0)
                     throw goes_on().not_quiet(i);
-            run.counters_.steps[i].milliseconds += std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+            run.counters_.steps[i].milliseconds += stopwatch.milliseconds();
         }
         template <class Part, class Body>
         void loop(Part const& part, LoopAt at, Body const& body)

@@ -1,11 +1,11 @@
 #pragma once
-#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <tilemesh/engine/digest.hpp>
 #include <tilemesh/engine/mesh.hpp>
+#include <tilemesh/engine/stopwatch.hpp>
 #include <tilemesh/engine/trace.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/render/accounting.hpp>
@@ -133,11 +133,6 @@ public:
 
 private:
     static constexpr bool traced = is_traced<Machine>;
-    using Clock = std::chrono::steady_clock;
-    static double since(Clock::time_point begin)
-    {
-        return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
-    }
 
     void prepare_for(std::uint32_t width, std::uint32_t height, splat::View const* view);
     /// `view`: that of the first frame, if it is known.
@@ -446,16 +441,16 @@ RenderedFrame FrameRenderer<P, Engine, Machine>::render(splat::Camera const& cam
 template <class P, template <class, class> class Engine, class Machine>
 void FrameRenderer<P, Engine, Machine>::render_into(splat::Camera const& camera, RenderedFrame& result)
 {
-    auto const begin = Clock::now();
+    engine::Stopwatch const all;
     auto const view = agreed_view(camera);
     prepare_for(camera.width, camera.height, &view);
-    auto const start = Clock::now();
+    engine::Stopwatch const preparing;
     halfway_ = true;
     bool const changed = put_records(view);
     tell(view, changed);
     std::size_t const gone = host_keeps() ? 0 : keeper_.missing().size();
     composited_ = 0;
-    auto const prepared_ms = since(start);
+    auto const prepared_ms = preparing.milliseconds();
 
     auto report = run();
     report.host_ms.project += prepared_ms;
@@ -465,7 +460,7 @@ void FrameRenderer<P, Engine, Machine>::render_into(splat::Camera const& camera,
     if (ran_twice_) run_again(report);
     check_sums(report, records_.all_rows(), gone);
 
-    auto const tiles_done = Clock::now();
+    engine::Stopwatch const collecting;
     collect_picture<P>(*mesh_, facts_, tiling_, camera, result);
     result.report = std::move(report);
     result.report.width = camera.width;
@@ -473,8 +468,8 @@ void FrameRenderer<P, Engine, Machine>::render_into(splat::Camera const& camera,
     last_ = view;
     cut_ = options_.hops != 0;
     halfway_ = false;
-    result.report.host_ms.picture = since(tiles_done);
-    result.report.host_ms.total = since(begin);
+    result.report.host_ms.picture = collecting.milliseconds();
+    result.report.host_ms.total = all.milliseconds();
 }
 
 } // namespace render

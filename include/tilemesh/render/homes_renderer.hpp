@@ -1,6 +1,5 @@
 #pragma once
 #include <algorithm>
-#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <initializer_list>
@@ -10,6 +9,7 @@
 #include <tilemesh/any_renderer.hpp>
 #include <tilemesh/engine/digest.hpp>
 #include <tilemesh/engine/mesh.hpp>
+#include <tilemesh/engine/stopwatch.hpp>
 #include <tilemesh/engine/trace.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/render/engine_options.hpp>
@@ -75,7 +75,7 @@ public:
     /// Renders into an existing frame and reuses its memory. After an exception the frame holds no picture, and the next one begins anew.
     void render_into(splat::Camera const& camera, RenderedFrame& result)
     {
-        auto const begin = Clock::now();
+        engine::Stopwatch const all;
         if (halfway_) mesh_.reset();
         auto const view = agreed_view(camera);
         halfway_ = true;
@@ -98,7 +98,7 @@ public:
         } else {
             together(*mesh_, [&] { report = unchanged(); });
         }
-        auto const done = Clock::now();
+        engine::Stopwatch const collecting;
         collect(camera, result);
         result.report = std::move(report);
         result.report.width = camera.width;
@@ -106,8 +106,8 @@ public:
         result.report.gaussians.parked += demand_.culled;
         last_ = view;
         halfway_ = false;
-        result.report.host_ms.picture = since(done);
-        result.report.host_ms.total = since(begin);
+        result.report.host_ms.picture = collecting.milliseconds();
+        result.report.host_ms.total = all.milliseconds();
     }
 
     splat::Model& model() override { return choice_.model; }
@@ -138,8 +138,6 @@ public:
     }
 
 private:
-    using Clock = std::chrono::steady_clock;
-    static double since(Clock::time_point begin) { return std::chrono::duration<double, std::milli>(Clock::now() - begin).count(); }
     using Parameters = typename P::Parameters;
 
     static void require_policies(HomesChoice const& c)
@@ -350,10 +348,10 @@ private:
     /// Runs the program on the records that are on their homes.
     void run(splat::View const& view, std::uint32_t chapter_depth, report::FrameReport& report)
     {
-        auto const start = Clock::now();
+        engine::Stopwatch const preparing;
         tell(view, chapter_depth);
         if (options_.rounds != 0) splat::homes::bound_rounds(mesh_->program(), static_cast<std::uint32_t>(options_.rounds - report.homes.rounds));
-        report.host_ms.project += since(start);
+        report.host_ms.project += preparing.milliseconds();
         account(mesh_->run(), report);
         if constexpr (traced)
             together(*mesh_, [&] {
@@ -370,7 +368,7 @@ private:
     /// It ends early if every pixel has stopped, or at the bound on rounds, which all chapters of a frame share.
     void run_chapters(splat::View const& view, report::FrameReport& report)
     {
-        auto const start = Clock::now();
+        engine::Stopwatch const preparing;
         auto const n = records_.rows();
         together(*mesh_, [&] { depths_.resize(n); });
         mesh_->on_threads([&](std::uint32_t thread, std::uint32_t threads) {
@@ -388,11 +386,11 @@ private:
         });
         std::uint64_t all = keys.size();
         sum(*mesh_, &all, 1);
-        report.host_ms.project += since(start);
+        report.host_ms.project += preparing.milliseconds();
         std::uint64_t done = 0, from = 0, to = 0;
         std::uint32_t behind = 0; // bits of the nearest depth of the next chapter
         do {
-            auto const begin = Clock::now();
+            engine::Stopwatch const loading;
             auto const size = std::min<std::uint64_t>(residents_, all - done);
             if constexpr (over_ranks<MeshType>) {
                 from = nth_of_all(keys, done);
@@ -410,7 +408,7 @@ private:
             load_chapter();
             report.homes.streamed_bytes += size * facts_.record_bytes;
             ++report.homes.chapters;
-            report.host_ms.project += since(begin);
+            report.host_ms.project += loading.milliseconds();
             report.unfinished.clear();
             run(view, done == 0 ? 0 : static_cast<std::uint32_t>(from >> 32), report);
             done += size;
