@@ -1,7 +1,6 @@
 #pragma once
 #include <cstdint>
-#include <string>
-#include <tilemesh/error.hpp>
+#include <tilemesh/config.hpp>
 #include <tilemesh/machine/grid.hpp>
 
 namespace tilemesh { inline namespace v0_2 { namespace engine {
@@ -13,13 +12,10 @@ struct Rectangle {
     bool covers(Grid grid) const noexcept { return x0 == 0 && y0 == 0 && x1 == grid.width && y1 == grid.height; }
 };
 /// Returns the rectangle. Throws `Error` if it is not inside the grid.
-inline Rectangle checked_rectangle(Grid grid, Rectangle r)
-{
-    if (r.x0 > r.x1 || r.y0 > r.y1 || r.x1 > grid.width || r.y1 > grid.height)
-        throw Error("columns " + std::to_string(r.x0) + " to " + std::to_string(r.x1) + " and rows " + std::to_string(r.y0) +
-                    " to " + std::to_string(r.y1) + " (the grid has " + std::to_string(grid.width) + " x " +
-                    std::to_string(grid.height) + " tiles); choose a rectangle inside it");
-    return r;
-}
+TILEMESH_HOST Rectangle checked_rectangle(Grid grid, Rectangle r);
 
 }}} // namespace tilemesh::engine
+
+#if !defined(TILEMESH_COMPILED)
+#include <tilemesh/engine/detail/rectangle_code.hpp>
+#endif

@@ -159,10 +159,11 @@ private:
             if (engine.template shared<typename Traits::Parameters>()->*Traits::flag != 0) body();
         }
 
-        auto goes_on() const
+        GoesOn goes_on() const
         {
-            return GoesOn<std::remove_const_t<decltype(run.trace)>>{run.kernel(),         run.pass_ - 1, limits.most_passes, run.trace, grid,
-                                                                    limits.explain};
+            Trace const* written = nullptr;
+            if constexpr (Traced) written = &run.trace;
+            return {run.kernel(), run.pass_ - 1, limits.most_passes, written, grid, limits.explain};
         }
         template <class Kernel, bool Everywhere>
         bool superstep()

@@ -1,10 +1,8 @@
 #pragma once
 #include <atomic>
 #include <cstdint>
-#include <string>
-#include <system_error>
 #include <thread>
-#include <tilemesh/error.hpp>
+#include <tilemesh/config.hpp>
 #include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace engine::detail {
@@ -31,21 +29,7 @@ class Team {
 public:
     /// `threads` includes the caller's thread and is at least 1. Throws Error if the system gives fewer threads. If the constructor throws,
     /// the helpers that were started have ended.
-    explicit Team(std::uint32_t threads)
-    {
-        threads_.reserve(threads);
-        try {
-            for (std::uint32_t w = 1; w < threads; ++w) threads_.emplace_back([this, w] { run_calls(w); });
-        } catch (std::system_error const& e) {
-            auto const started = size();
-            join();
-            throw Error(std::to_string(threads) + " threads (the system gave " + std::to_string(started) + ": " + e.what() +
-                        "); ask for fewer");
-        } catch (...) { // out of memory for a thread's state
-            join();
-            throw;
-        }
-    }
+    explicit Team(std::uint32_t threads);
     ~Team() { join(); }
     Team(Team const&) = delete;
     Team& operator=(Team const&) = delete;
@@ -100,23 +84,7 @@ private:
     {
         return (gate & open) != 0 && gate / next_epoch != seen;
     }
-    void run_calls(std::uint32_t w) noexcept
-    {
-        for (std::uint64_t seen = 0;;) {
-            auto gate = gate_.load(std::memory_order_acquire);
-            for (std::uint32_t i = 0; !may_enter(gate, seen); ++i, gate = gate_.load(std::memory_order_acquire)) {
-                if (stop_.load(std::memory_order_relaxed)) return;
-                if (i < spins_before_yield + yields_before_sleep)
-                    pause(i);
-                else
-                    sleep(seen);
-            }
-            if (!gate_.compare_exchange_strong(gate, gate + 1, std::memory_order_acq_rel, std::memory_order_relaxed)) continue;
-            seen = gate / next_epoch;
-            call_(what_, w);
-            gate_.fetch_sub(1, std::memory_order_release);
-        }
-    }
+    void run_calls(std::uint32_t w) noexcept;
     // No helper misses a bell. A helper that reads the bell before it rings does not sleep; one that reads it later tells the next ring.
     void sleep(std::uint64_t seen) noexcept
     {
@@ -131,13 +99,7 @@ private:
         bell_.fetch_add(1);
         bell_.notify_all();
     }
-    void join() noexcept
-    {
-        stop_.store(true);
-        bell_.fetch_add(1);
-        bell_.notify_all();
-        for (auto& t : threads_) t.join();
-    }
+    void join() noexcept;
 
     alignas(64) std::atomic<std::uint64_t> gate_{0};
     std::atomic<bool> stop_{false};
@@ -208,3 +170,7 @@ private:
 };
 
 }}} // namespace tilemesh::engine::detail
+
+#if !defined(TILEMESH_COMPILED)
+#include <tilemesh/engine/detail/team_code.hpp>
+#endif

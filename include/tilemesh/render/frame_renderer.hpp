@@ -301,7 +301,7 @@ private:
         ScreenRows const rows(*mesh_, question, records_);
         NotOnTiles off;
         together(*mesh_, [&] {
-            if (is_first(*mesh_)) off = LossFinder(question, rows, facts).list(r);
+            if (is_first(*mesh_)) off = render::list_losses(question, rows, facts, r);
         });
         share_losses(*mesh_, r, off);
         if constexpr (!over_ranks<MeshType>) off.missing_ids.clear();

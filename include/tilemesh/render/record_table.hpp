@@ -27,22 +27,7 @@ class RecordTable {
 public:
     /// `degree`: the degree of the setup's records. Throws Error if the map has a higher degree, if coefficients are missing, if two
     /// Gaussians have the same id, or if a Gaussian has the id 0.
-    RecordTable(scene::Map const& map, std::uint32_t degree) : gaussians_(map.gaussians), shares_(map.gaussians.size()), degree_(map.sh_degree)
-    {
-        if (map.sh_degree > degree)
-            throw Error("a map with view-dependent colour of degree " + std::to_string(map.sh_degree) +
-                        " (the setup's records hold degree " + std::to_string(degree) +
-                        "); render it with fit_renderer or a Fitted<Lossless, " + std::to_string(map.sh_degree) +
-                        "> setup, or give up the rest with scene::at_degree");
-        scene::require_harmonics(map);
-        harmonics_ = map.harmonics;
-        SortedTable ids;
-        ids.reserve(gaussians_.size());
-        for (std::uint32_t row = 0; row < rows(); ++row) ids.add(static_cast<std::uint32_t>(id(row)), row);
-        bool const unique = ids.sort();
-        for (std::uint32_t row = 0; row < rows(); ++row)
-            if (id(row) == splat::GaussianId::none || (!unique && *ids.find(static_cast<std::uint32_t>(id(row))) != row)) refuse_id(id(row));
-    }
+    RecordTable(scene::Map const& map, std::uint32_t degree);
 
     /// Over several processes: of a whole map, each process keeps an equal share. `in_parts` above 0: the processes have parts of one map of
     /// so many rows. Every process calls it, once. Throws Error if the parts have another sum of rows, or two of them have the same id.
@@ -134,36 +119,13 @@ public:
     }
 
     /// Row `row`, projected as by a tile that holds the record.
-    splat::Splat project(std::uint32_t row, splat::View const& view, splat::Tiling const& tiling) const noexcept
-    {
-        auto s = splat::project(gaussians_[row], view, tiling);
-        if (s.visible() && !shade(row, view, s)) s = {};
-        return s;
-    }
+    splat::Splat project(std::uint32_t row, splat::View const& view, splat::Tiling const& tiling) const noexcept;
     /// Projects n rows from `first` on, several at once.
     void project(std::uint32_t first, std::uint32_t n, splat::View const& view, splat::Tiling const& tiling,
-                 splat::Splat* out) const noexcept
-    {
-        splat::project_all(gaussians_.data() + first, n, view, tiling, out);
-        if (degree_ == 0) return;
-        for (std::uint32_t i = 0; i < n; ++i)
-            if (out[i].visible() && !shade(first + i, view, out[i])) out[i] = {};
-    }
-
+                 splat::Splat* out) const noexcept;
     /// Projects n rows, in any order, several at once.
     void project_rows(std::uint32_t const* rows, std::uint32_t n, splat::View const& view, splat::Tiling const& tiling,
-                      splat::Splat* out) const noexcept
-    {
-        constexpr std::uint32_t at_once = 64;
-        splat::Gaussian some[at_once];
-        for (std::uint32_t from = 0; from < n; from += at_once) {
-            std::uint32_t const count = n - from < at_once ? n - from : at_once;
-            for (std::uint32_t i = 0; i < count; ++i) some[i] = gaussians_[rows[from + i]];
-            splat::project_all(some, count, view, tiling, out + from);
-            for (std::uint32_t i = 0; i < count && degree_ != 0; ++i)
-                if (out[from + i].visible() && !shade(rows[from + i], view, out[from + i])) out[from + i] = {};
-        }
-    }
+                      splat::Splat* out) const noexcept;
     /// The bits of the view depth of row `row`, as `project` computes it; 0 if it is not greater than `near_depth`, or not finite.
     std::uint32_t depth_bits(std::uint32_t row, splat::View const& view) const noexcept
     {
@@ -171,18 +133,7 @@ public:
     }
 
     /// A digest of all rows. Cost: a pass over the table.
-    std::uint64_t digest() const noexcept
-    {
-        auto const mixed = [](std::uint64_t h, auto const& items) {
-            for (auto const& item : items) {
-                std::uint32_t words[sizeof item / 4];
-                __builtin_memcpy(words, &item, sizeof item);
-                h = engine::mix_words(h, words, sizeof item / 4);
-            }
-            return h;
-        };
-        return mixed(mixed(degree_, gaussians_), harmonics_);
-    }
+    std::uint64_t digest() const noexcept;
 
 private:
     void take(std::vector<splat::Gaussian>&& gaussians, std::vector<float>&& harmonics, RowShares&& shares) noexcept
@@ -191,11 +142,7 @@ private:
         harmonics_ = std::move(harmonics);
         shares_ = std::move(shares);
     }
-    [[noreturn]] static void refuse_id(splat::GaussianId id)
-    {
-        throw Error("two Gaussians with id " + std::to_string(static_cast<std::uint32_t>(id)) +
-                    ", or an id of 0 (a record is known by its id); number them from 1");
-    }
+    [[noreturn]] static void refuse_id(splat::GaussianId id);
     /// Throws Error if two processes have the same id. Each process compares some of the ids: those that leave its number as remainder.
     /// `first_row`: the first row of this process.
     template <class M>
@@ -230,20 +177,7 @@ private:
     }
     std::size_t floats_a_row() const noexcept { return 3 * std::size_t{splat::harmonics_per_channel(degree_)}; }
     float const* harmonics_of(std::uint32_t row) const noexcept { return harmonics_.data() + row * floats_a_row(); }
-    bool shade(std::uint32_t row, splat::View const& view, splat::Splat& s) const noexcept
-    {
-        auto const& g = gaussians_[row];
-        switch (degree_) {
-        case 1:
-            return splat::shade<1>(g, harmonics_of(row), view, s);
-        case 2:
-            return splat::shade<2>(g, harmonics_of(row), view, s);
-        case 3:
-            return splat::shade<3>(g, harmonics_of(row), view, s);
-        default:
-            return true;
-        }
-    }
+    bool shade(std::uint32_t row, splat::View const& view, splat::Splat& s) const noexcept;
 
     std::vector<splat::Gaussian> gaussians_;
     std::vector<float> harmonics_;
@@ -252,3 +186,7 @@ private:
 };
 
 }}} // namespace tilemesh::render
+
+#if !defined(TILEMESH_COMPILED)
+#include <tilemesh/render/detail/record_table_code.hpp>
+#endif

@@ -1,0 +1,5 @@
+// A part of tilemesh::compiled: what every renderer does on the host, whatever its program.
+#include <tilemesh/render/detail/frame_layout_code.hpp>
+#include <tilemesh/render/detail/homes_layout_code.hpp>
+#include <tilemesh/render/detail/losses_code.hpp>
+#include <tilemesh/render/detail/record_table_code.hpp>

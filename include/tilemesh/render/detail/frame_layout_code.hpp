@@ -1,0 +1,51 @@
+#pragma once
+#include <cstdint>
+#include <string>
+#include <tilemesh/error.hpp>
+#include <tilemesh/render/frame_layout.hpp>
+
+namespace tilemesh { inline namespace v0_2 { namespace render {
+
+TILEMESH_HOST FrameLayout layout_frame(Cut const& cut, std::uint32_t width, std::uint32_t height, MachineSize const& machine,
+                                       std::uint32_t tile_pixels, char const* setup)
+{
+    auto const by = [](std::uint64_t w, std::uint64_t h) { return std::to_string(w) + " x " + std::to_string(h); };
+    if (width == 0 || height == 0 || width > 65535 || height > 65535)
+        throw Error("a frame of " + by(width, height) + " pixels (each side is 1 to 65,535); choose another size");
+    if ((cut.grid.width == 0) != (cut.grid.height == 0) || (cut.tile.width == 0) != (cut.tile.height == 0))
+        throw Error("a grid or tile with one side of 0 (0 means that both sides follow from the frame); give both sides");
+    auto const tiling = tiling_for(cut, width, height);
+    auto const tile_width = tiling.tile_width, tile_height = tiling.tile_height;
+    Extent2 const grid = cut.grid.width != 0 && cut.grid.height != 0
+                             ? cut.grid
+                             : (cut.tile.width == 0 || cut.tile.height == 0 ? Extent2{40, 36}
+                                                                            : Extent2{parts(width, tile_width), parts(height, tile_height)});
+    if (std::uint64_t{grid.width} * tile_width < width || std::uint64_t{grid.height} * tile_height < height)
+        throw Error("a grid of " + by(grid.width, grid.height) + " tiles of " + by(tile_width, tile_height) + " pixels (the frame is " +
+                    by(width, height) + "); choose more or larger tiles");
+    if (std::uint64_t{grid.width} * grid.height > machine.tiles)
+        throw Error("a grid of " + by(grid.width, grid.height) + " = " + std::to_string(std::uint64_t{grid.width} * grid.height) +
+                    " tiles (" + machine.name + " has " + std::to_string(machine.tiles) +
+                    "); choose larger tiles, a smaller grid or another machine");
+    if (std::uint64_t{tile_width} * tile_height > tile_pixels)
+        throw Error("tiles of " + by(tile_width, tile_height) + " pixels (setup " + setup + " has a framebuffer of " +
+                    std::to_string(tile_pixels) + " pixels a tile); choose smaller tiles, a smaller frame or another machine");
+    return {Grid{grid.width, grid.height}, tiling};
+}
+
+TILEMESH_HOST void check_camera(splat::Camera const& camera)
+{
+    if (!(camera.near_depth > 0) || !(camera.fx > 0) || !(camera.fy > 0))
+        throw Error("a camera whose near plane or focal length is not above 0 (nothing in front of it can be projected); "
+                    "correct the camera");
+}
+TILEMESH_HOST void check_model(splat::Model const& model)
+{
+    if (!(model.alpha_min >= 0) || !(model.alpha_max >= 0) || !(model.transmittance_min >= 0) || !(model.dilation >= 0))
+        throw Error("a model whose alpha_min, alpha_max, transmittance_min or dilation is negative or not a number (it would "
+                    "blend what is not light); correct the model");
+    for (float const v : model.background)
+        if (!(v >= 0 && v <= 1)) throw Error("a background with a channel of " + std::to_string(v) + " (each is 0 to 1); correct the model");
+}
+
+}}} // namespace tilemesh::render
