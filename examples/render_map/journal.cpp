@@ -274,4 +274,9 @@ std::vector<bool> needs_pixels(std::vector<Shot> const& shots, tilemesh::splat::
     return needed;
 }
 
+void write_report(Options const& options, report::RunReport const& run)
+{
+    report::write_json(*options.report, run, outlasts(options));
+}
+
 } // namespace render_map

@@ -31,7 +31,7 @@
 #include <tilemesh/render/auto_renderer.hpp>
 #include <tilemesh/report/error_measures.hpp>
 #include <tilemesh/report/frame_report.hpp>
-#include <tilemesh/report/json.hpp>
+#include <tilemesh/report/run_report.hpp>
 #include <tilemesh/report/string_stream.hpp>
 #include <tilemesh/report/table.hpp>
 #include <tilemesh/scene/built_in.hpp>
@@ -345,7 +345,7 @@ int run(Options const& options)
                 result.notes.push_back("stopped after frame " + std::to_string(result.frames.size()) + " of " +
                                        std::to_string(shots.size()) + ": " +
                                        (dynamic_cast<std::bad_alloc const*>(&error) != nullptr ? "not enough memory" : error.what()));
-                if (options.report) report::write_json(*options.report, result, render_map::outlasts(options));
+                if (options.report) render_map::write_report(options, result);
                 if (trace) trace->finish(result);
             } catch (std::exception const&) { // the first error is the one to report
             }
@@ -364,7 +364,7 @@ int run(Options const& options)
         result.notes.push_back(stopped.substr(0, stopped.find(';')));
     }
     auto const missing = note_missing(options, needs, *renderer, result);
-    if (options.report) report::write_json(*options.report, result, render_map::outlasts(options));
+    if (options.report) render_map::write_report(options, result);
     if (trace && !result.frames.empty()) trace->finish(result);
     if (options.quiet && map.rejected != 0) // otherwise the summary says it
         std::cerr << render_map::one_line("map " + map.name + " lacks " + thousands(map.rejected) + " of its " +

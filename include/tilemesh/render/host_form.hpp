@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <tilemesh/splat/blending.hpp>
 #include <tilemesh/splat/fitted.hpp>
 #include <type_traits>
 
@@ -81,6 +82,13 @@ struct TableParameters : FrameParameters {
     HostPointer<std::uint8_t> stale;
 };
 
+/// The splats of a tile in the order of the keys, if the tile holds rows of a table.
+struct RowsInOrder {
+    Splat const* table;
+    SplatRow const* rows;
+    SortKey const* keys;
+    TILEMESH_KERNEL Splat const& operator()(std::uint32_t i) const noexcept { return table[rows[keys[i].slot].row]; }
+};
 /// The way in which kernels read records if tiles hold rows of a table.
 template <class Parameters>
 struct TableAccess {
@@ -99,6 +107,10 @@ struct TableAccess {
         __builtin_prefetch(frame.touched.get() + s.row);
     }
     TILEMESH_KERNEL static Splat const& splat_of(Parameters const& frame, SplatRow s) noexcept { return frame.splats.get()[s.row]; }
+    TILEMESH_KERNEL static RowsInOrder in_order(Parameters const& frame, SplatRow const* rows, SortKey const* keys) noexcept
+    {
+        return {frame.splats.get(), rows, keys};
+    }
     TILEMESH_KERNEL static std::uint32_t depth_bits(Parameters const& frame, SplatRow s) noexcept { return frame.depths.get()[s.row]; }
     TILEMESH_KERNEL static Reach reach(Here const& here, Parameters const& frame, SplatRow s) noexcept
     {
@@ -290,3 +302,17 @@ struct ValueOf<S, std::void_t<typename S::Value>> {
 };
 
 }}} // namespace tilemesh::splat
+
+#if defined(TILEMESH_COMPILED)
+namespace tilemesh { inline namespace v0_2 { namespace splat::detail {
+#define TILEMESH_BLENDS(Lanes, Group, Size, Pixel)                                                                                        \
+    extern template void blend_tile_as_asked<Lanes, Group, Size, Pixel, RowsInOrder>(PixelRect const&, Camera const&, Model const&,      \
+                                                                                     std::uint32_t, RowsInOrder const&, Pixel*,           \
+                                                                                     std::uint32_t, Worker, PairCount*, std::uint32_t) noexcept
+TILEMESH_BLENDS(lanes_in_use, 8, 128, FloatPixel);
+TILEMESH_BLENDS(lanes_in_use, 8, 128, WithAlpha<WithDepth<FloatPixel>>);
+TILEMESH_BLENDS(native_lanes, 1, 16, FloatPixel);
+TILEMESH_BLENDS(native_lanes, 1, 16, WithAlpha<WithDepth<FloatPixel>>);
+#undef TILEMESH_BLENDS
+}}} // namespace tilemesh::splat::detail
+#endif

@@ -4,6 +4,13 @@
 
 namespace tilemesh { inline namespace v0_2 { namespace splat {
 
+/// The splats of a tile in the order of the keys, as blending reads them.
+struct SplatsInOrder {
+    Splat const* splats;
+    SortKey const* keys;
+    TILEMESH_KERNEL Splat const& operator()(std::uint32_t i) const noexcept { return splats[keys[i].slot]; }
+};
+
 /// The way in which kernels read the records of a tile. It depends on the type of the frame's parameters. This default is the way of the
 /// machine: a tile holds values and projects them. A host may specialise it for its own type of parameters (render/host_form.hpp).
 template <class Parameters>
@@ -26,6 +33,8 @@ struct Access {
     TILEMESH_KERNEL static void about_to_reach(Parameters const&, Splat const&) noexcept {}
     /// Returns the splat of an entry of `Splats`. `depth_bits` returns the bits of its depth.
     TILEMESH_KERNEL static Splat const& splat_of(Parameters const&, Splat const& s) noexcept { return s; }
+    /// Returns the function that gives blending the splats: entry `keys[i].slot` of `splats` is number i.
+    TILEMESH_KERNEL static SplatsInOrder in_order(Parameters const&, Splat const* splats, SortKey const* keys) noexcept { return {splats, keys}; }
     TILEMESH_KERNEL static std::uint32_t depth_bits(Parameters const&, Splat const& s) noexcept
     {
         return __builtin_bit_cast(std::uint32_t, s.depth);

@@ -14,7 +14,7 @@ struct Composite {
     {
         if (AccessOf<S>::keeps_pixels(here, *frame)) return;
         auto const tile = pixels_of(frame->tiling, frame->view.camera, here.tile);
-        auto const at = [&](std::uint32_t i) noexcept -> Splat const& { return AccessOf<S>::splat_of(*frame, splats[order[i].slot]); };
+        auto const at = AccessOf<S>::in_order(*frame, splats.begin(), order.begin());
         auto const pairs = S::Blending::tile(tile, *frame, order.size(), at, framebuffer.begin(), tile.x1 - tile.x0, worker);
         work.blocks[worker.index] = pairs.blocks;
         work.contributing[worker.index] = pairs.contributing;
@@ -39,7 +39,7 @@ struct Composite {
         {
             if (AccessOf<S>::keeps_pixels(here, *frame)) return;
             auto const tile = pixels_of(frame->tiling, frame->view.camera, here.tile);
-            auto const at = [&](std::uint32_t i) noexcept -> Splat const& { return AccessOf<S>::splat_of(*frame, splats[order[i].slot]); };
+            auto const at = AccessOf<S>::in_order(*frame, splats.begin(), order.begin());
             PairCount pairs[Work::max_workers] = {};
             S::Blending::whole(tile, *frame, order.size(), at, framebuffer.begin(), tile.x1 - tile.x0, pairs, worker.count);
             for (std::uint32_t w = 0; w < worker.count; ++w) {
