@@ -9,8 +9,8 @@ namespace tilemesh { inline namespace v0_2 { namespace engine {
 
 /// Host time since it was made, by a clock that is never set back. It serves reports of host times and decides nothing.
 ///
-/// With <chrono> come the calendar and all streams, 0.4 s of compiling (GCC 12) in each file that runs a mesh. POSIX has the same clock in
-/// a small header.
+/// The header chrono contains the calendar and all streams: 0.4 s of compiling (GCC 12) in each file that runs a mesh. POSIX has the same
+/// clock in a small header.
 class Stopwatch {
 public:
     double milliseconds() const noexcept { return now() - begin_; }

@@ -4,9 +4,10 @@
 
 namespace tilemesh { inline namespace v0_2 { namespace splat {
 
-/// The splats of a tile in the order of the keys, as blending reads them.
+/// The splats of a tile in the order of the keys, as blending reads them. `Entry`: what the tile holds of each, a Splat or more.
+template <class Entry>
 struct SplatsInOrder {
-    Splat const* splats;
+    Entry const* splats;
     SortKey const* keys;
     TILEMESH_KERNEL Splat const& operator()(std::uint32_t i) const noexcept { return splats[keys[i].slot]; }
 };
@@ -34,7 +35,11 @@ struct Access {
     /// Returns the splat of an entry of `Splats`. `depth_bits` returns the bits of its depth.
     TILEMESH_KERNEL static Splat const& splat_of(Parameters const&, Splat const& s) noexcept { return s; }
     /// Returns the function that gives blending the splats: entry `keys[i].slot` of `splats` is number i.
-    TILEMESH_KERNEL static SplatsInOrder in_order(Parameters const&, Splat const* splats, SortKey const* keys) noexcept { return {splats, keys}; }
+    template <class Entry>
+    TILEMESH_KERNEL static SplatsInOrder<Entry> in_order(Parameters const&, Entry const* splats, SortKey const* keys) noexcept
+    {
+        return {splats, keys};
+    }
     TILEMESH_KERNEL static std::uint32_t depth_bits(Parameters const&, Splat const& s) noexcept
     {
         return __builtin_bit_cast(std::uint32_t, s.depth);
