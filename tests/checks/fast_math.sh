@@ -1,6 +1,6 @@
 #!/bin/sh
 # usage: fast_math.sh COMPILER INCLUDE
-# Every header refuses -ffast-math with a sentence; but for those whose floating-point arithmetic, if any, reaches no result (host times).
+# Every header refuses -ffast-math with a sentence. Exempt are headers whose floating-point arithmetic, if any, changes no result.
 set -eu
 export LC_ALL=C
 compiler=$1 include=$2

@@ -298,7 +298,7 @@ try_test() { # TEST TREE FLAGS REFUSAL OUT FILES...
             echo "$test (MPI ends the job, status $status)"
         elif [ $status -ne 0 ] && [ -n "$flags" ] && [ -n "$(reported "$out.log")" ]; then
             echo "$test ($(reported "$out.log"))"
-        elif [ $status -gt 128 ] && [ $status -ne 137 ]; then # no summary: two threads died at once. 137: out of memory, or killed by hand
+        elif [ $status -eq 134 ] || [ $status -eq 139 ]; then # aborted, or a bad address. There is no summary if two threads die at once
             echo "$test (crashes, status $status)"
         else
             echo "NOT CAUGHT: $test passes (exit status $status: $(tail -n 1 "$out.log"))"

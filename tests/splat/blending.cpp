@@ -224,7 +224,7 @@ TEST_CASE("blending: fast is within its bound of precise")
     CHECK(most < 5e-3);
 
     // One splat alone: alpha itself, over pixels that both draw. Needles leave the recurrence's range in some of their blocks.
-    // Without dilation, alpha of the thinnest rises from nothing to its peak within a block.
+    // Without dilation, alpha of the thinnest needles rises from nothing to its peak within a block.
     double relative = 0;
     for (auto const& model : {Model{}, with([](Model& m) { m.alpha_max = 0.99f; }), with([](Model& m) { m.dilation = 0; })}) {
         for (auto const& g : varied(500, 46).gaussians) {

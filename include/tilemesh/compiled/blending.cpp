@@ -1,14 +1,29 @@
-// A part of tilemesh::compiled: blending on the host, by one thread for all workers of a tile or by one worker.
+// A part of tilemesh::compiled: blending by reference, by one worker of a tile or by one thread for all of them.
 #include <tilemesh/render/host_form.hpp>
 
-namespace tilemesh { inline namespace v0_2 { namespace splat::detail {
-#define TILEMESH_BLENDS(Lanes, Group, Size, Pixel)                                                                                        \
-    template void blend_tile_as_asked<Lanes, Group, Size, Pixel, RowsInOrder>(PixelRect const&, Camera const&, Model const&,             \
-                                                                              std::uint32_t, RowsInOrder const&, Pixel*, std::uint32_t,   \
-                                                                              Worker, PairCount*, std::uint32_t) noexcept
-TILEMESH_BLENDS(lanes_in_use, 8, 128, FloatPixel);
-TILEMESH_BLENDS(lanes_in_use, 8, 128, WithAlpha<WithDepth<FloatPixel>>);
-TILEMESH_BLENDS(native_lanes, 1, 16, FloatPixel);
-TILEMESH_BLENDS(native_lanes, 1, 16, WithAlpha<WithDepth<FloatPixel>>);
-#undef TILEMESH_BLENDS
-}}} // namespace tilemesh::splat::detail
+namespace tilemesh { inline namespace v0_2 { namespace splat {
+
+using Planes = WithAlpha<WithDepth<FloatPixel>>;
+
+PairCount blend_tile(PixelRect const& tile, Camera const& camera, Model const& model, std::uint32_t n, RowsInOrder const& at,
+                     FloatPixel* pixels, std::uint32_t stride_px, Worker worker) noexcept
+{
+    return blend_tile<detail::native_lanes>(tile, camera, model, n, at, pixels, stride_px, worker);
+}
+PairCount blend_tile(PixelRect const& tile, Camera const& camera, Model const& model, std::uint32_t n, RowsInOrder const& at,
+                     Planes* pixels, std::uint32_t stride_px, Worker worker) noexcept
+{
+    return blend_tile<detail::native_lanes>(tile, camera, model, n, at, pixels, stride_px, worker);
+}
+void blend_whole_tile(PixelRect const& tile, Camera const& camera, Model const& model, std::uint32_t n, RowsInOrder const& at,
+                      FloatPixel* pixels, std::uint32_t stride_px, PairCount* counts, std::uint32_t workers) noexcept
+{
+    blend_whole_tile<detail::lanes_in_use>(tile, camera, model, n, at, pixels, stride_px, counts, workers);
+}
+void blend_whole_tile(PixelRect const& tile, Camera const& camera, Model const& model, std::uint32_t n, RowsInOrder const& at,
+                      Planes* pixels, std::uint32_t stride_px, PairCount* counts, std::uint32_t workers) noexcept
+{
+    blend_whole_tile<detail::lanes_in_use>(tile, camera, model, n, at, pixels, stride_px, counts, workers);
+}
+
+}}} // namespace tilemesh::splat

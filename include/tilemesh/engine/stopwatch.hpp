@@ -7,9 +7,9 @@
 
 namespace tilemesh { inline namespace v0_2 { namespace engine {
 
-/// Host time since it was made, by a clock that is never set back. It serves reports of host times and decides nothing.
+/// Measures host time since its construction, by a clock that is never set back. Only reports use it.
 ///
-/// The header chrono contains the calendar and all streams: 0.4 s of compiling (GCC 12) in each file that runs a mesh. POSIX has the same
+/// The header chrono includes the calendar and all streams: 0.4 s of compiling (GCC 12) in each file that runs a mesh. POSIX has the same
 /// clock in a small header.
 class Stopwatch {
 public:
@@ -19,7 +19,7 @@ private:
     static double now() noexcept
     {
 #if defined(__unix__) || defined(__APPLE__)
-        std::timespec t{};
+        timespec t{};
         clock_gettime(CLOCK_MONOTONIC, &t);
         return 1e3 * static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_nsec);
 #else

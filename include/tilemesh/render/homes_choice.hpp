@@ -1,16 +1,13 @@
 #pragma once
-#include <algorithm>
 #include <cstdint>
 #include <memory>
-#include <string>
 #include <tilemesh/any_renderer.hpp>
+#include <tilemesh/config.hpp>
 #include <tilemesh/engine/mesh_sizes.hpp>
-#include <tilemesh/error.hpp>
 #include <tilemesh/render/renderer_options.hpp>
 #include <tilemesh/render/setup_facts.hpp>
 #include <tilemesh/scene/map.hpp>
 #include <tilemesh/splat/homes/regions.hpp>
-#include <utility>
 #include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace render {

@@ -89,6 +89,7 @@ struct RowsInOrder {
     SortKey const* keys;
     TILEMESH_KERNEL Splat const& operator()(std::uint32_t i) const noexcept { return table[rows[keys[i].slot].row]; }
 };
+
 /// The way in which kernels read records if tiles hold rows of a table.
 template <class Parameters>
 struct TableAccess {
@@ -304,15 +305,18 @@ struct ValueOf<S, std::void_t<typename S::Value>> {
 }}} // namespace tilemesh::splat
 
 #if defined(TILEMESH_COMPILED)
-namespace tilemesh { inline namespace v0_2 { namespace splat::detail {
-#define TILEMESH_BLENDS(Lanes, Group, Size, Pixel)                                                                                        \
-    extern template void blend_tile_as_asked<Lanes, Group, Size, Pixel, RowsInOrder>(PixelRect const&, Camera const&, Model const&,      \
-                                                                                     std::uint32_t, RowsInOrder const&, Pixel*,           \
-                                                                                     std::uint32_t, Worker, PairCount*, std::uint32_t) noexcept
-TILEMESH_BLENDS(lanes_in_use, 8, 128, FloatPixel);
-TILEMESH_BLENDS(lanes_in_use, 8, 128, WithAlpha<WithDepth<FloatPixel>>);
-TILEMESH_BLENDS(native_lanes, 1, 16, FloatPixel);
-TILEMESH_BLENDS(native_lanes, 1, 16, WithAlpha<WithDepth<FloatPixel>>);
-#undef TILEMESH_BLENDS
-}}} // namespace tilemesh::splat::detail
+namespace tilemesh { inline namespace v0_2 { namespace splat {
+
+// Blending by reference, as the compiled library has it, with as many lanes as the library was built for. The functions of the same names in
+// splat/blending.hpp have the same results with any number of lanes.
+PairCount blend_tile(PixelRect const& tile, Camera const& camera, Model const& model, std::uint32_t n, RowsInOrder const& at,
+                     FloatPixel* pixels, std::uint32_t stride_px, Worker worker) noexcept;
+PairCount blend_tile(PixelRect const& tile, Camera const& camera, Model const& model, std::uint32_t n, RowsInOrder const& at,
+                     WithAlpha<WithDepth<FloatPixel>>* pixels, std::uint32_t stride_px, Worker worker) noexcept;
+void blend_whole_tile(PixelRect const& tile, Camera const& camera, Model const& model, std::uint32_t n, RowsInOrder const& at,
+                      FloatPixel* pixels, std::uint32_t stride_px, PairCount* counts, std::uint32_t workers) noexcept;
+void blend_whole_tile(PixelRect const& tile, Camera const& camera, Model const& model, std::uint32_t n, RowsInOrder const& at,
+                      WithAlpha<WithDepth<FloatPixel>>* pixels, std::uint32_t stride_px, PairCount* counts, std::uint32_t workers) noexcept;
+
+}}} // namespace tilemesh::splat
 #endif

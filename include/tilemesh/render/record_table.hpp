@@ -4,13 +4,11 @@
 #include <cstdint>
 #include <optional>
 #include <string>
-#include <tilemesh/engine/digest.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/render/over_ranks.hpp>
 #include <tilemesh/render/row_shares.hpp>
 #include <tilemesh/render/sorted_table.hpp>
 #include <tilemesh/scene/map.hpp>
-#include <tilemesh/scene/records.hpp>
 #include <tilemesh/splat/project_all.hpp>
 #include <type_traits>
 #include <utility>

@@ -34,7 +34,7 @@ struct Access {
     TILEMESH_KERNEL static void about_to_reach(Parameters const&, Splat const&) noexcept {}
     /// Returns the splat of an entry of `Splats`. `depth_bits` returns the bits of its depth.
     TILEMESH_KERNEL static Splat const& splat_of(Parameters const&, Splat const& s) noexcept { return s; }
-    /// Returns the function that gives blending the splats: entry `keys[i].slot` of `splats` is number i.
+    /// Returns a function object for blending: called with i, it returns the splat of `keys[i]`.
     template <class Entry>
     TILEMESH_KERNEL static SplatsInOrder<Entry> in_order(Parameters const&, Entry const* splats, SortKey const* keys) noexcept
     {

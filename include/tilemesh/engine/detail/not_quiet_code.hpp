@@ -3,7 +3,6 @@
 #include <string>
 #include <tilemesh/engine/not_quiet.hpp>
 #include <tilemesh/error.hpp>
-#include <utility>
 
 namespace tilemesh { inline namespace v0_2 {
 
@@ -20,7 +19,7 @@ TILEMESH_HOST Error GoesOn::error(std::string what) const
     if (trace == nullptr) what += " on a Traced machine";
     else if (explain == nullptr) what += " (set explain to explain_no_progress)";
     what += " [superstep " + std::to_string(pass) + " (" + kernel + ")]";
-    if (trace != nullptr && explain != nullptr) what += "\n" + explain(*trace, grid, most_passes);
+    if (trace != nullptr && explain != nullptr) what.append("\n").append(explain(*trace, grid, most_passes)); // GCC 12 warns of a sum that begins with a literal (its bug 105651)
     if (what.back() == '\n') what.pop_back(); // the caller that prints the error ends the line
     return Error(what);
 }
