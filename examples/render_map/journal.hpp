@@ -68,7 +68,8 @@ void replay(AnyRenderer& renderer, tilemesh::splat::Camera const& camera, bool w
 /// For each frame: is it, or another frame in the same series of equal views, rendered in full?
 std::vector<bool> needs_pixels(std::vector<Shot> const& shots, tilemesh::splat::Model const& model, Journal const& journal);
 
-/// Writes report.json.
+/// Writes the report of the run to the file that --report names. It stands here because the journal compiles the JSON of frames anyway.
+/// Throws `tilemesh::Error` if the file cannot be written.
 void write_report(Options const& options, tilemesh::report::RunReport const& run);
 
 } // namespace render_map

@@ -7,7 +7,7 @@
 
 namespace tilemesh { inline namespace v0_2 { namespace engine {
 
-/// Measures host time since its construction, by a clock that is never set back. Only reports use it.
+/// Measures host time since its construction, with a clock that is never set back. Only reports use it.
 ///
 /// The header chrono includes the calendar and all streams: 0.4 s of compiling (GCC 12) in each file that runs a mesh. POSIX has the same
 /// clock in a small header.

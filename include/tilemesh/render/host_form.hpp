@@ -307,8 +307,8 @@ struct ValueOf<S, std::void_t<typename S::Value>> {
 #if defined(TILEMESH_COMPILED)
 namespace tilemesh { inline namespace v0_2 { namespace splat {
 
-// Blending by reference, as the compiled library has it, with as many lanes as the library was built for. The functions of the same names in
-// splat/blending.hpp have the same results with any number of lanes.
+// The compiled library blends by reference. Its functions take the place of the templates in splat/blending.hpp and have the same results.
+// Their types name no lanes, so a unit that was built for another number of lanes links.
 PairCount blend_tile(PixelRect const& tile, Camera const& camera, Model const& model, std::uint32_t n, RowsInOrder const& at,
                      FloatPixel* pixels, std::uint32_t stride_px, Worker worker) noexcept;
 PairCount blend_tile(PixelRect const& tile, Camera const& camera, Model const& model, std::uint32_t n, RowsInOrder const& at,

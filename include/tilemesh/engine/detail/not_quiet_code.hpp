@@ -19,7 +19,8 @@ TILEMESH_HOST Error GoesOn::error(std::string what) const
     if (trace == nullptr) what += " on a Traced machine";
     else if (explain == nullptr) what += " (set explain to explain_no_progress)";
     what += " [superstep " + std::to_string(pass) + " (" + kernel + ")]";
-    if (trace != nullptr && explain != nullptr) what.append("\n").append(explain(*trace, grid, most_passes)); // GCC 12 warns of a sum that begins with a literal (its bug 105651)
+    // Piece by piece: GCC 12 warns of a sum that begins with a literal (its bug 105651).
+    if (trace != nullptr && explain != nullptr) what.append("\n").append(explain(*trace, grid, most_passes));
     if (what.back() == '\n') what.pop_back(); // the caller that prints the error ends the line
     return Error(what);
 }
