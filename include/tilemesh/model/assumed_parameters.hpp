@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <string>
+#include <tilemesh/config.hpp>
 #include <tilemesh/machine/spec.hpp>
 #include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/report/table.hpp>
@@ -29,16 +30,10 @@ CostModel assumed_model(std::uint64_t bytes_a_cycle, std::uint64_t barrier_cycle
 }
 
 /// The assumptions of a model in one line: each parameter whose source begins with "assumed", with its source.
-inline std::string assumed_text(CostModel const& model)
-{
-    std::string const word = "assumed";
-    std::string text;
-    for (auto const& p : model.parameters) {
-        if (p.source.rfind(word, 0) != 0) continue;
-        text += (text.empty() ? "assumed: " : ", ") + p.name + ' ' + report::thousands(p.value) + ' ' + p.unit;
-        if (p.name == "exchange_byte" && p.source.size() > word.size() + 2) text += " (" + p.source.substr(word.size() + 2) + ")";
-    }
-    return text;
-}
+TILEMESH_HOST std::string assumed_text(CostModel const& model);
 
 }} // namespace tilemesh
+
+#if !defined(TILEMESH_COMPILED)
+#    include <tilemesh/model/detail/assumed_parameters_code.hpp>
+#endif

@@ -1,11 +1,9 @@
 #pragma once
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
-#include <ostream>
 #include <string>
-#include <system_error>
+#include <tilemesh/config.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/machine/grid.hpp>
 #include <tilemesh/model/cost_parameters.hpp>
@@ -23,45 +21,16 @@ namespace tilemesh { inline namespace v0_2 {
 
 /// The timeline of write_chrome_trace with as many of the 64 busiest tiles as fit into `most_bytes`; `note` says how many. Empty if even
 /// the machine's own track does not fit.
-inline std::string timeline_below(std::size_t most_bytes, Trace const& trace, CostModel const& model, Grid grid, std::string& note)
-{
-    for (std::uint32_t busiest = 64;; busiest /= 2) { // 64: the default of write_chrome_trace
-        report::StringStream out;
-        write_chrome_trace(out, trace, model, grid, busiest);
-        auto text = out.str();
-        if (text.size() < most_bytes) {
-            note = "timeline of the machine and its " + std::to_string(std::min(busiest, grid.size())) + " busiest tiles";
-            return text;
-        }
-        if (busiest == 0) break;
-    }
-    note = "no timeline: " + report::thousands(trace.supersteps.size()) + " passes take more than " +
-           report::thousands(most_bytes) + " bytes";
-    return {};
-}
+TILEMESH_HOST std::string timeline_below(std::size_t most_bytes, Trace const& trace, CostModel const& model, Grid grid,
+                                         std::string& note);
 
 namespace model_detail {
 /// The page of write_trace_page, and the files beside it.
 class TracePageFiles {
 public:
-    TracePageFiles(std::filesystem::path folder, std::string name, Grid grid, TracePage const& page)
-        : folder_(std::move(folder)), name_(std::move(name)), page_(page), html_(page.title)
-    {
-        std::error_code refused;
-        std::filesystem::create_directories(folder_, refused);
-        if (refused) throw Error("cannot make the folder " + folder_.string() + " (" + refused.message() + "); name another folder");
-        for (auto const& map : page.maps)
-            if (map.values.size() != grid.size())
-                throw Error("map " + map.name + " cannot be shown (it has " + std::to_string(map.values.size()) + " numbers, and the grid " +
-                            std::to_string(grid.size()) + " tiles); give it a number for every tile");
-        if (page.tile_px[0] == 0 || page.tile_px[1] == 0) throw Error("maps cannot be shown (a tile has no pixels); give tile_px a width and a height");
-    }
+    TILEMESH_HOST TracePageFiles(std::filesystem::path folder, std::string name, Grid grid, TracePage const& page);
     report::HtmlReport& html() noexcept { return html_; }
-    void write(std::string const& what, std::string const& text, std::string const& note)
-    {
-        report::write_whole(path(what), text);
-        beside_.emplace_back(name_ + what, note);
-    }
+    TILEMESH_HOST void write(std::string const& what, std::string const& text, std::string const& note);
     template <class Into>
     void produce(std::string const& what, std::string const& note, Into const& into)
     {
@@ -80,12 +49,7 @@ public:
         leave_out(".tiles.csv", "left out: " + report::thousands(lines) + " lines are more than " + report::thousands(page_.most_tile_lines));
     }
     /// The page itself, with the list of the files beside it.
-    std::filesystem::path finish()
-    {
-        html_.section("Beside this page").key_values(beside_);
-        report::write_whole(path(".html"), html_.str());
-        return path(".html");
-    }
+    TILEMESH_HOST std::filesystem::path finish();
 
 private:
     std::filesystem::path path(std::string const& what) const { return folder_ / (name_ + what); }
@@ -109,56 +73,19 @@ private:
 ///
 /// Throws `Error` for a folder or file that cannot be written, for a map without a number for every tile, and in the cases in which
 /// write_cost_model, model_cost and energy_of throw it. Cost: memory for the texts, twice.
-inline std::filesystem::path write_trace_page(std::filesystem::path const& folder, std::string const& name, Trace const& trace,
-                                              CostModel const& model, Grid grid, TracePage const& page = {})
-{
-    model_detail::TracePageFiles files(folder, name, grid, page);
-    files.produce(".model.txt", "the cost model", [&](std::ostream& out) { write_cost_model(out, model); });
-    auto const cost = model_cost(model, trace, grid);
-    Energy energy;
-    if (page.energy != nullptr) energy = energy_of(*page.energy, model, trace, grid);
-    files.produce_tiles(trace, [&](std::ostream& out) { write_trace_csv(out, trace, model, grid); });
-    files.produce(".supersteps.csv", "the trace by superstep", [&](std::ostream& out) { write_step_csv(out, trace, model, grid); });
-    std::string note;
-    auto const timeline = timeline_below(page.most_timeline_bytes, trace, model, grid, note);
-    if (!timeline.empty()) files.write(".trace.json", timeline, note + ", for ui.perfetto.dev");
-    else files.leave_out(".trace.json", note);
-
-    auto maps = page.maps;
-    for (auto& map : trace_maps(trace, model, grid)) maps.push_back(std::move(map));
-    files.write(".maps.csv", maps_csv(maps, grid), "the numbers of all maps");
-    if (page.energy != nullptr) {
-        files.write(".energy.csv", energy_csv(energy, grid), "joules of each tile");
-        maps.push_back(energy_map(energy));
-    }
-    auto facts = page.facts;
-    facts.emplace_back("cost model", model.name + ", " + report::thousands(model.clock_khz) + " kHz");
-    if (page.energy != nullptr) facts.emplace_back("energy model", page.energy->name);
-    auto& html = files.html();
-    add_section(html, trace_section(trace, model, cost, grid, page, maps, page.energy != nullptr ? &energy : nullptr), facts);
-    html.paragraph(modelled_text);
-    if (!page.ledger.empty()) add_ledger(html, page.ledger, page.sram_bytes);
-    add_parameters(html, model);
-    if (page.energy != nullptr) add_parameters(html, *page.energy);
-    return files.finish();
-}
+TILEMESH_HOST std::filesystem::path write_trace_page(std::filesystem::path const& folder, std::string const& name,
+                                                     Trace const& trace, CostModel const& model, Grid grid,
+                                                     TracePage const& page = {});
 
 /// Writes the page and the files of a run without a cost model: tile runs and sent messages, but no times. The files are .html, .tiles.csv
 /// (without cycles) and .maps.csv. `page.energy` is not used, because energy needs modelled cycles.
 ///
 /// Throws `Error` for a folder or file that cannot be written, for a map without a number for every tile, and for a trace of another grid.
-inline std::filesystem::path write_trace_page(std::filesystem::path const& folder, std::string const& name, Trace const& trace, Grid grid,
-                                              TracePage const& page = {})
-{
-    model_detail::TracePageFiles files(folder, name, grid, page);
-    files.produce_tiles(trace, [&](std::ostream& out) { write_trace_csv(out, trace, grid); });
-    auto maps = page.maps;
-    for (auto& map : trace_maps(trace, grid)) maps.push_back(std::move(map));
-    files.write(".maps.csv", maps_csv(maps, grid), "the numbers of all maps");
-    auto& html = files.html();
-    add_section(html, trace_section(trace, grid, page, maps), page.facts);
-    if (!page.ledger.empty()) add_ledger(html, page.ledger, page.sram_bytes);
-    return files.finish();
-}
+TILEMESH_HOST std::filesystem::path write_trace_page(std::filesystem::path const& folder, std::string const& name,
+                                                     Trace const& trace, Grid grid, TracePage const& page = {});
 
 }} // namespace tilemesh
+
+#if !defined(TILEMESH_COMPILED)
+#    include <tilemesh/model/detail/trace_page_code.hpp>
+#endif

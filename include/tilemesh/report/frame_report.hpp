@@ -1,5 +1,4 @@
 #pragma once
-#include <algorithm>
 #include <cstdint>
 #include <iosfwd>
 #include <optional>
@@ -21,11 +20,7 @@ enum class Cause : std::uint32_t {
     no_bloom       ///< the setup does not bloom, and the footprint leaves the anchor tile
 };
 inline constexpr std::uint32_t causes = 5;
-inline char const* to_string(Cause cause) noexcept
-{
-    constexpr char const* names[causes] = {"unplaced", "storage_full", "channel_full", "late", "no_bloom"};
-    return names[static_cast<std::uint32_t>(cause)];
-}
+TILEMESH_HOST char const* to_string(Cause cause) noexcept;
 
 /// A record, or one copy of it, that the picture lacks.
 struct Loss {
@@ -51,10 +46,7 @@ struct FullTiles {
 /// The program that rendered a frame, or that shall: `automatic` renders with `anchored` until a frame would lose something, then with
 /// `homes`.
 enum class Program : std::uint32_t { automatic, anchored, homes };
-inline char const* to_string(Program program) noexcept
-{
-    return program == Program::automatic ? "auto" : program == Program::anchored ? "anchored" : "homes";
-}
+TILEMESH_HOST char const* to_string(Program program) noexcept;
 
 /// A tile whose part of the picture is cut short by a bound on rounds (program of homes). Its pixels are exact for all splats that are
 /// nearer than `depth`, and lack the splats behind.
@@ -100,12 +92,7 @@ struct FrameReport {
     std::vector<std::uint64_t> digests; ///< digests of all live words, one per compute phase; empty without the option
 
     /// The number of entries of `lost` with this cause. Cost: one pass over `lost`.
-    std::uint64_t losses(Cause cause) const noexcept
-    {
-        std::uint64_t n = 0;
-        for (auto const& loss : lost) n += loss.cause == cause ? 1u : 0u;
-        return n;
-    }
+    TILEMESH_HOST std::uint64_t losses(Cause cause) const noexcept;
 };
 
 /// One number of a FrameReport. Text, report.json, CSV, HTML pages and the comparisons of tests read the table of these.
@@ -314,20 +301,14 @@ consteval ReportField const& report_field(std::string_view name)
 inline constexpr std::string_view text_lines[] = {"Gaussians", "missing", "copies", "exchanged", "refused", "pairs", "peaks", "homes"};
 
 /// Does the text of this frame have the line? The line "homes" is only for frames of that program.
-inline bool has_line(FrameReport const& r, std::string_view line) noexcept
-{
-    return line != "homes" || r.program == Program::homes;
-}
+TILEMESH_HOST bool has_line(FrameReport const& r, std::string_view line) noexcept;
 
 /// The numbers of one line of the text: numbers_of(report, "copies") is "96,484 on tiles, 0 lost, 0 late". Empty if no field names the
 /// line.
 TILEMESH_HOST std::string numbers_of(FrameReport const& r, std::string_view line);
 
 /// The unfinished tile that is cut at the least depth; among equals the first. There must be one.
-inline UnfinishedTile const& nearest_cut(FrameReport const& r) noexcept
-{
-    return *std::min_element(r.unfinished.begin(), r.unfinished.end(), [](auto const& a, auto const& b) { return a.depth < b.depth; });
-}
+TILEMESH_HOST UnfinishedTile const& nearest_cut(FrameReport const& r) noexcept;
 
 /// A short text for a terminal: a table of the stages, then one line for each group of counters.
 TILEMESH_HOST std::ostream& operator<<(std::ostream& out, FrameReport const& r);

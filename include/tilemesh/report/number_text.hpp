@@ -10,33 +10,18 @@
 namespace tilemesh { inline namespace v0_2 { namespace report {
 
 /// A number from 0 to below 2^64 with `digits` digits after the point, at most 40.
-inline std::string decimals(double value, int digits)
-{
-    std::array<char, 64> text{}; // 20 digits before the point
-    auto const end = write_fixed(text.data(), text.data() + text.size(), value, digits);
-    return {text.data(), end.ptr};
-}
+TILEMESH_HOST std::string decimals(double value, int digits);
 /// An integer from 0 to below 2^64 without decimals; any other number with one decimal.
-inline std::string plain_number(double value)
-{
-    return decimals(value, value == static_cast<double>(static_cast<std::uint64_t>(value)) ? 0 : 1);
-}
+TILEMESH_HOST std::string plain_number(double value);
 /// A plain number if it is below 1,000; otherwise rounded, with a comma before each three digits.
-inline std::string short_number(double value)
-{
-    return value < 1000 ? plain_number(value) : thousands(static_cast<std::uint64_t>(value + 0.5));
-}
+TILEMESH_HOST std::string short_number(double value);
 /// A part of a whole in percent: "12.5 %". If the whole is 0: "0.0 %".
-inline std::string share_text(double part, double whole)
-{
-    return decimals(whole == 0 ? 0 : 100 * part / whole, 1) + " %";
-}
+TILEMESH_HOST std::string share_text(double part, double whole);
 /// Joules with six significant digits.
-inline std::string joules_text(double joules)
-{
-    std::array<char, 32> text{};
-    auto const end = write_general(text.data(), text.data() + text.size(), joules, 6);
-    return {text.data(), end.ptr};
-}
+TILEMESH_HOST std::string joules_text(double joules);
 
 }}} // namespace tilemesh::report
+
+#if !defined(TILEMESH_COMPILED)
+#    include <tilemesh/report/detail/number_text_code.hpp>
+#endif

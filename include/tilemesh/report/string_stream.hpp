@@ -12,11 +12,7 @@ namespace tilemesh { inline namespace v0_2 { namespace report {
 /// buffer of libc++ swallows the exception.
 class StringStream : public std::ostream {
 public:
-    StringStream() : std::ostream(nullptr)
-    {
-        rdbuf(&buffer_);
-        exceptions(std::ios::badbit);
-    }
+    TILEMESH_HOST StringStream();
     std::string const& str() const noexcept { return buffer_.text; }
 
 private:
@@ -39,3 +35,7 @@ private:
 };
 
 }}} // namespace tilemesh::report
+
+#if !defined(TILEMESH_COMPILED)
+#    include <tilemesh/report/detail/string_stream_code.hpp>
+#endif

@@ -1,5 +1,4 @@
 #pragma once
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
@@ -26,32 +25,11 @@ struct FrameRate {
 };
 
 /// The first line of a stream.
-inline std::string y4m_header(std::uint32_t width, std::uint32_t height, FrameRate rate)
-{
-    return "YUV4MPEG2 W" + std::to_string(width) + " H" + std::to_string(height) + " F" + std::to_string(rate.frames) + ":" +
-           std::to_string(rate.seconds) + " Ip A1:1 C444 XCOLORRANGE=LIMITED\n";
-}
+TILEMESH_HOST std::string y4m_header(std::uint32_t width, std::uint32_t height, FrameRate rate);
 
 /// The bytes of a frame, 6 and 3 a pixel. Each value of the picture is clamped to [0, 1], and each sample is rounded to the nearest integer.
 /// A NaN counts as 0. No gamma is applied, as in `rgb8`.
-inline std::string y4m_frame(Image const& picture)
-{
-    auto const pixels = picture.rgb.size() / 3;
-    std::string frame = "FRAME\n";
-    auto const head = frame.size();
-    frame.resize(head + 3 * pixels);
-    auto* const luma = frame.data() + head;
-    auto const clamped = [](float value) { return value > 0.0f ? std::min(double{value}, 1.0) : 0.0; };
-    auto const sample = [](double value) { return static_cast<char>(static_cast<unsigned char>(value + 0.5)); };
-    for (std::size_t i = 0; i < pixels; ++i) {
-        double const r = clamped(picture.rgb[3 * i]), g = clamped(picture.rgb[3 * i + 1]), b = clamped(picture.rgb[3 * i + 2]);
-        double const y = 0.299 * r + 0.587 * g + 0.114 * b;
-        luma[i] = sample(16 + 219 * y);
-        luma[pixels + i] = sample(128 + 224 * (b - y) / 1.772);
-        luma[2 * pixels + i] = sample(128 + 224 * (r - y) / 1.402);
-    }
-    return frame;
-}
+TILEMESH_HOST std::string y4m_frame(Image const& picture);
 
 /// A video that is written frame by frame. A file gets its name in `finish` (`WholeFile`); a video that is destroyed without it leaves
 /// nothing. A device, a pipe or a stream gets each frame at once.
@@ -60,45 +38,20 @@ inline std::string y4m_frame(Image const& picture)
 class Y4mVideo {
 public:
     /// Throws `tilemesh::Error` also for a size or a rate with a 0.
-    Y4mVideo(std::filesystem::path const& path, std::uint32_t width, std::uint32_t height, FrameRate rate = {}, Outlasts outlasts = Outlasts::process)
-        : width_(width), height_(height), header_(checked_header(rate)),
-          file_(path, std::to_string(std::size_t{3} * width * height + 6) + " bytes per frame", outlasts)
-    {
-    }
+    TILEMESH_HOST Y4mVideo(std::filesystem::path const& path, std::uint32_t width, std::uint32_t height,
+                           FrameRate rate = {}, Outlasts outlasts = Outlasts::process);
     /// To an open stream, which the caller closes. `what` names it in an error: "the video to standard output".
-    Y4mVideo(std::FILE* stream, std::string what, std::uint32_t width, std::uint32_t height, FrameRate rate = {})
-        : width_(width), height_(height), header_(checked_header(rate)),
-          file_(stream, std::move(what), "send it to a program that reads it to its end, or to a file with room")
-    {
-    }
+    TILEMESH_HOST Y4mVideo(std::FILE* stream, std::string what, std::uint32_t width, std::uint32_t height,
+                           FrameRate rate = {});
 
     /// Throws `tilemesh::Error` also for a picture of another size.
-    void add(Image const& picture)
-    {
-        if (picture.width != width_ || picture.height != height_ || picture.rgb.size() != std::size_t{3} * width_ * height_)
-            throw Error("a frame of " + by(picture.width, picture.height) + " pixels is no frame of this video (its frames have " +
-                        by(width_, height_) + "); render all frames at one size");
-        file_.put(std::exchange(header_, {}));
-        file_.put(y4m_frame(picture));
-        file_.flush();
-    }
+    TILEMESH_HOST void add(Image const& picture);
     /// Call it once, after the last frame. A video without a frame has its header alone.
-    void finish()
-    {
-        file_.put(std::exchange(header_, {}));
-        file_.finish();
-    }
+    TILEMESH_HOST void finish();
 
 private:
     static std::string by(std::uint32_t width, std::uint32_t height) { return std::to_string(width) + " x " + std::to_string(height); }
-    std::string checked_header(FrameRate rate) const
-    {
-        if (width_ == 0 || height_ == 0) throw Error("a video cannot have " + by(width_, height_) + " pixels (its frames would be empty); choose sides of 1 or more");
-        if (rate.frames == 0 || rate.seconds == 0)
-            throw Error("a video cannot have " + std::to_string(rate.frames) + "/" + std::to_string(rate.seconds) +
-                        " frames per second (that is no rate); choose two numbers of 1 or more");
-        return y4m_header(width_, height_, rate);
-    }
+    TILEMESH_HOST std::string checked_header(FrameRate rate) const;
 
     std::uint32_t width_, height_;
     std::string header_; ///< empty once it is written
@@ -106,3 +59,7 @@ private:
 };
 
 }}} // namespace tilemesh::report
+
+#if !defined(TILEMESH_COMPILED)
+#    include <tilemesh/report/detail/y4m_code.hpp>
+#endif

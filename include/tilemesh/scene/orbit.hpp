@@ -1,11 +1,11 @@
 #pragma once
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
 #include <glm/vec3.hpp>
+#include <tilemesh/config.hpp>
 #include <tilemesh/scene/map.hpp>
 #include <tilemesh/scene/pose.hpp>
 #include <tilemesh/splat/camera.hpp>
@@ -35,30 +35,12 @@ glm::dvec3 robust_centre(AnyMap const& map)
 /// Returns `frames` cameras on a circle about the vertical axis through `target_world`, which is along `up`. Frame 0 is `start`, bit for bit.
 /// Frame k is `start` rotated about the axis by k * `degrees_per_frame`, computed from k alone, so that no error accumulates. A positive
 /// angle moves a camera that faces the axis to its own left, as in the recorded orbits of the paper's maps.
-inline std::vector<splat::Camera> orbit(splat::Camera const& start, glm::dvec3 target_world,
-                                        double degrees_per_frame, std::uint32_t frames, glm::dvec3 up = {0.0, -1.0, 0.0})
-{
-    glm::dmat3 const to_upright = upright(up);
-    std::vector<splat::Camera> cameras;
-    cameras.reserve(frames);
-    Pose const pose = pose_of(start);
-    Intrinsics const lens = lens_of(start);
-    for (std::uint32_t k = 0; k < frames; ++k) {
-        if (k == 0) {
-            cameras.push_back(start);
-            continue;
-        }
-        // Whole turns are subtracted first, because the sine of a large angle loses digits.
-        constexpr double radians = 3.14159265358979323846 / 180.0;
-        double const angle = std::fmod(k * std::fmod(degrees_per_frame, 360.0), 360.0) * radians;
-        double const c = std::cos(angle), s = std::sin(angle);
-        glm::dmat3 const turn{c, 0.0, -s, 0.0, 1.0, 0.0, s, 0.0, c};
-        glm::dmat3 const turn_world = glm::transpose(to_upright) * turn * to_upright;
-        cameras.push_back(make_camera({pose.rotation * glm::transpose(turn_world),
-                                       target_world + turn_world * (pose.position - target_world)},
-                                      lens));
-    }
-    return cameras;
-}
+TILEMESH_HOST std::vector<splat::Camera> orbit(splat::Camera const& start, glm::dvec3 target_world,
+                                               double degrees_per_frame, std::uint32_t frames,
+                                               glm::dvec3 up = {0.0, -1.0, 0.0});
 
 }}} // namespace tilemesh::scene
+
+#if !defined(TILEMESH_COMPILED)
+#    include <tilemesh/scene/detail/orbit_code.hpp>
+#endif

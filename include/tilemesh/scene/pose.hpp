@@ -1,7 +1,5 @@
 #pragma once
-#include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <glm/geometric.hpp>
@@ -9,6 +7,7 @@
 #include <glm/matrix.hpp>
 #include <glm/vec3.hpp>
 #include <string>
+#include <tilemesh/config.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/splat/camera.hpp>
 
@@ -36,177 +35,53 @@ struct Pose {
 
 /// The rotation matrix of the quaternion w, x, y, z, which may have any finite length. For length 0 the result is the identity. The largest
 /// component is scaled to 1 first, so that tiny quaternions do not vanish and huge ones do not overflow.
-inline glm::dmat3 rotation_matrix(double w, double x, double y, double z)
-{
-    double const largest =
-        std::fmax(std::fmax(std::fabs(w), std::fabs(x)), std::fmax(std::fabs(y), std::fabs(z)));
-    if (!(largest > 0.0)) return glm::dmat3{1.0};
-    w /= largest, x /= largest, y /= largest, z /= largest;
-    double const s = 2.0 / (w * w + x * x + y * y + z * z);
-    // GLM's constructor takes columns.
-    return {1.0 - s * (y * y + z * z), s * (x * y + w * z),       s * (x * z - w * y),
-            s * (x * y - w * z),       1.0 - s * (x * x + z * z), s * (y * z + w * x),
-            s * (x * z + w * y),       s * (y * z - w * x),       1.0 - s * (x * x + y * y)};
-}
+TILEMESH_HOST glm::dmat3 rotation_matrix(double w, double x, double y, double z);
 
 /// The quaternion w, x, y, z of a rotation matrix, of length 1 and with w >= 0. It takes the root of the largest of the four squares
 /// (Shepperd 1978), so that no component is a quotient of rounding errors. The matrix must be orthonormal.
-inline std::array<double, 4> quaternion_of(glm::dmat3 const& r)
-{
-    // Four times the squares; GLM's first index is the column.
-    std::array<double, 4> const squares{1.0 + r[0][0] + r[1][1] + r[2][2], 1.0 + r[0][0] - r[1][1] - r[2][2],
-                                        1.0 - r[0][0] + r[1][1] - r[2][2], 1.0 - r[0][0] - r[1][1] + r[2][2]};
-    auto const largest = static_cast<std::size_t>(std::max_element(squares.begin(), squares.end()) - squares.begin());
-    double const wx = r[1][2] - r[2][1], wy = r[2][0] - r[0][2], wz = r[0][1] - r[1][0];
-    double const xy = r[0][1] + r[1][0], xz = r[0][2] + r[2][0], yz = r[1][2] + r[2][1];
-    std::array<std::array<double, 4>, 4> const products{{{squares[0], wx, wy, wz}, {wx, squares[1], xy, xz}, {wy, xy, squares[2], yz}, {wz, xz, yz, squares[3]}}};
-    std::array<double, 4> q = products[largest];
-    double const length = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
-    double const divisor = q[0] < 0.0 ? -length : length;
-    for (double& component : q) component /= divisor;
-    return q;
-}
+TILEMESH_HOST std::array<double, 4> quaternion_of(glm::dmat3 const& r);
 
 /// Makes the camera that every tile holds. Each number is rounded to float once, here.
-inline splat::Camera make_camera(Pose const& pose, Intrinsics const& lens)
-{
-    splat::Camera camera{};
-    for (int row = 0; row < 3; ++row) {
-        for (int column = 0; column < 3; ++column)
-            camera.rotation[row][column] = static_cast<float>(pose.rotation[column][row]);
-        camera.position[row] = static_cast<float>(pose.position[row]);
-    }
-    camera.fx = static_cast<float>(lens.fx);
-    camera.fy = static_cast<float>(lens.fy);
-    camera.cx = static_cast<float>(lens.cx);
-    camera.cy = static_cast<float>(lens.cy);
-    camera.near_depth = lens.near_depth;
-    camera.width = lens.width;
-    camera.height = lens.height;
-    return camera;
-}
+TILEMESH_HOST splat::Camera make_camera(Pose const& pose, Intrinsics const& lens);
 
 /// The exact pose of a camera: `make_camera(pose_of(c), lens_of(c))` has the bits of c.
-inline Pose pose_of(splat::Camera const& camera)
-{
-    Pose pose;
-    for (int row = 0; row < 3; ++row) {
-        for (int column = 0; column < 3; ++column)
-            pose.rotation[column][row] = static_cast<double>(camera.rotation[row][column]);
-        pose.position[row] = static_cast<double>(camera.position[row]);
-    }
-    return pose;
-}
+TILEMESH_HOST Pose pose_of(splat::Camera const& camera);
 
 /// The exact lens of a camera.
-inline Intrinsics lens_of(splat::Camera const& camera)
-{
-    return {camera.fx,         camera.fy,    camera.cx,    camera.cy,
-            camera.near_depth, camera.width, camera.height};
-}
+TILEMESH_HOST Intrinsics lens_of(splat::Camera const& camera);
 
 /// The pose at `eye` that looks at `target`. Its y axis is as close to `down` as possible (OpenCV: y points down; the default `down` is the
 /// world's y). Throws `Error` if `target` is `eye`. If `down` lies along the line of sight, another axis replaces it.
-inline Pose look_at(glm::dvec3 eye, glm::dvec3 target, glm::dvec3 down = {0.0, 1.0, 0.0})
-{
-    double const distance = glm::length(target - eye);
-    if (!(distance > 0.0) || !std::isfinite(distance))
-        throw Error(
-            "a camera cannot look at its own position (eye and target are the same point or not "
-            "finite); move one of them");
-    glm::dvec3 const forward = (target - eye) / distance;
-
-    // Below this sine the cross product is mostly rounding error; the world axis farthest from the line of sight replaces `down`.
-    constexpr double parallel = 1e-9;
-    glm::dvec3 right = glm::cross(down, forward);
-    if (!(glm::length(right) > parallel * glm::length(down))) {
-        glm::dvec3 const other =
-            std::fabs(forward.z) < 0.9 ? glm::dvec3{0.0, 0.0, 1.0} : glm::dvec3{0.0, 1.0, 0.0};
-        right = glm::cross(other, forward);
-    }
-    right = glm::normalize(right);
-    return {glm::transpose(glm::dmat3{right, glm::cross(forward, right), forward}), eye};
-}
+TILEMESH_HOST Pose look_at(glm::dvec3 eye, glm::dvec3 target, glm::dvec3 down = {0.0, 1.0, 0.0});
 
 /// The rotation from the world to axes of which y points down, against `up`. The z axis is as close to the world's z as possible, or to its y
 /// if `up` is along z. The identity for the default of this library, an `up` of (0, -1, 0). Throws `Error` for an `up` of length 0.
-inline glm::dmat3 upright(glm::dvec3 up)
-{
-    double const length = glm::length(up);
-    if (!(length > 0.0) || !std::isfinite(length)) throw Error("a direction of length 0 is no up (it points nowhere); write for example 0,1,0");
-    glm::dvec3 const down = -up / length;
-    glm::dvec3 const hint = std::fabs(down.z) > 0.99 ? glm::dvec3{0.0, 1.0, 0.0} : glm::dvec3{0.0, 0.0, 1.0};
-    glm::dvec3 const forward = glm::normalize(hint - glm::dot(hint, down) * down);
-    return glm::transpose(glm::dmat3{glm::cross(down, forward), down, forward});
-}
+TILEMESH_HOST glm::dmat3 upright(glm::dvec3 up);
 
 namespace detail {
-inline void require_pixels(std::uint32_t width, std::uint32_t height)
-{
-    // 65,535: the largest 16-bit pixel coordinate, and the limit in camera files.
-    if (width == 0 || height == 0 || width > 65535 || height > 65535)
-        throw Error("a picture of " + std::to_string(width) + " x " + std::to_string(height) +
-                    " pixels cannot be rendered (each side is 1 to 65535); choose another size");
-}
+TILEMESH_HOST void require_pixels(std::uint32_t width, std::uint32_t height);
 } // namespace detail
 
 /// A centred lens with square pixels that spans `degrees` from the left to the right border of the picture. Throws `Error` for an angle
 /// outside (0, 180) or a side outside 1..65535.
-inline Intrinsics lens_from_field_of_view(double degrees, Size size, float near_depth = 0.2f)
-{
-    detail::require_pixels(size.width, size.height);
-    if (!(degrees > 0.0 && degrees < 180.0))
-        throw Error(
-            "a horizontal field of view of " + std::to_string(degrees) +
-            " degrees is no pinhole camera (it lies between 0 and 180); choose another angle");
-    constexpr double radians = 3.14159265358979323846 / 180.0;
-    double const focal = 0.5 * size.width / std::tan(0.5 * degrees * radians);
-    return {focal, focal, 0.5 * size.width, 0.5 * size.height, near_depth, size.width, size.height};
-}
+TILEMESH_HOST Intrinsics lens_from_field_of_view(double degrees, Size size, float near_depth = 0.2f);
 
 /// The same view in another size. The horizontal field of view stays, so fx, fy and cx scale by the ratio of the widths. cy keeps its share
 /// of the height, and the vertical field of view follows from the new shape. If the size does not change, the camera keeps its bits. Throws
 /// `Error` for a side outside 1..65535.
-inline splat::Camera resized(splat::Camera camera, std::uint32_t width, std::uint32_t height)
-{
-    detail::require_pixels(width, height);
-    detail::require_pixels(camera.width, camera.height);
-    double const across = static_cast<double>(width) / camera.width;
-    double const down = static_cast<double>(height) / camera.height;
-    camera.fx = static_cast<float>(across * static_cast<double>(camera.fx));
-    camera.fy = static_cast<float>(across * static_cast<double>(camera.fy));
-    camera.cx = static_cast<float>(across * static_cast<double>(camera.cx));
-    camera.cy = static_cast<float>(down * static_cast<double>(camera.cy));
-    camera.width = width;
-    camera.height = height;
-    return camera;
-}
+TILEMESH_HOST splat::Camera resized(splat::Camera camera, std::uint32_t width, std::uint32_t height);
 
 /// The camera of a photograph after the photograph is resized: the whole view in other pixels. fx and cx scale by the ratio of the widths,
 /// fy and cy by that of the heights, so that both fields of view stay. If the size does not change, the camera keeps its bits. Throws
 /// `Error` for a side outside 1..65535.
-inline splat::Camera stretched(splat::Camera camera, Size size)
-{
-    detail::require_pixels(size.width, size.height);
-    detail::require_pixels(camera.width, camera.height);
-    double const across = static_cast<double>(size.width) / camera.width, down = static_cast<double>(size.height) / camera.height;
-    for (auto* const value : {&camera.fx, &camera.cx}) *value = static_cast<float>(across * static_cast<double>(*value));
-    for (auto* const value : {&camera.fy, &camera.cy}) *value = static_cast<float>(down * static_cast<double>(*value));
-    camera.width = size.width;
-    camera.height = size.height;
-    return camera;
-}
+TILEMESH_HOST splat::Camera stretched(splat::Camera camera, Size size);
 
 /// The size that trainers give a photograph that they reduce: each side divided by `factor` and rounded, a half to the even number; at
 /// least 1.
-inline Size reduced(Size size, std::uint32_t factor)
-{
-    auto const side = [&](std::uint32_t pixels) {
-        std::uint64_t const whole = pixels / factor, twice_rest = 2 * std::uint64_t{pixels % factor};
-        bool const up = twice_rest > factor || (twice_rest == factor && whole % 2 != 0);
-        return std::max(static_cast<std::uint32_t>(whole + (up ? 1 : 0)), 1u);
-    };
-    return {side(size.width), side(size.height)};
-}
+TILEMESH_HOST Size reduced(Size size, std::uint32_t factor);
 
 }}} // namespace tilemesh::scene
+
+#if !defined(TILEMESH_COMPILED)
+#    include <tilemesh/scene/detail/pose_code.hpp>
+#endif

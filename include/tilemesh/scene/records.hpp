@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <tilemesh/config.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/scene/map.hpp>
 #include <tilemesh/splat/gaussian.hpp>
@@ -11,14 +12,7 @@
 namespace tilemesh { inline namespace v0_2 { namespace scene {
 
 /// Throws `Error` if the number of a map's harmonics coefficients does not fit its degree.
-inline void require_harmonics(Map const& map)
-{
-    std::size_t const floats = 3 * std::size_t{splat::harmonics_per_channel(map.sh_degree)};
-    if (map.harmonics.size() != map.gaussians.size() * floats)
-        throw Error("a map with " + std::to_string(map.harmonics.size()) + " coefficients of harmonics (" +
-                    std::to_string(map.gaussians.size()) + " Gaussians of degree " + std::to_string(map.sh_degree) + " have " +
-                    std::to_string(map.gaussians.size() * floats) + "); fill in all of them");
-}
+TILEMESH_HOST void require_harmonics(Map const& map);
 
 /// The map's records, of the type that a setup stores. Harmonics that the map does not have are zero; this changes no bit of the picture.
 /// Throws `Error` if the map has a higher degree than the record; call `at_degree` to drop the higher degrees on purpose.
@@ -46,20 +40,10 @@ std::vector<Record> records(Map const& map)
 
 /// Returns the map with harmonics up to `degree` only. At degree 0 its colours are clamped at 0, as in a map without harmonics. A viewer
 /// without view-dependent colour shows this map.
-inline Map at_degree(Map map, std::uint32_t degree)
-{
-    if (degree >= map.sh_degree) return map;
-    require_harmonics(map);
-    std::size_t const from = 3 * splat::harmonics_per_channel(map.sh_degree), to = 3 * splat::harmonics_per_channel(degree);
-    for (std::size_t i = 0; i < map.gaussians.size(); ++i) {
-        auto const row = map.harmonics.begin() + static_cast<std::ptrdiff_t>(i * from);
-        if (i != 0) std::copy_n(row, to, map.harmonics.begin() + static_cast<std::ptrdiff_t>(i * to));
-        if (degree == 0)
-            for (float& c : map.gaussians[i].colour) c = std::max(c, 0.0f);
-    }
-    map.harmonics.resize(map.gaussians.size() * to);
-    map.sh_degree = degree;
-    return map;
-}
+TILEMESH_HOST Map at_degree(Map map, std::uint32_t degree);
 
 }}} // namespace tilemesh::scene
+
+#if !defined(TILEMESH_COMPILED)
+#    include <tilemesh/scene/detail/records_code.hpp>
+#endif

@@ -1,11 +1,11 @@
 #pragma once
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
+#include <tilemesh/config.hpp>
 #include <tilemesh/engine/mesh.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/render/engine_options.hpp>
@@ -40,18 +40,7 @@ struct TrackedByReference : splat::Referenced<splat::pose::Tracked<S>> {
 /// The tile for tracking with pictures of this size: the smallest whose sides are multiples of 8 pixels, so that cells of 2, 4 and 8 pixels
 /// divide it, and of which the machine has enough. Of equally small ones the one with the shortest edge, and then the narrowest. Mk2 has
 /// 1,440 tiles of 16 x 40 pixels for 1280 x 720, 1,200 of 16 x 16 for 640 x 480, 1,200 of 8 x 8 for 320 x 240, and 240 for 160 x 90.
-inline Extent2 tracking_tile(Extent2 frame, MachineSize const& machine) noexcept
-{
-    Extent2 best{8, 8};
-    std::uint64_t least = ~std::uint64_t{0};
-    constexpr std::uint32_t most = 8 * splat::pose::most_cells_a_side; // sides that gradients of cells of 8 pixels have room for
-    for (std::uint32_t w = 8; w <= most; w += 8)
-        for (std::uint32_t h = 8; h <= most; h += 8) {
-            if (std::uint64_t{render::parts(frame.width, w)} * render::parts(frame.height, h) > machine.tiles) continue;
-            if (std::uint64_t const size = std::uint64_t{w} * h << 32 | (w + h); size < least) least = size, best = {w, h};
-        }
-    return best;
-}
+TILEMESH_HOST Extent2 tracking_tile(Extent2 frame, MachineSize const& machine) noexcept;
 } // namespace track
 
 namespace splat {
@@ -346,3 +335,7 @@ static_assert(Evaluator<PoseEvaluator>);
 
 } // namespace track
 }} // namespace tilemesh
+
+#if !defined(TILEMESH_COMPILED)
+#    include <tilemesh/track/detail/pose_evaluator_code.hpp>
+#endif

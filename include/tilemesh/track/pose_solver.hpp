@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <tilemesh/config.hpp>
 #include <tilemesh/scene/pose.hpp>
 #include <tilemesh/track/normal_equations.hpp>
 #include <tilemesh/track/pose_update.hpp>
@@ -32,18 +33,7 @@ struct Stage {
 ///
 /// A coarse level ends below a quarter of its cells, or after 12 evaluations: the next level begins with half a cell of its own, well within
 /// its reach. The last level ends below 0.01 pixels, or after 30.
-inline std::vector<Stage> stages_of(Method method, std::uint32_t coarsest)
-{
-    std::vector<Stage> stages;
-    for (std::uint32_t cell = std::max(coarsest, 1u); cell >= 1; cell /= 2) {
-        bool const coarse = cell > 1;
-        auto const jacobian = method == Method::forward || (method == Method::hybrid && !coarse) ? Jacobian::forward
-                              : method == Method::gradient                                      ? Jacobian::gradient
-                                                                                                : Jacobian::esm;
-        stages.push_back({cell, jacobian, coarse ? 0.25 : 0.01, coarse ? 12u : 30u});
-    }
-    return stages;
-}
+TILEMESH_HOST std::vector<Stage> stages_of(Method method, std::uint32_t coarsest);
 
 /// Why the solver ended its last level.
 enum class Ending {
@@ -95,33 +85,12 @@ inline constexpr double noticeable_exposure = 0.25 / 255.0;
 /// No step turns the camera, or moves it in units of the median depth, by more: half a radian is the picture's half width.
 inline constexpr double longest_step = 0.5;
 
-inline double mean_cost(NormalEquations const& e) noexcept
-{
-    return e.cost / e.pixels;
-}
+TILEMESH_HOST double mean_cost(NormalEquations const& e) noexcept;
 
 /// A damped step that keeps the exposure within its limits: an unknown that would leave them goes to the limit, and the others take the step
 /// that is best with it there.
-inline std::optional<std::array<double, 8>> bounded_step(NormalEquations e, double lambda, Exposure const& exposure, ExposureLimits const& limits)
-{
-    std::array<double, 2> const now{exposure.log_gain, exposure.offset}, most{limits.log_gain, limits.offset};
-    std::array<double, 8> held{};
-    for (;;) {
-        auto x = solve_damped(e, lambda);
-        if (!x) return {};
-        std::size_t beyond = 8;
-        for (std::size_t i = 6; i < e.unknowns; ++i)
-            if (held[i] == 0.0 && e.h[i][i] > 0.0 && !(std::fabs(now[i - 6] + (*x)[i]) <= most[i - 6])) beyond = i;
-        if (beyond == 8) {
-            for (std::size_t i = 6; i < 8; ++i) (*x)[i] += held[i];
-            return x;
-        }
-        held[beyond] = std::copysign(most[beyond - 6], now[beyond - 6] + (*x)[beyond]) - now[beyond - 6];
-        for (std::size_t i = 0; i < e.unknowns; ++i) e.g[i] += e.h[i][beyond] * held[beyond];
-        for (std::size_t i = 0; i < e.unknowns; ++i) e.h[i][beyond] = e.h[beyond][i] = 0.0;
-        e.g[beyond] = 0.0;
-    }
-}
+TILEMESH_HOST std::optional<std::array<double, 8>> bounded_step(NormalEquations e, double lambda, Exposure const& exposure,
+                                                                ExposureLimits const& limits);
 
 } // namespace detail
 
@@ -216,3 +185,7 @@ Solution solve_pose(Evaluate&& evaluate, scene::Pose const& start, scene::Intrin
 }
 
 }}} // namespace tilemesh::track
+
+#if !defined(TILEMESH_COMPILED)
+#    include <tilemesh/track/detail/pose_solver_code.hpp>
+#endif

@@ -1,11 +1,16 @@
 #pragma once
+#include <algorithm>
 #include <cstdint>
+#include <iosfwd>
+#include <optional>
 #include <ostream>
 #include <string>
 #include <string_view>
+#include <tilemesh/config.hpp>
 #include <tilemesh/report/frame_report.hpp>
 #include <tilemesh/report/table.hpp>
 #include <tilemesh/splat/gaussian.hpp>
+#include <type_traits>
 #include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace report {
@@ -44,7 +49,8 @@ TILEMESH_HOST std::ostream& operator<<(std::ostream& out, FrameReport const& r)
                 if (field.group() == group && (all || field.leaf() == time.leaf())) n += field.count(r);
             return thousands(n);
         };
-        stages.add_row({all ? "frame" : std::string(time.leaf()), sum("passes"), sum("exchanges"), ms(time.milliseconds(r))});
+        stages.add_row(
+            {all ? "frame" : std::string(time.leaf()), sum("passes"), sum("exchanges"), ms(time.milliseconds(r))});
     }
     out << stages;
     for (auto const line : text_lines)
@@ -60,4 +66,33 @@ TILEMESH_HOST std::ostream& operator<<(std::ostream& out, FrameReport const& r)
     return out;
 }
 
-}}} // namespace tilemesh::report
+TILEMESH_HOST char const* to_string(Cause cause) noexcept
+{
+    constexpr char const* names[causes] = {"unplaced", "storage_full", "channel_full", "late", "no_bloom"};
+    return names[static_cast<std::uint32_t>(cause)];
+}
+
+TILEMESH_HOST char const* to_string(Program program) noexcept
+{
+    return program == Program::automatic ? "auto" : program == Program::anchored ? "anchored" : "homes";
+}
+
+TILEMESH_HOST std::uint64_t FrameReport::losses(Cause cause) const noexcept
+{
+    std::uint64_t n = 0;
+    for (auto const& loss : lost) n += loss.cause == cause ? 1u : 0u;
+    return n;
+}
+
+TILEMESH_HOST bool has_line(FrameReport const& r, std::string_view line) noexcept
+{
+    return line != "homes" || r.program == Program::homes;
+}
+
+TILEMESH_HOST UnfinishedTile const& nearest_cut(FrameReport const& r) noexcept
+{
+    return *std::min_element(r.unfinished.begin(), r.unfinished.end(),
+                             [](auto const& a, auto const& b) { return a.depth < b.depth; });
+}
+
+}}} // namespace tilemesh::v0_2::report

@@ -1,9 +1,9 @@
 #pragma once
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <tilemesh/config.hpp>
 #include <tilemesh/scene/detail/json_reader.hpp>
 #include <tilemesh/scene/detail/text_input.hpp>
 
@@ -25,50 +25,11 @@ public:
     /// Reads a value under a distortion key. Returns whether it means a lens with distortion: it is, or holds, a number other than 0, true,
     /// or a text that names no pinhole camera. `named`, if not null, gets the same, except that the models whose coefficients stand under keys
     /// of their own (OPENCV) name a pinhole too.
-    bool read_distortion(bool* named = nullptr)
-    {
-        bool bends = false, bends_otherwise = false;
-        std::size_t open = 0;
-        do {
-            JsonPart const part = next();
-            if (part == JsonPart::begin_object || part == JsonPart::begin_list) ++open;
-            if (part == JsonPart::end_object || part == JsonPart::end_list) --open;
-            auto const word = part == JsonPart::text ? in_lower_case(text()) : std::string();
-            bool const coefficients = word == "opencv" || word == "full_opencv" || word == "radial" || word == "simple_radial";
-            bool const pinhole = word.empty() || word == "none" || word == "pinhole" || word == "simple_pinhole" || word == "perspective";
-            bool const bent = (part == JsonPart::number && number() != 0.0) || (part == JsonPart::other && text() == "true");
-            bends = bends || bent || !pinhole;
-            bends_otherwise = bends_otherwise || bent || !(pinhole || coefficients);
-        } while (open != 0);
-        if (named != nullptr) *named = bends_otherwise;
-        return bends;
-    }
-    void read(CameraField<double>& field)
-    {
-        field.there = true;
-        field.fault = read_number(next(), field.value);
-    }
-    void read(CameraField<std::string>& field)
-    {
-        JsonPart const part = next();
-        field.there = true;
-        field.fault = part != JsonPart::text ? "not a string" : !is_plain(text()) ? "not one line of text" : nullptr;
-        if (field.fault == nullptr) field.value = text();
-        else skip(part);
-    }
+    TILEMESH_HOST bool read_distortion(bool* named = nullptr);
+    TILEMESH_HOST void read(CameraField<double>& field);
+    TILEMESH_HOST void read(CameraField<std::string>& field);
     /// Reads an id: an integer of 64 bits, with or without a sign. A name shows it as the file does.
-    void read_id(CameraField<std::string>& id)
-    {
-        JsonPart const part = next();
-        id.there = true;
-        id.fault = "not a whole number";
-        std::uint64_t natural = 0;
-        std::int64_t whole = 0;
-        if (part != JsonPart::number) return skip(part);
-        if (!parse_number(text(), natural) && !parse_number(text(), whole)) return;
-        id.fault = nullptr;
-        id.value = text() == "-0" ? "0" : text();
-    }
+    TILEMESH_HOST void read_id(CameraField<std::string>& id);
     template <std::size_t N>
     void read_vector(CameraField<std::array<double, N>>& field, char const* fault)
     {
@@ -98,11 +59,7 @@ public:
     }
 
 private:
-    static std::string in_lower_case(std::string text)
-    {
-        for (auto& c : text) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-        return text;
-    }
+    TILEMESH_HOST static std::string in_lower_case(std::string text);
     /// Reads a list of `N` numbers after its opening bracket. Returns its fault: `fault` if it does not have `N` items.
     template <std::size_t N>
     char const* read_numbers(double* numbers, char const* fault)
@@ -118,13 +75,11 @@ private:
         return count == N ? wrong : fault;
     }
     /// Reads the rest of a value that starts with `part`, as a number. Returns its fault; null: no fault.
-    char const* read_number(JsonPart part, double& value)
-    {
-        skip(part);
-        if (part != JsonPart::number) return "not a number";
-        value = number();
-        return std::fabs(value) <= largest_number ? nullptr : "not a number within 1e37";
-    }
+    TILEMESH_HOST char const* read_number(JsonPart part, double& value);
 };
 
 }}} // namespace tilemesh::scene::detail
+
+#if !defined(TILEMESH_COMPILED)
+#    include <tilemesh/scene/detail/json_values_code.hpp>
+#endif

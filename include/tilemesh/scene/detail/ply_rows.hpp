@@ -2,14 +2,12 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <charconv>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <string>
 #include <string_view>
-#include <system_error>
+#include <tilemesh/config.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/number_text.hpp>
 #include <tilemesh/scene/detail/bytes.hpp>
@@ -29,31 +27,10 @@ namespace tilemesh { inline namespace v0_2 { namespace scene::detail {
 
 /// Checks that the body is long enough for the rows that the header promises. It divides and never multiplies, because a count may be any
 /// number. A list counts as empty, so for a file with lists the check is only a lower bound.
-inline void require_rows(PlyHeader const& header, std::uint64_t body_bytes, std::string const& file)
-{
-    // The last line of an ASCII file may lack its end.
-    std::uint64_t left = body_bytes + (header.format == PlyFormat::ascii ? 1 : 0);
-    for (auto const& element : header.elements) {
-        std::uint64_t const least = least_row_bytes(element, header.format);
-        if (least == 0) continue;
-        if (std::uint64_t const most = left / least; most < element.count) {
-            if (header.format != PlyFormat::ascii && !element.has_lists) refuse_short_body(file, element, most + 1);
-            throw Error(file + " is too short for element " + in_quotes(element.name) + " (the header promises " +
-                        std::to_string(element.count) + " rows, there is room for " + std::to_string(most) +
-                        " at most); copy or export the map again");
-        }
-        left -= element.count * least;
-    }
-}
+TILEMESH_HOST void require_rows(PlyHeader const& header, std::uint64_t body_bytes, std::string const& file);
 
 /// For each property of an element: the index of its field in a row; -1: none.
-inline std::vector<int> slots_of(PlyElement const& element, PlyColumns const& columns)
-{
-    std::vector<int> slots(element.properties.size(), -1);
-    for (std::size_t k = 0; k < columns.size(); ++k)
-        if (columns[k]) slots[static_cast<std::size_t>(columns[k] - element.properties.data())] = static_cast<int>(k);
-    return slots;
-}
+TILEMESH_HOST std::vector<int> slots_of(PlyElement const& element, PlyColumns const& columns);
 
 template <std::endian order>
 double read_scalar(unsigned char const* bytes, PlyType type)
@@ -162,10 +139,7 @@ public:
     /// Did the last line have no end? Then its last number may be cut off.
     bool open_end() const { return open_end_; }
 
-    void skip(PlyElement const& element)
-    {
-        read(element, {}, [](std::uint64_t, GaussianRow const&) {});
-    }
+    TILEMESH_HOST void skip(PlyElement const& element);
 
     /// Calls `keep(number, row)` for every row; numbers count from 1. An element without properties has no lines. Every row is read: lines
     /// have any length.
@@ -190,71 +164,20 @@ public:
     }
 
     /// Skips blank lines; false at the end of the file.
-    bool find_row()
-    {
-        while (skip_blanks() == '\n') source_.get(), ++line_;
-        return source_.peek() >= 0;
-    }
+    TILEMESH_HOST bool find_row();
 
 private:
-    [[noreturn]] void refuse(std::string const& why) const
-    {
-        throw Error(file_ + " cannot be read (line " + std::to_string(line_) + ", row " + std::to_string(number_) +
-                    " of element " + in_quotes(element_->name) + ": " + why + "); export the map again");
-    }
+    [[noreturn]] TILEMESH_HOST void refuse(std::string const& why) const;
     static bool is_blank(int c) { return c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f'; }
 
-    int skip_blanks()
-    {
-        while (is_blank(source_.peek())) source_.get();
-        return source_.peek();
-    }
-    void next_word()
-    {
-        skip_blanks();
-        length_ = 0;
-        for (int c; (c = source_.peek()) >= 0 && c != '\n' && !is_blank(c); source_.get()) {
-            if (length_ == word_.size()) refuse("a word of more than " + std::to_string(word_.size()) + " characters");
-            word_[length_++] = static_cast<char>(c);
-        }
-        if (length_ != 0) return;
-        if (source_.peek() < 0) refuse_short_body(file_, *element_, number_);
-        refuse("fewer numbers than the header has columns");
-    }
-    void end_row()
-    {
-        int const c = skip_blanks();
-        if (c >= 0 && c != '\n') refuse("more numbers than the header has columns");
-        open_end_ = c < 0;
-        source_.get();
-        ++line_;
-    }
+    TILEMESH_HOST int skip_blanks();
+    TILEMESH_HOST void next_word();
+    TILEMESH_HOST void end_row();
     std::string_view word() const { return {word_.data(), length_}; }
 
-    std::uint64_t count() const
-    {
-        std::uint64_t n = 0;
-        auto const last = word_.data() + length_;
-        auto const [end, error] = std::from_chars(word_.data(), last, n);
-        if (error != std::errc{} || end != last) refuse("a list of " + in_quotes(word()) + " items");
-        return n;
-    }
+    TILEMESH_HOST std::uint64_t count() const;
     /// A `float` is rounded as in a binary file, so that both formats give the same records.
-    double number(PlyType type) const
-    {
-        double value = 0.0;
-        auto const last = word_.data() + length_;
-        bool const plus = word_[0] == '+' && length_ > 1 && word_[1] != '-';
-        auto const [end, error] = read_number(word_.data() + (plus ? 1 : 0), last, value);
-        if (end == last && error == std::errc::result_out_of_range) {
-            constexpr double infinity = std::numeric_limits<double>::infinity();
-            if (is_tiny(word())) return 0.0;
-            return word_[0] == '-' ? -infinity : infinity;
-        }
-        if (error != std::errc{} || end != last) refuse(in_quotes(word()) + " is not a number");
-        constexpr double too_large = 0x1.ffffffp127; // rounds to 2^128
-        return type == PlyType::float32 && std::fabs(value) < too_large ? static_cast<double>(static_cast<float>(value)) : value;
-    }
+    TILEMESH_HOST double number(PlyType type) const;
 
     ByteSource& source_;
     std::string const& file_;
@@ -267,3 +190,7 @@ private:
 };
 
 }}} // namespace tilemesh::scene::detail
+
+#if !defined(TILEMESH_COMPILED)
+#    include <tilemesh/scene/detail/ply_rows_code.hpp>
+#endif

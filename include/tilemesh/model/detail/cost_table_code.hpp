@@ -1,0 +1,54 @@
+#pragma once
+#include <array>
+#include <span>
+#include <string>
+#include <tilemesh/machine/tile.hpp>
+#include <tilemesh/model/cost_table.hpp>
+#include <tilemesh/model/step_costs.hpp>
+#include <tilemesh/number_text.hpp>
+#include <tilemesh/report/table.hpp>
+#include <vector>
+
+namespace tilemesh { inline namespace v0_2 {
+
+TILEMESH_HOST std::string milliseconds_text(CostModel const& model, std::uint64_t cycles)
+{
+    std::array<char, 64> text{}; // 2^64 cycles at 1 kHz have 20 digits before the point
+    auto const end = write_fixed(text.data(), text.data() + text.size(), milliseconds(model, cycles), 4);
+    return {text.data(), end.ptr};
+}
+
+TILEMESH_HOST report::Table ledger_table(std::span<machine::Region const> ledger, std::uint32_t sram_bytes)
+{
+    report::Table table{{"region", "bytes of a tile"}};
+    std::uint64_t sum = 0;
+    for (auto const& region : ledger) {
+        table.add_row({std::string(region.name.text, region.name.size), report::thousands(region.bytes)});
+        sum += region.budgeted ? region.bytes : 0;
+    }
+    return table.add_row({"sum, of " + report::thousands(sram_bytes), report::thousands(sum)});
+}
+
+TILEMESH_HOST report::Table cost_table(CostModel const& model, Trace const& trace, RunCost const& cost)
+{
+    using report::thousands;
+    report::Table table{{"step", "passes", "exchanges", "compute", "exchange", "sync and vote", "modelled ms"}};
+    auto const add = [&](std::string const& name, StepCost const& s) {
+        table.add_row({name, thousands(s.passes), thousands(s.exchanges), thousands(s.compute), thousands(s.exchange),
+                       thousands(s.sync + s.vote), milliseconds_text(model, s.total())});
+    };
+    StepCost sum;
+    for (auto const& s : step_costs(trace, cost)) {
+        add(s.name, s);
+        sum.passes += s.passes;
+        sum.exchanges += s.exchanges;
+        sum.compute += s.compute;
+        sum.exchange += s.exchange;
+        sum.sync += s.sync;
+        sum.vote += s.vote;
+    }
+    add("sum", sum);
+    return table;
+}
+
+}} // namespace tilemesh

@@ -1,0 +1,320 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
+#include <glm/vec3.hpp>
+#include <istream>
+#include <iterator>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <tilemesh/error.hpp>
+#include <tilemesh/scene/detail/camera_list.hpp>
+#include <tilemesh/scene/detail/json_reader.hpp>
+#include <tilemesh/scene/detail/json_values.hpp>
+#include <tilemesh/scene/detail/text_input.hpp>
+#include <tilemesh/scene/detail/transforms_json.hpp>
+#include <tilemesh/scene/named_camera.hpp>
+#include <tilemesh/scene/pose.hpp>
+#include <tilemesh/splat/camera.hpp>
+#include <utility>
+#include <vector>
+
+namespace tilemesh { inline namespace v0_2 { namespace scene::detail {
+
+TILEMESH_HOST void refuse_distortion(Distortion const& distortion, std::string const& whose)
+{
+    auto const at = static_cast<std::size_t>(std::find(distortion.begin(), distortion.end(), true) - distortion.begin());
+    if (at < distortion.size())
+        throw Error(whose + " has a lens with distortion (its \"" + std::string(distortion_keys[at]) + "\" is " +
+                    (distortion_keys[at] == "camera_model" ? "no pinhole" : "not 0") +
+                    "; a pinhole camera has none); undistort the pictures, for example with colmap image_undistorter, and name the "
+                    "cameras that it writes");
+}
+
+TILEMESH_HOST void UnreadKeys::see(std::string const& key, std::size_t camera)
+{
+    auto const name = shown(key, longest);
+    auto found = std::find_if(keys_.begin(), keys_.end(), [&](Key const& k) { return k.name == name; });
+    if (found == keys_.end()) {
+        more_ = more_ || keys_.size() == most;
+        if (keys_.size() == most) return;
+        found = keys_.insert(keys_.end(), {name, 0, camera + 1});
+    }
+    if (found->last == camera) return;
+    ++found->cameras;
+    found->last = camera;
+}
+
+TILEMESH_HOST void UnreadKeys::add_to(std::vector<std::string>& notes) const
+{
+    for (auto const& key : keys_)
+        notes.push_back(std::to_string(key.cameras) + (key.cameras == 1 ? " camera has" : " cameras have") + " \"" + key.name +
+                        "\", which is not read");
+    if (more_) notes.push_back("cameras have more keys that are not read");
+}
+
+TILEMESH_HOST void CameraEntry::refuse(std::string const& why) const
+{
+    throw Error(file_ + " camera " + name_ + " is not usable (" + why + "); correct the camera file");
+}
+
+TILEMESH_HOST void CameraEntry::refuse_distortion(Distortion const& distortion) const
+{
+    if (distorted_ == DistortedLens::refused) detail::refuse_distortion(distortion, file_ + " camera " + name_);
+}
+
+TILEMESH_HOST std::string CameraEntry::name(CameraField<std::string> const& field, char const* key) const
+{
+    if (value(field, key).empty()) refuse(in_quotes_is(key) + "empty");
+    return field.value;
+}
+
+TILEMESH_HOST std::uint32_t CameraEntry::pixels(CameraField<double> const& field, char const* key) const
+{
+    double const side = value(field, key);
+    if (!(side >= 1.0 && side <= 65535.0) || side != std::floor(side))
+        refuse(in_quotes_is(key) + "not a whole number from 1 to 65535");
+    return static_cast<std::uint32_t>(side);
+}
+
+TILEMESH_HOST splat::Camera CameraEntry::camera(Pose const& pose, Intrinsics const& lens) const
+{
+    if (auto const why = fault_of(pose, lens); !why.empty()) refuse(why);
+    return make_camera(pose, lens);
+}
+
+TILEMESH_HOST NamedCamera own_camera(CameraFields const& fields, CameraEntry& entry)
+{
+    auto const text = [&](auto const& field, char const* key) { return field.there ? entry.value(field, key) : std::string(); };
+    NamedCamera named{text(fields.scene, "scene"), text(fields.file, "file"), entry.name(fields.name, "name"), {}};
+    entry.rename(label(named));
+    entry.refuse_distortion(fields.distortion);
+    auto const& m = entry.value(fields.world_to_camera, "world_to_camera");
+    if (!ends_in_0_0_0_1(m))
+        entry.refuse("the last row of \"world_to_camera\" is not 0 0 0 1");
+    Pose pose;
+    for (int row = 0; row < 3; ++row)
+        for (int column = 0; column < 3; ++column)
+            pose.rotation[column][row] = m[static_cast<std::size_t>(4 * row + column)];
+    pose.position = -(glm::inverse(pose.rotation) * glm::dvec3{m[3], m[7], m[11]});
+    named.camera = entry.camera(
+        pose, {entry.value(fields.fx, "fx"), entry.value(fields.fy, "fy"), entry.value(fields.cx, "cx"),
+               entry.value(fields.cy, "cy"),
+               fields.near.there ? static_cast<float>(entry.value(fields.near, "near")) : default_near,
+               entry.pixels(fields.width, "width"), entry.pixels(fields.height, "height")});
+    return named;
+}
+
+TILEMESH_HOST splat::Camera training_camera(CameraFields const& fields, CameraEntry const& entry)
+{
+    entry.refuse_distortion(fields.distortion);
+    auto const& m = entry.value(fields.rotation, "rotation");
+    auto const& centre = entry.value(fields.position, "position");
+    Pose pose{glm::dmat3{1.0}, {centre[0], centre[1], centre[2]}};
+    for (int row = 0; row < 3; ++row)
+        for (int column = 0; column < 3; ++column)
+            pose.rotation[row][column] = m[static_cast<std::size_t>(3 * row + column)];
+    std::uint32_t const width = entry.pixels(fields.width, "width"), height = entry.pixels(fields.height, "height");
+    return entry.camera(pose, {entry.value(fields.fx, "fx"), entry.value(fields.fy, "fy"), 0.5 * width, 0.5 * height,
+                               default_near, width, height});
+}
+
+TILEMESH_HOST std::vector<NamedCamera> CameraJson::read(std::vector<std::string>* notes)
+{
+    Distortion distortion{}; // beside cameras[]: of all of them
+    bool list = false, cameras_key = false;
+    JsonPart const root = json_.next();
+    if (root == JsonPart::begin_list) {
+        list = training_ = true;
+        read_list();
+    }
+    while (root == JsonPart::begin_object && json_.next() == JsonPart::key) {
+        bool const cameras = json_.text() == "cameras";
+        cameras_key = cameras_key || cameras;
+        if (json_.text() == "frames") {
+            JsonPart const value = json_.next();
+            transforms_.clear();
+            if (value == JsonPart::begin_list) read_frames();
+            else json_.skip(value), transforms_.add_no_object();
+            continue;
+        }
+        if (read_lens(transforms_.common, &distortion)) continue;
+        JsonPart const value = json_.next();
+        if (cameras) list = value == JsonPart::begin_list;
+        if (cameras && list) read_list();
+        else json_.skip(value);
+    }
+    json_.next(); // the end
+
+    if (!cameras_key && transforms_.there()) {
+        auto cameras = transforms_.take(distorted_, notes);
+        if (notes != nullptr) unread_of_frames_.add_to(*notes);
+        return cameras;
+    }
+    if (!list)
+        throw Error(file_ +
+                    " is not a camera file (it has no list \"cameras\" or \"frames\", and is no list itself); name a JSON file with "
+                    "cameras[], a transforms.json, the cameras.json of a 3DGS training, or a COLMAP model");
+    bool const all_bent = std::find(distortion.begin(), distortion.end(), true) != distortion.end();
+    if (distorted_ == DistortedLens::refused) refuse_distortion(distortion, file_);
+    if (training_) finish_names();
+    std::set<std::string> labels;
+    for (std::size_t i = 0; i < cameras_.size(); ++i) {
+        if (labels.insert(label(cameras_[i])).second) continue;
+        CameraEntry entry(file_, i + 1);
+        entry.rename(label(cameras_[i]));
+        entry.refuse("another camera has the same scene and name");
+    }
+    if (unusable_) convert(*unusable_); // throws
+    note_ignored_distortion(all_bent ? cameras_.size() : bent_, notes);
+    if (notes != nullptr) unread_.add_to(*notes);
+    return std::move(cameras_);
+}
+
+TILEMESH_HOST void CameraJson::read_list()
+{
+    cameras_.clear();
+    bent_ = 0;
+    unusable_.reset();
+    unread_ = {};
+    std::size_t number = 0;
+    for (JsonPart part; (part = json_.next()) != JsonPart::end_list;) {
+        if (++number > most_cameras)
+            throw Error(file_ + " has too many cameras (more than " + std::to_string(most_cameras) + "); split it");
+        // In the 3DGS form, later names still matter: cameras that share a name are named by their ids.
+        if (nameless_ || (unusable_ && !training_)) {
+            json_.skip(part);
+            continue;
+        }
+        CameraFields fields;
+        fields.object = part == JsonPart::begin_object;
+        if (fields.object) read_fields(fields, number);
+        else json_.skip(part);
+        if (training_) {
+            if (!fields.name.there || fields.name.fault != nullptr || fields.name.value.empty()) {
+                nameless_ = std::move(fields);
+                continue;
+            }
+            names_.push_back({std::move(fields.name.value), std::move(fields.id)});
+        }
+        if (unusable_) continue;
+        try {
+            cameras_.push_back(convert(fields));
+            if (std::find(fields.distortion.begin(), fields.distortion.end(), true) != fields.distortion.end()) ++bent_;
+        } catch (Error const&) {
+            unusable_ = std::move(fields);
+        }
+    }
+}
+
+TILEMESH_HOST auto CameraJson::convert(CameraFields const& fields) const -> NamedCamera
+{
+    CameraEntry entry(file_, cameras_.size() + 1, distorted_);
+    if (!fields.object) entry.refuse("it is not an object");
+    if (!training_) return own_camera(fields, entry);
+    entry.rename(names_[cameras_.size()].name);
+    return {"", "", "", training_camera(fields, entry)};
+}
+
+TILEMESH_HOST void CameraJson::finish_names()
+{
+    if (nameless_) {
+        CameraEntry const entry(file_, names_.size() + 1);
+        if (!nameless_->object) entry.refuse("it is not an object");
+        entry.name(nameless_->name, "img_name"); // throws
+    }
+    std::map<std::string, std::size_t> uses;
+    for (auto const& camera : names_) ++uses[camera.name];
+    for (std::size_t i = 0; i < names_.size(); ++i) {
+        auto& [name, id] = names_[i];
+        if (uses[name] > 1) {
+            CameraEntry entry(file_, i + 1);
+            entry.rename(name);
+            if (id.fault != nullptr) entry.refuse(std::string("others have this img_name, and its \"id\" is ") + id.fault);
+            name.append("#").append(entry.value(id, "id"));
+        }
+        if (i < cameras_.size()) cameras_[i].name = name;
+    }
+}
+
+TILEMESH_HOST bool CameraJson::read_lens(TransformsLens& lens, Distortion* whole)
+{
+    auto const key = json_.text();
+    if (auto* const field = lens.field(key)) {
+        json_.read(*field);
+        return true;
+    }
+    constexpr std::size_t fisheye = std::size(distortion_keys); // instant-ngp: true or false
+    auto const at = key == "is_fisheye" ? fisheye : place_of(key, distortion_keys);
+    if (at == fisheye && key != "is_fisheye") return false;
+    bool named = false;
+    bool const bends = json_.read_distortion(&named);
+    lens.set_distortion(at, named);
+    if (whole != nullptr && at < whole->size()) (*whole)[at] = bends;
+    return true;
+}
+
+TILEMESH_HOST void CameraJson::read_frames()
+{
+    unread_of_frames_ = {};
+    std::size_t number = 0;
+    for (JsonPart part; (part = json_.next()) != JsonPart::end_list;) {
+        if (number++ == most_cameras)
+            throw Error(file_ + " has too many frames (more than " + std::to_string(most_cameras) + "); split it");
+        if (transforms_.ended() || part != JsonPart::begin_object) {
+            if (!transforms_.ended()) transforms_.add_no_object();
+            json_.skip(part);
+            continue;
+        }
+        CameraField<std::string> path;
+        CameraField<std::array<double, 16>> matrix;
+        TransformsLens lens;
+        while (json_.next() == JsonPart::key) {
+            auto const key = json_.text();
+            if (key == "file_path") json_.read(path);
+            else if (key == "transform_matrix") json_.read_matrix<4>(matrix, "not a 4x4 matrix");
+            else if (!read_lens(lens)) {
+                if (place_of(key, beside_camera_keys) == std::size(beside_camera_keys)) unread_of_frames_.see(key, number);
+                json_.skip(json_.next());
+            }
+        }
+        transforms_.add(path, matrix, std::move(lens));
+    }
+}
+
+TILEMESH_HOST void CameraJson::read_fields(CameraFields& fields, std::size_t number)
+{
+    while (json_.next() == JsonPart::key) {
+        std::string_view const key = json_.text();
+        if (auto const bent = place_of(key, distortion_keys); bent < fields.distortion.size()) {
+            fields.distortion[bent] = json_.read_distortion();
+            continue;
+        }
+        if (training_ ? place_of(key, training_keys) == std::size(training_keys) : place_of(key, own_keys) == std::size(own_keys))
+            unread_.see(json_.text(), number);
+        if (key == "fx") json_.read(fields.fx);
+        else if (key == "fy") json_.read(fields.fy);
+        else if (key == "cx") json_.read(fields.cx);
+        else if (key == "cy") json_.read(fields.cy);
+        else if (key == "near") json_.read(fields.near);
+        else if (key == "width") json_.read(fields.width);
+        else if (key == "height") json_.read(fields.height);
+        else if (key == "scene") json_.read(fields.scene);
+        else if (key == "file") json_.read(fields.file);
+        else if (key == (training_ ? "img_name" : "name")) json_.read(fields.name);
+        else if (key == "id") json_.read_id(fields.id);
+        else if (key == "position") json_.read_vector(fields.position, "not 3 numbers");
+        else if (key == "rotation") json_.read_matrix<3>(fields.rotation, "not a 3x3 matrix");
+        else if (key == "world_to_camera") json_.read_matrix<4>(fields.world_to_camera, "not a 4x4 matrix");
+        else json_.skip(json_.next());
+    }
+}
+
+}}} // namespace tilemesh::scene
