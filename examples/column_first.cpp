@@ -1,6 +1,9 @@
 // Your own routing rule: along the column first, then along the row. The picture stays the same; the traffic differs.
 #include <iostream>
-#include <tilemesh/tilemesh.hpp>
+#include <tilemesh/machine/grid.hpp>
+#include <tilemesh/renderer.hpp>
+#include <tilemesh/scene/built_in.hpp>
+#include <tilemesh/splat/setup.hpp>
 
 namespace scene = tilemesh::scene;
 namespace splat = tilemesh::splat;

@@ -1,6 +1,12 @@
 // A user's first program: a map, a camera, a picture. Run with the name of a 3DGS PLY file, or without for the built-in map.
 #include <iostream>
-#include <tilemesh/tilemesh.hpp>
+#include <tilemesh/error.hpp>
+#include <tilemesh/renderer.hpp>
+#include <tilemesh/report/frame_report.hpp>
+#include <tilemesh/report/image_file.hpp>
+#include <tilemesh/scene/built_in.hpp>
+#include <tilemesh/scene/frame_whole.hpp>
+#include <tilemesh/scene/ply.hpp>
 
 int main(int argc, char** argv)
 try {

@@ -3,7 +3,12 @@
 #include <cmath>
 #include <cstring>
 #include <iostream>
-#include <tilemesh/tilemesh.hpp>
+#include <tilemesh/engine/mesh.hpp>
+#include <tilemesh/machine/channel.hpp>
+#include <tilemesh/machine/grid.hpp>
+#include <tilemesh/machine/kernel.hpp>
+#include <tilemesh/machine/reduce.hpp>
+#include <tilemesh/machine/superstep.hpp>
 using tilemesh::Direction, tilemesh::Vote;
 constexpr std::uint32_t n = 16;
 struct Field { float u[n + 2][n + 2], change; };                       // the tile's cells, and on each side a halo of one cell

@@ -2,7 +2,12 @@
 #include <cstdint>
 #include <iostream>
 #include <string>
-#include <tilemesh/tilemesh.hpp>
+#include <tilemesh/renderer.hpp>
+#include <tilemesh/report/number_text.hpp>
+#include <tilemesh/report/table.hpp>
+#include <tilemesh/scene/built_in.hpp>
+#include <tilemesh/splat/setup.hpp>
+#include <tilemesh/splat/sizes.hpp>
 
 namespace report = tilemesh::report;
 namespace scene = tilemesh::scene;

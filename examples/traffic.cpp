@@ -2,7 +2,19 @@
 #include <algorithm>
 #include <iostream>
 #include <random>
-#include <tilemesh/tilemesh.hpp>
+#include <tilemesh/engine/mesh.hpp>
+#include <tilemesh/engine/trace.hpp>
+#include <tilemesh/machine/buffer.hpp>
+#include <tilemesh/machine/channel.hpp>
+#include <tilemesh/machine/grid.hpp>
+#include <tilemesh/machine/kernel.hpp>
+#include <tilemesh/machine/operations.hpp>
+#include <tilemesh/machine/spec.hpp>
+#include <tilemesh/machine/superstep.hpp>
+#include <tilemesh/model/cost_model.hpp>
+#include <tilemesh/model/cost_parameters.hpp>
+#include <tilemesh/model/cost_table.hpp>
+#include <tilemesh/model/trace_page.hpp>
 using tilemesh::Direction, tilemesh::TileId, tilemesh::Vote;
 struct Parcel { TileId to; };
 struct Road : tilemesh::Channel<Parcel, 16> {};

@@ -1,7 +1,15 @@
 // A map with view-dependent colour (spherical harmonics), on the smallest machine that its cameras need: view_dependent [MAP.ply].
 #include <iostream>
 #include <span>
-#include <tilemesh/tilemesh.hpp>
+#include <tilemesh/error.hpp>
+#include <tilemesh/fit_renderer.hpp>
+#include <tilemesh/report/image_file.hpp>
+#include <tilemesh/scene/built_in.hpp>
+#include <tilemesh/scene/demand.hpp>
+#include <tilemesh/scene/frame_whole.hpp>
+#include <tilemesh/scene/ply.hpp>
+#include <tilemesh/splat/fitted.hpp>
+#include <tilemesh/splat/setup.hpp>
 #include <vector>
 
 namespace report = tilemesh::report;

@@ -2,7 +2,14 @@
 #include <iostream>
 #include <string>
 #include <thread>
-#include <tilemesh/tilemesh.hpp>
+#include <tilemesh/error.hpp>
+#include <tilemesh/renderer.hpp>
+#include <tilemesh/report/image_file.hpp>
+#include <tilemesh/scene/built_in.hpp>
+#include <tilemesh/scene/frame_whole.hpp>
+#include <tilemesh/scene/orbit.hpp>
+#include <tilemesh/scene/ply.hpp>
+#include <tilemesh/splat/setup.hpp>
 
 namespace report = tilemesh::report;
 namespace scene = tilemesh::scene;

@@ -4,8 +4,14 @@
 #include <exception>
 #include <iostream>
 #include <poplar/DeviceManager.hpp>
+#include <tilemesh/error.hpp>
 #include <tilemesh/poplar/poplar_mesh.hpp>
-#include <tilemesh/tilemesh.hpp>
+#include <tilemesh/renderer.hpp>
+#include <tilemesh/report/image_file.hpp>
+#include <tilemesh/scene/built_in.hpp>
+#include <tilemesh/scene/frame_whole.hpp>
+#include <tilemesh/scene/ply.hpp>
+#include <tilemesh/splat/setup.hpp>
 
 namespace report = tilemesh::report;
 namespace scene = tilemesh::scene;

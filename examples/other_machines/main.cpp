@@ -13,6 +13,8 @@
 #include <iostream>
 #include <new>
 #include <string>
+#include <tilemesh/error.hpp>
+#include <tilemesh/scene/built_in.hpp>
 
 int main(int argc, char** argv)
 try {

@@ -5,7 +5,19 @@
 #include <filesystem>
 #include <iostream>
 #include <string>
-#include <tilemesh/tilemesh.hpp>
+#include <tilemesh/model/assumed_parameters.hpp>
+#include <tilemesh/model/bottleneck.hpp>
+#include <tilemesh/model/cost_model.hpp>
+#include <tilemesh/model/cost_table.hpp>
+#include <tilemesh/model/trace_maps.hpp>
+#include <tilemesh/model/trace_page.hpp>
+#include <tilemesh/renderer.hpp>
+#include <tilemesh/report/naive.hpp>
+#include <tilemesh/report/number_text.hpp>
+#include <tilemesh/report/table.hpp>
+#include <tilemesh/scene/map.hpp>
+#include <tilemesh/scene/orbit.hpp>
+#include <tilemesh/splat/setup.hpp>
 #include <utility>
 
 /// Prints the ledger of setup S, the assumptions about its machine, and the cost of three frames: a cold start, a step of 0.5 degrees, and
