@@ -102,23 +102,7 @@ public:
     static constexpr bool by_reference = std::is_same_v<typename Policies::Record, splat::Reference>;
 
     /// `frame`: the size of the pictures, in pixels.
-    BasicPoseEvaluator(scene::Map const& map, Extent2 frame, EvaluatorOptions options = {}, EngineOptions engine = {})
-        : options_(options), engine_(std::move(engine)), size_(frame), records_(map, degree_of(map)),
-          cache_(by_reference ? records_.rows() : 0), keeper_(records_, &cache_), gaussians_(map.gaussians), terms_(by_reference ? records_.rows() : 0),
-          model_(render::model_of<splat::Lossless>())
-    {
-        constexpr auto machine = size_of_machine<typename S::Machine>();
-        bool const follows = options.tile.width == 0 && options.tile.height == 0;
-        layout_ = render::layout_frame({{}, follows ? tracking_tile(frame, machine) : options.tile}, frame.width, frame.height, machine,
-                                       machine.sram_bytes / sizeof(splat::pose::TargetPixel), "tracking");
-        sizes_ = splat::pose::sizes_on<typename splat::ValueOf<S>::type>(machine, std::uint32_t{layout_.tiling.tile_width} * layout_.tiling.tile_height, degree_of(map));
-        if (sizes_.storage == 0)
-            throw Error("tiles of " + std::to_string(layout_.tiling.tile_width) + " x " + std::to_string(layout_.tiling.tile_height) + " pixels (machine " + machine.name +
-                        " has no memory for splats beside them); choose smaller tiles, a smaller frame or another machine");
-        RendererOptions plain;
-        plain.threads = options.threads;
-        render::set_engine_options<false>(plain, engine_);
-    }
+    BasicPoseEvaluator(scene::Map const& map, Extent2 frame, EvaluatorOptions options = {}, EngineOptions engine = {});
     BasicPoseEvaluator(BasicPoseEvaluator const&) = delete;
     BasicPoseEvaluator& operator=(BasicPoseEvaluator const&) = delete;
 
@@ -133,37 +117,12 @@ public:
     RunCounters const& counters() const noexcept { return counters_; }
 
     /// Sets the picture for the next evaluations.
-    void set_target(TrackTarget target)
-    {
-        auto const fits = [&](auto const& p) { return p.width == size_.width && p.height == size_.height; };
-        if (!fits(target.colour) || (target.depth.width != 0 && !fits(target.depth)))
-            throw Error("a target of " + std::to_string(target.colour.width) + " x " + std::to_string(target.colour.height) + " pixels (frames are " +
-                        std::to_string(size_.width) + " x " + std::to_string(size_.height) + ", colour and depth alike); resize it");
-        target_ = std::move(target);
-        if (mesh_) load_target();
-    }
+    void set_target(TrackTarget target);
     /// The options of `operator()`.
     TrackOptions& options() noexcept { return track_; }
 
     /// The sums of one pose, against the target that was set.
-    NormalEquations evaluate(splat::Camera const& camera, TrackOptions const& options)
-    {
-        check(camera, options);
-        if (!mesh_) build();
-        auto const view = splat::make_view(camera, model_);
-        auto const tracking = tracking_of(camera, options);
-        try {
-            tell(view);
-            mesh_->template broadcast<splat::pose::Tracking>() = tracking;
-            counters_ = mesh_->run();
-            require_all();
-        } catch (...) {
-            mesh_.reset(); // records may be halfway
-            throw;
-        }
-        last_ = view;
-        return equations(tracking, std::as_const(*mesh_).template state<Reduced<splat::pose::TileTotal, Sum>>(TileId::at(0, 0)).value);
-    }
+    NormalEquations evaluate(splat::Camera const& camera, TrackOptions const& options);
     NormalEquations evaluate(splat::Camera const& camera, TrackTarget target, TrackOptions const& options)
     {
         set_target(std::move(target));
@@ -183,132 +142,15 @@ private:
         else
             return Policies::Record::sh_degree;
     }
-    void check(splat::Camera const& camera, TrackOptions const& o) const
-    {
-        render::check_camera(camera);
-        render::check_model(model_);
-        if (camera.width != size_.width || camera.height != size_.height)
-            throw Error("a camera of " + std::to_string(camera.width) + " x " + std::to_string(camera.height) + " pixels (frames are " +
-                        std::to_string(size_.width) + " x " + std::to_string(size_.height) + "); scale its intrinsics");
-        if (target_.colour.width == 0) throw Error("an evaluation without a target (residuals need a picture); call set_target first");
-        auto const cell = o.level.cell;
-        if (cell != 1 && cell != 2 && cell != 4 && cell != 8)
-            throw Error("cells of " + std::to_string(cell) + " pixels (a cell is 1, 2, 4 or 8 pixels wide); choose one of these");
-        auto const& t = layout_.tiling;
-        if (t.tile_width % cell != 0 || t.tile_height % cell != 0)
-            throw Error("cells of " + std::to_string(cell) + " pixels on tiles of " + std::to_string(t.tile_width) + " x " +
-                        std::to_string(t.tile_height) + " (a cell lies on one tile); choose smaller cells or other tiles");
-        constexpr auto most = splat::pose::most_cells_a_side;
-        if (o.level.jacobian != Jacobian::forward && (t.tile_width > most * cell || t.tile_height > most * cell))
-            throw Error("gradients on tiles of " + std::to_string(t.tile_width) + " x " + std::to_string(t.tile_height) + " pixels (a side has at most " +
-                        std::to_string(most) + " cells); choose larger cells or smaller tiles");
-        if (o.one_in == 0) throw Error("one in 0 blocks (1 is all of them); choose 1 or more");
-        auto const above_0 = [](float v) { return v > 0 && v <= 1e18f; };
-        if (!above_0(o.huber_colour) || !above_0(o.huber_depth) || !above_0(o.scene_depth))
-            throw Error("a Huber width or scene depth that is not above 0 (residuals and translations are measured in it); give a positive number");
-        if (!(std::fabs(o.level.exposure.log_gain) < 40) || !(std::fabs(o.level.exposure.offset) < 1e6))
-            throw Error("an exposure beyond e^40 or an offset beyond 1e6 (pictures are in [0, 1]); start from 0");
-    }
-    void build()
-    {
-        auto m = engine::plain_sizes<Program>(size_of_machine<typename S::Machine>(), sizes_, typename machine::Needs<Program>::States{},
-                                              typename machine::Needs<Program>::Links{});
-        rules_ = splat::rules_of<splat::pose::Tracked<splat::Lossless>>();
-        m.template link<splat::Road<Policies>>().message_bytes = rules_.road_bytes;
-        m.template link<splat::Beam<Policies>>().message_bytes = rules_.beam_bytes;
-        auto const& t = layout_.tiling;
-        mesh_ = std::make_unique<MeshType>(Program{}, Grid{t.columns, t.rows}, m, engine_);
-        last_.reset();
-        try {
-            keeper_.begin(*mesh_, t, sizes_.storage);
-            render::size_framebuffers<Policies>(*mesh_, t, size_);
-            load_target();
-        } catch (...) {
-            mesh_.reset();
-            throw;
-        }
-    }
-    void load_target()
-    {
-        if (target_.colour.width == 0) return;
-        splat::Camera frame{};
-        frame.width = size_.width, frame.height = size_.height;
-        auto const grid = mesh_->grid();
-        for (std::uint32_t i = 0; i < grid.size(); ++i) {
-            auto const rect = splat::pixels_of(layout_.tiling, frame, grid.tile(i));
-            auto pixels = mesh_->template state<splat::pose::Target<Policies>>(grid.tile(i));
-            pixels.truncate(0);
-            for (std::uint32_t y = rect.y0; y < rect.y1; ++y)
-                for (std::uint32_t x = rect.x0; x < rect.x1; ++x) {
-                    float const* const rgb = target_.colour.pixel(x, y);
-                    pixels.unchecked_push({{rgb[0], rgb[1], rgb[2]}, target_.depth.width != 0 ? target_.depth.at(x, y) : 0.0f});
-                }
-        }
-    }
+    void check(splat::Camera const& camera, TrackOptions const& o) const;
+    void build();
+    void load_target();
     /// In a new view, projects the host's table and the words of its derivatives, and tells the tiles.
-    void tell(splat::View const& view)
-    {
-        auto& frame = mesh_->template broadcast<Parameters>();
-        bool const changed = !last_ || __builtin_memcmp(&*last_, &view, sizeof view) != 0;
-        if constexpr (by_reference)
-            if (changed)
-                mesh_->on_threads([&](std::uint32_t thread, std::uint32_t threads) {
-                    std::uint64_t const n = records_.rows();
-                    auto const first = static_cast<std::uint32_t>(n * thread / threads), last = static_cast<std::uint32_t>(n * (thread + 1) / threads);
-                    cache_.project(records_, first, last, view, layout_.tiling, !last_, frame);
-                    splat::pose::terms_of_all(gaussians_.data() + first, last - first, view, layout_.tiling, terms_.data() + first);
-                });
-        static_cast<splat::FrameParameters&>(frame) = {view, layout_.tiling, static_cast<std::uint8_t>(changed ? 1 : 0), 0, 0};
-        if constexpr (by_reference) {
-            frame.rules = rules_;
-            cache_.point(frame);
-            frame.terms = splat::HostPointer<splat::pose::Terms const>(terms_.data());
-        }
-    }
-    splat::pose::Tracking tracking_of(splat::Camera const& camera, TrackOptions const& o) const noexcept
-    {
-        // The largest sums of a cell: 4 c^2 of J^T J, and c times the Huber widths of J^T r, because a clipped row has at most c.
-        double const focal = std::fmax(camera.fx, camera.fy), clip = 4 * focal;
-        auto const scale = [](double most) { return static_cast<float>(std::exp2(std::floor(std::log2(0x1p23 / most)))); };
-        splat::pose::Tracking t{};
-        t.forward = o.level.jacobian == Jacobian::forward ? 1 : 0;
-        t.gradients = o.level.jacobian == Jacobian::forward ? 0 : o.level.jacobian == Jacobian::gradient ? 1 : 2;
-        t.cell = o.level.cell;
-        t.with_depth = o.with_depth && target_.depth.width != 0 ? 1 : 0;
-        t.unknowns = o.with_exposure ? 8 : 6;
-        t.one_in = o.one_in;
-        t.seed = o.seed;
-        t.sums = {static_cast<float>(std::exp(o.level.exposure.log_gain)), static_cast<float>(o.level.exposure.offset), o.huber_colour,
-                  o.huber_depth, o.scene_depth, static_cast<float>(std::exp2(std::round(std::log2(focal)))), static_cast<float>(clip),
-                  scale(4 * clip * clip), scale(clip * (3 * double{o.huber_colour} + double{o.huber_depth})), scale(4)};
-        return t;
-    }
+    void tell(splat::View const& view);
+    splat::pose::Tracking tracking_of(splat::Camera const& camera, TrackOptions const& o) const noexcept;
     /// Throws if a record or a copy found no room.
-    void require_all()
-    {
-        std::uint64_t lost = 0;
-        keeper_.for_each_tile(*mesh_, [&](TileId tile) {
-            auto const& counts = std::as_const(*mesh_).template state<splat::Counts>(tile);
-            lost += counts.storage_full + counts.copies_full + counts.copies_refused;
-        });
-        if (lost != 0)
-            throw NoRoom(std::to_string(lost) + " splats without room on a tile (each tile has " + std::to_string(sizes_.storage) +
-                        " slots); choose larger pictures, other tiles or a map with fewer Gaussians");
-    }
-    static NormalEquations equations(splat::pose::Tracking const& t, splat::pose::Totals const& totals)
-    {
-        auto const number = [](splat::pose::Wide w) { return static_cast<double>(static_cast<std::int64_t>(std::uint64_t{w.high} << 32 | w.low)); };
-        auto const unit = [&](std::uint32_t i) { return i < splat::pose::motions ? 1.0 : double{t.sums.exposure_unit}; };
-        NormalEquations e;
-        e.unknowns = t.unknowns;
-        for (std::uint32_t i = 0, at = 0; i < t.unknowns; ++i) {
-            e.g[i] = number(totals.g[i]) / (double{t.sums.g_scale} * unit(i));
-            for (std::uint32_t j = 0; j <= i; ++j, ++at) e.h[i][j] = e.h[j][i] = number(totals.h[at]) / (double{t.sums.h_scale} * unit(i) * unit(j));
-        }
-        e.cost = number(totals.cost) / double{t.sums.cost_scale};
-        e.pixels = totals.cells;
-        return e;
-    }
+    void require_all();
+    static NormalEquations equations(splat::pose::Tracking const& t, splat::pose::Totals const& totals);
 
     EvaluatorOptions options_;
     EngineOptions engine_;
@@ -329,9 +171,200 @@ private:
     TrackOptions track_{};
 };
 
+template <class S, template <class, class> class Engine>
+BasicPoseEvaluator<S, Engine>::BasicPoseEvaluator(scene::Map const& map, Extent2 frame, EvaluatorOptions options, EngineOptions engine)
+    : options_(options), engine_(std::move(engine)), size_(frame), records_(map, degree_of(map)),
+      cache_(by_reference ? records_.rows() : 0), keeper_(records_, &cache_), gaussians_(map.gaussians), terms_(by_reference ? records_.rows() : 0),
+      model_(render::model_of<splat::Lossless>())
+{
+    constexpr auto machine = size_of_machine<typename S::Machine>();
+    bool const follows = options.tile.width == 0 && options.tile.height == 0;
+    layout_ = render::layout_frame({{}, follows ? tracking_tile(frame, machine) : options.tile}, frame.width, frame.height, machine,
+                                   machine.sram_bytes / sizeof(splat::pose::TargetPixel), "tracking");
+    sizes_ = splat::pose::sizes_on<typename splat::ValueOf<S>::type>(machine, std::uint32_t{layout_.tiling.tile_width} * layout_.tiling.tile_height, degree_of(map));
+    if (sizes_.storage == 0)
+        throw Error("tiles of " + std::to_string(layout_.tiling.tile_width) + " x " + std::to_string(layout_.tiling.tile_height) + " pixels (machine " + machine.name +
+                    " has no memory for splats beside them); choose smaller tiles, a smaller frame or another machine");
+    RendererOptions plain;
+    plain.threads = options.threads;
+    render::set_engine_options<false>(plain, engine_);
+}
+
+template <class S, template <class, class> class Engine>
+void BasicPoseEvaluator<S, Engine>::set_target(TrackTarget target)
+{
+    auto const fits = [&](auto const& p) { return p.width == size_.width && p.height == size_.height; };
+    if (!fits(target.colour) || (target.depth.width != 0 && !fits(target.depth)))
+        throw Error("a target of " + std::to_string(target.colour.width) + " x " + std::to_string(target.colour.height) + " pixels (frames are " +
+                    std::to_string(size_.width) + " x " + std::to_string(size_.height) + ", colour and depth alike); resize it");
+    target_ = std::move(target);
+    if (mesh_) load_target();
+}
+
+template <class S, template <class, class> class Engine>
+NormalEquations BasicPoseEvaluator<S, Engine>::evaluate(splat::Camera const& camera, TrackOptions const& options)
+{
+    check(camera, options);
+    if (!mesh_) build();
+    auto const view = splat::make_view(camera, model_);
+    auto const tracking = tracking_of(camera, options);
+    try {
+        tell(view);
+        mesh_->template broadcast<splat::pose::Tracking>() = tracking;
+        counters_ = mesh_->run();
+        require_all();
+    } catch (...) {
+        mesh_.reset(); // records may be halfway
+        throw;
+    }
+    last_ = view;
+    return equations(tracking, std::as_const(*mesh_).template state<Reduced<splat::pose::TileTotal, Sum>>(TileId::at(0, 0)).value);
+}
+
+template <class S, template <class, class> class Engine>
+void BasicPoseEvaluator<S, Engine>::check(splat::Camera const& camera, TrackOptions const& o) const
+{
+    render::check_camera(camera);
+    render::check_model(model_);
+    if (camera.width != size_.width || camera.height != size_.height)
+        throw Error("a camera of " + std::to_string(camera.width) + " x " + std::to_string(camera.height) + " pixels (frames are " +
+                    std::to_string(size_.width) + " x " + std::to_string(size_.height) + "); scale its intrinsics");
+    if (target_.colour.width == 0) throw Error("an evaluation without a target (residuals need a picture); call set_target first");
+    auto const cell = o.level.cell;
+    if (cell != 1 && cell != 2 && cell != 4 && cell != 8)
+        throw Error("cells of " + std::to_string(cell) + " pixels (a cell is 1, 2, 4 or 8 pixels wide); choose one of these");
+    auto const& t = layout_.tiling;
+    if (t.tile_width % cell != 0 || t.tile_height % cell != 0)
+        throw Error("cells of " + std::to_string(cell) + " pixels on tiles of " + std::to_string(t.tile_width) + " x " +
+                    std::to_string(t.tile_height) + " (a cell lies on one tile); choose smaller cells or other tiles");
+    constexpr auto most = splat::pose::most_cells_a_side;
+    if (o.level.jacobian != Jacobian::forward && (t.tile_width > most * cell || t.tile_height > most * cell))
+        throw Error("gradients on tiles of " + std::to_string(t.tile_width) + " x " + std::to_string(t.tile_height) + " pixels (a side has at most " +
+                    std::to_string(most) + " cells); choose larger cells or smaller tiles");
+    if (o.one_in == 0) throw Error("one in 0 blocks (1 is all of them); choose 1 or more");
+    auto const above_0 = [](float v) { return v > 0 && v <= 1e18f; };
+    if (!above_0(o.huber_colour) || !above_0(o.huber_depth) || !above_0(o.scene_depth))
+        throw Error("a Huber width or scene depth that is not above 0 (residuals and translations are measured in it); give a positive number");
+    if (!(std::fabs(o.level.exposure.log_gain) < 40) || !(std::fabs(o.level.exposure.offset) < 1e6))
+        throw Error("an exposure beyond e^40 or an offset beyond 1e6 (pictures are in [0, 1]); start from 0");
+}
+
+template <class S, template <class, class> class Engine>
+void BasicPoseEvaluator<S, Engine>::build()
+{
+    auto m = engine::plain_sizes<Program>(size_of_machine<typename S::Machine>(), sizes_, typename machine::Needs<Program>::States{},
+                                          typename machine::Needs<Program>::Links{});
+    rules_ = splat::rules_of<splat::pose::Tracked<splat::Lossless>>();
+    m.template link<splat::Road<Policies>>().message_bytes = rules_.road_bytes;
+    m.template link<splat::Beam<Policies>>().message_bytes = rules_.beam_bytes;
+    auto const& t = layout_.tiling;
+    mesh_ = std::make_unique<MeshType>(Program{}, Grid{t.columns, t.rows}, m, engine_);
+    last_.reset();
+    try {
+        keeper_.begin(*mesh_, t, sizes_.storage);
+        render::size_framebuffers<Policies>(*mesh_, t, size_);
+        load_target();
+    } catch (...) {
+        mesh_.reset();
+        throw;
+    }
+}
+
+template <class S, template <class, class> class Engine>
+void BasicPoseEvaluator<S, Engine>::load_target()
+{
+    if (target_.colour.width == 0) return;
+    splat::Camera frame{};
+    frame.width = size_.width, frame.height = size_.height;
+    auto const grid = mesh_->grid();
+    for (std::uint32_t i = 0; i < grid.size(); ++i) {
+        auto const rect = splat::pixels_of(layout_.tiling, frame, grid.tile(i));
+        auto pixels = mesh_->template state<splat::pose::Target<Policies>>(grid.tile(i));
+        pixels.truncate(0);
+        for (std::uint32_t y = rect.y0; y < rect.y1; ++y)
+            for (std::uint32_t x = rect.x0; x < rect.x1; ++x) {
+                float const* const rgb = target_.colour.pixel(x, y);
+                pixels.unchecked_push({{rgb[0], rgb[1], rgb[2]}, target_.depth.width != 0 ? target_.depth.at(x, y) : 0.0f});
+            }
+    }
+}
+
+template <class S, template <class, class> class Engine>
+void BasicPoseEvaluator<S, Engine>::tell(splat::View const& view)
+{
+    auto& frame = mesh_->template broadcast<Parameters>();
+    bool const changed = !last_ || __builtin_memcmp(&*last_, &view, sizeof view) != 0;
+    if constexpr (by_reference)
+        if (changed)
+            mesh_->on_threads([&](std::uint32_t thread, std::uint32_t threads) {
+                std::uint64_t const n = records_.rows();
+                auto const first = static_cast<std::uint32_t>(n * thread / threads), last = static_cast<std::uint32_t>(n * (thread + 1) / threads);
+                cache_.project(records_, first, last, view, layout_.tiling, !last_, frame);
+                splat::pose::terms_of_all(gaussians_.data() + first, last - first, view, layout_.tiling, terms_.data() + first);
+            });
+    static_cast<splat::FrameParameters&>(frame) = {view, layout_.tiling, static_cast<std::uint8_t>(changed ? 1 : 0), 0, 0};
+    if constexpr (by_reference) {
+        frame.rules = rules_;
+        cache_.point(frame);
+        frame.terms = splat::HostPointer<splat::pose::Terms const>(terms_.data());
+    }
+}
+
+template <class S, template <class, class> class Engine>
+splat::pose::Tracking BasicPoseEvaluator<S, Engine>::tracking_of(splat::Camera const& camera, TrackOptions const& o) const noexcept
+{
+    // The largest sums of a cell: 4 c^2 of J^T J, and c times the Huber widths of J^T r, because a clipped row has at most c.
+    double const focal = std::fmax(camera.fx, camera.fy), clip = 4 * focal;
+    auto const scale = [](double most) { return static_cast<float>(std::exp2(std::floor(std::log2(0x1p23 / most)))); };
+    splat::pose::Tracking t{};
+    t.forward = o.level.jacobian == Jacobian::forward ? 1 : 0;
+    t.gradients = o.level.jacobian == Jacobian::forward ? 0 : o.level.jacobian == Jacobian::gradient ? 1 : 2;
+    t.cell = o.level.cell;
+    t.with_depth = o.with_depth && target_.depth.width != 0 ? 1 : 0;
+    t.unknowns = o.with_exposure ? 8 : 6;
+    t.one_in = o.one_in;
+    t.seed = o.seed;
+    t.sums = {static_cast<float>(std::exp(o.level.exposure.log_gain)), static_cast<float>(o.level.exposure.offset), o.huber_colour,
+              o.huber_depth, o.scene_depth, static_cast<float>(std::exp2(std::round(std::log2(focal)))), static_cast<float>(clip),
+              scale(4 * clip * clip), scale(clip * (3 * double{o.huber_colour} + double{o.huber_depth})), scale(4)};
+    return t;
+}
+
+template <class S, template <class, class> class Engine>
+void BasicPoseEvaluator<S, Engine>::require_all()
+{
+    std::uint64_t lost = 0;
+    keeper_.for_each_tile(*mesh_, [&](TileId tile) {
+        auto const& counts = std::as_const(*mesh_).template state<splat::Counts>(tile);
+        lost += counts.storage_full + counts.copies_full + counts.copies_refused;
+    });
+    if (lost != 0)
+        throw NoRoom(std::to_string(lost) + " splats without room on a tile (each tile has " + std::to_string(sizes_.storage) +
+                    " slots); choose larger pictures, other tiles or a map with fewer Gaussians");
+}
+
+template <class S, template <class, class> class Engine>
+NormalEquations BasicPoseEvaluator<S, Engine>::equations(splat::pose::Tracking const& t, splat::pose::Totals const& totals)
+{
+    auto const number = [](splat::pose::Wide w) { return static_cast<double>(static_cast<std::int64_t>(std::uint64_t{w.high} << 32 | w.low)); };
+    auto const unit = [&](std::uint32_t i) { return i < splat::pose::motions ? 1.0 : double{t.sums.exposure_unit}; };
+    NormalEquations e;
+    e.unknowns = t.unknowns;
+    for (std::uint32_t i = 0, at = 0; i < t.unknowns; ++i) {
+        e.g[i] = number(totals.g[i]) / (double{t.sums.g_scale} * unit(i));
+        for (std::uint32_t j = 0; j <= i; ++j, ++at) e.h[i][j] = e.h[j][i] = number(totals.h[at]) / (double{t.sums.h_scale} * unit(i) * unit(j));
+    }
+    e.cost = number(totals.cost) / double{t.sums.cost_scale};
+    e.pixels = totals.cells;
+    return e;
+}
+
 /// The default: on host threads, by reference.
 using PoseEvaluator = BasicPoseEvaluator<>;
 static_assert(Evaluator<PoseEvaluator>);
+#if defined(TILEMESH_COMPILED)
+extern template class BasicPoseEvaluator<TrackedByReference<splat::Lossless>, Mesh>;
+#endif
 
 } // namespace track
 }} // namespace tilemesh
