@@ -7,6 +7,11 @@ namespace {
 namespace splat = tilemesh::splat;
 namespace kernel = tilemesh::splat::detail;
 
+/// A block goes on with all its pixels until the last one has stopped. This is not the model's rule; it is measured for comparison.
+struct StopWholeBlock {
+    static constexpr bool each_pixel = false, drops_crossing = false;
+};
+
 /// As splat::blend_whole_tile, with another rule for alpha or for the stop.
 template <class Rule, class Stop>
 splat::PairCount blend_by(splat::PixelRect const& tile, splat::View const& view, std::uint32_t n,
@@ -29,7 +34,6 @@ std::vector<BlendWay> blend_ways()
     using kernel::EachPair;
     using kernel::Recurrence;
     using kernel::StopEachPixel;
-    using kernel::StopWholeBlock;
     return {{"precise", "pixel", blend_by<EachPair, StopEachPixel>},
             {"precise", "block", blend_by<EachPair, StopWholeBlock>},
             {"fast (degree 5)", "pixel", blend_by<Recurrence<5>, StopEachPixel>},

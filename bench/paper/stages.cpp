@@ -1,3 +1,4 @@
+#include "prototype_parameters.hpp"
 #include "prototype_run.hpp"
 #include "stages.hpp"
 #include <algorithm>
@@ -6,7 +7,6 @@
 #include <filesystem>
 #include <sstream>
 #include <string>
-#include <tilemesh/model/prototype_parameters.hpp>
 #include <tilemesh/report/whole_file.hpp>
 #include <vector>
 
@@ -222,7 +222,7 @@ void stages(Context const& context, Rows& rows)
     }
     // Two orbits of 720 frames, over which the paper averages; quick: the first sixth of one orbit.
     PrototypePlan const plan{context.quick ? 120u : 1440u, 20, context.threads};
-    auto const model = tilemesh::mk2_prototype();
+    auto const model = mk2_prototype();
     if (!context.out.empty())
         for (auto const& set : {tilemesh::mk2(), model}) {
             std::ostringstream text;

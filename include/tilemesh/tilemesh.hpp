@@ -36,7 +36,6 @@
 #include <tilemesh/model/hosts.hpp>
 #include <tilemesh/model/no_progress.hpp>
 #include <tilemesh/model/parameter_file.hpp>
-#include <tilemesh/model/prototype_parameters.hpp>
 #include <tilemesh/model/step_costs.hpp>
 #include <tilemesh/model/trace_diagrams.hpp>
 #include <tilemesh/model/trace_files.hpp>
@@ -46,7 +45,6 @@
 #include <tilemesh/render/host_form.hpp>
 #include <tilemesh/render/value_form.hpp>
 #include <tilemesh/renderer.hpp>
-#include <tilemesh/report/compare_reports.hpp>
 #include <tilemesh/report/distinct_files.hpp>
 #include <tilemesh/report/error_measures.hpp>
 #include <tilemesh/report/frame_csv.hpp>

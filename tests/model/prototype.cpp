@@ -2,10 +2,10 @@
 // The authors' prototype (bench/paper) on small grids, where the result can be found by hand; and the prices that are fitted to it.
 #include <doctest/doctest.h>
 #include <paper/prototype.hpp>
+#include <paper/prototype_parameters.hpp>
 #include <sstream>
 #include <tilemesh/engine/checked_mesh.hpp>
 #include <tilemesh/engine/mesh.hpp>
-#include <tilemesh/model/prototype_parameters.hpp>
 #include <vector>
 
 using namespace paper;
@@ -205,7 +205,7 @@ TEST_CASE("every slot is looked at, and every comparison and pair counted")
 
 TEST_CASE("modelled cycles of the prototype are the same on both engines and any number of threads")
 {
-    auto const model = mk2_prototype();
+    auto const model = paper::mk2_prototype();
     auto const run = [&](auto& mesh, std::vector<std::uint64_t>& cycles) {
         set_up(mesh, 3, 40);
         std::uint32_t id = 0;
@@ -233,7 +233,7 @@ TEST_CASE("modelled cycles of the prototype are the same on both engines and any
 
 TEST_CASE("the prices: of Salad alone, and Sloth's stages follow within a quarter")
 {
-    auto const model = mk2_prototype();
+    auto const model = paper::mk2_prototype();
     for (auto const& p : model.parameters) {
         CAPTURE(p.name);
         CHECK((p.source.rfind("fitted to Salad", 0) == 0 || p.source.rfind("document", 0) == 0 || p.source.rfind("arithmetic", 0) == 0));

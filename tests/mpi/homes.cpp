@@ -1,4 +1,5 @@
 // The program of homes over ranks: pictures, planes, reports and digests are those of one process, also in chapters and in parts.
+#include "../compare_reports.hpp"
 #include "../splat/support.hpp"
 #include "on_ranks.hpp"
 #include "short_of_memory.hpp"
@@ -7,7 +8,6 @@
 #include <doctest/doctest.h>
 #include <memory>
 #include <tilemesh/render/homes_renderer.hpp>
-#include <tilemesh/report/compare_reports.hpp>
 #include <tilemesh/scene/frame_whole.hpp>
 #include <tilemesh/scene/orbit.hpp>
 #include <vector>

@@ -1,4 +1,5 @@
 // Maps in parts: each rank has its part of the rows, and results are those of the whole map.
+#include "../compare_reports.hpp"
 #include "../splat/runner.hpp"
 #include "on_ranks.hpp"
 #include "short_of_memory.hpp"
@@ -13,7 +14,6 @@
 #include <tilemesh/render/row_shares.hpp>
 #include <tilemesh/render/row_weights.hpp>
 #include <tilemesh/renderer.hpp>
-#include <tilemesh/report/compare_reports.hpp>
 #include <tilemesh/scene/demand.hpp>
 #include <tilemesh/scene/ply.hpp>
 #include <utility>

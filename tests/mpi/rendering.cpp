@@ -1,4 +1,5 @@
 // The renderer over ranks: pictures, reports, losses and traces are those of one process.
+#include "../compare_reports.hpp"
 #include "../splat/runner.hpp"
 #include "on_ranks.hpp"
 #include <cstring>
@@ -6,7 +7,6 @@
 #include <string>
 #include <tilemesh/render/value_form.hpp>
 #include <tilemesh/renderer.hpp>
-#include <tilemesh/report/compare_reports.hpp>
 #include <tilemesh/scene/built_in.hpp>
 #include <tilemesh/scene/orbit.hpp>
 #include <vector>

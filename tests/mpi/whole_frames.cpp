@@ -1,4 +1,5 @@
 // Whole frames over ranks: pictures, counters, the digests of every superstep and traces are those of Mesh.
+#include "../compare_reports.hpp"
 #include "../splat/runner.hpp"
 #include "on_ranks.hpp"
 #include <doctest/doctest.h>
@@ -6,7 +7,6 @@
 #include <string>
 #include <tilemesh/render/value_form.hpp>
 #include <tilemesh/renderer.hpp>
-#include <tilemesh/report/compare_reports.hpp>
 #include <tilemesh/scene/built_in.hpp>
 #include <tilemesh/scene/frame_whole.hpp>
 #include <tilemesh/scene/orbit.hpp>

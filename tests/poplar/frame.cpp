@@ -1,11 +1,11 @@
 // test: unoptimised asan, without tsan, needs data, cost 25
+#include "../compare_reports.hpp"
 #include "../splat/scenes.hpp"
 #include "on_poplar.hpp"
 #include <array>
 #include <standin_vertex.hpp>
 #include <tilemesh/poplar/ledger.hpp>
 #include <tilemesh/renderer.hpp>
-#include <tilemesh/report/compare_reports.hpp>
 #include <tilemesh/scene/orbit.hpp>
 
 // The frame program as codelets on a graph, on the stand-in for Poplar: it gives the pictures, counters and words of the thread engine.

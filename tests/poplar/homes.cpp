@@ -1,11 +1,11 @@
 // test: unoptimised test asan, without tsan
+#include "../compare_reports.hpp"
 #include "../splat/support.hpp"
 #include "on_poplar.hpp"
 #include <array>
 #include <standin_vertex.hpp>
 #include <tilemesh/poplar/ledger.hpp>
 #include <tilemesh/render/homes_renderer.hpp>
-#include <tilemesh/report/compare_reports.hpp>
 
 // The program of homes as codelets on a graph, on the stand-in for Poplar: it gives the pictures, counters and words of the thread engine.
 using namespace tilemesh;

@@ -1,9 +1,9 @@
 // test: unoptimised test asan tsan
 // From counters to a report: made-up numbers go in, and the report comes out.
+#include "../compare_reports.hpp"
 #include "../splat/support.hpp"
 #include <doctest/doctest.h>
 #include <tilemesh/render/accounting.hpp>
-#include <tilemesh/report/compare_reports.hpp>
 
 using namespace tilemesh;
 using namespace tilemesh::splat;

@@ -1,6 +1,7 @@
 // test: unoptimised test asan tsan
 // A tile whose splats and view did not change keeps its pixels: pictures, counters, digests and traces are those of a renderer whose tiles
 // all composite in every frame, and exactly the tiles that must composite do so.
+#include "../compare_reports.hpp"
 #include "../splat/support.hpp"
 #include <cstring>
 #include <doctest/doctest.h>
@@ -8,7 +9,6 @@
 #include <stdexcept>
 #include <tilemesh/engine/checked_mesh.hpp>
 #include <tilemesh/render/kept_pixels.hpp>
-#include <tilemesh/report/compare_reports.hpp>
 
 using namespace tilemesh;
 using namespace tilemesh::splat;

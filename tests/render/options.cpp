@@ -1,9 +1,9 @@
 // test: unoptimised test asan tsan
 // The options of a renderer: sizes at run time replace those of a setup, and model() sets the rules of the picture.
+#include "../compare_reports.hpp"
 #include "../splat/runner.hpp"
 #include <doctest/doctest.h>
 #include <limits>
-#include <tilemesh/report/compare_reports.hpp>
 
 using namespace tilemesh;
 using namespace tilemesh::splat;

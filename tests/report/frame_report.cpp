@@ -1,4 +1,5 @@
 // test: unoptimised test asan tsan
+#include "../compare_reports.hpp"
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -10,7 +11,6 @@
 #include <string>
 #include <string_view>
 #include <tilemesh/error.hpp>
-#include <tilemesh/report/compare_reports.hpp>
 #include <tilemesh/report/frame_csv.hpp>
 #include <tilemesh/report/frame_report.hpp>
 #include <vector>

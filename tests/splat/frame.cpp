@@ -1,8 +1,8 @@
 // test: optimised, without asan tsan, needs data, cost 85
+#include "../compare_reports.hpp"
 #include "arithmetic_limits.hpp"
 #include "runner.hpp"
 #include "scenes.hpp"
-#include <tilemesh/report/compare_reports.hpp>
 #include <tilemesh/report/error_measures.hpp>
 #include <tilemesh/report/reference_double.hpp>
 #include <tilemesh/scene/frame_whole.hpp>

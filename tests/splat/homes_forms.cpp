@@ -1,5 +1,6 @@
 // test: unoptimised test, without asan tsan
 // The forms of the program of homes: records of all degrees, depth, alpha and 8-bit pixels, by value and by reference, and its ledger.
+#include "../compare_reports.hpp"
 #include "support.hpp"
 #include <algorithm>
 #include <cstring>
@@ -7,7 +8,6 @@
 #include <string>
 #include <tilemesh/engine/checked_mesh.hpp>
 #include <tilemesh/render/homes_renderer.hpp>
-#include <tilemesh/report/compare_reports.hpp>
 #include <tilemesh/scene/records.hpp>
 #include <tilemesh/splat/blending.hpp>
 #include <vector>

@@ -1,13 +1,13 @@
 // test: unoptimised test, without asan tsan
 // The named qualities: their cut-offs; each is cheaper than the one before and has a larger error; and a renderer with a quality renders
 // with its cut-offs, also if records are culled for it.
+#include "../compare_reports.hpp"
 #include "runner.hpp"
 #include <cstring>
 #include <doctest/doctest.h>
 #include <optional>
 #include <span>
 #include <string>
-#include <tilemesh/report/compare_reports.hpp>
 #include <tilemesh/report/error_measures.hpp>
 #include <tilemesh/report/reference_double.hpp>
 #include <tilemesh/scene/built_in.hpp>

@@ -1,7 +1,7 @@
 #pragma once
+#include "../compare_reports.hpp"
 #include "runner.hpp"
 #include "scenes.hpp"
-#include <tilemesh/report/compare_reports.hpp>
 
 // Renders with records moved by value and by reference, and compares all that can be seen.
 namespace support {

@@ -1,12 +1,12 @@
 // test: unoptimised asan, without tsan
 // The stop rule of 3D Gaussian Splatting, which differs from the model's, and a setup with its own blending.
+#include "../compare_reports.hpp"
 #include "blended.hpp"
 #include "runner.hpp"
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <doctest/doctest.h>
-#include <tilemesh/report/compare_reports.hpp>
 #include <tilemesh/splat/blending.hpp>
 #include <utility>
 #include <vector>

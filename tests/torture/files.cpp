@@ -1,4 +1,5 @@
 // Readers and writers that run out of memory.
+#include "../compare_reports.hpp"
 #include "../scene/map_writers.hpp"
 #include "cloud.hpp"
 #include "failing.hpp"
@@ -15,7 +16,6 @@
 #include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/model/trace_page.hpp>
-#include <tilemesh/report/compare_reports.hpp>
 #include <tilemesh/report/error_measures.hpp>
 #include <tilemesh/report/image_file.hpp>
 #include <tilemesh/report/json.hpp>

@@ -10,6 +10,5 @@
 #include <tilemesh/model/detail/hosts_code.hpp>
 #include <tilemesh/model/detail/no_progress_code.hpp>
 #include <tilemesh/model/detail/parameter_file_code.hpp>
-#include <tilemesh/model/detail/prototype_parameters_code.hpp>
 #include <tilemesh/model/detail/step_costs_code.hpp>
 #include <tilemesh/model/detail/trace_reading_code.hpp>

@@ -1,5 +1,4 @@
 // A part of tilemesh::compiled: pictures in files, reports, errors, references.
-#include <tilemesh/report/detail/compare_reports_code.hpp>
 #include <tilemesh/report/detail/distinct_files_code.hpp>
 #include <tilemesh/report/detail/error_measures_code.hpp>
 #include <tilemesh/report/detail/frame_csv_code.hpp>

@@ -49,11 +49,6 @@ using FastRule = Recurrence<5>;
 struct StopEachPixel {
     static constexpr bool each_pixel = true, drops_crossing = false;
 };
-/// A block goes on with all its pixels until the last one has stopped. This is not the model's rule; bench/frame measures it for
-/// comparison.
-struct StopWholeBlock {
-    static constexpr bool each_pixel = false, drops_crossing = false;
-};
 /// A pixel stops before the splat that would take its transmittance below the limit, and does not blend that splat: Stop::before_crossing,
 /// the rule of 3D Gaussian Splatting. One rounding decides whether (tests/stability/opacity.cpp, rows 45 and 46). A stopped pixel keeps its
 /// transmittance with the sign turned.
