@@ -1,0 +1,2 @@
+// A part of tilemesh::compiled: the built-in map.
+#include <tilemesh/scene/detail/built_in_code.hpp>
