@@ -3,25 +3,29 @@
 #   optimised              compiled at -O2 by GCC even where the preset says -O1: it renders whole maps many times
 #   unoptimised BUILD...   compiled at -O0 in these builds, where the others are at -O1: compiling takes longer than running
 #                          (in the build asan all files are)
-#   without BUILD...       not built in these builds: another file runs the same code there, or it has no threads to watch
+#   without BUILD...       not built in these builds: another file runs the same code there, or it has no threads to watch.
+#                          `without test` keeps the test command of README.md short; the same promise has another test there,
+#                          and the build ci has this file
 #   needs data             asks for real maps, and says "skipped" or takes another map where there are none: label `data`
 #   cost N                 runs for about N seconds; ctest begins with what takes longest
 #
-# BUILD is test, asan or tsan: the value of TILEMESH_TEST_BUILD, which the presets of these names set; it is empty in all others.
-# Any other word is an error.
-set(TILEMESH_TEST_BUILD "" CACHE STRING "The build whose attributes apply: test, asan, tsan, or empty")
-set_property(CACHE TILEMESH_TEST_BUILD PROPERTY STRINGS "" test asan tsan)
-if(NOT TILEMESH_TEST_BUILD MATCHES "^(test|asan|tsan)?$")
-    message(FATAL_ERROR "TILEMESH_TEST_BUILD cannot be \"${TILEMESH_TEST_BUILD}\" (there is no such build); set test, asan, tsan, or nothing")
+# BUILD is test, asan or tsan: the value of TILEMESH_TEST_BUILD, which the presets of these names set. The preset ci sets ci: it has every
+# file, with the optimisation of test, because both have one folder. The value is empty in all other presets. Any other word is an error.
+set(TILEMESH_TEST_BUILD "" CACHE STRING "The build whose attributes apply: test, ci, asan, tsan, or empty")
+set_property(CACHE TILEMESH_TEST_BUILD PROPERTY STRINGS "" test ci asan tsan)
+if(NOT TILEMESH_TEST_BUILD MATCHES "^(test|ci|asan|tsan)?$")
+    message(FATAL_ERROR "TILEMESH_TEST_BUILD cannot be \"${TILEMESH_TEST_BUILD}\" (there is no such build); set test, ci, asan, tsan, or nothing")
 endif()
+string(REGEX REPLACE "^ci$" "test" tilemesh_optimised_as "${TILEMESH_TEST_BUILD}")
 
-# Sets PREFIX_options (compile options), PREFIX_left_out, PREFIX_needs_data and PREFIX_cost from the text of a test file.
+# Sets PREFIX_options (compile options), PREFIX_left_out, PREFIX_without_test, PREFIX_needs_data and PREFIX_cost from the text of a test file.
 function(tilemesh_test_attributes source text prefix)
     set(options "")
-    if(TILEMESH_TEST_BUILD MATCHES "^(test|tsan)$")
+    if(tilemesh_optimised_as MATCHES "^(test|tsan)$")
         set(options -O1)
     endif()
     set(left_out FALSE)
+    set(without_test FALSE)
     set(needs_data FALSE)
     set(cost "")
     cmake_path(RELATIVE_PATH source BASE_DIRECTORY "${CMAKE_CURRENT_FUNCTION_LIST_DIR}" OUTPUT_VARIABLE file)
@@ -34,12 +38,13 @@ function(tilemesh_test_attributes source text prefix)
             elseif(attribute MATCHES "^(unoptimised|without)(( (test|asan|tsan))+)$")
                 set(verb "${CMAKE_MATCH_1}")
                 separate_arguments(builds UNIX_COMMAND "${CMAKE_MATCH_2}")
-                if(NOT TILEMESH_TEST_BUILD STREQUAL "" AND TILEMESH_TEST_BUILD IN_LIST builds)
-                    if(verb STREQUAL "without")
-                        set(left_out TRUE)
-                    else()
-                        list(REMOVE_ITEM options -O1)
-                    endif()
+                if(verb STREQUAL "without" AND test IN_LIST builds)
+                    set(without_test TRUE)
+                endif()
+                if(verb STREQUAL "without" AND NOT TILEMESH_TEST_BUILD STREQUAL "" AND TILEMESH_TEST_BUILD IN_LIST builds)
+                    set(left_out TRUE)
+                elseif(verb STREQUAL "unoptimised" AND NOT tilemesh_optimised_as STREQUAL "" AND tilemesh_optimised_as IN_LIST builds)
+                    list(REMOVE_ITEM options -O1)
                 endif()
             elseif(attribute STREQUAL "needs data")
                 set(needs_data TRUE)
@@ -55,6 +60,7 @@ function(tilemesh_test_attributes source text prefix)
     endif()
     set(${prefix}_options "${options}" PARENT_SCOPE)
     set(${prefix}_left_out "${left_out}" PARENT_SCOPE)
+    set(${prefix}_without_test "${without_test}" PARENT_SCOPE)
     set(${prefix}_needs_data "${needs_data}" PARENT_SCOPE)
     set(${prefix}_cost "${cost}" PARENT_SCOPE)
 endfunction()

@@ -1,4 +1,4 @@
-// test: optimised, without tsan
+// test: optimised, without test tsan
 #include <common/scenes.cpp>
 #include <cstring>
 #include <doctest/doctest.h>

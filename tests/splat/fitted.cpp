@@ -1,4 +1,4 @@
-// test: unoptimised test, without asan tsan
+// test: unoptimised test, without test asan tsan
 // A step that a setup leaves out costs no byte and no counter. A step that it has but does not need changes no bit.
 #include "../compare_reports.hpp"
 #include "runner.hpp"

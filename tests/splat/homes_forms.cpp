@@ -1,4 +1,4 @@
-// test: unoptimised test, without asan tsan
+// test: unoptimised test, without test asan tsan
 // The forms of the program of homes: records of all degrees, depth, alpha and 8-bit pixels, by value and by reference, and its ledger.
 #include "../compare_reports.hpp"
 #include "support.hpp"

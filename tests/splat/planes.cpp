@@ -1,4 +1,4 @@
-// test: unoptimised test, without asan tsan
+// test: unoptimised test, without test asan tsan
 // Depth and alpha: correct if the setup has them, absent otherwise.
 #include "runner.hpp"
 #include <doctest/doctest.h>

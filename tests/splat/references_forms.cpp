@@ -1,4 +1,4 @@
-// test: without asan tsan, cost 20
+// test: without test asan tsan, cost 20
 // References instead of values, as references.cpp: other policies, and programs without a part.
 #include "references.hpp"
 

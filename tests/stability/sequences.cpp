@@ -1,4 +1,4 @@
-// test: optimised, needs data, cost 30
+// test: optimised, without test, needs data, cost 30
 #include "machines.hpp"
 #include "naive_kernel.hpp"
 #include "../splat/support.hpp"

@@ -1,4 +1,4 @@
-// test: without asan, cost 3
+// test: without test asan, cost 3
 #include "../report/html_elements.hpp"
 #include "../splat/support.hpp"
 #include <algorithm>

@@ -1,16 +1,7 @@
-// A part of tilemesh::compiled: maps in files.
+// A part of tilemesh::compiled: maps in other formats than PLY, what chooses the reader, and what a map needs.
 #include <tilemesh/scene/detail/demand_code.hpp>
 #include <tilemesh/scene/detail/map_file_code.hpp>
-#include <tilemesh/scene/detail/map_sink_code.hpp>
 #include <tilemesh/scene/detail/packed_input_code.hpp>
-#include <tilemesh/scene/detail/ply_code.hpp>
-#include <tilemesh/scene/detail/ply_compressed_code.hpp>
-#include <tilemesh/scene/detail/ply_gaussian_code.hpp>
-#include <tilemesh/scene/detail/ply_header_code.hpp>
-#include <tilemesh/scene/detail/ply_kind_code.hpp>
-#include <tilemesh/scene/detail/ply_rows_code.hpp>
-#include <tilemesh/scene/detail/ply_source_code.hpp>
-#include <tilemesh/scene/detail/records_code.hpp>
 #include <tilemesh/scene/detail/sog_code.hpp>
 #include <tilemesh/scene/detail/sog_meta_code.hpp>
 #include <tilemesh/scene/detail/splat_file_code.hpp>

@@ -1,4 +1,4 @@
-// test: without asan tsan
+// test: without test asan tsan
 #include "runner_of.hpp"
 
 using namespace support;

@@ -6,4 +6,3 @@ SUPPORT_SHARED(Dropping);
 SUPPORT_SHARED(tilemesh::splat::Paper);
 SUPPORT_SHARED(tilemesh::splat::Prototype);
 SUPPORT_SHARED(Room<DropBase>);
-SUPPORT_SHARED(DropScreens);

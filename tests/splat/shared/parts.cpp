@@ -1,4 +1,4 @@
-// test: without tsan
+// test: without test tsan
 #include "runner_of.hpp"
 
 using namespace support;

@@ -3,4 +3,3 @@
 using namespace support;
 
 SUPPORT_SHARED(Screens);
-SUPPORT_SHARED(ShadedScreens);

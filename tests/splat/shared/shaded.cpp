@@ -3,5 +3,4 @@
 
 using namespace support;
 
-SUPPORT_SHARED(Shaded);
 SUPPORT_SHARED(tilemesh::splat::Fitted<Whole, 2>);
