@@ -1,11 +1,8 @@
-// A part of tilemesh::compiled: cameras, trajectories and lists of pictures.
+// A part of tilemesh::compiled: files of cameras, trajectories and lists of pictures.
 #include <tilemesh/scene/detail/camera_list_code.hpp>
 #include <tilemesh/scene/detail/colmap_code.hpp>
 #include <tilemesh/scene/detail/json_reader_code.hpp>
 #include <tilemesh/scene/detail/json_values_code.hpp>
 #include <tilemesh/scene/detail/named_camera_code.hpp>
-#include <tilemesh/scene/detail/orbit_code.hpp>
-#include <tilemesh/scene/detail/pose_code.hpp>
 #include <tilemesh/scene/detail/rgbd_list_code.hpp>
-#include <tilemesh/scene/detail/text_input_code.hpp>
 #include <tilemesh/scene/detail/trajectory_code.hpp>

@@ -1,4 +1,4 @@
-// A part of tilemesh::compiled: maps in PLY files.
+// A part of tilemesh::compiled: maps in PLY files, and the text of files.
 #include <tilemesh/scene/detail/map_sink_code.hpp>
 #include <tilemesh/scene/detail/ply_code.hpp>
 #include <tilemesh/scene/detail/ply_compressed_code.hpp>
@@ -8,3 +8,4 @@
 #include <tilemesh/scene/detail/ply_rows_code.hpp>
 #include <tilemesh/scene/detail/ply_source_code.hpp>
 #include <tilemesh/scene/detail/records_code.hpp>
+#include <tilemesh/scene/detail/text_input_code.hpp>
