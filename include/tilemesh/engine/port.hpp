@@ -125,11 +125,11 @@ template <class Program, class Machine = Traced<AnyMachine>>
 class PortMesh {
     static_assert(std::is_same_v<Machine, Traced<AnyMachine>>, "a machine other than Traced<AnyMachine> (a port has its machine as a value, "
                                                                "and its options say whether it keeps a trace); name that one");
-    using States = typename machine::Needs<Program>::States;
-    using Links = typename machine::Needs<Program>::Links;
     using Shareds = typename machine::Needs<Program>::Shareds;
 
 public:
+    using States = typename machine::Needs<Program>::States;
+    using Links = typename machine::Needs<Program>::Links;
     using Options = PortOptions<Program>;
     using Sizes = MeshSizes<Program>;
 
