@@ -51,7 +51,7 @@ using Json = nlohmann::ordered_json;
 using tilemesh::Error;
 
 /// All presets on all machines, with a trace: the modelled time and most of the heat maps come from it.
-using Core = render::FrameRenderer<render::HostPolicies, tilemesh::Mesh, tilemesh::Traced<tilemesh::AnyMachine>>;
+using Core = render::HostRenderer;
 using Policies = Core::Policies;
 
 std::string dumped(Json const& json)

@@ -36,17 +36,6 @@ bool may_be_fitted(Choice const& choice)
            asked.holds == own.holds && asked.reusable == own.reusable && asked.colour == own.colour;
 }
 
-MakeRenderer& maker_of(Choice const& choice, render::SetupChoice const& setup)
-{
-    if (!setup.routes) return setup.blooms ? threads_placed : threads_placed_unspread;
-    if (choice.engine == EngineKind::threads) {
-        if (choice.trace) return choice.planes() ? threads_planes_traced : threads_traced;
-        return choice.planes() ? threads_planes : threads;
-    }
-    if (choice.trace) return choice.planes() ? sequential_planes_traced : sequential_traced;
-    return choice.planes() ? sequential_planes : sequential;
-}
-
 } // namespace
 
 render::SetupChoice setup_of(Choice const& choice, std::uint32_t sh_degree)
@@ -102,8 +91,8 @@ std::unique_ptr<AnyRenderer> make_homes(Choice const& choice, tilemesh::scene::M
 {
     auto const homes = homes_of(choice, std::min(demand.sh_degree, map.sh_degree));
     auto const needed = tilemesh::scene::needed(map, demand);
-    if (choice.engine == EngineKind::sequential) return homes_sequential(needed, homes, options);
-    if (choice.trace) return homes_traced(needed, homes, options);
+    // Sequentially, a trace beside the checks costs little.
+    if (choice.engine == EngineKind::sequential || choice.trace) return make_homes_traced(needed, homes, options, choice.engine);
     if (choice.planes()) return render::make_homes_renderer<render::HomesPlanes>(needed, homes, options);
     return render::make_homes_renderer<>(needed, homes, options);
 }
@@ -141,7 +130,8 @@ std::unique_ptr<AnyRenderer> make_renderer(Choice const& choice, tilemesh::scene
     } else {
         auto const setup = setup_for(choice, demand);
         auto const needed = tilemesh::scene::needed(map, demand);
-        renderer = maker_of(choice, setup)(needed, render::facts_of(setup), options);
+        auto const make = choice.trace ? make_anchored_traced : make_anchored;
+        renderer = make(needed, render::facts_of(setup), options, choice.engine);
         bool const may_fit = render::may_fit_anchored(needed.gaussians.size(), renderer->facts(), options);
         if (!choice.stays_anchored && choice.trace) renderer = std::make_unique<AutoInstruments>(std::move(renderer), with_homes, may_fit);
         else if (!choice.stays_anchored) renderer = std::make_unique<render::AutoRenderer>(std::move(renderer), with_homes, may_fit);

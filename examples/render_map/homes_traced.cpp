@@ -1,4 +1,12 @@
+#include "renderers.hpp"
 #include "traced_homes.hpp"
-#include <tilemesh/engine/mesh.hpp>
+#include <tilemesh/engine/checked_mesh.hpp>
 
-render_map::MakeHomesRenderer& render_map::homes_traced = make_traced_homes<tilemesh::Mesh>;
+std::unique_ptr<render_map::AnyRenderer> render_map::make_homes_traced(tilemesh::scene::Map const& map,
+                                                                       tilemesh::render::HomesChoice const& choice,
+                                                                       tilemesh::RendererOptions const& options, EngineKind kind)
+{
+    TracedHomes::EngineOptions engine;
+    if (kind == EngineKind::sequential) engine.make = tilemesh::make_checked_port<TracedHomes::Program>;
+    return std::make_unique<TracedHomes>(map, choice, options, engine);
+}

@@ -1,24 +1,22 @@
 #pragma once
 #include "choice.hpp"
 #include <memory>
+#include <tilemesh/render/homes_choice.hpp>
 #include <tilemesh/render/renderer_options.hpp>
 #include <tilemesh/render/setup_facts.hpp>
 #include <tilemesh/scene/map.hpp>
 
-/// One function for each compiled renderer, each in its own .cpp. Machine, sizes, saturation, copies, colour format and degree of harmonics
-/// are values, so they need no renderer of their own.
+/// The renderers of one process. Machine, sizes, rules, planes, steps and degree of harmonics are values, and so are the engine and the
+/// trace: there is one renderer a program.
 namespace render_map {
 
-using MakeRenderer = std::unique_ptr<AnyRenderer>(tilemesh::scene::Map const&, tilemesh::render::SetupFacts,
-                                                  tilemesh::RendererOptions const&);
-extern MakeRenderer &threads, &threads_planes, &threads_traced, &threads_planes_traced; ///< the traced ones are `Instruments`
-extern MakeRenderer &sequential, &sequential_planes, &sequential_traced, &sequential_planes_traced;
-extern MakeRenderer& threads_placed;          ///< without routing: the host places the records of a static view
-extern MakeRenderer& threads_placed_unspread; ///< without routing and bloom: no footprint touches two tiles
-
-using MakeHomesRenderer = std::unique_ptr<AnyRenderer>(tilemesh::scene::Map const&, tilemesh::render::HomesChoice const&,
-                                                       tilemesh::RendererOptions const&);
-/// The program of homes, with planes for any choice. Both are `Instruments`: sequentially, a trace beside the checks costs little.
-extern MakeHomesRenderer &homes_traced, &homes_sequential;
+std::unique_ptr<AnyRenderer> make_anchored(tilemesh::scene::Map const& map, tilemesh::render::SetupFacts facts,
+                                           tilemesh::RendererOptions const& options, EngineKind engine);
+/// With a trace. The renderer is `Instruments`.
+std::unique_ptr<AnyRenderer> make_anchored_traced(tilemesh::scene::Map const& map, tilemesh::render::SetupFacts facts,
+                                                  tilemesh::RendererOptions const& options, EngineKind engine);
+/// The program of homes with a trace. The renderer is `Instruments`.
+std::unique_ptr<AnyRenderer> make_homes_traced(tilemesh::scene::Map const& map, tilemesh::render::HomesChoice const& choice,
+                                               tilemesh::RendererOptions const& options, EngineKind engine);
 
 } // namespace render_map

@@ -1,6 +1,5 @@
 #pragma once
 #include "instruments.hpp"
-#include "renderers.hpp"
 #include <algorithm>
 #include <cstdint>
 #include <memory>
@@ -11,17 +10,14 @@
 namespace render_map {
 
 /// The program of homes on a machine that keeps a trace, with instruments. It follows no Gaussian: records of homes never move.
-template <template <class, class> class Engine>
-class TracedHomes final
-    : public tilemesh::render::HomesRenderer<tilemesh::splat::homes::HostPolicies<tilemesh::render::HomesPlanes>, Engine,
-                                             tilemesh::Traced<tilemesh::AnyMachine>>,
-      public Instruments {
-    using Policies = tilemesh::splat::homes::HostPolicies<tilemesh::render::HomesPlanes>;
-    using Base = tilemesh::render::HomesRenderer<Policies, Engine, tilemesh::Traced<tilemesh::AnyMachine>>;
+class TracedHomes final : public tilemesh::render::HostHomesRenderer, public Instruments {
+    using Policies = tilemesh::splat::homes::AnyHostPolicies;
+    using Base = tilemesh::render::HostHomesRenderer;
 
 public:
-    TracedHomes(tilemesh::scene::Map const& map, tilemesh::render::HomesChoice const& choice, tilemesh::RendererOptions const& options)
-        : Base(map, choice, options)
+    TracedHomes(tilemesh::scene::Map const& map, tilemesh::render::HomesChoice const& choice, tilemesh::RendererOptions const& options,
+                EngineOptions engine)
+        : Base(map, choice, options, engine)
     {
         this->observe([this](tilemesh::SuperstepEvent const& event) { look(event); });
     }
@@ -63,19 +59,19 @@ private:
             ++round_;
             for (std::uint32_t t = 0; t < before_.size(); ++t) {
                 auto const tile = mesh.grid().tile(t);
-                auto const order = mesh.template state<homes::Order>(tile);
+                auto const order = mesh.state<homes::Order>(tile);
                 before_[t].held = order.size();
-                if (!order.empty()) before_[t].farthest = mesh.template state<homes::Keys>(tile)[order[order.size() - 1]].depth_bits;
+                if (!order.empty()) before_[t].farthest = mesh.state<homes::Keys>(tile)[order[order.size() - 1]].depth_bits;
             }
         } else if (event.kernel == homes::Advance<Policies>::name) {
             for (std::uint32_t t = 0; t < before_.size(); ++t) look_at_round(t);
         } else if (event.kernel == homes::Finish<Policies>::name) {
             for (std::uint32_t t = 0; t < before_.size(); ++t) {
                 auto const tile = mesh.grid().tile(t);
-                auto const& counts = mesh.template state<homes::Counts>(tile);
+                auto const& counts = mesh.state<homes::Counts>(tile);
                 auto& to = tiles_[t];
-                to.records = mesh.template state<homes::Home<Policies>>(tile).size();
-                for (auto const strips : mesh.template state<homes::Work>(tile).strips) to.pairs += std::uint64_t{strips} * homes::strip_pairs;
+                to.records = mesh.state<homes::Home<Policies>>(tile).size();
+                for (auto const strips : mesh.state<homes::Work>(tile).strips) to.pairs += std::uint64_t{strips} * homes::strip_pairs;
                 to.channel_full += counts.channel_full;
                 to.no_credit += counts.no_credit;
                 to.rounds += counts.rounds;
@@ -88,8 +84,8 @@ private:
         namespace homes = tilemesh::splat::homes;
         auto const& mesh = std::as_const(this->mesh());
         auto const tile = mesh.grid().tile(t);
-        auto const& counts = mesh.template state<homes::Counts>(tile);
-        auto const& window = mesh.template state<homes::Window>(tile);
+        auto const& counts = mesh.state<homes::Counts>(tile);
+        auto const& window = mesh.state<homes::Window>(tile);
         auto& before = before_[t];
         if (counts.rounds == before.rounds) return; // it was done
         auto frontier = window.done() ? window.frontier_depth : window.lo_depth;
@@ -107,12 +103,5 @@ private:
     std::uint32_t round_ = 0, chapter_ = 0;
     bool begins_ = true; ///< no superstep of the frame has run
 };
-
-template <template <class, class> class Engine>
-std::unique_ptr<AnyRenderer> make_traced_homes(tilemesh::scene::Map const& map, tilemesh::render::HomesChoice const& choice,
-                                               tilemesh::RendererOptions const& options)
-{
-    return std::make_unique<TracedHomes<Engine>>(map, choice, options);
-}
 
 } // namespace render_map

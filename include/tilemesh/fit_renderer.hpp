@@ -49,8 +49,8 @@ public:
     }
     Extent2 tile() override { return {renderer_.tiling().tile_width, renderer_.tiling().tile_height}; }
     render::SetupFacts const& facts() const override { return renderer_.facts(); }
-    bool routes() const override { return R::Policies::routes; }
-    bool blooms() const override { return R::Policies::blooms; }
+    bool routes() const override { return renderer_.facts().routes; }
+    bool blooms() const override { return renderer_.facts().blooms; }
 
 private:
     R renderer_;
@@ -67,10 +67,18 @@ template <class S>
 struct Renders<S, Mesh> {
     using type = BasicRenderer<splat::Referenced<S>, Mesh>;
 };
+template <class S>
+struct Renders<S, PortMesh> {
+    using type = BasicRenderer<splat::Referenced<S>, PortMesh>;
+};
 } // namespace detail
 
-/// RendererOver for a setup.
+/// RendererOver for a setup. The default engine is that of BasicRenderer.
+#if defined(TILEMESH_COMPILED)
+template <class S, template <class, class> class Engine = PortMesh>
+#else
 template <class S, template <class, class> class Engine = Mesh>
+#endif
 class RendererOf : public RendererOver<typename detail::Renders<S, Engine>::type::Core> {
     using Base = RendererOver<typename detail::Renders<S, Engine>::type::Core>;
 

@@ -1,5 +1,7 @@
 #pragma once
+#include <memory>
 #include <tilemesh/engine/mesh.hpp>
+#include <tilemesh/engine/port.hpp>
 #include <tilemesh/machine/operations.hpp>
 #include <tilemesh/render/frame_renderer.hpp>
 #include <tilemesh/render/host_form.hpp>
@@ -10,29 +12,56 @@
 
 namespace tilemesh { inline namespace v0_2 {
 
+namespace render {
+/// The policies that serve all setups by reference with the library's routing, blending and colours: every preset on every machine, with
+/// records of any degree, with or without planes, routing and bloom.
+using HostPolicies = splat::PoliciesOf<splat::HostSetup<splat::Lossless>>;
+/// The renderer that serves these setups, on any engine of one process (PortMesh), with or without a trace. It is the one renderer of the
+/// anchored program in the compiled library.
+using HostRenderer = FrameRenderer<HostPolicies, PortMesh, Traced<AnyMachine>>;
+
+namespace detail {
+/// The renderer of setup S on an engine.
+template <class S, template <class, class> class Engine>
+struct CoreOf {
+    using type = FrameRenderer<splat::PoliciesOf<S>, Engine, std::conditional_t<is_traced<typename S::Machine>, Traced<AnyMachine>, AnyMachine>>;
+};
+/// A setup with policies of its own has no port: it renders on threads.
+template <class S>
+struct CoreOf<S, PortMesh> : CoreOf<S, Mesh> {};
+template <class S>
+    requires splat::is_served_by_words<S>
+struct CoreOf<S, PortMesh> {
+    using type = HostRenderer;
+};
+} // namespace detail
+} // namespace render
+
 /// Renders a map on a mesh of tiles, frame after frame. It loads the map's records onto the tiles once, then runs the frame program for
 /// each camera. Records and copies stay on their tiles between frames. So a small step of the camera moves few records, and a static view
 /// moves none.
 ///
 /// `S` is a setup (splat/setup.hpp): machine, policies, sizes. `Engine` is Mesh, CheckedMesh, or PoplarMesh (poplar/poplar_mesh.hpp), which
-/// runs the program on an IPU. With `splat::Referenced<S>` the host moves references instead of records, and projects each record once per
+/// runs the program on an IPU. `PortMesh` is the default with the compiled library (TILEMESH_COMPILED): setups by reference then share the
+/// library's renderer (render::HostRenderer), and a program compiles no kernel. Results are those of Mesh. With `splat::Referenced<S>` the host moves references instead of records, and projects each record once per
 /// view: pictures and reports are those of S, in a fraction of the time. Its digests are those of the references, so they differ from the
-/// digests of values. All setups by reference share the code of one renderer, with these exceptions: setups with planes, setups without
-/// routing or bloom, and setups with their own routing or blending.
+/// digests of values. On Mesh, all setups by reference share the code of one renderer, with these exceptions: setups with planes, setups
+/// without routing or bloom, and setups with their own routing or blending. On PortMesh, only the last have a renderer of their own.
 ///
 /// Errors: it throws Error if the frame, the grid or the map does not fit the machine, or if a limit is out of range. A record that finds
 /// no room while a frame runs is not an error: the frame's report lists it by id and cause. With `Hold`, a record whose anchor tile is full
 /// goes back to the host, which puts it onto the mesh again for the next view. With `Drop` the record is lost, as on the paper's machine.
 /// If an unplaced record left copies on other tiles, the host recalls them and the frame is composited again, so that the picture shows a
 /// record whole or not at all. After an exception (also std::bad_alloc), the next frame builds a new mesh and loads the map.
+#if defined(TILEMESH_COMPILED)
+template <class S = splat::Lossless, template <class, class> class Engine = PortMesh>
+#else
 template <class S = splat::Lossless, template <class, class> class Engine = Mesh>
-class BasicRenderer
-    : public render::FrameRenderer<splat::PoliciesOf<S>, Engine,
-                                   std::conditional_t<is_traced<typename S::Machine>, Traced<AnyMachine>, AnyMachine>> {
+#endif
+class BasicRenderer : public render::detail::CoreOf<S, Engine>::type {
 public:
     /// The renderer that all setups with these policies share.
-    using Core = render::FrameRenderer<splat::PoliciesOf<S>, Engine,
-                                       std::conditional_t<is_traced<typename S::Machine>, Traced<AnyMachine>, AnyMachine>>;
+    using Core = typename render::detail::CoreOf<S, Engine>::type;
     using Setup = S;
     using Value = typename splat::ValueOf<S>::type;
     using Machine = typename S::Machine;
@@ -41,26 +70,27 @@ public:
 
     /// `engine`: the engine's other options. The renderer sets its threads and digest from `options`.
     explicit BasicRenderer(scene::Map const& map, RendererOptions options = {}, EngineOptions engine = {})
-        : Core(map, render::facts_of<Value>(options), options, std::move(engine))
+        : Core(map, render::facts_of<Value>(options), options, for_machine(std::move(engine)))
     {
+    }
+
+private:
+    static EngineOptions for_machine(EngineOptions engine)
+    {
+        if constexpr (std::is_same_v<Core, render::HostRenderer>) engine.trace = engine.trace && is_traced<Machine>;
+        return engine;
     }
 };
 
 /// The default: `lossless` on Mk2, on host threads, by reference.
 using Renderer = BasicRenderer<splat::Referenced<splat::Lossless>>;
 
-namespace render {
-/// The policies of all setups by reference that route and bloom, use the library's blending and have no planes. They serve every preset on
-/// every machine, with records of any degree. The second set serves setups with a depth plane, an alpha plane, or both.
-using HostPolicies = splat::PoliciesOf<splat::Referenced<splat::Lossless>>;
-using HostPoliciesWithPlanes =
-    splat::PoliciesOf<splat::Referenced<splat::WithPixel<splat::Lossless, splat::WithAlpha<splat::WithDepth<splat::FloatPixel>>>>>;
-} // namespace render
-
 #if defined(TILEMESH_COMPILED)
-extern template class render::FrameRenderer<render::HostPolicies, Mesh, AnyMachine>;
-extern template class render::FrameRenderer<render::HostPolicies, Mesh, Traced<AnyMachine>>;
-extern template class render::FrameRenderer<render::HostPoliciesWithPlanes, Mesh, AnyMachine>;
+extern template class render::FrameRenderer<render::HostPolicies, PortMesh, Traced<AnyMachine>>;
+extern template std::unique_ptr<engine::Port<render::HostRenderer::Program>>
+make_threads_port(render::HostRenderer::Program const&, Grid, MeshSizes<render::HostRenderer::Program> const&, MeshOptions const&);
+extern template std::unique_ptr<engine::Port<render::HostRenderer::Program>>
+make_checked_port(render::HostRenderer::Program const&, Grid, MeshSizes<render::HostRenderer::Program> const&, MeshOptions const&);
 #endif
 
 }} // namespace tilemesh

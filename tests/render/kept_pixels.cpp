@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <tilemesh/engine/checked_mesh.hpp>
 #include <tilemesh/render/kept_pixels.hpp>
+#include <utility>
 
 using namespace tilemesh;
 using namespace tilemesh::splat;
@@ -16,11 +17,23 @@ using support::Room;
 
 namespace {
 
-using render::FrameRenderer, render::HostPolicies, render::HostPoliciesWithPlanes;
-using OnThreads = FrameRenderer<HostPolicies, Mesh, AnyMachine>;
-using WithPlanes = FrameRenderer<HostPoliciesWithPlanes, Mesh, AnyMachine>;
-using WithTrace = FrameRenderer<HostPolicies, Mesh, Traced<AnyMachine>>;
-using Sequential = FrameRenderer<HostPolicies, CheckedMesh, AnyMachine>;
+using render::FrameRenderer, render::HostPolicies, render::HostRenderer;
+/// The renderer of all setups by reference, with or without a trace, on threads or sequential.
+template <bool Trace, bool Checked>
+struct On : HostRenderer {
+    static constexpr bool keeps_trace = Trace;
+    On(scene::Map const& map, render::SetupFacts facts, RendererOptions const& options) : HostRenderer(map, std::move(facts), options, engine()) {}
+    static EngineOptions engine()
+    {
+        EngineOptions engine;
+        engine.trace = Trace;
+        if (Checked) engine.make = make_checked_port<Program>;
+        return engine;
+    }
+};
+using OnThreads = On<false, false>;
+using WithTrace = On<true, false>;
+using Sequential = On<false, true>;
 
 template <class S>
 struct Screens : Room<S> {
@@ -35,8 +48,8 @@ struct Twins {
 
     template <class Setup>
     Twins(Setup, scene::Map const& map, RendererOptions options)
-        : keeps(map, render::facts_of<Setup>(options), with(options, true), {}),
-          composites(map, render::facts_of<Setup>(options), with(options, false), {})
+        : keeps(map, render::facts_of<Setup>(options), with(options, true)),
+          composites(map, render::facts_of<Setup>(options), with(options, false))
     {
     }
     static RendererOptions with(RendererOptions options, bool keep)
@@ -64,7 +77,7 @@ struct Twins {
             other_work += std::memcmp(&a, &b, sizeof a) != 0;
         }
         CHECK(other_work == 0);
-        if constexpr (requires { keeps.trace(); }) CHECK(keeps.trace() == composites.trace());
+        if constexpr (Renderer::keeps_trace) CHECK(keeps.trace() == composites.trace());
         CHECK(composites.composited_tiles() % tiles() == 0);
         CHECK(composites.composited_tiles() > 0);
         return keeps.composited_tiles();
@@ -114,7 +127,7 @@ TEST_CASE("kept pixels: planes of depth and alpha")
 {
     using Both = WithPixel<Room<>, WithAlpha<WithDepth<FloatPixel>>>;
     auto const map = cloud(150, 303);
-    for (std::uint32_t threads : {1u, 3u}) same_sequence<WithPlanes>(Both{}, map, {.threads = threads, .tile = {16, 10}});
+    for (std::uint32_t threads : {1u, 3u}) same_sequence<OnThreads>(Both{}, map, {.threads = threads, .tile = {16, 10}});
 }
 
 TEST_CASE("kept pixels: the sequential engine")
@@ -325,7 +338,7 @@ TEST_CASE("kept pixels: the switch, and renderers that always composite")
     CHECK(forced.composited(make_tiling(20, 20, 10, 10), Grid{3, 2}) == 4);
     CHECK(Access<TableParameters>::keeps_pixels({TileId::at(0, 0), Grid{3, 2}}, frame) == false);
     CHECK(Access<FrameParameters>::keeps_pixels({TileId::at(0, 0), Grid{3, 2}}, frame) == false);
-    static_assert(OnThreads::may_keep_pixels && WithPlanes::may_keep_pixels && WithTrace::may_keep_pixels && Sequential::may_keep_pixels);
+    static_assert(HostRenderer::may_keep_pixels && FrameRenderer<PoliciesOf<Referenced<Lossless>>, Mesh, AnyMachine>::may_keep_pixels);
     static_assert(!FrameRenderer<PoliciesOf<Lossless>, Mesh, AnyMachine>::may_keep_pixels, "by value, the parameters are the machine's");
     Twins<OnThreads> twins(Room<>{}, cloud(50, 312), {.tile = {16, 10}});
     CHECK(twins.keeps.composited_tiles() == 0); // no frame yet

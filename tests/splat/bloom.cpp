@@ -12,7 +12,7 @@ using support::Whole;
 
 namespace {
 /// Renders a hand-held path over a cloud. After every frame it compares each tile's records with brute force.
-template <class S, template <class, class> class Engine = Mesh>
+template <class S, template <class, class> class Engine = PortMesh>
 void check_copies(std::uint32_t slots, RendererOptions options, std::vector<float> const& turns)
 {
     auto const gaussians = support::cloud(400, 21);

@@ -12,7 +12,7 @@ using Both = support::Planes;
 using Depth = Referenced<WithPixel<support::Whole, WithDepth<FloatPixel>>>;
 using Alpha = Referenced<WithPixel<support::Whole, WithAlpha<FloatPixel>>>;
 
-template <class S, template <class, class> class Engine = Mesh>
+template <class S, template <class, class> class Engine = PortMesh>
 RenderedFrame on_mesh(std::vector<Gaussian> const& gaussians, Camera const& camera, RendererOptions options = {.grid = {1, 1}})
 {
     options.sizes = support::sized<support::Whole>(50, 500);

@@ -42,7 +42,7 @@ public:
 };
 
 /// A renderer of setup S. It links only for the setups that a file in shared/ names.
-template <class S, template <class, class> class Engine = Mesh>
+template <class S, template <class, class> class Engine = PortMesh>
 std::unique_ptr<Runner> make_runner(scene::Map const& map, RendererOptions const& options = {});
 
 /// `fit_renderer<Setups...>`, with the same condition.

@@ -240,11 +240,11 @@ TEST_CASE("a setup's own blending is what the mesh composites by, run by workers
     CHECK(same_bits(truth, by_workers.image));
     CHECK(by_workers.report.pairs_contributing == truth.contributing);
     for (std::uint32_t const threads : {1u, 3u}) {
-        auto const whole = dropping<Mesh>(v, threads);
+        auto const whole = dropping<PortMesh>(v, threads);
         CHECK(same_bits(truth, whole.image));
         CHECK(report::first_difference(whole.report, by_workers.report) == "");
     }
     CHECK(same_bits(by_model, ordinary<CheckedMesh>(v).image));
-    CHECK(same_bits(by_model, ordinary<Mesh>(v).image));
-    CHECK(ordinary<Mesh>(v).report.pairs_contributing == by_model.contributing);
+    CHECK(same_bits(by_model, ordinary<PortMesh>(v).image));
+    CHECK(ordinary<PortMesh>(v).report.pairs_contributing == by_model.contributing);
 }

@@ -1,4 +1,4 @@
-// A part of tilemesh::compiled: the renderer that serves all presets.
+// A part of tilemesh::compiled: the renderer of the anchored program, for all setups by reference and all engines of one process.
 #include <tilemesh/renderer.hpp>
 
-template class tilemesh::render::FrameRenderer<tilemesh::render::HostPolicies, tilemesh::Mesh, tilemesh::AnyMachine>;
+template class tilemesh::render::FrameRenderer<tilemesh::render::HostPolicies, tilemesh::PortMesh, tilemesh::Traced<tilemesh::AnyMachine>>;

@@ -6,8 +6,10 @@
 #include <cstdint>
 #include <cstring>
 #include <exception>
+#include <memory>
 #include <string>
 #include <tilemesh/engine/mesh.hpp>
+#include <tilemesh/engine/port.hpp>
 #include <tilemesh/engine/run.hpp>
 #include <type_traits>
 #include <utility>
@@ -24,6 +26,7 @@ struct CheckedMeshOptions {
     bool check_quiet_tiles = true;
     std::uint32_t most_passes = 0; ///< see MeshOptions
     ExplainNotQuiet explain = nullptr; ///< see MeshOptions
+    bool trace = true; ///< see MeshOptions
 };
 
 /// The sequential engine, which checks every rule. It runs the tiles one by one in order. Incoming and outgoing ends of channels have
@@ -65,6 +68,8 @@ public:
     CheckedMesh(Program program, Grid grid, S const& sizes, Options options = {})
         : Base(program, grid, sizes), options_(options), rectangle_{0, 0, grid.width, grid.height}
     {
+        if constexpr (traced)
+            if (options.trace) run_.keep_trace();
         make_ends(Links{});
         busy_[0].assign(grid.size(), 0);
         busy_[1].assign(grid.size(), 0);
@@ -93,6 +98,12 @@ public:
     {
         return typename C::Receiver{end<C>(in_, 4 * this->grid_.index_of(t) + index(d))};
     }
+    /// See Mesh.
+    template <class C>
+    machine::Place incoming_place(std::uint32_t tile, Direction d) noexcept
+    {
+        return end<C>(in_, 4 * tile + index(d));
+    }
     /// From now on Superstep and Repeat run only the tiles of columns x0 to x1 - 1 and rows y0 to y1 - 1, and those other tiles that voted
     /// busy or have mail for the kernel. Idle tiles outside cost nothing. The caller promises that on the other tiles the kernels would
     /// change no word, send nothing and vote quiet; CheckedMesh checks this. At first the rectangle is the whole grid. Throws Error for a
@@ -112,10 +123,10 @@ public:
     }
 
     /// See Mesh.
-    Trace const& trace() const noexcept
+    Trace const& trace() const
     {
         static_assert(traced, "a mesh without a trace (its machine is not Traced); build it for Traced<Machine>");
-        return run_.trace;
+        return run_.kept_trace();
     }
 
     RunCounters run()
@@ -383,9 +394,10 @@ private:
         }
         if (!any) return {};
         if constexpr (traced)
-            run_.trace.supersteps.push_back({run_.step(), votes_after<Program>(run_.step()),
-                                             this->template capacity_a_side<Kernel>(typename Traits::Links{}), false, {},
-                                             engine::edge_of<Kernel>(typename Traits::Links{})});
+            if (run_.trace)
+                run_.trace->supersteps.push_back({run_.step(), votes_after<Program>(run_.step()),
+                                                  this->template capacity_a_side<Kernel>(typename Traits::Links{}), false, {},
+                                                  engine::edge_of<Kernel>(typename Traits::Links{})});
         engine::Passed passed;
         passed.ran = true;
         for (std::uint32_t t = 0; t < tiles; ++t) refuse_unread<Kernel>(t, typename Traits::Links{});
@@ -402,15 +414,17 @@ private:
                 continue;
             }
             busy_[parity_ ^ 1u][t] = run_tile<Kernel>(t) == Vote::busy;
-            if constexpr (traced) {
-                Source source{*this, t, {0, this->sizes_.machine.workers}};
-                run_.trace.supersteps.back().tiles.push_back(engine::sample<Kernel>(source, t));
-            }
+            if constexpr (traced)
+                if (run_.trace) {
+                    Source source{*this, t, {0, this->sizes_.machine.workers}};
+                    run_.trace->supersteps.back().tiles.push_back(engine::sample<Kernel>(source, t));
+                }
             ++passed.tile_runs;
             measure(passed, t, typename Traits::Arguments{});
         }
         passed.sent = exchange<Kernel>(typename Traits::Links{});
-        if constexpr (traced) run_.trace.supersteps.back().sent = passed.sent;
+        if constexpr (traced)
+            if (run_.trace) run_.trace->supersteps.back().sent = passed.sent;
         check_shared_memory(Links{});
         std::fill(busy.begin(), busy.end(), std::uint8_t{0});
         parity_ ^= 1u;
@@ -451,9 +465,8 @@ private:
             peak = std::max(peak, p.head[0]);
             // The items from the present size to the previous size are dead.
             auto& most = most_[Base::template index_of_state<X>()];
-            if (most[tile] > p.head[0])
-                std::fill(p.items + std::size_t{p.head[0]} * X::item_words, p.items + std::size_t{most[tile]} * X::item_words,
-                          engine::poison_word);
+            std::size_t const item = this->template item_words<X>();
+            if (most[tile] > p.head[0]) std::fill(p.items + p.head[0] * item, p.items + most[tile] * item, engine::poison_word);
             most[tile] = p.head[0];
         }
     }
@@ -527,6 +540,7 @@ private:
         std::uint64_t h = 0;
         [[maybe_unused]] auto const one = [&](auto tag) {
             using L = typename decltype(tag)::type;
+            if (this->sizes_.undigested_links[Base::template index_of_link<L>()]) return;
             for (Direction d : news) {
                 auto const p = end<L>(in_, 4 * tile + index(d));
                 h = engine::mix(h, p.head[1]);
@@ -554,5 +568,17 @@ template <class Program, class Machine>
 CheckedMesh(Program, Grid, Machine, CheckedMeshOptions = {}) -> CheckedMesh<Program, Machine>;
 template <class Program>
 CheckedMesh(Program, Grid, MeshSizes<Program>, CheckedMeshOptions = {}) -> CheckedMesh<Program, AnyMachine>;
+
+template <class Program>
+std::unique_ptr<engine::Port<Program>> make_checked_port(Program const& program, Grid grid, MeshSizes<Program> const& sizes,
+                                                         MeshOptions const& options)
+{
+    CheckedMeshOptions checked;
+    checked.digest = options.digest;
+    checked.most_passes = options.most_passes;
+    checked.explain = options.explain;
+    checked.trace = options.trace;
+    return std::make_unique<engine::PortOver<CheckedMesh<Program, Traced<AnyMachine>>>>(program, grid, sizes, checked);
+}
 
 }} // namespace tilemesh

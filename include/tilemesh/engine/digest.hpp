@@ -13,15 +13,20 @@ inline std::uint64_t mix(std::uint64_t h, std::uint64_t word) noexcept
     h = (h ^ (h >> 27)) * 0x94d049bb133111ebu;
     return h ^ (h >> 31);
 }
-/// Mixes n words and their number into a digest.
-inline std::uint64_t mix_words(std::uint64_t h, std::uint32_t const* words, std::size_t n) noexcept
+/// Mixes n words into a digest, without their number.
+inline std::uint64_t mix_words_on(std::uint64_t h, std::uint32_t const* words, std::size_t n) noexcept
 {
     for (std::size_t i = 0; i < n; ++i) {
         std::uint32_t w;
         std::memcpy(&w, words + i, 4);
         h = (h ^ w) * 0x100000001b3u; // FNV-1a, one word at a time
     }
-    return mix(h, n);
+    return h;
+}
+/// Mixes n words and their number into a digest.
+inline std::uint64_t mix_words(std::uint64_t h, std::uint32_t const* words, std::size_t n) noexcept
+{
+    return mix(mix_words_on(h, words, n), n);
 }
 
 }}} // namespace tilemesh::engine

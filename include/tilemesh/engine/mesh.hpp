@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <cstring>
 #include <exception>
+#include <tilemesh/engine/mesh_options.hpp>
+#include <tilemesh/engine/port.hpp>
 #include <tilemesh/engine/run.hpp>
 #include <tilemesh/engine/store.hpp>
 #include <tilemesh/engine/team.hpp>
@@ -47,18 +49,6 @@ struct Bank {
 };
 
 } // namespace engine::detail
-
-/// Options of a Mesh.
-struct MeshOptions {
-    std::uint32_t threads = 1; ///< at most 1,024, because more threads would have only a few tiles each
-    bool digest = false; ///< fills RunCounters::digests; costs a pass over all live words in each superstep
-    /// The largest number of passes of one UntilQuiet, and of rounds of one Loop; 0: no limit. A program may never become quiet, so `run`
-    /// throws Error in the pass after the last one that is allowed.
-    std::uint32_t most_passes = 0;
-    /// On a Traced machine, `run` appends the text of this function to that error; null: no text. `explain_no_progress`
-    /// (model/no_progress.hpp) is such a function: it names the steps that repeat.
-    ExplainNotQuiet explain = nullptr;
-};
 
 /// Runs a program on host threads. The thread that calls run() walks the program. In each superstep the other threads take their shares of
 /// the tiles that must run; if only a few tiles must run, the calling thread runs them alone. Pictures, counters and digests do not depend
@@ -110,6 +100,8 @@ public:
           active_(grid.size()), shares_(checked_threads(options)),
           workers_(checked_threads(options)), team_(checked_threads(options))
     {
+        if constexpr (traced)
+            if (options.trace) run_.keep_trace();
         slots_.resize(std::size_t{grid.size()} * 4);
         for (std::uint32_t i = 0; i < grid.size(); ++i)
             for (Direction d : news) {
@@ -155,6 +147,13 @@ public:
         return typename C::Receiver{ends<C>().in(4 * this->grid_.index_of(t) + index(d))};
     }
 
+    /// As `incoming`, by the tile's index and as a place (engine/port.hpp).
+    template <class C>
+    machine::Place incoming_place(std::uint32_t tile, Direction d) noexcept
+    {
+        return ends<C>().in(4 * tile + index(d));
+    }
+
     /// From now on Superstep and Repeat run only the tiles of columns x0 to x1 - 1 and rows y0 to y1 - 1, and those other tiles that voted
     /// busy or have mail for the kernel. Idle tiles outside cost nothing. The caller promises that on the other tiles the kernels would
     /// change no word, send nothing and vote quiet; CheckedMesh checks this. At first the rectangle is the whole grid. Throws Error for a
@@ -183,11 +182,11 @@ public:
         rethrow();
     }
 
-    /// The trace of the last run, superstep by superstep; only on a Traced machine.
-    Trace const& trace() const noexcept
+    /// The trace of the last run, superstep by superstep; only on a Traced machine. Throws Error if the options say that the mesh keeps none.
+    Trace const& trace() const
     {
         static_assert(traced, "a mesh without a trace (its machine is not Traced); build it for Traced<Machine>");
-        return run_.trace;
+        return run_.kept_trace();
     }
 
     /// Runs the whole program once.
@@ -291,6 +290,7 @@ protected: // for an engine that runs a part of the grid's rows
         std::uint32_t const* slots;                         ///< places at which neighbours read this tile's four outgoing ends
         std::uint32_t tile;
         Worker share;
+        bool const keeps_samples; ///< does the run keep a trace?
         std::array<std::array<std::uint32_t*, 4>, links> next{}; ///< where the messages of this tile go, by channel and side
         /// The place at which the messages that this tile sends towards d are read.
         template <class C>
@@ -398,11 +398,12 @@ protected: // for an engine that runs a part of the grid's rows
         } else if (run_kernel<Kernel>(source) == Vote::busy) {
             source.me.busy.insert(tile);
         }
-        if constexpr (traced) keep_sample<Kernel>(source);
+        if constexpr (traced)
+            if (source.keeps_samples) [[unlikely]] keep_sample<Kernel>(source);
         after_kernel(source, typename KernelTraits<Kernel>::Arguments{});
     }
     template <class Kernel>
-    static void keep_sample(Source& source) noexcept
+    [[gnu::noinline, gnu::cold]] static void keep_sample(Source& source) noexcept
     {
         try {
             source.me.samples.push_back(engine::sample<Kernel>(source, source.tile));
@@ -627,7 +628,7 @@ protected: // for an engine that runs a part of the grid's rows
         auto& me = workers_[w];
         engine::detail::BrokenContracts broken;
         engine::detail::tilemesh_broken_contracts = &broken;
-        Source source{*this, me, all_ends(*this, Links{}), nullptr, 0, {0, 1}, {}};
+        Source source{*this, me, all_ends(*this, Links{}), nullptr, 0, {0, 1}, keeps_trace(), {}};
         std::uint32_t first = 0, last = n;
         for (bool more = together ? shares_.take(w, first, last) : n != 0; more; more = together && shares_.take(w, first, last)) {
             begin_piece(source, tiles == nullptr ? first : tiles[first], Arguments{});
@@ -673,17 +674,31 @@ protected: // for an engine that runs a part of the grid's rows
         }
         if constexpr (traced) {
             using KernelLinks = typename KernelTraits<Kernel>::Links;
-            rethrow();
-            SuperstepSample s{run_.step(), votes_after<Program>(run_.step()), this->template capacity_a_side<Kernel>(KernelLinks{}),
-                              passed.sent, {}, engine::edge_of<Kernel>(KernelLinks{})};
+            if (keeps_trace()) [[unlikely]]
+                append_sample({run_.step(), votes_after<Program>(run_.step()), this->template capacity_a_side<Kernel>(KernelLinks{}),
+                               passed.sent, {}, engine::edge_of<Kernel>(KernelLinks{})});
+        }
+        return failure;
+    }
+    bool keeps_trace() const noexcept
+    {
+        if constexpr (traced)
+            return run_.trace != nullptr;
+        else
+            return false;
+    }
+    /// Appends a superstep with the samples of all threads to the trace. Throws the exception of a sample, and std::bad_alloc.
+    [[gnu::noinline, gnu::cold]] void append_sample(SuperstepSample s)
+    {
+        rethrow();
+        if constexpr (traced) {
             for (auto& w : workers_) {
                 s.tiles.insert(s.tiles.end(), w.samples.begin(), w.samples.end());
                 w.samples.clear();
             }
             std::sort(s.tiles.begin(), s.tiles.end(), [](auto const& a, auto const& b) { return a.tile < b.tile; });
-            run_.trace.supersteps.push_back(std::move(s));
+            run_.trace->supersteps.push_back(std::move(s));
         }
-        return failure;
     }
 
     bool any_busy() const noexcept
@@ -736,11 +751,12 @@ protected: // for an engine that runs a part of the grid's rows
         return digest;
     }
     template <class... C>
-    static std::uint64_t digest_mail(std::array<Ends, links> const& all, std::uint32_t tile, machine::Types<C...>) noexcept
+    std::uint64_t digest_mail(std::array<Ends, links> const& all, std::uint32_t tile, machine::Types<C...>) const noexcept
     {
         std::uint64_t h = 0;
         [[maybe_unused]] auto const one = [&](auto tag) {
             using L = typename decltype(tag)::type;
+            if (this->sizes_.undigested_links[Base::template index_of_link<L>()]) return;
             for (Direction d : news) {
                 auto const p = all[Base::template index_of_link<L>()].in(4 * tile + index(d));
                 h = engine::mix(h, p.head[1]);
@@ -770,5 +786,12 @@ template <class Program, class Machine>
 Mesh(Program, Grid, Machine, MeshOptions = {}) -> Mesh<Program, Machine>;
 template <class Program>
 Mesh(Program, Grid, MeshSizes<Program>, MeshOptions = {}) -> Mesh<Program, AnyMachine>;
+
+template <class Program>
+std::unique_ptr<engine::Port<Program>> make_threads_port(Program const& program, Grid grid, MeshSizes<Program> const& sizes,
+                                                         MeshOptions const& options)
+{
+    return std::make_unique<engine::PortOver<Mesh<Program, Traced<AnyMachine>>>>(program, grid, sizes, options);
+}
 
 }} // namespace tilemesh

@@ -29,11 +29,22 @@ struct MeshSizes {
     std::array<engine::LinkSize, Links::count + 1> links{};       ///< `dynamic_capacity` slots: `limit` sets the number later
     std::array<bool, Links::count + 1> shares_memory{};   ///< does the channel lie in the memory of its `memory_of`?
     std::uint64_t sram_bytes = 0;                         ///< of a tile; a channel without slots yet counts only its heads
+    bool wide = true;                                     ///< the form of all lists of machine::Either
+    /// The last words of each state, or of each item of a list, that digests leave out: words of steps that all runs leave out by a
+    /// condition (If). So the digests are those of a program without the steps. `no_digest`: the state is in no digest.
+    std::array<std::uint32_t, States::count + 1> undigested{};
+    std::array<bool, Links::count + 1> undigested_links{}; ///< is the channel in no digest?
+    static constexpr std::uint32_t no_digest = 0xffffffffu;
 
     template <class X>
     constexpr std::uint32_t& slots_of() noexcept
     {
         return slots[machine::index_in<X>(States{})];
+    }
+    template <class X>
+    constexpr std::uint32_t& undigested_of() noexcept
+    {
+        return undigested[machine::index_in<X>(States{})];
     }
     template <class C>
     constexpr engine::LinkSize& link() noexcept

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <tilemesh/engine/counters.hpp>
 #include <tilemesh/engine/not_quiet.hpp>
@@ -66,12 +67,21 @@ template <class Program, bool Traced>
 class Run {
 public:
     Observer observer;
-    [[no_unique_address]] std::conditional_t<Traced, Trace, NoTrace> trace;
+    /// On a Traced machine: the trace of the last run, or null if the run keeps none.
+    [[no_unique_address]] std::conditional_t<Traced, std::unique_ptr<Trace>, NoTrace> trace;
 
     std::uint32_t step() const noexcept { return step_; }
     /// The supersteps of this run before the present one.
     std::uint64_t pass() const noexcept { return pass_; }
     std::string const& kernel() const noexcept { return counters_.steps[step_].kernel; }
+    /// Keeps a trace of each run from now on; only on a Traced machine.
+    void keep_trace() { trace = std::make_unique<Trace>(); }
+    /// The trace of the last run. Throws Error if the run keeps none.
+    Trace const& kept_trace() const
+    {
+        if (!trace) throw Error("a trace of a mesh that keeps none (its options have trace = false); set it");
+        return *trace;
+    }
     /// The Error for the first of `count` mistakes of kernels. It names the tile and the superstep.
     Error failed(Grid grid, std::uint32_t tile, std::string const& what, std::uint64_t count = 1) const
     {
@@ -100,7 +110,8 @@ public:
         counters_ = {};
         counters_.steps = begin_steps(StepsOf<Program>{});
         counters_.loops = begin_loops<Program>();
-        if constexpr (Traced) trace = begin_trace<Program>(counters_);
+        if constexpr (Traced)
+            if (trace) *trace = begin_trace<Program>(counters_);
         step_ = 0;
         pass_ = 0;
     }
@@ -148,7 +159,8 @@ private:
                 if (n == limits.most_passes && limits.most_passes != 0)
                     throw goes_on().not_done(run.counters_.loops[at.index]);
                 ++run.counters_.loops[at.index].rounds;
-                if constexpr (Traced) run.trace.loops = run.counters_.loops;
+                if constexpr (Traced)
+                    if (run.trace) run.trace->loops = run.counters_.loops;
                 body();
             }
         }
@@ -162,7 +174,7 @@ private:
         GoesOn goes_on() const
         {
             Trace const* written = nullptr;
-            if constexpr (Traced) written = &run.trace;
+            if constexpr (Traced) written = run.trace.get();
             return {run.kernel(), run.pass_ - 1, limits.most_passes, written, grid, limits.explain};
         }
         template <class Kernel, bool Everywhere>

@@ -12,6 +12,7 @@
 #include <tilemesh/engine/rectangle.hpp>
 #include <tilemesh/engine/text.hpp>
 #include <tilemesh/error.hpp>
+#include <tilemesh/machine/either.hpp>
 #include <tilemesh/machine/operations.hpp>
 #include <tilemesh/machine/tile.hpp>
 #include <tuple>
@@ -251,12 +252,18 @@ protected:
     {
         return 8 + n * message_bytes<C>();
     }
+    /// The words of an item of list X in the form in use.
+    template <class X>
+    std::uint32_t item_words() const noexcept
+    {
+        return machine::words_in_form<typename X::value_type>(sizes_.wide);
+    }
     /// The words of state X as one piece, including its head.
     template <class X>
     std::size_t words() const noexcept
     {
         if constexpr (is_list<X>)
-            return X::head_words + std::size_t{most_slots<X>()} * X::item_words;
+            return X::head_words + std::size_t{most_slots<X>()} * item_words<X>();
         else
             return sizeof(X) / 4;
     }
@@ -300,10 +307,17 @@ protected:
     std::uint64_t digest_state(std::uint64_t h, std::uint32_t tile) noexcept
     {
         auto const p = state_place<X>(tile);
-        if constexpr (is_list<X>)
-            return mix_words(mix(h, p.head[0]), p.items, std::size_t{p.head[0]} * X::item_words);
-        else
-            return mix_words(h, p.items, sizeof(X) / 4);
+        std::uint32_t const out = sizes_.undigested[index_of_state<X>()];
+        if (out == Sizes::no_digest) return h;
+        if constexpr (is_list<X>) {
+            h = mix(h, p.head[0]);
+            std::size_t const item = item_words<X>();
+            if (out == 0) return mix_words(h, p.items, p.head[0] * item);
+            for (std::uint32_t i = 0; i < p.head[0]; ++i) h = mix_words_on(h, p.items + i * item, item - out);
+            return mix(h, p.head[0] * (item - out));
+        } else {
+            return mix_words(h, p.items, sizeof(X) / 4 - out);
+        }
     }
 
     Program program_;
@@ -384,7 +398,7 @@ protected:
     std::size_t item_words_of() const noexcept
     {
         if constexpr (is_list<X>)
-            return std::size_t{most_slots<X>()} * X::item_words;
+            return std::size_t{most_slots<X>()} * item_words<X>();
         else
             return sizeof(X) / 4;
     }
@@ -423,7 +437,7 @@ private:
     {
         constexpr auto i = index_of_state<X>();
         auto slack = std::size_t{0}; // a guarded store has room for one item past the last region
-        if constexpr (Guarded && is_list<X>) slack = X::item_words;
+        if constexpr (Guarded && is_list<X>) slack = item_words<X>();
         stride_[i] = stride<X>();
         if constexpr (!is_small<X>) items_[i] = Arena(std::uint64_t{grid_.size()} * stride_[i] + slack);
     }

@@ -193,7 +193,7 @@ public:
         band_->template gather<X>();
     }
     /// The trace of the last run, of this rank's tiles. Only on a Traced machine.
-    Trace const& trace() const noexcept { return band_->trace(); }
+    Trace const& trace() const { return band_->trace(); }
     /// The trace of the last run, of all tiles, on rank 0; an empty one on the other ranks. Collective. Only on a Traced machine.
     Trace gather_trace() { return band_->gather_trace(trace()); }
     /// The same for a trace of this rank's tiles that the caller has made, as of several runs. Every rank gives the same supersteps.

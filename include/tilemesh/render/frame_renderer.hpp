@@ -8,6 +8,7 @@
 #include <tilemesh/engine/stopwatch.hpp>
 #include <tilemesh/engine/trace.hpp>
 #include <tilemesh/error.hpp>
+#include <tilemesh/machine/either.hpp>
 #include <tilemesh/render/accounting.hpp>
 #include <tilemesh/render/engine_options.hpp>
 #include <tilemesh/render/frame_layout.hpp>
@@ -37,11 +38,13 @@ SetupFacts facts_of(RendererOptions const& options)
 {
     return options.sizes ? facts_of<S>(*options.sizes) : facts_of<S>();
 }
-/// Throws Error if a renderer of policies P cannot serve a setup: its pixels lack a plane, or (by value) its records or rules differ.
+/// Throws Error if a renderer of policies P cannot serve a setup: its pixels lack a plane, it has other steps, or (by value) its records or
+/// rules differ.
 template <class P>
 void check_facts(SetupFacts const& facts)
 {
     bool serves = (P::Pixel::has_depth || !facts.has_depth) && (P::Pixel::has_alpha || !facts.has_alpha);
+    if constexpr (!splat::has_parts_words<typename P::Parameters>) serves = serves && facts.routes == P::routes && facts.blooms == P::blooms;
     if constexpr (splat::has_rules<typename P::Parameters>) {
         if constexpr (!std::is_same_v<typename P::Record, splat::Reference>) serves = serves && facts.sh_degree <= P::Record::sh_degree;
     } else {
@@ -49,12 +52,12 @@ void check_facts(SetupFacts const& facts)
                  (facts.rules.carried != 0) == P::Addressing::carried && (facts.rules.reusable != 0) == P::Copies::reusable;
     }
     if (!serves)
-        throw Error(std::string("setup ") + facts.name + " on a renderer of other policies (its pixels lack a plane, or by value its records or " +
-                    "rules are others); choose the renderer with the setup's policies");
+        throw Error(std::string("setup ") + facts.name + " on a renderer of other policies (its pixels lack a plane, its steps differ, or by value its records " +
+                    "or rules do); choose the renderer with the setup's policies");
 }
 
 /// A renderer of policies P: BasicRenderer without the setup, which it takes as a value (SetupFacts). `Machine` is AnyMachine or
-/// Traced<AnyMachine>.
+/// Traced<AnyMachine>. `HostRenderer` (renderer.hpp) is the one that the compiled library has.
 ///
 /// If the engine runs on several processes (MpiMesh), every process has such a renderer of the same map, setup and options, and calls the
 /// same functions with the same cameras and models. Records start on the tiles of every process and route themselves. Every process returns
@@ -73,7 +76,8 @@ public:
     using EngineOptions = typename MeshType::Options;
     static constexpr bool by_reference = std::is_same_v<typename P::Record, splat::Reference>;
     /// May tiles keep their pixels? With parameters of the user's own, the host cannot know what compositing reads.
-    static constexpr bool may_keep_pixels = std::is_same_v<Parameters, splat::TableParameters>;
+    static constexpr bool may_keep_pixels =
+        std::is_same_v<Parameters, splat::TableParameters> || std::is_same_v<Parameters, splat::HostParameters>;
 
     static_assert(!over_ranks<MeshType> || !by_reference, "references to a table of the host on an engine over several processes (a tile "
                                                           "of another process cannot read that table); choose a setup by value");
@@ -99,14 +103,14 @@ public:
     /// if it composited in both runs of a frame that ran twice. It is a fact about the host, so it is not in the report.
     std::uint32_t composited_tiles() const noexcept { return composited_; }
 
-    /// The trace of the last frame, superstep by superstep; only on a Traced machine. If the host recalled copies, the program ran twice,
-    /// and the trace holds both runs in order. The mesh's own trace holds the second run only. Neither trace contains the host's work. On
+    /// The trace of the last frame, superstep by superstep; only on a Traced machine, and an Error if the engine's options say that the mesh
+    /// keeps none. If the host recalled copies, the program ran twice, and the trace holds both runs in order. The mesh's own trace holds the second run only. Neither trace contains the host's work. On
     /// several processes, it is the trace of this process's tiles.
     template <class M = Machine> // a template, because Clang 14 instantiates members of an `extern template` whatever they require
-    Trace const& trace() const noexcept
+    Trace const& trace() const
         requires(is_traced<M>)
     {
-        return ran_twice_ ? trace_ : mesh_->trace();
+        return ran_twice_ && keeps_trace() ? trace_ : mesh_->trace();
     }
 
     /// The trace of all tiles, in the first of several processes; an empty one in the others. Every process calls it.
@@ -134,6 +138,13 @@ public:
 private:
     static constexpr bool traced = is_traced<Machine>;
 
+    bool keeps_trace() const noexcept
+    {
+        if constexpr (requires { engine_.trace; })
+            return traced && engine_.trace;
+        else
+            return traced;
+    }
     void prepare_for(std::uint32_t width, std::uint32_t height, splat::View const* view);
     /// `view`: that of the first frame, if it is known.
     void build(Grid grid, splat::View const* view)
@@ -156,11 +167,13 @@ private:
             make(engine_);
         }
         if (options_.channel_slots != 0) {
-            if constexpr (P::routes) mesh_->template limit<splat::Road<P>>(options_.channel_slots);
-            if constexpr (P::blooms) mesh_->template limit<splat::Beam<P>>(options_.channel_slots);
+            if constexpr (P::routes)
+                if (facts_.routes) mesh_->template limit<splat::Road<P>>(options_.channel_slots);
+            if constexpr (P::blooms)
+                if (facts_.blooms) mesh_->template limit<splat::Beam<P>>(options_.channel_slots);
         }
         if constexpr (P::routes && P::Saturation::may_hold)
-            if (options_.waiting_slots != 0 && facts_.rules.holds != 0) {
+            if (options_.waiting_slots != 0 && facts_.rules.holds != 0 && facts_.routes) {
                 mesh_->template limit<splat::Waiting<P, 0>>(options_.waiting_slots);
                 mesh_->template limit<splat::Waiting<P, 1>>(options_.waiting_slots);
             }
@@ -175,7 +188,7 @@ private:
         blacken();
         last_.reset();
         copies_lost_ = copies_refused_ = cut_ = ran_twice_ = false;
-        keeper_.begin(*mesh_, tiling_, storage_slots());
+        keeper_.begin(*mesh_, tiling_, storage_slots(), facts_.routes);
     }
     /// The work of each row of tiles in a view. Each process projects its share of the map.
     template <class Group>
@@ -203,7 +216,7 @@ private:
     }
     void blacken()
     {
-        size_framebuffers<P>(*mesh_, tiling_, size_);
+        size_framebuffers<P>(*mesh_, tiling_, size_, facts_.has_planes());
         kept_.forget();
     }
     std::uint32_t storage_slots() const noexcept { return options_.storage_slots != 0 ? options_.storage_slots : facts_.sizes.storage; }
@@ -216,10 +229,11 @@ private:
                              __builtin_memcmp(&frame.tiling, &tiling_, sizeof tiling_) != 0;
         if (!changed) return false;
         if constexpr (by_reference) project_all(view);
-        if constexpr (!P::routes)
-            keeper_.place(*mesh_, view, tiling_);
-        else if (facts_.rules.holds != 0 && !keeper_.missing().empty())
-            keeper_.load(*mesh_, tiling_, last_.has_value());
+        if constexpr (!P::routes || splat::has_parts_words<Parameters>)
+            if (!facts_.routes) keeper_.place(*mesh_, view, tiling_);
+        if constexpr (P::routes)
+            if (facts_.routes && facts_.rules.holds != 0 && !keeper_.missing().empty())
+                keeper_.load(*mesh_, tiling_, last_.has_value());
         return true;
     }
     /// Projects all records into the table, on all threads.
@@ -238,11 +252,16 @@ private:
         auto const flag = [](bool set) { return static_cast<std::uint8_t>(set ? 1 : 0); };
         static_cast<splat::FrameParameters&>(frame) = {view, tiling_, flag(changed), flag(changed && copies_lost_), flag(cut_)};
         if constexpr (splat::has_rules<Parameters>) frame.rules = facts_.rules;
+        if constexpr (machine::has_form_word<Parameters>) frame.wide = facts_.has_planes() ? 1 : 0;
+        if constexpr (splat::has_parts_words<Parameters>) {
+            frame.routes = facts_.routes ? 1 : 0;
+            frame.blooms = facts_.blooms ? 1 : 0;
+        }
         if constexpr (by_reference) cache_.point(frame);
     }
 
     /// Does the host keep the missing records? If not, they are lost for good.
-    bool host_keeps() const noexcept { return !P::routes || facts_.rules.holds != 0; }
+    bool host_keeps() const noexcept { return !facts_.routes || facts_.rules.holds != 0; }
     report::FrameReport run()
     {
         if constexpr (may_keep_pixels) kept_.begin_run(mesh_->template broadcast<Parameters>(), mesh_->grid());
@@ -253,13 +272,18 @@ private:
     /// Runs the frame again. No record moves, and tiles whose copies were recalled sort and composite again.
     void run_again(report::FrameReport& report)
     {
-        if constexpr (traced) together(*mesh_, [&] { trace_ = mesh_->trace(); });
+        if constexpr (traced)
+            if (keeps_trace()) together(*mesh_, [&] { trace_ = mesh_->trace(); });
         auto& frame = mesh_->template broadcast<Parameters>();
         frame.view_changed = frame.resend_copies = 0;
         auto const second = run();
         together(*mesh_, [&] {
             add_second_run(report, second);
-            if constexpr (traced) trace_.supersteps.insert(trace_.supersteps.end(), mesh_->trace().supersteps.begin(), mesh_->trace().supersteps.end());
+            if constexpr (traced)
+                if (keeps_trace()) {
+                    auto const& second_run = mesh_->trace().supersteps;
+                    trace_.supersteps.insert(trace_.supersteps.end(), second_run.begin(), second_run.end());
+                }
         });
     }
 
@@ -287,7 +311,8 @@ private:
         copies_lost_ = r.refused.copies_full != 0 || (copies_lost_ && frame.resend_copies == 0);
         copies_refused_ = r.refused.copies_refused != 0 || (copies_refused_ && frame.view_changed == 0);
         bool spans = false;
-        if constexpr (!P::blooms) spans = any_spans();
+        if constexpr (!P::blooms || splat::has_parts_words<Parameters>)
+            if (!facts_.blooms) spans = any_spans();
         if (r.refused.storage_full != 0 || !keeper_.missing().empty() || copies_lost_ || copies_refused_ || options_.hops != 0 || spans)
             list_losses(r);
         return r;
@@ -296,7 +321,7 @@ private:
     {
         auto const& frame = mesh_->template broadcast<Parameters>();
         auto const facts = facts_on<P>(*mesh_);
-        LossQuestion const question{mesh_->grid(), frame.view,  frame.tiling, P::routes, P::blooms, facts_.rules.holds != 0,
+        LossQuestion const question{mesh_->grid(), frame.view,  frame.tiling, facts_.routes, facts_.blooms, facts_.rules.holds != 0,
                                     options_.hops != 0, storage_slots()};
         ScreenRows const rows(*mesh_, question, records_);
         NotOnTiles off;

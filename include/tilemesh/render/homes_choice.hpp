@@ -62,7 +62,7 @@ TILEMESH_HOST HomesLayout layout_homes(HomesChoice const& c, RendererOptions con
 TILEMESH_HOST SetupFacts facts_of(HomesChoice const& c, splat::homes::Sizes const& sizes, HomesLedger const& ledger);
 
 /// Makes a HomesRenderer on host threads, by reference, with host pixels of this type: FloatPixel, or HomesPlanes for a choice with a depth
-/// or an alpha plane. The compiled library has the code for both.
+/// or an alpha plane. The compiled library has one renderer that serves both.
 template <class Pixel = splat::FloatPixel>
 std::unique_ptr<AnyRenderer> make_homes_renderer(scene::Map const& map, HomesChoice const& choice, RendererOptions const& options);
 using HomesPlanes = splat::WithAlpha<splat::WithDepth<splat::FloatPixel>>;
@@ -71,8 +71,10 @@ using HomesPlanes = splat::WithAlpha<splat::WithDepth<splat::FloatPixel>>;
 
 #if defined(TILEMESH_COMPILED)
 namespace tilemesh { inline namespace v0_2 { namespace render {
-extern template std::unique_ptr<AnyRenderer> make_homes_renderer<splat::FloatPixel>(scene::Map const&, HomesChoice const&, RendererOptions const&);
-extern template std::unique_ptr<AnyRenderer> make_homes_renderer<HomesPlanes>(scene::Map const&, HomesChoice const&, RendererOptions const&);
+template <>
+std::unique_ptr<AnyRenderer> make_homes_renderer<splat::FloatPixel>(scene::Map const&, HomesChoice const&, RendererOptions const&);
+template <>
+std::unique_ptr<AnyRenderer> make_homes_renderer<HomesPlanes>(scene::Map const&, HomesChoice const&, RendererOptions const&);
 }}} // namespace tilemesh::render
 #else
 #include <tilemesh/render/detail/homes_layout_code.hpp>

@@ -29,17 +29,57 @@ struct TableParameters : Parameters {
     static constexpr char const* name = "frame parameters and tables";
     HostPointer<Splat const> splats;
 };
+/// The parameters of a program that serves choices with and without planes.
+struct HostParameters : TableParameters {
+    std::uint32_t wide; ///< as in splat::HostParameters
+};
 /// The policies of all machines by reference, for records of any degree.
 template <class Pixel = FloatPixel>
 using HostPolicies = Policies<Reference, SplatRow, TableParameters, HostPixel<Pixel>>;
-} // namespace homes
+/// The same, with planes as a word: for choices with and without planes.
+using AnyHostPolicies = Policies<Reference, SplatRow, HostParameters, HostPixels>;
 
-template <>
-struct Access<homes::TableParameters> {
-    using Frame = homes::TableParameters;
+/// The splats of a window in the order of a list of key numbers, if the tile holds rows of a table.
+struct HeldRowsInOrder {
+    Splat const* table;
+    SplatRow const* held;
+    SortKey const* keys;
+    std::uint32_t const* order;
+    TILEMESH_KERNEL Splat const& operator()(std::uint32_t i) const noexcept { return table[held[keys[order[i]].slot].row]; }
+};
+/// The way in which kernels read records if tiles hold rows of a table.
+template <class Frame>
+struct TableAccess {
     TILEMESH_KERNEL static SplatRow project(Reference const& g, Frame const&) noexcept { return {g.row}; }
     TILEMESH_KERNEL static Frame hold(Frame const& frame) noexcept { return frame; }
     TILEMESH_KERNEL static Splat const& splat_of(Frame const& frame, SplatRow s) noexcept { return frame.splats.get()[s.row]; }
+    TILEMESH_KERNEL static HeldRowsInOrder in_order(Frame const& frame, SplatRow const* held, SortKey const* keys,
+                                                    std::uint32_t const* order) noexcept
+    {
+        return {frame.splats.get(), held, keys, order};
+    }
 };
+} // namespace homes
+
+template <>
+struct Access<homes::TableParameters> : homes::TableAccess<homes::TableParameters> {};
+template <>
+struct Access<homes::HostParameters> : homes::TableAccess<homes::HostParameters> {};
 
 }}} // namespace tilemesh::splat
+
+#if defined(TILEMESH_COMPILED)
+namespace tilemesh { inline namespace v0_2 { namespace splat::homes {
+
+// As in host_form.hpp: the compiled library's functions take the place of the templates in splat/homes/blend.hpp.
+void blend_window(splat::detail::BlockFields* blocks, Fold const& fold, TileId tile, View const& view, std::uint32_t finished,
+                  std::uint32_t n, HeldRowsInOrder const& at, Worker worker, Work& work) noexcept;
+void blend_window(splat::detail::DepthBlockFields* blocks, Fold const& fold, TileId tile, View const& view, std::uint32_t finished,
+                  std::uint32_t n, HeldRowsInOrder const& at, Worker worker, Work& work) noexcept;
+void blend_whole_window(splat::detail::BlockFields* blocks, Fold const& fold, TileId tile, View const& view, std::uint32_t finished,
+                        std::uint32_t n, HeldRowsInOrder const& at, std::uint32_t workers, Work& work) noexcept;
+void blend_whole_window(splat::detail::DepthBlockFields* blocks, Fold const& fold, TileId tile, View const& view, std::uint32_t finished,
+                        std::uint32_t n, HeldRowsInOrder const& at, std::uint32_t workers, Work& work) noexcept;
+
+}}} // namespace tilemesh::splat::homes
+#endif

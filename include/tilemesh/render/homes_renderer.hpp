@@ -9,9 +9,11 @@
 #include <tilemesh/any_renderer.hpp>
 #include <tilemesh/engine/digest.hpp>
 #include <tilemesh/engine/mesh.hpp>
+#include <tilemesh/engine/port.hpp>
 #include <tilemesh/engine/stopwatch.hpp>
 #include <tilemesh/engine/trace.hpp>
 #include <tilemesh/error.hpp>
+#include <tilemesh/machine/either.hpp>
 #include <tilemesh/render/engine_options.hpp>
 #include <tilemesh/render/homes_choice.hpp>
 #include <tilemesh/render/homes_form.hpp>
@@ -52,63 +54,12 @@ public:
 
     /// A map with more records than homes comes in chapters; its records are sent anew for each view. Throws Error if the choice's records or
     /// pixels are not those of the policies.
-    HomesRenderer(scene::Map const& map, HomesChoice const& choice, RendererOptions options = {}, EngineOptions engine = {})
-        : options_(options), engine_(std::move(engine)), choice_(choice), grid_(homes_grid(options)),
-          records_(table_of(map, grid_.size(), choice.sh_degree))
-    {
-        if (options.rows_of_all_parts != 0 && !over_ranks<MeshType>) refuse_part();
-        if (over_ranks<MeshType> && options.rows_of_all_parts == 0) renderer_digest_ = records_.digest();
-        for (auto const word : {map.sh_degree, options.rounds, options.rows_of_all_parts, options.channel_slots, options.waiting_slots,
-                                options.held_slots, options.storage_slots, options.fold ? 1u : 0u})
-            renderer_digest_ = engine::mix(renderer_digest_, word);
-        require_policies(choice);
-        choice_.model = with_options(choice_.model, options);
-        facts_ = facts_of(choice_, choice_.sizes, HomesLedger(choice_, choice_.sizes)); // until the first frame
-    }
+    HomesRenderer(scene::Map const& map, HomesChoice const& choice, RendererOptions options = {}, EngineOptions engine = {});
+    ~HomesRenderer() override;
 
-    RenderedFrame render(splat::Camera const& camera) override
-    {
-        RenderedFrame frame;
-        render_into(camera, frame);
-        return frame;
-    }
+    RenderedFrame render(splat::Camera const& camera) override;
     /// Renders into an existing frame and reuses its memory. After an exception the frame holds no picture, and the next one begins anew.
-    void render_into(splat::Camera const& camera, RenderedFrame& result)
-    {
-        engine::Stopwatch const all;
-        if (halfway_) mesh_.reset();
-        auto const view = agreed_view(camera);
-        halfway_ = true;
-        prepare(camera.width, camera.height);
-        bool const changed = !last_ || __builtin_memcmp(&*last_, &view, sizeof view) != 0;
-        report::FrameReport report;
-        report.program = report::Program::homes;
-        if constexpr (traced) {
-            trace_.supersteps.clear();
-            for (auto& loop : trace_.loops) loop.rounds = 0;
-        }
-        if (changed) {
-            if (streams_)
-                run_chapters(view, report);
-            else
-                run(view, 0, report);
-            visible_ = report.gaussians.visible;
-            together(*mesh_, [&] { unfinished_ = report.unfinished; });
-            report.gaussians.parked = records_.all_rows() - visible_;
-        } else {
-            together(*mesh_, [&] { report = unchanged(); });
-        }
-        engine::Stopwatch const collecting;
-        collect(camera, result);
-        result.report = std::move(report);
-        result.report.width = camera.width;
-        result.report.height = camera.height;
-        result.report.gaussians.parked += demand_.culled;
-        last_ = view;
-        halfway_ = false;
-        result.report.host_ms.picture = collecting.milliseconds();
-        result.report.host_ms.total = all.milliseconds();
-    }
+    void render_into(splat::Camera const& camera, RenderedFrame& result);
 
     splat::Model& model() override { return choice_.model; }
     void hold_to(scene::Demand const& demand) override
@@ -122,7 +73,7 @@ public:
     bool routes() const override { return true; }
     bool blooms() const override { return true; }
     MeshType& mesh() noexcept { return *mesh_; }
-    /// The trace of the last frame, chapter after chapter; only on a Traced machine. A frame whose view did not change has no superstep. On
+    /// The trace of the last frame, chapter after chapter; only on a Traced machine whose mesh keeps one. A frame whose view did not change has no superstep. On
     /// several processes, it is the trace of this process's tiles.
     template <class M = Machine>
     Trace const& trace() const noexcept
@@ -140,6 +91,15 @@ public:
 private:
     using Parameters = typename P::Parameters;
 
+    bool keeps_trace() const noexcept
+    {
+        if constexpr (requires { engine_.trace; })
+            return traced && engine_.trace;
+        else
+            return traced;
+    }
+    /// The form of pixels and blocks that have two.
+    bool wide() const noexcept { return choice_.depth || choice_.alpha; }
     static void require_policies(HomesChoice const& c)
     {
         using Pixel = typename P::Pixel;
@@ -194,15 +154,19 @@ private:
         together(*mesh_, [&] {
             if (observer_) mesh_->observe(observer_);
         });
-        if constexpr (over_ranks<MeshType>) take_share();
+        take_share();
         together(*mesh_, [&] {
             for (TileId const tile : grid_.tiles()) {
                 if (!owns(*mesh_, tile)) continue;
                 auto table = mesh_->template state<splat::homes::Table>(tile);
                 for (auto n = sizes.tiles; n > 0; --n) table.push({splat::homes::infinite_depth, 0, 0});
                 auto framebuffer = mesh_->template state<splat::homes::Framebuffer<typename P::Pixel>>(tile);
-                if (tile.x() < fold_.x.tiles && tile.y() < fold_.y.tiles)
-                    for (auto n = sizes.tile_pixels; n > 0; --n) framebuffer.push(P::Pixel::make(splat::nothing_blended));
+                if (tile.x() < fold_.x.tiles && tile.y() < fold_.y.tiles) {
+                    framebuffer.resize(sizes.tile_pixels);
+                    machine::in_form(wide(), framebuffer.begin(), [&]<class Pixel>(Pixel* pixels) {
+                        std::fill(pixels, pixels + sizes.tile_pixels, Pixel::make(splat::nothing_blended));
+                    });
+                }
             }
             if (streams_) return;
             chapter_.resize(records_.rows());
@@ -234,6 +198,7 @@ private:
         auto mesh_sizes = engine::plain_sizes<Program>(choice_.machine, sizes, typename machine::Needs<Program>::States{},
                                                        typename machine::Needs<Program>::Links{});
         mesh_sizes.sram_bytes = facts_.sram_bytes;
+        if constexpr (machine::has_form_word<Parameters>) mesh_sizes.wide = wide();
         return mesh_sizes;
     }
     void limit_lists(splat::homes::Sizes const& sizes)
@@ -258,13 +223,15 @@ private:
     /// Over several processes: takes this process's share of the records, in the order of their homes. Once.
     void take_share()
     {
-        if (in_order_) return;
-        if (!shared_) records_.share(*mesh_, options_.rows_of_all_parts);
-        shared_ = true; // if the next step throws, this one has been done
-        records_.template reorder<typename P::Record>(*mesh_, [&](std::uint32_t row) { // as `dealt`
-            return first_of(records_.all_rows(), row % grid_.size()) + row / grid_.size();
-        });
-        in_order_ = true;
+        if constexpr (over_ranks<MeshType>) {
+            if (in_order_) return;
+            if (!shared_) records_.share(*mesh_, options_.rows_of_all_parts);
+            shared_ = true; // if the next step throws, this one has been done
+            records_.template reorder<typename P::Record>(*mesh_, [&](std::uint32_t row) { // as `dealt`
+                return first_of(records_.all_rows(), row % grid_.size()) + row / grid_.size();
+            });
+            in_order_ = true;
+        }
     }
     /// The view of a camera, as in FrameRenderer: what one of several processes refuses, or what differs, is an Error in all.
     splat::View agreed_view(splat::Camera const& camera)
@@ -293,7 +260,7 @@ private:
     void load_chapter()
     {
         if constexpr (over_ranks<MeshType>) {
-            load_chapter_of_all();
+            load_chapter_of_all(*mesh_);
         } else {
             std::uint32_t at = 0;
             for (TileId const tile : grid_.tiles())
@@ -307,15 +274,16 @@ private:
         }
     }
     /// Over several processes: sends the records of the chapter to the processes of their homes.
-    void load_chapter_of_all()
+    template <class M> // so that an explicit instantiation for one process does not compile it
+    void load_chapter_of_all(M& mesh)
     {
-        auto const shares = RowShares::of_parts(*mesh_, chapter_.size());
+        auto const shares = RowShares::of_parts(mesh, chapter_.size());
         std::vector<typename P::Record> records;
         std::vector<std::uint64_t> counts;
-        together(*mesh_, [&] {
-            auto const& bands = mesh_->bands();
-            auto const own = this_process(*mesh_);
-            for (std::uint32_t p = 0; p < processes(*mesh_); ++p) {
+        together(mesh, [&] {
+            auto const& bands = mesh.bands();
+            auto const own = this_process(mesh);
+            for (std::uint32_t p = 0; p < processes(mesh); ++p) {
                 auto const first = std::max(shares.first(own), first_of(shares.rows(), bands.first(p) * grid_.width));
                 auto const last = std::min(shares.last(own), first_of(shares.rows(), bands.last(p) * grid_.width));
                 counts.push_back(last > first ? last - first : 0);
@@ -323,11 +291,11 @@ private:
             records.reserve(chapter_.size());
             for (auto const row : chapter_) records.push_back(records_.template record<typename P::Record>(row));
         });
-        records = deal(*mesh_, std::move(records), counts);
-        together(*mesh_, [&] {
+        records = deal(mesh, std::move(records), counts);
+        together(mesh, [&] {
             std::size_t at = 0;
             for (TileId const tile : grid_.tiles())
-                if (owns(*mesh_, tile)) fill(tile, shares.rows(), [&] { return records[at++]; });
+                if (owns(mesh, tile)) fill(tile, shares.rows(), [&] { return records[at++]; });
         });
     }
     /// Gives a tile its share of n records, which `next` returns one after another.
@@ -354,14 +322,18 @@ private:
         report.host_ms.project += preparing.milliseconds();
         account(mesh_->run(), report);
         if constexpr (traced)
-            together(*mesh_, [&] {
-                auto const& ran = mesh_->trace();
-                if (trace_.supersteps.empty()) trace_ = ran;
-                else {
-                    trace_.supersteps.insert(trace_.supersteps.end(), ran.supersteps.begin(), ran.supersteps.end());
-                    for (std::size_t i = 0; i < trace_.loops.size(); ++i) trace_.loops[i].rounds += ran.loops[i].rounds;
-                }
-            });
+            if (keeps_trace()) together(*mesh_, [&] { add_to_trace(mesh_->trace()); });
+    }
+    void add_to_trace([[maybe_unused]] Trace const& ran)
+    {
+        if constexpr (traced) {
+            if (trace_.supersteps.empty()) {
+                trace_ = ran;
+                return;
+            }
+            trace_.supersteps.insert(trace_.supersteps.end(), ran.supersteps.begin(), ran.supersteps.end());
+            for (std::size_t i = 0; i < trace_.loops.size(); ++i) trace_.loops[i].rounds += ran.loops[i].rounds;
+        }
     }
     /// A map with more records than homes: the records in front of the camera come in chapters, the nearest first. A chapter has the next
     /// keys (depth, id) in order, as many as there are homes, so no later chapter has a record in front of one of an earlier chapter.
@@ -467,6 +439,7 @@ private:
         auto& frame = mesh_->template broadcast<Parameters>();
         auto const tiling = splat::make_tiling(size_.width, size_.height, splat::block_width, splat::block_height);
         static_cast<splat::homes::Parameters&>(frame) = {view, tiling, fold_, chapter_depth};
+        if constexpr (machine::has_form_word<Parameters>) frame.wide = wide() ? 1 : 0;
         if constexpr (by_reference) {
             frame.splats = splat::HostPointer<splat::Splat const>(table_.data());
             mesh_->on_threads([&](std::uint32_t thread, std::uint32_t threads) {
@@ -585,17 +558,18 @@ private:
             for (auto t = tiles * thread / threads; t < tiles * (thread + 1) / threads; ++t) {
                 auto const tile = grid_.tile(static_cast<std::uint32_t>(t));
                 auto const framebuffer = mesh.template state<splat::homes::Framebuffer<typename P::Pixel>>(tile);
-                auto const* pixel = framebuffer.begin();
-                for (std::uint32_t b = 0; b < framebuffer.size() / (splat::block_width * splat::block_height); ++b) {
-                    auto const place = splat::homes::block_at(fold_, tile, b);
-                    for (std::uint32_t j = 0; j < splat::block_height; ++j, pixel += splat::block_width) {
-                        auto const y = place.y + j;
-                        if (!place.exists || y >= camera.height) continue;
-                        auto const width = std::min(splat::block_width, camera.width - place.x);
-                        for (std::uint32_t i = 0; i < width; ++i) detail::show(pixel[i], place.x + i, y, to);
-                        if (round) detail::round_to_levels(to.image.pixel(place.x, y), 3 * width);
+                machine::in_form(wide(), framebuffer.begin(), [&](auto const* pixel) {
+                    for (std::uint32_t b = 0; b < framebuffer.size() / (splat::block_width * splat::block_height); ++b) {
+                        auto const place = splat::homes::block_at(fold_, tile, b);
+                        for (std::uint32_t j = 0; j < splat::block_height; ++j, pixel += splat::block_width) {
+                            auto const y = place.y + j;
+                            if (!place.exists || y >= camera.height) continue;
+                            auto const width = std::min(splat::block_width, camera.width - place.x);
+                            for (std::uint32_t i = 0; i < width; ++i) detail::show(pixel[i], place.x + i, y, to);
+                            if (round) detail::round_to_levels(to.image.pixel(place.x, y), 3 * width);
+                        }
                     }
-                }
+                });
             }
         });
     }
@@ -626,10 +600,91 @@ private:
     [[no_unique_address]] std::conditional_t<traced, Trace, engine::NoTrace> trace_; ///< of all chapters
 };
 
+// As in FrameRenderer, the members that users call are defined outside the class.
+
+template <class P, template <class, class> class Engine, class Machine>
+HomesRenderer<P, Engine, Machine>::HomesRenderer(scene::Map const& map, HomesChoice const& choice, RendererOptions options, EngineOptions engine)
+    : options_(options), engine_(std::move(engine)), choice_(choice), grid_(homes_grid(options)),
+      records_(table_of(map, grid_.size(), choice.sh_degree))
+{
+    if (options.rows_of_all_parts != 0 && !over_ranks<MeshType>) refuse_part();
+    if (over_ranks<MeshType> && options.rows_of_all_parts == 0) renderer_digest_ = records_.digest();
+    for (auto const word : {map.sh_degree, options.rounds, options.rows_of_all_parts, options.channel_slots, options.waiting_slots,
+                            options.held_slots, options.storage_slots, options.fold ? 1u : 0u})
+        renderer_digest_ = engine::mix(renderer_digest_, word);
+    require_policies(choice);
+    choice_.model = with_options(choice_.model, options);
+    facts_ = facts_of(choice_, choice_.sizes, HomesLedger(choice_, choice_.sizes)); // until the first frame
+}
+template <class P, template <class, class> class Engine, class Machine>
+HomesRenderer<P, Engine, Machine>::~HomesRenderer() = default;
+
+template <class P, template <class, class> class Engine, class Machine>
+RenderedFrame HomesRenderer<P, Engine, Machine>::render(splat::Camera const& camera)
+{
+    RenderedFrame frame;
+    render_into(camera, frame);
+    return frame;
+}
+
+template <class P, template <class, class> class Engine, class Machine>
+void HomesRenderer<P, Engine, Machine>::render_into(splat::Camera const& camera, RenderedFrame& result)
+{
+    engine::Stopwatch const all;
+    if (halfway_) mesh_.reset();
+    auto const view = agreed_view(camera);
+    halfway_ = true;
+    prepare(camera.width, camera.height);
+    bool const changed = !last_ || __builtin_memcmp(&*last_, &view, sizeof view) != 0;
+    report::FrameReport report;
+    report.program = report::Program::homes;
+    if constexpr (traced) {
+        trace_.supersteps.clear();
+        for (auto& loop : trace_.loops) loop.rounds = 0;
+    }
+    if (changed) {
+        if (streams_)
+            run_chapters(view, report);
+        else
+            run(view, 0, report);
+        visible_ = report.gaussians.visible;
+        together(*mesh_, [&] { unfinished_ = report.unfinished; });
+        report.gaussians.parked = records_.all_rows() - visible_;
+    } else {
+        together(*mesh_, [&] { report = unchanged(); });
+    }
+    engine::Stopwatch const collecting;
+    collect(camera, result);
+    result.report = std::move(report);
+    result.report.width = camera.width;
+    result.report.height = camera.height;
+    result.report.gaussians.parked += demand_.culled;
+    last_ = view;
+    halfway_ = false;
+    result.report.host_ms.picture = collecting.milliseconds();
+    result.report.host_ms.total = all.milliseconds();
+}
+
+/// The renderer of homes that the compiled library has: by reference, for any choice and any engine of one process.
+using HostHomesRenderer = HomesRenderer<splat::homes::AnyHostPolicies, PortMesh, Traced<AnyMachine>>;
+
+#if !defined(TILEMESH_COMPILED)
 template <class Pixel>
 std::unique_ptr<AnyRenderer> make_homes_renderer(scene::Map const& map, HomesChoice const& choice, RendererOptions const& options)
 {
     return std::make_unique<HomesRenderer<splat::homes::HostPolicies<Pixel>>>(map, choice, options);
 }
+#else
+extern template class HomesRenderer<splat::homes::AnyHostPolicies, PortMesh, Traced<AnyMachine>>;
+#endif
 
 }}} // namespace tilemesh::render
+
+#if defined(TILEMESH_COMPILED)
+namespace tilemesh { inline namespace v0_2 {
+extern template std::unique_ptr<engine::Port<render::HostHomesRenderer::Program>>
+make_threads_port(render::HostHomesRenderer::Program const&, Grid, MeshSizes<render::HostHomesRenderer::Program> const&, MeshOptions const&);
+extern template std::unique_ptr<engine::Port<render::HostHomesRenderer::Program>>
+make_checked_port(render::HostHomesRenderer::Program const&, Grid, MeshSizes<render::HostHomesRenderer::Program> const&, MeshOptions const&);
+}} // namespace tilemesh
+#endif

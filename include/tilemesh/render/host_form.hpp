@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <tilemesh/machine/either.hpp>
 #include <tilemesh/splat/blending.hpp>
 #include <tilemesh/splat/fitted.hpp>
 #include <type_traits>
@@ -12,7 +13,7 @@
 ///
 /// A reference has the same size for every kind of record, and the rule for full channels is a word in the frame's parameters. So many
 /// setups share one set of policies and its code: setups that differ in machine, sizes, degree of harmonics, saturation, addressing, copies
-/// or colour format.
+/// or colour format. `HostSetup` has planes, routing and bloom as words too, so its policies serve all of these setups.
 namespace tilemesh { inline namespace v0_2 { namespace splat {
 
 /// A record's place in the host's table, with its id.
@@ -80,6 +81,12 @@ struct TableParameters : FrameParameters {
     HostPointer<std::uint32_t const> depths; ///< bits of the depth as a float
     /// By tiles: 0 if the tile's pixels show its splats in this frame (render/kept_pixels.hpp). A null pointer: every tile composites.
     HostPointer<std::uint8_t> stale;
+};
+
+/// The parameters of a program that serves setups with and without planes, routing and bloom.
+struct HostParameters : TableParameters {
+    std::uint32_t wide;           ///< 1: pixels have all planes; 0: only a colour (machine/either.hpp)
+    std::uint32_t routes, blooms; ///< 1: the frame has this step
 };
 
 /// The splats of a tile in the order of the keys, if the tile holds rows of a table.
@@ -209,6 +216,8 @@ struct TableAccess {
 };
 template <>
 struct Access<TableParameters> : TableAccess<TableParameters> {};
+template <>
+struct Access<HostParameters> : TableAccess<HostParameters> {};
 
 /// Do the frame's parameters have the setup's rules, as TableParameters and RuleParameters do?
 template <class Parameters, class = void>
@@ -243,6 +252,9 @@ struct RunTimeCopies {
 };
 
 }}} // namespace tilemesh::splat
+namespace tilemesh { inline namespace v0_2 { namespace splat {
+struct HostPixels;
+}}} // namespace tilemesh::splat
 namespace tilemesh { inline namespace v0_2 { namespace render::detail {
 using splat::FloatPixel, splat::WithAlpha, splat::WithDepth;
 /// The pixel type that the host stores. Colours are floats; the picture shows them in the setup's format. If a setup has one plane, the
@@ -262,6 +274,10 @@ struct HostPixelOf<Pixel, true, true> {
 template <class Pixel>
 struct ColourOf {
     using type = Pixel;
+};
+template <>
+struct ColourOf<splat::HostPixels> {
+    using type = FloatPixel;
 };
 template <class Colour>
 struct ColourOf<WithDepth<Colour>> : ColourOf<Colour> {};
@@ -291,6 +307,34 @@ struct Referenced : S {
     using Copies = RunTimeCopies;
     using Pixel = HostPixel<typename S::Pixel>;
 };
+
+/// The pixel of a host that serves setups with and without planes: all planes, or only a colour, as the parameters say.
+struct HostPixels : machine::Either<WithAlpha<WithDepth<FloatPixel>>, FloatPixel> {
+    static constexpr char const* name = FloatPixel::name;
+    static constexpr bool has_depth = true, has_alpha = true;
+};
+
+/// The policies of setups by reference as words: a program of these policies serves every setup `Referenced<S>` whose S has the library's
+/// routing, blending and colours. Pictures, counters, traces and digests are those of `PoliciesOf<Referenced<S>>`. A step that a setup
+/// leaves out does not run, and its states and channels are in no digest.
+template <class S>
+struct HostSetup : Referenced<S> {
+    using Parameters = HostParameters;
+    using Pixel = HostPixels;
+    static constexpr bool routes = true, blooms = true; ///< the program has these steps; the parameters say whether a frame has them
+};
+namespace detail {
+template <class P>
+inline constexpr bool is_host_form = false;
+template <class R, class Pixel, class B, class Parts, class... Motion>
+inline constexpr bool is_host_form<Policies<machine::Types<Reference, SplatRow, TableParameters>, machine::Types<R, Motion...>,
+                                            machine::Types<Pixel, B>, Parts>> =
+    std::is_same_v<machine::Types<R, Motion...>, machine::Types<RowFirst, RunTimeSaturation, RunTimeAddressing, RunTimeCopies>> &&
+    std::is_same_v<B, BlendAsAsked> && is_known_colour<Pixel>;
+} // namespace detail
+/// Does a program of the policies of `HostSetup` serve the setups with these policies?
+template <class S>
+inline constexpr bool is_served_by_words = detail::is_host_form<PoliciesOf<S>>;
 
 /// The setup whose machine S simulates: T if S is Referenced<T> or Valued<T>, otherwise S.
 template <class S, class = void>

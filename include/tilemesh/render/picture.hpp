@@ -22,9 +22,10 @@ struct RenderedFrame {
 
 namespace render {
 
-/// Gives every tile of this process a framebuffer with the pixels that it owns, all black.
+/// Gives every tile of this process a framebuffer with the pixels that it owns, all black. `wide`: the form of pixels that have two
+/// (machine/either.hpp).
 template <class P, class M>
-void size_framebuffers(M& mesh, splat::Tiling const& tiling, Extent2 size)
+void size_framebuffers(M& mesh, splat::Tiling const& tiling, Extent2 size, bool wide = true)
 {
     splat::Camera frame{};
     frame.width = size.width;
@@ -34,9 +35,11 @@ void size_framebuffers(M& mesh, splat::Tiling const& tiling, Extent2 size)
         if (!owns(mesh, grid.tile(t))) continue;
         auto const rect = splat::pixels_of(tiling, frame, grid.tile(t));
         auto framebuffer = mesh.template state<splat::Framebuffer<P>>(grid.tile(t));
-        framebuffer.truncate(0);
-        for (std::uint32_t n = rect.empty() ? 0 : (rect.x1 - rect.x0) * (rect.y1 - rect.y0); n > 0; --n)
-            framebuffer.unchecked_push(P::Pixel::make(splat::nothing_blended));
+        std::uint32_t const n = rect.empty() ? 0 : (rect.x1 - rect.x0) * (rect.y1 - rect.y0);
+        framebuffer.resize(n);
+        machine::in_form(wide, framebuffer.begin(), [&]<class Pixel>(Pixel* pixels) {
+            std::fill(pixels, pixels + n, Pixel::make(splat::nothing_blended));
+        });
     }
 }
 
@@ -97,15 +100,16 @@ void copy_picture(M& mesh, SetupFacts const& facts, splat::Tiling const& tiling,
             auto const tile = TileId::at(static_cast<std::uint32_t>(t % tiling.columns), static_cast<std::uint32_t>(t / tiling.columns));
             auto const rect = splat::pixels_of(tiling, camera, tile);
             auto const framebuffer = std::as_const(mesh).template state<splat::Framebuffer<P>>(tile);
-            auto const* row = framebuffer.begin();
             auto const width = rect.x1 - rect.x0;
-            for (auto y = rect.y0 - top; y < rect.y1 - top; ++y, row += width) {
-                if constexpr (std::is_same_v<typename P::Pixel, splat::FloatPixel>)
-                    __builtin_memcpy(to.image.pixel(rect.x0, y), row, width * sizeof(splat::FloatPixel));
-                else
-                    for (auto x = rect.x0; x < rect.x1; ++x) detail::show(row[x - rect.x0], x, y, to);
-                if (round) detail::round_to_levels(to.image.pixel(rect.x0, y), 3 * width);
-            }
+            machine::in_form(facts.has_planes(), framebuffer.begin(), [&]<class Pixel>(Pixel const* row) {
+                for (auto y = rect.y0 - top; y < rect.y1 - top; ++y, row += width) {
+                    if constexpr (std::is_same_v<Pixel, splat::FloatPixel>)
+                        __builtin_memcpy(to.image.pixel(rect.x0, y), row, width * sizeof(splat::FloatPixel));
+                    else
+                        for (auto x = rect.x0; x < rect.x1; ++x) detail::show(row[x - rect.x0], x, y, to);
+                    if (round) detail::round_to_levels(to.image.pixel(rect.x0, y), 3 * width);
+                }
+            });
         }
     });
 }

@@ -88,7 +88,7 @@ public:
     /// Starts on an empty mesh. With routing it puts all records onto the mesh. It throws Error if they do not fit into `slots` slots of
     /// storage per tile.
     template <class M>
-    void begin(M& mesh, splat::Tiling const& tiling, std::uint32_t slots)
+    void begin(M& mesh, splat::Tiling const& tiling, std::uint32_t slots, bool routes = P::routes)
     {
         occupied_ = {};
         occupy(mesh, tiling.columns, tiling.rows);
@@ -96,7 +96,8 @@ public:
         missing_ids_.clear();
         under_way_.clear();
         parked_ = 0;
-        if constexpr (P::routes) load_all(mesh, tiling, slots);
+        if constexpr (P::routes)
+            if (routes) load_all(mesh, tiling, slots);
     }
 
     /// Puts the missing records onto the mesh, in order. Each tile of the picture gets an even share. A full tile passes its share on to

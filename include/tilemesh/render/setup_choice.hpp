@@ -134,6 +134,8 @@ inline SetupFacts facts_of(SetupChoice const& c)
                  c.colour,
                  c.depth,
                  c.alpha,
+                 c.routes,
+                 c.blooms,
                  c.model,
                  ledger.bytes,
                  std::move(ledger.lines)};

@@ -21,9 +21,12 @@ struct SetupFacts {
     std::uint32_t record_bytes;
     ColourFormat colour;
     bool has_depth, has_alpha;
+    bool routes, blooms;        ///< the optional steps of the frame
     splat::Model model;         ///< rules of the picture with which the setup begins
     std::uint64_t sram_bytes;   ///< bytes of a tile that count against the SRAM
     std::vector<machine::Region> ledger; ///< of a tile
+
+    bool has_planes() const noexcept { return has_depth || has_alpha; }
 };
 
 /// The rules of the picture of a setup.
@@ -58,6 +61,8 @@ SetupFacts facts_with(splat::Sizes const& sizes)
                                                           : ColourFormat::own;
     f.has_depth = S::Pixel::has_depth;
     f.has_alpha = S::Pixel::has_alpha;
+    f.routes = S::routes;
+    f.blooms = S::blooms;
     f.model = model_of<S>();
     f.sram_bytes = Ledger::bytes(machine, sizes);
     auto const lines = Ledger::lines(machine, sizes);
@@ -66,6 +71,23 @@ SetupFacts facts_with(splat::Sizes const& sizes)
 }
 inline constexpr char needs_fifos[] = "a setup that holds needs FIFOs (without one no credit is ever given and nothing moves); give "
                                       "Sizes::waiting room for at least one message";
+/// The sizes of the steps that a setup leaves out, in a program that has all of them.
+template <class P>
+void leave_out_parts(SetupFacts const& facts, MeshSizes<splat::Frame<P>>& m)
+{
+    constexpr auto nothing = MeshSizes<splat::Frame<P>>::no_digest;
+    auto const leave_out = [&]<class Channel, class... State>(machine::Tag<Channel>, machine::Types<State...>) {
+        m.template link<Channel>().slots = 1; // a mesh refuses a channel without slots
+        m.undigested_links[machine::index_in<Channel>(typename machine::Needs<splat::Frame<P>>::Links{})] = true;
+        ((m.template undigested_of<State>() = nothing), ...);
+    };
+    using splat::Waiting;
+    if (!facts.routes)
+        leave_out(machine::Tag<splat::Road<P>>{}, machine::Types<splat::FlowControl, Waiting<P, 0>, Waiting<P, 1>>{});
+    if (!facts.blooms) leave_out(machine::Tag<splat::Beam<P>>{}, machine::Types<splat::OwedCopies>{});
+    if (!facts.routes && !facts.blooms) // tiles have an AnchorMark
+        m.template undigested_of<splat::Marks<P>>() = (sizeof(splat::Mark) - sizeof(splat::AnchorMark)) / 4;
+}
 } // namespace detail
 
 /// The sizes of a mesh that runs the frame program of policies P. Slots and bytes are those of the machine, even if the host moves
@@ -78,6 +100,8 @@ MeshSizes<splat::Frame<P>> mesh_sizes_of(SetupFacts const& facts)
     if constexpr (P::routes) m.template link<splat::Road<P>>().message_bytes = facts.rules.road_bytes;
     if constexpr (P::blooms) m.template link<splat::Beam<P>>().message_bytes = facts.rules.beam_bytes;
     m.sram_bytes = facts.sram_bytes;
+    if constexpr (machine::has_form_word<typename P::Parameters>) m.wide = facts.has_planes();
+    if constexpr (splat::has_parts_words<typename P::Parameters>) detail::leave_out_parts<P>(facts, m);
     return m;
 }
 

@@ -12,6 +12,15 @@ struct SplatsInOrder {
     TILEMESH_KERNEL Splat const& operator()(std::uint32_t i) const noexcept { return splats[keys[i].slot]; }
 };
 
+/// The held splats of a tile in the order of a list of key numbers.
+template <class Entry>
+struct HeldInOrder {
+    Entry const* held;
+    SortKey const* keys;
+    std::uint32_t const* order;
+    TILEMESH_KERNEL Splat const& operator()(std::uint32_t i) const noexcept { return held[keys[order[i]].slot]; }
+};
+
 /// The way in which kernels read the records of a tile. It depends on the type of the frame's parameters. This default is the way of the
 /// machine: a tile holds values and projects them. A host may specialise it for its own type of parameters (render/host_form.hpp).
 template <class Parameters>
@@ -39,6 +48,12 @@ struct Access {
     TILEMESH_KERNEL static SplatsInOrder<Entry> in_order(Parameters const&, Entry const* splats, SortKey const* keys) noexcept
     {
         return {splats, keys};
+    }
+    template <class Entry>
+    TILEMESH_KERNEL static HeldInOrder<Entry> in_order(Parameters const&, Entry const* held, SortKey const* keys,
+                                                       std::uint32_t const* order) noexcept
+    {
+        return {held, keys, order};
     }
     TILEMESH_KERNEL static std::uint32_t depth_bits(Parameters const&, Splat const& s) noexcept
     {

@@ -1,4 +1,5 @@
 #pragma once
+#include <tilemesh/machine/either.hpp>
 #include <tilemesh/machine/kernel.hpp>
 #include <tilemesh/splat/blending_block.hpp>
 #include <tilemesh/splat/policies.hpp>
@@ -151,13 +152,17 @@ struct BlendAsAsked {
     TILEMESH_KERNEL static PairCount tile(PixelRect const& tile, Frame const& frame, std::uint32_t n, SplatAt const& at, Pixel* pixels,
                           std::uint32_t stride_px, Worker worker) noexcept
     {
-        return blend_tile(tile, frame.view.camera, frame.view.model, n, at, pixels, stride_px, worker);
+        return machine::in_form(machine::is_wide(frame), pixels, [&](auto* to) noexcept {
+            return blend_tile(tile, frame.view.camera, frame.view.model, n, at, to, stride_px, worker);
+        });
     }
     template <class Frame, class SplatAt, class Pixel>
     TILEMESH_KERNEL static void whole(PixelRect const& tile, Frame const& frame, std::uint32_t n, SplatAt const& at, Pixel* pixels,
                       std::uint32_t stride_px, PairCount* counts, std::uint32_t workers) noexcept
     {
-        blend_whole_tile(tile, frame.view.camera, frame.view.model, n, at, pixels, stride_px, counts, workers);
+        machine::in_form(machine::is_wide(frame), pixels, [&](auto* to) noexcept {
+            blend_whole_tile(tile, frame.view.camera, frame.view.model, n, at, to, stride_px, counts, workers);
+        });
     }
 };
 

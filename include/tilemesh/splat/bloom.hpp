@@ -37,7 +37,7 @@ struct Bloom {
 
         // Copies that were under way when the view changed. A projected copy shows the old view, and its sender has forgotten it. If the
         // host places the records, the sender's knowledge of its neighbours is out of date.
-        bool const stale = (!reusable || !S::routes) && frame->view_changed != 0 &&
+        bool const stale = (!reusable || !routes_in<S>(*frame)) && frame->view_changed != 0 &&
                            (owed_copies.first != 0 || !in_picture(here, *frame));
         // In the first pass, Project and routing have marked the slots that owe copies. An arrival waits for its turn among these slots.
         bool const in_turn = owed_copies.open != 0 || owed_copies.first != 0;

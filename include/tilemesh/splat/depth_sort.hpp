@@ -220,23 +220,25 @@ struct DepthSort {
             return depth;
         };
         std::uint32_t kept = 0, copies = 0;
+        [[maybe_unused]] bool const parts = routes_in<S>(frame) || blooms_in<S>(frame);
         if constexpr (S::routes || S::blooms) {
-            for (SortKey const& key : order) {
-                std::uint32_t const slot = key.slot;
-                if (slot >= n) continue;
-                std::uint32_t const bits = marks[slot].bits, depth = depth_here(slot, bits);
-                std::uint32_t const stays = marks[slot].id == key.id && depth != 0 ? 1u : 0u;
-                copies += stays & ((bits & Mark::copy) != 0 ? 1u : 0u);
-                marks[slot].bits = bits | (stays != 0 ? Mark::listed : 0u);
-                order[kept] = {depth, key.id, slot}; // the next key overwrites one that does not stay
-                kept += stays;
-            }
+            if (parts)
+                for (SortKey const& key : order) {
+                    std::uint32_t const slot = key.slot;
+                    if (slot >= n) continue;
+                    std::uint32_t const bits = marks[slot].bits, depth = depth_here(slot, bits);
+                    std::uint32_t const stays = marks[slot].id == key.id && depth != 0 ? 1u : 0u;
+                    copies += stays & ((bits & Mark::copy) != 0 ? 1u : 0u);
+                    marks[slot].bits = bits | (stays != 0 ? Mark::listed : 0u);
+                    order[kept] = {depth, key.id, slot}; // the next key overwrites one that does not stay
+                    kept += stays;
+                }
         }
         order.truncate(kept);
         for (std::uint32_t i = 0; i < n; ++i) {
             std::uint32_t const bits = marks[i].bits;
             if constexpr (S::routes || S::blooms) {
-                if ((bits & Mark::listed) != 0) {
+                if (parts && (bits & Mark::listed) != 0) {
                     marks[i].bits = bits & ~Mark::listed;
                     continue;
                 }

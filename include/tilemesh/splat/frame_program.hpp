@@ -9,14 +9,29 @@
 
 namespace tilemesh { inline namespace v0_2 { namespace splat {
 
+namespace detail {
+/// The optional steps are in the program by the setup's type, or under a condition if the parameters have words for them.
+template <class S, bool ByWords = has_parts_words<typename S::Parameters>>
+struct FrameOf {
+    using type = Sequence<Superstep<Project<S>>, StepIf<S::routes, UntilQuiet<Route<S>>>, StepIf<S::blooms, Superstep<Bloom<S>>>,
+                          StepIf<S::blooms, UntilQuiet<Bloom<S>>>, Superstep<DepthSort<S>>, Superstep<Composite<S>>>;
+};
+template <class S>
+struct FrameOf<S, true> {
+    using type = Sequence<Superstep<Project<S>>, If<&S::Parameters::routes, UntilQuiet<Route<S>>>,
+                          If<&S::Parameters::blooms, Superstep<Bloom<S>>, UntilQuiet<Bloom<S>>>, Superstep<DepthSort<S>>,
+                          Superstep<Composite<S>>>;
+};
+} // namespace detail
+
 /// One frame: project, route, bloom, sort, composite. Gaussians and copies stay on their tiles between runs. If a setup leaves out a step,
-/// the program has neither the step nor the channels and lists that only this step uses.
+/// the program has neither the step nor the channels and lists that only this step uses. A host's program may have all steps under a
+/// condition (`has_parts_words`): then a frame without a step does not run it.
 ///
 /// Bloom's first pass runs on every tile, because all tiles are quiet after routing. In this pass, the tiles that owe copies begin to send
 /// them. If no tile owes a copy, the pass sends nothing and costs no exchange.
 template <class S>
-using Frame = Sequence<Superstep<Project<S>>, StepIf<S::routes, UntilQuiet<Route<S>>>, StepIf<S::blooms, Superstep<Bloom<S>>>,
-                       StepIf<S::blooms, UntilQuiet<Bloom<S>>>, Superstep<DepthSort<S>>, Superstep<Composite<S>>>;
+using Frame = typename detail::FrameOf<S>::type;
 
 /// The places of the steps of `Frame<S>` in its sequence; `none` for a step that the setup leaves out.
 template <class S>

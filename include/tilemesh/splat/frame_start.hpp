@@ -30,7 +30,7 @@ Pending begin_view(Here const& here, typename S::Parameters const& parameters, S
     Access::about_to_read(splats);
     Access::about_to_read(marks);
     Pending pending{0, 0};
-    bool const reusable = S::Copies::reusable_in(frame);
+    bool const reusable = S::Copies::reusable_in(frame), routes = routes_in<S>(frame), blooms = blooms_in<S>(frame);
     bool const forget = frame.resend_copies != 0 || (!reusable && frame.view_changed != 0);
     std::uint32_t visible = 0, parked = 0, kept = 0;
     [[maybe_unused]] std::uint32_t moved = 0, removed = 0, changes = 0;
@@ -42,7 +42,7 @@ Pending begin_view(Here const& here, typename S::Parameters const& parameters, S
     for (std::uint32_t end = held; end != 0;) {
         std::uint32_t const begin = end > at_once ? end - at_once : 0;
         std::uint32_t n = 0;
-        if (S::routes && !forget) {
+        if (routes && !forget) {
             for (std::uint32_t i = end; i-- > begin;) {
                 std::uint32_t const bits = marks[i].bits;
                 std::uint32_t row_state = 0;
@@ -60,7 +60,7 @@ Pending begin_view(Here const& here, typename S::Parameters const& parameters, S
         for (std::uint32_t k = 0; k < n; ++k) Access::about_to_reach(frame, splats[slots[k]]);
         for (std::uint32_t k = 0; k < n; ++k) {
             std::uint32_t const i = slots[k];
-            bool const copy = S::blooms && marks[i].is(Mark::copy);
+            bool const copy = blooms && marks[i].is(Mark::copy);
             if (copy && !reusable) { // the tile has only the copy's splat, which is valid for one view
                 if (forget) {
                     remove_slot(storage, marks, splats, i);
@@ -77,10 +77,10 @@ Pending begin_view(Here const& here, typename S::Parameters const& parameters, S
                 ++removed;
                 continue;
             }
-            if constexpr (S::routes) // without routing, the host places the records and counts the changes
+            if (routes) // without routing, the host places the records and counts the changes
                 if (!copy && Access::coverage_changed(here, frame, splats[i], r.here, bits)) ++changes;
             splats[i] = entry;
-            if constexpr (S::blooms) {
+            if (blooms) {
                 std::uint32_t const wrong = (forget ? Mark::all_sides : ~r.sides & Mark::all_sides) |
                                             (frame.view_changed != 0 ? (bits & Mark::refused_any) >> 4 : 0u);
                 bits &= ~(wrong | wrong << 4 | Mark::owes);
@@ -90,7 +90,7 @@ Pending begin_view(Here const& here, typename S::Parameters const& parameters, S
                 }
             }
             if (!copy) {
-                if constexpr (S::routes) {
+                if (routes) {
                     bool const goes = r.visible && !(r.anchor == here.tile);
                     if (goes && (bits & Mark::leaving) == 0) ++moved;
                     bits &= ~(Mark::leaving | Mark::leaves_any);
@@ -101,14 +101,15 @@ Pending begin_view(Here const& here, typename S::Parameters const& parameters, S
                 visible += shows;
                 parked += 1u - shows;
             }
-            if constexpr (S::routes || S::blooms) marks[i].bits = bits;
+            if constexpr (S::routes || S::blooms)
+                if (routes || blooms) marks[i].bits = bits;
         }
     }
     counts.visible = visible;
     counts.parked = parked;
     counts.projected = held - kept;
-    if constexpr (S::routes) counts.moved = moved;
-    if constexpr (S::routes || S::blooms) counts.changes += removed + changes;
+    if (routes) counts.moved = moved;
+    if (routes || blooms) counts.changes += removed + changes;
     return pending;
 }
 
@@ -124,7 +125,7 @@ Pending begin_frame(Here const& here, typename S::Parameters const& frame, Stora
     if (frame.view_changed != 0 || frame.resend_copies != 0) return begin_view<S>(here, frame, storage, marks, splats, counts);
     counts.visible = before.visible;
     counts.parked = before.parked;
-    if constexpr (S::routes)
+    if (routes_in<S>(frame))
         if ((before.hops | before.projected) != 0) count_anchored<S>(frame, marks, splats, counts);
     return last;
 }
@@ -156,11 +157,13 @@ struct Project : ProjectOperations<S> {
                                                          OnlyIf<S::blooms, OwedCopies&> owed_copies, Counts& counts) const noexcept
     {
         detail::Pending last{0, 0};
-        if constexpr (S::routes) last.leaving = flow.leaving;
-        if constexpr (S::blooms) last.owing = owed_copies.open;
+        [[maybe_unused]] bool const routes = routes_in<S>(*frame), blooms = blooms_in<S>(*frame);
+        if constexpr (S::routes) last.leaving = routes ? flow.leaving : 0;
+        if constexpr (S::blooms) last.owing = blooms ? owed_copies.open : 0;
         [[maybe_unused]] auto const pending = detail::begin_frame<S>(here, *frame, storage, marks, splats, counts, last);
-        if constexpr (S::blooms) owed_copies = {pending.owing, in_picture(here, *frame) ? 1u : 0u};
-        if constexpr (S::routes) return detail::vote_to_route(flow, pending.leaving);
+        if constexpr (S::blooms)
+            if (blooms) owed_copies = {pending.owing, in_picture(here, *frame) ? 1u : 0u};
+        if constexpr (S::routes) return routes ? detail::vote_to_route(flow, pending.leaving) : Vote::quiet;
     }
 };
 

@@ -84,6 +84,32 @@ struct PolicySet<Policies<W, M, P, F>> {
 };
 } // namespace detail
 
+/// Do the parameters say which optional steps a frame has, in words `routes` and `blooms`? A host's parameters may
+/// (render/host_form.hpp). Then `P::routes` and `P::blooms` mean that the program has these steps under a condition.
+template <class Parameters, class = void>
+inline constexpr bool has_parts_words = false;
+template <class Parameters>
+inline constexpr bool has_parts_words<Parameters, std::void_t<decltype(Parameters::routes), decltype(Parameters::blooms)>> = true;
+
+/// Does this frame route?
+template <class P>
+TILEMESH_KERNEL constexpr bool routes_in([[maybe_unused]] typename P::Parameters const& frame) noexcept
+{
+    if constexpr (P::routes && has_parts_words<typename P::Parameters>)
+        return frame.routes != 0;
+    else
+        return P::routes;
+}
+/// Does this frame bloom?
+template <class P>
+TILEMESH_KERNEL constexpr bool blooms_in([[maybe_unused]] typename P::Parameters const& frame) noexcept
+{
+    if constexpr (P::blooms && has_parts_words<typename P::Parameters>)
+        return frame.blooms != 0;
+    else
+        return P::blooms;
+}
+
 /// The policies of a setup (setup.hpp). If S is a set of policies, it is S.
 template <class S>
 using PoliciesOf = typename detail::PolicySet<S>::type;

@@ -74,7 +74,7 @@ struct RouteStep {
     {
         auto const entry = Access::project(g, frame);
         ++counts.projected;
-        auto const i = S::blooms ? lookup.slot_of(marks, splats.begin(), g) : no_slot; // without bloom there are no copies
+        auto const i = blooms_in<S>(frame) ? lookup.slot_of(marks, splats.begin(), g) : no_slot; // without bloom there are no copies
         if (i != no_slot) {
             storage[i] = g;
             splats[i] = entry;
@@ -86,7 +86,7 @@ struct RouteStep {
             ++counts.storage_full;
             return false;
         }
-        marks.unchecked_push({g.id, S::blooms ? Mark::owes : 0});
+        marks.unchecked_push({g.id, blooms_in<S>(frame) ? Mark::owes : 0});
         splats.unchecked_push(entry);
         lookup.add(entry);
         ++counts.changes;
@@ -110,7 +110,7 @@ struct RouteStep {
         out.unchecked_push(S::Addressing::make(storage[i], s.anchor));
         ++counts.hops;
         ++counts.changes;
-        if (S::blooms && covers(s, frame.tiling, here.tile))
+        if (blooms_in<S>(frame) && covers(s, frame.tiling, here.tile))
             marks[i].bits = (marks[i].bits | Mark::copy) & ~(Mark::leaving | Mark::leaves_any);
         else
             remove_slot(storage, marks, splats, i);

@@ -444,7 +444,7 @@ private:
         passed.messages = sums[Sums::messages];
         passed.tile_runs = sums[Sums::tile_runs];
         passed.live_bytes = sums[Sums::live_bytes];
-        if constexpr (Base::traced) this->run_.trace.supersteps.back().sent = passed.sent;
+        if constexpr (Base::traced) this->run_.trace->supersteps.back().sent = passed.sent;
         return passed;
     }
 

@@ -27,7 +27,8 @@ TILEMESH_HOST HomesLedger::HomesLedger(HomesChoice const& c, splat::homes::Sizes
     add(homes::Cuts::name, "state", list(homes::most_cuts, 4));
     add(homes::NextCuts::name, "state", list(homes::most_cuts, 4));
     add(homes::Sample::name, "state", list(homes::most_samples, 4));
-    add(homes::Blocks<false>::name, "state", list(sizes.tile_blocks, c.depth ? sizeof(homes::Blocks<true>::value_type) : sizeof(homes::Blocks<false>::value_type)));
+    add(homes::Blocks<splat::detail::BlockFields>::name, "state",
+        list(sizes.tile_blocks, c.depth ? sizeof(splat::detail::DepthBlockFields) : sizeof(splat::detail::BlockFields)));
     add(homes::Counts::name, "state", sizeof(homes::Counts));
     add(homes::Work::name, "state", sizeof(homes::Work));
     add(homes::Table::name, "state", list(sizes.tiles, sizeof(homes::WindowNotice)));
@@ -100,6 +101,7 @@ TILEMESH_HOST SetupFacts facts_of(HomesChoice const& c, splat::homes::Sizes cons
     f.sh_degree = c.sh_degree;
     f.record_bytes = static_cast<std::uint32_t>(sizeof(splat::Gaussian)) + 12 * splat::harmonics_per_channel(c.sh_degree);
     f.colour = c.colour;
+    f.routes = f.blooms = true;
     f.has_depth = c.depth;
     f.has_alpha = c.alpha;
     f.model = c.model;

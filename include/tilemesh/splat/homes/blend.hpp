@@ -167,6 +167,20 @@ void blend_kept(Kept* blocks, Fold const& fold, TileId tile, View const& view, s
 }
 } // namespace detail
 
+/// Blends the splats of a window into the strips of one worker, or into all strips by one host thread.
+template <class Kept, class SplatAt>
+void blend_window(Kept* blocks, Fold const& fold, TileId tile, View const& view, std::uint32_t finished, std::uint32_t n, SplatAt const& at,
+                  Worker worker, Work& work) noexcept
+{
+    detail::blend_kept<strip_width, 16, 1>(blocks, fold, tile, view, finished, n, at, worker, worker.count, work);
+}
+template <class Kept, class SplatAt>
+void blend_whole_window(Kept* blocks, Fold const& fold, TileId tile, View const& view, std::uint32_t finished, std::uint32_t n,
+                        SplatAt const& at, std::uint32_t workers, Work& work) noexcept
+{
+    detail::blend_kept<splat::detail::lanes_in_use, 128, 8>(blocks, fold, tile, view, finished, n, at, Worker{0, 1}, workers, work);
+}
+
 /// Sorts the keys of the window in runs, one for each worker. No exchange.
 template <class P>
 struct SortRuns {
@@ -241,9 +255,10 @@ struct Blend {
     {
         work.before[worker.index] = work.strips[worker.index];
         if (window.done()) return;
-        auto const at = [&](std::uint32_t i) noexcept -> Splat const& { return Access::splat_of(*frame, held[keys[order[i]].slot]); };
-        detail::blend_kept<strip_width, 16, 1>(blocks.begin(), frame->fold, here.tile, frame->view, window.finished, keys.size(), at, worker,
-                                               worker.count, work);
+        auto const at = Access::in_order(*frame, held.begin(), keys.begin(), order.begin());
+        machine::in_form(machine::is_wide(*frame), blocks.begin(), [&](auto* kept) noexcept {
+            blend_window(kept, frame->fold, here.tile, frame->view, window.finished, keys.size(), at, worker, work);
+        });
     }
     /// For a cost model. All workers wait for the worker with the most pairs.
     static Operations operations(Work const& work, Worker worker) noexcept
@@ -265,9 +280,10 @@ struct Blend {
         {
             for (std::uint32_t w = 0; w < worker.count; ++w) work.before[w] = work.strips[w];
             if (window.done()) return;
-            auto const at = [&](std::uint32_t i) noexcept -> Splat const& { return Access::splat_of(*frame, held[keys[order[i]].slot]); };
-            detail::blend_kept<splat::detail::lanes_in_use, 128, 8>(blocks.begin(), frame->fold, here.tile, frame->view, window.finished,
-                                                                   keys.size(), at, Worker{0, 1}, worker.count, work);
+            auto const at = Access::in_order(*frame, held.begin(), keys.begin(), order.begin());
+            machine::in_form(machine::is_wide(*frame), blocks.begin(), [&](auto* kept) noexcept {
+                blend_whole_window(kept, frame->fold, here.tile, frame->view, window.finished, keys.size(), at, worker.count, work);
+            });
         }
     };
 };

@@ -76,11 +76,13 @@ struct Begin {
         window.blended = blended;
         if (!goes_on) {
             blocks.resize(frame->fold.tile_blocks());
-            for (std::uint32_t b = 0; b < blocks.size(); ++b) {
-                auto const place = block_at(frame->fold, here.tile, b);
-                detail::begin_block(blocks[b], place, frame->view.camera);
-                if (!place.exists && frame->fold.blocks_a_bit == 1) window.finished |= frame->fold.bit_of(b);
-            }
+            machine::in_form(machine::is_wide(*frame), blocks.begin(), [&](auto* kept) noexcept {
+                for (std::uint32_t b = 0; b < blocks.size(); ++b) {
+                    auto const place = block_at(frame->fold, here.tile, b);
+                    detail::begin_block(kept[b], place, frame->view.camera);
+                    if (!place.exists && frame->fold.blocks_a_bit == 1) window.finished |= frame->fold.bit_of(b);
+                }
+            });
         } else if (window.finished == 0xffffffffu) {
             window.lo_depth = infinite_depth;
             return Vote::quiet;
@@ -123,8 +125,10 @@ struct Advance {
 
         auto const& model = frame->view.model;
         std::uint32_t going = 0; // a bit is finished if none of its blocks goes on
-        for (std::uint32_t b = 0; b < blocks.size(); ++b)
-            if (detail::going_strips(blocks[b], (1u << detail::strips_a_block) - 1, model.transmittance_min) != 0) going |= frame->fold.bit_of(b);
+        machine::in_form(machine::is_wide(*frame), blocks.begin(), [&](auto const* kept) noexcept {
+            for (std::uint32_t b = 0; b < blocks.size(); ++b)
+                if (detail::going_strips(kept[b], (1u << detail::strips_a_block) - 1, model.transmittance_min) != 0) going |= frame->fold.bit_of(b);
+        });
         window.finished = ~going;
 
         if (window.refused()) {
@@ -172,16 +176,21 @@ struct Finish {
                     Worker worker) const noexcept
     {
         auto const& background = frame->view.model.background;
-        for (std::uint32_t b = worker.index; b < blocks.size(); b += worker.count) {
-            auto* const pixels = framebuffer.begin() + b * block_height * block_width;
-            if (is_black(background)) {
-                make_pixels(blocks[b], pixels);
-            } else {
-                auto shown = blocks[b];
-                detail::add_background(shown, background);
-                make_pixels(shown, pixels);
-            }
-        }
+        bool const wide = machine::is_wide(*frame);
+        machine::in_form(wide, blocks.begin(), [&](auto const* kept) noexcept {
+            machine::in_form(wide, framebuffer.begin(), [&](auto* all_pixels) noexcept {
+                for (std::uint32_t b = worker.index; b < blocks.size(); b += worker.count) {
+                    auto* const pixels = all_pixels + b * block_height * block_width;
+                    if (is_black(background)) {
+                        make_pixels(kept[b], pixels);
+                    } else {
+                        auto shown = kept[b];
+                        detail::add_background(shown, background);
+                        make_pixels(shown, pixels);
+                    }
+                }
+            });
+        });
     }
     static Operations operations(Framebuffer<typename P::Pixel> const& framebuffer) noexcept
     {
@@ -191,11 +200,11 @@ struct Finish {
     }
 
 private:
-    template <class Block>
-    TILEMESH_KERNEL static void make_pixels(Block const& block, typename P::Pixel* pixels) noexcept
+    template <class Block, class Pixel>
+    TILEMESH_KERNEL static void make_pixels(Block const& block, Pixel* pixels) noexcept
     {
         for (std::uint32_t j = 0; j < block_height; ++j)
-            for (std::uint32_t i = 0; i < block_width; ++i) pixels[j * block_width + i] = P::Pixel::make(detail::blended(block, j, i));
+            for (std::uint32_t i = 0; i < block_width; ++i) pixels[j * block_width + i] = Pixel::make(detail::blended(block, j, i));
     }
 };
 

@@ -155,14 +155,20 @@ struct Order : Buffer<std::uint32_t> {
     static constexpr char const* name = "depth order";
     static constexpr auto slots = &Sizes::held;
 };
-/// The colour and transmittance of the tile's blocks, kept from round to round.
-template <bool HasDepth>
-struct Blocks : Buffer<std::conditional_t<HasDepth, splat::detail::DepthBlockFields, splat::detail::BlockFields>> {
+/// The colour and transmittance of the tile's blocks, kept from round to round; with a depth plane also their depth.
+template <class Fields>
+struct Blocks : Buffer<Fields> {
     static constexpr char const* name = "blocks";
     static constexpr auto slots = &Sizes::tile_blocks;
 };
+namespace detail {
+using splat::detail::BlockFields, splat::detail::DepthBlockFields;
+template <class Pixel>
+using FieldsOf = std::conditional_t<machine::is_either<Pixel>, machine::Either<DepthBlockFields, BlockFields>,
+                                    std::conditional_t<Pixel::has_depth, DepthBlockFields, BlockFields>>;
+} // namespace detail
 template <class P>
-using BlocksOf = Blocks<P::Pixel::has_depth>;
+using BlocksOf = Blocks<detail::FieldsOf<typename P::Pixel>>;
 /// The finished pixels: 80 for each block, in the order of `Blocks`.
 template <class Pixel>
 struct Framebuffer : Buffer<Pixel> {

@@ -1,5 +1,0 @@
-#include "host_renderer.hpp"
-#include <tilemesh/engine/mesh.hpp>
-
-render_map::MakeRenderer& render_map::threads_planes =
-    make<tilemesh::RendererOver<HostRenderer<tilemesh::Mesh, tilemesh::AnyMachine, true>>>;

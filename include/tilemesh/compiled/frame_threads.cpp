@@ -1,0 +1,8 @@
+// A part of tilemesh::compiled: the anchored program on host threads.
+#include <tilemesh/engine/mesh.hpp>
+#include <tilemesh/renderer.hpp>
+
+namespace tilemesh { inline namespace v0_2 {
+using Program = render::HostRenderer::Program;
+template std::unique_ptr<engine::Port<Program>> make_threads_port(Program const&, Grid, MeshSizes<Program> const&, MeshOptions const&);
+}} // namespace tilemesh

@@ -1,0 +1,31 @@
+// A part of tilemesh::compiled: blending of the program of homes, by one worker of a tile or by one thread for all of them.
+#include <tilemesh/render/homes_form.hpp>
+#include <tilemesh/splat/homes/blend.hpp>
+
+namespace tilemesh { inline namespace v0_2 { namespace splat::homes {
+
+using Narrow = splat::detail::BlockFields;
+using Wide = splat::detail::DepthBlockFields;
+
+void blend_window(Narrow* blocks, Fold const& fold, TileId tile, View const& view, std::uint32_t finished, std::uint32_t n,
+                  HeldRowsInOrder const& at, Worker worker, Work& work) noexcept
+{
+    blend_window<>(blocks, fold, tile, view, finished, n, at, worker, work);
+}
+void blend_window(Wide* blocks, Fold const& fold, TileId tile, View const& view, std::uint32_t finished, std::uint32_t n,
+                  HeldRowsInOrder const& at, Worker worker, Work& work) noexcept
+{
+    blend_window<>(blocks, fold, tile, view, finished, n, at, worker, work);
+}
+void blend_whole_window(Narrow* blocks, Fold const& fold, TileId tile, View const& view, std::uint32_t finished, std::uint32_t n,
+                        HeldRowsInOrder const& at, std::uint32_t workers, Work& work) noexcept
+{
+    blend_whole_window<>(blocks, fold, tile, view, finished, n, at, workers, work);
+}
+void blend_whole_window(Wide* blocks, Fold const& fold, TileId tile, View const& view, std::uint32_t finished, std::uint32_t n,
+                        HeldRowsInOrder const& at, std::uint32_t workers, Work& work) noexcept
+{
+    blend_whole_window<>(blocks, fold, tile, view, finished, n, at, workers, work);
+}
+
+}}} // namespace tilemesh::splat::homes
