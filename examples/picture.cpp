@@ -61,4 +61,7 @@ try {
 } catch (std::bad_alloc const&) {
     std::cerr << "picture cannot go on (out of memory); render a smaller map\n";
     return 2;
+} catch (std::exception const& error) { // the file system's
+    std::cerr << "picture cannot go on (" << error.what() << "); correct the names of its files\n";
+    return 2;
 }
