@@ -19,12 +19,14 @@ using HostPolicies = splat::PoliciesOf<splat::HostSetup<splat::Lossless>>;
 /// The renderer that serves these setups, on any engine of one process (PortMesh), with or without a trace. It is the one renderer of the
 /// anchored program in the compiled library.
 using HostRenderer = FrameRenderer<HostPolicies, PortMesh, Traced<AnyMachine>>;
+} // namespace render
 
 namespace detail {
 /// The renderer of setup S on an engine.
 template <class S, template <class, class> class Engine>
 struct CoreOf {
-    using type = FrameRenderer<splat::PoliciesOf<S>, Engine, std::conditional_t<is_traced<typename S::Machine>, Traced<AnyMachine>, AnyMachine>>;
+    using type = render::FrameRenderer<splat::PoliciesOf<S>, Engine,
+                                       std::conditional_t<is_traced<typename S::Machine>, Traced<AnyMachine>, AnyMachine>>;
 };
 /// A setup with policies of its own has no port: it renders on threads.
 template <class S>
@@ -32,21 +34,23 @@ struct CoreOf<S, PortMesh> : CoreOf<S, Mesh> {};
 template <class S>
     requires splat::is_served_by_words<S>
 struct CoreOf<S, PortMesh> {
-    using type = HostRenderer;
+    using type = render::HostRenderer;
 };
 } // namespace detail
-} // namespace render
 
 /// Renders a map on a mesh of tiles, frame after frame. It loads the map's records onto the tiles once, then runs the frame program for
 /// each camera. Records and copies stay on their tiles between frames. So a small step of the camera moves few records, and a static view
 /// moves none.
 ///
 /// `S` is a setup (splat/setup.hpp): machine, policies, sizes. `Engine` is Mesh, CheckedMesh, or PoplarMesh (poplar/poplar_mesh.hpp), which
-/// runs the program on an IPU. `PortMesh` is the default with the compiled library (TILEMESH_COMPILED): setups by reference then share the
-/// library's renderer (render::HostRenderer), and a program compiles no kernel. Results are those of Mesh. With `splat::Referenced<S>` the host moves references instead of records, and projects each record once per
+/// runs the program on an IPU. With `splat::Referenced<S>` the host moves references instead of records, and projects each record once per
 /// view: pictures and reports are those of S, in a fraction of the time. Its digests are those of the references, so they differ from the
-/// digests of values. On Mesh, all setups by reference share the code of one renderer, with these exceptions: setups with planes, setups
-/// without routing or bloom, and setups with their own routing or blending. On PortMesh, only the last have a renderer of their own.
+/// digests of values.
+///
+/// With the compiled library (TILEMESH_COMPILED), the default engine is PortMesh: all setups by reference share the library's renderer
+/// (render::HostRenderer), except setups with their own routing or blending, and a program compiles no kernel. With headers alone the
+/// default is Mesh: a renderer is compiled for its setup, without what the setup leaves out. Setups by reference share that renderer's code,
+/// except setups with planes, without routing or bloom, or with their own routing or blending. Results are equal.
 ///
 /// Errors: it throws Error if the frame, the grid or the map does not fit the machine, or if a limit is out of range. A record that finds
 /// no room while a frame runs is not an error: the frame's report lists it by id and cause. With `Hold`, a record whose anchor tile is full
@@ -58,10 +62,10 @@ template <class S = splat::Lossless, template <class, class> class Engine = Port
 #else
 template <class S = splat::Lossless, template <class, class> class Engine = Mesh>
 #endif
-class BasicRenderer : public render::detail::CoreOf<S, Engine>::type {
+class BasicRenderer : public detail::CoreOf<S, Engine>::type {
 public:
     /// The renderer that all setups with these policies share.
-    using Core = typename render::detail::CoreOf<S, Engine>::type;
+    using Core = typename detail::CoreOf<S, Engine>::type;
     using Setup = S;
     using Value = typename splat::ValueOf<S>::type;
     using Machine = typename S::Machine;

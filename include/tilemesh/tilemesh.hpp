@@ -15,6 +15,7 @@
 #include <tilemesh/fit_renderer.hpp>
 #include <tilemesh/machine/buffer.hpp>
 #include <tilemesh/machine/channel.hpp>
+#include <tilemesh/machine/either.hpp>
 #include <tilemesh/machine/grid.hpp>
 #include <tilemesh/machine/kernel.hpp>
 #include <tilemesh/machine/name.hpp>

@@ -2,6 +2,7 @@
 // programs, called on words that another owner holds. kernels.sh compiles this as C++17 and C++20 and checks which symbols the object needs.
 #include <tilemesh/machine/buffer.hpp>
 #include <tilemesh/machine/channel.hpp>
+#include <tilemesh/machine/either.hpp>
 #include <tilemesh/machine/grid.hpp>
 #include <tilemesh/machine/kernel.hpp>
 #include <tilemesh/machine/name.hpp>

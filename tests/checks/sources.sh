@@ -92,7 +92,7 @@ refuse "missing in tilemesh.hpp" "$(printf '%s\n' $all | grep -E '^(machine|mode
 
 # The list of public headers in README.md: each is there, and is of the umbrella header, directly or not, unless it needs another library.
 # A header of a folder for users is on the list or inside; so are the headers that examples and consumers include.
-inside='machine/(name|run_kernel|types)|model/parameter_file|report/string_stream'
+inside='machine/(either|name|run_kernel|types)|model/parameter_file|report/string_stream'
 public=$(awk -F'|' '/^#/ { on = /^## Public headers/ } on && /^\| `/ {
     folder = $2
     gsub(/[` ]|tilemesh\//, "", folder)

@@ -4,25 +4,22 @@
 
 namespace tilemesh { inline namespace v0_2 { namespace splat::homes {
 
-using Narrow = splat::detail::BlockFields;
-using Wide = splat::detail::DepthBlockFields;
-
-void blend_window(Narrow* blocks, Fold const& fold, TileId tile, View const& view, std::uint32_t finished, std::uint32_t n,
+void blend_window(NarrowBlock* blocks, Fold const& fold, TileId tile, View const& view, std::uint32_t finished, std::uint32_t n,
                   HeldRowsInOrder const& at, Worker worker, Work& work) noexcept
 {
     blend_window<>(blocks, fold, tile, view, finished, n, at, worker, work);
 }
-void blend_window(Wide* blocks, Fold const& fold, TileId tile, View const& view, std::uint32_t finished, std::uint32_t n,
+void blend_window(WideBlock* blocks, Fold const& fold, TileId tile, View const& view, std::uint32_t finished, std::uint32_t n,
                   HeldRowsInOrder const& at, Worker worker, Work& work) noexcept
 {
     blend_window<>(blocks, fold, tile, view, finished, n, at, worker, work);
 }
-void blend_whole_window(Narrow* blocks, Fold const& fold, TileId tile, View const& view, std::uint32_t finished, std::uint32_t n,
+void blend_whole_window(NarrowBlock* blocks, Fold const& fold, TileId tile, View const& view, std::uint32_t finished, std::uint32_t n,
                         HeldRowsInOrder const& at, std::uint32_t workers, Work& work) noexcept
 {
     blend_whole_window<>(blocks, fold, tile, view, finished, n, at, workers, work);
 }
-void blend_whole_window(Wide* blocks, Fold const& fold, TileId tile, View const& view, std::uint32_t finished, std::uint32_t n,
+void blend_whole_window(WideBlock* blocks, Fold const& fold, TileId tile, View const& view, std::uint32_t finished, std::uint32_t n,
                         HeldRowsInOrder const& at, std::uint32_t workers, Work& work) noexcept
 {
     blend_whole_window<>(blocks, fold, tile, view, finished, n, at, workers, work);

@@ -72,13 +72,13 @@ struct Access<homes::HostParameters> : homes::TableAccess<homes::HostParameters>
 namespace tilemesh { inline namespace v0_2 { namespace splat::homes {
 
 // As in host_form.hpp: the compiled library's functions take the place of the templates in splat/homes/blend.hpp.
-void blend_window(splat::detail::BlockFields* blocks, Fold const& fold, TileId tile, View const& view, std::uint32_t finished,
+void blend_window(NarrowBlock* blocks, Fold const& fold, TileId tile, View const& view, std::uint32_t finished,
                   std::uint32_t n, HeldRowsInOrder const& at, Worker worker, Work& work) noexcept;
-void blend_window(splat::detail::DepthBlockFields* blocks, Fold const& fold, TileId tile, View const& view, std::uint32_t finished,
+void blend_window(WideBlock* blocks, Fold const& fold, TileId tile, View const& view, std::uint32_t finished,
                   std::uint32_t n, HeldRowsInOrder const& at, Worker worker, Work& work) noexcept;
-void blend_whole_window(splat::detail::BlockFields* blocks, Fold const& fold, TileId tile, View const& view, std::uint32_t finished,
+void blend_whole_window(NarrowBlock* blocks, Fold const& fold, TileId tile, View const& view, std::uint32_t finished,
                         std::uint32_t n, HeldRowsInOrder const& at, std::uint32_t workers, Work& work) noexcept;
-void blend_whole_window(splat::detail::DepthBlockFields* blocks, Fold const& fold, TileId tile, View const& view, std::uint32_t finished,
+void blend_whole_window(WideBlock* blocks, Fold const& fold, TileId tile, View const& view, std::uint32_t finished,
                         std::uint32_t n, HeldRowsInOrder const& at, std::uint32_t workers, Work& work) noexcept;
 
 }}} // namespace tilemesh::splat::homes

@@ -91,20 +91,20 @@ inline constexpr bool has_parts_words = false;
 template <class Parameters>
 inline constexpr bool has_parts_words<Parameters, std::void_t<decltype(Parameters::routes), decltype(Parameters::blooms)>> = true;
 
-/// Does this frame route?
-template <class P>
-TILEMESH_KERNEL constexpr bool routes_in([[maybe_unused]] typename P::Parameters const& frame) noexcept
+/// Does this frame route? `frame`: the frame's parameters, or what `Access::hold` keeps of them.
+template <class P, class Frame>
+TILEMESH_KERNEL constexpr bool routes_in([[maybe_unused]] Frame const& frame) noexcept
 {
-    if constexpr (P::routes && has_parts_words<typename P::Parameters>)
+    if constexpr (P::routes && has_parts_words<Frame>)
         return frame.routes != 0;
     else
         return P::routes;
 }
-/// Does this frame bloom?
-template <class P>
-TILEMESH_KERNEL constexpr bool blooms_in([[maybe_unused]] typename P::Parameters const& frame) noexcept
+/// Does this frame bloom? See `routes_in`.
+template <class P, class Frame>
+TILEMESH_KERNEL constexpr bool blooms_in([[maybe_unused]] Frame const& frame) noexcept
 {
-    if constexpr (P::blooms && has_parts_words<typename P::Parameters>)
+    if constexpr (P::blooms && has_parts_words<Frame>)
         return frame.blooms != 0;
     else
         return P::blooms;

@@ -27,8 +27,8 @@ TILEMESH_HOST HomesLedger::HomesLedger(HomesChoice const& c, splat::homes::Sizes
     add(homes::Cuts::name, "state", list(homes::most_cuts, 4));
     add(homes::NextCuts::name, "state", list(homes::most_cuts, 4));
     add(homes::Sample::name, "state", list(homes::most_samples, 4));
-    add(homes::Blocks<splat::detail::BlockFields>::name, "state",
-        list(sizes.tile_blocks, c.depth ? sizeof(splat::detail::DepthBlockFields) : sizeof(splat::detail::BlockFields)));
+    add(homes::Blocks<homes::NarrowBlock>::name, "state",
+        list(sizes.tile_blocks, c.depth ? sizeof(homes::WideBlock) : sizeof(homes::NarrowBlock)));
     add(homes::Counts::name, "state", sizeof(homes::Counts));
     add(homes::Work::name, "state", sizeof(homes::Work));
     add(homes::Table::name, "state", list(sizes.tiles, sizeof(homes::WindowNotice)));

@@ -161,11 +161,13 @@ struct Blocks : Buffer<Fields> {
     static constexpr char const* name = "blocks";
     static constexpr auto slots = &Sizes::tile_blocks;
 };
+/// The words of a block without and with depth.
+using NarrowBlock = splat::detail::BlockFields;
+using WideBlock = splat::detail::DepthBlockFields;
 namespace detail {
-using splat::detail::BlockFields, splat::detail::DepthBlockFields;
 template <class Pixel>
-using FieldsOf = std::conditional_t<machine::is_either<Pixel>, machine::Either<DepthBlockFields, BlockFields>,
-                                    std::conditional_t<Pixel::has_depth, DepthBlockFields, BlockFields>>;
+using FieldsOf = std::conditional_t<machine::is_either<Pixel>, machine::Either<WideBlock, NarrowBlock>,
+                                    std::conditional_t<Pixel::has_depth, WideBlock, NarrowBlock>>;
 } // namespace detail
 template <class P>
 using BlocksOf = Blocks<detail::FieldsOf<typename P::Pixel>>;
