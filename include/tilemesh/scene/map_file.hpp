@@ -26,7 +26,7 @@ TILEMESH_HOST std::vector<std::filesystem::path> map_files(std::filesystem::path
 
 /// Joins maps into one, in their order. The ids of a map count on behind the rows of the map before, with rejected rows. The degree is the
 /// highest of all; harmonics that a map does not have are zero. The joined map has the name of the first. With several maps, the notes begin
-/// with the path that they are about. Throws `Error` if the rows of all maps do not fit 32 bits. Cost: a copy of all records.
+/// with the path that they are about. Throws `Error` if the rows of all maps do not fit 32 bits, and as `require_harmonics`. Cost: a copy of all records.
 TILEMESH_HOST Map join_maps(std::vector<Map> maps);
 
 /// A right turn about an axis of the world: x180 changes the signs of y and z. Counter-clockwise, seen from the tip of the axis.

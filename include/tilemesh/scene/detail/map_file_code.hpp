@@ -156,7 +156,10 @@ TILEMESH_HOST std::vector<std::filesystem::path> map_files(std::filesystem::path
 TILEMESH_HOST Map join_maps(std::vector<Map> maps)
 {
     if (maps.empty()) return {};
-    if (maps.size() == 1) return std::move(maps.front());
+    if (maps.size() == 1) {
+        require_harmonics(maps.front());
+        return std::move(maps.front());
+    }
     Map joined;
     joined.name = maps.front().name;
     std::uint64_t gaussians = 0, rows = 0;
