@@ -25,6 +25,9 @@ namespace tilemesh { inline namespace v0_2 { namespace scene {
 /// double and rounded to float32 as it rounds them; the opacity is byte / 255, without that reader's way through a logarithm and back. A note
 /// says so.
 ///
+/// A note says that a map was trained with anti-aliasing, if the header says so: `comment antialiased 1`, `comment SplatRenderMode: mip`, or a
+/// column `filter_3D` (Mip-Splatting).
+///
 /// Other properties and other elements, including lists, are skipped, with a note. A file without rows gives an empty map, with a note.
 ///
 /// A row that is not finite or has a zero quaternion is left out and counted. The notes name the first five such rows, numbered from 1 as

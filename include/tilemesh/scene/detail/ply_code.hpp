@@ -59,6 +59,8 @@ inline void note_skipped(PlyHeader const& header, PlyElement const& vertex, PlyC
         map.notes.push_back(note_on_rest(harmonics));
     if (others > 2 * named_in_notes) names += " and " + std::to_string(others - 2 * named_in_notes) + " more";
     if (others != 0) map.notes.push_back("columns skipped: " + names);
+    if (header.antialiased || vertex.find("filter_3D") != nullptr)
+        map.notes.push_back("trained with anti-aliasing, which is not applied");
     if (vertex.count == 0) map.notes.push_back("element \"vertex\" has no rows: the map is empty");
 }
 
