@@ -41,7 +41,7 @@ std::vector<Shot> still_shots(Options const& options, MapShape const& map, std::
     }
     std::vector<Shot> shots;
     std::vector<std::string> of_file;
-    auto const cameras = scene::load_cameras(*options.cameras, &of_file, options.distorted);
+    auto const cameras = scene::load_cameras(*options.cameras, &of_file, options.distorted, options.size);
     for (auto const& note : of_file) notes.push_back(options.cameras->filename().string().append(": ").append(note));
     auto chosen = scene::select_cameras(cameras, options.camera.value_or(""), map.name);
     if (options.every && !options.trajectory) {
@@ -66,7 +66,8 @@ std::vector<Shot> still_shots(Options const& options, MapShape const& map, std::
 std::string camera_names(Options const& options)
 {
     std::string text;
-    for (auto const& camera : scene::load_cameras(*options.cameras, nullptr, options.distorted)) text += one_line(scene::label(camera)) + "\n";
+    scene::Size const any{640, 480}; // for a camera without a size: its name does not depend on it
+    for (auto const& camera : scene::load_cameras(*options.cameras, nullptr, options.distorted, options.size.value_or(any))) text += one_line(scene::label(camera)) + "\n";
     return text;
 }
 

@@ -73,6 +73,7 @@ struct Input {
         close = json.close;
         is_json = json.is_json;
         unread = std::move(json.unread);
+        unread_of_file = std::move(json.unread_of_file);
     }
 
     std::vector<scene::NamedCamera> read(std::vector<std::string>& notes) const
@@ -87,6 +88,7 @@ struct Input {
     std::string first, images_txt;
     plain::Cameras expected;
     std::map<std::string, std::size_t> unread;
+    std::set<std::string> unread_of_file;
 };
 
 /// Equal except for rounding: one float step, in units of `scale`.
@@ -112,6 +114,20 @@ void require_same(std::vector<scene::NamedCamera> const& read, std::vector<plain
                 require(near_to(c.rotation[row][column], e.rotation[row][column]), "the rotation is as the plain reader reads it");
         }
     }
+}
+
+/// As `require_notes`, for the keys of the whole file; takes their notes away.
+void require_notes_of_file(std::vector<std::string>& notes, std::set<std::string> const& unread)
+{
+    auto const of_file = [](std::string const& note) { return note.rfind("the file has ", 0) == 0; };
+    auto const count = static_cast<std::size_t>(std::count_if(notes.begin(), notes.end(), of_file));
+    bool plain_keys = true;
+    for (auto const& key : unread) plain_keys = plain_keys && key.size() <= 40 && plain::printable(key);
+    if (plain_keys) require(count == std::min<std::size_t>(unread.size(), 9), "each key beside the frames that is not read has a note");
+    for (auto const& key : unread)
+        if (plain_keys && unread.size() <= 8)
+            require(std::count(notes.begin(), notes.end(), "the file has \"" + key + "\", which is not read") == 1, "the keys of the file are named");
+    notes.erase(std::remove_if(notes.begin(), notes.end(), of_file), notes.end());
 }
 
 /// A note for each key that is not read, or for eight of them and one more for the others.
@@ -161,6 +177,7 @@ extern "C" int LLVMFuzzerTestOneInput(std::uint8_t const* data, std::size_t size
         read = true;
         require(input.close || input.expected.has_value(), "what the plain reader refuses is refused");
         if (input.expected) require_same(cameras, *input.expected);
+        if (input.expected) require_notes_of_file(notes, input.unread_of_file);
         if (input.expected) require_notes(notes, input.unread);
         for (auto const& camera : cameras) {
             require_camera(camera.camera);

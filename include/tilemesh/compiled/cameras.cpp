@@ -5,6 +5,7 @@
 #include <tilemesh/scene/detail/json_values_code.hpp>
 #include <tilemesh/scene/detail/named_camera_code.hpp>
 #include <tilemesh/scene/detail/orbit_code.hpp>
+#include <tilemesh/scene/detail/picture_size_code.hpp>
 #include <tilemesh/scene/detail/pose_code.hpp>
 #include <tilemesh/scene/detail/rgbd_list_code.hpp>
 #include <tilemesh/scene/detail/text_input_code.hpp>

@@ -60,6 +60,12 @@ TILEMESH_HOST void UnreadKeys::add_to(std::vector<std::string>& notes) const
     if (more_) notes.push_back("cameras have more keys that are not read");
 }
 
+TILEMESH_HOST void UnreadKeys::add_to_as_of_file(std::vector<std::string>& notes) const
+{
+    for (auto const& key : keys_) notes.push_back("the file has \"" + key.name + "\", which is not read");
+    if (more_) notes.push_back("the file has more keys that are not read");
+}
+
 TILEMESH_HOST void CameraEntry::refuse(std::string const& why) const
 {
     throw Error(file_ + " camera " + name_ + " is not usable (" + why + "); correct the camera file");
@@ -146,6 +152,7 @@ TILEMESH_HOST std::vector<NamedCamera> CameraJson::read(std::vector<std::string>
             continue;
         }
         if (read_lens(transforms_.common, &distortion)) continue;
+        if (!cameras && place_of(json_.text(), beside_frames_keys) == std::size(beside_frames_keys)) unread_beside_frames_.see(json_.text(), 0);
         JsonPart const value = json_.next();
         if (cameras) list = value == JsonPart::begin_list;
         if (cameras && list) read_list();
@@ -154,8 +161,11 @@ TILEMESH_HOST std::vector<NamedCamera> CameraJson::read(std::vector<std::string>
     json_.next(); // the end
 
     if (!cameras_key && transforms_.there()) {
-        auto cameras = transforms_.take(distorted_, notes);
-        if (notes != nullptr) unread_of_frames_.add_to(*notes);
+        auto cameras = transforms_.take(distorted_, notes, size_of_);
+        if (notes != nullptr) {
+            unread_of_frames_.add_to(*notes);
+            unread_beside_frames_.add_to_as_of_file(*notes);
+        }
         return cameras;
     }
     if (!list)
