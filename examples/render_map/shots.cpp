@@ -99,7 +99,7 @@ std::vector<Shot> make_shots(Options const& options, MapShape const& map, std::v
             add(start.name + " orbit", camera);
         return shots;
     }
-    auto trajectory = scene::load_trajectory(*options.trajectory, most_frames);
+    auto trajectory = scene::load_trajectory(*options.trajectory, most_frames, options.trajectory_format);
     for (auto const& note : scene::trajectory_notes(trajectory))
         notes.push_back(options.trajectory->filename().string().append(": ").append(note));
     if (!options.cameras)
