@@ -101,7 +101,7 @@ void require_same(std::vector<scene::NamedCamera> const& read, std::vector<plain
 {
     require(read.size() == expected.size(), "as many cameras as the plain reader finds");
     for (std::size_t i = 0; i < read.size(); ++i) {
-        auto const& [scene, file, name, c] = read[i];
+        auto const& [scene, file, name, c, position] = read[i];
         auto const& e = expected[i];
         require(scene == e.scene && file == e.file && name == e.name, "names are those that the plain reader reads");
         require(c.width == e.width && c.height == e.height && near_to(c.fx, e.fx) && near_to(c.fy, e.fy) && near_to(c.cx, e.cx) &&
@@ -110,6 +110,7 @@ void require_same(std::vector<scene::NamedCamera> const& read, std::vector<plain
         double const far = std::max({std::fabs(e.centre[0]), std::fabs(e.centre[1]), std::fabs(e.centre[2])});
         for (unsigned row = 0; row < 3; ++row) {
             require(near_to(c.position[row], e.centre[row], far), "the centre is as the plain reader reads it");
+            require(position && c.position[row] == static_cast<float>((*position)[static_cast<int>(row)]), "the centre is the rounded one of double");
             for (unsigned column = 0; column < 3; ++column)
                 require(near_to(c.rotation[row][column], e.rotation[row][column]), "the rotation is as the plain reader reads it");
         }

@@ -1,5 +1,6 @@
 // A part of tilemesh::compiled: maps in files.
 #include <tilemesh/scene/detail/demand_code.hpp>
+#include <tilemesh/scene/detail/far_means_code.hpp>
 #include <tilemesh/scene/detail/map_file_code.hpp>
 #include <tilemesh/scene/detail/map_sink_code.hpp>
 #include <tilemesh/scene/detail/packed_input_code.hpp>

@@ -130,6 +130,9 @@ TILEMESH_HOST Trajectory read_trajectory(std::istream& stream, std::string const
 TILEMESH_HOST Trajectory load_trajectory(std::filesystem::path const& path, std::size_t most = most_poses,
                                          std::optional<TrajectoryFormat> format = {});
 
+/// The trajectory for a map from which a reader subtracted this origin (`Map::origin`).
+TILEMESH_HOST Trajectory relative_to_origin(Trajectory trajectory, std::array<double, 3> const& origin);
+
 /// The form of this name: tum, euroc, kitti or replica. Nothing for any other name.
 TILEMESH_HOST std::optional<TrajectoryFormat> trajectory_format(std::string_view name);
 

@@ -99,7 +99,7 @@ TILEMESH_HOST splat::Camera CameraEntry::camera(Pose const& pose, Intrinsics con
 TILEMESH_HOST NamedCamera own_camera(CameraFields const& fields, CameraEntry& entry)
 {
     auto const text = [&](auto const& field, char const* key) { return field.there ? entry.value(field, key) : std::string(); };
-    NamedCamera named{text(fields.scene, "scene"), text(fields.file, "file"), entry.name(fields.name, "name"), {}};
+    NamedCamera named{text(fields.scene, "scene"), text(fields.file, "file"), entry.name(fields.name, "name"), {}, {}};
     entry.rename(label(named));
     entry.refuse_distortion(fields.distortion);
     auto const& m = entry.value(fields.world_to_camera, "world_to_camera");
@@ -110,6 +110,7 @@ TILEMESH_HOST NamedCamera own_camera(CameraFields const& fields, CameraEntry& en
         for (int column = 0; column < 3; ++column)
             pose.rotation[column][row] = m[static_cast<std::size_t>(4 * row + column)];
     pose.position = -(glm::inverse(pose.rotation) * glm::dvec3{m[3], m[7], m[11]});
+    named.position = pose.position;
     named.camera = entry.camera(
         pose, {entry.value(fields.fx, "fx"), entry.value(fields.fy, "fy"), entry.value(fields.cx, "cx"),
                entry.value(fields.cy, "cy"),
@@ -230,7 +231,9 @@ TILEMESH_HOST auto CameraJson::convert(CameraFields const& fields) const -> Name
     if (!fields.object) entry.refuse("it is not an object");
     if (!training_) return own_camera(fields, entry);
     entry.rename(names_[cameras_.size()].name);
-    return {"", "", "", training_camera(fields, entry)};
+    auto const camera = training_camera(fields, entry); // checks the fields
+    auto const& centre = fields.position.value;
+    return {"", "", "", camera, glm::dvec3{centre[0], centre[1], centre[2]}};
 }
 
 TILEMESH_HOST void CameraJson::finish_names()

@@ -67,7 +67,7 @@ TILEMESH_HOST void ColmapCameras::add_image(std::string const& place, std::array
     if (names_.size() > most_colmap_entries) refuse("it is one image more than 1048576");
     Pose pose{rotation_matrix(qw, qx, qy, qz), {}};
     pose.position = -(glm::transpose(pose.rotation) * glm::dvec3{tx, ty, tz});
-    cameras_.push_back({"", "", std::move(name), make_camera(pose, lens->second.lens)});
+    cameras_.push_back({"", "", std::move(name), make_camera(pose, lens->second.lens), pose.position});
     if (lens->second.bent) ++bent_;
 }
 

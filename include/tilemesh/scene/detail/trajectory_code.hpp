@@ -313,6 +313,12 @@ TILEMESH_HOST Trajectory load_trajectory(std::filesystem::path const& path, std:
     return read_trajectory(stream, detail::shown_path(path), most, format);
 }
 
+TILEMESH_HOST Trajectory relative_to_origin(Trajectory trajectory, std::array<double, 3> const& origin)
+{
+    for (auto& [seconds, pose] : trajectory) pose.position -= glm::dvec3{origin[0], origin[1], origin[2]};
+    return trajectory;
+}
+
 TILEMESH_HOST std::optional<TrajectoryFormat> trajectory_format(std::string_view name)
 {
     if (name == "tum") return TrajectoryFormat::tum;

@@ -111,7 +111,7 @@ public:
                                 "file); put the picture there, or give a size as in --size 800x800");
                 ++sized;
             }
-            cameras.push_back({"", "", frame.name, camera_of(frame, size)});
+            cameras.push_back({"", "", frame.name, camera_of(frame, size), glm::dvec3{frame.to_world[3], frame.to_world[7], frame.to_world[11]}});
         }
         if (!unusable_.empty()) throw Error(unusable_);
         note_ignored_distortion(ignored, notes);
