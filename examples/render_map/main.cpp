@@ -138,7 +138,7 @@ scene::Map load_maps(Options const& options)
 {
     if (options.maps.empty()) return scene::built_in_map();
     std::vector<scene::Map> maps;
-    for (auto const& path : options.maps) maps.push_back(scene::load_map(path, render_map::codecs()));
+    for (auto const& path : options.maps) maps.push_back(scene::load_map(path, render_map::codecs(), scene::FarMeans::moved));
     return scene::join_maps(std::move(maps));
 }
 scene::Map turned(Options const& options, scene::Map map)
@@ -301,7 +301,9 @@ int run(Options const& options)
         if (in_parts) render_map::ranks::at_degree(options.sh_degree);
         map = scene::at_degree(std::move(map), options.sh_degree);
     }
-    auto shots = render_map::make_shots(options, in_parts ? render_map::ranks::shape_of(map.name) : render_map::shape_of(map), notes);
+    auto shape = in_parts ? render_map::ranks::shape_of(map.name) : render_map::shape_of(map);
+    shape.origin = map.origin;
+    auto shots = render_map::make_shots(options, shape, notes);
     render_map::find_photographs(options, shots);
     render_map::check_sizes(options, shots);
     std::vector<splat::Camera> path;

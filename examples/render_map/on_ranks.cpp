@@ -338,6 +338,8 @@ scene::Map ranks::load(Options const& options, std::function<scene::Map()> const
         auto const text = options.maps[0].string();
         path.assign(text.begin(), text.end());
         mine = scene::load_ply_part(options.maps[0], 0, all->size());
+        // Far means are moved by one origin, which needs the whole map.
+        if (mine && scene::has_far_means(mine->map)) mine.reset();
     }
     bool const in_parts = mine.has_value();
     if (!in_parts) mine.emplace().map = load_all();
@@ -346,7 +348,7 @@ scene::Map ranks::load(Options const& options, std::function<scene::Map()> const
     auto const degree = mine->map.sh_degree;
     auto joined = load_in_all({in_parts, options.turn, degree}, std::move(path), std::move(*mine));
     auto map = in_parts ? scene::with_all_notes(std::move(joined)) : std::move(joined.map); // `load_all` has written all notes
-    scene::Map described{map.name, map.path, {}, map.sh_degree, {}, map.rejected, map.notes};
+    scene::Map described{map.name, map.path, {}, map.sh_degree, {}, map.rejected, map.notes, map.origin};
     part = std::move(map);
     part.notes.clear();
     return described;

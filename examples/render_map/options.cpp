@@ -198,6 +198,12 @@ constexpr Option options[] = {
      [](Options& o, auto name, auto text) { o.frames = whole_number(name, text, most_frames); }},
     {"--trajectory", "FILE", "render a frame per pose of a file (see below), with the lens of --camera",
      [](Options& o, auto name, auto text) { o.trajectory = input(o, name, text); }},
+    {"--trajectory-format", "NAME", "the form of that file: tum, euroc, kitti or replica [the file tells it]",
+     [](Options& o, auto name, auto text) {
+         using tilemesh::scene::TrajectoryFormat;
+         o.trajectory_format = one_of<TrajectoryFormat>(name, text,
+                                                        {{"tum", TrajectoryFormat::tum}, {"euroc", TrajectoryFormat::euroc}, {"kitti", TrajectoryFormat::kitti}, {"replica", TrajectoryFormat::replica}});
+     }},
     {"--every", "N", "render every Nth pose of the trajectory, or camera by name, from the first",
      [](Options& o, auto name, auto text) { o.every = whole_number(name, text, any_number); }},
     {"--relative", "", "move the camera as the trajectory moves from its first pose",
@@ -440,6 +446,7 @@ void check_together(Options const& o, std::vector<std::string_view> const& given
     if (o.error_picture && !o.photos && !o.compare)
         throw Error("--error-picture is given without --photos or --compare (it shows how two pictures differ); add one of them or leave it out");
     needs("--relative", "--trajectory", "it says how to read a trajectory");
+    needs("--trajectory-format", "--trajectory", "it says how to read a trajectory");
     if (o.orbit_degrees && o.trajectory)
         throw Error("--orbit and --trajectory are both given (each moves the camera); choose one");
     if (o.choice.engine == EngineKind::sequential && is_given("--threads") &&

@@ -11,6 +11,7 @@
 #include <tilemesh/scene/map_file.hpp>
 #include <tilemesh/scene/named_camera.hpp>
 #include <tilemesh/scene/pose.hpp>
+#include <tilemesh/scene/trajectory.hpp>
 #include <vector>
 
 namespace render_map {
@@ -27,6 +28,7 @@ struct Options {
     std::optional<double> orbit_degrees;              ///< per frame
     std::uint32_t frames = 0;                          ///< frames of the orbit, or at most these of the trajectory; 0: all
     std::optional<std::filesystem::path> trajectory;
+    std::optional<tilemesh::scene::TrajectoryFormat> trajectory_format; ///< empty: the file tells it
     std::optional<std::uint32_t> every;               ///< every so many-th pose of the trajectory, or camera by name, from the first; empty: all
     tilemesh::scene::DistortedLens distorted = tilemesh::scene::DistortedLens::refused;
     std::uint32_t scale = 1;                           ///< divides the sides of the camera file's pictures

@@ -26,12 +26,13 @@ std::vector<Shot> still_shots(Options const& options, MapShape const& map, std::
     if (!options.cameras) {
         auto const size = options.size.value_or(scene::Size{1280, 720});
         auto const vector = [](std::array<double, 3> const& v) { return glm::dvec3{v[0], v[1], v[2]}; };
+        auto const in_map = [&](std::array<double, 3> const& v) { return vector(v) - vector(map.origin); };
         auto const up = vector(options.up.value_or(std::array{0.0, -1.0, 0.0}));
         auto const fov = options.fov.value_or(60.0);
         if (options.from) {
             scene::upright(up); // refuses a direction of length 0
-            auto const target = options.look ? vector(*options.look) : map.centre();
-            return {{"from", scene::make_camera(scene::look_at(vector(*options.from), target, -up), scene::lens_from_field_of_view(fov, size))}};
+            auto const target = options.look ? in_map(*options.look) : map.centre();
+            return {{"from", scene::make_camera(scene::look_at(in_map(*options.from), target, -up), scene::lens_from_field_of_view(fov, size))}};
         }
         if (options.maps.empty() && !options.up && !options.fov) return {{"built_in", scene::built_in_camera(size)}};
         if (!options.trajectory)
@@ -41,9 +42,9 @@ std::vector<Shot> still_shots(Options const& options, MapShape const& map, std::
     }
     std::vector<Shot> shots;
     std::vector<std::string> of_file;
-    auto const cameras = scene::load_cameras(*options.cameras, &of_file, options.distorted);
+    auto const cameras = scene::load_cameras(*options.cameras, &of_file, options.distorted, options.size);
     for (auto const& note : of_file) notes.push_back(options.cameras->filename().string().append(": ").append(note));
-    auto chosen = scene::select_cameras(cameras, options.camera.value_or(""), map.name);
+    auto chosen = scene::relative_to_origin(scene::select_cameras(cameras, options.camera.value_or(""), map.name), map.origin);
     if (options.every && !options.trajectory) {
         auto const all = chosen.size();
         std::stable_sort(chosen.begin(), chosen.end(), [](auto const& a, auto const& b) { return a.name < b.name; });
@@ -66,14 +67,15 @@ std::vector<Shot> still_shots(Options const& options, MapShape const& map, std::
 std::string camera_names(Options const& options)
 {
     std::string text;
-    for (auto const& camera : scene::load_cameras(*options.cameras, nullptr, options.distorted)) text += one_line(scene::label(camera)) + "\n";
+    scene::Size const any{640, 480}; // for a camera without a size: its name does not depend on it
+    for (auto const& camera : scene::load_cameras(*options.cameras, nullptr, options.distorted, options.size.value_or(any))) text += one_line(scene::label(camera)) + "\n";
     return text;
 }
 
 MapShape shape_of(scene::Map const& map)
 {
     return {map.name, [&map] { return scene::robust_centre(map); },
-            [&map](scene::Size size, glm::dvec3 up, double degrees) { return scene::frame_whole(map, size, up, degrees); }};
+            [&map](scene::Size size, glm::dvec3 up, double degrees) { return scene::frame_whole(map, size, up, degrees); }, map.origin};
 }
 
 std::vector<Shot> make_shots(Options const& options, MapShape const& map, std::vector<std::string>& notes)
@@ -98,7 +100,7 @@ std::vector<Shot> make_shots(Options const& options, MapShape const& map, std::v
             add(start.name + " orbit", camera);
         return shots;
     }
-    auto trajectory = scene::load_trajectory(*options.trajectory, most_frames);
+    auto trajectory = scene::load_trajectory(*options.trajectory, most_frames, options.trajectory_format);
     for (auto const& note : scene::trajectory_notes(trajectory))
         notes.push_back(options.trajectory->filename().string().append(": ").append(note));
     if (!options.cameras)
@@ -107,8 +109,8 @@ std::vector<Shot> make_shots(Options const& options, MapShape const& map, std::v
     for (std::size_t i = 0; i < trajectory.size(); i += options.every.value_or(1)) trajectory[kept++] = trajectory[i];
     trajectory.resize(kept);
     if (options.frames != 0 && options.frames < trajectory.size()) trajectory.resize(options.frames);
-    if (options.relative)
-        trajectory = scene::relative_to_first(std::move(trajectory), scene::pose_of(start.camera));
+    trajectory = options.relative ? scene::relative_to_first(std::move(trajectory), scene::pose_of(start.camera))
+                                  : scene::relative_to_origin(std::move(trajectory), map.origin);
     for (auto const& [seconds, pose] : trajectory)
         add(options.trajectory->stem().string(), scene::make_camera(pose, scene::lens_of(start.camera)),
             trajectory.has_stamps() ? std::optional(seconds) : std::nullopt);

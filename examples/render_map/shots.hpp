@@ -1,5 +1,6 @@
 #pragma once
 #include "options.hpp"
+#include <array>
 #include <filesystem>
 #include <functional>
 #include <glm/vec3.hpp>
@@ -46,6 +47,7 @@ struct MapShape {
     std::string name;
     std::function<glm::dvec3()> centre;
     std::function<tilemesh::splat::Camera(tilemesh::scene::Size, glm::dvec3 up, double degrees)> whole;
+    std::array<double, 3> origin{}; ///< the reader of the map has subtracted it
 };
 /// The shape of a map in this process. The map must outlive it.
 MapShape shape_of(tilemesh::scene::Map const& map);

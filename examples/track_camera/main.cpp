@@ -64,7 +64,7 @@ scene::Trajectory poses_of(Options const& o, scene::Pose const& first)
 {
     scene::Trajectory poses;
     if (o.trajectory) {
-        poses = scene::load_trajectory(*o.trajectory);
+        poses = scene::load_trajectory(*o.trajectory, scene::most_poses, o.trajectory_format);
         if (o.relative) poses = scene::relative_to_first(std::move(poses), first);
     } else if (!o.photos)
         for (std::uint64_t k = 0; k < std::uint64_t{o.frames} * o.every; ++k) {

@@ -17,6 +17,7 @@ Finds the pose of each picture of a sequence from the last one. The pictures are
 trajectory and spoilt as a camera would.
   MAP                        a map that render_map reads [the built-in map]
   --trajectory FILE          poses, camera to world: TUM, EuRoC, KITTI or Replica [a hand-held motion]
+  --trajectory-format NAME   the form of that file: tum, euroc, kitti or replica [the file tells it]
   --relative                 apply the trajectory's motion from its first pose to the camera
   --cameras FILE             a camera file, for the lens and the first pose
   --camera [SCENE/]NAME      the camera of that file
@@ -89,6 +90,11 @@ std::optional<Options> options_of(int argc, char** argv)
         else if (name == "--quiet") o.quiet = true;
         else if (name == "--no-depth") o.depth = false;
         else if (name == "--trajectory") o.trajectory = value();
+        else if (name == "--trajectory-format") {
+            auto const text = value();
+            o.trajectory_format = tilemesh::scene::trajectory_format(text);
+            if (!o.trajectory_format) refuse(name, text, "it takes tum, euroc, kitti or replica");
+        }
         else if (name == "--cameras") o.cameras = value();
         else if (name == "--camera") o.camera = value();
         else if (name == "--report") o.report = value();
@@ -119,6 +125,7 @@ std::optional<Options> options_of(int argc, char** argv)
     if (o.photos && o.map && !o.cameras) throw Error("--photos needs the camera's lens and first pose (no --cameras is given); add --cameras FILE");
     if (o.photos && (o.size || o.save_photos)) throw Error("--size and --save-photos are for rendered pictures (--photos has its own); leave them out");
     if (o.relative && !o.trajectory) throw Error("--relative needs a trajectory (no --trajectory is given); add --trajectory FILE");
+    if (o.trajectory_format && !o.trajectory) throw Error("--trajectory-format needs a trajectory (no --trajectory is given); add --trajectory FILE");
     return o;
 }
 

@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 #include <tilemesh/scene/pose.hpp>
+#include <tilemesh/scene/trajectory.hpp>
 #include <tilemesh/track/pose_solver.hpp>
 
 namespace track_camera {
@@ -12,6 +13,7 @@ namespace track_camera {
 struct Options {
     std::optional<std::filesystem::path> map; ///< none: the built-in map
     std::optional<std::filesystem::path> cameras, trajectory, photos, save_photos;
+    std::optional<tilemesh::scene::TrajectoryFormat> trajectory_format; ///< empty: the file tells it
     std::string camera;
     bool relative = false, quiet = false, depth = true;
     std::optional<tilemesh::scene::Size> size; ///< none: that of the pictures, or 640 x 480

@@ -8,7 +8,7 @@ small="--size 320x180 --quiet"
 
 # --- a picture ---------------------------------------------------------------------------------
 runs --help
-for option in --cameras --camera --list --from --look --up --fov --orbit --frames --trajectory --every --ignore-distortion --scale --relative --size --preset --program --grid --tile --machine \
+for option in --cameras --camera --list --from --look --up --fov --orbit --frames --trajectory --trajectory-format --every --ignore-distortion --scale --relative --size --preset --program --grid --tile --machine \
     --channel-slots --storage-slots --held --rounds --fold --saturation --footprint --copies --hops --pixels --arithmetic --quality --background --sh-degree --fit --engine \
     --threads --out --float --depth --alpha --video --fps --reference --photos --compare --error-picture --report --explain --quiet --strict --resume --version --help; do
     has stdout "^  $option "
@@ -401,7 +401,7 @@ printf 'not a map\n' >bad.ply
 refuses "bad.ply" bad.ply
 printf 'a\nb' >"$(printf 'two\nlines.ply')"
 refuses "two?lines.ply" "$(printf 'two\nlines.ply')"
-for option in --cameras --camera --orbit --frames --trajectory --size --preset --grid --tile --machine --channel-slots \
+for option in --cameras --camera --orbit --frames --trajectory --trajectory-format --size --preset --grid --tile --machine --channel-slots \
     --storage-slots --saturation --footprint --copies --hops --pixels --arithmetic --quality --background --engine --threads --out --report; do
     refuses "^$option has no value" $option
     refuses "^$option has no value" $option --quiet
@@ -426,6 +426,8 @@ refuses "without --cameras" --camera a
 refuses "without --orbit" --frames 3
 refuses "without --frames" --orbit 3
 refuses "without --trajectory" --relative
+refuses "without --trajectory" --trajectory-format tum
+refuses "there are .*choose one" --trajectory walk.tum --trajectory-format csv
 refuses "without --trajectory" --every 2
 refuses "both given" --orbit 1 --frames 2 --trajectory walk.tum
 refuses "both given" --engine sequential --threads 2

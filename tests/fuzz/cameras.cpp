@@ -73,6 +73,7 @@ struct Input {
         close = json.close;
         is_json = json.is_json;
         unread = std::move(json.unread);
+        unread_of_file = std::move(json.unread_of_file);
     }
 
     std::vector<scene::NamedCamera> read(std::vector<std::string>& notes) const
@@ -87,6 +88,7 @@ struct Input {
     std::string first, images_txt;
     plain::Cameras expected;
     std::map<std::string, std::size_t> unread;
+    std::set<std::string> unread_of_file;
 };
 
 /// Equal except for rounding: one float step, in units of `scale`.
@@ -99,7 +101,7 @@ void require_same(std::vector<scene::NamedCamera> const& read, std::vector<plain
 {
     require(read.size() == expected.size(), "as many cameras as the plain reader finds");
     for (std::size_t i = 0; i < read.size(); ++i) {
-        auto const& [scene, file, name, c] = read[i];
+        auto const& [scene, file, name, c, position] = read[i];
         auto const& e = expected[i];
         require(scene == e.scene && file == e.file && name == e.name, "names are those that the plain reader reads");
         require(c.width == e.width && c.height == e.height && near_to(c.fx, e.fx) && near_to(c.fy, e.fy) && near_to(c.cx, e.cx) &&
@@ -108,10 +110,25 @@ void require_same(std::vector<scene::NamedCamera> const& read, std::vector<plain
         double const far = std::max({std::fabs(e.centre[0]), std::fabs(e.centre[1]), std::fabs(e.centre[2])});
         for (unsigned row = 0; row < 3; ++row) {
             require(near_to(c.position[row], e.centre[row], far), "the centre is as the plain reader reads it");
+            require(position && c.position[row] == static_cast<float>((*position)[static_cast<int>(row)]), "the centre is the rounded one of double");
             for (unsigned column = 0; column < 3; ++column)
                 require(near_to(c.rotation[row][column], e.rotation[row][column]), "the rotation is as the plain reader reads it");
         }
     }
+}
+
+/// As `require_notes`, for the keys of the whole file; takes their notes away.
+void require_notes_of_file(std::vector<std::string>& notes, std::set<std::string> const& unread)
+{
+    auto const of_file = [](std::string const& note) { return note.rfind("the file has ", 0) == 0; };
+    auto const count = static_cast<std::size_t>(std::count_if(notes.begin(), notes.end(), of_file));
+    bool plain_keys = true;
+    for (auto const& key : unread) plain_keys = plain_keys && key.size() <= 40 && plain::printable(key);
+    if (plain_keys) require(count == std::min<std::size_t>(unread.size(), 9), "each key beside the frames that is not read has a note");
+    for (auto const& key : unread)
+        if (plain_keys && unread.size() <= 8)
+            require(std::count(notes.begin(), notes.end(), "the file has \"" + key + "\", which is not read") == 1, "the keys of the file are named");
+    notes.erase(std::remove_if(notes.begin(), notes.end(), of_file), notes.end());
 }
 
 /// A note for each key that is not read, or for eight of them and one more for the others.
@@ -161,6 +178,7 @@ extern "C" int LLVMFuzzerTestOneInput(std::uint8_t const* data, std::size_t size
         read = true;
         require(input.close || input.expected.has_value(), "what the plain reader refuses is refused");
         if (input.expected) require_same(cameras, *input.expected);
+        if (input.expected) require_notes_of_file(notes, input.unread_of_file);
         if (input.expected) require_notes(notes, input.unread);
         for (auto const& camera : cameras) {
             require_camera(camera.camera);

@@ -78,6 +78,7 @@ inline bool is_distorted(nlohmann::json const& object)
 class JsonCameras {
 public:
     std::map<std::string, std::size_t> unread; ///< keys that are not read, and how many cameras have each
+    std::set<std::string> unread_of_file; ///< keys beside the frames of a transforms.json that are not read
     bool is_json = true; ///< false: refused because it is not JSON, or because it is nested too deep
     bool close = false;
 
@@ -161,6 +162,11 @@ private:
         std::set<std::string> names;
         static std::set<std::string> const read_keys{"file_path", "transform_matrix", "w", "h", "fl_x", "fl_y", "cx", "cy", "camera_angle_x", "camera_angle_y",
                                                      "is_fisheye", "colmap_im_id", "depth_file_path", "mask_path", "sharpness"};
+        for (auto const& item : file.items())
+            if (!std::set<std::string>{"frames", "w", "h", "fl_x", "fl_y", "cx", "cy", "camera_angle_x", "camera_angle_y", "is_fisheye", "aabb_scale", "ply_file_path",
+                                       "train_filenames", "val_filenames", "test_filenames", "sharpness"}.count(item.key()) &&
+                !is_distortion_key(item.key()))
+                unread_of_file.insert(item.key());
         for (auto const& frame : file["frames"]) {
             if (!frame.is_object() || !text_of(frame, "file_path") || !is_matrix(frame, "transform_matrix", 4)) return {};
             for (auto const& item : frame.items())
@@ -173,6 +179,7 @@ private:
                     if ((is_distortion_key(item.key()) || item.key() == "is_fisheye") && !means_pinhole_or_model(*value(item.key()))) return {};
             Camera c{};
             c.name = *text_of(frame, "file_path");
+            std::replace(c.name.begin(), c.name.end(), '\\', '/');
             if (c.name.size() > 2 && c.name.substr(0, 2) == "./") c.name = c.name.substr(2);
             if (c.name.empty() || !names.insert(c.name).second) return {};
             bool refused = false;

@@ -167,13 +167,17 @@ inline bool has_a_key_twice(Bytes const& archive)
     return Json(unzipped(archive, "meta.json").value_or("")).twice;
 }
 
-/// A number or a list of numbers, as a list.
+/// A number or a list of numbers, as a list. A null at the beginning is PlayCanvas' step below the second number.
 inline std::vector<double> numbers_of(nlohmann::json const& part, char const* key)
 {
     if (!part.contains(key)) return {};
     auto const& value = part[key];
     if (value.is_number()) return {value.get<double>()};
-    return value.is_array() ? value.get<std::vector<double>>() : std::vector<double>{};
+    if (!value.is_array()) return {};
+    std::vector<double> numbers;
+    for (auto const& number : value) numbers.push_back(number.is_null() ? 0 : number.get<double>());
+    if (numbers.size() == 256 && value[0].is_null()) numbers[0] = numbers[1] + (numbers[1] - numbers[255]) / 255.0;
+    return numbers;
 }
 
 inline std::optional<Map> sog(Bytes const& archive)
@@ -188,7 +192,8 @@ inline std::optional<Map> sog(Bytes const& archive)
     auto const byte = [](Bytes const& of, std::size_t pixel, std::size_t channel) { return static_cast<std::uint8_t>(of.at(6 + 4 * pixel + channel)); };
 
     scene_test::PackedSog packed;
-    packed.version = number(meta, "version", 1) == 2 ? 2 : 1;
+    bool const said = meta.contains("version") && meta["version"].is_number();
+    packed.version = number(meta, "version", 1) == 2 || ((!said || meta["version"] == -1) && !numbers_of(meta["scales"], "codebook").empty()) ? 2 : 1;
     auto const lows = numbers_of(meta["means"], "mins"), highs = numbers_of(meta["means"], "maxs");
     for (std::size_t i = 0; i < 3; ++i) packed.mins[i] = lows[i], packed.maxs[i] = highs[i] == lows[i] ? lows[i] + 1 : highs[i];
     char const* const parts[3] = {"scales", "sh0", "shN"};
@@ -203,7 +208,7 @@ inline std::optional<Map> sog(Bytes const& archive)
     }
 
     Bytes labels;
-    if (meta.contains("shN") && meta["shN"].is_object() && (packed.version == 1 || number(meta["shN"], "bands", 0) > 0)) {
+    if (meta.contains("shN") && meta["shN"].is_object() && meta["shN"].contains("files") && meta["shN"]["files"].is_array() && !meta["shN"]["files"].empty()) {
         Bytes const palette = picture("shN", 0);
         labels = picture("shN", 1);
         auto const per_entry = static_cast<std::size_t>(little(palette, 2, 2) / 64); // pixels; 64 entries a line
@@ -215,7 +220,7 @@ inline std::optional<Map> sog(Bytes const& archive)
     }
 
     Bytes const low = picture("means", 0), high = picture("means", 1), scales = picture("scales", 0), quats = picture("quats", 0), sh0 = picture("sh0", 0);
-    auto const rows = static_cast<std::size_t>(packed.version == 2 ? number(meta, "count", 0) : numbers_of(meta["means"], "shape")[0]);
+    auto const rows = static_cast<std::size_t>(packed.version == 2 && number(meta, "count", -1) != -1 ? number(meta, "count", 0) : numbers_of(meta["means"], "shape")[0]);
     std::vector<std::size_t> without_rotation;
     for (std::size_t r = 0; r < rows; ++r) {
         auto& row = packed.rows.emplace_back();

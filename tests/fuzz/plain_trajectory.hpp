@@ -9,8 +9,21 @@ struct Pose {
     std::array<std::array<double, 3>, 3> rotation; ///< world to camera, rows
 };
 
-/// The eight numbers of a line of EuRoC, which may have more fields.
-inline std::optional<std::array<double, 8>> euroc_fields(std::string const& line)
+/// A field of a trajectory: a number from -1e37 to 1e37, or NaN or infinite, which is no fault of the line.
+inline std::optional<double> pose_number(std::string const& word)
+{
+    if (auto const value = moderate(word)) return value;
+    auto const found = number(word);
+    if (found && !found->lost && found->value - found->value != 0.0) return found->value;
+    return {};
+}
+inline bool all_finite(double const* values, std::size_t n)
+{
+    return std::all_of(values, values + n, [](double v) { return v - v == 0.0; });
+}
+
+/// The eight numbers of a line with commas, which may have more fields.
+inline std::optional<std::array<double, 8>> comma_fields(std::string const& line)
 {
     std::array<double, 8> v{};
     std::size_t begin = 0;
@@ -18,21 +31,23 @@ inline std::optional<std::array<double, 8>> euroc_fields(std::string const& line
         if (begin > line.size()) return {};
         std::size_t const end = std::min(line.find(',', begin), line.size());
         auto const w = words(line.substr(begin, end - begin));
-        if (w.size() != 1 || !moderate(w[0])) return {};
-        value = *moderate(w[0]);
+        if (w.size() != 1 || !pose_number(w[0])) return {};
+        value = *pose_number(w[0]);
         begin = end + 1;
     }
     return v;
 }
 
-/// A line that is the first rows of a matrix, camera to world; `close` as for `usable`.
-inline std::optional<Pose> matrix_pose(std::vector<std::string> const& w, bool& close)
+/// A line that is the first rows of a matrix, camera to world; `close` as for `usable`. Sets `left_out` for a row that is not finite.
+inline std::optional<Pose> matrix_pose(std::vector<std::string> const& w, bool& close, bool& left_out)
 {
     std::array<double, 16> m{};
     for (std::size_t i = 0; i < w.size(); ++i) {
-        if (!moderate(w[i])) return {};
-        m[i] = *moderate(w[i]);
+        if (!pose_number(w[i])) return {};
+        m[i] = *pose_number(w[i]);
     }
+    left_out = !all_finite(m.data(), w.size());
+    if (left_out) return {};
     Camera c{"", "", "", 1, 1, 1, 1, 0, 0, 1, {}, {}};
     Pose pose{};
     for (unsigned row = 0; row < 3; ++row) {
@@ -53,12 +68,15 @@ inline std::optional<std::vector<Pose>> tum_lines(std::string const& text, std::
         std::string const before = line.substr(0, line.find('#'));
         auto const w = words(before);
         if (w.empty()) continue;
-        if (before.find(',') != before.npos || w.size() != 8 || poses.size() == most) return {};
+        if (before.find(',') != before.npos || w.size() != 8) return {};
         std::array<double, 8> v{};
         for (std::size_t i = 0; i < 8; ++i) {
-            if (!moderate(w[i])) return {};
-            v[i] = *moderate(w[i]);
+            if (!pose_number(w[i])) return {};
+            v[i] = *pose_number(w[i]);
         }
+        if (v[4] == 0.0 && v[5] == 0.0 && v[6] == 0.0 && v[7] == 0.0) return {};
+        if (!all_finite(v.data(), 8)) continue;
+        if (poses.size() == most) return {};
         auto const rotation = rotation_of(v[7], -v[4], -v[5], -v[6]); // the conjugate: world to camera
         if (!rotation) return {};
         poses.push_back({v[0], {v[1], v[2], v[3]}, *rotation});
@@ -72,8 +90,48 @@ inline std::optional<std::vector<Pose>> tum(std::string const& text, std::size_t
     return tum_lines(without_mark(text), most);
 }
 
-/// A trajectory in the form of its first pose: "tum", "euroc", "kitti" or "replica". Sets `close` if a value is so near to a limit that rounding
-/// decides.
+/// What a line of names says about the columns.
+struct PlainHeader {
+    bool there = false, w_first = false, seconds = false, nanoseconds = false;
+    std::size_t names = 0, first_q = 0;
+};
+inline PlainHeader plain_header(std::string const& line)
+{
+    std::vector<std::string> names;
+    PlainHeader out;
+    std::string word;
+    bool in_unit = false;
+    for (char c : line + " ") {
+        if (std::string("[](),#; \t\r\v\f").find(c) == std::string::npos) {
+            if (word.size() < 40) word += c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c;
+            continue;
+        }
+        if (!word.empty() && !in_unit) names.push_back(word);
+        if (!word.empty() && in_unit && names.size() <= 1) {
+            out.seconds = out.seconds || word == "s" || word == "sec";
+            out.nanoseconds = out.nanoseconds || word == "ns";
+        }
+        word.clear();
+        if (c == '[' || c == '(') in_unit = true;
+        if (c == ']' || c == ')') in_unit = false;
+    }
+    std::size_t first_w = 0, first_x = 0;
+    for (std::size_t i = names.size(); i-- > 0;) {
+        auto const& name = names[i];
+        if (name[0] != 'q') continue;
+        if (std::string("wxyz").find(name[name.size() - 1]) != std::string::npos) out.first_q = i + 1;
+        if (name[name.size() - 1] == 'w') first_w = i + 1;
+        if (name[name.size() - 1] == 'x') first_x = i + 1;
+    }
+    out.names = names.size();
+    if (!names.empty() && names[0].size() >= 3 && names[0].substr(names[0].size() - 3) == "_ns") out.nanoseconds = true;
+    out.there = first_w != 0 && first_x != 0;
+    out.w_first = first_w < first_x;
+    return out;
+}
+
+/// A trajectory in the form that its header, columns and stamps say: "tum", "euroc", "kitti" or "replica". Sets `close` if a value is so near
+/// to a limit that rounding decides, and for a file whose form only its motion can tell.
 struct Trajectory {
     std::string form;
     std::vector<Pose> poses;
@@ -81,28 +139,73 @@ struct Trajectory {
 inline std::optional<Trajectory> any_trajectory(std::string const& text, std::size_t most, bool& close)
 {
     Trajectory all;
+    PlainHeader header;
+    std::vector<std::array<double, 8>> rows;
+    bool commas = false, more = false, whole = true, huge = false;
+    std::size_t number = 0;
     for (auto const& line : lines(without_mark(text))) {
         std::string const before = line.substr(0, line.find('#'));
         auto const w = words(before);
-        if (w.empty()) continue;
-        if (all.form.empty())
-            all.form = std::count(before.begin(), before.end(), ',') >= 7 ? "euroc" : w.size() == 12 ? "kitti" : w.size() == 16 ? "replica" : "tum";
-        std::optional<Pose> pose;
-        if (all.form == "tum") {
-            auto const found = tum_lines(before, 1);
-            if (found) pose = found->front();
-        } else if (all.form == "euroc") {
-            auto const v = euroc_fields(before);
-            auto const rotation = v ? rotation_of((*v)[4], -(*v)[5], -(*v)[6], -(*v)[7]) : std::nullopt;
-            if (rotation) pose = {(*v)[0] * 1e-9, {(*v)[1], (*v)[2], (*v)[3]}, *rotation};
-        } else if (w.size() == (all.form == "kitti" ? 12u : 16u)) {
-            pose = matrix_pose(w, close);
-            if (pose) pose->seconds = static_cast<double>(all.poses.size());
+        if (all.form.empty()) {
+            auto const found = plain_header(w.empty() ? line : before);
+            if (found.there) {
+                header = found;
+                continue;
+            }
         }
-        if (!pose || all.poses.size() == most) return {};
-        all.poses.push_back(*pose);
+        if (w.empty()) continue;
+        if (all.form.empty()) {
+            auto const count = std::count(before.begin(), before.end(), ',');
+            commas = count >= 7;
+            more = commas ? count >= 8 && before[before.size() - 1] != ',' : w.size() == 17;
+            all.form = commas || more ? "stamped" : w.size() == 12 ? "kitti" : w.size() == 16 ? "replica" : "stamped";
+        }
+        ++number;
+        if (all.form != "stamped") {
+            if (w.size() != (all.form == "kitti" ? 12u : 16u)) return {};
+            bool left_out = false;
+            auto pose = matrix_pose(w, close, left_out);
+            if (left_out) continue;
+            if (!pose || all.poses.size() == most) return {};
+            pose->seconds = static_cast<double>(number - 1);
+            all.poses.push_back(*pose);
+            continue;
+        }
+        std::optional<std::array<double, 8>> v;
+        if (commas) {
+            v = comma_fields(before);
+        } else if ((more ? w.size() >= 8 : w.size() == 8) && (more || before.find(',') == before.npos)) {
+            v.emplace();
+            for (std::size_t i = 0; i < 8; ++i) {
+                if (!pose_number(w[i])) return {};
+                (*v)[i] = *pose_number(w[i]);
+            }
+        }
+        if (!v || ((*v)[4] == 0.0 && (*v)[5] == 0.0 && (*v)[6] == 0.0 && (*v)[7] == 0.0)) return {};
+        if (!all_finite(v->data(), 8)) continue;
+        if (rows.size() == most) return {};
+        rows.push_back(*v);
+        std::string const stamp = w[0].substr(0, w[0].find(','));
+        whole = whole && stamp.find_first_of(".eE") == stamp.npos;
+        huge = huge || std::fabs((*v)[0]) >= 1e14;
     }
-    if (all.poses.empty()) return {};
+    if (all.form != "stamped") return all.poses.empty() ? std::nullopt : std::optional(all);
+    if (rows.empty()) return {};
+    if (header.there && header.names >= 8 && header.first_q != 5) return {};
+    if (header.there) all.form = header.w_first ? "euroc" : "tum";
+    else if (more || (commas && whole && huge)) all.form = "euroc";
+    else if (!commas && !(whole && huge)) all.form = "tum";
+    else {
+        close = close || rows.size() >= 10;
+        return {};
+    }
+    double const unit = !header.seconds && (header.nanoseconds || huge) ? 1e-9 : 1.0;
+    for (auto const& v : rows) {
+        bool const first = all.form == "euroc";
+        auto const rotation = first ? rotation_of(v[4], -v[5], -v[6], -v[7]) : rotation_of(v[7], -v[4], -v[5], -v[6]);
+        if (!rotation) return {};
+        all.poses.push_back({v[0] * unit, {v[1], v[2], v[3]}, *rotation});
+    }
     return all;
 }
 

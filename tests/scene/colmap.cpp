@@ -9,6 +9,7 @@
 #include <glm/mat3x3.hpp>
 #include <glm/vec3.hpp>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <sstream>
 #include <string>
 #include <system_error>
@@ -483,4 +484,28 @@ TEST_CASE("a folder with both forms stands for its text model; a file stands for
     CHECK(scene::load_cameras(folder.path() / "cameras.bin").size() == 3);
     TempFolder const none;
     CHECK(has(error_of([&] { scene::load_cameras(none.path()); }), "a directory without cameras.txt and images.txt, or cameras.bin and images.bin"));
+}
+
+TEST_CASE("images of one IMAGE_ID are all read, and noted")
+{
+    unsigned state = 3;
+    auto const random = [&] { return (state = state * 1664525u + 1013904223u) >> 8; };
+    for (int trial = 0; trial < 50; ++trial) {
+        std::string images;
+        std::set<unsigned> ids;
+        std::size_t repeated = 0;
+        std::string first;
+        for (unsigned i = 0; i < 12; ++i) {
+            unsigned const id = trial == 0 ? i : random() % 20;
+            std::string const name = "p" + std::to_string(i) + ".png";
+            if (!ids.insert(id).second && repeated++ == 0) first = "IMAGE_ID " + std::to_string(id) + " of \"" + name + "\"";
+            images += std::to_string(id) + " 1 0 0 0 0 0 0 1 " + name + "\n\n";
+        }
+        std::istringstream lenses("1 PINHOLE 64 48 50 50 32 24\n"), stream(images);
+        std::vector<std::string> notes;
+        CHECK(scene::read_colmap(lenses, stream, "c.txt", "i.txt", scene::DistortedLens::refused, &notes).size() == 12);
+        REQUIRE(notes.size() == (repeated == 0 ? 0u : 1u));
+        if (repeated != 0) CHECK(has(notes[0], first));
+        if (repeated != 0) CHECK(has(notes[0], std::to_string(repeated) + (repeated == 1 ? " image has" : " images have") + " an IMAGE_ID that an earlier image has"));
+    }
 }

@@ -1,7 +1,10 @@
 #include "../splat/support.hpp"
 #include <doctest/doctest.h>
 #include <span>
+#include <string>
+#include <tilemesh/error.hpp>
 #include <tilemesh/scene/demand.hpp>
+#include <tilemesh/scene/map_file.hpp>
 #include <tilemesh/scene/records.hpp>
 
 using namespace tilemesh;
@@ -158,6 +161,52 @@ TEST_CASE("demand: a demand of another map is refused, and the lower degree coun
     map.harmonics.pop_back();
     CHECK_THROWS_AS(scene::records<splat::ShadedGaussian<3>>(map), Error);
     CHECK_THROWS_AS(scene::at_degree(map, 1), Error);
+}
+
+TEST_CASE("a map whose harmonics do not fit its degree is refused wherever they are read")
+{
+    auto const refused = [](scene::Map const& map, char const* why) {
+        auto const says = [&](auto const& call) {
+            try {
+                call();
+            } catch (Error const& error) {
+                return std::string(error.what()).find(why) != std::string::npos;
+            }
+            return false;
+        };
+        Demand d;
+        d.gaussians = map.gaussians.size();
+        d.sh_degree = map.sh_degree;
+        CHECK(says([&] { demand_of(map); }));
+        CHECK(says([&] { along(map, {support::flat_camera(64, 64)}); }));
+        CHECK(says([&] { scene::needed(map, d); }));
+        CHECK(says([&] { scene::records<splat::ShadedGaussian<3>>(map); }));
+        CHECK(says([&] { scene::at_degree(map, 3); }));
+        CHECK(says([&] { scene::turned(map, scene::Turn::x90); }));
+        CHECK(says([&] { scene::join_maps({map, map}); }));
+        CHECK(says([&] { scene::join_maps({map}); }));
+    };
+    auto map = support::map_of({support::ball(1, 8, 8), support::ball(2, 9, 8)});
+    for (std::uint32_t degree = 0; degree <= 3; ++degree) {
+        std::size_t const right = 2 * 3 * splat::harmonics_per_channel(degree);
+        map.sh_degree = degree;
+        for (std::size_t size : {std::size_t{0}, right - (degree != 0 ? 1 : 0), right + 1, right / 2, 3 * right}) {
+            map.harmonics.assign(size, 0.25f);
+            if (size == right) CHECK(demand_of(map).sh_degree == degree);
+            else refused(map, "fill in all of them");
+        }
+    }
+    for (std::uint32_t degree : {4u, 5u, 37836u, 0xffffffffu}) {
+        map.sh_degree = degree;
+        for (std::size_t size : {std::size_t{0}, std::size_t{144}}) {
+            map.harmonics.assign(size, 0.25f);
+            refused(map, "fill in degree 3 at most");
+        }
+    }
+    auto const small = support::map_of({support::ball(1, 8, 8), support::ball(2, 9, 8)});
+    auto d = demand_of(small);
+    d.visible.assign(1, true);
+    CHECK_THROWS_AS(scene::needed(small, d), Error);
 }
 
 TEST_CASE("demand: it holds for the scanned views with their model, and for any view if nothing was left out")

@@ -253,6 +253,102 @@ TEST_CASE("SOG: bit for bit what its reference reader gives, in both versions, a
     CHECK(has(error_of([&] { read(write_zip(packed.files({}), {}, false)); }), "row 3 names entry 100 of 100"));
 }
 
+TEST_CASE("SOG: what other writers leave out, or call otherwise, changes nothing")
+{
+    Numbers numbers(41);
+    Packing const packing;
+    for (std::uint32_t degree : {1u, 2u, 3u})
+        for (int round = 0; round < 4; ++round) {
+            auto const packed = PackedSog::random(3 + 50 * static_cast<std::size_t>(round), 2, degree, numbers);
+            Map const expected = read(write_zip(packed.files(packing), packing, false));
+            auto const with = [&](std::vector<std::array<std::string, 2>> const& changes) {
+                auto files = packed.files(packing);
+                auto& meta = files["meta.json"];
+                for (auto const& [from, to] : changes) {
+                    auto const at = meta.find(from);
+                    REQUIRE(at != meta.npos);
+                    meta.replace(at, from.size(), to);
+                }
+                return read(write_zip(files, packing, false));
+            };
+            std::string const d = std::to_string(degree), rows = std::to_string(packed.rows.size());
+            for (std::string const& bands : {std::string(""), std::string("\"bands\":0,"), std::string("\"bands\":null,"), std::string("\"coeffs\":5,")}) {
+                Map const map = with({{"\"bands\":" + d + ",", bands}});
+                CHECK(same(map, expected));
+                CHECK(notes_have(map, "the palette's width says degree " + d));
+            }
+            CHECK_FALSE(notes_have(expected, "the palette's width says"));
+            CHECK(same(with({{"\"count\":100,\"bands\"", "\"palette_size\":100,\"bands\""}}), expected));
+            CHECK(same(with({{"\"count\":100,\"bands\"", "\"bands\""}}), expected));
+            CHECK(same(with({{"\"version\":2,", ""}}), expected));
+            CHECK(same(with({{"\"count\":" + rows + ",", ""}, {"\"means\":{", "\"means\":{\"shape\":[" + rows + ",3],"}}), expected));
+            // A map of degree 0 whose writer names the part all the same.
+            auto const flat = PackedSog::random(2, 2, 0, numbers);
+            auto files = flat.files(packing);
+            Map const plain = read(write_zip(files, packing, false));
+            auto& meta = files["meta.json"];
+            meta.replace(meta.rfind('}'), 1, ",\"shN\":{\"bands\":0,\"files\":[]}}");
+            CHECK(same(read(write_zip(files, packing, false)), plain));
+        }
+}
+
+TEST_CASE("SOG: a first entry null of a codebook is a step below the second, as PlayCanvas' engine reads it")
+{
+    Numbers numbers(42);
+    Packing const packing;
+    for (std::size_t book = 0; book < 3; ++book)
+        for (int round = 0; round < 5; ++round) {
+            auto packed = PackedSog::random(40, 2, 1, numbers);
+            for (auto& row : packed.rows) row.scale[0] = row.colour[1] = 0; // rows that use the entry
+            for (auto& entry : packed.palette) entry[2] = 0;
+            auto files = packed.files(packing);
+            auto& meta = files["meta.json"];
+            std::string const first = "\"codebook\":[" + PackedSog::text(packed.books[book][0]) + ",";
+            REQUIRE(meta.find(first) != meta.npos);
+            meta.replace(meta.find(first), first.size(), "\"codebook\":[null,");
+            auto& values = packed.books[book];
+            values[0] = values[1] + (values[1] - values[255]) / 255.0;
+            CHECK(values[0] < values[1]);
+            CHECK(same(read(write_zip(files, packing, false)), read(write_zip(packed.files(packing), packing, false))));
+        }
+}
+
+TEST_CASE("a map that was trained with anti-aliasing has a note in every format that can say so")
+{
+    Numbers numbers(43);
+    Packing const packing;
+    char const* const note = "trained with anti-aliasing, which is not applied";
+    auto const sog = [&](std::string const& key) {
+        auto files = PackedSog::random(2, 2, 0, numbers).files(packing);
+        auto& meta = files["meta.json"];
+        meta.replace(meta.find("\"count\""), 0, key);
+        return notes_have(read(write_zip(files, packing, false)), note);
+    };
+    CHECK(sog("\"antialias\":true,"));
+    CHECK(sog("\"antialiased\":1,"));
+    CHECK(sog("\"model\":\"antialiased\","));
+    CHECK(sog("\"asset\":{\"generator\":\"a\",\"antialias\":true},"));
+    CHECK_FALSE(sog(""));
+    CHECK_FALSE(sog("\"antialias\":false,"));
+    CHECK_FALSE(sog("\"model\":\"default\","));
+    auto const ply = [&](Bytes bytes, std::string const& line) {
+        auto const at = bytes.find("element");
+        return notes_have(read(bytes.insert(at, line), {}, "a.ply"), note);
+    };
+    Bytes const compressed = PackedPly::random(2, 0, true, numbers).bytes();
+    PlainMap rows;
+    rows.rows.resize(1);
+    rows.rows[0].rotation = {1, 0, 0, 0};
+    for (Bytes const& bytes : {compressed, write_plain_ply(rows)}) {
+        CHECK(ply(bytes, "comment antialiased 1\n"));
+        CHECK(ply(bytes, "comment SplatRenderMode: mip\r\n"));
+        CHECK(ply(bytes, "comment antialiased 0\ncomment SplatRenderMode: mip\n"));
+        CHECK_FALSE(ply(bytes, "comment antialiased 0\n"));
+        CHECK_FALSE(ply(bytes, "comment SplatRenderMode: mip\ncomment SplatRenderMode: default\n"));
+        CHECK_FALSE(ply(bytes, "comment not antialiased\n"));
+    }
+}
+
 TEST_CASE("a format without its decoder is refused in a line that names the package")
 {
     Numbers numbers(5);

@@ -133,3 +133,31 @@ TEST_CASE("a folder has associations.txt, or rgb.txt with or without depth.txt; 
     CHECK(has(error_of([&] { scene::load_rgbd(folder); }), "depth.txt lists no picture"));
     fs::remove_all(folder);
 }
+
+TEST_CASE("an association whose picture and depth are far apart is noted")
+{
+    auto const frames_of = [](std::string const& text) {
+        std::istringstream stream(text);
+        return scene::read_rgbd_list(stream, "list");
+    };
+    CHECK(scene::rgbd_notes(frames_of("1 a.png 1.02 a.depth.png\n2 b.png 1.99 b.depth.png\n")).empty());
+    CHECK(scene::rgbd_notes(frames_of("1311868164.363400 a.png 1311868164.383400 d.png\n")).empty());
+    CHECK(scene::rgbd_notes(frames_of("1 a.png\n99 b.png\n")).empty());
+    CHECK(scene::rgbd_notes({}).empty());
+    CHECK(scene::rgbd_notes(frames_of("1 a.png 99 a.depth.png\n2 b.png 2 b.depth.png\n3 c.png 2.5 c.depth.png\n")) ==
+          std::vector<std::string>{"pictures whose depth is more than 0.02 s away: 2, the furthest is 98 s away, of the picture at 1"});
+    unsigned state = 5;
+    auto const random = [&] { return (state = state * 1664525u + 1013904223u) >> 8; };
+    for (int trial = 0; trial < 100; ++trial) {
+        std::string text;
+        std::size_t far = 0;
+        for (unsigned i = 0; i < 20; ++i) {
+            unsigned const apart = random() % 64; // of 256 a second: 5 are 0.0195 s
+            far += apart > 5 ? 1 : 0;
+            text += std::to_string(i) + " c.png " + std::to_string(i + apart / 256.0) + " d.png\n";
+        }
+        auto const notes = scene::rgbd_notes(frames_of(text));
+        REQUIRE(notes.size() == (far == 0 ? 0u : 1u));
+        if (far != 0) CHECK(has(notes[0], "0.02 s away: " + std::to_string(far) + ","));
+    }
+}

@@ -1,13 +1,21 @@
 // test: unoptimised test asan
 #include "support.hpp"
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <doctest/doctest.h>
+#include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <random>
 #include <sstream>
 #include <string>
 #include <tilemesh/scene/camera_json.hpp>
+#include <tilemesh/scene/detail/picture_size.hpp>
 #include <tilemesh/scene/named_camera.hpp>
+#include <tilemesh/scene/pose.hpp>
 #include <vector>
 
 using namespace scene_test;
@@ -210,6 +218,132 @@ TEST_CASE("keys of frames that are not read are named, except those that say not
     std::vector<std::string> notes;
     auto file = file_of({f, frame("b")});
     file["aabb_scale"] = 16;
+    file["ply_file_path"] = "points.ply";
     read(file.dump(), &notes);
     CHECK(notes == std::vector<std::string>{"1 camera has \"exposure\", which is not read"});
+}
+
+TEST_CASE("keys beside the frames that are not read are named, except those that say nothing about the cameras")
+{
+    std::vector<std::string> notes;
+    read(R"({"fl_x": 240, "fl_Y": 120, "cx": 160, "cY": 20, "w": 320, "h": 180, "frames": [)" + frame("r.png").dump() + "]}", &notes);
+    CHECK(notes == std::vector<std::string>{"the file has \"fl_Y\", which is not read", "the file has \"cY\", which is not read"});
+    // Any key that is not one of a lens is named, wherever it stands; of many, eight.
+    std::mt19937 random(7);
+    for (std::size_t count : {1u, 3u, 8u, 9u, 20u}) {
+        json file = lens;
+        std::vector<std::string> before, after;
+        for (std::size_t i = 0; i < count; ++i) (random() % 2 != 0 ? before : after).push_back("K" + std::to_string(random() % 1000) + "_" + std::to_string(i));
+        std::string text = "{";
+        for (auto const& key : before) text += "\"" + key + "\":[1,{\"w\":2}],";
+        text += "\"frames\":[" + frame("a").dump() + "]";
+        for (auto const& key : after) text += ",\"" + key + "\":null";
+        notes.clear();
+        read(text + "," + file.dump().substr(1), &notes);
+        REQUIRE(notes.size() == std::min<std::size_t>(count, 9));
+        before.insert(before.end(), after.begin(), after.end());
+        for (std::size_t i = 0; i < std::min<std::size_t>(count, 8); ++i) CHECK(notes[i] == "the file has \"" + before[i] + "\", which is not read");
+        if (count > 8) CHECK(notes[8] == "the file has more keys that are not read");
+    }
+}
+
+namespace {
+
+std::string big_endian(std::uint32_t value, std::size_t bytes)
+{
+    std::string out;
+    for (std::size_t i = bytes; i-- > 0;) out += static_cast<char>(value >> 8 * i & 255u);
+    return out;
+}
+std::string png_header(std::uint32_t width, std::uint32_t height)
+{
+    return "\x89PNG\r\n\x1a\n" + big_endian(13, 4) + "IHDR" + big_endian(width, 4) + big_endian(height, 4) + std::string("\x08\x02\0\0\0", 5);
+}
+/// `before`: segments in front of the frame.
+std::string jpeg_header(std::uint32_t width, std::uint32_t height, char frame_marker, std::vector<std::string> const& before)
+{
+    std::string out = "\xff\xd8";
+    for (auto const& segment : before) out += "\xff\xe1" + big_endian(static_cast<std::uint32_t>(segment.size() + 2), 2) + segment;
+    return out + "\xff\xff" + frame_marker + big_endian(17, 2) + "\x08" + big_endian(height, 2) + big_endian(width, 2) + "\x03";
+}
+std::optional<scene::Size> size_in(std::string const& bytes)
+{
+    std::istringstream stream(bytes);
+    return scene::detail::picture_size(stream);
+}
+
+} // namespace
+
+TEST_CASE("the header of a PNG or JPEG says the picture's size; anything else says none")
+{
+    std::mt19937 random(8);
+    for (int round = 0; round < 200; ++round) {
+        auto const side = [&] { return static_cast<std::uint32_t>(1 + random() % 65535); };
+        std::uint32_t const width = side(), height = side();
+        std::vector<std::string> before(random() % 4);
+        for (auto& segment : before) segment.assign(random() % 60000, static_cast<char>(random()));
+        std::string const png = png_header(width, height);
+        std::string const jpeg = jpeg_header(width, height, "\xc0\xc1\xc2\xc9"[random() % 4], before);
+        for (auto const& bytes : {png, jpeg}) {
+            auto const size = size_in(bytes);
+            REQUIRE(size);
+            CHECK(size->width == width);
+            CHECK(size->height == height);
+        }
+        CHECK_FALSE(size_in(png.substr(0, random() % 24)));
+        CHECK_FALSE(size_in(jpeg.substr(0, jpeg.size() - 3 - random() % 6)));
+    }
+    CHECK_FALSE(size_in(png_header(0, 5)));
+    CHECK_FALSE(size_in(png_header(65536, 5)));
+    CHECK_FALSE(size_in(""));
+    CHECK_FALSE(size_in("GIF89a" + std::string(30, '\0')));
+    CHECK_FALSE(size_in("\xff\xd8" + std::string(100, '\xff')));
+    CHECK_FALSE(size_in("\xff\xd8\xff\xe1" + std::string(30, '\0')));
+}
+
+TEST_CASE("a frame without w and h has the size of its picture, or the size that was given")
+{
+    namespace fs = std::filesystem;
+    TempFile const place("", "");
+    fs::path const folder = place.path().string() + "_scene";
+    fs::create_directories(folder / "train");
+    auto const write = [&](fs::path const& at, std::string const& bytes) { std::ofstream(folder / at, std::ios::binary) << bytes; };
+    auto const load = [&](json const& file, std::vector<std::string>* notes = nullptr, std::optional<scene::Size> size = {}) {
+        write("transforms.json", file.dump());
+        return scene::load_cameras(folder / "transforms.json", notes, scene::DistortedLens::refused, size);
+    };
+    double const angle = 2 * std::atan(0.5); // the focal length is the width
+    json const blender = file_of({frame("./train/r_0"), frame("./train/r_1"), frame(".\\train\\r_2.jpg")}, {{"camera_angle_x", angle}});
+    CHECK(has(error_of([&] { load(blender); }), "frame train/r_0 is not usable (neither it nor the file has \"w\" and \"h\", and no PNG or JPEG picture"));
+    std::vector<std::string> notes;
+    auto given = load(blender, &notes, scene::Size{320, 180});
+    REQUIRE(given.size() == 3);
+    for (auto const& each : given) {
+        CHECK(each.camera.width == 320);
+        CHECK(each.camera.height == 180);
+        CHECK(each.camera.fx == doctest::Approx(320.0));
+        CHECK(each.camera.cy == 90.0f);
+    }
+    CHECK(given[2].name == "train/r_2.jpg");
+    REQUIRE(notes.size() == 1);
+    CHECK(has(notes[0], "3 cameras have no \"w\" or \"h\": the size is that of the picture"));
+    write("train/r_0.png", png_header(800, 600));
+    write("train/r_1.JPG", jpeg_header(640, 400, '\xc2', {"Exif"}));
+    write("train/r_2.jpg", "not a picture");
+    auto const mixed = load(blender, nullptr, scene::Size{320, 180});
+    CHECK(mixed[0].camera.width == 800);
+    CHECK(mixed[0].camera.height == 600);
+    CHECK(mixed[0].camera.fx == doctest::Approx(800.0));
+    CHECK(mixed[1].camera.width == 640);
+    CHECK(mixed[1].camera.height == 400);
+    CHECK(mixed[2].camera.width == 320);
+    // What the file says goes first; a missing side alone is the picture's.
+    json half = blender;
+    half["w"] = 400;
+    half["frames"].erase(2);
+    auto const sides = load(half);
+    CHECK(sides[0].camera.width == 400);
+    CHECK(sides[0].camera.height == 600);
+    CHECK(sides[0].camera.fx == doctest::Approx(400.0));
+    fs::remove_all(folder);
 }

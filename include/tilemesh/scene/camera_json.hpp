@@ -4,18 +4,35 @@
 #include <fstream>
 #include <istream>
 #include <limits>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <system_error>
 #include <tilemesh/scene/colmap.hpp>
 #include <tilemesh/scene/detail/camera_list.hpp>
+#include <tilemesh/scene/detail/picture_size.hpp>
 #include <tilemesh/scene/detail/text_input.hpp>
+#include <tilemesh/scene/detail/transforms_json.hpp>
 #include <tilemesh/scene/named_camera.hpp>
+#include <tilemesh/scene/pose.hpp>
 #include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace scene {
 
+/// The size of the picture of a frame of a transforms.json, from its `file_path`; nothing if it is not known.
+using detail::PictureSizeOf;
+
 namespace detail {
+
+/// The picture of a frame beside its file: `file_path` as it is, or without its extension, as Blender writes it; else `otherwise`.
+inline PictureSizeOf sizes_beside(std::filesystem::path const& file, std::optional<Size> otherwise)
+{
+    return [folder = file.parent_path(), otherwise](std::string const& name) {
+        for (char const* extension : {"", ".png", ".jpg", ".jpeg", ".PNG", ".JPG", ".JPEG"})
+            if (auto const size = size_of_picture_file(folder / (name + extension))) return std::optional(*size);
+        return otherwise;
+    };
+}
 
 /// Is the first character after a byte order mark and blanks an opening bracket?
 inline bool begins_as_json(std::istream& stream)
@@ -38,12 +55,14 @@ inline bool begins_as_json(std::istream& stream)
 /// "img_name#id" if several cameras share an img_name;
 /// - the transforms.json of nerfstudio, instant-ngp and Blender's NeRF scenes: `frames[]`, each with file_path and `transform_matrix` (4x4,
 ///   row-major, camera to world; the camera looks along -z, with y up). The lens stands in the frame or beside `frames`: w, h, fl_x, fl_y
-///   (default fl_x), cx, cy (default the middle), or the fields of view camera_angle_x and camera_angle_y, in radians. The camera's name is
-///   file_path without a leading "./", there is no scene, and near is 0.2. The world is that of the file; `applied_transform` is not
+///   (default fl_x), cx, cy (default the middle), or the fields of view camera_angle_x and camera_angle_y, in radians. Blender's files have
+///   no w and h: `size_of(file_path)`, if it is given, says the size of the picture. The camera's name is
+///   file_path without a leading "./" and with "/" for "\\", there is no scene, and near is 0.2. The world is that of the file; `applied_transform` is not
 ///   undone.
 ///
 /// If `notes` is not null, it gets one line for each key that the reader does not read, with the number of cameras that have the key. If
-/// there are more than eight such keys, it gets the first eight.
+/// there are more than eight such keys, it gets the first eight. Keys beside frames[] of a transforms.json are named too, except those
+/// that say nothing about the cameras.
 ///
 /// Throws `Error`, one line that names file and camera, for a lens with distortion (k1 to k6, p1, p2, `distortion` or a list of
 /// coefficients that is not 0; a `camera_model` other than a pinhole; in transforms.json, OPENCV with coefficients of 0 is a pinhole) and
@@ -54,18 +73,22 @@ inline bool begins_as_json(std::istream& stream)
 /// Cost: one pass over the text, and n log n in the number of cameras. It builds no JSON document. Memory: 64 KiB, and at most 24 bytes per
 /// byte of the text.
 inline std::vector<NamedCamera> read_cameras_json(std::istream& stream, std::string const& name, std::vector<std::string>* notes = nullptr,
-                                                  DistortedLens distorted = DistortedLens::refused)
+                                                  DistortedLens distorted = DistortedLens::refused,
+                                                  PictureSizeOf const& size_of = {})
 {
-    return detail::CameraJson(stream, name, distorted).read(notes);
+    return detail::CameraJson(stream, name, distorted, size_of).read(notes);
 }
 
 /// Reads a camera file. The content tells its kind: JSON as for `read_cameras_json`, or a COLMAP model, text or binary, as for
 /// `load_colmap`. For a COLMAP model, `path` is its folder, or one of its files. Throws `Error` as these functions do, and also for a path
 /// that is not a regular file and for JSON of more than 256 MiB. `notes`: as for `read_cameras_json`.
 ///
+/// A camera of a transforms.json without w and h has the size that the header of its picture says: the PNG or JPEG `file_path`, or
+/// `file_path` with .png, .jpg or .jpeg, in the folder of the file. Without such a picture it has `size`. Without both, it is refused.
+///
 /// With `DistortedLens::ignored`, a lens with distortion is no error: it is taken for a pinhole, and a note counts such cameras.
 inline std::vector<NamedCamera> load_cameras(std::filesystem::path const& path, std::vector<std::string>* notes = nullptr,
-                                             DistortedLens distorted = DistortedLens::refused)
+                                             DistortedLens distorted = DistortedLens::refused, std::optional<Size> size = {})
 {
     std::error_code ignored;
     bool const binary = names_colmap(path) && path.extension() == ".bin"; // its first byte may be any, also a bracket
@@ -77,7 +100,7 @@ inline std::vector<NamedCamera> load_cameras(std::filesystem::path const& path, 
     }
     // 256 MiB: a camera takes about 500 bytes, so this is half a million cameras.
     auto stream = detail::open_file(path, std::uint64_t{256} << 20, "a camera file");
-    return read_cameras_json(stream, detail::shown_path(path), notes, distorted);
+    return read_cameras_json(stream, detail::shown_path(path), notes, distorted, detail::sizes_beside(path, size));
 }
 
 }}} // namespace tilemesh::scene

@@ -63,8 +63,8 @@ public:
     TILEMESH_HOST void add_lens(std::string const& place, std::uint32_t id, ColmapModel const& model, Size size,
                                 double const* parameters);
 
-    /// `turn_and_shift`: QW QX QY QZ TX TY TZ, world to camera.
-    TILEMESH_HOST void add_image(std::string const& place, std::array<double, 7> const& turn_and_shift,
+    /// `turn_and_shift`: QW QX QY QZ TX TY TZ, world to camera. `image_id`: IMAGE_ID.
+    TILEMESH_HOST void add_image(std::string const& place, std::uint32_t image_id, std::array<double, 7> const& turn_and_shift,
                                  std::uint32_t lens_id, std::string name);
 
     TILEMESH_HOST std::vector<NamedCamera> take(std::vector<std::string>* notes);
@@ -80,7 +80,9 @@ private:
     std::map<std::uint32_t, Lens> lenses_;
     std::vector<NamedCamera> cameras_;
     std::set<std::string> names_; // not a hash table: an attacker could choose names that collide
-    std::size_t bent_ = 0;
+    std::set<std::uint32_t> image_ids_;
+    std::size_t bent_ = 0, repeated_ids_ = 0;
+    std::string repeated_; ///< the first image whose IMAGE_ID an earlier one has
 };
 
 /// Reads cameras.txt. A line is `CAMERA_ID MODEL WIDTH HEIGHT PARAMS...`; `#` begins a comment.
@@ -129,7 +131,8 @@ private:
 /// is `IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME`, world to camera. The second lists the image's 2-D points; it is skipped; it may be
 /// empty but must exist, except at the end of the file. NAME is the rest of its line, including blanks. COLMAP's pixel (0, 0) has its
 /// centre at (0.5, 0.5), as in this library. The cameras have no scene; near is 0.2. A lens whose coefficients are all 0 is a pinhole,
-/// except for a fisheye projection. With `DistortedLens::ignored`, every lens is taken for a pinhole, and a note counts the cameras.
+/// except for a fisheye projection. With `DistortedLens::ignored`, every lens is taken for a pinhole, and a note counts the cameras. Images of one
+/// IMAGE_ID are all read, because NAME tells them apart here; a note counts them, because other programs keep one of them.
 ///
 /// Throws `Error`, one line that names file and line, for a lens with distortion, a CAMERA_ID that cameras.txt does not have, a NAME that
 /// occurs twice or is not UTF-8, and numbers that are missing, not finite or not valid for a camera. `cameras_name` and `images_name` are

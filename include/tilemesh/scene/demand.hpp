@@ -36,7 +36,8 @@ struct Demand {
     TILEMESH_HOST bool holds_for(splat::View const& view) const;
 };
 
-/// The demand of a map whose cameras are not known: records may move, and footprints may span tiles.
+/// The demand of a map whose cameras are not known: records may move, and footprints may span tiles. Throws `Error`
+/// for a map whose harmonics do not fit its degree (`require_harmonics`).
 TILEMESH_HOST Demand demand_of(Map const& map, splat::Model const& model = {});
 
 /// One process that has all rows of a map. Other types for `demand_of` have these functions over several processes, each with a part of the
@@ -141,7 +142,7 @@ Demand demand_of(Map const& map, std::span<splat::Camera const> path, splat::Mod
 }
 
 /// Returns the map without the records that no view of the path shows, and without the coefficients that are 0 in all records. It is valid
-/// only for the views of the demand's path. Throws `Error` if the demand is of another map.
+/// only for the views of the demand's path. Throws `Error` if the demand is of another map, and as `require_harmonics`.
 TILEMESH_HOST Map needed(Map map, Demand const& demand);
 
 }}} // namespace tilemesh::scene

@@ -3,6 +3,8 @@
 #include <cstddef>
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
+#include <glm/vec3.hpp>
+#include <optional>
 #include <string>
 #include <tilemesh/config.hpp>
 #include <tilemesh/error.hpp>
@@ -18,7 +20,12 @@ namespace tilemesh { inline namespace v0_2 { namespace scene {
 struct NamedCamera {
     std::string scene, file, name;
     splat::Camera camera;
+    std::optional<glm::dvec3> position{}; ///< the position with the digits of its file; readers set it
 };
+
+/// The cameras for a map from which a reader subtracted this origin (`Map::origin`). The difference is computed in double. An origin of 0 changes
+/// no bit.
+TILEMESH_HOST std::vector<NamedCamera> relative_to_origin(std::vector<NamedCamera> cameras, std::array<double, 3> const& origin);
 
 /// The near plane of cameras whose file names none, in world units. It is the near plane of the 3DGS rasteriser.
 inline constexpr float default_near = 0.2f;

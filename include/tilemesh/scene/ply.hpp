@@ -25,6 +25,9 @@ namespace tilemesh { inline namespace v0_2 { namespace scene {
 /// double and rounded to float32 as it rounds them; the opacity is byte / 255, without that reader's way through a logarithm and back. A note
 /// says so.
 ///
+/// A note says that a map was trained with anti-aliasing, if the header says so: `comment antialiased 1`, `comment SplatRenderMode: mip`, or a
+/// column `filter_3D` (Mip-Splatting).
+///
 /// Other properties and other elements, including lists, are skipped, with a note. A file without rows gives an empty map, with a note.
 ///
 /// A row that is not finite or has a zero quaternion is left out and counted. The notes name the first five such rows, numbered from 1 as
@@ -34,11 +37,14 @@ namespace tilemesh { inline namespace v0_2 { namespace scene {
 ///
 /// Cost: 60 bytes a Gaussian (96, 156 or 240 with harmonics) and 1 MiB, in every format; the stream is read once. The length of the file
 /// bounds the memory, not its header: at most 60 bytes for 14 bytes of the file (240 for 59).
-TILEMESH_HOST Map read_ply(std::istream& stream, std::string const& name);
+///
+/// `far` says what happens to means that are far from 0 against their spread (`detail::far_origin`). Columns of type double keep their digits when
+/// the means are moved; then the cost is 12 bytes a Gaussian more.
+TILEMESH_HOST Map read_ply(std::istream& stream, std::string const& name, FarMeans far = FarMeans::kept);
 
 /// `read_ply` for a file. It opens only regular files, because a pipe or a device could block. Throws `Error` for any other path, and if
 /// the file cannot be opened.
-TILEMESH_HOST Map load_ply(std::filesystem::path const& path);
+TILEMESH_HOST Map load_ply(std::filesystem::path const& path, FarMeans far = FarMeans::kept);
 
 /// A part of the rows of a map, for one of several processes.
 struct MapPart {
@@ -52,7 +58,7 @@ struct MapPart {
 /// in parts: a compressed PLY, or another kind of file.
 ///
 /// Throws `Error` as `read_ply`, but for the rows of other parts. Cost: it reads the header and the part. Of an ASCII file, or if an element
-/// up to the rows has lists, it reads all rows, and stores those of the part.
+/// up to the rows has lists, it reads all rows, and stores those of the part. Far means stay as they are, because a part does not know the others.
 TILEMESH_HOST std::optional<MapPart> read_ply_part(std::istream& stream, std::string const& name, std::uint64_t part, std::uint64_t parts);
 
 /// `read_ply_part` for a file, as `load_ply`.

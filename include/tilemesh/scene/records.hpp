@@ -11,20 +11,21 @@
 
 namespace tilemesh { inline namespace v0_2 { namespace scene {
 
-/// Throws `Error` if the number of a map's harmonics coefficients does not fit its degree.
+/// The check of a map at every function that takes one and reads its harmonics. Throws `Error` if the degree is above 3, or if the number of
+/// coefficients does not fit the degree.
 TILEMESH_HOST void require_harmonics(Map const& map);
 
 /// The map's records, of the type that a setup stores. Harmonics that the map does not have are zero; this changes no bit of the picture.
-/// Throws `Error` if the map has a higher degree than the record; call `at_degree` to drop the higher degrees on purpose.
+/// Throws `Error` as `require_harmonics`, and if the map has a higher degree than the record; call `at_degree` to drop the higher degrees on purpose.
 template <class Record>
 std::vector<Record> records(Map const& map)
 {
+    require_harmonics(map);
     if (map.sh_degree > Record::sh_degree)
         throw Error("a map with view-dependent colour of degree " + std::to_string(map.sh_degree) +
                     " (the setup's records hold degree " + std::to_string(Record::sh_degree) +
                     "); render it with fit_renderer or a Fitted<Lossless, " + std::to_string(map.sh_degree) +
                     "> setup, or give up the rest with scene::at_degree");
-    require_harmonics(map);
     if constexpr (Record::sh_degree == 0) {
         return map.gaussians;
     } else {
@@ -39,7 +40,7 @@ std::vector<Record> records(Map const& map)
 }
 
 /// Returns the map with harmonics up to `degree` only. At degree 0 its colours are clamped at 0, as in a map without harmonics. A viewer
-/// without view-dependent colour shows this map.
+/// without view-dependent colour shows this map. Throws `Error` as `require_harmonics`.
 TILEMESH_HOST Map at_degree(Map map, std::uint32_t degree);
 
 }}} // namespace tilemesh::scene

@@ -37,6 +37,10 @@ TILEMESH_HOST std::vector<std::array<StampedFile, 2>> read_stamped_files(std::is
 
 } // namespace detail
 
+/// Notes on a list of frames, at most one line: pictures and depths of one line that are more than `most_seconds_apart` apart. An association file
+/// says itself which depth belongs to which picture, so such a frame is kept.
+TILEMESH_HOST std::vector<std::string> rgbd_notes(std::vector<RgbdFrame> const& frames);
+
 /// Reads a list of pictures as the TUM RGB-D benchmark has them (rgb.txt, depth.txt): a line is `timestamp file`, and `#` starts a line of
 /// comment. The result is in the order of time; pictures of one time keep their order. Throws `Error` for any other line and names the line,
 /// and for a list without a picture. `name` is the file's name in errors.

@@ -16,8 +16,10 @@ namespace tilemesh { inline namespace v0_2 { namespace scene {
 /// - the mean: 16 bits between `mins` and `maxs`, then sign(v) (e^|v| - 1);
 /// - the rotation: the three smallest of w, x, y, z in 8 bits, then normalised;
 /// - scales, colour `f_dc` and harmonics of degree 1 to 3: a byte each that picks a value of a list of 256 (version 1: a share of a range);
-///   the harmonics are in a palette of at most 65,536 entries;
+///   the harmonics are in a palette of at most 65,536 entries. `bands` is their degree; where it is missing or 0, the palette's width says
+///   the degree, and a note says so. The first value of a list may be null (`detail::SogMetaReader` says what that means);
 /// - the opacity: byte / 255, without that reader's way through a logarithm and back (version 1: the sigmoid of a share of a range).
+/// A note says that a map was trained with anti-aliasing (`antialias` of meta.json).
 /// The axes are those of the PLY that the file was made from: the format turns nothing.
 ///
 /// Rows are rejected, counted and named as by `read_ply`; a rotation whose alpha names no component is rejected too. Throws `Error` for

@@ -7,6 +7,7 @@
 #include <glm/matrix.hpp>
 #include <glm/vec3.hpp>
 #include <istream>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <tilemesh/config.hpp>
@@ -21,7 +22,7 @@ namespace tilemesh { inline namespace v0_2 { namespace scene {
 /// The form of a trajectory's file; each line is a pose, camera to world.
 enum class TrajectoryFormat {
     tum,    ///< of the TUM RGB-D benchmark: `timestamp tx ty tz qx qy qz qw`, in seconds
-    euroc,  ///< of the EuRoC MAV data set: `timestamp, px, py, pz, qw, qx, qy, qz` and further fields, in nanoseconds
+    euroc,  ///< of the EuRoC MAV data set: `timestamp, px, py, pz, qw, qx, qy, qz` and further fields, in nanoseconds or seconds
     kitti,  ///< of the KITTI odometry benchmark: the 12 numbers of a 3x4 matrix, row by row; no time stamp
     replica ///< traj.txt of the Replica renderings: the 16 numbers of a 4x4 matrix, row by row; no time stamp
 };
@@ -40,6 +41,9 @@ struct Trajectory : std::vector<StampedPose> {
     bool has_stamps() const noexcept { return format == TrajectoryFormat::tum || format == TrajectoryFormat::euroc; }
     /// The number of quaternions in the file whose length differs from 1 by more than 1e-2. Rounding to two decimals does not cause this.
     std::uint64_t far_from_unit = 0;
+    /// The number of rows that were left out because a number in them is NaN or infinite.
+    std::uint64_t left_out = 0;
+    std::vector<std::string> reader_notes; ///< how the file was read, if that is not the usual form; the rows that were left out
 };
 
 /// 2^24 poses: four days at 48 poses a second, and 2 GB.
@@ -47,41 +51,51 @@ inline constexpr std::size_t most_poses = std::size_t{1} << 24;
 
 namespace detail {
 
-/// The eight numbers of a TUM line. `why` says what is wrong with the line, and is empty for a valid line. `advice` says what to do.
-struct TumLine {
-    std::array<double, 8> fields{};
-    std::string why;
-    std::string advice = "write timestamp tx ty tz qx qy qz qw, or # before a comment";
-};
-
-TILEMESH_HOST TumLine parse_tum_line(std::string_view text);
-
-/// The pose of a line, and what is wrong with the line; `why` is empty for a valid line.
+/// The numbers of a line. `why` says what is wrong with the line, and is empty for a valid line. `advice` says what to do.
 struct PoseLine {
-    StampedPose pose{};
-    bool far_from_unit = false;
+    std::array<double, 16> fields{};
+    bool finite = true; ///< no number is NaN or infinite; if not, the row is left out
     std::string why, advice;
 };
 
-TILEMESH_HOST void set_quaternion(PoseLine& line, double qx, double qy, double qz, double qw);
+/// A line of TUM that blanks separate.
+TILEMESH_HOST PoseLine parse_tum_line(std::string_view text);
+
+/// A line of another form, or of TUM with commas.
+TILEMESH_HOST PoseLine parse_pose_line(std::string_view text, TrajectoryFormat format, bool commas);
 
 /// The number of words in a line.
 TILEMESH_HOST std::size_t number_of_words(std::string_view text);
 
-/// The form of a line. A line of none of these forms is refused as a TUM line.
-TILEMESH_HOST TrajectoryFormat format_of(std::string_view line);
+/// What the words of a header say about the columns: "# timestamp tx ty tz qx qy qz qw", or "#timestamp [ns], ..., q_RS_w [], ...".
+struct TrajectoryHeader {
+    bool there = false;         ///< the line names qw and qx
+    bool w_first = false;       ///< qw stands before qx
+    std::size_t names = 0, first_q = 0; ///< number of names; the first of the quaternion
+    bool seconds = false, nanoseconds = false;
+};
+TILEMESH_HOST TrajectoryHeader header_of(std::string_view line);
 
-TILEMESH_HOST PoseLine parse_pose(std::string_view text, TrajectoryFormat format, std::size_t number);
+/// The pose of a row `timestamp px py pz` and a quaternion, x first or w first. `far_from_unit` counts.
+TILEMESH_HOST StampedPose stamped_pose(std::array<double, 8> const& row, bool w_first, double seconds_per_unit, std::uint64_t& far_from_unit);
 
-/// Reads the lines of a trajectory. Without a format, the first pose tells it.
-TILEMESH_HOST Trajectory read_poses(std::istream& stream, std::string const& name, std::size_t most,
-                                    TrajectoryFormat const* format);
+/// The pose of a row that is a matrix of 3 or 4 rows.
+TILEMESH_HOST StampedPose matrix_pose(std::array<double, 16> const& fields, std::uint64_t number);
+
+/// How far the steps of the path are from their mean in the camera's own axes, from 0 (always the same step) to 1 (steps in all directions),
+/// if the quaternions have this order. The angles between the poses say nothing, because they are the same with both orders. But with the wrong
+/// order, a camera that goes ahead and turns seems to go in another direction of its own at every step.
+TILEMESH_HOST double restlessness(std::vector<std::array<double, 8>> const& rows, bool w_first);
+
+/// Reads the lines of a trajectory. `only_tum`: a file of TUM that blanks separate, in seconds. `format` empty: the file tells it.
+TILEMESH_HOST Trajectory read_poses(std::istream& stream, std::string const& name, std::size_t most, bool only_tum,
+                                    std::optional<TrajectoryFormat> format);
 
 } // namespace detail
 
 /// Reads a trajectory in the format of the TUM RGB-D benchmark. A line is a pose: `timestamp tx ty tz qx qy qz qw`, in seconds and world
 /// units, camera to world, separated by blanks. `#` starts a comment, on its own line or after a pose. Blank lines are skipped. Quaternions
-/// of any length except 0 are normalised. Time stamps may be in any order, and the poses keep the file's order; `trajectory_notes` reports
+/// of any length except 0 are normalised. A row with NaN or an infinite number is left out, as by `read_trajectory`. Time stamps may be in any order, and the poses keep the file's order; `trajectory_notes` reports
 /// unusual time stamps.
 ///
 /// Throws `Error` for any other line and names the line, for a file without a pose, and for more than `most` poses. `name` is the file's
@@ -91,21 +105,42 @@ TILEMESH_HOST Trajectory read_tum(std::istream& stream, std::string const& name,
 /// Reads a TUM trajectory from a file, as `read_tum` does. Throws `Error` also if the file cannot be read or is not a regular file.
 TILEMESH_HOST Trajectory load_tum(std::filesystem::path const& path, std::size_t most = most_poses);
 
-/// Reads a trajectory in any `TrajectoryFormat`; its first pose tells which. A line with seven commas or more is of EuRoC, 12 words are of
-/// KITTI, 16 of Replica, all others of TUM; all poses of a file have the form of the first. `#` starts a comment, and blank lines are
-/// skipped. All poses take a camera as OpenCV's (x right, y down, z forward) to the world; the poses of EuRoC's own ground truth are those of
+/// Reads a trajectory in any `TrajectoryFormat`. Blanks or commas separate the numbers. `#` starts a comment, and blank lines are skipped; a
+/// first line of names may have no `#`. All poses have the form of the first:
+/// - 12 numbers are of KITTI and 16 of Replica, if blanks separate them;
+/// - a line of a stamp, a position and a quaternion is of TUM or of EuRoC, which have the quaternion's w last and first. A header that names qx
+///   and qw says which. Without one, more than eight numbers are of EuRoC; with commas, whole stamps of nanoseconds are of EuRoC; with blanks,
+///   stamps that are no whole nanoseconds are of TUM. For any other file the motion decides, if with one order the velocity in the camera's
+///   own axes is steady and with the other one it is not (`detail::restlessness`). A file that is still undecided is refused; `format` says
+///   the form;
+/// - stamps are nanoseconds if the header says so, or if one is 1e14 or above, which as seconds would be three million years; whole stamps of a
+///   file of EuRoC whose form was asked for are nanoseconds too.
+///
+/// A row with NaN or an infinite number is left out, and a note names its line: a tracker writes such rows where it had lost its picture, and
+/// the other poses are as good as they would be without. This is what the readers of maps do. Poses without stamps keep the number of their
+/// row. Any other fault of a line is an error, because a number that is cut off or misplaced would be a wrong pose.
+///
+/// All poses take a camera as OpenCV's (x right, y down, z forward) to the world; the poses of EuRoC's own ground truth are those of
 /// the IMU, and nothing in the file says how the camera stands on it (`trajectory_notes` says so). A rotation matrix must be orthonormal
-/// within 1e-3, and is kept as it is. Throws `Error` and costs as `read_tum`.
-TILEMESH_HOST Trajectory read_trajectory(std::istream& stream, std::string const& name, std::size_t most = most_poses);
+/// within 1e-3, and is kept as it is. Throws `Error` as `read_tum`. Cost: 168 bytes a pose, up to twice that while the list grows.
+TILEMESH_HOST Trajectory read_trajectory(std::istream& stream, std::string const& name, std::size_t most = most_poses,
+                                         std::optional<TrajectoryFormat> format = {});
 
 /// Reads a trajectory from a file, as `read_trajectory` does. Throws `Error` also if the file cannot be read or is not a regular file.
-TILEMESH_HOST Trajectory load_trajectory(std::filesystem::path const& path, std::size_t most = most_poses);
+TILEMESH_HOST Trajectory load_trajectory(std::filesystem::path const& path, std::size_t most = most_poses,
+                                         std::optional<TrajectoryFormat> format = {});
+
+/// The trajectory for a map from which a reader subtracted this origin (`Map::origin`).
+TILEMESH_HOST Trajectory relative_to_origin(Trajectory trajectory, std::array<double, 3> const& origin);
+
+/// The form of this name: tum, euroc, kitti or replica. Nothing for any other name.
+TILEMESH_HOST std::optional<TrajectoryFormat> trajectory_format(std::string_view name);
 
 /// The poses as the text of a TUM file, camera to world; `read_tum` gives the same poses within a few roundings of double. Throws `Error` if
 /// a number is not finite or above 1e37, and for no pose at all, because `read_tum` would refuse them.
 TILEMESH_HOST std::string tum_text(std::vector<StampedPose> const& poses);
 
-/// Notes on a trajectory, at most five lines: poses that are not a camera's (EuRoC); stamps that go back in time; stamps that occur twice; gaps
+/// Notes on a trajectory, at most eight lines: those of the reader; poses that are not a camera's (EuRoC); stamps that go back in time; stamps that occur twice; gaps
 /// above 5 times the median of the forward steps; quaternions far from unit length. Empty if nothing is unusual. Poses are numbered from 1
 /// in the file's order. Cost: one sort of the stamps.
 TILEMESH_HOST std::vector<std::string> trajectory_notes(Trajectory const& trajectory);

@@ -36,6 +36,9 @@ inline constexpr std::string_view training_keys[] = {"id", "img_name", "width", 
 /// The keys of a frame of transforms.json that say nothing about its camera.
 inline constexpr std::string_view beside_camera_keys[] = {"colmap_im_id", "depth_file_path", "mask_path", "sharpness"};
 
+/// The keys beside frames[] that say nothing about the cameras, their lens or their world.
+inline constexpr std::string_view beside_frames_keys[] = {"aabb_scale", "ply_file_path", "train_filenames", "val_filenames", "test_filenames", "sharpness"};
+
 /// Where a key is in a list of keys; the list's size if it is not there.
 template <std::size_t N>
 std::size_t place_of(std::string_view key, std::string_view const (&keys)[N])
@@ -58,6 +61,8 @@ public:
     TILEMESH_HOST void see(std::string const& key, std::size_t camera);
     /// One line for each key.
     TILEMESH_HOST void add_to(std::vector<std::string>& notes) const;
+    /// The same for keys of the whole file.
+    TILEMESH_HOST void add_to_as_of_file(std::vector<std::string>& notes) const;
 
 private:
     struct Key {
@@ -130,8 +135,8 @@ TILEMESH_HOST splat::Camera training_camera(CameraFields const& fields, CameraEn
 /// reports the unusable camera only after the whole text is known to be JSON.
 class CameraJson {
 public:
-    CameraJson(std::istream& stream, std::string const& name, DistortedLens distorted = DistortedLens::refused)
-        : json_(stream, name), file_(name), distorted_(distorted), transforms_(name)
+    CameraJson(std::istream& stream, std::string const& name, DistortedLens distorted = DistortedLens::refused, PictureSizeOf size_of = {})
+        : json_(stream, name), file_(name), distorted_(distorted), transforms_(name), size_of_(std::move(size_of))
     {}
 
     /// `notes` gets a line for each key that is not read; null: no notes.
@@ -166,10 +171,11 @@ private:
     bool training_ = false;
     DistortedLens distorted_;
     TransformsFrames transforms_;
+    PictureSizeOf size_of_;
     std::vector<NamedCamera> cameras_;
     std::size_t bent_ = 0; ///< of `cameras_`
     std::vector<TrainingName> names_;
-    UnreadKeys unread_, unread_of_frames_;
+    UnreadKeys unread_, unread_of_frames_, unread_beside_frames_;
     std::optional<CameraFields> unusable_, nameless_;
 };
 

@@ -60,6 +60,12 @@ TILEMESH_HOST void UnreadKeys::add_to(std::vector<std::string>& notes) const
     if (more_) notes.push_back("cameras have more keys that are not read");
 }
 
+TILEMESH_HOST void UnreadKeys::add_to_as_of_file(std::vector<std::string>& notes) const
+{
+    for (auto const& key : keys_) notes.push_back("the file has \"" + key.name + "\", which is not read");
+    if (more_) notes.push_back("the file has more keys that are not read");
+}
+
 TILEMESH_HOST void CameraEntry::refuse(std::string const& why) const
 {
     throw Error(file_ + " camera " + name_ + " is not usable (" + why + "); correct the camera file");
@@ -93,7 +99,7 @@ TILEMESH_HOST splat::Camera CameraEntry::camera(Pose const& pose, Intrinsics con
 TILEMESH_HOST NamedCamera own_camera(CameraFields const& fields, CameraEntry& entry)
 {
     auto const text = [&](auto const& field, char const* key) { return field.there ? entry.value(field, key) : std::string(); };
-    NamedCamera named{text(fields.scene, "scene"), text(fields.file, "file"), entry.name(fields.name, "name"), {}};
+    NamedCamera named{text(fields.scene, "scene"), text(fields.file, "file"), entry.name(fields.name, "name"), {}, {}};
     entry.rename(label(named));
     entry.refuse_distortion(fields.distortion);
     auto const& m = entry.value(fields.world_to_camera, "world_to_camera");
@@ -104,6 +110,7 @@ TILEMESH_HOST NamedCamera own_camera(CameraFields const& fields, CameraEntry& en
         for (int column = 0; column < 3; ++column)
             pose.rotation[column][row] = m[static_cast<std::size_t>(4 * row + column)];
     pose.position = -(glm::inverse(pose.rotation) * glm::dvec3{m[3], m[7], m[11]});
+    named.position = pose.position;
     named.camera = entry.camera(
         pose, {entry.value(fields.fx, "fx"), entry.value(fields.fy, "fy"), entry.value(fields.cx, "cx"),
                entry.value(fields.cy, "cy"),
@@ -146,6 +153,7 @@ TILEMESH_HOST std::vector<NamedCamera> CameraJson::read(std::vector<std::string>
             continue;
         }
         if (read_lens(transforms_.common, &distortion)) continue;
+        if (!cameras && place_of(json_.text(), beside_frames_keys) == std::size(beside_frames_keys)) unread_beside_frames_.see(json_.text(), 0);
         JsonPart const value = json_.next();
         if (cameras) list = value == JsonPart::begin_list;
         if (cameras && list) read_list();
@@ -154,8 +162,11 @@ TILEMESH_HOST std::vector<NamedCamera> CameraJson::read(std::vector<std::string>
     json_.next(); // the end
 
     if (!cameras_key && transforms_.there()) {
-        auto cameras = transforms_.take(distorted_, notes);
-        if (notes != nullptr) unread_of_frames_.add_to(*notes);
+        auto cameras = transforms_.take(distorted_, notes, size_of_);
+        if (notes != nullptr) {
+            unread_of_frames_.add_to(*notes);
+            unread_beside_frames_.add_to_as_of_file(*notes);
+        }
         return cameras;
     }
     if (!list)
@@ -220,7 +231,9 @@ TILEMESH_HOST auto CameraJson::convert(CameraFields const& fields) const -> Name
     if (!fields.object) entry.refuse("it is not an object");
     if (!training_) return own_camera(fields, entry);
     entry.rename(names_[cameras_.size()].name);
-    return {"", "", "", training_camera(fields, entry)};
+    auto const camera = training_camera(fields, entry); // checks the fields
+    auto const& centre = fields.position.value;
+    return {"", "", "", camera, glm::dvec3{centre[0], centre[1], centre[2]}};
 }
 
 TILEMESH_HOST void CameraJson::finish_names()

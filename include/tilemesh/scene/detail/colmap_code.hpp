@@ -51,7 +51,7 @@ TILEMESH_HOST void ColmapCameras::add_lens(std::string const& place, std::uint32
     if (lenses_.size() > most_colmap_entries) refuse("it is one camera more than 1048576");
 }
 
-TILEMESH_HOST void ColmapCameras::add_image(std::string const& place, std::array<double, 7> const& turn_and_shift,
+TILEMESH_HOST void ColmapCameras::add_image(std::string const& place, std::uint32_t image_id, std::array<double, 7> const& turn_and_shift,
                                             std::uint32_t lens_id, std::string name)
 {
     auto const refuse = [&](std::string const& why) {
@@ -65,15 +65,20 @@ TILEMESH_HOST void ColmapCameras::add_image(std::string const& place, std::array
     if (!is_plain(name)) refuse("NAME is not UTF-8 text");
     if (!names_.insert(name).second) refuse("another image is called \"" + shown(name) + "\"");
     if (names_.size() > most_colmap_entries) refuse("it is one image more than 1048576");
+    if (!image_ids_.insert(image_id).second && ++repeated_ids_ == 1)
+        repeated_ = "IMAGE_ID " + std::to_string(image_id) + " of \"" + shown(name) + "\"";
     Pose pose{rotation_matrix(qw, qx, qy, qz), {}};
     pose.position = -(glm::transpose(pose.rotation) * glm::dvec3{tx, ty, tz});
-    cameras_.push_back({"", "", std::move(name), make_camera(pose, lens->second.lens)});
+    cameras_.push_back({"", "", std::move(name), make_camera(pose, lens->second.lens), pose.position});
     if (lens->second.bent) ++bent_;
 }
 
 TILEMESH_HOST std::vector<NamedCamera> ColmapCameras::take(std::vector<std::string>* notes)
 {
     note_ignored_distortion(bent_, notes);
+    if (repeated_ids_ != 0 && notes != nullptr)
+        notes->push_back(std::to_string(repeated_ids_) + (repeated_ids_ == 1 ? " image has" : " images have") + " an IMAGE_ID that an earlier image has (" +
+                         (repeated_ids_ == 1 ? "" : "the first is ") + repeated_ + "): all are read, by their NAME");
     return std::move(cameras_);
 }
 
@@ -206,8 +211,8 @@ TILEMESH_HOST std::vector<NamedCamera> read_colmap(std::istream& cameras_txt, st
         std::string_view text = lines.text();
         std::string_view const id_word = detail::take_word(text);
         if (id_word.empty() || id_word.front() == '#') continue;
-        std::uint32_t id = 0;
-        if (!detail::parse_number(id_word, id)) refuse("IMAGE_ID is not a whole number");
+        std::uint32_t id = 0, image_id = 0;
+        if (!detail::parse_number(id_word, image_id)) refuse("IMAGE_ID is not a whole number");
         std::array<double, 7> field{};
         for (std::size_t i = 0; i < field.size(); ++i)
             if (!detail::take_number(text, field[i])) {
@@ -216,7 +221,7 @@ TILEMESH_HOST std::vector<NamedCamera> read_colmap(std::istream& cameras_txt, st
             }
         if (!detail::parse_number(detail::take_word(text), id)) refuse("CAMERA_ID is not a whole number");
         text.remove_prefix(std::min(text.find_first_not_of(detail::blanks), text.size()));
-        cameras.add_image(lines.place(), field, id, std::string(text.substr(0, text.find_last_not_of(detail::blanks) + 1)));
+        cameras.add_image(lines.place(), image_id, field, id, std::string(text.substr(0, text.find_last_not_of(detail::blanks) + 1)));
         if (!detail::skip_colmap_points(lines))
             throw Error(lines.place() + " does not list the 2-D points of image \"" + detail::shown(cameras.last_name()) +
                         "\" (X Y POINT3D_ID, or nothing); put an empty line after each image");
@@ -250,12 +255,12 @@ TILEMESH_HOST std::vector<NamedCamera> read_colmap_binary(std::istream& cameras_
     }
     detail::ColmapBytes images(images_bin, images_name, "image");
     while (images.next()) {
-        images.number<std::uint32_t>(); // IMAGE_ID
+        auto const image_id = images.number<std::uint32_t>();
         std::array<double, 7> field{};
         for (auto& value : field)
             if (!images.take_double(value)) images.refuse("its pose is not of finite numbers");
         auto const lens = images.number<std::uint32_t>();
-        cameras.add_image(images.place(), field, lens, images.text());
+        cameras.add_image(images.place(), image_id, field, lens, images.text());
         images.skip(images.number<std::uint64_t>(), 24);
     }
     return cameras.take(notes);

@@ -9,6 +9,7 @@
 #include <tilemesh/error.hpp>
 #include <tilemesh/scene/demand.hpp>
 #include <tilemesh/scene/map.hpp>
+#include <tilemesh/scene/records.hpp>
 #include <tilemesh/splat/footprint.hpp>
 #include <vector>
 
@@ -34,6 +35,7 @@ TILEMESH_HOST bool Demand::holds_for(splat::View const& view) const
 
 TILEMESH_HOST Demand demand_of(Map const& map, splat::Model const& model)
 {
+    require_harmonics(map);
     Demand d;
     d.gaussians = map.gaussians.size();
     for (auto const& g : map.gaussians) {
@@ -55,8 +57,12 @@ TILEMESH_HOST Demand demand_of(Map const& map, splat::Model const& model)
 
 TILEMESH_HOST Map needed(Map map, Demand const& demand)
 {
+    require_harmonics(map);
     if (demand.gaussians != map.gaussians.size())
         throw Error("a demand of " + std::to_string(demand.gaussians) + " Gaussians (the map has " +
+                    std::to_string(map.gaussians.size()) + "); make the demand of this map");
+    if (!demand.visible.empty() && demand.visible.size() != map.gaussians.size())
+        throw Error("a demand that says of " + std::to_string(demand.visible.size()) + " rows whether they are visible (the map has " +
                     std::to_string(map.gaussians.size()) + "); make the demand of this map");
     std::uint32_t const degree = std::min(demand.sh_degree, map.sh_degree);
     if (demand.visible.empty() && degree == map.sh_degree) return map;

@@ -13,6 +13,7 @@
 #include <tilemesh/config.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/scene/codecs.hpp>
+#include <tilemesh/scene/detail/far_means.hpp>
 #include <tilemesh/scene/detail/map_sink.hpp>
 #include <tilemesh/scene/detail/ply_source.hpp>
 #include <tilemesh/scene/detail/text_input.hpp>
@@ -116,7 +117,7 @@ inline std::array<std::array<double, 15>, 15> turn_of_harmonics(Matrix3 const& m
 
 } // namespace detail
 
-TILEMESH_HOST Map read_map(std::istream& stream, std::string const& name, Codecs const& codecs)
+TILEMESH_HOST Map read_map(std::istream& stream, std::string const& name, Codecs const& codecs, FarMeans far)
 {
     auto const first = stream.tellg();
     std::array<char, 4> begin{};
@@ -126,23 +127,37 @@ TILEMESH_HOST Map read_map(std::istream& stream, std::string const& name, Codecs
     stream.seekg(first);
     // The third byte of a gzip file is its method, always 8. The first number of a .splat is a mean, with any bits.
     bool const gzipped = magic.starts_with("\x1f\x8b\x08") || (magic.starts_with("\x1f\x8b") && !detail::has_extension(name, ".splat"));
-    if (magic.starts_with("NGSP") || gzipped) return read_spz(stream, name, codecs);
-    if (magic.starts_with("PK\x03\x04")) return read_sog(stream, name, codecs);
-    if (!magic.starts_with("ply") && !magic.empty() && detail::has_extension(name, ".splat")) return read_splat(stream, name);
-    return read_ply(stream, name);
+    auto const settled = [&](Map map) {
+        detail::settle_far_means(map, far);
+        return map;
+    };
+    if (magic.starts_with("NGSP") || gzipped) return settled(read_spz(stream, name, codecs));
+    if (magic.starts_with("PK\x03\x04")) return settled(read_sog(stream, name, codecs));
+    if (!magic.starts_with("ply") && !magic.empty() && detail::has_extension(name, ".splat")) return settled(read_splat(stream, name));
+    return read_ply(stream, name, far);
 }
 
-TILEMESH_HOST Map load_map(std::filesystem::path const& path, Codecs const& codecs)
+TILEMESH_HOST Map load_map(std::filesystem::path const& path, Codecs const& codecs, FarMeans far)
 {
+    auto const folder = [&] {
+        Map map = load_sog_folder(path, codecs);
+        detail::settle_far_means(map, far);
+        return map;
+    };
     std::error_code ignored;
     if (std::filesystem::is_directory(path, ignored)) {
         if (!std::filesystem::exists(path / "meta.json", ignored))
             throw Error(detail::shown_path(path) + " is a folder without meta.json (the folder of an SOG map has one); name a 3DGS map");
-        return load_sog_folder(path, codecs);
+        return folder();
     }
     auto stream = detail::open_file(path, std::numeric_limits<std::uint64_t>::max(), "a 3DGS map");
-    if (detail::begins_meta_json(path, stream)) return load_sog_folder(path, codecs);
-    return read_map(stream, path.string(), codecs);
+    if (detail::begins_meta_json(path, stream)) return folder();
+    return read_map(stream, path.string(), codecs, far);
+}
+
+TILEMESH_HOST bool has_far_means(Map const& map)
+{
+    return detail::far_origin(map).has_value();
 }
 
 TILEMESH_HOST std::vector<std::filesystem::path> map_files(std::filesystem::path const& path)
@@ -156,9 +171,13 @@ TILEMESH_HOST std::vector<std::filesystem::path> map_files(std::filesystem::path
 TILEMESH_HOST Map join_maps(std::vector<Map> maps)
 {
     if (maps.empty()) return {};
-    if (maps.size() == 1) return std::move(maps.front());
+    if (maps.size() == 1) {
+        require_harmonics(maps.front());
+        return std::move(maps.front());
+    }
     Map joined;
     joined.name = maps.front().name;
+    joined.origin = maps.front().origin;
     std::uint64_t gaussians = 0, rows = 0;
     for (Map const& map : maps) {
         require_harmonics(map);
@@ -177,6 +196,8 @@ TILEMESH_HOST Map join_maps(std::vector<Map> maps)
         for (std::size_t i = 0; i < map.gaussians.size(); ++i) {
             splat::Gaussian g = map.gaussians[i];
             g.id = splat::GaussianId{static_cast<std::uint32_t>(static_cast<std::uint64_t>(g.id) + first)};
+            for (std::size_t k = 0; k < 3 && map.origin != joined.origin; ++k)
+                g.mean_world[k] = static_cast<float>(static_cast<double>(g.mean_world[k]) + (map.origin[k] - joined.origin[k]));
             joined.gaussians.push_back(g);
             auto const from = map.harmonics.begin() + static_cast<std::ptrdiff_t>(i * narrow);
             joined.harmonics.insert(joined.harmonics.end(), from, from + static_cast<std::ptrdiff_t>(narrow));
@@ -197,6 +218,12 @@ TILEMESH_HOST Map turned(Map map, Turn turn)
     auto const axis = static_cast<std::size_t>(turn) / 3, quarters = static_cast<std::size_t>(turn) % 3 + 1;
     double const half = 0.70710678118654752440; // cos and sin of 45 degrees
     double const w = quarters == 2 ? 0.0 : half, s = quarters == 2 ? 1.0 : quarters == 1 ? half : -half;
+    auto const before_turn = map.origin;
+    for (std::size_t i = 0; i < 3; ++i) {
+        map.origin[i] = 0.0;
+        for (std::size_t k = 0; k < 3; ++k)
+            if (m[i][k] != 0.0) map.origin[i] += m[i][k] * before_turn[k];
+    }
     for (splat::Gaussian& g : map.gaussians) {
         std::array<float, 3> mean{};
         for (std::size_t i = 0; i < 3; ++i)

@@ -4,6 +4,7 @@
 #include <string>
 #include <tilemesh/config.hpp>
 #include <tilemesh/error.hpp>
+#include <tilemesh/scene/detail/far_means.hpp>
 #include <tilemesh/scene/detail/ply_gaussian.hpp>
 #include <tilemesh/scene/map.hpp>
 #include <tilemesh/splat/gaussian.hpp>
@@ -27,6 +28,9 @@ public:
     /// `per_channel_in_file` coefficients of harmonics has the file, for the names of columns.
     TILEMESH_HOST MapSink(Map& map, std::uint64_t rows, std::uint32_t per_channel_in_file);
 
+    /// From here on, `cut_off` gets what float32 cuts off each mean, one for each record that is added.
+    void keep_cut_off(CutOff& cut_off) { cut_off_ = &cut_off; }
+
     /// The number of coefficients of a row, of all channels.
     std::size_t coefficients() const { return coefficients_; }
 
@@ -44,6 +48,7 @@ private:
     Map& map_;
     std::size_t coefficients_;
     std::uint32_t in_file_;
+    CutOff* cut_off_ = nullptr;
 };
 
 }}} // namespace tilemesh::scene::detail

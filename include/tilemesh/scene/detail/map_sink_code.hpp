@@ -41,6 +41,10 @@ TILEMESH_HOST splat::Gaussian* MapSink::add(std::uint64_t number, GaussianRow co
             return reject(number, "f_rest_" + std::to_string(i % 3 * in_file_ + i / 3) + " is not finite");
     g.id = splat::GaussianId{static_cast<std::uint32_t>(number)};
     map_.gaussians.push_back(g);
+    if (cut_off_ != nullptr) {
+        auto& rest = cut_off_->emplace_back();
+        for (std::size_t i = 0; i < 3; ++i) rest[i] = static_cast<float>(row[i] - static_cast<double>(g.mean_world[i]));
+    }
     for (std::size_t i = 0; i < count; ++i) map_.harmonics.push_back(static_cast<float>(row[first + i]));
     return &map_.gaussians.back();
 }

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
+#include <glm/vec3.hpp>
 #include <string>
 #include <tilemesh/error.hpp>
 #include <tilemesh/scene/detail/text_input.hpp>
@@ -18,6 +19,20 @@ namespace tilemesh { inline namespace v0_2 { namespace scene {
 TILEMESH_HOST std::string label(NamedCamera const& camera)
 {
     return camera.scene.empty() ? camera.name : camera.scene + "/" + camera.name;
+}
+
+TILEMESH_HOST std::vector<NamedCamera> relative_to_origin(std::vector<NamedCamera> cameras, std::array<double, 3> const& origin)
+{
+    if (origin == std::array<double, 3>{}) return cameras;
+    for (auto& [scene, file, name, camera, position] : cameras) {
+        glm::dvec3 moved{0.0};
+        for (int axis = 0; axis < 3; ++axis) {
+            moved[axis] = (position ? (*position)[axis] : static_cast<double>(camera.position[axis])) - origin[static_cast<std::size_t>(axis)];
+            camera.position[axis] = static_cast<float>(moved[axis]);
+        }
+        position = moved;
+    }
+    return cameras;
 }
 
 namespace detail {

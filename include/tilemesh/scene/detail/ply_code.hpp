@@ -8,6 +8,7 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <tilemesh/scene/detail/far_means.hpp>
 #include <tilemesh/scene/detail/map_sink.hpp>
 #include <tilemesh/scene/detail/ply_compressed.hpp>
 #include <tilemesh/scene/detail/ply_gaussian.hpp>
@@ -59,6 +60,8 @@ inline void note_skipped(PlyHeader const& header, PlyElement const& vertex, PlyC
         map.notes.push_back(note_on_rest(harmonics));
     if (others > 2 * named_in_notes) names += " and " + std::to_string(others - 2 * named_in_notes) + " more";
     if (others != 0) map.notes.push_back("columns skipped: " + names);
+    if (header.antialiased || vertex.find("filter_3D") != nullptr)
+        map.notes.push_back("trained with anti-aliasing, which is not applied");
     if (vertex.count == 0) map.notes.push_back("element \"vertex\" has no rows: the map is empty");
 }
 
@@ -66,9 +69,10 @@ inline void note_skipped(PlyHeader const& header, PlyElement const& vertex, PlyC
 
 namespace detail {
 
-/// Reads one of `parts` parts of the rows of a PLY that is not compressed.
+/// Reads one of `parts` parts of the rows of a PLY that is not compressed. `cut_off`, if it is not null, gets what float32 cuts off the means, if the
+/// columns have more digits.
 inline MapPart read_rows_of_ply(ByteSource& source, PlyHeader const& header, PlyElement const& vertex, std::string const& name,
-                                std::string const& file, std::uint64_t part, std::uint64_t parts)
+                                std::string const& file, std::uint64_t part, std::uint64_t parts, CutOff* cut_off = nullptr)
 {
     PlyColumns columns = find_columns(vertex, file);
     PlyHarmonics const harmonics = find_harmonics(vertex, columns);
@@ -85,6 +89,8 @@ inline MapPart read_rows_of_ply(ByteSource& source, PlyHeader const& header, Ply
     auto const start_of = [&](std::uint64_t p) { return vertex.count / parts * p + vertex.count % parts * p / parts; };
     std::uint64_t const first = start_of(part), last = start_of(part + 1);
     MapSink sink(map, last - first, splat::harmonics_per_channel(harmonics.file_degree));
+    if (cut_off != nullptr && std::any_of(columns.begin(), columns.begin() + 3, [](PlyProperty const* p) { return p->type >= PlyType::int32 && p->type != PlyType::float32; }))
+        sink.keep_cut_off(*cut_off);
     auto const keep = [&](std::uint64_t number, GaussianRow const& row) {
         if (number > first && number <= last) sink.add(number, row);
     };
@@ -117,15 +123,19 @@ inline MapPart read_rows_of_ply(ByteSource& source, PlyHeader const& header, Ply
 
 } // namespace detail
 
-TILEMESH_HOST Map read_ply(std::istream& stream, std::string const& name)
+TILEMESH_HOST Map read_ply(std::istream& stream, std::string const& name, FarMeans far)
 {
     std::string const file = detail::shown(name, name.size());
     detail::ByteSource source(stream, file);
     detail::require_ply(source, file);
     detail::PlyHeader const header = detail::read_ply_header(source, file);
     detail::PlyElement const& vertex = detail::require_vertex(header, file);
-    if (vertex.find("packed_position")) return detail::read_compressed_ply(source, header, vertex, name);
-    return with_all_notes(detail::read_rows_of_ply(source, header, vertex, name, file, 0, 1));
+    detail::CutOff cut_off;
+    Map map = vertex.find("packed_position")
+                  ? detail::read_compressed_ply(source, header, vertex, name)
+                  : with_all_notes(detail::read_rows_of_ply(source, header, vertex, name, file, 0, 1, far == FarMeans::moved ? &cut_off : nullptr));
+    detail::settle_far_means(map, far, cut_off);
+    return map;
 }
 
 TILEMESH_HOST std::optional<MapPart> read_ply_part(std::istream& stream, std::string const& name, std::uint64_t part, std::uint64_t parts)
@@ -156,10 +166,10 @@ TILEMESH_HOST Map with_all_notes(MapPart part)
     return std::move(part.map);
 }
 
-TILEMESH_HOST Map load_ply(std::filesystem::path const& path)
+TILEMESH_HOST Map load_ply(std::filesystem::path const& path, FarMeans far)
 {
     auto stream = detail::open_file(path, std::numeric_limits<std::uint64_t>::max(), "a 3DGS map");
-    return read_ply(stream, path.string());
+    return read_ply(stream, path.string(), far);
 }
 
 }}} // namespace tilemesh::scene

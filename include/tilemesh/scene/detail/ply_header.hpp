@@ -46,6 +46,9 @@ struct PlyHeader {
     PlyFormat format = PlyFormat::ascii;
     std::vector<PlyElement> elements;
     std::uint64_t lines = 0;
+    /// A comment says that the map was trained with anti-aliasing: "antialiased 1" (Postshot), or "SplatRenderMode: mip" (Brush). The last
+    /// such comment counts.
+    bool antialiased = false;
 };
 
 /// The fewest bytes that a row takes. In ASCII: one digit and one blank or line end for each property. The last line end of a file may be
@@ -70,6 +73,7 @@ private:
 
     [[noreturn]] TILEMESH_HOST void refuse(std::string const& why) const;
     TILEMESH_HOST bool next_line();
+    TILEMESH_HOST void add_comment(Words const& words);
     TILEMESH_HOST void add_format(Words const& words);
     TILEMESH_HOST void add_element(Words const& words);
     TILEMESH_HOST void add_property(Words const& words);

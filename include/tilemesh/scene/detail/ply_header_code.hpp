@@ -67,7 +67,11 @@ TILEMESH_HOST auto PlyHeaderReader::read() -> PlyHeader
                         " has no end_header (the header is cut off or longer than 256 KiB); copy or export the map "
                         "again");
         auto const words = words_of(line_);
-        if (words.empty() || words[0] == "comment" || words[0] == "obj_info") continue;
+        if (words.empty()) continue;
+        if (words[0] == "comment" || words[0] == "obj_info") {
+            add_comment(words);
+            continue;
+        }
         if (words[0] == "end_header") break;
         if (words[0] == "format") {
             if (format_seen) refuse("a second format");
@@ -104,6 +108,13 @@ TILEMESH_HOST bool PlyHeaderReader::next_line()
         line_ += static_cast<char>(c);
     }
     return false;
+}
+
+TILEMESH_HOST void PlyHeaderReader::add_comment(Words const& words)
+{
+    if (words.size() != 3) return;
+    if (words[1] == "antialiased") header_.antialiased = words[2] == "1" || words[2] == "true";
+    if (words[1] == "SplatRenderMode:") header_.antialiased = words[2] == "mip";
 }
 
 TILEMESH_HOST void PlyHeaderReader::add_format(Words const& words)

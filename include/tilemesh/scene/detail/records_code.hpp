@@ -13,6 +13,10 @@ namespace tilemesh { inline namespace v0_2 { namespace scene {
 
 TILEMESH_HOST void require_harmonics(Map const& map)
 {
+    // The records and the kernels have harmonics up to degree 3, and larger degrees overflow the number of coefficients.
+    if (map.sh_degree > 3)
+        throw Error("a map with view-dependent colour of degree " + std::to_string(map.sh_degree) +
+                    " (0 to 3 are the degrees of 3D Gaussian Splatting); fill in degree 3 at most");
     std::size_t const floats = 3 * std::size_t{splat::harmonics_per_channel(map.sh_degree)};
     if (map.harmonics.size() != map.gaussians.size() * floats)
         throw Error("a map with " + std::to_string(map.harmonics.size()) + " coefficients of harmonics (" +
@@ -22,8 +26,8 @@ TILEMESH_HOST void require_harmonics(Map const& map)
 
 TILEMESH_HOST Map at_degree(Map map, std::uint32_t degree)
 {
-    if (degree >= map.sh_degree) return map;
     require_harmonics(map);
+    if (degree >= map.sh_degree) return map;
     std::size_t const from = 3 * splat::harmonics_per_channel(map.sh_degree), to = 3 * splat::harmonics_per_channel(degree);
     for (std::size_t i = 0; i < map.gaussians.size(); ++i) {
         auto const row = map.harmonics.begin() + static_cast<std::ptrdiff_t>(i * from);

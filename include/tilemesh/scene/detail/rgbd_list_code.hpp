@@ -53,6 +53,21 @@ TILEMESH_HOST std::vector<std::array<StampedFile, 2>> read_stamped_files(std::is
 
 } // namespace detail
 
+TILEMESH_HOST std::vector<std::string> rgbd_notes(std::vector<RgbdFrame> const& frames)
+{
+    std::size_t far = 0, furthest = 0;
+    auto const apart = [&](std::size_t i) { return std::fabs(frames[i].colour.seconds - frames[i].depth.seconds); };
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+        // Stamps are rounded: 0.02 s between stamps of 1.3e9 s are not exactly that in double.
+        double const rounding = 1e-15 * std::fabs(frames[i].colour.seconds);
+        if (frames[i].depth.file.empty() || apart(i) <= most_seconds_apart + rounding) continue;
+        if (far++ == 0 || apart(i) > apart(furthest)) furthest = i;
+    }
+    if (far == 0) return {};
+    return {"pictures whose depth is more than " + detail::text_of(most_seconds_apart) + " s away: " + std::to_string(far) + ", the furthest is " +
+            detail::text_of(apart(furthest)) + " s away, of the picture at " + detail::text_of(frames[furthest].colour.seconds)};
+}
+
 TILEMESH_HOST std::vector<StampedFile> read_file_list(std::istream& stream, std::string const& name)
 {
     std::vector<StampedFile> out;

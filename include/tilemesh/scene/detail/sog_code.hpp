@@ -68,6 +68,7 @@ inline std::array<double, 256> values_of(SogPart const& part, std::uint32_t vers
 /// The harmonics of an SOG map: a palette and the entry of each Gaussian.
 struct SogHarmonics {
     std::uint32_t degree = 0;
+    bool width_says = false; ///< the degree is that of the palette's width, because the file does not say it
     std::size_t entries = 0;
     SogPicture palette, labels;
     std::array<double, 256> values{};
@@ -117,12 +118,16 @@ inline Map read_sog_files(std::function<Bytes(std::string const&)> const& read, 
         harmonics.labels = decode_picture(read(part.files[1]), meta.count, most, codecs, part.files[1], file);
         require_same_size(harmonics.labels, part.files[1]);
         auto const [width, height] = harmonics.palette.size;
-        harmonics.degree = meta.version == 2 ? static_cast<std::uint32_t>(part.bands) : width == 192 ? 1u : width == 512 ? 2u : width == 960 ? 3u : 0u;
-        if (harmonics.degree == 0 || width != 64 * splat::harmonics_per_channel(harmonics.degree))
+        std::uint32_t const by_width = width == 192 ? 1 : width == 512 ? 2 : width == 960 ? 3 : 0;
+        bool const said = meta.version == 2 && part.bands != 0;
+        harmonics.degree = said ? static_cast<std::uint32_t>(part.bands) : by_width;
+        if (harmonics.degree == 0 || harmonics.degree != by_width)
             throw Error(file + " has a palette of harmonics " + std::to_string(width) + " pixels wide (" + in_quotes(part.files[0]) +
+                        (said ? "; its key shN.bands says degree " + std::to_string(harmonics.degree) : "") +
                         "; 192, 512 or 960 for degree 1, 2 or 3); export the map again");
+        harmonics.width_says = meta.version == 2 && !said;
         harmonics.entries = 64 * std::size_t{height};
-        if (meta.version == 2 && part.count < static_cast<double>(harmonics.entries)) harmonics.entries = static_cast<std::size_t>(part.count);
+        if (meta.version == 2 && part.count >= 0 && part.count < static_cast<double>(harmonics.entries)) harmonics.entries = static_cast<std::size_t>(part.count);
         harmonics.values = values_of(part, meta.version, 0);
     }
 
@@ -131,6 +136,9 @@ inline Map read_sog_files(std::function<Bytes(std::string const&)> const& read, 
     map.path = name;
     map.sh_degree = harmonics.degree;
     map.notes.push_back("read as SOG version " + std::to_string(meta.version) + " of degree " + std::to_string(map.sh_degree));
+    if (harmonics.width_says)
+        map.notes.push_back("shN.bands of meta.json is missing or 0: the palette's width says degree " + std::to_string(map.sh_degree));
+    if (meta.antialiased) map.notes.push_back("trained with anti-aliasing, which is not applied");
     if (meta.count == 0) map.notes.push_back("meta.json promises no Gaussians: the map is empty");
     MapSink sink(map, meta.count, splat::harmonics_per_channel(map.sh_degree));
     std::array<std::array<double, 256>, 3> scale_of, colour_of;

@@ -11,6 +11,7 @@
 #include <glm/vec3.hpp>
 #include <istream>
 #include <limits>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <tilemesh/error.hpp>
@@ -23,9 +24,23 @@
 namespace tilemesh { inline namespace v0_2 { namespace scene {
 namespace detail {
 
-TILEMESH_HOST TumLine parse_tum_line(std::string_view text)
+/// Reads a field. Returns what is wrong with it; NaN and infinite numbers are not wrong, but clear `finite`.
+inline std::string read_field(std::string_view word, double& value, std::size_t number, bool& finite)
 {
-    TumLine line;
+    if (parse_number(word, value)) {
+        if (std::fabs(value) <= largest_number) return "";
+        if (!std::isfinite(value)) {
+            finite = false;
+            return "";
+        }
+    }
+    return "field " + std::to_string(number) + " is not a number, or above 1e37";
+}
+
+TILEMESH_HOST PoseLine parse_tum_line(std::string_view text)
+{
+    PoseLine line;
+    line.advice = "write timestamp tx ty tz qx qy qz qw, or # before a comment";
     // EuRoC's ground truth has at least eight fields, so at least seven commas.
     auto const commas = std::count(text.begin(), text.end(), ',');
     if (commas >= 7) {
@@ -41,28 +56,19 @@ TILEMESH_HOST TumLine parse_tum_line(std::string_view text)
     std::size_t count = 0;
     for (std::string_view word = take_word(text); !word.empty(); word = take_word(text)) {
         // Further fields are counted, not read.
-        if (count++ >= line.fields.size()) continue;
-        double& value = line.fields[count - 1];
-        if (!parse_number(word, value) || !(std::fabs(value) <= largest_number)) {
-            line.why = "field " + std::to_string(count) + " is not a finite number, or above 1e37";
-            return line;
-        }
+        if (count++ >= 8) continue;
+        line.why = read_field(word, line.fields[count - 1], count, line.finite);
+        if (!line.why.empty()) return line;
     }
     if (count == 12) {
         line.why = "12 fields where 8 are needed; this looks like the poses of KITTI";
         line.advice = "convert it: rows of a 3x4 camera-to-world matrix to timestamp tx ty tz qx qy qz qw";
-    } else if (count != line.fields.size()) {
+    } else if (count != 8) {
         line.why = std::to_string(count) + " fields where 8 are needed";
     } else if (line.fields[4] == 0.0 && line.fields[5] == 0.0 && line.fields[6] == 0.0 && line.fields[7] == 0.0) {
         line.why = "its quaternion is zero";
     }
     return line;
-}
-
-TILEMESH_HOST void set_quaternion(PoseLine& line, double qx, double qy, double qz, double qw)
-{
-    line.pose.pose.rotation = glm::transpose(rotation_matrix(qw, qx, qy, qz));
-    line.far_from_unit = !(std::fabs(std::hypot(std::hypot(qx, qy), std::hypot(qz, qw)) - 1.0) <= 1e-2);
 }
 
 TILEMESH_HOST std::size_t number_of_words(std::string_view text)
@@ -72,35 +78,18 @@ TILEMESH_HOST std::size_t number_of_words(std::string_view text)
     return count;
 }
 
-TILEMESH_HOST TrajectoryFormat format_of(std::string_view line)
-{
-    if (std::count(line.begin(), line.end(), ',') >= 7) return TrajectoryFormat::euroc;
-    std::size_t const words = number_of_words(line);
-    return words == 12 ? TrajectoryFormat::kitti : words == 16 ? TrajectoryFormat::replica : TrajectoryFormat::tum;
-}
-
-TILEMESH_HOST PoseLine parse_pose(std::string_view text, TrajectoryFormat format, std::size_t number)
+TILEMESH_HOST PoseLine parse_pose_line(std::string_view text, TrajectoryFormat format, bool commas)
 {
     PoseLine line;
-    if (format == TrajectoryFormat::tum) {
-        TumLine const tum = parse_tum_line(text);
-        line.why = tum.why;
-        line.advice = tum.advice;
-        auto const [seconds, tx, ty, tz, qx, qy, qz, qw] = tum.fields;
-        line.pose = {seconds, {glm::dmat3{1.0}, {tx, ty, tz}}};
-        if (line.why.empty()) set_quaternion(line, qx, qy, qz, qw);
-        return line;
-    }
-    bool const euroc = format == TrajectoryFormat::euroc;
-    std::size_t const needed = euroc ? 8 : format == TrajectoryFormat::kitti ? 12 : 16;
-    line.advice = euroc   ? "write timestamp,px,py,pz,qw,qx,qy,qz, nanoseconds first, or # before a comment"
+    bool const stamped = format == TrajectoryFormat::tum || format == TrajectoryFormat::euroc;
+    std::size_t const needed = stamped ? 8 : format == TrajectoryFormat::kitti ? 12 : 16;
+    line.advice = stamped         ? "write timestamp,px,py,pz and the quaternion, as in the first line, or # before a comment"
                   : needed == 12 ? "write the 12 numbers of a 3x4 camera-to-world matrix, or # before a comment"
-                          : "write the 16 numbers of a 4x4 camera-to-world matrix, or # before a comment";
-    std::array<double, 16> fields{};
+                                 : "write the 16 numbers of a 4x4 camera-to-world matrix, or # before a comment";
     std::size_t count = 0;
-    for (bool more = true; more && count < (euroc ? needed : needed + 1); ++count) {
+    for (bool more = true; more && count < (stamped ? needed : needed + 1); ++count) {
         std::string_view word;
-        if (euroc) { // a comma ends each field
+        if (commas) { // a comma ends each field
             std::size_t const end = std::min(text.find(','), text.size());
             std::string_view field = text.substr(0, end);
             word = take_word(field);
@@ -111,52 +100,191 @@ TILEMESH_HOST PoseLine parse_pose(std::string_view text, TrajectoryFormat format
             break;
         }
         if (count == needed) continue; // one too many
-        if (!parse_number(word, fields[count]) || !(std::fabs(fields[count]) <= largest_number)) {
-            line.why = "field " + std::to_string(count + 1) + " is not a finite number, or above 1e37";
-            return line;
-        }
+        line.why = read_field(word, line.fields[count], count + 1, line.finite);
+        if (!line.why.empty()) return line;
     }
-    if (count != needed) {
+    auto const& f = line.fields;
+    if (count != needed)
         line.why = (count > needed ? "more than " + std::to_string(needed) : std::to_string(count)) + " fields where " + std::to_string(needed) +
                    " are needed, as in the first line";
-        return line;
+    else if (stamped && f[4] == 0.0 && f[5] == 0.0 && f[6] == 0.0 && f[7] == 0.0) line.why = "its quaternion is zero";
+    else if (needed == 16 && line.finite && !ends_in_0_0_0_1(f)) line.why = "its last four numbers are not 0 0 0 1";
+    else if (!stamped && line.finite) line.why = fault_of_rotation(matrix_pose(f, 0).pose.rotation);
+    return line;
+}
+
+TILEMESH_HOST TrajectoryHeader header_of(std::string_view line)
+{
+    TrajectoryHeader header;
+    bool x = false, w = false;
+    std::string name;
+    bool unit = false; // between brackets
+    auto const end_name = [&] {
+        if (name.empty()) return;
+        bool const first = header.names <= 1;
+        if (unit) {
+            if (first) header.seconds = header.seconds || name == "s" || name == "sec";
+            if (first) header.nanoseconds = header.nanoseconds || name == "ns";
+        } else {
+            ++header.names;
+            if (first && name.ends_with("_ns")) header.nanoseconds = true;
+            if (name.front() == 'q' && (name.back() == 'w' || name.back() == 'x' || name.back() == 'y' || name.back() == 'z') && header.first_q == 0)
+                header.first_q = header.names;
+            if (name.front() == 'q' && name.back() == 'w') {
+                if (!w) header.w_first = !x;
+                w = true;
+            }
+            if (name.front() == 'q' && name.back() == 'x') x = true;
+        }
+        name.clear();
+    };
+    for (char const c : line) {
+        bool const opens = c == '[' || c == '(', closes = c == ']' || c == ')';
+        if (opens || closes || c == ',' || c == '#' || c == ';' || blanks.find(c) != std::string_view::npos) {
+            end_name();
+            unit = opens || (unit && !closes);
+        } else if (name.size() < 40) {
+            name += c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+        }
     }
-    if (euroc) {
-        auto const* const f = fields.data();
-        line.pose = {f[0] * 1e-9, {glm::dmat3{1.0}, {f[1], f[2], f[3]}}};
-        if (f[4] == 0.0 && f[5] == 0.0 && f[6] == 0.0 && f[7] == 0.0) line.why = "its quaternion is zero";
-        set_quaternion(line, f[5], f[6], f[7], f[4]);
-        return line;
-    }
-    if (needed == 16 && !ends_in_0_0_0_1(fields))
-        line.why = "its last four numbers are not 0 0 0 1";
-    Pose& pose = line.pose.pose;
-    line.pose.seconds = static_cast<double>(number);
+    end_name();
+    header.there = x && w;
+    return header;
+}
+
+TILEMESH_HOST StampedPose stamped_pose(std::array<double, 8> const& row, bool w_first, double seconds_per_unit, std::uint64_t& far_from_unit)
+{
+    auto const [stamp, px, py, pz, q0, q1, q2, q3] = row;
+    double const qx = w_first ? q1 : q0, qy = w_first ? q2 : q1, qz = w_first ? q3 : q2, qw = w_first ? q0 : q3;
+    StampedPose out{stamp * seconds_per_unit, {glm::dmat3{1.0}, {px, py, pz}}};
+    out.pose.rotation = glm::transpose(rotation_matrix(qw, qx, qy, qz));
+    if (!(std::fabs(std::hypot(std::hypot(qx, qy), std::hypot(qz, qw)) - 1.0) <= 1e-2)) ++far_from_unit;
+    return out;
+}
+
+TILEMESH_HOST StampedPose matrix_pose(std::array<double, 16> const& fields, std::uint64_t number)
+{
+    StampedPose out{static_cast<double>(number), {glm::dmat3{1.0}, {}}};
+    Pose& pose = out.pose;
     for (int row = 0; row < 3; ++row) {
         for (int column = 0; column < 3; ++column) pose.rotation[row][column] = fields[static_cast<std::size_t>(4 * row + column)];
         pose.position[row] = fields[static_cast<std::size_t>(4 * row + 3)];
     }
-    if (line.why.empty()) line.why = fault_of_rotation(pose.rotation);
-    return line;
+    return out;
 }
 
-TILEMESH_HOST Trajectory read_poses(std::istream& stream, std::string const& name, std::size_t most, TrajectoryFormat const* format)
+TILEMESH_HOST double restlessness(std::vector<std::array<double, 8>> const& rows, bool w_first)
+{
+    double squares = 0.0;
+    std::uint64_t ignored = 0;
+    glm::dvec3 sum{0.0};
+    for (std::size_t i = 0; i + 1 < rows.size(); ++i) {
+        Pose const here = stamped_pose(rows[i], w_first, 1.0, ignored).pose;
+        glm::dvec3 const step{rows[i + 1][1] - rows[i][1], rows[i + 1][2] - rows[i][2], rows[i + 1][3] - rows[i][3]};
+        glm::dvec3 const own = here.rotation * step;
+        sum += own;
+        squares += own.x * own.x + own.y * own.y + own.z * own.z;
+    }
+    if (!(squares > 0.0)) return 1.0;
+    return 1.0 - (sum.x * sum.x + sum.y * sum.y + sum.z * sum.z) / (static_cast<double>(rows.size() - 1) * squares);
+}
+
+TILEMESH_HOST Trajectory read_poses(std::istream& stream, std::string const& name, std::size_t most, bool only_tum,
+                                    std::optional<TrajectoryFormat> format)
 {
     Trajectory trajectory;
+    std::vector<std::array<double, 8>> rows; // of TUM or EuRoC, until the whole file tells which
+    TrajectoryHeader header;
+    bool known = false, commas = false, more = false, whole = true; // of the first row; whole: all stamps
+    double largest_stamp = 0.0;
+    std::uint64_t number = 0;
+    std::string named;
     LineReader lines(stream, name);
     while (lines.next()) {
-        std::string_view const text = lines.text().substr(0, lines.text().find('#'));
-        if (text.find_first_not_of(blanks) == std::string_view::npos) continue;
-        if (trajectory.empty()) trajectory.format = format != nullptr ? *format : format_of(text);
-        PoseLine const line = parse_pose(text, trajectory.format, trajectory.size());
+        std::string_view const all = lines.text(), text = all.substr(0, all.find('#'));
+        bool const blank = text.find_first_not_of(blanks) == std::string_view::npos;
+        if (!only_tum && !known) {
+            // A header is a comment, or a line of names without a number.
+            if (auto const found = header_of(blank ? all : text); found.there) {
+                header = found;
+                continue;
+            }
+        }
+        if (blank) continue;
+        if (!known) {
+            known = true;
+            auto const commas_there = std::count(text.begin(), text.end(), ',');
+            std::size_t const words = number_of_words(text);
+            commas = !only_tum && commas_there >= 7;
+            more = commas ? std::count(text.begin(), text.end(), ',') >= 8 && !text.substr(text.rfind(',') + 1).empty() : words == 17;
+            if (only_tum) trajectory.format = TrajectoryFormat::tum;
+            else if (format) trajectory.format = *format;
+            else if (commas || more) trajectory.format = TrajectoryFormat::euroc;
+            else trajectory.format = words == 12 ? TrajectoryFormat::kitti : words == 16 ? TrajectoryFormat::replica : TrajectoryFormat::tum;
+        }
+        bool const plain_tum = trajectory.format == TrajectoryFormat::tum && !commas;
+        PoseLine const line = plain_tum ? parse_tum_line(text) : parse_pose_line(text, trajectory.format, commas);
         if (!line.why.empty()) throw Error(lines.place() + " is not a pose (" + line.why + "); " + line.advice);
-        if (trajectory.size() == most)
+        ++number;
+        if (!line.finite) {
+            if (++trajectory.left_out <= 5) named.append(named.empty() ? "" : ", ").append(lines.place().substr(name.size() + 1));
+            continue;
+        }
+        if (trajectory.size() + rows.size() == most)
             throw Error(name + " is too long (more than " + std::to_string(most) + " poses); split it");
-        trajectory.push_back(line.pose);
-        if (line.far_from_unit) ++trajectory.far_from_unit;
+        if (!trajectory.has_stamps()) {
+            trajectory.push_back(matrix_pose(line.fields, number - 1));
+            continue;
+        }
+        rows.emplace_back();
+        std::copy_n(line.fields.begin(), 8, rows.back().begin());
+        std::string_view rest = text;
+        std::string_view const stamp = take_word(rest);
+        whole = whole && stamp.substr(0, stamp.find(',')).find_first_of(".eE") == std::string_view::npos;
+        largest_stamp = std::fmax(largest_stamp, std::fabs(line.fields[0]));
     }
-    if (trajectory.empty())
-        throw Error(name + " holds no pose (every line is blank or a comment); name a " + (format != nullptr ? "TUM " : "") + "trajectory file");
+    if (trajectory.left_out != 0)
+        trajectory.reader_notes.push_back("rows left out because a number is not finite: " + std::to_string(trajectory.left_out) + " (" + named +
+                                          (trajectory.left_out > 5 ? " and more)" : ")"));
+    if (trajectory.empty() && rows.empty())
+        throw Error(name + " holds no pose (every line is blank, a comment, or has a number that is not finite); name a " + (only_tum ? "TUM " : "") + "trajectory file");
+    if (rows.empty()) return trajectory;
+
+    constexpr double least_nanoseconds = 1e14;
+    bool const huge = largest_stamp >= least_nanoseconds;
+    std::string reason = "as was asked for";
+    if (!only_tum && !format) {
+        if (header.there && header.names >= 8 && header.first_q != 5)
+            throw Error(name + " has other columns than a stamp, a position and a quaternion (its header has the quaternion from column " +
+                        std::to_string(header.first_q) + ", not 5); bring the columns into the order timestamp tx ty tz qx qy qz qw");
+        bool w_first = false, decided = true;
+        if (header.there) {
+            w_first = header.w_first;
+            reason = "as its header says";
+        } else if (more || (commas && whole && huge)) {
+            w_first = true;
+            reason = more ? "because it has more than eight columns" : "because its stamps are whole nanoseconds";
+        } else if (!commas && !(whole && huge)) {
+            reason = "because blanks separate it and its stamps are not whole nanoseconds";
+        } else {
+            double const last = rows.size() >= 10 ? restlessness(rows, false) : 1.0, first = rows.size() >= 10 ? restlessness(rows, true) : 1.0;
+            w_first = first < last;
+            // A steady camera differs from its mean velocity by less than a third of it; a factor of 4 is more than ten steps make by chance.
+            decided = std::fmin(first, last) <= 0.1 && std::fmax(first, last) >= 4.0 * std::fmin(first, last);
+            reason = "because the camera moves steadily only so";
+        }
+        if (!decided)
+            throw Error(name + " does not say whether the w of its quaternions is last, as in TUM, or first, as in EuRoC (it has no header, and stamps "
+                               "and motion fit both); add a header, or name the form with --trajectory-format tum or euroc");
+        trajectory.format = w_first ? TrajectoryFormat::euroc : TrajectoryFormat::tum;
+    }
+    bool const euroc = trajectory.format == TrajectoryFormat::euroc;
+    bool const nanoseconds = !only_tum && !header.seconds && (header.nanoseconds || huge || (euroc && format && whole));
+    if (!only_tum && (euroc ? !commas || !nanoseconds : commas || nanoseconds))
+        trajectory.reader_notes.push_back(std::string("read as timestamp, position, ") + (euroc ? "qw qx qy qz" : "qx qy qz qw") + " in " +
+                                          (nanoseconds ? "nanoseconds, " : "seconds, ") + reason);
+    trajectory.reserve(rows.size());
+    for (auto const& row : rows) trajectory.push_back(stamped_pose(row, euroc, nanoseconds ? 1e-9 : 1.0, trajectory.far_from_unit));
     return trajectory;
 }
 
@@ -164,8 +292,7 @@ TILEMESH_HOST Trajectory read_poses(std::istream& stream, std::string const& nam
 
 TILEMESH_HOST Trajectory read_tum(std::istream& stream, std::string const& name, std::size_t most)
 {
-    constexpr auto tum = TrajectoryFormat::tum;
-    return detail::read_poses(stream, name, most, &tum);
+    return detail::read_poses(stream, name, most, true, {});
 }
 
 TILEMESH_HOST Trajectory load_tum(std::filesystem::path const& path, std::size_t most)
@@ -175,15 +302,30 @@ TILEMESH_HOST Trajectory load_tum(std::filesystem::path const& path, std::size_t
     return read_tum(stream, detail::shown_path(path), most);
 }
 
-TILEMESH_HOST Trajectory read_trajectory(std::istream& stream, std::string const& name, std::size_t most)
+TILEMESH_HOST Trajectory read_trajectory(std::istream& stream, std::string const& name, std::size_t most, std::optional<TrajectoryFormat> format)
 {
-    return detail::read_poses(stream, name, most, nullptr);
+    return detail::read_poses(stream, name, most, false, format);
 }
 
-TILEMESH_HOST Trajectory load_trajectory(std::filesystem::path const& path, std::size_t most)
+TILEMESH_HOST Trajectory load_trajectory(std::filesystem::path const& path, std::size_t most, std::optional<TrajectoryFormat> format)
 {
     auto stream = detail::open_file(path, std::numeric_limits<std::uint64_t>::max(), "a trajectory file");
-    return read_trajectory(stream, detail::shown_path(path), most);
+    return read_trajectory(stream, detail::shown_path(path), most, format);
+}
+
+TILEMESH_HOST Trajectory relative_to_origin(Trajectory trajectory, std::array<double, 3> const& origin)
+{
+    for (auto& [seconds, pose] : trajectory) pose.position -= glm::dvec3{origin[0], origin[1], origin[2]};
+    return trajectory;
+}
+
+TILEMESH_HOST std::optional<TrajectoryFormat> trajectory_format(std::string_view name)
+{
+    if (name == "tum") return TrajectoryFormat::tum;
+    if (name == "euroc") return TrajectoryFormat::euroc;
+    if (name == "kitti") return TrajectoryFormat::kitti;
+    if (name == "replica") return TrajectoryFormat::replica;
+    return {};
 }
 
 TILEMESH_HOST std::string tum_text(std::vector<StampedPose> const& poses)
@@ -205,7 +347,7 @@ TILEMESH_HOST std::string tum_text(std::vector<StampedPose> const& poses)
 
 TILEMESH_HOST std::vector<std::string> trajectory_notes(Trajectory const& trajectory)
 {
-    std::vector<std::string> notes;
+    std::vector<std::string> notes = trajectory.reader_notes;
     if (trajectory.format == TrajectoryFormat::euroc)
         notes.push_back("poses of EuRoC are taken as a camera's; the data set's own ground truth has the poses of the IMU");
     auto const seconds = [&](std::size_t i) { return trajectory[i].seconds; };

@@ -1,8 +1,10 @@
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <set>
@@ -17,6 +19,9 @@
 #include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace scene::detail {
+
+/// The size of the picture of a frame, from its `file_path`; nothing if it is not known.
+using PictureSizeOf = std::function<std::optional<Size>(std::string const&)>;
 
 /// The lens that a transforms.json gives, for all frames or for one; each field may be missing.
 struct TransformsLens {
@@ -74,19 +79,21 @@ public:
         if (!ended() && path.value.empty()) unusable_ = refusal(name, "\"file_path\" is empty");
         if (!ended()) is(matrix, "transform_matrix");
         if (ended()) return;
-        std::string_view file = path.value;
-        if (file.starts_with("./") && file.size() > 2) file.remove_prefix(2);
-        frames_.push_back({std::string(file), {}, lens.any() ? std::make_unique<TransformsLens>(std::move(lens)) : nullptr});
+        std::string file = path.value;
+        std::replace(file.begin(), file.end(), '\\', '/'); // written on Windows
+        if (file.starts_with("./") && file.size() > 2) file.erase(0, 2);
+        frames_.push_back({std::move(file), {}, lens.any() ? std::make_unique<TransformsLens>(std::move(lens)) : nullptr});
         std::copy(matrix.value.begin(), matrix.value.end(), frames_.back().to_world.begin());
     }
     void add_no_object() { unusable_ = refusal(std::to_string(frames_.size() + 1), "it is not an object"); }
 
-    /// The cameras; throws `Error` for the first that cannot be used.
-    std::vector<NamedCamera> take(DistortedLens distorted, std::vector<std::string>* notes) const
+    /// The cameras; throws `Error` for the first that cannot be used. `size_of`, which may be empty, says the size of a picture whose frame
+    /// has no w or no h.
+    std::vector<NamedCamera> take(DistortedLens distorted, std::vector<std::string>* notes, PictureSizeOf const& size_of) const
     {
         std::vector<NamedCamera> cameras;
         std::set<std::string> names;
-        std::size_t ignored = 0;
+        std::size_t ignored = 0, sized = 0;
         for (auto const& frame : frames_) {
             if (!names.insert(frame.name).second) refuse(frame.name, "another frame has the same file_path");
             bool const bends = bends_picture(frame);
@@ -95,10 +102,22 @@ public:
                             " has a lens with distortion (a coefficient is not 0, or its camera_model is a fisheye; a pinhole camera has none); "
                             "undistort the pictures, for example with colmap image_undistorter, and name the cameras that it writes");
             ignored += bends ? 1 : 0;
-            cameras.push_back({"", "", frame.name, camera_of(frame)});
+            std::optional<Size> size;
+            if (size_of && !(has(frame, &TransformsLens::w) && has(frame, &TransformsLens::h))) {
+                size = size_of(frame.name);
+                if (!size)
+                    throw Error(file_ + " frame " + shown(frame.name) +
+                                " is not usable (neither it nor the file has \"w\" and \"h\", and no PNG or JPEG picture of it is beside the "
+                                "file); put the picture there, or give a size as in --size 800x800");
+                ++sized;
+            }
+            cameras.push_back({"", "", frame.name, camera_of(frame, size), glm::dvec3{frame.to_world[3], frame.to_world[7], frame.to_world[11]}});
         }
         if (!unusable_.empty()) throw Error(unusable_);
         note_ignored_distortion(ignored, notes);
+        if (sized != 0 && notes != nullptr)
+            notes->push_back(std::to_string(sized) + (sized == 1 ? " camera has" : " cameras have") +
+                             " no \"w\" or \"h\": the size is that of the picture beside the file, or else the one that was given");
         return cameras;
     }
 
@@ -119,6 +138,11 @@ private:
     {
         auto const given = frame.lens ? frame.lens->given : 0, bent = frame.lens ? frame.lens->bent : 0;
         return (bent | (common.bent & ~given)) != 0;
+    }
+
+    bool has(Frame const& frame, CameraField<double> TransformsLens::*field) const
+    {
+        return (frame.lens && (frame.lens.get()->*field).there) || (common.*field).there;
     }
 
     /// A number of the frame, or else of the file; empty if neither has it.
@@ -148,7 +172,8 @@ private:
         return 0.5 * side / std::tan(0.5 * *angle);
     }
 
-    splat::Camera camera_of(Frame const& frame) const
+    /// `size` stands for a missing w or h.
+    splat::Camera camera_of(Frame const& frame, std::optional<Size> const& size) const
     {
         using L = TransformsLens;
         auto const& m = frame.to_world;
@@ -160,7 +185,8 @@ private:
             for (int column = 0; column < 3; ++column)
                 pose.rotation[row][column] = (column == 0 ? 1.0 : -1.0) * m[static_cast<std::size_t>(4 * row + column)];
 
-        std::uint32_t const width = side(frame, &L::w, "w"), height = side(frame, &L::h, "h");
+        std::uint32_t const width = size && !has(frame, &L::w) ? size->width : side(frame, &L::w, "w");
+        std::uint32_t const height = size && !has(frame, &L::h) ? size->height : side(frame, &L::h, "h");
         auto fx = number(frame, &L::fl_x, "fl_x"), fy = number(frame, &L::fl_y, "fl_y");
         if (!fx) {
             fx = focal(frame, &L::camera_angle_x, "camera_angle_x", width);
