@@ -380,7 +380,8 @@ void trajectories()
     auto const read_any = [](std::istream& in) { scene::trajectory_notes(scene::read_trajectory(in, "walk")); };
     expect_linear("EuRoC: poses", Ends::well, read_any,
                   [](std::size_t n) { return repeated(n, [](std::size_t i) { return number(i) + "000000000,1,2,3,1,0,0,0,0.5,0.5\n"; }); });
-    expect_linear("EuRoC: the shortest poses", Ends::well, read_any, [](std::size_t n) { return repeated(n, "0,0,0,0,1,0,0,0\n"); }, 5000);
+    expect_linear("EuRoC: the shortest poses", Ends::well, read_any, [](std::size_t n) { return "qw qx\n" + repeated(n, "0,0,0,0,1,0,0,0\n"); }, 5000);
+    expect_linear("TUM or EuRoC: poses that say neither", Ends::refused, read_any, [](std::size_t n) { return repeated(n, "0,0,0,0,1,0,0,0\n"); }, 5000);
     expect_linear("EuRoC: a line of many fields", Ends::refused, read_any, [](std::size_t n) { return "0,0,0,0,1,0,0,0" + repeated(100 * n, ",0") + "\n"; });
     expect_linear("KITTI: the shortest poses", Ends::well, read_any, [](std::size_t n) { return repeated(n, "1 0 0 0 0 1 0 0 0 0 1 0\n"); }, 5000);
     expect_linear("KITTI: the last pose is short", Ends::refused, read_any,

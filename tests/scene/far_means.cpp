@@ -115,6 +115,7 @@ TEST_CASE("far means of double columns keep all digits when their origin is subt
                 CHECK(notes_have(kept, "far from 0 against their spread, and float32 has steps of"));
             }
     CHECK(notes_have(read(ply_of(around({5e6, 5e6, 5e6}, 5, 9, random), false), FarMeans::moved), "float32 has steps of 0.5 there"));
+    CHECK(notes_have(read(ply_of({{5e6, -4e5, 0.25}}, true), FarMeans::moved), "the origin 5000000, -400000, 0 is subtracted"));
 }
 
 TEST_CASE("other maps stay bit for bit what they are")
