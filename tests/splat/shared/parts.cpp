@@ -1,4 +1,4 @@
-// test: without test tsan
+// test: without tsan
 #include "runner_of.hpp"
 
 using namespace support;
