@@ -1,4 +1,4 @@
-// test: unoptimised asan, without test tsan, cost 20
+// test: unoptimised asan, without tsan, cost 20
 // The program of homes on adversarial maps, with random capacities, grids and frames. Each round of each tile is checked against a list of
 // all splats, and the picture against the naive loop.
 #include "blended.hpp"

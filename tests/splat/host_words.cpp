@@ -2,6 +2,7 @@
 // Planes, routing, bloom, the trace and the engine as words of a run: the renderer of all setups by reference (render::HostRenderer), and
 // the renderers whose types say planes and steps, have the same pictures, reports, digests and tiles.
 #include "references.hpp"
+#include <tilemesh/render/homes_renderer.hpp>
 #include <type_traits>
 
 using namespace tilemesh;
@@ -100,13 +101,13 @@ TEST_CASE("host words: full storage, where the host recalls copies and the progr
 
 TEST_CASE("host words: a renderer on a machine that is not Traced keeps no trace, and says so")
 {
-    Renderer plain(cloud(20, 77), {.grid = {3, 3}});
+    BasicRenderer<Referenced<Lossless>, PortMesh> plain(cloud(20, 77), {.grid = {3, 3}});
     (void)plain.render(support::lens(30, 20));
     CHECK_THROWS_AS((void)plain.trace(), Error);
     struct Watched : support::Whole {
         using Machine = Traced<support::Whole::Machine>;
     };
-    BasicRenderer<Referenced<Watched>> watched(cloud(20, 77), {.grid = {3, 3}});
+    BasicRenderer<Referenced<Watched>, PortMesh> watched(cloud(20, 77), {.grid = {3, 3}});
     (void)watched.render(support::lens(30, 20));
     CHECK(watched.trace().supersteps.size() > 3);
 }
@@ -119,4 +120,42 @@ TEST_CASE("host words: a renderer by types refuses the facts of a setup with oth
     CHECK_THROWS_AS(make(render::facts_of<support::NoRouting>()), Error);
     CHECK_THROWS_AS(make(render::facts_of<support::Minimal>()), Error);
     CHECK_THROWS_AS(make(render::facts_of<support::Planes>()), Error);
+}
+
+TEST_CASE("host words: the program of homes, with and without planes, on threads and sequentially")
+{
+    using Planes = WithAlpha<WithDepth<FloatPixel>>;
+    auto const map = cloud(support::fast() ? 80 : 200, 78);
+    RendererOptions options;
+    options.grid = {4, 3};
+    options.digest = true;
+    auto more = options;
+    more.threads = 2;
+    for (auto const [depth, alpha] : {std::pair{false, false}, {true, false}, {false, true}, {true, true}}) {
+        INFO("depth ", depth, ", alpha ", alpha);
+        render::HomesChoice choice;
+        choice.machine.sram_bytes = 1u << 24;
+        choice.sizes = {100, 12, 3, 2}; // several rounds
+        choice.depth = depth;
+        choice.alpha = alpha;
+        std::unique_ptr<AnyRenderer> types;
+        if (depth || alpha) types = std::make_unique<render::HomesRenderer<homes::HostPolicies<Planes>>>(map, choice, options);
+        else types = std::make_unique<render::HomesRenderer<homes::HostPolicies<>>>(map, choice, options);
+        render::HostHomesRenderer::EngineOptions threads, checked;
+        checked.make = make_checked_port<render::HostHomesRenderer::Program>;
+        render::HostHomesRenderer two(map, choice, more, threads), checks(map, choice, options, checked);
+        for (auto const& camera : views()) {
+            auto const frame = types->render(camera);
+            for (auto* const renderer : {&two, &checks}) {
+                auto const other = renderer->render(camera);
+                CHECK(support::differing_pixels(other.image, frame.image) == 0);
+                CHECK(support::differing(other.depth, frame.depth) == 0);
+                CHECK(support::differing(other.alpha, frame.alpha) == 0);
+                CHECK(frame.depth.values.empty() == !depth);
+                CHECK(report::first_difference(other.report, frame.report) == "");
+                CHECK(other.report.digests == frame.report.digests);
+                CHECK(renderer->trace() == two.trace());
+            }
+        }
+    }
 }
