@@ -9,8 +9,8 @@ template <class Base, class Renderer>
 class MachineOver : public Base {
 public:
     MachineOver(tilemesh::scene::Map const& map, tilemesh::render::SetupChoice const& setup,
-                tilemesh::RendererOptions const& options)
-        : renderer_(map, tilemesh::render::facts_of(setup), options, {})
+                tilemesh::RendererOptions const& options, typename Renderer::EngineOptions engine = {})
+        : renderer_(map, tilemesh::render::facts_of(setup), options, engine)
     {
     }
     void wake(tilemesh::splat::Camera const& camera) override

@@ -8,13 +8,16 @@ namespace {
 
 namespace splat = tilemesh::splat;
 
-using Renderer = tilemesh::render::FrameRenderer<tilemesh::Renderer::Policies, tilemesh::Mesh, tilemesh::Traced<tilemesh::AnyMachine>>;
+using Renderer = tilemesh::render::HostRenderer;
 
 class MachineWithTrace final : public MachineOver<TracedMachine, Renderer> {
     using P = Renderer::Policies;
 
 public:
-    using MachineOver::MachineOver;
+    MachineWithTrace(tilemesh::scene::Map const& map, tilemesh::render::SetupChoice const& setup, tilemesh::RendererOptions const& options)
+        : MachineOver(map, setup, options, traced())
+    {
+    }
 
     void render(splat::Camera const& camera) override
     {
@@ -38,6 +41,12 @@ public:
     tilemesh::Grid grid() override { return renderer_.mesh().grid(); }
 
 private:
+    static Renderer::EngineOptions traced()
+    {
+        Renderer::EngineOptions engine;
+        engine.trace = true;
+        return engine;
+    }
     void set_limits()
     {
         auto const& sizes = renderer_.facts().sizes;

@@ -416,7 +416,9 @@ struct tilemesh_handle {
             core_.reset(); // first, because two machines may not fit into memory
             watch_ = {};
             facts_ = {};
-            core_ = std::make_unique<Core>(*map_, tilemesh::render::facts_of(setup_of(settings_, map_->sh_degree)), options_of(settings_), Core::EngineOptions{});
+            Core::EngineOptions engine;
+            engine.trace = true;
+            core_ = std::make_unique<Core>(*map_, tilemesh::render::facts_of(setup_of(settings_, map_->sh_degree)), options_of(settings_), engine);
             core_->observe([this](tilemesh::SuperstepEvent const& event) {
                 watch_.look(*core_, event);
                 if (settings_.follow > 0)

@@ -7,6 +7,7 @@ std::unique_ptr<render_map::AnyRenderer> render_map::make_homes_traced(tilemesh:
                                                                        tilemesh::RendererOptions const& options, EngineKind kind)
 {
     TracedHomes::EngineOptions engine;
+    engine.trace = true;
     if (kind == EngineKind::sequential) engine.make = tilemesh::make_checked_port<TracedHomes::Program>;
     return std::make_unique<TracedHomes>(map, choice, options, engine);
 }

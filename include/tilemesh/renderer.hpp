@@ -81,7 +81,7 @@ public:
 private:
     static EngineOptions for_machine(EngineOptions engine)
     {
-        if constexpr (std::is_same_v<Core, render::HostRenderer>) engine.trace = engine.trace && is_traced<Machine>;
+        if constexpr (std::is_same_v<Core, render::HostRenderer>) engine.trace = engine.trace || is_traced<Machine>;
         return engine;
     }
 };

@@ -36,6 +36,7 @@ std::vector<std::uint64_t> same_as_types(scene::Map const& map, RendererOptions 
     options.digest = true;
     auto const types = make_runner<Referenced<S>, Mesh>(map, options);
     HostRenderer::EngineOptions threads, checked;
+    threads.trace = checked.trace = true;
     checked.make = make_checked_port<HostRenderer::Program>;
     auto more = options;
     more.threads = 2;
@@ -142,6 +143,7 @@ TEST_CASE("host words: the program of homes, with and without planes, on threads
         if (depth || alpha) types = std::make_unique<render::HomesRenderer<homes::HostPolicies<Planes>>>(map, choice, options);
         else types = std::make_unique<render::HomesRenderer<homes::HostPolicies<>>>(map, choice, options);
         render::HostHomesRenderer::EngineOptions threads, checked;
+        threads.trace = checked.trace = true;
         checked.make = make_checked_port<render::HostHomesRenderer::Program>;
         render::HostHomesRenderer two(map, choice, more, threads), checks(map, choice, options, checked);
         for (auto const& camera : views()) {

@@ -4,23 +4,15 @@
 namespace tilemesh { inline namespace v0_2 { namespace render {
 template class HomesRenderer<splat::homes::AnyHostPolicies, PortMesh, Traced<AnyMachine>>;
 
-namespace {
-std::unique_ptr<AnyRenderer> on_threads(scene::Map const& map, HomesChoice const& choice, RendererOptions const& options)
-{
-    HostHomesRenderer::EngineOptions engine;
-    engine.trace = false;
-    return std::make_unique<HostHomesRenderer>(map, choice, options, engine);
-}
-} // namespace
 template <>
 std::unique_ptr<AnyRenderer> make_homes_renderer<splat::FloatPixel>(scene::Map const& map, HomesChoice const& choice,
                                                                     RendererOptions const& options)
 {
-    return on_threads(map, choice, options);
+    return std::make_unique<HostHomesRenderer>(map, choice, options);
 }
 template <>
 std::unique_ptr<AnyRenderer> make_homes_renderer<HomesPlanes>(scene::Map const& map, HomesChoice const& choice, RendererOptions const& options)
 {
-    return on_threads(map, choice, options);
+    return std::make_unique<HostHomesRenderer>(map, choice, options);
 }
 }}} // namespace tilemesh::render

@@ -113,9 +113,10 @@ template <class Program>
 std::unique_ptr<engine::Port<Program>> make_checked_port(Program const& program, Grid grid, MeshSizes<Program> const& sizes,
                                                          MeshOptions const& options);
 
-/// Options of a PortMesh.
+/// Options of a PortMesh. It keeps a trace only if `trace` is set, because its machine is always Traced.
 template <class Program>
 struct PortOptions : MeshOptions {
+    PortOptions() { trace = false; }
     MakePort<Program>* make = make_threads_port<Program>; ///< makes the engine
 };
 
