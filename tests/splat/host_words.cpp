@@ -132,7 +132,7 @@ TEST_CASE("host words: the program of homes, with and without planes, on threads
     options.digest = true;
     auto more = options;
     more.threads = 2;
-    for (auto const [depth, alpha] : {std::pair{false, false}, {true, false}, {false, true}, {true, true}}) {
+    for (auto const& [depth, alpha] : {std::pair{false, false}, {true, false}, {false, true}, {true, true}}) {
         INFO("depth ", depth, ", alpha ", alpha);
         render::HomesChoice choice;
         choice.machine.sram_bytes = 1u << 24;
