@@ -501,9 +501,9 @@ TEST_CASE("images of one IMAGE_ID are all read, and noted")
             if (!ids.insert(id).second && repeated++ == 0) first = "IMAGE_ID " + std::to_string(id) + " of \"" + name + "\"";
             images += std::to_string(id) + " 1 0 0 0 0 0 0 1 " + name + "\n\n";
         }
-        std::istringstream lenses("1 PINHOLE 64 48 50 50 32 24\n"), stream(images);
+        std::istringstream lens_file("1 PINHOLE 64 48 50 50 32 24\n"), stream(images);
         std::vector<std::string> notes;
-        CHECK(scene::read_colmap(lenses, stream, "c.txt", "i.txt", scene::DistortedLens::refused, &notes).size() == 12);
+        CHECK(scene::read_colmap(lens_file, stream, "c.txt", "i.txt", scene::DistortedLens::refused, &notes).size() == 12);
         REQUIRE(notes.size() == (repeated == 0 ? 0u : 1u));
         if (repeated != 0) CHECK(has(notes[0], first));
         if (repeated != 0) CHECK(has(notes[0], std::to_string(repeated) + (repeated == 1 ? " image has" : " images have") + " an IMAGE_ID that an earlier image has"));

@@ -132,7 +132,8 @@ TEST_CASE("host words: the program of homes, with and without planes, on threads
     options.digest = true;
     auto more = options;
     more.threads = 2;
-    for (auto const& [depth, alpha] : {std::pair{false, false}, {true, false}, {false, true}, {true, true}}) {
+    for (auto const& planes : {std::pair{false, false}, {true, false}, {false, true}, {true, true}}) {
+        bool const depth = planes.first, alpha = planes.second;
         INFO("depth ", depth, ", alpha ", alpha);
         render::HomesChoice choice;
         choice.machine.sram_bytes = 1u << 24;
