@@ -1,5 +1,9 @@
 // Finds the poses of a camera on the mesh, from real pictures or from rendered ones that it spoils as a camera would.
+#include "../render_map/codecs.hpp"
+#include "../render_map/process.hpp"
+#include "../render_map/text.hpp"
 #include "options.hpp"
+#include "outputs.hpp"
 #include "pictures.hpp"
 #include <algorithm>
 #include <array>
@@ -7,6 +11,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstddef>
+#include <cstdio>
 #include <exception>
 #include <filesystem>
 #include <glm/geometric.hpp>
@@ -49,6 +54,7 @@ namespace splat = tilemesh::splat;
 namespace track = tilemesh::track;
 using tilemesh::Error;
 using track_camera::Options;
+using track_camera::Outputs;
 using WithPlanes = splat::WithPixel<splat::Lossless, splat::WithAlpha<splat::WithDepth<splat::FloatPixel>>>;
 
 /// A number as JSON has it.
@@ -57,6 +63,14 @@ std::string number(double value)
     std::array<char, 32> text{};
     auto const end = std::to_chars(text.data(), text.data() + text.size(), value);
     return {text.data(), end.ptr};
+}
+
+/// A number for people: three significant digits.
+std::string shown(double value)
+{
+    std::array<char, 32> text{};
+    std::snprintf(text.data(), text.size(), "%.3g", value);
+    return text.data();
 }
 
 /// The poses of the camera, as the command line says: a file's, or a hand-held motion of about 1 degree and 1 cm a frame.
@@ -204,21 +218,6 @@ std::string json_text(std::string const& text)
     return out + '"';
 }
 
-/// What the program will write. Everything is opened before the first frame, so that a wrong name costs no frame.
-struct Outputs {
-    explicit Outputs(Options const& o)
-    {
-        std::error_code refused;
-        std::filesystem::create_directories(o.out, refused);
-        if (refused) throw Error("--out cannot be " + o.out.string() + " (" + refused.message() + "); name a folder");
-        for (char const* const name : {"estimated.tum", "truth.tum", "paths.svg", "residual.ppm"}) report::WholeFile{o.out / name, "trajectories and pictures"};
-        if (o.report) report_file.emplace(*o.report, "a report");
-        if (o.save_photos) photos.emplace(*o.save_photos, o.depth_levels);
-    }
-    std::optional<report::WholeFile> report_file;
-    std::optional<track_camera::PhotoWriter> photos;
-};
-
 /// The frames so far.
 struct Outcome {
     std::vector<scene::StampedPose> estimated, truth;
@@ -260,10 +259,10 @@ void track_one(Options const& o, std::size_t k, Seen seen, track::Tracker& track
         out.truth.push_back({seen.seconds, *seen.truth});
         double const degrees = glm::length(track::twist_between(*seen.truth, f.pose).phi) * 180.0 / 3.14159265358979323846, off = glm::length(f.pose.position - seen.truth->position);
         errors = number(degrees) + ", \"translation_error\": " + number(off);
-        off_by = ", off by " + number(degrees) + " degrees and " + number(off);
+        off_by = ", off by " + shown(degrees) + " degrees and " + shown(off) + " world units";
     }
     if (!o.quiet)
-        std::cout << "frame " << k << ": " << track::name_of(f.verdict) << (f.why.empty() ? "" : ", ") << f.why << (again ? ", tried again with all blocks" : "") << ", " << evaluations << " evaluations, " << ms << " ms" << off_by
+        std::cout << "frame " << k << ": " << track::name_of(f.verdict) << (f.why.empty() ? "" : ", ") << f.why << (again ? ", tried again with all blocks" : "") << ", " << evaluations << " evaluations, " << std::to_string(std::lround(ms)) << " ms" << off_by
                   << std::endl;
     out.frames += std::string(k == 0 ? "" : ",\n") + "    {\"status\": \"" + track::name_of(f.verdict) + "\", \"why\": " + json_text(f.why) + ", \"seconds\": " + number(seen.seconds) + ", \"iterations\": " + std::to_string(evaluations) +
                   ", \"tried_again\": " + (again ? "true" : "false") + ", \"mean_cost\": " + number(f.mean_cost) + ", \"host_ms\": " + number(ms) + ", \"rotation_error_deg\": " + errors + "}";
@@ -283,7 +282,9 @@ void write_all(Options const& o, Outputs& outputs, Outcome const& out, double sc
         summary = "\"ate_rmse\": " + number(e.ate.rmse) + ", \"ate_aligned_rmse\": " + number(e.ate_aligned.rmse) + ", \"rpe_rmse\": " + number(e.rpe.rmse) + ", \"rpe_deg_rmse\": " + number(e.rpe_deg.rmse) +
                   ", \"rotation_rmse_deg\": " + number(e.rotation_deg.rmse) + ", ";
         if (!o.quiet)
-            std::cout << "ATE " << e.ate.rmse << " (aligned " << e.ate_aligned.rmse << "; " << e.ate.rmse / scale << " of the median depth), " << e.rotation_deg.rmse << " degrees; RPE " << e.rpe.rmse << " and " << e.rpe_deg.rmse << " degrees a frame\n";
+            std::cout << "ATE " << shown(e.ate.rmse) << " world units (aligned " << shown(e.ate_aligned.rmse) << "; " << shown(e.ate.rmse / scale)
+                      << " of the median depth), " << shown(e.rotation_deg.rmse) << " degrees; RPE " << shown(e.rpe.rmse) << " world units and "
+                      << shown(e.rpe_deg.rmse) << " degrees a frame\n";
     }
     if (outputs.report_file) {
         outputs.report_file->put("{\n  \"frames\": [\n" + out.frames + "\n  ],\n  \"summary\": {" + summary + "\"median_depth\": " + number(scale) + ", \"frames_lost\": " + std::to_string(out.lost) +
@@ -291,11 +292,12 @@ void write_all(Options const& o, Outputs& outputs, Outcome const& out, double sc
         outputs.report_file->finish();
     }
     if (!o.quiet)
-        std::cout << out.estimated.size() << " frames, " << out.lost << " lost, " << out.retried << " tried again; median depth " << scale << "; " << static_cast<double>(out.evaluations) / count << " evaluations and " << out.all_ms / count << " ms a frame\n";
+        std::cout << out.estimated.size() << " frames, " << out.lost << " lost, " << out.retried << " tried again; median depth " << shown(scale) << " world units; "
+                  << shown(static_cast<double>(out.evaluations) / count) << " evaluations and " << std::to_string(std::lround(out.all_ms / count)) << " ms a frame\n";
 }
 
 /// Tracks the frames of `source`, from `start`, and writes what the command line asks for. If a picture cannot be read, everything about the
-/// frames before it is written, and then its error is thrown.
+/// frames before it is written, and then its error is thrown. After SIGINT or SIGTERM the current frame is the last one.
 template <class Source, class Renderer>
 int track_all(Options const& o, Source const& source, Renderer& renderer, scene::Map const& map, scene::Intrinsics const& lens, scene::Size size, scene::Pose const& start, Outputs& outputs)
 {
@@ -314,7 +316,7 @@ int track_all(Options const& o, Source const& source, Renderer& renderer, scene:
     std::string refusal;
     report::Image last;
     auto const count = std::min<std::size_t>(source.count(), o.frames);
-    for (std::size_t k = 0; k < count; ++k) {
+    for (std::size_t k = 0; k < count && render_map::interrupt() == 0; ++k) {
         try {
             auto seen = source.take(k); // whole, or not at all
             if (outputs.photos) outputs.photos->write(seen.seconds, seen.colour, seen.depth);
@@ -326,9 +328,27 @@ int track_all(Options const& o, Source const& source, Renderer& renderer, scene:
             break;
         }
     }
+    auto const stopped = [&](std::string const& what) {
+        std::cerr << "interrupted " << what << " of " << count << " (" << render_map::signal_name(render_map::interrupt()) << ")";
+        return 128 + render_map::interrupt();
+    };
+    if (out.estimated.empty()) { // only a signal ends the loop before its first frame
+        int const status = stopped("before frame 1");
+        std::cerr << "; nothing is written, start again\n";
+        return status;
+    }
     write_all(o, outputs, out, scale);
     report::write_ppm(o.out / "residual.ppm", report::error_picture(renderer.render(scene::make_camera(out.estimated.back().pose, lens)).image, last));
     if (!refusal.empty()) throw Error(refusal);
+    if (render_map::interrupt() != 0) {
+        int const status = stopped("after frame " + std::to_string(out.estimated.size()));
+        std::cerr << "; the poses of these frames are written, start again for the rest\n";
+        return status;
+    }
+    if (out.lost == out.estimated.size()) {
+        std::cerr << "every frame is lost (" << out.lost << " of " << out.lost << "), so the poses that are written are no measurements; choose larger pictures, or a first pose nearer to the first picture\n";
+        return 1;
+    }
     return 0;
 }
 
@@ -337,12 +357,13 @@ int run(Options const& o)
     std::vector<scene::RgbdFrame> list;
     if (o.photos) list = scene::load_rgbd(*o.photos);
     auto const size = o.photos ? track_camera::size_of(list.front()) : o.size.value_or(scene::Size{640, 480});
-    auto const map = o.map ? scene::load_map(*o.map) : scene::built_in_map();
+    auto const map = o.map ? scene::load_map(*o.map, render_map::codecs()) : scene::built_in_map();
     auto camera = o.map ? scene::frame_whole(map, size) : scene::built_in_camera(size);
     if (o.cameras) camera = scene::resized(scene::select_cameras(scene::load_cameras(*o.cameras), o.camera, o.map ? o.map->stem().string() : "built-in").front().camera, size.width, size.height);
     auto const lens = scene::lens_of(camera);
     auto poses = poses_of(o, scene::pose_of(camera));
-    Outputs outputs{o};
+    Outputs outputs{o, list};
+    render_map::note_interrupts(!o.quiet);
 
     tilemesh::BasicRenderer<splat::Referenced<WithPlanes>> renderer{map, {.threads = o.threads}};
     if (o.photos) {
@@ -358,16 +379,32 @@ int run(Options const& o)
     return track_all(o, source, renderer, map, lens, size, source.truth(0), outputs);
 }
 
+/// Everything that was said must have arrived.
+void require_said(Options const& o)
+{
+    if (std::cout.flush()) return;
+    throw Error("cannot write to standard output (the stream failed); the files in " + o.out.string() + " are whole, use --quiet or another stream");
+}
+
 } // namespace
 
 int main(int argc, char** argv)
-try {
-    auto const options = track_camera::options_of(argc, argv);
-    return options ? run(*options) : 0;
-} catch (std::bad_alloc const&) {
-    std::cerr << "out of memory (the system refused it); choose a smaller --size or map\n";
-    return 2;
-} catch (std::exception const& error) {
-    std::cerr << error.what() << '\n';
-    return 2;
+{
+    render_map::make_outputs_fail_softly();
+    render_map::end_softly_without_memory();
+    try {
+        auto const options = track_camera::options_of(argc, argv);
+        if (!options) {
+            require_said({});
+            return 0;
+        }
+        int const status = run(*options);
+        require_said(*options);
+        return status;
+    } catch (std::bad_alloc const&) {
+        return render_map::refuse_for_memory();
+    } catch (std::exception const& error) {
+        std::cerr << render_map::one_line(error.what()) << '\n';
+        return 2;
+    }
 }

@@ -121,11 +121,6 @@ std::string depth_png(report::Plane const& depth, double levels)
 
 PhotoWriter::PhotoWriter(fs::path folder, double levels) : folder_(std::move(folder)), levels_(levels)
 {
-    std::error_code refused;
-    for (char const* const part : {"rgb", "depth"}) {
-        fs::create_directories(folder_ / part, refused);
-        if (refused) throw Error("--save-photos cannot be " + folder_.string() + " (" + refused.message() + "); name a folder");
-    }
     for (char const* const name : {"associations.txt", "groundtruth.txt", "rgb/000000.png", "depth/000000.png"}) report::WholeFile{folder_ / name, "pictures"};
 }
 

@@ -152,6 +152,65 @@ refuses "estimated.tum" --size $size --frames 1 --out taken
 refuses "file" --size $size --frames 1 --out one --save-photos file
 same one/estimated.tum two/estimated.tum
 has_no_parts one
+# --- nothing that is read is overwritten -------------------------------------------------------
+# Every kind of input under every name that the run writes: as the file itself, by a path with .., by a hard link, by a symbolic link.
+runs --size $size --frames 2 --method forward --out made --save-photos photos --quiet
+printf '[{"id": 0, "img_name": "a", "width": 640, "height": 480, "position": [0, 0, 0], "rotation": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "fx": 500, "fy": 500}]' >lens.json
+trajectory=made/truth.tum
+clashes() { # INPUT OUTPUT ARGUMENTS...: the run refuses, and both keep their bytes
+    kept=$1 target=$2
+    shift 2
+    for way in itself above hard symbolic; do
+        rm -rf clash && mkdir -p clash/rgb clash/depth && cp "$kept" clash/input
+        case $way in
+        itself) mv clash/input "clash/$target" && given=clash/$target ;;
+        above) mv clash/input "clash/$target" && given=clash/rgb/../$target ;;
+        hard) ln clash/input "clash/$target" && given=clash/input ;;
+        symbolic) ln -s "$PWD/clash/input" "clash/$target" && given=clash/input ;;
+        esac
+        refuses "reads that file" --size $size --frames 1 "$@" "$given"
+        same "$kept" "$given"
+        has_no_parts clash
+    done
+}
+for name in estimated.tum truth.tum paths.svg residual.ppm; do
+    clashes $trajectory $name --out clash --trajectory
+    clashes lens.json $name --out clash --cameras
+done
+clashes $trajectory report.json --out one --report clash/report.json --trajectory
+clashes lens.json report.json --out one --report clash/report.json --cameras
+for name in associations.txt groundtruth.txt rgb/000000.png depth/000000.png; do
+    clashes $trajectory $name --out one --save-photos clash --trajectory
+done
+refuses "reads that file" --cameras lens.json --photos photos --out photos/rgb/../ --report photos/rgb/000001.png
+refuses "reads that file" --cameras lens.json --photos photos --out one --report photos/associations.txt
+refuses "to be\|of this run" --size $size --frames 1 --out one --report one/estimated.tum
+for file in photos/rgb/000001.png photos/associations.txt; do [ -s $file ] || fail "$file is lost"; done
+
+# --- signals, a full disk, a run that is lost --------------------------------------------------
+"$program" --size $size --frames 500 --method forward --out stopped >stdout 2>stderr &
+pid=$!
+n=0
+while [ "$(grep -c '^frame' stdout)" -lt 2 ] && [ $n -lt 600 ]; do sleep 0.1 && n=$((n + 1)); done
+kill -TERM $pid # a shell starts its jobs with SIGINT switched off
+wait $pid
+status=$?
+[ $status -eq 143 ] || fail "status $status after SIGTERM, not 143: $(cat stderr)"
+has stderr "interrupted after frame [0-9]* of 500 (SIGTERM)"
+[ "$(grep -vc '^#' stopped/estimated.tum)" -ge 2 ] || fail "the poses so far are lost: $(ls stopped)"
+has_no_parts stopped
+if [ -w /dev/full ]; then
+    run --size $size --frames 1 --method forward --out full >/dev/full 2>stderr
+    is_refusal $? "standard output"
+    [ -s full/estimated.tum ] || fail "a full standard output loses the poses"
+fi
+(ulimit -f 1 && exec timeout 120 "$program" --size $size --frames 1 --method forward --out small --quiet </dev/null) >stdout 2>stderr
+is_refusal $? "small/"
+has_no_parts small
+run --size 160x120 --frames 2 --quiet --out lost >stdout 2>stderr
+[ $? -eq 1 ] || fail "a run that lost every frame does not end with status 1"
+has stderr "every frame is lost (2 of 2)"
+
 chmod 500 locked
 if [ -w locked ]; then
     skip "this user may write everywhere, so no folder is locked"

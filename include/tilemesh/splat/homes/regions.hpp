@@ -1,4 +1,5 @@
 #pragma once
+#include <tilemesh/machine/either.hpp>
 #include <tilemesh/machine/kernel.hpp>
 #include <tilemesh/splat/access.hpp>
 #include <tilemesh/splat/blending_block.hpp>
