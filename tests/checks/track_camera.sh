@@ -104,7 +104,7 @@ head -c 20000 seen/rgb/000002.png >cut/rgb/000002.png
 spoilt cut "000002.png"
 head -c 20000 seen/depth/000002.png >cut_depth/depth/000002.png
 spoilt cut_depth "depth/000002.png"
-runs --size 160x120 --frames 1 --save-photos half --out half.out --quiet
+run --size 160x120 --frames 1 --save-photos half --out half.out --quiet >stdout 2>stderr # the frame is lost; its pictures are written
 cp half/rgb/000000.png small/rgb/000002.png
 spoilt small "rgb/000002.png"
 rm gone/rgb/000002.png
