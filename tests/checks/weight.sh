@@ -51,13 +51,17 @@ figures() {
     [ -n "$build" ] || return 0
     # The units of a command are those that it compiles in a clean folder. Their object files are those of BUILD.
     local command preset target
-    for command in "demo demo" "demo render_map" "test all" "ci all"; do
+    for command in "demo picture" "demo render_map" "test all" "ci all"; do
         read -r preset target <<<"$command"
         (cd "$project" && cmake --preset "$preset" -B "$work/$preset" -DCMAKE_CXX_COMPILER="$compiler") >log 2>&1 || { cat log >&2 && return 1; }
         ninja -C "$preset" -t commands "$target" | grep -oE ' -o [^ ]*\.cpp\.o ' | sed -E 's/^ -o //; s/ $//' | sort -u >units
         sed -E "s,tilemesh_(first|compiled)_native\.dir,tilemesh_compiled.dir,; s,^,$build/," units >objects
         [ "$target" != all ] || target=everything
-        xargs ls -d <objects >there 2>/dev/null && echo "build|preset $preset, $target|$(wc -l <units)|$(renderers <objects)"
+        if xargs ls -d <objects >there 2>/dev/null; then
+            echo "build|preset $preset, $target|$(wc -l <units)|$(renderers <objects)"
+        else
+            echo "note: no row for the preset $preset, $target ($build has not all of its object files)" >&2
+        fi
     done
 }
 renderers() { # Each object file counts once for each renderer that it holds.
