@@ -1,9 +1,8 @@
 // The smallest way from a map to a picture: picture [MAP.ply] [OUT.png]. Without a map, it renders the built-in one.
-#include "render_map/png.hpp"
-#include <exception>
+#include "shared/png.hpp"
+#include "shared/process.hpp"
 #include <filesystem>
 #include <iostream>
-#include <new>
 #include <string>
 #include <tilemesh/error.hpp>
 #include <tilemesh/renderer.hpp>
@@ -43,7 +42,7 @@ int render(int argc, char** argv)
     auto const map = built_in ? tilemesh::scene::built_in_map() : tilemesh::scene::load_ply(argv[1]);
     tilemesh::Renderer renderer{map}; // Mk2, 40 x 36 tiles, preset lossless
     auto const frame = renderer.render(camera_of(map, built_in));
-    render_map::write_png(out, frame.image);
+    shared::write_png(out, frame.image);
 
     std::cout << "The picture of " << map.gaussians.size() << " Gaussians: " << fs::absolute(out).lexically_normal().string() << '\n';
     if (!frame.report.lost.empty())
@@ -53,15 +52,6 @@ int render(int argc, char** argv)
 } // namespace
 
 int main(int argc, char** argv)
-try {
-    return render(argc, argv);
-} catch (tilemesh::Error const& error) {
-    std::cerr << error.what() << '\n';
-    return 2;
-} catch (std::bad_alloc const&) {
-    std::cerr << "picture cannot go on (out of memory); render a smaller map\n";
-    return 2;
-} catch (std::exception const& error) { // the file system's
-    std::cerr << "picture cannot go on (" << error.what() << "); correct the names of its files\n";
-    return 2;
+{
+    return shared::run_softly("picture", [&] { return render(argc, argv); });
 }

@@ -4,7 +4,7 @@
 #include <common/machine.hpp>
 #include <common/scenes.hpp>
 #include <iostream>
-#include <render_map/png.hpp>
+#include <shared/png.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/render/renderer_options.hpp>
 #include <tilemesh/report/table.hpp>
@@ -45,7 +45,7 @@ void write_picture(Options const& options)
     std::fill(picture.rgb.begin(), picture.rgb.end(), 1.0f);
     put(anchored->image(), picture, 0);
     put(homes->image(), picture, times * width + gap);
-    render_map::write_png(options.picture, picture);
+    shared::write_png(options.picture, picture);
     using tilemesh::report::thousands;
     std::cout << "wrote " << options.picture.string() << ": left anchored, which lacks " << thousands(anchored->report().lost.size())
               << " records and copies; right homes, in " << thousands(homes->report().homes.rounds) << " rounds\n";

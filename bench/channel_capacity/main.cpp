@@ -16,7 +16,7 @@
 #include <iostream>
 #include <map>
 #include <mutex>
-#include <render_map/png.hpp>
+#include <shared/png.hpp>
 #include <string>
 #include <tilemesh/error.hpp>
 #include <tilemesh/joined_threads.hpp>
@@ -162,7 +162,7 @@ int run(Options const& options)
     if (!options.plots.empty()) {
         write_plots(options.plots, rows, latency);
         for (auto const& [name, scene] : scenes)
-            render_map::write_png(options.plots / (name + "_saturated.png"), saturated_pair(scene, "static", 8, {384, 288}, options.data));
+            shared::write_png(options.plots / (name + "_saturated.png"), saturated_pair(scene, "static", 8, {384, 288}, options.data));
     }
     for (auto const& [name, scene] : scenes) {
         tilemesh::report::Table table{

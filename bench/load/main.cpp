@@ -11,7 +11,7 @@
 #include <fstream>
 #include <iostream>
 #include <map>
-#include <render_map/codecs.hpp>
+#include <shared/codecs.hpp>
 #include <scene/real_packing.hpp>
 #include <string>
 #include <sys/resource.h>
@@ -53,7 +53,7 @@ double peak_bytes()
 /// before, and the number of Gaussians and of bytes of their records.
 int load_one(fs::path const& path)
 {
-    auto const codecs = render_map::codecs();
+    auto const codecs = shared::codecs();
     double const before = cpu_seconds(), memory_before = peak_bytes();
     auto const map = tilemesh::scene::load_map(path, codecs);
     double const loaded = cpu_seconds(), peak = peak_bytes() - memory_before;

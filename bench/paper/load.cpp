@@ -4,7 +4,7 @@
 #include <common/scenes.hpp>
 #include <common/statistics.hpp>
 #include <numeric>
-#include <render_map/png.hpp>
+#include <shared/png.hpp>
 #include <tilemesh/scene/camera_json.hpp>
 #include <tilemesh/scene/orbit.hpp>
 
@@ -118,7 +118,7 @@ void load(Context const& context, Rows& rows)
         if (context.out.empty()) continue;
         std::vector<report::Image> maps;
         for (auto const& s : spreads) maps.push_back(heat_map(s.held, render_buffer));
-        render_map::write_png(context.out / ("load_" + name + ".png"), side_by_side(maps));
+        shared::write_png(context.out / ("load_" + name + ".png"), side_by_side(maps));
     }
 }
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <bitset>
 #include <common/scenes.hpp>
-#include <render_map/png.hpp>
+#include <shared/png.hpp>
 #include <tilemesh/report/error_measures.hpp>
 #include <tilemesh/report/naive.hpp>
 #include <tilemesh/splat/policies.hpp>
@@ -140,7 +140,7 @@ void saturation(Context const& context, Rows& rows)
         auto const measures = report::compare(frame.image, *complete);
         add("PSNR (dB)", measures.psnr_db, "against the complete picture");
         if (!context.out.empty())
-            render_map::write_png(context.out / ("saturation_" + std::to_string(channel) + ".png"),
+            shared::write_png(context.out / ("saturation_" + std::to_string(channel) + ".png"),
                                   side_by_side({frame.image, *complete, plan}));
     }
 }

@@ -1,6 +1,6 @@
 #include "explain.hpp"
+#include "../shared/text.hpp"
 #include "ranks.hpp"
-#include "text.hpp"
 #include <cstdint>
 #include <span>
 #include <string>
@@ -159,7 +159,7 @@ std::vector<tilemesh::report::RunReport::Feature> features(Options const& option
 
 void explain(std::ostream& out, tilemesh::report::RunReport const& run)
 {
-    out << "what map " << one_line(run.map.name) << " and its cameras need:\n";
+    out << "what map " << shared::one_line(run.map.name) << " and its cameras need:\n";
     for (auto const& feature : run.features) {
         std::string line = "  " + feature.name;
         line.resize(25, ' ');

@@ -1,6 +1,6 @@
 #include "frame_writer.hpp"
+#include "../shared/png.hpp"
 #include "outputs.hpp"
-#include "png.hpp"
 #include <tilemesh/report/image_file.hpp>
 #include <utility>
 
@@ -32,7 +32,7 @@ void FrameWriter::write(Shot const& shot)
     };
     auto const lasts = outlasts(options_);
     entry.image = frame_file(index, ".png");
-    write_png(path(".png"), rendered.image, lasts);
+    shared::write_png(path(".png"), rendered.image, lasts);
     if (options_.pfm) report::write_pfm(path(".pfm"), rendered.image, lasts);
     if (options_.choice.depth) {
         entry.depth = frame_file(index, ".depth.pfm");

@@ -1,6 +1,6 @@
 #include "journal.hpp"
+#include "../shared/text.hpp"
 #include "outputs.hpp"
-#include "text.hpp"
 #include <algorithm>
 #include <array>
 #include <cerrno>
@@ -96,7 +96,7 @@ std::string difference(Json const& then, Json const& now)
         auto const& others = other.at("options");
         auto const begin = text.size();
         for (auto const& option : run.at("options"))
-            if (std::find(others.begin(), others.end(), option) == others.end()) text += " " + one_line(option.get<std::string>(), 60);
+            if (std::find(others.begin(), others.end(), option) == others.end()) text += " " + shared::one_line(option.get<std::string>(), 60);
         return text.size() == begin ? std::string() : text;
     };
     if (then.at("options") != now.at("options"))
@@ -105,10 +105,10 @@ std::string difference(Json const& then, Json const& now)
     for (auto const& file : is)
         if (std::find(was.begin(), was.end(), file) == was.end()) {
             auto const known = std::any_of(was.begin(), was.end(), [&](auto const& other) { return std::get<0>(other) == std::get<0>(file); });
-            return one_line(std::get<0>(file), 200) + (known ? " has changed since" : " was not among its files");
+            return shared::one_line(std::get<0>(file), 200) + (known ? " has changed since" : " was not among its files");
         }
     for (auto const& file : was)
-        if (std::find(is.begin(), is.end(), file) == is.end()) return one_line(std::get<0>(file), 200) + " was among its files";
+        if (std::find(is.begin(), is.end(), file) == is.end()) return shared::one_line(std::get<0>(file), 200) + " was among its files";
     return "";
 }
 

@@ -1,5 +1,5 @@
 #include "limits.hpp"
-#include "text.hpp"
+#include "../shared/text.hpp"
 #include "choice.hpp"
 #include <algorithm>
 #include <cstdint>
@@ -255,7 +255,7 @@ void check_sizes(Options const& options, std::vector<Shot> const& shots)
 {
     auto const& first = shots.front();
     for (auto const& shot : shots) {
-        auto const name = [](Shot const& s) { return one_line(s.name, 100) + " has " + by(s.camera.width, s.camera.height); };
+        auto const name = [](Shot const& s) { return shared::one_line(s.name, 100) + " has " + by(s.camera.width, s.camera.height); };
         if (options.video && (shot.camera.width != first.camera.width || shot.camera.height != first.camera.height))
             throw Error("--video needs frames of one size (" + name(first) + " pixels, " + name(shot) + "); " +
                         (options.photos ? "leave out --photos" : "add --size") + ", or name one camera with --camera");

@@ -1,6 +1,9 @@
 // render_map: a 3D Gaussian map in, pictures and a report out. `render_map --help` lists the options.
+#include "../shared/codecs.hpp"
+#include "../shared/output_files.hpp"
+#include "../shared/process.hpp"
+#include "../shared/text.hpp"
 #include "choice.hpp"
-#include "codecs.hpp"
 #include "explain.hpp"
 #include "frame_writer.hpp"
 #include "instruments.hpp"
@@ -9,13 +12,11 @@
 #include "options.hpp"
 #include "outputs.hpp"
 #include "photographs.hpp"
-#include "process.hpp"
 #include "progress.hpp"
 #include "ranks.hpp"
 #include "reference.hpp"
 #include "shots.hpp"
 #include "summary.hpp"
-#include "text.hpp"
 #include "trace_output.hpp"
 #include <algorithm>
 #include <cstddef>
@@ -26,7 +27,6 @@
 #include <new>
 #include <optional>
 #include <string>
-#include <system_error>
 #include <tilemesh/error.hpp>
 #include <tilemesh/render/auto_renderer.hpp>
 #include <tilemesh/report/error_measures.hpp>
@@ -138,7 +138,7 @@ scene::Map load_maps(Options const& options)
 {
     if (options.maps.empty()) return scene::built_in_map();
     std::vector<scene::Map> maps;
-    for (auto const& path : options.maps) maps.push_back(scene::load_map(path, render_map::codecs(), scene::FarMeans::moved));
+    for (auto const& path : options.maps) maps.push_back(scene::load_map(path, shared::codecs(), scene::FarMeans::moved));
     return scene::join_maps(std::move(maps));
 }
 scene::Map turned(Options const& options, scene::Map map)
@@ -229,7 +229,7 @@ void render_frames(Options const& options, scene::Map const& map, std::vector<re
     };
     using Way = render_map::Journal::Way;
     auto const with_pixels = journal ? render_map::needs_pixels(shots, renderer.model(), *journal) : std::vector<bool>();
-    for (std::size_t i = 0; i < shots.size() && render_map::interrupt() == 0; ++i) {
+    for (std::size_t i = 0; i < shots.size() && shared::interrupt() == 0; ++i) {
         auto const& camera = shots[i].camera;
         progress.begin_frame(shots[i].name, shots.size());
         if (auto const way = journal ? journal->way(i) : Way::render; way != Way::render) {
@@ -255,7 +255,7 @@ void render_frames(Options const& options, scene::Map const& map, std::vector<re
         progress.say_frame("writing");
         frame = writer.finish().value();
         if (trace && instruments) frame.entry.modelled = trace->add_frame(i, frame.entry, frame.rendered.image, *instruments);
-        if (options.reference && render_map::interrupt() != 0) { // two references take longer than the rest of the frame
+        if (options.reference && shared::interrupt() != 0) { // two references take longer than the rest of the frame
             result.frames.push_back(std::move(frame.entry));    // and the journal has no frame without them
             break;
         }
@@ -357,8 +357,8 @@ int run(Options const& options)
     progress.say("");
 
     std::string stopped;
-    if (auto const signal = render_map::interrupt()) {
-        auto const of = std::to_string(shots.size()) + " (" + render_map::signal_name(signal) + ")";
+    if (auto const signal = shared::interrupt()) {
+        auto const of = std::to_string(shots.size()) + " (" + shared::signal_name(signal) + ")";
         stopped = result.frames.empty() ? "interrupted before frame 1 of " + of + "; no picture is written, start again"
                                         : "interrupted after frame " + std::to_string(result.frames.size()) + " of " + of +
                                               "; the frames written are whole, " +
@@ -369,87 +369,58 @@ int run(Options const& options)
     if (options.report) render_map::write_report(options, result);
     if (trace && !result.frames.empty()) trace->finish(result);
     if (options.quiet && map.rejected != 0) // otherwise the summary says it
-        std::cerr << render_map::one_line("map " + map.name + " lacks " + thousands(map.rejected) + " of its " +
+        std::cerr << shared::one_line("map " + map.name + " lacks " + thousands(map.rejected) + " of its " +
                                           thousands(gaussians + map.rejected) + " rows, which are rejected" + first_rejected(map))
                   << std::endl;
-    if (!missing.empty()) std::cerr << render_map::one_line(missing) << std::endl;
+    if (!missing.empty()) std::cerr << shared::one_line(missing) << std::endl;
     auto const not_compared = render_map::photograph_problems(result);
     for (auto const& problem : not_compared) std::cerr << problem << std::endl;
     if (!stopped.empty()) {
         std::cerr << stopped << std::endl;
-        return 128 + render_map::interrupt();
+        return 128 + shared::interrupt();
     }
     int const status = (options.strict && !missing.empty()) || !not_compared.empty() ? 1 : 0;
     report::StringStream summary;
     if (options.explain) render_map::explain(summary, result);
     if (options.quiet) {
-        render_map::print(summary.str(), "the pictures are written; leave out --explain", render_map::text_stream(options));
+        shared::print(summary.str(), "the pictures are written; leave out --explain", render_map::text_stream(options));
         return status;
     }
     render_map::print_summary(summary, result);
     if (trace) summary << '\n' << trace->summary();
-    summary << "\nwrote " << render_map::one_line((out / written_files(options, result)).string()) << '\n';
+    summary << "\nwrote " << shared::one_line((out / written_files(options, result)).string()) << '\n';
     if (journal && journal->taken_over() != 0)
         summary << thousands(journal->taken_over()) << " of " << thousands(shots.size()) << " frames were there from an earlier run\n";
     if (trace)
-        summary << "wrote " << render_map::one_line((*options.trace / "report.html").string()) << ", and the trace beside it\n";
+        summary << "wrote " << shared::one_line((*options.trace / "report.html").string()) << ", and the trace beside it\n";
     if (options.video) summary << "wrote " << render_map::video_text(options, result.frames.size()) << '\n';
-    render_map::print(summary.str(), "the pictures are written; --quiet leaves the summary out", render_map::text_stream(options));
+    shared::print(summary.str(), "the pictures are written; --quiet leaves the summary out", render_map::text_stream(options));
     return status;
 }
 
-/// Bad input ends in one line, for any names in it.
-int refuse(std::string const& text)
-{
-    std::cerr << render_map::one_line(text) << std::endl;
-    return 2;
-}
-
-/// Does what the arguments ask for. Returns the exit status. Every error ends in its line, except std::bad_alloc, which goes on to main.
+/// Does what the arguments ask for. Returns the exit status.
 int run_arguments(int argc, char** argv)
 {
-    try {
-        auto const options = render_map::parse_options(
-            {argv + std::min(argc, 1), static_cast<std::size_t>(std::max(argc - 1, 0))});
-        if (options.help || options.version) {
-            render_map::print(options.help ? render_map::help_text() : render_map::version_text(),
-                              "send it to a file or a terminal with room", std::cout);
-            return 0;
-        }
-        if (options.list) {
-            render_map::print(render_map::camera_names(options), "send it to a file or a terminal with room", std::cout);
-            return 0;
-        }
-        render_map::note_interrupts(!options.quiet && isatty(STDERR_FILENO) == 1);
-        return run(options);
-    } catch (tilemesh::Error const& error) {
-        return refuse(error.what());
-    } catch (std::bad_alloc const&) {
-        throw;
-    } catch (std::filesystem::filesystem_error const& error) {
-        return refuse("cannot use " + error.path1().string() + " (" + error.code().message() +
-                      "); check the path and its permissions");
-    } catch (std::system_error const& error) { // from a thread: EAGAIN means too many threads or too little memory
-        return refuse(std::string("the system refused a thread, or memory for it (") + error.what() +
-                      "); choose fewer --threads or try again");
-    } catch (std::exception const& error) {
-        return refuse(std::string("render_map cannot go on (") + error.what() +
-                      "); please report this with the command line");
+    auto const options = render_map::parse_options({argv + std::min(argc, 1), static_cast<std::size_t>(std::max(argc - 1, 0))});
+    constexpr char const* room = "send it to a file or a terminal with room";
+    if (options.help || options.version) {
+        shared::print(options.help ? render_map::help_text() : render_map::version_text(), room, std::cout);
+        return 0;
     }
+    if (options.list) {
+        shared::print(render_map::camera_names(options), room, std::cout);
+        return 0;
+    }
+    shared::note_interrupts(!options.quiet && isatty(STDERR_FILENO) == 1);
+    return run(options);
 }
 
 } // namespace
 
 int main(int argc, char** argv)
 {
-    render_map::make_outputs_fail_softly();
-    render_map::end_softly_without_memory();
+    shared::make_outputs_fail_softly(); // in all processes, before MPI begins
+    shared::end_softly_without_memory();
     if (auto const status = render_map::ranks::begin(argc, argv)) return *status;
-    int status = 2;
-    try {
-        status = run_arguments(argc, argv);
-    } catch (...) { // out of memory for the run, or for the text of another error
-        status = render_map::refuse_for_memory();
-    }
-    return render_map::ranks::end(status);
+    return render_map::ranks::end(shared::run_softly("render_map", [&] { return run_arguments(argc, argv); }));
 }

@@ -1,4 +1,4 @@
-#include "process.hpp"
+#include "../shared/process.hpp"
 #include "rank_renderer.hpp"
 #include "ranks.hpp"
 #include <algorithm>
@@ -303,7 +303,7 @@ std::optional<int> ranks::begin(int& argc, char**& argv)
     try {
         status = serve();
     } catch (...) { // not in step with the other processes
-        MPI_Abort(MPI_COMM_WORLD, refuse_for_memory());
+        MPI_Abort(MPI_COMM_WORLD, shared::refuse_for_memory());
     }
     all.reset();
     MPI_Finalize();

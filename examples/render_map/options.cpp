@@ -1,6 +1,6 @@
 #include "options.hpp"
+#include "../shared/text.hpp"
 #include "ranks.hpp"
-#include "text.hpp"
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -25,7 +25,7 @@ using tilemesh::Error;
 /// The user's text, short enough that the rest of the error stays visible: 60 bytes show any typing error.
 std::string in_quotes(std::string_view text)
 {
-    return "\"" + one_line(std::string(text), 60) + "\"";
+    return "\"" + shared::one_line(std::string(text), 60) + "\"";
 }
 
 /// `any_number`: any number of 32 bits, so that an error names no upper bound.
@@ -549,7 +549,7 @@ Options parse_options(std::span<char const* const> words)
         auto const* const option = std::find_if(
             std::begin(options), std::end(options), [&](Option const& o) { return o.name == name; });
         if (option == std::end(options))
-            throw Error("there is no option " + one_line(std::string(name), 60) + " (render_map does not know it); " +
+            throw Error("there is no option " + shared::one_line(std::string(name), 60) + " (render_map does not know it); " +
                         remedy_for(name));
         if (std::find(given.begin(), given.end(), option->name) != given.end())
             throw Error(std::string(name) + " is given twice (which one counts is not said); leave one out");

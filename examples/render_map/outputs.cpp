@@ -1,6 +1,7 @@
 #include "outputs.hpp"
+#include "../shared/output_files.hpp"
+#include "../shared/text.hpp"
 #include "journal.hpp"
-#include "text.hpp"
 #include <algorithm>
 #include <cerrno>
 #include <charconv>
@@ -39,11 +40,6 @@ bool is_to_stream(std::optional<fs::path> const& video)
     return video && *video == "-";
 }
 
-std::string last_error()
-{
-    return std::generic_category().message(errno);
-}
-
 /// A picture of a frame: the end of its file name, and whether the options ask for it.
 struct Picture {
     std::string_view extension;
@@ -72,23 +68,6 @@ bool is_picture(std::string_view name, Options const& options, std::size_t frame
     auto const rest = after_number(name, frames);
     return std::any_of(std::begin(pictures), std::end(pictures),
                        [&](Picture const& p) { return rest == p.extension && p.is_wanted(options); });
-}
-
-/// Checks that a file can get the name `path`. `what` names the file: "the report".
-void check_file(fs::path const& path, std::string const& what, std::string const& remedy)
-{
-    auto const refuse = [&](std::string const& why) {
-        throw Error("cannot write " + what + " to " + path.string() + " (" + why + "); " + remedy);
-    };
-    std::error_code refused;
-    auto const status = fs::status(path, refused);
-    auto const folder = fs::absolute(fs::is_other(status) ? path : tilemesh::report::link_target(path)).parent_path();
-    if (fs::is_directory(status) || !path.has_filename()) refuse("it is a directory");
-    if (refused && fs::exists(status)) refuse(refused.message());
-    if (!fs::is_directory(folder, refused)) refuse("there is no directory " + folder.string());
-    // A regular file is replaced; this needs only the right to write into the folder.
-    auto const& written = fs::is_other(status) ? path : folder;
-    if (access(written.c_str(), W_OK) != 0) refuse(last_error());
 }
 
 /// Refuses a video to a terminal, and to a place where the text of standard error goes too.
@@ -131,24 +110,6 @@ void check_distinct(Options const& options, fs::path const& out, std::vector<Sho
     if (options.video && !streams) files.write(*options.video, "the video", video_remedy);
 }
 
-void make_folder(fs::path const& folder, std::string const& option)
-{
-    auto const refuse = [&](std::string const& why) {
-        throw Error("cannot write to " + folder.string() + " (" + why + "); name a writable directory with " + option);
-    };
-    std::error_code refused;
-    fs::path above; // a link to a missing folder is often an unmounted disk: do not make a folder in its place
-    for (auto const& part : folder) {
-        above /= part;
-        if (fs::is_symlink(fs::symlink_status(above, refused)) && !fs::exists(above, refused))
-            refuse(above.string() + " is a link to " + fs::read_symlink(above, refused).string() + ", which does not exist");
-    }
-    fs::create_directories(folder, refused);
-    if (refused) refuse(refused.message());
-    if (!fs::is_directory(folder, refused)) refuse("it is no directory");
-    if (access(folder.c_str(), R_OK | W_OK | X_OK) != 0) refuse(last_error());
-}
-
 } // namespace
 
 bool is_of_trace(std::string_view name, Options const& options, std::size_t frames)
@@ -185,13 +146,13 @@ std::string follow_file(std::uint32_t id)
 fs::path prepare_outputs(Options const& options, std::vector<Shot> const& shots)
 {
     auto const out = out_folder(options);
-    make_folder(out, "--out");
+    shared::make_folder(out, "--out");
     if (std::error_code none; options.photos && fs::equivalent(out, *options.photos, none))
         throw Error("cannot write pictures to " + out.string() + " (it is the folder of the photographs); name another directory with --out");
-    if (options.trace) make_folder(*options.trace, "--trace");
-    if (options.report) check_file(*options.report, "the report", report_remedy);
+    if (options.trace) shared::make_folder(*options.trace, "--trace");
+    if (options.report) shared::check_file(*options.report, "the report", report_remedy);
     if (is_to_stream(options.video)) check_video_stream();
-    else if (options.video) check_file(*options.video, "the video", video_remedy);
+    else if (options.video) shared::check_file(*options.video, "the video", video_remedy);
     check_distinct(options, out, shots);
     return out;
 }
@@ -243,7 +204,7 @@ std::unique_ptr<tilemesh::report::Y4mVideo> open_video(Options const& options, s
 std::string video_text(Options const& options, std::size_t frames)
 {
     auto const& [count, seconds] = options.fps;
-    return (is_to_stream(options.video) ? "the video to standard output" : one_line(options.video.value().string())) + ", " +
+    return (is_to_stream(options.video) ? "the video to standard output" : shared::one_line(options.video.value().string())) + ", " +
            std::to_string(frames) + (frames == 1 ? " frame" : " frames") + " at " + std::to_string(count) +
            (seconds == 1 ? "" : "/" + std::to_string(seconds)) + " per second";
 }
@@ -251,15 +212,6 @@ std::string video_text(Options const& options, std::size_t frames)
 std::ostream& text_stream(Options const& options)
 {
     return is_to_stream(options.video) ? std::cerr : std::cout;
-}
-
-void print(std::string const& text, char const* remedy, std::ostream& to)
-{
-    errno = 0;
-    to << text << std::flush;
-    if (!to)
-        throw Error(std::string("cannot write to standard ") + (&to == &std::cerr ? "error" : "output") + " (" +
-                    (errno != 0 ? last_error() : std::string("the stream failed")) + "); " + remedy);
 }
 
 } // namespace render_map

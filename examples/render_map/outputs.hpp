@@ -64,7 +64,4 @@ std::string video_text(Options const& options, std::size_t frames);
 /// The stream of the summary: standard output, or standard error if standard output has the video.
 std::ostream& text_stream(Options const& options);
 
-/// Prints to a standard stream. If the text cannot be written, it throws `tilemesh::Error`, which ends with `remedy`.
-void print(std::string const& text, char const* remedy, std::ostream& to);
-
 } // namespace render_map

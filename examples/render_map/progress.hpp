@@ -1,5 +1,5 @@
 #pragma once
-#include "text.hpp"
+#include "../shared/text.hpp"
 #include <algorithm>
 #include <chrono>
 #include <cstddef>
@@ -41,7 +41,7 @@ public:
         if (begun_++ != 0) took_.push_back(std::chrono::duration<double>(now - began_).count());
         began_ = now;
         // 30 characters of a name: the line must fit into 80 columns, otherwise it is not overwritten but repeated.
-        frame_ = "frame " + std::to_string(begun_) + " of " + std::to_string(frames_) + ", " + one_line(name, 30) + ": ";
+        frame_ = "frame " + std::to_string(begun_) + " of " + std::to_string(frames_) + ", " + shared::one_line(name, 30) + ": ";
     }
 
     /// Shows the step of the frame, and the expected time of all remaining frames. Each is expected to take the median time of the last

@@ -1,5 +1,5 @@
 #include "shots.hpp"
-#include "text.hpp"
+#include "../shared/text.hpp"
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -68,7 +68,7 @@ std::string camera_names(Options const& options)
 {
     std::string text;
     scene::Size const any{640, 480}; // for a camera without a size: its name does not depend on it
-    for (auto const& camera : scene::load_cameras(*options.cameras, nullptr, options.distorted, options.size.value_or(any))) text += one_line(scene::label(camera)) + "\n";
+    for (auto const& camera : scene::load_cameras(*options.cameras, nullptr, options.distorted, options.size.value_or(any))) text += shared::one_line(scene::label(camera)) + "\n";
     return text;
 }
 

@@ -1,6 +1,6 @@
 #include "summary.hpp"
+#include "../shared/text.hpp"
 #include "limits.hpp"
-#include "text.hpp"
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -38,17 +38,17 @@ std::string decimals(double value, int digits)
 
 void print_header(std::ostream& out, report::RunReport const& run)
 {
-    out << "map " << one_line(run.map.name) << ": " << thousands(run.map.gaussians) << " Gaussians";
+    out << "map " << shared::one_line(run.map.name) << ": " << thousands(run.map.gaussians) << " Gaussians";
     if (run.map.rejected != 0) out << ", " << thousands(run.map.rejected) << " rows rejected";
     out << '\n';
     for (auto const* notes : {&run.map.notes, &run.notes})
-        for (auto const& note : *notes) out << "  " << one_line(note) << '\n';
+        for (auto const& note : *notes) out << "  " << shared::one_line(note) << '\n';
 }
 
 void print_frame(std::ostream& out, report::RunReport const& run, report::RunFrame const& frame)
 {
     auto const& r = frame.report;
-    out << "camera " << one_line(r.camera) << ", " << r.width << " x " << r.height << " pixels on " << by(frame.grid)
+    out << "camera " << shared::one_line(r.camera) << ", " << r.width << " x " << r.height << " pixels on " << by(frame.grid)
         << " tiles of " << by(frame.tile_px) << " (" << run.machine.name << ", preset " << run.preset
         << (r.program == report::Program::homes ? ", program homes, " : ", ") << run.engine
         << (run.ranks > 1 ? ", " + std::to_string(run.ranks) + " ranks" : "") << ", " << run.threads << (run.threads == 1 ? " thread)\n\n" : " threads)\n\n") << r;
@@ -60,7 +60,7 @@ void print_frame(std::ostream& out, report::RunReport const& run, report::RunFra
     auto const print_compared = [&out](report::Comparison const& other) {
         if (!other.problem.empty()) return; // standard error says so
         auto const& m = other.measures;
-        out << "against " << one_line(other.file, 200) << ": PSNR " << decimals(m.psnr_db, 2) << " dB, SSIM " << decimals(m.ssim, 4) << ", L1 "
+        out << "against " << shared::one_line(other.file, 200) << ": PSNR " << decimals(m.psnr_db, 2) << " dB, SSIM " << decimals(m.ssim, 4) << ", L1 "
             << decimals(m.l1, 4) << ", largest difference " << decimals(m.largest, 4) << " at pixel " << m.largest_at[0] << ", " << m.largest_at[1] << '\n';
     };
     if (frame.photograph) print_compared(*frame.photograph);
@@ -101,7 +101,7 @@ void print_sequence(std::ostream& out, report::RunReport const& run)
     double ms = 0, worst_db = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < run.frames.size(); ++i) {
         auto const& r = run.frames[i].report;
-        std::vector<std::string> row{std::to_string(i), one_line(r.camera, 60)};
+        std::vector<std::string> row{std::to_string(i), shared::one_line(r.camera, 60)};
         for (std::size_t c = 0; c < std::size(columns); ++c) {
             row.push_back(thousands(columns[c].count(r)));
             sums[c] += columns[c].count(r);
@@ -133,7 +133,7 @@ void print_photographs(std::ostream& out, report::RunReport const& run)
     for (std::size_t i = 0; i < run.frames.size(); ++i) {
         if (!run.frames[i].photograph) continue;
         auto const& photograph = *run.frames[i].photograph;
-        std::vector<std::string> row{std::to_string(i), one_line(run.frames[i].report.camera, 60)};
+        std::vector<std::string> row{std::to_string(i), shared::one_line(run.frames[i].report.camera, 60)};
         auto const& m = photograph.measures;
         if (photograph.problem.empty()) row.insert(row.end(), {decimals(m.psnr_db, 3), decimals(m.ssim, 5), decimals(m.l1, 5)});
         else row.insert(row.end(), {"not compared", "", ""});

@@ -1,7 +1,7 @@
-#include "outputs.hpp"
-#include "png.hpp"
-#include "text.hpp"
 #include "trace_output.hpp"
+#include "../shared/png.hpp"
+#include "../shared/text.hpp"
+#include "outputs.hpp"
 #include <algorithm>
 #include <array>
 #include <cerrno>
@@ -255,7 +255,7 @@ report::Modelled TraceOutput::add_frame(std::size_t index, report::RunFrame cons
         maps.push_back(energy_map(*energy));
     }
     std::array<std::uint32_t, 2> const tile_px = {frame.tile_px[0], frame.tile_px[1]};
-    for (auto const& map : maps) write(frame_file(index, ".heat_" + map.name + ".png"), png_bytes(map_image(map, grid, tile_px)));
+    for (auto const& map : maps) write(frame_file(index, ".heat_" + map.name + ".png"), shared::png_bytes(map_image(map, grid, tile_px)));
     auto const busy_map = std::find_if(maps.begin(), maps.end(), [](TileMap const& map) { return map.name == "busy_cycles"; });
     double const busy = std::accumulate(busy_map->values.begin(), busy_map->values.end(), 0.0);
 
@@ -279,11 +279,11 @@ report::Modelled TraceOutput::add_frame(std::size_t index, report::RunFrame cons
     ++frames_;
     report::StringStream table;
     table << cost_table(model_, trace, cost);
-    cost_text_ = "modelled by " + one_line(model_.name, 60) + " (" +
+    cost_text_ = "modelled by " + shared::one_line(model_.name, 60) + " (" +
                  (model_.exchange_cost == tilemesh::ExchangeCost::capacity ? "capacity" : "live") + " exchange), busy " +
                  utilisation + " of all tile time:\n" + table.str();
     if (energy)
-        cost_text_ += "energy by " + one_line(energy_model_->name, 60) + " in frame " + std::to_string(index) + ": " +
+        cost_text_ += "energy by " + shared::one_line(energy_model_->name, 60) + " in frame " + std::to_string(index) + ": " +
                       report::joules_text(energy->joules) + " J\n";
     if (followed_ != 0) add_life(index, instruments.life());
 
@@ -297,7 +297,7 @@ report::Modelled TraceOutput::add_frame(std::size_t index, report::RunFrame cons
         if (report::has_line(r, line)) section.facts.emplace_back(line, report::numbers_of(r, line));
     tilemesh::TracePage page;
     page.energy = energy_model_ ? &*energy_model_ : nullptr;
-    page.png = [](report::Image const& image) { return png_bytes(image); };
+    page.png = [](report::Image const& image) { return shared::png_bytes(image); };
     page.run = "frame";
     page.because = because;
     page.picture = &picture;

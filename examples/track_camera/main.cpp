@@ -1,7 +1,8 @@
 // Finds the poses of a camera on the mesh, from real pictures or from rendered ones that it spoils as a camera would.
-#include "../render_map/codecs.hpp"
-#include "../render_map/process.hpp"
-#include "../render_map/text.hpp"
+#include "../shared/codecs.hpp"
+#include "../shared/output_files.hpp"
+#include "../shared/process.hpp"
+#include "../shared/text.hpp"
 #include "options.hpp"
 #include "outputs.hpp"
 #include "pictures.hpp"
@@ -11,17 +12,12 @@
 #include <chrono>
 #include <cmath>
 #include <cstddef>
-#include <cstdio>
-#include <exception>
-#include <filesystem>
 #include <glm/geometric.hpp>
 #include <iostream>
-#include <new>
 #include <optional>
 #include <string>
 #include <tilemesh/error.hpp>
 #include <tilemesh/renderer.hpp>
-#include <tilemesh/report/distinct_files.hpp>
 #include <tilemesh/report/error_measures.hpp>
 #include <tilemesh/report/heat_image.hpp>
 #include <tilemesh/report/image.hpp>
@@ -43,6 +39,7 @@
 #include <tilemesh/track/spoil.hpp>
 #include <tilemesh/track/tracker.hpp>
 #include <tilemesh/track/trajectory_error.hpp>
+#include <unistd.h>
 #include <utility>
 #include <vector>
 
@@ -54,24 +51,45 @@ namespace splat = tilemesh::splat;
 namespace track = tilemesh::track;
 using tilemesh::Error;
 using track_camera::Options;
-using track_camera::Outputs;
 using WithPlanes = splat::WithPixel<splat::Lossless, splat::WithAlpha<splat::WithDepth<splat::FloatPixel>>>;
 
-/// A number as JSON has it.
+/// A number as JSON has it: the shortest text that reads back as this number. JSON has no number that is not finite.
 std::string number(double value)
 {
+    if (!std::isfinite(value)) return "null";
     std::array<char, 32> text{};
     auto const end = std::to_chars(text.data(), text.data() + text.size(), value);
     return {text.data(), end.ptr};
 }
 
-/// A number for people: three significant digits.
-std::string shown(double value)
+/// A number for readers: three significant digits. No printed measure is known better, and each has a unit behind it.
+std::string rounded(double value)
 {
+    if (!std::isfinite(value)) return "unknown";
     std::array<char, 32> text{};
-    std::snprintf(text.data(), text.size(), "%.3g", value);
-    return text.data();
+    auto const end = std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::general, 3);
+    return {text.data(), end.ptr};
 }
+
+/// What the run prints on standard output. A text that cannot be printed does not end the run, which would lose its frames: the first error
+/// stays in `problem`.
+class Printer {
+public:
+    explicit Printer(bool quiet) : quiet_(quiet) {}
+    void say(std::string const& text)
+    {
+        if (quiet_ || problem) return;
+        try {
+            shared::print(text, "the trajectory is written; --quiet prints errors only", std::cout);
+        } catch (Error const& error) {
+            problem = error.what();
+        }
+    }
+    std::optional<std::string> problem;
+
+private:
+    bool quiet_;
+};
 
 /// The poses of the camera, as the command line says: a file's, or a hand-held motion of about 1 degree and 1 cm a frame.
 scene::Trajectory poses_of(Options const& o, scene::Pose const& first)
@@ -226,10 +244,11 @@ struct Outcome {
     double all_ms = 0.0;
     std::uint64_t evaluations = 0;
     std::size_t lost = 0, retried = 0;
+    std::string first_loss; ///< why the first lost frame is lost
 };
 
 /// Tracks frame k. A frame that a part of the blocks lost is tracked again with all of them, from the same start.
-void track_one(Options const& o, std::size_t k, Seen seen, track::Tracker& tracker, track::PoseEvaluator& evaluate, Outcome& out)
+void track_one(Options const& o, std::size_t k, Seen seen, track::Tracker& tracker, track::PoseEvaluator& evaluate, Outcome& out, Printer& printer)
 {
     auto& settings = evaluate.options();
     auto const begin = std::chrono::steady_clock::now();
@@ -249,7 +268,7 @@ void track_one(Options const& o, std::size_t k, Seen seen, track::Tracker& track
     double const ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
     out.all_ms += ms;
     out.evaluations += evaluations;
-    out.lost += f.verdict == track::Verdict::lost;
+    if (f.verdict == track::Verdict::lost && out.lost++ == 0) out.first_loss = f.why;
     out.retried += again;
     out.estimated.push_back({seen.seconds, f.pose});
     std::string errors = "null, \"translation_error\": null", off_by;
@@ -259,47 +278,63 @@ void track_one(Options const& o, std::size_t k, Seen seen, track::Tracker& track
         out.truth.push_back({seen.seconds, *seen.truth});
         double const degrees = glm::length(track::twist_between(*seen.truth, f.pose).phi) * 180.0 / 3.14159265358979323846, off = glm::length(f.pose.position - seen.truth->position);
         errors = number(degrees) + ", \"translation_error\": " + number(off);
-        off_by = ", off by " + shown(degrees) + " degrees and " + shown(off) + " world units";
+        off_by = ", off by " + rounded(degrees) + " degrees and " + rounded(off) + " world units";
     }
-    if (!o.quiet)
-        std::cout << "frame " << k << ": " << track::name_of(f.verdict) << (f.why.empty() ? "" : ", ") << f.why << (again ? ", tried again with all blocks" : "") << ", " << evaluations << " evaluations, " << std::to_string(std::lround(ms)) << " ms" << off_by
-                  << std::endl;
+    printer.say("frame " + std::to_string(k) + ": " + track::name_of(f.verdict) + (f.why.empty() ? "" : ", ") + f.why + (again ? ", tried again with all blocks" : "") + ", " + std::to_string(evaluations) + " evaluations, " +
+                rounded(ms) + " ms" + off_by + "\n");
     out.frames += std::string(k == 0 ? "" : ",\n") + "    {\"status\": \"" + track::name_of(f.verdict) + "\", \"why\": " + json_text(f.why) + ", \"seconds\": " + number(seen.seconds) + ", \"iterations\": " + std::to_string(evaluations) +
                   ", \"tried_again\": " + (again ? "true" : "false") + ", \"mean_cost\": " + number(f.mean_cost) + ", \"host_ms\": " + number(ms) + ", \"rotation_error_deg\": " + errors + "}";
 }
 
 /// Writes the trajectories, the plot and the report, and prints the summary.
-void write_all(Options const& o, Outputs& outputs, Outcome const& out, double scale)
+void write_all(Options const& o, track_camera::PhotoWriter const* photos, Outcome const& out, double scale, Printer& printer)
 {
     report::write_whole(o.out / "estimated.tum", scene::tum_text(out.estimated));
     if (!out.truth.empty()) report::write_whole(o.out / "truth.tum", scene::tum_text(out.truth));
     report::write_whole(o.out / "paths.svg", paths(out.estimated, out.truth));
-    if (outputs.photos) outputs.photos->finish(scene::tum_text(out.truth));
+    if (photos) photos->finish(scene::tum_text(out.truth));
     auto const count = static_cast<double>(out.estimated.size());
     std::string summary;
     if (!out.truths.empty()) {
         auto const e = track::trajectory_errors(out.estimates, out.truths);
         summary = "\"ate_rmse\": " + number(e.ate.rmse) + ", \"ate_aligned_rmse\": " + number(e.ate_aligned.rmse) + ", \"rpe_rmse\": " + number(e.rpe.rmse) + ", \"rpe_deg_rmse\": " + number(e.rpe_deg.rmse) +
                   ", \"rotation_rmse_deg\": " + number(e.rotation_deg.rmse) + ", ";
-        if (!o.quiet)
-            std::cout << "ATE " << shown(e.ate.rmse) << " world units (aligned " << shown(e.ate_aligned.rmse) << "; " << shown(e.ate.rmse / scale)
-                      << " of the median depth), " << shown(e.rotation_deg.rmse) << " degrees; RPE " << shown(e.rpe.rmse) << " world units and "
-                      << shown(e.rpe_deg.rmse) << " degrees a frame\n";
+        printer.say("ATE " + rounded(e.ate.rmse) + " world units (aligned " + rounded(e.ate_aligned.rmse) + "; " + rounded(e.ate.rmse / scale) + " of the median depth), " + rounded(e.rotation_deg.rmse) + " degrees; RPE " +
+                    rounded(e.rpe.rmse) + " world units and " + rounded(e.rpe_deg.rmse) + " degrees a frame\n");
     }
-    if (outputs.report_file) {
-        outputs.report_file->put("{\n  \"frames\": [\n" + out.frames + "\n  ],\n  \"summary\": {" + summary + "\"median_depth\": " + number(scale) + ", \"frames_lost\": " + std::to_string(out.lost) +
-                            ", \"frames_tried_again\": " + std::to_string(out.retried) + ", \"evaluations\": " + std::to_string(out.evaluations) + ", \"host_ms_per_frame\": " + number(out.all_ms / count) + "}\n}\n");
-        outputs.report_file->finish();
-    }
-    if (!o.quiet)
-        std::cout << out.estimated.size() << " frames, " << out.lost << " lost, " << out.retried << " tried again; median depth " << shown(scale) << " world units; "
-                  << shown(static_cast<double>(out.evaluations) / count) << " evaluations and " << std::to_string(std::lround(out.all_ms / count)) << " ms a frame\n";
+    if (o.report)
+        report::write_whole(*o.report, "{\n  \"frames\": [\n" + out.frames + "\n  ],\n  \"summary\": {" + summary + "\"median_depth\": " + number(scale) + ", \"frames_lost\": " + std::to_string(out.lost) + ", \"frames_tried_again\": " +
+                                           std::to_string(out.retried) + ", \"evaluations\": " + std::to_string(out.evaluations) + ", \"host_ms_per_frame\": " + number(out.all_ms / count) + "}\n}\n");
+    printer.say(std::to_string(out.estimated.size()) + " frames, " + std::to_string(out.lost) + " lost, " + std::to_string(out.retried) + " tried again; median depth " + rounded(scale) + " world units; " +
+                rounded(static_cast<double>(out.evaluations) / count) + " evaluations and " + rounded(out.all_ms / count) + " ms a frame\n");
 }
 
-/// Tracks the frames of `source`, from `start`, and writes what the command line asks for. If a picture cannot be read, everything about the
-/// frames before it is written, and then its error is thrown. After SIGINT or SIGTERM the current frame is the last one.
+/// Says on standard error how a run ended that is not as it was asked for, and returns the exit status: 128 and the signal after an
+/// interrupt, 2 if something could not be printed, 1 if every frame is lost.
+int end_of(Options const& o, Outcome const& out, std::size_t frames, Printer const& printer)
+{
+    auto const tracked = out.estimated.size();
+    auto const signal = shared::interrupt();
+    auto const say = [](std::string const& text) { std::cerr << shared::one_line(text) << std::endl; };
+    if (tracked != 0 && out.lost == tracked) {
+        auto const end = out.first_loss.find("; "); // the reason may name a remedy of its own
+        say((tracked == 1 ? std::string("the only frame is lost") : "all " + std::to_string(tracked) + " frames are lost") + " (the first: " + out.first_loss.substr(0, end) + "); " +
+            (end == std::string::npos ? "start nearer to the first picture, or track larger pictures" : out.first_loss.substr(end + 2)));
+    }
+    if (printer.problem) say(*printer.problem);
+    if (signal != 0 && tracked < frames) {
+        auto const of = " of " + std::to_string(frames) + " (" + shared::signal_name(signal) + "); ";
+        say(tracked == 0 ? "interrupted before frame 1" + of + "nothing is written, start again"
+                         : "interrupted after frame " + std::to_string(tracked) + of + (o.out / "estimated.tum").string() + " has the poses of these frames, start again for the rest");
+        return 128 + signal;
+    }
+    return printer.problem ? 2 : tracked != 0 && out.lost == tracked ? 1 : 0;
+}
+
+/// Tracks the frames of `source`, from `start`, and writes what the command line asks for. After an interrupt, and if a picture cannot be
+/// read, it writes everything about the frames before; then it throws the picture's error. Returns the exit status.
 template <class Source, class Renderer>
-int track_all(Options const& o, Source const& source, Renderer& renderer, scene::Map const& map, scene::Intrinsics const& lens, scene::Size size, scene::Pose const& start, Outputs& outputs)
+int track_all(Options const& o, Source const& source, Renderer& renderer, scene::Map const& map, scene::Intrinsics const& lens, scene::Size size, scene::Pose const& start)
 {
     track::PoseEvaluator evaluate{map, {size.width, size.height}, {.threads = o.threads, .tile = {o.tile.width, o.tile.height}}};
     double const scale = median_depth(renderer.render(scene::make_camera(start, lens)));
@@ -312,44 +347,34 @@ int track_all(Options const& o, Source const& source, Renderer& renderer, scene:
     how.rows_per_pixel = o.depth ? 4.0 : 3.0;
     track::Tracker tracker{lens, scale, start, how};
 
+    std::optional<track_camera::PhotoWriter> photos;
+    if (o.save_photos) photos.emplace(*o.save_photos, o.depth_levels);
+    Printer printer(o.quiet);
     Outcome out;
-    std::string refusal;
     report::Image last;
-    auto const count = std::min<std::size_t>(source.count(), o.frames);
-    for (std::size_t k = 0; k < count && render_map::interrupt() == 0; ++k) {
-        try {
-            auto seen = source.take(k); // whole, or not at all
-            if (outputs.photos) outputs.photos->write(seen.seconds, seen.colour, seen.depth);
-            last = seen.colour;
-            track_one(o, k, std::move(seen), tracker, evaluate, out);
-        } catch (Error const& error) {
-            if (k == 0) throw;
-            refusal = error.what();
-            break;
-        }
-    }
-    auto const stopped = [&](std::string const& what) {
-        std::cerr << "interrupted " << what << " of " << count << " (" << render_map::signal_name(render_map::interrupt()) << ")";
-        return 128 + render_map::interrupt();
+    auto const write = [&] {
+        write_all(o, photos ? &*photos : nullptr, out, scale, printer);
+        report::write_ppm(o.out / "residual.ppm", report::error_picture(renderer.render(scene::make_camera(out.estimated.back().pose, lens)).image, last));
     };
-    if (out.estimated.empty()) { // only a signal ends the loop before its first frame
-        int const status = stopped("before frame 1");
-        std::cerr << "; nothing is written, start again\n";
-        return status;
+    auto const count = std::min<std::size_t>(source.count(), o.frames);
+    try {
+        for (std::size_t k = 0; k < count && shared::interrupt() == 0; ++k) {
+            auto seen = source.take(k); // whole, or not at all
+            if (photos) photos->write(seen.seconds, seen.colour, seen.depth);
+            auto colour = seen.colour;
+            track_one(o, k, std::move(seen), tracker, evaluate, out, printer);
+            last = std::move(colour);
+        }
+    } catch (...) {
+        if (out.estimated.empty()) throw;
+        try {
+            write();
+        } catch (...) { // the first error is the one to report
+        }
+        throw;
     }
-    write_all(o, outputs, out, scale);
-    report::write_ppm(o.out / "residual.ppm", report::error_picture(renderer.render(scene::make_camera(out.estimated.back().pose, lens)).image, last));
-    if (!refusal.empty()) throw Error(refusal);
-    if (render_map::interrupt() != 0) {
-        int const status = stopped("after frame " + std::to_string(out.estimated.size()));
-        std::cerr << "; the poses of these frames are written, start again for the rest\n";
-        return status;
-    }
-    if (out.lost == out.estimated.size()) {
-        std::cerr << "every frame is lost (" << out.lost << " of " << out.lost << "), so the poses that are written are no measurements; choose larger pictures, or a first pose nearer to the first picture\n";
-        return 1;
-    }
-    return 0;
+    if (!out.estimated.empty()) write();
+    return end_of(o, out, count, printer);
 }
 
 int run(Options const& o)
@@ -357,13 +382,13 @@ int run(Options const& o)
     std::vector<scene::RgbdFrame> list;
     if (o.photos) list = scene::load_rgbd(*o.photos);
     auto const size = o.photos ? track_camera::size_of(list.front()) : o.size.value_or(scene::Size{640, 480});
-    auto const map = o.map ? scene::load_map(*o.map, render_map::codecs()) : scene::built_in_map();
+    auto const map = o.map ? scene::load_map(*o.map, shared::codecs()) : scene::built_in_map();
     auto camera = o.map ? scene::frame_whole(map, size) : scene::built_in_camera(size);
     if (o.cameras) camera = scene::resized(scene::select_cameras(scene::load_cameras(*o.cameras), o.camera, o.map ? o.map->stem().string() : "built-in").front().camera, size.width, size.height);
     auto const lens = scene::lens_of(camera);
     auto poses = poses_of(o, scene::pose_of(camera));
-    Outputs outputs{o, list};
-    render_map::note_interrupts(!o.quiet);
+    auto const frames = std::min<std::size_t>(((o.photos ? list.size() : poses.size()) + o.every - 1) / o.every, o.frames);
+    track_camera::prepare_outputs(o, track_camera::files_read(o, list), frames);
 
     tilemesh::BasicRenderer<splat::Referenced<WithPlanes>> renderer{map, {.threads = o.threads}};
     if (o.photos) {
@@ -373,38 +398,20 @@ int run(Options const& o)
         for (std::size_t k = 0; k < source.count(); ++k) known += source.truth(k) ? 1 : 0;
         if (has_truth && known == 0)
             throw Error(o.trajectory->string() + " is not the path of these pictures (no pose is within 20 ms of a picture); name another trajectory, or none");
-        return track_all(o, source, renderer, map, lens, size, source.truth(0).value_or(scene::pose_of(camera)), outputs);
+        return track_all(o, source, renderer, map, lens, size, source.truth(0).value_or(scene::pose_of(camera)));
     }
     Renderings const source{o, renderer, std::move(poses), lens};
-    return track_all(o, source, renderer, map, lens, size, source.truth(0), outputs);
-}
-
-/// Everything that was said must have arrived.
-void require_said(Options const& o)
-{
-    if (std::cout.flush()) return;
-    throw Error("cannot write to standard output (the stream failed); the files in " + o.out.string() + " are whole, use --quiet or another stream");
+    return track_all(o, source, renderer, map, lens, size, source.truth(0));
 }
 
 } // namespace
 
 int main(int argc, char** argv)
 {
-    render_map::make_outputs_fail_softly();
-    render_map::end_softly_without_memory();
-    try {
+    return shared::run_softly("track_camera", [&] {
         auto const options = track_camera::options_of(argc, argv);
-        if (!options) {
-            require_said({});
-            return 0;
-        }
-        int const status = run(*options);
-        require_said(*options);
-        return status;
-    } catch (std::bad_alloc const&) {
-        return render_map::refuse_for_memory();
-    } catch (std::exception const& error) {
-        std::cerr << render_map::one_line(error.what()) << '\n';
-        return 2;
-    }
+        if (!options) return 0;
+        shared::note_interrupts(!options->quiet && isatty(STDERR_FILENO) == 1);
+        return run(*options);
+    });
 }

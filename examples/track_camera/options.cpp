@@ -1,4 +1,6 @@
 #include "options.hpp"
+#include "../shared/output_files.hpp"
+#include "../shared/text.hpp"
 #include <charconv>
 #include <cstdlib>
 #include <iostream>
@@ -41,10 +43,7 @@ trajectory and spoilt as a camera would.
 
 [[noreturn]] void refuse(std::string_view option, std::string_view text, std::string const& why)
 {
-    std::string shown(text.substr(0, 200));
-    for (char& c : shown)
-        if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = '?';
-    throw Error(std::string(option) + " cannot be \"" + shown + "\" (" + why + "); see track_camera --help");
+    throw Error(std::string(option) + " cannot be \"" + shared::one_line(text, 200) + "\" (" + why + "); see track_camera --help");
 }
 
 std::uint32_t whole(std::string_view option, std::string_view text, std::uint32_t most)
@@ -83,7 +82,7 @@ std::optional<Options> options_of(int argc, char** argv)
             return argv[++i];
         };
         if (name == "--help") {
-            std::cout << help;
+            shared::print(help, "send it to a file or a terminal with room", std::cout);
             return {};
         }
         if (name == "--relative") o.relative = true;

@@ -1,6 +1,9 @@
 #include "outputs.hpp"
-#include <filesystem>
-#include <string>
+#include "../shared/output_files.hpp"
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <iterator>
 #include <system_error>
 #include <tilemesh/error.hpp>
 #include <tilemesh/report/distinct_files.hpp>
@@ -10,80 +13,94 @@
 
 namespace track_camera {
 
+namespace fs = std::filesystem;
+
 namespace {
 
-namespace fs = std::filesystem;
-namespace scene = tilemesh::scene;
-using tilemesh::Error;
-
-constexpr char const* in_out[] = {"estimated.tum", "truth.tum", "paths.svg", "residual.ppm"};
-
-void make_folder(fs::path const& folder, char const* option)
+template <std::size_t N>
+bool is_one_of(char const* const (&names)[N], std::string const& name)
 {
-    std::error_code refused;
-    fs::create_directories(folder, refused);
-    if (refused) throw Error(std::string(option) + " cannot be " + folder.string() + " (" + refused.message() + "); name a folder");
+    return std::find(std::begin(names), std::end(names), name) != std::end(names);
 }
 
-/// Every file below `folder`.
-void read_folder(tilemesh::report::DistinctFiles& files, fs::path const& folder)
+/// Is it the `photo_file` of one of the first `frames` frames? A number has six digits or more.
+bool is_photo(std::string const& name, std::size_t frames)
 {
-    std::error_code refused;
-    fs::recursive_directory_iterator entry(folder, fs::directory_options::skip_permission_denied, refused);
-    for (; entry != fs::recursive_directory_iterator(); entry.increment(refused))
-        if (!entry->is_directory(refused)) files.read(entry->path());
-}
-
-/// Is this the name of one of the first pictures of `PhotoWriter`?
-bool is_picture(std::string const& name)
-{
-    return name.size() >= 10 && name.ends_with(".png") && name.find_first_not_of("0123456789") == name.size() - 4;
-}
-
-void require_distinct(Options const& o, std::vector<scene::RgbdFrame> const& pictures)
-{
-    tilemesh::report::DistinctFiles files;
-    if (o.map)
-        for (auto const& file : scene::map_files(*o.map)) files.read(file);
-    if (o.cameras && scene::names_colmap(*o.cameras)) {
-        auto const [cameras, images] = scene::colmap_files(*o.cameras);
-        files.read(cameras);
-        files.read(images);
-    } else if (o.cameras) {
-        files.read(*o.cameras);
+    std::size_t frame = 0;
+    for (auto const c : name.substr(0, name.find('.'))) {
+        if (c < '0' || c > '9' || frame >= frames) return false;
+        frame = 10 * frame + static_cast<std::size_t>(c - '0');
     }
-    if (o.trajectory) files.read(*o.trajectory);
-    if (o.photos) {
-        std::error_code refused;
-        if (fs::is_directory(*o.photos, refused)) read_folder(files, *o.photos); // also pictures that this run leaves out
-        else files.read(*o.photos);
-        for (auto const& frame : pictures) {
-            files.read(frame.colour.file);
-            if (!frame.depth.file.empty()) files.read(frame.depth.file);
-        }
-    }
-    if (!o.quiet) files.write_stream(STDOUT_FILENO, "standard output", "send it to another file, or use --quiet");
-    files.write_stream(STDERR_FILENO, "standard error", "send it to another file");
-    for (char const* const name : in_out) files.write(o.out / name, "an output", "name another folder with --out");
-    if (o.report) files.write(*o.report, "the report", "name another file with --report");
-    if (o.save_photos) {
-        constexpr char const* remedy = "name another folder with --save-photos";
-        for (char const* const part : {"rgb", "depth"}) files.write_into(*o.save_photos / part, is_picture, "a picture", remedy);
-        for (char const* const name : {"associations.txt", "groundtruth.txt"}) files.write(*o.save_photos / name, "a list of pictures", remedy);
-    }
+    return frame < frames && name == photo_file(frame);
 }
+
+constexpr char const *out_remedy = "name another directory with --out", *report_remedy = "name another file with --report",
+                     *photos_remedy = "name another directory with --save-photos";
 
 } // namespace
 
-Outputs::Outputs(Options const& o, std::vector<scene::RgbdFrame> const& pictures)
+std::string photo_file(std::size_t frame)
 {
-    make_folder(o.out, "--out");
-    if (o.save_photos)
-        for (char const* const part : {"rgb", "depth"}) make_folder(*o.save_photos / part, "--save-photos");
-    require_distinct(o, pictures);
-    for (char const* const name : in_out) tilemesh::report::WholeFile{o.out / name, "trajectories and pictures"};
-    if (o.report) report_file.emplace(*o.report, "a report");
-    if (o.save_photos) photos.emplace(*o.save_photos, o.depth_levels);
+    std::array<char, 64> name{};
+    std::snprintf(name.data(), name.size(), "%06zu.png", frame);
+    return name.data();
+}
+
+std::vector<fs::path> files_read(Options const& options, std::vector<tilemesh::scene::RgbdFrame> const& photos)
+{
+    std::vector<fs::path> files;
+    if (options.map) files = tilemesh::scene::map_files(*options.map);
+    if (options.cameras) {
+        files.push_back(*options.cameras);
+        if (tilemesh::scene::names_colmap(*options.cameras)) {
+            auto const [cameras, images] = tilemesh::scene::colmap_files(*options.cameras);
+            files.insert(files.end(), {cameras, images});
+        }
+    }
+    if (options.trajectory) files.push_back(*options.trajectory);
+    if (options.photos) {
+        files.push_back(*options.photos);
+        for (char const* const list : {"associations.txt", "rgb.txt", "depth.txt"}) files.push_back(*options.photos / list);
+    }
+    for (auto const& frame : photos) {
+        files.push_back(frame.colour.file);
+        if (!frame.depth.file.empty()) files.push_back(frame.depth.file);
+    }
+    // A folder stands for the files in it.
+    std::erase_if(files, [](fs::path const& file) {
+        std::error_code refused;
+        return fs::is_directory(file, refused);
+    });
+    return files;
+}
+
+void prepare_outputs(Options const& options, std::vector<fs::path> const& read, std::size_t frames)
+{
+    shared::make_folder(options.out, "--out");
+    for (char const* const name : out_files) shared::check_file(options.out / name, "a result", out_remedy);
+    if (options.report) shared::check_file(*options.report, "the report", report_remedy);
+    if (options.save_photos) {
+        for (auto const& folder : {*options.save_photos, *options.save_photos / "rgb", *options.save_photos / "depth"}) shared::make_folder(folder, "--save-photos");
+        for (char const* const name : photo_lists) shared::check_file(*options.save_photos / name, "a list", photos_remedy);
+        for (char const* const part : {"rgb", "depth"}) shared::check_file(*options.save_photos / part / photo_file(0), "a picture", photos_remedy);
+    }
+
+    tilemesh::report::DistinctFiles files;
+    for (auto const& file : read) files.read(file);
+    if (!options.quiet) files.write_stream(STDOUT_FILENO, "standard output", "send it to another file, or use --quiet");
+    files.write_stream(STDERR_FILENO, "standard error", "send it to another file");
+    files.write_into(
+        options.out, [](std::string const& name) { return is_one_of(out_files, name); }, "a result", out_remedy);
+    if (options.save_photos) {
+        files.write_into(
+            *options.save_photos, [](std::string const& name) { return is_one_of(photo_lists, name); }, "a list", photos_remedy);
+        if (std::error_code none; fs::equivalent(*options.save_photos / "rgb", *options.save_photos / "depth", none))
+            throw tilemesh::Error("cannot write pictures to " + options.save_photos->string() + " (its folders rgb and depth are one); " + photos_remedy);
+        for (char const* const part : {"rgb", "depth"})
+            files.write_into(
+                *options.save_photos / part, [frames](std::string const& name) { return is_photo(name, frames); }, "a picture", photos_remedy);
+    }
+    if (options.report) files.write(*options.report, "the report", report_remedy);
 }
 
 } // namespace track_camera

@@ -1,6 +1,8 @@
 #include "pictures.hpp"
-#include "../render_map/picture_input.hpp"
-#include "../render_map/png.hpp"
+#include "../shared/checksums.hpp"
+#include "../shared/picture_input.hpp"
+#include "../shared/png.hpp"
+#include "outputs.hpp"
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -33,33 +35,20 @@ void put_word(std::string& to, std::uint32_t word)
 {
     for (int shift = 24; shift >= 0; shift -= 8) to.push_back(static_cast<char>(word >> shift & 0xffu));
 }
-/// A chunk of a PNG: its length, name and bytes, and their CRC-32 (PNG specification, 5.3 and annex D).
+/// A chunk of a PNG: its length, name and bytes, and their CRC-32 (PNG specification, 5.3).
 void put_chunk(std::string& to, std::string_view name, std::string_view bytes)
 {
-    static std::array<std::uint32_t, 256> const table = [] {
-        std::array<std::uint32_t, 256> t{};
-        for (std::uint32_t n = 0; n < 256; ++n) {
-            t[n] = n;
-            for (int bit = 0; bit < 8; ++bit) t[n] = (t[n] & 1u) != 0 ? 0xedb88320u ^ t[n] >> 1 : t[n] >> 1;
-        }
-        return t;
-    }();
     put_word(to, static_cast<std::uint32_t>(bytes.size()));
     auto const first = to.size();
     to.append(name).append(bytes);
-    std::uint32_t crc = 0xffffffffu;
-    for (auto i = first; i < to.size(); ++i) crc = table[(crc ^ static_cast<unsigned char>(to[i])) & 0xffu] ^ crc >> 8;
-    put_word(to, crc ^ 0xffffffffu);
+    put_word(to, shared::crc32(std::string_view(to).substr(first)));
 }
 /// Bytes as a zlib stream of stored blocks (RFC 1950 and 1951).
 std::string stored(std::string_view bytes)
 {
     std::string out{'\x78', '\x01'};
-    std::uint32_t a = 1, b = 0; // Adler-32
-    for (char const c : bytes) {
-        a = (a + static_cast<unsigned char>(c)) % 65521u;
-        b = (b + a) % 65521u;
-    }
+    shared::Adler32 sum;
+    sum.add(bytes);
     do {
         auto const block = bytes.substr(0, 65535);
         bytes.remove_prefix(block.size());
@@ -67,7 +56,7 @@ std::string stored(std::string_view bytes)
         for (std::uint32_t const byte : {bytes.empty() ? 1u : 0u, size & 0xffu, size >> 8, ~size & 0xffu, ~size >> 8 & 0xffu}) out.push_back(static_cast<char>(byte));
         out.append(block);
     } while (!bytes.empty());
-    put_word(out, b << 16 | a);
+    put_word(out, sum.value());
     return out;
 }
 
@@ -75,22 +64,22 @@ std::string stored(std::string_view bytes)
 
 scene::Size size_of(scene::RgbdFrame const& frame)
 {
-    return render_map::picture_size(frame.colour.file);
+    return shared::picture_size(frame.colour.file);
 }
 
 Photo read_photo(scene::RgbdFrame const& frame, scene::Size size, double levels)
 {
     auto const require_size = [&](fs::path const& file) {
-        if (auto const own = render_map::picture_size(file); own.width != size.width || own.height != size.height)
+        if (auto const own = shared::picture_size(file); own.width != size.width || own.height != size.height)
             throw Error(file.string() + " has " + std::to_string(own.width) + " x " + std::to_string(own.height) + " pixels (the first picture has " + std::to_string(size.width) + " x " +
                         std::to_string(size.height) + ", and a depth has its picture's size); give pictures of one size");
     };
     require_size(frame.colour.file);
-    Photo out{render_map::read_picture(frame.colour.file, size, {}), {}};
+    Photo out{shared::read_picture(frame.colour.file, size, {}), {}};
     if (frame.depth.file.empty()) return out;
     require_size(frame.depth.file);
     if (!is_grey_of_16_bits(frame.depth.file)) throw Error(frame.depth.file.string() + " is no depth (depths are grey PNG files of 16 bits); convert it, or use --no-depth");
-    auto const picture = render_map::read_picture(frame.depth.file, size, {});
+    auto const picture = shared::read_picture(frame.depth.file, size, {});
     out.depth = report::Plane(size.width, size.height);
     for (std::size_t i = 0; i < out.depth.values.size(); ++i) out.depth.values[i] = static_cast<float>(std::round(double{picture.rgb[3 * i]} * 65535.0) / levels);
     return out;
@@ -119,19 +108,16 @@ std::string depth_png(report::Plane const& depth, double levels)
     return png;
 }
 
-PhotoWriter::PhotoWriter(fs::path folder, double levels) : folder_(std::move(folder)), levels_(levels)
-{
-    for (char const* const name : {"associations.txt", "groundtruth.txt", "rgb/000000.png", "depth/000000.png"}) report::WholeFile{folder_ / name, "pictures"};
-}
+PhotoWriter::PhotoWriter(fs::path folder, double levels) : folder_(std::move(folder)), levels_(levels) {}
 
 void PhotoWriter::write(double seconds, report::Image const& colour, report::Plane const& depth)
 {
-    std::array<char, 64> name{}, stamp{};
-    std::snprintf(name.data(), name.size(), "%06zu.png", written_++);
+    auto const name = photo_file(written_++);
+    std::array<char, 64> stamp{};
     std::snprintf(stamp.data(), stamp.size(), "%.6f", seconds);
-    render_map::write_png(folder_ / "rgb" / name.data(), colour);
-    report::write_whole(folder_ / "depth" / name.data(), depth_png(depth, levels_));
-    list_ += std::string(stamp.data()) + " rgb/" + name.data() + " " + stamp.data() + " depth/" + name.data() + "\n";
+    shared::write_png(folder_ / "rgb" / name, colour);
+    report::write_whole(folder_ / "depth" / name, depth_png(depth, levels_));
+    list_ += std::string(stamp.data()) + " rgb/" + name + " " + stamp.data() + " depth/" + name + "\n";
 }
 
 void PhotoWriter::finish(std::string const& truth_tum) const

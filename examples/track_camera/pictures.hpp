@@ -26,7 +26,7 @@ Photo read_photo(tilemesh::scene::RgbdFrame const& frame, tilemesh::scene::Size 
 std::string depth_png(tilemesh::report::Plane const& depth, double levels);
 
 /// Writes frames as the TUM RGB-D benchmark has them: rgb/000000.png, depth/000000.png, and after `finish` associations.txt and
-/// groundtruth.txt. The folders rgb and depth must exist. Throws `tilemesh::Error` if a file cannot be written; the constructor tries some.
+/// groundtruth.txt. The folders must exist (`prepare_outputs`). Throws `tilemesh::Error` if a file cannot be written.
 class PhotoWriter {
 public:
     PhotoWriter(std::filesystem::path folder, double levels);

@@ -1,6 +1,7 @@
 #!/bin/sh
 # What track_camera promises: a short spoilt sequence on the built-in map is tracked, its report and its trajectories say so; the same
-# pictures as PNG files are tracked as well; a bad picture costs no frame before it; and bad input is one line and status 2.
+# pictures as PNG files are tracked as well; a bad picture costs no frame before it; a run that loses every frame has status 1; no output
+# takes the place of an input; a signal or a full disk leaves whole files; and bad input is one line and status 2.
 # Usage: sh track_camera.sh PATH_TO_track_camera
 # shellcheck source=render_map_common.sh
 . "$(dirname "$0")/render_map_common.sh"
@@ -104,7 +105,16 @@ head -c 20000 seen/rgb/000002.png >cut/rgb/000002.png
 spoilt cut "000002.png"
 head -c 20000 seen/depth/000002.png >cut_depth/depth/000002.png
 spoilt cut_depth "depth/000002.png"
-run --size 160x120 --frames 1 --save-photos half --out half.out --quiet >stdout 2>stderr # the frame is lost; its pictures are written
+# On the built-in map in 160 x 120, every frame is lost: the run says so, also with --quiet. It writes its files all the same.
+run --size 160x120 --frames 1 --save-photos half --out half.out --quiet >stdout 2>stderr
+equal "the status of a run that lost its only frame" $? 1
+has stderr '^the only frame is lost (the first: [0-9]* splats without room.*); choose larger pictures'
+run --size 160x120 --frames 3 --out half.out >stdout 2>stderr
+equal "the status of a run that lost every frame" $? 1
+has stderr '^all 3 frames are lost (the first: [0-9]* splats without room.*); choose larger pictures'
+[ "$(wc -l <stderr)" -eq 1 ] || fail "not one line of a run that lost every frame: $(cat stderr)"
+has stdout '^3 frames, 3 lost'
+[ "$(grep -c -v '^#' half.out/estimated.tum)" -eq 3 ] || fail "lost frames are not in the trajectory"
 cp half/rgb/000000.png small/rgb/000002.png
 spoilt small "rgb/000002.png"
 rm gone/rgb/000002.png
@@ -152,65 +162,6 @@ refuses "estimated.tum" --size $size --frames 1 --out taken
 refuses "file" --size $size --frames 1 --out one --save-photos file
 same one/estimated.tum two/estimated.tum
 has_no_parts one
-# --- nothing that is read is overwritten -------------------------------------------------------
-# Every kind of input under every name that the run writes: as the file itself, by a path with .., by a hard link, by a symbolic link.
-runs --size $size --frames 2 --method forward --out made --save-photos photos --quiet
-printf '[{"id": 0, "img_name": "a", "width": 640, "height": 480, "position": [0, 0, 0], "rotation": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "fx": 500, "fy": 500}]' >lens.json
-trajectory=made/truth.tum
-clashes() { # INPUT OUTPUT ARGUMENTS...: the run refuses, and both keep their bytes
-    kept=$1 target=$2
-    shift 2
-    for way in itself above hard symbolic; do
-        rm -rf clash && mkdir -p clash/rgb clash/depth && cp "$kept" clash/input
-        case $way in
-        itself) mv clash/input "clash/$target" && given=clash/$target ;;
-        above) mv clash/input "clash/$target" && given=clash/rgb/../$target ;;
-        hard) ln clash/input "clash/$target" && given=clash/input ;;
-        symbolic) ln -s "$PWD/clash/input" "clash/$target" && given=clash/input ;;
-        esac
-        refuses "reads that file" --size $size --frames 1 "$@" "$given"
-        same "$kept" "$given"
-        has_no_parts clash
-    done
-}
-for name in estimated.tum truth.tum paths.svg residual.ppm; do
-    clashes $trajectory $name --out clash --trajectory
-    clashes lens.json $name --out clash --cameras
-done
-clashes $trajectory report.json --out one --report clash/report.json --trajectory
-clashes lens.json report.json --out one --report clash/report.json --cameras
-for name in associations.txt groundtruth.txt rgb/000000.png depth/000000.png; do
-    clashes $trajectory $name --out one --save-photos clash --trajectory
-done
-refuses "reads that file" --cameras lens.json --photos photos --out photos/rgb/../ --report photos/rgb/000001.png
-refuses "reads that file" --cameras lens.json --photos photos --out one --report photos/associations.txt
-refuses "to be\|of this run" --size $size --frames 1 --out one --report one/estimated.tum
-for file in photos/rgb/000001.png photos/associations.txt; do [ -s $file ] || fail "$file is lost"; done
-
-# --- signals, a full disk, a run that is lost --------------------------------------------------
-"$program" --size $size --frames 500 --method forward --out stopped >stdout 2>stderr &
-pid=$!
-n=0
-while [ "$(grep -c '^frame' stdout)" -lt 2 ] && [ $n -lt 600 ]; do sleep 0.1 && n=$((n + 1)); done
-kill -TERM $pid # a shell starts its jobs with SIGINT switched off
-wait $pid
-status=$?
-[ $status -eq 143 ] || fail "status $status after SIGTERM, not 143: $(cat stderr)"
-has stderr "interrupted after frame [0-9]* of 500 (SIGTERM)"
-[ "$(grep -vc '^#' stopped/estimated.tum)" -ge 2 ] || fail "the poses so far are lost: $(ls stopped)"
-has_no_parts stopped
-if [ -w /dev/full ]; then
-    run --size $size --frames 1 --method forward --out full >/dev/full 2>stderr
-    is_refusal $? "standard output"
-    [ -s full/estimated.tum ] || fail "a full standard output loses the poses"
-fi
-(ulimit -f 1 && exec timeout 120 "$program" --size $size --frames 1 --method forward --out small --quiet </dev/null) >stdout 2>stderr
-is_refusal $? "small/"
-has_no_parts small
-run --size 160x120 --frames 2 --quiet --out lost >stdout 2>stderr
-[ $? -eq 1 ] || fail "a run that lost every frame does not end with status 1"
-has stderr "every frame is lost (2 of 2)"
-
 chmod 500 locked
 if [ -w locked ]; then
     skip "this user may write everywhere, so no folder is locked"
@@ -219,4 +170,206 @@ else
     refuses "locked" --size $size --frames 1 --out one --report locked/report.json
     refuses "locked" --size $size --frames 1 --out one --save-photos locked
 fi
+
+# Printed numbers have three digits and a unit.
+runs --size 320x240 --frames 1 --method forward --out one
+has stdout '^frame 0: converged, [0-9]* evaluations, [0-9.]* ms, off by [0-9.e-]* degrees and [0-9.e-]* world units$'
+has stdout '^ATE [0-9.e-]* world units (aligned [0-9.e-]*; [0-9.e-]* of the median depth), [0-9.e-]* degrees; RPE [0-9.e-]* world units and [0-9.e-]* degrees a frame$'
+if sed 's/e-[0-9]*//g' stdout | grep -q '[1-9][0-9.]*[0-9][0-9.]*[0-9][0-9.]*[0-9][0-9]*\.[0-9]\|\.0*[1-9][0-9][0-9][0-9]'; then fail "a number with more than three digits: $(cat stdout)"; fi
+
+# --- no output takes the place of an input -----------------------------------------------------
+# All kinds of inputs: a map, two kinds of camera files, a trajectory, an association file, two lists, a picture and a depth.
+mkdir in in/model
+{
+    printf 'ply\nformat ascii 1.0\nelement vertex 1\n'
+    printf 'property float %s\n' x y z f_dc_0 f_dc_1 f_dc_2 opacity scale_0 scale_1 scale_2 rot_0 rot_1 rot_2 rot_3
+    printf 'end_header\n0 0 3 1 0.5 0 2 -1 -1 -1 1 0 0 0\n'
+} >in/map.ply
+printf '{"cameras": [{"scene": "map", "name": "a", "width": 320, "height": 240, "fx": 300, "fy": 300, "cx": 160, "cy": 120,
+    "world_to_camera": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]}]}\n' >in/cameras.json
+printf '1 PINHOLE 320 240 300 300 160 120\n' >in/model/cameras.txt
+printf '1 1 0 0 0 0 0 0 1 a\n\n' >in/model/images.txt
+printf '0 0 0 0 0 0 0 1\n0.1 0.001 0 0 0 0 0 1\n' >in/walk.tum
+cp -R seen in/seen
+cp -R lists in/lists
+cp -R in kept
+inputs_are_kept() { diff -r in kept >differences || fail "an input has changed, of: $*: $(cat differences)"; }
+
+# words KIND FILE: the words of a run that reads FILE as its KIND, in $words.
+words() {
+    map=in/map.ply cameras=in/cameras.json walk=in/walk.tum photos=
+    case $1 in
+    map) map=$2 ;;
+    cameras) cameras=$2 ;;
+    model) cameras=$2 ;;
+    trajectory) walk=$2 ;;
+    *) photos=$2 ;;
+    esac
+    words="$map --cameras $cameras --camera a --trajectory $walk --threads 1 --quiet"
+    if [ -n "$photos" ]; then words="$words --photos $photos"; else words="$words --size 320x240 --save-photos clash/saved"; fi
+}
+# keeps KIND FILE WHAT [ARGUMENTS...]: such a run is refused, and no file is another one afterwards.
+keeps() {
+    words "$1" "$2"
+    what=$3
+    shift 3
+    find clash | sort >before
+    # shellcheck disable=SC2086 # $words is several words
+    refuses "this run reads that file" $words --out clash/out "$@"
+    find clash | sort >after
+    same before after
+    inputs_are_kept "$words --out clash/out $* ($what)"
+}
+clashes=0
+for input in map:in/map.ply cameras:in/cameras.json model:in/model/cameras.txt model:in/model/images.txt trajectory:in/walk.tum \
+    photos:in/seen/associations.txt photos:in/seen/rgb/000001.png photos:in/seen/depth/000001.png photos:in/lists/rgb.txt photos:in/lists/depth.txt; do
+    kind=${input%%:*} file=${input#*:}
+    case $file in
+    in/seen/*) named=in/seen ;;
+    in/lists/*) named=in/lists ;;
+    in/model/*) named=in/model ;;
+    *) named=$file ;;
+    esac
+    outputs="out/estimated.tum out/truth.tum out/paths.svg out/residual.ppm report.json"
+    [ "$kind" = photos ] || outputs="$outputs saved/associations.txt saved/groundtruth.txt saved/rgb/000000.png saved/depth/000001.png"
+    for output in $outputs; do
+        case $output in report.json) report="--report clash/report.json" ;; *) report= ;; esac
+        for way in link hard_link link_to_link folder; do
+            mkdir -p clash/out clash/saved/rgb clash/saved/depth
+            case $way in
+            link) ln -s "$work/$file" "clash/$output" ;;
+            hard_link) ln "$file" "clash/$output" ;;
+            link_to_link) ln -s "$work/$file" clash/first && ln -s "$work/clash/first" "clash/$output" ;;
+            folder) # the output's folder is a link to a folder with a hard link
+                [ "$report" = "" ] || continue
+                mkdir clash/elsewhere && ln "$file" "clash/elsewhere/$(basename "$output")"
+                if [ "$output" = "out/$(basename "$output")" ]; then rm -r clash/out && ln -s elsewhere clash/out; else rm -r "clash/$(dirname "$output")" && ln -s "$work/clash/elsewhere" "clash/$(dirname "$output")" && mkdir -p clash/saved/rgb clash/saved/depth; fi
+                ;;
+            esac
+            # shellcheck disable=SC2086 # $report is two words or none
+            keeps "$kind" "$named" "$output, a $way" $report
+            clashes=$((clashes + 1))
+            rm -r clash
+        done
+    done
+    # --report names the file itself, in four ways.
+    mkdir -p clash/out clash/saved/rgb clash/saved/depth
+    for report in "$file" "./$file" "in/../$file" "$work/$file"; do
+        keeps "$kind" "$named" "the input itself" --report "$report"
+        clashes=$((clashes + 1))
+    done
+    rm -r clash
+done
+# An input that lies where an output goes: a trajectory of an earlier run is the natural case.
+for output in out/estimated.tum out/truth.tum out/paths.svg out/residual.ppm saved/associations.txt saved/groundtruth.txt saved/rgb/000000.png saved/depth/000001.png; do
+    for kind in map:in/map.ply cameras:in/cameras.json trajectory:in/walk.tum; do
+        for spelling in "clash/$output" "clash/../clash/$output" "$work/clash/$output"; do
+            mkdir -p clash/out clash/saved/rgb clash/saved/depth
+            cp "${kind#*:}" "clash/$output"
+            keeps "${kind%%:*}" "$spelling" "$output, the input itself"
+            same "${kind#*:}" "clash/$output"
+            clashes=$((clashes + 1))
+            rm -r clash
+        done
+    done
+done
+[ $clashes -ge 300 ] || fail "only $clashes pairs of inputs and outputs were tried"
+# Two outputs are not one file either, and a stream goes to no file of the run.
+mkdir one_file one_file/rgb
+refuses "that is the file of\|a result of this run has that name" --size $size --frames 1 --out one_file --report one_file/truth.tum
+ln -s rgb one_file/depth
+refuses "its folders rgb and depth are one" --size $size --frames 1 --out one_file --save-photos one_file
+(run in/map.ply --cameras in/cameras.json --trajectory in/walk.tum --size 320x240 --out one_file >>in/walk.tum) 2>stderr
+is_refusal $? "standard output cannot go to in/walk.tum (this run reads that file)"
+inputs_are_kept "a run that prints into its trajectory"
+
+# --- names -------------------------------------------------------------------------------------
+# Control characters, and bytes that are no UTF-8, reach no terminal.
+for name in "$(printf 'two\nlines')" "$(printf 'escape\033[31m')" "$(printf 'latin\351')" "$(printf 'c1\302\233')" "$(printf 'surrogate\355\240\200')"; do
+    for words in "--trajectory" "--cameras" "--photos" "--report nowhere/" "--frames" ""; do
+        # shellcheck disable=SC2086
+        refuses '?' ${words%nowhere/} "${words#"${words%nowhere/}"}$name"
+        if tr -d '\n' <stderr | grep -q -a "$(printf '[\001-\037\177-\237\340-\377]')"; then fail "a byte of the name reaches the terminal: $(cat stderr)"; fi
+    done
+done
+mkdir "$(printf 'caf\303\251')"
+refuses "$(printf 'caf\303\251')" --trajectory "$(printf 'caf\303\251')/nowhere"
+# A long name is shortened.
+refuses '\.\.\.' --trajectory "$(head -c 3000 /dev/zero | tr '\0' a)"
+
+# --- compressed maps ---------------------------------------------------------------------------
+# One Gaussian as SPZ, a gzip stream: it is read, or a build without zlib says that it is one.
+printf 'NGSP\002\000\000\000\001\000\000\000\000\014\000\000\000\000\000\000\000\000\000\320\377\346\200\377\000\240\240\240\200\200\200' | gzip -c >ball.spz
+if grep -q 'inflate' "$program"; then
+    run ball.spz --cameras in/cameras.json --camera a --size 320x240 --frames 1 --out ball --quiet >stdout 2>stderr
+    if grep -q 'without zlib' stderr; then fail "an SPZ is refused although zlib is there: $(cat stderr)"; fi
+    [ -s ball/estimated.tum ] || fail "an SPZ map is not tracked: $(cat stderr)"
+else
+    refuses 'zlib' ball.spz --cameras in/cameras.json
+fi
+
+# --- signals, full disks -----------------------------------------------------------------------
+if [ -c /dev/full ]; then
+    run --size 320x240 --frames 2 --method forward --out full --report full.json >/dev/full 2>stderr
+    is_refusal $? "standard output (No space"
+    [ "$(grep -c -v '^#' full/estimated.tum)" -eq 2 ] || fail "a full standard output took the trajectory"
+    is_json full.json
+    run --size 320x240 --frames 1 --method forward --out full --report /dev/full --quiet 2>stderr
+    is_refusal $? "No space"
+    [ -c /dev/full ] || fail "a report took the place of /dev/full"
+    run --help >/dev/full 2>stderr
+    is_refusal $? "No space"
+else
+    skip "there is no /dev/full"
+fi
+{
+    run --size 320x240 --frames 1 --method forward --out full 2>stderr
+    echo $? >status
+} | :
+is_refusal "$(cat status)" "Broken pipe"
+# A file of more than 8 KiB cannot be written: the pictures cannot, the trajectory can.
+(ulimit -f 16 && run --size 320x240 --frames 1 --method forward --out limited --save-photos limited --quiet) >stdout 2>stderr
+is_refusal $? "too large"
+has_no_parts limited
+[ -z "$(find limited -name '*.p[np][gm]')" ] || fail "a picture that could not be written has its name: $(find limited)"
+(ulimit -f 16 && run --size 320x240 --frames 1 --method forward --out limited --quiet) >stdout 2>stderr
+is_refusal $? "residual.ppm (File too large)"
+[ "$(grep -c -v '^#' limited/estimated.tum)" -eq 1 ] || fail "a limit on files took the trajectory"
+has_no_parts limited
+# Old files survive a run that cannot write new ones.
+cp full/estimated.tum limited/estimated.tum
+(ulimit -f 0 && run --size 320x240 --frames 1 --method forward --out limited --quiet) >stdout 2>/dev/null
+equal "the status of a run that cannot write" $? 2
+same full/estimated.tum limited/estimated.tum
+has_no_parts limited
+
+for signal in INT:130 TERM:143; do
+    name=${signal%:*}
+    if ! env --default-signal="$name" true 2>/dev/null; then
+        skip "env cannot give SIG$name back"
+        continue
+    fi
+    env --default-signal="$name" "$program" --size 320x240 --frames 100000 --method forward --noise 0 --out "SIG$name" --save-photos "SIG$name" \
+        --report "SIG$name/report.json" --quiet </dev/null >stdout 2>stderr &
+    pid=$!
+    tries=0
+    until [ -e "SIG$name/rgb/000002.png" ] || [ $tries -eq 600 ]; do
+        sleep 0.1
+        tries=$((tries + 1))
+    done
+    kill -s "$name" $pid
+    wait $pid
+    equal "the status after SIG$name" $? "${signal#*:}"
+    [ "$(wc -l <stderr)" -eq 1 ] || fail "not one line after SIG$name: $(cat stderr)"
+    has stderr "^interrupted after frame [0-9]* of 100000 (SIG$name); SIG$name/estimated.tum has the poses of these frames"
+    frames=$(sed -n 's/^interrupted after frame \([0-9]*\) .*/\1/p' stderr)
+    for file in estimated.tum truth.tum groundtruth.txt associations.txt; do
+        equal "the lines of $file after SIG$name" "$(grep -c -v '^#' "SIG$name/$file")" "$frames"
+    done
+    equal "the pictures after SIG$name" "$(find "SIG$name" -name '*.png' | wc -l)" $((2 * frames))
+    is_json "SIG$name/report.json"
+    equal "the frames of the report after SIG$name" "$(grep -c '"status":' "SIG$name/report.json")" "$frames"
+    has "SIG$name/paths.svg" '</svg>'
+    has_no_parts "SIG$name"
+done
 finish

@@ -1,4 +1,5 @@
 #include "process.hpp"
+#include "text.hpp"
 #include <atomic>
 #include <cerrno>
 #include <csignal>
@@ -6,11 +7,15 @@
 #include <cstring>
 #include <exception>
 #include <fcntl.h>
+#include <filesystem>
 #include <initializer_list>
+#include <iostream>
 #include <new>
+#include <system_error>
+#include <tilemesh/error.hpp>
 #include <unistd.h>
 
-namespace render_map {
+namespace shared {
 
 namespace {
 
@@ -82,6 +87,46 @@ int refuse_for_memory() noexcept
     return 2;
 }
 
+int refuse(std::string const& text)
+{
+    std::cerr << one_line(text) << std::endl;
+    return 2;
+}
+
+namespace {
+
+/// Every error of `work` ends in its line, except std::bad_alloc.
+int run_with_lines(std::string const& program, std::function<int()> const& work)
+{
+    try {
+        return work();
+    } catch (tilemesh::Error const& error) {
+        return refuse(error.what());
+    } catch (std::bad_alloc const&) {
+        throw;
+    } catch (std::filesystem::filesystem_error const& error) {
+        if (error.code() == std::errc::not_enough_memory) throw std::bad_alloc();
+        return refuse("cannot use " + error.path1().string() + " (" + error.code().message() + "); check the path and its permissions");
+    } catch (std::system_error const& error) { // from a thread: EAGAIN means too many threads or too little memory
+        return refuse(std::string("the system refused a thread, or memory for it (") + error.what() + "); choose fewer --threads or try again");
+    } catch (std::exception const& error) {
+        return refuse(program + " cannot go on (" + error.what() + "); please report this with the command line");
+    }
+}
+
+} // namespace
+
+int run_softly(std::string const& program, std::function<int()> const& work) noexcept
+{
+    make_outputs_fail_softly();
+    end_softly_without_memory();
+    try {
+        return run_with_lines(program, work);
+    } catch (...) { // out of memory for the run, or for the text of another error
+        return refuse_for_memory();
+    }
+}
+
 void note_interrupts(bool announce)
 {
     announced = announce;
@@ -105,4 +150,4 @@ char const* signal_name(int signal) noexcept
     return signal == SIGTERM ? "SIGTERM" : "SIGINT";
 }
 
-} // namespace render_map
+} // namespace shared

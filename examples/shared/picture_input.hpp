@@ -4,7 +4,7 @@
 #include <tilemesh/report/image.hpp>
 #include <tilemesh/scene/pose.hpp>
 
-namespace render_map {
+namespace shared {
 
 /// The size of a PNG or JPEG picture, from its header. Throws `tilemesh::Error` for a file that cannot be read, that is no regular file, or
 /// that is no such picture.
@@ -17,4 +17,4 @@ tilemesh::scene::Size picture_size(std::filesystem::path const& path);
 /// Memory: the file and a few pictures of this size. A file that needs more is refused, whatever its header says.
 tilemesh::report::Image read_picture(std::filesystem::path const& path, tilemesh::scene::Size size, std::array<float, 3> const& background);
 
-} // namespace render_map
+} // namespace shared

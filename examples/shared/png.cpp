@@ -57,7 +57,7 @@ unsigned char* deflated(unsigned char* data, int size, int* deflated_size, int)
 #include <stb_image_write.h>
 #endif
 
-std::string render_map::png_bytes(tilemesh::report::Image const& image)
+std::string shared::png_bytes(tilemesh::report::Image const& image)
 {
     auto const rgb = tilemesh::report::rgb8(image);
     std::string png;
@@ -73,7 +73,7 @@ std::string render_map::png_bytes(tilemesh::report::Image const& image)
     return png;
 }
 
-void render_map::write_png(std::filesystem::path const& path, tilemesh::report::Image const& image, tilemesh::report::Outlasts outlasts)
+void shared::write_png(std::filesystem::path const& path, tilemesh::report::Image const& image, tilemesh::report::Outlasts outlasts)
 {
     tilemesh::report::write_whole(path, png_bytes(image), {}, outlasts);
 }

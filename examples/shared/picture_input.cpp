@@ -45,7 +45,7 @@ void* allocate(void* old, std::size_t bytes)
 #include <stb_image.h>
 #endif
 
-namespace render_map {
+namespace shared {
 
 namespace {
 
@@ -155,4 +155,4 @@ tilemesh::report::Image read_picture(fs::path const& path, tilemesh::scene::Size
     return decode(stbi_load_from_memory(data, count, &width, &height, &channels, static_cast<int>(kept)), 255.0f);
 }
 
-} // namespace render_map
+} // namespace shared

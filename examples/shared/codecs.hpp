@@ -10,7 +10,7 @@
 #include <tilemesh/scene/codec_webp.hpp>
 #endif
 
-namespace render_map {
+namespace shared {
 
 /// The decoders of the libraries that CMake found.
 inline tilemesh::scene::Codecs codecs()
@@ -28,4 +28,4 @@ inline tilemesh::scene::Codecs codecs()
     return all;
 }
 
-} // namespace render_map
+} // namespace shared

@@ -4,7 +4,7 @@
 #include <tilemesh/report/image.hpp>
 #include <tilemesh/report/whole_file.hpp>
 
-namespace render_map {
+namespace shared {
 
 /// The picture as the bytes of an 8-bit RGB PNG (`report::rgb8`).
 std::string png_bytes(tilemesh::report::Image const& image);
@@ -14,4 +14,4 @@ std::string png_bytes(tilemesh::report::Image const& image);
 void write_png(std::filesystem::path const& path, tilemesh::report::Image const& image,
                tilemesh::report::Outlasts outlasts = tilemesh::report::Outlasts::process);
 
-} // namespace render_map
+} // namespace shared
