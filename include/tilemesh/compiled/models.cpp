@@ -1,4 +1,4 @@
-// A part of tilemesh::compiled: cost, energy, and why a run makes no progress.
+// A part of tilemesh::compiled: cost and energy.
 #include <tilemesh/model/detail/any_to_any_code.hpp>
 #include <tilemesh/model/detail/assumed_parameters_code.hpp>
 #include <tilemesh/model/detail/bottleneck_code.hpp>
@@ -8,7 +8,5 @@
 #include <tilemesh/model/detail/cost_table_code.hpp>
 #include <tilemesh/model/detail/energy_code.hpp>
 #include <tilemesh/model/detail/hosts_code.hpp>
-#include <tilemesh/model/detail/no_progress_code.hpp>
 #include <tilemesh/model/detail/parameter_file_code.hpp>
 #include <tilemesh/model/detail/step_costs_code.hpp>
-#include <tilemesh/model/detail/trace_reading_code.hpp>

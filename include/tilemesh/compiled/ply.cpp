@@ -1,4 +1,5 @@
 // A part of tilemesh::compiled: maps in PLY files, and the text of files.
+#include <tilemesh/scene/detail/far_means_code.hpp>
 #include <tilemesh/scene/detail/map_sink_code.hpp>
 #include <tilemesh/scene/detail/ply_code.hpp>
 #include <tilemesh/scene/detail/ply_compressed_code.hpp>

@@ -58,5 +58,5 @@ TILEMESH_HOST AnyToAny any_to_any(CostModel const& model, Trace const& trace, Gr
 }} // namespace tilemesh
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/model/detail/any_to_any_code.hpp>
+#include <tilemesh/model/detail/any_to_any_code.hpp>
 #endif

@@ -35,5 +35,5 @@ TILEMESH_HOST std::string assumed_text(CostModel const& model);
 }} // namespace tilemesh
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/model/detail/assumed_parameters_code.hpp>
+#include <tilemesh/model/detail/assumed_parameters_code.hpp>
 #endif

@@ -75,5 +75,5 @@ TILEMESH_HOST std::string load_text(Trace const& trace, Grid grid, std::string_v
 }} // namespace tilemesh
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/model/detail/bottleneck_code.hpp>
+#include <tilemesh/model/detail/bottleneck_code.hpp>
 #endif

@@ -56,5 +56,5 @@ private:
 }} // namespace tilemesh
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/model/detail/chips_code.hpp>
+#include <tilemesh/model/detail/chips_code.hpp>
 #endif

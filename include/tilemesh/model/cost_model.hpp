@@ -119,5 +119,5 @@ TILEMESH_HOST double milliseconds(CostModel const& m, std::uint64_t cycles) noex
 }} // namespace tilemesh
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/model/detail/cost_model_code.hpp>
+#include <tilemesh/model/detail/cost_model_code.hpp>
 #endif

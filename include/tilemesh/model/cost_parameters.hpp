@@ -169,5 +169,5 @@ TILEMESH_HOST CostModel read_cost_model(std::istream& in, std::string const& fil
 }} // namespace tilemesh
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/model/detail/cost_parameters_code.hpp>
+#include <tilemesh/model/detail/cost_parameters_code.hpp>
 #endif

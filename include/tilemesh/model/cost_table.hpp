@@ -26,5 +26,5 @@ TILEMESH_HOST report::Table cost_table(CostModel const& model, Trace const& trac
 }} // namespace tilemesh
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/model/detail/cost_table_code.hpp>
+#include <tilemesh/model/detail/cost_table_code.hpp>
 #endif

@@ -94,5 +94,5 @@ TILEMESH_HOST EnergyModel read_energy_model(std::istream& in, std::string const&
 }} // namespace tilemesh
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/model/detail/energy_code.hpp>
+#include <tilemesh/model/detail/energy_code.hpp>
 #endif

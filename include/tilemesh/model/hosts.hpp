@@ -72,5 +72,5 @@ TILEMESH_HOST std::vector<HostSuperstep> enlarged(std::span<HostSuperstep const>
 }} // namespace tilemesh
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/model/detail/hosts_code.hpp>
+#include <tilemesh/model/detail/hosts_code.hpp>
 #endif

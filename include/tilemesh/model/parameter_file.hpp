@@ -164,5 +164,5 @@ private:
 }}} // namespace tilemesh::model_detail
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/model/detail/parameter_file_code.hpp>
+#include <tilemesh/model/detail/parameter_file_code.hpp>
 #endif

@@ -52,5 +52,5 @@ TILEMESH_HOST std::vector<StepCost> step_costs(Trace const& trace, RunCost const
 }} // namespace tilemesh
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/model/detail/step_costs_code.hpp>
+#include <tilemesh/model/detail/step_costs_code.hpp>
 #endif

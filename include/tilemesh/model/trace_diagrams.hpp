@@ -34,5 +34,5 @@ TILEMESH_HOST std::string supersteps_svg(Trace const& trace, CostModel const& mo
 }} // namespace tilemesh
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/model/detail/trace_diagrams_code.hpp>
+#include <tilemesh/model/detail/trace_diagrams_code.hpp>
 #endif

@@ -118,5 +118,5 @@ TILEMESH_HOST std::vector<double> heat_map(Trace const& trace, Grid grid, std::s
 }} // namespace tilemesh
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/model/detail/trace_files_code.hpp>
+#include <tilemesh/model/detail/trace_files_code.hpp>
 #endif

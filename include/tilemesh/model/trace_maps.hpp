@@ -54,5 +54,5 @@ TILEMESH_HOST std::string energy_csv(Energy const& energy, Grid grid);
 }} // namespace tilemesh
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/model/detail/trace_maps_code.hpp>
+#include <tilemesh/model/detail/trace_maps_code.hpp>
 #endif

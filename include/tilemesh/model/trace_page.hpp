@@ -87,5 +87,5 @@ TILEMESH_HOST std::filesystem::path write_trace_page(std::filesystem::path const
 }} // namespace tilemesh
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/model/detail/trace_page_code.hpp>
+#include <tilemesh/model/detail/trace_page_code.hpp>
 #endif

@@ -106,5 +106,5 @@ TILEMESH_HOST void add_parameters(report::HtmlReport& html, EnergyModel const& m
 }} // namespace tilemesh
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/model/detail/trace_section_code.hpp>
+#include <tilemesh/model/detail/trace_section_code.hpp>
 #endif

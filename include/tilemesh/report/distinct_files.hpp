@@ -95,5 +95,5 @@ private:
 }}} // namespace tilemesh::report
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/report/detail/distinct_files_code.hpp>
+#include <tilemesh/report/detail/distinct_files_code.hpp>
 #endif

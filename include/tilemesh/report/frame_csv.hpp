@@ -15,5 +15,5 @@ TILEMESH_HOST std::string csv_row(FrameReport const& r);
 }}} // namespace tilemesh::report
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/report/detail/frame_csv_code.hpp>
+#include <tilemesh/report/detail/frame_csv_code.hpp>
 #endif

@@ -43,5 +43,5 @@ TILEMESH_HOST Image heat_legend(std::uint32_t width, std::uint32_t height);
 }}} // namespace tilemesh::report
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/report/detail/heat_image_code.hpp>
+#include <tilemesh/report/detail/heat_image_code.hpp>
 #endif

@@ -124,5 +124,5 @@ private:
 }}} // namespace tilemesh::report
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/report/detail/html_code.hpp>
+#include <tilemesh/report/detail/html_code.hpp>
 #endif

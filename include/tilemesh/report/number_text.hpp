@@ -23,5 +23,5 @@ TILEMESH_HOST std::string joules_text(double joules);
 }}} // namespace tilemesh::report
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/report/detail/number_text_code.hpp>
+#include <tilemesh/report/detail/number_text_code.hpp>
 #endif

@@ -129,5 +129,5 @@ TILEMESH_HOST void write_svg(std::filesystem::path const& path, Plot const& plot
 }}} // namespace tilemesh::report
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/report/detail/plot_code.hpp>
+#include <tilemesh/report/detail/plot_code.hpp>
 #endif

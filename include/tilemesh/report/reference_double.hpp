@@ -298,5 +298,5 @@ Image render_double(Records const& gaussians, splat::Camera const& camera,
 }}} // namespace tilemesh::report
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/report/detail/reference_double_code.hpp>
+#include <tilemesh/report/detail/reference_double_code.hpp>
 #endif

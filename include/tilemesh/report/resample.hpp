@@ -48,5 +48,5 @@ TILEMESH_HOST Image resized_as_photograph(Image const& photograph, std::uint32_t
 }}} // namespace tilemesh::report
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/report/detail/resample_code.hpp>
+#include <tilemesh/report/detail/resample_code.hpp>
 #endif

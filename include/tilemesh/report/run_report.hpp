@@ -105,5 +105,5 @@ TILEMESH_HOST PhotographMeans photograph_means(RunReport const& run);
 }}} // namespace tilemesh::report
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/report/detail/run_report_code.hpp>
+#include <tilemesh/report/detail/run_report_code.hpp>
 #endif

@@ -72,5 +72,5 @@ TILEMESH_HOST std::string svg(StackedBars const& chart);
 }}} // namespace tilemesh::report
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/report/detail/stacked_bars_code.hpp>
+#include <tilemesh/report/detail/stacked_bars_code.hpp>
 #endif

@@ -37,5 +37,5 @@ private:
 }}} // namespace tilemesh::report
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/report/detail/string_stream_code.hpp>
+#include <tilemesh/report/detail/string_stream_code.hpp>
 #endif

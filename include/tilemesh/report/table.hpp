@@ -62,5 +62,5 @@ private:
 }}} // namespace tilemesh::report
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/report/detail/table_code.hpp>
+#include <tilemesh/report/detail/table_code.hpp>
 #endif

@@ -75,5 +75,5 @@ TILEMESH_HOST void write_whole(std::filesystem::path const& path, std::string_vi
 }}} // namespace tilemesh::report
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/report/detail/whole_file_code.hpp>
+#include <tilemesh/report/detail/whole_file_code.hpp>
 #endif

@@ -61,5 +61,5 @@ private:
 }}} // namespace tilemesh::report
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/report/detail/y4m_code.hpp>
+#include <tilemesh/report/detail/y4m_code.hpp>
 #endif

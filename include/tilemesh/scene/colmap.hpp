@@ -176,5 +176,5 @@ TILEMESH_HOST std::vector<NamedCamera> load_colmap(std::filesystem::path const& 
 }}} // namespace tilemesh::scene
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/scene/detail/colmap_code.hpp>
+#include <tilemesh/scene/detail/colmap_code.hpp>
 #endif

@@ -148,5 +148,5 @@ TILEMESH_HOST Map needed(Map map, Demand const& demand);
 }}} // namespace tilemesh::scene
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/scene/detail/demand_code.hpp>
+#include <tilemesh/scene/detail/demand_code.hpp>
 #endif

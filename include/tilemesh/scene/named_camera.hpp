@@ -68,5 +68,5 @@ TILEMESH_HOST std::vector<NamedCamera> select_cameras(std::vector<NamedCamera> c
 }}} // namespace tilemesh::scene
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/scene/detail/named_camera_code.hpp>
+#include <tilemesh/scene/detail/named_camera_code.hpp>
 #endif

@@ -42,5 +42,5 @@ TILEMESH_HOST std::vector<splat::Camera> orbit(splat::Camera const& start, glm::
 }}} // namespace tilemesh::scene
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/scene/detail/orbit_code.hpp>
+#include <tilemesh/scene/detail/orbit_code.hpp>
 #endif

@@ -83,5 +83,5 @@ TILEMESH_HOST Size reduced(Size size, std::uint32_t factor);
 }}} // namespace tilemesh::scene
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/scene/detail/pose_code.hpp>
+#include <tilemesh/scene/detail/pose_code.hpp>
 #endif

@@ -46,5 +46,5 @@ TILEMESH_HOST Map at_degree(Map map, std::uint32_t degree);
 }}} // namespace tilemesh::scene
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/scene/detail/records_code.hpp>
+#include <tilemesh/scene/detail/records_code.hpp>
 #endif

@@ -66,5 +66,5 @@ TILEMESH_HOST std::vector<RgbdFrame> load_rgbd(std::filesystem::path const& path
 }}} // namespace tilemesh::scene
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/scene/detail/rgbd_list_code.hpp>
+#include <tilemesh/scene/detail/rgbd_list_code.hpp>
 #endif

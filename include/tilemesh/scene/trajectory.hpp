@@ -152,5 +152,5 @@ TILEMESH_HOST Trajectory relative_to_first(Trajectory trajectory, Pose const& st
 }}} // namespace tilemesh::scene
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/scene/detail/trajectory_code.hpp>
+#include <tilemesh/scene/detail/trajectory_code.hpp>
 #endif

@@ -48,5 +48,5 @@ TILEMESH_HOST std::string weak_motions(PoseAccuracy const& accuracy);
 }}} // namespace tilemesh::track
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/track/detail/pose_accuracy_code.hpp>
+#include <tilemesh/track/detail/pose_accuracy_code.hpp>
 #endif

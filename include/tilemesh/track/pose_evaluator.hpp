@@ -370,5 +370,5 @@ extern template class BasicPoseEvaluator<TrackedByReference<splat::Lossless>, Me
 }} // namespace tilemesh
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/track/detail/pose_evaluator_code.hpp>
+#include <tilemesh/track/detail/pose_evaluator_code.hpp>
 #endif

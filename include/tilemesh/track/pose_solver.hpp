@@ -187,5 +187,5 @@ Solution solve_pose(Evaluate&& evaluate, scene::Pose const& start, scene::Intrin
 }}} // namespace tilemesh::track
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/track/detail/pose_solver_code.hpp>
+#include <tilemesh/track/detail/pose_solver_code.hpp>
 #endif

@@ -52,5 +52,5 @@ TILEMESH_HOST scene::Pose predicted(scene::Pose const& before, scene::Pose const
 }}} // namespace tilemesh::track
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/track/detail/pose_update_code.hpp>
+#include <tilemesh/track/detail/pose_update_code.hpp>
 #endif

@@ -77,5 +77,5 @@ Eigen<N> eigen_of(SquareMatrix<N> a)
 }}} // namespace tilemesh::track
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/track/detail/small_system_code.hpp>
+#include <tilemesh/track/detail/small_system_code.hpp>
 #endif

@@ -59,5 +59,5 @@ TILEMESH_HOST report::Image mean_of(std::span<report::Image const> pictures);
 }}} // namespace tilemesh::track
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/track/detail/spoil_code.hpp>
+#include <tilemesh/track/detail/spoil_code.hpp>
 #endif

@@ -160,5 +160,5 @@ private:
 }}} // namespace tilemesh::track
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/track/detail/tracker_code.hpp>
+#include <tilemesh/track/detail/tracker_code.hpp>
 #endif

@@ -59,5 +59,5 @@ TILEMESH_HOST TrajectoryErrors trajectory_errors(std::span<scene::Pose const> es
 }}} // namespace tilemesh::track
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/track/detail/trajectory_error_code.hpp>
+#include <tilemesh/track/detail/trajectory_error_code.hpp>
 #endif

@@ -32,5 +32,5 @@ TILEMESH_HOST std::uint64_t all_sent(TileSample const& t) noexcept;
 }}} // namespace tilemesh::model_detail
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/model/detail/trace_reading_code.hpp>
+#include <tilemesh/model/detail/trace_reading_code.hpp>
 #endif

@@ -182,5 +182,5 @@ private:
 }}} // namespace tilemesh::scene::detail
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/scene/detail/camera_list_code.hpp>
+#include <tilemesh/scene/detail/camera_list_code.hpp>
 #endif

@@ -23,5 +23,5 @@ TILEMESH_HOST void settle_far_means(Map& map, FarMeans far, CutOff const& cut_of
 }}} // namespace tilemesh::scene::detail
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/scene/detail/far_means_code.hpp>
+#include <tilemesh/scene/detail/far_means_code.hpp>
 #endif

@@ -84,5 +84,5 @@ private:
 }}} // namespace tilemesh::scene::detail
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/scene/detail/json_reader_code.hpp>
+#include <tilemesh/scene/detail/json_reader_code.hpp>
 #endif

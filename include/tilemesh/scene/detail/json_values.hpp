@@ -81,5 +81,5 @@ private:
 }}} // namespace tilemesh::scene::detail
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/scene/detail/json_values_code.hpp>
+#include <tilemesh/scene/detail/json_values_code.hpp>
 #endif

@@ -54,5 +54,5 @@ private:
 }}} // namespace tilemesh::scene::detail
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/scene/detail/map_sink_code.hpp>
+#include <tilemesh/scene/detail/map_sink_code.hpp>
 #endif

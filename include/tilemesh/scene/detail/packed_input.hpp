@@ -32,5 +32,5 @@ TILEMESH_HOST void require_plausible_rows(std::uint64_t rows, std::uint64_t file
 }}} // namespace tilemesh::scene::detail
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/scene/detail/packed_input_code.hpp>
+#include <tilemesh/scene/detail/packed_input_code.hpp>
 #endif

@@ -17,5 +17,5 @@ TILEMESH_HOST std::optional<Size> size_of_picture_file(std::filesystem::path con
 }}} // namespace tilemesh::scene::detail
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/scene/detail/picture_size_code.hpp>
+#include <tilemesh/scene/detail/picture_size_code.hpp>
 #endif

@@ -68,5 +68,5 @@ TILEMESH_HOST Map read_compressed_ply(ByteSource& source, PlyHeader const& heade
 TILEMESH_EXACT_END
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/scene/detail/ply_compressed_code.hpp>
+#include <tilemesh/scene/detail/ply_compressed_code.hpp>
 #endif

@@ -41,5 +41,5 @@ TILEMESH_HOST char const* make_gaussian(GaussianRow const& raw, splat::Gaussian&
 }}} // namespace tilemesh::scene::detail
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/scene/detail/ply_gaussian_code.hpp>
+#include <tilemesh/scene/detail/ply_gaussian_code.hpp>
 #endif

@@ -92,5 +92,5 @@ TILEMESH_HOST PlyHeader read_ply_header(ByteSource& source, std::string const& f
 }}} // namespace tilemesh::scene::detail
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/scene/detail/ply_header_code.hpp>
+#include <tilemesh/scene/detail/ply_header_code.hpp>
 #endif

@@ -19,5 +19,5 @@ TILEMESH_HOST PlyElement const& require_vertex(PlyHeader const& header, std::str
 }}} // namespace tilemesh::scene::detail
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/scene/detail/ply_kind_code.hpp>
+#include <tilemesh/scene/detail/ply_kind_code.hpp>
 #endif

@@ -192,5 +192,5 @@ private:
 }}} // namespace tilemesh::scene::detail
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/scene/detail/ply_rows_code.hpp>
+#include <tilemesh/scene/detail/ply_rows_code.hpp>
 #endif

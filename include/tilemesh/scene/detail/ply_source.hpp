@@ -53,5 +53,5 @@ private:
 }}} // namespace tilemesh::scene::detail
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/scene/detail/ply_source_code.hpp>
+#include <tilemesh/scene/detail/ply_source_code.hpp>
 #endif

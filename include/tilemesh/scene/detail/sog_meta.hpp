@@ -69,5 +69,5 @@ private:
 }}} // namespace tilemesh::scene::detail
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/scene/detail/sog_meta_code.hpp>
+#include <tilemesh/scene/detail/sog_meta_code.hpp>
 #endif

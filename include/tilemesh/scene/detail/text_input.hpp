@@ -96,5 +96,5 @@ private:
 }}} // namespace tilemesh::scene::detail
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/scene/detail/text_input_code.hpp>
+#include <tilemesh/scene/detail/text_input_code.hpp>
 #endif

@@ -40,5 +40,5 @@ private:
 }}} // namespace tilemesh::scene::detail
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/scene/detail/zip_code.hpp>
+#include <tilemesh/scene/detail/zip_code.hpp>
 #endif
