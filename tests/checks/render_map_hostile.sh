@@ -112,8 +112,11 @@ for depth in 0.001 0.25 1e30; do
     fi
 done
 
-printf '0 0 0 0 0 0 0 1\n1 nan 0 0 0 0 0 1\n' >walk.tum
+printf '0 0 0 0 0 0 0 1\n1 word 0 0 0 0 0 1\n' >walk.tum
 refuses "line 2" $small map.ply --trajectory walk.tum
+printf '0 0 0 0 0 0 0 1\n1 nan 0 0 0 0 0 1\n' >walk.tum # left out and named, as a row of a map
+run $small map.ply --trajectory walk.tum --report nan.json >stdout 2>stderr || fail "status $? for a row that is not finite: $(cat stderr)"
+grep -q 'rows left out because a number is not finite: 1 (line 2)' nan.json || fail "the report does not name the row that is not finite"
 : >walk.tum
 refuses "no pose" $small map.ply --trajectory walk.tum
 printf '# nothing\n\n' >walk.tum
