@@ -1,5 +1,7 @@
 #include "picture_input.hpp"
+#include "picture_check.hpp"
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstddef>
 #include <cstdint>
@@ -23,7 +25,8 @@ thread_local bool out_of_memory = false;
 void* allocate(void* old, std::size_t bytes)
 {
     if (bytes > most_bytes) return nullptr;
-    auto* const memory = std::realloc(old, bytes);
+    // New memory is zero. A damaged file may let the decoder read what it has not written: then every run reads the same.
+    auto* const memory = old != nullptr ? std::realloc(old, bytes) : std::calloc(bytes, 1);
     out_of_memory = out_of_memory || memory == nullptr;
     return memory;
 }
@@ -70,21 +73,6 @@ File open_picture(fs::path const& path)
     return file;
 }
 
-/// Does a JPEG file have its end marker? The decoder itself fills what is missing with grey. A segment's length is in its first two bytes;
-/// in the data of a scan, FF stands before 00 or a restart marker (ITU T.81, annex B).
-bool is_whole_jpeg(std::vector<unsigned char> const& bytes)
-{
-    for (std::size_t at = 2; at + 1 < bytes.size();) {
-        unsigned const marker = bytes[at + 1];
-        if (bytes[at] != 0xff || marker == 0x00 || (marker >= 0xd0 && marker <= 0xd7)) ++at; // data of a scan
-        else if (marker == 0xff) ++at;                                                       // a fill byte
-        else if (marker == 0xd9) return true;
-        else if (at + 3 >= bytes.size()) return false;
-        else at += 2 + (std::size_t{bytes[at + 2]} << 8 | bytes[at + 3]);
-    }
-    return false;
-}
-
 /// Has a PNG without an alpha channel a transparent colour? Its tRNS chunk stands before the first IDAT. The decoder's own question about
 /// channels does not look for it. A chunk: its length, 4 letters, its bytes, a checksum (PNG specification, sections 5.3 and 11.3.2.1).
 bool has_colour_key(std::vector<unsigned char> const& bytes)
@@ -106,10 +94,19 @@ bool has_colour_key(std::vector<unsigned char> const& bytes)
 tilemesh::scene::Size picture_size(fs::path const& path)
 {
     auto const file = open_picture(path);
+    auto const fail = [&](std::string const& why) { throw Error(path.string() + " cannot be decoded (" + why + "); write it again as PNG or JPEG"); };
+    if (auto const damage = header_damage(file.get()); !damage.empty()) fail(std::string(damage));
+    std::rewind(file.get());
     most_bytes = std::size_t{1} << 20;
     int width = 0, height = 0, channels = 0;
-    if (stbi_info_from_file(file.get(), &width, &height, &channels) == 0 || width < 1 || height < 1)
+    if (stbi_info_from_file(file.get(), &width, &height, &channels) == 0 || width < 1 || height < 1) {
+        std::array<unsigned char, 4> begin{};
+        std::rewind(file.get());
+        auto const read = std::fread(begin.data(), 1, begin.size(), file.get());
+        bool const png = read == begin.size() && std::string_view(reinterpret_cast<char const*>(begin.data()) + 1, 3) == "PNG";
+        if (png || (read > 1 && begin[0] == 0xff && begin[1] >= 0xd8)) fail(std::string("its header cannot be read: ") + stbi_failure_reason());
         throw Error(path.string() + " is not a picture that is read (it is neither PNG nor JPEG); convert it to one of them");
+    }
     return {static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height)};
 }
 
@@ -127,10 +124,10 @@ tilemesh::report::Image read_picture(fs::path const& path, tilemesh::scene::Size
     if (refused || length > std::min<std::uintmax_t>(9 * pixels + (std::size_t{64} << 20), std::numeric_limits<int>::max())) fail("the file is too long for its " + std::to_string(pixels) + " pixels");
     std::vector<unsigned char> bytes(static_cast<std::size_t>(length));
     if (std::fread(bytes.data(), 1, bytes.size(), file.get()) != bytes.size()) fail("it cannot be read to its end");
-    if (bytes.size() > 1 && bytes[0] == 0xff && bytes[1] == 0xd8 && !is_whole_jpeg(bytes)) fail("the file is cut short");
 
     // A progressive JPEG of three channels keeps two bytes a coefficient in whole blocks of 16 x 16 pixels, a PNG eight bytes a pixel.
-    most_bytes = 16 * std::size_t{size.width + 16} * (size.height + 16) + (std::size_t{1} << 20);
+    most_bytes = 16 * (std::size_t{size.width} + 16) * (std::size_t{size.height} + 16) + (std::size_t{1} << 20);
+    if (auto const damage = picture_damage(bytes, most_bytes); !damage.empty()) fail(std::string(damage));
     out_of_memory = false;
     auto const* const data = bytes.data();
     auto const count = static_cast<int>(bytes.size());

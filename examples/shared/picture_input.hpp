@@ -7,12 +7,12 @@
 namespace shared {
 
 /// The size of a PNG or JPEG picture, from its header. Throws `tilemesh::Error` for a file that cannot be read, that is no regular file, or
-/// that is no such picture.
+/// that is no such picture, and for a header that is damaged (`header_damage`).
 tilemesh::scene::Size picture_size(std::filesystem::path const& path);
 
 /// Decodes a PNG or JPEG picture of this size. Its levels become values from 0 to 1; grey becomes three equal channels; transparency shows
-/// the background. Throws `tilemesh::Error` as `picture_size` does, and for a picture that has another size, is cut short or cannot
-/// be decoded.
+/// the background. Throws `tilemesh::Error` as `picture_size` does, and for a picture that has another size, is damaged (`picture_damage`)
+/// or cannot be decoded. A PNG with one changed bit is refused, or the bit changes no pixel.
 ///
 /// Memory: the file and a few pictures of this size. A file that needs more is refused, whatever its header says.
 tilemesh::report::Image read_picture(std::filesystem::path const& path, tilemesh::scene::Size size, std::array<float, 3> const& background);

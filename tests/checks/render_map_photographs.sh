@@ -151,8 +151,21 @@ printf '%s' "$jpeg" | base64 -d >whole.jpg
 for bytes in 160 200 300 353 354; do
     head -c $bytes whole.jpg >kinds/p.jpg
     ends 1 room.ply --cameras cameras.txt --photos kinds --quiet --out kind
-    has stderr '^kinds/p.jpg \(cannot be decoded (the file is cut short)\|is not a picture that is read (it is neither PNG nor JPEG)\); '
+    has stderr '^kinds/p.jpg cannot be decoded (\(the file is cut short\|its header cannot be read: .*\)); '
 done
+# A flipped bit in a PNG is one line, and no number. Each byte of one is tried, one bit of each; tests/report/picture_input.cpp tries all.
+rm kinds/p.jpg
+printf '%s' iVBORw0KGgoAAAANSUhEUgAAABAAAAAMCAAAAABOjGJdAAAAAnRSTlMA/1uRIrUAAAARSURBVHjaY/gPBcZQwDB0BQDt/nLByh90BAAAAABJRU5ErkJggg== | base64 -d >whole.png
+for byte in 0 5 9 18 24 28 31 40 45 57 60 66 70 72 74 80 85; do
+    cp whole.png kinds/p.png
+    old=$(od -An -tu1 -j $byte -N 1 whole.png)
+    # shellcheck disable=SC2059 # an octal escape is the format
+    printf "\\$(printf %o $((old ^ (1 << byte % 8))))" | dd of=kinds/p.png bs=1 seek=$byte conv=notrunc 2>/dev/null
+    ends 1 room.ply --cameras cameras.txt --photos kinds --quiet --out kind
+    has stderr '^kinds/p.png \(cannot be decoded\|is not a picture that is read\) (.*); '
+    [ "$(wc -l <stderr)" -eq 1 ] || fail "not one line for a PNG with a flipped bit: $(cat stderr)"
+done
+rm kinds/p.png
 { cat whole.jpg && echo more; } >kinds/p.jpg # bytes after the end do not matter
 runs room.ply --cameras cameras.txt --photos kinds --quiet --out kind
 

@@ -1,0 +1,331 @@
+// test: optimised, cost 5
+// Pictures from files, as example programs read them: damage is found before a decoder sees it.
+#include "../../examples/shared/checksums.hpp"
+#include "../../examples/shared/picture_check.cpp"
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <doctest/doctest.h>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <tilemesh/error.hpp>
+#include <tilemesh/report/image.hpp>
+#include <tilemesh/scene/pose.hpp>
+#include <unistd.h>
+#include <vector>
+#if __has_include(<stb/stb_image.h>) || __has_include(<stb_image.h>)
+#    include "../../examples/shared/picture_input.cpp"
+#    define TILEMESH_TEST_HAS_STB
+#endif
+
+namespace {
+
+// --- pictures, in base64 -----------------------------------------------------------------------
+// Written by Python's zlib: codes of its own and two chunks of pixels, fixed codes, and stored blocks.
+constexpr char const* own_codes =
+    "iVBORw0KGgoAAAANSUhEUgAAABgAAAAQCAIAAACDRijCAAABCElEQVR42kWUS5YDMQgDwSy4/624FamiF+mZvI5tPkKSkxEvZqYzJrpjXkZFxE"
+    "Znx+bMZmXOi15Da3vzvVlCk/jaiuFks2so8drvkcvGVs1bE13F1Ob2VBdrgjPMezQzL/lSLpIUGtQM/bqag2d6Rhtp/52kbDV4kg/h0U/MOQe8"
+    "IjuHhLcT5RFbVwlMy0RxD4PUvqqiu4lFB3r4IuQVQMbqhrOfgAhhw9O+BaJlOa8RS5RT7DAEhZMjiI1K2tP8sZYX/oG98eUxIvzdyrR3nJTNZR"
+    "u8Y6dhCkh786ET0WsBXTpkJJXgf0VqPQR66sKqJRFtQYgM/D0JO+0QD46kiaj30AvZxraSekVgheG5dODAAAABB0lEQVRk82RSrK0nicAYRl1V"
+    "704hY5ZlWA2DCA3ikfGTJszijIq4RVPEhw8yab2McLVJ1maokqIa3qA5F+TZRK/hJGcS07nOh0GO+jjpxZypS3HuWe2y+imhYu6hmjPN+Vp/qR"
+    "9EgYd4+NrP7Sk9x1pcOnqUMqw3ZiTl1VXwZWjr/iJ39CuPPqUeFuiTb0FShfmuuQaEmKnDttxAdhp77cbffZrjGZ7eNaQDJSp6qeYkBuqclM5r"
+    "JG0W9zAHxdiYU5/zPkVgAH2KtmhSd7luAMhv7t1ARR+xeT8RF+DFWGc4x9xlUCQs2KopCnXWAvNZmsa573g/h63MA4feXHHvz/164BhNXPEDpC"
+    "z8D2ngoqoAAAAASUVORK5CYII=";
+constexpr char const* fixed_codes =
+    "iVBORw0KGgoAAAANSUhEUgAAAAgAAAAECAAAAACWpiEsAAAAJElEQVR4AWNggANOIWkVXTN7BgYhFTOPqJw6BgZps8Cc9kV7ATVMBenHOvokAA"
+    "AAAElFTkSuQmCC";
+constexpr char const* stored_blocks =
+    "iVBORw0KGgoAAAANSUhEUgAAAAgAAAAECAYAAACzzX7wAAAAj0lEQVR4AQGEAHv/AAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAA"
+    "AJEhskLTY/SFFaY2x1foeQmaKrtL3Gz9jh6vP8BQ4XAAASJDZIWmx+kKK0xtjq/A4gMkRWaHqMnrDC1Ob4ChwuAAAbNlFsh6K92PMOKURfepWw"
+    "y+YBHDdSbYijvtn0DypFIJwrobwxt1sAAAAASUVORK5CYII=";
+// Written by Pillow: grey of 16 bits, RGB with a transparent colour; a baseline and a progressive JPEG.
+constexpr char const* grey_16 =
+    "iVBORw0KGgoAAAANSUhEUgAAABAAAAAMEAAAAAAeHL4eAAAAMElEQVR42mNkYOdfILCAf4EAColgMTFw4YfEKmBEE2Yk2QQiFWCziCpW4PYBdX"
+    "wBADLaEU+bU34lAAAAAElFTkSuQmCC";
+constexpr char const* colour_key =
+    "iVBORw0KGgoAAAANSUhEUgAAABAAAAAMCAIAAADkharWAAAABnRSTlMAyABkADIwypb3AAAAGklEQVR42mM4kWKEFRmnzcSKGEY1jGrArgEAbu"
+    "H2AYy9DzkAAAAASUVORK5CYII=";
+constexpr char const* baseline =
+    "/9j/4AAQSkZJRgABAQAAAQABAAD/2wBDAAMCAgMCAgMDAwMEAwMEBQgFBQQEBQoHBwYIDAoMDAsKCwsNDhIQDQ4RDgsLEBYQERMUFRUVDA8XGB"
+    "YUGBIUFRT/2wBDAQMEBAUEBQkFBQkUDQsNFBQUFBQUFBQUFBQUFBQUFBQUFBQUFBQUFBQUFBQUFBQUFBQUFBQUFBQUFBQUFBQUFBT/wAARCAAM"
+    "ABADAREAAhEBAxEB/8QAFQABAQAAAAAAAAAAAAAAAAAABwj/xAAbEAACAQUAAAAAAAAAAAAAAAAABiMEByIyof/EABgBAAIDAAAAAAAAAAAAAA"
+    "AAAAUHBAYI/8QAGhEAAgMBAQAAAAAAAAAAAAAAAAMEBSECMf/aAAwDAQACEQMRAD8AnVYtTpDwkqkgSmv/ADRbWLUaQ8Ci5A9aa/8ANFBZXKHG"
+    "Io6mdGEKaY7NFtYXKHCILKZ0PWmmOzT/2Q==";
+constexpr char const* progressive =
+    "/9j/4AAQSkZJRgABAQAAAQABAAD/2wBDAAMCAgMCAgMDAwMEAwMEBQgFBQQEBQoHBwYIDAoMDAsKCwsNDhIQDQ4RDgsLEBYQERMUFRUVDA8XGB"
+    "YUGBIUFRT/2wBDAQMEBAUEBQkFBQkUDQsNFBQUFBQUFBQUFBQUFBQUFBQUFBQUFBQUFBQUFBQUFBQUFBQUFBQUFBQUFBQUFBQUFBT/wgARCAAM"
+    "ABADASIAAhEBAxEB/8QAFQABAQAAAAAAAAAAAAAAAAAABgf/xAAVAQEBAAAAAAAAAAAAAAAAAAABBP/aAAwDAQACEAMQAAABnS1QuYf/xAAXEA"
+    "EBAQEAAAAAAAAAAAAAAAAEAAIF/9oACAEBAAEFAjcqNyox8Rj4v//EABcRAAMBAAAAAAAAAAAAAAAAAAADBSH/2gAIAQMBAT8BjWGYf//EABYR"
+    "AQEBAAAAAAAAAAAAAAAAAAMAAf/aAAgBAgEBPwE32//EABUQAQEAAAAAAAAAAAAAAAAAAAAx/9oACAEBAAY/AoiI/8QAFhABAQEAAAAAAAAAAA"
+    "AAAAAAACEx/9oACAEBAAE/Ic3NnJz/2gAMAwEAAgADAAAAEGf/xAAVEQEBAAAAAAAAAAAAAAAAAAAAUf/aAAgBAwEBPxCk/8QAFREBAQAAAAAA"
+    "AAAAAAAAAAAAACH/2gAIAQIBAT8Qkf/EABYQAQEBAAAAAAAAAAAAAAAAAPEAEP/aAAgBAQABPxAqO1O//9k=";
+
+std::string decoded(std::string_view base64)
+{
+    constexpr std::string_view digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    std::string bytes;
+    std::uint32_t bits = 0;
+    int count = 0;
+    for (char const c : base64) {
+        if (c == '=') break;
+        bits = bits << 6 | static_cast<std::uint32_t>(digits.find(c));
+        count += 6;
+        if (count >= 8) bytes.push_back(static_cast<char>(bits >> (count -= 8) & 0xffu));
+    }
+    return bytes;
+}
+std::string word(std::uint32_t value)
+{
+    std::string bytes;
+    for (int shift = 24; shift >= 0; shift -= 8) bytes.push_back(static_cast<char>(value >> shift & 0xffu));
+    return bytes;
+}
+/// A chunk of a PNG with the right checksum.
+std::string chunk(std::string const& name, std::string const& content)
+{
+    return word(static_cast<std::uint32_t>(content.size())) + name + content + word(shared::crc32(name + content));
+}
+std::string flipped(std::string bytes, std::size_t byte, unsigned bit)
+{
+    bytes[byte] = static_cast<char>(static_cast<unsigned char>(bytes[byte]) ^ 1u << bit);
+    return bytes;
+}
+std::string damage(std::string const& file, std::size_t most = 1u << 20)
+{
+    return std::string(shared::picture_damage({reinterpret_cast<unsigned char const*>(file.data()), file.size()}, most));
+}
+/// A segment DHT of one table, with these numbers of codes of 1 to 16 bits.
+std::string huffman_table(std::array<unsigned char, 16> const& counts)
+{
+    std::size_t codes = 0;
+    std::string segment("\0", 1);
+    for (auto const count : counts) {
+        segment.push_back(static_cast<char>(count));
+        codes += count;
+    }
+    segment.append(codes, '\1');
+    auto const length = segment.size() + 2;
+    return std::string("\xff\xc4") + static_cast<char>(length >> 8) + static_cast<char>(length & 0xffu) + segment;
+}
+constexpr std::array<unsigned char, 16> many_codes{0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 2, 255};   // 257: there is room for them
+constexpr std::array<unsigned char, 16> no_room{3};                                                      // of three codes of one bit
+constexpr std::array<unsigned char, 16> no_room_later{1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 3};
+constexpr std::array<unsigned char, 16> all_codes{0, 0, 0, 0, 0, 0, 0, 255, 1};                          // 256, which may be
+
+/// A JPEG without its n-th segment of a kind.
+std::string without_segment(std::string const& file, char marker, std::size_t n)
+{
+    for (std::size_t at = 2; at + 4 < file.size();) {
+        auto const length = 2 + (std::size_t{static_cast<unsigned char>(file[at + 2])} << 8 | static_cast<unsigned char>(file[at + 3]));
+        if (file[at + 1] == marker && n-- == 0) return file.substr(0, at) + file.substr(at + length);
+        if (file[at + 1] == '\xda') break;
+        at += length;
+    }
+    return {};
+}
+
+char const* const all_png[] = {own_codes, fixed_codes, stored_blocks, grey_16, colour_key};
+char const* const all_jpeg[] = {baseline, progressive};
+
+TEST_CASE("a whole picture has no damage; one that is cut short has, at every length")
+{
+    for (char const* const base64 : all_png) {
+        auto const file = decoded(base64);
+        CHECK(damage(file) == "");
+        CHECK(damage(file + "more") == "");
+        for (std::size_t size = 8; size < file.size(); ++size) CHECK(damage(file.substr(0, size)) == "the file is cut short");
+    }
+    for (char const* const base64 : all_jpeg) {
+        auto const file = decoded(base64);
+        CHECK(damage(file) == "");
+        CHECK(damage("\xff\xff" + file) == "");
+        for (std::size_t size = 2; size < file.size(); ++size) CHECK(damage(file.substr(0, size)) == "the file is cut short");
+    }
+    CHECK(damage("neither") == "");
+    CHECK(damage("") == "");
+}
+
+TEST_CASE("a PNG whose chunks are right but whose pixels are damaged is refused")
+{
+    std::string const signature("\x89PNG\r\n\x1a\n", 8), header = chunk("IHDR", std::string("\0\0\0\1\0\0\0\1\10\0\0\0\0", 13)), end = chunk("IEND", "");
+    auto const png = [&](std::string const& packed) { return signature + header + chunk("IDAT", packed) + end; };
+    // Stored: a row of the filter 0 and the level 7. Adler-32: a = 1 + 0 + 7 = 8, b = 1 + 8 = 9.
+    std::string const good("\x78\x01\1\2\0\xfd\xff\0\7\0\x9\0\x8", 13);
+    CHECK(damage(png(good)) == "");
+    CHECK(damage(png(good + "more")) == "");
+    CHECK(damage(png(good.substr(0, good.size() - 1))) == "its compressed pixels end early");
+    for (std::size_t byte = 0; byte < good.size(); ++byte)
+        for (unsigned bit = 0; bit < 8; ++bit) {
+            if (byte == 2 && bit >= 3) continue; // padding behind the kind of the block, which no checksum covers
+            CHECK_MESSAGE(damage(png(flipped(good, byte, bit))) != "", byte, " ", bit);
+        }
+    CHECK(damage(png("")) == "its compressed pixels end early");
+    CHECK(damage(signature + header + end) == "its compressed pixels end early");
+    CHECK(damage(png(good), 2) == "");
+    CHECK(damage(png(good), 1) == "it unpacks to more than its pixels");
+    // Apple's form has no checksum of its pixels, but chunks have theirs.
+    CHECK(damage(signature + chunk("CgBI", "\x50\0\x20\6") + header + chunk("IDAT", "any") + end) == "");
+}
+
+TEST_CASE("a JPEG without a table that it needs is refused")
+{
+    auto const file = decoded(baseline);
+    for (std::size_t n = 0; n < 4; ++n) { // two tables for DC, two for AC
+        REQUIRE(!without_segment(file, '\xc4', n).empty());
+        CHECK(damage(without_segment(file, '\xc4', n)) == "a table that its pixels need is missing");
+    }
+    CHECK(without_segment(file, '\xc4', 4).empty());
+    for (char const* const base64 : all_jpeg)
+        for (std::size_t n = 0; n < 2; ++n) CHECK(damage(without_segment(decoded(base64), '\xdb', n)) == "a table that its pixels need is missing");
+    CHECK(damage(without_segment(decoded(progressive), '\xc4', 0)) == "a table that its pixels need is missing");
+}
+
+TEST_CASE("a JPEG with an impossible Huffman table is refused")
+{
+    for (char const* const base64 : all_jpeg) {
+        auto const file = decoded(base64);
+        for (auto const& counts : {many_codes, no_room, no_room_later}) {
+            auto const table = huffman_table(counts);
+            CHECK(damage(file.substr(0, 2) + table + file.substr(2)) == "a Huffman table has more codes than there can be");
+            CHECK(damage("\xff" + file.substr(0, 2) + table + file.substr(2)) == "a Huffman table has more codes than there can be");
+            CHECK(damage(file.substr(0, file.size() - 2) + table + file.substr(file.size() - 2)) == "a Huffman table has more codes than there can be");
+        }
+        CHECK(damage(file.substr(0, 2) + huffman_table(all_codes) + file.substr(2)) == "");
+        CHECK(damage(file.substr(0, 2) + huffman_table({}) + file.substr(2)) == "");
+    }
+}
+
+#ifdef TILEMESH_TEST_HAS_STB
+/// A file of one picture after the other.
+class PictureFile {
+public:
+    PictureFile() : path_(std::filesystem::temp_directory_path() / ("tilemesh_pictures_" + std::to_string(getpid()))) {}
+    ~PictureFile()
+    {
+        std::error_code ignored;
+        std::filesystem::remove(path_, ignored);
+    }
+    PictureFile(PictureFile const&) = delete;
+    PictureFile& operator=(PictureFile const&) = delete;
+
+    /// The picture as a program reads it; nothing if it is refused, and `why` says why.
+    std::optional<tilemesh::report::Image> read(std::string const& bytes)
+    {
+        std::ofstream(path_, std::ios::binary) << bytes;
+        return read_again();
+    }
+    /// The last picture with one bit changed.
+    std::optional<tilemesh::report::Image> read_flipped(std::string const& bytes, std::size_t byte, unsigned bit)
+    {
+        std::fstream file(path_, std::ios::binary | std::ios::in | std::ios::out);
+        auto const put = [&](char value) { file.seekp(static_cast<std::streamoff>(byte)).put(value).flush(); };
+        put(flipped(bytes, byte, bit)[byte]);
+        auto picture = read_again();
+        put(bytes[byte]);
+        return picture;
+    }
+    std::string why;
+
+private:
+    std::optional<tilemesh::report::Image> read_again()
+    {
+        try {
+            return shared::read_picture(path_, shared::picture_size(path_), {0.25f, 0.5f, 0.75f});
+        } catch (tilemesh::Error const& error) {
+            why = error.what();
+            return {};
+        }
+    }
+    std::filesystem::path path_;
+};
+
+TEST_CASE("a flip of any bit in a PNG is refused or changes no pixel")
+{
+    PictureFile file;
+    for (char const* const base64 : all_png) {
+        auto const bytes = decoded(base64) + "behind the end";
+        auto const whole = file.read(bytes);
+        REQUIRE(whole);
+        std::size_t refused = 0;
+        for (std::size_t byte = 0; byte < bytes.size(); ++byte)
+            for (unsigned bit = 0; bit < 8; ++bit) {
+                auto const read = file.read_flipped(bytes, byte, bit);
+                refused += read ? 0 : 1;
+                if (read) CHECK_MESSAGE((read->width == whole->width && read->rgb == whole->rgb), byte, " ", bit);
+            }
+        CHECK(refused == 8 * (bytes.size() - 14)); // every flip before the end is found
+    }
+}
+
+TEST_CASE("a flip of any bit in a JPEG is refused or gives a picture of values from 0 to 1")
+{
+    PictureFile file;
+    for (char const* const base64 : all_jpeg) {
+        auto const bytes = decoded(base64);
+        auto const whole = file.read(bytes);
+        REQUIRE(whole);
+        std::size_t refused = 0;
+        for (std::size_t byte = 0; byte < bytes.size(); ++byte)
+            for (unsigned bit = 0; bit < 8; ++bit) {
+                auto const read = file.read_flipped(bytes, byte, bit);
+                refused += read ? 0 : 1;
+                if (!read) continue;
+                CHECK(std::all_of(read->rgb.begin(), read->rgb.end(), [](float value) { return value >= 0.0f && value <= 1.0f; }));
+                auto const again = file.read_flipped(bytes, byte, bit); // nothing depends on memory that was not written
+                CHECK((again && again->rgb == read->rgb));
+            }
+        CHECK(refused > bytes.size());
+    }
+}
+
+TEST_CASE("no decoder sees an impossible Huffman table, also before the size of the picture")
+{
+    PictureFile file;
+    for (char const* const base64 : all_jpeg) {
+        auto const bytes = decoded(base64);
+        auto const scan = bytes.find("\xff\xda"); // the beginning of the first scan
+        REQUIRE(scan != bytes.npos);
+        for (auto const& counts : {many_codes, no_room, no_room_later})
+            for (std::size_t const at : {std::size_t{2}, scan, bytes.size() - 2})
+                for (char const* const before : {"", "\xff"}) {
+                    CHECK(!file.read(before + bytes.substr(0, at) + huffman_table(counts) + bytes.substr(at)));
+                    CHECK(file.why.find("a Huffman table has more codes than there can be") != std::string::npos);
+                }
+        CHECK(file.read(bytes.substr(0, 2) + huffman_table(all_codes) + bytes.substr(2)));
+    }
+}
+
+TEST_CASE("an error says what is wrong with a file that is no whole picture")
+{
+    PictureFile file;
+    auto const says = [&](std::string const& bytes, char const* text) {
+        CHECK(!file.read(bytes));
+        CHECK_MESSAGE(file.why.find(text) != std::string::npos, file.why);
+    };
+    says("", "it is neither PNG nor JPEG");
+    says("text", "it is neither PNG nor JPEG");
+    auto const png = decoded(fixed_codes), jpeg = decoded(baseline);
+    says(png.substr(0, 20), "the file is cut short");
+    says(png.substr(0, 40), "the file is cut short");
+    says(flipped(png, 0, 0), "its signature is damaged");
+    says(flipped(png, 19, 1), "its header is damaged");
+    says(flipped(png, 45, 1), "the checksum of a chunk is wrong");
+    says(jpeg.substr(0, 20), "its header cannot be read");
+    says(jpeg.substr(0, jpeg.size() - 2), "the file is cut short");
+    // A picture of 65535 x 65535 is a PNG, although nobody can decode it.
+    auto const huge = std::string("\x89PNG\r\n\x1a\n", 8) + chunk("IHDR", word(65535) + word(65535) + std::string("\20\6\0\0\0", 5)) + chunk("IEND", "");
+    says(huge, "cannot be decoded");
+    CHECK(file.why.find("neither") == std::string::npos);
+}
+#else
+TEST_CASE("pictures from files")
+{
+    MESSAGE("skipped: there is no stb_image.h");
+}
+#endif
+
+} // namespace
