@@ -23,7 +23,7 @@ try {
     std::vector<splat::Camera> const path{scene::frame_whole(map, {1280, 720})}; // all cameras that will be used
 
     auto const tiling = [](splat::Camera const& camera) { return tilemesh::tiling_for({}, camera.width, camera.height); };
-    auto const demand = scene::demand_of(map, std::span(path), splat::Model{}, tiling);
+    auto const demand = scene::demand_of(map, std::span(path), splat::Rules{}, tiling);
     // The first setup with everything that the scene needs. A record holds the map's harmonics, and one view needs no routing.
     auto const renderer = tilemesh::fit_renderer<Fitted<Lossless, 0, false>, Fitted<Lossless, 3, false>>(map, demand);
     auto const frame = renderer->render(path[0]);

@@ -134,7 +134,7 @@ private:
     {
         auto& picture = pictures_[view];
         if (!picture) {
-            splat::Model model = tilemesh::render::choice_of<splat::Lossless>().model;
+            splat::Rules model = tilemesh::render::choice_of<splat::Lossless>().model;
             model.arithmetic = splat::Arithmetic::precise;
             if (options_.spoil) model.alpha_max = bench::spoilt_alpha_max;
             picture = tilemesh::report::render_naive(scene_.map.gaussians, views_[view].cameras.back(), model);

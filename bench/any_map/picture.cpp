@@ -36,7 +36,7 @@ void write_picture(Options const& options)
     auto const cameras = tilemesh::scene::orbit(scene.camera, tilemesh::scene::robust_centre(scene.map), 45, 2);
     auto const setup = tilemesh::render::choice_of<tilemesh::splat::Lossless>();
     auto const anchored = bench::make_traced_machine(scene.map, setup, {.threads = options.threads, .grid = {40, 36}});
-    auto const homes = bench::make_homes_machine(scene.map, {.model = setup.model, .threads = options.threads});
+    auto const homes = bench::make_homes_machine(scene.map, {.rules = setup.rules, .threads = options.threads});
     for (auto const& camera : cameras) {
         anchored->render(camera);
         homes->render(camera);

@@ -43,7 +43,7 @@ Latency follow(Scene const& scene, std::string const& motion, std::uint32_t hops
     std::unordered_map<splat::GaussianId, std::uint32_t> from;
     for (auto const& stored : machine->stored())
         if (stored.home) from.emplace(stored.id, stored.tile);
-    auto const view = splat::make_view(camera, machine->model());
+    auto const view = splat::make_view(camera, machine->rules());
     auto const tiling = splat::make_tiling(camera.width, camera.height, (camera.width + grid_columns - 1) / grid_columns,
                                            (camera.height + grid_rows - 1) / grid_rows);
     std::unordered_map<splat::GaussianId, Journey> journeys;

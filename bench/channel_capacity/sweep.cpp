@@ -23,8 +23,8 @@ constexpr std::uint32_t dense_tiles = tiles / 20; // 5 %
 /// The tiles that a Gaussian touches in a view.
 class Wanted {
 public:
-    Wanted(splat::Camera const& camera, splat::Model const& model)
-        : view_(splat::make_view(camera, model)),
+    Wanted(splat::Camera const& camera, splat::Rules const& rules)
+        : view_(splat::make_view(camera, rules)),
           tiling_(splat::make_tiling(camera.width, camera.height, (camera.width + grid_columns - 1) / grid_columns,
                                      (camera.height + grid_rows - 1) / grid_rows))
     {}
@@ -51,12 +51,12 @@ struct Reference {
     std::vector<std::uint32_t> dense; ///< the tiles with the most copies and records
 };
 
-Reference make_reference(Scene const& scene, splat::Camera const& camera, splat::Model const& model)
+Reference make_reference(Scene const& scene, splat::Camera const& camera, splat::Rules const& rules)
 {
     Reference r;
-    r.image = tilemesh::report::render_naive(scene.map.gaussians, camera, model);
+    r.image = tilemesh::report::render_naive(scene.map.gaussians, camera, rules);
     r.wanted.resize(tiles);
-    Wanted const wanted(camera, model);
+    Wanted const wanted(camera, rules);
     for (auto const& g : scene.map.gaussians) wanted.for_each_tile(g, [&](std::uint32_t t) { ++r.wanted[t]; });
     r.sum = std::accumulate(r.wanted.begin(), r.wanted.end(), std::uint64_t{0});
     r.dense.resize(tiles);
@@ -127,11 +127,11 @@ public:
         : scene_(scene), motion_(motion), cold_(motion == "static"), plan_(plan), broken_(broken),
           cameras_(cameras_of(motion, scene, cold_ ? 1 : plan.frames, data)), row_of_(scene.map)
     {
-        auto const model = make_machine(Saturation::hold, {}, {})->model();
+        auto const rules = make_machine(Saturation::hold, {}, {})->rules();
         for (auto const& camera : cameras_) {
-            wanted_.emplace_back(camera, model);
+            wanted_.emplace_back(camera, rules);
             if (cold_ && !references_.empty()) references_.push_back(references_.front());
-            else references_.push_back(make_reference(scene, camera, model));
+            else references_.push_back(make_reference(scene, camera, rules));
         }
     }
 
@@ -411,7 +411,7 @@ Image saturated_pair(Scene const& scene, std::string const& motion, std::uint32_
     }
     auto const& image = machine->image();
     auto const& camera = motion == "static" ? cameras[0] : cameras[1];
-    auto const full = tilemesh::report::render_naive(scene.map.gaussians, camera, machine->model());
+    auto const full = tilemesh::report::render_naive(scene.map.gaussians, camera, machine->rules());
 
     // The part of the picture with the largest error, aligned to the tiles' grid.
     auto const dx = (camera.width + grid_columns - 1) / grid_columns, dy = (camera.height + grid_rows - 1) / grid_rows;

@@ -36,7 +36,7 @@ splat::PairCount blend_as_the_machine(splat::PixelRect const& tile, splat::View 
 {
     splat::PairCount count{};
     splat::blend_whole_tile(
-        tile, view.camera, view.model, n, [=](std::uint32_t i) noexcept -> splat::Splat const& { return splats[rows[i]]; },
+        tile, view.camera, view.rules, n, [=](std::uint32_t i) noexcept -> splat::Splat const& { return splats[rows[i]]; },
         pixels, stride_px, &count, 1);
     return count;
 }
@@ -47,10 +47,10 @@ Direct::Direct(std::span<splat::Gaussian const> gaussians)
     std::sort(gaussians_.begin(), gaussians_.end(), [](auto const& a, auto const& b) { return a.id < b.id; });
 }
 
-void Direct::render(splat::Camera const& camera, splat::Model const& model, Team& team, BlendTile blend_tile)
+void Direct::render(splat::Camera const& camera, splat::Rules const& rules, Team& team, BlendTile blend_tile)
 {
     Stopwatch frame, stage;
-    auto const view = splat::make_view(camera, model);
+    auto const view = splat::make_view(camera, rules);
     auto const threads = team.size();
     width_ = camera.width;
     height_ = camera.height;

@@ -6,7 +6,7 @@
 #include <tilemesh/report/image.hpp>
 #include <tilemesh/splat/blending.hpp>
 #include <tilemesh/splat/gaussian.hpp>
-#include <tilemesh/splat/model.hpp>
+#include <tilemesh/splat/rules.hpp>
 #include <tilemesh/splat/policies.hpp>
 #include <vector>
 
@@ -37,7 +37,7 @@ public:
     explicit Direct(std::span<splat::Gaussian const> gaussians);
 
     /// Renders one frame on the team's threads.
-    void render(splat::Camera const& camera, splat::Model const& model, Team& team,
+    void render(splat::Camera const& camera, splat::Rules const& rules, Team& team,
                 BlendTile blend_tile = blend_as_the_machine);
 
     /// The stages of the last frame. The numbers below are of the last frame too.

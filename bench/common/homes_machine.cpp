@@ -99,7 +99,7 @@ HomesChoice choice_of(HomesSetting const& setting)
 {
     HomesChoice choice;
     choice.machine.sram_bytes = 1u << 30; // rows say what fits
-    choice.model = setting.model;
+    choice.rules = setting.rules;
     if (setting.homes != 0) choice.sizes.homes = setting.homes;
     if (setting.held != 0) choice.sizes.held = setting.held;
     if (setting.slots != 0) choice.sizes.parcels = choice.sizes.waiting = setting.slots;

@@ -7,7 +7,7 @@
 #include <tilemesh/report/image.hpp>
 #include <tilemesh/scene/map.hpp>
 #include <tilemesh/splat/camera.hpp>
-#include <tilemesh/splat/model.hpp>
+#include <tilemesh/splat/rules.hpp>
 
 namespace bench {
 
@@ -17,17 +17,17 @@ struct HomesSetting {
     std::uint32_t homes = 0; ///< records that live on a tile; 0: the setup's. A map with more records comes in chapters
     std::uint32_t slots = 0; ///< of a channel end, and of each FIFO; 0: the setup's
     bool folded = true;
-    tilemesh::splat::Model model = precise();
+    tilemesh::splat::Rules rules = precise();
     bool one_cut = false;    ///< the frame in slices of depth: all tiles have one window (see OneCut in homes_machine.cpp)
     std::uint32_t threads = 1;
     tilemesh::Grid grid{40, 36};
 
     /// The arithmetic of the naive loop, with which pictures are compared.
-    static tilemesh::splat::Model precise()
+    static tilemesh::splat::Rules precise()
     {
-        tilemesh::splat::Model model;
-        model.arithmetic = tilemesh::splat::Arithmetic::precise;
-        return model;
+        tilemesh::splat::Rules rules;
+        rules.arithmetic = tilemesh::splat::Arithmetic::precise;
+        return rules;
     }
 };
 

@@ -47,7 +47,7 @@ public:
     /// Sets another bound on the hops per frame, after the first frame; 0: until quiet. Only for machines that were made with a bound.
     virtual void limit_hops(std::uint32_t hops) = 0;
     virtual std::vector<Stored> stored() = 0;
-    virtual tilemesh::splat::Model const& model() const = 0;
+    virtual tilemesh::splat::Rules const& rules() const = 0;
     /// The trace of the last frame.
     virtual tilemesh::Trace const& trace() const = 0;
     virtual tilemesh::Grid grid() = 0;

@@ -36,7 +36,7 @@ public:
                 out.push_back({m.id, t, !m.is(splat::Mark::copy) && !m.is(splat::Mark::leaving)});
         return out;
     }
-    splat::Model const& model() const override { return renderer_.model(); }
+    splat::Rules const& rules() const override { return renderer_.rules(); }
     tilemesh::Trace const& trace() const override { return renderer_.trace(); }
     tilemesh::Grid grid() override { return renderer_.mesh().grid(); }
 
@@ -54,7 +54,7 @@ private:
         auto const at_most = [&](std::uint32_t most) { return *slots_ == 0 ? most : *slots_; };
         mesh.limit<splat::Road<P>>(at_most(sizes.road));
         mesh.limit<splat::Beam<P>>(at_most(sizes.beam));
-        if (renderer_.facts().rules.holds != 0) {
+        if (renderer_.facts().policies.holds != 0) {
             mesh.limit<splat::Waiting<P, 0>>(at_most(sizes.waiting));
             mesh.limit<splat::Waiting<P, 1>>(at_most(sizes.waiting));
         }

@@ -36,7 +36,7 @@ public:
                                         .storage_slots = setting.limits.storage_slots},
                                        {})
     {
-        renderer_.model() = setting.model;
+        renderer_.rules() = setting.model;
     }
     void settle(splat::Camera const& first, splat::Camera const& second) override
     {

@@ -97,22 +97,22 @@ class ReferencesOf {
 public:
     ReferencesOf(Gaussians const& gaussians, Camera const& camera, Setting const& first, std::uint32_t threads)
         : gaussians_(gaussians), camera_(camera),
-          none_(std::make_shared<Image>(report::render_double(gaussians, camera, first.model, report::no_cut_offs(no_alpha_cut), threads)))
+          none_(std::make_shared<Image>(report::render_double(gaussians, camera, first.rules, report::no_cut_offs(no_alpha_cut), threads)))
     {
         first_ = make(first, threads);
         first_setting_ = first;
     }
     References of(Setting const& s) const // each thread on its own
     {
-        if (s.knobs == first_setting_.knobs && std::memcmp(&s.model, &first_setting_.model, sizeof s.model) == 0) return first_;
+        if (s.knobs == first_setting_.knobs && std::memcmp(&s.rules, &first_setting_.rules, sizeof s.rules) == 0) return first_;
         return make(s, 1);
     }
 
 private:
     References make(Setting const& s, std::uint32_t threads) const
     {
-        return {none_, std::make_shared<Image>(report::render_double(gaussians_, camera_, s.model, cut_offs_of(s), threads)),
-                std::make_shared<Image>(whole_frame(gaussians_, camera_, s.model, s.knobs))};
+        return {none_, std::make_shared<Image>(report::render_double(gaussians_, camera_, s.rules, cut_offs_of(s), threads)),
+                std::make_shared<Image>(whole_frame(gaussians_, camera_, s.rules, s.knobs))};
     }
     Gaussians const& gaussians_;
     Camera camera_;
@@ -181,7 +181,7 @@ void take_counters(Row& row, Errors const& e, Machine& machine)
 /// The setting with which the mesh renders. With --spoil, all settings except the default get another alpha_max than their references.
 Setting setting_of_mesh(Setting setting, MeasureOptions const& options)
 {
-    if (options.spoil && setting.name != "default") setting.model.alpha_max = bench::spoilt_alpha_max;
+    if (options.spoil && setting.name != "default") setting.rules.alpha_max = bench::spoilt_alpha_max;
     return setting;
 }
 

@@ -5,7 +5,7 @@
 #include <tilemesh/report/error_measures.hpp>
 #include <tilemesh/report/frame_report.hpp>
 #include <tilemesh/scene/pose.hpp>
-#include <tilemesh/splat/model.hpp>
+#include <tilemesh/splat/rules.hpp>
 #include <vector>
 
 namespace error_vs_time {
@@ -28,7 +28,7 @@ struct Setting {
     std::string name;                ///< unique; the library has `default`, `evaluation`, `viewing` and `on_sensor`
     std::string knob;                ///< the knob that differs: "named", "alpha and stop", "sigma", "clamp", "crossing", "arithmetic",
                                      ///< "shape", "sort key", "channels", "hops", "storage", "program"
-    splat::Model model;              ///< alpha_min, alpha_max, transmittance_min, footprint, arithmetic
+    splat::Rules rules;              ///< alpha_min, alpha_max, transmittance_min, footprint, arithmetic
     Knobs knobs;
     Limits limits;
 };

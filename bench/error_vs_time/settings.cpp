@@ -20,9 +20,9 @@ constexpr Level stops[] = {{"0", 0}, {"1e-4", 1e-4f}, {"1e-3", 1e-3f}, {"2e-3", 
                            {"5e-3", 5e-3f}, {"1e-2", 1e-2f}, {"3e-2", 3e-2f}};
 constexpr Level sigmas[] = {{"2", 2}, {"2.5", 2.5f}, {"3", 3}, {"3.33", 3.33f}, {"4", 4}, {"5", 5}, {"6", 6}, {"7", 7}};
 
-splat::Model default_model()
+splat::Rules default_rules()
 {
-    splat::Model m;
+    splat::Rules m;
     m.footprint = splat::Lossless::footprint;
     m.alpha_max = splat::Lossless::alpha_max;
     m.arithmetic = splat::Lossless::arithmetic;
@@ -32,14 +32,14 @@ splat::Model default_model()
 /// Removes the cut at alpha. The faint terms are then evaluated pair by pair, with any arithmetic (splat::detail::faintest_cut).
 void cut_no_alpha(Setting& s)
 {
-    s.model.alpha_min = no_alpha_cut;
-    s.model.arithmetic = splat::Arithmetic::precise;
+    s.rules.alpha_min = no_alpha_cut;
+    s.rules.arithmetic = splat::Arithmetic::precise;
 }
 Setting make(std::string name, std::string knob)
 {
-    return {std::move(name), std::move(knob), default_model(), {}, {}};
+    return {std::move(name), std::move(knob), default_rules(), {}, {}};
 }
-bool same(splat::Model const& a, splat::Model const& b)
+bool same(splat::Rules const& a, splat::Rules const& b)
 {
     return a.alpha_min == b.alpha_min && a.transmittance_min == b.transmittance_min;
 }
@@ -49,7 +49,7 @@ void add_named(std::vector<Setting>& all)
     all.push_back(make("default", "named"));
     for (auto const q : {splat::Quality::evaluation, splat::Quality::viewing, splat::Quality::on_sensor}) {
         all.push_back(make(splat::name(q), "named"));
-        all.back().model = splat::with_quality(default_model(), q);
+        all.back().rules = splat::with_quality(default_rules(), q);
     }
 }
 void add_alpha_and_stop(std::vector<Setting>& all)
@@ -58,10 +58,10 @@ void add_alpha_and_stop(std::vector<Setting>& all)
     for (auto const& a : alphas)
         for (auto const& s : stops) {
             auto one = make(std::string("alpha ") + a.name + " stop " + s.name, "alpha and stop");
-            one.model.alpha_min = a.value;
-            one.model.transmittance_min = s.value;
+            one.rules.alpha_min = a.value;
+            one.rules.transmittance_min = s.value;
             bool there = false;
-            for (auto const& n : named) there = there || same(n.model, one.model);
+            for (auto const& n : named) there = there || same(n.rules, one.rules);
             if (!there) all.push_back(std::move(one));
         }
 }
@@ -78,43 +78,43 @@ void add_sigma(std::vector<Setting>& all)
     cut_no_alpha(all.back());
     all.push_back(make("no cut", "sigma"));
     cut_no_alpha(all.back());
-    all.back().model.transmittance_min = 0;
+    all.back().rules.transmittance_min = 0;
     all.push_back(make("3-sigma square", "sigma"));
-    all.back().model.footprint = splat::Footprint::three_sigma_square;
+    all.back().rules.footprint = splat::Footprint::three_sigma_square;
 }
 void add_rules(std::vector<Setting>& all)
 {
     for (auto const& s : stops) {
         if (s.value < 1e-4f) continue;
         all.push_back(make(std::string("clamp 0.99 stop ") + s.name, "clamp"));
-        all.back().model.alpha_max = 0.99f;
-        all.back().model.transmittance_min = s.value;
+        all.back().rules.alpha_max = 0.99f;
+        all.back().rules.transmittance_min = s.value;
     }
     for (auto const& s : stops) {
         if (s.value < 1e-4f) continue;
         all.push_back(make(std::string("crossing dropped clamp 0.99 stop ") + s.name, "crossing"));
         all.back().knobs.crossing = Crossing::drop;
-        all.back().model.alpha_max = 0.99f;
-        all.back().model.transmittance_min = s.value;
+        all.back().rules.alpha_max = 0.99f;
+        all.back().rules.transmittance_min = s.value;
     }
     all.push_back(make("crossing dropped", "crossing")); // without the clamp, an opaque term always crosses the limit
     all.back().knobs.crossing = Crossing::drop;
     // Kerbl et al. 2023: 3-sigma square, 1/255, 0.99, 1e-4, and the crossing term is dropped.
     all.push_back(make("3DGS", "crossing"));
     all.back().knobs.crossing = Crossing::drop;
-    all.back().model.footprint = splat::Footprint::three_sigma_square;
-    all.back().model.alpha_max = 0.99f;
-    all.back().model.transmittance_min = 1e-4f;
-    all.back().model.arithmetic = splat::Arithmetic::precise;
+    all.back().rules.footprint = splat::Footprint::three_sigma_square;
+    all.back().rules.alpha_max = 0.99f;
+    all.back().rules.transmittance_min = 1e-4f;
+    all.back().rules.arithmetic = splat::Arithmetic::precise;
     // The same rules on the rasteriser's own tiles: `render_map --quality training`.
     all.push_back(make(splat::name(splat::Quality::training), "crossing"));
     all.back().knobs.crossing = Crossing::drop;
-    all.back().model = splat::with_quality(default_model(), splat::Quality::training);
+    all.back().rules = splat::with_quality(default_rules(), splat::Quality::training);
 }
 void add_numbers(std::vector<Setting>& all)
 {
     all.push_back(make("precise", "arithmetic"));
-    all.back().model.arithmetic = splat::Arithmetic::precise;
+    all.back().rules.arithmetic = splat::Arithmetic::precise;
     for (std::uint32_t const degree : {4u, 3u}) {
         all.push_back(make("degree " + std::to_string(degree), "arithmetic"));
         all.back().knobs.degree = degree;
@@ -185,7 +185,7 @@ std::vector<Setting> settings_of_sequences()
 
 report::CutOffs cut_offs_of(Setting const& s)
 {
-    auto cuts = report::cut_offs(s.model);
+    auto cuts = report::cut_offs(s.rules);
     cuts.sigmas = s.knobs.sigmas;
     cuts.blends_crossing = s.knobs.crossing == Crossing::blend;
     return cuts;

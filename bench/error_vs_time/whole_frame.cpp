@@ -14,7 +14,7 @@ namespace {
 
 using tilemesh::report::Image;
 
-void blend_naive(std::vector<splat::Splat> const& nearest_first, splat::Camera const& camera, splat::Model const& model,
+void blend_naive(std::vector<splat::Splat> const& nearest_first, splat::Camera const& camera, splat::Rules const& rules,
                  Crossing crossing, Image& image)
 {
     std::vector<float> transmittance(std::size_t{camera.width} * camera.height, 1.0f);
@@ -23,13 +23,13 @@ void blend_naive(std::vector<splat::Splat> const& nearest_first, splat::Camera c
         for (auto y = r.y0; y < r.y1; ++y)
             for (auto x = r.x0; x < r.x1; ++x) {
                 float& t = transmittance[std::size_t{y} * camera.width + x];
-                if (t < model.transmittance_min) continue;
+                if (t < rules.transmittance_min) continue;
                 float const alpha = std::min(
                     splat::alpha_at(s, static_cast<float>(x) + 0.5f - camera.cx, static_cast<float>(y) + 0.5f - camera.cy),
-                    model.alpha_max);
-                if (alpha < model.alpha_min) continue;
+                    rules.alpha_max);
+                if (alpha < rules.alpha_min) continue;
                 float const weight = alpha * t, left = t - weight;
-                if (crossing == Crossing::drop && left < model.transmittance_min) {
+                if (crossing == Crossing::drop && left < rules.transmittance_min) {
                     t = -1.0f;
                     continue;
                 }
@@ -42,9 +42,9 @@ void blend_naive(std::vector<splat::Splat> const& nearest_first, splat::Camera c
 
 } // namespace
 
-Image whole_frame(std::span<splat::Gaussian const> gaussians, splat::Camera const& camera, splat::Model const& model, Knobs const& knobs)
+Image whole_frame(std::span<splat::Gaussian const> gaussians, splat::Camera const& camera, splat::Rules const& rules, Knobs const& knobs)
 {
-    auto const view = splat::make_view(camera, model);
+    auto const view = splat::make_view(camera, rules);
     auto const tiling = splat::make_tiling(camera.width, camera.height, camera.width, camera.height);
     std::vector<splat::Splat> projected(gaussians.size());
     splat::project_all(gaussians.data(), static_cast<std::uint32_t>(gaussians.size()), view, tiling, projected.data());
@@ -61,8 +61,8 @@ Image whole_frame(std::span<splat::Gaussian const> gaussians, splat::Camera cons
     for (auto const i : rows) nearest_first.push_back(projected[i]);
 
     Image image(camera.width, camera.height);
-    if (model.arithmetic == splat::Arithmetic::precise) {
-        blend_naive(nearest_first, camera, model, knobs.crossing, image);
+    if (rules.arithmetic == splat::Arithmetic::precise) {
+        blend_naive(nearest_first, camera, rules, knobs.crossing, image);
         return image;
     }
     std::vector<splat::FloatPixel> pixels(std::size_t{camera.width} * camera.height, splat::FloatPixel{{0, 0, 0}});

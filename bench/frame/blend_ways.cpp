@@ -20,7 +20,7 @@ splat::PairCount blend_by(splat::PixelRect const& tile, splat::View const& view,
 {
     splat::PairCount count{};
     kernel::blend_tile_by<Rule, Stop, kernel::native_lanes, 8, 64>(
-        tile, view.camera, view.model, n, [=](std::uint32_t i) noexcept -> splat::Splat const& { return splats[rows[i]]; },
+        tile, view.camera, view.rules, n, [=](std::uint32_t i) noexcept -> splat::Splat const& { return splats[rows[i]]; },
         pixels, stride_px, tilemesh::Worker{0, 1}, &count, 1);
     return count;
 }

@@ -7,8 +7,8 @@ std::unique_ptr<frame::Machine> frame::make_machine(Kind kind, Pixels pixels, ti
                                                     tilemesh::splat::Camera const& camera)
 {
     auto setup = tilemesh::render::choice_of<tilemesh::splat::Lossless>();
-    setup.model.transmittance_min = stop_of_3dgs;
-    setup.model.arithmetic = arithmetic;
+    setup.rules.transmittance_min = stop_of_3dgs;
+    setup.rules.arithmetic = arithmetic;
     tilemesh::RendererOptions options{.threads = threads, .keep_pixels = pixels == Pixels::kept};
     if (kind == Kind::large) {
         setup.machine = tilemesh::size_of_machine<tilemesh::splat::RoomyMachine>();

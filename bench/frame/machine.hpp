@@ -4,7 +4,7 @@
 #include <memory>
 #include <tilemesh/scene/map.hpp>
 #include <tilemesh/splat/camera.hpp>
-#include <tilemesh/splat/model.hpp>
+#include <tilemesh/splat/rules.hpp>
 
 namespace frame {
 

@@ -39,19 +39,19 @@ struct Contest {
 };
 
 /// The default model with the stop of 3D Gaussian Splatting.
-splat::Model model_with_stop() noexcept
+splat::Rules rules_with_stop() noexcept
 {
-    splat::Model model;
-    model.transmittance_min = stop_of_3dgs;
-    return model;
+    splat::Rules rules;
+    rules.transmittance_min = stop_of_3dgs;
+    return rules;
 }
 
-splat::Model model_of(Options const& options)
+splat::Rules rules_of(Options const& options)
 {
-    auto model = model_with_stop();
-    model.arithmetic = options.arithmetic;
-    if (options.spoil) model.alpha_max = bench::spoilt_alpha_max;
-    return model;
+    auto rules = rules_with_stop();
+    rules.arithmetic = options.arithmetic;
+    if (options.spoil) rules.alpha_max = bench::spoilt_alpha_max;
+    return rules;
 }
 
 /// A map that is larger than this does not fit the preset's own machine.
@@ -66,13 +66,13 @@ std::uint32_t rounds_of(Options const& options, tilemesh::scene::Map const& map)
 }
 
 /// One round of one contest. `measured`: false while the machine warms up.
-void run_round(Contest& contest, splat::Camera const& camera, splat::Model const& model, bool measured,
+void run_round(Contest& contest, splat::Camera const& camera, splat::Rules const& rules, bool measured,
                std::vector<std::string>& broken)
 {
     auto& direct = *contest.direct;
     auto const gflops = bench::FmaPeak::gflops(*contest.team);
     auto const ghz = bench::FmaPeak::clock_ghz(*contest.team);
-    direct.render(camera, model, *contest.team);
+    direct.render(camera, rules, *contest.team);
     contest.team->rest();
     auto const stages = direct.stages();
     for (auto& [machine, row] : contest.entries) {
@@ -149,7 +149,7 @@ std::vector<Row> measure(bench::Scene const& scene, std::string const& motion, O
     auto const rounds = rounds_of(options, scene.map);
     std::uint32_t const warm_up = options.quick ? 1 : 3;
     auto cameras = bench::cameras_of(motion, scene, warm_up + rounds, options.data);
-    auto const model = model_of(options);
+    auto const rules = rules_of(options);
     std::vector<Contest> contests;
     for (auto const threads : options.threads) {
         Contest c{
@@ -176,9 +176,9 @@ std::vector<Row> measure(bench::Scene const& scene, std::string const& motion, O
     std::vector<std::string> found;
     std::size_t round = 0;
     for (; round < cameras.size(); ++round)
-        for (auto& c : contests) run_round(c, cameras[round], model, round > warm_up, found);
+        for (auto& c : contests) run_round(c, cameras[round], rules, round > warm_up, found);
     if (options.arithmetic == splat::Arithmetic::precise && !contests.front().direct->equals(tilemesh::report::render_naive(
-                                                                scene.map.gaussians, cameras.back(), model_with_stop())))
+                                                                scene.map.gaussians, cameras.back(), rules_with_stop())))
         found.push_back("the last picture is not the naive one");
     std::sort(found.begin(), found.end());
     found.erase(std::unique(found.begin(), found.end()), found.end());
@@ -210,16 +210,16 @@ std::vector<ErrorRow> measure_arithmetics(bench::Scene const& scene, Options con
         rows.back().stop = way.stop;
         rows.back().threads = threads;
     }
-    auto const model = model_with_stop();
+    auto const rules = rules_with_stop();
     auto const reference =
-        tilemesh::report::render_double(scene.map.gaussians, scene.camera, model, tilemesh::report::Cuts::same,
+        tilemesh::report::render_double(scene.map.gaussians, scene.camera, rules, tilemesh::report::Cuts::same,
                                         std::max(1u, std::thread::hardware_concurrency()));
     bench::Direct direct(scene.map.gaussians);
     bench::Team team(threads);
     std::uint32_t const warm_up = options.quick ? 1 : 3, rounds = rounds_of(options, scene.map);
     for (std::uint32_t round = 1; round <= warm_up + rounds; ++round)
         for (std::size_t i = 0; i < ways.size(); ++i) {
-            direct.render(scene.camera, model, team, ways[i].blend_tile);
+            direct.render(scene.camera, rules, team, ways[i].blend_tile);
             if (round <= warm_up) continue;
             auto& row = rows[i];
             row.direct.push_back(direct.stages().total);

@@ -19,9 +19,9 @@ struct Distances {
 /// Computes the distances from placement and views alone, without a machine. `at`: each record's tile; the function updates it.
 Distances walk(scene::Map const& map, splat::Camera const& camera, std::vector<std::uint32_t>& at)
 {
-    splat::Model model;
-    model.footprint = splat::Footprint::three_sigma_square;
-    auto const view = splat::make_view(camera, model);
+    splat::Rules rules;
+    rules.footprint = splat::Footprint::three_sigma_square;
+    auto const view = splat::make_view(camera, rules);
     auto const tiling = tiling_of(camera);
     Distances out;
     for (std::size_t i = 0; i < at.size(); ++i) {

@@ -24,9 +24,9 @@ constexpr std::uint32_t render_buffer = 900;
 
 Spread spread(scene::Map const& map, splat::Camera const& camera)
 {
-    splat::Model model;
-    model.footprint = splat::Footprint::three_sigma_square;
-    auto const view = splat::make_view(camera, model);
+    splat::Rules rules;
+    rules.footprint = splat::Footprint::three_sigma_square;
+    auto const view = splat::make_view(camera, rules);
     auto const tiling = tiling_of(camera);
     Spread out;
     out.held.resize(tiles);

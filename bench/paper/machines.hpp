@@ -7,7 +7,7 @@
 #include <tilemesh/report/image.hpp>
 #include <tilemesh/scene/map.hpp>
 #include <tilemesh/splat/camera.hpp>
-#include <tilemesh/splat/model.hpp>
+#include <tilemesh/splat/rules.hpp>
 #include <tilemesh/splat/setup.hpp>
 
 namespace paper {
@@ -45,7 +45,7 @@ private:
 struct PaperFrame {
     report::Image image;
     report::FrameReport report;
-    splat::Model model;
+    splat::Rules rules;
 };
 PaperFrame render_paper(scene::Map const&, splat::Camera const&, std::uint32_t channel_slots, std::uint32_t storage_slots,
                         std::uint32_t threads);

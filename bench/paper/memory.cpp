@@ -16,13 +16,13 @@ constexpr double record_bytes = sizeof(splat::Gaussian);
 /// The paper's KB has 1,000 bytes: with these its shares are reproduced, with 1,024 they are not.
 constexpr double buffer_bytes = 192'000, buffer_kibibytes = 192 * 1024;
 
-struct Model {
+struct Rules {
     char const* name;
     double gaussians;
     char const* source;
     std::optional<double> megabytes, share_percent; ///< the paper's figures
 };
-constexpr Model models[] = {
+constexpr Rules models[] = {
     {"Sloth", 25'161, "the paper's text", 1.5, 12.7},
     {"Salad", 38'000, "the paper's \"38K\"; the authors' file has 37,941", {}, {}},
     {"Chairs", 44'000, "the paper's \"44K\"", {}, {}},

@@ -18,10 +18,10 @@ using Tiles = std::bitset<tiles>;
 /// The list of losses of a frame, as the tiles that lack each Gaussian.
 class Lacking {
 public:
-    Lacking(scene::Map const& map, splat::Camera const& camera, splat::Model const& model, report::FrameReport const& r)
+    Lacking(scene::Map const& map, splat::Camera const& camera, splat::Rules const& rules, report::FrameReport const& r)
         : tiling_(tiling_of(camera))
     {
-        auto const view = splat::make_view(camera, model);
+        auto const view = splat::make_view(camera, rules);
         std::unordered_map<std::uint32_t, std::uint32_t> row_of;
         for (std::uint32_t row = 0; row < map.gaussians.size(); ++row)
             row_of.emplace(static_cast<std::uint32_t>(map.gaussians[row].id), row);
@@ -104,8 +104,8 @@ void saturation(Context const& context, Rows& rows)
     std::optional<report::Image> complete;
     for (auto const& [channel, storage] : {std::pair{400u, 3200u}, std::pair{100u, 800u}}) {
         auto const frame = render_paper(scene.map, scene.camera, channel, storage, context.threads);
-        if (!complete) complete = as_rgbx8(report::render_naive(scene.map.gaussians, scene.camera, frame.model));
-        Lacking const lacking(scene.map, scene.camera, frame.model, frame.report);
+        if (!complete) complete = as_rgbx8(report::render_naive(scene.map.gaussians, scene.camera, frame.rules));
+        Lacking const lacking(scene.map, scene.camera, frame.rules, frame.report);
 
         std::uint64_t holes = 0, matched = 0, unexplained = 0;
         Tiles seen;
@@ -117,7 +117,7 @@ void saturation(Context const& context, Rows& rows)
             seen.set(tile);
             std::fill_n(plan.pixel(x, y), 3, 1.0f);
         });
-        auto const without = as_rgbx8(report::render_naive(scene.map.gaussians, scene.camera, frame.model, lacking));
+        auto const without = as_rgbx8(report::render_naive(scene.map.gaussians, scene.camera, frame.rules, lacking));
         for_each_difference(frame.image, without, [&](std::uint32_t, std::uint32_t) { ++unexplained; });
 
         auto const row = name + ", " + std::to_string(channel) + " / " + std::to_string(storage) + " slots";

@@ -109,7 +109,7 @@ std::vector<Row> measure(Point const& point, Options const& options, std::vector
         Row row;
     };
     bench::Direct direct(scene.map.gaussians);
-    tilemesh::splat::Model model;
+    tilemesh::splat::Rules model;
     model.arithmetic = tilemesh::splat::Lossless::arithmetic;
     if (options.spoil) model.alpha_max = bench::spoilt_alpha_max;
     std::vector<std::unique_ptr<Contest>> contests;

@@ -47,7 +47,7 @@ bool report_on(tilemesh::scene::Map const& map, tilemesh::CostModel const& model
     for (auto const& at : cameras) {
         auto const frame = renderer.render(at);
         auto const cost = tilemesh::model_cost(model, renderer.trace(), grid);
-        auto const naive = report::render_naive(map.gaussians, at, renderer.model()).rgb;
+        auto const naive = report::render_naive(map.gaussians, at, renderer.rules()).rgb;
         bool const same = frame.image.rgb.size() == naive.size() &&
                           std::memcmp(frame.image.rgb.data(), naive.data(), naive.size() * sizeof(float)) == 0;
         std::cout << '\n' << tilemesh::cost_table(model, renderer.trace(), cost) << "frame: " << tilemesh::milliseconds_text(model, cost.cycles)

@@ -426,7 +426,7 @@ struct tilemesh_handle {
             });
         }
         has_frame_ = false;
-        for (std::size_t c = 0; c < 3; ++c) core_->model().background[c] = static_cast<float>(settings_.background[c]);
+        for (std::size_t c = 0; c < 3; ++c) core_->rules().background[c] = static_cast<float>(settings_.background[c]);
         watch_.begin_frame(0);
         follower_.begin_frame();
         core_->render_into(camera, frame_);
@@ -566,7 +566,7 @@ private:
                 if (rect.empty()) continue;
                 auto const& list = lists[x];
                 splat::PairCount pairs{};
-                splat::blend_whole_tile(rect, frame.view.camera, frame.view.model, static_cast<std::uint32_t>(list.size()),
+                splat::blend_whole_tile(rect, frame.view.camera, frame.view.rules, static_cast<std::uint32_t>(list.size()),
                                         [&](std::uint32_t i) noexcept -> splat::Splat const& { return splats[list[i]]; },
                                         reinterpret_cast<splat::FloatPixel*>(complete_picture_.pixel(rect.x0, rect.y0)), camera_.width, &pairs, 1);
             }
@@ -657,7 +657,7 @@ private:
     void describe()
     {
         auto const& facts = core_->facts();
-        auto const& model = core_->model();
+        auto const& model = core_->rules();
         auto const limited = [](std::uint32_t asked, std::uint32_t own) { return asked != 0 ? asked : own; };
         run_ = {};
         run_.map = {map_->name, map_->path, map_->gaussians.size(), map_->rejected, map_->notes};
@@ -668,10 +668,10 @@ private:
         run_.cut_offs = {model.alpha_min, model.transmittance_min, model.alpha_max};
         run_.background = {model.background[0], model.background[1], model.background[2]};
         run_.policies = {splat::RowFirst::name,
-                         facts.rules.carried != 0 ? splat::Carried::name : splat::Recomputed::name,
-                         facts.rules.holds != 0 ? splat::Hold::name : splat::Drop::name,
+                         facts.policies.carried != 0 ? splat::Carried::name : splat::Recomputed::name,
+                         facts.policies.holds != 0 ? splat::Hold::name : splat::Drop::name,
                          model.footprint == splat::Footprint::opacity_box ? "opacity_box" : "three_sigma_square",
-                         facts.rules.reusable != 0 ? splat::WorldCopies::name : splat::ScreenCopies::name,
+                         facts.policies.reusable != 0 ? splat::WorldCopies::name : splat::ScreenCopies::name,
                          facts.colour == tilemesh::render::ColourFormat::rgbx8 ? splat::Rgbx8Pixel::name : splat::FloatPixel::name,
                          model.arithmetic == splat::Arithmetic::precise ? "precise" : "fast",
                          used_.hops,
@@ -768,7 +768,7 @@ private:
         bool const road = step == Core::Steps::route, beam = step == Core::Steps::bloom_first || step == Core::Steps::bloom;
         if (!road && !beam) return {0, 1};
         auto const slots = used_.channel_slots != 0 ? used_.channel_slots : road ? facts.sizes.road : facts.sizes.beam;
-        auto const message = road ? facts.rules.road_bytes : facts.rules.beam_bytes;
+        auto const message = road ? facts.policies.road_bytes : facts.policies.beam_bytes;
         return {bytes > 8 ? (bytes - 8) / message : 0, slots}; // the head of a channel end has 8 bytes
     }
     std::uint32_t tile_of(report::Loss const& loss) const
@@ -777,7 +777,7 @@ private:
         if (loss.full_tile != report::Loss::whole) return loss.full_tile;
         auto const* const g = find(static_cast<std::uint32_t>(loss.id));
         if (g == nullptr) return report::Loss::whole;
-        auto const s = splat::project(*g, splat::make_view(camera_, core_->model()), core_->tiling());
+        auto const s = splat::project(*g, splat::make_view(camera_, core_->rules()), core_->tiling());
         return s.visible() ? grid().index_of(s.anchor) : report::Loss::whole;
     }
     splat::Gaussian const* find(std::uint32_t id) const
@@ -957,7 +957,7 @@ char const* tilemesh_handle::gaussian(std::uint32_t id)
             if (loss.cause == report::Cause::storage_full && json["anchor"].is_null()) state = "lost";
             if (auto const t = tile_of(loss); t < grid().size()) missing.push_back(t);
         }
-        if (state == "with the host" && core_->facts().rules.holds == 0) state = "lost";
+        if (state == "with the host" && core_->facts().policies.holds == 0) state = "lost";
         json["state"] = state;
         json["mean"] = {g->mean_world[0], g->mean_world[1], g->mean_world[2]};
         json["opacity"] = g->opacity;

@@ -80,7 +80,7 @@ tilemesh::render::HomesChoice homes_of(Choice const& choice, std::uint32_t sh_de
     homes.colour = setup.colour;
     homes.depth = choice.depth;
     homes.alpha = choice.alpha;
-    homes.model = setup.model;
+    homes.rules = setup.rules;
     return homes;
 }
 

@@ -72,13 +72,13 @@ std::string of_all(std::uint64_t n, std::uint64_t all)
 Needs needs_of(Options const& options, scene::Map const& map, std::vector<splat::Camera> const& path)
 {
     Needs needs;
-    splat::Model model;
-    if (options.choice.preset != Preset::lossless) model.footprint = splat::Paper::footprint;
-    model = tilemesh::with_options(model, options.renderer);
+    splat::Rules rules;
+    if (options.choice.preset != Preset::lossless) rules.footprint = splat::Paper::footprint;
+    rules = tilemesh::with_options(rules, options.renderer);
     if (ranks::number() > 1)
-        needs.seen = ranks::demand_of(path, model, options.renderer);
+        needs.seen = ranks::demand_of(path, rules, options.renderer);
     else
-        needs.seen = scene::demand_of(map, std::span(path), model, [&](splat::Camera const& camera) {
+        needs.seen = scene::demand_of(map, std::span(path), rules, [&](splat::Camera const& camera) {
             return tilemesh::tiling_for(options.renderer, camera.width, camera.height);
         });
     needs.used = needs.seen;

@@ -249,19 +249,19 @@ void Journal::add(std::size_t frame, report::RunFrame const& report, std::vector
 
 void replay(AnyRenderer& renderer, tilemesh::splat::Camera const& camera, bool with_pixels)
 {
-    auto const before = renderer.model().transmittance_min;
+    auto const before = renderer.rules().transmittance_min;
     // 2 is above the transmittance of an empty pixel, so each pixel is finished before its first Gaussian. Only compositing reads
     // this number.
-    if (!with_pixels) renderer.model().transmittance_min = 2;
+    if (!with_pixels) renderer.rules().transmittance_min = 2;
     renderer.render(camera);
-    renderer.model().transmittance_min = before;
+    renderer.rules().transmittance_min = before;
 }
 
-std::vector<bool> needs_pixels(std::vector<Shot> const& shots, tilemesh::splat::Model const& model, Journal const& journal)
+std::vector<bool> needs_pixels(std::vector<Shot> const& shots, tilemesh::splat::Rules const& rules, Journal const& journal)
 {
     auto const same_view = [&](std::size_t a, std::size_t b) {
         // The renderer compares views in the same way.
-        auto const x = tilemesh::splat::make_view(shots[a].camera, model), y = tilemesh::splat::make_view(shots[b].camera, model);
+        auto const x = tilemesh::splat::make_view(shots[a].camera, rules), y = tilemesh::splat::make_view(shots[b].camera, rules);
         return std::memcmp(&x, &y, sizeof x) == 0;
     };
     std::vector<bool> needed(shots.size(), false);

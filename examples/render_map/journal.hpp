@@ -7,7 +7,7 @@
 #include <optional>
 #include <string>
 #include <tilemesh/report/run_report.hpp>
-#include <tilemesh/splat/model.hpp>
+#include <tilemesh/splat/rules.hpp>
 #include <vector>
 
 namespace render_map {
@@ -66,7 +66,7 @@ private:
 void replay(AnyRenderer& renderer, tilemesh::splat::Camera const& camera, bool with_pixels);
 
 /// For each frame: is it, or another frame in the same series of equal views, rendered in full?
-std::vector<bool> needs_pixels(std::vector<Shot> const& shots, tilemesh::splat::Model const& model, Journal const& journal);
+std::vector<bool> needs_pixels(std::vector<Shot> const& shots, tilemesh::splat::Rules const& rules, Journal const& journal);
 
 /// Writes the report of the run to the file that --report names. It stands here because the journal compiles the JSON of frames anyway.
 /// Throws `tilemesh::Error` if the file cannot be written.

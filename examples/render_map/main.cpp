@@ -63,19 +63,19 @@ char const* to_string(splat::Arithmetic arithmetic)
 
 /// Describes the machine of these facts, and its policies.
 void describe_machine(Options const& options, tilemesh::render::SetupFacts const& setup, std::uint32_t storage_slots, std::uint32_t channel_slots,
-                      splat::Model const& model, report::RunReport& run)
+                      splat::Rules const& rules, report::RunReport& run)
 {
     run.machine = {setup.machine.name, setup.machine.sram_bytes, storage_slots, channel_slots, setup.ledger};
     run.preset = setup.name;
-    run.cut_offs = {model.alpha_min, model.transmittance_min, model.alpha_max};
-    run.background = {model.background[0], model.background[1], model.background[2]};
+    run.cut_offs = {rules.alpha_min, rules.transmittance_min, rules.alpha_max};
+    run.background = {rules.background[0], rules.background[1], rules.background[2]};
     run.policies = {splat::RowFirst::name,
-                    setup.rules.carried != 0 ? splat::Carried::name : splat::Recomputed::name,
-                    setup.rules.holds != 0 ? splat::Hold::name : splat::Drop::name,
-                    to_string(model.footprint),
-                    setup.rules.reusable != 0 ? splat::WorldCopies::name : splat::ScreenCopies::name,
+                    setup.policies.carried != 0 ? splat::Carried::name : splat::Recomputed::name,
+                    setup.policies.holds != 0 ? splat::Hold::name : splat::Drop::name,
+                    to_string(rules.footprint),
+                    setup.policies.reusable != 0 ? splat::WorldCopies::name : splat::ScreenCopies::name,
                     setup.colour == tilemesh::render::ColourFormat::rgbx8 ? splat::Rgbx8Pixel::name : splat::FloatPixel::name,
-                    to_string(model.arithmetic),
+                    to_string(rules.arithmetic),
                     options.renderer.hops,
                     options.renderer.rounds};
 }
@@ -94,7 +94,7 @@ report::RunReport describe_run(Options const& options, scene::Map const& map, st
     run.threads = options.renderer.threads;
     run.quality = options.renderer.quality ? splat::name(*options.renderer.quality) : "default";
     describe_machine(options, renderer.facts(), limited(options.renderer.storage_slots, renderer.storage_slots()),
-                     limited(options.renderer.channel_slots, renderer.channel_slots()), renderer.model(), run);
+                     limited(options.renderer.channel_slots, renderer.channel_slots()), renderer.rules(), run);
     return run;
 }
 
@@ -112,7 +112,7 @@ void describe_homes(Options const& options, render_map::Needs const& needs, rend
     auto const& o = options.renderer;
     describe_machine(options, facts_of(choice, layout.sizes, layout.ledger),
                      limit(o.held_slots != 0 ? o.held_slots : o.storage_slots, layout.sizes.held), limit(o.channel_slots, layout.sizes.parcels),
-                     renderer.model(), run);
+                     renderer.rules(), run);
     if (run.program == report::Program::automatic)
         run.notes.push_back("from " + first->image + " on, the program of homes renders (on anchored tiles, records or copies would be missing)");
 }
@@ -191,11 +191,11 @@ tilemesh::RenderedFrame render(render_map::AnyRenderer& renderer, splat::Camera 
 }
 
 /// Compares a frame with the double reference, without cut-offs and with those of the renderer.
-void compare_with_references(Options const& options, scene::Map const& map, splat::Camera const& camera, splat::Model const& model,
+void compare_with_references(Options const& options, scene::Map const& map, splat::Camera const& camera, splat::Rules const& rules,
                              Progress const& progress, render_map::Frame& frame)
 {
     auto const error = [&](report::Cuts cuts) {
-        return report::compare(frame.rendered.image, render_map::reference_of(map, camera, model, cuts, options.renderer.threads));
+        return report::compare(frame.rendered.image, render_map::reference_of(map, camera, rules, cuts, options.renderer.threads));
     };
     progress.say_frame("reference 1 of 2");
     frame.entry.error = error(report::Cuts::none);
@@ -228,7 +228,7 @@ void render_frames(Options const& options, scene::Map const& map, std::vector<re
         }
     };
     using Way = render_map::Journal::Way;
-    auto const with_pixels = journal ? render_map::needs_pixels(shots, renderer.model(), *journal) : std::vector<bool>();
+    auto const with_pixels = journal ? render_map::needs_pixels(shots, renderer.rules(), *journal) : std::vector<bool>();
     for (std::size_t i = 0; i < shots.size() && shared::interrupt() == 0; ++i) {
         auto const& camera = shots[i].camera;
         progress.begin_frame(shots[i].name, shots.size());
@@ -259,7 +259,7 @@ void render_frames(Options const& options, scene::Map const& map, std::vector<re
             result.frames.push_back(std::move(frame.entry));    // and the journal has no frame without them
             break;
         }
-        if (options.reference) compare_with_references(options, map, camera, renderer.model(), progress, frame);
+        if (options.reference) compare_with_references(options, map, camera, renderer.rules(), progress, frame);
         add(std::move(frame));
     }
     finish_writing();

@@ -45,7 +45,7 @@ struct Command {
     std::uint32_t number = 0; ///< of the renderer; cut: the degree
     int status = 0;           ///< end
     splat::Camera camera{};   ///< render
-    splat::Model model{};     ///< render, scan
+    splat::Rules rules{};     ///< render, scan
     tilemesh::RendererOptions options{}; ///< scan
 };
 /// What all processes need to load a map.
@@ -164,11 +164,11 @@ Outline send_outline()
     return outline;
 }
 
-void scan(std::vector<splat::Camera> path, splat::Model const& model, tilemesh::RendererOptions const& options)
+void scan(std::vector<splat::Camera> path, splat::Rules const& rules, tilemesh::RendererOptions const& options)
 {
     all->share(path);
     seen = scene::demand_of(
-        part, std::span<splat::Camera const>(path), model,
+        part, std::span<splat::Camera const>(path), rules,
         [&](splat::Camera const& camera) { return tilemesh::tiling_for(options, camera.width, camera.height); }, *all);
 }
 
@@ -218,11 +218,11 @@ public:
 
     tilemesh::RenderedFrame render(splat::Camera const& camera) override
     {
-        Command command{.order = Order::render, .number = number_, .camera = camera, .model = own_->model()};
+        Command command{.order = Order::render, .number = number_, .camera = camera, .rules = own_->rules()};
         share(command);
         return own_->render(camera);
     }
-    splat::Model& model() override { return own_->model(); }
+    splat::Rules& rules() override { return own_->rules(); }
     void hold_to(scene::Demand const&) override {} // all processes have done that
     tilemesh::Extent2 grid() override { return own_->grid(); }
     tilemesh::Extent2 tile() override { return own_->tile(); }
@@ -268,13 +268,13 @@ int serve()
                 part = scene::at_degree(std::move(part), command.number);
                 break;
             case Order::scan:
-                scan({}, command.model, command.options);
+                scan({}, command.rules, command.options);
                 break;
             case Order::make:
                 renderer = make_in_all({}, {});
                 break;
             case Order::render:
-                renderer->model() = command.model;
+                renderer->rules() = command.rules;
                 renderer->render(command.camera);
                 break;
             case Order::drop:
@@ -373,11 +373,11 @@ void ranks::at_degree(std::uint32_t degree)
     share(command);
     part = scene::at_degree(std::move(part), degree);
 }
-scene::Demand ranks::demand_of(std::vector<splat::Camera> const& path, splat::Model const& model, tilemesh::RendererOptions const& options)
+scene::Demand ranks::demand_of(std::vector<splat::Camera> const& path, splat::Rules const& rules, tilemesh::RendererOptions const& options)
 {
-    Command command{.order = Order::scan, .model = model, .options = options};
+    Command command{.order = Order::scan, .rules = rules, .options = options};
     share(command);
-    scan(path, model, options);
+    scan(path, rules, options);
     return seen;
 }
 std::unique_ptr<AnyRenderer> ranks::make(Choice const& choice, scene::Demand const& demand, tilemesh::RendererOptions const& options)

@@ -43,7 +43,7 @@ MapShape shape_of(std::string name);
 void at_degree(std::uint32_t degree);
 
 /// scene::demand_of the whole map. `visible` is of this process's part.
-tilemesh::scene::Demand demand_of(std::vector<tilemesh::splat::Camera> const& path, tilemesh::splat::Model const& model,
+tilemesh::scene::Demand demand_of(std::vector<tilemesh::splat::Camera> const& path, tilemesh::splat::Rules const& rules,
                                   tilemesh::RendererOptions const& options);
 
 /// Makes a renderer on all processes for a demand: that of anchored tiles, or that of homes. The demand is that of the last `demand_of`, or

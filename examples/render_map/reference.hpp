@@ -3,12 +3,12 @@
 #include <tilemesh/report/reference_double.hpp>
 #include <tilemesh/scene/map.hpp>
 #include <tilemesh/splat/camera.hpp>
-#include <tilemesh/splat/model.hpp>
+#include <tilemesh/splat/rules.hpp>
 
 namespace render_map {
 
 /// The double-precision reference of the whole map, including records that the renderer left out.
 tilemesh::report::Image reference_of(tilemesh::scene::Map const& map, tilemesh::splat::Camera const& camera,
-                                     tilemesh::splat::Model const& model, tilemesh::report::Cuts cuts, unsigned threads);
+                                     tilemesh::splat::Rules const& rules, tilemesh::report::Cuts cuts, unsigned threads);
 
 } // namespace render_map

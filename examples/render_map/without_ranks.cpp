@@ -44,7 +44,7 @@ void ranks::at_degree(std::uint32_t)
 {
     refuse();
 }
-tilemesh::scene::Demand ranks::demand_of(std::vector<tilemesh::splat::Camera> const&, tilemesh::splat::Model const&, tilemesh::RendererOptions const&)
+tilemesh::scene::Demand ranks::demand_of(std::vector<tilemesh::splat::Camera> const&, tilemesh::splat::Rules const&, tilemesh::RendererOptions const&)
 {
     refuse();
 }

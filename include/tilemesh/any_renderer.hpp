@@ -6,7 +6,7 @@
 #include <tilemesh/render/setup_facts.hpp>
 #include <tilemesh/scene/demand.hpp>
 #include <tilemesh/splat/camera.hpp>
-#include <tilemesh/splat/model.hpp>
+#include <tilemesh/splat/rules.hpp>
 #include <vector>
 
 namespace tilemesh { inline namespace v0_2 {
@@ -17,7 +17,7 @@ class AnyRenderer {
 public:
     virtual ~AnyRenderer() = default;
     virtual RenderedFrame render(splat::Camera const& camera) = 0;
-    virtual splat::Model& model() = 0;
+    virtual splat::Rules& rules() = 0;
     /// Names the demand to which the map was reduced. From now on `render` throws Error for a view that the demand does not cover, and it
     /// counts the records that were not loaded as parked.
     virtual void hold_to(scene::Demand const& demand) = 0;

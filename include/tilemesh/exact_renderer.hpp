@@ -31,7 +31,7 @@ std::unique_ptr<AnyRenderer> exact_renderer(scene::Map const& map, RendererOptio
         render::HomesChoice choice;
         choice.name = Base::name;
         choice.machine = size_of_machine<typename Base::Machine>();
-        choice.model = render::model_of<Base>();
+        choice.rules = render::rules_of<Base>();
         choice.fit = true;
         choice.sh_degree = scene::demand_of(of).sh_degree;
         return render::make_homes_renderer<>(scene::needed(of, scene::demand_of(of)), choice, options);

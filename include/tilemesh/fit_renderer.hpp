@@ -29,14 +29,14 @@ public:
 
     RenderedFrame render(splat::Camera const& camera) override
     {
-        if (!demand_.holds_for(splat::make_view(camera, renderer_.model())))
+        if (!demand_.holds_for(splat::make_view(camera, renderer_.rules())))
             throw Error("a view that the demand was not made for (" + std::to_string(demand_.culled) +
                         " records that its path does not show are not loaded); make the demand of all views, with the model");
         auto frame = renderer_.render(camera);
         frame.report.gaussians.parked += demand_.culled;
         return frame;
     }
-    splat::Model& model() override { return renderer_.model(); }
+    splat::Rules& rules() override { return renderer_.rules(); }
     void hold_to(scene::Demand const& demand) override
     {
         demand_.scanned = demand.scanned; // first, because this may throw

@@ -57,9 +57,9 @@ std::uint64_t hash(std::vector<Item> const& items) // FNV-1a over words
     return h;
 }
 
-std::vector<splat::Splat> project(scene::Map const& map, splat::Camera const& camera, splat::Model const& model)
+std::vector<splat::Splat> project(scene::Map const& map, splat::Camera const& camera, splat::Rules const& rules)
 {
-    auto const view = splat::make_view(camera, model);
+    auto const view = splat::make_view(camera, rules);
     auto const tiling = splat::make_tiling(camera.width, camera.height, 32, 20);
     std::vector<splat::Splat> splats;
     for (auto const& g : map.gaussians) splats.push_back(splat::project(g, view, tiling));
@@ -91,12 +91,12 @@ int main()
         options.footprint = footprint;
         options.arithmetic = splat::Arithmetic::precise;
         BasicRenderer<> renderer(map, options);
-        splat::Model model = renderer.model();
-        model.footprint = footprint;
-        auto const naive = report::render_naive(map.gaussians, camera, model);
+        splat::Rules rules = renderer.rules();
+        rules.footprint = footprint;
+        auto const naive = report::render_naive(map.gaussians, camera, rules);
         auto const mesh = renderer.render(camera);
         std::printf("projected %016llx naive %016llx mesh %016llx (%llu pairs)\n",
-                    static_cast<unsigned long long>(hash(project(many, camera, model))),
+                    static_cast<unsigned long long>(hash(project(many, camera, rules))),
                     static_cast<unsigned long long>(hash(naive.rgb)), static_cast<unsigned long long>(hash(mesh.image.rgb)),
                     static_cast<unsigned long long>(mesh.report.pairs_contributing));
         options.arithmetic = splat::Arithmetic::fast;

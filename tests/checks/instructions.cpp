@@ -28,14 +28,14 @@ bench::Team team(1);
 bench::Direct* direct = nullptr;
 Renderer* mesh = nullptr;
 splat::Camera camera;
-splat::Model model;
+splat::Rules rules;
 tilemesh::RenderedFrame frame;
 
 } // namespace
 
 extern "C" [[gnu::noinline]] void measured_frame()
 {
-    if (direct != nullptr) direct->render(camera, model, team);
+    if (direct != nullptr) direct->render(camera, rules, team);
     else mesh->render_into(camera, frame);
 }
 
@@ -49,7 +49,7 @@ int main(int argc, char** argv)
         std::fprintf(stderr, "\"%s\" is no part (see instructions.sh); name one of its\n", part.c_str());
         return 2;
     }
-    model.arithmetic = ends_in("_fast") ? splat::Arithmetic::fast : splat::Arithmetic::precise;
+    rules.arithmetic = ends_in("_fast") ? splat::Arithmetic::fast : splat::Arithmetic::precise;
     auto const work = part.substr(0, part.rfind('_'));
 
     // Every eighth record: all kinds of records, and few enough for 10 x 9 tiles.
@@ -61,12 +61,12 @@ int main(int argc, char** argv)
 
     bench::Direct rasteriser(map.gaussians);
     Renderer renderer(map, {.tile = {32, 20}, .keep_pixels = work == "kept"});
-    renderer.model().arithmetic = model.arithmetic;
+    renderer.rules().arithmetic = rules.arithmetic;
     renderer.prepare(start.width, start.height);
     camera = start;
     if (work == "direct") {
         direct = &rasteriser;
-        rasteriser.render(camera, model, team); // allocates its memory
+        rasteriser.render(camera, rules, team); // allocates its memory
     } else {
         mesh = &renderer;
         if (work == "static" || work == "kept" || work == "moved") renderer.render_into(camera, frame);
@@ -74,7 +74,7 @@ int main(int argc, char** argv)
     }
     measured_frame();
 
-    if (direct == nullptr) rasteriser.render(camera, model, team);
+    if (direct == nullptr) rasteriser.render(camera, rules, team);
     else renderer.render_into(camera, frame);
     bool const ok = rasteriser.equals(frame.image) && rasteriser.pairs_contributing() > 100'000 &&
                     frame.report.lost.empty() && (work == "direct" || (frame.report.messages > 0) == (work != "static" && work != "kept"));

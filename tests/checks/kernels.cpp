@@ -38,7 +38,7 @@
 #include <tilemesh/splat/instruction_sets.hpp>
 #include <tilemesh/splat/lanes.hpp>
 #include <tilemesh/splat/logarithm.hpp>
-#include <tilemesh/splat/model.hpp>
+#include <tilemesh/splat/rules.hpp>
 #include <tilemesh/splat/number.hpp>
 #include <tilemesh/splat/operations.hpp>
 #include <tilemesh/splat/policies.hpp>

@@ -226,7 +226,7 @@ TEST_CASE("cost parameters: a projection does what mk2 counts")
     camera.near_depth = 0.2f;
     camera.width = 1280;
     camera.height = 720;
-    auto const view = splat::make_view(camera, splat::Model{});
+    auto const view = splat::make_view(camera, splat::Rules{});
     auto const tiling = splat::make_tiling(1280, 720, 32, 20);
     splat::Gaussian const g{{0.1f, 0.2f, 3},       {0.5f, 0.5f, 0.5f}, 0.8f,
                             {1, 0.1f, 0.2f, 0.3f}, {-4, -4, -5},       splat::GaussianId{}};
@@ -270,7 +270,7 @@ TEST_CASE("cost parameters: forward mode and its sums do what mk2 counts")
     camera.fx = camera.fy = 1000;
     camera.width = 1280;
     camera.height = 720;
-    auto const view = splat::make_view(camera, splat::Model{});
+    auto const view = splat::make_view(camera, splat::Rules{});
     splat::pose::detail::MotionBasis<Counting> const basis({{1}, {1}, {1}, {-0.5f}, {0.1f}, {-0.5f}, {0.1f}, {0.1f}}, view);
     using splat::pose::Column;
     (void)splat::pose::power_motion<Column::rho_x>(basis);

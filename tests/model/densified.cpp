@@ -83,8 +83,8 @@ TEST_CASE("slow: 600,000 Gaussians of degree 3 are complete on tiles of Mk2: wit
     tilemesh::render::HomesChoice choice;
     choice.fit = true;
     choice.sh_degree = 3;
-    choice.model.arithmetic = tilemesh::splat::Arithmetic::precise;
-    auto const expected = tilemesh::report::render_naive(tilemesh::scene::records<tilemesh::splat::GaussianOfDegree<3>>(map), camera, choice.model);
+    choice.rules.arithmetic = tilemesh::splat::Arithmetic::precise;
+    auto const expected = tilemesh::report::render_naive(tilemesh::scene::records<tilemesh::splat::GaussianOfDegree<3>>(map), camera, choice.rules);
     for (auto const& grid : {tilemesh::Extent2{40, 36}, tilemesh::Extent2{20, 18}}) { // a quarter of the tiles has too few homes
         tilemesh::RendererOptions options;
         options.grid = grid;

@@ -108,7 +108,7 @@ TEST_CASE("a renderer chooses bands of equal work, of a whole map and of parts; 
         }
         render::RowWeights work(renderer->tiling(), 12);
         work.add_tiles();
-        for (auto const& g : map.gaussians) work.add(splat::project(g, splat::make_view(first, renderer->model()), renderer->tiling()));
+        for (auto const& g : map.gaussians) work.add(splat::project(g, splat::make_view(first, renderer->rules()), renderer->tiling()));
         auto const& bands = renderer->mesh().bands();
         mpi::Bands const best(12, ranks(), work.weights()), equal(12, ranks());
         bool other = false;

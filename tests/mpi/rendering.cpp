@@ -209,7 +209,7 @@ TEST_CASE("errors are those of one process, on all ranks; ranks with different f
     CHECK(error_of([&] { renderer.render(support::lens(120, 80)); }).empty());
     CHECK(has(error_of([&] { renderer.render(support::lens(other ? 110 : 120, 80)); }), differ));
     CHECK(error_of([&] { renderer.render(support::lens(120, 80)); }).empty()); // the next frame is whole
-    renderer.model().alpha_min = other ? 0.1f : 0.01f;
+    renderer.rules().alpha_min = other ? 0.1f : 0.01f;
     CHECK(has(error_of([&] { renderer.render(support::lens(120, 80)); }), differ));
     BasicRenderer<Whole, MpiMesh> maps{cloud(400, other ? 21 : 22), {.grid = {7, 6}}};
     CHECK(has(error_of([&] { maps.render(support::lens(120, 80)); }), differ));

@@ -36,7 +36,7 @@ void compare(scene::Map const& map, Grid grid, bool chapters, RendererOptions op
         auto const expected = threads.render(view), frame = graph.render(view);
         CHECK(support::differing_pixels(frame.image, expected.image) == 0);
         CHECK(report::first_difference(frame.report, expected.report) == "");
-        if (options.rounds == 0) CHECK(support::differing_pixels(frame.image, report::render_naive(map.gaussians, view, threads.model())) == 0);
+        if (options.rounds == 0) CHECK(support::differing_pixels(frame.image, report::render_naive(map.gaussians, view, threads.rules())) == 0);
         CHECK((expected.report.homes.chapters > 1) == chapters);
         CHECK(expected.report.homes.rounds > 1);
         poplar_test::check_same_words(threads.mesh(), graph.mesh());

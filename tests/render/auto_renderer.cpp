@@ -81,7 +81,7 @@ TEST_CASE("auto renders with anchored tiles until a frame would lose something, 
     CHECK(crowd.report.homes.unfinished_tiles == 0);
     CHECK(crowd.report.lost.empty());
     CHECK(change(*renderer).find("would be missing") != std::string::npos);
-    CHECK(same(crowd.image, report::render_naive(map.gaussians, camera(24), renderer->model())));
+    CHECK(same(crowd.image, report::render_naive(map.gaussians, camera(24), renderer->rules())));
 
     auto const again = renderer->render(camera(24));
     CHECK(again.report.program == Program::homes);
@@ -140,7 +140,7 @@ TEST_CASE("a bound on rounds leaves tiles unfinished, each exact up to its depth
     auto front = map;
     std::erase_if(front.gaussians, [&](auto const& g) { return g.mean_world[2] >= depth; });
     REQUIRE(r.unfinished.size() == 1);
-    CHECK(same(frame.image, report::render_naive(front.gaussians, camera(24), renderer->model())));
+    CHECK(same(frame.image, report::render_naive(front.gaussians, camera(24), renderer->rules())));
     auto const still = renderer->render(camera(24));
     CHECK(still.report.unfinished == r.unfinished); // an unchanged view lacks the same
     CHECK(still.report.homes.rounds == 0);

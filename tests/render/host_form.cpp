@@ -30,9 +30,9 @@ void same_projections(scene::Map const& map)
         CHECK(is_row_of<Degree>(map, row, table.record<GaussianOfDegree<Degree>>(row)));
     for (float turn : {0.0f, 0.4f, 2.9f})
         for (auto const arithmetic : {Arithmetic::precise, Arithmetic::fast}) {
-            Model model;
-            model.arithmetic = arithmetic;
-            auto const view = make_view(support::lens(120, 80, turn), model);
+            Rules rules;
+            rules.arithmetic = arithmetic;
+            auto const view = make_view(support::lens(120, 80, turn), rules);
             auto const tiling = make_tiling(120, 80, 16, 10);
             std::vector<Splat> all(table.rows());
             table.project(0, 7, view, tiling, all.data());

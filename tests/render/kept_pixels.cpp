@@ -162,7 +162,7 @@ TEST_CASE("kept pixels: a record that arrives late composites the tiles that it 
     CHECK(late.front() > 0);
     CHECK(late.back() == 0);
     CHECK(composited.back() == 0);
-    CHECK(support::differing_pixels(twins.kept.image, report::render_naive(ball, camera, twins.keeps.model())) == 0);
+    CHECK(support::differing_pixels(twins.kept.image, report::render_naive(ball, camera, twins.keeps.rules())) == 0);
 }
 
 TEST_CASE("kept pixels: in a static view, the tiles that composite are those whose records changed")
@@ -196,7 +196,7 @@ TEST_CASE("kept pixels: in a static view, the tiles that composite are those who
     }
     CHECK(some > 3);
     CHECK(none == 2);
-    CHECK(support::differing_pixels(twins.kept.image, report::render_naive(support::cloud(400, 306), camera, twins.keeps.model())) == 0);
+    CHECK(support::differing_pixels(twins.kept.image, report::render_naive(support::cloud(400, 306), camera, twins.keeps.rules())) == 0);
 }
 
 TEST_CASE("kept pixels: a frame that runs twice composites only the tiles whose copies were recalled")
@@ -259,21 +259,21 @@ TEST_CASE("kept pixels: another size, also one that is only prepared, and other 
     CHECK(twins.all_composite(support::lens(66, 41)));
     CHECK(twins.all_composite(camera));
     auto const change = [&](auto const& with) {
-        auto const before = twins.keeps.model();
-        with(twins.keeps.model());
-        with(twins.composites.model());
+        auto const before = twins.keeps.rules();
+        with(twins.keeps.rules());
+        with(twins.composites.rules());
         CHECK(twins.all_composite(camera));
         CHECK(twins.render(camera) == 0);
-        twins.keeps.model() = twins.composites.model() = before;
+        twins.keeps.rules() = twins.composites.rules() = before;
         CHECK(twins.all_composite(camera));
         CHECK(twins.render(camera) == 0);
     };
-    change([](Model& m) { m = with_quality(m, Quality::on_sensor); });
-    change([](Model& m) { m.alpha_max = 0.5f; });
-    change([](Model& m) { m.transmittance_min = 0.25f; });
-    change([](Model& m) { m.arithmetic = Arithmetic::fast; });
-    change([](Model& m) { m.footprint = Footprint::three_sigma_square; });
-    change([](Model& m) { m.dilation = 0; });
+    change([](Rules& m) { m = with_quality(m, Quality::on_sensor); });
+    change([](Rules& m) { m.alpha_max = 0.5f; });
+    change([](Rules& m) { m.transmittance_min = 0.25f; });
+    change([](Rules& m) { m.arithmetic = Arithmetic::fast; });
+    change([](Rules& m) { m.footprint = Footprint::three_sigma_square; });
+    change([](Rules& m) { m.dilation = 0; });
 }
 
 TEST_CASE("kept pixels: two renderers of different maps do not share them")
@@ -292,7 +292,7 @@ TEST_CASE("kept pixels: each byte of the parameters counts, except the flags tha
     Grid const grid{3, 2};
     auto const tiling = make_tiling(30, 20, 10, 10);
     TableParameters frame{};
-    frame.view = make_view(support::lens(30, 20), Model{});
+    frame.view = make_view(support::lens(30, 20), Rules{});
     frame.tiling = tiling;
     auto const bytes = reinterpret_cast<unsigned char*>(&frame);
     auto const is_flag = [&](std::size_t at) {

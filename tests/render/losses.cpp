@@ -22,7 +22,7 @@ std::vector<std::uint64_t> slots_needed(support::Runner& renderer, std::vector<G
     std::vector<std::uint64_t> needed(grid.size(), 0);
     std::set<std::uint32_t> visible;
     for (auto const& g : gaussians) {
-        auto const s = project(g, make_view(camera, renderer.model()), renderer.tiling());
+        auto const s = project(g, make_view(camera, renderer.rules()), renderer.tiling());
         if (!s.visible()) continue;
         visible.insert(static_cast<std::uint32_t>(g.id));
         for (std::uint32_t t = 0; t < grid.size(); ++t)
@@ -56,7 +56,7 @@ std::uint32_t check(std::uint32_t slots, bool blooms)
         full += r.full_tiles ? 1 : 0;
         for (auto const& loss : r.lost) {
             auto const s = project(*std::find_if(gaussians.begin(), gaussians.end(), [&](auto const& g) { return g.id == loss.id; }),
-                                   make_view(camera, renderer->model()), renderer->tiling());
+                                   make_view(camera, renderer->rules()), renderer->tiling());
             bool const anchored = loss.tile == report::Loss::whole && loss.cause == report::Cause::unplaced && s.visible();
             CHECK(loss.full_tile == (anchored ? renderer->grid().index_of(s.anchor) : report::Loss::whole));
         }

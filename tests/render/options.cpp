@@ -162,24 +162,24 @@ TEST_CASE("model() says from the beginning what the options asked for, and a lat
                                   .arithmetic = Arithmetic::fast,
                                   .quality = Quality::viewing};
     auto const runner = make_runner<Referenced<Whole>>(map, options);
-    CHECK(runner->model().footprint == Footprint::three_sigma_square);
-    CHECK(runner->model().arithmetic == Arithmetic::fast);
-    CHECK(runner->model().alpha_min == 1.0f / 128);
-    CHECK(runner->model().transmittance_min == 5e-3f);
-    CHECK(runner->model().alpha_max == Whole::alpha_max);
+    CHECK(runner->rules().footprint == Footprint::three_sigma_square);
+    CHECK(runner->rules().arithmetic == Arithmetic::fast);
+    CHECK(runner->rules().alpha_min == 1.0f / 128);
+    CHECK(runner->rules().transmittance_min == 5e-3f);
+    CHECK(runner->rules().alpha_max == Whole::alpha_max);
     auto const plain = make_runner<Referenced<Whole>>(map);
-    CHECK(plain->model().footprint == Whole::footprint);
-    CHECK(plain->model().arithmetic == Whole::arithmetic);
+    CHECK(plain->rules().footprint == Whole::footprint);
+    CHECK(plain->rules().arithmetic == Whole::arithmetic);
 
-    runner->model().arithmetic = Arithmetic::precise;
+    runner->rules().arithmetic = Arithmetic::precise;
     auto const squares = runner->render(camera).image;
-    CHECK(support::differing_pixels(squares, report::render_naive(map.gaussians, camera, runner->model())) == 0);
-    runner->model().footprint = Footprint::opacity_box;
-    runner->model().alpha_min = 1.0f / 32;
+    CHECK(support::differing_pixels(squares, report::render_naive(map.gaussians, camera, runner->rules())) == 0);
+    runner->rules().footprint = Footprint::opacity_box;
+    runner->rules().alpha_min = 1.0f / 32;
     auto const boxes = runner->render(camera).image;
-    CHECK(support::differing_pixels(boxes, report::render_naive(map.gaussians, camera, runner->model())) == 0);
+    CHECK(support::differing_pixels(boxes, report::render_naive(map.gaussians, camera, runner->rules())) == 0);
     CHECK(support::differing_pixels(boxes, squares) > 0);
-    CHECK(runner->model().footprint == Footprint::opacity_box); // and stays
+    CHECK(runner->rules().footprint == Footprint::opacity_box); // and stays
 }
 
 static bool same_floats(std::vector<float> const& a, std::vector<float> const& b)

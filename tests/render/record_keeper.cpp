@@ -189,7 +189,7 @@ TEST_CASE("keeper: without routing each view places what it shows, in order; a f
     Kept<Stays> k(gaussians, Grid{3, 1}, {3, 1}, 3);
     CHECK(k.on(0).empty()); // until there is a view
     auto camera = support::flat_camera(24, 8);
-    k.keeper.place(k.mesh, make_view(camera, Model{}), k.tiling);
+    k.keeper.place(k.mesh, make_view(camera, Rules{}), k.tiling);
     CHECK(k.on(0) == Rows{1, 7});
     CHECK(k.on(1) == Rows{2, 3, 5});
     CHECK(k.on(2).empty());
@@ -199,18 +199,18 @@ TEST_CASE("keeper: without routing each view places what it shows, in order; a f
     CHECK(k.mesh.state<Splats<Stays>>(k.tile(1))[0].anchor == k.tile(1));
 
     camera.cx = 8; // all one tile to the right: missing records are still missing
-    k.keeper.place(k.mesh, make_view(camera, Model{}), k.tiling);
+    k.keeper.place(k.mesh, make_view(camera, Rules{}), k.tiling);
     CHECK(k.on(0).empty());
     CHECK(k.on(1) == Rows{1, 7});
     CHECK(k.on(2) == Rows{2, 3, 5});
     CHECK(k.keeper.missing() == Rows{5});
     camera.cx = -8; // to the left: two records leave the picture
-    k.keeper.place(k.mesh, make_view(camera, Model{}), k.tiling);
+    k.keeper.place(k.mesh, make_view(camera, Rules{}), k.tiling);
     CHECK(k.on(0) == Rows{2, 3, 5});
     CHECK(k.keeper.parked() == 3);
     CHECK(k.each_is_somewhere());
     camera.rotation[0][0] = camera.rotation[2][2] = -1; // the other way: 4 alone is in front, or nothing
-    k.keeper.place(k.mesh, make_view(camera, Model{}), k.tiling);
+    k.keeper.place(k.mesh, make_view(camera, Rules{}), k.tiling);
     CHECK(k.keeper.missing().empty());
     CHECK(k.each_is_somewhere());
 }

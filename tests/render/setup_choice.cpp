@@ -98,11 +98,11 @@ void same_facts(SetupChoice const& choice)
     CHECK(value.colour == type.colour);
     CHECK(value.has_depth == type.has_depth);
     CHECK(value.has_alpha == type.has_alpha);
-    CHECK(value.model.footprint == type.model.footprint);
-    CHECK(value.model.alpha_min == type.model.alpha_min);
-    CHECK(value.model.alpha_max == type.model.alpha_max);
-    CHECK(value.model.transmittance_min == type.model.transmittance_min);
-    CHECK(value.model.arithmetic == type.model.arithmetic);
+    CHECK(value.rules.footprint == type.rules.footprint);
+    CHECK(value.rules.alpha_min == type.rules.alpha_min);
+    CHECK(value.rules.alpha_max == type.rules.alpha_max);
+    CHECK(value.rules.transmittance_min == type.rules.transmittance_min);
+    CHECK(value.rules.arithmetic == type.rules.arithmetic);
     CHECK(value.sram_bytes == type.sram_bytes);
     CHECK(value.sram_bytes == render::sram_bytes_of(choice));
     same_ledger(value.ledger, type.ledger);

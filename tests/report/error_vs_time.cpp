@@ -399,7 +399,7 @@ TEST_CASE("error against time: the file has each number as a reader needs it")
     auto row = row_of("sigma 3, \"square\"", 12'345'678'901, 1.23456e-3, 4.00004);
     row.total.psnr_db = 58.16989;
     row.total.max_levels = 3.25;
-    row.setting.model.alpha_min = 1.0f / 255.0f;
+    row.setting.rules.alpha_min = 1.0f / 255.0f;
     row.setting.limits = {true, 8, 2, 300};
     row.setting.knobs = {3.5f, Shape::half_conic, 16, 4, Crossing::drop};
     row.counters.exchanges = {1, 2, 3, 4};

@@ -38,7 +38,7 @@ public:
     void settle(splat::Camera const& first, splat::Camera const&) override { render(first); }
     void render(splat::Camera const& camera) override
     {
-        image_ = whole_frame(gaussians_, camera, setting_.model, setting_.knobs);
+        image_ = whole_frame(gaussians_, camera, setting_.rules, setting_.knobs);
         report_ = {};
         report_.pairs = 1000;
         if (!setting_.limits.drop) return;
@@ -157,7 +157,7 @@ Setting setting_of(std::string const& name)
     FAIL("no setting ", name);
     return {};
 }
-bool same_model(splat::Model const& a, splat::Model const& b)
+bool same_rules(splat::Rules const& a, splat::Rules const& b)
 {
     return a.alpha_min == b.alpha_min && a.alpha_max == b.alpha_max && a.transmittance_min == b.transmittance_min &&
            a.dilation == b.dilation && a.jacobian_limit == b.jacobian_limit && a.footprint == b.footprint &&
@@ -259,9 +259,9 @@ TEST_CASE("a cut in standard deviations is the rectangle of long double, within 
 {
     auto const camera = camera_of();
     auto const tiling = splat::make_tiling(width, height, 32, 20);
-    splat::Model model;
-    model.alpha_min = 1e-12f;
-    auto const view = splat::make_view(camera, model);
+    splat::Rules rules;
+    rules.alpha_min = 1e-12f;
+    auto const view = splat::make_view(camera, rules);
     std::uint32_t cut = 0, gone = 0, seen = 0;
     for (auto const& g : cloud(1500)) {
         auto const given = splat::project(g, view, tiling);
@@ -358,29 +358,29 @@ TEST_CASE("settings: sixty and more, each by a name of its own, the library's fi
         CHECK(!s.knob.empty());
     }
     REQUIRE(all.front().name == "default");
-    splat::Model lossless;
+    splat::Rules lossless;
     lossless.footprint = splat::Lossless::footprint;
     lossless.alpha_max = splat::Lossless::alpha_max;
     lossless.arithmetic = splat::Lossless::arithmetic;
     lossless.transmittance_min = splat::Lossless::transmittance_min;
-    CHECK(same_model(all.front().model, lossless));
-    CHECK(all.front().model.transmittance_min == 5e-3f);
-    CHECK(all.front().model.alpha_min == 1.0f / 255);
+    CHECK(same_rules(all.front().rules, lossless));
+    CHECK(all.front().rules.transmittance_min == 5e-3f);
+    CHECK(all.front().rules.alpha_min == 1.0f / 255);
     CHECK(all.front().knobs == Knobs{});
     CHECK(all.front().limits == Limits{});
 
     for (auto const q : {splat::Quality::evaluation, splat::Quality::viewing, splat::Quality::on_sensor}) {
         auto const s = setting_of(splat::name(q));
-        CHECK(same_model(s.model, splat::with_quality(lossless, q)));
+        CHECK(same_rules(s.rules, splat::with_quality(lossless, q)));
         CHECK(s.knobs == Knobs{});
         CHECK(s.limits == Limits{});
     }
-    CHECK(setting_of("viewing").model.transmittance_min == 5e-3f);
+    CHECK(setting_of("viewing").rules.transmittance_min == 5e-3f);
     // No setting occurs under two names.
     for (std::size_t i = 0; i < all.size(); ++i)
         for (std::size_t k = 0; k < i; ++k) {
             auto const &one = all[k], &other = all[i];
-            CHECK_MESSAGE(!(same_model(one.model, other.model) && one.knobs == other.knobs && one.limits == other.limits), one.name,
+            CHECK_MESSAGE(!(same_rules(one.rules, other.rules) && one.knobs == other.knobs && one.limits == other.limits), one.name,
                           " is ", other.name);
         }
     auto const few = settings_of_sequences();
@@ -393,10 +393,10 @@ TEST_CASE("settings: each leaves out in double what it leaves out in float")
 {
     for (auto const& s : settings()) {
         auto const cuts = cut_offs_of(s);
-        CHECK(cuts.alpha_min == double{s.model.alpha_min});
-        CHECK(cuts.alpha_max == double{s.model.alpha_max});
-        CHECK(cuts.transmittance_min == double{s.model.transmittance_min});
-        CHECK(cuts.footprint == s.model.footprint);
+        CHECK(cuts.alpha_min == double{s.rules.alpha_min});
+        CHECK(cuts.alpha_max == double{s.rules.alpha_max});
+        CHECK(cuts.transmittance_min == double{s.rules.transmittance_min});
+        CHECK(cuts.footprint == s.rules.footprint);
         CHECK(cuts.sigmas == double{s.knobs.sigmas});
         CHECK(cuts.blends_crossing == (s.knobs.crossing == Crossing::blend));
     }
@@ -430,15 +430,15 @@ TEST_CASE("a view is measured against three pictures: double without cut-offs, d
     REQUIRE(rows.size() == chosen.size());
 
     auto const gaussians = scene.map.gaussians;
-    auto const none = report::render_double(gaussians, camera, splat::Model{}, report::no_cut_offs(no_alpha_cut));
+    auto const none = report::render_double(gaussians, camera, splat::Rules{}, report::no_cut_offs(no_alpha_cut));
     double const n = 3.0 * width * height;
     for (std::size_t i = 0; i + 1 < rows.size(); ++i) {
         auto const& row = rows[i];
         auto const& s = chosen[i];
         CAPTURE(s.name);
         REQUIRE(row.failed.empty());
-        auto const cut = report::render_double(gaussians, camera, s.model, cut_offs_of(s));
-        auto const whole = whole_frame(gaussians, camera, s.model, s.knobs);
+        auto const cut = report::render_double(gaussians, camera, s.rules, cut_offs_of(s));
+        auto const whole = whole_frame(gaussians, camera, s.rules, s.knobs);
         auto mesh = whole;
         if (s.limits.drop) mesh.rgb[4] += PretendedMachine::change;
         auto const same = [&](report::ErrorMeasures const& part, report::ErrorMeasures const& whole_of_it) {

@@ -9,7 +9,7 @@
 #include <tilemesh/report/reference_double.hpp>
 #include <tilemesh/splat/camera.hpp>
 #include <tilemesh/splat/gaussian.hpp>
-#include <tilemesh/splat/model.hpp>
+#include <tilemesh/splat/rules.hpp>
 #include <vector>
 
 namespace {
@@ -24,7 +24,7 @@ using tilemesh::splat::Camera;
 using tilemesh::splat::Footprint;
 using tilemesh::splat::Gaussian;
 using tilemesh::splat::GaussianId;
-using tilemesh::splat::Model;
+using tilemesh::splat::Rules;
 
 /// At the origin, looking along z. The principal point is off centre, and the pixels are not square.
 Camera plain_camera(std::uint32_t width, std::uint32_t height)
@@ -123,7 +123,7 @@ double brightest(std::vector<double> const& rgb)
 /// determinant from the cross product of V's rows (only sums of positive terms), the exponent by completing the square, and for every pixel
 /// the whole list in depth order until the pixel is finished. It knows all cut-offs except the footprint.
 std::vector<double> guard_render(std::vector<Gaussian> const& gaussians, Camera const& camera,
-                                 Model const& model, CutOffs const& cuts = no_cut_offs(0.0))
+                                 Rules const& rules, CutOffs const& cuts = no_cut_offs(0.0))
 {
     using Real = long double;
     struct Splat {
@@ -143,7 +143,7 @@ std::vector<double> guard_render(std::vector<Gaussian> const& gaussians, Camera 
         Real const x = view[0] / view[2];
         Real const y = view[1] / view[2];
         auto const clamped = [&](Real slope, Real size, Real focal) {
-            Real const limit = Real{model.jacobian_limit} * size / focal / 2;
+            Real const limit = Real{rules.jacobian_limit} * size / focal / 2;
             return slope > limit ? limit : slope < -limit ? -limit : slope;
         };
         Real const jx = clamped(x, camera.width, camera.fx);
@@ -183,7 +183,7 @@ std::vector<double> guard_render(std::vector<Gaussian> const& gaussians, Camera 
             c += rows[1][k] * rows[1][k];
             cross += area * area;
         }
-        Real const h = model.dilation;
+        Real const h = rules.dilation;
         splats.push_back({view[2], Real{camera.fx} * x + Real{camera.cx},
                           Real{camera.fy} * y + Real{camera.cy}, a + h, b,
                           cross + h * (a + c) + h * h, g.opacity, c + h, &g});
@@ -232,7 +232,7 @@ TEST_CASE("one isotropic Gaussian on the axis is the closed formula")
     auto const gaussian = coloured(ball(0, 0, 2, -1.5f, 0.75f, 1), 3.8f, 1.0f, 0.0f);
     auto const rgb = render_double_unrounded({&gaussian, 1}, camera, {}, Cuts::none, 1, 0.0);
     REQUIRE(rgb.size() == 3 * 31 * 23);
-    double const dilation = Model{}.dilation;
+    double const dilation = Rules{}.dilation;
     double const sigma_x = 40.0 / 2.0 * std::exp(-1.5);
     double const sigma_y = 50.0 / 2.0 * std::exp(-1.5);
     double worst = 0.0;
@@ -262,12 +262,12 @@ TEST_CASE("the Jacobian's slope is clamped at the limit times half the field of 
     int run = 0;
     for (float const limit : {1.3f, 0.0f}) {
         CAPTURE(limit);
-        Model model;
-        model.jacobian_limit = limit;
-        auto const rgb = render_double_unrounded({&gaussian, 1}, camera, model, Cuts::none);
+        Rules rules;
+        rules.jacobian_limit = limit;
+        auto const rgb = render_double_unrounded({&gaussian, 1}, camera, rules, Cuts::none);
         double const slope = limit > 0.0f ? double{limit} * 0.8 : 1.5;
-        double const xx = 20.0 * s * 20.0 * s * (1.0 + slope * slope) + double{model.dilation};
-        double const yy = 25.0 * s * 25.0 * s + double{model.dilation};
+        double const xx = 20.0 * s * 20.0 * s * (1.0 + slope * slope) + double{rules.dilation};
+        double const yy = 25.0 * s * 25.0 * s + double{rules.dilation};
         double const dx = 63.5 - mean_x;
         double const dy = 20.5 - 21.5;
         double const alpha = double{0.9f} * std::exp(-0.5 * (dx * dx / xx + dy * dy / yy));
@@ -281,8 +281,8 @@ TEST_CASE("the Jacobian's slope is clamped at the limit times half the field of 
     auto const below = ball(0, -4, 2, -0.5f, 0.9f, 1);
     auto const rgb = render_double_unrounded({&below, 1}, camera, {}, Cuts::none);
     double const slope = double{1.3f} * 0.48;
-    double const yy = 25.0 * s * 25.0 * s * (1.0 + slope * slope) + double{Model{}.dilation};
-    double const xx = 20.0 * s * 20.0 * s + double{Model{}.dilation};
+    double const yy = 25.0 * s * 25.0 * s * (1.0 + slope * slope) + double{Rules{}.dilation};
+    double const xx = 20.0 * s * 20.0 * s + double{Rules{}.dilation};
     double const dy = 0.5 - (21.5 - 100.0);
     double const dx = 33.5 - 33.5;
     double const alpha = double{0.9f} * std::exp(-0.5 * (dx * dx / xx + dy * dy / yy));
@@ -372,7 +372,7 @@ TEST_CASE("what cannot be projected contributes nothing")
     flat.rotation[1][0] = 1.0f;
     flat.rotation[1][1] = 0.0f;
     auto const unit = ball(0, 0, 2, 0, 0.5f, 1); // all variances are 400, the determinant 0
-    Model undilated;
+    Rules undilated;
     undilated.dilation = 0.0f;
     CHECK(brightest(render_double_unrounded({&unit, 1}, flat, undilated, Cuts::none)) == 0.0);
     CHECK(brightest(render_double_unrounded({&unit, 1}, flat, {}, Cuts::none)) > 0.4);
@@ -380,7 +380,7 @@ TEST_CASE("what cannot be projected contributes nothing")
     // A line seen without dilation has no area; with dilation it is seen.
     auto line = ball(0, 0, 2, -1, 0.5f, 1);
     line.log_scale[1] = line.log_scale[2] = -infinity;
-    Model sharp;
+    Rules sharp;
     sharp.dilation = 0.0f;
     CHECK(brightest(render_double_unrounded({&line, 1}, camera, sharp, Cuts::none)) == 0.0);
     CHECK(brightest(render_double_unrounded({&line, 1}, camera, {}, Cuts::none)) > 0.4);
@@ -402,9 +402,9 @@ TEST_CASE("with cut-offs a term below alpha_min is skipped")
 {
     auto const camera = plain_camera(48, 48);
     auto const gaussian = ball(0, 0, 2, -1, 0.5f, 1);
-    Model const model;
-    auto const whole = render_double_unrounded({&gaussian, 1}, camera, model, Cuts::none, 1, 0.0);
-    auto const cut = render_double_unrounded({&gaussian, 1}, camera, model, Cuts::same);
+    Rules const rules;
+    auto const whole = render_double_unrounded({&gaussian, 1}, camera, rules, Cuts::none, 1, 0.0);
+    auto const cut = render_double_unrounded({&gaussian, 1}, camera, rules, Cuts::same);
     double const alpha_min = double{1.0f / 255.0f};
     std::size_t kept = 0;
     std::size_t skipped = 0;
@@ -430,25 +430,25 @@ TEST_CASE("with cut-offs a term below alpha_min is skipped")
     CHECK(brightest_skipped > 0.8 * alpha_min);
 
     // At and just above the threshold itself.
-    auto faint = ball(0, 0, 2, 0, model.alpha_min, 1);
-    CHECK(brightest(render_double_unrounded({&faint, 1}, camera, model, Cuts::same)) == 0.0);
-    CHECK(brightest(render_double_unrounded({&faint, 1}, camera, model, Cuts::none)) > 0.0039);
-    faint.opacity = std::nextafter(model.alpha_min, 1.0f);
-    CHECK(brightest(render_double_unrounded({&faint, 1}, camera, model, Cuts::same)) > 0.0039);
+    auto faint = ball(0, 0, 2, 0, rules.alpha_min, 1);
+    CHECK(brightest(render_double_unrounded({&faint, 1}, camera, rules, Cuts::same)) == 0.0);
+    CHECK(brightest(render_double_unrounded({&faint, 1}, camera, rules, Cuts::none)) > 0.0039);
+    faint.opacity = std::nextafter(rules.alpha_min, 1.0f);
+    CHECK(brightest(render_double_unrounded({&faint, 1}, camera, rules, Cuts::same)) > 0.0039);
 }
 
 TEST_CASE("with cut-offs alpha is at most alpha_max")
 {
     auto const camera = plain_camera(32, 32);
-    Model model;
-    model.alpha_max = 0.75f;
+    Rules rules;
+    rules.alpha_max = 0.75f;
     std::vector<Gaussian> const gaussians{coloured(ball(0, 0, 2, 0, 1.0f, 1), 1, 0, 0),
                                           coloured(ball(0, 0, 3, 0, 0.5f, 2), 0, 1, 0)};
     auto const centre = std::size_t{3 * (13 * 32 + 17)};
-    auto const cut = render_double_unrounded(gaussians, camera, model, Cuts::same);
+    auto const cut = render_double_unrounded(gaussians, camera, rules, Cuts::same);
     CHECK(cut[centre] == 0.75);
     CHECK(cut[centre + 1] == 0.125);
-    auto const whole = render_double_unrounded(gaussians, camera, model, Cuts::none);
+    auto const whole = render_double_unrounded(gaussians, camera, rules, Cuts::none);
     CHECK(whole[centre] == 1.0);
     CHECK(whole[centre + 1] == 0.0);
 }
@@ -469,13 +469,13 @@ TEST_CASE("with cut-offs a pixel stops after the term that crosses transmittance
          {Case{0.3f, 0.0, 0.0}, Case{0.25f, 0.1875, 0.0}, // "below" is strict
           Case{0.07f, 0.1875, 0.0}, Case{0.0625f, 0.1875, 0.03125}, Case{0.0f, 0.1875, 0.03125}}) {
         CAPTURE(each.transmittance_min);
-        Model model;
-        model.transmittance_min = each.transmittance_min;
-        auto const cut = render_double_unrounded(gaussians, camera, model, Cuts::same);
+        Rules rules;
+        rules.transmittance_min = each.transmittance_min;
+        auto const cut = render_double_unrounded(gaussians, camera, rules, Cuts::same);
         CHECK(cut[centre] == 0.75);
         CHECK(cut[centre + 1] == each.green);
         CHECK(cut[centre + 2] == each.blue);
-        auto const whole = render_double_unrounded(gaussians, camera, model, Cuts::none);
+        auto const whole = render_double_unrounded(gaussians, camera, rules, Cuts::none);
         CHECK(whole[centre + 1] == 0.1875);
         CHECK(whole[centre + 2] == 0.03125);
     }
@@ -571,7 +571,7 @@ TEST_CASE("with every cut-off it agrees with the picture in long double, pixel b
 TEST_CASE("the cut in standard deviations ends at its columns and rows")
 {
     auto const camera = plain_camera(96, 96); // the principal point is (49.5, 45.5)
-    Model sharp;
+    Rules sharp;
     sharp.dilation = 0.0f; // so that the deviations are exactly 20 and 25 pixels
     auto const gaussian = ball(0, 0, 2, 0, 1.0f, 1);
     auto const whole = render_double_unrounded({&gaussian, 1}, camera, sharp, no_cut_offs(0.0));
@@ -599,7 +599,7 @@ TEST_CASE("the cut in standard deviations ends at its columns and rows")
 
     // The deviations are those of the dilated covariance: a point has the deviation of the dilation.
     auto const point = ball(0, 0, 2, -20, 1.0f, 1);
-    Model wide;
+    Rules wide;
     wide.dilation = 9.0f;
     auto cuts = no_cut_offs(0.0);
     cuts.sigmas = 2.0; // 6 pixels
@@ -643,12 +643,12 @@ TEST_CASE("of the footprint and the cut in standard deviations the smaller count
 
 TEST_CASE("Cuts are two of the cut-offs")
 {
-    Model model;
-    model.alpha_min = 0.02f;
-    model.alpha_max = 0.9f;
-    model.transmittance_min = 0.05f;
-    model.footprint = Footprint::three_sigma_square;
-    auto const same = cut_offs(model);
+    Rules rules;
+    rules.alpha_min = 0.02f;
+    rules.alpha_max = 0.9f;
+    rules.transmittance_min = 0.05f;
+    rules.footprint = Footprint::three_sigma_square;
+    auto const same = cut_offs(rules);
     CHECK(same.alpha_min == double{0.02f});
     CHECK(same.alpha_max == double{0.9f});
     CHECK(same.transmittance_min == double{0.05f});
@@ -660,26 +660,26 @@ TEST_CASE("Cuts are two of the cut-offs")
 
     auto const camera = tilted_camera(64, 48);
     auto const gaussians = random_gaussians(120, 9);
-    auto const with_model = render_double_unrounded(gaussians, camera, model, Cuts::same);
-    auto const without = render_double_unrounded(gaussians, camera, model, Cuts::none);
-    auto const some = render_double_unrounded(gaussians, camera, model, Cuts::none, 1, 1e-3);
-    CHECK(largest_difference(with_model, without) > 0.01);
+    auto const with_rules = render_double_unrounded(gaussians, camera, rules, Cuts::same);
+    auto const without = render_double_unrounded(gaussians, camera, rules, Cuts::none);
+    auto const some = render_double_unrounded(gaussians, camera, rules, Cuts::none, 1, 1e-3);
+    CHECK(largest_difference(with_rules, without) > 0.01);
     CHECK(largest_difference(some, without) > 1e-5);
-    CHECK(render_double_unrounded(gaussians, camera, model, cut_offs(model)) == with_model);
-    CHECK(render_double_unrounded(gaussians, camera, model, no_cut_offs()) == without);
-    CHECK(render_double_unrounded(gaussians, camera, model, no_cut_offs(1e-3)) == some);
+    CHECK(render_double_unrounded(gaussians, camera, rules, cut_offs(rules)) == with_rules);
+    CHECK(render_double_unrounded(gaussians, camera, rules, no_cut_offs()) == without);
+    CHECK(render_double_unrounded(gaussians, camera, rules, no_cut_offs(1e-3)) == some);
     // The given cut-offs count, not the model's.
-    CHECK(render_double_unrounded(gaussians, camera, {}, cut_offs(model)) == with_model);
-    CHECK(render_double(gaussians, camera, {}, cut_offs(model), 3).rgb ==
-          render_double(gaussians, camera, model, Cuts::same).rgb);
+    CHECK(render_double_unrounded(gaussians, camera, {}, cut_offs(rules)) == with_rules);
+    CHECK(render_double(gaussians, camera, {}, cut_offs(rules), 3).rgb ==
+          render_double(gaussians, camera, rules, Cuts::same).rgb);
     CHECK(render_double(gaussians, camera, {}, no_cut_offs()).rgb ==
-          render_double(gaussians, camera, model, Cuts::none).rgb);
+          render_double(gaussians, camera, rules, Cuts::none).rgb);
 }
 
 TEST_CASE("the three-sigma square ends at its columns and rows")
 {
     auto const camera = plain_camera(96, 96); // the principal point is (49.5, 45.5)
-    Model square;
+    Rules square;
     square.footprint = Footprint::three_sigma_square;
     // On the axis the variances on the screen are exact, and the longer one is along `axis`.
     for (int axis : {0, 1}) {
@@ -718,16 +718,16 @@ TEST_CASE("the three-sigma square ends at its columns and rows")
 TEST_CASE("the opacity box loses no term of alpha_min or more")
 {
     auto const camera = tilted_camera(64, 48);
-    Model model;
-    model.transmittance_min = 0.0f;
-    Model square = model; // its square covers the frame if 3 sigma does
+    Rules rules;
+    rules.transmittance_min = 0.0f;
+    Rules square = rules; // its square covers the frame if 3 sigma does
     square.footprint = Footprint::three_sigma_square;
     double more_than_square = 0.0;
     for (auto const& gaussian : random_gaussians(100, 2)) {
-        auto const whole = render_double_unrounded({&gaussian, 1}, camera, model, Cuts::none, 1, 0);
-        auto const box = render_double_unrounded({&gaussian, 1}, camera, model, Cuts::same);
+        auto const whole = render_double_unrounded({&gaussian, 1}, camera, rules, Cuts::none, 1, 0);
+        auto const box = render_double_unrounded({&gaussian, 1}, camera, rules, Cuts::same);
         auto const cut = render_double_unrounded({&gaussian, 1}, camera, square, Cuts::same);
-        double const alpha_min = model.alpha_min;
+        double const alpha_min = rules.alpha_min;
         std::size_t wrong = 0;
         for (std::size_t i = 0; i < whole.size(); ++i) {
             double const alpha = whole[i] / double{gaussian.colour[i % 3]};
@@ -742,11 +742,11 @@ TEST_CASE("the opacity box loses no term of alpha_min or more")
     // 490 columns to each side: a box one part in a hundred too small loses four of them.
     auto const wide = plain_camera(1200, 3);
     auto const large = ball(0, 0, 2, 2, 1, 1);
-    auto const whole = render_double_unrounded({&large, 1}, wide, model, Cuts::none, 1, 0);
-    auto const box = render_double_unrounded({&large, 1}, wide, model, Cuts::same);
+    auto const whole = render_double_unrounded({&large, 1}, wide, rules, Cuts::none, 1, 0);
+    auto const box = render_double_unrounded({&large, 1}, wide, rules, Cuts::same);
     std::size_t wrong = 0;
     for (std::size_t i = 0; i < whole.size(); i += 3)
-        wrong += box[i] == (whole[i] >= double{model.alpha_min} ? whole[i] : 0.0) ? 0 : 1;
+        wrong += box[i] == (whole[i] >= double{rules.alpha_min} ? whole[i] : 0.0) ? 0 : 1;
     CHECK(wrong == 0);
     CHECK(box[0] == 0.0);
     CHECK(box[3 * 600] > 0.9);

@@ -14,7 +14,7 @@ using scene::demand_of;
 namespace {
 Demand along(scene::Map const& map, std::vector<splat::Camera> const& path, std::uint32_t tile = 16)
 {
-    return demand_of(map, std::span(path), splat::Model{}, [&](splat::Camera const& c) {
+    return demand_of(map, std::span(path), splat::Rules{}, [&](splat::Camera const& c) {
         return splat::make_tiling(c.width, c.height, tile, tile);
     });
 }
@@ -214,17 +214,17 @@ TEST_CASE("demand: it holds for the scanned views with their model, and for any 
     auto const camera = support::flat_camera(64, 64);
     auto other = camera;
     other.cx = 1;
-    splat::Model fainter;
+    splat::Rules fainter;
     fainter.alpha_min = 1e-3f;
-    auto const view = splat::make_view(camera, splat::Model{});
+    auto const view = splat::make_view(camera, splat::Rules{});
     auto const d = along(support::map_of({support::ball(1, 8, 8), support::ball(2, 900, 8)}), {camera});
     CHECK(d.holds_for(view));
-    splat::Model stops_later = view.model; // what is visible does not depend on these
+    splat::Rules stops_later = view.rules; // what is visible does not depend on these
     stops_later.transmittance_min = 1e-4f;
     stops_later.alpha_max = 0.99f;
     stops_later.arithmetic = splat::Arithmetic::fast;
     CHECK(d.holds_for(splat::make_view(camera, stops_later)));
-    CHECK_FALSE(d.holds_for(splat::make_view(other, splat::Model{})));
+    CHECK_FALSE(d.holds_for(splat::make_view(other, splat::Rules{})));
     CHECK_FALSE(d.holds_for(splat::make_view(camera, fainter)));
-    CHECK(along(support::map_of({support::ball(1, 8, 8)}), {camera}).holds_for(splat::make_view(other, splat::Model{})));
+    CHECK(along(support::map_of({support::ball(1, 8, 8)}), {camera}).holds_for(splat::make_view(other, splat::Rules{})));
 }

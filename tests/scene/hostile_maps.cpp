@@ -59,15 +59,15 @@ bool render_all(scene::Map const& map, splat::Camera const& camera)
     bool any_unplaced = false;
     for (auto const footprint : {splat::Footprint::opacity_box, splat::Footprint::three_sigma_square}) {
         auto const renderer = renderer_of(map, {.grid = {4, 3}, .footprint = footprint, .arithmetic = splat::Arithmetic::precise});
-        auto model = renderer->model();
-        model.footprint = footprint;
+        auto rules = renderer->rules();
+        rules.footprint = footprint;
         for (auto const& view : {camera, turned, back}) {
             auto const frame = renderer->render(view);
             auto const& r = frame.report;
             std::size_t not_finite = 0;
             for (float v : frame.image.rgb) not_finite += std::isfinite(v) ? 0 : 1;
             CHECK(not_finite == 0);
-            CHECK(support::differing_pixels(frame.image, report::render_naive(map.gaussians, view, model,
+            CHECK(support::differing_pixels(frame.image, report::render_naive(map.gaussians, view, rules,
                                                                               renderer->missing(r))) ==
                   0);
             auto const& n = r.gaussians;

@@ -16,7 +16,7 @@
 #include <tilemesh/scene/frame_whole.hpp>
 #include <tilemesh/scene/map_file.hpp>
 #include <tilemesh/scene/records.hpp>
-#include <tilemesh/splat/model.hpp>
+#include <tilemesh/splat/rules.hpp>
 #include <tuple>
 #include <type_traits>
 #include <utility>
@@ -40,7 +40,7 @@ Image render(Map const& map, Camera const& camera)
 {
     namespace report = tilemesh::report;
     auto const of_degree = [&]<std::uint32_t degree>(std::integral_constant<std::uint32_t, degree>) {
-        return report::render_double(tilemesh::scene::records<tilemesh::splat::GaussianOfDegree<degree>>(map), camera, tilemesh::splat::Model{},
+        return report::render_double(tilemesh::scene::records<tilemesh::splat::GaussianOfDegree<degree>>(map), camera, tilemesh::splat::Rules{},
                                      report::Cuts::none, 1);
     };
     switch (map.sh_degree) {

@@ -34,9 +34,9 @@ inline double alpha_rounding(splat::Splat const& s, double dx, double off0, doub
 /// alpha is nearer to alpha_min than its error, one of the two may leave the pair out: alpha T_i. Each pair also rounds the transmittance
 /// once and the colour once, in both: 2^-23 of `brightest` in all.
 inline std::vector<double> limits_of_fast(std::vector<splat::Gaussian> const& gaussians, splat::Camera const& camera,
-                                          splat::Model const& model)
+                                          splat::Rules const& rules)
 {
-    auto const view = splat::make_view(camera, model);
+    auto const view = splat::make_view(camera, rules);
     auto const tiling = splat::make_tiling(camera.width, camera.height, camera.width, camera.height);
     std::vector<std::pair<splat::Splat, splat::GaussianId>> items;
     for (auto const& g : gaussians)
@@ -56,12 +56,12 @@ inline std::vector<double> limits_of_fast(std::vector<splat::Gaussian> const& ga
                 float const px = static_cast<float>(x) + 0.5f - camera.cx, py = static_cast<float>(y) + 0.5f - camera.cy;
                 double const dx = px - s.mean_px[0], dy = py - s.mean_px[1], off = dy - double{s.slope} * dx;
                 double const error = alpha_rounding(s, dx, off - k, off, dy - k, dy, static_cast<int>(k));
-                double const alpha = std::min(splat::alpha_at(s, px, py), model.alpha_max);
-                if (alpha < model.alpha_min * (1 - 1.01 * error)) continue;
+                double const alpha = std::min(splat::alpha_at(s, px, py), rules.alpha_max);
+                if (alpha < rules.alpha_min * (1 - 1.01 * error)) continue;
                 auto const i = std::size_t{y} * camera.width + x;
-                bool const either = alpha <= model.alpha_min * (1 + 1.01 * error);
+                bool const either = alpha <= rules.alpha_min * (1 + 1.01 * error);
                 limits[i] += alpha * transmittance[i] * (either ? 1 + error : error) + 0x1p-23;
-                if (alpha >= model.alpha_min) transmittance[i] -= alpha * transmittance[i];
+                if (alpha >= rules.alpha_min) transmittance[i] -= alpha * transmittance[i];
             }
     }
     for (double& limit : limits) limit *= brightest;

@@ -15,13 +15,13 @@ namespace support {
 struct SortedSplats {
     std::vector<tilemesh::splat::Gaussian> gaussians;
     tilemesh::splat::Camera camera;
-    tilemesh::splat::Model model;
+    tilemesh::splat::Rules rules;
     std::vector<tilemesh::splat::Splat> splats;
 
-    SortedSplats(std::vector<tilemesh::splat::Gaussian> records, tilemesh::splat::Camera const& c, tilemesh::splat::Model const& m = {})
-        : gaussians(std::move(records)), camera(c), model(m)
+    SortedSplats(std::vector<tilemesh::splat::Gaussian> records, tilemesh::splat::Camera const& c, tilemesh::splat::Rules const& m = {})
+        : gaussians(std::move(records)), camera(c), rules(m)
     {
-        auto const view = tilemesh::splat::make_view(camera, model);
+        auto const view = tilemesh::splat::make_view(camera, rules);
         auto const tiling = tilemesh::splat::make_tiling(camera.width, camera.height, camera.width, camera.height);
         std::vector<std::pair<tilemesh::splat::Splat, tilemesh::splat::GaussianId>> items;
         for (auto const& g : gaussians)

@@ -24,23 +24,23 @@ using Picture = support::Blended;
 template <std::uint32_t Lanes = inner::lanes_in_use>
 Picture blend(Scene const& scene, Arithmetic arithmetic, std::uint32_t tile_width, std::uint32_t tile_height, std::uint32_t workers = 0)
 {
-    Model model = scene.model;
-    model.arithmetic = arithmetic;
+    Rules rules = scene.rules;
+    rules.arithmetic = arithmetic;
     auto const& c = scene.camera;
     return support::blended_in_tiles(
         scene, tile_width, tile_height,
         [&](PixelRect const& tile, std::uint32_t n, auto const& at, FloatPixel* pixels, Picture& picture) {
             if (workers == 0) {
                 PairCount counts[6] = {};
-                blend_whole_tile<Lanes>(tile, c, model, n, at, pixels, c.width, counts, 6);
+                blend_whole_tile<Lanes>(tile, c, rules, n, at, pixels, c.width, counts, 6);
                 for (auto const& count : counts) picture.count(count);
             }
             for (std::uint32_t w = 0; w < workers; ++w)
-                picture.count(blend_tile<Lanes>(tile, c, model, n, at, pixels, c.width, Worker{w, workers}));
+                picture.count(blend_tile<Lanes>(tile, c, rules, n, at, pixels, c.width, Worker{w, workers}));
         });
 }
 /// Ordinary splats, needles, discs, opaque ones, and some as large as the frame.
-Scene varied(std::uint32_t n, std::uint32_t seed, Model const& model = {})
+Scene varied(std::uint32_t n, std::uint32_t seed, Rules const& rules = {})
 {
     auto gaussians = support::cloud(n, seed);
     for (auto& g : gaussians) {
@@ -51,7 +51,7 @@ Scene varied(std::uint32_t n, std::uint32_t seed, Model const& model = {})
         if (id % 13 == 4) g.opacity = 0.004f;
         if (id % 101 == 5) g.log_scale[0] += 4, g.log_scale[1] += 4;
     }
-    return Scene(std::move(gaussians), support::lens(250, 131), model);
+    return Scene(std::move(gaussians), support::lens(250, 131), rules);
 }
 double largest_difference(Picture const& a, Picture const& b)
 {
@@ -60,9 +60,9 @@ double largest_difference(Picture const& a, Picture const& b)
         for (int c = 0; c < 3; ++c) most = std::max(most, std::fabs(double{a.pixels[i].rgb[c]} - double{b.pixels[i].rgb[c]}));
     return most;
 }
-Model with(void (*change)(Model&))
+Rules with(void (*change)(Rules&))
 {
-    Model m;
+    Rules m;
     change(m);
     return m;
 }
@@ -70,13 +70,13 @@ Model with(void (*change)(Model&))
 
 TEST_CASE("blending: precise is the naive loop, bit for bit, and counts its pairs")
 {
-    for (auto const& model : {Model{}, with([](Model& m) { m.alpha_max = 0.99f; }), with([](Model& m) { m.alpha_min = 0; }),
-                              with([](Model& m) { m.transmittance_min = 0; }), with([](Model& m) { m.transmittance_min = 0.5f; }),
-                              with([](Model& m) { m.footprint = Footprint::three_sigma_square; }),
-                              with([](Model& m) { m.dilation = 0; })}) {
-        auto const scene = varied(900, 31, model);
+    for (auto const& rules : {Rules{}, with([](Rules& m) { m.alpha_max = 0.99f; }), with([](Rules& m) { m.alpha_min = 0; }),
+                              with([](Rules& m) { m.transmittance_min = 0; }), with([](Rules& m) { m.transmittance_min = 0.5f; }),
+                              with([](Rules& m) { m.footprint = Footprint::three_sigma_square; }),
+                              with([](Rules& m) { m.dilation = 0; })}) {
+        auto const scene = varied(900, 31, rules);
         auto const picture = blend(scene, Arithmetic::precise, 32, 20);
-        auto const naive = report::render_naive(scene.gaussians, scene.camera, scene.model);
+        auto const naive = report::render_naive(scene.gaussians, scene.camera, scene.rules);
         std::uint64_t contributing = 0;
         std::vector<float> transmittance(picture.pixels.size(), 1.0f);
         for (auto const& s : scene.splats)
@@ -84,8 +84,8 @@ TEST_CASE("blending: precise is the naive loop, bit for bit, and counts its pair
                 for (auto x = s.rect().x0; x < s.rect().x1; ++x) {
                     float& t = transmittance[std::size_t{y} * scene.camera.width + x];
                     float const alpha =
-                        std::min(alpha_at(s, float(x) + 0.5f - scene.camera.cx, float(y) + 0.5f - scene.camera.cy), model.alpha_max);
-                    if (t < model.transmittance_min || alpha < model.alpha_min) continue;
+                        std::min(alpha_at(s, float(x) + 0.5f - scene.camera.cx, float(y) + 0.5f - scene.camera.cy), rules.alpha_max);
+                    if (t < rules.transmittance_min || alpha < rules.alpha_min) continue;
                     t = t - alpha * t;
                     ++contributing;
                 }
@@ -132,12 +132,12 @@ TEST_CASE("blending: one thread for all workers counts what each of them counts"
     std::vector<FloatPixel> pixels(41 * 42);
     for (auto arithmetic : {Arithmetic::precise, Arithmetic::fast})
         for (std::uint32_t n : {0u, 1u, 15u, 16u, 17u, 127u, 128u, 129u, 250u}) {
-            Model model = scene.model;
-            model.arithmetic = arithmetic;
+            Rules rules = scene.rules;
+            rules.arithmetic = arithmetic;
             PairCount counts[6] = {};
-            blend_whole_tile(tile, scene.camera, model, n, at, pixels.data(), 41, counts, 6);
+            blend_whole_tile(tile, scene.camera, rules, n, at, pixels.data(), 41, counts, 6);
             for (std::uint32_t w = 0; w < 6; ++w) {
-                auto const one = blend_tile(tile, scene.camera, model, n, at, pixels.data(), 41, Worker{w, 6});
+                auto const one = blend_tile(tile, scene.camera, rules, n, at, pixels.data(), 41, Worker{w, 6});
                 CHECK(counts[w].blocks == one.blocks);
                 CHECK(counts[w].contributing == one.contributing);
             }
@@ -167,15 +167,15 @@ std::pair<inner::OpenBlock<HasDepth>, std::uint32_t> one_block(Scene const& scen
     std::pair<inner::OpenBlock<HasDepth>, std::uint32_t> result{};
     auto& [block, contributing] = result;
     block.begin(bx, by, 0, tile, scene.camera);
-    inner::RowLimits const limits{scene.model.alpha_min};
+    inner::RowLimits const limits{scene.rules.alpha_min};
     inner::Chunk<size> chunk{};
     std::uint32_t hits[size + 4];
     for (std::uint32_t begin = 0; begin < n; begin += size) {
         auto const most = inner::fill<Rule>(inner::GivenSet<4>{}, chunk, begin, n, at);
-        auto const count = inner::GivenSet<4>::call<inner::ListHits<Rule>>(chunk, most, block.at, scene.model.alpha_max, &hits[0]);
+        auto const count = inner::GivenSet<4>::call<inner::ListHits<Rule>>(chunk, most, block.at, scene.rules.alpha_max, &hits[0]);
         for (std::uint32_t done = 0; done < count;) {
             auto const part = inner::run_length<Rule>(hits + done, std::min(inner::blended_between_looks, count - done));
-            contributing += Set::template call<inner::BlendBlock<Rule, Stop>>(block.state, chunk, hits + done, part, block.at, scene.model, limits);
+            contributing += Set::template call<inner::BlendBlock<Rule, Stop>>(block.state, chunk, hits + done, part, block.at, scene.rules, limits);
             done += part;
         }
     }
@@ -205,7 +205,7 @@ TEST_CASE("blending: rows blended apart, as in WebAssembly, have the bits and th
     check_rows_apart<inner::FastRule, inner::StopEachPixel, false>(scene);
     check_rows_apart<inner::FastRule, inner::StopBeforeCrossing, true>(scene);
     check_rows_apart<inner::EachPair, inner::StopEachPixel, true>(scene);
-    check_rows_apart<inner::FastRule, inner::StopEachPixel, false>(varied(300, 84, with([](Model& m) { m.alpha_max = 0.99f; })));
+    check_rows_apart<inner::FastRule, inner::StopEachPixel, false>(varied(300, 84, with([](Rules& m) { m.alpha_max = 0.99f; })));
 }
 
 TEST_CASE("blending: fast is within its bound of precise")
@@ -214,7 +214,7 @@ TEST_CASE("blending: fast is within its bound of precise")
     for (std::uint32_t seed = 41; seed < 45; ++seed) {
         auto const scene = varied(900, seed);
         // Without cut-offs the two arithmetics draw the same pairs.
-        auto const open = varied(900, seed, with([](Model& m) { m.transmittance_min = 0; }));
+        auto const open = varied(900, seed, with([](Rules& m) { m.transmittance_min = 0; }));
         auto const difference = largest_difference(blend(scene, Arithmetic::precise, 32, 20), blend(scene, Arithmetic::fast, 32, 20));
         most = std::max(most, difference);
         CHECK(difference > 0); // otherwise the recurrence was never used
@@ -226,9 +226,9 @@ TEST_CASE("blending: fast is within its bound of precise")
     // One splat alone: alpha itself, over pixels that both draw. Needles leave the recurrence's range in some of their blocks.
     // Without dilation, alpha of the thinnest needles rises from nothing to its peak within a block.
     double relative = 0;
-    for (auto const& model : {Model{}, with([](Model& m) { m.alpha_max = 0.99f; }), with([](Model& m) { m.dilation = 0; })}) {
+    for (auto const& rules : {Rules{}, with([](Rules& m) { m.alpha_max = 0.99f; }), with([](Rules& m) { m.dilation = 0; })}) {
         for (auto const& g : varied(500, 46).gaussians) {
-            Scene const one({g}, support::lens(120, 75), model);
+            Scene const one({g}, support::lens(120, 75), rules);
             auto const precise = blend(one, Arithmetic::precise, 120, 75), fast = blend(one, Arithmetic::fast, 120, 75);
             for (std::size_t i = 0; i < precise.pixels.size(); ++i)
                 for (int c = 0; c < 3; ++c) {
@@ -296,12 +296,12 @@ TEST_CASE("blending: pixels outside a rectangle get nothing, however bright the 
                 s.columns = x0 | (x0 + size) << 16;
                 s.rows = y0 | (y0 + size) << 16;
                 for (auto arithmetic : {Arithmetic::precise, Arithmetic::fast}) {
-                    Model model;
-                    model.arithmetic = arithmetic;
+                    Rules rules;
+                    rules.arithmetic = arithmetic;
                     std::vector<FloatPixel> pixels(48 * 30);
                     auto const at = [&](std::uint32_t) noexcept -> Splat const& { return s; };
                     PairCount counts[1] = {};
-                    blend_whole_tile(PixelRect{0, 48, 0, 30}, camera, model, 1, at, pixels.data(), 48, counts, 1);
+                    blend_whole_tile(PixelRect{0, 48, 0, 30}, camera, rules, 1, at, pixels.data(), 48, counts, 1);
                     bool right = counts[0].contributing == size * size;
                     for (std::uint32_t y = 0; y < 30; ++y)
                         for (std::uint32_t x = 0; x < 48; ++x) {
@@ -325,15 +325,15 @@ TEST_CASE("blending: an opaque wall stops a block within 64 splats")
     s.rows = 0u | 5u << 16;
     auto const at = [&](std::uint32_t) noexcept -> Splat const& { return s; };
     std::vector<FloatPixel> pixels(80);
-    for (auto const& each : {std::pair(Model{}.transmittance_min, 2u), std::pair(1e-4f, 4u)})
+    for (auto const& each : {std::pair(Rules{}.transmittance_min, 2u), std::pair(1e-4f, 4u)})
         for (std::uint32_t n : {1u, 2u, 3u, 4u, 5u, 63u, 64u, 65u, 1000u}) {
             auto const stop = each.first;
             auto const layers = each.second;
             CAPTURE(stop);
             PairCount counts[1] = {};
-            Model model;
-            model.transmittance_min = stop;
-            blend_whole_tile(PixelRect{0, 16, 0, 5}, camera, model, n, at, pixels.data(), 16, counts, 1);
+            Rules rules;
+            rules.transmittance_min = stop;
+            blend_whole_tile(PixelRect{0, 16, 0, 5}, camera, rules, n, at, pixels.data(), 16, counts, 1);
             CHECK(counts[0].blocks == std::min(n, 64u));
             CHECK(counts[0].contributing == 80 * std::min(n, layers));
         }
@@ -354,12 +354,12 @@ TEST_CASE("blending: small splats meet no denormal operand, and the caller's flo
     unsigned const mine = __builtin_ia32_stmxcsr();
     for (unsigned const mode : {0u, flush_to_zero})
         for (auto const arithmetic : {Arithmetic::precise, Arithmetic::fast}) {
-            Model model = scene.model;
-            model.arithmetic = arithmetic;
+            Rules rules = scene.rules;
+            rules.arithmetic = arithmetic;
             PairCount counts[1] = {};
             unsigned const before = (mine & ~(flags | flush_to_zero)) | mode;
             __builtin_ia32_ldmxcsr(before);
-            blend_whole_tile(PixelRect{0, 250, 0, 131}, scene.camera, model, static_cast<std::uint32_t>(scene.splats.size()), at,
+            blend_whole_tile(PixelRect{0, 250, 0, 131}, scene.camera, rules, static_cast<std::uint32_t>(scene.splats.size()), at,
                              pixels.data(), 250, counts, 1);
             unsigned const after = __builtin_ia32_stmxcsr();
             __builtin_ia32_ldmxcsr(mine);

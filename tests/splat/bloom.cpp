@@ -21,9 +21,9 @@ void check_copies(std::uint32_t slots, RendererOptions options, std::vector<floa
     for (float turn : turns) {
         auto const camera = support::lens(120, 80, turn);
         auto const frame = runner->render(camera);
-        CHECK(runner->wrong_tiles(gaussians, make_view(camera, runner->model())) == 0);
+        CHECK(runner->wrong_tiles(gaussians, make_view(camera, runner->rules())) == 0);
         CHECK(frame.report.lost.empty());
-        CHECK(support::differing_pixels(frame.image, report::render_naive(gaussians, camera, runner->model())) == 0);
+        CHECK(support::differing_pixels(frame.image, report::render_naive(gaussians, camera, runner->rules())) == 0);
     }
 }
 std::vector<float> const path = {0, 0, 0.002f, 0.004f, 0.05f, -0.4f, 1.5f, 3.1f, 0.01f, 0.01f, 0.02f, -0.02f};
@@ -97,8 +97,8 @@ TEST_CASE("drop: every missing copy is listed with its cause, and the picture la
             for (auto const& l : r.lost) seen = seen || l.cause == cause;
             CHECK(seen);
             if (S::Saturation::holds) CHECK(r.lost_copies + r.gaussians.unplaced == r.lost.size());
-            auto const full = report::render_naive(gaussians, view, renderer->model());
-            auto const without = report::render_naive(gaussians, view, renderer->model(), renderer->missing(r));
+            auto const full = report::render_naive(gaussians, view, renderer->rules());
+            auto const without = report::render_naive(gaussians, view, renderer->rules(), renderer->missing(r));
             // RGBX8 or float: the format of the framebuffer.
             auto shown = without;
             if constexpr (std::is_same_v<typename S::Pixel, Rgbx8Pixel>)
@@ -238,7 +238,7 @@ TEST_CASE("bounded hops: one superstep a frame; every frame lacks exactly the li
                 auto const ids = renderer->owned_ids();
                 CHECK(ids.size() == gaussians.size());
                 CHECK(std::adjacent_find(ids.begin(), ids.end()) == ids.end());
-                auto const without = report::render_naive(gaussians, camera, renderer->model(), renderer->missing(r));
+                auto const without = report::render_naive(gaussians, camera, renderer->rules(), renderer->missing(r));
                 CHECK(support::differing_pixels(frame.image, without) == 0);
                 for (auto const& l : r.lost) CHECK(l.cause == report::Cause::late);
                 late += r.late_copies;
@@ -294,7 +294,7 @@ TEST_CASE("bounded hops: records without storage are listed tile by tile, and co
             CHECK(ids.size() + r.gaussians.unplaced == gaussians.size());
             CHECK(std::adjacent_find(ids.begin(), ids.end()) == ids.end());
             CHECK(support::differing_pixels(
-                      frame.image, report::render_naive(gaussians, camera, renderer->model(),
+                      frame.image, report::render_naive(gaussians, camera, renderer->rules(),
                                                         renderer->missing(r))) == 0);
         }
     }

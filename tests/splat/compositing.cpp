@@ -7,9 +7,9 @@ using namespace tilemesh::splat;
 using support::make_runner;
 
 namespace {
-Splat splat_of(Gaussian const& g, Camera const& camera, Model const& model = {})
+Splat splat_of(Gaussian const& g, Camera const& camera, Rules const& rules = {})
 {
-    return project(g, make_view(camera, model), make_tiling(camera.width, camera.height, camera.width, camera.height));
+    return project(g, make_view(camera, rules), make_tiling(camera.width, camera.height, camera.width, camera.height));
 }
 /// May a pixel of the block see the splat? The arguments are the block's outermost centres, relative to the mean.
 bool reaches(Splat const& s, float x0, float x1, float y0, float y1)
@@ -23,11 +23,11 @@ bool reaches(Splat const& s, float x0, float x1, float y0, float y1)
 }
 template <class S = support::Whole>
 report::Image on_mesh(std::vector<Gaussian> const& gaussians, Camera const& camera, RendererOptions options = {.grid = {1, 1}},
-                      Model const* model = nullptr)
+                      Rules const* rules = nullptr)
 {
     options.sizes = support::sized<S>(50, 500);
     auto const runner = make_runner<S>(support::map_of(gaussians), options);
-    if (model != nullptr) runner->model() = *model;
+    if (rules != nullptr) runner->rules() = *rules;
     return runner->render(camera).image;
 }
 } // namespace
@@ -112,7 +112,7 @@ TEST_CASE("compositing: opaque layers hide what is behind them exactly, with the
     auto black = support::ball(1, 0, 0, 50, 1.0f), white = support::ball(2, 0, 0, 50, 1.0f);
     for (int c = 0; c < 3; ++c) black.colour[c] = 0, white.colour[c] = 1;
     CHECK(on_mesh({black, white}, camera).pixel(10, 10)[0] == 0.0f);
-    Model clamped;
+    Rules clamped;
     clamped.alpha_max = 0.99f;
     CHECK(on_mesh({black, white}, camera, {.grid = {1, 1}}, &clamped).pixel(10, 10)[0] == doctest::Approx(0.0099f));
 }
@@ -137,7 +137,7 @@ TEST_CASE("the picture does not depend on the tiling: every tile size from 1 x 1
 {
     auto const camera = support::lens(67, 41);
     auto const gaussians = support::cloud(250, 71);
-    auto const naive = report::render_naive(gaussians, camera, Model{});
+    auto const naive = report::render_naive(gaussians, camera, Rules{});
     for (std::uint32_t w = 1; w <= 67; w += (w < 20 ? 1 : 11))
         for (std::uint32_t h : {1u, 3u, 4u, 5u, 13u, 41u}) {
             if (support::fast() && (w * h) % 5 != 0) continue;
@@ -167,14 +167,14 @@ TEST_CASE("every cut-off, footprint and clamp: mesh and naive loop agree bit for
     for (float alpha_min : {0.0f, 1.0f / 255, 1.0f / 32})
         for (float stop : {0.0f, 1e-4f, 3e-2f})
             for (Footprint footprint : {Footprint::opacity_box, Footprint::three_sigma_square}) {
-                Model model;
-                model.alpha_min = alpha_min;
-                model.transmittance_min = stop;
-                model.footprint = footprint;
-                model.alpha_max = stop > 1e-3f ? 0.99f : 1.0f;
-                model.jacobian_limit = alpha_min == 0.0f ? 0.0f : 1.3f;
-                CHECK(support::differing_pixels(on_mesh(gaussians, camera, {.tile = {32, 20}}, &model),
-                                                report::render_naive(gaussians, camera, model)) == 0);
+                Rules rules;
+                rules.alpha_min = alpha_min;
+                rules.transmittance_min = stop;
+                rules.footprint = footprint;
+                rules.alpha_max = stop > 1e-3f ? 0.99f : 1.0f;
+                rules.jacobian_limit = alpha_min == 0.0f ? 0.0f : 1.3f;
+                CHECK(support::differing_pixels(on_mesh(gaussians, camera, {.tile = {32, 20}}, &rules),
+                                                report::render_naive(gaussians, camera, rules)) == 0);
             }
 }
 
@@ -207,7 +207,7 @@ TEST_CASE("nothing to draw: no Gaussian, one, all behind; frames of one pixel an
     for (auto const& [w, h] : {std::pair{1u, 1u}, {1u, 30u}, {30u, 1u}}) {
         auto const tiny = support::lens(w, h);
         CHECK(support::differing_pixels(on_mesh(gaussians, tiny, {.tile = {4, 4}}),
-                                        report::render_naive(gaussians, tiny, Model{})) == 0);
+                                        report::render_naive(gaussians, tiny, Rules{})) == 0);
     }
 }
 

@@ -116,6 +116,6 @@ TEST_CASE("depth ties: a record in the slot of one that left has its own place i
     for (int step = 0; step < 8; ++step, camera.position[0] += 0.2f) { // records cross tiles: slots are left and taken again
         auto const frame = runner->render(camera);
         CHECK(frame.report.lost.empty());
-        CHECK(support::differing_pixels(frame.image, tilemesh::report::render_naive(gaussians, camera, Model{})) == 0);
+        CHECK(support::differing_pixels(frame.image, tilemesh::report::render_naive(gaussians, camera, Rules{})) == 0);
     }
 }

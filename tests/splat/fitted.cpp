@@ -205,7 +205,7 @@ TEST_CASE("fitted: records with room for harmonics that are zero change no bit a
         INFO("turn ", turn);
         CHECK(a.report.gaussians.held + b.report.gaussians.held == 0); // a channel has bytes, so it holds fewer of the larger records
         CHECK(support::differing_pixels(a.image, b.image) == 0);
-        CHECK(support::differing_pixels(a.image, report::render_naive(gaussians, camera, Model{})) == 0);
+        CHECK(support::differing_pixels(a.image, report::render_naive(gaussians, camera, Rules{})) == 0);
         CHECK(report::first_difference(a.report, b.report, {"exchanged_bytes"}) == "");
         auto const copies = a.report.messages - a.report.hops;
         CHECK(a.report.exchanged_live_bytes >= 64 * a.report.hops + 60 * copies);
@@ -228,7 +228,7 @@ TEST_CASE("fitted: routing that has nothing to do changes no bit and no counter"
     CHECK(no_routing(first.report));
     CHECK(first.report.exchanges.bloom == cold.report.exchanges.bloom);
     CHECK(first.report.messages == cold.report.messages - cold.report.hops);
-    auto const naive = report::render_naive(gaussians, camera, Model{});
+    auto const naive = report::render_naive(gaussians, camera, Rules{});
     for (int frame = 0; frame < 2; ++frame) {
         auto const still = routes->render(camera), same = placed->render(camera);
         CHECK(report::first_difference(still.report, same.report) == "");
@@ -251,7 +251,7 @@ TEST_CASE("fitted: bloom changes no bit and no counter if no footprint spans two
     auto const blooms = make_runner<NoRouting>(support::map_of(gaussians), tiles_of_16);
     auto const minimal = make_runner<Minimal>(support::map_of(gaussians), tiles_of_16);
     auto const check = [&](bool moved) {
-        auto const naive = report::render_naive(gaussians, camera, Model{});
+        auto const naive = report::render_naive(gaussians, camera, Rules{});
         auto const a = whole->render(camera), b = routes->render(camera), c = blooms->render(camera), d = minimal->render(camera);
         for (auto const* frame : {&a, &b, &c, &d}) {
             CHECK(support::differing_pixels(frame->image, naive) == 0);
@@ -286,7 +286,7 @@ TEST_CASE("fitted: one tile that holds the frame needs neither; its planes chang
     for (float turn : {0.0f, 0.0f, 0.3f}) {
         auto const camera = support::lens(64, 48, turn);
         auto const a = whole->render(camera), b = minimal->render(camera), c = planes->render(camera);
-        CHECK(support::differing_pixels(b.image, report::render_naive(gaussians, camera, Model{})) == 0);
+        CHECK(support::differing_pixels(b.image, report::render_naive(gaussians, camera, Rules{})) == 0);
         CHECK(support::differing_pixels(a.image, b.image) == 0);
         CHECK(support::differing_pixels(c.image, b.image) == 0);
         CHECK(report::first_difference(a.report, c.report, {"passes.bloom"}) == "");
@@ -326,10 +326,10 @@ TEST_CASE("fitted: without bloom a footprint ends at its anchor tile, and every 
             CHECK(no_routing(frame.report));
             CHECK(wrong_tiles(*renderer, e, false) == 0);
         }
-        auto const lacking = report::render_naive(gaussians, camera, Model{}, support::Missing(frame.report, renderer->tiling(), grid));
+        auto const lacking = report::render_naive(gaussians, camera, Rules{}, support::Missing(frame.report, renderer->tiling(), grid));
         CHECK(support::differing_pixels(frame.image, lacking) == 0);
         if (!e.copies.empty())
-            CHECK(support::differing_pixels(frame.image, report::render_naive(gaussians, camera, Model{})) > 0);
+            CHECK(support::differing_pixels(frame.image, report::render_naive(gaussians, camera, Rules{})) > 0);
         return e.copies.size();
     };
     auto const minimal = make_runner<Minimal>(support::map_of(gaussians), tiles_of_16);
@@ -358,7 +358,7 @@ TEST_CASE("fitted: without routing the host places every view anew, on both engi
         auto const camera = support::lens(64, 48, turn);
         auto const frame = placed->render(camera);
         INFO("turn ", turn);
-        CHECK(support::differing_pixels(frame.image, report::render_naive(gaussians, camera, Model{})) == 0);
+        CHECK(support::differing_pixels(frame.image, report::render_naive(gaussians, camera, Rules{})) == 0);
         CHECK(frame.report.lost.empty());
         CHECK(no_routing(frame.report));
         CHECK(frame.report.gaussians.visible + frame.report.gaussians.parked == gaussians.size());
@@ -400,7 +400,7 @@ TEST_CASE("fitted: without routing a record whose tile is full is listed, and th
             CHECK(frame->report.gaussians.visible + frame->report.gaussians.parked == gaussians.size());
             CHECK(no_routing(frame->report));
             auto const lacking =
-                report::render_naive(gaussians, camera, Model{}, support::Missing(frame->report, minimal->tiling(), grid));
+                report::render_naive(gaussians, camera, Rules{}, support::Missing(frame->report, minimal->tiling(), grid));
             CHECK(support::differing_pixels(frame->image, lacking) == 0);
         }
     }
@@ -426,7 +426,7 @@ TEST_CASE("a view that the demand does not cover is refused while records are mi
     auto const map = support::map_of(gaussians);
     std::vector<splat::Camera> const path{support::lens(96, 80, 1.0f)};
     RendererOptions const options{.grid = {6, 5}};
-    auto const demand = scene::demand_of(map, std::span(path), splat::Model{}, [&](splat::Camera const& c) {
+    auto const demand = scene::demand_of(map, std::span(path), splat::Rules{}, [&](splat::Camera const& c) {
         return tiling_for(options, c.width, c.height);
     });
     REQUIRE(demand.culled > 0);
@@ -436,6 +436,6 @@ TEST_CASE("a view that the demand does not cover is refused while records are mi
     CHECK(r.gaussians.visible + r.gaussians.parked == gaussians.size());
     CHECK_THROWS_WITH_AS(renderer->render(support::lens(96, 80)),
                          doctest::Contains("a view that the demand was not made for"), Error);
-    renderer->model().alpha_min = 0.001f;
+    renderer->rules().alpha_min = 0.001f;
     CHECK_THROWS_AS(renderer->render(path[0]), Error);
 }

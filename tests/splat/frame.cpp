@@ -25,10 +25,10 @@ float brightest(scene::Map const& map)
 
 /// The most messages of a view after another one, on any map. A record whose anchor and tiles stay the same sends nothing. Any other record
 /// goes at most from anchor to anchor, and once to each of its tiles. A record that appears was parked on any tile.
-std::uint64_t messages_of_changes(scene::Map const& map, Camera const& before, Camera const& after, Model const& model, Tiling const& tiling)
+std::uint64_t messages_of_changes(scene::Map const& map, Camera const& before, Camera const& after, Rules const& rules, Tiling const& tiling)
 {
     auto const distance = [](std::uint32_t a, std::uint32_t b) { return a < b ? b - a : a - b; };
-    auto const view0 = make_view(before, model), view1 = make_view(after, model);
+    auto const view0 = make_view(before, rules), view1 = make_view(after, rules);
     std::uint64_t most = 0;
     for (auto const& g : map.gaussians) {
         auto const s0 = project(g, view0, tiling), s1 = project(g, view1, tiling);
@@ -80,9 +80,9 @@ TEST_CASE("lossless on Mk2: every camera, 40 x 36 tiles, against the naive pictu
             CHECK(support::differing_pixels(frame.image, naive(s, camera)) == 0);
             CHECK(frame.report.gaussians.visible + frame.report.gaussians.parked == s.map.gaussians.size());
             auto const same = report::compare(
-                frame.image, report::render_double(s.map.gaussians, camera, Model{}, report::Cuts::same, 2));
+                frame.image, report::render_double(s.map.gaussians, camera, Rules{}, report::Cuts::same, 2));
             auto const none = report::compare(
-                frame.image, report::render_double(s.map.gaussians, camera, Model{}, report::Cuts::none, 2));
+                frame.image, report::render_double(s.map.gaussians, camera, Rules{}, report::Cuts::none, 2));
             MESSAGE(s.map.name, "/", name, ": ", same.psnr_db, " dB with the same cut-offs, ", none.psnr_db, " dB without");
             // float's alpha is off by at most 2.3e-5 (rows 6 to 8 of the table in tests/README.md), and the weights sum up to at most 1. 90
             // dB below the brightest colour is 3.2e-5 of it. The rest is for the few pairs that only one of the two draws.
@@ -115,7 +115,7 @@ TEST_CASE("structure: a static frame exchanges nothing and evaluates at most 3 p
         for (std::size_t i = 1; i < path.size(); ++i) {
             auto const frame = renderer->render(path[i]);
             most = std::max(most, frame.report.messages);
-            CHECK(frame.report.messages <= messages_of_changes(s.map, path[i - 1], path[i], renderer->model(), renderer->tiling()));
+            CHECK(frame.report.messages <= messages_of_changes(s.map, path[i - 1], path[i], renderer->rules(), renderer->tiling()));
             CHECK(support::differing_pixels(frame.image, naive(s, path[i])) == 0);
         }
         MESSAGE(s.map.name, ": pairs ", still.pairs, " for ", still.pairs_contributing, "; 0.1 degrees sends at most ", most);
@@ -142,7 +142,7 @@ TEST_CASE("conservation on real maps: at every superstep every id is owned once,
             reported += r.exchanges.total();
             // No record waited: the bound W + H - 2 holds.
             if (r.gaussians.held == 0) CHECK(r.exchanges.route <= 74);
-            auto const view = make_view(camera, renderer->model());
+            auto const view = make_view(camera, renderer->rules());
             CHECK(renderer->wrong_tiles(s.map.gaussians, view) == 0);
             if (support::fast() && ++frames == 1) break;
         }
@@ -194,17 +194,17 @@ TEST_CASE("fast arithmetic: the same bits for any tiling, engine and thread coun
         auto const sequential = make_runner<Lossless, CheckedMesh>(s.map, {.arithmetic = Arithmetic::fast});
         CHECK(support::differing_pixels(image, sequential->render(camera).image) == 0);
         // The effect of rounding alone: no pixel stops.
-        Model open;
+        Rules open;
         open.transmittance_min = 0;
         auto const renderer = make_runner<Default>(s.map, {.threads = 2, .arithmetic = Arithmetic::fast});
-        renderer->model().transmittance_min = 0;
+        renderer->rules().transmittance_min = 0;
         auto const fast = renderer->render(camera).image, precise = report::render_naive(s.map.gaussians, camera, open);
         auto const limits = support::limits_of_fast(s.map.gaussians, camera, open);
         auto const beyond = far_from(fast, precise, limits, 0);
         CHECK(beyond.largest_share > 0); // otherwise the recurrence was never used
         CHECK(beyond.pixels == 0);
         // With the stop: where a rounding decides whether a pixel ends one term sooner, the light behind the stop is added.
-        auto const stopped = far_from(image, naive(s, camera), limits, Model{}.transmittance_min * brightest(s.map));
+        auto const stopped = far_from(image, naive(s, camera), limits, Rules{}.transmittance_min * brightest(s.map));
         CHECK(stopped.largest_share > 0);
         CHECK(stopped.pixels == 0);
         auto const truth = report::render_double(s.map.gaussians, camera, open, report::Cuts::same, 2);
@@ -227,7 +227,7 @@ TEST_CASE("presets paper and prototype: dropped records are listed, and the pict
                 auto const& camera = s.cameras[i].second;
                 auto const frame = renderer->render(camera);
                 auto const& r = frame.report;
-                auto without = report::render_naive(s.map.gaussians, camera, renderer->model(),
+                auto without = report::render_naive(s.map.gaussians, camera, renderer->rules(),
                                                     renderer->missing(r));
                 for (float& v : without.rgb) v = static_cast<float>(Rgbx8Pixel::level(v)) / 255.0f;
                 MESSAGE(s.map.name, " ", what, ": ", r.gaussians.dropped, " records and ", r.lost_copies,
@@ -266,7 +266,7 @@ TEST_CASE("the 250,000-Gaussian map renders with the records that fit; the unpla
         CHECK(whole == r.gaussians.unplaced);
         auto const ids = renderer->owned_ids();
         CHECK(ids.size() + r.gaussians.unplaced == map.gaussians.size());
-        CHECK(support::differing_pixels(frame.image, report::render_naive(map.gaussians, camera, renderer->model(),
+        CHECK(support::differing_pixels(frame.image, report::render_naive(map.gaussians, camera, renderer->rules(),
                                                                           renderer->missing(r))) == 0);
     }
     CHECK(unplaced > 0);

@@ -69,7 +69,7 @@ TEST_CASE("harmonics: the colour agrees with the definition in double, at every 
 {
     Random random(7);
     auto const camera = support::lens(640, 360, 0.3f);
-    auto const view = make_view(camera, Model{});
+    auto const view = make_view(camera, Rules{});
     auto const tiling = make_tiling(640, 360, 32, 20);
     double worst = 0;
     std::uint32_t visible = 0, clamped = 0;
@@ -100,7 +100,7 @@ TEST_CASE("harmonics: the colour agrees with the definition in double, at every 
 TEST_CASE("harmonics: coefficients of zero change no bit; a record that is not finite is invisible, or its colour is finite")
 {
     auto const camera = support::lens(640, 360);
-    auto const view = make_view(camera, Model{});
+    auto const view = make_view(camera, Rules{});
     auto const tiling = make_tiling(640, 360, 32, 20);
     for (auto const& g : support::cloud(500, 3)) {
         ShadedGaussian<3> zero{};
@@ -141,9 +141,9 @@ TEST_CASE("harmonics on the mesh: bit-equal to the naive picture over tilings, c
             auto const camera = support::lens(200, 120, turn);
             auto const frame = runner->render(camera);
             CHECK(frame.report.lost.empty());
-            CHECK(support::differing_pixels(frame.image, report::render_naive(gaussians, camera, Model{})) == 0);
+            CHECK(support::differing_pixels(frame.image, report::render_naive(gaussians, camera, Rules{})) == 0);
             auto const error =
-                report::compare(frame.image, report::render_double(gaussians, camera, Model{}, report::Cuts::same));
+                report::compare(frame.image, report::render_double(gaussians, camera, Rules{}, report::Cuts::same));
             CHECK(error.psnr_db > 90);
         }
     };
@@ -182,11 +182,11 @@ TEST_CASE("harmonics on Mk2: fruit_drops of degree 3 and playbot of degree 2 hav
             CHECK(frame.report.lost.empty());
             auto const truth = [&]<class Record>(Record) {
                 auto const records = scene::records<Record>(map);
-                return report::compare(frame.image, report::render_double(records, camera, Model{}, report::Cuts::same, 2));
+                return report::compare(frame.image, report::render_double(records, camera, Rules{}, report::Cuts::same, 2));
             };
             auto const error = degree == 2 ? truth(ShadedGaussian<2>{}) : truth(ShadedGaussian<3>{});
             auto const flat = report::compare(
-                frame.image, report::render_double(scene::at_degree(map, 0).gaussians, camera, Model{}, report::Cuts::same, 2));
+                frame.image, report::render_double(scene::at_degree(map, 0).gaussians, camera, Rules{}, report::Cuts::same, 2));
             MESSAGE(std::string(file), ": ", error.psnr_db, " dB; without the dependence on the view it would be ", flat.psnr_db, " dB");
             CHECK(error.psnr_db >= 90);
             CHECK(flat.psnr_db < 50);

@@ -91,7 +91,7 @@ TEST_CASE("the picture is that of the naive loop, for any capacities, folded or 
         render::HomesRenderer<homes::HostPolicies<>, CheckedMesh> checked(m, choice(m, grid), o);
         for (auto const& view : views) {
             auto const a = rows.render(view), b = shared.render(view), v = values.render(view), d = checked.render(view);
-            CHECK(pixels_that_differ(a.image, report::render_naive(m.gaussians, view, rows.model())) == 0);
+            CHECK(pixels_that_differ(a.image, report::render_naive(m.gaussians, view, rows.rules())) == 0);
             CHECK(pixels_that_differ(a.image, b.image) == 0);
             CHECK(pixels_that_differ(a.image, v.image) == 0);
             CHECK(pixels_that_differ(a.image, d.image) == 0);
@@ -133,7 +133,7 @@ TEST_CASE("a map with more records than homes comes in chapters, and the picture
             CHECK(pixels_that_differ(a.image, v.image) == 0);
             CHECK(a.report.homes.chapters == 0);
             auto const in_front = std::count_if(map.gaussians.begin(), map.gaussians.end(), [&](auto const& g) {
-                return splat::depth_bits(g, splat::make_view(camera, whole.model())) != 0;
+                return splat::depth_bits(g, splat::make_view(camera, whole.rules())) != 0;
             });
             auto const homes = slots * grid.size();
             CHECK(b.report.homes.chapters == (static_cast<std::uint32_t>(in_front) + homes - 1) / homes);

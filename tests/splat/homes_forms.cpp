@@ -104,9 +104,9 @@ std::vector<splat::Camera> views()
 
 /// The frame as one list, without tiles, with planes.
 template <class Record>
-std::vector<Planes> one_list(std::vector<Record> const& records, splat::Camera const& camera, splat::Model const& model)
+std::vector<Planes> one_list(std::vector<Record> const& records, splat::Camera const& camera, splat::Rules const& rules)
 {
-    auto const view = splat::make_view(camera, model);
+    auto const view = splat::make_view(camera, rules);
     auto const tiling = splat::make_tiling(width, height, width, height);
     std::vector<std::pair<splat::Splat, splat::GaussianId>> items;
     for (auto const& g : records)
@@ -116,7 +116,7 @@ std::vector<Planes> one_list(std::vector<Record> const& records, splat::Camera c
     });
     std::vector<Planes> pixels(width * height);
     auto const at = [&](std::uint32_t i) -> splat::Splat const& { return items[i].first; };
-    splat::blend_tile({0, width, 0, height}, camera, model, static_cast<std::uint32_t>(items.size()), at, pixels.data(), width, Worker{0, 1});
+    splat::blend_tile({0, width, 0, height}, camera, rules, static_cast<std::uint32_t>(items.size()), at, pixels.data(), width, Worker{0, 1});
     return pixels;
 }
 /// The number of pixels of a frame that differ from the list's, in its colours or in a plane that it has.
@@ -174,7 +174,7 @@ TEST_CASE("homes: degree 1 with depth and alpha, by value and by reference, on b
     render::HomesRenderer<homes::ValuePolicies<1, Planes>, CheckedMesh> checked(map, c, on_grid());
     render::HomesRenderer<homes::HostPolicies<Planes>> rows(map, c, on_grid(3));
     for (auto const& view : views()) {
-        auto const list = one_list(records, view, values.model());
+        auto const list = one_list(records, view, values.rules());
         auto const a = values.render(view), b = checked.render(view), r = rows.render(view);
         REQUIRE(!a.depth.empty());
         REQUIRE(!a.alpha.empty());
@@ -185,13 +185,13 @@ TEST_CASE("homes: degree 1 with depth and alpha, by value and by reference, on b
         check_same_work(a.report, b.report);
         check_same_work(a.report, r.report);
         CHECK(a.report.homes.rounds > 1);
-        CHECK(support::differing_pixels(a.image, report::render_naive(records, view, values.model())) == 0);
+        CHECK(support::differing_pixels(a.image, report::render_naive(records, view, values.rules())) == 0);
     }
     // A choice with one plane shows one.
     c.alpha = false;
     auto const depth = render::HomesRenderer<homes::HostPolicies<Planes>>(map, c, on_grid()).render(views()[0]);
     CHECK(depth.alpha.empty());
-    CHECK(differing(depth, one_list(records, views()[0], c.model)) == 0);
+    CHECK(differing(depth, one_list(records, views()[0], c.rules)) == 0);
 }
 
 TEST_CASE("homes: degree 2 with 8-bit pixels, by value and by reference")
@@ -203,7 +203,7 @@ TEST_CASE("homes: degree 2 with 8-bit pixels, by value and by reference")
     render::HomesRenderer<homes::ValuePolicies<2, Rgbx8Pixel>> values(map, c, on_grid(2));
     render::HomesRenderer<homes::HostPolicies<>> rows(map, c, on_grid());
     for (auto const& view : views()) {
-        auto expected = report::render_naive(records, view, values.model());
+        auto expected = report::render_naive(records, view, values.rules());
         for (std::uint32_t y = 0; y < height; ++y) render::detail::round_to_levels(expected.pixel(0, y), 3 * width);
         auto const a = values.render(view), r = rows.render(view);
         CHECK(support::differing_pixels(a.image, expected) == 0);
@@ -223,7 +223,7 @@ TEST_CASE("homes: degree 3, by value and by reference, precise and fast")
         render::HomesRenderer<homes::ValuePolicies<3>> values(map, c, o);
         render::HomesRenderer<homes::HostPolicies<>> rows(map, c, o);
         for (auto const& view : views()) {
-            auto const list = one_list(records, view, values.model());
+            auto const list = one_list(records, view, values.rules());
             auto const a = values.render(view), r = rows.render(view);
             CHECK(differing(a, list) == 0);
             CHECK(differing(r, list) == 0);

@@ -107,12 +107,12 @@ struct Item {
     splat::PixelRect blocks; ///< of its rectangle
     std::vector<std::pair<std::uint32_t, std::uint32_t>> shown;
 };
-std::vector<Item> items_of(scene::Map const& map, splat::Camera const& camera, splat::Model const& model)
+std::vector<Item> items_of(scene::Map const& map, splat::Camera const& camera, splat::Rules const& rules)
 {
-    auto const view = splat::make_view(camera, model);
+    auto const view = splat::make_view(camera, rules);
     auto const tiling = splat::make_tiling(camera.width, camera.height, camera.width, camera.height);
     // The pairs of `fast` differ by 2e-5; a pair this close to the limit may or may not count.
-    float const least = model.alpha_min + (model.arithmetic == splat::Arithmetic::fast ? 4e-5f : 0.0f);
+    float const least = rules.alpha_min + (rules.arithmetic == splat::Arithmetic::fast ? 4e-5f : 0.0f);
     std::vector<Item> items;
     for (auto const& g : map.gaussians) {
         auto const s = splat::project(g, view, tiling);
@@ -290,13 +290,13 @@ std::ostream& operator<<(std::ostream& out, Watch::Wrong const& w)
 }
 
 /// The frame as one list, without tiles, by the kernel's arithmetic.
-report::Image one_list(std::vector<splat::Gaussian> const& gaussians, splat::Camera const& camera, splat::Model const& model)
+report::Image one_list(std::vector<splat::Gaussian> const& gaussians, splat::Camera const& camera, splat::Rules const& rules)
 {
-    support::SortedSplats const scene(gaussians, camera, model);
+    support::SortedSplats const scene(gaussians, camera, rules);
     report::Image image(camera.width, camera.height);
     std::vector<splat::FloatPixel> pixels(std::size_t{camera.width} * camera.height);
     auto const at = [&](std::uint32_t i) -> splat::Splat const& { return scene.splats[i]; };
-    splat::blend_tile({0, camera.width, 0, camera.height}, camera, model, static_cast<std::uint32_t>(scene.splats.size()), at, pixels.data(),
+    splat::blend_tile({0, camera.width, 0, camera.height}, camera, rules, static_cast<std::uint32_t>(scene.splats.size()), at, pixels.data(),
                       camera.width, Worker{0, 1});
     static_assert(sizeof(splat::FloatPixel) == 12);
     for (std::uint32_t y = 0; y < camera.height; ++y)
@@ -308,14 +308,14 @@ struct Case {
     std::uint32_t kind = 0, n = 0, homes = 0, held = 1, slots = 1, waiting = 1, threads = 1;
     Extent2 frame{}, grid{};
     bool fold = true;
-    splat::Model model{};
+    splat::Rules rules{};
 };
 render::HomesChoice choice_of(Case const& c)
 {
     render::HomesChoice choice;
     choice.machine.sram_bytes = 1u << 26;
     choice.sizes = {c.homes != 0 ? c.homes : c.n / (c.grid.width * c.grid.height) + 1, std::max(c.held, 1u), 200, 200};
-    choice.model = c.model;
+    choice.rules = c.rules;
     return choice;
 }
 RendererOptions options_of(Case const& c)
@@ -349,10 +349,10 @@ Case random_case(std::uint32_t number, Random& random)
     if (number == 5 + kind_count) c.frame = {33, 95}, c.grid = {1, 11}, c.homes = 0;
     // Tiles of 18 blocks, each held in several rounds.
     if (number % (2 * kind_count) == 8) c.n = 80, c.held = 7, c.frame = {90, 53}, c.grid = {2, 2};
-    if (random.below(3) == 0) c.model.arithmetic = splat::Arithmetic::fast;
-    if (random.below(4) == 0) c.model.transmittance_min = random.below(2) == 0 ? 1e-4f : 0.3f;
-    if (random.below(6) == 0) c.model.alpha_max = 0.99f;
-    if (random.below(6) == 0) c.model.footprint = splat::Footprint::three_sigma_square;
+    if (random.below(3) == 0) c.rules.arithmetic = splat::Arithmetic::fast;
+    if (random.below(4) == 0) c.rules.transmittance_min = random.below(2) == 0 ? 1e-4f : 0.3f;
+    if (random.below(6) == 0) c.rules.alpha_max = 0.99f;
+    if (random.below(6) == 0) c.rules.footprint = splat::Footprint::three_sigma_square;
     return c;
 }
 /// Views that step, jump and come back. A step to the side keeps all depths.
@@ -368,7 +368,7 @@ std::string words(Case const& c)
     auto const n = [](std::uint32_t v) { return std::to_string(v); };
     return std::string(kinds[c.kind]) + ", " + n(c.n) + " Gaussians, K " + n(c.held) + ", slots " + n(c.slots) + ", FIFO " + n(c.waiting) + ", homes " + n(c.homes) + ", threads " +
            n(c.threads) + ", frame " + n(c.frame.width) + " x " + n(c.frame.height) + ", grid " + n(c.grid.width) + " x " + n(c.grid.height) +
-           (c.fold ? ", folded" : "") + (c.model.arithmetic == splat::Arithmetic::fast ? ", fast" : "");
+           (c.fold ? ", folded" : "") + (c.rules.arithmetic == splat::Arithmetic::fast ? ", fast" : "");
 }
 } // namespace
 
@@ -385,12 +385,12 @@ TEST_CASE("homes, random maps and machines: each round holds exactly the splats 
         Homes renderer(map, choice_of(c), options_of(c));
         Watch watch(renderer);
         for (auto const& view : views_of(c)) {
-            watch.begin(items_of(map, view, renderer.model()), renderer.model().transmittance_min);
+            watch.begin(items_of(map, view, renderer.rules()), renderer.rules().transmittance_min);
             auto const frame = renderer.render(view);
             CHECK(watch.wrong() == Watch::Wrong{});
-            CHECK(support::differing_pixels(frame.image, one_list(map.gaussians, view, renderer.model())) == 0);
-            if (c.model.arithmetic == splat::Arithmetic::precise)
-                CHECK(support::differing_pixels(frame.image, report::render_naive(map.gaussians, view, renderer.model())) == 0);
+            CHECK(support::differing_pixels(frame.image, one_list(map.gaussians, view, renderer.rules())) == 0);
+            if (c.rules.arithmetic == splat::Arithmetic::precise)
+                CHECK(support::differing_pixels(frame.image, report::render_naive(map.gaussians, view, renderer.rules())) == 0);
             CHECK(frame.report.homes.unfinished_tiles == 0);
             CHECK(frame.report.peak_storage <= c.held);
             CHECK(frame.report.peak_channel <= c.slots);
@@ -415,7 +415,7 @@ TEST_CASE("homes, fast: the bits of a machine that holds all splats in one round
     Random random(22);
     for (std::uint32_t number = 0; number < (support::fast() ? 6u : 3 * kind_count); ++number) {
         auto c = random_case(number, random);
-        c.model.arithmetic = splat::Arithmetic::fast;
+        c.rules.arithmetic = splat::Arithmetic::fast;
         auto const what = words(c);
         CAPTURE(what);
         auto const map = support::map_of(adversarial(c.kind, c.n, c.frame.width, c.frame.height, random));
@@ -440,7 +440,7 @@ TEST_CASE("homes, bounded rounds: each unfinished tile shows exactly the splats 
     for (std::uint32_t number = 0; number < (support::fast() ? kind_count : 4 * kind_count); ++number) {
         auto c = random_case(number, random);
         c.held = 1 + random.below(8);
-        c.model.arithmetic = splat::Arithmetic::precise;
+        c.rules.arithmetic = splat::Arithmetic::precise;
         auto const what = words(c);
         CAPTURE(what);
         auto const map = support::map_of(adversarial(c.kind, c.n, c.frame.width, c.frame.height, random));
@@ -459,7 +459,7 @@ TEST_CASE("homes, bounded rounds: each unfinished tile shows exactly the splats 
             std::map<std::uint32_t, homes::Key> keys;
             homes::Key farthest{0, 0}, of_map{0, 0};
             for (auto const& g : map.gaussians) {
-                homes::Key const key{splat::depth_bits(g, splat::make_view(view, renderer.model())), static_cast<std::uint32_t>(g.id)};
+                homes::Key const key{splat::depth_bits(g, splat::make_view(view, renderer.rules())), static_cast<std::uint32_t>(g.id)};
                 if (key.depth == 0) continue;
                 keys[key.id] = key;
                 of_map = std::max(of_map, key);
@@ -475,7 +475,7 @@ TEST_CASE("homes, bounded rounds: each unfinished tile shows exactly the splats 
                 missing += is_behind ? 1 : 0;
                 return is_behind;
             };
-            CHECK(support::differing_pixels(frame.image, report::render_naive(map.gaussians, view, renderer.model(), behind)) == 0);
+            CHECK(support::differing_pixels(frame.image, report::render_naive(map.gaussians, view, renderer.rules(), behind)) == 0);
             std::uint32_t tiles = 0, going = 0;
             for (std::uint32_t y = 0; y < fold.y.tiles; ++y)
                 for (std::uint32_t x = 0; x < fold.x.tiles; ++x) {
@@ -526,10 +526,10 @@ TEST_CASE("homes, capacities around the number of splats: K - 1, K and K + 1 coi
         Homes renderer(map, choice_of(c), options_of(c));
         Watch watch(renderer);
         for (auto const& v : {view, side}) {
-            watch.begin(items_of(map, v, renderer.model()), renderer.model().transmittance_min);
+            watch.begin(items_of(map, v, renderer.rules()), renderer.rules().transmittance_min);
             auto const frame = renderer.render(v);
             CHECK(watch.wrong() == Watch::Wrong{});
-            CHECK(support::differing_pixels(frame.image, report::render_naive(gaussians, v, renderer.model())) == 0);
+            CHECK(support::differing_pixels(frame.image, report::render_naive(gaussians, v, renderer.rules())) == 0);
             // A cut lies above the depth of its splat. Here all have one depth, so that a cut of the last frame adds the round behind it. A
             // tile that blends at most 0.95 K makes no cut, and a tile that has to refuse splats forgets it.
             bool const has_cut = !same_view(v, view) && n == k;
@@ -571,7 +571,7 @@ void coincident(std::uint32_t n, std::uint32_t held, float opacity, float transm
     c.waiting = 50;
     c.frame = {60, 40};
     c.grid = {4, 3};
-    c.model.transmittance_min = transmittance_min;
+    c.rules.transmittance_min = transmittance_min;
     c.threads = 2;
     std::vector<splat::Gaussian> gaussians;
     for (std::uint32_t i = 0; i < n; ++i) {
@@ -585,7 +585,7 @@ void coincident(std::uint32_t n, std::uint32_t held, float opacity, float transm
     auto const view = support::lens(60, 40);
     auto const frame = renderer.render(view);
     CHECK(frame.report.homes.refused > 0);
-    CHECK(support::differing_pixels(frame.image, report::render_naive(gaussians, view, renderer.model())) == 0);
+    CHECK(support::differing_pixels(frame.image, report::render_naive(gaussians, view, renderer.rules())) == 0);
 }
 } // namespace
 

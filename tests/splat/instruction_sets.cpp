@@ -36,7 +36,7 @@ void with_each_set(Look&& look)
 }
 
 /// Small and large splats, needles and opaque ones: all kinds that a block lists, evaluates apart, clamps and stops at.
-support::SortedSplats varied(std::uint32_t n, Model const& model)
+support::SortedSplats varied(std::uint32_t n, Rules const& rules)
 {
     auto gaussians = support::cloud(n, 81);
     for (auto& g : gaussians) {
@@ -45,7 +45,7 @@ support::SortedSplats varied(std::uint32_t n, Model const& model)
         if (id % 11 == 3) g.opacity = 1;
         if (id % 101 == 5) g.log_scale[0] += 4, g.log_scale[1] += 4;
     }
-    return {std::move(gaussians), support::lens(250, 131), model};
+    return {std::move(gaussians), support::lens(250, 131), rules};
 }
 } // namespace
 
@@ -65,12 +65,12 @@ TEST_CASE("instruction sets: the compiler's is always there; a set that is not t
 TEST_CASE("instruction sets: each blends the same bits and counts the same pairs, with depth and without")
 {
     using Deep = WithDepth<FloatPixel>;
-    Model clamped;
+    Rules clamped;
     clamped.alpha_max = 0.99f;
-    for (auto model : {Model{}, clamped})
+    for (auto rules : {Rules{}, clamped})
         for (auto const arithmetic : {Arithmetic::precise, Arithmetic::fast}) {
-            model.arithmetic = arithmetic;
-            auto const scene = varied(700, model);
+            rules.arithmetic = arithmetic;
+            auto const scene = varied(700, rules);
             PixelRect const tile{3, 131, 2, 99}; // cuts blocks on all sides
             auto const stride = tile.x1 - tile.x0;
             auto const at = [&](std::uint32_t i) noexcept -> Splat const& { return scene.splats[i]; };
@@ -79,13 +79,13 @@ TEST_CASE("instruction sets: each blends the same bits and counts the same pairs
                 INFO(n, " splats");
                 REQUIRE(n <= scene.splats.size());
                 std::vector<Deep> expected(std::size_t{stride} * (tile.y1 - tile.y0));
-                auto const pairs = blend_tile<1>(tile, scene.camera, scene.model, n, at, expected.data(), stride, Worker{0, 1});
+                auto const pairs = blend_tile<1>(tile, scene.camera, scene.rules, n, at, expected.data(), stride, Worker{0, 1});
                 with_each_set([&] {
                     PairCount counts[6] = {}, plain_counts[6] = {};
                     std::vector<Deep> deep(expected.size());
                     std::vector<FloatPixel> plain(expected.size());
-                    blend_whole_tile(tile, scene.camera, scene.model, n, at, deep.data(), stride, counts, 6);
-                    blend_whole_tile(tile, scene.camera, scene.model, n, at, plain.data(), stride, plain_counts, 6);
+                    blend_whole_tile(tile, scene.camera, scene.rules, n, at, deep.data(), stride, counts, 6);
+                    blend_whole_tile(tile, scene.camera, scene.rules, n, at, plain.data(), stride, plain_counts, 6);
                     std::size_t different = std::memcmp(deep.data(), expected.data(), deep.size() * sizeof(Deep)) != 0 ? 1 : 0;
                     for (std::size_t i = 0; i < plain.size(); ++i)
                         different += std::memcmp(plain[i].rgb, expected[i].colour.rgb, sizeof plain[i].rgb) != 0 ? 1 : 0;
@@ -102,7 +102,7 @@ TEST_CASE("instruction sets: each blends the same bits and counts the same pairs
 TEST_CASE("instruction sets: each projects the same bits, also of the records that lanes cannot compute")
 {
     auto const camera = support::lens(640, 400);
-    auto const view = make_view(camera, Model{});
+    auto const view = make_view(camera, Rules{});
     auto const tiling = make_tiling(camera.width, camera.height, 32, 20);
     auto records = support::cloud(600, 82);
     for (auto& g : records) {

@@ -90,8 +90,8 @@ TEST_CASE("planes: bit-equal to the naive loop's sums over every tiling and engi
 {
     auto const camera = support::lens(67, 41);
     auto const gaussians = support::cloud(250, 171);
-    auto const naive = report::render_naive(gaussians, camera, Model{});
-    auto const sums = report::render_naive(painted_with_depth(gaussians, camera), camera, Model{});
+    auto const naive = report::render_naive(gaussians, camera, Rules{});
+    auto const sums = report::render_naive(painted_with_depth(gaussians, camera), camera, Rules{});
     auto const first = on_mesh<Both>(gaussians, camera);
     std::uint32_t wrong = 0;
     for (std::uint32_t y = 0; y < camera.height; ++y)
@@ -122,7 +122,7 @@ TEST_CASE("planes: against double, with the same cut-offs")
 {
     auto const camera = support::lens(120, 80);
     auto const gaussians = support::cloud(400, 172);
-    auto const sums = report::render_double_unrounded(painted_with_depth(gaussians, camera), camera, Model{}, report::Cuts::same);
+    auto const sums = report::render_double_unrounded(painted_with_depth(gaussians, camera), camera, Rules{}, report::Cuts::same);
     auto const frame = on_mesh<Both>(gaussians, camera);
     // A term at a threshold may be in one sum and not in the other: 1/255 of weight, for depths from 1 to 3.75.
     double largest_alpha = 0, largest_depth = 0;

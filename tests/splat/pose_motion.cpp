@@ -26,9 +26,9 @@ using F = splat::detail::OneFloat;
 using reference::Pixel;
 
 /// All pairs blend: nothing is cut off and nothing stops.
-Model without_cuts()
+Rules without_cuts()
 {
-    Model m;
+    Rules m;
     m.alpha_min = 0;
     m.transmittance_min = 0;
     m.arithmetic = Arithmetic::precise;
@@ -45,7 +45,7 @@ struct Words {
     typename A::Real opacity, colour[3];
 };
 /// Of splats that the reference projected, by the definitions of the words.
-std::vector<Words<D>> words_of(std::vector<reference::Splat> const& splats, Model const& m)
+std::vector<Words<D>> words_of(std::vector<reference::Splat> const& splats, Rules const& m)
 {
     std::vector<Words<D>> out;
     for (auto const& s : splats) {
@@ -81,7 +81,7 @@ reference::Derivative by_templates(std::vector<Words<A>> const& splats, View con
 {
     using Real = typename A::Real;
     auto const& c = view.camera;
-    auto const& m = view.model;
+    auto const& m = view.rules;
     std::vector<std::array<pose::PowerMotion<A>, 6>> motions;
     for (auto const& s : splats) {
         pose::detail::MotionBasis<A> const basis(s.moving, view);
@@ -170,7 +170,7 @@ std::vector<Gaussian> hard_scene(std::uint64_t seed)
     return out;
 }
 /// Without those whose Jacobian a step of the differences begins or ceases to clamp, or which such a step takes through the near plane.
-std::vector<Gaussian> away_from_limits(std::vector<Gaussian> order, reference::Camera const& c, Model const& m)
+std::vector<Gaussian> away_from_limits(std::vector<Gaussian> order, reference::Camera const& c, Rules const& m)
 {
     order.erase(std::remove_if(order.begin(), order.end(),
                                [&](Gaussian const& g) {
@@ -195,15 +195,15 @@ TEST_CASE("pose motion: colour, transmittance and depth agree with central diffe
     Errors errors;
     auto const camera = small_lens();
     for (auto limit : {1.3f, 0.5f, 0.0f}) {
-        auto model = without_cuts();
-        model.jacobian_limit = limit;
-        auto const view = make_view(camera, model);
-        auto const c = reference::camera_of(camera, model);
+        auto rules = without_cuts();
+        rules.jacobian_limit = limit;
+        auto const view = make_view(camera, rules);
+        auto const c = reference::camera_of(camera, rules);
         for (std::uint64_t seed = 1; seed <= (support::fast() ? 20u : 67u); ++seed) {
-            auto const order = away_from_limits(reference::sorted(hard_scene(seed + std::uint64_t(limit * 1000)), c, model), c, model);
+            auto const order = away_from_limits(reference::sorted(hard_scene(seed + std::uint64_t(limit * 1000)), c, rules), c, rules);
             if (order.empty()) continue;
-            errors.add(by_templates(words_of(reference::projected(order, c, model), model), view), reference::central_differences(order, c, model, 1e-5),
-                       reference::render(reference::projected(order, c, model), c, model));
+            errors.add(by_templates(words_of(reference::projected(order, c, rules), rules), view), reference::central_differences(order, c, rules, 1e-5),
+                       reference::render(reference::projected(order, c, rules), c, rules));
         }
     }
     MESSAGE("p50 " << errors.quantile(0.5) << ", p99 " << errors.quantile(0.99) << ", largest " << errors.most << " of " << errors.all.size());
@@ -217,17 +217,17 @@ TEST_CASE("pose motion: float is within 1e-5 of double in the L2 norm of a frame
     auto const camera = small_lens();
     double most = 0;
     for (float clamp : {1.0f, 0.5f}) {
-        auto model = without_cuts();
-        model.alpha_max = clamp;
-        auto const view = make_view(camera, model);
-        auto const c = reference::camera_of(camera, model);
+        auto rules = without_cuts();
+        rules.alpha_max = clamp;
+        auto const view = make_view(camera, rules);
+        auto const c = reference::camera_of(camera, rules);
         for (std::uint64_t seed = 1; seed <= 20; ++seed) {
             auto order = support::cloud(30, seed);
             for (auto& g : order) g.colour[0] = std::min(g.colour[0], 1.0f);
-            order = away_from_limits(reference::sorted(order, c, model), c, model);
-            auto const exact = by_templates(words_of(reference::projected(order, c, model), model), view);
+            order = away_from_limits(reference::sorted(order, c, rules), c, rules);
+            auto const exact = by_templates(words_of(reference::projected(order, c, rules), rules), view);
             auto const mine = by_templates(words_of(order, view), view);
-            auto const picture = reference::render(reference::projected(order, c, model), c, model);
+            auto const picture = reference::render(reference::projected(order, c, rules), c, rules);
             for (std::uint32_t i = 0; i < Pixel::values; ++i) {
                 double error = 0, all = 0;
                 for (std::uint32_t j = 0; j < 6; ++j)
@@ -240,7 +240,7 @@ TEST_CASE("pose motion: float is within 1e-5 of double in the L2 norm of a frame
             }
             if (clamp < 1 && seed == 1) {
                 Errors errors;
-                errors.add(exact, reference::central_differences(order, c, model, 1e-5), reference::render(reference::projected(order, c, model), c, model));
+                errors.add(exact, reference::central_differences(order, c, rules, 1e-5), reference::render(reference::projected(order, c, rules), c, rules));
                 CHECK(errors.quantile(0.98) < 1e-5); // the others lie where a step crosses the clamp
             }
         }
@@ -258,9 +258,9 @@ TEST_CASE("pose motion: no splat gives NaN or infinity")
     std::uint32_t visible = 0;
     std::vector<Gaussian> all;
     for (float dilation : {0.3f, 0.0f}) {
-        Model model = without_cuts();
-        model.dilation = dilation;
-        auto const view = make_view(camera, model);
+        Rules rules = without_cuts();
+        rules.dilation = dilation;
+        auto const view = make_view(camera, rules);
         for (std::uint32_t i = 0; i < 20000; ++i) {
             auto g = hard_scene(i / 10 + 1)[i % 10];
             auto const spoil = [&](float& v) {
@@ -281,7 +281,7 @@ TEST_CASE("pose motion: no splat gives NaN or infinity")
         }
     }
     CHECK(visible > 1000);
-    auto const view = make_view(camera, Model{});
+    auto const view = make_view(camera, Rules{});
     for (std::uint32_t n : {0u, 1u, 15u, 16u, 17u, 40000u}) {
         std::vector<pose::Terms> terms(n + 1, pose::Terms{7, 7});
         pose::terms_of_all(all.data(), n, view, TileSize{16, 12}, terms.data());
@@ -339,10 +339,10 @@ Blended blended(std::vector<pose::PoseSplat> const& splats, View const& view)
     Set::template call<pose::detail::CompleteMotions>(b.chunk, n, view);
     pose::detail::begin_part(b.part, b.rows, 16, 5, 0, PixelRect{18, 32, 5, 10}, view.camera); // two dead lanes
     b.hits.resize(most_splats + 16);
-    b.hits.resize(Set::template call<splat::detail::ListHits<splat::detail::EachPair>>(b.chunk, n, b.part.at, view.model.alpha_max, b.hits.data()));
+    b.hits.resize(Set::template call<splat::detail::ListHits<splat::detail::EachPair>>(b.chunk, n, b.part.at, view.rules.alpha_max, b.hits.data()));
     for (std::uint32_t k = 0; k < block_height; ++k)
         b.contributing += Set::template call<pose::detail::BlendMovingRow<true, Stop>>(b.rows[k], b.chunk, b.hits.data(), static_cast<std::uint32_t>(b.hits.size()),
-                                                                                     b.part.at, k, view.model);
+                                                                                     b.part.at, k, view.rules);
     return b;
 }
 } // namespace
@@ -350,7 +350,7 @@ TILEMESH_EXACT_BEGIN
 namespace {
 /// Blends one pair after the other into one pixel, and compares it with lane i of row k. Returns the fields that differ.
 template <class Stop>
-std::uint32_t different_fields(Blended const& b, std::uint32_t k, std::uint32_t i, Model const& m)
+std::uint32_t different_fields(Blended const& b, std::uint32_t k, std::uint32_t i, Rules const& m)
 {
     auto const& c = b.chunk;
     pose::MovingPixel<F> p{};
@@ -390,9 +390,9 @@ TEST_CASE("pose motion: rows of pixels have the bits of pairs that are blended o
 {
     auto const check = [](auto stop, std::uint32_t n, float alpha_max) {
         using Stop = decltype(stop);
-        Model model;
-        model.alpha_max = alpha_max;
-        auto const view = make_view(support::lens(48, 32), model);
+        Rules rules;
+        rules.alpha_max = alpha_max;
+        auto const view = make_view(support::lens(48, 32), rules);
         std::vector<pose::PoseSplat> splats;
         for (auto g : support::cloud(400, n)) {
             for (float& s : g.log_scale) s = std::max(s, -1.3f); // so that many reach the block
@@ -405,7 +405,7 @@ TEST_CASE("pose motion: rows of pixels have the bits of pairs that are blended o
         auto const b = blended<4, Stop>(splats, view);
         std::uint32_t different = 0;
         for (std::uint32_t k = 0; k < block_height; ++k)
-            for (std::uint32_t i = 0; i < block_width; ++i) different += different_fields<Stop>(b, k, i, model);
+            for (std::uint32_t i = 0; i < block_width; ++i) different += different_fields<Stop>(b, k, i, rules);
         CHECK(different == 0);
         if (n > 40) CHECK(b.hits.size() > 16); // more than are kept at once
         if (n > 1) CHECK(b.contributing > 5 * n / 2);
@@ -424,8 +424,8 @@ TEST_CASE("pose motion: rows of pixels have the bits of pairs that are blended o
 TEST_CASE("pose motion: colour, transmittance and depth agree with central differences in double on whole maps")
 {
     auto const check = [](std::string const& name, std::vector<Gaussian> const& map, Camera const& whole) {
-        auto model = without_cuts();
-        model.jacobian_limit = 0; // it depends on the frame's size, and these frames are windows of the picture
+        auto rules = without_cuts();
+        rules.jacobian_limit = 0; // it depends on the frame's size, and these frames are windows of the picture
         reference::Derivative mine, truth;
         std::vector<Pixel> picture;
         double difference = 0, all = 0;
@@ -434,12 +434,12 @@ TEST_CASE("pose motion: colour, transmittance and depth agree with central diffe
             camera.width = 4, camera.height = 2;
             camera.cx -= static_cast<float>(whole.width) * (0.2f + 0.11f * static_cast<float>(window));
             camera.cy -= static_cast<float>(whole.height) * (0.7f - 0.09f * static_cast<float>(window));
-            auto const view = make_view(camera, model);
-            auto const c = reference::camera_of(camera, model);
-            auto const order = away_from_limits(reference::sorted(map, c, model), c, model);
-            auto const splats = reference::projected(order, c, model);
-            auto const own = by_templates(words_of(splats, model), view), of_float = by_templates(words_of(order, view), view);
-            auto const differences = reference::central_differences(order, c, model, 3e-6); // their own error is 1e-5 with 1e-5
+            auto const view = make_view(camera, rules);
+            auto const c = reference::camera_of(camera, rules);
+            auto const order = away_from_limits(reference::sorted(map, c, rules), c, rules);
+            auto const splats = reference::projected(order, c, rules);
+            auto const own = by_templates(words_of(splats, rules), view), of_float = by_templates(words_of(order, view), view);
+            auto const differences = reference::central_differences(order, c, rules, 3e-6); // their own error is 1e-5 with 1e-5
             for (std::uint32_t j = 0; j < 6; ++j) {
                 mine[j].insert(mine[j].end(), own[j].begin(), own[j].end());
                 truth[j].insert(truth[j].end(), differences[j].begin(), differences[j].end());
@@ -449,7 +449,7 @@ TEST_CASE("pose motion: colour, transmittance and depth agree with central diffe
                         difference += e * e, all += value(own[j][k], i) * value(own[j][k], i);
                     }
             }
-            auto const pixels = reference::render(splats, c, model);
+            auto const pixels = reference::render(splats, c, rules);
             picture.insert(picture.end(), pixels.begin(), pixels.end());
         }
         Errors errors;

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <random>
 #include <tilemesh/splat/gaussian.hpp>
-#include <tilemesh/splat/model.hpp>
+#include <tilemesh/splat/rules.hpp>
 #include <vector>
 
 // A renderer in double that shares no code with the kernels: covariance by matrices, its inverse by the determinant, whole frames without
@@ -19,7 +19,7 @@ struct Camera {
     double rotation[3][3], position[3], fx, fy, cx, cy, near_depth, limit_x, limit_y;
     std::uint32_t width, height;
 };
-inline Camera camera_of(splat::Camera const& c, splat::Model const& m)
+inline Camera camera_of(splat::Camera const& c, splat::Rules const& m)
 {
     Camera d{};
     for (int i = 0; i < 3; ++i) {
@@ -54,7 +54,7 @@ struct Splat {
     double opacity, colour[3];
     splat::GaussianId id;
 };
-inline bool project(splat::Gaussian const& g, Camera const& c, splat::Model const& m, Splat& s)
+inline bool project(splat::Gaussian const& g, Camera const& c, splat::Rules const& m, Splat& s)
 {
     double p[3];
     for (int i = 0; i < 3; ++i) {
@@ -93,7 +93,7 @@ struct Pixel {
     double value(std::uint32_t i) const { return i < 3 ? colour[i] : i == 3 ? transmittance : depth; }
     static constexpr std::uint32_t values = 5;
 };
-inline std::vector<Splat> projected(std::vector<splat::Gaussian> const& order, Camera const& c, splat::Model const& m)
+inline std::vector<Splat> projected(std::vector<splat::Gaussian> const& order, Camera const& c, splat::Rules const& m)
 {
     std::vector<Splat> all;
     Splat s;
@@ -102,7 +102,7 @@ inline std::vector<Splat> projected(std::vector<splat::Gaussian> const& order, C
     return all;
 }
 /// The Gaussians in front of the near plane, front to back.
-inline std::vector<splat::Gaussian> sorted(std::vector<splat::Gaussian> const& gaussians, Camera const& c, splat::Model const& m)
+inline std::vector<splat::Gaussian> sorted(std::vector<splat::Gaussian> const& gaussians, Camera const& c, splat::Rules const& m)
 {
     std::vector<std::pair<double, splat::Gaussian>> seen;
     Splat s;
@@ -113,7 +113,7 @@ inline std::vector<splat::Gaussian> sorted(std::vector<splat::Gaussian> const& g
     for (auto const& one : seen) order.push_back(one.second);
     return order;
 }
-inline std::vector<Pixel> render(std::vector<Splat> const& splats, Camera const& c, splat::Model const& m)
+inline std::vector<Pixel> render(std::vector<Splat> const& splats, Camera const& c, splat::Rules const& m)
 {
     std::vector<Pixel> picture;
     for (std::uint32_t y = 0; y < c.height; ++y)
@@ -139,7 +139,7 @@ inline std::vector<Pixel> render(std::vector<Splat> const& splats, Camera const&
 using Derivative = std::array<std::vector<Pixel>, 6>;
 /// Central differences by each motion: `step` times the median depth for translations, `step` radians for rotations. Depth order and the
 /// set of visible Gaussians are those of the camera itself.
-inline Derivative central_differences(std::vector<splat::Gaussian> const& order, Camera const& c, splat::Model const& m, double step)
+inline Derivative central_differences(std::vector<splat::Gaussian> const& order, Camera const& c, splat::Rules const& m, double step)
 {
     Derivative d;
     for (std::uint32_t j = 0; j < 6; ++j) {

@@ -51,9 +51,9 @@ struct Result {
 };
 /// The sum over all numbers of lanes.
 template <class Record>
-Result compare(std::vector<Record> const& records, Camera const& camera, Model const& model)
+Result compare(std::vector<Record> const& records, Camera const& camera, Rules const& rules)
 {
-    auto const view = make_view(camera, model);
+    auto const view = make_view(camera, rules);
     auto const tiling = make_tiling(camera.width, camera.height, 32, 20);
     std::vector<Splat> expected;
     Result result{0, 0};
@@ -138,11 +138,11 @@ Gaussian stiff(support::Random& random, float near_depth, float alpha_min)
         }
     return g;
 }
-std::vector<Gaussian> stiff_map(std::uint32_t n, std::uint64_t seed, Camera const& camera, Model const& model)
+std::vector<Gaussian> stiff_map(std::uint32_t n, std::uint64_t seed, Camera const& camera, Rules const& rules)
 {
     support::Random random(seed);
     std::vector<Gaussian> map;
-    for (std::uint32_t i = 0; i < n; ++i) map.push_back(stiff(random, camera.near_depth, model.alpha_min));
+    for (std::uint32_t i = 0; i < n; ++i) map.push_back(stiff(random, camera.near_depth, rules.alpha_min));
     return map;
 }
 template <std::uint32_t Degree>
@@ -316,13 +316,13 @@ TEST_CASE("lanes: tiles, spans and roundings are those of integers")
 
 TEST_CASE("project_all: the bits of project, for ordinary maps and both footprints")
 {
-    Model square;
+    Rules square;
     square.footprint = Footprint::three_sigma_square;
-    for (auto const& model : {Model{}, square}) {
-        auto const built_in = compare(scene::built_in_map().gaussians, scene::built_in_camera({640, 400}), model);
+    for (auto const& rules : {Rules{}, square}) {
+        auto const built_in = compare(scene::built_in_map().gaussians, scene::built_in_camera({640, 400}), rules);
         CHECK(built_in.wrong == 0);
         CHECK(built_in.visible > 1000);
-        auto const cloud = compare(support::cloud(20000, 3), support::lens(1280, 720, 0.2f), model);
+        auto const cloud = compare(support::cloud(20000, 3), support::lens(1280, 720, 0.2f), rules);
         CHECK(cloud.wrong == 0);
         CHECK(cloud.visible > 10000);
     }
@@ -331,16 +331,16 @@ TEST_CASE("project_all: the bits of project, for ordinary maps and both footprin
 TEST_CASE("project_all: the bits of project, for every way in which a record is stiff")
 {
     std::uint32_t visible = 0, seed = 100;
-    Model few;
+    Rules few;
     few.alpha_min = 0.3f;
-    Model square;
+    Rules square;
     square.footprint = Footprint::three_sigma_square;
-    Model sharp;
+    Rules sharp;
     sharp.dilation = 0;
     sharp.jacobian_limit = 0;
-    for (auto const& model : {Model{}, few, square, sharp}) {
+    for (auto const& rules : {Rules{}, few, square, sharp}) {
         auto const camera = support::lens(1280, 720, 0.1f);
-        auto const result = compare(stiff_map(support::fast() ? 5000 : 25000, ++seed, camera, model), camera, model);
+        auto const result = compare(stiff_map(support::fast() ? 5000 : 25000, ++seed, camera, rules), camera, rules);
         CHECK(result.wrong == 0);
         visible += result.visible;
     }
@@ -350,51 +350,51 @@ TEST_CASE("project_all: the bits of project, for every way in which a record is 
 TEST_CASE("project_all: the bits of project, for rules and cameras at their ends")
 {
     std::uint32_t visible = 0, seed = 200;
-    auto const look = [&](Camera const& camera, Model const& model) {
-        auto const result = compare(stiff_map(1000, ++seed, camera, model), camera, model);
+    auto const look = [&](Camera const& camera, Rules const& rules) {
+        auto const result = compare(stiff_map(1000, ++seed, camera, rules), camera, rules);
         CHECK(result.wrong == 0);
         visible += result.visible;
     };
     for (auto const footprint : {Footprint::opacity_box, Footprint::three_sigma_square}) {
         auto const camera = support::lens(640, 400);
-        Model model;
-        model.footprint = footprint;
+        Rules rules;
+        rules.footprint = footprint;
         for (float const v : {0.0f, -0.0f, -1.0f, subnormal, 1e-42f, smallest, 1e-36f, 1.0f, 2.0f, infinity, not_a_number}) {
-            Model m = model;
+            Rules m = rules;
             m.alpha_min = v;
             look(camera, m);
         }
         for (float const v : {0.0f, 1e-30f, 1e10f, 1e20f, 3e38f, infinity, -1.0f, not_a_number}) {
-            Model m = model;
+            Rules m = rules;
             m.dilation = v;
             look(camera, m);
-            m = model;
+            m = rules;
             m.jacobian_limit = v;
             look(camera, m);
         }
         for (float const v : {0.0f, 1e-20f, 1e20f, -100.0f, infinity, not_a_number}) {
             Camera c = camera;
             c.fx = v;
-            look(c, model);
+            look(c, rules);
             c = camera;
             c.cy = v;
-            look(c, model);
+            look(c, rules);
             c = camera;
             c.position[1] = v;
-            look(c, model);
+            look(c, rules);
             c = camera;
             c.rotation[2][2] = v;
-            look(c, model);
+            look(c, rules);
             c = camera;
             c.near_depth = v;
-            look(c, model);
+            look(c, rules);
         }
         for (auto const size : {1u, 2u, 65535u}) {
             Camera c = camera;
             c.width = size;
-            look(c, model);
+            look(c, rules);
             c.height = size;
-            look(c, model);
+            look(c, rules);
         }
     }
     CHECK(visible > 10000);
@@ -405,9 +405,9 @@ TEST_CASE("project_all: any number of records, and nothing is written after the 
     auto const camera = support::lens(640, 400);
     for (std::uint32_t const n : {0u, 1u, 2u, 3u, 4u, 5u, 7u, 8u, 9u, 15u, 16u, 17u, 31u, 32u, 33u, 47u}) {
         INFO(n, " records");
-        CHECK(compare(support::cloud(n, 10 + n), camera, Model{}).wrong == 0);
-        CHECK(compare(stiff_map(n, 20 + n, camera, Model{}), camera, Model{}).wrong == 0);
-        CHECK(compare(shaded<2>(support::cloud(n, 30 + n), n), camera, Model{}).wrong == 0);
+        CHECK(compare(support::cloud(n, 10 + n), camera, Rules{}).wrong == 0);
+        CHECK(compare(stiff_map(n, 20 + n, camera, Rules{}), camera, Rules{}).wrong == 0);
+        CHECK(compare(shaded<2>(support::cloud(n, 30 + n), n), camera, Rules{}).wrong == 0);
     }
 }
 
@@ -415,10 +415,10 @@ TEST_CASE("project_all: the bits of project, for records with harmonics")
 {
     auto const camera = support::lens(1280, 720, 0.3f);
     auto const ordinary = support::cloud(3000, 6);
-    auto const broken = stiff_map(3000, 7, camera, Model{});
+    auto const broken = stiff_map(3000, 7, camera, Rules{});
     std::uint32_t visible = 0;
     auto const look = [&](auto const& records) {
-        auto const result = compare(records, camera, Model{});
+        auto const result = compare(records, camera, Rules{});
         CHECK(result.wrong == 0);
         visible += result.visible;
     };
@@ -438,9 +438,9 @@ TEST_CASE("projection: the opacity box holds every visible pixel if the logarith
     std::uint32_t outside = 0, inside = 0;
     // Below 1e-40, the rounding of alpha itself is more than 1e-5 of it.
     for (float const alpha_min : {1.0f / 255, 0.25f, 1.0f, 1e-30f, smallest, 1e-40f}) {
-        Model model;
-        model.alpha_min = alpha_min;
-        auto const view = make_view(camera, model);
+        Rules rules;
+        rules.alpha_min = alpha_min;
+        auto const view = make_view(camera, rules);
         float opacity = alpha_min;
         for (std::uint32_t step = 0; step < 24; ++step) {
             for (auto g : support::cloud(12, 40 + step)) {

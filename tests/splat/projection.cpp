@@ -11,7 +11,7 @@ namespace {
 struct Truth {
     double u, v, a, b, c;
 };
-Truth truth(Gaussian const& g, Camera const& camera, Model const& model)
+Truth truth(Gaussian const& g, Camera const& camera, Rules const& rules)
 {
     double q[4], n = 0;
     for (int i = 0; i < 4; ++i) n += double(g.rotation[i]) * double(g.rotation[i]);
@@ -27,8 +27,8 @@ Truth truth(Gaussian const& g, Camera const& camera, Model const& model)
             for (int j = 0; j < 3; ++j) M[i][j] += double(camera.rotation[i][k]) * R[k][j] * std::exp(double(g.log_scale[j]));
         }
     double const tx = t[0] / t[2], ty = t[1] / t[2];
-    double const lx = double(model.jacobian_limit) * 0.5 * camera.width / double(camera.fx);
-    double const ly = double(model.jacobian_limit) * 0.5 * camera.height / double(camera.fy);
+    double const lx = double(rules.jacobian_limit) * 0.5 * camera.width / double(camera.fx);
+    double const ly = double(rules.jacobian_limit) * 0.5 * camera.height / double(camera.fy);
     double const jx = std::clamp(tx, -lx, lx), jy = std::clamp(ty, -ly, ly);
     double const fx = double(camera.fx) / t[2], fy = double(camera.fy) / t[2];
     double V[2][3];
@@ -36,8 +36,8 @@ Truth truth(Gaussian const& g, Camera const& camera, Model const& model)
         V[0][j] = fx * (M[0][j] - jx * M[2][j]);
         V[1][j] = fy * (M[1][j] - jy * M[2][j]);
     }
-    Truth r{double(camera.fx) * tx + double(camera.cx), double(camera.fy) * ty + double(camera.cy), double(model.dilation), 0,
-            double(model.dilation)};
+    Truth r{double(camera.fx) * tx + double(camera.cx), double(camera.fy) * ty + double(camera.cy), double(rules.dilation), 0,
+            double(rules.dilation)};
     for (int j = 0; j < 3; ++j) {
         r.a += V[0][j] * V[0][j];
         r.b += V[0][j] * V[1][j];
@@ -51,15 +51,15 @@ Tiling whole(Camera const& c) { return make_tiling(c.width, c.height, 32, 20); }
 TEST_CASE("projection: mean, factors and alpha agree with the textbook chain in double")
 {
     auto const camera = support::lens(1280, 720, 0.1f);
-    Model const model;
-    auto const view = make_view(camera, model);
+    Rules const rules;
+    auto const view = make_view(camera, rules);
     double worst_mean = 0, worst_alpha = 0;
     std::uint32_t seen = 0;
     for (auto const& g : support::cloud(20000, 1)) {
         auto const s = project(g, view, whole(camera));
         if (!s.visible()) continue;
         ++seen;
-        auto const t = truth(g, camera, model);
+        auto const t = truth(g, camera, rules);
         worst_mean = std::max({worst_mean, std::abs(double(s.mean_px[0]) + double(camera.cx) - t.u),
                                std::abs(double(s.mean_px[1]) + double(camera.cy) - t.v)});
         double const det = t.a * t.c - t.b * t.b;
@@ -79,7 +79,7 @@ TEST_CASE("projection: mean, factors and alpha agree with the textbook chain in 
 TEST_CASE("projection: the opacity box holds every pixel that sees at least alpha_min")
 {
     auto const camera = support::lens(160, 120);
-    auto const view = make_view(camera, Model{});
+    auto const view = make_view(camera, Rules{});
     std::uint32_t outside = 0, inside = 0;
     for (auto const& g : support::cloud(3000, 2)) {
         auto const s = project(g, view, whole(camera));
@@ -88,7 +88,7 @@ TEST_CASE("projection: the opacity box holds every pixel that sees at least alph
         for (std::uint32_t y = 0; y < camera.height; ++y)
             for (std::uint32_t x = 0; x < camera.width; ++x) {
                 float const alpha = alpha_at(s, float(x) + 0.5f - camera.cx, float(y) + 0.5f - camera.cy);
-                if (!(alpha >= view.model.alpha_min)) continue;
+                if (!(alpha >= view.rules.alpha_min)) continue;
                 bool const in = x >= r.x0 && x < r.x1 && y >= r.y0 && y < r.y1;
                 ++(in ? inside : outside);
             }
@@ -101,7 +101,7 @@ TEST_CASE("projection: the anchor is one tile, half-open, and lies in the rectan
 {
     auto const camera = support::flat_camera(64, 40);
     auto const tiling = make_tiling(64, 40, 16, 10);
-    auto const view = make_view(camera, Model{});
+    auto const view = make_view(camera, Rules{});
     auto const anchor = [&](float x, float y) { return project(support::ball(1, x, y, 3), view, tiling).anchor; };
     CHECK(anchor(15.99f, 5) == TileId::at(0, 0));
     CHECK(anchor(16, 5) == TileId::at(1, 0));
@@ -126,7 +126,7 @@ TEST_CASE("projection: the anchor is one tile, half-open, and lies in the rectan
 TEST_CASE("projection: the near plane and alpha_min are met exactly")
 {
     auto camera = support::lens(64, 40);
-    auto const visible = [&](Gaussian const& g) { return project(g, make_view(camera, Model{}), whole(camera)).visible(); };
+    auto const visible = [&](Gaussian const& g) { return project(g, make_view(camera, Rules{}), whole(camera)).visible(); };
     Gaussian g = support::cloud(1, 3)[0];
     g.mean_world[0] = g.mean_world[1] = 0;
     g.opacity = 0.5f;
@@ -146,7 +146,7 @@ TEST_CASE("projection: the near plane and alpha_min are met exactly")
 TEST_CASE("projection: a Gaussian that cannot be drawn is invisible, never a NaN")
 {
     auto const camera = support::lens(64, 40);
-    auto const view = make_view(camera, Model{});
+    auto const view = make_view(camera, Rules{});
     float const bad[] = {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(),
                          -std::numeric_limits<float>::infinity(), 3e38f, -3e38f, 1e-45f, 0.0f};
     Gaussian const good = support::ball(1, 0, 0, 1);
@@ -182,8 +182,8 @@ TEST_CASE("projection: large coordinates cancel before they are rotated")
             far.mean_world[i] = std::round(g.mean_world[i] * 8) / 8 + offset;
             g.mean_world[i] = std::round(g.mean_world[i] * 8) / 8;
         }
-        auto const a = project(g, make_view(camera, Model{}), whole(camera));
-        auto const b = project(far, make_view(far_camera, Model{}), whole(camera));
+        auto const a = project(g, make_view(camera, Rules{}), whole(camera));
+        auto const b = project(far, make_view(far_camera, Rules{}), whole(camera));
         CHECK(std::memcmp(&a, &b, sizeof a) == 0);
     }
 }
@@ -193,9 +193,9 @@ TEST_CASE("projection: known answers of the two footprints")
     auto camera = support::flat_camera(640, 400);
     camera.cx = 320;
     camera.cy = 200;
-    Model model;
+    Rules rules;
     auto const rect = [&](float sigma, float opacity) {
-        return project(support::ball(1, 0.5f, 0.5f, sigma, opacity), make_view(camera, model), whole(camera)).rect();
+        return project(support::ball(1, 0.5f, 0.5f, sigma, opacity), make_view(camera, rules), whole(camera)).rect();
     };
     // Opaque: t = sqrt(2 ln 255) = 3.329; sigma^2 + 0.3.
     auto r = rect(10, 1);
@@ -204,7 +204,7 @@ TEST_CASE("projection: known answers of the two footprints")
     CHECK(r.y0 == 200 - 33);
     r = rect(10, 1.5f / 255); // faint: t = sqrt(2 ln 1.5) = 0.9005
     CHECK(r.x0 == 320 - 9); // 9.02 pixels left of 320.5
-    model.footprint = Footprint::three_sigma_square;
+    rules.footprint = Footprint::three_sigma_square;
     r = rect(10, 1); // ceil(3 sqrt(100.3)) = 31
     CHECK(r.x0 == 320 - 31);
     CHECK(r.x1 == 320 + 32);

@@ -30,11 +30,11 @@ static_assert(with_quality({}, Quality::on_sensor).alpha_min == 1.0f / 64);
 static_assert(with_quality({}, Quality::on_sensor).transmittance_min == 1e-2f);
 
 // The cut-offs without a quality: the library's, and those of 3D Gaussian Splatting in the presets of the paper's machine.
-static_assert(Model{}.alpha_min == 1.0f / 255 && Model{}.transmittance_min == 5e-3f);
+static_assert(Rules{}.alpha_min == 1.0f / 255 && Rules{}.transmittance_min == 5e-3f);
 static_assert(Lossless::transmittance_min == 5e-3f && Fitted<Lossless, 3, false>::transmittance_min == 5e-3f);
 static_assert(Paper::transmittance_min == 1e-4f && Prototype::transmittance_min == 1e-4f && support::Room<Paper>::transmittance_min == 1e-4f);
 
-bool same_bits(Model const& a, Model const& b) { return std::memcmp(&a, &b, sizeof a) == 0; }
+bool same_bits(Rules const& a, Rules const& b) { return std::memcmp(&a, &b, sizeof a) == 0; }
 
 struct Desk {
     scene::Map map = scene::built_in_map();
@@ -65,7 +65,7 @@ TEST_CASE("quality: its name, its two cut-offs, and nothing else")
     CHECK(std::string(name(Quality::evaluation)) == "evaluation");
     CHECK(std::string(name(Quality::viewing)) == "viewing");
     CHECK(std::string(name(Quality::on_sensor)) == "on_sensor");
-    Model odd;
+    Rules odd;
     odd.alpha_min = 0.125f;
     odd.alpha_max = 0.75f;
     odd.transmittance_min = 0.25f;
@@ -88,23 +88,23 @@ TEST_CASE("quality: its name, its two cut-offs, and nothing else")
 TEST_CASE("quality: presets keep their own stop until a quality is asked for")
 {
     auto const map = support::map_of(support::cloud(20, 3));
-    auto const model_of = [&]<class S>(S) { return make_runner<S>(map)->model(); };
-    CHECK(model_of(Lossless{}).transmittance_min == 5e-3f);
-    for (auto const& model : {model_of(Paper{}), model_of(Prototype{})}) {
-        CHECK(model.transmittance_min == 1e-4f);
-        CHECK(model.alpha_min == 1.0f / 255);
-        CHECK(model.alpha_max == 0.99f);
+    auto const rules_of = [&]<class S>(S) { return make_runner<S>(map)->rules(); };
+    CHECK(rules_of(Lossless{}).transmittance_min == 5e-3f);
+    for (auto const& rules : {rules_of(Paper{}), rules_of(Prototype{})}) {
+        CHECK(rules.transmittance_min == 1e-4f);
+        CHECK(rules.alpha_min == 1.0f / 255);
+        CHECK(rules.alpha_max == 0.99f);
     }
     auto const asked = make_runner<Referenced<Paper>>(map, {.quality = Quality::viewing});
-    CHECK(asked->model().transmittance_min == 5e-3f);
-    CHECK(asked->model().alpha_min == 1.0f / 128);
-    CHECK(asked->model().alpha_max == 0.99f);
-    CHECK(asked->model().footprint == Footprint::three_sigma_square);
+    CHECK(asked->rules().transmittance_min == 5e-3f);
+    CHECK(asked->rules().alpha_min == 1.0f / 128);
+    CHECK(asked->rules().alpha_max == 0.99f);
+    CHECK(asked->rules().footprint == Footprint::three_sigma_square);
 }
 
 TEST_CASE("quality: fewer pairs and a larger error, from evaluation to the default to viewing to on_sensor")
 {
-    auto const exact = report::render_double(desk().map.gaussians, desk().camera, Model{}, report::Cuts::none);
+    auto const exact = report::render_double(desk().map.gaussians, desk().camera, Rules{}, report::Cuts::none);
     std::vector<RenderedFrame> frames;
     for (auto const& quality : std::initializer_list<std::optional<Quality>>{Quality::evaluation, std::nullopt, Quality::viewing,
                                                                              Quality::on_sensor})
@@ -131,7 +131,7 @@ TEST_CASE("quality: asked for in the options or written into the model, the same
         CAPTURE(name(quality));
         auto const asked = rendered(quality);
         auto const told = desk_runner(std::nullopt);
-        told->model() = with_quality(told->model(), quality);
+        told->rules() = with_quality(told->rules(), quality);
         auto const written = told->render(desk().camera);
         CHECK(support::differing_pixels(asked.image, written.image) == 0);
         CHECK(report::first_difference(asked.report, written.report) == "");
@@ -147,11 +147,11 @@ TEST_CASE("quality: with precise arithmetic the naive loop's bits, with every fo
         for (auto const quality : qualities) {
             CAPTURE(name(quality));
             auto const runner = make_runner<support::Whole>(map, {.tile = {16, 8}, .footprint = footprint, .quality = quality});
-            auto model = with_quality(Model{}, quality);
-            model.footprint = footprint;
+            auto rules = with_quality(Rules{}, quality);
+            rules.footprint = footprint;
             auto const frame = runner->render(camera);
             REQUIRE(frame.report.lost.empty());
-            CHECK(support::differing_pixels(frame.image, report::render_naive(map.gaussians, camera, model)) == 0);
+            CHECK(support::differing_pixels(frame.image, report::render_naive(map.gaussians, camera, rules)) == 0);
         }
 }
 
@@ -173,8 +173,8 @@ TEST_CASE("quality: the records culled for it are those that it does not show")
     for (auto const quality : qualities) {
         CAPTURE(name(quality));
         RendererOptions const options{.tile = {16, 8}, .quality = quality};
-        auto const model = with_quality(Model{}, quality);
-        auto const demand = scene::demand_of(map, std::span(path), model, tiling);
+        auto const rules = with_quality(Rules{}, quality);
+        auto const demand = scene::demand_of(map, std::span(path), rules, tiling);
         culled.push_back(demand.culled);
         auto const fitted = support::fit_shared<support::NoRouting>(map, demand, options);
         auto const frame = fitted->render(camera);
@@ -185,7 +185,7 @@ TEST_CASE("quality: the records culled for it are those that it does not show")
         CHECK(frame.report.gaussians.parked == all.report.gaussians.parked);
 
         // A demand for another model is refused, because the picture would have holes.
-        auto const others = scene::demand_of(map, std::span(path), Model{}, tiling);
+        auto const others = scene::demand_of(map, std::span(path), Rules{}, tiling);
         REQUIRE(others.culled != 0);
         auto const wrong = support::fit_shared<support::NoRouting>(map, others, options);
         CHECK_THROWS_AS(wrong->render(camera), Error);

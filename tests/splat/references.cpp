@@ -16,7 +16,7 @@ scene::Map cloud(std::uint32_t n = 400, std::uint64_t seed = 21) { return suppor
 
 // --- what the machine says of itself ------------------------------------------------------------------------------------------
 template <class S>
-constexpr bool takes_the_bytes_of_values = rules_of<S>().road_bytes == sizeof(RoadMessage<S>) && rules_of<S>().beam_bytes == sizeof(BeamMessage<S>);
+constexpr bool takes_the_bytes_of_values = policies_of<S>().road_bytes == sizeof(RoadMessage<S>) && policies_of<S>().beam_bytes == sizeof(BeamMessage<S>);
 static_assert(takes_the_bytes_of_values<Lossless> && takes_the_bytes_of_values<Paper> && takes_the_bytes_of_values<support::Screens> &&
                   takes_the_bytes_of_values<Fitted<Lossless, 3>>,
               "a reference takes the bytes of its record");
@@ -94,8 +94,8 @@ TEST_CASE("references: another size of the frame, and a model that changes betwe
     RendererOptions const options{.tile = {16, 16}};
     auto const values = make_runner<Whole>(map, options), references = make_runner<Referenced<Whole>>(map, options);
     for (int i = 0; i < 6; ++i) {
-        if (i == 3) values->model().alpha_min = references->model().alpha_min = 0.05f;
-        if (i == 4) values->model().footprint = references->model().footprint = Footprint::three_sigma_square;
+        if (i == 3) values->rules().alpha_min = references->rules().alpha_min = 0.05f;
+        if (i == 4) values->rules().footprint = references->rules().footprint = Footprint::three_sigma_square;
         auto const camera = i % 3 == 0 ? support::lens(96, 80) : support::lens(112, 96, 0.01f);
         auto const a = values->render(camera), b = references->render(camera);
         INFO("frame ", i);
@@ -135,7 +135,7 @@ TEST_CASE("references: an existing frame is overwritten, for any content")
     renderer->render_into(large, frame);
     CHECK(frame.image.rgb.data() == memory);
     CHECK(frame.depth.empty());
-    CHECK(support::differing_pixels(frame.image, report::render_naive(map.gaussians, large, renderer->model())) == 0);
+    CHECK(support::differing_pixels(frame.image, report::render_naive(map.gaussians, large, renderer->rules())) == 0);
     renderer->render_into(small, frame);
-    CHECK(support::differing_pixels(frame.image, report::render_naive(map.gaussians, small, renderer->model())) == 0);
+    CHECK(support::differing_pixels(frame.image, report::render_naive(map.gaussians, small, renderer->rules())) == 0);
 }

@@ -40,7 +40,7 @@ struct Job {
     Job(Grid grid, Sizes const& sizes) : mesh({}, grid, mesh_sizes<RouteOnly<S>>(size_of_machine<typename S::Machine>(), sizes))
     {
         mesh.template broadcast<FrameParameters>() = {
-            make_view(support::flat_camera(grid.width * tile_px, grid.height * tile_px), Model{}),
+            make_view(support::flat_camera(grid.width * tile_px, grid.height * tile_px), Rules{}),
             make_tiling(grid.width * tile_px, grid.height * tile_px, tile_px, tile_px), 1, 0, 0};
         mesh.observe([this](SuperstepEvent const&) {
             std::uint64_t gone = 0;

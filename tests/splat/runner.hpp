@@ -19,7 +19,7 @@ public:
         render_into(camera, frame);
         return frame;
     }
-    virtual splat::Model& model() = 0;
+    virtual splat::Rules& rules() = 0;
     virtual splat::Tiling const& tiling() = 0;
     virtual Grid grid() = 0;                     ///< of the last frame; requires one
     virtual render::SetupFacts const& facts() = 0;

@@ -13,7 +13,7 @@
 // The real maps; the built-in map if they are missing; or a made map if the environment names one.
 namespace support {
 using splat::Camera;
-using splat::Model;
+using splat::Rules;
 
 struct Scene {
     scene::Map map;
@@ -66,7 +66,7 @@ inline report::Image const& naive(Scene const& s, Camera const& camera)
     auto const found = cache.find({&s, key});
     if (found != cache.end()) return found->second;
     if (cache.size() > 40) cache.clear();
-    return cache[{&s, key}] = report::render_naive(s.map.gaussians, camera, Model{});
+    return cache[{&s, key}] = report::render_naive(s.map.gaussians, camera, Rules{});
 }
 
 } // namespace support

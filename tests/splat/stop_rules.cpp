@@ -44,10 +44,10 @@ Picture naive(Scene const& v)
                 auto const r = s.rect();
                 if (x < r.x0 || x >= r.x1 || y < r.y0 || y >= r.y1) continue;
                 float const alpha =
-                    std::min(alpha_at(s, float(x) + 0.5f - v.camera.cx, float(y) + 0.5f - v.camera.cy), v.model.alpha_max);
-                if (alpha < v.model.alpha_min) continue;
+                    std::min(alpha_at(s, float(x) + 0.5f - v.camera.cx, float(y) + 0.5f - v.camera.cy), v.rules.alpha_max);
+                if (alpha < v.rules.alpha_min) continue;
                 float const weight = alpha * through, left = through - weight;
-                if (left < v.model.transmittance_min) break;
+                if (left < v.rules.transmittance_min) break;
                 for (int c = 0; c < 3; ++c) rgb[c] = multiply_add(weight, s.colour[c], rgb[c]);
                 through = left;
                 ++out.contributing;
@@ -64,7 +64,7 @@ Picture blend(Scene const& v, std::uint32_t tile_width, std::uint32_t tile_heigh
         v, tile_width, tile_height,
         [&](PixelRect const& tile, std::uint32_t n, auto const& at, FloatPixel* pixels, Picture& picture) {
             PairCount count{};
-            inner::blend_tile_by<Rule, Stop, Lanes, 8, 128>(tile, v.camera, v.model, n, at, pixels, v.camera.width, Worker{0, 1}, &count,
+            inner::blend_tile_by<Rule, Stop, Lanes, 8, 128>(tile, v.camera, v.rules, n, at, pixels, v.camera.width, Worker{0, 1}, &count,
                                                              1);
             picture.count(count);
         });
@@ -80,9 +80,9 @@ Scene layers(std::vector<float> const& opacities, float limit)
         all.push_back(support::ball(static_cast<std::uint32_t>(i + 1), 0, 0, 1000, opacities[i]));
         for (float& c : all.back().colour) c = 1;
     }
-    Model model;
-    model.transmittance_min = limit;
-    return Scene(std::move(all), camera, model);
+    Rules rules;
+    rules.transmittance_min = limit;
+    return Scene(std::move(all), camera, rules);
 }
 /// The value of pixel (10, 10) for layers of colour 1.
 template <class Stop>
@@ -115,7 +115,7 @@ private:
     {
         if (tile.empty()) return;
         inner::blend_tile_by<inner::EachPair, inner::StopBeforeCrossing, inner::native_lanes, 8, 128>(
-            tile, frame.view.camera, frame.view.model, n, at, pixels, stride_px, worker, counts, workers);
+            tile, frame.view.camera, frame.view.rules, n, at, pixels, stride_px, worker, counts, workers);
     }
 };
 struct Dropping : support::Whole {
@@ -129,14 +129,14 @@ template <template <class, class> class Engine>
 RenderedFrame dropping(Scene const& v, std::uint32_t threads = 1)
 {
     BasicRenderer<Dropping, Engine> renderer{support::map_of(v.gaussians), options_with(threads)};
-    renderer.model() = v.model;
+    renderer.rules() = v.rules;
     return renderer.render(v.camera);
 }
 template <template <class, class> class Engine>
 RenderedFrame ordinary(Scene const& v)
 {
     auto const runner = support::make_runner<support::Whole, Engine>(support::map_of(v.gaussians), options_with(1));
-    runner->model() = v.model;
+    runner->rules() = v.rules;
     return runner->render(v.camera);
 }
 bool same_bits(Picture const& a, report::Image const& b)
@@ -152,10 +152,10 @@ TEST_CASE("stop before crossing: 3DGS's loop, bit for bit, for any tiling and an
 {
     for (float const limit : {1e-4f, 1e-3f, 3e-2f, 0.5f})
         for (float const alpha_max : {0.99f, 1.0f}) {
-            Model model;
-            model.transmittance_min = limit;
-            model.alpha_max = alpha_max;
-            Scene const v(dense(700, 41), support::lens(150, 71), model);
+            Rules rules;
+            rules.transmittance_min = limit;
+            rules.alpha_max = alpha_max;
+            Scene const v(dense(700, 41), support::lens(150, 71), rules);
             auto const truth = naive(v);
             auto const ours = blend<inner::StopBeforeCrossing>(v, 32, 20);
             CHECK(ours == truth);
@@ -174,10 +174,10 @@ TEST_CASE("stop before crossing: 3DGS's loop, bit for bit, for any tiling and an
 
 TEST_CASE("stop before crossing: the recurrence's bits do not depend on the tiling")
 {
-    Model model;
-    model.transmittance_min = 1e-2f;
-    model.alpha_max = 0.99f;
-    Scene const v(dense(700, 43), support::lens(150, 71), model);
+    Rules rules;
+    rules.transmittance_min = 1e-2f;
+    rules.alpha_max = 0.99f;
+    Scene const v(dense(700, 43), support::lens(150, 71), rules);
     auto const whole = blend<inner::StopBeforeCrossing, 8, inner::FastRule>(v, 150, 71);
     CHECK(blend<inner::StopBeforeCrossing, 8, inner::FastRule>(v, 32, 20) == whole);
     CHECK(blend<inner::StopBeforeCrossing, 4, inner::FastRule>(v, 13, 7) == whole);
@@ -206,9 +206,9 @@ TEST_CASE("stop before crossing: a pixel that has dropped a term is finished, ev
 
 TEST_CASE("stop before crossing: a limit of 0 never stops")
 {
-    Model model;
-    model.transmittance_min = 0;
-    Scene const v(dense(700, 47), support::lens(150, 71), model);
+    Rules rules;
+    rules.transmittance_min = 0;
+    Scene const v(dense(700, 47), support::lens(150, 71), rules);
     auto const picture = blend<inner::StopBeforeCrossing>(v, 32, 20), same = blend<inner::StopEachPixel>(v, 32, 20);
     CHECK(picture == same);
     CHECK(picture == naive(v));
@@ -228,13 +228,13 @@ TEST_CASE("stop before crossing: a block whose pixels have all ended looks at no
 
 TEST_CASE("a setup's own blending is what the mesh composites by, run by workers or whole")
 {
-    Model model;
-    model.transmittance_min = 1e-2f;
-    model.alpha_max = 0.99f;
-    Scene const v(dense(700, 53), support::lens(150, 71), model);
+    Rules rules;
+    rules.transmittance_min = 1e-2f;
+    rules.alpha_max = 0.99f;
+    Scene const v(dense(700, 53), support::lens(150, 71), rules);
     auto const truth = naive(v);
-    auto const by_model = blend<inner::StopEachPixel>(v, 150, 71);
-    REQUIRE_FALSE(truth == by_model);
+    auto const by_rules = blend<inner::StopEachPixel>(v, 150, 71);
+    REQUIRE_FALSE(truth == by_rules);
 
     auto const by_workers = dropping<CheckedMesh>(v);
     CHECK(same_bits(truth, by_workers.image));
@@ -244,7 +244,7 @@ TEST_CASE("a setup's own blending is what the mesh composites by, run by workers
         CHECK(same_bits(truth, whole.image));
         CHECK(report::first_difference(whole.report, by_workers.report) == "");
     }
-    CHECK(same_bits(by_model, ordinary<CheckedMesh>(v).image));
-    CHECK(same_bits(by_model, ordinary<PortMesh>(v).image));
-    CHECK(ordinary<PortMesh>(v).report.pairs_contributing == by_model.contributing);
+    CHECK(same_bits(by_rules, ordinary<CheckedMesh>(v).image));
+    CHECK(same_bits(by_rules, ordinary<PortMesh>(v).image));
+    CHECK(ordinary<PortMesh>(v).report.pairs_contributing == by_rules.contributing);
 }

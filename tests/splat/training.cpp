@@ -28,16 +28,16 @@ namespace {
 using Colour = std::array<float, 3>;
 constexpr Colour pink{0.75f, 0.25f, 0.5f};
 
-Model training(Colour const& background = {})
+Rules training(Colour const& background = {})
 {
-    auto model = with_quality(Model{}, Quality::training);
-    for (std::size_t c = 0; c < 3; ++c) model.background[c] = background[c];
-    return model;
+    auto rules = with_quality(Rules{}, Quality::training);
+    for (std::size_t c = 0; c < 3; ++c) rules.background[c] = background[c];
+    return rules;
 }
-Model on(Model model, Colour const& background)
+Rules on(Rules rules, Colour const& background)
 {
-    for (std::size_t c = 0; c < 3; ++c) model.background[c] = background[c];
-    return model;
+    for (std::size_t c = 0; c < 3; ++c) rules.background[c] = background[c];
+    return rules;
 }
 
 /// Looks along +z; a mean at (x, y, 65536) falls on pixel coordinate (x, y) without rounding. The lens is so long that slopes change no
@@ -83,12 +83,12 @@ double largest_difference(std::vector<double> const& a, std::vector<double> cons
     return most;
 }
 /// Frames of the program of homes, in chapters if `homes` a tile are too few for the map.
-std::unique_ptr<AnyRenderer> homes_of(scene::Map const& map, Model const& model, std::uint32_t homes = 1000, bool planes = false)
+std::unique_ptr<AnyRenderer> homes_of(scene::Map const& map, Rules const& rules, std::uint32_t homes = 1000, bool planes = false)
 {
     render::HomesChoice choice;
     choice.machine.sram_bytes = 1u << 24;
     choice.sizes.homes = homes;
-    choice.model = model;
+    choice.rules = rules;
     choice.alpha = choice.depth = planes;
     RendererOptions options{.threads = 2, .grid = {3, 2}};
     options.held_slots = 50;
@@ -101,7 +101,7 @@ std::vector<Pixel> blended(support::SortedSplats const& v)
     auto const& c = v.camera;
     std::vector<Pixel> pixels(std::size_t{c.width} * c.height);
     PairCount counts[1] = {};
-    blend_whole_tile({0, c.width, 0, c.height}, c, v.model, static_cast<std::uint32_t>(v.splats.size()),
+    blend_whole_tile({0, c.width, 0, c.height}, c, v.rules, static_cast<std::uint32_t>(v.splats.size()),
                      [&](std::uint32_t i) noexcept -> Splat const& { return v.splats[i]; }, pixels.data(), c.width, counts, 1);
     return pixels;
 }
@@ -139,7 +139,7 @@ TEST_CASE("training: the constants of the rasteriser")
     CHECK(m.stop == Stop::before_crossing);
     CHECK(m.footprint == Footprint::three_sigma_tiles);
     CHECK(m.near_plane == NearPlane::fixed);
-    Model odd;
+    Rules odd;
     odd.dilation = 0, odd.jacobian_limit = 0, odd.arithmetic = Arithmetic::fast;
     CHECK(with_quality(odd, Quality::training).dilation == 0.3f);
     CHECK(with_quality(odd, Quality::training).jacobian_limit == 1.3f);
@@ -186,9 +186,9 @@ TEST_CASE("training: a splat is in the 16 x 16 tiles that its square touches, as
     // The mean is `middle` pixels right of the middle of the first pixel.
     auto const at = [&](float middle) { return report::render_naive(std::vector{wide_ball(middle + 0.5f, 40.5f)}, camera, training()); };
     auto const square = [&](float middle) {
-        auto model = training();
-        model.footprint = Footprint::three_sigma_square;
-        return report::render_naive(std::vector{wide_ball(middle + 0.5f, 40.5f)}, camera, model);
+        auto rules = training();
+        rules.footprint = Footprint::three_sigma_square;
+        return report::render_naive(std::vector{wide_ball(middle + 0.5f, 40.5f)}, camera, rules);
     };
     // The right end: 34 + 31 = 65 touches the tile of pixels 64 to 79, anything less does not, although pixel 64 is within 3 sigma.
     CHECK(shows(at(34), 64, 40));
@@ -234,7 +234,7 @@ TEST_CASE("training: means at a depth of 0.2 or nearer are culled, whatever the 
         CHECK(shows(report::render_naive(std::vector{g}, camera, training()), 16, 8));
         CHECK(report::render_double(std::vector{g}, camera, training(), report::Cuts::same).pixel(16, 8)[0] > 0);
         // Other qualities have the camera's plane.
-        CHECK(shows(report::render_naive(std::vector{g}, camera, Model{}), 16, 8) == (g.mean_world[2] > near_depth));
+        CHECK(shows(report::render_naive(std::vector{g}, camera, Rules{}), 16, 8) == (g.mean_world[2] > near_depth));
     }
 }
 
@@ -277,8 +277,8 @@ TEST_CASE("training: the naive loop's bits for any tiling, threads, engine and p
     report::Image first_fast;
     std::uint64_t contributing = 0;
     for (auto const arithmetic : {Arithmetic::precise, Arithmetic::fast}) {
-        auto model = training(pink);
-        model.arithmetic = arithmetic;
+        auto rules = training(pink);
+        rules.arithmetic = arithmetic;
         report::Image expected = naive;
         bool first = true;
         auto const check = [&](RenderedFrame const& frame) {
@@ -297,8 +297,8 @@ TEST_CASE("training: the naive loop's bits for any tiling, threads, engine and p
         check(make_runner<support::Whole, CheckedMesh>(
                   map, {.tile = {32, 20}, .arithmetic = arithmetic, .quality = Quality::training, .background = pink, .sizes = slots})
                   ->render(camera));
-        check(homes_of(map, model)->render(camera));
-        check(homes_of(map, model, 50)->render(camera)); // 300 homes for 700 records: chapters
+        check(homes_of(map, rules)->render(camera));
+        check(homes_of(map, rules, 50)->render(camera)); // 300 homes for 700 records: chapters
     }
 }
 
@@ -340,13 +340,13 @@ TEST_CASE("background: C + T background under every quality, in every program; a
 {
     auto const map = support::map_of(support::cloud(60, 5));
     auto const camera = support::lens(96, 64);
-    std::vector<Model> models{Model{}};
+    std::vector<Rules> models{Rules{}};
     for (auto const quality : {Quality::evaluation, Quality::viewing, Quality::on_sensor, Quality::training})
         models.push_back(with_quality({}, quality));
-    for (auto const& model : models) {
-        support::SortedSplats const scene(map.gaussians, camera, model);
+    for (auto const& rules : models) {
+        support::SortedSplats const scene(map.gaussians, camera, rules);
         auto const alone = blended<WithAlpha<FloatPixel>>(scene);
-        auto const image = report::render_naive(map.gaussians, camera, on(model, pink));
+        auto const image = report::render_naive(map.gaussians, camera, on(rules, pink));
         std::uint64_t empty = 0;
         for (std::size_t i = 0; i < alone.size(); ++i) {
             empty += alone[i].alpha == 0 ? 1 : 0;
@@ -354,11 +354,11 @@ TEST_CASE("background: C + T background under every quality, in every program; a
                 CHECK(close(image.rgb[3 * i + c], double{alone[i].colour.rgb[c]} + (1 - double{alone[i].alpha}) * double{pink[c]}));
         }
         CHECK(empty > 0);
-        CHECK(psnr(image, report::render_double_unrounded(map.gaussians, camera, on(model, pink), report::Cuts::same)) > 90);
+        CHECK(psnr(image, report::render_double_unrounded(map.gaussians, camera, on(rules, pink), report::Cuts::same)) > 90);
         auto const runner = make_runner<support::Referenced<support::Whole>>(map, {.tile = {16, 8}});
-        runner->model() = on(model, pink);
+        runner->rules() = on(rules, pink);
         CHECK(same(runner->render(camera).image, image));
-        CHECK(same(homes_of(map, on(model, pink))->render(camera).image, image));
+        CHECK(same(homes_of(map, on(rules, pink))->render(camera).image, image));
     }
     // Tiles without a record, on a mesh and with homes.
     auto away = camera;
@@ -374,13 +374,13 @@ TEST_CASE("background: no frame keeps that of another one, and black is what it 
 {
     auto const map = support::map_of(crowd(300, 17));
     auto const camera = support::lens(96, 64);
-    auto const without = report::render_naive(map.gaussians, camera, Model{});
+    auto const without = report::render_naive(map.gaussians, camera, Rules{});
     auto const tiles = make_runner<support::Referenced<support::Whole>>(map, {.threads = 2, .tile = {16, 8}});
-    auto const homes = homes_of(map, Model{});
+    auto const homes = homes_of(map, Rules{});
     for (auto const& background : {Colour{}, pink, pink, Colour{1, 1, 1}, Colour{0, 0, 1}, Colour{}}) {
-        tiles->model() = on(Model{}, background);
-        homes->model() = on(Model{}, background);
-        auto const expected = report::render_naive(map.gaussians, camera, on(Model{}, background));
+        tiles->rules() = on(Rules{}, background);
+        homes->rules() = on(Rules{}, background);
+        auto const expected = report::render_naive(map.gaussians, camera, on(Rules{}, background));
         CHECK(same(expected, without) == (background == Colour{}));
         CHECK(same(tiles->render(camera).image, expected));
         CHECK(same(homes->render(camera).image, expected));
@@ -413,12 +413,12 @@ TEST_CASE("training: asked for in the options or written into the model, the sam
     auto const camera = nearer(0.01f);
     auto const asked = make_runner<support::Referenced<support::Whole>>(map, {.tile = {32, 20}, .quality = Quality::training});
     auto const told = make_runner<support::Referenced<support::Whole>>(map, {.tile = {32, 20}});
-    told->model() = with_quality(told->model(), Quality::training);
-    CHECK(std::memcmp(&asked->model(), &told->model(), sizeof(Model)) == 0);
+    told->rules() = with_quality(told->rules(), Quality::training);
+    CHECK(std::memcmp(&asked->rules(), &told->rules(), sizeof(Rules)) == 0);
     CHECK(same(asked->render(camera).image, told->render(camera).image));
     RendererOptions const square{.footprint = Footprint::three_sigma_square, .quality = Quality::training};
-    CHECK(with_options(Model{}, square).footprint == Footprint::three_sigma_square);
-    CHECK(with_options(Model{}, square).stop == Stop::before_crossing);
-    auto const homes = homes_of(map, with_options(Model{}, square));
-    CHECK(homes->model().footprint == Footprint::three_sigma_square);
+    CHECK(with_options(Rules{}, square).footprint == Footprint::three_sigma_square);
+    CHECK(with_options(Rules{}, square).stop == Stop::before_crossing);
+    auto const homes = homes_of(map, with_options(Rules{}, square));
+    CHECK(homes->rules().footprint == Footprint::three_sigma_square);
 }

@@ -77,7 +77,7 @@ bool factors(naive::Matrix3 const& sigma)
 template <class T, class Layer, class Alpha>
 report::Image blended(std::vector<Layer> const& nearest_first, Camera const& camera, Alpha const& alpha_at)
 {
-    Model const m{};
+    Rules const m{};
     report::Image image(camera.width, camera.height);
     for (std::uint32_t y = 0; y < camera.height; ++y)
         for (std::uint32_t x = 0; x < camera.width; ++x) {
@@ -130,10 +130,10 @@ TEST_CASE("maps whose float32 covariances are not positive definite: finite, bit
         naive::Splat naive;
     };
     std::vector<Layer> layers;
-    Model const model{};
+    Rules const rules{};
     for (auto const& g : map) {
-        auto const s = stability::our_splat(g, camera, model);
-        if (s.visible()) layers.push_back({g, s.depth, stability::truth<long double>(g, camera, model), naive::project(g, camera)});
+        auto const s = stability::our_splat(g, camera, rules);
+        if (s.visible()) layers.push_back({g, s.depth, stability::truth<long double>(g, camera, rules), naive::project(g, camera)});
     }
     CHECK(layers.size() * 2 > map.size());
     std::sort(layers.begin(), layers.end(),
@@ -174,8 +174,8 @@ TEST_CASE("needles that reach into the frame from far outside it: bit-equal to t
             }
             INFO("dilation ", dilation, ", ", far, " px away");
             auto const runner = stability::make_runner(Kind::roomy, support::map_of(map), {.tile = {16, 8}});
-            runner->model().jacobian_limit = 0;
-            runner->model().dilation = dilation;
+            runner->rules().jacobian_limit = 0;
+            runner->rules().dilation = dilation;
             auto const frame = runner->render(camera);
             CHECK(frame.report.pairs_contributing > 100);
             CHECK(runner->differing_pixels(frame, camera) == 0);
@@ -204,7 +204,7 @@ TEST_CASE("9,000 Gaussians of one depth: the picture depends on neither row orde
     shuffle(map);
     for (std::uint32_t i = 0; i < map.size(); ++i) map[i].id = GaussianId{i + 1};
 
-    auto const expected = report::render_naive(map, camera, Model{});
+    auto const expected = report::render_naive(map, camera, Rules{});
     RenderedFrame first;
     constexpr Extent2 tiles[] = {{16, 8}, {23, 17}, {160, 90}};
     for (std::uint32_t order = 0; order < 3; ++order) {
@@ -224,7 +224,7 @@ TEST_CASE("9,000 Gaussians of one depth: the picture depends on neither row orde
     }
     // The test can fail: with ids in the order of these rows, which is an order of arrival, the picture differs.
     for (std::uint32_t i = 0; i < map.size(); ++i) map[i].id = GaussianId{i + 1};
-    CHECK(report::compare(report::render_naive(map, camera, Model{}), expected).max_levels > 10);
+    CHECK(report::compare(report::render_naive(map, camera, Rules{}), expected).max_levels > 10);
 }
 
 // --- records, cameras and rules of hostile numbers --------------------------------------------------------------------------
@@ -289,11 +289,11 @@ Camera hostile_camera(Camera c, support::Random& random)
     return c;
 }
 /// Any model that a renderer accepts: no value is negative, except the Jacobian's limit.
-Model hostile_model(support::Random& random)
+Rules hostile_rules(support::Random& random)
 {
     constexpr float none_or_little[] = {0, 1e-45f, 1e-38f, 1e-30f, 1e-12f};
     auto const little = [&](float otherwise) { return random.below(3) == 0 ? none_or_little[random.below(5)] : otherwise; };
-    Model m;
+    Rules m;
     m.alpha_min = little(m.alpha_min);
     m.transmittance_min = little(m.transmittance_min);
     m.dilation = little(m.dilation);
@@ -391,8 +391,8 @@ TEST_CASE("no record, camera or rule makes a splat that is not finite, or outsid
         auto const width = odd_size ? sizes[random.below(6)] : 96, height = odd_size ? sizes[random.below(6)] : 64;
         auto const tiling = make_tiling(width, height, 1 + random.below(width), 1 + random.below(height));
         auto const lens = support::lens(width, height, random.uniform(-0.3f, 0.3f));
-        auto const model = i % 2 == 0 ? Model{} : hostile_model(random);
-        auto const view = make_view(lens, model), hostile_view = make_view(hostile_camera(lens, random), model);
+        auto const rules = i % 2 == 0 ? Rules{} : hostile_rules(random);
+        auto const view = make_view(lens, rules), hostile_view = make_view(hostile_camera(lens, random), rules);
         for (std::uint32_t k = 0; k < records; ++k) {
             auto const g = hostile_record(k + 1, sound[k], random);
             spoilt_record.add(g, view, tiling);
@@ -430,7 +430,7 @@ TEST_CASE("no record, camera or rule makes a pixel that is not finite")
                 float* const field[] = {&camera.fx, &camera.fy, &camera.near_depth};
                 *field[random.below(3)] = hostile(random);
             }
-            runner->model() = k % 2 == 0 ? Model{} : hostile_model(random);
+            runner->rules() = k % 2 == 0 ? Rules{} : hostile_rules(random);
             INFO("map ", m, ", picture ", k);
             try {
                 auto const frame = runner->render(camera);
@@ -471,14 +471,14 @@ TEST_CASE("a model that is negative or not a number is refused, and changes noth
     auto const camera = support::lens(96, 64);
     auto const picture = runner->render(camera);
     CHECK(picture.report.gaussians.visible <= 50);
-    float Model::*const fields[] = {&Model::alpha_min, &Model::alpha_max, &Model::transmittance_min, &Model::dilation};
+    float Rules::*const fields[] = {&Rules::alpha_min, &Rules::alpha_max, &Rules::transmittance_min, &Rules::dilation};
     for (auto const field : fields)
         for (float bad : {-1e-45f, -1e10f, -std::numeric_limits<float>::infinity(), std::numeric_limits<float>::quiet_NaN()}) {
             INFO("value ", bad);
-            Model const sound = runner->model();
-            runner->model().*field = bad;
+            Rules const sound = runner->rules();
+            runner->rules().*field = bad;
             CHECK_THROWS_AS((void)runner->render(camera), Error);
-            runner->model() = sound;
+            runner->rules() = sound;
             auto const again = runner->render(camera);
             CHECK(same_picture(again, picture));
             CHECK(again.report.messages == 0);

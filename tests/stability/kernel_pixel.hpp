@@ -6,7 +6,7 @@ namespace stability {
 /// One pixel of the compositing kernel, blended layer by layer.
 class KernelPixel {
 public:
-    explicit KernelPixel(tilemesh::splat::Model const& model) : model_(model), limits_(model.alpha_min)
+    explicit KernelPixel(tilemesh::splat::Rules const& rules) : rules_(rules), limits_(rules.alpha_min)
     {
         for (auto& row : block_.transmittance)
             for (float& t : row) t = 1;
@@ -22,13 +22,13 @@ public:
         std::uint32_t const first_row = 1u << detail::Hit::limits_at | 1u << detail::Hit::strips_at; // rows [0, 1), first strip
         std::uint32_t const hits[2] = {first_row, 0};
         using Blend = detail::BlendBlock<detail::EachPair, detail::StopEachPixel>;
-        detail::SetOf<detail::lanes_in_use>{}.template call<Blend>(block_, chunk_, &hits[0], 1u, place_, model_, limits_);
+        detail::SetOf<detail::lanes_in_use>{}.template call<Blend>(block_, chunk_, &hits[0], 1u, place_, rules_, limits_);
     }
     float transmittance() const { return block_.transmittance[0][0]; }
     float colour() const { return block_.red[0][0]; }
 
 private:
-    tilemesh::splat::Model model_;
+    tilemesh::splat::Rules rules_;
     tilemesh::splat::detail::RowLimits limits_;
     tilemesh::splat::detail::Block block_{};
     tilemesh::splat::detail::Chunk<16> chunk_{};

@@ -15,10 +15,10 @@ class RunnerOf final : public Runner {
 public:
     RunnerOf(std::unique_ptr<support::Runner> runner, scene::Map const& map) : gaussians_(map.gaussians), runner_(std::move(runner))
     {
-        runner_->model().arithmetic = Arithmetic::precise; // because it is compared with the naive loop
+        runner_->rules().arithmetic = Arithmetic::precise; // because it is compared with the naive loop
     }
     RenderedFrame render(Camera const& camera) override { return runner_->render(camera); }
-    Model& model() override { return runner_->model(); }
+    Rules& rules() override { return runner_->rules(); }
     Tiling tiling() override { return runner_->tiling(); }
     Grid grid() override { return runner_->grid(); }
     void observe(Observer observer) override { runner_->observe(std::move(observer)); }
@@ -32,11 +32,11 @@ public:
         std::sort(found.begin(), found.end());
         return found;
     }
-    std::uint32_t wrong_tiles(Camera const& camera) override { return runner_->wrong_tiles(gaussians_, make_view(camera, model())); }
+    std::uint32_t wrong_tiles(Camera const& camera) override { return runner_->wrong_tiles(gaussians_, make_view(camera, rules())); }
     std::uint64_t differing_pixels(RenderedFrame const& frame, Camera const& camera) override
     {
         return support::differing_pixels(frame.image,
-                                         report::render_naive(gaussians_, camera, model(), runner_->missing(frame.report)));
+                                         report::render_naive(gaussians_, camera, rules(), runner_->missing(frame.report)));
     }
 
 private:
@@ -57,10 +57,10 @@ std::unique_ptr<Runner> make_runner(Kind kind, scene::Map const& map, RendererOp
                                       map);
 }
 
-RenderedFrame render(Kind kind, scene::Map const& map, Camera const& camera, RendererOptions options, Model const* model)
+RenderedFrame render(Kind kind, scene::Map const& map, Camera const& camera, RendererOptions options, Rules const* rules)
 {
     auto const runner = make_runner(kind, map, options);
-    if (model != nullptr) runner->model() = *model;
+    if (rules != nullptr) runner->rules() = *rules;
     return runner->render(camera);
 }
 

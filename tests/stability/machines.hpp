@@ -20,7 +20,7 @@ public:
     virtual ~Runner() = default;
 
     virtual tilemesh::RenderedFrame render(tilemesh::splat::Camera const& camera) = 0;
-    virtual tilemesh::splat::Model& model() = 0;
+    virtual tilemesh::splat::Rules& rules() = 0;
     virtual tilemesh::splat::Tiling tiling() = 0;
     virtual tilemesh::Grid grid() = 0;
     virtual void observe(tilemesh::Observer observer) = 0;
@@ -39,6 +39,6 @@ std::unique_ptr<Runner> make_runner(Kind kind, tilemesh::scene::Map const& map, 
 
 /// One frame of a new renderer.
 tilemesh::RenderedFrame render(Kind kind, tilemesh::scene::Map const& map, tilemesh::splat::Camera const& camera,
-                               tilemesh::RendererOptions options = {}, tilemesh::splat::Model const* model = nullptr);
+                               tilemesh::RendererOptions options = {}, tilemesh::splat::Rules const* rules = nullptr);
 
 } // namespace stability

@@ -437,7 +437,7 @@ TEST_CASE("row 78: off the screen to the right is the right edge")
         auto const flat = static_cast<std::uint32_t>(y) / 20 * 40 + static_cast<std::uint32_t>(x) / 32;
         left += flat % 40 < 20 ? 1 : 0;
         hops += 39 - flat % 40;
-        auto const anchor = project(gaussians.back(), make_view(camera, Model{}), tiling).anchor;
+        auto const anchor = project(gaussians.back(), make_view(camera, Rules{}), tiling).anchor;
         wrong += anchor.x() == 39 && anchor.y() == static_cast<std::uint32_t>(y) / 20 ? 0 : 1;
     }
     auto const negative = static_cast<int>(std::floor(-5.0f / 20)) * 40 + static_cast<int>(std::floor(-5.0f / 32));
@@ -483,7 +483,7 @@ TEST_CASE("row 80: zooming out onto 6 x 6 tiles loses nothing that is not named"
     auto far = near; // 0.15 times as large, in the middle
     far.position[2] = -5802;
     far.cx = 68, far.cy = 61;
-    auto const view = make_view(far, Model{});
+    auto const view = make_view(far, Rules{});
     Naive naive(grid);
     for (auto const& g : gaussians)
         naive
@@ -682,9 +682,9 @@ TEST_CASE("row 86: the footprint holds every pixel that sees a needle")
     auto g = at(1, 0, 0, 1, 1);
     g.log_scale[0] = std::log(100.0f);
     g.rotation[0] = std::cos(0.39269908f), g.rotation[3] = std::sin(0.39269908f); // 45 degrees about z
-    Model paper;
+    Rules paper;
     paper.footprint = Footprint::three_sigma_square;
-    auto const tiles = [&](Model const& m) {
+    auto const tiles = [&](Rules const& m) {
         auto const s = project(g, make_view(camera, m), tiling);
         std::uint32_t n = 0;
         for (std::uint32_t i = 0; i < 40 * 36; ++i) n += covers(s, tiling, Grid{40, 36}.tile(i)) ? 1 : 0;
@@ -694,7 +694,7 @@ TEST_CASE("row 86: the footprint holds every pixel that sees a needle")
     double const root = std::sqrt(0.5), var_v = 1e4 + 0.3, var_w = 1.3;
     std::set<std::uint32_t> exact;
     std::uint32_t outside = 0;
-    auto const s = project(g, make_view(camera, Model{}), tiling);
+    auto const s = project(g, make_view(camera, Rules{}), tiling);
     for (std::uint32_t y = 0; y < 720; ++y)
         for (std::uint32_t x = 0; x < 1280; ++x) {
             double const dx = x + 0.5 - 640, dy = y + 0.5 - 360, v = root * (dx + dy), w = root * (dy - dx);
@@ -706,9 +706,9 @@ TEST_CASE("row 86: the footprint holds every pixel that sees a needle")
         }
     CHECK(outside == 0);
     CHECK(exact.size() > 30);
-    CHECK(tiles(Model{}) < tiles(paper));
+    CHECK(tiles(Rules{}) < tiles(paper));
     stability::report({86, "sigma 100 x 1 px at 45 degrees", std::to_string(tiles(paper)) + " tiles (square of 3 sigma)",
-                       std::to_string(tiles(Model{})) + " tiles (box of 3.33 sigma; exact: " +
+                       std::to_string(tiles(Rules{})) + " tiles (box of 3.33 sigma; exact: " +
                            std::to_string(exact.size()) + "), " + std::to_string(outside) + " pixels outside",
                        "superset", false});
 }
@@ -772,7 +772,7 @@ TEST_CASE("row 89: no copy of an earlier view survives a jump")
         auto const tiling = runner->tiling();
         std::vector<std::set<std::uint32_t>> truth(42);
         for (auto const& g : gaussians) {
-            auto const s = project(g, make_view(camera, Model{}), tiling);
+            auto const s = project(g, make_view(camera, Rules{}), tiling);
             for (std::uint32_t t = 0; t < 42; ++t)
                 if (covers(s, tiling, runner->grid().tile(t))) truth[t].insert(static_cast<std::uint32_t>(g.id));
         }

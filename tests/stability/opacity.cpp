@@ -48,9 +48,9 @@ Gaussian layer(std::uint32_t id, float opacity, float grey, float depth = 1000)
     return g;
 }
 /// The middle pixel of the mesh's picture.
-float middle(std::vector<Gaussian> layers, Model const* model = nullptr)
+float middle(std::vector<Gaussian> layers, Rules const* rules = nullptr)
 {
-    return stability::render(Kind::roomy, support::map_of(std::move(layers)), small_camera(), {.grid = {1, 1}}, model)
+    return stability::render(Kind::roomy, support::map_of(std::move(layers)), small_camera(), {.grid = {1, 1}}, rules)
         .image.pixel(10, 10)[0];
 }
 bool finite(report::Image const& image)
@@ -59,9 +59,9 @@ bool finite(report::Image const& image)
         if (!std::isfinite(v)) return false;
     return true;
 }
-Splat splat_of(Gaussian const& g, Camera const& camera, Model const& model = {})
+Splat splat_of(Gaussian const& g, Camera const& camera, Rules const& rules = {})
 {
-    return project(g, make_view(camera, model), make_tiling(camera.width, camera.height, camera.width, camera.height));
+    return project(g, make_view(camera, rules), make_tiling(camera.width, camera.height, camera.width, camera.height));
 }
 
 struct Layer {
@@ -85,16 +85,16 @@ Real canonical_pixel(std::vector<Layer> const& layers, Real clamp = Real(0.99), 
 }
 
 using stability::KernelPixel;
-Model without_cuts()
+Rules without_cuts()
 {
-    Model m;
+    Rules m;
     m.alpha_min = m.transmittance_min = 0;
     return m;
 }
 /// The stop of 3D Gaussian Splatting.
-Model with_its_stop()
+Rules with_its_stop()
 {
-    Model m;
+    Rules m;
     m.transmittance_min = 1e-4f;
     return m;
 }
@@ -108,7 +108,7 @@ TEST_CASE("row 39: opacity NaN draws nothing")
     float const naive = naive_skips ? 0.0f : naive_alpha;
     CHECK(naive != 0.0f);
 
-    Model square; // whose size does not depend on the opacity
+    Rules square; // whose size does not depend on the opacity
     square.footprint = Footprint::three_sigma_square;
     CHECK(middle({layer(1, not_a_number, 1)}) == 0.0f);
     CHECK(middle({layer(1, not_a_number, 1)}, &square) == 0.0f);
@@ -196,7 +196,7 @@ TEST_CASE("row 42: an opacity under alpha_min has no radius")
     auto const edge = splat_of(layer(1, 1.0f / 255, 1), small_camera());
     CHECK(edge.visible());
     CHECK(std::isfinite(edge.faintest));
-    Model square;
+    Rules square;
     square.footprint = Footprint::three_sigma_square;
     CHECK_FALSE(splat_of(layer(1, o, 1), small_camera(), square).visible());
     CHECK(middle({layer(1, o, 1)}) == 0.0f);
@@ -246,8 +246,8 @@ TEST_CASE("row 45: two layers at 0.99: the second is blended before the pixel st
     CHECK((1 - 0.99) * (1 - 0.99) >= 1e-4);
     double const naive = double{canonical_pixel<float>(layers)}, in_double = canonical_pixel<double>(layers);
     CHECK(levels(in_double - naive) == doctest::Approx(2.52).epsilon(0.01)); // one rounding
-    Model const model = with_its_stop();
-    double const ours = double{middle({layer(1, 0.99f, 0), layer(2, 0.99f, 1)}, &model)};
+    Rules const rules = with_its_stop();
+    double const ours = double{middle({layer(1, 0.99f, 0), layer(2, 0.99f, 1)}, &rules)};
     double const tolerance = 1e-4; // T_min times the largest colour
     CHECK(std::fabs(naive - truth) > tolerance);
     CHECK(std::fabs(ours - truth) <= tolerance);
@@ -259,8 +259,8 @@ TEST_CASE("row 46: 0.99 black over 0.995 white keeps the layer that crosses the 
 {
     double const truth = 0.01 * 0.995;
     double const naive = double{canonical_pixel<float>({{0.99f, 0}, {0.995f, 1}}, 1.0f)};
-    Model const model = with_its_stop();
-    double const ours = double{middle({layer(1, 0.99f, 0), layer(2, 0.995f, 1)}, &model)};
+    Rules const rules = with_its_stop();
+    double const ours = double{middle({layer(1, 0.99f, 0), layer(2, 0.995f, 1)}, &rules)};
     CHECK(levels(truth) == doctest::Approx(2.54).epsilon(0.01));
     CHECK(std::fabs(naive - truth) > 1e-4);
     CHECK(std::fabs(ours - truth) <= 1e-4);
@@ -283,7 +283,7 @@ TEST_CASE("row 47: fog under 1/255 is a knob, and its price is known")
         double const skipped = double{canonical_pixel<float>(layers)};
         CHECK(skipped == 0);
         CHECK(middle(fog) == 0.0f); // the default has the same cut: E_cut
-        Model open;
+        Rules open;
         open.alpha_min = 0;
         double const error = std::fabs(double{middle(fog, &open)} - truth);
         CHECK(levels(truth) > 1);
@@ -391,7 +391,7 @@ TEST_CASE("row 51: weights and transmittance sum to one")
 TEST_CASE("row 52: a thousand layers in one pass and in segments of 64 agree")
 {
     support::Random random(52);
-    Model open = without_cuts();
+    Rules open = without_cuts();
     double naive = 0, ours = 0;
     for (int trial = 0; trial < 20; ++trial) {
         KernelPixel whole(open);
@@ -502,8 +502,8 @@ TEST_CASE("row 55: coincident layers of 0.5 cost eight blends a pixel, fourteen 
     CHECK(r.lost.empty());
     CHECK(r.pairs_contributing == 8u * 16 * 5); // 2^-8 is the first power below 5e-3
     CHECK(r.pairs <= 64u * 16 * 5); // a block looks whether it is finished at every 64th
-    Model const model = with_its_stop();
-    auto const later = stability::render(Kind::roomy, support::map_of(heap), camera, {.grid = {1, 1}}, &model).report;
+    Rules const rules = with_its_stop();
+    auto const later = stability::render(Kind::roomy, support::map_of(heap), camera, {.grid = {1, 1}}, &rules).report;
     CHECK(later.pairs_contributing == 14u * 16 * 5);
     CHECK(later.pairs <= 64u * 16 * 5);
     std::uint64_t const naive = std::uint64_t{n} * 16 * 5;

@@ -26,8 +26,8 @@ std::uint32_t bits_of(float v)
 /// The picture of a naive renderer: a stable sort by depth alone, in the order in which the records arrived. It blends as the library does.
 report::Image stable_picture(std::vector<Gaussian> const& arrived, Camera const& camera)
 {
-    Model const model;
-    auto const view = make_view(camera, model);
+    Rules const rules;
+    auto const view = make_view(camera, rules);
     auto const tiling = make_tiling(camera.width, camera.height, camera.width, camera.height);
     std::vector<Splat> splats;
     for (auto const& g : arrived)
@@ -42,7 +42,7 @@ report::Image stable_picture(std::vector<Gaussian> const& arrived, Camera const&
                 float& t = through[std::size_t{y} * camera.width + x];
                 float const alpha =
                     alpha_at(s, static_cast<float>(x) + 0.5f - camera.cx, static_cast<float>(y) + 0.5f - camera.cy);
-                if (t < model.transmittance_min || alpha < model.alpha_min) continue;
+                if (t < rules.transmittance_min || alpha < rules.alpha_min) continue;
                 for (int c = 0; c < 3; ++c) image.pixel(x, y)[c] += alpha * t * s.colour[c];
                 t -= alpha * t;
             }
@@ -160,7 +160,7 @@ TEST_CASE("row 58: a wall that faces the camera looks the same on tiles of every
         g.mean_world[0] = turned.rotation[0][0] * x + turned.rotation[2][0] * z;
         g.mean_world[2] = turned.rotation[0][2] * x + turned.rotation[2][2] * z;
     }
-    auto const view = make_view(turned, Model{});
+    auto const view = make_view(turned, Rules{});
     std::vector<float> depths;
     for (auto const& g : wall)
         if (auto const s = project(g, view, make_tiling(160, 96, 160, 96)); s.visible()) depths.push_back(s.depth);
@@ -189,7 +189,7 @@ TEST_CASE("row 58: a wall that faces the camera looks the same on tiles of every
     auto const naive = support::differing_pixels(naive_on(160, 48), naive_on(80, 96));
     CHECK(naive > 0);
 
-    auto const whole = report::render_naive(wall, turned, Model{});
+    auto const whole = report::render_naive(wall, turned, Rules{});
     std::uint64_t differing = 0;
     for (Extent2 tile : {Extent2{160, 96}, {80, 96}, {32, 20}, {16, 16}, {7, 13}})
         differing += support::differing_pixels(whole, on_mesh(wall, turned, {.tile = tile}));
@@ -207,7 +207,7 @@ TEST_CASE("row 59: the bits of every depth that is drawn are ordered as the dept
     CHECK(bits_of(-0.0f) > bits_of(0.0f)); // and tell the zeros apart
     auto camera = support::flat_camera(20, 20);
     camera.near_depth = std::numeric_limits<float>::denorm_min();
-    auto const view = make_view(camera, Model{});
+    auto const view = make_view(camera, Rules{});
     auto const tiling = make_tiling(20, 20, 20, 20);
     std::uint32_t shown = 0, wrong = 0;
     std::vector<float> depths{-1, -0.0f, 0.0f, -1e-40f, 1e-40f, 1, std::nextafter(1.0f, 2.0f), 3e38f};
@@ -251,7 +251,7 @@ TEST_CASE("row 60: depths that are NaN never reach the sort")
 
     auto camera = support::flat_camera(64, 64);
     camera.cx = camera.cy = 32;
-    auto const view = make_view(camera, Model{});
+    auto const view = make_view(camera, Rules{});
     std::vector<SortKey> keys;
     for (std::uint32_t i = 0; i < gaussians.size(); ++i)
         if (auto const s = project(gaussians[i], view, make_tiling(64, 64, 64, 64)); s.visible())
@@ -264,7 +264,7 @@ TEST_CASE("row 60: depths that are NaN never reach the sort")
     CHECK(naive_inversions > 0);
     CHECK(inversions == 0);
     auto const picture = on_mesh(gaussians, camera);
-    CHECK(support::differing_pixels(picture, report::render_naive(gaussians, camera, Model{})) == 0);
+    CHECK(support::differing_pixels(picture, report::render_naive(gaussians, camera, Rules{})) == 0);
     stability::report({60, "5000 depths, 2 % NaN", std::to_string(naive_inversions) + " inversions",
                        std::to_string(inversions) + " inversions", "exact", true});
 }

@@ -102,7 +102,7 @@ Camera frame_1280()
 }
 Splat splat_of(Gaussian const& g, Camera const& c)
 {
-    return project(g, make_view(c, Model{}), make_tiling(c.width, c.height, c.width, c.height));
+    return project(g, make_view(c, Rules{}), make_tiling(c.width, c.height, c.width, c.height));
 }
 /// A pixel within about three standard deviations, in the frame; false if the splat has no such pixel.
 bool pixel_near(Conic const& e, Camera const& c, support::Random& random, float& x, float& y)
@@ -265,8 +265,8 @@ TEST_CASE("row 69: the transmittance is a float")
     float const alpha = 0.004f;
     double const truth = std::pow(1 - double{alpha}, n);
     float naive = 1, thin = 1;
-    Model model;
-    stability::KernelPixel pixel{model};
+    Rules rules;
+    stability::KernelPixel pixel{rules};
     for (int i = 0; i < n; ++i) {
         naive = as_half(naive * as_half(1 - alpha));
         thin = as_half(thin * as_half(1 - 2.4e-4f));

@@ -142,8 +142,8 @@ bool finite_alpha(Splat const& s, Camera const& c)
 /// without two of their axes, in front of three cameras. Infinite if one of them is not drawn.
 double not_orthogonal(float const (&q)[4])
 {
-    Model model = uncut();
-    model.dilation = 1e-12f;
+    Rules rules = uncut();
+    rules.dilation = 1e-12f;
     double worst = 0;
     for (std::size_t first = 0; first < 3; ++first) {
         Camera c = plain_camera();
@@ -156,10 +156,10 @@ double not_orthogonal(float const (&q)[4])
             g.mean_world[(first + 2) % 3] = 1;
             std::copy(q, q + 4, g.rotation);
             g.log_scale[axis] = 0;
-            auto const s = our_splat(g, c, model);
+            auto const s = our_splat(g, c, rules);
             if (!s.visible()) return std::numeric_limits<double>::infinity();
             double const a = -0.5 / double(s.along);
-            diagonal += a - double(model.dilation);
+            diagonal += a - double(rules.dilation);
             beside += double(s.slope) * a;
         }
         worst = std::max({worst, std::fabs(diagonal), std::fabs(beside)});
@@ -309,13 +309,13 @@ TEST_CASE("row 9 does not apply")
 
 TEST_CASE("row 10: a point has the radius of its dilation")
 {
-    Model model;
-    model.footprint = Footprint::three_sigma_square;
+    Rules rules;
+    rules.footprint = Footprint::three_sigma_square;
     Camera c = plain_camera();
     c.cx = 640.5f;
     c.cy = 360.5f;
     Gaussian const g = gaussian(0, 0, 1, point, point, point);
-    auto const r = our_splat(g, c, model).rect();
+    auto const r = our_splat(g, c, rules).rect();
     auto const n = naive::project(g, c);
     float const radius = naive::radius(n.screen, n.determinant);
     double const ratio = double(naive::largest_eigenvalue(n.screen, n.determinant)) / double(0.3f);
@@ -330,15 +330,15 @@ TEST_CASE("row 10: a point has the radius of its dilation")
 
 TEST_CASE("row 11: an isotropic splat of 100 pixels has a radius of 300")
 {
-    Model model;
-    model.footprint = Footprint::three_sigma_square;
-    model.dilation = 0;
+    Rules rules;
+    rules.footprint = Footprint::three_sigma_square;
+    rules.dilation = 0;
     Camera c = plain_camera();
     c.fx = c.fy = 100;
     c.cx = 640.5f;
     c.cy = 360.5f;
     Gaussian const g = gaussian(0, 0, 1, 0, 0, 0);
-    auto const r = our_splat(g, c, model).rect();
+    auto const r = our_splat(g, c, rules).rect();
     naive::Variant variant;
     variant.dilation = 0;
     auto const n = naive::project(g, c, variant);
@@ -361,12 +361,12 @@ TEST_CASE("row 12: the short axis of a splat of 5000 by 0.55 pixels")
         float const turn = random.uniform(0, 3.14159f);
         g.rotation[0] = std::cos(turn);
         g.rotation[3] = std::sin(turn);
-        auto const t = truth<double>(g, c, Model{});
+        auto const t = truth<double>(g, c, Rules{});
         auto const smallest = [](double a, double b, double cc, double determinant) {
             return determinant / ((a + cc) / 2 + std::hypot((a - cc) / 2, b));
         };
         double const right = smallest(t.a, t.b, t.c, t.determinant);
-        auto const s = our_splat(g, c, Model{});
+        auto const s = our_splat(g, c, Rules{});
         REQUIRE(s.visible());
         double const a = -0.5 / double(s.along), b = double(s.slope) * a, determinant = -0.5 * a / double(s.across);
         worst_ours = std::max(worst_ours, std::fabs(smallest(a, b, (determinant + b * b) / a, determinant) / right - 1));
@@ -396,10 +396,10 @@ TEST_CASE("row 13: three sigma that are a whole number of pixels")
             float const turn = random.uniform(0, 3.14159f);
             g.rotation[0] = std::cos(turn);
             g.rotation[3] = std::sin(turn);
-            Model model;
-            model.dilation = 0;
-            model.footprint = Footprint::three_sigma_square;
-            auto const square = our_splat(g, c, model).rect();
+            Rules rules;
+            rules.dilation = 0;
+            rules.footprint = Footprint::three_sigma_square;
+            auto const square = our_splat(g, c, rules).rect();
             int const radius = (int(square.x1) - int(square.x0) - 1) / 2, right = 3 * int(sigma);
             CHECK(radius >= right);
             CHECK(radius <= right + 1);
@@ -410,12 +410,12 @@ TEST_CASE("row 13: three sigma that are a whole number of pixels")
             naive_up += int(naive::radius(theirs.screen, theirs.determinant)) != right ? 1 : 0;
 
             // The default box: no pixel outside it sees alpha_min.
-            model.footprint = Footprint::opacity_box;
-            auto const s = our_splat(g, c, model);
-            auto const t = truth<double>(g, c, model);
+            rules.footprint = Footprint::opacity_box;
+            auto const s = our_splat(g, c, rules);
+            auto const t = truth<double>(g, c, rules);
             auto const r = s.rect();
             auto const test = [&](std::uint32_t x, std::uint32_t y) {
-                if (!(true_alpha(t, c, x, y) >= double(model.alpha_min))) return;
+                if (!(true_alpha(t, c, x, y) >= double(rules.alpha_min))) return;
                 ++(x >= r.x0 && x < r.x1 && y >= r.y0 && y < r.y1 ? inside : outside);
             };
             for (std::uint32_t y = r.y0 - 2; y < r.y1 + 2; ++y)
@@ -438,9 +438,9 @@ TEST_CASE("row 14: variances whose squares overflow")
     Gaussian g = gaussian(0, 0, 1, scale, scale, scale);
     g.opacity = 0.7f;
     for (auto footprint : {Footprint::opacity_box, Footprint::three_sigma_square}) {
-        Model model;
-        model.footprint = footprint;
-        CHECK(covers_frame(our_splat(g, c, model), c, g.opacity, 4 * u));
+        Rules rules;
+        rules.footprint = footprint;
+        CHECK(covers_frame(our_splat(g, c, rules), c, g.opacity, 4 * u));
     }
     auto const screen = naive::covariance_screen(naive::covariance_world(g), c, {0, 0, 1}, 1.3f, 0.3f);
     float const mid = 0.5f * (screen.a + screen.c), inner = mid * mid - naive::determinant(screen);
@@ -453,7 +453,7 @@ TEST_CASE("row 15: no eigenvectors, no 0/0")
 {
     Camera const c = plain_camera();
     Gaussian const g = gaussian(0, 0, 2, -3, -4, -5); // b = 0, a > c
-    auto const t = truth<double>(g, c, Model{});
+    auto const t = truth<double>(g, c, Rules{});
     CHECK(t.b == 0);
     CHECK(t.a > t.c);
     // normalize((b, lambda_max - a)), with the exact lambda_max = a.
@@ -461,9 +461,9 @@ TEST_CASE("row 15: no eigenvectors, no 0/0")
     CHECK(std::isnan(x / length));
     CHECK(std::isnan(y / length));
     for (auto footprint : {Footprint::opacity_box, Footprint::three_sigma_square}) {
-        Model model;
-        model.footprint = footprint;
-        auto const s = our_splat(g, c, model);
+        Rules rules;
+        rules.footprint = footprint;
+        auto const s = our_splat(g, c, rules);
         CHECK(s.visible());
         CHECK(s.slope == 0.0f);
         CHECK(finite_alpha(s, c));
@@ -480,7 +480,7 @@ TEST_CASE("row 16: a quaternion of zeros is refused and counted")
     formula.unit = naive::raw;
     CHECK(naive::project(g, plain_camera(), formula).drawn);          // the formula makes it the identity
     CHECK(std::isnan(naive::project(g, plain_camera()).determinant)); // and NaN where it is normalised
-    CHECK_FALSE(our_splat(g, plain_camera(), Model{}).visible());
+    CHECK_FALSE(our_splat(g, plain_camera(), Rules{}).visible());
 
     Gaussian loaded{};
     CHECK(load_row({0, 0, 2, 0, 0, 0, 1, -3, -3, -3, 0, 0, 0, 0}, loaded) != nullptr);
@@ -553,9 +553,9 @@ TEST_CASE("row 20: scales whose square or fourth power overflows")
         Gaussian g = gaussian(0.6f, 0.6f, 2, scale, scale, scale);
         g.opacity = 0.7f;
         for (auto footprint : {Footprint::opacity_box, Footprint::three_sigma_square}) {
-            Model model;
-            model.footprint = footprint;
-            CHECK_MESSAGE(covers_frame(our_splat(g, c, model), c, g.opacity, 4 * u), "log scale ", scale);
+            Rules rules;
+            rules.footprint = footprint;
+            CHECK_MESSAGE(covers_frame(our_splat(g, c, rules), c, g.opacity, 4 * u), "log scale ", scale);
         }
         auto const n = naive::project(g, c);
         bad += std::isfinite(n.determinant) && std::isfinite(naive::alpha_at(n, 3, 3)) ? 0 : 1;
@@ -565,7 +565,7 @@ TEST_CASE("row 20: scales whose square or fourth power overflows")
             for (int i = 0; i < axes; ++i) g.log_scale[i] = scale;
             g.rotation[1] = 0.2f;
             g.rotation[3] = 0.3f;
-            CHECK(finite_alpha(our_splat(g, c, Model{}), c));
+            CHECK(finite_alpha(our_splat(g, c, Rules{}), c));
         }
     }
     CHECK(bad == 4);
@@ -586,20 +586,20 @@ TEST_CASE("row 21: scales whose square or fourth power is zero")
 {
     Camera const c = plain_camera();
     Gaussian const dot = gaussian(0.011f, 0.007f, 2, point, point, point);
-    auto const want = our_splat(dot, c, Model{});
+    auto const want = our_splat(dot, c, Rules{});
     double worst = 0;
     for (float scale : {-26.0f, -43.7f, -52.0f, -87.0f, -200.0f}) {
         Gaussian g = dot;
         for (float& s : g.log_scale) s = scale;
-        auto const s = our_splat(g, c, Model{});
+        auto const s = our_splat(g, c, Rules{});
         CHECK(std::fabs(s.along / want.along - 1) <= 1e-6f);
         CHECK(std::fabs(s.across / want.across - 1) <= 1e-6f);
-        auto const t = truth<double>(g, c, Model{});
+        auto const t = truth<double>(g, c, Rules{});
         for (std::uint32_t x = 643; x < 648; ++x)
             worst = std::max(worst, std::fabs(double(our_alpha(s, c, x, 363)) - true_alpha(t, c, x, 363)));
         CHECK(naive::project(g, c).determinant > 0);
         // Without dilation nothing keeps the determinant positive: invisible, not NaN.
-        Model bare;
+        Rules bare;
         bare.dilation = 0;
         CHECK(finite_alpha(our_splat(g, c, bare), c));
     }
@@ -618,12 +618,12 @@ TEST_CASE("row 22: a size of zero and an opacity of 0 or 1 are values")
     CHECK_FALSE(over_eager({0, 0, 2, 0, 0, 0, infinity, -infinity, -3, -3, 1, 0, 0, 0}));
     CHECK(g.opacity == 1.0f);
     CHECK(tilemesh::splat::exponential(g.log_scale[0]) < 1e-37f);
-    auto const s = our_splat(g, plain_camera(), Model{});
+    auto const s = our_splat(g, plain_camera(), Rules{});
     CHECK(s.visible());
     CHECK(finite_alpha(s, plain_camera()));
     CHECK(load_row({0, 0, 2, 0, 0, 0, -infinity, -3, -3, -3, 1, 0, 0, 0}, g) == nullptr);
     CHECK(g.opacity == 0.0f);
-    CHECK_FALSE(our_splat(g, plain_camera(), Model{}).visible());
+    CHECK_FALSE(our_splat(g, plain_camera(), Rules{}).visible());
     CHECK(load_row({0, 0, 2, 0, 0, 0, 1, infinity, -3, -3, 1, 0, 0, 0}, g) != nullptr); // an infinite size is not valid
     report({22, "log scale -inf, logit +-inf", "a filter of finite rows drops them", "loaded: size 0, opacity 0 or 1",
             "exact", true});
@@ -638,14 +638,14 @@ TEST_CASE("row 24: at the camera")
 {
     Camera c = plain_camera();
     Gaussian const g = gaussian(1e-11f, 1e-11f, 1e-10f, log_of(0.01), log_of(0.01), log_of(0.01));
-    CHECK_FALSE(our_splat(g, c, Model{}).visible());
+    CHECK_FALSE(our_splat(g, c, Rules{}).visible());
     naive::Variant variant;
     variant.near_plane = false;
     auto const n = naive::project(g, c, variant);
     CHECK(std::isnan(n.determinant));
     CHECK(n.drawn); // NaN <= 0 is false
     c.near_depth = 0;
-    CHECK(finite_alpha(our_splat(g, c, Model{}), c));
+    CHECK(finite_alpha(our_splat(g, c, Rules{}), c));
     report({24, "z = 1e-10, sigma 0.01", "determinant NaN passes det <= 0", "culled; finite without a near plane", "culled",
             true});
 }
@@ -656,9 +656,9 @@ TEST_CASE("row 25: a radius beyond the integers")
     c.near_depth = 0;
     Gaussian const g = gaussian(0, 0, 1e-8f, log_of(0.0123), log_of(0.0123), log_of(0.0123));
     for (auto footprint : {Footprint::opacity_box, Footprint::three_sigma_square}) {
-        Model model;
-        model.footprint = footprint;
-        CHECK(covers_frame(our_splat(g, c, model), c, 1, 4 * u));
+        Rules rules;
+        rules.footprint = footprint;
+        CHECK(covers_frame(our_splat(g, c, rules), c, 1, 4 * u));
     }
     naive::Variant variant;
     variant.near_plane = false;
@@ -674,10 +674,10 @@ TEST_CASE("row 26: visible iff z > near")
 {
     Camera const c = plain_camera();
     Gaussian g = gaussian(0, 0, 0.2f, log_of(0.05), log_of(0.05), log_of(0.05));
-    CHECK_FALSE(our_splat(g, c, Model{}).visible());
+    CHECK_FALSE(our_splat(g, c, Rules{}).visible());
     CHECK_FALSE(naive::project(g, c).drawn);
     g.mean_world[2] = std::nextafter(0.2f, 1.0f);
-    CHECK(our_splat(g, c, Model{}).visible());
+    CHECK(our_splat(g, c, Rules{}).visible());
     CHECK(naive::project(g, c).drawn);
     report({26, "z = 0.2f and the next float", "invisible, visible", "invisible, visible", "exact", false});
 }
@@ -690,8 +690,8 @@ TEST_CASE("row 27: behind the camera")
     Gaussian const small = gaussian(0.1f, 0.1f, -1, -3, -3, -3), large = gaussian(0.1f, 0.1f, -0.01f, 1, 1, 1);
     CHECK(naive::alpha_at(naive::project(small, c, variant), 540, 260) > 0.9f); // mirrored
     CHECK(naive::alpha_at(naive::project(large, c, variant), 640, 360) > 0.9f); // all over the frame
-    CHECK_FALSE(our_splat(small, c, Model{}).visible());
-    CHECK_FALSE(our_splat(large, c, Model{}).visible());
+    CHECK_FALSE(our_splat(small, c, Rules{}).visible());
+    CHECK_FALSE(our_splat(large, c, Rules{}).visible());
     report({27, "z = -1; z = -0.01 and sigma 2.7", "without a near plane a mirrored splat, a flash", "culled",
             "no contribution", true});
 }
@@ -705,7 +705,7 @@ TEST_CASE("row 28: a mean at the camera centre")
     CHECK(std::isnan(d[2] / std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]))); // the naive view direction
     for (float near_depth : {0.2f, 0.0f}) {
         c.near_depth = near_depth;
-        auto const s = our_splat(g, c, Model{});
+        auto const s = our_splat(g, c, Rules{});
         CHECK_FALSE(s.visible());
         for (float v : {s.mean_px[0], s.mean_px[1], s.along, s.slope, s.across, s.depth, s.faintest})
             CHECK(std::isfinite(v));
@@ -719,7 +719,7 @@ TEST_CASE("row 28: a mean at the camera centre")
     std::uint32_t seen = 0;
     for (float z : {0.0f, 1e-45f, 1e-38f, 1e-30f, 1e-20f, 1e-8f, 1.0f, 1e8f, 1e20f, 1e30f, 3e38f}) {
         shaded.mean_world[2] = z;
-        auto const s = our_splat(shaded, c, Model{});
+        auto const s = our_splat(shaded, c, Rules{});
         seen += s.visible() ? 1 : 0;
         for (float v : s.colour) CHECK(std::isfinite(v));
         CHECK(finite_alpha(s, c));
@@ -736,7 +736,7 @@ TEST_CASE("row 29: divided by the depth, nothing added to it")
     c.cx = 0;
     Gaussian const g = gaussian(0.625f * 1e-4f, 0, 1e-4f, -12, -12, -12);
     double const right = 1024 * double(g.mean_world[0]) / double(g.mean_world[2]);
-    auto const s = our_splat(g, c, Model{});
+    auto const s = our_splat(g, c, Rules{});
     REQUIRE(s.visible());
     float const reciprocal = 1.0f / (g.mean_world[2] + 1e-7f);
     double const bias = std::fabs(double(c.fx * g.mean_world[0] * reciprocal) - right);
@@ -770,8 +770,8 @@ TEST_CASE("row 30: coordinates far from the origin")
                 }
                 g.mean_world[i] = float(p);
             }
-            auto const t = truth<double>(g, c, Model{});
-            auto const s = our_splat(g, c, Model{});
+            auto const t = truth<double>(g, c, Rules{});
+            auto const s = our_splat(g, c, Rules{});
             if (!s.visible()) continue; // the grid of floats at 1e7 is a metre: some leave the frame
             worst_ours = std::max(worst_ours, std::hypot(double(s.mean_px[0]) - t.x, double(s.mean_px[1]) - t.y));
             auto const v = naive::view_point(c, g.mean_world);
@@ -805,7 +805,7 @@ TEST_CASE("row 31: coordinates that a float cannot hold lose their offset before
             REQUIRE(load_row({at[0], at[1], at[2], 0, 0, 0, 5, -3, -3, -3, 1, 0, 0, 0}, g) == nullptr);
             Camera c = plain_camera();
             for (int i = 0; i < 3; ++i) c.position[i] = float(offset[i] - shift[i]);
-            auto const s = our_splat(g, c, Model{});
+            auto const s = our_splat(g, c, Rules{});
             return std::hypot(double(s.mean_px[0]) - right[0], double(s.mean_px[1]) - right[1]);
         };
         double const none[3] = {};
@@ -831,9 +831,9 @@ TEST_CASE("row 32: one Gaussian at 7e8 does not spoil the order of the others")
     for (std::uint32_t n = 1; n <= 5000; ++n) {
         float const z = n == 1 ? 7e8f : n == 2 ? 5.3e8f : random.uniform(1, 10);
         Gaussian const g = gaussian(0.1f * z, 0.1f * z, z, -2, -2, -2);
-        auto const s = our_splat(g, c, Model{});
+        auto const s = our_splat(g, c, Rules{});
         REQUIRE(s.visible());
-        items.push_back({truth<double>(g, c, Model{}).depth, n});
+        items.push_back({truth<double>(g, c, Rules{}).depth, n});
         keys.push_back({__builtin_bit_cast(std::uint32_t, s.depth), tilemesh::splat::GaussianId{n}, n});
     }
     std::sort(items.begin(), items.end(),
@@ -878,13 +878,13 @@ TEST_CASE("row 33: the Jacobian's clamp is a knob, and does nothing inside the f
         double const right = samples_px(double(x), double(z), double(s));
         double found[2];
         for (int off = 0; off < 2; ++off) {
-            Model model;
-            if (off == 1) model.jacobian_limit = 0;
-            auto const splat = our_splat(g, c, model);
+            Rules rules;
+            if (off == 1) rules.jacobian_limit = 0;
+            auto const splat = our_splat(g, c, rules);
             REQUIRE(splat.visible());
-            auto const t = truth<double>(g, c, model);
+            auto const t = truth<double>(g, c, rules);
             CHECK(std::fabs(-0.5 / double(splat.along) / t.a - 1) < 1e-6);
-            found[off] = std::sqrt(-0.5 / double(splat.along) - double(model.dilation));
+            found[off] = std::sqrt(-0.5 / double(splat.along) - double(rules.dilation));
         }
         CHECK(std::fabs(found[1] / right - 1) < 0.02);
         auto const n = naive::project(g, c); // always clamped
@@ -899,9 +899,9 @@ TEST_CASE("row 33: the Jacobian's clamp is a knob, and does nothing inside the f
         random_rotation(g, random);
         place(g, random, 0.5f, 5);
         for (float& s : g.log_scale) s = random.uniform(-6, 0);
-        Model off;
+        Rules off;
         off.jacobian_limit = 0;
-        auto const a = our_splat(g, plain_camera(), Model{}), b = our_splat(g, plain_camera(), off);
+        auto const a = our_splat(g, plain_camera(), Rules{}), b = our_splat(g, plain_camera(), off);
         CHECK(std::memcmp(&a, &b, sizeof a) == 0);
     }
     report({33, "x/z 1.5 and 50; samples take " + samples + " px", "clamped: " + clamped + " px",
@@ -920,13 +920,13 @@ TEST_CASE("row 34: the clamp turns a needle far off the axis")
     double const right = std::atan2(3, 10) * 180 / 3.14159265358979;
     double found[2];
     for (int off = 0; off < 2; ++off) {
-        Model model;
-        if (off == 1) model.jacobian_limit = 0;
-        auto const s = our_splat(g, c, model);
+        Rules rules;
+        if (off == 1) rules.jacobian_limit = 0;
+        auto const s = our_splat(g, c, rules);
         REQUIRE(s.visible());
         double const a = -0.5 / double(s.along), b = double(s.slope) * a, determinant = -0.5 * a / double(s.across);
         found[off] = degrees(a, b, (determinant + b * b) / a);
-        auto const t = truth<double>(g, c, model);
+        auto const t = truth<double>(g, c, rules);
         CHECK(std::fabs(found[off] - degrees(t.a, t.b, t.c)) < 0.01);
     }
     auto const n = naive::project(g, c);
@@ -943,8 +943,8 @@ TEST_CASE("row 35: what the linearised projection itself is off by")
 {
     Camera const c = plain_camera();
     Gaussian const g = gaussian(0, 0, 2, log_of(0.5), log_of(0.5), log_of(0.5));
-    auto const s = our_splat(g, c, Model{});
-    double const ours = std::sqrt(-0.5 / double(s.along) - double(Model{}.dilation));
+    auto const s = our_splat(g, c, Rules{});
+    double const ours = std::sqrt(-0.5 / double(s.along) - double(Rules{}.dilation));
     double const samples = 1000 / std::sqrt(4.0 / 0.25 - 1); // the middle 68.27 % of x/z
     auto const n = naive::project(g, c);
     CHECK(std::fabs(ours / 250 - 1) < 1e-6);
@@ -967,9 +967,9 @@ TEST_CASE("row 37: a radius of 3e9 pixels covers the frame")
     c.fx = c.fy = 1;
     Gaussian g = gaussian(0, 0, 1, log_of(1e9), log_of(1e9), log_of(1e9));
     for (auto footprint : {Footprint::opacity_box, Footprint::three_sigma_square}) {
-        Model model;
-        model.footprint = footprint;
-        CHECK(covers_frame(our_splat(g, c, model), c, 1, 4 * u));
+        Rules rules;
+        rules.footprint = footprint;
+        CHECK(covers_frame(our_splat(g, c, rules), c, 1, 4 * u));
     }
     // The canonical rectangle of 16-pixel tiles: the radius is an int.
     float const mean = 640;
@@ -994,7 +994,7 @@ std::uint64_t most_blocks(std::uint64_t pixels)
     }
     return most;
 }
-void counters_suffice(Model const& m, tilemesh::splat::Sizes const& sizes)
+void counters_suffice(Rules const& m, tilemesh::splat::Sizes const& sizes)
 {
     constexpr std::uint64_t end = std::uint64_t{1} << 32;
     CHECK(std::uint64_t{sizes.storage} * most_blocks(sizes.tile_pixels) < end);
@@ -1020,7 +1020,7 @@ TEST_CASE("row 38: 1.5 million full-screen splats on 1,440 tiles are counted in 
     CHECK(r.pairs / 640 == copies);
     // The counts of a tile within a frame, which have 32 bits.
     auto const suffice = []<class S>(S, tilemesh::splat::Sizes const& sizes = S::sizes) {
-        Model m;
+        Rules m;
         m.transmittance_min = S::transmittance_min;
         counters_suffice(m, sizes);
         if (sizes.tile_pixels <= 640) counters_suffice(with_quality(m, tilemesh::splat::Quality::evaluation), sizes); // what takes most terms
@@ -1042,7 +1042,7 @@ TEST_CASE("a needle of any length along the ray is the point that it looks like 
         g.mean_world[2] = 3;
         g.log_scale[2] = log_scale;
         g.log_scale[0] = g.log_scale[1] = -8.0f;
-        auto const s = tilemesh::splat::project(g, tilemesh::splat::make_view(camera, tilemesh::splat::Model{}), tilemesh::splat::make_tiling(64, 64, 16, 16));
+        auto const s = tilemesh::splat::project(g, tilemesh::splat::make_view(camera, tilemesh::splat::Rules{}), tilemesh::splat::make_tiling(64, 64, 16, 16));
         INFO("log scale ", log_scale);
         REQUIRE(s.visible());
         CHECK(s.along == doctest::Approx(-0.5 / (0.3 + std::pow(1000.0 / 3 * std::exp(-8.0), 2))));

@@ -13,7 +13,7 @@
 namespace stability {
 using tilemesh::splat::Camera;
 using tilemesh::splat::Gaussian;
-using tilemesh::splat::Model;
+using tilemesh::splat::Rules;
 
 inline constexpr double u = 0x1p-24;
 
@@ -51,7 +51,7 @@ std::array<std::array<T, 3>, 3> rotation_of(float const (&quaternion)[4])
 }
 
 template <class T>
-Truth<T> truth(Gaussian const& g, Camera const& camera, Model const& model)
+Truth<T> truth(Gaussian const& g, Camera const& camera, Rules const& rules)
 {
     auto const rotation = rotation_of<T>(g.rotation);
     T m[3][3] = {}, t[3] = {};
@@ -65,8 +65,8 @@ Truth<T> truth(Gaussian const& g, Camera const& camera, Model const& model)
     T v[2][3];
     for (int r = 0; r < 2; ++r) {
         T bounded = slope[r];
-        if (model.jacobian_limit > 0) {
-            T const limit = T(model.jacobian_limit) * size[r] / (2 * f[r]);
+        if (rules.jacobian_limit > 0) {
+            T const limit = T(rules.jacobian_limit) * size[r] / (2 * f[r]);
             bounded = std::min(limit, std::max(-limit, bounded));
         }
         for (int j = 0; j < 3; ++j) v[r][j] = f[r] / t[2] * (m[r][j] - bounded * m[2][j]) * std::exp(T(g.log_scale[j]));
@@ -80,7 +80,7 @@ Truth<T> truth(Gaussian const& g, Camera const& camera, Model const& model)
         out.c += v[1][j] * v[1][j];
         out.determinant += area * area;
     }
-    T const h = model.dilation;
+    T const h = rules.dilation;
     out.determinant += h * (out.a + out.c) + h * h;
     out.a += h;
     out.c += h;
@@ -126,13 +126,13 @@ T true_alpha(Truth<T> const& t, Camera const& c, std::uint32_t x, std::uint32_t 
 
 /// Pixels at the mean, within 1 sigma, at 1.5 sigma, at the edge, and two on the ridge where it crosses the frame. Pixels outside the frame
 /// are moved to its border. `moved`: the worst of `trials` changes of all inputs at once, with random signs.
-inline Sample make_sample(Gaussian const& g, Camera const& camera, Model const& model, support::Random& random,
+inline Sample make_sample(Gaussian const& g, Camera const& camera, Rules const& rules, support::Random& random,
                           int trials = 24)
 {
     Sample s{};
     s.g = g;
     s.camera = camera;
-    auto const t = truth<double>(g, camera, model);
+    auto const t = truth<double>(g, camera, rules);
     double const mid = (t.a + t.c) / 2, large = mid + std::hypot((t.a - t.c) / 2, t.b), small = t.determinant / large;
     double const angle = 0.5 * std::atan2(2 * t.b, t.a - t.c); // of the long axis
     auto const place = [&](std::size_t i, double px, double py) {
@@ -161,7 +161,7 @@ inline Sample make_sample(Gaussian const& g, Camera const& camera, Model const& 
         Gaussian moved_g = g;
         Camera moved_camera = camera;
         move_inputs(moved_g, moved_camera, random);
-        auto const moved = truth<double>(moved_g, moved_camera, model);
+        auto const moved = truth<double>(moved_g, moved_camera, rules);
         for (std::size_t i = 0; i < Sample::pixels; ++i)
             s.moved[i] = std::max(s.moved[i], std::fabs(true_alpha(moved, moved_camera, s.x[i], s.y[i]) - s.alpha[i]));
     }
@@ -206,10 +206,10 @@ private:
 
 /// Alpha of the library at the centre of a pixel: 0 if the splat's rectangle does not contain it.
 template <class Record>
-tilemesh::splat::Splat our_splat(Record const& g, Camera const& c, Model const& model)
+tilemesh::splat::Splat our_splat(Record const& g, Camera const& c, Rules const& rules)
 {
     using namespace tilemesh::splat;
-    return project(g, make_view(c, model), make_tiling(c.width, c.height, c.width, c.height));
+    return project(g, make_view(c, rules), make_tiling(c.width, c.height, c.width, c.height));
 }
 inline float our_alpha(tilemesh::splat::Splat const& s, Camera const& c, std::uint32_t x, std::uint32_t y)
 {
@@ -219,9 +219,9 @@ inline float our_alpha(tilemesh::splat::Splat const& s, Camera const& c, std::ui
 }
 
 /// The default model with a footprint that contains every pixel worth measuring, so that only rounding is measured.
-inline Model uncut()
+inline Rules uncut()
 {
-    Model m;
+    Rules m;
     m.alpha_min = 1e-12f;
     return m;
 }

@@ -160,7 +160,7 @@ long double textbook_alpha(Sample const& s, std::size_t pixel)
         return out;
     };
     Camera const& c = s.camera;
-    Model const model = uncut();
+    Rules const rules = uncut();
     Matrix w{}, scaled = rotation_of<T>(s.g.rotation);
     T t[3] = {};
     for (std::size_t i = 0; i < 3; ++i)
@@ -169,13 +169,13 @@ long double textbook_alpha(Sample const& s, std::size_t pixel)
             t[i] += w[i][j] * (T(s.g.mean_world[j]) - T(c.position[j]));
             scaled[i][j] *= std::exp(T(s.g.log_scale[j]));
         }
-    T const limit_x = T(model.jacobian_limit) * T(c.width) / (2 * T(c.fx)),
-            limit_y = T(model.jacobian_limit) * T(c.height) / (2 * T(c.fy));
+    T const limit_x = T(rules.jacobian_limit) * T(c.width) / (2 * T(c.fx)),
+            limit_y = T(rules.jacobian_limit) * T(c.height) / (2 * T(c.fy));
     T const x = std::clamp(t[0] / t[2], -limit_x, limit_x), y = std::clamp(t[1] / t[2], -limit_y, limit_y);
     Matrix const j{{{T(c.fx) / t[2], 0, -T(c.fx) * x / t[2]}, {0, T(c.fy) / t[2], -T(c.fy) * y / t[2]}, {0, 0, 0}}};
     Matrix const jw = product(j, w, false), sigma = product(scaled, scaled, true);
     Matrix const screen = product(product(jw, sigma, false), jw, true);
-    T const a = screen[0][0] + T(model.dilation), b = screen[0][1], d = screen[1][1] + T(model.dilation);
+    T const a = screen[0][0] + T(rules.dilation), b = screen[0][1], d = screen[1][1] + T(rules.dilation);
     T const dx = T(s.x[pixel]) + T(0.5) - T(c.cx) - T(c.fx) * t[0] / t[2];
     T const dy = T(s.y[pixel]) + T(0.5) - T(c.cy) - T(c.fy) * t[1] / t[2];
     return T(s.g.opacity) * std::exp(-(d * dx * dx - 2 * b * dx * dy + a * dy * dy) / (2 * (a * d - b * b)));

@@ -200,7 +200,7 @@ public:
         : kind_(kind), map_(std::move(map)), options_(options), ids_(ids_of(map_)), runner_(stability::make_runner(kind, map_, options))
     {
     }
-    Model& model() { return runner_->model(); }
+    Rules& rules() { return runner_->rules(); }
     std::size_t size() const { return ids_.size(); }
 
     /// Renders the next frame; nothing may be lost.
@@ -208,7 +208,7 @@ public:
     {
         auto const frame = runner_->render(camera);
         INFO("frame ", number_++);
-        CHECK(same_picture(frame, stability::render(kind_, map_, camera, options_, &runner_->model())));
+        CHECK(same_picture(frame, stability::render(kind_, map_, camera, options_, &runner_->rules())));
         CHECK(runner_->differing_pixels(frame, camera) == 0);
         CHECK(runner_->wrong_tiles(camera) == 0);
         CHECK((runner_->owned_ids() == ids_));
@@ -421,19 +421,19 @@ TEST_CASE("roll, zoom, near plane, principal point, rules and size may change fr
     }
     CHECK(same_picture(film.frame(home), picture));
 
-    auto const rules = film.model();
-    film.model().footprint = Footprint::three_sigma_square;
+    auto const rules = film.rules();
+    film.rules().footprint = Footprint::three_sigma_square;
     CHECK_FALSE(same_picture(film.frame(home), picture));
-    film.model().dilation = 3;
+    film.rules().dilation = 3;
     (void)film.frame(home);
-    film.model() = rules;
-    film.model().alpha_min = 0.1f;
-    film.model().alpha_max = 0.99f;
+    film.rules() = rules;
+    film.rules().alpha_min = 0.1f;
+    film.rules().alpha_max = 0.99f;
     (void)film.frame(home);
-    film.model() = rules;
-    film.model().jacobian_limit = 0;
+    film.rules() = rules;
+    film.rules().jacobian_limit = 0;
     (void)film.frame(home);
-    film.model() = rules;
+    film.rules() = rules;
     CHECK(same_picture(film.frame(home), picture));
 }
 
@@ -501,7 +501,7 @@ TEST_CASE("map and camera moved by 1e6 together: not a bit of the picture change
 
     // The same camera at 1280 x 720, and the result of W p + t for it.
     auto const shown = scene::resized(camera, 1280, 720), far_shown = scene::resized(far_camera, 1280, 720);
-    auto const view = make_view(shown, Model{}), far_view = make_view(far_shown, Model{});
+    auto const view = make_view(shown, Rules{}), far_view = make_view(far_shown, Rules{});
     auto const tiling = make_tiling(1280, 720, 1280, 720);
     std::vector<double> off_by;
     double ours = 0;

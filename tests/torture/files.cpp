@@ -262,7 +262,7 @@ TEST_CASE("a run without memory, from the demand to the error")
                    Renderer renderer(cloud(), options());
                    auto const frame = renderer.render(views()[0]);
                    auto const reference =
-                       report::render_double(std::span(cloud().gaussians), views()[0], splat::Model{}, report::Cuts::same, 2);
+                       report::render_double(std::span(cloud().gaussians), views()[0], splat::Rules{}, report::Cuts::same, 2);
                    return std::to_string(report::compare(frame.image, reference).psnr_db);
                }),
          value("a mesh that is not quiet explains itself", [] {

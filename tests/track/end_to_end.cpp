@@ -12,7 +12,7 @@
 #include <tilemesh/scene/built_in.hpp>
 #include <tilemesh/scene/map.hpp>
 #include <tilemesh/scene/pose.hpp>
-#include <tilemesh/splat/model.hpp>
+#include <tilemesh/splat/rules.hpp>
 #include <tilemesh/track/pose_solver.hpp>
 #include <tilemesh/track/spoil.hpp>
 #include <tilemesh/track/tracker.hpp>
@@ -33,15 +33,15 @@ struct Picture {
 
 Picture render(scene::Map const& map, splat::Camera const& camera)
 {
-    splat::Model const model{};
-    auto const image = report::render_naive(std::span<splat::Gaussian const>(map.gaussians), camera, model);
+    splat::Rules const rules{};
+    auto const image = report::render_naive(std::span<splat::Gaussian const>(map.gaussians), camera, rules);
     // The same blending of other colours: the depth of the mean, and 1.
     auto painted = map.gaussians;
     for (auto& g : painted) {
         g.colour[0] = static_cast<float>(in_view(camera, {g.mean_world[0], g.mean_world[1], g.mean_world[2]}).z);
         g.colour[1] = 1.0f;
     }
-    auto const planes = report::render_naive(std::span<splat::Gaussian const>(painted), camera, model);
+    auto const planes = report::render_naive(std::span<splat::Gaussian const>(painted), camera, rules);
     Picture out{camera.width, camera.height, {image.rgb.begin(), image.rgb.end()}, {}, {}};
     for (std::size_t i = 0; i < std::size_t{out.width} * out.height; ++i) {
         out.depth.push_back(double{planes.rgb[3 * i]});

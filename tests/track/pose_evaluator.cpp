@@ -140,19 +140,19 @@ TEST_CASE("pose evaluator: sums agree with residuals and central differences in 
     for (std::uint32_t cell : {1u, 4u}) {
         auto const c = made_case(48, 40, 150, 7 + cell);
         PoseEvaluator evaluator(c.map, {48, 40});
-        auto& model = evaluator.model();
-        model.alpha_min = 0;
-        model.transmittance_min = 0;
+        auto& rules = evaluator.rules();
+        rules.alpha_min = 0;
+        rules.transmittance_min = 0;
         TrackOptions o;
         o.level = {cell, Jacobian::forward, {0.05, -0.02}};
         o.with_exposure = true;
         o.scene_depth = 1.7f;
         auto const mine = evaluator.evaluate(c.camera, c.target, o);
 
-        auto const camera = reference::camera_of(c.camera, model);
-        auto const order = reference::sorted(c.map.gaussians, camera, model);
-        auto const picture = reference::render(reference::projected(order, camera, model), camera, model);
-        auto const motion = reference::central_differences(order, camera, model, 1e-5);
+        auto const camera = reference::camera_of(c.camera, rules);
+        auto const order = reference::sorted(c.map.gaussians, camera, rules);
+        auto const picture = reference::render(reference::projected(order, camera, rules), camera, rules);
+        auto const motion = reference::central_differences(order, camera, rules, 1e-5);
         NormalEquations e;
         double const gain = std::exp(0.05);
         for (std::uint32_t cy = 0; cy < 40; cy += cell)

@@ -5,25 +5,25 @@ namespace tilemesh { inline namespace v0_2 { namespace splat {
 
 using Planes = WithAlpha<WithDepth<FloatPixel>>;
 
-PairCount blend_tile(PixelRect const& tile, Camera const& camera, Model const& model, std::uint32_t n, RowsInOrder const& at,
+PairCount blend_tile(PixelRect const& tile, Camera const& camera, Rules const& rules, std::uint32_t n, RowsInOrder const& at,
                      FloatPixel* pixels, std::uint32_t stride_px, Worker worker) noexcept
 {
-    return blend_tile<detail::native_lanes>(tile, camera, model, n, at, pixels, stride_px, worker);
+    return blend_tile<detail::native_lanes>(tile, camera, rules, n, at, pixels, stride_px, worker);
 }
-PairCount blend_tile(PixelRect const& tile, Camera const& camera, Model const& model, std::uint32_t n, RowsInOrder const& at,
+PairCount blend_tile(PixelRect const& tile, Camera const& camera, Rules const& rules, std::uint32_t n, RowsInOrder const& at,
                      Planes* pixels, std::uint32_t stride_px, Worker worker) noexcept
 {
-    return blend_tile<detail::native_lanes>(tile, camera, model, n, at, pixels, stride_px, worker);
+    return blend_tile<detail::native_lanes>(tile, camera, rules, n, at, pixels, stride_px, worker);
 }
-void blend_whole_tile(PixelRect const& tile, Camera const& camera, Model const& model, std::uint32_t n, RowsInOrder const& at,
+void blend_whole_tile(PixelRect const& tile, Camera const& camera, Rules const& rules, std::uint32_t n, RowsInOrder const& at,
                       FloatPixel* pixels, std::uint32_t stride_px, PairCount* counts, std::uint32_t workers) noexcept
 {
-    blend_whole_tile<detail::lanes_in_use>(tile, camera, model, n, at, pixels, stride_px, counts, workers);
+    blend_whole_tile<detail::lanes_in_use>(tile, camera, rules, n, at, pixels, stride_px, counts, workers);
 }
-void blend_whole_tile(PixelRect const& tile, Camera const& camera, Model const& model, std::uint32_t n, RowsInOrder const& at,
+void blend_whole_tile(PixelRect const& tile, Camera const& camera, Rules const& rules, std::uint32_t n, RowsInOrder const& at,
                       Planes* pixels, std::uint32_t stride_px, PairCount* counts, std::uint32_t workers) noexcept
 {
-    blend_whole_tile<detail::lanes_in_use>(tile, camera, model, n, at, pixels, stride_px, counts, workers);
+    blend_whole_tile<detail::lanes_in_use>(tile, camera, rules, n, at, pixels, stride_px, counts, workers);
 }
 
 }}} // namespace tilemesh::splat

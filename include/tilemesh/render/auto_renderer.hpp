@@ -47,7 +47,7 @@ public:
         }
         try {
             auto homes = std::exchange(make_homes_, nullptr)();
-            homes->model() = renderer_->model();
+            homes->rules() = renderer_->rules();
             if (demand_) homes->hold_to(*demand_);
             auto again = homes->render(camera);
             again.report.host_ms.total += frame.report.host_ms.total;
@@ -60,7 +60,7 @@ public:
         }
     }
 
-    splat::Model& model() override { return renderer_->model(); }
+    splat::Rules& rules() override { return renderer_->rules(); }
     void hold_to(scene::Demand const& demand) override
     {
         renderer_->hold_to(demand);

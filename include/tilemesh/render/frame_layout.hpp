@@ -55,7 +55,7 @@ TILEMESH_HOST FrameLayout layout_frame(Cut const& cut, std::uint32_t width, std:
 
 /// Throws Error for a camera or a model that no frame can be rendered with.
 TILEMESH_HOST void check_camera(splat::Camera const& camera);
-TILEMESH_HOST void check_model(splat::Model const& model);
+TILEMESH_HOST void check_rules(splat::Rules const& rules);
 
 } // namespace render
 }} // namespace tilemesh

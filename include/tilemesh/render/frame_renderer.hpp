@@ -45,11 +45,11 @@ void check_facts(SetupFacts const& facts)
 {
     bool serves = (P::Pixel::has_depth || !facts.has_depth) && (P::Pixel::has_alpha || !facts.has_alpha);
     if constexpr (!splat::has_parts_words<typename P::Parameters>) serves = serves && facts.routes == P::routes && facts.blooms == P::blooms;
-    if constexpr (splat::has_rules<typename P::Parameters>) {
+    if constexpr (splat::has_policies<typename P::Parameters>) {
         if constexpr (!std::is_same_v<typename P::Record, splat::Reference>) serves = serves && facts.sh_degree <= P::Record::sh_degree;
     } else {
-        serves = serves && facts.sh_degree == P::Record::sh_degree && (facts.rules.holds != 0) == P::Saturation::holds &&
-                 (facts.rules.carried != 0) == P::Addressing::carried && (facts.rules.reusable != 0) == P::Copies::reusable;
+        serves = serves && facts.sh_degree == P::Record::sh_degree && (facts.policies.holds != 0) == P::Saturation::holds &&
+                 (facts.policies.carried != 0) == P::Addressing::carried && (facts.policies.reusable != 0) == P::Copies::reusable;
     }
     if (!serves)
         throw Error(std::string("setup ") + facts.name + " on a renderer of other policies (its pixels lack a plane, its steps differ, or by value its records " +
@@ -88,8 +88,8 @@ public:
     FrameRenderer& operator=(FrameRenderer const&) = delete;
 
     /// The rules of the picture. Change them between frames.
-    splat::Model& model() noexcept { return model_; }
-    splat::Model const& model() const noexcept { return model_; }
+    splat::Rules& rules() noexcept { return rules_; }
+    splat::Rules const& rules() const noexcept { return rules_; }
 
     /// The machine, the sizes and the ledger of the setup.
     SetupFacts const& facts() const noexcept { return facts_; }
@@ -173,7 +173,7 @@ private:
                 if (facts_.blooms) mesh_->template limit<splat::Beam<P>>(options_.channel_slots);
         }
         if constexpr (P::routes && P::Saturation::may_hold)
-            if (options_.waiting_slots != 0 && facts_.rules.holds != 0 && facts_.routes) {
+            if (options_.waiting_slots != 0 && facts_.policies.holds != 0 && facts_.routes) {
                 mesh_->template limit<splat::Waiting<P, 0>>(options_.waiting_slots);
                 mesh_->template limit<splat::Waiting<P, 1>>(options_.waiting_slots);
             }
@@ -232,7 +232,7 @@ private:
         if constexpr (!P::routes || splat::has_parts_words<Parameters>)
             if (!facts_.routes) keeper_.place(*mesh_, view, tiling_);
         if constexpr (P::routes)
-            if (facts_.routes && facts_.rules.holds != 0 && !keeper_.missing().empty())
+            if (facts_.routes && facts_.policies.holds != 0 && !keeper_.missing().empty())
                 keeper_.load(*mesh_, tiling_, last_.has_value());
         return true;
     }
@@ -251,7 +251,7 @@ private:
         auto& frame = mesh_->template broadcast<Parameters>();
         auto const flag = [](bool set) { return static_cast<std::uint8_t>(set ? 1 : 0); };
         static_cast<splat::FrameParameters&>(frame) = {view, tiling_, flag(changed), flag(changed && copies_lost_), flag(cut_)};
-        if constexpr (splat::has_rules<Parameters>) frame.rules = facts_.rules;
+        if constexpr (splat::has_policies<Parameters>) frame.policies = facts_.policies;
         if constexpr (machine::has_form_word<Parameters>) frame.wide = facts_.has_planes() ? 1 : 0;
         if constexpr (splat::has_parts_words<Parameters>) {
             frame.routes = facts_.routes ? 1 : 0;
@@ -261,7 +261,7 @@ private:
     }
 
     /// Does the host keep the missing records? If not, they are lost for good.
-    bool host_keeps() const noexcept { return !facts_.routes || facts_.rules.holds != 0; }
+    bool host_keeps() const noexcept { return !facts_.routes || facts_.policies.holds != 0; }
     report::FrameReport run()
     {
         if constexpr (may_keep_pixels) kept_.begin_run(mesh_->template broadcast<Parameters>(), mesh_->grid());
@@ -305,7 +305,7 @@ private:
             sum(*mesh_, words, TileSums::words);
             __builtin_memcpy(&sums, words, sizeof words);
         }
-        together(*mesh_, [&] { r = account<P>(counters, sums, facts_.rules.holds != 0); });
+        together(*mesh_, [&] { r = account<P>(counters, sums, facts_.policies.holds != 0); });
 
         // A loss lasts until the records are sent again: a frame that refused no record may still lack records that an earlier frame lost.
         copies_lost_ = r.refused.copies_full != 0 || (copies_lost_ && frame.resend_copies == 0);
@@ -321,7 +321,7 @@ private:
     {
         auto const& frame = mesh_->template broadcast<Parameters>();
         auto const facts = facts_on<P>(*mesh_);
-        LossQuestion const question{mesh_->grid(), frame.view,  frame.tiling, facts_.routes, facts_.blooms, facts_.rules.holds != 0,
+        LossQuestion const question{mesh_->grid(), frame.view,  frame.tiling, facts_.routes, facts_.blooms, facts_.policies.holds != 0,
                                     options_.hops != 0, storage_slots()};
         ScreenRows const rows(*mesh_, question, records_);
         NotOnTiles off;
@@ -354,8 +354,8 @@ private:
         auto const agree = [&]([[maybe_unused]] auto& all) {
             together(all, [&] {
                 check_camera(camera);
-                check_model(model_);
-                view = splat::make_view(camera, model_);
+                check_rules(rules_);
+                view = splat::make_view(camera, rules_);
             });
             if constexpr (over_ranks<MeshType>) require_same_frames(all, digest_of_view(renderer_digest_, view));
         };
@@ -372,8 +372,8 @@ private:
     std::uint64_t digest_of_renderer() const noexcept
     {
         auto digest = over_ranks<MeshType> && options_.rows_of_all_parts == 0 ? records_.digest() : 0;
-        for (auto const word : {options_.rows_of_all_parts, options_.channel_slots, options_.waiting_slots, facts_.rules.holds, facts_.rules.carried, facts_.rules.reusable, facts_.rules.road_bytes,
-                                facts_.rules.beam_bytes, static_cast<std::uint32_t>(facts_.colour), options_.hops, options_.storage_slots})
+        for (auto const word : {options_.rows_of_all_parts, options_.channel_slots, options_.waiting_slots, facts_.policies.holds, facts_.policies.carried, facts_.policies.reusable, facts_.policies.road_bytes,
+                                facts_.policies.beam_bytes, static_cast<std::uint32_t>(facts_.colour), options_.hops, options_.storage_slots})
             digest = engine::mix(digest, word);
         return digest;
     }
@@ -386,7 +386,7 @@ private:
     ScreenCache cache_;                              ///< the table that the tiles' references point to
     RecordKeeper<P> keeper_;
     KeptPixels kept_;
-    splat::Model model_;
+    splat::Rules rules_;
     Extent2 size_{};                                 ///< of the frame, pixels
     splat::Tiling tiling_{};
     std::optional<MeshType> mesh_; ///< no memory of its own, which one of several processes may lack
@@ -409,7 +409,7 @@ FrameRenderer<P, Engine, Machine>::FrameRenderer(scene::Map const& map, SetupFac
                                                  EngineOptions engine)
     : options_(options), engine_(std::move(engine)), facts_(std::move(facts)), records_(map, facts_.sh_degree),
       renderer_digest_(digest_of_renderer()), cache_(by_reference ? records_.rows() : 0), keeper_(records_, &cache_),
-      kept_(may_keep_pixels && options.keep_pixels), model_(with_options(facts_.model, options))
+      kept_(may_keep_pixels && options.keep_pixels), rules_(with_options(facts_.rules, options))
 {
     check_facts<P>(facts_);
     if (options.rows_of_all_parts != 0 && !over_ranks<MeshType>) refuse_part();
@@ -480,7 +480,7 @@ void FrameRenderer<P, Engine, Machine>::render_into(splat::Camera const& camera,
     auto report = run();
     report.host_ms.project += prepared_ms;
     // If records found no room, the frame runs again without their copies, so that the picture shows a record whole or not at all.
-    bool const may_recall = facts_.rules.holds != 0 && options_.hops == 0;
+    bool const may_recall = facts_.policies.holds != 0 && options_.hops == 0;
     ran_twice_ = may_recall && keeper_.recall_copies(*mesh_);
     if (ran_twice_) run_again(report);
     check_sums(report, records_.all_rows(), gone);

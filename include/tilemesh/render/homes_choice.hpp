@@ -24,7 +24,7 @@ struct HomesChoice {
     std::uint32_t sh_degree = 0;
     ColourFormat colour = ColourFormat::float32;
     bool depth = false, alpha = false;
-    splat::Model model{};
+    splat::Rules rules{};
 };
 
 /// The ledger of a tile: the lines of `SramLedger<splat::homes::Frame<P>>` for the policies by value, and their sum.

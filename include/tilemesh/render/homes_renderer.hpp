@@ -61,7 +61,7 @@ public:
     /// Renders into an existing frame and reuses its memory. After an exception the frame holds no picture, and the next one begins anew.
     void render_into(splat::Camera const& camera, RenderedFrame& result);
 
-    splat::Model& model() override { return choice_.model; }
+    splat::Rules& rules() override { return choice_.rules; }
     void hold_to(scene::Demand const& demand) override
     {
         demand_.scanned = demand.scanned; // first, because this may throw
@@ -240,8 +240,8 @@ private:
         auto const agree = [&]([[maybe_unused]] auto& all) {
             together(all, [&] {
                 check_camera(camera);
-                check_model(choice_.model);
-                view = splat::make_view(camera, choice_.model);
+                check_rules(choice_.rules);
+                view = splat::make_view(camera, choice_.rules);
                 if (!demand_.holds_for(view))
                     throw Error("a view that the demand was not made for (" + std::to_string(demand_.culled) +
                                 " records that its path does not show are not loaded); make the demand of all views, with the model");
@@ -613,7 +613,7 @@ HomesRenderer<P, Engine, Machine>::HomesRenderer(scene::Map const& map, HomesCho
                             options.held_slots, options.storage_slots, options.fold ? 1u : 0u})
         renderer_digest_ = engine::mix(renderer_digest_, word);
     require_policies(choice);
-    choice_.model = with_options(choice_.model, options);
+    choice_.rules = with_options(choice_.rules, options);
     facts_ = facts_of(choice_, choice_.sizes, HomesLedger(choice_, choice_.sizes)); // until the first frame
 }
 template <class P, template <class, class> class Engine, class Machine>

@@ -59,12 +59,12 @@ struct TouchedTiles {
 };
 
 /// The policies of a setup as values, and the bytes of its messages on the machine.
-struct FrameRules {
+struct PolicyWords {
     std::uint32_t holds, carried, reusable; ///< 0 or 1
     std::uint32_t road_bytes, beam_bytes;
 };
 template <class S>
-constexpr FrameRules rules_of() noexcept
+constexpr PolicyWords policies_of() noexcept
 {
     constexpr auto words = frame_words<S>();
     return {S::Saturation::holds ? 1u : 0u, S::Addressing::carried ? 1u : 0u, S::Copies::reusable ? 1u : 0u, words.road_message,
@@ -74,7 +74,7 @@ constexpr FrameRules rules_of() noexcept
 /// The frame's parameters, and the addresses of the host's table of this view, by rows.
 struct TableParameters : FrameParameters {
     static constexpr char const* name = "frame parameters and tables";
-    FrameRules rules;
+    PolicyWords policies;
     HostPointer<Splat const> splats;
     HostPointer<TouchedTiles const> touched;
     HostPointer<std::uint8_t const> row_states;
@@ -206,12 +206,12 @@ struct TableAccess {
     template <class>
     static std::uint32_t road_bytes(Parameters const& frame) noexcept
     {
-        return frame.rules.road_bytes;
+        return frame.policies.road_bytes;
     }
     template <class>
     static std::uint32_t beam_bytes(Parameters const& frame) noexcept
     {
-        return frame.rules.beam_bytes;
+        return frame.policies.beam_bytes;
     }
 };
 template <>
@@ -219,29 +219,29 @@ struct Access<TableParameters> : TableAccess<TableParameters> {};
 template <>
 struct Access<HostParameters> : TableAccess<HostParameters> {};
 
-/// Do the frame's parameters have the setup's rules, as TableParameters and RuleParameters do?
+/// Do the frame's parameters have the setup's rules, as TableParameters and PolicyParameters do?
 template <class Parameters, class = void>
-inline constexpr bool has_rules = false;
+inline constexpr bool has_policies = false;
 template <class Parameters>
-inline constexpr bool has_rules<Parameters, std::void_t<decltype(Parameters::rules)>> = true;
+inline constexpr bool has_policies<Parameters, std::void_t<decltype(Parameters::policies)>> = true;
 
 /// Policies whose rule is a word in the frame's parameters.
 struct RunTimeSaturation {
     static constexpr char const* name = "at run time";
     static constexpr bool may_hold = true;
     template <class Parameters>
-    TILEMESH_KERNEL static bool holds_in(Parameters const& frame) noexcept { return frame.rules.holds != 0; }
+    TILEMESH_KERNEL static bool holds_in(Parameters const& frame) noexcept { return frame.policies.holds != 0; }
 };
 struct RunTimeAddressing : Carried {
     static constexpr char const* name = "at run time";
     template <class Parameters>
-    TILEMESH_KERNEL static bool carried_in(Parameters const& frame) noexcept { return frame.rules.carried != 0; }
+    TILEMESH_KERNEL static bool carried_in(Parameters const& frame) noexcept { return frame.policies.carried != 0; }
 };
 struct RunTimeCopies {
     static constexpr char const* name = "at run time";
     template <class Record>
     using Message = Record;
-    TILEMESH_KERNEL static bool reusable_in(TableParameters const& frame) noexcept { return frame.rules.reusable != 0; }
+    TILEMESH_KERNEL static bool reusable_in(TableParameters const& frame) noexcept { return frame.policies.reusable != 0; }
     TILEMESH_KERNEL static Reference make(Reference const& g, Splat const&) noexcept { return g; }
     template <class>
     TILEMESH_KERNEL static Reference record(Reference const& m) noexcept
@@ -353,13 +353,13 @@ namespace tilemesh { inline namespace v0_2 { namespace splat {
 
 // The compiled library blends by reference. Its functions take the place of the templates in splat/blending.hpp and have the same results.
 // Their types name no lanes, so a unit that was built for another number of lanes links.
-PairCount blend_tile(PixelRect const& tile, Camera const& camera, Model const& model, std::uint32_t n, RowsInOrder const& at,
+PairCount blend_tile(PixelRect const& tile, Camera const& camera, Rules const& rules, std::uint32_t n, RowsInOrder const& at,
                      FloatPixel* pixels, std::uint32_t stride_px, Worker worker) noexcept;
-PairCount blend_tile(PixelRect const& tile, Camera const& camera, Model const& model, std::uint32_t n, RowsInOrder const& at,
+PairCount blend_tile(PixelRect const& tile, Camera const& camera, Rules const& rules, std::uint32_t n, RowsInOrder const& at,
                      WithAlpha<WithDepth<FloatPixel>>* pixels, std::uint32_t stride_px, Worker worker) noexcept;
-void blend_whole_tile(PixelRect const& tile, Camera const& camera, Model const& model, std::uint32_t n, RowsInOrder const& at,
+void blend_whole_tile(PixelRect const& tile, Camera const& camera, Rules const& rules, std::uint32_t n, RowsInOrder const& at,
                       FloatPixel* pixels, std::uint32_t stride_px, PairCount* counts, std::uint32_t workers) noexcept;
-void blend_whole_tile(PixelRect const& tile, Camera const& camera, Model const& model, std::uint32_t n, RowsInOrder const& at,
+void blend_whole_tile(PixelRect const& tile, Camera const& camera, Rules const& rules, std::uint32_t n, RowsInOrder const& at,
                       WithAlpha<WithDepth<FloatPixel>>* pixels, std::uint32_t stride_px, PairCount* counts, std::uint32_t workers) noexcept;
 
 }}} // namespace tilemesh::splat

@@ -5,7 +5,7 @@
 #include <optional>
 #include <tilemesh/render/frame_layout.hpp>
 #include <tilemesh/report/frame_report.hpp>
-#include <tilemesh/splat/model.hpp>
+#include <tilemesh/splat/rules.hpp>
 #include <tilemesh/splat/quality.hpp>
 #include <tilemesh/splat/sizes.hpp>
 #include <tilemesh/splat/view.hpp>
@@ -23,7 +23,7 @@ struct RendererOptions {
     std::uint32_t storage_slots = 0;         ///< a limit, at most the setup's
     std::optional<splat::Footprint> footprint{};
     std::optional<splat::Arithmetic> arithmetic{};
-    std::optional<splat::Quality> quality{};  ///< `model()` begins with the rules of this quality instead of the setup's
+    std::optional<splat::Quality> quality{};  ///< `rules()` begins with the rules of this quality instead of the setup's
     std::optional<std::array<float, 3>> background{}; ///< linear RGB, 0 to 1, behind every picture; black if it is not given
     bool digest = false;
     /// A limit for the passes of routing, and for those of bloom, in a run. A frame that needs more passes throws Error
@@ -49,13 +49,13 @@ struct RendererOptions {
 
 /// The model with which a renderer begins: the setup's model, changed by the options. A footprint that the options name replaces that of
 /// their quality.
-inline splat::Model with_options(splat::Model model, RendererOptions const& options) noexcept
+inline splat::Rules with_options(splat::Rules rules, RendererOptions const& options) noexcept
 {
-    if (options.quality) model = splat::with_quality(model, *options.quality);
-    if (options.footprint) model.footprint = *options.footprint;
-    if (options.arithmetic) model.arithmetic = *options.arithmetic;
-    for (std::size_t c = 0; options.background && c < 3; ++c) model.background[c] = (*options.background)[c];
-    return model;
+    if (options.quality) rules = splat::with_quality(rules, *options.quality);
+    if (options.footprint) rules.footprint = *options.footprint;
+    if (options.arithmetic) rules.arithmetic = *options.arithmetic;
+    for (std::size_t c = 0; options.background && c < 3; ++c) rules.background[c] = (*options.background)[c];
+    return rules;
 }
 
 /// The division of a frame into tiles: by `tile` if it is given, otherwise evenly over `grid`, or over 40 x 36 tiles if both are zero.

@@ -23,7 +23,7 @@ struct SetupChoice {
     std::uint32_t sh_degree = 0;    ///< of a record, 0 to 3
     ColourFormat colour = ColourFormat::float32;
     bool depth = false, alpha = false;
-    splat::Model model{};           ///< rules of the picture
+    splat::Rules rules{};           ///< rules of the picture
 };
 /// A setup of the library's policies, as a choice that the caller may change.
 template <class S>
@@ -44,7 +44,7 @@ constexpr SetupChoice choice_of() noexcept
             std::is_same_v<Colour, splat::FloatPixel> ? ColourFormat::float32 : ColourFormat::rgbx8,
             S::Pixel::has_depth,
             S::Pixel::has_alpha,
-            model_of<S>()};
+            rules_of<S>()};
 }
 
 constexpr std::uint32_t record_bytes(std::uint32_t sh_degree) noexcept
@@ -136,7 +136,7 @@ inline SetupFacts facts_of(SetupChoice const& c)
                  c.alpha,
                  c.routes,
                  c.blooms,
-                 c.model,
+                 c.rules,
                  ledger.bytes,
                  std::move(ledger.lines)};
     if (f.sram_bytes > c.machine.sram_bytes) throw does_not_fit(c.machine, f.ledger, f.sram_bytes);

@@ -16,13 +16,13 @@ struct SetupFacts {
     char const* name;
     MachineSize machine;
     splat::Sizes sizes;
-    splat::FrameRules rules;
+    splat::PolicyWords policies;
     std::uint32_t sh_degree;    ///< of a record
     std::uint32_t record_bytes;
     ColourFormat colour;
     bool has_depth, has_alpha;
     bool routes, blooms;        ///< the optional steps of the frame
-    splat::Model model;         ///< rules of the picture with which the setup begins
+    splat::Rules rules;         ///< rules of the picture with which the setup begins
     std::uint64_t sram_bytes;   ///< bytes of a tile that count against the SRAM
     std::vector<machine::Region> ledger; ///< of a tile
 
@@ -31,9 +31,9 @@ struct SetupFacts {
 
 /// The rules of the picture of a setup.
 template <class S>
-constexpr splat::Model model_of() noexcept
+constexpr splat::Rules rules_of() noexcept
 {
-    splat::Model m;
+    splat::Rules m;
     m.footprint = S::footprint;
     m.alpha_max = S::alpha_max;
     m.transmittance_min = S::transmittance_min;
@@ -53,7 +53,7 @@ SetupFacts facts_with(splat::Sizes const& sizes)
     f.name = S::name;
     f.machine = machine;
     f.sizes = sizes;
-    f.rules = splat::rules_of<S>();
+    f.policies = splat::policies_of<S>();
     f.sh_degree = S::Record::sh_degree;
     f.record_bytes = words.record;
     f.colour = std::is_same_v<Pixel, splat::FloatPixel>   ? ColourFormat::float32
@@ -63,7 +63,7 @@ SetupFacts facts_with(splat::Sizes const& sizes)
     f.has_alpha = S::Pixel::has_alpha;
     f.routes = S::routes;
     f.blooms = S::blooms;
-    f.model = model_of<S>();
+    f.rules = rules_of<S>();
     f.sram_bytes = Ledger::bytes(machine, sizes);
     auto const lines = Ledger::lines(machine, sizes);
     f.ledger.assign(lines.begin(), lines.end());
@@ -97,8 +97,8 @@ MeshSizes<splat::Frame<P>> mesh_sizes_of(SetupFacts const& facts)
 {
     auto m = engine::plain_sizes<splat::Frame<P>>(facts.machine, facts.sizes, typename machine::Needs<splat::Frame<P>>::States{},
                                                           typename machine::Needs<splat::Frame<P>>::Links{});
-    if constexpr (P::routes) m.template link<splat::Road<P>>().message_bytes = facts.rules.road_bytes;
-    if constexpr (P::blooms) m.template link<splat::Beam<P>>().message_bytes = facts.rules.beam_bytes;
+    if constexpr (P::routes) m.template link<splat::Road<P>>().message_bytes = facts.policies.road_bytes;
+    if constexpr (P::blooms) m.template link<splat::Beam<P>>().message_bytes = facts.policies.beam_bytes;
     m.sram_bytes = facts.sram_bytes;
     if constexpr (machine::has_form_word<typename P::Parameters>) m.wide = facts.has_planes();
     if constexpr (splat::has_parts_words<typename P::Parameters>) detail::leave_out_parts<P>(facts, m);

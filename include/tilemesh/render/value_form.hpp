@@ -11,23 +11,23 @@
 namespace tilemesh { inline namespace v0_2 { namespace splat {
 
 /// The frame's parameters, and the rules of the setup.
-struct RuleParameters : FrameParameters {
+struct PolicyParameters : FrameParameters {
     static constexpr char const* name = "frame parameters and rules";
-    FrameRules rules;
+    PolicyWords policies;
 };
 /// A tile reads its records as on the machine; only the bytes of messages are words.
 template <>
-struct Access<RuleParameters> : Access<FrameParameters> {
-    TILEMESH_KERNEL static RuleParameters const& hold(RuleParameters const& frame) noexcept { return frame; }
+struct Access<PolicyParameters> : Access<FrameParameters> {
+    TILEMESH_KERNEL static PolicyParameters const& hold(PolicyParameters const& frame) noexcept { return frame; }
     template <class>
-    static std::uint32_t road_bytes(RuleParameters const& frame) noexcept
+    static std::uint32_t road_bytes(PolicyParameters const& frame) noexcept
     {
-        return frame.rules.road_bytes;
+        return frame.policies.road_bytes;
     }
     template <class>
-    static std::uint32_t beam_bytes(RuleParameters const& frame) noexcept
+    static std::uint32_t beam_bytes(PolicyParameters const& frame) noexcept
     {
-        return frame.rules.beam_bytes;
+        return frame.policies.beam_bytes;
     }
 };
 /// Bloom sends records. If the setup's copies last for one view only, the tiles forget them in a new view.
@@ -36,7 +36,7 @@ struct RunTimeWorldCopies : WorldCopies {
     template <class Parameters>
     TILEMESH_KERNEL static bool reusable_in(Parameters const& frame) noexcept
     {
-        return frame.rules.reusable != 0;
+        return frame.policies.reusable != 0;
     }
 };
 
@@ -45,7 +45,7 @@ struct RunTimeWorldCopies : WorldCopies {
 template <class S>
 struct Valued : S {
     using Value = S;
-    using Parameters = RuleParameters;
+    using Parameters = PolicyParameters;
     using Saturation = RunTimeSaturation;
     using Addressing = RunTimeAddressing;
     using Copies = RunTimeWorldCopies;

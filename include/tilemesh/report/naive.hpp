@@ -22,10 +22,10 @@ struct NothingMissing {
 ///
 /// `gaussians` is a range of records of any degree.
 template <class Records = std::span<splat::Gaussian const>, class Missing = NothingMissing>
-Image render_naive(Records const& gaussians, splat::Camera const& camera, splat::Model const& model,
+Image render_naive(Records const& gaussians, splat::Camera const& camera, splat::Rules const& rules,
                    Missing const& missing = {})
 {
-    auto const view = splat::make_view(camera, model);
+    auto const view = splat::make_view(camera, rules);
     auto const tiling = splat::make_tiling(camera.width, camera.height, camera.width, camera.height);
     struct Item {
         splat::Splat splat;
@@ -40,7 +40,7 @@ Image render_naive(Records const& gaussians, splat::Camera const& camera, splat:
         return a.splat.depth != b.splat.depth ? a.splat.depth < b.splat.depth : a.id < b.id;
     });
 
-    float const lowest = splat::lowest_power_for(model.alpha_min);
+    float const lowest = splat::lowest_power_for(rules.alpha_min);
     Image image(camera.width, camera.height);
     std::vector<float> transmittance(std::size_t{camera.width} * camera.height, 1.0f);
     for (auto const& [s, id] : items) {
@@ -48,13 +48,13 @@ Image render_naive(Records const& gaussians, splat::Camera const& camera, splat:
         for (auto y = r.y0; y < r.y1; ++y)
             for (auto x = r.x0; x < r.x1; ++x) {
                 float& t = transmittance[std::size_t{y} * camera.width + x];
-                if (t < model.transmittance_min) continue;
+                if (t < rules.transmittance_min) continue;
                 float const alpha = std::min(splat::alpha_at(s, static_cast<float>(x) + 0.5f - camera.cx,
                                                              static_cast<float>(y) + 0.5f - camera.cy, lowest),
-                                             model.alpha_max);
-                if (alpha < model.alpha_min || missing(id, x, y)) continue;
+                                             rules.alpha_max);
+                if (alpha < rules.alpha_min || missing(id, x, y)) continue;
                 float const weight = alpha * t;
-                if (model.stop == splat::Stop::before_crossing && t - weight < model.transmittance_min) {
+                if (rules.stop == splat::Stop::before_crossing && t - weight < rules.transmittance_min) {
                     t = -t; // below any limit
                     continue;
                 }
@@ -63,9 +63,9 @@ Image render_naive(Records const& gaussians, splat::Camera const& camera, splat:
                 t = t - weight;
             }
     }
-    for (std::size_t i = 0; i < transmittance.size() && !splat::is_black(model.background); ++i)
+    for (std::size_t i = 0; i < transmittance.size() && !splat::is_black(rules.background); ++i)
         for (std::size_t c = 0; c < 3; ++c)
-            image.rgb[3 * i + c] = multiply_add(std::fabs(transmittance[i]), model.background[c], image.rgb[3 * i + c]);
+            image.rgb[3 * i + c] = multiply_add(std::fabs(transmittance[i]), rules.background[c], image.rgb[3 * i + c]);
     return image;
 }
 

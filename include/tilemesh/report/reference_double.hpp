@@ -12,7 +12,7 @@
 #include <tilemesh/report/image.hpp>
 #include <tilemesh/splat/camera.hpp>
 #include <tilemesh/splat/gaussian.hpp>
-#include <tilemesh/splat/model.hpp>
+#include <tilemesh/splat/rules.hpp>
 #include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace report {
@@ -43,7 +43,7 @@ struct CutOffs {
 };
 
 /// The cut-offs of the model: `Cuts::same`.
-TILEMESH_HOST CutOffs cut_offs(splat::Model const& model) noexcept;
+TILEMESH_HOST CutOffs cut_offs(splat::Rules const& rules) noexcept;
 
 /// Only terms with an alpha below `skip_below` are skipped: `Cuts::none`. A negative value or NaN counts as 0.
 TILEMESH_HOST CutOffs no_cut_offs(double skip_below = 1e-12) noexcept;
@@ -110,7 +110,7 @@ TILEMESH_HOST ReferenceSpan common(ReferenceSpan const& a, ReferenceSpan const& 
 /// plane.
 template <class Record>
 std::optional<ReferenceSplat> project_reference(Record const& gaussian, splat::Camera const& camera,
-                                                splat::Model const& model, CutOffs const& cuts)
+                                                splat::Rules const& rules, CutOffs const& cuts)
 {
     // View space: R (p - c).
     Matrix3 world_to_view{};
@@ -121,7 +121,7 @@ std::optional<ReferenceSplat> project_reference(Record const& gaussian, splat::C
             view[i] += world_to_view[i][j] * (double{gaussian.mean_world[j]} - camera.position[j]);
         }
     double const z = view[2];
-    if (!(z > (model.near_plane == splat::NearPlane::fixed ? 0.2f : camera.near_depth))) return std::nullopt;
+    if (!(z > (rules.near_plane == splat::NearPlane::fixed ? 0.2f : camera.near_depth))) return std::nullopt;
 
     // Covariance in world space: R S S^T R^T.
     Matrix3 scale{};
@@ -132,9 +132,9 @@ std::optional<ReferenceSplat> project_reference(Record const& gaussian, splat::C
     // Covariance on the screen: J W Sigma W^T J^T + dilation; the third row of J is not used.
     double slope_x = view[0] / z;
     double slope_y = view[1] / z;
-    if (model.jacobian_limit > 0.0f) {
-        double const limit_x = model.jacobian_limit * (camera.width / (2.0 * camera.fx));
-        double const limit_y = model.jacobian_limit * (camera.height / (2.0 * camera.fy));
+    if (rules.jacobian_limit > 0.0f) {
+        double const limit_x = rules.jacobian_limit * (camera.width / (2.0 * camera.fx));
+        double const limit_y = rules.jacobian_limit * (camera.height / (2.0 * camera.fy));
         slope_x = std::max(-limit_x, std::min(limit_x, slope_x));
         slope_y = std::max(-limit_y, std::min(limit_y, slope_y));
     }
@@ -143,9 +143,9 @@ std::optional<ReferenceSplat> project_reference(Record const& gaussian, splat::C
                             {0.0, 0.0, 0.0}}};
     auto const to_screen = jacobian * world_to_view;
     auto const covariance = to_screen * sigma * transpose(to_screen);
-    double const xx = covariance[0][0] + model.dilation;
+    double const xx = covariance[0][0] + rules.dilation;
     double const xy = covariance[0][1];
-    double const yy = covariance[1][1] + model.dilation;
+    double const yy = covariance[1][1] + rules.dilation;
     double const determinant = xx * yy - xy * xy;
     if (!(xx > 0.0 && yy > 0.0 && determinant > 0.0 && std::isfinite(determinant)))
         return std::nullopt;
@@ -213,12 +213,12 @@ TILEMESH_HOST void blend_reference_rows(std::span<ReferenceSplat const> nearest_
 /// The picture of `render_double` before it is rounded to float: 3 * width * height doubles, row by row from the top left.
 template <class Records = std::span<splat::Gaussian const>>
 std::vector<double> render_double_unrounded(Records const& gaussians,
-                                            splat::Camera const& camera, splat::Model const& model,
+                                            splat::Camera const& camera, splat::Rules const& rules,
                                             CutOffs const& cuts, unsigned threads = 1)
 {
     std::vector<detail::ReferenceSplat> splats;
     for (auto const& gaussian : gaussians)
-        if (auto const splat = detail::project_reference(gaussian, camera, model, cuts))
+        if (auto const splat = detail::project_reference(gaussian, camera, rules, cuts))
             splats.push_back(*splat);
     std::stable_sort(splats.begin(), splats.end(), [](auto const& a, auto const& b) {
         return a.depth != b.depth ? a.depth < b.depth : a.id < b.id;
@@ -240,19 +240,19 @@ std::vector<double> render_double_unrounded(Records const& gaussians,
         for (unsigned band = 1; band < bands; ++band) workers.start(blend, band);
         blend(0);
     }
-    for (std::size_t i = 0; i < rgb.size(); ++i) rgb[i] += std::abs(transmittance[i / 3]) * model.background[i % 3];
+    for (std::size_t i = 0; i < rgb.size(); ++i) rgb[i] += std::abs(transmittance[i / 3]) * rules.background[i % 3];
     return rgb;
 }
 
 /// The same picture with the cut-offs of the model (`Cuts::same`), or with no cut-off except `skip_below` (`Cuts::none`).
 template <class Records = std::span<splat::Gaussian const>>
 std::vector<double> render_double_unrounded(Records const& gaussians,
-                                            splat::Camera const& camera, splat::Model const& model,
+                                            splat::Camera const& camera, splat::Rules const& rules,
                                             Cuts cuts, unsigned threads = 1,
                                             double skip_below = 1e-12)
 {
-    return render_double_unrounded(gaussians, camera, model,
-                                   cuts == Cuts::same ? cut_offs(model) : no_cut_offs(skip_below),
+    return render_double_unrounded(gaussians, camera, rules,
+                                   cuts == Cuts::same ? cut_offs(rules) : no_cut_offs(skip_below),
                                    threads);
 }
 
@@ -274,9 +274,9 @@ std::vector<double> render_double_unrounded(Records const& gaussians,
 /// `gaussians` is a range of records of any degree. Harmonics are evaluated by their definition.
 template <class Records = std::span<splat::Gaussian const>>
 Image render_double(Records const& gaussians, splat::Camera const& camera,
-                    splat::Model const& model, CutOffs const& cuts, unsigned threads = 1)
+                    splat::Rules const& rules, CutOffs const& cuts, unsigned threads = 1)
 {
-    auto const rgb = render_double_unrounded(gaussians, camera, model, cuts, threads);
+    auto const rgb = render_double_unrounded(gaussians, camera, rules, cuts, threads);
     Image image{camera.width, camera.height};
     std::transform(rgb.begin(), rgb.end(), image.rgb.begin(),
                    [](double value) { return static_cast<float>(value); });
@@ -288,11 +288,11 @@ Image render_double(Records const& gaussians, splat::Camera const& camera,
 /// `skip_below`, with `Cuts::none` only: terms with a smaller alpha are left out. 0 leaves out no term and costs splats x pixels.
 template <class Records = std::span<splat::Gaussian const>>
 Image render_double(Records const& gaussians, splat::Camera const& camera,
-                    splat::Model const& model, Cuts cuts, unsigned threads = 1,
+                    splat::Rules const& rules, Cuts cuts, unsigned threads = 1,
                     double skip_below = 1e-12)
 {
-    return render_double(gaussians, camera, model,
-                         cuts == Cuts::same ? cut_offs(model) : no_cut_offs(skip_below), threads);
+    return render_double(gaussians, camera, rules,
+                         cuts == Cuts::same ? cut_offs(rules) : no_cut_offs(skip_below), threads);
 }
 
 }}} // namespace tilemesh::report

@@ -80,7 +80,7 @@ struct RunReport {
     std::string quality = "default";               ///< splat::name of the requested quality; "default": the preset's own cut-offs
     struct {
         float alpha_min = 0, transmittance_min = 0, alpha_max = 0;
-    } cut_offs;                                    ///< of splat::Model
+    } cut_offs;                                    ///< of splat::Rules
     std::array<float, 3> background{};             ///< linear RGB, 0 to 1
     struct Feature {
         std::string name;                          ///< "routing"

@@ -38,7 +38,7 @@ struct Demand {
 
 /// The demand of a map whose cameras are not known: records may move, and footprints may span tiles. Throws `Error`
 /// for a map whose harmonics do not fit its degree (`require_harmonics`).
-TILEMESH_HOST Demand demand_of(Map const& map, splat::Model const& model = {});
+TILEMESH_HOST Demand demand_of(Map const& map, splat::Rules const& rules = {});
 
 /// One process that has all rows of a map. Other types for `demand_of` have these functions over several processes, each with a part of the
 /// rows: sums, and maxima of words below 2^63, over all processes; the first process gets the items of all.
@@ -82,14 +82,14 @@ inline constexpr std::size_t views_scanned_whole = 16;
 /// Cost: one projection for each record in each of the first 16 views. In later views, one projection for each record that no view has
 /// shown yet.
 template <std::invocable<splat::Camera const&> TilingOf, class Processes = AllRows>
-Demand demand_of(Map const& map, std::span<splat::Camera const> path, splat::Model const& model, TilingOf const& tiling_of,
+Demand demand_of(Map const& map, std::span<splat::Camera const> path, splat::Rules const& rules, TilingOf const& tiling_of,
                  Processes const& all = {})
 {
-    Demand d = over_parts(demand_of(map, model), all);
+    Demand d = over_parts(demand_of(map, rules), all);
     d.views = path.size();
     if (path.empty()) return d;
     d.moves = std::any_of(path.begin(), path.end(), [&](auto const& c) { return !splat::same_view(c, path.front()); });
-    for (auto const& camera : path) d.scanned.push_back(Demand::key_of(splat::make_view(camera, model)));
+    for (auto const& camera : path) d.scanned.push_back(Demand::key_of(splat::make_view(camera, rules)));
     std::sort(d.scanned.begin(), d.scanned.end());
     d.spans = false;
     d.visible.assign(map.gaussians.size(), false);
@@ -100,7 +100,7 @@ Demand demand_of(Map const& map, std::span<splat::Camera const> path, splat::Mod
     std::vector<float> depths;
     std::uint64_t projections = 0;
     for (std::size_t i = 0; i < path.size() && (d.moves || i == 0); ++i) {
-        auto const view = splat::make_view(path[i], model);
+        auto const view = splat::make_view(path[i], rules);
         auto const tiling = tiling_of(path[i]);
         bool const whole = i < views_scanned_whole || !d.spans;
         auto const project_row = [&](std::uint32_t row) {
@@ -123,7 +123,7 @@ Demand demand_of(Map const& map, std::span<splat::Camera const> path, splat::Mod
         all.sum(words, 2);
         d.spans = words[1] != 0;
         if (words[0] > most_projections && i + 1 < path.size()) {
-            for (auto row : unseen) d.visible[row] = map.gaussians[row].opacity >= model.alpha_min;
+            for (auto row : unseen) d.visible[row] = map.gaussians[row].opacity >= rules.alpha_min;
             d.spans = true;
             break;
         }

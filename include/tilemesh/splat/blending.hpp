@@ -34,13 +34,13 @@ void fetch_row_ahead(Pixel* row, std::uint32_t x0, std::uint32_t x1) noexcept
 
 /// `blend_tile` with one arithmetic, `Group` blocks at a time. `counts[number % workers]` gets the pairs of block `number`.
 template <class Rule, class Stop, std::uint32_t N, std::uint32_t Group, std::uint32_t Size, class Pixel, class SplatAt>
-void blend_tile_by(PixelRect const& tile, Camera const& camera, Model const& model, std::uint32_t n, SplatAt const& at,
+void blend_tile_by(PixelRect const& tile, Camera const& camera, Rules const& rules, std::uint32_t n, SplatAt const& at,
                    Pixel* pixels, std::uint32_t stride_px, Worker worker, PairCount* counts, std::uint32_t workers) noexcept
 {
     typename Rule::Denormals const denormals;
-    RowLimits const limits{model.alpha_min};
+    RowLimits const limits{rules.alpha_min};
     SetOf<N> const set{};
-    bool const has_background = !is_black(model.background);
+    bool const has_background = !is_black(rules.background);
     OpenBlock<Pixel::has_depth> group[Group];
     Chunk<Size> chunk;
     std::uint32_t hits[Size + SetOf<N>::most_lanes]; // one is read ahead
@@ -64,18 +64,18 @@ void blend_tile_by(PixelRect const& tile, Camera const& camera, Model const& mod
                 auto& block = group[b];
                 fetch_part_ahead<Size>(begin + Size, n, b, open, at);
                 if (block.done) continue;
-                std::uint32_t const count = set.template call<ListHits<Rule>>(chunk, most, block.at, model.alpha_max, &hits[0]);
+                std::uint32_t const count = set.template call<ListHits<Rule>>(chunk, most, block.at, rules.alpha_max, &hits[0]);
                 auto& pairs = counts[block.number % workers];
                 for (std::uint32_t done = 0; done < count && !block.done;) {
                     std::uint32_t part = blended_between_looks - block.blended % blended_between_looks;
                     if (part > count - done) part = count - done;
                     std::uint32_t const* const run = hits + done;
                     part = run_length<Rule>(run, part);
-                    pairs.contributing += set.template call<BlendBlock<Rule, Stop>>(block.state, chunk, run, part, block.at, model, limits);
+                    pairs.contributing += set.template call<BlendBlock<Rule, Stop>>(block.state, chunk, run, part, block.at, rules, limits);
                     pairs.blocks += part;
                     done += part;
                     block.blended += part;
-                    if (block.blended % blended_between_looks == 0 && finished(block.state, model.transmittance_min))
+                    if (block.blended % blended_between_looks == 0 && finished(block.state, rules.transmittance_min))
                         block.done = true, --going;
                 }
             }
@@ -83,7 +83,7 @@ void blend_tile_by(PixelRect const& tile, Camera const& camera, Model const& mod
         for (std::uint32_t b = 0; b < open; ++b) {
             auto& block = group[b];
             auto const& live = block.live;
-            if (has_background) add_background(block.state, model.background);
+            if (has_background) add_background(block.state, rules.background);
             std::uint32_t const skip = live.x0 - static_cast<std::uint32_t>(block.at.column);
             for (std::uint32_t y = live.y0; y < live.y1; ++y) {
                 std::uint32_t const row = y - static_cast<std::uint32_t>(block.at.row);
@@ -101,19 +101,19 @@ void blend_tile_by(PixelRect const& tile, Camera const& camera, Model const& mod
 
 /// `blend_tile_by` with the arithmetic and the stop rule that the model asks for.
 template <std::uint32_t N, std::uint32_t Group, std::uint32_t Size, class Pixel, class SplatAt>
-void blend_tile_as_asked(PixelRect const& tile, Camera const& camera, Model const& model, std::uint32_t n, SplatAt const& at,
+void blend_tile_as_asked(PixelRect const& tile, Camera const& camera, Rules const& rules, std::uint32_t n, SplatAt const& at,
                          Pixel* pixels, std::uint32_t stride_px, Worker worker, PairCount* counts, std::uint32_t workers) noexcept
 {
     if (tile.empty()) return;
-    bool const each = model.arithmetic == Arithmetic::precise || !(model.alpha_min >= faintest_cut);
-    if (model.stop == Stop::after_crossing && each)
-        blend_tile_by<EachPair, StopEachPixel, N, Group, Size>(tile, camera, model, n, at, pixels, stride_px, worker, counts, workers);
-    else if (model.stop == Stop::after_crossing)
-        blend_tile_by<FastRule, StopEachPixel, N, Group, Size>(tile, camera, model, n, at, pixels, stride_px, worker, counts, workers);
+    bool const each = rules.arithmetic == Arithmetic::precise || !(rules.alpha_min >= faintest_cut);
+    if (rules.stop == Stop::after_crossing && each)
+        blend_tile_by<EachPair, StopEachPixel, N, Group, Size>(tile, camera, rules, n, at, pixels, stride_px, worker, counts, workers);
+    else if (rules.stop == Stop::after_crossing)
+        blend_tile_by<FastRule, StopEachPixel, N, Group, Size>(tile, camera, rules, n, at, pixels, stride_px, worker, counts, workers);
     else if (each)
-        blend_tile_by<EachPair, StopBeforeCrossing, N, Group, Size>(tile, camera, model, n, at, pixels, stride_px, worker, counts, workers);
+        blend_tile_by<EachPair, StopBeforeCrossing, N, Group, Size>(tile, camera, rules, n, at, pixels, stride_px, worker, counts, workers);
     else
-        blend_tile_by<FastRule, StopBeforeCrossing, N, Group, Size>(tile, camera, model, n, at, pixels, stride_px, worker, counts, workers);
+        blend_tile_by<FastRule, StopBeforeCrossing, N, Group, Size>(tile, camera, rules, n, at, pixels, stride_px, worker, counts, workers);
 }
 } // namespace detail
 
@@ -128,21 +128,21 @@ void blend_tile_as_asked(PixelRect const& tile, Camera const& camera, Model cons
 ///
 /// Cost: 80 pairs for each splat that a block may see before all of its pixels have stopped; about 3.5 KiB of stack.
 template <std::uint32_t Lanes = detail::native_lanes, class Pixel, class SplatAt>
-PairCount blend_tile(PixelRect const& tile, Camera const& camera, Model const& model, std::uint32_t n, SplatAt const& at,
+PairCount blend_tile(PixelRect const& tile, Camera const& camera, Rules const& rules, std::uint32_t n, SplatAt const& at,
                      Pixel* pixels, std::uint32_t stride_px, Worker worker) noexcept
 {
     PairCount pairs{};
-    detail::blend_tile_as_asked<Lanes, 1, 16>(tile, camera, model, n, at, pixels, stride_px, worker, &pairs, 1);
+    detail::blend_tile_as_asked<Lanes, 1, 16>(tile, camera, rules, n, at, pixels, stride_px, worker, &pairs, 1);
     return pairs;
 }
 
 /// `blend_tile` for all workers of a tile, by one host thread. `counts[w]` gets the counts of worker w of `workers`. It goes through the
 /// splats once for 8 blocks, a whole tile of the paper's. Cost: 22 KiB of stack.
 template <std::uint32_t Lanes = detail::lanes_in_use, class Pixel, class SplatAt>
-void blend_whole_tile(PixelRect const& tile, Camera const& camera, Model const& model, std::uint32_t n, SplatAt const& at,
+void blend_whole_tile(PixelRect const& tile, Camera const& camera, Rules const& rules, std::uint32_t n, SplatAt const& at,
                       Pixel* pixels, std::uint32_t stride_px, PairCount* counts, std::uint32_t workers) noexcept
 {
-    detail::blend_tile_as_asked<Lanes, 8, 128>(tile, camera, model, n, at, pixels, stride_px, Worker{0, 1}, counts, workers);
+    detail::blend_tile_as_asked<Lanes, 8, 128>(tile, camera, rules, n, at, pixels, stride_px, Worker{0, 1}, counts, workers);
 }
 
 /// The blending that Composite uses. A setup may name another one (`S::Blending`). `tile` blends one worker's share, `whole` blends all
@@ -153,7 +153,7 @@ struct BlendAsAsked {
                           std::uint32_t stride_px, Worker worker) noexcept
     {
         return machine::in_form(machine::is_wide(frame), pixels, [&](auto* to) noexcept {
-            return blend_tile(tile, frame.view.camera, frame.view.model, n, at, to, stride_px, worker);
+            return blend_tile(tile, frame.view.camera, frame.view.rules, n, at, to, stride_px, worker);
         });
     }
     template <class Frame, class SplatAt, class Pixel>
@@ -161,7 +161,7 @@ struct BlendAsAsked {
                       std::uint32_t stride_px, PairCount* counts, std::uint32_t workers) noexcept
     {
         machine::in_form(machine::is_wide(frame), pixels, [&](auto* to) noexcept {
-            blend_whole_tile(tile, frame.view.camera, frame.view.model, n, at, to, stride_px, counts, workers);
+            blend_whole_tile(tile, frame.view.camera, frame.view.rules, n, at, to, stride_px, counts, workers);
         });
     }
 };

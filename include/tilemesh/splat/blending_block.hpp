@@ -42,7 +42,7 @@ struct LaneColour {
 /// Blends one row: C += w c and T -= w with w = alpha T, in the lanes that take part. A lane that takes no part adds 0, which changes no
 /// bit.
 template <class Stop, std::uint32_t K, std::uint32_t N, bool HasDepth>
-TILEMESH_KERNEL void blend_row(Strip<N, HasDepth>& s, Floats<N> const& alpha, Model const& m, float const* least,
+TILEMESH_KERNEL void blend_row(Strip<N, HasDepth>& s, Floats<N> const& alpha, Rules const& m, float const* least,
                                LaneColour<N> const& c) noexcept
 {
     Words<N> takes_part = alpha >= least[K];
@@ -138,7 +138,7 @@ inline constexpr std::uint32_t most_apart = 8;
 struct EvaluateApart {
     template <class Set, std::uint32_t N, std::uint32_t Size>
     TILEMESH_KERNEL static void run(AllRows<N>& rows, Chunk<Size> const& c, std::uint32_t i, BlockPlace const& at, std::uint32_t column,
-                                    Model const& m) noexcept
+                                    Rules const& m) noexcept
     {
         Floats<N> const dx = load<N>(at.xs + column) - c.mean_x[i];
         auto const opacity = opacity_of<N>(c, i, counted_lanes<N>() + (at.column + static_cast<std::int32_t>(column)));
@@ -154,7 +154,7 @@ struct EvaluateApart {
 /// Blends the splats of `hits` into N columns. `apart`: alpha of those that do not recur, in their order.
 template <class Rule, class Stop, std::uint32_t N, bool HasDepth, std::uint32_t Size>
 TILEMESH_KERNEL void blend_hits(Strip<N, HasDepth>& s, Chunk<Size> const& c, std::uint32_t const* hits, std::uint32_t n,
-                                BlockPlace const& at, std::uint32_t column, Model const& m, RowLimits const& limits,
+                                BlockPlace const& at, std::uint32_t column, Rules const& m, RowLimits const& limits,
                                 [[maybe_unused]] AllRows<N> const* apart) noexcept
 {
     static_assert(block_height == 5, "the rows below are written out: a loop would leave the registers");
@@ -213,7 +213,7 @@ inline constexpr std::uint32_t blended_between_looks = 64;
 /// Rows [First, Last) of a strip: blends the splats `hits[listed[0]]` to `hits[listed[n - 1]]`, whose alphas are known.
 template <class Stop, std::uint32_t First, std::uint32_t Last, std::uint32_t N, class AnyBlock, std::uint32_t Size>
 TILEMESH_KERNEL void blend_known_rows(AnyBlock& block, Chunk<Size> const& c, std::uint32_t const* hits, AllRows<N> const* alphas,
-                                      std::uint32_t const* listed, std::uint32_t n, std::uint32_t column, Model const& m,
+                                      std::uint32_t const* listed, std::uint32_t n, std::uint32_t column, Rules const& m,
                                       RowLimits const& limits, Words<N>& contributing) noexcept
 {
     static_assert(Last - First == 1 || Last - First == 2, "the rows below are written out");
@@ -248,7 +248,7 @@ TILEMESH_KERNEL void blend_known_rows(AnyBlock& block, Chunk<Size> const& c, std
 /// splat whose alpha is below the cut in all pixels of the two rows adds nothing to them, so leaving it out there changes no bit.
 template <class Rule, class Stop, class Set, std::uint32_t N, class AnyBlock, std::uint32_t Size>
 TILEMESH_KERNEL void blend_columns_by_rows(AnyBlock& block, Chunk<Size> const& c, std::uint32_t const* hits, std::uint32_t n,
-                                           BlockPlace const& at, std::uint32_t column, Model const& m, RowLimits const& limits,
+                                           BlockPlace const& at, std::uint32_t column, Rules const& m, RowLimits const& limits,
                                            std::uint32_t (&contributing)[N]) noexcept
 {
     static_assert(block_height == 5, "the groups of rows are written out");
@@ -288,7 +288,7 @@ TILEMESH_KERNEL void blend_columns_by_rows(AnyBlock& block, Chunk<Size> const& c
 /// Blends the splats of `hits` into N columns of a block. `contributing[i]`: the pairs of column i that contributed.
 template <class Rule, class Stop, class Set, std::uint32_t N, class AnyBlock, std::uint32_t Size>
 TILEMESH_KERNEL void blend_columns(AnyBlock& block, Chunk<Size> const& c, std::uint32_t const* hits, std::uint32_t n, BlockPlace const& at,
-                                   std::uint32_t column, Model const& m, RowLimits const& limits, std::uint32_t (&contributing)[N]) noexcept
+                                   std::uint32_t column, Rules const& m, RowLimits const& limits, std::uint32_t (&contributing)[N]) noexcept
 {
     AllRows<N> apart[Rule::recurs ? most_apart : 1];
     if constexpr (Rule::recurs) {
@@ -346,7 +346,7 @@ template <class Rule, class Stop>
 struct BlendBlock {
     template <class Set, class AnyBlock, std::uint32_t Size>
     TILEMESH_KERNEL static std::uint32_t run(AnyBlock& block, Chunk<Size> const& c, std::uint32_t const* hits, std::uint32_t n,
-                                             BlockPlace const& at, Model const& m, RowLimits const& limits) noexcept
+                                             BlockPlace const& at, Rules const& m, RowLimits const& limits) noexcept
     {
         // Keeps the stack frame on vector bounds. Otherwise Clang may let the vectors that it spills straddle two cache lines.
         [[maybe_unused]] alignas(vector_bytes) volatile std::uint32_t const on_bounds = 0;

@@ -13,14 +13,14 @@ inline bool covers(Splat const& s, Tiling const& tiling, TileId t) noexcept
 }
 
 /// The tiles that a splat's rectangle touches, from `first` to `last`, both inclusive.
-struct TileRange {
+struct TileBox {
     TileId first, last;
     constexpr std::uint32_t columns() const noexcept { return last.x() - first.x() + 1; }
     constexpr std::uint32_t rows() const noexcept { return last.y() - first.y() + 1; }
     constexpr std::uint32_t count() const noexcept { return columns() * rows(); }
 };
 /// Requires a visible splat.
-inline TileRange tiles_of(Splat const& s, Tiling const& tiling) noexcept
+inline TileBox tiles_of(Splat const& s, Tiling const& tiling) noexcept
 {
     auto const r = s.rect();
     return {TileId::at(r.x0 / tiling.tile_width, r.y0 / tiling.tile_height),

@@ -244,7 +244,7 @@ TILEMESH_KERNEL Outcome<A> project_words(GaussianWords<A> const& g, View const& 
 {
     using Real = typename A::Real;
     Camera const& c = view.camera;
-    Model const& m = view.model;
+    Rules const& m = view.rules;
     typename A::Mask stiff{};
 
     // The mean in view space. Subtract first, so that large coordinates cancel before the rotation.

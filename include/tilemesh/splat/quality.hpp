@@ -1,6 +1,6 @@
 #pragma once
 #include <cstdint>
-#include <tilemesh/splat/model.hpp>
+#include <tilemesh/splat/rules.hpp>
 
 namespace tilemesh { inline namespace v0_2 { namespace splat {
 
@@ -53,38 +53,38 @@ constexpr char const* name(Quality quality) noexcept
 
 /// Returns `model` with the rules of `quality`, for colours of 0 to 1. Compute a scene's demand with the returned model, because the
 /// demand depends on the model that renders.
-constexpr Model with_quality(Model model, Quality quality) noexcept
+constexpr Rules with_quality(Rules rules, Quality quality) noexcept
 {
     switch (quality) {
     case Quality::evaluation:
         // 1/32 of a level. The terms that a pixel skips add up to at most 0.45 levels on three maps and 0.92 levels on one of 250,000
         // Gaussians. An opaque record's footprint is 1.27 times as wide as with 1/255. The splats behind 1e-4 add at most 0.026 levels.
-        model.alpha_min = 1.0f / 8160.0f;
-        model.transmittance_min = 1e-4f;
+        rules.alpha_min = 1.0f / 8160.0f;
+        rules.transmittance_min = 1e-4f;
         break;
     case Quality::viewing:
         // Terms under two levels are skipped: an opaque footprint is 0.94 times as wide. The splats behind 5e-3 add at most 1.3 levels.
-        model.alpha_min = 1.0f / 128.0f;
-        model.transmittance_min = 5e-3f;
+        rules.alpha_min = 1.0f / 128.0f;
+        rules.transmittance_min = 5e-3f;
         break;
     case Quality::on_sensor:
         // Terms under four levels are skipped: an opaque footprint is 0.87 times as wide. The splats behind 1e-2 add at most 2.6 levels. A
         // limit of 3e-2 saves another 0.1 to 5 % of the pairs and costs 2.5 to 5 dB. On Sloth at 1280 x 720 it is 2 % behind the front.
-        model.alpha_min = 1.0f / 64.0f;
-        model.transmittance_min = 1e-2f;
+        rules.alpha_min = 1.0f / 64.0f;
+        rules.transmittance_min = 1e-2f;
         break;
     case Quality::training: // the constants of forward.cu and auxiliary.h
-        model.alpha_min = 1.0f / 255.0f;
-        model.alpha_max = 0.99f;
-        model.transmittance_min = 1e-4f;
-        model.stop = Stop::before_crossing;
-        model.footprint = Footprint::three_sigma_tiles;
-        model.near_plane = NearPlane::fixed;
-        model.dilation = 0.3f;
-        model.jacobian_limit = 1.3f;
+        rules.alpha_min = 1.0f / 255.0f;
+        rules.alpha_max = 0.99f;
+        rules.transmittance_min = 1e-4f;
+        rules.stop = Stop::before_crossing;
+        rules.footprint = Footprint::three_sigma_tiles;
+        rules.near_plane = NearPlane::fixed;
+        rules.dilation = 0.3f;
+        rules.jacobian_limit = 1.3f;
         break;
     }
-    return model;
+    return rules;
 }
 
 }}} // namespace tilemesh::splat

@@ -30,7 +30,7 @@ struct SetupDefaults {
 
     static constexpr Footprint footprint = Footprint::opacity_box;
     static constexpr float alpha_max = 1.0f;
-    static constexpr float transmittance_min = Model{}.transmittance_min;
+    static constexpr float transmittance_min = Rules{}.transmittance_min;
     /// Takes 0.70 to 0.74 times the host time of `precise`, and its error against the picture in double precision is not larger (measured
     /// by bench/frame and bench/error_vs_time).
     static constexpr Arithmetic arithmetic = Arithmetic::fast;

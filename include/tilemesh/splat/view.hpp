@@ -2,7 +2,7 @@
 #include <cstdint>
 #include <tilemesh/machine/grid.hpp>
 #include <tilemesh/splat/camera.hpp>
-#include <tilemesh/splat/model.hpp>
+#include <tilemesh/splat/rules.hpp>
 #include <type_traits>
 
 TILEMESH_EXACT_BEGIN
@@ -12,18 +12,18 @@ namespace tilemesh { inline namespace v0_2 { namespace splat {
 /// it. If the model fixes the near plane, the view's camera has that plane.
 struct View {
     Camera camera;
-    Model model;
+    Rules rules;
     float slope_limit[2]; ///< jacobian_limit * tan(half field of view); a huge number if the clamp is off
 };
 static_assert(std::is_trivially_copyable_v<View> && sizeof(View) == 76 + 36 + 8, "a view is plain words");
 
-inline View make_view(Camera const& camera, Model const& model) noexcept
+inline View make_view(Camera const& camera, Rules const& rules) noexcept
 {
-    float const limit = model.jacobian_limit > 0 ? model.jacobian_limit * 0.5f : 1e30f;
+    float const limit = rules.jacobian_limit > 0 ? rules.jacobian_limit * 0.5f : 1e30f;
     View view{camera,
-              model,
+              rules,
               {limit * static_cast<float>(camera.width) / camera.fx, limit * static_cast<float>(camera.height) / camera.fy}};
-    if (model.near_plane == NearPlane::fixed) view.camera.near_depth = fixed_near_depth;
+    if (rules.near_plane == NearPlane::fixed) view.camera.near_depth = fixed_near_depth;
     return view;
 }
 

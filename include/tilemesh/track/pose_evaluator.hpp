@@ -107,7 +107,7 @@ public:
     BasicPoseEvaluator& operator=(BasicPoseEvaluator const&) = delete;
 
     /// The rules of the picture. Change them between evaluations. Forward mode always has `precise` arithmetic.
-    splat::Model& model() noexcept { return model_; }
+    splat::Rules& rules() noexcept { return rules_; }
     splat::Tiling const& tiling() const noexcept { return layout_.tiling; }
     /// The slots of a tile's lists, in the machine's memory.
     splat::Sizes const& sizes() const noexcept { return sizes_; }
@@ -161,8 +161,8 @@ private:
     render::RecordKeeper<Policies> keeper_;
     std::vector<splat::Gaussian> gaussians_;         ///< by rows of the table
     std::vector<splat::pose::Terms> terms_;          ///< by rows, of this view
-    splat::Model model_;
-    splat::FrameRules rules_{};
+    splat::Rules rules_;
+    splat::PolicyWords rules_{};
     render::FrameLayout layout_{};
     std::unique_ptr<MeshType> mesh_;
     std::optional<splat::View> last_;
@@ -175,7 +175,7 @@ template <class S, template <class, class> class Engine>
 BasicPoseEvaluator<S, Engine>::BasicPoseEvaluator(scene::Map const& map, Extent2 frame, EvaluatorOptions options, EngineOptions engine)
     : options_(options), engine_(std::move(engine)), size_(frame), records_(map, degree_of(map)),
       cache_(by_reference ? records_.rows() : 0), keeper_(records_, &cache_), gaussians_(map.gaussians), terms_(by_reference ? records_.rows() : 0),
-      model_(render::model_of<splat::Lossless>())
+      rules_(render::rules_of<splat::Lossless>())
 {
     constexpr auto machine = size_of_machine<typename S::Machine>();
     bool const follows = options.tile.width == 0 && options.tile.height == 0;
@@ -206,7 +206,7 @@ NormalEquations BasicPoseEvaluator<S, Engine>::evaluate(splat::Camera const& cam
 {
     check(camera, options);
     if (!mesh_) build();
-    auto const view = splat::make_view(camera, model_);
+    auto const view = splat::make_view(camera, rules_);
     auto const tracking = tracking_of(camera, options);
     try {
         tell(view);
@@ -225,7 +225,7 @@ template <class S, template <class, class> class Engine>
 void BasicPoseEvaluator<S, Engine>::check(splat::Camera const& camera, TrackOptions const& o) const
 {
     render::check_camera(camera);
-    render::check_model(model_);
+    render::check_rules(rules_);
     if (camera.width != size_.width || camera.height != size_.height)
         throw Error("a camera of " + std::to_string(camera.width) + " x " + std::to_string(camera.height) + " pixels (frames are " +
                     std::to_string(size_.width) + " x " + std::to_string(size_.height) + "); scale its intrinsics");
@@ -254,7 +254,7 @@ void BasicPoseEvaluator<S, Engine>::build()
 {
     auto m = engine::plain_sizes<Program>(size_of_machine<typename S::Machine>(), sizes_, typename machine::Needs<Program>::States{},
                                           typename machine::Needs<Program>::Links{});
-    rules_ = splat::rules_of<splat::pose::Tracked<splat::Lossless>>();
+    rules_ = splat::policies_of<splat::pose::Tracked<splat::Lossless>>();
     m.template link<splat::Road<Policies>>().message_bytes = rules_.road_bytes;
     m.template link<splat::Beam<Policies>>().message_bytes = rules_.beam_bytes;
     auto const& t = layout_.tiling;
@@ -304,7 +304,7 @@ void BasicPoseEvaluator<S, Engine>::tell(splat::View const& view)
             });
     static_cast<splat::FrameParameters&>(frame) = {view, layout_.tiling, static_cast<std::uint8_t>(changed ? 1 : 0), 0, 0};
     if constexpr (by_reference) {
-        frame.rules = rules_;
+        frame.policies = rules_;
         cache_.point(frame);
         frame.terms = splat::HostPointer<splat::pose::Terms const>(terms_.data());
     }

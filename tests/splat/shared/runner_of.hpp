@@ -14,7 +14,7 @@ public:
     {
     }
     void render_into(splat::Camera const& camera, RenderedFrame& frame) override { renderer_.render_into(camera, frame); }
-    splat::Model& model() override { return renderer_.model(); }
+    splat::Rules& rules() override { return renderer_.rules(); }
     splat::Tiling const& tiling() override { return renderer_.tiling(); }
     Grid grid() override { return renderer_.mesh().grid(); }
     render::SetupFacts const& facts() override { return renderer_.facts(); }

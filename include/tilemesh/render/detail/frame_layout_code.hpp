@@ -39,12 +39,12 @@ TILEMESH_HOST void check_camera(splat::Camera const& camera)
         throw Error("a camera whose near plane or focal length is not above 0 (nothing in front of it can be projected); "
                     "correct the camera");
 }
-TILEMESH_HOST void check_model(splat::Model const& model)
+TILEMESH_HOST void check_rules(splat::Rules const& rules)
 {
-    if (!(model.alpha_min >= 0) || !(model.alpha_max >= 0) || !(model.transmittance_min >= 0) || !(model.dilation >= 0))
+    if (!(rules.alpha_min >= 0) || !(rules.alpha_max >= 0) || !(rules.transmittance_min >= 0) || !(rules.dilation >= 0))
         throw Error("a model whose alpha_min, alpha_max, transmittance_min or dilation is negative or not a number (it would "
                     "blend what is not light); correct the model");
-    for (float const v : model.background)
+    for (float const v : rules.background)
         if (!(v >= 0 && v <= 1)) throw Error("a background with a channel of " + std::to_string(v) + " (each is 0 to 1); correct the model");
 }
 

@@ -93,7 +93,7 @@ TILEMESH_HOST SetupFacts facts_of(HomesChoice const& c, splat::homes::Sizes cons
     SetupFacts f{};
     f.name = c.name;
     f.machine = c.machine;
-    f.rules = {1, 1, 0, sizeof(splat::homes::Parcel<splat::Splat>), sizeof(splat::homes::Parcel<splat::Splat>)};
+    f.policies = {1, 1, 0, sizeof(splat::homes::Parcel<splat::Splat>), sizeof(splat::homes::Parcel<splat::Splat>)};
     f.sizes.storage = sizes.held;
     f.sizes.road = f.sizes.beam = sizes.parcels;
     f.sizes.waiting = sizes.waiting;
@@ -104,7 +104,7 @@ TILEMESH_HOST SetupFacts facts_of(HomesChoice const& c, splat::homes::Sizes cons
     f.routes = f.blooms = true;
     f.has_depth = c.depth;
     f.has_alpha = c.alpha;
-    f.model = c.model;
+    f.rules = c.rules;
     f.sram_bytes = ledger.bytes;
     f.ledger = ledger.lines;
     return f;

@@ -12,15 +12,15 @@
 #include <tilemesh/report/reference_double.hpp>
 #include <tilemesh/splat/camera.hpp>
 #include <tilemesh/splat/gaussian.hpp>
-#include <tilemesh/splat/model.hpp>
+#include <tilemesh/splat/rules.hpp>
 #include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace report {
 
-TILEMESH_HOST CutOffs cut_offs(splat::Model const& model) noexcept
+TILEMESH_HOST CutOffs cut_offs(splat::Rules const& rules) noexcept
 {
-    return {double{model.alpha_min}, double{model.alpha_max}, double{model.transmittance_min},
-            model.footprint, 0.0, model.stop == splat::Stop::after_crossing};
+    return {double{rules.alpha_min}, double{rules.alpha_max}, double{rules.transmittance_min},
+            rules.footprint, 0.0, rules.stop == splat::Stop::after_crossing};
 }
 
 TILEMESH_HOST CutOffs no_cut_offs(double skip_below) noexcept

@@ -17,10 +17,10 @@ namespace tilemesh { inline namespace v0_2 { namespace scene {
 
 TILEMESH_HOST std::uint64_t Demand::key_of(splat::View view) noexcept
 {
-    view.model.arithmetic = {}; // these do not change the demand
-    view.model.stop = {};
-    view.model.alpha_max = view.model.transmittance_min = 0;
-    for (float& channel : view.model.background) channel = 0;
+    view.rules.arithmetic = {}; // these do not change the demand
+    view.rules.stop = {};
+    view.rules.alpha_max = view.rules.transmittance_min = 0;
+    for (float& channel : view.rules.background) channel = 0;
     unsigned char bytes[sizeof view];
     std::memcpy(bytes, &view, sizeof view);
     std::uint64_t key = 0xcbf29ce484222325u;
@@ -33,7 +33,7 @@ TILEMESH_HOST bool Demand::holds_for(splat::View const& view) const
     return culled == 0 || std::binary_search(scanned.begin(), scanned.end(), key_of(view));
 }
 
-TILEMESH_HOST Demand demand_of(Map const& map, splat::Model const& model)
+TILEMESH_HOST Demand demand_of(Map const& map, splat::Rules const& rules)
 {
     require_harmonics(map);
     Demand d;
@@ -42,7 +42,7 @@ TILEMESH_HOST Demand demand_of(Map const& map, splat::Model const& model)
         d.least_opacity = std::min(d.least_opacity, g.opacity);
         d.greatest_opacity = std::max(d.greatest_opacity, g.opacity);
         d.nearly_opaque += g.opacity > 0.99f ? 1 : 0;
-        d.too_faint += g.opacity >= model.alpha_min ? 0 : 1;
+        d.too_faint += g.opacity >= rules.alpha_min ? 0 : 1;
     }
     std::size_t const floats = 3 * splat::harmonics_per_channel(map.sh_degree);
     for (std::size_t row = 0; row < map.gaussians.size() && floats != 0; ++row) {

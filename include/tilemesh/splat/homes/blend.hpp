@@ -65,7 +65,7 @@ template <class Rule, class Stop>
 struct BlendStrips {
     template <class Set, class Kept, std::uint32_t Size>
     TILEMESH_KERNEL static void run(Kept& kept, Chunk<Size> const& c, std::uint32_t const* hits, std::uint32_t n, BlockPlace const& at,
-                                    std::uint32_t strips, Model const& m, RowLimits const& limits,
+                                    std::uint32_t strips, Rules const& m, RowLimits const& limits,
                                     std::uint32_t (&contributing)[strips_a_block]) noexcept
     {
         constexpr std::uint32_t N = Set::most_lanes;
@@ -87,7 +87,7 @@ struct BlendStrips {
 /// width of a strip, so that a worker writes only its own strips. With one worker, a stopped strip may be blended beside one that goes on; it
 /// changes no bit.
 template <class Rule, class Stop, std::uint32_t N, std::uint32_t Size, std::uint32_t Group, class Kept, class SplatAt>
-void blend_kept_by(Kept* blocks, Fold const& fold, TileId tile, Camera const& camera, Model const& model, std::uint32_t finished,
+void blend_kept_by(Kept* blocks, Fold const& fold, TileId tile, Camera const& camera, Rules const& rules, std::uint32_t finished,
                    std::uint32_t n, SplatAt const& at, Worker worker, std::uint32_t workers, Work& work) noexcept
 {
     struct Open {
@@ -96,7 +96,7 @@ void blend_kept_by(Kept* blocks, Fold const& fold, TileId tile, Camera const& ca
         std::uint32_t number, going, blended;
     };
     typename Rule::Denormals const denormals;
-    RowLimits const limits{model.alpha_min};
+    RowLimits const limits{rules.alpha_min};
     SetOf<N> const set{};
     Open group[Group];
     Chunk<Size> chunk;
@@ -108,7 +108,7 @@ void blend_kept_by(Kept* blocks, Fold const& fold, TileId tile, Camera const& ca
             auto const place = block_at(fold, tile, next);
             if (!place.exists || (finished & fold.bit_of(next)) != 0) continue;
             auto& b = group[open];
-            b.going = going_strips(blocks[next], strips_of(worker, next), model.transmittance_min);
+            b.going = going_strips(blocks[next], strips_of(worker, next), rules.transmittance_min);
             if (b.going == 0) continue;
             b.kept = blocks + next;
             b.number = next;
@@ -124,20 +124,20 @@ void blend_kept_by(Kept* blocks, Fold const& fold, TileId tile, Camera const& ca
                 auto& b = group[g];
                 fetch_part_ahead<Size>(begin + Size, n, g, open, at);
                 if (b.going == 0) continue;
-                std::uint32_t const count = set.template call<ListHits<Rule>>(chunk, most, b.at, model.alpha_max, &hits[0]);
+                std::uint32_t const count = set.template call<ListHits<Rule>>(chunk, most, b.at, rules.alpha_max, &hits[0]);
                 std::uint32_t contributing[strips_a_block] = {};
                 for (std::uint32_t done = 0; done < count && b.going != 0;) {
                     std::uint32_t part = blended_between_looks - b.blended % blended_between_looks;
                     if (part > count - done) part = count - done;
                     std::uint32_t const* const run = hits + done;
                     part = run_length<Rule>(run, part);
-                    set.template call<BlendStrips<Rule, Stop>>(*b.kept, chunk, run, part, b.at, b.going, model, limits, contributing);
+                    set.template call<BlendStrips<Rule, Stop>>(*b.kept, chunk, run, part, b.at, b.going, rules, limits, contributing);
                     for (std::uint32_t s = 0; s < strips_a_block; ++s)
                         if ((b.going >> s & 1u) != 0) work.strips[(b.number * strips_a_block + s) % workers] += part;
                     done += part;
                     b.blended += part;
                     if (b.blended % blended_between_looks == 0) {
-                        b.going = going_strips(*b.kept, b.going, model.transmittance_min);
+                        b.going = going_strips(*b.kept, b.going, rules.transmittance_min);
                         going -= b.going == 0 ? 1 : 0;
                     }
                 }
@@ -151,14 +151,14 @@ template <std::uint32_t N, std::uint32_t Size, std::uint32_t Group, class Kept, 
 void blend_kept(Kept* blocks, Fold const& fold, TileId tile, View const& view, std::uint32_t finished, std::uint32_t n, SplatAt const& at,
                 Worker worker, std::uint32_t workers, Work& work) noexcept
 {
-    Model const& model = view.model;
+    Rules const& rules = view.rules;
     auto const blend = [&](auto rule, auto stop) noexcept {
-        blend_kept_by<decltype(rule), decltype(stop), N, Size, Group>(blocks, fold, tile, view.camera, model, finished, n, at, worker, workers, work);
+        blend_kept_by<decltype(rule), decltype(stop), N, Size, Group>(blocks, fold, tile, view.camera, rules, finished, n, at, worker, workers, work);
     };
-    bool const each = model.arithmetic == Arithmetic::precise || !(model.alpha_min >= faintest_cut);
-    if (model.stop == Stop::after_crossing && each)
+    bool const each = rules.arithmetic == Arithmetic::precise || !(rules.alpha_min >= faintest_cut);
+    if (rules.stop == Stop::after_crossing && each)
         blend(EachPair{}, StopEachPixel{});
-    else if (model.stop == Stop::after_crossing)
+    else if (rules.stop == Stop::after_crossing)
         blend(FastRule{}, StopEachPixel{});
     else if (each)
         blend(EachPair{}, StopBeforeCrossing{});

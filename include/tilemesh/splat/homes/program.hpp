@@ -123,11 +123,11 @@ struct Advance {
         keys.truncate(0);
         order.truncate(0);
 
-        auto const& model = frame->view.model;
+        auto const& rules = frame->view.rules;
         std::uint32_t going = 0; // a bit is finished if none of its blocks goes on
         machine::in_form(machine::is_wide(*frame), blocks.begin(), [&](auto const* kept) noexcept {
             for (std::uint32_t b = 0; b < blocks.size(); ++b)
-                if (detail::going_strips(kept[b], (1u << detail::strips_a_block) - 1, model.transmittance_min) != 0) going |= frame->fold.bit_of(b);
+                if (detail::going_strips(kept[b], (1u << detail::strips_a_block) - 1, rules.transmittance_min) != 0) going |= frame->fold.bit_of(b);
         });
         window.finished = ~going;
 
@@ -175,7 +175,7 @@ struct Finish {
     void operator()(Broadcast<FrameParameters> frame, BlocksOf<P> const& blocks, Framebuffer<typename P::Pixel>& framebuffer,
                     Worker worker) const noexcept
     {
-        auto const& background = frame->view.model.background;
+        auto const& background = frame->view.rules.background;
         bool const wide = machine::is_wide(*frame);
         machine::in_form(wide, blocks.begin(), [&](auto const* kept) noexcept {
             machine::in_form(wide, framebuffer.begin(), [&](auto* all_pixels) noexcept {

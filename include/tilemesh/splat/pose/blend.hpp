@@ -256,7 +256,7 @@ template <bool Depth, class Stop>
 struct BlendMovingRow {
     template <class Set, std::uint32_t Size>
     TILEMESH_KERNEL static std::uint32_t run(MovingRow& row, MovingChunk<Size> const& c, std::uint32_t const* hits, std::uint32_t n,
-                                             splat::detail::BlockPlace const& at, std::uint32_t k, Model const& m) noexcept
+                                             splat::detail::BlockPlace const& at, std::uint32_t k, Rules const& m) noexcept
     {
         using namespace splat::detail;
         constexpr std::uint32_t N = Set::most_lanes;

@@ -87,7 +87,7 @@ struct MotionBasis {
         free_x = A::select(A::magnitude(sx) <= A::all(view.slope_limit[0]), one, zero);
         free_y = A::select(A::magnitude(sy) <= A::all(view.slope_limit[1]), one, zero);
         px = fx * per_z, py = fy * per_z;
-        h_a = A::all(-2.0f * view.model.dilation) * along;
+        h_a = A::all(-2.0f * view.rules.dilation) * along;
         a_s = across / along;
         nn_a = along / across - h_a * A::multiply_add(k, k, one);
     }

@@ -93,7 +93,7 @@ void evaluate_by(PixelRect const& tile, View const& view, Tracking const& tracki
     using namespace splat::detail;
     static_assert(block_height % Rows == 0, "a part is whole rows, and all parts of a block are alike");
     SetOf<N> const set{};
-    Model const& model = view.model;
+    Rules const& rules = view.rules;
     OpenPart parts[Group];
     MovingChunk<Size> chunk;
     std::uint32_t hits[Size + SetOf<N>::most_lanes];
@@ -129,11 +129,11 @@ void evaluate_by(PixelRect const& tile, View const& view, Tracking const& tracki
             for (std::uint32_t b = 0; b < open; ++b) {
                 auto& part = parts[b];
                 if (part.done) continue;
-                std::uint32_t const count = set.template call<ListHits<EachPair>>(chunk, taken, part.at, model.alpha_max, &hits[0]);
+                std::uint32_t const count = set.template call<ListHits<EachPair>>(chunk, taken, part.at, rules.alpha_max, &hits[0]);
                 std::uint32_t const first_row = static_cast<std::uint32_t>(part.at.row) + part.first; // rows outside the tile have no pixel that blends
                 for (std::uint32_t k = part.live.y0 - first_row; k < part.live.y1 - first_row; ++k)
-                    shares.contributing[part.share] += set.template call<BlendMovingRow<Depth, Stop>>(work.rows[b][k], chunk, &hits[0], count, part.at, part.first + k, model);
-                if (all_stopped(work.rows[b], model.transmittance_min)) part.done = true, --going;
+                    shares.contributing[part.share] += set.template call<BlendMovingRow<Depth, Stop>>(work.rows[b][k], chunk, &hits[0], count, part.at, part.first + k, rules);
+                if (all_stopped(work.rows[b], rules.transmittance_min)) part.done = true, --going;
             }
         }
         for (std::uint32_t b = 0; b < open; ++b) {
@@ -150,7 +150,7 @@ void evaluate_by(PixelRect const& tile, View const& view, Tracking const& tracki
                     seen.field[3][i] = pixel.depth;
                 }
                 auto const& row = work.rows[b][y - static_cast<std::uint32_t>(part.at.row) - part.first];
-                set.template call<MakeRows<Depth>>(row, seen, model.background, tracking.sums, work.made);
+                set.template call<MakeRows<Depth>>(row, seen, rules.background, tracking.sums, work.made);
                 CellRows const* finished = &work.made;
                 if (cells) {
                     work.cells.add(work.made, tracking.cell);
@@ -186,7 +186,7 @@ void evaluate_tile(PixelRect const& tile, View const& view, Tracking const& trac
         detail::evaluate_by<decltype(depth)::value, decltype(stop), Lanes, Group, Rows, Size>(tile, view, tracking, n, at, terms_at, target, work,
                                                                                           shares, worker);
     };
-    bool const after = view.model.stop == Stop::after_crossing;
+    bool const after = view.rules.stop == Stop::after_crossing;
     if (tracking.with_depth != 0)
         after ? with(std::true_type{}, splat::detail::StopEachPixel{}) : with(std::true_type{}, splat::detail::StopBeforeCrossing{});
     else

@@ -37,7 +37,7 @@ inline constexpr float fixed_near_depth = 0.2f;
 /// Jacobian clamp). The cut-offs differ: `error` in a report measures their effect.
 ///
 /// Sources: 1/255, 0.3, 1.3 and 3 sigma are the constants of 3D Gaussian Splatting (Kerbl et al. 2023).
-struct Model {
+struct Rules {
     float alpha_min = 1.0f / 255.0f;    ///< a term with a smaller alpha is skipped
     float alpha_max = 1.0f;             ///< 0.99 in the paper's presets; there it costs 2.5 levels where opaque layers overlap
     /// A pixel is finished once its transmittance is below this limit; `stop` says whether the term that crosses the limit is blended. 3D
@@ -53,7 +53,7 @@ struct Model {
     /// Linear RGB, 0 to 1. A pixel is C + T background, with the colour C that its splats give it and the transmittance T behind them.
     float background[3] = {0, 0, 0};
 };
-static_assert(sizeof(Model) == 36, "a model is plain words without padding: two of them are compared as bytes");
+static_assert(sizeof(Rules) == 36, "rules are plain words without padding: two of them are compared as bytes");
 
 /// Is the background black? Then no pixel is touched for it.
 constexpr bool is_black(float const (&background)[3]) noexcept
