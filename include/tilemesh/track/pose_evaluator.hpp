@@ -162,7 +162,7 @@ private:
     std::vector<splat::Gaussian> gaussians_;         ///< by rows of the table
     std::vector<splat::pose::Terms> terms_;          ///< by rows, of this view
     splat::Rules rules_;
-    splat::PolicyWords rules_{};
+    splat::PolicyWords policies_{};
     render::FrameLayout layout_{};
     std::unique_ptr<MeshType> mesh_;
     std::optional<splat::View> last_;
@@ -254,9 +254,9 @@ void BasicPoseEvaluator<S, Engine>::build()
 {
     auto m = engine::plain_sizes<Program>(size_of_machine<typename S::Machine>(), sizes_, typename machine::Needs<Program>::States{},
                                           typename machine::Needs<Program>::Links{});
-    rules_ = splat::policies_of<splat::pose::Tracked<splat::Lossless>>();
-    m.template link<splat::Road<Policies>>().message_bytes = rules_.road_bytes;
-    m.template link<splat::Beam<Policies>>().message_bytes = rules_.beam_bytes;
+    policies_ = splat::policies_of<splat::pose::Tracked<splat::Lossless>>();
+    m.template link<splat::Road<Policies>>().message_bytes = policies_.road_bytes;
+    m.template link<splat::Beam<Policies>>().message_bytes = policies_.beam_bytes;
     auto const& t = layout_.tiling;
     mesh_ = std::make_unique<MeshType>(Program{}, Grid{t.columns, t.rows}, m, engine_);
     last_.reset();
@@ -304,7 +304,7 @@ void BasicPoseEvaluator<S, Engine>::tell(splat::View const& view)
             });
     static_cast<splat::FrameParameters&>(frame) = {view, layout_.tiling, static_cast<std::uint8_t>(changed ? 1 : 0), 0, 0};
     if constexpr (by_reference) {
-        frame.policies = rules_;
+        frame.policies = policies_;
         cache_.point(frame);
         frame.terms = splat::HostPointer<splat::pose::Terms const>(terms_.data());
     }
