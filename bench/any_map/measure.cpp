@@ -134,10 +134,10 @@ private:
     {
         auto& picture = pictures_[view];
         if (!picture) {
-            splat::Rules model = tilemesh::render::choice_of<splat::Lossless>().model;
-            model.arithmetic = splat::Arithmetic::precise;
-            if (options_.spoil) model.alpha_max = bench::spoilt_alpha_max;
-            picture = tilemesh::report::render_naive(scene_.map.gaussians, views_[view].cameras.back(), model);
+            splat::Rules rules = tilemesh::render::choice_of<splat::Lossless>().rules;
+            rules.arithmetic = splat::Arithmetic::precise;
+            if (options_.spoil) rules.alpha_max = bench::spoilt_alpha_max;
+            picture = tilemesh::report::render_naive(scene_.map.gaussians, views_[view].cameras.back(), rules);
         }
         return *picture;
     }
@@ -167,7 +167,7 @@ private:
     {
         auto& row = add(view, program);
         auto setup = program == Program::paper ? tilemesh::render::choice_of<splat::Paper>() : tilemesh::render::choice_of<splat::Lossless>();
-        setup.model.arithmetic = splat::Arithmetic::precise;
+        setup.rules.arithmetic = splat::Arithmetic::precise;
         auto const machine = bench::make_traced_machine(
             scene_.map, setup, {.threads = options_.threads, .grid = {grid_.width, grid_.height}, .keep_pixels = false});
         for (auto const& camera : views_[view].cameras) machine->render(camera);

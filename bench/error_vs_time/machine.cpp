@@ -36,7 +36,7 @@ public:
                                         .storage_slots = setting.limits.storage_slots},
                                        {})
     {
-        renderer_.rules() = setting.model;
+        renderer_.rules() = setting.rules;
     }
     void settle(splat::Camera const& first, splat::Camera const& second) override
     {
@@ -87,7 +87,7 @@ public:
         machine_ = bench::make_homes_machine(map_, {.held = setting_.limits.storage_slots != 0 ? setting_.limits.storage_slots : 100'000, // as above
                                                     .homes = std::max(homes, 1u),
                                                     .slots = setting_.limits.channel_slots,
-                                                    .model = setting_.model,
+                                                    .rules = setting_.rules,
                                                     .threads = threads_,
                                                     .grid = grid});
         for (auto const* camera : {&first, &second, &first}) render(*camera);

@@ -31,10 +31,10 @@ PaperFrame render_paper(scene::Map const& map, splat::Camera const& camera, std:
     auto setup = render::choice_of<splat::Paper>();
     setup.sizes.road = setup.sizes.beam = channel_slots;
     setup.sizes.storage = storage_slots;
-    setup.model.arithmetic = splat::Arithmetic::precise; // because the picture is compared with the naive picture
+    setup.rules.arithmetic = splat::Arithmetic::precise; // because the picture is compared with the naive picture
     auto const machine = bench::make_machine(map, setup, {.threads = threads, .grid = {grid_columns, grid_rows}});
     machine->render(camera);
-    return {machine->image(), machine->report(), setup.model};
+    return {machine->image(), machine->report(), setup.rules};
 }
 
 } // namespace paper

@@ -109,9 +109,9 @@ std::vector<Row> measure(Point const& point, Options const& options, std::vector
         Row row;
     };
     bench::Direct direct(scene.map.gaussians);
-    tilemesh::splat::Rules model;
-    model.arithmetic = tilemesh::splat::Lossless::arithmetic;
-    if (options.spoil) model.alpha_max = bench::spoilt_alpha_max;
+    tilemesh::splat::Rules rules;
+    rules.arithmetic = tilemesh::splat::Lossless::arithmetic;
+    if (options.spoil) rules.alpha_max = bench::spoilt_alpha_max;
     std::vector<std::unique_ptr<Contest>> contests;
     for (auto const threads : options.threads) {
         auto contest = std::make_unique<Contest>(threads);
@@ -133,7 +133,7 @@ std::vector<Row> measure(Point const& point, Options const& options, std::vector
     }
     for (std::size_t i = 1; i < cameras.size(); ++i)
         for (auto& c : contests) {
-            direct.render(cameras[i], model, c->team);
+            direct.render(cameras[i], rules, c->team);
             c->team.rest();
             c->machine->wake(cameras[i]);
             c->machine->render(cameras[i]);

@@ -657,7 +657,7 @@ private:
     void describe()
     {
         auto const& facts = core_->facts();
-        auto const& model = core_->rules();
+        auto const& rules = core_->rules();
         auto const limited = [](std::uint32_t asked, std::uint32_t own) { return asked != 0 ? asked : own; };
         run_ = {};
         run_.map = {map_->name, map_->path, map_->gaussians.size(), map_->rejected, map_->notes};
@@ -665,15 +665,15 @@ private:
                         limited(used_.channel_slots, facts.sizes.beam), facts.ledger};
         run_.preset = facts.name;
         run_.engine = "threads";
-        run_.cut_offs = {model.alpha_min, model.transmittance_min, model.alpha_max};
-        run_.background = {model.background[0], model.background[1], model.background[2]};
+        run_.cut_offs = {rules.alpha_min, rules.transmittance_min, rules.alpha_max};
+        run_.background = {rules.background[0], rules.background[1], rules.background[2]};
         run_.policies = {splat::RowFirst::name,
                          facts.policies.carried != 0 ? splat::Carried::name : splat::Recomputed::name,
                          facts.policies.holds != 0 ? splat::Hold::name : splat::Drop::name,
-                         model.footprint == splat::Footprint::opacity_box ? "opacity_box" : "three_sigma_square",
+                         rules.footprint == splat::Footprint::opacity_box ? "opacity_box" : "three_sigma_square",
                          facts.policies.reusable != 0 ? splat::WorldCopies::name : splat::ScreenCopies::name,
                          facts.colour == tilemesh::render::ColourFormat::rgbx8 ? splat::Rgbx8Pixel::name : splat::FloatPixel::name,
-                         model.arithmetic == splat::Arithmetic::precise ? "precise" : "fast",
+                         rules.arithmetic == splat::Arithmetic::precise ? "precise" : "fast",
                          used_.hops,
                          0};
         auto const& tiling = core_->tiling();
