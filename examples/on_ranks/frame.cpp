@@ -1,6 +1,7 @@
 // A frame over the ranks of MPI: `mpirun -n 4 frame_on_ranks`. Rank 0 gets the picture, every rank the report.
 #include <iostream>
 #include <mpi.h>
+#include <tilemesh/render/ranks/host.hpp>
 #include <tilemesh/mpi/mpi_mesh.hpp>
 #include <tilemesh/renderer.hpp>
 #include <tilemesh/report/image_file.hpp>

@@ -3,7 +3,7 @@
 #include "ranks.hpp"
 #include "renderers.hpp"
 #include <algorithm>
-#include <tilemesh/render/auto_renderer.hpp>
+#include <tilemesh/auto_renderer.hpp>
 #include <tilemesh/splat/setup.hpp>
 #include <utility>
 #include <vector>
@@ -90,15 +90,15 @@ std::unique_ptr<AnyRenderer> make_homes(Choice const& choice, tilemesh::scene::M
                                         tilemesh::RendererOptions const& options)
 {
     auto const homes = homes_of(choice, std::min(demand.sh_degree, map.sh_degree));
-    auto const needed = tilemesh::scene::needed(map, demand);
+    auto needed = tilemesh::scene::needed(map, demand);
     // Sequentially, a trace beside the checks costs little.
-    if (choice.engine == EngineKind::sequential || choice.trace) return make_homes_traced(needed, homes, options, choice.engine);
-    if (choice.planes()) return render::make_homes_renderer<render::HomesPlanes>(needed, homes, options);
-    return render::make_homes_renderer<>(needed, homes, options);
+    if (choice.engine == EngineKind::sequential || choice.trace) return make_homes_traced(std::move(needed), homes, options, choice.engine);
+    if (choice.planes()) return render::make_homes_renderer<render::HomesPlanes>(std::move(needed), homes, options);
+    return render::make_homes_renderer<>(std::move(needed), homes, options);
 }
 
 /// The instruments of whichever program renders.
-class AutoInstruments final : public render::AutoRenderer, public Instruments {
+class AutoInstruments final : public tilemesh::AutoRenderer, public Instruments {
 public:
     using AutoRenderer::AutoRenderer;
     tilemesh::Trace take_trace() override { return now().take_trace(); }
@@ -117,24 +117,25 @@ std::unique_ptr<AnyRenderer> make_renderer(Choice const& choice, tilemesh::scene
                                            tilemesh::scene::Demand const& demand, tilemesh::RendererOptions options)
 {
     bool const over_ranks = ranks::number() > 1;
-    auto const with_homes = [&choice, &map, &demand, options, over_ranks] {
+    auto const with_homes = [&choice, &map, &demand, options, over_ranks](tilemesh::scene::Map const&) {
         return over_ranks ? ranks::make_homes(choice, demand, options) : make_homes(choice, map, demand, options);
     };
     std::unique_ptr<AnyRenderer> renderer;
     if (options.program == tilemesh::report::Program::homes) {
-        renderer = with_homes();
+        renderer = with_homes(map);
     } else if (over_ranks) {
         renderer = ranks::make(choice, demand, options);
         bool const may_fit = render::may_fit_anchored(demand.gaussians - demand.culled, renderer->facts(), options);
-        if (!choice.stays_anchored) renderer = std::make_unique<render::AutoRenderer>(std::move(renderer), with_homes, may_fit);
+        if (!choice.stays_anchored) renderer = std::make_unique<tilemesh::AutoRenderer>(std::move(renderer), with_homes, may_fit);
     } else {
         auto const setup = setup_for(choice, demand);
-        auto const needed = tilemesh::scene::needed(map, demand);
+        auto needed = tilemesh::scene::needed(map, demand);
+        auto const records = needed.gaussians.size();
         auto const make = choice.trace ? make_anchored_traced : make_anchored;
-        renderer = make(needed, render::facts_of(setup), options, choice.engine);
-        bool const may_fit = render::may_fit_anchored(needed.gaussians.size(), renderer->facts(), options);
+        renderer = make(std::move(needed), render::facts_of(setup), options, choice.engine);
+        bool const may_fit = render::may_fit_anchored(records, renderer->facts(), options);
         if (!choice.stays_anchored && choice.trace) renderer = std::make_unique<AutoInstruments>(std::move(renderer), with_homes, may_fit);
-        else if (!choice.stays_anchored) renderer = std::make_unique<render::AutoRenderer>(std::move(renderer), with_homes, may_fit);
+        else if (!choice.stays_anchored) renderer = std::make_unique<tilemesh::AutoRenderer>(std::move(renderer), with_homes, may_fit);
     }
     renderer->hold_to(demand);
     return renderer;

@@ -27,8 +27,8 @@
 #include <new>
 #include <optional>
 #include <string>
+#include <tilemesh/auto_renderer.hpp>
 #include <tilemesh/error.hpp>
-#include <tilemesh/render/auto_renderer.hpp>
 #include <tilemesh/report/error_measures.hpp>
 #include <tilemesh/report/frame_report.hpp>
 #include <tilemesh/report/run_report.hpp>
@@ -269,7 +269,7 @@ void render_frames(Options const& options, scene::Map const& map, std::vector<re
 /// the program of homes, if it rendered.
 std::string note_missing(Options const& options, render_map::Needs const& needs, render_map::AnyRenderer& renderer, report::RunReport& run)
 {
-    auto const* const both = dynamic_cast<tilemesh::render::AutoRenderer const*>(&renderer);
+    auto const* const both = dynamic_cast<tilemesh::AutoRenderer const*>(&renderer);
     describe_homes(options, needs, renderer, run);
     if (both && !both->change_refused().empty())
         run.notes.push_back("the program of homes cannot take over: " + both->change_refused());

@@ -10,7 +10,6 @@
 #include <string>
 #include <system_error>
 #include <tilemesh/error.hpp>
-#include <tilemesh/render/row_shares.hpp>
 #include <tilemesh/scene/frame_whole.hpp>
 #include <tilemesh/scene/map_file.hpp>
 #include <tilemesh/scene/orbit.hpp>
@@ -108,10 +107,9 @@ void scatter(scene::Map& map)
     auto const floats = 3 * std::size_t{splat::harmonics_per_channel(map.sh_degree)};
     std::vector<std::uint64_t> counts, coefficients;
     all->together([&] {
-        auto const rows = map.gaussians.size();
+        std::uint64_t const rows = map.gaussians.size();
         for (std::uint64_t p = 0; p < all->size(); ++p) {
-            using Shares = tilemesh::render::RowShares;
-            counts.push_back(Shares::part_of(rows, p + 1, all->size()) - Shares::part_of(rows, p, all->size()));
+            counts.push_back(rows * (p + 1) / all->size() - rows * p / all->size());
             coefficients.push_back(counts.back() * floats);
         }
     });
@@ -224,6 +222,7 @@ public:
     }
     splat::Rules& rules() override { return own_->rules(); }
     void hold_to(scene::Demand const&) override {} // all processes have done that
+    scene::Map const& map() const override { return own_->map(); } // this process's share
     tilemesh::Extent2 grid() override { return own_->grid(); }
     tilemesh::Extent2 tile() override { return own_->tile(); }
     tilemesh::render::SetupFacts const& facts() const override { return own_->facts(); }

@@ -2,9 +2,10 @@
 #include "choice.hpp"
 #include <memory>
 #include <tilemesh/fit_renderer.hpp>
+#include <tilemesh/render/ranks/host.hpp>
 #include <tilemesh/mpi/mpi_mesh.hpp>
+#include <tilemesh/render/ranks/value_form.hpp>
 #include <tilemesh/render/homes_renderer.hpp>
-#include <tilemesh/render/value_form.hpp>
 #include <type_traits>
 #include <utility>
 
@@ -16,30 +17,30 @@ struct RankSetup : tilemesh::splat::Fitted<tilemesh::splat::Lossless, Degree, Ro
     using Pixel = std::conditional_t<Planes, tilemesh::splat::WithAlpha<tilemesh::splat::WithDepth<tilemesh::splat::FloatPixel>>,
                                      tilemesh::splat::FloatPixel>;
 };
-using MakeRankRenderer = std::unique_ptr<AnyRenderer>(tilemesh::scene::Map const&, tilemesh::render::SetupFacts,
+using MakeRankRenderer = std::unique_ptr<AnyRenderer>(tilemesh::scene::Map, tilemesh::render::SetupFacts,
                                                       tilemesh::RendererOptions const&, MPI_Comm);
 template <bool Planes, std::uint32_t Degree, bool Routes = true, bool Blooms = true>
-std::unique_ptr<AnyRenderer> make_on_ranks(tilemesh::scene::Map const& map, tilemesh::render::SetupFacts facts,
+std::unique_ptr<AnyRenderer> make_on_ranks(tilemesh::scene::Map map, tilemesh::render::SetupFacts facts,
                                            tilemesh::RendererOptions const& options, MPI_Comm comm)
 {
     using Setup = tilemesh::splat::Valued<RankSetup<Planes, Degree, Routes, Blooms>>;
     using Core = tilemesh::render::FrameRenderer<tilemesh::splat::PoliciesOf<Setup>, tilemesh::MpiMesh, tilemesh::AnyMachine>;
     tilemesh::MpiMeshOptions engine;
     engine.comm = comm;
-    return std::make_unique<tilemesh::RendererOver<Core>>(map, std::move(facts), options, std::move(engine));
+    return std::make_unique<tilemesh::RendererOver<Core>>(std::move(map), std::move(facts), options, std::move(engine));
 }
 
-using MakeRankHomes = std::unique_ptr<AnyRenderer>(tilemesh::scene::Map const&, tilemesh::render::HomesChoice const&,
+using MakeRankHomes = std::unique_ptr<AnyRenderer>(tilemesh::scene::Map, tilemesh::render::HomesChoice const&,
                                                    tilemesh::RendererOptions const&, MPI_Comm);
 /// The program of homes by value: records of any degree up to `Degree`, and colours in either format.
 template <std::uint32_t Degree, class Pixel>
-std::unique_ptr<AnyRenderer> make_homes_on_ranks(tilemesh::scene::Map const& map, tilemesh::render::HomesChoice const& choice,
+std::unique_ptr<AnyRenderer> make_homes_on_ranks(tilemesh::scene::Map map, tilemesh::render::HomesChoice const& choice,
                                                  tilemesh::RendererOptions const& options, MPI_Comm comm)
 {
     using Policies = tilemesh::splat::homes::ValuePolicies<Degree, Pixel>;
     tilemesh::MpiMeshOptions engine;
     engine.comm = comm;
-    return std::make_unique<tilemesh::render::HomesRenderer<Policies, tilemesh::MpiMesh>>(map, choice, options, std::move(engine));
+    return std::make_unique<tilemesh::render::HomesRenderer<Policies, tilemesh::MpiMesh>>(std::move(map), choice, options, std::move(engine));
 }
 
 /// One function for each compiled renderer: by degree 0 or 3, and by planes.

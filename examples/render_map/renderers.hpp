@@ -10,13 +10,13 @@
 /// trace: there is one renderer a program.
 namespace render_map {
 
-std::unique_ptr<AnyRenderer> make_anchored(tilemesh::scene::Map const& map, tilemesh::render::SetupFacts facts,
+std::unique_ptr<AnyRenderer> make_anchored(tilemesh::scene::Map map, tilemesh::render::SetupFacts facts,
                                            tilemesh::RendererOptions const& options, EngineKind engine);
 /// With a trace. The renderer is `Instruments`.
-std::unique_ptr<AnyRenderer> make_anchored_traced(tilemesh::scene::Map const& map, tilemesh::render::SetupFacts facts,
+std::unique_ptr<AnyRenderer> make_anchored_traced(tilemesh::scene::Map map, tilemesh::render::SetupFacts facts,
                                                   tilemesh::RendererOptions const& options, EngineKind engine);
 /// The program of homes with a trace. The renderer is `Instruments`.
-std::unique_ptr<AnyRenderer> make_homes_traced(tilemesh::scene::Map const& map, tilemesh::render::HomesChoice const& choice,
+std::unique_ptr<AnyRenderer> make_homes_traced(tilemesh::scene::Map map, tilemesh::render::HomesChoice const& choice,
                                                tilemesh::RendererOptions const& options, EngineKind engine);
 
 } // namespace render_map

@@ -18,9 +18,9 @@ class TracedRenderer final : public tilemesh::RendererOver<R>, public Instrument
     using Steps = typename R::Steps;
 
 public:
-    TracedRenderer(tilemesh::scene::Map const& map, tilemesh::render::SetupFacts facts, tilemesh::RendererOptions const& options,
+    TracedRenderer(tilemesh::scene::Map map, tilemesh::render::SetupFacts facts, tilemesh::RendererOptions const& options,
                    typename R::EngineOptions engine)
-        : Base(map, std::move(facts), options, std::move(engine))
+        : Base(std::move(map), std::move(facts), options, std::move(engine))
     {
         this->renderer().observe([this](tilemesh::SuperstepEvent const& event) { look(event); });
     }

@@ -15,9 +15,9 @@ class TracedHomes final : public tilemesh::render::HostHomesRenderer, public Ins
     using Base = tilemesh::render::HostHomesRenderer;
 
 public:
-    TracedHomes(tilemesh::scene::Map const& map, tilemesh::render::HomesChoice const& choice, tilemesh::RendererOptions const& options,
+    TracedHomes(tilemesh::scene::Map map, tilemesh::render::HomesChoice const& choice, tilemesh::RendererOptions const& options,
                 EngineOptions engine)
-        : Base(map, choice, options, engine)
+        : Base(std::move(map), choice, options, engine)
     {
         this->observe([this](tilemesh::SuperstepEvent const& event) { look(event); });
     }

@@ -5,6 +5,7 @@
 #include <tilemesh/render/picture.hpp>
 #include <tilemesh/render/setup_facts.hpp>
 #include <tilemesh/scene/demand.hpp>
+#include <tilemesh/scene/map.hpp>
 #include <tilemesh/splat/camera.hpp>
 #include <tilemesh/splat/rules.hpp>
 #include <vector>
@@ -21,6 +22,7 @@ public:
     /// Names the demand to which the map was reduced. From now on `render` throws Error for a view that the demand does not cover, and it
     /// counts the records that were not loaded as parked.
     virtual void hold_to(scene::Demand const& demand) = 0;
+    virtual scene::Map const& map() const = 0;            ///< the records that the renderer has; perhaps in another order
     virtual Extent2 grid() = 0;                           ///< tiles of the last frame; call `render` first
     virtual Extent2 tile() = 0;                           ///< pixels of a tile in the last frame; call `render` first
 

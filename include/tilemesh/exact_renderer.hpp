@@ -1,9 +1,9 @@
 #pragma once
 #include <memory>
 #include <tilemesh/any_renderer.hpp>
+#include <tilemesh/auto_renderer.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/fit_renderer.hpp>
-#include <tilemesh/render/auto_renderer.hpp>
 #include <tilemesh/render/homes_choice.hpp>
 #include <tilemesh/scene/demand.hpp>
 #include <utility>
@@ -12,11 +12,11 @@ namespace tilemesh { inline namespace v0_2 {
 
 /// Returns a renderer whose pictures are complete, for a map of any density and for any cameras, on host threads. `Base` is a setup of
 /// the library that holds (`Hold`). It runs `options.program`. `automatic` runs the anchored program until a frame would lack something, then the program of homes
-/// (render::AutoRenderer). A bound on rounds (`options.rounds`) may leave tiles unfinished; a bound on hops keeps `automatic` on the anchored
+/// (AutoRenderer). A bound on rounds (`options.rounds`) may leave tiles unfinished; a bound on hops keeps `automatic` on the anchored
 /// program.
 ///
 /// Throws Error if the machine has no room for the map: each record needs a place on some tile, whichever program runs; also for options
-/// that only the other program has (homes: no `tile`, no `hops`). Cost: `automatic` keeps a copy of the map.
+/// that only the other program has (homes: no `tile`, no `hops`).
 template <class Base = splat::Lossless>
 std::unique_ptr<AnyRenderer> exact_renderer(scene::Map const& map, RendererOptions const& options = {})
 {
@@ -40,7 +40,7 @@ std::unique_ptr<AnyRenderer> exact_renderer(scene::Map const& map, RendererOptio
     auto anchored = fit_to_map<Base>(map, options);
     if (options.program == Program::anchored || only_anchored) return anchored;
     bool const may_fit = render::may_fit_anchored(map.gaussians.size(), anchored->facts(), options);
-    return std::make_unique<render::AutoRenderer>(std::move(anchored), [make_homes, map] { return make_homes(map); }, may_fit);
+    return std::make_unique<AutoRenderer>(std::move(anchored), make_homes, may_fit);
 }
 
 }} // namespace tilemesh

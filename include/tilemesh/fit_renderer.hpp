@@ -20,8 +20,8 @@ class RendererOver : public AnyRenderer {
 public:
     using Renderer = R;
 
-    RendererOver(scene::Map const& map, render::SetupFacts facts, RendererOptions const& options, typename R::EngineOptions engine = {})
-        : renderer_(map, std::move(facts), options, std::move(engine))
+    RendererOver(scene::Map map, render::SetupFacts facts, RendererOptions const& options, typename R::EngineOptions engine = {})
+        : renderer_(std::move(map), std::move(facts), options, std::move(engine))
     {
     }
 
@@ -29,32 +29,27 @@ public:
 
     RenderedFrame render(splat::Camera const& camera) override
     {
-        if (!demand_.holds_for(splat::make_view(camera, renderer_.rules())))
-            throw Error("a view that the demand was not made for (" + std::to_string(demand_.culled) +
-                        " records that its path does not show are not loaded); make the demand of all views, with the model");
+        views_.require(splat::make_view(camera, renderer_.rules()));
         auto frame = renderer_.render(camera);
-        frame.report.gaussians.parked += demand_.culled;
+        frame.report.gaussians.parked += views_.culled();
         return frame;
     }
     splat::Rules& rules() override { return renderer_.rules(); }
-    void hold_to(scene::Demand const& demand) override
-    {
-        demand_.scanned = demand.scanned; // first, because this may throw
-        demand_.culled = demand.culled;
-    }
+    void hold_to(scene::Demand const& demand) override { views_ = scene::LoadedViews(demand); }
     Extent2 grid() override
     {
         auto const grid = renderer_.mesh().grid();
         return {grid.width, grid.height};
     }
     Extent2 tile() override { return {renderer_.tiling().tile_width, renderer_.tiling().tile_height}; }
+    scene::Map const& map() const override { return renderer_.map(); }
     render::SetupFacts const& facts() const override { return renderer_.facts(); }
     bool routes() const override { return renderer_.facts().routes; }
     bool blooms() const override { return renderer_.facts().blooms; }
 
 private:
     R renderer_;
-    scene::Demand demand_; ///< only the facts about views
+    scene::LoadedViews views_;
 };
 
 namespace detail {
@@ -83,8 +78,8 @@ class RendererOf : public RendererOver<typename detail::Renders<S, Engine>::type
     using Base = RendererOver<typename detail::Renders<S, Engine>::type::Core>;
 
 public:
-    RendererOf(scene::Map const& map, RendererOptions const& options, typename Base::Renderer::EngineOptions engine = {})
-        : Base(map, render::facts_of<S>(options), options, std::move(engine))
+    RendererOf(scene::Map map, RendererOptions const& options, typename Base::Renderer::EngineOptions engine = {})
+        : Base(std::move(map), render::facts_of<S>(options), options, std::move(engine))
     {
     }
 };

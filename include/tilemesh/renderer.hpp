@@ -73,8 +73,8 @@ public:
     using typename Core::EngineOptions;
 
     /// `engine`: the engine's other options. The renderer sets its threads and digest from `options`.
-    explicit BasicRenderer(scene::Map const& map, RendererOptions options = {}, EngineOptions engine = {})
-        : Core(map, render::facts_of<Value>(options), options, for_machine(std::move(engine)))
+    explicit BasicRenderer(scene::Map map, RendererOptions options = {}, EngineOptions engine = {})
+        : Core(std::move(map), render::facts_of<Value>(options), options, for_machine(std::move(engine)))
     {
     }
 

@@ -7,6 +7,8 @@
 #include <cstring>
 #include <doctest/doctest.h>
 #include <memory>
+#include <tilemesh/render/ranks/host.hpp>
+#include <tilemesh/render/ranks/row_shares.hpp>
 #include <tilemesh/render/homes_renderer.hpp>
 #include <tilemesh/scene/frame_whole.hpp>
 #include <tilemesh/scene/orbit.hpp>

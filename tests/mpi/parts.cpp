@@ -11,8 +11,9 @@
 #include <span>
 #include <sstream>
 #include <string>
-#include <tilemesh/render/row_shares.hpp>
-#include <tilemesh/render/row_weights.hpp>
+#include <tilemesh/render/ranks/host.hpp>
+#include <tilemesh/render/ranks/row_shares.hpp>
+#include <tilemesh/render/ranks/row_weights.hpp>
 #include <tilemesh/renderer.hpp>
 #include <tilemesh/scene/demand.hpp>
 #include <tilemesh/scene/ply.hpp>

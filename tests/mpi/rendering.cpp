@@ -5,7 +5,8 @@
 #include <cstring>
 #include <doctest/doctest.h>
 #include <string>
-#include <tilemesh/render/value_form.hpp>
+#include <tilemesh/render/ranks/host.hpp>
+#include <tilemesh/render/ranks/value_form.hpp>
 #include <tilemesh/renderer.hpp>
 #include <tilemesh/scene/built_in.hpp>
 #include <tilemesh/scene/orbit.hpp>

@@ -60,7 +60,7 @@ bool same(report::Image const& a, report::Image const& b)
 }
 std::string const& change(AnyRenderer& renderer)
 {
-    return dynamic_cast<render::AutoRenderer&>(renderer).change();
+    return dynamic_cast<AutoRenderer&>(renderer).change();
 }
 } // namespace
 

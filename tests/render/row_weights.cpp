@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <doctest/doctest.h>
 #include <tilemesh/mpi/bands.hpp>
-#include <tilemesh/render/row_weights.hpp>
+#include <tilemesh/render/ranks/row_weights.hpp>
 #include <tilemesh/splat/projection.hpp>
 #include <vector>
 

@@ -20,7 +20,7 @@ struct MpiMeshOptions {
     bool digest = false;       ///< see MeshOptions; costs one more agreement in each superstep
     std::uint32_t most_passes = 0; ///< see MeshOptions
     /// The work of each row of the grid, in any unit. Ranks then have bands of equal work; without weights, bands of equal height. A renderer
-    /// gives a mesh the weights of its first view (render/row_weights.hpp), unless there are weights here.
+    /// gives a mesh the weights of its first view (render/ranks/row_weights.hpp), unless there are weights here.
     std::vector<std::uint32_t> row_weights = {};
     /// The ranks of a mesh whose constructor gets no communicator, as that of a renderer.
     MPI_Comm comm = MPI_COMM_WORLD;

@@ -4,10 +4,13 @@
 #include <tilemesh/any_renderer.hpp>
 #include <tilemesh/config.hpp>
 #include <tilemesh/engine/mesh_sizes.hpp>
+#include <tilemesh/error.hpp>
+#include <tilemesh/render/host_form.hpp>
 #include <tilemesh/render/renderer_options.hpp>
 #include <tilemesh/render/setup_facts.hpp>
 #include <tilemesh/scene/map.hpp>
 #include <tilemesh/splat/homes/regions.hpp>
+#include <type_traits>
 #include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace render {
@@ -61,10 +64,27 @@ TILEMESH_HOST HomesLayout layout_homes(HomesChoice const& c, RendererOptions con
 /// The facts of a choice. `routing` and `beam` are the slots of the one channel that the program has.
 TILEMESH_HOST SetupFacts facts_of(HomesChoice const& c, splat::homes::Sizes const& sizes, HomesLedger const& ledger);
 
+/// Throws Error if a choice's records or pixels are not those of the policies. `Wider`: tiles may store more than the ledger counts.
+template <class P, bool Wider>
+void check_choice(HomesChoice const& c)
+{
+    using Pixel = typename P::Pixel;
+    bool const rgbx8 = std::is_same_v<splat::ColourOf<Pixel>, splat::Rgbx8Pixel>;
+    bool fits = Pixel::has_depth >= c.depth && Pixel::has_alpha >= c.alpha && (c.colour == ColourFormat::rgbx8) >= rgbx8;
+    if constexpr (Wider)
+        fits = fits && c.sh_degree <= P::Record::sh_degree;
+    else if constexpr (!std::is_same_v<typename P::Record, splat::Reference>)
+        fits = c.sh_degree == P::Record::sh_degree && c.depth == Pixel::has_depth && c.alpha == Pixel::has_alpha &&
+               (c.colour == ColourFormat::rgbx8) == rgbx8;
+    if (!fits)
+        throw Error("a choice of records or pixels that the renderer's policies do not store (degree, colour format, depth or alpha "
+                    "differ); give both the same");
+}
+
 /// Makes a HomesRenderer on host threads, by reference, with host pixels of this type: FloatPixel, or HomesPlanes for a choice with a depth
 /// or an alpha plane. The compiled library has one renderer that serves both.
 template <class Pixel = splat::FloatPixel>
-std::unique_ptr<AnyRenderer> make_homes_renderer(scene::Map const& map, HomesChoice const& choice, RendererOptions const& options);
+std::unique_ptr<AnyRenderer> make_homes_renderer(scene::Map map, HomesChoice const& choice, RendererOptions const& options);
 using HomesPlanes = splat::WithAlpha<splat::WithDepth<splat::FloatPixel>>;
 
 }}} // namespace tilemesh::render
@@ -72,9 +92,9 @@ using HomesPlanes = splat::WithAlpha<splat::WithDepth<splat::FloatPixel>>;
 #if defined(TILEMESH_COMPILED)
 namespace tilemesh { inline namespace v0_2 { namespace render {
 template <>
-std::unique_ptr<AnyRenderer> make_homes_renderer<splat::FloatPixel>(scene::Map const&, HomesChoice const&, RendererOptions const&);
+std::unique_ptr<AnyRenderer> make_homes_renderer<splat::FloatPixel>(scene::Map, HomesChoice const&, RendererOptions const&);
 template <>
-std::unique_ptr<AnyRenderer> make_homes_renderer<HomesPlanes>(scene::Map const&, HomesChoice const&, RendererOptions const&);
+std::unique_ptr<AnyRenderer> make_homes_renderer<HomesPlanes>(scene::Map, HomesChoice const&, RendererOptions const&);
 }}} // namespace tilemesh::render
 #else
 #include <tilemesh/render/detail/homes_layout_code.hpp>

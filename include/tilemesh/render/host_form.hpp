@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <tilemesh/machine/either.hpp>
+#include <tilemesh/render/policy_words.hpp>
 #include <tilemesh/splat/blending.hpp>
 #include <tilemesh/splat/fitted.hpp>
 #include <type_traits>
@@ -57,19 +58,6 @@ struct TouchedTiles {
     TileId first, last, anchor;
     std::uint32_t visible; ///< 0 or 1
 };
-
-/// The policies of a setup as values, and the bytes of its messages on the machine.
-struct PolicyWords {
-    std::uint32_t holds, carried, reusable; ///< 0 or 1
-    std::uint32_t road_bytes, beam_bytes;
-};
-template <class S>
-constexpr PolicyWords policies_of() noexcept
-{
-    constexpr auto words = frame_words<S>();
-    return {S::Saturation::holds ? 1u : 0u, S::Addressing::carried ? 1u : 0u, S::Copies::reusable ? 1u : 0u, words.road_message,
-            words.beam_message};
-}
 
 /// The frame's parameters, and the addresses of the host's table of this view, by rows.
 struct TableParameters : FrameParameters {
@@ -219,24 +207,7 @@ struct Access<TableParameters> : TableAccess<TableParameters> {};
 template <>
 struct Access<HostParameters> : TableAccess<HostParameters> {};
 
-/// Do the frame's parameters have the setup's rules, as TableParameters and PolicyParameters do?
-template <class Parameters, class = void>
-inline constexpr bool has_policies = false;
-template <class Parameters>
-inline constexpr bool has_policies<Parameters, std::void_t<decltype(Parameters::policies)>> = true;
-
-/// Policies whose rule is a word in the frame's parameters.
-struct RunTimeSaturation {
-    static constexpr char const* name = "at run time";
-    static constexpr bool may_hold = true;
-    template <class Parameters>
-    TILEMESH_KERNEL static bool holds_in(Parameters const& frame) noexcept { return frame.policies.holds != 0; }
-};
-struct RunTimeAddressing : Carried {
-    static constexpr char const* name = "at run time";
-    template <class Parameters>
-    TILEMESH_KERNEL static bool carried_in(Parameters const& frame) noexcept { return frame.policies.carried != 0; }
-};
+/// Bloom sends references: the tiles forget them in a new view, if the setup's copies last for one view only.
 struct RunTimeCopies {
     static constexpr char const* name = "at run time";
     template <class Record>

@@ -1,10 +1,9 @@
 #pragma once
 #include <cstdint>
 #include <tilemesh/config.hpp>
-#include <tilemesh/render/over_ranks.hpp>
+#include <tilemesh/render/detail/sorted_table.hpp>
 #include <tilemesh/render/record_table.hpp>
 #include <tilemesh/render/setup_facts.hpp>
-#include <tilemesh/render/sorted_table.hpp>
 #include <tilemesh/report/frame_report.hpp>
 #include <utility>
 #include <vector>
@@ -13,22 +12,7 @@
 /// reads the final state of the tiles, no counters. So its list contains everything that the picture lacks.
 namespace tilemesh { inline namespace v0_2 { namespace render {
 
-/// The places of all records on a mesh between two runs. Making it reads every stored record, so it is made only for frames that refused a
-/// record or may have left records under way.
-struct MeshFacts {
-    SortedTable held;                         ///< `key` of id and tile -> the bits of the record's mark
-    SortedTable owners;                       ///< `key` of an anchored record's id -> index of its splat in `splats`
-    std::vector<splat::Splat> splats;
-    std::vector<splat::GaussianId> under_way; ///< records in channels and FIFOs, in the order of tiles
-    SortedTable copies_under_way;             ///< `key` of id and of the tile that the copy reaches next
-    std::vector<std::uint32_t> parked;        ///< of each tile: its records with nothing on screen
-
-    static std::uint64_t key(splat::GaussianId id, std::uint32_t tile = 0) noexcept
-    {
-        return std::uint64_t{static_cast<std::uint32_t>(id)} << 32 | tile;
-    }
-};
-/// The facts as lists of plain words, which processes can send.
+/// What the tiles hold, as lists of plain words.
 struct FactLists {
     struct Held {
         splat::GaussianId id;
@@ -44,15 +28,16 @@ struct FactLists {
     std::vector<Held> copies_under_way;
     std::vector<std::uint32_t> parked;
 };
-/// The lists of the tiles of this process.
-template <class P, class M>
-FactLists fact_lists(M& mesh)
+/// The lists of the tiles of this process, in the order of tiles.
+template <class P, class Host>
+FactLists fact_lists(Host& host)
 {
     FactLists lists;
+    auto& mesh = host.mesh();
     auto const& frame = mesh.template broadcast<typename P::Parameters>();
     auto const grid = mesh.grid();
     for (std::uint32_t t = 0; t < grid.size(); ++t) {
-        if (!owns(mesh, grid.tile(t))) continue;
+        if (!host.has(grid.tile(t))) continue;
         auto const marks = std::as_const(mesh).template state<splat::Marks<P>>(grid.tile(t));
         auto const splats = std::as_const(mesh).template state<splat::Splats<P>>(grid.tile(t));
         std::uint32_t parked = 0;
@@ -80,31 +65,23 @@ FactLists fact_lists(M& mesh)
     }
     return lists;
 }
-/// The facts of all tiles. If several processes have them, the first gets the facts, and the others get none.
-template <class P, class M>
-MeshFacts facts_on(M& mesh)
-{
-    FactLists lists;
-    together(mesh, [&] { lists = fact_lists<P>(mesh); });
-    join(mesh, lists.held);
-    join(mesh, lists.owned);
-    join(mesh, lists.under_way);
-    join(mesh, lists.copies_under_way);
-    join(mesh, lists.parked);
-    MeshFacts facts;
-    together(mesh, [&] {
-        facts.under_way = std::move(lists.under_way);
-        facts.parked = std::move(lists.parked);
-        for (auto const& h : lists.held) facts.held.add(MeshFacts::key(h.id, h.tile), h.bits);
-        for (auto const& o : lists.owned) {
-            facts.owners.add(MeshFacts::key(o.id), static_cast<std::uint32_t>(facts.splats.size()));
-            facts.splats.push_back(o.splat);
-        }
-        for (auto const& c : lists.copies_under_way) facts.copies_under_way.add(MeshFacts::key(c.id, c.tile), 0);
-        for (auto* const table : {&facts.held, &facts.owners, &facts.copies_under_way}) (void)table->sort();
-    });
-    return facts;
-}
+/// The places of all records on a mesh between two runs. Making it reads every stored record, so it is made only for frames that refused a
+/// record or may have left records under way.
+struct MeshFacts {
+    SortedTable held;                         ///< `key` of id and tile -> the bits of the record's mark
+    SortedTable owners;                       ///< `key` of an anchored record's id -> index of its splat in `splats`
+    std::vector<splat::Splat> splats;
+    std::vector<splat::GaussianId> under_way; ///< records in channels and FIFOs, in the order of tiles
+    SortedTable copies_under_way;             ///< `key` of id and of the tile that the copy reaches next
+    std::vector<std::uint32_t> parked;        ///< of each tile: its records with nothing on screen
+
+    /// From the lists of all tiles.
+    explicit MeshFacts(FactLists lists);
+    static std::uint64_t key(splat::GaussianId id, std::uint32_t tile = 0) noexcept
+    {
+        return std::uint64_t{static_cast<std::uint32_t>(id)} << 32 | tile;
+    }
+};
 
 /// The facts about the frame that the list of losses needs.
 struct LossQuestion {
@@ -116,27 +93,15 @@ struct LossQuestion {
     std::uint32_t slots; ///< of a tile's storage
 };
 
-/// The rows of a map in a view: what the list of losses reads of them. One process reads its table. Of several, the first collects the ids
-/// and the splats of all rows.
+/// The rows of a map in a view: what the list of losses reads of them. It reads them in a table, or in a list of all rows.
 class ScreenRows {
 public:
     struct Row {
         splat::GaussianId id;
         splat::Splat splat;
     };
-    /// Every process calls it. The others than the first have no rows then. Cost over several processes: 48 bytes a row in the first one.
-    template <class M>
-    ScreenRows([[maybe_unused]] M& mesh, [[maybe_unused]] LossQuestion const& ask, RecordTable const& records) : records_(&records)
-    {
-        if constexpr (over_ranks<M>) {
-            together(mesh, [&] {
-                for (std::uint32_t row = 0; row < records.rows(); ++row)
-                    rows_.push_back({records.id(row), records.project(row, ask.view, ask.tiling)});
-            });
-            join(mesh, rows_);
-            records_ = nullptr;
-        }
-    }
+    explicit ScreenRows(RecordTable const& records) : records_(&records) {}
+    explicit ScreenRows(std::vector<Row> rows) : rows_(std::move(rows)) {}
     std::uint32_t rows() const noexcept { return records_ != nullptr ? records_->rows() : static_cast<std::uint32_t>(rows_.size()); }
     splat::GaussianId id(std::uint32_t row) const noexcept { return records_ != nullptr ? records_->id(row) : rows_[row].id; }
     splat::Splat project(std::uint32_t row, splat::View const& view, splat::Tiling const& tiling) const noexcept
@@ -145,42 +110,16 @@ public:
     }
 
 private:
-    RecordTable const* records_;
+    RecordTable const* records_ = nullptr;
     std::vector<Row> rows_;
 };
 
 /// Rows of records that no tile owns when a frame ends.
 struct NotOnTiles {
     std::vector<std::uint32_t> missing;   ///< nowhere on the mesh, in order
-    std::vector<splat::GaussianId> missing_ids; ///< of these rows; only over several processes
+    std::vector<splat::GaussianId> missing_ids; ///< of these rows
     std::vector<std::uint32_t> under_way; ///< in channels and FIFOs, in the order of tiles
 };
-
-/// Gives every process the losses in the first one's report, and the counts that follow from them.
-template <class M>
-void share_losses(M& mesh, report::FrameReport& r, NotOnTiles& off)
-{
-    if constexpr (over_ranks<M>) {
-        share(mesh, r.lost);
-        share(mesh, off.missing);
-        share(mesh, off.missing_ids);
-        share(mesh, off.under_way);
-        auto const full = r.full_tiles.value_or(report::FullTiles{});
-        std::vector<std::uint64_t> words;
-        together(mesh, [&] {
-            words = {r.gaussians.under_way, r.gaussians.unplaced, r.gaussians.dropped, r.lost_copies, r.late_copies, r.full_tiles ? 1u : 0u,
-                     full.count, full.fullest, full.slots_needed, full.slots_available};
-        });
-        share(mesh, words);
-        r.gaussians.under_way = words[0];
-        r.gaussians.unplaced = words[1];
-        r.gaussians.dropped = words[2];
-        r.lost_copies = words[3];
-        r.late_copies = words[4];
-        if (words[5] != 0)
-            r.full_tiles = {static_cast<std::uint32_t>(words[6]), static_cast<std::uint32_t>(words[7]), words[8], words[9]};
-    }
-}
 
 /// Lists what the picture lacks: fills `lost` in the report, and the counts that follow from it. Returns the rows that no tile owns. Cost:
 /// one or two projections per record of the map.

@@ -3,7 +3,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <tilemesh/render/frame_layout.hpp>
-#include <tilemesh/render/over_ranks.hpp>
 #include <tilemesh/render/setup_facts.hpp>
 #include <tilemesh/report/frame_report.hpp>
 #include <tilemesh/report/image.hpp>
@@ -22,17 +21,17 @@ struct RenderedFrame {
 
 namespace render {
 
-/// Gives every tile of this process a framebuffer with the pixels that it owns, all black. `wide`: the form of pixels that have two
-/// (machine/either.hpp).
-template <class P, class M>
-void size_framebuffers(M& mesh, splat::Tiling const& tiling, Extent2 size, bool wide = true)
+/// Gives every tile a framebuffer with the pixels that it owns, all black. `wide`: the form of pixels that have two (machine/either.hpp).
+template <class P, class Host>
+void size_framebuffers(Host& host, splat::Tiling const& tiling, Extent2 size, bool wide = true)
 {
+    auto& mesh = host.mesh();
     splat::Camera frame{};
     frame.width = size.width;
     frame.height = size.height;
     auto const grid = mesh.grid();
     for (std::uint32_t t = 0; t < grid.size(); ++t) {
-        if (!owns(mesh, grid.tile(t))) continue;
+        if (!host.has(grid.tile(t))) continue;
         auto const rect = splat::pixels_of(tiling, frame, grid.tile(t));
         auto framebuffer = mesh.template state<splat::Framebuffer<P>>(grid.tile(t));
         std::uint32_t const n = rect.empty() ? 0 : (rect.x1 - rect.x0) * (rect.y1 - rect.y0);
@@ -85,7 +84,6 @@ inline void size_planes(splat::Camera const& camera, bool depth, bool alpha, Ren
     size(to.alpha, alpha);
 }
 
-namespace detail {
 /// Copies the tiles of rows `first` to `last`-1 into a picture that begins with the pixels of row `first`.
 template <class P, class M>
 void copy_picture(M& mesh, SetupFacts const& facts, splat::Tiling const& tiling, splat::Camera const& camera, std::uint32_t first,
@@ -112,50 +110,6 @@ void copy_picture(M& mesh, SetupFacts const& facts, splat::Tiling const& tiling,
             });
         }
     });
-}
-/// Each process copies the pixels of its own tiles. A process has whole rows of the picture, one process after the other, so the first
-/// receives the others' rows where they belong. The others then have a picture of no width, and keep its memory for the next frame.
-template <class P, class M>
-void join_picture(M& mesh, SetupFacts const& facts, splat::Tiling const& tiling, splat::Camera const& camera, RenderedFrame& to)
-{
-    auto const row_of = [&](std::uint32_t rank) { return rank == mesh.ranks() ? tiling.rows : std::min(mesh.bands().first(rank), tiling.rows); };
-    auto const y_of = [&](std::uint32_t rank) { return std::min(row_of(rank) * tiling.tile_height, camera.height); };
-    auto const pixels_of = [&](std::uint32_t rank) { return std::size_t{camera.width} * (y_of(rank + 1) - y_of(rank)); };
-    auto const me = mesh.rank();
-    together(mesh, [&] {
-        if (is_first(mesh)) {
-            size_planes(camera, facts.has_depth, facts.has_alpha, to);
-        } else {
-            to.image.rgb.resize(3 * pixels_of(me));
-            to.depth.values.resize(facts.has_depth ? pixels_of(me) : 0);
-            to.alpha.values.resize(facts.has_alpha ? pixels_of(me) : 0);
-            to.image.width = camera.width;
-            to.depth.width = facts.has_depth ? camera.width : 0;
-            to.alpha.width = facts.has_alpha ? camera.width : 0;
-        }
-        copy_picture<P>(mesh, facts, tiling, camera, row_of(me), row_of(me + 1), to);
-    });
-    mesh.join(to.image.rgb.data(), [&](std::uint32_t rank) { return 3 * pixels_of(rank); });
-    if (facts.has_depth) mesh.join(to.depth.values.data(), pixels_of);
-    if (facts.has_alpha) mesh.join(to.alpha.values.data(), pixels_of);
-    if (is_first(mesh)) return;
-    to.image.width = to.depth.width = to.alpha.width = 0; // the colours stay in memory: to fill them with zeros in each frame takes as long
-    to.depth.values.clear();                              // as to copy them
-    to.alpha.values.clear();
-}
-} // namespace detail
-
-/// Copies the tiles' framebuffers into one picture, with the planes that the setup has. It runs on all threads of the mesh. If several
-/// processes have the tiles, the first one gets the picture, and the others get an empty one.
-template <class P, class M>
-void collect_picture(M& mesh, SetupFacts const& facts, splat::Tiling const& tiling, splat::Camera const& camera, RenderedFrame& to)
-{
-    if constexpr (over_ranks<M>) {
-        detail::join_picture<P>(mesh, facts, tiling, camera, to);
-    } else {
-        size_planes(camera, facts.has_depth, facts.has_alpha, to);
-        detail::copy_picture<P>(mesh, facts, tiling, camera, 0, tiling.rows, to);
-    }
 }
 
 } // namespace render

@@ -2,6 +2,7 @@
 #include <cstdint>
 #include <string>
 #include <tilemesh/engine/mesh_sizes.hpp>
+#include <tilemesh/error.hpp>
 #include <tilemesh/render/host_form.hpp>
 #include <type_traits>
 #include <vector>
@@ -103,6 +104,24 @@ MeshSizes<splat::Frame<P>> mesh_sizes_of(SetupFacts const& facts)
     if constexpr (machine::has_form_word<typename P::Parameters>) m.wide = facts.has_planes();
     if constexpr (splat::has_parts_words<typename P::Parameters>) detail::leave_out_parts<P>(facts, m);
     return m;
+}
+
+/// Throws Error if a renderer of policies P cannot serve a setup: its pixels lack a plane, it has other steps, or (by value) its records or
+/// rules differ.
+template <class P>
+void check_facts(SetupFacts const& facts)
+{
+    bool serves = (P::Pixel::has_depth || !facts.has_depth) && (P::Pixel::has_alpha || !facts.has_alpha);
+    if constexpr (!splat::has_parts_words<typename P::Parameters>) serves = serves && facts.routes == P::routes && facts.blooms == P::blooms;
+    if constexpr (splat::has_policies<typename P::Parameters>) {
+        if constexpr (!std::is_same_v<typename P::Record, splat::Reference>) serves = serves && facts.sh_degree <= P::Record::sh_degree;
+    } else {
+        serves = serves && facts.sh_degree == P::Record::sh_degree && (facts.policies.holds != 0) == P::Saturation::holds &&
+                 (facts.policies.carried != 0) == P::Addressing::carried && (facts.policies.reusable != 0) == P::Copies::reusable;
+    }
+    if (!serves)
+        throw Error(std::string("setup ") + facts.name + " on a renderer of other policies (its pixels lack a plane, its steps differ, or by value its records " +
+                    "or rules do); choose the renderer with the setup's policies");
 }
 
 }}} // namespace tilemesh::render

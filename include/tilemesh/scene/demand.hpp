@@ -40,6 +40,23 @@ struct Demand {
 /// for a map whose harmonics do not fit its degree (`require_harmonics`).
 TILEMESH_HOST Demand demand_of(Map const& map, splat::Rules const& rules = {});
 
+/// What a renderer keeps of the demand to which its map was reduced: the views that it may render, and the records that were not loaded.
+class LoadedViews {
+public:
+    LoadedViews() = default; ///< any view
+    explicit LoadedViews(Demand const& demand)
+    {
+        demand_.scanned = demand.scanned;
+        demand_.culled = demand.culled;
+    }
+    std::uint64_t culled() const noexcept { return demand_.culled; }
+    /// Throws Error for a view that the demand was not made for.
+    TILEMESH_HOST void require(splat::View const& view) const;
+
+private:
+    Demand demand_; ///< only these facts
+};
+
 /// One process that has all rows of a map. Other types for `demand_of` have these functions over several processes, each with a part of the
 /// rows: sums, and maxima of words below 2^63, over all processes; the first process gets the items of all.
 struct AllRows {

@@ -31,49 +31,8 @@ struct Policies<machine::Types<RecordType, ProjectedType, ParametersType>, machi
 };
 
 namespace detail {
-/// Does a setup have a member of that name? Such a member would have no effect, because the sizes of a setup are in its member `sizes`.
-template <class S, class = void>
-inline constexpr bool names_storage_slots = false;
-template <class S>
-inline constexpr bool names_storage_slots<S, std::void_t<decltype(S::storage_slots)>> = true;
-template <class S, class = void>
-inline constexpr bool names_road_bytes = false;
-template <class S>
-inline constexpr bool names_road_bytes<S, std::void_t<decltype(S::road_bytes)>> = true;
-template <class S, class = void>
-inline constexpr bool names_beam_bytes = false;
-template <class S>
-inline constexpr bool names_beam_bytes<S, std::void_t<decltype(S::beam_bytes)>> = true;
-template <class S, class = void>
-inline constexpr bool names_waiting_bytes = false;
-template <class S>
-inline constexpr bool names_waiting_bytes<S, std::void_t<decltype(S::waiting_bytes)>> = true;
-template <class S, class = void>
-inline constexpr bool names_tile_pixels = false;
-template <class S>
-inline constexpr bool names_tile_pixels<S, std::void_t<decltype(S::tile_pixels)>> = true;
-template <class S, class = void>
-inline constexpr bool names_lists_fit = false;
-template <class S>
-inline constexpr bool names_lists_fit<S, std::void_t<decltype(S::lists_fit)>> = true;
-template <class S, class = void>
-inline constexpr bool names_one_channel_memory = false;
-template <class S>
-inline constexpr bool names_one_channel_memory<S, std::void_t<decltype(S::one_channel_memory)>> = true;
-} // namespace detail
-
-/// Does S have a member that belongs into `sizes`?
-template <class S>
-inline constexpr bool names_slots =
-    detail::names_storage_slots<S> || detail::names_road_bytes<S> || detail::names_beam_bytes<S> || detail::names_waiting_bytes<S> ||
-    detail::names_tile_pixels<S> || detail::names_lists_fit<S> || detail::names_one_channel_memory<S>;
-
-namespace detail {
 template <class S>
 struct PolicySet {
-    static_assert(!names_slots<S>,
-                  "a setup that names storage_slots, road_bytes, beam_bytes, waiting_bytes, tile_pixels, lists_fit or one_channel_memory "
-                  "(its sizes are one value: they would change nothing); give it static constexpr Sizes sizes");
     using type = Policies<machine::Types<typename S::Record, typename S::Projected, typename S::Parameters>,
                           machine::Types<typename S::Routing, typename S::Saturation, typename S::Addressing, typename S::Copies>,
                           machine::Types<typename S::Pixel, typename S::Blending>, FrameParts<S::routes, S::blooms>>;

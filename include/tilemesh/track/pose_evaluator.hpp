@@ -2,14 +2,14 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <optional>
 #include <string>
 #include <tilemesh/config.hpp>
 #include <tilemesh/engine/mesh.hpp>
 #include <tilemesh/error.hpp>
-#include <tilemesh/render/engine_options.hpp>
 #include <tilemesh/render/frame_layout.hpp>
+#include <tilemesh/render/host.hpp>
+#include <tilemesh/render/host_form.hpp>
 #include <tilemesh/render/picture.hpp>
 #include <tilemesh/render/record_keeper.hpp>
 #include <tilemesh/render/record_table.hpp>
@@ -99,10 +99,11 @@ public:
     using Program = splat::pose::PoseFrame<Policies>;
     using MeshType = Engine<Program, AnyMachine>;
     using EngineOptions = typename MeshType::Options;
+    using HostType = render::Host<MeshType, AnyMachine>;
     static constexpr bool by_reference = std::is_same_v<typename Policies::Record, splat::Reference>;
 
     /// `frame`: the size of the pictures, in pixels.
-    BasicPoseEvaluator(scene::Map const& map, Extent2 frame, EvaluatorOptions options = {}, EngineOptions engine = {});
+    BasicPoseEvaluator(scene::Map map, Extent2 frame, EvaluatorOptions options = {}, EngineOptions engine = {});
     BasicPoseEvaluator(BasicPoseEvaluator const&) = delete;
     BasicPoseEvaluator& operator=(BasicPoseEvaluator const&) = delete;
 
@@ -112,7 +113,7 @@ public:
     /// The slots of a tile's lists, in the machine's memory.
     splat::Sizes const& sizes() const noexcept { return sizes_; }
     /// The mesh. It exists after the first evaluation.
-    MeshType& mesh() noexcept { return *mesh_; }
+    MeshType& mesh() noexcept { return host_.mesh(); }
     /// The counters of the last evaluation.
     RunCounters const& counters() const noexcept { return counters_; }
 
@@ -135,13 +136,13 @@ public:
     }
 
 private:
-    static std::uint32_t degree_of(scene::Map const& map) noexcept
-    {
+    /// The highest degree of a map's harmonics.
+    static constexpr std::uint32_t degree = [] {
         if constexpr (by_reference)
-            return map.sh_degree;
+            return 3u;
         else
             return Policies::Record::sh_degree;
-    }
+    }();
     void check(splat::Camera const& camera, TrackOptions const& o) const;
     void build();
     void load_target();
@@ -153,18 +154,16 @@ private:
     static NormalEquations equations(splat::pose::Tracking const& t, splat::pose::Totals const& totals);
 
     EvaluatorOptions options_;
-    EngineOptions engine_;
+    HostType host_;
     Extent2 size_;
     splat::Sizes sizes_{};
     render::RecordTable records_;
     render::ScreenCache cache_;
     render::RecordKeeper<Policies> keeper_;
-    std::vector<splat::Gaussian> gaussians_;         ///< by rows of the table
     std::vector<splat::pose::Terms> terms_;          ///< by rows, of this view
     splat::Rules rules_;
     splat::PolicyWords policies_{};
     render::FrameLayout layout_{};
-    std::unique_ptr<MeshType> mesh_;
     std::optional<splat::View> last_;
     RunCounters counters_{};
     TrackTarget target_{};
@@ -172,22 +171,19 @@ private:
 };
 
 template <class S, template <class, class> class Engine>
-BasicPoseEvaluator<S, Engine>::BasicPoseEvaluator(scene::Map const& map, Extent2 frame, EvaluatorOptions options, EngineOptions engine)
-    : options_(options), engine_(std::move(engine)), size_(frame), records_(map, degree_of(map)),
-      cache_(by_reference ? records_.rows() : 0), keeper_(records_, &cache_), gaussians_(map.gaussians), terms_(by_reference ? records_.rows() : 0),
+BasicPoseEvaluator<S, Engine>::BasicPoseEvaluator(scene::Map map, Extent2 frame, EvaluatorOptions options, EngineOptions engine)
+    : options_(options), host_(std::move(engine)), size_(frame), records_(std::move(map), degree),
+      cache_(by_reference ? records_.rows() : 0), keeper_(records_, &cache_), terms_(by_reference ? records_.rows() : 0),
       rules_(render::rules_of<splat::Lossless>())
 {
     constexpr auto machine = size_of_machine<typename S::Machine>();
     bool const follows = options.tile.width == 0 && options.tile.height == 0;
     layout_ = render::layout_frame({{}, follows ? tracking_tile(frame, machine) : options.tile}, frame.width, frame.height, machine,
                                    machine.sram_bytes / sizeof(splat::pose::TargetPixel), "tracking");
-    sizes_ = splat::pose::sizes_on<typename splat::ValueOf<S>::type>(machine, std::uint32_t{layout_.tiling.tile_width} * layout_.tiling.tile_height, degree_of(map));
+    sizes_ = splat::pose::sizes_on<typename splat::ValueOf<S>::type>(machine, std::uint32_t{layout_.tiling.tile_width} * layout_.tiling.tile_height, by_reference ? records_.map().sh_degree : degree);
     if (sizes_.storage == 0)
         throw Error("tiles of " + std::to_string(layout_.tiling.tile_width) + " x " + std::to_string(layout_.tiling.tile_height) + " pixels (machine " + machine.name +
                     " has no memory for splats beside them); choose smaller tiles, a smaller frame or another machine");
-    RendererOptions plain;
-    plain.threads = options.threads;
-    render::set_engine_options<false>(plain, engine_);
 }
 
 template <class S, template <class, class> class Engine>
@@ -198,34 +194,28 @@ void BasicPoseEvaluator<S, Engine>::set_target(TrackTarget target)
         throw Error("a target of " + std::to_string(target.colour.width) + " x " + std::to_string(target.colour.height) + " pixels (frames are " +
                     std::to_string(size_.width) + " x " + std::to_string(size_.height) + ", colour and depth alike); resize it");
     target_ = std::move(target);
-    if (mesh_) load_target();
+    if (host_.has_mesh()) load_target();
 }
 
 template <class S, template <class, class> class Engine>
 NormalEquations BasicPoseEvaluator<S, Engine>::evaluate(splat::Camera const& camera, TrackOptions const& options)
 {
-    check(camera, options);
-    if (!mesh_) build();
-    auto const view = splat::make_view(camera, rules_);
+    auto const view = host_.view_of(camera, rules_, [&](splat::View const&) { check(camera, options); });
+    if (!host_.has_mesh()) build();
     auto const tracking = tracking_of(camera, options);
-    try {
-        tell(view);
-        mesh_->template broadcast<splat::pose::Tracking>() = tracking;
-        counters_ = mesh_->run();
-        require_all();
-    } catch (...) {
-        mesh_.reset(); // records may be halfway
-        throw;
-    }
+    host_.begin_frame(); // if it throws, records may be halfway, and the next evaluation builds the mesh again
+    tell(view);
+    host_.mesh().template broadcast<splat::pose::Tracking>() = tracking;
+    counters_ = host_.run();
+    require_all();
+    host_.end_frame();
     last_ = view;
-    return equations(tracking, std::as_const(*mesh_).template state<Reduced<splat::pose::TileTotal, Sum>>(TileId::at(0, 0)).value);
+    return equations(tracking, std::as_const(host_.mesh()).template state<Reduced<splat::pose::TileTotal, Sum>>(TileId::at(0, 0)).value);
 }
 
 template <class S, template <class, class> class Engine>
 void BasicPoseEvaluator<S, Engine>::check(splat::Camera const& camera, TrackOptions const& o) const
 {
-    render::check_camera(camera);
-    render::check_rules(rules_);
     if (camera.width != size_.width || camera.height != size_.height)
         throw Error("a camera of " + std::to_string(camera.width) + " x " + std::to_string(camera.height) + " pixels (frames are " +
                     std::to_string(size_.width) + " x " + std::to_string(size_.height) + "); scale its intrinsics");
@@ -252,20 +242,24 @@ void BasicPoseEvaluator<S, Engine>::check(splat::Camera const& camera, TrackOpti
 template <class S, template <class, class> class Engine>
 void BasicPoseEvaluator<S, Engine>::build()
 {
-    auto m = engine::plain_sizes<Program>(size_of_machine<typename S::Machine>(), sizes_, typename machine::Needs<Program>::States{},
-                                          typename machine::Needs<Program>::Links{});
     policies_ = splat::policies_of<splat::pose::Tracked<splat::Lossless>>();
-    m.template link<splat::Road<Policies>>().message_bytes = policies_.road_bytes;
-    m.template link<splat::Beam<Policies>>().message_bytes = policies_.beam_bytes;
     auto const& t = layout_.tiling;
-    mesh_ = std::make_unique<MeshType>(Program{}, Grid{t.columns, t.rows}, m, engine_);
+    RendererOptions plain;
+    plain.threads = options_.threads;
+    host_.build(plain, records_, [&] {
+        auto m = engine::plain_sizes<Program>(size_of_machine<typename S::Machine>(), sizes_, typename machine::Needs<Program>::States{},
+                                              typename machine::Needs<Program>::Links{});
+        m.template link<splat::Road<Policies>>().message_bytes = policies_.road_bytes;
+        m.template link<splat::Beam<Policies>>().message_bytes = policies_.beam_bytes;
+        return render::MeshPlan<Program>{Program{}, Grid{t.columns, t.rows}, std::move(m)};
+    });
     last_.reset();
     try {
-        keeper_.begin(*mesh_, t, sizes_.storage);
-        render::size_framebuffers<Policies>(*mesh_, t, size_);
+        keeper_.begin(host_, t, sizes_.storage);
+        render::size_framebuffers<Policies>(host_, t, size_);
         load_target();
     } catch (...) {
-        mesh_.reset();
+        host_.drop_mesh();
         throw;
     }
 }
@@ -276,10 +270,11 @@ void BasicPoseEvaluator<S, Engine>::load_target()
     if (target_.colour.width == 0) return;
     splat::Camera frame{};
     frame.width = size_.width, frame.height = size_.height;
-    auto const grid = mesh_->grid();
+    auto& mesh = host_.mesh();
+    auto const grid = mesh.grid();
     for (std::uint32_t i = 0; i < grid.size(); ++i) {
         auto const rect = splat::pixels_of(layout_.tiling, frame, grid.tile(i));
-        auto pixels = mesh_->template state<splat::pose::Target<Policies>>(grid.tile(i));
+        auto pixels = mesh.template state<splat::pose::Target<Policies>>(grid.tile(i));
         pixels.truncate(0);
         for (std::uint32_t y = rect.y0; y < rect.y1; ++y)
             for (std::uint32_t x = rect.x0; x < rect.x1; ++x) {
@@ -292,15 +287,13 @@ void BasicPoseEvaluator<S, Engine>::load_target()
 template <class S, template <class, class> class Engine>
 void BasicPoseEvaluator<S, Engine>::tell(splat::View const& view)
 {
-    auto& frame = mesh_->template broadcast<Parameters>();
+    auto& frame = host_.mesh().template broadcast<Parameters>();
     bool const changed = !last_ || __builtin_memcmp(&*last_, &view, sizeof view) != 0;
     if constexpr (by_reference)
         if (changed)
-            mesh_->on_threads([&](std::uint32_t thread, std::uint32_t threads) {
-                std::uint64_t const n = records_.rows();
-                auto const first = static_cast<std::uint32_t>(n * thread / threads), last = static_cast<std::uint32_t>(n * (thread + 1) / threads);
+            host_.on_threads(records_.rows(), [&](std::uint32_t first, std::uint32_t last) {
                 cache_.project(records_, first, last, view, layout_.tiling, !last_, frame);
-                splat::pose::terms_of_all(gaussians_.data() + first, last - first, view, layout_.tiling, terms_.data() + first);
+                splat::pose::terms_of_all(records_.gaussians().data() + first, last - first, view, layout_.tiling, terms_.data() + first);
             });
     static_cast<splat::FrameParameters&>(frame) = {view, layout_.tiling, static_cast<std::uint8_t>(changed ? 1 : 0), 0, 0};
     if constexpr (by_reference) {
@@ -334,8 +327,8 @@ template <class S, template <class, class> class Engine>
 void BasicPoseEvaluator<S, Engine>::require_all()
 {
     std::uint64_t lost = 0;
-    keeper_.for_each_tile(*mesh_, [&](TileId tile) {
-        auto const& counts = std::as_const(*mesh_).template state<splat::Counts>(tile);
+    keeper_.for_each_tile(host_, [&](TileId tile) {
+        auto const& counts = std::as_const(host_.mesh()).template state<splat::Counts>(tile);
         lost += counts.storage_full + counts.copies_full + counts.copies_refused;
     });
     if (lost != 0)

@@ -1,10 +1,23 @@
 #pragma once
 #include <cstdint>
 #include <optional>
+#include <tilemesh/render/detail/sorted_table.hpp>
 #include <tilemesh/render/losses.hpp>
+#include <utility>
 #include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace render {
+
+TILEMESH_HOST MeshFacts::MeshFacts(FactLists lists) : under_way(std::move(lists.under_way)), parked(std::move(lists.parked))
+{
+    for (auto const& h : lists.held) held.add(key(h.id, h.tile), h.bits);
+    for (auto const& o : lists.owned) {
+        owners.add(key(o.id), static_cast<std::uint32_t>(splats.size()));
+        splats.push_back(o.splat);
+    }
+    for (auto const& c : lists.copies_under_way) copies_under_way.add(key(c.id, c.tile), 0);
+    for (auto* const table : {&held, &owners, &copies_under_way}) (void)table->sort();
+}
 
 namespace detail {
 /// Lists what the picture lacks.

@@ -28,6 +28,12 @@ TILEMESH_HOST std::uint64_t Demand::key_of(splat::View view) noexcept
     return key;
 }
 
+TILEMESH_HOST void LoadedViews::require(splat::View const& view) const
+{
+    if (!demand_.holds_for(view))
+        throw Error("a view that the demand was not made for (" + std::to_string(demand_.culled) +
+                    " records that its path does not show are not loaded); make the demand of all views, with the model");
+}
 TILEMESH_HOST bool Demand::holds_for(splat::View const& view) const
 {
     return culled == 0 || std::binary_search(scanned.begin(), scanned.end(), key_of(view));

@@ -1,28 +1,7 @@
 #pragma once
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
 #include <cstdint>
-#include <memory>
-#include <optional>
-#include <string>
-#include <tilemesh/engine/mesh.hpp>
-#include <tilemesh/error.hpp>
-#include <tilemesh/render/engine_options.hpp>
 #include <tilemesh/render/frame_layout.hpp>
-#include <tilemesh/render/picture.hpp>
-#include <tilemesh/render/record_keeper.hpp>
-#include <tilemesh/render/record_table.hpp>
-#include <tilemesh/render/renderer_options.hpp>
-#include <tilemesh/render/screen_cache.hpp>
-#include <tilemesh/render/setup_facts.hpp>
-#include <tilemesh/report/image.hpp>
-#include <tilemesh/splat/pose/program.hpp>
-#include <tilemesh/splat/pose/terms.hpp>
-#include <tilemesh/track/normal_equations.hpp>
 #include <tilemesh/track/pose_evaluator.hpp>
-#include <utility>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 {
 namespace track {

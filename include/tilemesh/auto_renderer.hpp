@@ -9,9 +9,12 @@
 #include <tilemesh/error.hpp>
 #include <tilemesh/render/renderer_options.hpp>
 #include <tilemesh/report/frame_report.hpp>
+#include <tilemesh/scene/map.hpp>
 #include <utility>
 
-namespace tilemesh { inline namespace v0_2 { namespace render {
+namespace tilemesh { inline namespace v0_2 {
+
+namespace render {
 
 /// May the records of a map all lie on anchored tiles? False if they are more than the tiles have slots.
 inline bool may_fit_anchored(std::uint64_t records, SetupFacts const& facts, RendererOptions const& options) noexcept
@@ -19,6 +22,7 @@ inline bool may_fit_anchored(std::uint64_t records, SetupFacts const& facts, Ren
     std::uint64_t const tiles = options.grid.width != 0 ? std::uint64_t{options.grid.width} * options.grid.height : facts.machine.tiles;
     return records <= tiles * (options.storage_slots != 0 ? options.storage_slots : facts.sizes.storage);
 }
+} // namespace render
 
 /// Renders with the anchored program as long as nothing is missing. A frame that would lack records or copies is rendered with the program of
 /// homes instead, and so are all later frames.
@@ -28,9 +32,9 @@ inline bool may_fit_anchored(std::uint64_t records, SetupFacts const& facts, Ren
 /// missing.
 class AutoRenderer : public AnyRenderer {
 public:
-    using MakeHomes = std::function<std::unique_ptr<AnyRenderer>()>;
+    using MakeHomes = std::function<std::unique_ptr<AnyRenderer>(scene::Map const&)>;
 
-    /// `make_homes` makes the renderer of homes, for the same map and options, when it is needed. It may throw Error. `may_fit` false: the
+    /// `make_homes` makes the renderer of homes from the records of the anchored one, for the same options, when it is needed. It may throw Error. `may_fit` false: the
     /// first frame is of homes (`may_fit_anchored`).
     AutoRenderer(std::unique_ptr<AnyRenderer> anchored, MakeHomes make_homes, bool may_fit = true)
         : renderer_(std::move(anchored)), make_homes_(std::move(make_homes)), may_fit_(may_fit)
@@ -46,7 +50,7 @@ public:
             if (!lacks(frame.report)) return frame;
         }
         try {
-            auto homes = std::exchange(make_homes_, nullptr)();
+            auto homes = std::exchange(make_homes_, nullptr)(renderer_->map());
             homes->rules() = renderer_->rules();
             if (demand_) homes->hold_to(*demand_);
             auto again = homes->render(camera);
@@ -68,9 +72,10 @@ public:
         demand_->scanned = demand.scanned;
         demand_->culled = demand.culled;
     }
+    scene::Map const& map() const override { return renderer_->map(); }
     Extent2 grid() override { return renderer_->grid(); }
     Extent2 tile() override { return renderer_->tile(); }
-    SetupFacts const& facts() const override { return renderer_->facts(); }
+    render::SetupFacts const& facts() const override { return renderer_->facts(); }
     bool routes() const override { return renderer_->routes(); }
     bool blooms() const override { return renderer_->blooms(); }
 
@@ -100,4 +105,4 @@ private:
     std::string change_, change_refused_;
 };
 
-}}} // namespace tilemesh::render
+}} // namespace tilemesh

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <tilemesh/render/over_ranks.hpp>
 #include <utility>
 #include <vector>
 
@@ -24,10 +23,10 @@ public:
     template <class M>
     static RowShares of_parts(M& mesh, std::uint64_t rows)
     {
-        RowShares shares(this_process(mesh), {});
-        together(mesh, [&] { shares.begin_.assign(std::size_t{processes(mesh)} + 1, 0); });
+        RowShares shares(mesh.rank(), {});
+        mesh.together([&] { shares.begin_.assign(std::size_t{mesh.ranks()} + 1, 0); });
         for (std::size_t p = shares.own_ + std::size_t{1}; p < shares.begin_.size(); ++p) shares.begin_[p] = rows;
-        sum(mesh, shares.begin_.data(), shares.begin_.size());
+        mesh.sum(shares.begin_.data(), shares.begin_.size());
         return shares;
     }
 
@@ -62,17 +61,17 @@ template <class Item, class M, class ItemOf>
 std::vector<Item> fetch_rows(M& mesh, RowShares const& shares, std::vector<std::uint32_t> wanted, ItemOf const& item_of)
 {
     std::vector<std::uint64_t> counts;
-    together(mesh, [&] {
-        counts.assign(processes(mesh), 0);
+    mesh.together([&] {
+        counts.assign(mesh.ranks(), 0);
         for (auto const row : wanted) ++counts[shares.process_of(row)];
     });
-    auto const asked = deal(mesh, std::move(wanted), counts);
+    auto const asked = mesh.deal(std::move(wanted), counts);
     std::vector<Item> items;
-    together(mesh, [&] {
+    mesh.together([&] {
         items.reserve(asked.size());
         for (auto const row : asked) items.push_back(item_of(row));
     });
-    return deal(mesh, std::move(items), counts);
+    return mesh.deal(std::move(items), counts);
 }
 
 }}} // namespace tilemesh::render
