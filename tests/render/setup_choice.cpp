@@ -88,11 +88,11 @@ void same_facts(SetupChoice const& choice)
     CHECK(value.machine.code_bytes == type.machine.code_bytes);
     CHECK(value.machine.workers == type.machine.workers);
     CHECK(value.sizes == type.sizes);
-    CHECK(value.rules.holds == type.rules.holds);
-    CHECK(value.rules.carried == type.rules.carried);
-    CHECK(value.rules.reusable == type.rules.reusable);
-    CHECK(value.rules.road_bytes == type.rules.road_bytes);
-    CHECK(value.rules.beam_bytes == type.rules.beam_bytes);
+    CHECK(value.policies.holds == type.policies.holds);
+    CHECK(value.policies.carried == type.policies.carried);
+    CHECK(value.policies.reusable == type.policies.reusable);
+    CHECK(value.policies.road_bytes == type.policies.road_bytes);
+    CHECK(value.policies.beam_bytes == type.policies.beam_bytes);
     CHECK(value.sh_degree == type.sh_degree);
     CHECK(value.record_bytes == type.record_bytes);
     CHECK(value.colour == type.colour);
