@@ -23,8 +23,8 @@ struct CheckedMeshOptions {
     std::uint32_t threads = 1; ///< not used: this engine has one thread. So the options of a Mesh are also options of a CheckedMesh
     bool digest = false;
     /// Also runs the tiles that need not run, and checks that this changes no word and sends nothing. `Vote` promises this. Without the
-    /// promise, a machine that runs every tile (the IPU) would give other results. At the end of an UntilQuiet, where no tile must run, it
-    /// runs all of them once more for this check. Counters, traces and words are those of a run without the check.
+    /// promise, a machine that runs every tile (the IPU) would give other results. If no tile must run an UntilQuiet's kernel, and its
+    /// own votes said so, all tiles run once more for this check. Counters, traces and words are those of a run without the check.
     bool check_quiet_tiles = true;
     std::uint32_t most_passes = 0; ///< see MeshOptions
     ExplainNotQuiet explain = nullptr; ///< see MeshOptions
@@ -137,6 +137,7 @@ public:
         state_peak_.fill(0);
         link_peak_.fill(0);
         for (auto& b : busy_) std::fill(b.begin(), b.end(), std::uint8_t{0});
+        last_kernel_ = nullptr;
         return run_.all(*this, this->program_, this->grid_, {options_.most_passes, options_.digest, options_.explain}, [this] {
             return peaks();
         });
@@ -448,8 +449,9 @@ private:
             runs[t] = (All && rectangle_.contains(this->grid_.tile(t))) || busy[t] != 0 || has_mail(t, typename Traits::Arguments{});
             any = any || runs[t] != 0;
         }
-        if (!any) { // the step ends here: one pass more must change nothing on any tile
-            for (std::uint32_t t = 0; t < tiles && options_.check_quiet_tiles; ++t) require_quiet<Kernel>(t, false);
+        if (!any) { // if the tiles voted quiet in this kernel, one pass more must change nothing on any of them
+            bool const look = options_.check_quiet_tiles && last_kernel_ == &kernel_tag<Kernel>;
+            for (std::uint32_t t = 0; look && t < tiles; ++t) require_quiet<Kernel>(t, false);
             return {};
         }
         if constexpr (traced)
@@ -480,6 +482,7 @@ private:
         check_shared_memory(Links{});
         std::fill(busy.begin(), busy.end(), std::uint8_t{0});
         parity_ ^= 1u;
+        last_kernel_ = &kernel_tag<Kernel>;
         return passed;
     }
     std::uint64_t digest_now()
@@ -611,6 +614,10 @@ private:
     std::array<std::uint32_t, States::count + 1> state_peak_{};
     std::array<std::vector<std::uint32_t>, States::count + 1> most_;
     std::array<std::uint32_t, links> link_peak_{};
+    /// Its address stands for the kernel.
+    template <class Kernel>
+    static inline char const kernel_tag = 0;
+    char const* last_kernel_ = nullptr; ///< of the superstep before; null at the start of a run
     std::vector<std::uint32_t> before_; ///< the words of a tile before the kernel ran on it, although it need not run
     engine::detail::BrokenContracts broken_;
     Run run_;
