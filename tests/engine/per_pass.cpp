@@ -84,6 +84,23 @@ TEST_CASE("the program of the traffic example runs on CheckedMesh, with the coun
     CHECK(hops == run.messages()); // each pass counts its own hops
 }
 
+TEST_CASE("live_bytes are those of messages; a trace counts the 8-byte head of each end that carried something, too")
+{
+    Mesh mesh{Sequence<Superstep<Forward>, UntilQuiet<Forward>>{}, Grid{8, 8}, Traced<Mk2>{}};
+    auto const run = drive(mesh);
+    std::uint64_t traced = 0, ends = 0, live = 0;
+    for (auto const& superstep : mesh.trace().supersteps)
+        for (auto const& tile : superstep.tiles)
+            for (auto bytes : tile.sent_bytes) {
+                traced += bytes;
+                ends += bytes != 0 ? 1 : 0;
+                CHECK((bytes == 0 || (bytes >= 8 + 4 && bytes <= 8 + 4 * 4))); // one to four parcels of 4 bytes
+            }
+    for (auto const& step : run.steps) live += step.live_bytes;
+    CHECK(live == 4 * run.messages());
+    CHECK(traced == live + 8 * ends);
+}
+
 TEST_CASE("per_pass statistics are 0 when a kernel begins, and keep the words of the last run of their tile")
 {
     auto const check = [](auto& mesh) {
