@@ -357,6 +357,7 @@ bounded="$small --out pictures --most-passes"
 # shellcheck disable=SC2086
 {
     refuses "^step 1 is not quiet after 3 passes .*superstep 4 (route)" $bounded 3 --fit off
+    refuses "^--trace-tiles" $small --trace-tiles
     refuses "^step 1 is not quiet after 3 passes .*superstep 4 (route)" $bounded 3 --engine sequential
     refuses "^step 1 is not quiet after 3 passes .*superstep 4 (route).* in bounded/no_progress.txt$" $bounded 3 --trace bounded
     equal "files of a run without a frame" "$(ls bounded)" no_progress.txt
