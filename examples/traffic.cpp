@@ -19,18 +19,20 @@ using tilemesh::Direction, tilemesh::TileId, tilemesh::Vote;
 struct Parcel { TileId to; };
 struct Road : tilemesh::Channel<Parcel, 16> {};
 struct Waiting : tilemesh::Buffer<Parcel, 2000> {};
-struct Links { std::uint32_t sent[4], full[4], arrived, looked, hops; }; // by side: parcels, refusals; the last two of one pass
+struct Links { std::uint32_t sent[4], full[4], arrived; }; // by side: parcels, refusals
+struct Passed { static constexpr bool per_pass = true; std::uint32_t looked, hops; }; // statistics of one pass, 0 when it begins
 struct Work { // operations with names of our own, counted below and priced in main
     enum Kind : std::uint32_t { lookup, hop };
     static constexpr char const* names[] = {"lookup", "hop"};
 };
 struct Forward {
-    Vote operator()(tilemesh::Here here, Waiting& waiting, Links& links, tilemesh::In<Road> in, tilemesh::Out<Road> out) const noexcept
+    Vote operator()(tilemesh::Here here, Waiting& waiting, Links& links, Passed& passed, tilemesh::In<Road> in,
+                    tilemesh::Out<Road> out) const noexcept
     {
         for (auto side : tilemesh::news)
             for (Parcel const& parcel : in[side]) waiting.push(parcel);
         std::uint32_t kept = 0;
-        links.looked = waiting.size(), links.hops = 0;
+        passed.looked = waiting.size();
         for (Parcel const& parcel : waiting) {
             if (parcel.to == here.tile) {
                 ++links.arrived;
@@ -41,12 +43,12 @@ struct Forward {
             bool const sent = out[side].try_push(parcel);
             ++(sent ? links.sent : links.full)[index(side)];
             if (!sent) waiting[kept++] = parcel;
-            links.hops += sent ? 1 : 0;
+            passed.hops += sent ? 1 : 0;
         }
         waiting.truncate(kept);
         return waiting.empty() ? Vote::quiet : Vote::busy;
     }
-    static tilemesh::Operations<Work> operations(Links const& links) noexcept { return {{{links.looked, links.hops}}}; }
+    static tilemesh::Operations<Work> operations(Passed const& passed) noexcept { return {{{passed.looked, passed.hops}}}; }
 };
 int main()
 {

@@ -355,6 +355,8 @@ constexpr Option options[] = {
          o.trace = file(name, text);
          o.choice.trace = true;
      }},
+    {"--trace-tiles", "", "also write .tiles.csv of a frame with more than 200,000 lines (10 MB)",
+     [](Options& o, auto, auto) { o.trace_tiles = true; }},
     {"--cost-model", "FILE", "cost model for the trace, a text file like DIR/model.txt [mk2]",
      [](Options& o, auto name, auto text) { o.cost_model = input(o, name, text); }},
     {"--energy", "FILE", "energy model for the trace: joules and source of each event (see below)",
@@ -456,6 +458,7 @@ void check_together(Options const& o, std::vector<std::string_view> const& given
                     "one of them out");
 
     needs("--fps", "--video", "it is the rate of a video");
+    needs("--trace-tiles", "--trace", "it is a table of a trace");
     needs("--cost-model", "--trace", "cycles are modelled from a trace");
     needs("--energy", "--trace", "energy is counted from a trace");
     needs("--follow", "--trace", "what is followed is written beside a trace");
@@ -686,9 +689,10 @@ std::string help_text()
                   "Files that are written\n"
                   "  frame_0000.png, frame_0001.png, ... and the files that options ask for. --trace DIR writes\n"
                   "  report.html, which a browser shows without a network, model.txt, and frames.csv with the\n"
-                  "  counters of all frames. For each frame it writes .tiles.csv, .supersteps.csv, .heat.csv,\n"
-                  "  .heat_*.png and .trace.json (ui.perfetto.dev), and with --energy .energy.csv. If --most-passes\n"
-                  "  ends the run, it writes no_progress.txt, which names the steps that the tiles repeat.\n"
+                  "  counters of all frames. For each frame it writes .tiles.csv (above 200,000 lines only with\n"
+                  "  --trace-tiles), .supersteps.csv, .heat.csv, .heat_*.png and .trace.json (ui.perfetto.dev), and\n"
+                  "  with --energy .energy.csv. If --most-passes ends the run, it writes no_progress.txt, which names\n"
+                  "  the steps that the tiles repeat.\n"
                   "  --video writes YUV4MPEG2: 3 bytes per pixel and frame, in the colours of BT.601, 16 to 235. With\n"
                   "  --video -, the summary goes to standard error. All frames must have one size.\n"
                   "  A run never writes over a file that it reads, even through a link, and writes no file twice.\n"

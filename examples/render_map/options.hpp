@@ -49,6 +49,7 @@ struct Options {
     tilemesh::report::FrameRate fps;                  ///< of the video
     std::optional<std::filesystem::path> report;
     std::optional<std::filesystem::path> trace;       ///< the folder; with it `choice.trace`
+    bool trace_tiles = false;                         ///< also tables by superstep and tile of more than most_tile_lines
     std::optional<std::filesystem::path> cost_model;  ///< empty: mk2()
     std::optional<std::filesystem::path> energy;      ///< an energy model; empty: no joules
     std::optional<std::uint32_t> follow;              ///< the id of a Gaussian

@@ -233,10 +233,16 @@ report::Modelled TraceOutput::add_frame(std::size_t index, report::RunFrame cons
         remove_old(no_progress_file);
     }
 
-    report::StringStream tiles, supersteps;
-    write_trace_csv(tiles, trace, model_, grid);
-    write(frame_file(index, ".tiles.csv"), tiles.str());
-    tiles = {};
+    std::size_t lines = 0;
+    for (auto const& superstep : trace.supersteps) lines += superstep.tiles.size();
+    if (lines <= most_tile_lines || options_.trace_tiles) {
+        report::StringStream tiles;
+        write_trace_csv(tiles, trace, model_, grid);
+        write(frame_file(index, ".tiles.csv"), tiles.str());
+    } else {
+        remove_old(frame_file(index, ".tiles.csv"));
+    }
+    report::StringStream supersteps;
     write_step_csv(supersteps, trace, model_, grid);
     write(frame_file(index, ".supersteps.csv"), supersteps.str());
     std::string note;
@@ -293,6 +299,10 @@ report::Modelled TraceOutput::add_frame(std::size_t index, report::RunFrame cons
     section.heading = "Frame " + std::to_string(index) + ": " + r.camera;
     section.facts = {{"a tile's part of the picture", std::to_string(tile_px[0]) + " x " + std::to_string(tile_px[1]) + " pixels"},
                      {frame_file(index, ".trace.json"), note}};
+    if (lines > most_tile_lines && !options_.trace_tiles)
+        section.facts.emplace_back(frame_file(index, ".tiles.csv"),
+                                   "left out: " + report::thousands(lines) + " lines are more than " + report::thousands(most_tile_lines) +
+                                       "; --trace-tiles writes it");
     for (auto const line : report::text_lines)
         if (report::has_line(r, line)) section.facts.emplace_back(line, report::numbers_of(r, line));
     tilemesh::TracePage page;

@@ -18,6 +18,8 @@
 
 namespace render_map {
 
+/// A frame's longer table by superstep and tile is written only if --trace-tiles asks for it: 10 MB at about 50 bytes a line.
+inline constexpr std::size_t most_tile_lines = 200'000;
 /// A frame's timeline for trace viewers stays below this: the busiest tiles are shown, as many as fit.
 inline constexpr std::size_t most_timeline_bytes = 20'000'000;
 

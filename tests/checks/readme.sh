@@ -2,7 +2,8 @@
 # usage: readme.sh [--write [--slow]] PROJECT [render_map]
 # Everything that the README files show is what the project holds:
 # - A block of C++ or CMake is a part of the file that the comment above it names.
-# - Every file, test case and link that is named exists.
+# - Every file, test case, link and preset of CMake that is named exists.
+# - The tables of RendererOptions and MeshOptions have their members in the order of declaration.
 # - README.md has at most 160 lines of at most 120 characters, and each of its headline numbers names its command.
 # - Every `render_map` and `pfm_error` line and every block of Python runs.
 # - A block below `<!-- output of COMMAND -->` is what COMMAND prints, but for host times and for counts that depend on fused
@@ -82,6 +83,35 @@ while read -r line; do
     [ -e "$1" ] || { fail "tests/README.md names $file, which is not there" && continue; }
     [ -z "$case" ] || grep -qF "\"$case" "$@" || grep -qF "\"slow: $case" "$@" || fail "$file has no case \"$case...\""
 done <"$work/cases"
+
+# --- tables of options -------------------------------------------------------------------------
+# Designated initialisers follow the order of declaration, so a table of options has it, and lacks no member.
+in_order() { # in_order STRUCT HEADER HEADING_OF_THE_TABLE
+    sed -nE "/^struct $1 \\{/,/^\\};/p" "include/tilemesh/$2" |
+        sed -nE 's,///.*,,; s/^    [A-Za-z_:].*[ >]([a-z_]+)( = [^;]*|\{\});.*/\1/p' >"$work/declared"
+    awk -v heading="$3" 'on && !/^\|/ { exit } on { split($0, cell, "|"); print cell[2] } index($0, heading) == 1 { on = 1 }' \
+        include/tilemesh/README.md | grep -oE '`\.[a-z_]+`' | tr -d '`.' >"$work/in_table"
+    [ -s "$work/declared" ] || fail "$1 has no members in $2"
+    diff "$work/declared" "$work/in_table" >"$work/order" || fail "include/tilemesh/README.md: its table of $1 has not the members in the order of declaration:
+$(cat "$work/order")"
+}
+in_order RendererOptions render/renderer_options.hpp '| option | type | default |'
+in_order MeshOptions engine/mesh_options.hpp '| `MeshOptions` |'
+
+# --- presets -----------------------------------------------------------------------------------
+# Every preset of CMake, and every folder of a build, that a command names is there: a folder is that of a preset, or follows -B.
+grep -v '"hidden": true' CMakePresets.json | sed -nE 's/.*"name": "([a-z0-9_-]+)".*/\1/p' | sort -u >"$work/presets"
+# shellcheck disable=SC2086
+for preset in $(grep -hoE '(cmake|ctest)[^`|]* --preset[ =][a-z0-9_-]+' $texts | sed 's/.*[ =]//' | sort -u); do
+    grep -qx -e "$preset" "$work/presets" || fail "a README names the preset $preset, which CMakePresets.json has not"
+done
+# shellcheck disable=SC2086
+for file in $texts; do
+    for folder in $(grep -oE '(--build|--install|--test-dir) build/[a-z0-9_-]+' "$file" | sed 's,.*/,,' | sort -u); do
+        grep -qx -e "$folder" "$work/presets" || grep -q -e "-B build/$folder\>" "$file" ||
+            fail "$file builds in build/$folder, which is no preset's folder, and no -B names it"
+    done
+done
 
 # --- links -------------------------------------------------------------------------------------
 # A heading's anchor: lower case, without punctuation, a hyphen for each space.

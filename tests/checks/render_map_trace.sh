@@ -357,6 +357,12 @@ bounded="$small --out pictures --most-passes"
 # shellcheck disable=SC2086
 {
     refuses "^step 1 is not quiet after 3 passes .*superstep 4 (route)" $bounded 3 --fit off
+    refuses "^--trace-tiles" $small --trace-tiles
+    runs --program anchored --channel-slots 1 --quiet --trace long --trace-tiles # 600,000 lines
+    [ "$(wc -l <long/frame_0000.tiles.csv)" -gt 200000 ] || fail "long/frame_0000.tiles.csv has too few lines for this test"
+    runs --program anchored --channel-slots 1 --quiet --trace long
+    [ ! -e long/frame_0000.tiles.csv ] || fail "a long table by tile was written, or the one of the last run is still there"
+    has long/report.html "trace-tiles writes it"
     refuses "^step 1 is not quiet after 3 passes .*superstep 4 (route)" $bounded 3 --engine sequential
     refuses "^step 1 is not quiet after 3 passes .*superstep 4 (route).* in bounded/no_progress.txt$" $bounded 3 --trace bounded
     equal "files of a run without a frame" "$(ls bounded)" no_progress.txt

@@ -72,6 +72,42 @@ TEST_CASE("Reduce: sum, least, most and and are those of a plain loop, at tile (
     }
 }
 
+namespace {
+template <ReduceTo Where>
+void check_reduce_on(Grid grid)
+{
+    CAPTURE(grid.width);
+    CAPTURE(grid.height);
+    Mesh known{reduce_on<Weight, Sum, Where>(grid), grid, Traced<Mk2>{}};
+    Mesh usual{Reduce<Weight, Sum, Where>{}, grid, Traced<Mk2>{}};
+    CheckedMesh checked{reduce_on<Weight, Sum, Where>(grid), grid, Traced<Mk2>{}};
+    load(known);
+    load(usual);
+    load(checked);
+    for (int i = 0; i < 2; ++i) { // nothing is left under way for the second run
+        auto const a = known.run(), b = usual.run();
+        check_same(checked.run(), a);
+        CHECK(words_of(known) == words_of(usual));
+        CHECK(words_of(known) == words_of(checked));
+        CHECK(a.messages() == b.messages());
+        CHECK(a.exchanges() == b.exchanges());
+        CHECK(passes(a) == passes(b) + (grid.size() == 1 ? 1 : 0));
+    }
+    for (auto const& superstep : known.trace().supersteps) CHECK(!superstep.votes);
+    bool votes = grid.size() == 1; // one tile has nothing to add up
+    for (auto const& superstep : usual.trace().supersteps) votes = votes || superstep.votes;
+    CHECK(votes);
+}
+} // namespace
+
+TEST_CASE("reduce_on: a reduction of known length asks for no vote, and has the words, messages and passes of Reduce")
+{
+    for (Grid const grid : {Grid{1, 1}, Grid{7, 1}, Grid{1, 6}, Grid{2, 2}, Grid{5, 4}, Grid{3, 8}}) {
+        check_reduce_on<ReduceTo::one>(grid);
+        check_reduce_on<ReduceTo::all>(grid);
+    }
+}
+
 TEST_CASE("Reduce: its ledger is a word of state and a channel of one message; a value may look at several things")
 {
     using Layout = Tile<Mk2, Reduce<Weight, Sum>>;

@@ -400,6 +400,24 @@ TEST_CASE("trace page: a map's picture for a file has the shape of the tiles")
     CHECK(map_image(wide, {1000, 1}).width == 1000);
 }
 
+TEST_CASE("trace page: the cost model's table has the prices of operations that the run counted, and no others")
+{
+    Folder folder;
+    auto model = priced();
+    set_price(model, "never_counted", 7, "assumed: 7");
+    auto const cell = [](std::string const& name) { return "<td>" + name + "</td>"; };
+    auto const counted = text_of(write_trace_page(folder.path, "run", two_tiles(), model, two));
+    CHECK(has(counted, cell("compare")));
+    CHECK(has(counted, cell("exchange_byte"))); // no operation
+    CHECK_FALSE(has(counted, cell("never_counted")));
+    CHECK(has(counted, "prices of operations that this run did not count"));
+    CHECK(has(text_of(folder.path / "run.model.txt"), "never_counted"));
+    auto few = two_tiles();
+    for (auto& superstep : few.supersteps)
+        for (auto& tile : superstep.tiles) tile.operations = {};
+    CHECK_FALSE(has(text_of(write_trace_page(folder.path, "few", few, model, two)), cell("compare")));
+}
+
 TEST_CASE("trace page: a folder that is a file, a map of another grid and a price without a source are refused")
 {
     Folder folder;

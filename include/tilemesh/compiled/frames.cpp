@@ -1,4 +1,5 @@
 // A part of tilemesh::compiled: the host code of every renderer.
+#include <tilemesh/render/detail/fill_storage_code.hpp>
 #include <tilemesh/render/detail/frame_layout_code.hpp>
 #include <tilemesh/render/detail/homes_layout_code.hpp>
 #include <tilemesh/render/detail/losses_code.hpp>

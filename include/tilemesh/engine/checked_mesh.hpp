@@ -10,6 +10,7 @@
 #include <string>
 #include <tilemesh/engine/mesh.hpp>
 #include <tilemesh/engine/port.hpp>
+#include <tilemesh/engine/quiet_change.hpp>
 #include <tilemesh/engine/run.hpp>
 #include <type_traits>
 #include <utility>
@@ -22,7 +23,8 @@ struct CheckedMeshOptions {
     std::uint32_t threads = 1; ///< not used: this engine has one thread. So the options of a Mesh are also options of a CheckedMesh
     bool digest = false;
     /// Also runs the tiles that need not run, and checks that this changes no word and sends nothing. `Vote` promises this. Without the
-    /// promise, a machine that runs every tile (the IPU) would give other results.
+    /// promise, a machine that runs every tile (the IPU) would give other results. If no tile must run an UntilQuiet's kernel, and its
+    /// own votes said so, all tiles run once more for this check. Counters, traces and words are those of a run without the check.
     bool check_quiet_tiles = true;
     std::uint32_t most_passes = 0; ///< see MeshOptions
     ExplainNotQuiet explain = nullptr; ///< see MeshOptions
@@ -135,6 +137,7 @@ public:
         state_peak_.fill(0);
         link_peak_.fill(0);
         for (auto& b : busy_) std::fill(b.begin(), b.end(), std::uint8_t{0});
+        last_kernel_ = nullptr;
         return run_.all(*this, this->program_, this->grid_, {options_.most_passes, options_.digest, options_.explain}, [this] {
             return peaks();
         });
@@ -311,30 +314,84 @@ private:
                                    " (its guard words are gone, or its size is above its capacity); use try_push");
             }
     }
-    /// The words that a kernel may have changed on a tile: the states that it takes without const, and its messages.
-    template <class... A>
-    std::uint64_t digest_writable([[maybe_unused]] std::uint32_t tile, machine::Types<A...>)
+    /// Runs the kernel on a tile that need not run, and puts back what it changed. Throws Error if a word that counts is not what it was,
+    /// or if the kernel sent or voted busy.
+    template <class Kernel>
+    void require_quiet(std::uint32_t tile, bool outside)
     {
-        std::uint64_t h = 0;
-        ((h = digest_argument(h, tile, static_cast<std::remove_reference_t<A>*>(nullptr))), ...);
-        return h;
+        using Arguments = typename KernelTraits<Kernel>::Arguments;
+        before_.clear();
+        save(tile, Arguments{});
+        engine::QuietChange change;
+        if (run_tile<Kernel>(tile) == Vote::busy) change.kind = engine::QuietChange::Kind::vote;
+        std::uint32_t const* saved = before_.data();
+        compare(change, saved, tile, Arguments{});
+        if (change) fail(tile, change.text(outside));
+    }
+    /// The words that a kernel may change on a tile: the states that it takes without const.
+    template <class... A>
+    void save([[maybe_unused]] std::uint32_t tile, machine::Types<A...>)
+    {
+        (save_argument(tile, static_cast<std::remove_reference_t<A>*>(nullptr)), ...);
     }
     template <class X>
-    std::uint64_t digest_argument(std::uint64_t h, std::uint32_t tile, X*)
+    void save_argument([[maybe_unused]] std::uint32_t tile, X*)
     {
-        if constexpr (!std::is_const_v<X> && !is_view<X>)
-            return this->template digest_state<X>(h, tile);
+        if constexpr (!std::is_const_v<X> && !is_view<X>) {
+            auto const p = this->template state_place<X>(tile);
+            if constexpr (is_list<X>) before_.push_back(p.head[0]);
+            before_.insert(before_.end(), p.items, p.items + live_words<X>(p));
+        }
+    }
+    template <class X>
+    std::size_t live_words(machine::Place p) const noexcept
+    {
+        if constexpr (is_list<X>)
+            return std::size_t{p.head[0]} * this->template item_words<X>();
         else
-            return h;
+            return sizeof(X) / 4;
+    }
+    template <class... A>
+    void compare([[maybe_unused]] engine::QuietChange& change, [[maybe_unused]] std::uint32_t const* saved,
+                 [[maybe_unused]] std::uint32_t tile, machine::Types<A...>)
+    {
+        (compare_argument(change, saved, tile, static_cast<std::remove_reference_t<A>*>(nullptr)), ...);
+    }
+    template <class X>
+    void compare_argument([[maybe_unused]] engine::QuietChange& change, [[maybe_unused]] std::uint32_t const*& saved,
+                          [[maybe_unused]] std::uint32_t tile, X*)
+    {
+        if constexpr (!std::is_const_v<X> && !is_view<X>) {
+            using Kind = engine::QuietChange::Kind;
+            auto const p = this->template state_place<X>(tile);
+            std::uint32_t const out = this->sizes_.undigested[Base::template index_of_state<X>()];
+            bool const counts = out != Sizes::no_digest && !change;
+            std::size_t item = sizeof(X) / 4;
+            if constexpr (is_list<X>) {
+                item = this->template item_words<X>();
+                auto const size = *saved++;
+                if (counts && p.head[0] != size) change = {Kind::size, name_of<X>(), 0, 0, size, p.head[0]};
+                p.head[0] = size;
+            }
+            auto const words = live_words<X>(p);
+            for (std::size_t i = 0; i < words; ++i) {
+                if (p.items[i] == saved[i]) continue;
+                auto const word = static_cast<std::uint32_t>(i % item);
+                if (counts && !change && word < item - out)
+                    change = {is_list<X> ? Kind::item : Kind::word, name_of<X>(), word, static_cast<std::uint32_t>(i / item), saved[i],
+                              p.items[i]};
+                p.items[i] = saved[i];
+            }
+            saved += words;
+        }
     }
     template <class C>
-    std::uint64_t digest_argument(std::uint64_t h, std::uint32_t tile, Out<C>*)
+    void compare_argument(engine::QuietChange& change, std::uint32_t const*&, std::uint32_t tile, Out<C>*)
     {
         for (Direction d : news) {
             auto const p = end<C>(out_, 4 * tile + index(d));
-            h = engine::mix(engine::mix(h, p.head[0]), p.head[1]);
+            if ((p.head[0] | p.head[1]) != 0 && !change) change = {engine::QuietChange::Kind::message, name_of<C>(), 0, 0, 0, 0};
         }
-        return h;
     }
 
     // --- one superstep --------------------------------------------------------------------------------------------------
@@ -392,7 +449,11 @@ private:
             runs[t] = (All && rectangle_.contains(this->grid_.tile(t))) || busy[t] != 0 || has_mail(t, typename Traits::Arguments{});
             any = any || runs[t] != 0;
         }
-        if (!any) return {};
+        if (!any) { // if the tiles voted quiet in this kernel, one pass more must change nothing on any of them
+            bool const look = options_.check_quiet_tiles && last_kernel_ == &kernel_tag<Kernel>;
+            for (std::uint32_t t = 0; look && t < tiles; ++t) require_quiet<Kernel>(t, false);
+            return {};
+        }
         if constexpr (traced)
             if (run_.trace)
                 run_.trace->supersteps.push_back({run_.step(), votes_after<Program>(run_.step()),
@@ -403,14 +464,7 @@ private:
         for (std::uint32_t t = 0; t < tiles; ++t) refuse_unread<Kernel>(t, typename Traits::Links{});
         for (std::uint32_t t = 0; t < tiles; ++t) {
             if (runs[t] == 0) {
-                if (!options_.check_quiet_tiles) continue;
-                auto const before = digest_writable(t, typename Traits::Arguments{});
-                bool const busy_now = run_tile<Kernel>(t) == Vote::busy;
-                if (busy_now || digest_writable(t, typename Traits::Arguments{}) != before)
-                    fail(t, All ? "a kernel changed, sent or voted busy on a tile outside the rectangle that was quiet and had no "
-                                  "mail (run_within promises that it is idle); run within a larger one"
-                                : "a kernel changed, sent or voted busy on a tile that was quiet and had no mail (Vote says busy "
-                                  "while running again without mail would change a word); vote busy earlier");
+                if (options_.check_quiet_tiles) require_quiet<Kernel>(t, All);
                 continue;
             }
             busy_[parity_ ^ 1u][t] = run_tile<Kernel>(t) == Vote::busy;
@@ -428,6 +482,7 @@ private:
         check_shared_memory(Links{});
         std::fill(busy.begin(), busy.end(), std::uint8_t{0});
         parity_ ^= 1u;
+        last_kernel_ = &kernel_tag<Kernel>;
         return passed;
     }
     std::uint64_t digest_now()
@@ -559,6 +614,11 @@ private:
     std::array<std::uint32_t, States::count + 1> state_peak_{};
     std::array<std::vector<std::uint32_t>, States::count + 1> most_;
     std::array<std::uint32_t, links> link_peak_{};
+    /// Its address stands for the kernel.
+    template <class Kernel>
+    static inline char const kernel_tag = 0;
+    char const* last_kernel_ = nullptr; ///< of the superstep before; null at the start of a run
+    std::vector<std::uint32_t> before_; ///< the words of a tile before the kernel ran on it, although it need not run
     engine::detail::BrokenContracts broken_;
     Run run_;
 };

@@ -73,6 +73,7 @@ constexpr MeshSizes<Program> plain_sizes(MachineSize const& machine, Sizes const
     m.links = {engine::LinkSize{capacity_of<L>(sizes), wire_bytes<typename L::value_type>}..., engine::LinkSize{0, 0}};
     m.shares_memory = {tilemesh::shares_memory<L>(sizes)..., false};
     m.sram_bytes = SramLedger<Program>::bytes(machine, sizes);
+    m.undigested = {(is_per_pass<S> ? MeshSizes<Program>::no_digest : 0u)..., 0u};
     return m;
 }
 /// The number of workers for which kernel K has words: its `most_workers`; without that member any number.

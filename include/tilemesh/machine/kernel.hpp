@@ -55,6 +55,15 @@ template <class X, class = void>
 inline constexpr bool is_list = false;
 template <class X>
 inline constexpr bool is_list<X, std::void_t<typename X::value_type, decltype(X::head_words)>> = true;
+/// Does state X hold statistics of one pass? Its struct says so:
+///   struct Passed { static constexpr bool per_pass = true; std::uint32_t looked, hops; };
+/// Its words are 0 whenever a kernel begins that takes `Passed&`. The host, an observer and the kernel's `operations` read them after the
+/// kernel; no kernel can read those of an earlier pass. So a change of them needs no vote, and no digest has them. The state takes its
+/// bytes of SRAM as any other.
+template <class X, class = void>
+inline constexpr bool is_per_pass = false;
+template <class X>
+inline constexpr bool is_per_pass<X, std::void_t<decltype(X::per_pass)>> = X::per_pass;
 /// Does a kernel take X by value? True for In<C>, Out<C>, Broadcast<P>, Here, Worker and Absent.
 template <class X>
 inline constexpr bool is_view = false;
@@ -85,7 +94,7 @@ struct NoRole {
     using State = void;
     using Link = void;
     using Shared = void;
-    static constexpr bool reads = false, writes = false;
+    static constexpr bool reads = false, writes = false, clears = false;
 };
 template <class A>
 struct Role : NoRole {
@@ -116,7 +125,12 @@ struct Role<X&> : NoRole {
     static_assert(!std::is_class_v<X> || is_list<X> || (std::is_trivially_copyable_v<X> && alignof(X) <= 4 && sizeof(X) % 4 == 0),
                   "a tile's state is a Buffer or a trivially copyable struct of whole 32-bit words (it lives in SRAM and may "
                   "be copied as words, so its alignment is 4); keep a double or a 64-bit integer as two words");
+    static_assert(!is_per_pass<X> || !std::is_const_v<X>, "a kernel reads per_pass statistics of another pass (an engine clears them "
+                                                          "before each kernel that fills them); keep words that kernels read in another state");
+    static_assert(!is_per_pass<X> || !is_list<X>, "per_pass statistics are a struct (an engine clears all of its words before a kernel); "
+                                                  "count in words, or keep the Buffer as a state");
     using State = std::remove_const_t<X>;
+    static constexpr bool clears = is_per_pass<X>;
 };
 template <class C>
 struct Role<In<C>> : NoRole {
@@ -201,7 +215,15 @@ struct KernelTraits : detail::CallOf<K> {
     {
         return (detail::Role<A>::writes || ...);
     }
+    template <class... A>
+    static constexpr bool any_clears(machine::Types<A...>) noexcept
+    {
+        return (detail::Role<A>::clears || ...);
+    }
     static constexpr bool multi_worker = takes<Worker>;
+    static_assert(!multi_worker || !any_clears(Arguments{}),
+                  "a kernel that takes Worker may not fill per_pass statistics (each worker would clear them); count in a superstep of one "
+                  "worker");
     static constexpr bool sends = any_writes(Arguments{});
     static_assert(!multi_worker || (std::is_void_v<Result> && !sends),
                   "a kernel that takes Worker may neither send nor vote (six workers would race); do that in a superstep of "

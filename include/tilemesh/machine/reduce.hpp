@@ -173,4 +173,38 @@ struct GoOnReducing {
 template <class Value, class Operator, ReduceTo Where = ReduceTo::one>
 using Reduce = Sequence<Superstep<detail::BeginReduce<Value, Operator, Where>>, UntilQuiet<detail::GoOnReducing<Value, Operator, Where>>>;
 
+namespace detail {
+/// The last kernel of a reduction of known length: it reads the last messages and sends none.
+template <class Value, class Operator, ReduceTo Where>
+struct FinishReducing {
+    static constexpr ReduceName<Operator, Value> text{Where == ReduceTo::all ? " of all end" : " end"};
+    static constexpr char const* name = text.text;
+    void operator()(Reduced<Value, Operator>& reduced, In<Partial<Value, Operator>> in) const noexcept
+    {
+        if constexpr (Where == ReduceTo::all)
+            for (auto d : {Direction::north, Direction::west})
+                if (!in[d].empty()) reduced.value = in[d][0];
+        for (auto d : {Direction::east, Direction::south})
+            if (!in[d].empty()) reduced.value = Operator{}(reduced.value, in[d][0]);
+    }
+};
+template <class Value, class Operator, ReduceTo Where>
+using ReduceOn = Sequence<Superstep<BeginReduce<Value, Operator, Where>>, Repeat<GoOnReducing<Value, Operator, Where>>,
+                          Superstep<FinishReducing<Value, Operator, Where>>>;
+} // namespace detail
+
+/// A `Reduce` whose number of passes is that of a grid, so it asks for no vote: `reduce_on<Member<&Cell::kelvin>, Most>(grid)` is a part of a
+/// program, as `Reduce<Member<&Cell::kelvin>, Most>{}`, with the same messages, states and order. Its kernels are those of `Reduce` and
+/// `detail::FinishReducing<Value, Operator, Where>`. `grid` must be that of the mesh: on a larger one, the result lacks tiles.
+///
+/// Cost: that of `Reduce` without its votes; every tile runs in each pass. On one tile, one pass more.
+template <class Value, class Operator, ReduceTo Where = ReduceTo::one>
+constexpr detail::ReduceOn<Value, Operator, Where> reduce_on(Grid grid) noexcept
+{
+    std::uint32_t const exchanges = (Where == ReduceTo::all ? 2u : 1u) * (grid.width + grid.height - 2);
+    return {Superstep<detail::BeginReduce<Value, Operator, Where>>{},
+            Repeat<detail::GoOnReducing<Value, Operator, Where>>{exchanges == 0 ? 0 : exchanges - 1},
+            Superstep<detail::FinishReducing<Value, Operator, Where>>{}};
+}
+
 }} // namespace tilemesh

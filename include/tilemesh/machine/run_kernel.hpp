@@ -18,6 +18,8 @@ struct Bind<X&, Source> {
     TILEMESH_KERNEL static decltype(auto) make(Source& source) noexcept
     {
         machine::Place const place = source.template state<Plain>();
+        if constexpr (is_per_pass<X> && !std::is_const_v<X>) // `operations` takes it const, and reads what the kernel wrote
+            *reinterpret_cast<Plain*>(place.items) = Plain{};
         if constexpr (is_list<Plain>)
             return View{Plain{place}};
         else

@@ -39,7 +39,7 @@ struct TracePage {
     EnergyModel const* energy = nullptr;                      ///< if given, the page also shows the run's energy
     /// Encodes a picture as a PNG file. Without it the pictures in the page are BMP files, which are larger.
     std::function<std::string(report::Image const&)> png{};
-    std::uint64_t most_tile_lines = 4'000'000;     ///< a longer table by tile is left out; a line has about 50 bytes
+    std::uint64_t most_tile_lines = 200'000;       ///< a longer table by tile is left out; a line has about 50 bytes
     std::size_t most_timeline_bytes = 20'000'000;  ///< the timeline shows as many of the busiest tiles as fit
     std::string run = "run";                       ///< the name of the run in the first sentence
     /// The program's reason for the compute time of the slowest tile, for the first sentence: "it holds 1,198 copies". Empty: no reason.
@@ -100,6 +100,8 @@ TILEMESH_HOST void add_ledger(report::HtmlReport& html, std::span<machine::Regio
                               std::uint64_t sram_bytes = 0);
 /// Adds the numbers of a cost model, each with its source, folded away.
 TILEMESH_HOST void add_parameters(report::HtmlReport& html, CostModel const& model);
+/// The same without the prices of operations that this run did not count.
+TILEMESH_HOST void add_parameters(report::HtmlReport& html, CostModel const& model, Trace const& trace);
 /// Adds the numbers of an energy model, each with its source, folded away.
 TILEMESH_HOST void add_parameters(report::HtmlReport& html, EnergyModel const& model);
 

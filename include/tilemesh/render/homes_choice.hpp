@@ -61,6 +61,10 @@ inline constexpr std::uint32_t least_held = 256;
 /// the slots do not fit into a tile's SRAM. Records without a home come in chapters.
 TILEMESH_HOST HomesLayout layout_homes(HomesChoice const& c, RendererOptions const& options, Extent2 size, std::uint64_t records);
 
+/// Returns the choice with as many homes as the rest of its machine's SRAM has room for, for frames of `grid` tiles of `tile` pixels: one
+/// more does not fit. All other sizes stay, and `fit` is off. Throws Error as `layout_homes`, and if the SRAM has room for no home.
+TILEMESH_HOST HomesChoice fill_storage(HomesChoice c, Grid grid, Extent2 tile);
+
 /// The facts of a choice. `routing` and `beam` are the slots of the one channel that the program has.
 TILEMESH_HOST SetupFacts facts_of(HomesChoice const& c, splat::homes::Sizes const& sizes, HomesLedger const& ledger);
 

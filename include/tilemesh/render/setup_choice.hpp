@@ -1,8 +1,11 @@
 #pragma once
 #include <cstdint>
 #include <string>
+#include <tilemesh/config.hpp>
 #include <tilemesh/engine/mesh_sizes.hpp>
 #include <tilemesh/error.hpp>
+#include <tilemesh/machine/grid.hpp>
+#include <tilemesh/render/frame_layout.hpp>
 #include <tilemesh/render/setup_facts.hpp>
 #include <type_traits>
 #include <utility>
@@ -214,4 +217,12 @@ inline SetupChoice with_planes(SetupChoice c, bool depth, bool alpha)
     return c;
 }
 
+/// Returns the choice for tiles of `tile` pixels, with as many slots of storage as the rest of its machine's SRAM has room for: one more does
+/// not fit. All other sizes stay. Throws Error if the machine has fewer tiles than the grid, or has room for no slot.
+TILEMESH_HOST SetupChoice fill_storage(SetupChoice c, Grid grid, Extent2 tile);
+
 }}} // namespace tilemesh::render
+
+#if !defined(TILEMESH_COMPILED)
+#include <tilemesh/render/detail/fill_storage_code.hpp>
+#endif

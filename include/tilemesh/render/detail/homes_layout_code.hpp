@@ -88,6 +88,23 @@ TILEMESH_HOST HomesLayout layout_homes(HomesChoice const& c, RendererOptions con
     return {grid, fold, sizes, std::move(ledger)};
 }
 
+TILEMESH_HOST HomesChoice fill_storage(HomesChoice c, Grid grid, Extent2 tile)
+{
+    RendererOptions options;
+    options.grid = {grid.width, grid.height};
+    auto const side = [](std::uint32_t tiles, std::uint32_t pixels) { // a product that is too large stays too large
+        return static_cast<std::uint32_t>(std::min<std::uint64_t>(std::uint64_t{tiles} * pixels, 0xffffffffu));
+    };
+    c.fit = false;
+    c.sizes.homes = 1;
+    auto const one = layout_homes(c, options, {side(grid.width, tile.width), side(grid.height, tile.height)}, 1);
+    auto two = one.sizes;
+    two.homes = 2;
+    auto const slot = HomesLedger(c, two).bytes - one.ledger.bytes;
+    c.sizes.homes = static_cast<std::uint32_t>(std::min<std::uint64_t>(1 + (c.machine.sram_bytes - one.ledger.bytes) / slot, 0x7fffffffu));
+    return c;
+}
+
 TILEMESH_HOST SetupFacts facts_of(HomesChoice const& c, splat::homes::Sizes const& sizes, HomesLedger const& ledger)
 {
     SetupFacts f{};

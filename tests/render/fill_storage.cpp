@@ -1,0 +1,61 @@
+// test: unoptimised test asan tsan
+// Storage takes the rest of the SRAM, in both programs.
+#include <cstdint>
+#include <doctest/doctest.h>
+#include <tilemesh/error.hpp>
+#include <tilemesh/render/homes_choice.hpp>
+#include <tilemesh/render/renderer_options.hpp>
+#include <tilemesh/render/setup_choice.hpp>
+#include <tilemesh/splat/setup.hpp>
+
+using namespace tilemesh;
+using namespace tilemesh::splat;
+using render::choice_of;
+using render::facts_of;
+
+TEST_CASE("fill_storage: storage takes the rest of the SRAM, that many slots fit and one more does not")
+{
+    Grid const grid{40, 36};
+    for (Extent2 const tile : {Extent2{1, 1}, Extent2{32, 20}, Extent2{48, 30}})
+        for (std::uint32_t const degree : {0u, 3u})
+            for (std::uint32_t const sram : {560'000u, 638'976u, 64u << 20}) {
+                auto anchored = render::fitted(choice_of<Lossless>(), degree, true, true);
+                anchored.machine.sram_bytes = sram;
+                auto filled = render::fill_storage(anchored, grid, tile);
+                CHECK(filled.sizes.tile_pixels == tile.width * tile.height);
+                CHECK(filled.sizes.road == anchored.sizes.road);
+                CHECK(facts_of(filled).sizes.storage == filled.sizes.storage);
+                ++filled.sizes.storage;
+                CHECK_THROWS_AS(facts_of(filled), Error);
+
+                render::HomesChoice homes;
+                homes.sh_degree = degree, homes.machine.sram_bytes = sram;
+                if (sram > 560'000u) homes.fit = true;
+                auto full = render::fill_storage(homes, grid, tile);
+                RendererOptions options;
+                options.grid = {grid.width, grid.height};
+                Extent2 const frame{grid.width * tile.width, grid.height * tile.height};
+                auto const layout = render::layout_homes(full, options, frame, 1);
+                CHECK(layout.sizes.homes == full.sizes.homes);
+                CHECK(layout.sizes.held == homes.sizes.held);
+                ++full.sizes.homes;
+                CHECK_THROWS_AS(render::layout_homes(full, options, frame, 1), Error);
+            }
+    auto const choice = render::fill_storage(render::choice_of<splat::Lossless>(), Grid{40, 36}, {32, 20});
+    CHECK(choice.sizes.storage == 2012);
+}
+
+TEST_CASE("fill_storage refuses a grid, a tile and an SRAM without room")
+{
+    auto c = choice_of<Lossless>();
+    CHECK_THROWS_WITH_AS(render::fill_storage(c, Grid{40, 37}, {32, 20}),
+                         "a grid of 40 x 37 tiles (mk2 has 1472); choose 1 to all of them", Error);
+    CHECK_THROWS_AS(render::fill_storage(c, Grid{0, 36}, {32, 20}), Error);
+    CHECK_THROWS_AS(render::fill_storage(c, Grid{40, 36}, {0, 20}), Error);
+    CHECK_THROWS_AS(render::fill_storage(c, Grid{40, 36}, {65535, 65537}), Error);
+    CHECK_THROWS_AS(render::fill_storage(c, Grid{40, 36}, {1000, 1000}), Error); // the pixels alone are too many
+    render::HomesChoice homes;
+    CHECK_THROWS_AS(render::fill_storage(homes, Grid{40, 37}, {32, 20}), Error);
+    CHECK_THROWS_AS(render::fill_storage(homes, Grid{40, 36}, {65535, 20}), Error);
+    CHECK_THROWS_AS(render::fill_storage(homes, Grid{40, 36}, {1000, 1000}), Error);
+}
