@@ -1,4 +1,6 @@
 // A user's first program: a map, a camera, a picture. Run with the name of a 3DGS PLY file, or without for the built-in map.
+#include "shared/kept_inputs.hpp"
+#include "shared/text.hpp"
 #include <iostream>
 #include <tilemesh/error.hpp>
 #include <tilemesh/renderer.hpp>
@@ -10,6 +12,7 @@
 
 int main(int argc, char** argv)
 try {
+    if (argc > 1) shared::keep_inputs({argv[1]}, {"first_frame.pfm", "first_frame.ppm"});
     auto const map = argc > 1 ? tilemesh::scene::load_ply(argv[1]) : tilemesh::scene::built_in_map();
     auto const camera = tilemesh::scene::frame_whole(map, {1280, 720});
 
@@ -20,6 +23,6 @@ try {
     tilemesh::report::write_ppm("first_frame.ppm", frame.image);
     std::cout << frame.report;                 // passes, exchanges, messages, losses, peaks, milliseconds by stage
 } catch (tilemesh::Error const& error) {
-    std::cerr << error.what() << '\n';
+    std::cerr << shared::one_line(error.what()) << '\n';
     return 2;
 }

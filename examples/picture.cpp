@@ -1,6 +1,7 @@
 // The smallest way from a map to a picture: picture [MAP.ply] [OUT.png]. Without a map, it renders the built-in one.
 #include "shared/png.hpp"
 #include "shared/process.hpp"
+#include "shared/text.hpp"
 #include <filesystem>
 #include <iostream>
 #include <string>
@@ -10,6 +11,7 @@
 #include <tilemesh/scene/built_in.hpp>
 #include <tilemesh/scene/frame_whole.hpp>
 #include <tilemesh/scene/ply.hpp>
+#include <unistd.h>
 
 namespace {
 constexpr char const* usage = "usage: picture [MAP.ply] [OUT.png] (default: the built-in map, and picture.png)\n";
@@ -37,6 +39,7 @@ int render(int argc, char** argv)
     fs::path const out = argc > 2 ? argv[2] : "picture.png";
     tilemesh::report::DistinctFiles files;
     if (!built_in) files.read(argv[1]);
+    files.write_stream(STDOUT_FILENO, "standard output", "send it to another file");
     files.write(out, "the picture", "name another file as the second argument");
 
     auto const map = built_in ? tilemesh::scene::built_in_map() : tilemesh::scene::load_ply(argv[1]);
@@ -44,7 +47,8 @@ int render(int argc, char** argv)
     auto const frame = renderer.render(camera_of(map, built_in));
     shared::write_png(out, frame.image);
 
-    std::cout << "The picture of " << map.gaussians.size() << " Gaussians: " << fs::absolute(out).lexically_normal().string() << '\n';
+    std::cout << "The picture of " << map.gaussians.size() << " Gaussians: "
+              << shared::one_line(fs::absolute(out).lexically_normal().string()) << '\n';
     if (!frame.report.lost.empty())
         std::cout << "It lacks " << frame.report.lost.size() << " records and copies (tiles are full); render_map renders such a map completely.\n";
     return 0;

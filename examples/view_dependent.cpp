@@ -1,4 +1,6 @@
 // A map with view-dependent colour (spherical harmonics), on the smallest machine that its cameras need: view_dependent [MAP.ply].
+#include "shared/kept_inputs.hpp"
+#include "shared/text.hpp"
 #include <iostream>
 #include <span>
 #include <tilemesh/error.hpp>
@@ -19,6 +21,7 @@ namespace splat = tilemesh::splat;
 int main(int argc, char** argv)
 try {
     using splat::Fitted, splat::Lossless;
+    if (argc > 1) shared::keep_inputs({argv[1]}, {"view_dependent.ppm"});
     auto const map = argc > 1 ? scene::load_ply(argv[1]) : scene::built_in_map();
     std::vector<splat::Camera> const path{scene::frame_whole(map, {1280, 720})}; // all cameras that will be used
 
@@ -34,6 +37,6 @@ try {
     if (!frame.report.lost.empty()) std::cout << frame.report.lost.size() << " records and copies found no room\n";
     report::write_ppm("view_dependent.ppm", frame.image);
 } catch (tilemesh::Error const& error) {
-    std::cerr << error.what() << '\n';
+    std::cerr << shared::one_line(error.what()) << '\n';
     return 2;
 }

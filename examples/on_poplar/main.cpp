@@ -1,5 +1,7 @@
 // A map on an IPU: the frame program as a Poplar graph, a cold start and the same view again.
 //   on_poplar CODELETS.gp [MAP.ply]
+#include "../shared/kept_inputs.hpp"
+#include "../shared/text.hpp"
 #include <cstdio>
 #include <exception>
 #include <iostream>
@@ -29,6 +31,7 @@ int main(int argc, char** argv)
 try {
     if (argc != 2 && argc != 3)
         throw tilemesh::Error("no codelets (usage: on_poplar CODELETS.gp [MAP.ply]); build codelets.gp with popc");
+    shared::keep_inputs({argv + 1, argv + argc}, {"on_poplar.pfm"});
     auto const map = argc == 3 ? scene::load_ply(argv[2]) : scene::built_in_map();
     auto const camera = argc == 3 ? scene::frame_whole(map, {1280, 720}) : scene::built_in_camera({1280, 720});
 
@@ -45,6 +48,6 @@ try {
     }
     report::write_pfm("on_poplar.pfm", frame.image);
 } catch (std::exception const& e) {
-    std::fprintf(stderr, "on_poplar: %s\n", e.what());
+    std::fprintf(stderr, "on_poplar: %s\n", shared::one_line(e.what()).c_str());
     return 2;
 }

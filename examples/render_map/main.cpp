@@ -303,7 +303,8 @@ int run(Options const& options)
     }
     auto shape = in_parts ? render_map::ranks::shape_of(map.name) : render_map::shape_of(map);
     shape.origin = map.origin;
-    auto shots = render_map::make_shots(options, shape, notes);
+    std::vector<std::filesystem::path> sized_by;
+    auto shots = render_map::make_shots(options, shape, notes, sized_by);
     render_map::find_photographs(options, shots);
     render_map::check_sizes(options, shots);
     std::vector<splat::Camera> path;
@@ -318,14 +319,15 @@ int run(Options const& options)
     auto result = describe_run(options, map, gaussians, *renderer);
     result.notes = notes;
     result.features = render_map::features(options, needs, map, file_degree, *renderer);
-    auto const out = render_map::prepare_outputs(options, shots);
+    auto const read = render_map::files_read(options, shots, sized_by);
+    auto const out = render_map::prepare_outputs(options, shots, read);
     auto const other = render_map::read_other(options, shots);
     auto video = render_map::open_video(options, shots);
 
     std::optional<render_map::Journal> journal;
     if (options.resume) {
         progress.say("looking for finished frames");
-        result.made_from = render_map::made_from(options, render_map::files_read(options, shots));
+        result.made_from = render_map::made_from(options, read);
         journal.emplace(out, result.made_from, shots.size(), [&](std::size_t frame) { return render_map::picture_files(options, frame); });
     }
 

@@ -83,11 +83,10 @@ void check_video_stream()
 }
 
 /// Refuses a run that would overwrite a file that it reads, or write two files with one name. The folders must exist.
-void check_distinct(Options const& options, fs::path const& out, std::vector<Shot> const& shots)
+void check_distinct(Options const& options, fs::path const& out, std::size_t frames, std::vector<fs::path> const& read)
 {
-    auto const frames = shots.size();
     tilemesh::report::DistinctFiles files;
-    for (auto const& file : files_read(options, shots)) files.read(file);
+    for (auto const& file : read) files.read(file);
     if (options.photos) { // also the photographs of cameras that this run leaves out
         std::error_code refused;
         fs::recursive_directory_iterator photo(*options.photos, fs::directory_options::skip_permission_denied, refused);
@@ -143,7 +142,7 @@ std::string follow_file(std::uint32_t id)
     return "follow_" + std::to_string(id) + ".csv";
 }
 
-fs::path prepare_outputs(Options const& options, std::vector<Shot> const& shots)
+fs::path prepare_outputs(Options const& options, std::vector<Shot> const& shots, std::vector<fs::path> const& read)
 {
     auto const out = out_folder(options);
     shared::make_folder(out, "--out");
@@ -153,13 +152,14 @@ fs::path prepare_outputs(Options const& options, std::vector<Shot> const& shots)
     if (options.report) shared::check_file(*options.report, "the report", report_remedy);
     if (is_to_stream(options.video)) check_video_stream();
     else if (options.video) shared::check_file(*options.video, "the video", video_remedy);
-    check_distinct(options, out, shots);
+    check_distinct(options, out, shots.size(), read);
     return out;
 }
 
-std::vector<fs::path> files_read(Options const& options, std::vector<Shot> const& shots)
+std::vector<fs::path> files_read(Options const& options, std::vector<Shot> const& shots, std::vector<fs::path> const& sized_by)
 {
     auto files = options.inputs;
+    files.insert(files.end(), sized_by.begin(), sized_by.end());
     for (auto const& shot : shots)
         if (shot.photograph && shot.photograph->found) files.push_back(shot.photograph->path);
     if (options.cameras && tilemesh::scene::names_colmap(*options.cameras)) {

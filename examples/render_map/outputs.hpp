@@ -36,8 +36,9 @@ inline constexpr char const* counters_file = "frames.csv";
 /// The end of the file of --trace that has one line for each round of each tile of a frame of homes.
 inline constexpr char const* rounds_end = ".rounds.csv";
 
-/// Every file that the run reads, the photographs of the shots too. For a COLMAP model: both files.
-std::vector<std::filesystem::path> files_read(Options const& options, std::vector<Shot> const& shots);
+/// Every file that the run reads, the photographs of the shots too. For a COLMAP model: both files. `sized_by`: of `make_shots`.
+std::vector<std::filesystem::path> files_read(Options const& options, std::vector<Shot> const& shots,
+                                              std::vector<std::filesystem::path> const& sized_by);
 
 /// With --report, files must survive a power loss, because the report says that they were written.
 tilemesh::report::Outlasts outlasts(Options const& options);
@@ -51,8 +52,9 @@ bool is_of_trace(std::string_view name, Options const& options, std::size_t fram
 
 /// Makes the folders for the pictures and the trace, and checks before the run that every file can be written. Returns the folder of the
 /// pictures. Throws `tilemesh::Error` if a file cannot be written, or would replace another file of the run or a file that the run reads
-/// (`report::DistinctFiles`). It writes nothing except the folders.
-std::filesystem::path prepare_outputs(Options const& options, std::vector<Shot> const& shots);
+/// (`report::DistinctFiles`). It writes nothing except the folders. `read`: of `files_read`.
+std::filesystem::path prepare_outputs(Options const& options, std::vector<Shot> const& shots,
+                                      std::vector<std::filesystem::path> const& read);
 
 /// Opens the video of --video; null without the option. All shots have one size (`check_sizes`). Throws `tilemesh::Error` if it cannot be
 /// written.

@@ -21,7 +21,8 @@ namespace {
 namespace scene = tilemesh::scene;
 
 /// The cameras before an option moves them.
-std::vector<Shot> still_shots(Options const& options, MapShape const& map, std::vector<std::string>& notes)
+std::vector<Shot> still_shots(Options const& options, MapShape const& map, std::vector<std::string>& notes,
+                              std::vector<std::filesystem::path>& sized_by)
 {
     if (!options.cameras) {
         auto const size = options.size.value_or(scene::Size{1280, 720});
@@ -42,7 +43,7 @@ std::vector<Shot> still_shots(Options const& options, MapShape const& map, std::
     }
     std::vector<Shot> shots;
     std::vector<std::string> of_file;
-    auto const cameras = scene::load_cameras(*options.cameras, &of_file, options.distorted, options.size);
+    auto const cameras = scene::load_cameras(*options.cameras, &of_file, options.distorted, options.size, &sized_by);
     for (auto const& note : of_file) notes.push_back(options.cameras->filename().string().append(": ").append(note));
     auto chosen = scene::relative_to_origin(scene::select_cameras(cameras, options.camera.value_or(""), map.name), map.origin);
     if (options.every && !options.trajectory) {
@@ -78,9 +79,10 @@ MapShape shape_of(scene::Map const& map)
             [&map](scene::Size size, glm::dvec3 up, double degrees) { return scene::frame_whole(map, size, up, degrees); }, map.origin};
 }
 
-std::vector<Shot> make_shots(Options const& options, MapShape const& map, std::vector<std::string>& notes)
+std::vector<Shot> make_shots(Options const& options, MapShape const& map, std::vector<std::string>& notes,
+                             std::vector<std::filesystem::path>& sized_by)
 {
-    auto const still = still_shots(options, map, notes);
+    auto const still = still_shots(options, map, notes, sized_by);
     if (!options.orbit_degrees && !options.trajectory) return still;
 
     auto const& start = still.front();

@@ -53,7 +53,9 @@ struct MapShape {
 MapShape shape_of(tilemesh::scene::Map const& map);
 
 /// The cameras that the options select, in rendering order; at least one. A reader's notes about its file are added to `notes`, one line
-/// each. Throws `tilemesh::Error` for a file that cannot be used, and for a selection without a camera.
-std::vector<Shot> make_shots(Options const& options, MapShape const& map, std::vector<std::string>& notes);
+/// each; the pictures from which the reader took the sizes of cameras are added to `sized_by`. Throws `tilemesh::Error` for a file that
+/// cannot be used, and for a selection without a camera.
+std::vector<Shot> make_shots(Options const& options, MapShape const& map, std::vector<std::string>& notes,
+                             std::vector<std::filesystem::path>& sized_by);
 
 } // namespace render_map

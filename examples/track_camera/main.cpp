@@ -5,6 +5,7 @@
 #include "../shared/text.hpp"
 #include "options.hpp"
 #include "outputs.hpp"
+#include "path.hpp"
 #include "pictures.hpp"
 #include <algorithm>
 #include <array>
@@ -12,7 +13,10 @@
 #include <chrono>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
+#include <filesystem>
 #include <glm/geometric.hpp>
+#include <glm/vec3.hpp>
 #include <iostream>
 #include <optional>
 #include <string>
@@ -91,18 +95,26 @@ private:
     bool quiet_;
 };
 
-/// The poses of the camera, as the command line says: a file's, or a hand-held motion of about 1 degree and 1 cm a frame.
-scene::Trajectory poses_of(Options const& o, scene::Pose const& first)
+/// What the readers say about their files, each note with the name of its file.
+void add_notes(std::vector<std::string>& to, std::filesystem::path const& file, std::vector<std::string> const& notes)
 {
-    scene::Trajectory poses;
-    if (o.trajectory) {
-        poses = scene::load_trajectory(*o.trajectory, scene::most_poses, o.trajectory_format);
-        if (o.relative) poses = scene::relative_to_first(std::move(poses), first);
-    } else if (!o.photos)
-        for (std::uint64_t k = 0; k < std::uint64_t{o.frames} * o.every; ++k) {
-            double const t = static_cast<double>(k) / 31.0;
-            poses.push_back({t, track::moved(first, {{0.1 * std::sin(2.0 * t), 0.06 * std::sin(3.1 * t), 0.08 * (1.0 - std::cos(1.7 * t))}, {0.05 * std::sin(2.3 * t), 0.12 * std::sin(1.9 * t), 0.03 * std::sin(2.9 * t)}})});
-        }
+    for (auto const& note : notes) to.push_back(file.filename().string() + ": " + note);
+}
+
+/// The poses of --trajectory for a map from which its reader subtracted `origin`; empty without the option.
+scene::Trajectory poses_of(Options const& o, scene::Pose const& first, std::array<double, 3> const& origin, std::vector<std::string>& notes)
+{
+    if (!o.trajectory) return {};
+    auto poses = scene::load_trajectory(*o.trajectory, scene::most_poses, o.trajectory_format);
+    add_notes(notes, *o.trajectory, scene::trajectory_notes(poses));
+    return o.relative ? scene::relative_to_first(std::move(poses), first) : scene::relative_to_origin(std::move(poses), origin);
+}
+
+/// Poses of a map with an origin, in the coordinates of its file.
+std::vector<scene::StampedPose> in_file_coordinates(std::vector<scene::StampedPose> poses, std::array<double, 3> const& origin)
+{
+    if (origin == std::array<double, 3>{}) return poses;
+    for (auto& each : poses) each.pose.position += glm::dvec3{origin[0], origin[1], origin[2]};
     return poses;
 }
 
@@ -120,15 +132,12 @@ public:
     Photos(Options const& o, std::vector<scene::RgbdFrame> list, scene::Trajectory poses, scene::Size size)
         : options_(o), list_(std::move(list)), poses_(std::move(poses)), size_(size)
     {
+        std::vector<double> times;
+        for (std::size_t k = 0; k < list_.size(); k += options_.every) times.push_back(list_[k].colour.seconds);
+        nearest_ = track_camera::nearest_poses(times, poses_, scene::most_seconds_apart).of_picture;
     }
-    std::size_t count() const { return (list_.size() + options_.every - 1) / options_.every; }
-    std::optional<scene::Pose> truth(std::size_t k) const
-    {
-        double const t = list_[k * options_.every].colour.seconds;
-        auto const away = [t](auto const& pose) { return std::fabs(pose.seconds - t); };
-        auto const nearest = std::min_element(poses_.begin(), poses_.end(), [&](auto const& a, auto const& b) { return away(a) < away(b); });
-        return nearest != poses_.end() && away(*nearest) <= scene::most_seconds_apart ? std::optional(nearest->pose) : std::nullopt;
-    }
+    std::size_t count() const { return nearest_.size(); }
+    std::optional<scene::Pose> truth(std::size_t k) const { return nearest_[k] ? std::optional(poses_[*nearest_[k]].pose) : std::nullopt; }
     Seen take(std::size_t k) const
     {
         auto frame = list_[k * options_.every];
@@ -142,60 +151,61 @@ private:
     std::vector<scene::RgbdFrame> list_;
     scene::Trajectory poses_;
     scene::Size size_;
+    std::vector<std::optional<std::size_t>> nearest_; ///< the pose of each picture
 };
 
 /// Pictures that are rendered from the map and spoilt. With an open shutter, a picture is the mean of three poses.
 template <class Renderer>
 class Renderings {
 public:
-    Renderings(Options const& o, Renderer& renderer, scene::Trajectory poses, scene::Intrinsics const& lens)
-        : options_(o), renderer_(renderer), poses_(std::move(poses)), lens_(lens)
+    Renderings(Options const& o, Renderer& renderer, track_camera::Path path, scene::Intrinsics const& lens)
+        : options_(o), renderer_(renderer), path_(std::move(path)), lens_(lens)
     {
         spoiling_.noise = o.noise;
         spoiling_.shutter = o.shutter;
         if (!(o.noise > 0.0)) spoiling_ = {0.0, false, 0.0, 0.0, 0.0, 0.0, 1};
     }
-    std::size_t count() const { return (poses_.size() + options_.every - 1) / options_.every; }
-    scene::Pose truth(std::size_t k) const { return scene::pose_of(scene::make_camera(poses_[k * options_.every].pose, lens_)); }
+    std::size_t count() const { return static_cast<std::size_t>((path_.size() + options_.every - 1) / options_.every); }
+    scene::Pose truth(std::size_t k) const { return scene::pose_of(scene::make_camera(path_[std::uint64_t{k} * options_.every].pose, lens_)); }
     Seen take(std::size_t k) const
     {
-        auto const at = k * options_.every;
-        auto target = renderer_.render(scene::make_camera(poses_[at].pose, lens_));
+        auto const at = std::uint64_t{k} * options_.every;
+        auto const [seconds, pose] = path_[at];
+        auto target = renderer_.render(scene::make_camera(pose, lens_));
         for (std::size_t i = 0; i < target.depth.values.size(); ++i) // no sensor measures what is half covered
             if (target.alpha.values[i] < 0.5f) target.depth.values[i] = 0.0f;
         if (spoiling_.shutter > 0.0) {
-            auto const& pose = poses_[at].pose;
             auto const step = velocity(at);
             auto const three = track::shutter_poses(track::moved(pose, {-step.rho, -step.phi}), pose, track::moved(pose, step), spoiling_.shutter);
             std::vector<report::Image> pictures{renderer_.render(scene::make_camera(three[0], lens_)).image, std::move(target.image), renderer_.render(scene::make_camera(three[2], lens_)).image};
             target.image = track::mean_of(pictures);
         }
         track::spoil(target.image, target.depth, k, spoiling_, options_.threads);
-        return {poses_[at].seconds, std::move(target.image), std::move(target.depth), truth(k)};
+        return {seconds, std::move(target.image), std::move(target.depth), truth(k)};
     }
 
 private:
     /// The camera's motion in a frame's time: the mean of the steps to pose i and from it. So the middle of the exposure is the pose itself,
     /// also where the steps jitter.
-    track::Twist velocity(std::size_t i) const
+    track::Twist velocity(std::uint64_t i) const
     {
         track::Twist sum;
         double steps = 0.0;
         auto const add = [&](scene::Pose const& to, double sign) {
-            auto const way = track::twist_between(poses_[i].pose, to);
+            auto const way = track::twist_between(path_[i].pose, to);
             sum.rho += sign * way.rho;
             sum.phi += sign * way.phi;
             steps += 1.0;
         };
-        if (i > 0) add(poses_[i - 1].pose, -1.0);
-        if (i + 1 < poses_.size()) add(poses_[i + 1].pose, 1.0);
+        if (i > 0) add(path_[i - 1].pose, -1.0);
+        if (i + 1 < path_.size()) add(path_[i + 1].pose, 1.0);
         if (steps > 0.0) sum.rho /= steps, sum.phi /= steps;
         return sum;
     }
 
     Options const& options_;
     Renderer& renderer_;
-    scene::Trajectory poses_;
+    track_camera::Path path_;
     scene::Intrinsics lens_;
     track::Spoiling spoiling_;
 };
@@ -287,12 +297,13 @@ void track_one(Options const& o, std::size_t k, Seen seen, track::Tracker& track
 }
 
 /// Writes the trajectories, the plot and the report, and prints the summary.
-void write_all(Options const& o, track_camera::PhotoWriter const* photos, Outcome const& out, double scale, Printer& printer)
+void write_all(Options const& o, track_camera::PhotoWriter const* photos, Outcome const& out, double scale, std::array<double, 3> const& origin, Printer& printer)
 {
-    report::write_whole(o.out / "estimated.tum", scene::tum_text(out.estimated));
-    if (!out.truth.empty()) report::write_whole(o.out / "truth.tum", scene::tum_text(out.truth));
-    report::write_whole(o.out / "paths.svg", paths(out.estimated, out.truth));
-    if (photos) photos->finish(scene::tum_text(out.truth));
+    auto const estimated = in_file_coordinates(out.estimated, origin), truth = in_file_coordinates(out.truth, origin);
+    report::write_whole(o.out / "estimated.tum", scene::tum_text(estimated));
+    if (!truth.empty()) report::write_whole(o.out / "truth.tum", scene::tum_text(truth));
+    report::write_whole(o.out / "paths.svg", paths(estimated, truth));
+    if (photos) photos->finish(scene::tum_text(truth));
     auto const count = static_cast<double>(out.estimated.size());
     std::string summary;
     if (!out.truths.empty()) {
@@ -334,7 +345,7 @@ int end_of(Options const& o, Outcome const& out, std::size_t frames, Printer con
 /// Tracks the frames of `source`, from `start`, and writes what the command line asks for. After an interrupt, and if a picture cannot be
 /// read, it writes everything about the frames before; then it throws the picture's error. Returns the exit status.
 template <class Source, class Renderer>
-int track_all(Options const& o, Source const& source, Renderer& renderer, scene::Map const& map, scene::Intrinsics const& lens, scene::Size size, scene::Pose const& start)
+int track_all(Options const& o, Source const& source, Renderer& renderer, scene::Map const& map, scene::Intrinsics const& lens, scene::Size size, scene::Pose const& start, Printer& printer)
 {
     track::PoseEvaluator evaluate{map, {size.width, size.height}, {.threads = o.threads, .tile = {o.tile.width, o.tile.height}}};
     double const scale = median_depth(renderer.render(scene::make_camera(start, lens)));
@@ -349,11 +360,10 @@ int track_all(Options const& o, Source const& source, Renderer& renderer, scene:
 
     std::optional<track_camera::PhotoWriter> photos;
     if (o.save_photos) photos.emplace(*o.save_photos, o.depth_levels);
-    Printer printer(o.quiet);
     Outcome out;
     report::Image last;
     auto const write = [&] {
-        write_all(o, photos ? &*photos : nullptr, out, scale, printer);
+        write_all(o, photos ? &*photos : nullptr, out, scale, map.origin, printer);
         report::write_ppm(o.out / "residual.ppm", report::error_picture(renderer.render(scene::make_camera(out.estimated.back().pose, lens)).image, last));
     };
     auto const count = std::min<std::size_t>(source.count(), o.frames);
@@ -379,16 +389,28 @@ int track_all(Options const& o, Source const& source, Renderer& renderer, scene:
 
 int run(Options const& o)
 {
+    Printer printer(o.quiet);
     std::vector<scene::RgbdFrame> list;
     if (o.photos) list = scene::load_rgbd(*o.photos);
     auto const size = o.photos ? track_camera::size_of(list.front()) : o.size.value_or(scene::Size{640, 480});
-    auto const map = o.map ? scene::load_map(*o.map, shared::codecs()) : scene::built_in_map();
+    auto const map = o.map ? scene::load_map(*o.map, shared::codecs(), scene::FarMeans::moved) : scene::built_in_map();
+    auto notes = map.notes;
     auto camera = o.map ? scene::frame_whole(map, size) : scene::built_in_camera(size);
-    if (o.cameras) camera = scene::resized(scene::select_cameras(scene::load_cameras(*o.cameras), o.camera, o.map ? o.map->stem().string() : "built-in").front().camera, size.width, size.height);
+    std::vector<std::filesystem::path> sized_by;
+    if (o.cameras) {
+        std::vector<std::string> of_file;
+        auto const cameras = scene::load_cameras(*o.cameras, &of_file, scene::DistortedLens::refused, size, &sized_by);
+        add_notes(notes, *o.cameras, of_file);
+        auto const chosen = scene::relative_to_origin(scene::select_cameras(cameras, o.camera, o.map ? o.map->stem().string() : "built-in"), map.origin);
+        camera = scene::resized(chosen.front().camera, size.width, size.height);
+    }
     auto const lens = scene::lens_of(camera);
-    auto poses = poses_of(o, scene::pose_of(camera));
-    auto const frames = std::min<std::size_t>(((o.photos ? list.size() : poses.size()) + o.every - 1) / o.every, o.frames);
-    track_camera::prepare_outputs(o, track_camera::files_read(o, list), frames);
+    auto poses = poses_of(o, scene::pose_of(camera), map.origin, notes);
+    if (o.photos) add_notes(notes, *o.photos, scene::rgbd_notes(list));
+    auto const rendered = o.trajectory ? std::uint64_t{poses.size()} : std::uint64_t{o.frames} * o.every;
+    auto const frames = std::min<std::uint64_t>(((o.photos ? list.size() : rendered) + o.every - 1) / o.every, o.frames);
+    track_camera::prepare_outputs(o, track_camera::files_read(o, list, sized_by), static_cast<std::size_t>(frames));
+    for (auto const& note : notes) printer.say("note: " + shared::one_line(note) + "\n");
 
     tilemesh::BasicRenderer<splat::Referenced<WithPlanes>> renderer{map, {.threads = o.threads}};
     if (o.photos) {
@@ -398,10 +420,10 @@ int run(Options const& o)
         for (std::size_t k = 0; k < source.count(); ++k) known += source.truth(k) ? 1 : 0;
         if (has_truth && known == 0)
             throw Error(o.trajectory->string() + " is not the path of these pictures (no pose is within 20 ms of a picture); name another trajectory, or none");
-        return track_all(o, source, renderer, map, lens, size, source.truth(0).value_or(scene::pose_of(camera)));
+        return track_all(o, source, renderer, map, lens, size, source.truth(0).value_or(scene::pose_of(camera)), printer);
     }
-    Renderings const source{o, renderer, std::move(poses), lens};
-    return track_all(o, source, renderer, map, lens, size, source.truth(0));
+    Renderings const source{o, renderer, o.trajectory ? track_camera::Path{std::move(poses)} : track_camera::Path{scene::pose_of(camera), rendered}, lens};
+    return track_all(o, source, renderer, map, lens, size, source.truth(0), printer);
 }
 
 } // namespace

@@ -46,10 +46,11 @@ std::string photo_file(std::size_t frame)
     return name.data();
 }
 
-std::vector<fs::path> files_read(Options const& options, std::vector<tilemesh::scene::RgbdFrame> const& photos)
+std::vector<fs::path> files_read(Options const& options, std::vector<tilemesh::scene::RgbdFrame> const& photos, std::vector<fs::path> const& sized_by)
 {
-    std::vector<fs::path> files;
-    if (options.map) files = tilemesh::scene::map_files(*options.map);
+    std::vector<fs::path> files = sized_by;
+    if (options.map)
+        for (auto const& file : tilemesh::scene::map_files(*options.map)) files.push_back(file);
     if (options.cameras) {
         files.push_back(*options.cameras);
         if (tilemesh::scene::names_colmap(*options.cameras)) {

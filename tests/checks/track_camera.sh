@@ -122,6 +122,68 @@ spoilt gone "rgb/000002.png"
 cp seen/rgb/000002.png grey/depth/000002.png
 spoilt grey "depth/000002.png"
 
+# --- notes, maps far from 0 --------------------------------------------------------------------
+# A picture and its depth that are far apart are noted, with the name of the list; also rows that the trajectory's reader leaves out.
+awk '/^#/ { print; next } { if (++n == 2) $3 = "98.532258"; print }' seen/associations.txt >seen/apart.txt
+{
+    cat seen/groundtruth.txt
+    echo '9 nan 0 0 0 0 0 1'
+} >left_out.tum
+runs --photos seen/apart.txt --trajectory left_out.tum --frames 1 --method forward --out noted
+has stdout '^note: apart.txt: pictures whose depth is more than 0.02 s away: 1, the furthest is 98.5 s away, of the picture at 0.032258$'
+has stdout '^note: left_out.tum: .*left out'
+runs --photos seen/apart.txt --frames 1 --method forward --out noted --quiet
+[ ! -s stdout ] || fail "--quiet prints notes: $(cat stdout)"
+runs --photos seen --frames 1 --method forward --out noted
+if grep -q '^note' stdout; then fail "a note about a usual sequence: $(cat stdout)"; fi
+
+# A georeferenced map: its origin is subtracted from it, from the camera and from the trajectory, and added to what is written. So the poses
+# are those of the same map at 0, moved.
+# ball_map X Y: 1,500 Gaussians around (X, Y, 4), in double.
+ball_map() {
+    printf 'ply\nformat ascii 1.0\nelement vertex 1500\n'
+    printf 'property double %s\n' x y z
+    printf 'property float %s\n' f_dc_0 f_dc_1 f_dc_2 opacity scale_0 scale_1 scale_2 rot_0 rot_1 rot_2 rot_3
+    echo end_header
+    awk -v x="$1" -v y="$2" 'function next_random() { s = (s * 16807) % 2147483647; return s / 2147483647 }
+        BEGIN { s = 7; for (i = 0; i < 1500; i++) printf "%.6f %.6f %.6f %.3f %.3f %.3f 3 -2.4 -2.4 -2.4 1 0 0 0\n", x + 4 * next_random() - 2,
+            y + 3 * next_random() - 1.5, 3 + 2 * next_random(), 3 * next_random() - 1.5, 3 * next_random() - 1.5, 3 * next_random() - 1.5 }'
+}
+# camera_at X Y
+camera_at() {
+    printf '{"cameras": [{"scene": "any", "name": "a", "width": 320, "height": 240, "fx": 300, "fy": 300, "cx": 160, "cy": 120,
+        "world_to_camera": [[1, 0, 0, %d], [0, 1, 0, %d], [0, 0, 1, 0], [0, 0, 0, 1]]}]}\n' "-$1" "-$2"
+}
+# walk_at X Y
+walk_at() { awk -v x="$1" -v y="$2" 'BEGIN { for (i = 0; i < 3; i++) printf "%.1f %.6f %.6f %.6f 0 %.6f 0 1\n", i / 10, x + i / 100, y - i / 200, i / 300, i / 500 }'; }
+ball_map 0 0 >at_0.ply
+ball_map 500000 5000000 >georeferenced.ply
+camera_at 0 0 >at_0.json
+camera_at 500000 5000000 >georeferenced.json
+walk_at 0 0 >at_0.tum
+walk_at 500000 5000000 >georeferenced.tum
+georeferenced="--noise 0 --method forward --frames 3"
+# shellcheck disable=SC2086
+{
+    runs at_0.ply $georeferenced --cameras at_0.json --camera a --size 320x240 --trajectory at_0.tum --out at_0
+    has stdout '^3 frames, 0 lost'
+    if grep -q '^note' stdout; then fail "a note about a map at 0: $(cat stdout)"; fi
+    runs georeferenced.ply $georeferenced --cameras georeferenced.json --camera a --size 320x240 --trajectory georeferenced.tum --out georeferenced --save-photos far_seen
+    has stdout '^note: .*the origin 500000, 5000000, [0-9]* is subtracted'
+    has stdout '^3 frames, 0 lost'
+    for file in estimated.tum truth.tum; do
+        awk '/^#/ { print; next } { $2 -= 500000; $3 -= 5000000; print }' CONVFMT=%.9f OFMT=%.9f georeferenced/$file >moved.tum
+        distance at_0/$file moved.tum >apart
+        awk '{ exit !($2 == 3 && $1 < 2e-5) }' apart || fail "the $file of a map far from 0 is elsewhere: $(cat apart)"
+    done
+    # Its pictures as files, with the truth in the coordinates of the map's file; --relative starts at the camera.
+    runs georeferenced.ply --method forward --cameras georeferenced.json --camera a --photos far_seen --trajectory far_seen/groundtruth.txt --out far_photos
+    has stdout '^3 frames, 0 lost'
+    runs georeferenced.ply $georeferenced --cameras georeferenced.json --camera a --size 320x240 --trajectory walk.tum --relative --out relative
+    has stdout '^2 frames, 0 lost'
+    awk '$1 == "0" { found = $2 == 500000 && $3 == 5000000 && $4 == 0 } END { exit !found }' relative/truth.tum || fail "--relative does not start at the camera: $(cat relative/truth.tum)"
+}
+
 # --- one block in many -------------------------------------------------------------------------
 # With no block at all every frame is lost; with all of them it is found.
 runs --size 320x240 --frames 2 --one-in 1000000 --method forward --out few --report few.json
@@ -188,6 +250,13 @@ mkdir in in/model
 printf '{"cameras": [{"scene": "map", "name": "a", "width": 320, "height": 240, "fx": 300, "fy": 300, "cx": 160, "cy": 120,
     "world_to_camera": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]}]}\n' >in/cameras.json
 printf '1 PINHOLE 320 240 300 300 160 120\n' >in/model/cameras.txt
+mkdir in/blender # a file without sizes: the picture beside it says them
+printf '{"camera_angle_x": 1, "frames": [{"file_path": "a", "transform_matrix": [[1, 0, 0, 0], [0, -1, 0, 0], [0, 0, -1, 0], [0, 0, 0, 1]]}]}\n' >in/blender/transforms.json
+cp seen/rgb/000000.png in/blender/a.png
+runs in/map.ply --cameras in/blender/transforms.json --size 320x240 --frames 1 --out blender
+rm in/blender/a.png # without it, --size says them
+runs in/map.ply --cameras in/blender/transforms.json --size 320x240 --frames 1 --out blender
+cp seen/rgb/000000.png in/blender/a.png
 printf '1 1 0 0 0 0 0 0 1 a\n\n' >in/model/images.txt
 printf '0 0 0 0 0 0 0 1\n0.1 0.001 0 0 0 0 0 1\n' >in/walk.tum
 cp -R seen in/seen
@@ -201,7 +270,7 @@ words() {
     case $1 in
     map) map=$2 ;;
     cameras) cameras=$2 ;;
-    model) cameras=$2 ;;
+    model | blender) cameras=$2 ;;
     trajectory) walk=$2 ;;
     *) photos=$2 ;;
     esac
@@ -221,13 +290,14 @@ keeps() {
     inputs_are_kept "$words --out clash/out $* ($what)"
 }
 clashes=0
-for input in map:in/map.ply cameras:in/cameras.json model:in/model/cameras.txt model:in/model/images.txt trajectory:in/walk.tum \
+for input in map:in/map.ply cameras:in/cameras.json model:in/model/cameras.txt model:in/model/images.txt blender:in/blender/a.png trajectory:in/walk.tum \
     photos:in/seen/associations.txt photos:in/seen/rgb/000001.png photos:in/seen/depth/000001.png photos:in/lists/rgb.txt photos:in/lists/depth.txt; do
     kind=${input%%:*} file=${input#*:}
     case $file in
     in/seen/*) named=in/seen ;;
     in/lists/*) named=in/lists ;;
     in/model/*) named=in/model ;;
+    in/blender/*) named=in/blender/transforms.json ;;
     *) named=$file ;;
     esac
     outputs="out/estimated.tum out/truth.tum out/paths.svg out/residual.ppm report.json"

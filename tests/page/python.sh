@@ -35,6 +35,32 @@ esac
     printf 'end_header\n0 0 0 1 0.5 0.2 4 -2 -1 -2 1 0 0 0\n1 0 0 -1 0.5 0.2 2 -2 -2 -1 1 0.2 0 0\n0 1 0.5 1 -0.5 1.2 1 -1 -2 -2 1 0 0.4 0\n-1 -1 0 0 1.5 0.2 3 -2 -1 -2 1 0 0 0.3\n'
 } >"$work/four.ply"
 "$python" "$script" "$library" "$work/four.ply" "$work/four.npy"
+# No picture takes the place of the map or of the library.
+cp "$work/four.ply" "$work/kept.ply"
+ln "$work/four.ply" "$work/hard.npy"
+ln -s four.ply "$work/link.npy"
+ln -s "$library" "$work/library.npy"
+for picture in "$work/four.ply" "$work/../$(basename "$work")/four.ply" "$work/hard.npy" "$work/link.npy" "$work/library.npy"; do
+    if refused=$("$python" "$script" "$library" "$work/four.ply" "$picture" 2>&1); then
+        echo "render.py wrote its picture over what it reads: $picture"
+        exit 1
+    fi
+    case $refused in
+    "render.py: cannot write the picture to "*" (this run reads that file); "*) ;;
+    *) echo "not the refusal of $picture: $refused"; exit 1 ;;
+    esac
+    cmp "$work/four.ply" "$work/kept.ply"
+done
+# Names with bytes that are no UTF-8 are read, and escaped where they are shown.
+latin=$work/$(printf 'latin\351\033')
+for map in absent taken; do
+    [ $map = absent ] || cp "$script" "$latin"
+    refused=$("$python" "$script" "$library" "$latin" 2>&1) && exit 1
+    case $refused in
+    "render.py: "*"latin??"*"("*"); "*) ;;
+    *) echo "not one line about a map of another name: $refused"; exit 1 ;;
+    esac
+done
 if [ ! -x "$render_map" ]; then
     echo "skipped: there is no $render_map, so the picture is not compared with render_map's"
     exit 0

@@ -331,6 +331,9 @@ TEST_CASE("a frame without w and h has the size of its picture, or the size that
     write("train/r_1.JPG", jpeg_header(640, 400, '\xc2', {"Exif"}));
     write("train/r_2.jpg", "not a picture");
     auto const mixed = load(blender, nullptr, scene::Size{320, 180});
+    std::vector<fs::path> pictures;
+    scene::load_cameras(folder / "transforms.json", nullptr, scene::DistortedLens::refused, scene::Size{320, 180}, &pictures);
+    CHECK(pictures == std::vector<fs::path>{folder / "train/r_0.png", folder / "train/r_1.JPG"});
     CHECK(mixed[0].camera.width == 800);
     CHECK(mixed[0].camera.height == 600);
     CHECK(mixed[0].camera.fx == doctest::Approx(800.0));

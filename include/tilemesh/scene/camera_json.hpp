@@ -15,6 +15,7 @@
 #include <tilemesh/scene/detail/transforms_json.hpp>
 #include <tilemesh/scene/named_camera.hpp>
 #include <tilemesh/scene/pose.hpp>
+#include <utility>
 #include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace scene {
@@ -25,11 +26,17 @@ using detail::PictureSizeOf;
 namespace detail {
 
 /// The picture of a frame beside its file: `file_path` as it is, or without its extension, as Blender writes it; else `otherwise`.
-inline PictureSizeOf sizes_beside(std::filesystem::path const& file, std::optional<Size> otherwise)
+/// `pictures`, which may be null, gets the files whose sizes are used.
+inline PictureSizeOf sizes_beside(std::filesystem::path const& file, std::optional<Size> otherwise, std::vector<std::filesystem::path>* pictures)
 {
-    return [folder = file.parent_path(), otherwise](std::string const& name) {
-        for (char const* extension : {"", ".png", ".jpg", ".jpeg", ".PNG", ".JPG", ".JPEG"})
-            if (auto const size = size_of_picture_file(folder / (name + extension))) return std::optional(*size);
+    return [folder = file.parent_path(), otherwise, pictures](std::string const& name) {
+        for (char const* extension : {"", ".png", ".jpg", ".jpeg", ".PNG", ".JPG", ".JPEG"}) {
+            auto picture = folder / (name + extension);
+            auto const size = size_of_picture_file(picture);
+            if (!size) continue;
+            if (pictures != nullptr) pictures->push_back(std::move(picture));
+            return std::optional(*size);
+        }
         return otherwise;
     };
 }
@@ -85,10 +92,12 @@ inline std::vector<NamedCamera> read_cameras_json(std::istream& stream, std::str
 ///
 /// A camera of a transforms.json without w and h has the size that the header of its picture says: the PNG or JPEG `file_path`, or
 /// `file_path` with .png, .jpg or .jpeg, in the folder of the file. Without such a picture it has `size`. Without both, it is refused.
+/// `pictures`, if it is not null, gets these pictures: a program that writes files must not write over them.
 ///
 /// With `DistortedLens::ignored`, a lens with distortion is no error: it is taken for a pinhole, and a note counts such cameras.
 inline std::vector<NamedCamera> load_cameras(std::filesystem::path const& path, std::vector<std::string>* notes = nullptr,
-                                             DistortedLens distorted = DistortedLens::refused, std::optional<Size> size = {})
+                                             DistortedLens distorted = DistortedLens::refused, std::optional<Size> size = {},
+                                             std::vector<std::filesystem::path>* pictures = nullptr)
 {
     std::error_code ignored;
     bool const binary = names_colmap(path) && path.extension() == ".bin"; // its first byte may be any, also a bracket
@@ -100,7 +109,7 @@ inline std::vector<NamedCamera> load_cameras(std::filesystem::path const& path, 
     }
     // 256 MiB: a camera takes about 500 bytes, so this is half a million cameras.
     auto stream = detail::open_file(path, std::uint64_t{256} << 20, "a camera file");
-    return read_cameras_json(stream, detail::shown_path(path), notes, distorted, detail::sizes_beside(path, size));
+    return read_cameras_json(stream, detail::shown_path(path), notes, distorted, detail::sizes_beside(path, size, pictures));
 }
 
 }}} // namespace tilemesh::scene
