@@ -10,6 +10,7 @@
 #include <optional>
 #include <string>
 #include <tilemesh/mpi/mpi_mesh.hpp>
+#include <tilemesh/render/ranks/host.hpp>
 #include <tilemesh/renderer.hpp>
 #include <tilemesh/report/table.hpp>
 #include <tilemesh/report/whole_file.hpp>
