@@ -1,4 +1,5 @@
 #pragma once
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <tilemesh/engine/counters.hpp>
@@ -44,6 +45,40 @@ struct Trace {
 namespace engine {
 /// Replaces a trace if none is kept.
 struct NoTrace {};
+
+/// The trace of a frame whose program ran once or several times: that of the mesh, or the runs one behind the other. It copies nothing
+/// unless there is a second run.
+class JoinedTrace {
+public:
+    Trace const& of(Trace const& of_mesh) const noexcept { return runs_ == 1 ? of_mesh : joined_; }
+    /// Begins a frame. `last`: the mesh's trace, of which the names of kernels stay.
+    void begin(Trace const* last)
+    {
+        joined_.supersteps.clear();
+        if (last != nullptr && joined_.kernels.empty()) {
+            joined_.kernels = last->kernels;
+            joined_.operations = last->operations;
+            joined_.loops = last->loops;
+        }
+        for (auto& loop : joined_.loops) loop.rounds = 0;
+        runs_ = 0;
+    }
+    /// Call it before each run of the mesh, and `after` behind it.
+    void before(Trace const& of_mesh)
+    {
+        if (runs_ == 1) joined_ = of_mesh;
+    }
+    void after(Trace const& of_mesh)
+    {
+        if (++runs_ == 1) return;
+        joined_.supersteps.insert(joined_.supersteps.end(), of_mesh.supersteps.begin(), of_mesh.supersteps.end());
+        for (std::size_t i = 0; i < joined_.loops.size(); ++i) joined_.loops[i].rounds += of_mesh.loops[i].rounds;
+    }
+
+private:
+    Trace joined_;
+    std::uint32_t runs_ = 0;
+};
 
 /// The Edge of the channels that kernel K sends on; `reflect` if they differ, or without one.
 template <class K, class... C>

@@ -44,68 +44,18 @@ struct MeshPlan {
     MeshSizes<Program> sizes;
 };
 
-/// The trace of a frame whose program ran once or several times: that of the mesh, or the runs one behind the other. It copies nothing
-/// unless there is a second run.
-class FrameTrace {
-public:
-    Trace const& of(Trace const& of_mesh) const noexcept { return runs_ == 1 ? of_mesh : joined_; }
-    /// Begins a frame. `last`: the mesh's trace, of which the names of kernels stay.
-    void begin(Trace const* last)
-    {
-        joined_.supersteps.clear();
-        if (last != nullptr && joined_.kernels.empty()) joined_.kernels = last->kernels, joined_.operations = last->operations, joined_.loops = last->loops;
-        for (auto& loop : joined_.loops) loop.rounds = 0;
-        runs_ = 0;
-    }
-    /// Call it before each run of the mesh, and `after` behind it.
-    void before(Trace const& of_mesh)
-    {
-        if (runs_ == 1) joined_ = of_mesh;
-    }
-    void after(Trace const& of_mesh)
-    {
-        if (++runs_ == 1) return;
-        joined_.supersteps.insert(joined_.supersteps.end(), of_mesh.supersteps.begin(), of_mesh.supersteps.end());
-        for (std::size_t i = 0; i < joined_.loops.size(); ++i) joined_.loops[i].rounds += of_mesh.loops[i].rounds;
-    }
-
-private:
-    Trace joined_;
-    std::uint32_t runs_ = 0;
-};
-
 /// Does the engine run on several processes, each with a part of the mesh's tiles?
 template <class MeshType>
 inline constexpr bool over_ranks = requires(MeshType const& mesh) { mesh.ranks(); };
 
-/// The host of a mesh: what every renderer does between two runs, whatever its program. It builds the mesh, tells views apart, shares work
-/// among threads, adds up what tiles counted, lists what they lack, and copies pictures.
-///
-/// All tiles are in this process. A mesh over several processes has a Host of its own, with the same members (render/ranks/host.hpp); what says
-/// "all tiles" means those of all processes there, and `step` is where they agree that none has failed.
-///
-/// A frame is `view_of`, `build` if there is no mesh that fits, `begin_frame`, the renderer's own work, `run`, and `end_frame`. If an
-/// exception comes between, the next frame begins without a mesh, because the host and the tiles may have different views.
+/// What hosts have in common, in one process and in several: the mesh, its observer, the trace, and whether a frame is halfway.
 template <class MeshType, class Machine>
-class Host {
-    static_assert(!over_ranks<MeshType>, "a renderer on an engine over several processes, without its host; include "
-                                         "<tilemesh/render/ranks/host.hpp>");
-
+class HostOfMesh {
 public:
     using EngineOptions = typename MeshType::Options;
-    using Records = RecordTable;
     static constexpr bool traced = is_traced<Machine>;
-    static constexpr bool has_one_memory = true; ///< a tile may point to a table of the host
 
-    explicit Host(EngineOptions engine) : engine_(std::move(engine)) {}
-
-    /// Names the renderer: the words that its pictures and reports depend on, with those of `records`.
-    void identify(Records const&, RendererOptions const& options, std::initializer_list<std::uint32_t>)
-    {
-        if (options.rows_of_all_parts != 0)
-            throw Error("a part of a map on an engine of one process (the other parts would be missing); load the whole map");
-    }
-    EngineOptions const& engine() const noexcept { return engine_; }
+    explicit HostOfMesh(EngineOptions engine) : engine_(std::move(engine)) {}
 
     bool has_mesh() const noexcept { return mesh_.has_value(); }
     MeshType& mesh() noexcept { return *mesh_; }
@@ -120,12 +70,109 @@ public:
     {
         if (std::exchange(halfway_, false)) drop_mesh();
     }
+    void observe(Observer observer)
+    {
+        observer_ = std::move(observer);
+        if (mesh_) mesh_->observe(observer_);
+    }
+    /// Shares 0..n-1 out among the mesh's threads: f(first, last) on each.
+    template <class F>
+    void on_threads(std::uint64_t n, F const& f)
+    {
+        mesh_->on_threads([&](std::uint32_t thread, std::uint32_t threads) {
+            f(static_cast<std::uint32_t>(n * thread / threads), static_cast<std::uint32_t>(n * (thread + 1) / threads));
+        });
+    }
+    void end_frame() noexcept { halfway_ = false; }
 
+    bool keeps_trace() const noexcept
+    {
+        if constexpr (requires { engine_.trace; })
+            return traced && engine_.trace;
+        else
+            return traced;
+    }
+    /// The trace of the last frame. Throws Error if the engine's options say that the mesh keeps none.
+    Trace const& trace() const
+        requires(traced)
+    {
+        return keeps_trace() ? trace_.of(mesh_->trace()) : mesh_->trace();
+    }
+
+protected:
+    template <class... Arguments>
+    void make_mesh(Arguments const&... arguments)
+    {
+        mesh_.emplace(arguments...);
+        ran_ = false;
+    }
+    /// `step(f)` runs f, which may run out of memory.
+    template <class Step>
+    void begin_frame_in([[maybe_unused]] Step const& step)
+    {
+        halfway_ = true;
+        if constexpr (traced) {
+            if (!keeps_trace()) return;
+            if (ran_)
+                step([&] { trace_.begin(&mesh_->trace()); });
+            else
+                trace_.begin(nullptr);
+        }
+    }
+    template <class Step>
+    RunCounters run_in([[maybe_unused]] Step const& step)
+    {
+        if constexpr (traced)
+            if (keeps_trace() && ran_) step([&] { trace_.before(mesh_->trace()); });
+        auto counters = mesh_->run();
+        ran_ = true;
+        if constexpr (traced)
+            if (keeps_trace()) step([&] { trace_.after(mesh_->trace()); });
+        return counters;
+    }
+
+    EngineOptions engine_;
+    std::optional<MeshType> mesh_; ///< no memory of its own, which one of several processes may lack
+    Observer observer_;
+    bool ordered_ = false; ///< the records have the order that the renderer asked for
+
+private:
+    bool halfway_ = false, ran_ = false; ///< a frame began and did not end; this mesh ran
+    [[no_unique_address]] std::conditional_t<traced, engine::JoinedTrace, engine::NoTrace> trace_;
+};
+
+/// The host of a mesh: what every renderer does between two runs, whatever its program. It builds the mesh, tells views apart, shares work
+/// among threads, adds up what tiles counted, lists what they lack, and copies pictures.
+///
+/// All tiles are in this process. A mesh over several processes has a Host of its own, with the same members (render/ranks/host.hpp); what says
+/// "all tiles" means those of all processes there, and `step` is where they agree that none has failed.
+///
+/// A frame is `view_of`, `build` if there is no mesh that fits, `begin_frame`, the renderer's own work, `run`, and `end_frame`. If an
+/// exception comes between, the next frame begins without a mesh, because the host and the tiles may have different views.
+template <class MeshType, class Machine>
+class Host : public HostOfMesh<MeshType, Machine> {
+    using Base = HostOfMesh<MeshType, Machine>;
+    using Base::engine_, Base::mesh_, Base::observer_, Base::ordered_;
+    static_assert(!over_ranks<MeshType>, "a renderer on an engine over several processes, without its host; include "
+                                         "<tilemesh/render/ranks/host.hpp>");
+
+public:
+    using Records = RecordTable;
+    static constexpr bool has_one_memory = true; ///< a tile may point to a table of the host
+
+    using Base::Base, Base::traced;
+
+    /// Names the renderer: the words that its pictures and reports depend on, with those of `records`.
+    void identify(Records const&, RendererOptions const& options, std::initializer_list<std::uint32_t>)
+    {
+        if (options.rows_of_all_parts != 0)
+            throw Error("a part of a map on an engine of one process (the other parts would be missing); load the whole map");
+    }
     /// The view of a camera. Throws Error for a camera or rules that no frame can be rendered with. `check(view)` may refuse more.
     template <class Check>
     splat::View view_of(splat::Camera const& camera, splat::Rules const& rules, Check const& check)
     {
-        drop_halfway();
+        this->drop_halfway();
         check_camera(camera);
         check_rules(rules);
         auto const view = splat::make_view(camera, rules);
@@ -139,14 +186,8 @@ public:
     {
         auto const p = plan();
         set_engine_options<traced>(options, engine_);
-        mesh_.emplace(p.program, p.grid, p.sizes, engine_);
-        ran_ = false;
+        this->make_mesh(p.program, p.grid, p.sizes, engine_);
         if (observer_) mesh_->observe(observer_);
-    }
-    void observe(Observer observer)
-    {
-        observer_ = std::move(observer);
-        if (mesh_) mesh_->observe(observer_);
     }
     /// Puts the records into another order, once: row r becomes row place_of(r). `Record`: a record that has room for a row.
     template <class Record, class PlaceOf>
@@ -168,14 +209,6 @@ public:
     void each_tile(F const& f)
     {
         for (TileId const tile : mesh_->grid().tiles()) f(tile);
-    }
-    /// Shares 0..n-1 out among the mesh's threads: f(first, last) on each.
-    template <class F>
-    void on_threads(std::uint64_t n, F const& f)
-    {
-        mesh_->on_threads([&](std::uint32_t thread, std::uint32_t threads) {
-            f(static_cast<std::uint32_t>(n * thread / threads), static_cast<std::uint32_t>(n * (thread + 1) / threads));
-        });
     }
     /// Gives things to tiles, one after another: next = f(next), where f goes over the tiles.
     template <class F>
@@ -276,51 +309,21 @@ public:
         copy();
     }
 
-    /// Begins and ends a frame, and runs the program. A frame may run it more than once.
+    /// Begins a frame, and runs the program. A frame may run it more than once.
     void begin_frame()
     {
-        halfway_ = true;
-        if constexpr (traced)
-            if (keeps_trace()) trace_.begin(ran_ ? &mesh_->trace() : nullptr);
+        this->begin_frame_in([&](auto const& f) { step(f); });
     }
     RunCounters run()
     {
-        if constexpr (traced)
-            if (keeps_trace() && ran_) trace_.before(mesh_->trace());
-        auto counters = mesh_->run();
-        ran_ = true;
-        if constexpr (traced)
-            if (keeps_trace()) trace_.after(mesh_->trace());
-        return counters;
+        return this->run_in([&](auto const& f) { step(f); });
     }
-    void end_frame() noexcept { halfway_ = false; }
-
-    bool keeps_trace() const noexcept
-    {
-        if constexpr (requires { engine_.trace; })
-            return traced && engine_.trace;
-        else
-            return traced;
-    }
-    /// The trace of the last frame. Throws Error if the engine's options say that the mesh keeps none.
-    Trace const& trace() const
-        requires(traced)
-    {
-        return keeps_trace() ? trace_.of(mesh_->trace()) : mesh_->trace();
-    }
+    /// The trace of all tiles.
     Trace gather_trace()
         requires(traced)
     {
-        return trace();
+        return this->trace();
     }
-
-private:
-    EngineOptions engine_;
-    std::optional<MeshType> mesh_;
-    Observer observer_;
-    bool halfway_ = false, ordered_ = false;
-    bool ran_ = false; ///< this mesh
-    [[no_unique_address]] std::conditional_t<traced, FrameTrace, engine::NoTrace> trace_;
 };
 
 }}} // namespace tilemesh::render

@@ -32,16 +32,17 @@ namespace tilemesh { inline namespace v0_2 { namespace render {
 /// splat of each record in the first process.
 template <class MeshType, class Machine>
     requires over_ranks<MeshType>
-class Host<MeshType, Machine> {
+class Host<MeshType, Machine> : public HostOfMesh<MeshType, Machine> {
+    using Base = HostOfMesh<MeshType, Machine>;
+    using Base::engine_, Base::mesh_, Base::observer_, Base::ordered_;
     using Group = typename MeshType::Group;
 
 public:
-    using EngineOptions = typename MeshType::Options;
+    using typename Base::EngineOptions;
     using Records = RecordShare;
-    static constexpr bool traced = is_traced<Machine>;
     static constexpr bool has_one_memory = false;
 
-    explicit Host(EngineOptions engine) : engine_(std::move(engine)) {}
+    using Base::Base, Base::traced;
 
     /// All processes have the same words and records, or `view_of` throws.
     void identify(Records const& records, RendererOptions const& options, std::initializer_list<std::uint32_t> words)
@@ -49,26 +50,11 @@ public:
         digest_ = options.rows_of_all_parts == 0 ? records.digest() : 0;
         for (auto const word : words) digest_ = engine::mix(digest_, word);
     }
-    EngineOptions const& engine() const noexcept { return engine_; }
-
-    bool has_mesh() const noexcept { return mesh_.has_value(); }
-    MeshType& mesh() noexcept { return *mesh_; }
-    MeshType const& mesh() const noexcept { return *mesh_; }
-    void drop_mesh() noexcept
-    {
-        mesh_.reset();
-        ran_ = false;
-    }
-    void drop_halfway() noexcept
-    {
-        if (std::exchange(halfway_, false)) drop_mesh();
-    }
-
     /// Throws Error in all processes if one refuses its camera or rules, or if they render different frames.
     template <class Check>
     splat::View view_of(splat::Camera const& camera, splat::Rules const& rules, Check const& check)
     {
-        drop_halfway();
+        this->drop_halfway();
         splat::View view{};
         auto const agree = [&](auto& all) {
             all.together([&] {
@@ -107,18 +93,12 @@ public:
         });
         if (first != nullptr && engine.row_weights.empty())
             engine.row_weights = weights_of_rows(group, records, options, p->grid.height, *first, tiling);
-        mesh_.emplace(p->program, p->grid, p->sizes, engine);
-        ran_ = false;
+        this->make_mesh(p->program, p->grid, p->sizes, engine);
         step([&] {
             if (observer_) mesh_->observe(observer_);
         });
         if (!shared_) records.share(*mesh_, options.rows_of_all_parts);
         shared_ = true;
-    }
-    void observe(Observer observer)
-    {
-        observer_ = std::move(observer);
-        if (mesh_) mesh_->observe(observer_);
     }
     template <class Record, class PlaceOf>
     void reorder(Records& records, PlaceOf const& place_of)
@@ -140,13 +120,6 @@ public:
         step([&] {
             for (TileId const tile : mesh_->grid().tiles())
                 if (has(tile)) f(tile);
-        });
-    }
-    template <class F>
-    void on_threads(std::uint64_t n, F const& f)
-    {
-        mesh_->on_threads([&](std::uint32_t thread, std::uint32_t threads) {
-            f(static_cast<std::uint32_t>(n * thread / threads), static_cast<std::uint32_t>(n * (thread + 1) / threads));
         });
     }
     /// The tiles of a process follow those of the process before, so it goes on where that one stopped.
@@ -355,35 +328,16 @@ public:
 
     void begin_frame()
     {
-        halfway_ = true;
-        if constexpr (traced) {
-            if (ran_)
-                step([&] { trace_.begin(&mesh_->trace()); });
-            else
-                trace_.begin(nullptr);
-        }
+        this->begin_frame_in([&](auto const& f) { step(f); });
     }
     RunCounters run()
     {
-        if constexpr (traced)
-            if (ran_) step([&] { trace_.before(mesh_->trace()); });
-        auto counters = mesh_->run();
-        ran_ = true;
-        if constexpr (traced) step([&] { trace_.after(mesh_->trace()); });
-        return counters;
-    }
-    void end_frame() noexcept { halfway_ = false; }
-
-    bool keeps_trace() const noexcept { return traced; }
-    Trace const& trace() const
-        requires(traced)
-    {
-        return trace_.of(mesh_->trace());
+        return this->run_in([&](auto const& f) { step(f); });
     }
     Trace gather_trace()
         requires(traced)
     {
-        return mesh_->gather_trace(trace());
+        return mesh_->gather_trace(this->trace());
     }
 
 private:
@@ -452,13 +406,8 @@ private:
             r.full_tiles = {static_cast<std::uint32_t>(words[6]), static_cast<std::uint32_t>(words[7]), words[8], words[9]};
     }
 
-    EngineOptions engine_;
     std::uint64_t digest_ = 0; ///< of what all processes have in common
-    std::optional<MeshType> mesh_;  ///< no memory of its own, which one of several processes may lack
-    Observer observer_;
-    bool halfway_ = false, ran_ = false;
-    bool shared_ = false, ordered_ = false; ///< this process has its share of the records; in the order that the renderer asked for
-    [[no_unique_address]] std::conditional_t<traced, FrameTrace, engine::NoTrace> trace_;
+    bool shared_ = false;      ///< this process has its share of the records
 };
 
 }}} // namespace tilemesh::render
