@@ -32,6 +32,7 @@ SetupFacts facts_of(RendererOptions const& options)
 {
     return options.sizes ? facts_of<S>(*options.sizes) : facts_of<S>();
 }
+
 /// A renderer of policies P: BasicRenderer without the setup, which it takes as a value (SetupFacts). `Machine` is AnyMachine or
 /// Traced<AnyMachine>. `HostRenderer` (renderer.hpp) is the one that the compiled library has.
 ///

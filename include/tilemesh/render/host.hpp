@@ -141,11 +141,11 @@ private:
     [[no_unique_address]] std::conditional_t<traced, engine::JoinedTrace, engine::NoTrace> trace_;
 };
 
-/// The host of a mesh: what every renderer does between two runs, whatever its program. It builds the mesh, tells views apart, shares work
+/// The host of a mesh does what every renderer does between two runs, whatever its program. It checks views, builds the mesh, shares work
 /// among threads, adds up what tiles counted, lists what they lack, and copies pictures.
 ///
-/// All tiles are in this process. A mesh over several processes has a Host of its own, with the same members (render/ranks/host.hpp); what says
-/// "all tiles" means those of all processes there, and `step` is where they agree that none has failed.
+/// All tiles are in this process. A mesh over several processes has a Host of its own with the same members (render/ranks/host.hpp). There,
+/// "all tiles" are those of all processes, and in `step` they agree that none has failed.
 ///
 /// A frame is `view_of`, `build` if there is no mesh that fits, `begin_frame`, the renderer's own work, `run`, and `end_frame`. If an
 /// exception comes between, the next frame begins without a mesh, because the host and the tiles may have different views.
